@@ -1,0 +1,78 @@
+# One alias per package, so that targets name packages by one short word. A package that is not
+# there leaves its alias undefined; Targets.cmake then leaves out what needs it, in one line.
+
+macro(atelier_alias name)
+  if(NOT TARGET ${name})
+    add_library(${name} INTERFACE)
+    target_link_libraries(${name} INTERFACE ${ARGN})
+  endif()
+endmacro()
+
+# Third-party headers are SYSTEM: their warnings are not ours.
+macro(atelier_system_alias name includes libraries)
+  if(NOT TARGET ${name})
+    add_library(${name} INTERFACE)
+    target_include_directories(${name} SYSTEM INTERFACE ${includes})
+    target_link_libraries(${name} INTERFACE ${libraries})
+  endif()
+endmacro()
+
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(TBB QUIET)
+
+set(HDF5_PREFER_PARALLEL OFF)
+find_package(HDF5 1.10 QUIET COMPONENTS C)
+if(HDF5_FOUND)
+  atelier_system_alias(hdf5 "${HDF5_C_INCLUDE_DIRS}" "${HDF5_C_LIBRARIES}")
+endif()
+
+find_package(OpenCV 4.5 QUIET COMPONENTS core imgcodecs imgproc videoio calib3d aruco)
+if(OpenCV_FOUND)
+  atelier_system_alias(opencv "${OpenCV_INCLUDE_DIRS}" "${OpenCV_LIBS}")
+endif()
+
+find_package(PkgConfig QUIET)
+if(PkgConfig_FOUND)
+  pkg_check_modules(AVIF QUIET IMPORTED_TARGET libavif)
+  if(AVIF_FOUND)
+    atelier_alias(avif PkgConfig::AVIF)
+  endif()
+  pkg_check_modules(ZIP QUIET IMPORTED_TARGET libzip)
+  if(ZIP_FOUND)
+    atelier_alias(zip PkgConfig::ZIP)
+  endif()
+  pkg_check_modules(TOMLPP QUIET IMPORTED_TARGET tomlplusplus)
+  if(TOMLPP_FOUND)
+    atelier_alias(tomlplusplus PkgConfig::TOMLPP)
+  endif()
+endif()
+
+find_path(TINYGLTF_INCLUDE tiny_gltf.h)
+find_library(TINYGLTF_LIBRARY tinygltf)
+if(TINYGLTF_INCLUDE AND TINYGLTF_LIBRARY)
+  atelier_system_alias(tinygltf "${TINYGLTF_INCLUDE}" "${TINYGLTF_LIBRARY}")
+endif()
+
+find_package(nlohmann_json 3.10 QUIET)
+if(nlohmann_json_FOUND)
+  atelier_alias(nlohmann_json nlohmann_json::nlohmann_json)
+endif()
+
+find_package(CLI11 2.1 QUIET)
+if(CLI11_FOUND)
+  atelier_alias(cli11 CLI11::CLI11)
+endif()
+
+find_package(spdlog 1.8 QUIET)
+if(spdlog_FOUND)
+  atelier_alias(spdlog spdlog::spdlog)
+endif()
+
+find_package(embree 3 QUIET)
+if(embree_FOUND AND TARGET embree)
+  # The package's own target is already called embree.
+endif()
+
+find_package(GTest 1.11 QUIET)
+find_package(benchmark 1.6 QUIET)

@@ -1,0 +1,34 @@
+#include "core/finding.h"
+
+#include <algorithm>
+
+namespace atelier {
+
+const char* severity_name(Severity severity) {
+  switch (severity) {
+    case Severity::Note: return "note";
+    case Severity::Warning: return "warning";
+    case Severity::Error: return "error";
+  }
+  return "note";
+}
+
+bool has_errors(const std::vector<Finding>& findings) {
+  return std::any_of(findings.begin(), findings.end(),
+                     [](const Finding& finding) { return finding.severity == Severity::Error; });
+}
+
+std::string to_string(const Finding& finding) {
+  std::string text = severity_name(finding.severity);
+  text += " " + finding.code;
+  if (!finding.place.empty()) {
+    text += " [" + finding.place + "]";
+  }
+  text += ": " + finding.what;
+  if (!finding.advice.empty()) {
+    text += "; " + finding.advice;
+  }
+  return text;
+}
+
+}  // namespace atelier

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace atelier {
+
+enum class Severity { Note, Warning, Error };
+
+/// One thing that a validator found. Validators return findings; they do not throw.
+struct Finding {
+  Severity severity = Severity::Note;
+  std::string code;    ///< stable short name, e.g. "camera-rotation"; what tests and scripts match
+  std::string place;   ///< file, camera, frame, vertex: as precise as known
+  std::string what;    ///< what was found, one sentence
+  std::string advice;  ///< what to do about it, with the exact setting where there is one
+};
+
+/// "error", "warning" or "note".
+const char* severity_name(Severity severity);
+
+/// True if any finding is an error.
+bool has_errors(const std::vector<Finding>& findings);
+
+/// One readable line: "error camera-rotation [cam3]: ...; advice".
+std::string to_string(const Finding& finding);
+
+}  // namespace atelier
