@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+namespace atelier::testing {
+
+/// Folder of real files: $ATELIER_TEST_DATA, or ../shared/data beside the source tree.
+inline std::filesystem::path test_data_root() {
+  const char* root = std::getenv("ATELIER_TEST_DATA");
+  return root != nullptr ? std::filesystem::path(root)
+                         : std::filesystem::path(ATELIER_SOURCE_DIR) / "../shared/data";
+}
+
+}  // namespace atelier::testing
+
+/// Path of a real test file; skips the test, saying so, where it is absent. Use in a test body:
+///   ATELIER_TEST_FILE(path, "makehuman/base/base.obj");
+#define ATELIER_TEST_FILE(path, relative)                                               \
+  const std::filesystem::path path = ::atelier::testing::test_data_root() / (relative); \
+  if (!std::filesystem::exists(path)) {                                                 \
+    GTEST_SKIP() << "no test data at " << path << " (set ATELIER_TEST_DATA)";           \
+  }
