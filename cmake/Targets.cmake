@@ -24,6 +24,7 @@ function(atelier_settings target)
   target_include_directories(${target} PUBLIC "${CMAKE_SOURCE_DIR}")
   if(ATELIER_HAS_CUDA)
     target_compile_definitions(${target} PUBLIC ATELIER_HAS_CUDA=1)
+    target_link_libraries(${target} PRIVATE CUDA::cudart_static)
     target_compile_options(${target} PRIVATE
       "$<$<COMPILE_LANGUAGE:CUDA>:--expt-relaxed-constexpr;-Werror;all-warnings;-Xcompiler=-Wall,-Wextra>")
   endif()

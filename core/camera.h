@@ -1,10 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <optional>
 #include <string>
-
-#include <Eigen/Core>
 
 namespace atelier {
 
@@ -19,8 +18,8 @@ enum class Distortion {
 /// (0.5, 0.5); metres. Formats with other conventions are converted by their adapters.
 struct Camera {
   std::string id;
-  int width = 0;    ///< pixels
-  int height = 0;   ///< pixels
+  int width = 0;          ///< pixels
+  int height = 0;         ///< pixels
   double fx = 0, fy = 0;  ///< focal lengths, pixels
   double cx = 0, cy = 0;  ///< principal point, pixels
   Distortion distortion_model = Distortion::None;

@@ -38,9 +38,9 @@ struct EnvironmentError : std::runtime_error {
 }  // namespace atelier
 
 /// Checks a precondition in every build. `message` is only evaluated on failure.
-#define ATELIER_CHECK(condition, message)                                 \
-  do {                                                                    \
-    if (!(condition)) {                                                   \
-      ::atelier::fail_check(#condition, __FILE__, __LINE__, (message));   \
-    }                                                                     \
+#define ATELIER_CHECK(condition, message)                               \
+  do {                                                                  \
+    if (!(condition)) {                                                 \
+      ::atelier::fail_check(#condition, __FILE__, __LINE__, (message)); \
+    }                                                                   \
   } while (false)

@@ -11,14 +11,14 @@ namespace atelier {
 /// alike.
 struct Material {
   std::string name;
-  double density = 0.15;          ///< kg/m2
-  double stretch_warp = 1000;     ///< N/m, along the grain
-  double stretch_weft = 1000;     ///< N/m, across the grain
-  double shear = 100;             ///< N/m
-  double bending = 1e-5;          ///< N m
-  double damping = 0;             ///< s, stiffness-proportional (Rayleigh)
-  double friction = 0.4;          ///< Coulomb coefficient
-  double thickness = 0.001;       ///< m
+  double density = 0.15;       ///< kg/m2
+  double stretch_warp = 1000;  ///< N/m, along the grain
+  double stretch_weft = 1000;  ///< N/m, across the grain
+  double shear = 100;          ///< N/m
+  double bending = 1e-5;       ///< N m
+  double damping = 0;          ///< s, stiffness-proportional (Rayleigh)
+  double friction = 0.4;       ///< Coulomb coefficient
+  double thickness = 0.001;    ///< m
 };
 
 /// Two runs of panel boundary that are sewn together, vertex by vertex.
@@ -30,22 +30,22 @@ struct Seam {
 
 /// A point that rides on a triangle of another mesh (the body).
 struct Attachment {
-  int vertex = 0;                                            ///< of the garment
-  int triangle = 0;                                          ///< of the body
-  Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();     ///< sums to 1
-  double distance = 0;                                       ///< metres along the triangle's normal
+  int vertex = 0;                                         ///< of the garment
+  int triangle = 0;                                       ///< of the body
+  Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();  ///< sums to 1
+  double distance = 0;                                    ///< metres along the triangle's normal
 };
 
 /// One garment: a template in 3D, its rest shape, seams, material and how it rides on the body.
 struct Garment {
   std::string name;
-  Mesh mesh;                           ///< the template; uvs are the texture atlas
-  Points2 rest;                        ///< [R,2] metres, flat rest shape of the panels, or empty
-  Triangles rest_faces;                ///< [F,3] into rest, or empty: the rest shape is the mesh
-  std::vector<int> panels;             ///< [F] panel of each face, or empty
+  Mesh mesh;                ///< the template; uvs are the texture atlas
+  Points2 rest;             ///< [R,2] metres, flat rest shape of the panels, or empty
+  Triangles rest_faces;     ///< [F,3] into rest, or empty: the rest shape is the mesh
+  std::vector<int> panels;  ///< [F] panel of each face, or empty
   std::vector<std::string> panel_names;
-  std::vector<Seam> seams;             ///< vertices of `mesh`
-  std::vector<std::vector<int>> boundaries;   ///< closed loops of vertices: neck, cuffs, hem, ...
+  std::vector<Seam> seams;                   ///< vertices of `mesh`
+  std::vector<std::vector<int>> boundaries;  ///< closed loops of vertices: neck, cuffs, hem, ...
   std::vector<std::string> boundary_names;
   std::vector<Attachment> attachments;
   Material material;

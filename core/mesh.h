@@ -14,10 +14,10 @@ struct Mesh {
   Points vertices;  ///< [V,3] metres
   Triangles faces;  ///< [F,3] into vertices, counter-clockwise from outside
 
-  Points normals;     ///< [V,3] unit length, or empty
-  Colors colors;      ///< [V,3] linear RGB in [0,1], or empty
-  Points2 uvs;        ///< [T,2] texture coordinates, v up, or empty
-  Triangles uv_faces; ///< [F,3] into uvs, or empty
+  Points normals;                    ///< [V,3] unit length, or empty
+  Colors colors;                     ///< [V,3] linear RGB in [0,1], or empty
+  Points2 uvs;                       ///< [T,2] texture coordinates, v up, or empty
+  Triangles uv_faces;                ///< [F,3] into uvs, or empty
   std::vector<std::uint8_t> labels;  ///< [V] ids of the label taxonomy, or empty
   Eigen::VectorXf confidence;        ///< [V] in [0,1], or empty
 };

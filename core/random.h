@@ -16,8 +16,9 @@ struct RandomWords {
 /// any order, so that loops stay deterministic on any number of threads.
 ATELIER_HOST_DEVICE inline RandomWords random_words(std::uint64_t seed, std::uint64_t stream,
                                                     std::uint64_t counter) {
-  std::uint32_t c[4] = {static_cast<std::uint32_t>(counter), static_cast<std::uint32_t>(counter >> 32),
-                        static_cast<std::uint32_t>(stream), static_cast<std::uint32_t>(stream >> 32)};
+  std::uint32_t c[4] = {
+      static_cast<std::uint32_t>(counter), static_cast<std::uint32_t>(counter >> 32),
+      static_cast<std::uint32_t>(stream), static_cast<std::uint32_t>(stream >> 32)};
   std::uint32_t k0 = static_cast<std::uint32_t>(seed);
   std::uint32_t k1 = static_cast<std::uint32_t>(seed >> 32);
   for (int round = 0; round < 10; ++round) {

@@ -12,11 +12,11 @@ namespace atelier {
 struct Skeleton {
   std::vector<std::string> names;  ///< [J], unique
   std::vector<int> parents;        ///< [J], parents[j] < j, parents[0] = -1
-  Points offsets;                  ///< [J,3] metres, from the parent's joint in the parent's rest frame
-  Points rest_rotations;           ///< [J,3] rotation vectors, joint's rest frame relative to its
-                                   ///< parent's; empty: identity
-  Points limits_min;               ///< [J,3] radians, rotation-vector components, or empty
-  Points limits_max;               ///< [J,3] radians, or empty
+  Points offsets;         ///< [J,3] metres, from the parent's joint in the parent's rest frame
+  Points rest_rotations;  ///< [J,3] rotation vectors, joint's rest frame relative to its
+                          ///< parent's; empty: identity
+  Points limits_min;      ///< [J,3] radians, rotation-vector components, or empty
+  Points limits_max;      ///< [J,3] radians, or empty
 };
 
 /// Throws DataError unless sizes agree, names are unique and not empty, there is one root, parents

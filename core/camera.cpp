@@ -1,0 +1,211 @@
+#include "core/camera.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+using Vector2 = Eigen::Vector2d;
+using Matrix2 = Eigen::Matrix2d;
+
+struct Bent {
+  Vector2 point;
+  Matrix2 jacobian;
+};
+
+// OpenCV's rational model; https://docs.opencv.org, "Camera Calibration and 3D Reconstruction".
+Bent bend_brown(const std::array<double, 8>& d, const Vector2& p) {
+  const double k1 = d[0], k2 = d[1], p1 = d[2], p2 = d[3], k3 = d[4], k4 = d[5], k5 = d[6],
+               k6 = d[7];
+  const double x = p.x(), y = p.y();
+  const double r2 = x * x + y * y;
+  const double numerator = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  const double denominator = 1 + r2 * (k4 + r2 * (k5 + r2 * k6));
+  const double radial = numerator / denominator;
+  // d(radial)/d(r2)
+  const double radial_r2 =
+      ((k1 + r2 * (2 * k2 + 3 * r2 * k3)) - radial * (k4 + r2 * (2 * k5 + 3 * r2 * k6))) /
+      denominator;
+  Bent bent;
+  bent.point = {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+                y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
+  bent.jacobian(0, 0) = radial + 2 * x * x * radial_r2 + 2 * p1 * y + 6 * p2 * x;
+  bent.jacobian(0, 1) = 2 * x * y * radial_r2 + 2 * p1 * x + 2 * p2 * y;
+  bent.jacobian(1, 0) = bent.jacobian(0, 1);
+  bent.jacobian(1, 1) = radial + 2 * y * y * radial_r2 + 6 * p1 * y + 2 * p2 * x;
+  return bent;
+}
+
+// Kannala and Brandt 2006, as OpenCV's fisheye module states it.
+Bent bend_fisheye(const std::array<double, 8>& d, const Vector2& p) {
+  const double r = p.norm();
+  if (r < 1e-8) {
+    return {p, Matrix2::Identity()};
+  }
+  const double theta = std::atan(r);
+  const double t2 = theta * theta;
+  const double bent_theta = theta * (1 + t2 * (d[0] + t2 * (d[1] + t2 * (d[2] + t2 * d[3]))));
+  const double slope = 1 + t2 * (3 * d[0] + t2 * (5 * d[1] + t2 * (7 * d[2] + t2 * 9 * d[3])));
+  const double scale = bent_theta / r;
+  const double scale_r = (slope / (1 + r * r) - scale) / r;
+  return {scale * p, scale * Matrix2::Identity() + (scale_r / r) * p * p.transpose()};
+}
+
+Bent bend(const Camera& camera, const Vector2& p) {
+  switch (camera.distortion_model) {
+    case Distortion::None:
+      break;
+    case Distortion::Brown:
+      return bend_brown(camera.distortion, p);
+    case Distortion::Fisheye:
+      return bend_fisheye(camera.distortion, p);
+  }
+  return {p, Matrix2::Identity()};
+}
+
+// Beyond the first fold of the distortion one pixel has two rays; only the inner one is a camera's.
+bool folded(const Camera& camera, const Vector2& p, const Bent& bent) {
+  if (bent.jacobian.determinant() <= 0 || bent.jacobian.trace() <= 0) {
+    return true;
+  }
+  if (camera.distortion_model != Distortion::Brown) {
+    return false;
+  }
+  // The radius may have turned back and forth on the way out: look along the ray from the centre.
+  constexpr int kSteps = 8;
+  for (int step = 1; step < kSteps; ++step) {
+    const Bent inner = bend(camera, p * (static_cast<double>(step) / kSteps));
+    if (inner.jacobian.determinant() <= 0) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Eigen::Vector3d camera_center(const Camera& camera) {
+  return -camera.camera_from_world_rotation.transpose() * camera.camera_from_world_translation;
+}
+
+Eigen::Vector3d camera_from_world(const Camera& camera, const Eigen::Vector3d& point_in_world) {
+  return camera.camera_from_world_rotation * point_in_world + camera.camera_from_world_translation;
+}
+
+std::optional<Eigen::Vector2d> project(const Camera& camera,
+                                       const Eigen::Vector3d& point_in_world) {
+  const Eigen::Vector3d p = camera_from_world(camera, point_in_world);
+  if (!(p.z() > 0)) {
+    return std::nullopt;
+  }
+  const Vector2 flat = p.head<2>() / p.z();
+  const Bent bent = bend(camera, flat);
+  if (!bent.point.allFinite() || folded(camera, flat, bent)) {
+    return std::nullopt;
+  }
+  return Vector2(camera.fx * bent.point.x() + camera.cx, camera.fy * bent.point.y() + camera.cy);
+}
+
+std::optional<Eigen::Matrix<double, 2, 3>> project_jacobian(const Camera& camera,
+                                                            const Eigen::Vector3d& point_in_world) {
+  const Eigen::Vector3d p = camera_from_world(camera, point_in_world);
+  if (!(p.z() > 0)) {
+    return std::nullopt;
+  }
+  const Vector2 flat = p.head<2>() / p.z();
+  const Bent bent = bend(camera, flat);
+  if (!bent.jacobian.allFinite() || folded(camera, flat, bent)) {
+    return std::nullopt;
+  }
+  Eigen::Matrix<double, 2, 3> flat_from_camera;
+  flat_from_camera << 1 / p.z(), 0, -flat.x() / p.z(),  //
+      0, 1 / p.z(), -flat.y() / p.z();
+  const Vector2 focal(camera.fx, camera.fy);
+  return Eigen::Matrix<double, 2, 3>(focal.asDiagonal() * bent.jacobian * flat_from_camera *
+                                     camera.camera_from_world_rotation);
+}
+
+std::optional<Eigen::Vector3d> ray_direction(const Camera& camera, const Eigen::Vector2d& pixel) {
+  const Vector2 target((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy);
+  if (!target.allFinite()) {
+    return std::nullopt;
+  }
+  Vector2 flat = target;
+  if (camera.distortion_model != Distortion::None) {
+    // Newton with step halving: the start may lie beyond the fold.
+    constexpr int kIterations = 50;
+    constexpr double kTolerance = 1e-12;
+    double error = (bend(camera, flat).point - target).norm();
+    while (folded(camera, flat, bend(camera, flat)) && flat.norm() > 1e-9) {
+      flat *= 0.5;
+      error = (bend(camera, flat).point - target).norm();
+    }
+    for (int iteration = 0; iteration < kIterations && error > kTolerance; ++iteration) {
+      const Bent bent = bend(camera, flat);
+      const Vector2 step = bent.jacobian.inverse() * (bent.point - target);
+      double scale = 1;
+      Vector2 next = flat - step;
+      Bent at_next = bend(camera, next);
+      while (scale > 1e-6 && (!at_next.point.allFinite() || folded(camera, next, at_next) ||
+                              (at_next.point - target).norm() > error)) {
+        scale *= 0.5;
+        next = flat - scale * step;
+        at_next = bend(camera, next);
+      }
+      const double next_error = (at_next.point - target).norm();
+      if (!(next_error < error)) {
+        break;
+      }
+      flat = next;
+      error = next_error;
+    }
+    if (!(error < 1e-9)) {
+      return std::nullopt;
+    }
+  }
+  const Eigen::Vector3d in_camera(flat.x(), flat.y(), 1);
+  return (camera.camera_from_world_rotation.transpose() * in_camera).normalized();
+}
+
+void check_camera(const Camera& camera, const std::string& file) {
+  const std::string place = "camera '" + camera.id + "'";
+  if (camera.width <= 0 || camera.height <= 0) {
+    throw DataError(
+        file, place,
+        std::to_string(camera.width) + " x " + std::to_string(camera.height) + " pixels",
+        "a positive size");
+  }
+  if (!(camera.fx > 0) || !(camera.fy > 0) || !std::isfinite(camera.fx) ||
+      !std::isfinite(camera.fy)) {
+    throw DataError(file, place,
+                    "focal lengths " + std::to_string(camera.fx) + ", " + std::to_string(camera.fy),
+                    "positive numbers of pixels");
+  }
+  if (!std::isfinite(camera.cx) || !std::isfinite(camera.cy)) {
+    throw DataError(file, place, "a principal point that is not finite", "finite pixels");
+  }
+  for (const double coefficient : camera.distortion) {
+    if (!std::isfinite(coefficient)) {
+      throw DataError(file, place, "a distortion coefficient that is not finite", "finite numbers");
+    }
+  }
+  const Eigen::Matrix3d& r = camera.camera_from_world_rotation;
+  if (!r.allFinite() || !camera.camera_from_world_translation.allFinite()) {
+    throw DataError(file, place, "a pose that is not finite", "finite numbers");
+  }
+  if ((r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-6 ||
+      r.determinant() < 0) {
+    throw DataError(file, place,
+                    r.determinant() < 0 ? "a rotation that mirrors (determinant -1)"
+                                        : "a rotation that is not orthonormal",
+                    "an orthonormal matrix with determinant 1");
+  }
+  if (!(camera.gain.allFinite()) || camera.gain.minCoeff() <= 0) {
+    throw DataError(file, place, "a gain that is not positive", "positive factors");
+  }
+}
+
+}  // namespace atelier

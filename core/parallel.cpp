@@ -1,0 +1,99 @@
+#include "core/parallel.h"
+
+#include <algorithm>
+#include <exception>
+#include <memory>
+#include <mutex>
+
+#include "core/error.h"
+
+#ifdef ATELIER_HAS_TBB
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_for.h>
+#endif
+
+namespace atelier {
+
+#ifdef ATELIER_HAS_TBB
+namespace {
+
+// The one piece of process-wide state in core: how many threads loops may use. Results do not
+// depend on it.
+struct ThreadLimit {
+  std::mutex mutex;
+  std::unique_ptr<tbb::global_control> control;
+};
+
+ThreadLimit& thread_limit() {
+  static ThreadLimit limit;
+  return limit;
+}
+
+}  // namespace
+#endif
+
+void parallel_for(Index n, Index grain, const std::function<void(Index, Index)>& body) {
+  ATELIER_CHECK(grain > 0, "parallel_for needs a positive grain");
+  if (n <= 0) {
+    return;
+  }
+  const Index chunks = (n + grain - 1) / grain;
+  const auto run = [&](Index chunk) { body(chunk * grain, std::min(n, (chunk + 1) * grain)); };
+#ifdef ATELIER_HAS_TBB
+  if (chunks > 1) {
+    std::mutex mutex;
+    Index failed_chunk = chunks;
+    std::exception_ptr failure;
+    tbb::parallel_for(Index{0}, chunks, [&](Index chunk) {
+      {
+        const std::lock_guard<std::mutex> lock(mutex);
+        if (chunk > failed_chunk) {
+          return;
+        }
+      }
+      try {
+        run(chunk);
+      } catch (...) {  // handed over to the caller: the first by chunk order
+        const std::lock_guard<std::mutex> lock(mutex);
+        if (chunk < failed_chunk) {
+          failed_chunk = chunk;
+          failure = std::current_exception();
+        }
+      }
+    });
+    if (failure) {
+      std::rethrow_exception(failure);
+    }
+    return;
+  }
+#endif
+  for (Index chunk = 0; chunk < chunks; ++chunk) {
+    run(chunk);
+  }
+}
+
+void set_thread_count(int count) {
+  ATELIER_CHECK(count >= 0, "set_thread_count needs 0 (all) or a positive count");
+#ifdef ATELIER_HAS_TBB
+  ThreadLimit& limit = thread_limit();
+  const std::lock_guard<std::mutex> lock(limit.mutex);
+  limit.control.reset();
+  if (count > 0) {
+    limit.control = std::make_unique<tbb::global_control>(
+        tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count));
+  }
+#endif
+}
+
+int thread_count() {
+#ifdef ATELIER_HAS_TBB
+  const auto allowed =
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  return static_cast<int>(allowed);
+#else
+  return 1;
+#endif
+}
+
+}  // namespace atelier
