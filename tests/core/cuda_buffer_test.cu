@@ -1,0 +1,102 @@
+#include <numeric>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/cuda_buffer.cuh"
+#include "core/device.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::HasSubstr;
+
+#define SKIP_WITHOUT_CUDA()           \
+  if (!cuda_available()) {            \
+    GTEST_SKIP() << "no CUDA device"; \
+  }
+
+template <class Call>
+std::string message_of(const Call& call) {
+  try {
+    call();
+  } catch (const EnvironmentError& error) {
+    return error.what();
+  }
+  return "nothing thrown";
+}
+
+__global__ void add_one(int* values, int n) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < n) {
+    values[i] += 1;
+  }
+}
+
+TEST(CudaBuffer, RoundTripThroughAKernel) {
+  SKIP_WITHOUT_CUDA();
+  std::vector<int> host(1000);
+  std::iota(host.begin(), host.end(), 0);
+  CudaBuffer<int> buffer(host);
+  add_one<<<cuda_blocks(1000), kCudaBlock>>>(buffer.data(), 1000);
+  ATELIER_CUDA_LAUNCHED(add_one);
+  std::vector<int> expected(1000);
+  std::iota(expected.begin(), expected.end(), 1);
+  EXPECT_EQ(buffer.download(), expected);
+  buffer.clear();
+  EXPECT_EQ(buffer.download(), std::vector<int>(1000, 0));
+}
+
+TEST(CudaBuffer, MovesAndSwaps) {
+  SKIP_WITHOUT_CUDA();
+  CudaBuffer<double> a(std::vector<double>{1, 2, 3});
+  CudaBuffer<double> b(std::move(a));
+  EXPECT_EQ(b.download(), (std::vector<double>{1, 2, 3}));
+  CudaBuffer<double> c(std::vector<double>{4});
+  c = std::move(b);
+  EXPECT_EQ(c.download(), (std::vector<double>{1, 2, 3}));
+}
+
+TEST(CudaBuffer, EmptyIsNothing) {
+  const CudaBuffer<float> buffer;
+  EXPECT_EQ(buffer.data(), nullptr);
+  EXPECT_TRUE(buffer.download().empty());
+}
+
+TEST(CudaBuffer, RefusesAnUploadOfAnotherSize) {
+  CudaBuffer<int> buffer;
+  EXPECT_THROW(buffer.upload(std::vector<int>{1}), LogicError);
+}
+
+TEST(CudaBuffer, RefusesASizeThatOverflows) {
+  EXPECT_THROW(CudaBuffer<double>(std::numeric_limits<std::size_t>::max() / 2), LogicError);
+}
+
+TEST(CudaBuffer, OutOfMemorySaysSo) {
+  SKIP_WITHOUT_CUDA();
+  const std::string message = message_of([] { CudaBuffer<char> buffer(std::size_t{1} << 50); });
+  EXPECT_THAT(message, HasSubstr("out of memory"));
+  EXPECT_THAT(message, HasSubstr("1125899906842624 bytes asked for"));
+}
+
+TEST(CudaCheck, NamesCallPlaceAndError) {
+  const std::string message =
+      message_of([] { check_cuda(cudaErrorInvalidValue, "cudaMemcpy(a, b)", "some/file.cu", 42); });
+  EXPECT_THAT(message, HasSubstr("cudaMemcpy(a, b)"));
+  EXPECT_THAT(message, HasSubstr("file.cu:42"));
+  EXPECT_THAT(message, HasSubstr("cudaErrorInvalidValue"));
+  EXPECT_NO_THROW(check_cuda(cudaSuccess, "", "", 0));
+}
+
+TEST(CudaCheck, ReportsAFailedLaunch) {
+  SKIP_WITHOUT_CUDA();
+  const std::string message = message_of([] {
+    add_one<<<1, 100000>>>(nullptr, 0);
+    ATELIER_CUDA_LAUNCHED(add_one);
+  });
+  EXPECT_THAT(message, HasSubstr("launch of add_one"));
+  EXPECT_NO_THROW(ATELIER_CUDA_CHECK(cudaGetLastError()));
+}
+
+}  // namespace
+}  // namespace atelier
