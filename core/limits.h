@@ -25,6 +25,7 @@ struct Limits {
   std::int64_t text_file_bytes = 64LL << 20;          ///< JSON, TOML, CSV, YAML
   std::int64_t text_depth = 64;                       ///< nesting of JSON and TOML
   std::int64_t text_string_bytes = 64LL << 10;        ///< one JSON or TOML string
+  std::int64_t text_values = 8'000'000;               ///< values in one JSON or TOML text
   std::int64_t cameras = 1'024;
   std::int64_t joints = 1'024;
   std::int64_t frames = 1'000'000;

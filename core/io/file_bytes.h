@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace atelier {
+
+/// Every byte of a regular file of at most `max_bytes`. A file that is missing, larger, or no
+/// regular file (folder, pipe, device) is a DataError; a disk that fails is an EnvironmentError.
+std::vector<std::byte> read_file_bytes(const std::filesystem::path& path, std::int64_t max_bytes);
+
+/// The same as text.
+std::string read_file_text(const std::filesystem::path& path, std::int64_t max_bytes);
+
+}  // namespace atelier

@@ -1,0 +1,179 @@
+#include "core/io/json.h"
+
+#include <algorithm>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+
+namespace atelier {
+namespace {
+
+/// Walks over the text and tells how far it is: the parser itself only says so in its own errors.
+struct Cursor {
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  const char* at = nullptr;
+  std::size_t* position = nullptr;
+
+  reference operator*() const { return *at; }
+  Cursor& operator++() {
+    ++at;
+    ++*position;
+    return *this;
+  }
+  Cursor operator++(int) {
+    Cursor before = *this;
+    ++*this;
+    return before;
+  }
+  bool operator==(const Cursor& other) const { return at == other.at; }
+};
+
+/// Builds the value while judging it: nothing is stored that a ceiling forbids.
+class Builder : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  Builder(std::string_view text, const std::string& file, const Limits& limits)
+      : text_(text), file_(file), limits_(limits) {}
+
+  bool null() override { return add(nullptr); }
+  bool boolean(bool value) override { return add(value); }
+  bool number_integer(std::int64_t value) override { return add(value); }
+  bool number_unsigned(std::uint64_t value) override { return add(value); }
+  bool number_float(double value, const std::string&) override { return add(value); }
+  bool string(std::string& value) override {
+    check_string(value);
+    return add(std::move(value));
+  }
+  bool binary(nlohmann::json::binary_t&) override { return false; }  // never in JSON text
+
+  bool start_object(std::size_t) override { return open(nlohmann::json::object()); }
+  bool start_array(std::size_t) override { return open(nlohmann::json::array()); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+
+  bool key(std::string& name) override {
+    check_string(name);
+    if (open_.back()->contains(name)) {
+      refuse("the key \"" + shown(name) + "\" twice in one object", "each key once");
+    }
+    key_ = std::move(name);
+    return true;
+  }
+
+  bool parse_error(std::size_t position, const std::string&,
+                   const nlohmann::detail::exception& error) override {
+    // "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error while ..."
+    std::string reason = error.what();
+    if (const std::size_t end = reason.find("] "); end != std::string::npos) {
+      reason.erase(0, end + 2);
+    }
+    if (const std::size_t end = reason.find(": "); reason.starts_with("parse error at")) {
+      reason.erase(0, end + 2);
+    }
+    throw DataError(file_, place(position), shown(reason), "JSON");
+  }
+
+  Cursor begin() { return {text_.data(), &position_}; }
+  Cursor end() { return {text_.data() + text_.size(), &position_}; }
+  nlohmann::json take() { return std::move(root_); }
+
+ private:
+  bool add(nlohmann::json value) {
+    insert(std::move(value));
+    return true;
+  }
+
+  bool open(nlohmann::json container) {
+    if (static_cast<std::int64_t>(open_.size()) >= limits_.text_depth) {
+      refuse("nesting deeper than " + std::to_string(limits_.text_depth), "flatter JSON");
+    }
+    open_.push_back(insert(std::move(container)));
+    return true;
+  }
+
+  bool close() {
+    open_.pop_back();
+    return true;
+  }
+
+  /// Stores a value where the parser stands. Pointers to open containers stay valid: a container is
+  /// only appended to while it is the innermost one.
+  nlohmann::json* insert(nlohmann::json value) {
+    if (++values_ > limits_.text_values) {
+      refuse("more than " + std::to_string(limits_.text_values) + " values", "smaller JSON");
+    }
+    if (open_.empty()) {
+      root_ = std::move(value);
+      return &root_;
+    }
+    nlohmann::json& parent = *open_.back();
+    if (parent.is_array()) {
+      parent.push_back(std::move(value));
+      return &parent.back();
+    }
+    return &(parent[key_] = std::move(value));
+  }
+
+  void check_string(const std::string& value) const {
+    if (static_cast<std::int64_t>(value.size()) > limits_.text_string_bytes) {
+      refuse("a string of " + std::to_string(value.size()) + " bytes",
+             "at most " + std::to_string(limits_.text_string_bytes) + " bytes");
+    }
+  }
+
+  [[noreturn]] void refuse(const std::string& found, const std::string& expected) const {
+    throw DataError(file_, place(position_), found, expected);
+  }
+
+  static std::string shown(const std::string& value) {
+    constexpr std::size_t kLongest = 200;
+    return value.size() <= kLongest ? value : value.substr(0, kLongest) + "...";
+  }
+
+  std::string place(std::size_t position) const {
+    const std::string_view before = text_.substr(0, std::min(position, text_.size()));
+    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+    const std::size_t start = before.rfind('\n');
+    const std::size_t column =
+        start == std::string_view::npos ? before.size() : before.size() - start - 1;
+    return "line " + std::to_string(line) + ", column " + std::to_string(column);
+  }
+
+  std::string_view text_;
+  const std::string& file_;
+  const Limits& limits_;
+  std::size_t position_ = 0;
+  nlohmann::json root_;
+  std::vector<nlohmann::json*> open_;
+  std::string key_;
+  std::int64_t values_ = 0;
+};
+
+}  // namespace
+
+nlohmann::json parse_json(std::string_view text, const std::string& file, const Limits& limits) {
+  if (static_cast<std::int64_t>(text.size()) > limits.text_file_bytes) {
+    throw DataError(file, "", std::to_string(text.size()) + " bytes of JSON",
+                    "at most " + std::to_string(limits.text_file_bytes) + " bytes");
+  }
+  // The parser would take a NUL byte for the end of the text.
+  if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) {
+    throw DataError(file, "byte " + std::to_string(nul), "a NUL byte", "JSON text");
+  }
+  Builder builder(text, file, limits);
+  nlohmann::json::sax_parse(builder.begin(), builder.end(), &builder);
+  return builder.take();
+}
+
+nlohmann::json read_json(const std::filesystem::path& path, const Limits& limits) {
+  return parse_json(read_file_text(path, limits.text_file_bytes), path.string(), limits);
+}
+
+}  // namespace atelier

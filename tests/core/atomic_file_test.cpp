@@ -1,0 +1,230 @@
+#include "core/atomic_file.h"
+
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string content(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+unsigned mode_of(const std::filesystem::path& path) {
+  struct stat status {};
+  EXPECT_EQ(stat(path.c_str(), &status), 0);
+  return status.st_mode & 0777;
+}
+
+std::size_t files_in(const std::filesystem::path& folder) {
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder)) {
+    ++count;
+  }
+  return count;
+}
+
+TEST(AtomicFile, AppearsWholeAtCommit) {
+  const testing::TemporaryDirectory folder;
+  AtomicFile file(folder / "a");
+  file.write("hello ");
+  file.write("world");
+  EXPECT_FALSE(std::filesystem::exists(folder / "a"));
+  EXPECT_EQ(content(file.temporary_path()), "hello world");
+  file.commit();
+  EXPECT_EQ(content(folder / "a"), "hello world");
+  EXPECT_EQ(files_in(folder.path()), 1u);
+}
+
+TEST(AtomicFile, IsForItsOwnerAlone) {
+  const testing::TemporaryDirectory folder;
+  write_file_atomically(folder / "a", "x");
+  EXPECT_EQ(mode_of(folder / "a"), 0600u);
+  write_file_atomically(folder / "b", "x", 0644);
+  EXPECT_EQ(mode_of(folder / "b"), 0644u);
+}
+
+TEST(AtomicFile, ReplacesAnOlderFile) {
+  const testing::TemporaryDirectory folder;
+  write_file_atomically(folder / "a", "old and longer");
+  write_file_atomically(folder / "a", "new");
+  EXPECT_EQ(content(folder / "a"), "new");
+}
+
+TEST(AtomicFile, WithoutCommitNothingIsLeft) {
+  const testing::TemporaryDirectory folder;
+  write_file_atomically(folder / "a", "old");
+  {
+    AtomicFile file(folder / "a");
+    file.write("new");
+  }
+  EXPECT_EQ(content(folder / "a"), "old");
+  EXPECT_EQ(files_in(folder.path()), 1u);
+}
+
+TEST(AtomicFile, AnExceptionDoesNotCommit) {
+  const testing::TemporaryDirectory folder;
+  try {
+    AtomicFile file(folder / "a");
+    file.write("half");
+    throw std::runtime_error("unwinding");
+  } catch (const std::runtime_error&) {
+  }
+  EXPECT_EQ(files_in(folder.path()), 0u);
+}
+
+TEST(AtomicFile, ALibraryMayWriteByName) {
+  const testing::TemporaryDirectory folder;
+  AtomicFile file(folder / "a");
+  std::ofstream(file.temporary_path(), std::ios::trunc) << "by another descriptor";
+  file.commit();
+  EXPECT_EQ(content(folder / "a"), "by another descriptor");
+}
+
+TEST(AtomicFile, NamesOfTemporaryFilesAreKnown) {
+  const testing::TemporaryDirectory folder;
+  const AtomicFile file(folder / "a");
+  EXPECT_TRUE(is_temporary_name(file.temporary_path().filename().string()));
+  EXPECT_FALSE(is_temporary_name("a"));
+  EXPECT_FALSE(is_temporary_name(".atelier-.tmp"));
+  EXPECT_FALSE(is_temporary_name("manifest.json"));
+}
+
+TEST(AtomicFile, TheLongestNameWorks) {
+  const testing::TemporaryDirectory folder;
+  write_file_atomically(folder / std::string(255, 'n'), "x");
+  EXPECT_EQ(content(folder / std::string(255, 'n')), "x");
+}
+
+TEST(AtomicFile, AMissingFolderIsAnEnvironmentErrorWithThePath) {
+  const testing::TemporaryDirectory folder;
+  try {
+    AtomicFile file(folder / "missing/a");
+    FAIL();
+  } catch (const EnvironmentError& error) {
+    EXPECT_THAT(error.what(), HasSubstr((folder / "missing/a").string()));
+    EXPECT_THAT(error.what(), HasSubstr("No such file or directory"));
+  }
+}
+
+TEST(AtomicFile, AFolderUnderTheNameIsNotReplaced) {
+  const testing::TemporaryDirectory folder;
+  std::filesystem::create_directory(folder / "a");
+  EXPECT_THROW(write_file_atomically(folder / "a", "x"), EnvironmentError);
+  EXPECT_TRUE(std::filesystem::is_directory(folder / "a"));
+  EXPECT_EQ(files_in(folder.path()), 1u);
+}
+
+TEST(AtomicFile, MisuseIsALogicError) {
+  const testing::TemporaryDirectory folder;
+  EXPECT_THROW(AtomicFile(folder.path() / ""), LogicError);
+  AtomicFile file(folder / "a");
+  file.commit();
+  EXPECT_THROW(file.commit(), LogicError);
+  EXPECT_THROW(file.write("x"), LogicError);
+}
+
+/// Runs `action` in a child whose files may not exceed 4,096 bytes (EFBIG stands for a full disk);
+/// true if it ended with EnvironmentError and the words.
+bool fails_on_a_small_disk(const std::function<void()>& action, const std::string& words) {
+  const pid_t child = fork();
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{4096, 4096};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    int code = 1;
+    try {
+      action();
+    } catch (const EnvironmentError& error) {
+      code = std::string(error.what()).find(words) != std::string::npos ? 0 : 2;
+    }
+    _exit(code);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+TEST(AtomicFile, AFullDiskKeepsTheOlderFile) {
+  const testing::TemporaryDirectory folder;
+  write_file_atomically(folder / "a", "old");
+  EXPECT_TRUE(
+      fails_on_a_small_disk([&] { write_file_atomically(folder / "a", std::string(10'000, 'x')); },
+                            (folder / "a").string() + ": cannot write"));
+  EXPECT_EQ(content(folder / "a"), "old");
+  EXPECT_EQ(files_in(folder.path()), 1u);
+}
+
+TEST(AtomicFile, DevFullIsAnEnvironmentError) {
+  // A descriptor whose every write fails with ENOSPC, put in the place of the temporary file.
+  const testing::TemporaryDirectory folder;
+  const pid_t child = fork();
+  if (child == 0) {
+    AtomicFile file(folder / "a");
+    int highest = -1;
+    for (int i = 3; i < 64; ++i) {
+      highest = fcntl(i, F_GETFD) >= 0 ? i : highest;
+    }
+    const int full = open("/dev/full", O_WRONLY);
+    dup2(full, highest);
+    int code = 1;
+    try {
+      file.write("x");
+    } catch (const EnvironmentError& error) {
+      code = std::string(error.what()).find("No space left") != std::string::npos ? 0 : 2;
+    }
+    _exit(code);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST(PrivateDirectory, IsForItsOwnerAloneWithItsParents) {
+  const testing::TemporaryDirectory folder;
+  make_private_directory(folder / "a/b/c/");
+  for (const char* name : {"a", "a/b", "a/b/c"}) {
+    EXPECT_EQ(mode_of(folder / name), 0700u) << name;
+  }
+}
+
+TEST(PrivateDirectory, AnExistingOneIsLeftAlone) {
+  const testing::TemporaryDirectory folder;
+  std::filesystem::create_directory(folder / "a");
+  chmod((folder / "a").c_str(), 0755);
+  make_private_directory(folder / "a");
+  EXPECT_EQ(mode_of(folder / "a"), 0755u);
+}
+
+TEST(PrivateDirectory, AFileInTheWayIsAnEnvironmentError) {
+  const testing::TemporaryDirectory folder;
+  std::ofstream(folder / "a") << "x";
+  EXPECT_THROW(make_private_directory(folder / "a"), EnvironmentError);
+  EXPECT_THROW(make_private_directory(folder / "a/b"), EnvironmentError);
+}
+
+TEST(SyncDirectory, AMissingFolderIsAnEnvironmentError) {
+  const testing::TemporaryDirectory folder;
+  EXPECT_NO_THROW(sync_directory(folder.path()));
+  EXPECT_THROW(sync_directory(folder / "missing"), EnvironmentError);
+}
+
+}  // namespace
+}  // namespace atelier

@@ -1,0 +1,100 @@
+#include "core/io/json.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string refusal(const std::string& text, const Limits& limits = {}) {
+  try {
+    parse_json(text, "a.json", limits);
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Json, ReadsEveryKindOfValue) {
+  const nlohmann::json value =
+      parse_json(R"( {"a": [1, -2, 2.5, 1e-3, true, false, null], "b": {"c": "d\n\u00e9"}} )");
+  EXPECT_EQ(value["a"][0], 1);
+  EXPECT_EQ(value["a"][1], -2);
+  EXPECT_EQ(value["a"][2], 2.5);
+  EXPECT_EQ(value["a"][3], 1e-3);
+  EXPECT_EQ(value["a"][4], true);
+  EXPECT_EQ(value["a"][6], nullptr);
+  EXPECT_EQ(value["b"]["c"], "d\n\xC3\xA9");
+}
+
+TEST(Json, ReadsScalarsAndEmptyContainers) {
+  EXPECT_EQ(parse_json("3"), 3);
+  EXPECT_EQ(parse_json("\"x\""), "x");
+  EXPECT_EQ(parse_json("[]").size(), 0u);
+  EXPECT_EQ(parse_json("{}").size(), 0u);
+}
+
+TEST(Json, KeepsTheExtremesOf64BitIntegers) {
+  EXPECT_EQ(parse_json("18446744073709551615").get<std::uint64_t>(), 18446744073709551615u);
+  EXPECT_EQ(parse_json("-9223372036854775808").get<std::int64_t>(),
+            std::numeric_limits<std::int64_t>::min());
+}
+
+TEST(Json, ReadsNestingUpToTheLimit) {
+  const std::string deep = std::string(64, '[') + std::string(64, ']');
+  EXPECT_NO_THROW(parse_json(deep));
+  EXPECT_THAT(refusal("[" + deep + "]"), HasSubstr("nesting deeper than 64"));
+}
+
+TEST(Json, NestingOfAMillionLevelsIsRefusedAtOnce) {
+  EXPECT_THAT(refusal(std::string(1'000'000, '[')), HasSubstr("nesting deeper than 64"));
+}
+
+TEST(Json, ALongStringIsRefused) {
+  Limits limits;
+  limits.text_string_bytes = 10;
+  EXPECT_EQ(refusal("[\"0123456789\"]", limits), "");
+  EXPECT_THAT(refusal("[\"0123456789a\"]", limits), HasSubstr("a string of 11 bytes"));
+  EXPECT_THAT(refusal("{\"0123456789a\": 1}", limits), HasSubstr("a string of 11 bytes"));
+}
+
+TEST(Json, TooManyValuesAreRefused) {
+  Limits limits;
+  limits.text_values = 3;
+  EXPECT_EQ(refusal("[1, 2]", limits), "");
+  EXPECT_THAT(refusal("[1, 2, 3]", limits), HasSubstr("more than 3 values"));
+}
+
+TEST(Json, ALargeTextIsRefused) {
+  Limits limits;
+  limits.text_file_bytes = 4;
+  EXPECT_THAT(refusal("[1,2]", limits), HasSubstr("5 bytes of JSON"));
+}
+
+TEST(Json, ErrorsNameFileLineAndColumn) {
+  EXPECT_THAT(refusal("{\n  \"a\": 1,\n  \"b\": x\n}"), HasSubstr("a.json: line 3, column 8"));
+  EXPECT_THAT(refusal("{\n  \"a\": 1,\n  \"a\": 2\n}"), HasSubstr("a.json: line 3, column 5"));
+}
+
+TEST(Json, ReadsAFile) {
+  const testing::TemporaryDirectory folder;
+  std::ofstream(folder / "x.json") << "{\"fps\": 30}";
+  EXPECT_EQ(read_json(folder / "x.json")["fps"], 30);
+}
+
+TEST(Json, AMissingFileAndAFolderAreDataErrors) {
+  const testing::TemporaryDirectory folder;
+  EXPECT_THROW(read_json(folder / "missing.json"), DataError);
+  EXPECT_THROW(read_json(folder.path()), DataError);
+}
+
+}  // namespace
+}  // namespace atelier

@@ -1,0 +1,59 @@
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "tests/hostile/readers.h"
+
+namespace atelier::testing {
+namespace {
+
+class Malformed : public ::testing::TestWithParam<MalformedFile> {};
+
+TEST_P(Malformed, IsRefusedWithTheReason) {
+  const std::vector<Reader> readers = all_readers();
+  const auto reader = std::find_if(readers.begin(), readers.end(), [](const Reader& candidate) {
+    return candidate.name == GetParam().reader;
+  });
+  ASSERT_NE(reader, readers.end()) << "no fuzz/" << GetParam().reader << "_fuzz.cpp";
+  try {
+    reader->read(bytes_of(GetParam().path));
+    FAIL() << "was read although: " << GetParam().wrong;
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr(GetParam().words));
+    EXPECT_FALSE(error.found.empty()) << error.what();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, Malformed, ::testing::ValuesIn(all_malformed_files()),
+                         [](const auto& info) {
+                           std::string name =
+                               info.param.reader + "_" + info.param.path.filename().string();
+                           std::replace_if(
+                               name.begin(), name.end(),
+                               [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+                           return name;
+                         });
+
+TEST(MalformedFiles, EveryFileIsInItsIndexOnce) {
+  std::vector<std::filesystem::path> listed;
+  for (const MalformedFile& file : all_malformed_files()) {
+    listed.push_back(file.path);
+  }
+  std::sort(listed.begin(), listed.end());
+  EXPECT_EQ(std::adjacent_find(listed.begin(), listed.end()), listed.end());
+  std::vector<std::filesystem::path> present;
+  const std::filesystem::path root =
+      std::filesystem::path(ATELIER_SOURCE_DIR) / "tests" / "hostile" / "malformed";
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
+    if (entry.is_regular_file() && entry.path().filename() != "index.txt") {
+      present.push_back(entry.path());
+    }
+  }
+  std::sort(present.begin(), present.end());
+  EXPECT_EQ(listed, present);
+}
+
+}  // namespace
+}  // namespace atelier::testing
