@@ -177,12 +177,14 @@ TEST(AtomicFile, DevFullIsAnEnvironmentError) {
   const pid_t child = fork();
   if (child == 0) {
     AtomicFile file(folder / "a");
-    int highest = -1;
-    for (int i = 3; i < 64; ++i) {
-      highest = fcntl(i, F_GETFD) >= 0 ? i : highest;
+    int descriptor = -1;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+      std::error_code ignored;
+      if (std::filesystem::read_symlink(entry.path(), ignored) == file.temporary_path()) {
+        descriptor = std::stoi(entry.path().filename().string());
+      }
     }
-    const int full = open("/dev/full", O_WRONLY);
-    dup2(full, highest);
+    dup2(open("/dev/full", O_WRONLY), descriptor);
     int code = 1;
     try {
       file.write("x");

@@ -72,7 +72,7 @@ TEST_P(Damage, NothingIsRefused) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Readers, Damage, ::testing::ValuesIn(all_readers()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& instance) { return instance.param.name; });
 
 }  // namespace
 }  // namespace atelier::testing

@@ -26,15 +26,13 @@ TEST_P(Malformed, IsRefusedWithTheReason) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Files, Malformed, ::testing::ValuesIn(all_malformed_files()),
-                         [](const auto& info) {
-                           std::string name =
-                               info.param.reader + "_" + info.param.path.filename().string();
-                           std::replace_if(
-                               name.begin(), name.end(),
-                               [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Files, Malformed, ::testing::ValuesIn(all_malformed_files()), [](const auto& instance) {
+      std::string name = instance.param.reader + "_" + instance.param.path.filename().string();
+      std::replace_if(
+          name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+      return name;
+    });
 
 TEST(MalformedFiles, EveryFileIsInItsIndexOnce) {
   std::vector<std::filesystem::path> listed;
