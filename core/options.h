@@ -1,28 +1,41 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
 namespace atelier {
+
+/// An enumeration behind a field: its value as an index into `OptionField::choices`.
+struct OptionEnum {
+  std::function<std::size_t()> get;
+  std::function<void(std::size_t)> set;
+};
 
 /// One field of an options struct, as `describe()` tells it.
 struct OptionField {
   std::string name;  ///< snake_case; nested structs use dots: "solver.substeps"
   std::string help;  ///< what it is and when to change it, one sentence
   std::string unit;  ///< "m", "N/m", "px", "" for none
-  std::variant<bool*, int*, std::int64_t*, double*, std::string*, std::vector<double>*> target;
+  std::variant<bool*, int*, std::int64_t*, double*, std::string*, std::vector<double>*, OptionEnum>
+      target;
   double min = -std::numeric_limits<double>::infinity();  ///< smallest allowed (each element)
   double max = std::numeric_limits<double>::infinity();   ///< largest allowed
-  std::vector<std::string> choices;  ///< for strings: what is allowed; empty: anything
+  std::vector<std::string> choices{};  ///< for strings: what is allowed; empty: anything
   bool keyed = true;  ///< false: does not change the result, so it is no part of a stage's key
+  std::string source = "default";  ///< who set the value: "default", "flag" or "<file>:<line>"
 };
 
 /// The description of an options struct: what TOML, flags, `--help`, range checks, provenance and
 /// docs/options.md are all made from. Every FOptions has, beside it,
-/// `OptionTable describe(FOptions& options);` whose fields point into `options`.
+/// `OptionTable describe(FOptions& options);` whose fields point into `options`. Every `add` throws
+/// LogicError for a name that is not lower_case words joined by dots or is there twice, for a
+/// missing help and for an empty range.
 struct OptionTable {
   std::vector<OptionField> fields;
 
@@ -37,27 +50,65 @@ struct OptionTable {
                    std::string unit, std::string help);
   OptionTable& add(std::string name, std::string& target, std::vector<std::string> choices,
                    std::string help);
+  /// An enumeration, by the name of each value: add("device", options.device,
+  /// {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}}, "...").
+  template <class Enum>
+  OptionTable& add(std::string name, Enum& target, std::vector<std::pair<std::string, Enum>> values,
+                   std::string help) {
+    std::vector<std::string> names;
+    for (const auto& value : values) {
+      names.push_back(value.first);
+    }
+    OptionEnum access;
+    access.get = [&target, values] {
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        if (values[i].second == target) {
+          return i;
+        }
+      }
+      return values.size();
+    };
+    access.set = [&target, values](std::size_t i) { target = values[i].second; };
+    return add_enum(std::move(name), std::move(access), std::move(names), std::move(help));
+  }
   /// The fields of a nested struct, with "name." before theirs.
   OptionTable& add(const std::string& name, const OptionTable& nested);
   /// Marks the field added last as no part of a stage's key.
   OptionTable& not_keyed();
+
+ private:
+  OptionTable& add_enum(std::string name, OptionEnum target, std::vector<std::string> choices,
+                        std::string help);
+  OptionTable& append(OptionField field);
 };
 
-/// Sets one field from text ("true", "3", "0.5", "[1, 2]", "cuda"). Returns "" or what is wrong, in
-/// one sentence with the allowed range or choices and, for an unknown name, the nearest known one.
-std::string set_option(OptionTable& table, const std::string& name, const std::string& text);
+/// Sets one field from text ("true", "3", "0.5", "[1, 2]", "cuda") and notes who set it. Returns ""
+/// or what is wrong, in one sentence with the allowed range or choices and, for an unknown name,
+/// the nearest known one; the field then keeps its value. Numbers are read in the C locale, the
+/// whole text must be used, and NaN and infinity are refused.
+std::string set_option(OptionTable& table, const std::string& name, const std::string& text,
+                       const std::string& source = "flag");
 
 /// The current value as text that `set_option` reads back to the same bits.
 std::string option_text(const OptionField& field);
+
+/// The current value as JSON: true, 3, 0.5, [1,2], "cuda". Throws LogicError for NaN and infinity.
+std::string option_json(const OptionField& field);
+
+/// What a field takes: "true|false", "integer in [1, 100]", "cpu|cuda", "list of number > 0".
+std::string option_range(const OptionField& field);
 
 /// Every keyed field as JSON with sorted names and shortest round-trip numbers: the same options
 /// give the same text. Part of a stage's key.
 std::string canonical_json(const OptionTable& table);
 
-/// Findings for values outside their ranges (also NaN) or choices.
+/// One sentence for each value outside its range (also NaN) or choices; empty if all is well.
 std::vector<std::string> check_options(const OptionTable& table);
 
-/// A Markdown table: name, default, range, unit, help.
+/// A Markdown table: name, default (the current value), range, unit, help.
 std::string options_markdown(const OptionTable& table);
+
+/// The same as indented lines for `--help`.
+std::string options_help(const OptionTable& table);
 
 }  // namespace atelier

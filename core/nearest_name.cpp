@@ -1,0 +1,70 @@
+#include "core/nearest_name.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace atelier {
+namespace {
+
+constexpr std::size_t kLongestName = 256;  // longer is no name; keeps the cost bounded
+
+std::size_t alignment_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> two_above(b.size() + 1);
+  std::vector<std::size_t> above(b.size() + 1);
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) {
+    above[j] = j;
+  }
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = above[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      row[j] = std::min({above[j] + 1, row[j - 1] + 1, replaced});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        row[j] = std::min(row[j], two_above[j - 2] + 1);
+      }
+    }
+    two_above.swap(above);
+    above.swap(row);
+  }
+  return above[b.size()];
+}
+
+std::string_view last_word(std::string_view name) {
+  const std::size_t dot = name.rfind('.');
+  return dot == std::string_view::npos ? name : name.substr(dot + 1);
+}
+
+}  // namespace
+
+std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
+  if (name.empty() || name.size() > kLongestName) {
+    return "";
+  }
+  std::string best;
+  std::size_t best_distance = kLongestName;
+  for (const std::string& candidate : known) {
+    if (candidate.size() > kLongestName) {
+      continue;
+    }
+    const std::size_t distance = alignment_distance(name, candidate);
+    if (distance < best_distance && 3 * distance <= std::max(name.size(), candidate.size())) {
+      best = candidate;
+      best_distance = distance;
+    }
+  }
+  if (!best.empty()) {
+    return best;
+  }
+  const auto same_word = std::find_if(
+      known.begin(), known.end(),
+      [&](const std::string& candidate) { return last_word(candidate) == last_word(name); });
+  return same_word == known.end() ? "" : *same_word;
+}
+
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& known) {
+  const std::string near = nearest_name(name, known);
+  return near.empty() ? "" : ", did you mean '" + near + "'?";
+}
+
+}  // namespace atelier

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string_view>
+
+namespace atelier {
+
+/// True if the bytes are well-formed UTF-8 (Unicode 15, table 3-7: no overlong forms, no
+/// surrogates, nothing above U+10FFFF) without control characters (U+0000 to U+001F, U+007F to
+/// U+009F). What may stand in names and option texts.
+bool is_printable_utf8(std::string_view text);
+
+}  // namespace atelier

@@ -1,0 +1,56 @@
+#include "core/nearest_name.h"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/utf8.h"
+
+namespace atelier {
+namespace {
+
+const std::vector<std::string> kNames = {"register", "simulate", "solver.substeps", "export"};
+
+TEST(NearestName, FindsInsertedDeletedReplacedAndSwappedLetters) {
+  EXPECT_EQ(nearest_name("regiister", kNames), "register");
+  EXPECT_EQ(nearest_name("registr", kNames), "register");
+  EXPECT_EQ(nearest_name("simulote", kNames), "simulate");
+  EXPECT_EQ(nearest_name("simluate", kNames), "simulate");
+  EXPECT_EQ(nearest_name("exprot", kNames), "export");
+}
+
+TEST(NearestName, FindsTheLastWordOfADottedName) {
+  EXPECT_EQ(nearest_name("substeps", kNames), "solver.substeps");
+  EXPECT_EQ(nearest_name("cloth.substeps", kNames), "solver.substeps");
+}
+
+TEST(NearestName, FindsNothingFarAway) {
+  EXPECT_EQ(nearest_name("banana", kNames), "");
+  EXPECT_EQ(nearest_name("", kNames), "");
+  EXPECT_EQ(nearest_name("export", {}), "");
+  EXPECT_EQ(nearest_name(std::string(100'000, 'e'), kNames), "");
+}
+
+TEST(NearestName, AWordForTheEndOfAMessage) {
+  EXPECT_EQ(did_you_mean("exprot", kNames), ", did you mean 'export'?");
+  EXPECT_EQ(did_you_mean("banana", kNames), "");
+}
+
+TEST(PrintableUtf8, AcceptsText) {
+  for (const char* text : {"", "abc", "Zoë", "布", "👗", "\xc2\xa0", "\xf4\x8f\xbf\xbf"}) {
+    EXPECT_TRUE(is_printable_utf8(text)) << text;
+  }
+}
+
+TEST(PrintableUtf8, RefusesEverythingElse) {
+  for (const char* text :
+       {"\n", "\t", "\x1b[31m", "\x7f", "\x80", "\xc1\x81", "\xe0\x80\x80", "\xf0\x80\x80\x80",
+        "\xed\xbf\xbf", "\xf5\x80\x80\x80", "\xc3", "a\xe2\x82", "\xc2\x9f", "\xc3\x28"}) {
+    EXPECT_FALSE(is_printable_utf8(text)) << text;
+  }
+  EXPECT_FALSE(is_printable_utf8(std::string(1, '\0')));
+}
+
+}  // namespace
+}  // namespace atelier
