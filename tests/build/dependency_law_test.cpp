@@ -1,0 +1,136 @@
+// The dependency law: core <- every folder and nothing else; siblings never include each other;
+// apps, tests and bench may include everything. Read off the #include lines.
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <regex>
+#include <set>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::set<std::string> kFolders = {"core",       "capture",    "bodymodel", "registration",
+                                        "simulation", "appearance", "apps"};
+
+bool is_source(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  return extension == ".h" || extension == ".cpp" || extension == ".cu" || extension == ".cuh";
+}
+
+// Calls visit(file, included path) for every #include "..." in a folder.
+void for_each_own_include(
+    const fs::path& folder, bool recursive,
+    const std::function<void(const std::string&, const std::string&)>& visit) {
+  if (!fs::exists(folder)) {
+    return;
+  }
+  const std::regex include(R"re(^\s*#\s*include\s+"([^"]+)")re");
+  for (auto entry = fs::recursive_directory_iterator(folder);
+       entry != fs::recursive_directory_iterator(); ++entry) {
+    if (!recursive && entry->is_directory()) {
+      entry.disable_recursion_pending();
+    }
+    if (!is_source(entry->path())) {
+      continue;
+    }
+    std::ifstream file(entry->path());
+    for (std::string line; std::getline(file, line);) {
+      std::smatch match;
+      if (std::regex_search(line, match, include)) {
+        visit(entry->path().string(), match[1]);
+      }
+    }
+  }
+}
+
+std::string top_folder(const std::string& path) {
+  return path.substr(0, path.find('/'));
+}
+
+TEST(DependencyLaw, SiblingsNeverIncludeEachOther) {
+  for (const std::string& folder : kFolders) {
+    if (folder == "apps") {
+      continue;
+    }
+    for_each_own_include(fs::path(ATELIER_SOURCE_DIR) / folder, true,
+                         [&](const std::string& file, const std::string& included) {
+                           const std::string top = top_folder(included);
+                           EXPECT_TRUE(top == folder || top == "core")
+                               << file << " includes " << included << ": " << folder
+                               << " may include core alone";
+                         });
+  }
+}
+
+TEST(DependencyLaw, AppsIncludeByFullPath) {
+  for_each_own_include(fs::path(ATELIER_SOURCE_DIR) / "apps", true,
+                       [](const std::string& file, const std::string& included) {
+                         EXPECT_EQ(kFolders.count(top_folder(included)), 1U)
+                             << file << " includes " << included;
+                       });
+}
+
+// core uses none of its parts; core/io neither render nor store; those two use io alone.
+TEST(DependencyLaw, PartsOfCoreKeepTheirOrder) {
+  const auto check = [](const std::string& folder, const std::set<std::string>& allowed) {
+    for_each_own_include(fs::path(ATELIER_SOURCE_DIR) / folder, false,
+                         [&](const std::string& file, const std::string& included) {
+                           for (const std::string part : {"core/io", "core/render", "core/store"}) {
+                             if (included.starts_with(part + "/")) {
+                               EXPECT_TRUE(part == folder || allowed.count(part) == 1)
+                                   << file << " includes " << included;
+                             }
+                           }
+                         });
+  };
+  check("core", {});
+  check("core/io", {});
+  check("core/render", {"core/io"});
+  check("core/store", {"core/io"});
+}
+
+// Heavy packages stay in .cpp files: a header that includes one makes every user pay.
+TEST(DependencyLaw, HeadersIncludeNoHeavyPackage) {
+  const std::regex heavy(
+      R"re(^\s*#\s*include\s+<(torch/|pcl/|CGAL/|ceres/|opencv2/|embree3/|CLI/|spdlog/|hdf5\.h|nlohmann/json\.hpp|toml\+\+/|tiny_gltf\.h|tbb/|oneapi/))re");
+  for (const std::string& folder : kFolders) {
+    const fs::path path = fs::path(ATELIER_SOURCE_DIR) / folder;
+    if (!fs::exists(path) || folder == "apps") {
+      continue;
+    }
+    for (const auto& entry : fs::recursive_directory_iterator(path)) {
+      if (entry.path().extension() != ".h") {
+        continue;
+      }
+      std::ifstream file(entry.path());
+      for (std::string line; std::getline(file, line);) {
+        EXPECT_FALSE(std::regex_search(line, heavy)) << entry.path() << ": " << line;
+      }
+    }
+  }
+}
+
+TEST(DependencyLaw, EveryHeaderIsGuardedOnce) {
+  for (const std::string& folder : kFolders) {
+    const fs::path path = fs::path(ATELIER_SOURCE_DIR) / folder;
+    if (!fs::exists(path)) {
+      continue;
+    }
+    for (const auto& entry : fs::recursive_directory_iterator(path)) {
+      if (entry.path().extension() == ".h" || entry.path().extension() == ".cuh") {
+        std::ifstream file(entry.path());
+        std::string line;
+        std::getline(file, line);
+        EXPECT_EQ(line, "#pragma once") << entry.path();
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace atelier

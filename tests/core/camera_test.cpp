@@ -1,0 +1,175 @@
+#include "core/camera.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "tests/support/finite_differences.h"
+
+namespace atelier {
+namespace {
+
+Camera make_camera(Distortion model) {
+  Camera camera;
+  camera.id = "cam";
+  camera.width = 800;
+  camera.height = 1000;
+  camera.fx = 900;
+  camera.fy = 910;
+  camera.cx = 402.5;
+  camera.cy = 497.25;
+  camera.distortion_model = model;
+  if (model == Distortion::Brown) {
+    camera.distortion = {-0.21, 0.08, 0.0007, -0.0004, -0.012, 0.01, -0.003, 0.0005};
+  } else if (model == Distortion::Fisheye) {
+    camera.distortion = {0.02, -0.011, 0.004, -0.0007};
+  }
+  camera.camera_from_world_rotation =
+      Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, 1, -0.2).normalized()).toRotationMatrix();
+  camera.camera_from_world_translation = {0.1, -0.2, 3.0};
+  return camera;
+}
+
+Eigen::Vector3d random_point(const Camera& camera, Random& random) {
+  const Eigen::Vector3d in_camera(uniform(random, -0.8, 0.8), uniform(random, -1, 1),
+                                  uniform(random, 2, 5));
+  return camera.camera_from_world_rotation.transpose() *
+         (in_camera - camera.camera_from_world_translation);
+}
+
+class CameraModels : public ::testing::TestWithParam<Distortion> {};
+
+TEST_P(CameraModels, RayThroughAProjectedPointMeetsThePoint) {
+  const Camera camera = make_camera(GetParam());
+  Random random{.seed = 7};
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d point = random_point(camera, random);
+    const auto pixel = project(camera, point);
+    ASSERT_TRUE(pixel.has_value());
+    const auto direction = ray_direction(camera, *pixel);
+    ASSERT_TRUE(direction.has_value());
+    const Eigen::Vector3d expected = (point - camera_center(camera)).normalized();
+    EXPECT_LT((*direction - expected).norm(), 1e-9);
+  }
+}
+
+TEST_P(CameraModels, JacobianMatchesFiniteDifferences) {
+  const Camera camera = make_camera(GetParam());
+  Random random{.seed = 8};
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Vector3d point = random_point(camera, random);
+    const auto analytic = project_jacobian(camera, point);
+    ASSERT_TRUE(analytic.has_value());
+    const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(
+        [&](const Eigen::VectorXd& x) { return Eigen::VectorXd(*project(camera, x)); }, point);
+    EXPECT_LT(testing::jacobian_error(*analytic, numeric), 1e-6);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(AllModels, CameraModels,
+                         ::testing::Values(Distortion::None, Distortion::Brown,
+                                           Distortion::Fisheye));
+
+TEST(Camera, PointOnTheAxisIsThePrincipalPoint) {
+  const Camera camera = make_camera(Distortion::Brown);
+  const Eigen::Vector3d ahead =
+      camera_center(camera) + 2.0 * camera.camera_from_world_rotation.transpose().col(2);
+  EXPECT_LT((*project(camera, ahead) - Eigen::Vector2d(camera.cx, camera.cy)).norm(), 1e-9);
+}
+
+TEST(Camera, PointBehindHasNoPixel) {
+  const Camera camera = make_camera(Distortion::None);
+  const Eigen::Vector3d behind =
+      camera_center(camera) - camera.camera_from_world_rotation.transpose().col(2);
+  EXPECT_FALSE(project(camera, behind).has_value());
+  EXPECT_FALSE(project_jacobian(camera, behind).has_value());
+}
+
+TEST(Camera, NoPixelBeyondTheFoldOfTheDistortion) {
+  Camera camera = make_camera(Distortion::Brown);
+  camera.camera_from_world_rotation.setIdentity();
+  camera.camera_from_world_translation.setZero();
+  camera.distortion = {-0.5, 0, 0, 0, 0, 0, 0, 0};  // r (1 - r^2 / 2) turns back at r = 0.816
+  EXPECT_TRUE(project(camera, {0.7, 0, 1}).has_value());
+  EXPECT_FALSE(project(camera, {0.9, 0, 1}).has_value());
+  // The largest image radius is 0.544: no ray reaches a pixel further out.
+  EXPECT_FALSE(ray_direction(camera, {camera.cx + 0.6 * camera.fx, camera.cy}).has_value());
+}
+
+TEST(Camera, KnownBrownDistortion) {
+  Camera camera = make_camera(Distortion::Brown);
+  camera.camera_from_world_rotation.setIdentity();
+  camera.camera_from_world_translation.setZero();
+  camera.fx = camera.fy = 1;
+  camera.cx = camera.cy = 0;
+  camera.distortion = {0.1, 0.01, 0.002, 0.003, 0.001, 0, 0, 0};
+  const double x = 0.3;
+  const double y = -0.4;
+  const double r2 = 0.25;
+  const double radial = 1 + 0.1 * r2 + 0.01 * r2 * r2 + 0.001 * r2 * r2 * r2;
+  const Eigen::Vector2d expected(x * radial + 2 * 0.002 * x * y + 0.003 * (r2 + 2 * x * x),
+                                 y * radial + 0.002 * (r2 + 2 * y * y) + 2 * 0.003 * x * y);
+  EXPECT_LT((*project(camera, {x, y, 1}) - expected).norm(), 1e-15);
+}
+
+std::string refusal(const Camera& camera) {
+  try {
+    check_camera(camera, "rig.json");
+  } catch (const DataError& error) {
+    EXPECT_EQ(error.file, "rig.json");
+    return error.what();
+  }
+  return "";
+}
+
+TEST(CameraRefused, GoodCameraIsAccepted) {
+  EXPECT_EQ(refusal(make_camera(Distortion::Brown)), "");
+}
+
+TEST(CameraRefused, SizeFocalLengthAndCentre) {
+  Camera camera = make_camera(Distortion::None);
+  camera.width = 0;
+  EXPECT_NE(refusal(camera).find("positive size"), std::string::npos);
+  camera = make_camera(Distortion::None);
+  camera.fx = -900;
+  EXPECT_NE(refusal(camera).find("focal lengths"), std::string::npos);
+  camera = make_camera(Distortion::None);
+  camera.fy = NAN;
+  EXPECT_NE(refusal(camera).find("focal lengths"), std::string::npos);
+  camera = make_camera(Distortion::None);
+  camera.cx = INFINITY;
+  EXPECT_NE(refusal(camera).find("principal point"), std::string::npos);
+}
+
+TEST(CameraRefused, RotationThatMirrorsOrScales) {
+  Camera camera = make_camera(Distortion::None);
+  camera.camera_from_world_rotation.row(2) *= -1;
+  EXPECT_NE(refusal(camera).find("mirrors"), std::string::npos);
+  camera = make_camera(Distortion::None);
+  camera.camera_from_world_rotation *= 1.001;
+  EXPECT_NE(refusal(camera).find("orthonormal"), std::string::npos);
+  camera.camera_from_world_rotation(0, 0) = NAN;
+  EXPECT_NE(refusal(camera).find("not finite"), std::string::npos);
+}
+
+TEST(CameraRefused, DistortionGainAndTranslation) {
+  Camera camera = make_camera(Distortion::Brown);
+  camera.distortion[3] = NAN;
+  EXPECT_NE(refusal(camera).find("distortion"), std::string::npos);
+  camera = make_camera(Distortion::Brown);
+  camera.gain[1] = 0;
+  EXPECT_NE(refusal(camera).find("gain"), std::string::npos);
+  camera = make_camera(Distortion::Brown);
+  camera.camera_from_world_translation[0] = NAN;
+  EXPECT_NE(refusal(camera).find("pose"), std::string::npos);
+}
+
+TEST(CameraRefused, RayThroughAPixelThatIsNotFinite) {
+  EXPECT_FALSE(ray_direction(make_camera(Distortion::None), {NAN, 3}).has_value());
+}
+
+}  // namespace
+}  // namespace atelier
