@@ -1,0 +1,278 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "core/render/prepared_scene.h"
+#include "core/render/reflectance.h"
+
+namespace atelier {
+
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr int kGroundCells = 128;  // a side of the grid on which the ground's light is gathered
+
+struct Bounds {
+  Vec3f min{kFar, kFar, kFar};
+  Vec3f max{-kFar, -kFar, -kFar};
+};
+
+std::vector<Vec3f> smooth_normals(const Mesh& mesh) {
+  std::vector<Vec3f> normals(static_cast<std::size_t>(mesh.vertices.rows()), Vec3f{0, 0, 0});
+  if (mesh.normals.rows() == mesh.vertices.rows()) {
+    for (Index i = 0; i < mesh.normals.rows(); ++i) {
+      normals[i] = normalized(vec3f(Eigen::Vector3d(mesh.normals.row(i))));
+    }
+    return normals;
+  }
+  // Weighted by angle, so that the normal does not depend on how a flat region is triangulated.
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const int i = mesh.faces(f, k);
+      const Eigen::Vector3d p = mesh.vertices.row(i);
+      const Eigen::Vector3d a = mesh.vertices.row(mesh.faces(f, (k + 1) % 3)).transpose() - p;
+      const Eigen::Vector3d b = mesh.vertices.row(mesh.faces(f, (k + 2) % 3)).transpose() - p;
+      const Eigen::Vector3d c = a.cross(b);
+      const double length = c.norm();
+      if (length > 0) {
+        const double angle = std::atan2(length, a.dot(b));
+        normals[i] += vec3f(Eigen::Vector3d(c * (angle / length)));
+      }
+    }
+  }
+  for (Vec3f& n : normals) {
+    n = normalized(n);
+  }
+  return normals;
+}
+
+PreparedMesh prepared_mesh(const RenderMesh& source) {
+  const Mesh& mesh = source.mesh;
+  PreparedMesh result;
+  result.look = source.look;
+  result.positions.reserve(static_cast<std::size_t>(mesh.vertices.size()) + 1);
+  for (Index i = 0; i < mesh.vertices.rows(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      const auto value = static_cast<float>(mesh.vertices(i, c));
+      if (!std::isfinite(value)) {
+        throw DataError("scene", "vertex " + std::to_string(i),
+                        "a coordinate beyond what floats hold", "metres");
+      }
+      result.positions.push_back(value);
+    }
+  }
+  result.positions.push_back(0);
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      result.indices.push_back(static_cast<std::uint32_t>(mesh.faces(f, k)));
+    }
+  }
+  if (source.look.smooth) {
+    result.normals = smooth_normals(mesh);
+  }
+  if (source.look.vertex_colors) {
+    for (Index i = 0; i < mesh.colors.rows(); ++i) {
+      result.colors.push_back({mesh.colors(i, 0), mesh.colors(i, 1), mesh.colors(i, 2)});
+    }
+  }
+  for (Index i = 0; i < mesh.uvs.rows(); ++i) {
+    result.uvs.push_back({static_cast<float>(mesh.uvs(i, 0)), static_cast<float>(mesh.uvs(i, 1))});
+  }
+  for (Index f = 0; f < mesh.uv_faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      result.uv_indices.push_back(static_cast<std::uint32_t>(mesh.uv_faces(f, k)));
+    }
+  }
+  return result;
+}
+
+Bounds bounds_of(const std::vector<PreparedMesh>& meshes) {
+  Bounds b;
+  for (const PreparedMesh& mesh : meshes) {
+    for (const std::uint32_t i : mesh.indices) {
+      const Vec3f p = mesh.position(i);
+      b.min = {std::min(b.min.x, p.x), std::min(b.min.y, p.y), std::min(b.min.z, p.z)};
+      b.max = {std::max(b.max.x, p.x), std::max(b.max.y, p.y), std::max(b.max.z, p.z)};
+    }
+  }
+  if (b.min.x > b.max.x) {
+    b.min = b.max = {0, 0, 0};
+  }
+  return b;
+}
+
+std::uint32_t stream_seed(std::int64_t seed, std::uint64_t stream, std::uint64_t counter) {
+  return random_words(static_cast<std::uint64_t>(seed), stream, counter).word[0];
+}
+
+// What the ground, lit by everything and blocked by nothing, throws back up.
+Vec3f ground_radiance(const Ground& ground, const std::vector<RectangleLight>& lights,
+                      const EnvironmentLight& environment, Vec3f point) {
+  Vec3f irradiance = open_irradiance(environment, {0, 1, 0});
+  for (const RectangleLight& light : lights) {
+    irradiance += kPi * form_factor(light, point, {0, 1, 0}).value * light.radiance;
+  }
+  return (1 / kPi) * product(vec3f(ground.color), irradiance);
+}
+
+void gather_vertices(PreparedScene::Data& scene, const PrepareOptions& options) {
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    PreparedMesh& mesh = scene.meshes[m];
+    const std::size_t count = mesh.positions.size() / 3;
+    std::vector<Vec3f> normals = mesh.normals;
+    if (normals.empty()) {
+      // Facets: their mean is what one value per vertex can stand for.
+      normals.assign(count, Vec3f{0, 0, 0});
+      for (std::size_t f = 0; f < mesh.indices.size(); f += 3) {
+        const Vec3f a = mesh.position(mesh.indices[f]);
+        const Vec3f n =
+            cross(mesh.position(mesh.indices[f + 1]) - a, mesh.position(mesh.indices[f + 2]) - a);
+        for (int k = 0; k < 3; ++k) {
+          normals[mesh.indices[f + k]] += n;
+        }
+      }
+      for (Vec3f& n : normals) {
+        n = normalized(n);
+      }
+    }
+    mesh.front_irradiance.assign(count, Vec3f{0, 0, 0});
+    mesh.back_irradiance.assign(count, Vec3f{0, 0, 0});
+    parallel_for(static_cast<Index>(count), 64, [&](Index begin, Index end) {
+      OcclusionRays rays;
+      for (Index i = begin; i < end; ++i) {
+        const Vec3f n = normals[i];
+        if (squared_norm(n) == 0) {
+          continue;  // a vertex of no face, or of faces without area
+        }
+        const Vec3f p = mesh.position(static_cast<std::uint32_t>(i));
+        const std::uint32_t seed = stream_seed(options.seed, m, static_cast<std::uint64_t>(i));
+        mesh.front_irradiance[i] =
+            gathered_irradiance(scene, p, n, options.vertex_samples, seed, rays);
+        // Most meshes are closed, and their inside is dark: a few rays tell.
+        const int few = std::min(16, options.vertex_samples);
+        if (luminance(gathered_irradiance(scene, p, -n, few, seed, rays)) > 0) {
+          mesh.back_irradiance[i] =
+              gathered_irradiance(scene, p, -n, options.vertex_samples, seed, rays);
+        }
+      }
+    });
+  }
+}
+
+void gather_ground(PreparedScene::Data& scene, const Bounds& bounds,
+                   const PrepareOptions& options) {
+  const float height = static_cast<float>(scene.ground->height);
+  const float reach = std::max(0.1f, 1.5f * (bounds.max.y - height));
+  const float side = std::max(bounds.max.x - bounds.min.x, bounds.max.z - bounds.min.z) + 2 * reach;
+  GroundIrradiance& grid = scene.ground_irradiance;
+  grid.cell = side / (kGroundCells - 1);
+  grid.min_x = 0.5f * (bounds.min.x + bounds.max.x - side);
+  grid.min_z = 0.5f * (bounds.min.z + bounds.max.z - side);
+  grid.values = Image(kGroundCells, kGroundCells, 3);
+  parallel_for(kGroundCells, 1, [&](Index begin, Index end) {
+    OcclusionRays rays;
+    for (int j = static_cast<int>(begin); j < end; ++j) {
+      for (int i = 0; i < kGroundCells; ++i) {
+        const Vec3f p{grid.min_x + grid.cell * static_cast<float>(i), height,
+                      grid.min_z + grid.cell * static_cast<float>(j)};
+        const std::uint32_t seed = stream_seed(
+            options.seed, scene.meshes.size(),
+            static_cast<std::uint64_t>(j) * kGroundCells + static_cast<std::uint64_t>(i));
+        const Vec3f e =
+            gathered_irradiance(scene, p, {0, 1, 0}, options.vertex_samples, seed, rays);
+        grid.values.at(i, j, 0) = e.x;
+        grid.values.at(i, j, 1) = e.y;
+        grid.values.at(i, j, 2) = e.z;
+      }
+    }
+  });
+}
+
+}  // namespace
+
+Vec3f gathered_irradiance(const PreparedScene::Data& scene, Vec3f point, Vec3f normal, int count,
+                          std::uint32_t seed, OcclusionRays& rays) {
+  const Frame frame(normal);
+  const Vec3f origin = point + scene.epsilon * normal;
+  Vec3f sum{0, 0, 0};
+  // In runs of at most this many, so that the scratch stays in cache.
+  constexpr int kRun = 256;
+  std::array<Vec3f, kRun> light;
+  for (int first = 0; first < count; first += kRun) {
+    rays.clear();
+    const int last = std::min(count, first + kRun);
+    for (int i = first; i < last; ++i) {
+      const EnvironmentSample s =
+          sample_environment(scene.environment, frame, static_cast<std::uint32_t>(i), seed);
+      if (s.weight > 0) {
+        const std::size_t ray = rays.add(origin, s.direction, scene.epsilon, kFar);
+        light[ray] = s.weight * radiance(scene.environment, s.direction);
+      }
+    }
+    rays.trace(scene.tree, false);
+    for (std::size_t ray = 0; ray < rays.size(); ++ray) {
+      if (rays.visible(ray)) {
+        sum += light[ray];
+      }
+    }
+  }
+  return (1 / static_cast<float>(count)) * sum;
+}
+
+PreparedScene prepare(const Scene& scene, const PrepareOptions& options) {
+  ATELIER_CHECK(options.vertex_samples >= 1 && options.vertex_samples <= 65536,
+                "vertex_samples must lie in [1, 65536]");
+  check_scene(scene);
+  prepare_reflectance_tables();
+  auto data = std::make_shared<PreparedScene::Data>();
+  data->ambient = options.ambient;
+  data->background = scene.background;
+  data->ground = scene.ground;
+  for (const AreaLight& light : scene.area_lights) {
+    data->lights.push_back(rectangle_light(light));
+  }
+
+  std::map<const Image*, std::shared_ptr<const MipPyramid>> textures;
+  for (const RenderMesh& mesh : scene.meshes) {
+    data->meshes.push_back(prepared_mesh(mesh));
+    if (mesh.look.texture) {
+      auto& texture = textures[mesh.look.texture.get()];
+      if (!texture) {
+        texture = std::make_shared<MipPyramid>(mip_pyramid(*mesh.look.texture));
+      }
+      data->meshes.back().texture = texture;
+    }
+  }
+  for (const PreparedMesh& mesh : data->meshes) {
+    data->tree.add(mesh.positions, mesh.indices);
+  }
+  data->tree.build();
+
+  const Bounds bounds = bounds_of(data->meshes);
+  data->epsilon = std::max(1e-6f, 2e-5f * norm(bounds.max - bounds.min));
+
+  data->environment = environment_light(scene.environment, std::nullopt);
+  if (scene.ground) {
+    const Vec3f foot{0.5f * (bounds.min.x + bounds.max.x), static_cast<float>(scene.ground->height),
+                     0.5f * (bounds.min.z + bounds.max.z)};
+    data->open_ground_irradiance = open_irradiance(data->environment, {0, 1, 0});
+    data->environment = environment_light(
+        scene.environment, ground_radiance(*scene.ground, data->lights, data->environment, foot));
+  }
+  if (options.ambient == Ambient::PerVertex) {
+    gather_vertices(*data, options);
+    if (scene.ground) {
+      gather_ground(*data, bounds, options);
+    }
+  }
+  return PreparedScene(data);
+}
+
+}  // namespace atelier

@@ -1,0 +1,103 @@
+#include "core/render/studio.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <utility>
+
+#include "core/render/tone.h"
+
+namespace atelier {
+
+namespace {
+
+Points all_vertices(const std::vector<RenderMesh>& meshes) {
+  Index count = 0;
+  for (const RenderMesh& m : meshes) {
+    count += m.mesh.vertices.rows();
+  }
+  Points points(count, 3);
+  Index row = 0;
+  for (const RenderMesh& m : meshes) {
+    points.middleRows(row, m.mesh.vertices.rows()) = m.mesh.vertices;
+    row += m.mesh.vertices.rows();
+  }
+  return points;
+}
+
+// A rectangle at `from` that shines at `at`.
+AreaLight softbox(const Eigen::Vector3d& from, const Eigen::Vector3d& at, double half_width,
+                  double half_height, const Eigen::Vector3f& radiance) {
+  const Eigen::Vector3d forward = (at - from).normalized();
+  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitY()).normalized();
+  const Eigen::Vector3d up = right.cross(forward);
+  AreaLight light;
+  light.center = from;
+  light.half_u = half_width * right;
+  light.half_v = -half_height * up;
+  light.radiance = radiance;
+  return light;
+}
+
+}  // namespace
+
+Scene studio_scene(std::vector<RenderMesh> meshes) {
+  Eigen::Vector3d low(-0.5, 0, -0.5);
+  Eigen::Vector3d high(0.5, 1.8, 0.5);
+  const Points points = all_vertices(meshes);
+  if (points.rows() > 0) {
+    low = points.colwise().minCoeff();
+    high = points.colwise().maxCoeff();
+  }
+  const Eigen::Vector3d middle = 0.5 * (low + high);
+  // Wide subjects (a table of patterns, a shoe) are lit as their width asks.
+  const double size = std::max(1e-6, 0.5 * (high - low).norm());
+
+  Scene scene;
+  scene.meshes = std::move(meshes);
+  scene.ground = Ground{low.y(), {0.55f, 0.54f, 0.53f}, true};
+  scene.background.top = {0.40f, 0.42f, 0.45f};
+  scene.background.bottom = {0.62f, 0.62f, 0.62f};
+  scene.environment.zenith = {0.44f, 0.46f, 0.50f};
+  scene.environment.horizon = {0.30f, 0.31f, 0.33f};
+  scene.environment.nadir = {0.20f, 0.20f, 0.20f};
+  scene.area_lights.push_back(softbox(middle + size * Eigen::Vector3d(-1.9, 2.3, 2.6), middle,
+                                      0.95 * size, 0.95 * size, {4.6f, 4.45f, 4.2f}));
+  scene.area_lights.push_back(softbox(middle + size * Eigen::Vector3d(2.6, 1.6, -2.2), middle,
+                                      0.5 * size, 1.1 * size, {2.3f, 2.45f, 2.7f}));
+  return scene;
+}
+
+Look clay_look() {
+  Look look;
+  look.color = {0.52f, 0.51f, 0.50f};
+  look.roughness = 0.55f;
+  look.specular = 0.35f;
+  look.back_color = Eigen::Vector3f(0.50f, 0.22f, 0.15f);
+  return look;
+}
+
+Image picture_of(const std::vector<RenderMesh>& meshes, const View& view,
+                 const PictureOptions& options) {
+  const Points points = all_vertices(meshes);
+  Camera camera;
+  if (points.rows() > 0) {
+    camera = camera_around(points, view, options.width, options.height, options.framing);
+  } else {
+    Points corners(2, 3);
+    corners << -0.5, 0, -0.5, 0.5, 1.8, 0.5;
+    camera = camera_around(corners, view, options.width, options.height, options.framing);
+  }
+  RenderOptions render_options;
+  render_options.samples = options.samples;
+  return tone_mapped(render(studio_scene(meshes), camera, render_options));
+}
+
+Image picture_of(const Mesh& mesh, const View& view, const PictureOptions& options) {
+  Look look = clay_look();
+  if (mesh.colors.rows() > 0) {
+    look.color = {1, 1, 1};
+  }
+  return picture_of(std::vector<RenderMesh>{{mesh, look}}, view, options);
+}
+
+}  // namespace atelier

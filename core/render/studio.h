@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "core/render/framing.h"
+#include "core/render/render.h"
+#include "core/render/scene.h"
+
+namespace atelier {
+
+/// The light of every picture of the program: a large soft key from the upper left of the front, a
+/// weak rim from behind, a grey sky as fill, seamless paper under and behind the subject. Lights
+/// stand in proportion to the meshes' height; the ground lies under their lowest point. A scene
+/// without meshes is the empty studio.
+Scene studio_scene(std::vector<RenderMesh> meshes);
+
+struct PictureOptions {
+  int width = 600;   ///< pixels
+  int height = 800;  ///< pixels
+  int samples = 8;   ///< per pixel; 4 for previews, 32 for print
+  FramingOptions framing;
+};
+
+/// A mesh in the studio, tone mapped: linear RGB in [0,1], ready for srgb_from_linear. Without a
+/// `look`, a soft grey clay whose inner sides are warm, times the mesh's own colours.
+Image picture_of(const Mesh& mesh, const View& view = kThreeQuarter,
+                 const PictureOptions& options = {});
+
+/// Several meshes with their looks.
+Image picture_of(const std::vector<RenderMesh>& meshes, const View& view = kThreeQuarter,
+                 const PictureOptions& options = {});
+
+/// The clay that picture_of gives a mesh without a look.
+Look clay_look();
+
+}  // namespace atelier
