@@ -1,0 +1,45 @@
+#include "core/io/mesh_file.h"
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+
+#include "core/error.h"
+#include "core/io/mesh_obj.h"
+#include "core/io/mesh_ply.h"
+
+namespace atelier {
+namespace {
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+}  // namespace
+
+Mesh read_mesh(const std::filesystem::path& path, const MeshConvention& otherwise,
+               const Limits& limits) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".obj" || extension == ".ply") {
+    const PolygonMesh polygons =
+        extension == ".obj" ? read_obj(path, limits) : read_ply(path, limits);
+    return in_metres_y_up(triangulated(polygons), polygons.convention, otherwise);
+  }
+  throw DataError(path.string(), "", "extension '" + extension + "'", ".obj or .ply");
+}
+
+void write_mesh(const std::filesystem::path& path, const Mesh& mesh) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".obj") {
+    write_obj(path, mesh);
+  } else if (extension == ".ply") {
+    write_ply(path, mesh);
+  } else {
+    ATELIER_CHECK(false, "no writer for extension '" + extension + "' of " + path.string());
+  }
+}
+
+}  // namespace atelier

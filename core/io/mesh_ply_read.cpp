@@ -1,0 +1,595 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "core/error.h"
+#include "core/io/byte_reader.h"
+#include "core/io/file_bytes.h"
+#include "core/io/mesh_ply.h"
+#include "core/io/ply_header.h"
+#include "core/io/srgb.h"
+#include "core/io/text_scanner.h"
+
+namespace atelier {
+namespace {
+
+constexpr std::uint64_t kMaxCorners = 1024;  // ear clipping costs the square
+
+bool is_floating(PlyType type) {
+  return type == PlyType::Float32 || type == PlyType::Float64;
+}
+
+/// Least and greatest value of an integer type.
+std::pair<std::int64_t, std::int64_t> range_of(PlyType type) {
+  switch (type) {
+    case PlyType::Int8:
+      return {-128, 127};
+    case PlyType::UInt8:
+      return {0, 255};
+    case PlyType::Int16:
+      return {-32'768, 32'767};
+    case PlyType::UInt16:
+      return {0, 65'535};
+    case PlyType::Int32:
+      return {std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()};
+    default:
+      return {0, std::numeric_limits<std::uint32_t>::max()};
+  }
+}
+
+/// Rows of an ascii body: one line each.
+class AsciiSource {
+ public:
+  AsciiSource(std::span<const std::byte> bytes, const PlyHeader& header, const std::string& name,
+              const Limits& limits)
+      : scanner_(as_text(bytes), name, limits.line_bytes) {
+    for (std::int64_t line = 0; line < header.lines; ++line) {
+      scanner_.next_line();
+    }
+  }
+
+  /// A number and the blank behind it.
+  static std::size_t least_bytes(PlyType) { return 2; }
+  std::size_t bytes_left() const { return scanner_.bytes_left() + 1; }
+
+  void begin_row() {
+    do {
+      if (!scanner_.next_line()) {
+        scanner_.fail("the file ends", "another row");
+      }
+      TextScanner ahead = scanner_;
+      row_is_blank_ = ahead.rest().empty();
+    } while (row_is_blank_);
+  }
+  void end_row() {
+    if (!scanner_.rest().empty()) {
+      scanner_.fail("more numbers than the header says", "the end of the line");
+    }
+  }
+  void end() {
+    while (scanner_.next_line()) {
+      if (!scanner_.rest().empty()) {
+        scanner_.fail("more lines than the header says", "the end of the file");
+      }
+    }
+  }
+
+  double value(PlyType type) {
+    if (is_floating(type)) {
+      const double value = scanner_.number("a number");
+      return type == PlyType::Float32 ? to_float(value) : value;
+    }
+    const std::int64_t value = scanner_.integer("a number");
+    const auto [least, greatest] = range_of(type);
+    if (value < least || value > greatest) {
+      scanner_.fail(std::to_string(value),
+                    std::to_string(least) + " to " + std::to_string(greatest));
+    }
+    return static_cast<double>(value);
+  }
+  void skip(PlyType type, std::uint64_t count) {
+    for (std::uint64_t i = 0; i < count; ++i) {
+      value(type);
+    }
+  }
+  [[noreturn]] void fail(const std::string& found, const std::string& expected) const {
+    scanner_.fail(found, expected);
+  }
+
+ private:
+  double to_float(double value) const {
+    const float rounded = static_cast<float>(value);
+    if (!std::isfinite(rounded)) {
+      scanner_.fail(std::to_string(value), "a number that a float holds");
+    }
+    return static_cast<double>(rounded);
+  }
+
+  TextScanner scanner_;
+  bool row_is_blank_ = false;
+};
+
+/// Rows of a binary body.
+class BinarySource {
+ public:
+  BinarySource(std::span<const std::byte> bytes, const PlyHeader& header, const std::string& name)
+      : reader_(bytes, name), big_(header.format == PlyFormat::BinaryBigEndian) {
+    reader_.skip(header.bytes, "header");
+  }
+
+  static std::size_t least_bytes(PlyType type) { return size_of(type); }
+  std::size_t bytes_left() const { return reader_.remaining(); }
+  void begin_row() {}
+  void end_row() {}
+  void end() {
+    if (reader_.remaining() > 0) {
+      reader_.fail(std::to_string(reader_.remaining()) + " bytes more than the header says",
+                   "the end of the file");
+    }
+  }
+
+  double value(PlyType type) {
+    switch (type) {
+      case PlyType::Int8:
+        return number<std::int8_t>();
+      case PlyType::UInt8:
+        return number<std::uint8_t>();
+      case PlyType::Int16:
+        return number<std::int16_t>();
+      case PlyType::UInt16:
+        return number<std::uint16_t>();
+      case PlyType::Int32:
+        return number<std::int32_t>();
+      case PlyType::UInt32:
+        return number<std::uint32_t>();
+      case PlyType::Float32:
+        return static_cast<double>(number<float>());
+      case PlyType::Float64:
+        return number<double>();
+    }
+    return 0;
+  }
+  void skip(PlyType type, std::uint64_t count) {
+    reader_.skip(reader_.paid(count, size_of(type), "list") * size_of(type), "list");
+  }
+  [[noreturn]] void fail(const std::string& found, const std::string& expected) const {
+    reader_.fail(found, expected);
+  }
+
+ private:
+  template <class T>
+  T number() {
+    return big_ ? reader_.big<T>("number") : reader_.little<T>("number");
+  }
+
+  ByteReader reader_;
+  bool big_;
+};
+
+/// What a vertex property means.
+enum Role { kX, kY, kZ, kNx, kNy, kNz, kRed, kGreen, kBlue, kU, kV, kLabel, kConfidence, kRoles };
+constexpr int kSkipped = kRoles;
+
+int role_of(std::string_view name) {
+  struct RoleName {
+    std::string_view name;
+    Role role;
+  };
+  static constexpr RoleName kNames[] = {{"x", kX},
+                                        {"y", kY},
+                                        {"z", kZ},
+                                        {"nx", kNx},
+                                        {"ny", kNy},
+                                        {"nz", kNz},
+                                        {"red", kRed},
+                                        {"green", kGreen},
+                                        {"blue", kBlue},
+                                        {"r", kRed},
+                                        {"g", kGreen},
+                                        {"b", kBlue},
+                                        {"s", kU},
+                                        {"t", kV},
+                                        {"u", kU},
+                                        {"v", kV},
+                                        {"texture_u", kU},
+                                        {"texture_v", kV},
+                                        {"label", kLabel},
+                                        {"confidence", kConfidence},
+                                        {"diffuse_red", kRed},
+                                        {"diffuse_green", kGreen},
+                                        {"diffuse_blue", kBlue}};
+  for (const RoleName& one : kNames) {
+    if (one.name == name) {
+      return one.role;
+    }
+  }
+  return kSkipped;
+}
+
+/// The (vertex, u, v) that are already known, so that equal ones share a row.
+struct CornerUv {
+  int vertex;
+  double u;
+  double v;
+  bool operator==(const CornerUv&) const = default;
+};
+struct CornerUvHash {
+  std::size_t operator()(const CornerUv& key) const {
+    const std::hash<double> hash;
+    return (static_cast<std::size_t>(key.vertex) * 0x9E3779B97F4A7C15U) ^ (hash(key.u) * 31) ^
+           hash(key.v);
+  }
+};
+
+template <class Source>
+class PlyBody {
+ public:
+  PlyBody(Source source, const PlyHeader& header, const std::string& name, const Limits& limits)
+      : source_(std::move(source)), header_(header), name_(name), limits_(limits) {}
+
+  PolygonMesh read();
+
+ private:
+  using Lists = std::vector<double>;
+
+  std::uint64_t paid(const PlyElement& element) const;
+  void read_vertices(const PlyElement& element);
+  void read_faces(const PlyElement& element);
+  void skip_element(const PlyElement& element);
+  void skip(const PlyProperty& property);
+  std::uint64_t list_length(const PlyProperty& property);
+  void read_polygon(const PlyProperty& property, std::uint64_t row);
+  void read_corner_uvs(const PlyProperty& property);
+  void add_corner_uvs();
+  void finish_vertices();
+  void finish_faces();
+  void check_finite(double value, const char* element, std::uint64_t row,
+                    const std::string& property) const;
+  [[noreturn]] void fail_row(const char* element, std::uint64_t row, const std::string& found,
+                             const std::string& expected) const {
+    throw DataError(name_, std::string(element) + " " + std::to_string(row), found, expected);
+  }
+  void note(const char* code, const std::string& what) {
+    mesh_.findings.push_back({Severity::Note, code, name_, what, ""});
+  }
+
+  Source source_;
+  const PlyHeader& header_;
+  std::string name_;
+  Limits limits_;
+  PolygonMesh mesh_;
+  std::array<bool, kRoles + 1> has_{};
+  bool has_vertices_ = false;
+  std::int64_t triangles_ = 0;
+  std::vector<double> uv_list_;  // of the face at hand
+  std::vector<double> uv_rows_;
+  std::unordered_map<CornerUv, int, CornerUvHash> uv_index_;
+  std::uint64_t clamped_ = 0;
+};
+
+template <class Source>
+PolygonMesh PlyBody<Source>::read() {
+  for (const PlyElement& element : header_.elements) {
+    if (element.name == "tristrips") {
+      throw DataError(name_, "header", "triangle strips", "an element \"face\"");
+    }
+    if (element.name == "vertex") {
+      read_vertices(element);
+    } else if (element.name == "face") {
+      read_faces(element);
+    } else {
+      skip_element(element);
+    }
+  }
+  source_.end();
+  if (!has_vertices_) {
+    throw DataError(name_, "header", "no vertex", "an element \"vertex\" with at least one row");
+  }
+  finish_faces();
+  return std::move(mesh_);
+}
+
+template <class Source>
+std::uint64_t PlyBody<Source>::paid(const PlyElement& element) const {
+  std::size_t row_bytes = 0;
+  for (const PlyProperty& property : element.properties) {
+    row_bytes += Source::least_bytes(property.is_list ? property.count_type : property.type);
+  }
+  if (element.count > 0 && element.count > source_.bytes_left() / row_bytes) {
+    source_.fail(std::to_string(element.count) + " rows of '" + element.name + "' in " +
+                     std::to_string(source_.bytes_left()) + " bytes",
+                 "at least " + std::to_string(row_bytes) + " bytes for each");
+  }
+  return element.count;
+}
+
+template <class Source>
+std::uint64_t PlyBody<Source>::list_length(const PlyProperty& property) {
+  const double length = source_.value(property.count_type);
+  if (length < 0) {
+    source_.fail("a list of " + std::to_string(static_cast<std::int64_t>(length)) + " items",
+                 "0 or more");
+  }
+  return static_cast<std::uint64_t>(length);
+}
+
+template <class Source>
+void PlyBody<Source>::skip(const PlyProperty& property) {
+  source_.skip(property.type, property.is_list ? list_length(property) : 1);
+}
+
+template <class Source>
+void PlyBody<Source>::skip_element(const PlyElement& element) {
+  const std::uint64_t count = paid(element);
+  for (std::uint64_t row = 0; row < count; ++row) {
+    source_.begin_row();
+    for (const PlyProperty& property : element.properties) {
+      skip(property);
+    }
+    source_.end_row();
+  }
+}
+
+template <class Source>
+void PlyBody<Source>::check_finite(double value, const char* element, std::uint64_t row,
+                                   const std::string& property) const {
+  if (!std::isfinite(value)) {
+    fail_row(element, row, property + " is " + std::to_string(value), "a finite number");
+  }
+}
+
+template <class Source>
+void PlyBody<Source>::read_vertices(const PlyElement& element) {
+  const std::uint64_t count = paid(element);
+  if (count > static_cast<std::uint64_t>(limits_.mesh_vertices)) {
+    throw DataError(name_, "header", std::to_string(count) + " vertices",
+                    "at most " + std::to_string(limits_.mesh_vertices));
+  }
+  has_vertices_ = count > 0;
+  std::vector<int> roles;
+  std::array<double, kRoles> scale;
+  scale.fill(1);
+  for (const PlyProperty& property : element.properties) {
+    const int role = property.is_list ? kSkipped : role_of(property.name);
+    if (role != kSkipped && has_[role]) {
+      throw DataError(name_, "header", "two properties that mean '" + property.name + "'", "one");
+    }
+    has_[role] = true;
+    roles.push_back(role);
+    if (role >= kRed && role <= kBlue && !is_floating(property.type)) {
+      if (property.type != PlyType::UInt8 && property.type != PlyType::UInt16) {
+        throw DataError(name_, "header", "colours of a signed or 32-bit type",
+                        "uchar, ushort or float");
+      }
+      scale[role] = property.type == PlyType::UInt8 ? 255 : 65'535;
+    }
+  }
+  const auto all = [&](Role first, int n) {
+    const auto from = has_.begin() + first;
+    const bool any = std::find(from, from + n, true) != from + n;
+    if (any && std::find(from, from + n, false) != from + n) {
+      throw DataError(name_, "header", "some but not all of x y z, nx ny nz, red green blue or u v",
+                      "all of each");
+    }
+    return any;
+  };
+  if (!all(kX, 3)) {
+    throw DataError(name_, "header", "vertices without x, y and z", "properties x, y and z");
+  }
+  const Index rows = static_cast<Index>(count);
+  mesh_.vertices.resize(rows, 3);
+  mesh_.vertex_normals.resize(all(kNx, 3) ? rows : 0, 3);
+  mesh_.colors.resize(all(kRed, 3) ? rows : 0, 3);
+  mesh_.uvs.resize(all(kU, 2) ? rows : 0, 2);
+  mesh_.labels.resize(has_[kLabel] ? count : 0);
+  mesh_.confidence.resize(has_[kConfidence] ? rows : 0);
+
+  std::array<double, kRoles + 1> value{};
+  for (std::uint64_t row = 0; row < count; ++row) {
+    source_.begin_row();
+    for (std::size_t i = 0; i < roles.size(); ++i) {
+      const PlyProperty& property = element.properties[i];
+      if (roles[i] == kSkipped) {
+        skip(property);
+        continue;
+      }
+      value[roles[i]] = source_.value(property.type);
+      check_finite(value[roles[i]], "vertex", row, property.name);
+    }
+    source_.end_row();
+    const Index v = static_cast<Index>(row);
+    for (int axis = 0; axis < 3; ++axis) {
+      mesh_.vertices(v, axis) = value[kX + axis];
+      if (has_[kNx]) {
+        mesh_.vertex_normals(v, axis) = value[kNx + axis];
+      }
+      if (has_[kRed]) {
+        const double color = value[kRed + axis] / scale[kRed + axis];
+        if (color < 0 || color > 1) {
+          fail_row("vertex", row, "colour " + std::to_string(color), "0 to 1");
+        }
+        mesh_.colors(v, axis) = linear_from_srgb(static_cast<float>(color));
+      }
+    }
+    if (has_[kU]) {
+      mesh_.uvs.row(v) << value[kU], value[kV];
+    }
+    if (has_[kLabel]) {
+      const double label = value[kLabel];
+      if (!(label >= 0 && label <= 255) || label != std::floor(label)) {
+        fail_row("vertex", row, "label " + std::to_string(label), "a whole number, 0 to 255");
+      }
+      mesh_.labels[row] = static_cast<std::uint8_t>(label);
+    }
+    if (has_[kConfidence]) {
+      const double confidence = std::clamp(value[kConfidence], 0.0, 1.0);
+      clamped_ += confidence != value[kConfidence] ? 1 : 0;
+      mesh_.confidence[v] = static_cast<float>(confidence);
+    }
+  }
+  finish_vertices();
+}
+
+template <class Source>
+void PlyBody<Source>::finish_vertices() {
+  if (clamped_ > 0) {
+    note("ply-confidence", std::to_string(clamped_) + " confidences were clamped to [0,1]");
+  }
+  if (!make_unit_rows(mesh_.vertex_normals)) {
+    mesh_.vertex_normals.resize(0, 3);
+    note("ply-normals", "some normals have no direction; all were dropped");
+  }
+}
+
+template <class Source>
+void PlyBody<Source>::read_faces(const PlyElement& element) {
+  const std::uint64_t count = paid(element);
+  const PlyProperty* corners = nullptr;
+  const PlyProperty* uvs = nullptr;
+  for (const PlyProperty& property : element.properties) {
+    if (property.name == "vertex_indices" || property.name == "vertex_index") {
+      if (!property.is_list || is_floating(property.type) || corners != nullptr) {
+        throw DataError(name_, "header",
+                        "'" + property.name + "' is no list of integers, or one of two",
+                        "one \"property list uchar int vertex_indices\"");
+      }
+      corners = &property;
+    } else if (property.name == "texcoord" && property.is_list) {
+      uvs = &property;
+    }
+  }
+  if (corners == nullptr && count > 0) {
+    throw DataError(name_, "header", "faces without vertex_indices",
+                    "\"property list uchar int vertex_indices\"");
+  }
+  if (static_cast<std::uint64_t>(limits_.mesh_faces) < count) {
+    throw DataError(name_, "header", std::to_string(count) + " faces",
+                    "at most " + std::to_string(limits_.mesh_faces));
+  }
+  mesh_.polygon_starts.reserve(count + 1);
+  for (std::uint64_t row = 0; row < count; ++row) {
+    source_.begin_row();
+    for (const PlyProperty& property : element.properties) {
+      if (&property == corners) {
+        read_polygon(property, row);
+      } else if (&property == uvs) {
+        read_corner_uvs(property);
+      } else {
+        skip(property);
+      }
+    }
+    source_.end_row();
+    if (uvs != nullptr) {
+      add_corner_uvs();
+    }
+  }
+}
+
+template <class Source>
+void PlyBody<Source>::read_polygon(const PlyProperty& property, std::uint64_t row) {
+  const std::uint64_t length = list_length(property);
+  if (length < 3 || length > kMaxCorners) {
+    fail_row("face", row, std::to_string(length) + " corners",
+             "3 to " + std::to_string(kMaxCorners));
+  }
+  triangles_ += static_cast<std::int64_t>(length) - 2;
+  if (triangles_ > limits_.mesh_faces) {
+    fail_row("face", row, "more than " + std::to_string(limits_.mesh_faces) + " triangles",
+             "a smaller mesh");
+  }
+  for (std::uint64_t i = 0; i < length; ++i) {
+    const double index = source_.value(property.type);
+    if (index < 0 || index >= static_cast<double>(limits_.mesh_vertices)) {
+      fail_row("face", row, "index " + std::to_string(static_cast<std::int64_t>(index)),
+               "the index of a vertex");
+    }
+    mesh_.corner_vertices.push_back(static_cast<int>(index));
+  }
+  mesh_.polygon_starts.push_back(static_cast<int>(mesh_.corner_vertices.size()));
+}
+
+template <class Source>
+void PlyBody<Source>::read_corner_uvs(const PlyProperty& property) {
+  const std::uint64_t length = list_length(property);
+  if (length > 2 * kMaxCorners) {
+    source_.fail("texcoord of " + std::to_string(length) + " numbers", "two a corner");
+  }
+  uv_list_.clear();
+  for (std::uint64_t i = 0; i < length; ++i) {
+    uv_list_.push_back(source_.value(property.type));
+    if (!std::isfinite(uv_list_.back())) {
+      source_.fail("a texture coordinate that is not finite", "a finite number");
+    }
+  }
+}
+
+template <class Source>
+void PlyBody<Source>::add_corner_uvs() {
+  const std::size_t polygons = mesh_.polygon_starts.size() - 1;
+  const int start = mesh_.polygon_starts[polygons - 1];
+  const int end = mesh_.polygon_starts[polygons];
+  const bool given = !uv_list_.empty();
+  if (given && std::cmp_not_equal(uv_list_.size(), 2 * (end - start))) {
+    fail_row("face", polygons - 1, "texcoord of " + std::to_string(uv_list_.size()) + " numbers",
+             std::to_string(2 * (end - start)));
+  }
+  for (int corner = start; corner < end; ++corner) {
+    if (!given) {
+      mesh_.corner_uvs.push_back(-1);
+      continue;
+    }
+    const std::size_t at = 2 * static_cast<std::size_t>(corner - start);
+    const CornerUv key{mesh_.corner_vertices[corner], uv_list_[at], uv_list_[at + 1]};
+    const auto [place, fresh] = uv_index_.try_emplace(key, static_cast<int>(uv_rows_.size() / 2));
+    if (fresh) {
+      uv_rows_.insert(uv_rows_.end(), {key.u, key.v});
+    }
+    mesh_.corner_uvs.push_back(place->second);
+  }
+}
+
+template <class Source>
+void PlyBody<Source>::finish_faces() {
+  const std::size_t polygons = mesh_.polygon_starts.size() - 1;
+  for (std::size_t p = 0; p < polygons; ++p) {
+    for (int c = mesh_.polygon_starts[p]; c < mesh_.polygon_starts[p + 1]; ++c) {
+      if (mesh_.corner_vertices[c] >= mesh_.vertices.rows()) {
+        fail_row("face", p, "index " + std::to_string(mesh_.corner_vertices[c]),
+                 "0 to " + std::to_string(mesh_.vertices.rows() - 1));
+      }
+    }
+  }
+  if (!uv_rows_.empty()) {
+    mesh_.uvs =
+        Eigen::Map<const Points2>(uv_rows_.data(), static_cast<Index>(uv_rows_.size() / 2), 2);
+  } else {
+    mesh_.corner_uvs.clear();
+    if (mesh_.uvs.rows() > 0) {
+      mesh_.corner_uvs = mesh_.corner_vertices;
+    }
+  }
+}
+
+}  // namespace
+
+PolygonMesh read_ply(std::span<const std::byte> bytes, const std::string& name,
+                     const Limits& limits) {
+  const PlyHeader header = read_ply_header(bytes, name, limits);
+  PolygonMesh mesh =
+      header.format == PlyFormat::Ascii
+          ? PlyBody(AsciiSource(bytes, header, name, limits), header, name, limits).read()
+          : PlyBody(BinarySource(bytes, header, name), header, name, limits).read();
+  mesh.convention = header.convention;
+  return mesh;
+}
+
+PolygonMesh read_ply(const std::filesystem::path& path, const Limits& limits) {
+  return read_ply(read_file_bytes(path, limits.mesh_file_bytes), path.string(), limits);
+}
+
+}  // namespace atelier

@@ -1,0 +1,341 @@
+#include "core/io/mesh_obj.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <clocale>
+#include <cmath>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/io/mesh_file.h"
+#include "tests/support/shapes.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/support/test_data.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::TemporaryDirectory;
+
+PolygonMesh parse(const std::string& text, const Limits& limits = {}) {
+  return read_obj(std::as_bytes(std::span(text)), "test.obj", limits);
+}
+
+std::string refusal(const std::string& text, const Limits& limits = {}) {
+  try {
+    parse(text, limits);
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "was read";
+}
+
+const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+TEST(ReadObj, QuadBecomesTwoTriangles) {
+  const PolygonMesh polygons = parse(kSquare + "f 1 2 3 4\n");
+  EXPECT_EQ(polygon_count(polygons), 1);
+  const Mesh mesh = triangulated(polygons);
+  ASSERT_EQ(mesh.faces.rows(), 2);
+  EXPECT_EQ(mesh.faces.row(0), Eigen::RowVector3i(0, 1, 2));
+  EXPECT_EQ(mesh.faces.row(1), Eigen::RowVector3i(0, 2, 3));
+}
+
+TEST(ReadObj, ReadsEveryCornerForm) {
+  const PolygonMesh mesh = parse(kSquare +
+                                 "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n"
+                                 "f 1 2 3\nf 1/1 2/2 3/3\nf 1//1 2//1 3//1\nf 1/1/1 2/2/1 3/3/1\n");
+  EXPECT_EQ(polygon_count(mesh), 4);
+  EXPECT_THAT(mesh.corner_uvs, ElementsAre(-1, -1, -1, 0, 1, 2, -1, -1, -1, 0, 1, 2));
+  EXPECT_THAT(mesh.corner_normals, ElementsAre(-1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0));
+}
+
+TEST(ReadObj, NegativeIndicesCountBack) {
+  const PolygonMesh mesh = parse(kSquare + "f -4 -3 -2\nv 5 5 5\nf -1 -2 -3\n");
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 4, 3, 2));
+}
+
+TEST(ReadObj, IndicesMayPointAhead) {
+  EXPECT_THAT(parse("f 1 2 3\n" + kSquare).corner_vertices, ElementsAre(0, 1, 2));
+}
+
+TEST(ReadObj, LineEndsByteOrderMarkTabsAndContinuation) {
+  const PolygonMesh mesh = parse(
+      "\xEF\xBB\xBFv 0 0 0\r\nv\t1\t0\t0\r\n  v 1 1 0  \r\n\r\nf 1 \\\r\n 2 \\\n 3 # a comment");
+  EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2));
+  EXPECT_EQ(mesh.vertices(1, 0), 1);
+}
+
+TEST(ReadObj, CommentThatEndsInABackslashEatsNothing) {
+  EXPECT_EQ(parse("# C:\\models\\\n" + kSquare + "f 1 2 3\n").vertices.rows(), 4);
+}
+
+TEST(ReadObj, NumbersOfEveryForm) {
+  const PolygonMesh mesh = parse("v +1 -.5 1e-3\nv 1. 1E2 -0\nv 1e-400 4.9e-324 1e308\n");
+  EXPECT_EQ(mesh.vertices(0, 0), 1);
+  EXPECT_EQ(mesh.vertices(0, 1), -0.5);
+  EXPECT_EQ(mesh.vertices(0, 2), 1e-3);
+  EXPECT_EQ(mesh.vertices(1, 1), 100);
+  EXPECT_TRUE(std::signbit(mesh.vertices(1, 2)));
+  EXPECT_EQ(mesh.vertices(2, 0), 0);
+  EXPECT_EQ(mesh.vertices(2, 1), 4.9e-324);
+  EXPECT_EQ(mesh.vertices(2, 2), 1e308);
+}
+
+TEST(ReadObj, NumbersDoNotDependOnTheLocale) {
+  const char* before = std::setlocale(LC_ALL, nullptr);
+  const std::string kept = before;
+  for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8", "C.UTF-8"}) {
+    std::setlocale(LC_ALL, name);  // stays as it is where the locale is not installed
+    EXPECT_EQ(parse("v 0.5 1.25 2\n").vertices(0, 1), 1.25);
+  }
+  std::setlocale(LC_ALL, kept.c_str());
+}
+
+TEST(ReadObj, ColorsAreLinearised) {
+  const PolygonMesh mesh = parse("v 0 0 0 0 0.5 1\nv 1 0 0 1 1 1\nv 1 1 0 0 0 0\nf 1 2 3\n");
+  ASSERT_EQ(mesh.colors.rows(), 3);
+  EXPECT_NEAR(mesh.colors(0, 1), 0.214041, 1e-5);
+  EXPECT_EQ(mesh.colors(1, 0), 1);
+}
+
+TEST(ReadObj, GroupsObjectsAndMaterialsAreKept) {
+  const PolygonMesh mesh =
+      parse("mtllib a b.mtl\n" + kSquare +
+            "f 1 2 3\no Body One\ng left arm\nusemtl skin\nf 1 2 4\ng right\nf 2 3 4\ng left arm\n"
+            "f 1 3 4\n");
+  EXPECT_THAT(mesh.group_names, ElementsAre("left arm", "right"));
+  EXPECT_THAT(mesh.polygon_groups, ElementsAre(-1, 0, 1, 0));
+  EXPECT_THAT(mesh.object_names, ElementsAre("Body One"));
+  EXPECT_THAT(mesh.polygon_materials, ElementsAre(-1, 0, 0, 0));
+  EXPECT_THAT(mesh.material_files, ElementsAre("a b.mtl"));
+}
+
+TEST(ReadObj, OnlyPointsIsAMeshWithoutFaces) {
+  const Mesh mesh = triangulated(parse("v 0 0 0\nvn 0 0 2\nv 1 2 3\nvn 0 3 0\n"));
+  EXPECT_EQ(mesh.faces.rows(), 0);
+  ASSERT_EQ(mesh.normals.rows(), 2);
+  EXPECT_EQ(mesh.normals.row(1), Eigen::RowVector3d(0, 1, 0));
+}
+
+TEST(ReadObj, NormalsAreKeptOnlyWhereEachVertexHasOne) {
+  const std::string normals = "vn 0 0 1\nvn 0 0 2\nvn 1 0 0\n";
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
+  EXPECT_EQ(triangulated(parse(triangle + normals + "f 1//2 2//1 3//3\n")).normals.rows(), 3);
+  EXPECT_EQ(triangulated(parse(triangle + normals + "f 1//1 2//1 3//1\nf 1//3 2//1 3//1\n"))
+                .normals.rows(),
+            0);
+  EXPECT_EQ(triangulated(parse(triangle + "vn 0 0 0\nf 1//1 2//1 3//1\n")).normals.rows(), 0);
+}
+
+TEST(ReadObj, MangledCommentsAreSkippedWithAFinding) {
+  // As in the files of a published cloth simulator.
+  const PolygonMesh mesh = parse("File Generated by Meshlab\n: 4\n" + kSquare +
+                                 "f 1 2 3\n5563 vertices, 0 vertices normals\n");
+  ASSERT_EQ(mesh.findings.size(), 1u);
+  EXPECT_THAT(mesh.findings[0].what, HasSubstr("3 lines begin with an unknown word"));
+  EXPECT_THAT(mesh.findings[0].place, HasSubstr("line 1"));
+}
+
+TEST(ReadObj, UnitsAndUpAxisComeFromComments) {
+  const PolygonMesh said = parse("# Units: Centimeters\n# up: z\n" + kSquare);
+  EXPECT_EQ(said.convention.metres_per_unit, 0.01);
+  EXPECT_EQ(said.convention.up, 'z');
+  const PolygonMesh silent = parse("# units: furlongs\n# up: north\n" + kSquare);
+  EXPECT_EQ(silent.convention.metres_per_unit, 0);
+  EXPECT_EQ(silent.convention.up, '\0');
+}
+
+TEST(ReadObj, RefusesWhatItCannotRead) {
+  const struct {
+    const char* text;
+    const char* words;
+  } kCases[] = {
+      {"", "no vertex"},
+      {"# nothing\n", "no vertex"},
+      {"v 1 2\n", "line 1: 2 numbers"},
+      {"v 1 2 3 4 5\n", "5 numbers"},
+      {"v 1 2 3 4 5 6 7 8\n", "'8'"},
+      {"v 1 2 x\n", "'x'"},
+      {"v 1 2 nan\n", "'nan'"},
+      {"v 1 2 inf\n", "'inf'"},
+      {"v 1 2 -infinity\n", "'-infinity'"},
+      {"v 1 2 1e999\n", "'1e999'"},
+      {"v 1 2 0x10\n", "'0x10'"},
+      {"v 1 2 1,5\n", "'1,5'"},
+      {"v 1 2 --1\n", "'--1'"},
+      {"v 1 2 +-1\n", "'+-1'"},
+      {"v 0 0 0\nv 1 0 0 1 1 1\n", "line 2: a vertex with a colour"},
+      {"v 0 0 0 1 1 1\nv 1 0 0\n", "line 2: a vertex without a colour"},
+      {"v 0 0 0 0 0 255\n", "colour 255"},
+      {"v 0 0 0 0 -0.1 0\n", "colour -0.1"},
+      {"v 0 0 0\nf 1 1 2\n", "line 2: vertex index 2; expected 1 to 1"},
+      {"v 0 0 0\nf 1 1 0\n", "'0'; expected vertex index"},
+      {"v 0 0 0\nf 1 1 -2\n", "vertex index -2; expected at least -1"},
+      {"v 0 0 0\nf 1 1 1.5\n", "'1.5'"},
+      {"v 0 0 0\nf 1 1 99999999999999999999\n", "'99999999999999999999'"},
+      {"v 0 0 0\nf 1 1 4294967297\n", "vertex index 4294967297"},
+      {"v 0 0 0\nf 1 1 -9223372036854775808\n", "vertex index -9223372036854775808"},
+      {"v 0 0 0\nf 1/1 1/1 1/1\n", "line 2: uv index 1; expected 1 to 0"},
+      {"v 0 0 0\nf 1//1 1//1 1//1\n", "line 2: normal index 1"},
+      {"v 0 0 0\nf 1/1/1/1 1 1\n", "vertex/uv/normal"},
+      {"v 0 0 0\nf /1 1 1\n", "''; expected vertex"},
+      {"v 0 0 0\nf 1 1\n", "a face of 2 corners"},
+      {"v 0 0 0\nf\n", "a face of 0 corners"},
+      {"v 0 0 0\nvt\n", "the line ends"},
+      {"v 0 0 0\nvt 0 y\n", "'y'"},
+      {"v 0 0 0\nvn 0 0\n", "the line ends"},
+      {"v 0 0 0\ncstype bezier\n", "free-form geometry"},
+      {"v 0 0 0\nw 1 0 0\n", "numbers behind the unknown word 'w'"},
+  };
+  for (const auto& test : kCases) {
+    EXPECT_THAT(refusal(test.text), HasSubstr(test.words)) << test.text;
+  }
+  EXPECT_THAT(refusal(std::string("v 0 0 0\nv 0 \0 0 0\n", 19)), HasSubstr("line 2: a NUL byte"));
+}
+
+TEST(ReadObj, CeilingsAreKept) {
+  Limits limits;
+  limits.mesh_vertices = 3;
+  EXPECT_THAT(refusal(kSquare, limits), HasSubstr("more than 3 vertices"));
+  EXPECT_THAT(refusal("v 0 0 0\nvt 0 0\nvt 0 0\nvt 0 0\nvt 0 0\n", limits),
+              HasSubstr("more than 3 texture coordinates"));
+  EXPECT_THAT(refusal("v 0 0 0\nvn 0 0 1\nvn 0 0 1\nvn 0 0 1\nvn 0 0 1\n", limits),
+              HasSubstr("more than 3 normals"));
+  limits = {};
+  limits.mesh_faces = 1;
+  EXPECT_THAT(refusal(kSquare + "f 1 2 3 4\n", limits), HasSubstr("more than 1 triangles"));
+  limits = {};
+  limits.line_bytes = 20;
+  EXPECT_THAT(refusal(kSquare + "# 12345678901234567890\n", limits),
+              HasSubstr("line 5: a line of 22 bytes"));
+  EXPECT_THAT(refusal(kSquare + "f 1 2 3 \\\n 4 1 2 3 4 1 2 3\n", limits), HasSubstr("a line of"));
+  std::string many = kSquare + "f";
+  for (int i = 0; i < 1025; ++i) {
+    many += " 1";
+  }
+  EXPECT_THAT(refusal(many), HasSubstr("more than 1024 corners"));
+}
+
+TEST(ReadObj, FileLargerThanTheCeilingIsNotRead) {
+  const TemporaryDirectory folder;
+  write_obj(folder / "sphere.obj", testing::sphere(2));
+  Limits limits;
+  limits.mesh_file_bytes = 100;
+  EXPECT_THROW(read_obj(folder / "sphere.obj", limits), DataError);
+  EXPECT_THROW(read_obj(folder / "absent.obj"), DataError);
+}
+
+Mesh full_mesh() {
+  Mesh mesh = testing::sphere(2);
+  const Index n = mesh.vertices.rows();
+  mesh.vertices *= 1.0 / 3.0;
+  mesh.normals = mesh.vertices.rowwise().normalized();
+  mesh.colors.resize(n, 3);
+  mesh.uvs.resize(n + 1, 2);
+  for (Index i = 0; i < n; ++i) {
+    const float t = static_cast<float>(i) / static_cast<float>(n);
+    mesh.colors.row(i) << t, 1 - t, t * t;
+  }
+  for (Index i = 0; i <= n; ++i) {
+    mesh.uvs.row(i) << 1.0 / (1.0 + i), std::sqrt(i);
+  }
+  mesh.uv_faces = mesh.faces;
+  mesh.uv_faces(3, 1) = static_cast<int>(n);  // a seam
+  return mesh;
+}
+
+TEST(WriteObj, RoundTripKeepsEveryBit) {
+  const TemporaryDirectory folder;
+  const Mesh mesh = full_mesh();
+  write_obj(folder / "mesh.obj", mesh);
+  const PolygonMesh polygons = read_obj(folder / "mesh.obj");
+  EXPECT_EQ(polygons.convention.metres_per_unit, 1);
+  EXPECT_EQ(polygons.convention.up, 'y');
+  const Mesh back = triangulated(polygons);
+  EXPECT_EQ(back.vertices, mesh.vertices);
+  EXPECT_EQ(back.faces, mesh.faces);
+  EXPECT_EQ(back.normals, mesh.normals);
+  EXPECT_EQ(back.uvs, mesh.uvs);
+  EXPECT_EQ(back.uv_faces, mesh.uv_faces);
+  EXPECT_LT((back.colors - mesh.colors).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_TRUE(polygons.findings.empty());
+}
+
+TEST(WriteObj, PolygonsNamesAndCornersComeBack) {
+  const std::string text = "# units: cm\n# up: z\nmtllib m.mtl\n" + kSquare +
+                           "vt 0 0\nvt 1 0.25\nvn 0 0 1\nvn 1 0 0\no a\ng one\nusemtl red\n"
+                           "f 1/1/1 2/2/2 3/1/1 4/1/1\ng two\nf 1 2 3\n";
+  const PolygonMesh mesh = parse(text);
+  EXPECT_EQ(obj_text(mesh), text);
+}
+
+TEST(WriteObj, RefusesWhatCannotBeSaid) {
+  PolygonMesh mesh = parse(kSquare + "g a\nf 1 2 3 4\n");
+  mesh.group_names[0] = "a\nv 1 2 3";
+  EXPECT_THROW(obj_text(mesh), LogicError);
+  mesh.group_names[0] = "a\\";
+  EXPECT_THROW(obj_text(mesh), LogicError);
+  mesh.group_names[0] = "a";
+  mesh.corner_vertices[0] = 4;
+  EXPECT_THROW(obj_text(mesh), LogicError);
+  mesh.corner_vertices[0] = -1;
+  EXPECT_THROW(obj_text(mesh), LogicError);
+}
+
+TEST(RealObj, MakeHumanBaseMesh) {
+  ATELIER_TEST_FILE(path, "makehuman/base/base.obj");
+  const PolygonMesh mesh = read_obj(path);
+  EXPECT_EQ(mesh.vertices.rows(), 19158);
+  EXPECT_EQ(mesh.uvs.rows(), 21334);
+  EXPECT_EQ(polygon_count(mesh), 18486);
+  EXPECT_EQ(mesh.corner_vertices.size(), 4u * 18486u);
+  EXPECT_EQ(mesh.group_names.size(), 139u);
+  const auto body = std::find(mesh.group_names.begin(), mesh.group_names.end(), "body");
+  ASSERT_NE(body, mesh.group_names.end());
+  EXPECT_EQ(std::count(mesh.polygon_groups.begin(), mesh.polygon_groups.end(),
+                       static_cast<int>(body - mesh.group_names.begin())),
+            13378);
+  EXPECT_EQ(triangulated(mesh).faces.rows(), 2 * 18486);
+  EXPECT_TRUE(mesh.findings.empty());
+  // A body of about 1.7 m in decimetres; its file does not say so.
+  EXPECT_EQ(mesh.convention.metres_per_unit, 0);
+  const Mesh body_mesh = read_mesh(path, {.metres_per_unit = 0.1, .up = 'y'});
+  const double height = body_mesh.vertices.col(1).maxCoeff() - body_mesh.vertices.col(1).minCoeff();
+  EXPECT_GT(height, 1.5);
+  EXPECT_LT(height, 2.0);
+}
+
+TEST(RealObj, GarmentsOfAClothSimulator) {
+  const struct {
+    const char* file;
+    Index vertices;
+    Index faces;
+    Index uvs;
+  } kFiles[] = {{"dress-handsup-drape.obj", 3634, 7026, 0},
+                {"dress-v5k-f10k.obj", 5563, 10180, 0},
+                {"dress-v7k-f14k.obj", 7742, 14524, 0},
+                {"skirt3448.obj", 1809, 3448, 1},
+                {"sock482.obj", 482, 944, 2410},
+                {"tshirt1900-flattened.obj", 1921, 3726, 0},
+                {"tshirt1900.obj", 1921, 3726, 8177}};
+  for (const auto& file : kFiles) {
+    ATELIER_TEST_FILE(path, std::string("garments/diffcloth/") + file.file);
+    const Mesh mesh = triangulated(read_obj(path));
+    EXPECT_EQ(mesh.vertices.rows(), file.vertices) << file.file;
+    EXPECT_EQ(mesh.faces.rows(), file.faces) << file.file;
+    EXPECT_EQ(mesh.uvs.rows(), file.uvs) << file.file;
+    check_mesh(mesh, file.file);
+    // What is written is the same mesh.
+    const std::string text = obj_text(polygons_of(mesh));
+    EXPECT_EQ(triangulated(parse(text)).vertices, mesh.vertices) << file.file;
+  }
+}
+
+}  // namespace
+}  // namespace atelier
