@@ -1,0 +1,263 @@
+#include "bodymodel/skinning.h"
+
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/rotation.h"
+#include "bodymodel/skinning_jacobian.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "tests/bodymodel/synthetic_body.h"
+#include "tests/support/finite_differences.h"
+
+namespace atelier {
+namespace {
+
+using testing::finite_difference_jacobian;
+using ::testing::HasSubstr;
+using testing::jacobian_error;
+using testing::random_pose;
+using testing::synthetic_body;
+using ::testing::ThrowsMessage;
+
+TEST(Skinning, RestPoseGivesTheTemplate) {
+  const BodyModel model = synthetic_body();
+  for (const SkinMethod method : {SkinMethod::Linear, SkinMethod::DualQuaternion}) {
+    SkinOptions options;
+    options.method = method;
+    const Points posed = skin_vertices(model, rest_pose(model.skeleton), {}, options);
+    EXPECT_LT((posed - model.mesh.vertices).norm(), 1e-13);
+  }
+}
+
+TEST(Skinning, AWholeTurnOfTheRootMovesTheBodyRigidly) {
+  BodyModel model = synthetic_body();
+  model.correctives.clear();
+  Pose pose = rest_pose(model.skeleton);
+  pose.root_translation = {1, 2, 3};
+  pose.rotations.row(0) << 0.3, -0.4, 1.2;
+  const ShapedBody body = shape_body(model);
+  const Eigen::Matrix3d turn = body.rest_rotations[0] * rotation_matrix(pose.rotations.row(0)) *
+                               body.rest_rotations[0].transpose();
+  Points expected = (body.vertices.rowwise() - body.joints.row(0)) * turn.transpose();
+  expected.rowwise() += body.joints.row(0) + pose.root_translation.transpose();
+  for (const SkinMethod method : {SkinMethod::Linear, SkinMethod::DualQuaternion}) {
+    SkinOptions options;
+    options.method = method;
+    EXPECT_LT((skin_vertices(model, body, pose, options) - expected).norm(), 1e-12);
+  }
+}
+
+TEST(Skinning, LinearIsTheWeightedMeanOfRigidMotions) {
+  const BodyModel model = synthetic_body();
+  const Pose pose = random_pose(model.skeleton, 9);
+  const ShapedBody body = shape_body(model, Eigen::Vector2d(1.8, -1));
+  const JointFrames frames = forward_kinematics(body.skeleton, pose);
+  const Points rest = corrected_rest(model, body, pose);
+  const Points posed = skin_vertices(model, body, pose);
+  for (Index v = 0; v < vertex_count(model); ++v) {
+    Eigen::Vector3d expected = Eigen::Vector3d::Zero();
+    for (Index k = 0; k < model.skin.weights.cols(); ++k) {
+      const int j = model.skin.joints(v, k);
+      const Eigen::Vector3d local =
+          body.rest_rotations[j].transpose() * (rest.row(v) - body.joints.row(j)).transpose();
+      expected += model.skin.weights(v, k) *
+                  (frames.rotations[j] * local + frames.positions.row(j).transpose());
+    }
+    EXPECT_LT((posed.row(v).transpose() - expected).norm(), 1e-13);
+  }
+}
+
+TEST(Skinning, ShapeIsLinearInPhysicalValues) {
+  const BodyModel model = synthetic_body();
+  const Eigen::Vector2d tall(1.9, 0);
+  const Points moved = shape_body(model, tall).vertices - model.mesh.vertices;
+  EXPECT_LT((moved - 0.2 * model.shape[0].surface.offsets).norm(), 1e-14);
+}
+
+TEST(Skinning, SparseDirectionsTouchOnlyTheirVertices) {
+  const BodyModel model = synthetic_body();
+  const Points moved = shape_body(model, Eigen::Vector2d(1.7, 2)).vertices - model.mesh.vertices;
+  EXPECT_LT((moved.row(17) - 2 * model.shape[1].surface.offsets.row(3)).norm(), 1e-15);
+  EXPECT_EQ(moved.row(16).norm(), 0);
+}
+
+TEST(Skinning, BendFeatureIsOneAtARightAngleAndZeroBehind) {
+  BodyModel model = synthetic_body();
+  Pose pose = rest_pose(model.skeleton);
+  const Eigen::Vector3d axis = model.correctives.back().axis;
+  const auto feature = [&](double angle) {
+    pose.rotations.row(4) = angle * axis.transpose();
+    return pose_features(model, pose).tail<1>()[0];
+  };
+  EXPECT_NEAR(feature(std::numbers::pi / 2), 1, 1e-14);
+  EXPECT_NEAR(feature(std::numbers::pi / 3), 0.5, 1e-14);
+  EXPECT_EQ(feature(0), 0);
+  EXPECT_EQ(feature(-1), 0);
+}
+
+TEST(Skinning, PoseFeatureGradientAgreesWithFiniteDifferences) {
+  const BodyModel model = synthetic_body();
+  const Pose pose = random_pose(model.skeleton, 10);
+  const Points analytic = pose_features_gradient(model, pose);
+  const Eigen::MatrixXd numeric = finite_difference_jacobian(
+      [&](const Eigen::VectorXd& x) { return pose_features(model, pose_of_vector(x)); },
+      pose_vector(pose));
+  for (Index c = 0; c < analytic.rows(); ++c) {
+    const int joint = model.correctives[static_cast<std::size_t>(c)].joint;
+    EXPECT_LT((analytic.row(c) - numeric.block(c, 3 + 3 * joint, 1, 3)).norm(), 1e-8) << c;
+  }
+}
+
+TEST(Skinning, VertexJacobianAgreesWithFiniteDifferences) {
+  const BodyModel model = synthetic_body(60, 8);
+  const SkinChains chains = skin_chains(model);
+  double worst = 0;
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    const Pose pose = random_pose(model.skeleton, seed, seed == 0 ? 0 : 0.8);
+    const Eigen::Vector2d shape(1.62, 0.8);
+    const ShapedBody body = shape_body(model, shape);
+    const PosedBody posed = pose_body(model, body, pose);
+    Eigen::VectorXd x(pose_parameter_count(model.skeleton) + 2);
+    x << pose_vector(pose), shape;
+    for (int vertex = 0; vertex < 60; vertex += 7) {
+      const Eigen::MatrixXd numeric = finite_difference_jacobian(
+          [&](const Eigen::VectorXd& p) {
+            const Points moved = skin_vertices(model, pose_of_vector(p.head(p.size() - 2)),
+                                               Eigen::VectorXd(p.tail(2)));
+            return Eigen::VectorXd(moved.row(vertex).transpose());
+          },
+          x);
+      worst = std::max(
+          worst, jacobian_error(vertex_jacobian(model, body, posed, chains, vertex), numeric));
+    }
+  }
+  RecordProperty("worst_error", std::to_string(worst));
+  EXPECT_LT(worst, 1e-6);
+}
+
+TEST(Skinning, PosedBodyAgreesWithForward) {
+  const BodyModel model = synthetic_body();
+  const Pose pose = random_pose(model.skeleton, 11);
+  const ShapedBody body = shape_body(model);
+  EXPECT_EQ(pose_body(model, body, pose).vertices, skin_vertices(model, body, pose));
+}
+
+TEST(Skinning, RowsHoldOnlyTheChainWhenCorrectivesAreLeftOut) {
+  const BodyModel model = synthetic_body();
+  const SkinChains chains = skin_chains(model, false);
+  const Pose pose = random_pose(model.skeleton, 12);
+  const ShapedBody body = shape_body(model);
+  const PosedBody posed = pose_body(model, body, pose, false);
+  const SkinRows rows = skin_jacobian_rows(model, posed, chains, {3, 20}, Points::Identity(2, 3));
+  for (std::size_t i = 0; i < 2; ++i) {
+    const int vertex = i == 0 ? 3 : 20;
+    for (int e = rows.begin[i]; e < rows.begin[i + 1]; ++e) {
+      bool on_chain = false;
+      for (Index k = 0; k < model.skin.weights.cols(); ++k) {
+        for (int j = model.skin.weights(vertex, k) > 0 ? model.skin.joints(vertex, k) : -1; j >= 0;
+             j = model.skeleton.parents[j]) {
+          on_chain = on_chain || j == rows.joints[e];
+        }
+      }
+      EXPECT_TRUE(on_chain);
+    }
+  }
+}
+
+TEST(Skinning, DualQuaternionsKeepTheRadiusOfATwistedTube) {
+  // A vertex half-way between two joints, the second twisted by 150 degrees: linear blending pulls
+  // it towards the axis, dual quaternions do not.
+  BodyModel model;
+  model.skeleton.names = {"a", "b"};
+  model.skeleton.parents = {-1, 0};
+  model.skeleton.offsets.resize(2, 3);
+  model.skeleton.offsets << 0, 0, 0, 0, 1, 0;
+  model.mesh.vertices = Eigen::RowVector3d(0.1, 0.5, 0);
+  model.skin.joints.resize(1, 2);
+  model.skin.joints << 0, 1;
+  model.skin.weights.resize(1, 2);
+  model.skin.weights << 0.5, 0.5;
+  Pose pose = rest_pose(model.skeleton);
+  pose.rotations.row(1) << 0, 150 * std::numbers::pi / 180, 0;
+  SkinOptions options;
+  EXPECT_LT(skin_vertices(model, pose, {}, options)(0, 0), 0.03);
+  options.method = SkinMethod::DualQuaternion;
+  const Points posed = skin_vertices(model, pose, {}, options);
+  EXPECT_NEAR(std::hypot(posed(0, 0), posed(0, 2)), 0.1, 1e-12);
+  EXPECT_NEAR(posed(0, 1), 0.5, 1e-12);
+}
+
+TEST(Skinning, SameBitsOnAnyNumberOfThreads) {
+  const BodyModel model = synthetic_body(10'000, 4);
+  const Pose pose = random_pose(model.skeleton, 13);
+  const int before = thread_count();
+  set_thread_count(1);
+  const Points one = skin_vertices(model, pose);
+  set_thread_count(7);
+  const Points seven = skin_vertices(model, pose);
+  set_thread_count(before);
+  EXPECT_EQ(one, seven);
+}
+
+TEST(Skinning, CudaAgreesWithCpu) {
+  if (!cuda_available()) {
+    GTEST_SKIP() << "no CUDA device answers";
+  }
+  const BodyModel model = synthetic_body(5'000, 6);
+  const Pose pose = random_pose(model.skeleton, 14);
+  for (const SkinMethod method : {SkinMethod::Linear, SkinMethod::DualQuaternion}) {
+    SkinOptions options;
+    options.method = method;
+    const Points cpu = skin_vertices(model, pose, {}, options);
+    options.device = Device::Cuda;
+    const Points cuda = skin_vertices(model, pose, {}, options);
+    EXPECT_LT((cuda - cpu).cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_EQ(cuda, skin_vertices(model, pose, {}, options));  // the same bits again
+  }
+}
+
+TEST(Skinning, RefusesCudaWhereThereIsNone) {
+  if (cuda_available()) {
+    GTEST_SKIP() << "there is a CUDA device";
+  }
+  SkinOptions options;
+  options.device = Device::Cuda;
+  const BodyModel model = synthetic_body();
+  EXPECT_THROW(skin_vertices(model, rest_pose(model.skeleton), {}, options), EnvironmentError);
+}
+
+TEST(Skinning, RefusesAPoseOfAnotherModel) {
+  const BodyModel model = synthetic_body();
+  Pose pose = rest_pose(model.skeleton);
+  pose.rotations.conservativeResize(3, 3);
+  EXPECT_THAT([&] { skin_vertices(model, pose); },
+              ThrowsMessage<LogicError>(HasSubstr("pose has 3 rotations")));
+  EXPECT_THAT([&] { pose_features(model, pose); },
+              ThrowsMessage<LogicError>(HasSubstr("body model has 7 joints")));
+}
+
+TEST(Skinning, RefusesAShapedBodyOfAnotherModel) {
+  const BodyModel model = synthetic_body();
+  const ShapedBody other = shape_body(synthetic_body(50));
+  EXPECT_THAT([&] { skin_vertices(model, other, rest_pose(model.skeleton)); },
+              ThrowsMessage<LogicError>(HasSubstr("shaped body of another model")));
+}
+
+TEST(Skinning, RefusesRowsOutOfRange) {
+  const BodyModel model = synthetic_body();
+  const ShapedBody body = shape_body(model);
+  const PosedBody posed = pose_body(model, body, rest_pose(model.skeleton));
+  const SkinChains chains = skin_chains(model);
+  EXPECT_THAT([&] { skin_jacobian_rows(model, posed, chains, {40}, Points::Identity(1, 3)); },
+              ThrowsMessage<LogicError>(HasSubstr("vertex 40 out of range")));
+  EXPECT_THAT([&] { skin_jacobian_rows(model, posed, chains, {1}, Points::Identity(2, 3)); },
+              ThrowsMessage<LogicError>(HasSubstr("one direction for each vertex")));
+  EXPECT_THAT([&] { skin_shape_rows(model, body, posed, {-1}, Points::Identity(1, 3)); },
+              ThrowsMessage<LogicError>(HasSubstr("vertex -1 out of range")));
+}
+
+}  // namespace
+}  // namespace atelier
