@@ -1,0 +1,349 @@
+#include "simulation/schedule.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+/// Particles of a range of constraints, and the constraints of each particle.
+struct Incidence {
+  std::vector<int> begin;
+  std::vector<int> constraint;
+};
+
+Incidence incidence_of(int vertex_count, const std::vector<ConstraintParticles>& constraints,
+                       const std::vector<int>& subset) {
+  Incidence out;
+  out.begin.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
+  for (int c : subset) {
+    for (int v : constraints[c].particle) {
+      if (v >= 0) {
+        ++out.begin[v + 1];
+      }
+    }
+  }
+  std::partial_sum(out.begin.begin(), out.begin.end(), out.begin.begin());
+  out.constraint.resize(static_cast<std::size_t>(out.begin.back()));
+  std::vector<int> cursor(out.begin.begin(), out.begin.end() - 1);
+  for (int c : subset) {
+    for (int v : constraints[c].particle) {
+      if (v >= 0) {
+        out.constraint[cursor[v]++] = c;
+      }
+    }
+  }
+  return out;
+}
+
+/// Halves the range of particles along its longest axis until `parts` parts are made; parts of a
+/// range differ in size by at most one particle per level.
+void bisect(const Points& positions, std::vector<int>& ids, int begin, int end, int first_part,
+            int parts, std::vector<int>& part_of) {
+  if (parts == 1) {
+    for (int i = begin; i < end; ++i) {
+      part_of[ids[i]] = first_part;
+    }
+    return;
+  }
+  Eigen::RowVector3d low = positions.row(ids[begin]);
+  Eigen::RowVector3d high = low;
+  for (int i = begin; i < end; ++i) {
+    low = low.cwiseMin(positions.row(ids[i]));
+    high = high.cwiseMax(positions.row(ids[i]));
+  }
+  int axis = 0;
+  (high - low).maxCoeff(&axis);
+  const int left_parts = parts / 2;
+  const int middle = begin + static_cast<int>(static_cast<std::int64_t>(end - begin) * left_parts / parts);
+  std::nth_element(ids.begin() + begin, ids.begin() + middle, ids.begin() + end, [&](int a, int b) {
+    const double pa = positions(a, axis);
+    const double pb = positions(b, axis);
+    return pa != pb ? pa < pb : a < b;
+  });
+  bisect(positions, ids, begin, middle, first_part, left_parts, part_of);
+  bisect(positions, ids, middle, end, first_part + left_parts, parts - left_parts, part_of);
+}
+
+/// Visits particles breadth first along constraints, from `seed`, appending to `visited`.
+void breadth_first(int seed, const std::vector<ConstraintParticles>& constraints,
+                   const Incidence& incidence, std::vector<char>& seen, std::vector<int>& visited,
+                   std::vector<int>* level) {
+  std::size_t head = visited.size();
+  visited.push_back(seed);
+  seen[seed] = 1;
+  if (level != nullptr) {
+    (*level)[seed] = 0;
+  }
+  for (; head < visited.size(); ++head) {
+    const int v = visited[head];
+    for (int k = incidence.begin[v]; k < incidence.begin[v + 1]; ++k) {
+      for (int u : constraints[incidence.constraint[k]].particle) {
+        if (u >= 0 && !seen[u]) {
+          seen[u] = 1;
+          if (level != nullptr) {
+            (*level)[u] = (*level)[v] + 1;
+          }
+          visited.push_back(u);
+        }
+      }
+    }
+  }
+}
+
+/// Particles of the component of `seed`, breadth first from one of its far ends.
+std::vector<int> ordered_component(int seed, const std::vector<ConstraintParticles>& constraints,
+                                   const Incidence& incidence, std::vector<char>& seen,
+                                   std::vector<int>& level) {
+  std::vector<int> first;
+  breadth_first(seed, constraints, incidence, seen, first, nullptr);
+  for (int v : first) {
+    seen[v] = 0;
+  }
+  std::vector<int> ordered;
+  breadth_first(first.back(), constraints, incidence, seen, ordered, &level);
+  return ordered;
+}
+
+/// Phase 0: strips of a breadth-first order where each is several rings wide (then only neighbours
+/// touch, and two phases are enough), else compact blocks by coordinate bisection.
+std::vector<int> partition(const Points& positions,
+                           const std::vector<ConstraintParticles>& constraints,
+                           const std::vector<int>& all, int parts) {
+  const int vertex_count = static_cast<int>(positions.rows());
+  std::vector<int> part_of(static_cast<std::size_t>(vertex_count), 0);
+  if (parts <= 1) {
+    return part_of;
+  }
+  const Incidence incidence = incidence_of(vertex_count, constraints, all);
+  std::vector<char> seen(static_cast<std::size_t>(vertex_count), 0);
+  std::vector<int> level(static_cast<std::size_t>(vertex_count), 0);
+  std::vector<int> ordered;
+  int levels = 0;
+  for (int v = 0; v < vertex_count; ++v) {
+    if (!seen[v]) {
+      const std::vector<int> component = ordered_component(v, constraints, incidence, seen, level);
+      levels += level[component.back()] + 1;
+      ordered.insert(ordered.end(), component.begin(), component.end());
+    }
+  }
+  // A hinge spans two rings, so a strip needs four of its own for its two borders to stay apart;
+  // breadth-first levels along hinges count two rings each.
+  constexpr int kLevelsPerStrip = 3;
+  if (levels >= kLevelsPerStrip * parts) {
+    for (int i = 0; i < vertex_count; ++i) {
+      part_of[ordered[i]] = static_cast<int>(static_cast<std::int64_t>(i) * parts / vertex_count);
+    }
+    return part_of;
+  }
+  std::vector<int> ids(static_cast<std::size_t>(vertex_count));
+  std::iota(ids.begin(), ids.end(), 0);
+  bisect(positions, ids, 0, vertex_count, 0, parts, part_of);
+  return part_of;
+}
+
+/// Greedy colouring of the constraints of one patch, larger constraints first, each into the least
+/// used colour that is free at all its particles. Appends to the schedule.
+void colour_patch(const std::vector<ConstraintParticles>& constraints, std::vector<int> patch,
+                  std::vector<std::uint64_t>& used, int words, Schedule& schedule) {
+  std::stable_sort(patch.begin(), patch.end(), [&](int a, int b) {
+    const auto size = [&](int c) { return constraints[c].particle[3] >= 0; };
+    return size(a) > size(b);
+  });
+  std::vector<std::vector<int>> colours;
+  for (int c : patch) {
+    int best = -1;
+    for (int k = 0; k < static_cast<int>(colours.size()); ++k) {
+      bool free = true;
+      for (int v : constraints[c].particle) {
+        free = free && (v < 0 || ((used[static_cast<std::size_t>(v) * words + k / 64] >> (k % 64)) & 1) == 0);
+      }
+      if (free && (best < 0 || colours[k].size() < colours[best].size())) {
+        best = k;
+      }
+    }
+    if (best < 0) {
+      best = static_cast<int>(colours.size());
+      colours.emplace_back();
+    }
+    colours[best].push_back(c);
+    for (int v : constraints[c].particle) {
+      if (v >= 0) {
+        used[static_cast<std::size_t>(v) * words + best / 64] |= std::uint64_t(1) << (best % 64);
+      }
+    }
+  }
+  Schedule::Patch out{static_cast<int>(schedule.vertices.size()), 0,
+                      static_cast<int>(schedule.colours.size()), 0};
+  for (std::vector<int>& colour : colours) {
+    std::stable_sort(colour.begin(), colour.end(),
+                     [&](int a, int b) { return constraints[a].kind < constraints[b].kind; });
+    Schedule::Colour range{};
+    std::size_t i = 0;
+    for (int kind = 0; kind < 3; ++kind) {
+      range.begin[kind] = static_cast<int>(schedule.order.size() + i);
+      while (i < colour.size() && constraints[colour[i]].kind == kind) {
+        ++i;
+      }
+    }
+    range.begin[3] = static_cast<int>(schedule.order.size() + i);
+    schedule.order.insert(schedule.order.end(), colour.begin(), colour.end());
+    schedule.colours.push_back(range);
+  }
+  out.colour_end = static_cast<int>(schedule.colours.size());
+  schedule.max_colours = std::max(schedule.max_colours, out.colour_end - out.colour_begin);
+  schedule.patches.push_back(out);
+  for (int c : patch) {
+    for (int v : constraints[c].particle) {
+      if (v >= 0) {
+        for (int w = 0; w < words; ++w) {
+          used[static_cast<std::size_t>(v) * words + w] = 0;
+        }
+      }
+    }
+  }
+}
+
+int default_patches(int vertex_count) {
+  constexpr int kVertices = 640;
+  constexpr int kWave = 132;
+  const int patches = (vertex_count + kVertices - 1) / kVertices;
+  if (patches <= kWave) {
+    return std::max(1, patches);
+  }
+  constexpr int kLargest = 1150;
+  const int waves = (vertex_count + kWave * kLargest - 1) / (kWave * kLargest);
+  return waves * kWave;
+}
+
+}  // namespace
+
+Schedule make_schedule(const Points& positions, const std::vector<ConstraintParticles>& constraints,
+                       const ScheduleOptions& options) {
+  const int vertex_count = static_cast<int>(positions.rows());
+  std::vector<int> degree(static_cast<std::size_t>(vertex_count), 0);
+  for (const ConstraintParticles& c : constraints) {
+    ATELIER_CHECK(c.kind >= 0 && c.kind < 3, "constraint kind " + std::to_string(c.kind));
+    for (int v : c.particle) {
+      ATELIER_CHECK(v < vertex_count, "particle " + std::to_string(v) + " of a constraint");
+      if (v >= 0) {
+        ++degree[v];
+      }
+    }
+  }
+  Schedule schedule;
+  if (vertex_count == 0) {
+    return schedule;
+  }
+  int parts = options.patches > 0 ? options.patches : default_patches(vertex_count);
+  parts = std::max(parts, (vertex_count + options.max_patch_vertices - 1) / options.max_patch_vertices);
+  parts = std::min(parts, vertex_count);
+  std::vector<int> remaining(constraints.size());
+  std::iota(remaining.begin(), remaining.end(), 0);
+  std::vector<int> part_of = partition(positions, constraints, remaining, parts);
+
+  // A greedy colour never exceeds 4 (degree - 1) + 1.
+  const int max_degree = degree.empty() ? 0 : *std::max_element(degree.begin(), degree.end());
+  const int words = (4 * std::max(1, max_degree) + 64) / 64;
+  std::vector<std::uint64_t> used(static_cast<std::size_t>(vertex_count) * words, 0);
+
+  // Phase 0 lists every particle once, so it is also where particles are integrated.
+  bool first = true;
+  int part_count = parts;
+  while (first || !remaining.empty()) {
+    std::vector<std::vector<int>> part_constraints(static_cast<std::size_t>(part_count));
+    std::vector<int> deferred;
+    for (int c : remaining) {
+      int part = -1;
+      bool inside = true;
+      for (int v : constraints[c].particle) {
+        if (v >= 0) {
+          inside = inside && (part < 0 || part == part_of[v]);
+          part = part_of[v];
+        }
+      }
+      (inside && part >= 0 ? part_constraints[part] : deferred).push_back(c);
+    }
+    std::vector<std::vector<int>> part_vertices(static_cast<std::size_t>(part_count));
+    if (first) {
+      for (int v = 0; v < vertex_count; ++v) {
+        part_vertices[part_of[v]].push_back(v);
+      }
+    }
+    std::vector<char> listed(static_cast<std::size_t>(vertex_count), 0);
+    const int patch_begin = static_cast<int>(schedule.patches.size());
+    for (int part = 0; part < part_count; ++part) {
+      if (!first) {
+        if (part_constraints[part].empty()) {
+          continue;
+        }
+        for (int c : part_constraints[part]) {
+          for (int v : constraints[c].particle) {
+            if (v >= 0 && !listed[v]) {
+              listed[v] = 1;
+              part_vertices[part].push_back(v);
+            }
+          }
+        }
+      }
+      std::sort(part_vertices[part].begin(), part_vertices[part].end());
+      colour_patch(constraints, part_constraints[part], used, words, schedule);
+      Schedule::Patch& patch = schedule.patches.back();
+      patch.vertex_begin = static_cast<int>(schedule.vertices.size());
+      schedule.vertices.insert(schedule.vertices.end(), part_vertices[part].begin(),
+                               part_vertices[part].end());
+      patch.vertex_end = static_cast<int>(schedule.vertices.size());
+      schedule.max_patch_vertices =
+          std::max(schedule.max_patch_vertices, patch.vertex_end - patch.vertex_begin);
+    }
+    schedule.phases.push_back({patch_begin, static_cast<int>(schedule.patches.size())});
+    remaining = std::move(deferred);
+    if (remaining.empty()) {
+      break;
+    }
+
+    // Parts of the next phase: components of what remains, small ones whole and packed together,
+    // large ones cut into runs of their breadth-first order. What crosses a cut waits.
+    first = false;
+    const Incidence incidence = incidence_of(vertex_count, constraints, remaining);
+    std::vector<char> seen(static_cast<std::size_t>(vertex_count), 0);
+    std::vector<int> level(static_cast<std::size_t>(vertex_count), 0);
+    int touched = 0;
+    for (int v = 0; v < vertex_count; ++v) {
+      touched += incidence.begin[v + 1] > incidence.begin[v] ? 1 : 0;
+    }
+    const int target = std::clamp((touched + parts - 1) / parts, 48, options.max_patch_vertices);
+    part_count = 0;
+    int filled = options.max_patch_vertices + 1;
+    for (int v = 0; v < vertex_count; ++v) {
+      if (seen[v] || incidence.begin[v + 1] == incidence.begin[v]) {
+        continue;
+      }
+      const std::vector<int> component = ordered_component(v, constraints, incidence, seen, level);
+      const int size = static_cast<int>(component.size());
+      if (size <= std::min(2 * target, options.max_patch_vertices)) {
+        if (filled + size > target + target / 4) {
+          ++part_count;
+          filled = 0;
+        }
+        filled += size;
+        for (int u : component) {
+          part_of[u] = part_count - 1;
+        }
+      } else {
+        const int pieces = (size + target - 1) / target;
+        for (int i = 0; i < size; ++i) {
+          part_of[component[i]] =
+              part_count + static_cast<int>(static_cast<std::int64_t>(i) * pieces / size);
+        }
+        part_count += pieces;
+        filled = options.max_patch_vertices + 1;
+      }
+    }
+  }
+  return schedule;
+}
+
+}  // namespace atelier
