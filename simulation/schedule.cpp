@@ -252,6 +252,7 @@ Schedule make_schedule(const Points& positions, const std::vector<ConstraintPart
   // Phase 0 lists every particle once, so it is also where particles are integrated.
   bool first = true;
   int part_count = parts;
+  int target_floor = 48;  // of the later phases' patches; grows so that the cuts get rarer
   while (first || !remaining.empty()) {
     std::vector<std::vector<int>> part_constraints(static_cast<std::size_t>(part_count));
     std::vector<int> deferred;
@@ -314,7 +315,8 @@ Schedule make_schedule(const Points& positions, const std::vector<ConstraintPart
     for (int v = 0; v < vertex_count; ++v) {
       touched += incidence.begin[v + 1] > incidence.begin[v] ? 1 : 0;
     }
-    const int target = std::clamp((touched + parts - 1) / parts, 48, options.max_patch_vertices);
+    const int target = std::clamp((touched + parts - 1) / parts, target_floor, options.max_patch_vertices);
+    target_floor = std::min(2 * target_floor, options.max_patch_vertices);
     part_count = 0;
     int filled = options.max_patch_vertices + 1;
     for (int v = 0; v < vertex_count; ++v) {

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "simulation/xpbd.h"
+
+namespace atelier {
+
+/// What ClothSolver asks of a device.
+struct ClothSolver::Backend {
+  virtual ~Backend() = default;
+  virtual void set_state(const ClothState& state) = 0;
+  virtual ClothState state() const = 0;
+  virtual FrameReport advance(const Control& control) = 0;
+  virtual std::vector<double> spring_forces() const = 0;
+};
+
+std::unique_ptr<ClothSolver::Backend> make_cpu_backend(const Cloth& cloth, const Triangles& body_faces,
+                                                       const XpbdOptions& options);
+/// Throws EnvironmentError where there is no CUDA.
+std::unique_ptr<ClothSolver::Backend> make_cuda_backend(const Cloth& cloth, const Triangles& body_faces,
+                                                        const XpbdOptions& options);
+
+/// Checks shared by the backends: sizes of control against cloth and body, finite numbers.
+void check_control(const Control& control, const Cloth& cloth, Index body_vertices);
+
+/// Throws DataError naming the first vertex of `positions` that is not finite.
+void check_finite(const Points& positions, std::int64_t frame);
+
+/// Pin targets of the frame for every vertex: from `pin_targets`, else from attachments and the body
+/// at the end of the frame, else where the vertex is.
+Points pin_targets_of(const Cloth& cloth, const Control& control, const Triangles& body_faces,
+                      const Points& positions);
+
+/// Accelerations of air on every vertex [m/s2] at the start of a frame: drag and lift per triangle
+/// (force 1/2 rho A |u|^2 (drag, lift) as in Wejchert and Haumann 1991), limited so that a frame
+/// never turns the relative motion round.
+Points air_accelerations(const Cloth& cloth, const ClothState& state, const Control& control,
+                         const XpbdOptions& options);
+
+/// Strain, energy and, where `lambda` is given (per constraint of the schedule's order), residuals.
+void report_state(const Cloth& cloth, const ClothState& state, const std::vector<double>& lambda,
+                  double substep, FrameReport& report);
+
+}  // namespace atelier

@@ -1,0 +1,254 @@
+#include "simulation/xpbd.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "simulation/backend.h"
+#include "simulation/constraint_math.h"
+
+namespace atelier {
+namespace {
+
+Vec3d vec(const Points& p, Index i) { return {p(i, 0), p(i, 1), p(i, 2)}; }
+
+double percentile(std::vector<double>& values, double share) {
+  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + k, values.end());
+  return values[static_cast<std::size_t>(k)];
+}
+
+}  // namespace
+
+OptionTable describe(XpbdOptions& o) {
+  OptionTable t;
+  t.add("time_step", o.time_step, 1e-5, 1, "s", "Duration of a frame.");
+  t.add("substeps", o.substeps, 1, 10000, "", "Substeps per frame; raise for stiffer cloth.");
+  t.add("iterations", o.iterations, 1, 100000, "", "Iterations per substep; substeps are better.");
+  t.add("precision", o.precision, {"float", "double"}, "Arithmetic; double on the CPU alone.");
+  t.add("sweep", o.sweep, {"gauss-seidel", "jacobi"}, "Order of the projections.");
+  t.add("vectors", o.vectors, {"auto", "scalar"}, "CPU vector code.");
+  t.add("friction", o.friction, -1, 100, "", "Against the body; below 0: the material's.");
+  t.add("thickness", o.thickness, -1, 0.1, "m", "Gap to the body; below 0: the material's.");
+  t.add("contact_reach", o.contact_reach, 0.001, 0.5, "m", "Least distance at which contacts are looked for.");
+  t.add("depenetration_speed", o.depenetration_speed, 0.01, 100, "m/s", "Speed out of an old overlap.");
+  t.add("self_contact", o.self_contact, "Cloth against itself and other layers.");
+  t.add("self_thickness", o.self_thickness, -1, 0.1, "m", "Gap between sheets; below 0: the material's.");
+  t.add("self_friction", o.self_friction, -1, 100, "", "Between sheets; below 0: the material's.");
+  t.add("air_density", o.air_density, 0, 10, "kg/m3", "Density of the air.");
+  t.add("drag", o.drag, 0, 10, "", "Drag coefficient normal to the cloth.");
+  t.add("lift", o.lift, 0, 10, "", "Lift coefficient.");
+  t.add("velocity_damping", o.velocity_damping, 0, 1000, "1/s", "Slows every motion, to reach rest sooner.");
+  t.add("report", o.report, "Strain, residual and energy after every frame.").not_keyed();
+  t.add("intersection_interval", o.intersection_interval, 0, 1e9, "", "Exact crossings every n frames; 0: never.")
+      .not_keyed();
+  return t;
+}
+
+ClothState rest_state(const Cloth& cloth) {
+  return {cloth.rest_positions, Points::Zero(cloth.rest_positions.rows(), 3), 0};
+}
+
+void check_control(const Control& control, const Cloth& cloth, Index body_vertices) {
+  const Index n = cloth.rest_positions.rows();
+  ATELIER_CHECK(control.gravity.allFinite() && control.wind.allFinite(), "gravity and wind are finite");
+  ATELIER_CHECK(control.wind_field.rows() == 0 || control.wind_field.rows() == n, "one wind per vertex");
+  ATELIER_CHECK(control.pin_targets.rows() == 0 || control.pin_targets.rows() == n,
+                "one pin target row per vertex");
+  ATELIER_CHECK(control.body_start.rows() == control.body_end.rows(),
+                "the body has as many vertices at the end as at the start");
+  ATELIER_CHECK(control.body_start.rows() == 0 || control.body_start.rows() >= body_vertices,
+                "the body's faces name vertices that are not there");
+  if (!control.body_start.allFinite() || !control.body_end.allFinite()) {
+    throw DataError("", "body", "a vertex that is not finite", "finite positions");
+  }
+  if (control.body_start.rows() > 0) {
+    // Nothing that a cloth could follow moves a metre in a frame.
+    constexpr double kJump = 1.0;
+    Index worst = 0;
+    const double jump =
+        (control.body_end - control.body_start).rowwise().squaredNorm().maxCoeff(&worst);
+    if (jump > kJump * kJump) {
+      throw DataError("", "body vertex " + std::to_string(worst),
+                      "moves " + std::to_string(std::sqrt(jump)) + " m in one frame",
+                      "less than 1 m: the body must not teleport; add frames between");
+    }
+  }
+}
+
+void check_finite(const Points& positions, std::int64_t frame) {
+  for (Index v = 0; v < positions.rows(); ++v) {
+    if (!positions.row(v).allFinite()) {
+      throw DataError("", "frame " + std::to_string(frame) + ", vertex " + std::to_string(v),
+                      "a position that is not finite",
+                      "a simulation that stays finite: more substeps, or check material and body");
+    }
+  }
+}
+
+Points pin_targets_of(const Cloth& cloth, const Control& control, const Triangles& body_faces,
+                      const Points& positions) {
+  Points out = positions;
+  if (control.pin_targets.rows() > 0) {
+    for (std::size_t v = 0; v < cloth.fixed.size(); ++v) {
+      if (cloth.fixed[v]) {
+        out.row(static_cast<Index>(v)) = control.pin_targets.row(static_cast<Index>(v));
+      }
+    }
+  }
+  if (control.body_end.rows() > 0) {
+    for (const Attachment& a : cloth.attachments) {
+      ATELIER_CHECK(a.triangle >= 0 && a.triangle < body_faces.rows(),
+                    "attachment to triangle " + std::to_string(a.triangle) + " of the body");
+      const Eigen::Vector3d p0 = control.body_end.row(body_faces(a.triangle, 0)).transpose();
+      const Eigen::Vector3d p1 = control.body_end.row(body_faces(a.triangle, 1)).transpose();
+      const Eigen::Vector3d p2 = control.body_end.row(body_faces(a.triangle, 2)).transpose();
+      const Eigen::Vector3d normal = (p1 - p0).cross(p2 - p0).normalized();
+      out.row(a.vertex) = (a.barycentric[0] * p0 + a.barycentric[1] * p1 + a.barycentric[2] * p2 +
+                           a.distance * normal)
+                              .transpose();
+    }
+  }
+  return out;
+}
+
+Points air_accelerations(const Cloth& cloth, const ClothState& state, const Control& control,
+                         const XpbdOptions& options) {
+  Points out = Points::Zero(state.positions.rows(), 3);
+  if (options.air_density <= 0 || (options.drag <= 0 && options.lift <= 0)) {
+    return out;
+  }
+  for (Index f = 0; f < cloth.faces.rows(); ++f) {
+    const Eigen::RowVector3i v = cloth.faces.row(f);
+    const Eigen::Vector3d e1 = (state.positions.row(v[1]) - state.positions.row(v[0])).transpose();
+    const Eigen::Vector3d e2 = (state.positions.row(v[2]) - state.positions.row(v[0])).transpose();
+    Eigen::Vector3d normal = e1.cross(e2);
+    const double twice_area = normal.norm();
+    if (!(twice_area > 1e-14)) {
+      continue;
+    }
+    normal /= twice_area;
+    Eigen::Vector3d air = control.wind;
+    Eigen::Vector3d motion = Eigen::Vector3d::Zero();
+    double mass = 0;
+    for (int c = 0; c < 3; ++c) {
+      motion += state.velocities.row(v[c]).transpose() / 3;
+      if (control.wind_field.rows() > 0) {
+        air += control.wind_field.row(v[c]).transpose() / 3;
+      }
+      mass += cloth.mass[v[c]] / 3;
+    }
+    const Eigen::Vector3d u = air - motion;
+    const double along = u.dot(normal);
+    const double pressure = 0.25 * options.air_density * twice_area;  // 1/2 rho A
+    Eigen::Vector3d force = pressure * options.drag * std::abs(along) * along * normal;
+    const Eigen::Vector3d across = normal - (u.squaredNorm() > 0 ? along / u.squaredNorm() : 0) * u;
+    force += pressure * options.lift * along * u.norm() * across;
+    // Explicit over a frame: at most what stops the relative motion.
+    const double most = mass * u.norm() / options.time_step;
+    if (force.norm() > most) {
+      force *= most / force.norm();
+    }
+    for (int c = 0; c < 3; ++c) {
+      out.row(v[c]) += force.transpose() / (3 * cloth.mass[v[c]]);
+    }
+  }
+  return out;
+}
+
+void report_state(const Cloth& cloth, const ClothState& state, const std::vector<double>& lambda,
+                  double substep, FrameReport& report) {
+  const double h2 = substep * substep;
+  std::vector<double> strain;
+  strain.reserve(static_cast<std::size_t>(cloth.fibre_count));
+  for (int i = 0; i < cloth.fibre_count; ++i) {
+    const ClothSpring& s = cloth.springs[i];
+    if (s.rest > 0) {
+      const double length = (state.positions.row(s.a) - state.positions.row(s.b)).norm();
+      strain.push_back(std::abs(length / s.rest - 1));
+    }
+  }
+  if (!strain.empty()) {
+    report.strain_max = *std::max_element(strain.begin(), strain.end());
+    report.strain_p50 = percentile(strain, 0.5);
+    report.strain_p95 = percentile(strain, 0.95);
+  }
+  report.kinetic_energy = 0;
+  for (std::size_t v = 0; v < cloth.mass.size(); ++v) {
+    if (!cloth.fixed[v]) {
+      report.kinetic_energy += 0.5 * cloth.mass[v] * state.velocities.row(static_cast<Index>(v)).squaredNorm();
+    }
+  }
+  report.elastic_energy = 0;
+  double spring_sum = 0;
+  double hinge_sum = 0;
+  std::size_t spring_count = 0;
+  std::size_t hinge_count = 0;
+  const int springs = static_cast<int>(cloth.springs.size());
+  const int hinges = springs + static_cast<int>(cloth.hinges.size());
+  for (std::size_t i = 0; i < cloth.schedule.order.size(); ++i) {
+    const int c = cloth.schedule.order[i];
+    const bool spring = c < springs;
+    double value = 0;
+    double stiffness = 0;
+    if (spring) {
+      const ClothSpring& s = cloth.springs[c];
+      value = spring_value(vec(state.positions, s.a), vec(state.positions, s.b), s.rest).c;
+      stiffness = s.stiffness;
+    } else if (c < hinges) {
+      const ClothHinge& h = cloth.hinges[c - springs];
+      const HingeValue<double> hinge =
+          hinge_value(vec(state.positions, h.edge0), vec(state.positions, h.edge1),
+                      vec(state.positions, h.left), vec(state.positions, h.right));
+      value = hinge.valid ? angle_difference(hinge.angle, h.rest) : 0;
+      stiffness = h.stiffness;
+    } else {
+      continue;
+    }
+    report.elastic_energy += 0.5 * stiffness * value * value;
+    if (i < lambda.size()) {
+      const double residual = value + lambda[i] / (stiffness * h2);
+      (spring ? spring_sum : hinge_sum) += residual * residual;
+      ++(spring ? spring_count : hinge_count);
+    }
+  }
+  report.spring_residual = spring_count > 0 ? std::sqrt(spring_sum / spring_count) : 0;
+  report.hinge_residual = hinge_count > 0 ? std::sqrt(hinge_sum / hinge_count) : 0;
+}
+
+ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces, const XpbdOptions& options,
+                         Device device) {
+  XpbdOptions checked = options;
+  const std::vector<std::string> problems = check_options(describe(checked));
+  ATELIER_CHECK(problems.empty(), "XPBD options: " + problems.front());
+  ATELIER_CHECK(device == Device::Cpu || options.precision == "float",
+                "double precision runs on the CPU alone");
+  backend_ = device == Device::Cpu ? make_cpu_backend(cloth, body_faces, options)
+                                   : make_cuda_backend(cloth, body_faces, options);
+  backend_->set_state(rest_state(cloth));
+}
+ClothSolver::~ClothSolver() = default;
+ClothSolver::ClothSolver(ClothSolver&&) noexcept = default;
+ClothSolver& ClothSolver::operator=(ClothSolver&&) noexcept = default;
+
+void ClothSolver::set_state(const ClothState& state) { backend_->set_state(state); }
+ClothState ClothSolver::state() const { return backend_->state(); }
+FrameReport ClothSolver::advance(const Control& control) { return backend_->advance(control); }
+std::vector<double> ClothSolver::spring_forces() const { return backend_->spring_forces(); }
+
+ClothState step(const Cloth& cloth, const ClothState& state, const Control& control,
+                const XpbdOptions& options, const Triangles& body_faces) {
+  ClothSolver solver(cloth, body_faces, options);
+  solver.set_state(state);
+  solver.advance(control);
+  return solver.state();
+}
+
+#ifndef ATELIER_HAS_CUDA
+std::unique_ptr<ClothSolver::Backend> make_cuda_backend(const Cloth&, const Triangles&,
+                                                        const XpbdOptions&) {
+  throw EnvironmentError("CUDA", "this build has none; use the CPU");
+}
+#endif
+
+}  // namespace atelier

@@ -1,0 +1,190 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "simulation/backend.h"
+#include "simulation/prepared_cloth.h"
+#include "simulation/sweep_math.h"
+
+namespace atelier {
+namespace {
+
+template <class T>
+Vec3<T> vec(const Points& p, Index row) {
+  return {static_cast<T>(p(row, 0)), static_cast<T>(p(row, 1)), static_cast<T>(p(row, 2))};
+}
+
+constexpr Index kGrain = 2048;  ///< particles of one task
+
+template <class T>
+class CpuBackend final : public ClothSolver::Backend {
+ public:
+  CpuBackend(const Cloth& cloth, const Triangles& body_faces, const XpbdOptions& options)
+      : cloth_(cloth), body_faces_(body_faces), options_(options), prepared_(prepare_cloth<T>(cloth)) {
+    const std::size_t n = cloth.mass.size();
+    x_.resize(n);
+    start_.resize(n);
+    velocity_.resize(n);
+    acceleration_.resize(n);
+    target_.resize(n);
+    lambda_.resize(prepared_.records.size());
+    strain_lambda_.resize(3 * prepared_.strains.size());
+  }
+
+  void set_state(const ClothState& state) override {
+    ATELIER_CHECK(state.positions.rows() == prepared_.count && state.velocities.rows() == prepared_.count,
+                  "the state is of another cloth");
+    check_finite(state.positions, state.frame);
+    state_ = state;
+  }
+
+  ClothState state() const override { return state_; }
+
+  FrameReport advance(const Control& control) override {
+    check_control(control, cloth_, body_faces_.rows() > 0 ? body_faces_.maxCoeff() + 1 : 0);
+    begin_frame(control);
+    const T h = static_cast<T>(options_.time_step / options_.substeps);
+    for (int s = 0; s < options_.substeps; ++s) {
+      substep(h, s);
+    }
+    ClothState next{Points(prepared_.count, 3), Points(prepared_.count, 3), state_.frame + 1};
+    for (int i = 0; i < prepared_.count; ++i) {
+      const int v = prepared_.external[i];
+      next.positions.row(v) << x_[i].x, x_[i].y, x_[i].z;
+      next.velocities.row(v) << velocity_[i].x, velocity_[i].y, velocity_[i].z;
+    }
+    check_finite(next.positions, next.frame);
+    state_ = std::move(next);
+    FrameReport report;
+    report.frame = state_.frame;
+    if (options_.report) {
+      report_state(cloth_, state_, std::vector<double>(lambda_.begin(), lambda_.end()),
+                   options_.time_step / options_.substeps, report);
+    }
+    return report;
+  }
+
+  std::vector<double> spring_forces() const override {
+    const double h = options_.time_step / options_.substeps;
+    std::vector<double> out(cloth_.springs.size(), 0.0);
+    for (std::size_t i = 0; i < prepared_.order.size(); ++i) {
+      if (prepared_.order[i] < static_cast<int>(out.size())) {
+        out[prepared_.order[i]] = -static_cast<double>(lambda_[i]) / (h * h);
+      }
+    }
+    return out;
+  }
+
+ private:
+  void begin_frame(const Control& control) {
+    const Points targets = pin_targets_of(cloth_, control, body_faces_, state_.positions);
+    const Points air = air_accelerations(cloth_, state_, control, options_);
+    for (int i = 0; i < prepared_.count; ++i) {
+      const int v = prepared_.external[i];
+      x_[i] = with_w(vec<T>(state_.positions, v), prepared_.inverse_mass[i]);
+      velocity_[i] = vec<T>(state_.velocities, v);
+      target_[i] = vec<T>(targets, v);
+      acceleration_[i] = vec<T>(air, v) + Vec3<T>{static_cast<T>(control.gravity.x()),
+                                                 static_cast<T>(control.gravity.y()),
+                                                 static_cast<T>(control.gravity.z())};
+    }
+  }
+
+  void substep(T h, int s) {
+    const T share = T(1) / static_cast<T>(options_.substeps - s);
+    parallel_for(prepared_.count, kGrain, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        predict(x_[i], start_[i], velocity_[i], acceleration_[i], target_[i], share, h);
+      }
+    });
+    std::fill(lambda_.begin(), lambda_.end(), T(0));
+    std::fill(strain_lambda_.begin(), strain_lambda_.end(), T(0));
+    const SubstepScale<T> scale{T(1) / (h * h), static_cast<T>(cloth_.material.damping) / h, T(1), T(1)};
+    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+      for (const Schedule::Phase& phase : prepared_.phases) {
+        parallel_for(phase.patch_end - phase.patch_begin, 1, [&](Index begin, Index end) {
+          for (Index p = begin; p < end; ++p) {
+            sweep_patch(prepared_.patches[phase.patch_begin + p], scale);
+          }
+        });
+      }
+      if (!prepared_.tether_anchor.empty()) {
+        for (int i = 0; i < prepared_.count; ++i) {
+          const int anchor = prepared_.tether_anchor[i];
+          if (anchor >= 0) {
+            project_tether(x_[i], xyz(x_[anchor]), prepared_.tether_length[i]);
+          }
+        }
+      }
+    }
+    const T keep = static_cast<T>(1 / (1 + options_.velocity_damping * static_cast<double>(h)));
+    parallel_for(prepared_.count, kGrain, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        update_velocity(x_[i], start_[i], velocity_[i], h, keep);
+      }
+    });
+  }
+
+  /// Projects every constraint of a patch, in a local copy of its particles.
+  void sweep_patch(const Schedule::Patch& patch, const SubstepScale<T>& scale) {
+    thread_local std::vector<Vec4<T>> local;
+    thread_local std::vector<Vec4<T>> local_start;
+    const int count = patch.vertex_end - patch.vertex_begin;
+    const int* particles = prepared_.patch_particles.data() + patch.vertex_begin;
+    local.resize(static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i) {
+      local[i] = x_[particles[i]];
+    }
+    if (scale.gamma > T(0)) {
+      local_start.resize(static_cast<std::size_t>(count));
+      for (int i = 0; i < count; ++i) {
+        local_start[i] = start_[particles[i]];
+      }
+    }
+    for (int k = patch.colour_begin; k < patch.colour_end; ++k) {
+      const PreparedColour& colour = prepared_.colours[k];
+      for (int i = colour.begin[0]; i < colour.begin[1]; ++i) {
+        lambda_[i] += project_hinge_record(prepared_.records[i], local.data(), local_start.data(),
+                                           lambda_[i], scale);
+      }
+      for (int i = colour.begin[1]; i < colour.begin[2]; ++i) {
+        lambda_[i] += project_spring_record(prepared_.records[i], local.data(), local_start.data(),
+                                            lambda_[i], scale);
+      }
+      for (int i = colour.begin[2]; i < colour.begin[3]; ++i) {
+        const int strain = colour.strain_begin + i - colour.begin[2];
+        project_strain_record(prepared_.records[i], prepared_.strains[strain], local.data(),
+                              local_start.data(), &strain_lambda_[3 * strain], scale);
+      }
+    }
+    for (int i = 0; i < count; ++i) {
+      x_[particles[i]] = local[i];
+    }
+  }
+
+  Cloth cloth_;
+  Triangles body_faces_;
+  XpbdOptions options_;
+  PreparedCloth<T> prepared_;
+  ClothState state_;
+  std::vector<Vec4<T>> x_;
+  std::vector<Vec4<T>> start_;  ///< positions at the start of the substep
+  std::vector<Vec3<T>> velocity_;
+  std::vector<Vec3<T>> acceleration_;
+  std::vector<Vec3<T>> target_;  ///< of fixed particles at the end of the frame
+  std::vector<T> lambda_;
+  std::vector<T> strain_lambda_;
+};
+
+}  // namespace
+
+std::unique_ptr<ClothSolver::Backend> make_cpu_backend(const Cloth& cloth, const Triangles& body_faces,
+                                                       const XpbdOptions& options) {
+  if (options.precision == "double") {
+    return std::make_unique<CpuBackend<double>>(cloth, body_faces, options);
+  }
+  return std::make_unique<CpuBackend<float>>(cloth, body_faces, options);
+}
+
+}  // namespace atelier
