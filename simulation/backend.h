@@ -16,10 +16,12 @@ struct ClothSolver::Backend {
   virtual std::vector<double> spring_forces() const = 0;
 };
 
-std::unique_ptr<ClothSolver::Backend> make_cpu_backend(const Cloth& cloth, const Triangles& body_faces,
+std::unique_ptr<ClothSolver::Backend> make_cpu_backend(const Cloth& cloth,
+                                                       const Triangles& body_faces,
                                                        const XpbdOptions& options);
 /// Throws EnvironmentError where there is no CUDA.
-std::unique_ptr<ClothSolver::Backend> make_cuda_backend(const Cloth& cloth, const Triangles& body_faces,
+std::unique_ptr<ClothSolver::Backend> make_cuda_backend(const Cloth& cloth,
+                                                        const Triangles& body_faces,
                                                         const XpbdOptions& options);
 
 /// Checks shared by the backends: sizes of control against cloth and body, finite numbers.
@@ -28,8 +30,8 @@ void check_control(const Control& control, const Cloth& cloth, Index body_vertic
 /// Throws DataError naming the first vertex of `positions` that is not finite.
 void check_finite(const Points& positions, std::int64_t frame);
 
-/// Pin targets of the frame for every vertex: from `pin_targets`, else from attachments and the body
-/// at the end of the frame, else where the vertex is.
+/// Pin targets of the frame for every vertex: from `pin_targets`, else from attachments and the
+/// body at the end of the frame, else where the vertex is.
 Points pin_targets_of(const Cloth& cloth, const Control& control, const Triangles& body_faces,
                       const Points& positions);
 

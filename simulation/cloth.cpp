@@ -1,5 +1,7 @@
 #include "simulation/cloth.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -22,13 +24,15 @@ struct FlatFace {
 
 /// A mesh edge with its one or two faces.
 struct FaceEdge {
-  int v0, v1;        ///< in the order of `face[0]`
-  int face[2];       ///< -1: boundary
-  int opposite[2];   ///< corner vertex across
+  int v0, v1;           ///< in the order of `face[0]`
+  int face[2];          ///< -1: boundary
+  int opposite[2];      ///< corner vertex across
   int first_corner[2];  ///< corner of v0 in face 0, of v1 in face 1
 };
 
-std::string face_name(Index face) { return "face " + std::to_string(face); }
+std::string face_name(Index face) {
+  return "face " + std::to_string(face);
+}
 
 std::vector<FlatFace> flat_faces(const Garment& garment, double min_angle_deg) {
   const Triangles& faces = garment.mesh.faces;
@@ -94,17 +98,22 @@ std::vector<FaceEdge> face_edges(const Garment& garment) {
   std::vector<FaceEdge> edges;
   for (std::size_t i = 0; i < halves.size();) {
     std::size_t j = i + 1;
-    while (j < halves.size() && halves[j].low == halves[i].low && halves[j].high == halves[i].high) {
+    while (j < halves.size() && halves[j].low == halves[i].low &&
+           halves[j].high == halves[i].high) {
       ++j;
     }
-    const std::string name = "edge " + std::to_string(halves[i].low) + "-" + std::to_string(halves[i].high);
+    const std::string name =
+        "edge " + std::to_string(halves[i].low) + "-" + std::to_string(halves[i].high);
     if (j - i > 2) {
       throw DataError(garment.name, name, std::to_string(j - i) + " faces (not manifold)",
                       "at most two faces at an edge; split the garment there");
     }
     const Half& h = halves[i];
-    FaceEdge edge{faces(h.face, h.corner), faces(h.face, (h.corner + 1) % 3), {h.face, -1},
-                  {faces(h.face, (h.corner + 2) % 3), -1}, {h.corner, -1}};
+    FaceEdge edge{faces(h.face, h.corner),
+                  faces(h.face, (h.corner + 1) % 3),
+                  {h.face, -1},
+                  {faces(h.face, (h.corner + 2) % 3), -1},
+                  {h.corner, -1}};
     if (j - i == 2) {
       const Half& g = halves[i + 1];
       if (g.forward == h.forward) {
@@ -147,7 +156,8 @@ double dihedral_angle(const Points& x, const FaceEdge& e) {
   return std::atan2(n1.cross(n2).dot(edge) / edge.norm(), n1.dot(n2));
 }
 
-double directional_modulus(const Material& material, const Eigen::Vector2d& direction, bool pattern) {
+double directional_modulus(const Material& material, const Eigen::Vector2d& direction,
+                           bool pattern) {
   if (!pattern) {
     return 0.5 * (material.stretch_warp + material.stretch_weft);
   }
@@ -156,7 +166,8 @@ double directional_modulus(const Material& material, const Eigen::Vector2d& dire
 }
 
 void add_edges(const Garment& garment, const ClothOptions& options,
-               const std::vector<FlatFace>& flat, const std::vector<FaceEdge>& edges, Cloth& cloth) {
+               const std::vector<FlatFace>& flat, const std::vector<FaceEdge>& edges,
+               Cloth& cloth) {
   const bool pattern = garment.rest_faces.rows() > 0;
   const Material& m = garment.material;
   const bool springs = options.membrane == "springs";
@@ -192,11 +203,11 @@ void add_edges(const Garment& garment, const ClothOptions& options,
       throw DataError(garment.name, face_name(e.face[1]), "two faces with the same three vertices",
                       "each triangle once");
     }
-    const double across =
-        distance_across(flat[e.face[0]], e.first_corner[0], flat[e.face[1]], e.first_corner[1], length);
+    const double across = distance_across(flat[e.face[0]], e.first_corner[0], flat[e.face[1]],
+                                          e.first_corner[1], length);
     if (diagonal || options.shear == "cross") {
-      const double k = diagonal ? m.shear * across * across / (2 * area)
-                                : m.shear * area / (across * across);
+      const double k =
+          diagonal ? m.shear * across * across / (2 * area) : m.shear * area / (across * across);
       shear.push_back({e.opposite[0], e.opposite[1], across, k});
     }
     const double weight = std::min(options.max_hinge_weight, length * length / area);
@@ -221,7 +232,8 @@ void add_strains(const Garment& garment, const std::vector<FlatFace>& flat, Clot
     Eigen::Matrix2d inverse;
     inverse << edges(1, 1), -edges(0, 1), -edges(1, 0), edges(0, 0);
     inverse /= det;
-    ClothStrain s{garment.mesh.faces(f, 0), garment.mesh.faces(f, 1), garment.mesh.faces(f, 2), {}, 0, 0, 0};
+    ClothStrain s{
+        garment.mesh.faces(f, 0), garment.mesh.faces(f, 1), garment.mesh.faces(f, 2), {}, 0, 0, 0};
     s.inverse_rest[0] = inverse(0, 1);
     s.inverse_rest[1] = inverse(1, 1);
     s.inverse_rest[2] = inverse(0, 0);
@@ -242,7 +254,8 @@ void add_tethers(double stretch, Cloth& cloth) {
     neighbours[s.a].emplace_back(s.b, s.rest);
     neighbours[s.b].emplace_back(s.a, s.rest);
   }
-  std::vector<double> distance(static_cast<std::size_t>(n), std::numeric_limits<double>::infinity());
+  std::vector<double> distance(static_cast<std::size_t>(n),
+                               std::numeric_limits<double>::infinity());
   std::vector<int> anchor(static_cast<std::size_t>(n), -1);
   using Entry = std::pair<double, int>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
@@ -326,7 +339,8 @@ void rebuild_schedule(Cloth& cloth, const ScheduleOptions& options) {
   }
 }
 
-Cloth make_cloth(const Garment& garment, const std::vector<int>& pins, const ClothOptions& options) {
+Cloth make_cloth(const Garment& garment, const std::vector<int>& pins,
+                 const ClothOptions& options) {
   check_garment(garment);
   ClothOptions checked = options;
   for (const std::string& problem : check_options(describe(checked))) {
@@ -336,8 +350,9 @@ Cloth make_cloth(const Garment& garment, const std::vector<int>& pins, const Clo
     throw DataError(garment.name, "faces", "none", "a triangle mesh");
   }
   if (options.membrane == "strain" && garment.rest_faces.rows() == 0) {
-    throw DataError(garment.name, "rest shape", "none",
-                    "a flat rest shape (panels), which membrane = \"strain\" needs; or \"springs\"");
+    throw DataError(
+        garment.name, "rest shape", "none",
+        "a flat rest shape (panels), which membrane = \"strain\" needs; or \"springs\"");
   }
   const Index vertex_count = garment.mesh.vertices.rows();
   Cloth cloth;
@@ -400,8 +415,10 @@ Cloth make_spring_net(const Points& positions, std::vector<double> mass,
     ATELIER_CHECK(std::isfinite(mass[v]) && mass[v] > 0, "mass of particle " + std::to_string(v));
   }
   for (const ClothSpring& s : springs) {
-    ATELIER_CHECK(s.a >= 0 && s.a < n && s.b >= 0 && s.b < n && s.a != s.b, "spring between particles");
-    ATELIER_CHECK(std::isfinite(s.stiffness) && s.stiffness >= 0 && s.rest >= 0, "spring stiffness");
+    ATELIER_CHECK(s.a >= 0 && s.a < n && s.b >= 0 && s.b < n && s.a != s.b,
+                  "spring between particles");
+    ATELIER_CHECK(std::isfinite(s.stiffness) && s.stiffness >= 0 && s.rest >= 0,
+                  "spring stiffness");
   }
   for (int v : pins) {
     ATELIER_CHECK(v >= 0 && v < n, "pin " + std::to_string(v) + " is no particle");

@@ -147,9 +147,8 @@ ATELIER_HOST_DEVICE inline T angle_difference(T angle, T rest) {
 /// Projects one hinge. `compliance` is a' above [1/(kg m2)]. Returns the change of the multiplier.
 template <class T>
 ATELIER_HOST_DEVICE inline T project_hinge(Vec4<T>& v0, Vec4<T>& v1, Vec4<T>& v2, Vec4<T>& v3,
-                                           T rest, T compliance, T lambda, T gamma,
-                                           Vec3<T> start0, Vec3<T> start1, Vec3<T> start2,
-                                           Vec3<T> start3) {
+                                           T rest, T compliance, T lambda, T gamma, Vec3<T> start0,
+                                           Vec3<T> start1, Vec3<T> start2, Vec3<T> start3) {
   const Vec3<T> p0 = xyz(v0);
   const Vec3<T> p1 = xyz(v1);
   const Vec3<T> p2 = xyz(v2);
@@ -182,7 +181,7 @@ ATELIER_HOST_DEVICE inline T project_hinge(Vec4<T>& v0, Vec4<T>& v1, Vec4<T>& v2
 /// p2 - p0) to the deformation of the warp (u) and weft (v) directions.
 template <class T>
 struct StrainRest {
-  T u1, u2, v1, v2;  ///< F_u = u1 e1 + u2 e2, F_v = v1 e1 + v2 e2 [1/m]
+  T u1, u2, v1, v2;     ///< F_u = u1 e1 + u2 e2, F_v = v1 e1 + v2 e2 [1/m]
   T warp, weft, shear;  ///< compliance of each, already divided by the area [1/(N m)]
 };
 

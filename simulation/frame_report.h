@@ -6,8 +6,8 @@ namespace atelier {
 
 /// What one frame of simulation came to.
 struct FrameReport {
-  std::int64_t frame = 0;      ///< frames done, this one included
-  double strain_p50 = 0;       ///< median of |length / rest - 1| over the mesh edges
+  std::int64_t frame = 0;  ///< frames done, this one included
+  double strain_p50 = 0;   ///< median of |length / rest - 1| over the mesh edges
   double strain_p95 = 0;
   double strain_max = 0;
   double spring_residual = 0;  ///< root mean square of C + a' lambda over springs [m]
@@ -15,12 +15,12 @@ struct FrameReport {
   double kinetic_energy = 0;   ///< J
   double elastic_energy = 0;   ///< J
   int body_contacts = 0;       ///< vertices that touched the body in the last substep
-  int penetrating = 0;         ///< vertices inside the body (nearest surface point), after the frame
+  int penetrating = 0;  ///< vertices inside the body (nearest surface point), after the frame
   double penetration_depth = 0;  ///< m, the deepest of them
-  int self_contacts = 0;       ///< pairs of cloth primitives that pushed each other in the last substep
-  int self_candidates = 0;     ///< pairs that were watched during the frame
-  int lost_candidates = 0;     ///< pairs beyond the room for them; not 0 means contacts may be missed
-  int crossings = -1;          ///< edge-triangle crossings of the cloth with itself; -1: not counted
+  int self_contacts = 0;  ///< pairs of cloth primitives that pushed each other in the last substep
+  int self_candidates = 0;  ///< pairs that were watched during the frame
+  int lost_candidates = 0;  ///< pairs beyond the room for them; not 0 means contacts may be missed
+  int crossings = -1;       ///< edge-triangle crossings of the cloth with itself; -1: not counted
 };
 
 }  // namespace atelier

@@ -69,9 +69,10 @@ PreparedCloth<T> prepare_cloth(const Cloth& cloth) {
           const auto compliance = [](double stiffness) {
             return static_cast<T>(stiffness > 0 ? 1 / stiffness : 1e30);
           };
-          out.strains.push_back({static_cast<T>(s.inverse_rest[0]), static_cast<T>(s.inverse_rest[1]),
-                                 static_cast<T>(s.inverse_rest[2]), static_cast<T>(s.inverse_rest[3]),
-                                 compliance(s.warp), compliance(s.weft), compliance(s.shear)});
+          out.strains.push_back(
+              {static_cast<T>(s.inverse_rest[0]), static_cast<T>(s.inverse_rest[1]),
+               static_cast<T>(s.inverse_rest[2]), static_cast<T>(s.inverse_rest[3]),
+               compliance(s.warp), compliance(s.weft), compliance(s.shear)});
         }
       }
       out.colours.push_back(prepared);

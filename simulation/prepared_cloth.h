@@ -32,8 +32,8 @@ struct PreparedEdge {
 template <class T>
 struct PreparedCloth {
   int count = 0;
-  std::vector<int> external;  ///< [V] the cloth's vertex of each particle
-  std::vector<int> internal;  ///< [V] the particle of each vertex
+  std::vector<int> external;    ///< [V] the cloth's vertex of each particle
+  std::vector<int> internal;    ///< [V] the particle of each vertex
   std::vector<T> inverse_mass;  ///< [V] 0: fixed
   std::vector<Schedule::Phase> phases;
   std::vector<Schedule::Patch> patches;
@@ -43,7 +43,7 @@ struct PreparedCloth {
   std::vector<StrainRest<T>> strains;  ///< in the order of the schedule
   std::vector<int> tether_anchor;      ///< [V] particle, or -1; empty: no tethers
   std::vector<T> tether_length;
-  std::vector<int> order;              ///< constraint of each record (see Schedule)
+  std::vector<int> order;  ///< constraint of each record (see Schedule)
   int max_patch_particles = 0;
 };
 

@@ -57,7 +57,8 @@ void bisect(const Points& positions, std::vector<int>& ids, int begin, int end, 
   int axis = 0;
   (high - low).maxCoeff(&axis);
   const int left_parts = parts / 2;
-  const int middle = begin + static_cast<int>(static_cast<std::int64_t>(end - begin) * left_parts / parts);
+  const int middle =
+      begin + static_cast<int>(static_cast<std::int64_t>(end - begin) * left_parts / parts);
   std::nth_element(ids.begin() + begin, ids.begin() + middle, ids.begin() + end, [&](int a, int b) {
     const double pa = positions(a, axis);
     const double pb = positions(b, axis);
@@ -158,7 +159,9 @@ void colour_patch(const std::vector<ConstraintParticles>& constraints, std::vect
     for (int k = 0; k < static_cast<int>(colours.size()); ++k) {
       bool free = true;
       for (int v : constraints[c].particle) {
-        free = free && (v < 0 || ((used[static_cast<std::size_t>(v) * words + k / 64] >> (k % 64)) & 1) == 0);
+        free =
+            free &&
+            (v < 0 || ((used[static_cast<std::size_t>(v) * words + k / 64] >> (k % 64)) & 1) == 0);
       }
       if (free && (best < 0 || colours[k].size() < colours[best].size())) {
         best = k;
@@ -238,7 +241,8 @@ Schedule make_schedule(const Points& positions, const std::vector<ConstraintPart
     return schedule;
   }
   int parts = options.patches > 0 ? options.patches : default_patches(vertex_count);
-  parts = std::max(parts, (vertex_count + options.max_patch_vertices - 1) / options.max_patch_vertices);
+  parts =
+      std::max(parts, (vertex_count + options.max_patch_vertices - 1) / options.max_patch_vertices);
   parts = std::min(parts, vertex_count);
   std::vector<int> remaining(constraints.size());
   std::iota(remaining.begin(), remaining.end(), 0);
@@ -315,7 +319,8 @@ Schedule make_schedule(const Points& positions, const std::vector<ConstraintPart
     for (int v = 0; v < vertex_count; ++v) {
       touched += incidence.begin[v + 1] > incidence.begin[v] ? 1 : 0;
     }
-    const int target = std::clamp((touched + parts - 1) / parts, target_floor, options.max_patch_vertices);
+    const int target =
+        std::clamp((touched + parts - 1) / parts, target_floor, options.max_patch_vertices);
     target_floor = std::min(2 * target_floor, options.max_patch_vertices);
     part_count = 0;
     int filled = options.max_patch_vertices + 1;

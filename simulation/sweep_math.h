@@ -7,9 +7,10 @@ namespace atelier {
 /// Numbers of one substep that every constraint needs.
 template <class T>
 struct SubstepScale {
-  T inverse_h2;      ///< 1 / h^2 [1/s2]
-  T gamma;           ///< damping time / h
-  T spring_softness; ///< multiplies every spring's compliance (a scene's own material), 1: as built
+  T inverse_h2;       ///< 1 / h^2 [1/s2]
+  T gamma;            ///< damping time / h
+  T spring_softness;  ///< multiplies every spring's compliance (a scene's own material), 1: as
+                      ///< built
   T hinge_softness;
 };
 

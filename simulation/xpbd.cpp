@@ -1,5 +1,6 @@
 #include "simulation/xpbd.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +11,9 @@
 namespace atelier {
 namespace {
 
-Vec3d vec(const Points& p, Index i) { return {p(i, 0), p(i, 1), p(i, 2)}; }
+Vec3d vec(const Points& p, Index i) {
+  return {p(i, 0), p(i, 1), p(i, 2)};
+}
 
 double percentile(std::vector<double>& values, double share) {
   const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -30,17 +33,22 @@ OptionTable describe(XpbdOptions& o) {
   t.add("vectors", o.vectors, {"auto", "scalar"}, "CPU vector code.");
   t.add("friction", o.friction, -1, 100, "", "Against the body; below 0: the material's.");
   t.add("thickness", o.thickness, -1, 0.1, "m", "Gap to the body; below 0: the material's.");
-  t.add("contact_reach", o.contact_reach, 0.001, 0.5, "m", "Least distance at which contacts are looked for.");
-  t.add("depenetration_speed", o.depenetration_speed, 0.01, 100, "m/s", "Speed out of an old overlap.");
+  t.add("contact_reach", o.contact_reach, 0.001, 0.5, "m",
+        "Least distance at which contacts are looked for.");
+  t.add("depenetration_speed", o.depenetration_speed, 0.01, 100, "m/s",
+        "Speed out of an old overlap.");
   t.add("self_contact", o.self_contact, "Cloth against itself and other layers.");
-  t.add("self_thickness", o.self_thickness, -1, 0.1, "m", "Gap between sheets; below 0: the material's.");
+  t.add("self_thickness", o.self_thickness, -1, 0.1, "m",
+        "Gap between sheets; below 0: the material's.");
   t.add("self_friction", o.self_friction, -1, 100, "", "Between sheets; below 0: the material's.");
   t.add("air_density", o.air_density, 0, 10, "kg/m3", "Density of the air.");
   t.add("drag", o.drag, 0, 10, "", "Drag coefficient normal to the cloth.");
   t.add("lift", o.lift, 0, 10, "", "Lift coefficient.");
-  t.add("velocity_damping", o.velocity_damping, 0, 1000, "1/s", "Slows every motion, to reach rest sooner.");
+  t.add("velocity_damping", o.velocity_damping, 0, 1000, "1/s",
+        "Slows every motion, to reach rest sooner.");
   t.add("report", o.report, "Strain, residual and energy after every frame.").not_keyed();
-  t.add("intersection_interval", o.intersection_interval, 0, 1e9, "", "Exact crossings every n frames; 0: never.")
+  t.add("intersection_interval", o.intersection_interval, 0, 1e9, "",
+        "Exact crossings every n frames; 0: never.")
       .not_keyed();
   return t;
 }
@@ -51,8 +59,10 @@ ClothState rest_state(const Cloth& cloth) {
 
 void check_control(const Control& control, const Cloth& cloth, Index body_vertices) {
   const Index n = cloth.rest_positions.rows();
-  ATELIER_CHECK(control.gravity.allFinite() && control.wind.allFinite(), "gravity and wind are finite");
-  ATELIER_CHECK(control.wind_field.rows() == 0 || control.wind_field.rows() == n, "one wind per vertex");
+  ATELIER_CHECK(control.gravity.allFinite() && control.wind.allFinite(),
+                "gravity and wind are finite");
+  ATELIER_CHECK(control.wind_field.rows() == 0 || control.wind_field.rows() == n,
+                "one wind per vertex");
   ATELIER_CHECK(control.pin_targets.rows() == 0 || control.pin_targets.rows() == n,
                 "one pin target row per vertex");
   ATELIER_CHECK(control.body_start.rows() == control.body_end.rows(),
@@ -176,7 +186,8 @@ void report_state(const Cloth& cloth, const ClothState& state, const std::vector
   report.kinetic_energy = 0;
   for (std::size_t v = 0; v < cloth.mass.size(); ++v) {
     if (!cloth.fixed[v]) {
-      report.kinetic_energy += 0.5 * cloth.mass[v] * state.velocities.row(static_cast<Index>(v)).squaredNorm();
+      report.kinetic_energy +=
+          0.5 * cloth.mass[v] * state.velocities.row(static_cast<Index>(v)).squaredNorm();
     }
   }
   report.elastic_energy = 0;
@@ -212,12 +223,14 @@ void report_state(const Cloth& cloth, const ClothState& state, const std::vector
       ++(spring ? spring_count : hinge_count);
     }
   }
-  report.spring_residual = spring_count > 0 ? std::sqrt(spring_sum / spring_count) : 0;
-  report.hinge_residual = hinge_count > 0 ? std::sqrt(hinge_sum / hinge_count) : 0;
+  report.spring_residual =
+      spring_count > 0 ? std::sqrt(spring_sum / static_cast<double>(spring_count)) : 0;
+  report.hinge_residual =
+      hinge_count > 0 ? std::sqrt(hinge_sum / static_cast<double>(hinge_count)) : 0;
 }
 
-ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces, const XpbdOptions& options,
-                         Device device) {
+ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
+                         const XpbdOptions& options, Device device) {
   XpbdOptions checked = options;
   const std::vector<std::string> problems = check_options(describe(checked));
   ATELIER_CHECK(problems.empty(), "XPBD options: " + problems.front());
@@ -231,10 +244,18 @@ ClothSolver::~ClothSolver() = default;
 ClothSolver::ClothSolver(ClothSolver&&) noexcept = default;
 ClothSolver& ClothSolver::operator=(ClothSolver&&) noexcept = default;
 
-void ClothSolver::set_state(const ClothState& state) { backend_->set_state(state); }
-ClothState ClothSolver::state() const { return backend_->state(); }
-FrameReport ClothSolver::advance(const Control& control) { return backend_->advance(control); }
-std::vector<double> ClothSolver::spring_forces() const { return backend_->spring_forces(); }
+void ClothSolver::set_state(const ClothState& state) {
+  backend_->set_state(state);
+}
+ClothState ClothSolver::state() const {
+  return backend_->state();
+}
+FrameReport ClothSolver::advance(const Control& control) {
+  return backend_->advance(control);
+}
+std::vector<double> ClothSolver::spring_forces() const {
+  return backend_->spring_forces();
+}
 
 ClothState step(const Cloth& cloth, const ClothState& state, const Control& control,
                 const XpbdOptions& options, const Triangles& body_faces) {
@@ -244,10 +265,10 @@ ClothState step(const Cloth& cloth, const ClothState& state, const Control& cont
   return solver.state();
 }
 
-#ifndef ATELIER_HAS_CUDA
+#if 1  // until the CUDA twin is here
 std::unique_ptr<ClothSolver::Backend> make_cuda_backend(const Cloth&, const Triangles&,
                                                         const XpbdOptions&) {
-  throw EnvironmentError("CUDA", "this build has none; use the CPU");
+  throw EnvironmentError("CUDA", "there is no CUDA twin in this build; use the CPU");
 }
 #endif
 

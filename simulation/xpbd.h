@@ -15,27 +15,30 @@ namespace atelier {
 /// How the cloth is solved: XPBD (Macklin et al. 2016) with small substeps (Macklin et al. 2019).
 struct XpbdOptions {
   double time_step = 1.0 / 60;  ///< s, one frame, 1e-5 to 1
-  int substeps = 10;            ///< per frame, 1 to 10000; the first thing to raise for stiffer cloth
-  int iterations = 1;           ///< per substep, 1 to 100000; substeps are nearly always better
+  int substeps = 10;   ///< per frame, 1 to 10000; the first thing to raise for stiffer cloth
+  int iterations = 1;  ///< per substep, 1 to 100000; substeps are nearly always better
   std::string precision = "float";  ///< "float", or "double" (CPU alone, for reference)
   /// "gauss-seidel" (exact, by the schedule) or "jacobi" (all at once with Chebyshev acceleration,
   /// CPU alone, for comparison).
   std::string sweep = "gauss-seidel";
-  std::string vectors = "auto";  ///< CPU vector code: "auto" (AVX2 where the machine has it), "scalar"
+  std::string vectors =
+      "auto";  ///< CPU vector code: "auto" (AVX2 where the machine has it), "scalar"
 
   double friction = -1;   ///< Coulomb coefficient against the body; below 0: the material's
   double thickness = -1;  ///< m kept between cloth and body; below 0: the material's
-  double contact_reach = 0.02;  ///< m, least distance at which a frame looks for contacts, 0.001 to 0.5
-  double depenetration_speed = 1;  ///< m/s at most, out of an overlap that was there before, 0.01 to 100
-  bool self_contact = false;       ///< cloth against itself and other layers
-  double self_thickness = -1;      ///< m kept between two sheets; below 0: the material's
-  double self_friction = -1;       ///< below 0: the material's
+  double contact_reach =
+      0.02;  ///< m, least distance at which a frame looks for contacts, 0.001 to 0.5
+  double depenetration_speed =
+      1;                      ///< m/s at most, out of an overlap that was there before, 0.01 to 100
+  bool self_contact = false;  ///< cloth against itself and other layers
+  double self_thickness = -1;  ///< m kept between two sheets; below 0: the material's
+  double self_friction = -1;   ///< below 0: the material's
 
-  double air_density = 1.2;  ///< kg/m3, 0 to 10
-  double drag = 0;           ///< coefficient normal to the cloth, 0 to 10; 1 for a plate
-  double lift = 0;           ///< coefficient across the wind, 0 to 10
+  double air_density = 1.2;     ///< kg/m3, 0 to 10
+  double drag = 0;              ///< coefficient normal to the cloth, 0 to 10; 1 for a plate
+  double lift = 0;              ///< coefficient across the wind, 0 to 10
   double velocity_damping = 0;  ///< 1/s, slows every motion: only to reach rest sooner, 0 to 1000
-  bool report = true;        ///< strain, residual and energy after every frame; costs a download on CUDA
+  bool report = true;  ///< strain, residual and energy after every frame; costs a download on CUDA
   int intersection_interval = 0;  ///< exact count of crossings every n frames, 0: never; slow
 };
 OptionTable describe(XpbdOptions& options);
@@ -43,8 +46,8 @@ OptionTable describe(XpbdOptions& options);
 /// What changes from frame to frame. Rows are the cloth's vertices. Numbers of the float solver are
 /// exactly representable here, so a state written and read back continues with the same bits.
 struct ClothState {
-  Points positions;   ///< [V,3] m
-  Points velocities;  ///< [V,3] m/s
+  Points positions;        ///< [V,3] m
+  Points velocities;       ///< [V,3] m/s
   std::int64_t frame = 0;  ///< frames done
 };
 
@@ -55,11 +58,11 @@ ClothState rest_state(const Cloth& cloth);
 struct Control {
   Eigen::Vector3d gravity{0, -9.81, 0};  ///< m/s2
   Eigen::Vector3d wind{0, 0, 0};         ///< m/s
-  Points wind_field;   ///< [V,3] m/s at each vertex, added to `wind`, or empty
+  Points wind_field;                     ///< [V,3] m/s at each vertex, added to `wind`, or empty
   Points body_start;   ///< [B,3] body vertices at the start of the frame, or empty: no body
   Points body_end;     ///< [B,3] at its end; the body moves linearly between
-  Points pin_targets;  ///< [V,3] where fixed vertices are at the end of the frame (other rows are not
-                       ///< read), or empty: they stay, or ride on the body by their attachments
+  Points pin_targets;  ///< [V,3] where fixed vertices are at the end of the frame (other rows are
+                       ///< not read), or empty: they stay, or ride on the body by their attachments
 };
 
 /// Steps a cloth through time and keeps it on its device between frames.

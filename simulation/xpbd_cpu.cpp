@@ -21,7 +21,10 @@ template <class T>
 class CpuBackend final : public ClothSolver::Backend {
  public:
   CpuBackend(const Cloth& cloth, const Triangles& body_faces, const XpbdOptions& options)
-      : cloth_(cloth), body_faces_(body_faces), options_(options), prepared_(prepare_cloth<T>(cloth)) {
+      : cloth_(cloth),
+        body_faces_(body_faces),
+        options_(options),
+        prepared_(prepare_cloth<T>(cloth)) {
     const std::size_t n = cloth.mass.size();
     x_.resize(n);
     start_.resize(n);
@@ -33,8 +36,9 @@ class CpuBackend final : public ClothSolver::Backend {
   }
 
   void set_state(const ClothState& state) override {
-    ATELIER_CHECK(state.positions.rows() == prepared_.count && state.velocities.rows() == prepared_.count,
-                  "the state is of another cloth");
+    ATELIER_CHECK(
+        state.positions.rows() == prepared_.count && state.velocities.rows() == prepared_.count,
+        "the state is of another cloth");
     check_finite(state.positions, state.frame);
     state_ = state;
   }
@@ -86,8 +90,8 @@ class CpuBackend final : public ClothSolver::Backend {
       velocity_[i] = vec<T>(state_.velocities, v);
       target_[i] = vec<T>(targets, v);
       acceleration_[i] = vec<T>(air, v) + Vec3<T>{static_cast<T>(control.gravity.x()),
-                                                 static_cast<T>(control.gravity.y()),
-                                                 static_cast<T>(control.gravity.z())};
+                                                  static_cast<T>(control.gravity.y()),
+                                                  static_cast<T>(control.gravity.z())};
     }
   }
 
@@ -100,7 +104,8 @@ class CpuBackend final : public ClothSolver::Backend {
     });
     std::fill(lambda_.begin(), lambda_.end(), T(0));
     std::fill(strain_lambda_.begin(), strain_lambda_.end(), T(0));
-    const SubstepScale<T> scale{T(1) / (h * h), static_cast<T>(cloth_.material.damping) / h, T(1), T(1)};
+    const SubstepScale<T> scale{T(1) / (h * h), static_cast<T>(cloth_.material.damping) / h, T(1),
+                                T(1)};
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
       for (const Schedule::Phase& phase : prepared_.phases) {
         parallel_for(phase.patch_end - phase.patch_begin, 1, [&](Index begin, Index end) {
@@ -179,7 +184,8 @@ class CpuBackend final : public ClothSolver::Backend {
 
 }  // namespace
 
-std::unique_ptr<ClothSolver::Backend> make_cpu_backend(const Cloth& cloth, const Triangles& body_faces,
+std::unique_ptr<ClothSolver::Backend> make_cpu_backend(const Cloth& cloth,
+                                                       const Triangles& body_faces,
                                                        const XpbdOptions& options) {
   if (options.precision == "double") {
     return std::make_unique<CpuBackend<double>>(cloth, body_faces, options);

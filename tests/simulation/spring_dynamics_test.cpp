@@ -1,0 +1,293 @@
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/simulation/cloth_fixtures.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+XpbdOptions double_options(double time_step, int substeps, int iterations) {
+  XpbdOptions options;
+  options.time_step = time_step;
+  options.substeps = substeps;
+  options.iterations = iterations;
+  options.precision = "double";
+  return options;
+}
+
+// T2: the compliance does not depend on iterations and time step.
+TEST(Spring, HangsAtItsStaticExtensionForAnyIterationsAndSubsteps) {
+  const double mass = 0.1;
+  const double stiffness = 50;
+  const double expected = mass * 9.81 / stiffness;
+  for (Device device : testing::devices()) {
+    for (int iterations : {1, 5, 50}) {
+      for (int substeps : {1, 10, 100}) {
+        XpbdOptions options;
+        options.substeps = substeps;
+        options.iterations = iterations;
+        options.velocity_damping = 8;
+        options.precision = "double";
+        ClothSolver solver(testing::chain(1, 0.5, stiffness, mass, mass), {}, options, device);
+        const ClothState state = testing::settle(solver, {}, 400);
+        EXPECT_NEAR(-state.positions(1, 1) - 0.5, expected, 1e-3 * expected)
+            << iterations << " iterations, " << substeps << " substeps";
+      }
+    }
+  }
+}
+
+// T3: one XPBD spring along its axis is implicit Euler.
+TEST(Spring, OscillatesExactlyAsImplicitEuler) {
+  const double mass = 0.3;
+  const double stiffness = 40;
+  const double w0 = std::sqrt(stiffness / mass);
+  Control control;
+  control.gravity.setZero();
+  for (double h : {0.02, 0.005, 0.001}) {
+    const Cloth cloth = testing::chain(1, 1.0, stiffness, mass, mass);
+    ClothSolver solver(cloth, {}, double_options(h, 1, 1));
+    ClothState state = rest_state(cloth);
+    state.positions(1, 1) = -1.1;
+    solver.set_state(state);
+    // z = (x + i v / w0) turns by atan(w0 h) and shrinks by 1 / sqrt(1 + (w0 h)^2) a step.
+    double x = 0.1;
+    double v = 0;
+    for (int i = 0; i < 200; ++i) {
+      solver.advance(control);
+      v = (v - h * w0 * w0 * x) / (1 + h * h * w0 * w0);
+      x += h * v;
+    }
+    const ClothState end = solver.state();
+    const double amplitude = std::hypot(-end.positions(1, 1) - 1, end.velocities(1, 1) / w0);
+    const double factor = std::pow(1 + w0 * w0 * h * h, -0.5 * 200);
+    EXPECT_NEAR(amplitude / 0.1 / factor, 1, 1e-4);
+    EXPECT_NEAR(-end.positions(1, 1) - 1, x, 1e-4 * 0.1);
+    const double phase = std::atan2(end.velocities(1, 1) / w0, -end.positions(1, 1) - 1);
+    const double expected = std::remainder(200 * std::atan(w0 * h), 2 * kPi);
+    EXPECT_NEAR(std::remainder(phase - expected, 2 * kPi), 0, 1e-4);
+  }
+}
+
+TEST(Spring, DampingOfMacklinDecaysAsTheDampedOscillator) {
+  // C = x: m a = -k x - k t v; one implicit Euler step of that is what one projection solves.
+  const double mass = 0.3;
+  const double stiffness = 40;
+  const double time = 0.01;
+  const double h = 0.002;
+  Cloth cloth = testing::chain(1, 1.0, stiffness, mass, mass);
+  cloth.material.damping = time;
+  ClothSolver solver(cloth, {}, double_options(h, 1, 1));
+  ClothState state = rest_state(cloth);
+  state.positions(1, 1) = -1.1;
+  solver.set_state(state);
+  Control control;
+  control.gravity.setZero();
+  double x = 0.1;
+  double v = 0;
+  for (int i = 0; i < 300; ++i) {
+    solver.advance(control);
+    v = (mass * v - h * stiffness * x) / (mass + h * h * stiffness + h * stiffness * time);
+    x += h * v;
+  }
+  EXPECT_NEAR(-solver.state().positions(1, 1) - 1, x, 1e-7);
+}
+
+// T4: tip displacement (m g / k) n (n + 1) / 2, top force n m g.
+TEST(Chain, HangsAsTheSumOfItsLinks) {
+  const int n = 20;
+  const double mass = 1;
+  const double stiffness = 1e5;
+  Control control;
+  control.gravity = {0, -10, 0};
+  // 19 free masses at g = 10, as in Small Steps: 190 N at the top.
+  const double expected = mass * 10 / stiffness * (n - 1) * n / 2;
+  for (Device device : testing::devices()) {
+    double last = 0;
+    for (int substeps : {50, 100, 200}) {
+      XpbdOptions options;
+      options.substeps = substeps;
+      options.velocity_damping = 10;
+      options.precision = "double";
+      ClothSolver solver(testing::chain(n - 1, 0.1, stiffness, mass, mass), {}, options, device);
+      const ClothState state = testing::settle(solver, control, 600, 1e-7);
+      const double error = -state.positions(n - 1, 1) - 0.1 * (n - 1) - expected;
+      EXPECT_LT(std::abs(error), 1e4 * expected / (substeps * substeps) * 0.004);
+      if (last != 0) {
+        EXPECT_NEAR(last / error, 4, 0.5) << "error goes as 1 / substeps^2";
+      }
+      last = error;
+      EXPECT_NEAR(solver.spring_forces()[0], 190, 0.4);
+    }
+  }
+}
+
+TEST(Chain, SubstepsBeatIterationsUnderAHeavyEnd) {
+  // 1 : 100000 end mass, links that hardly stretch: what is too long is the solver's error.
+  const auto error = [](int substeps, int iterations) {
+    XpbdOptions options = double_options(1.0 / 60, substeps, iterations);
+    options.velocity_damping = 2;
+    options.report = false;
+    ClothSolver solver(testing::chain(19, 0.5, 1e12, 1, 1e5), {}, options);
+    for (int i = 0; i < 1500; ++i) {
+      solver.advance({});
+    }
+    return -solver.state().positions(19, 1) - 9.5;
+  };
+  const double at50 = error(50, 1);
+  const double at100 = error(100, 1);
+  EXPECT_NEAR(at50 / at100, 4, 0.4);
+  EXPECT_LT(at100, 5);
+  EXPECT_GT(error(1, 100), 20 * at100);
+  EXPECT_LE(error(10, 1), error(1, 10));
+  RecordProperty("substeps_100", std::to_string(at100));
+}
+
+/// A tube of exactly equilateral triangles, without a free side, hanging along -y.
+Mesh equilateral_tube(int around, int rows, double size) {
+  Mesh mesh;
+  const double radius = size / (2 * std::sin(kPi / around));
+  // Every second ring is turned by half a step; the rise makes slanted edges `size` long.
+  const double turn = 2 * radius * std::sin(kPi / (2 * around));
+  const double rise = std::sqrt(size * size - turn * turn);
+  mesh.vertices.resize(around * (rows + 1), 3);
+  mesh.faces.resize(2 * around * rows, 3);
+  for (int r = 0; r <= rows; ++r) {
+    for (int i = 0; i < around; ++i) {
+      const double angle = 2 * kPi * (i + 0.5 * (r % 2)) / around;
+      mesh.vertices.row(r * around + i) << radius * std::cos(angle), -r * rise,
+          radius * std::sin(angle);
+      if (r < rows) {
+        const int a = r * around + i;
+        const int b = r * around + (i + 1) % around;
+        const int c = (r + 1) * around + (r % 2 == 0 ? i : (i + 1) % around);
+        const int d = (r + 1) * around + (r % 2 == 0 ? (i + around - 1) % around : i);
+        mesh.faces.row(2 * (r * around + i)) << a, b, c;
+        mesh.faces.row(2 * (r * around + i) + 1) << a, c, d;
+      }
+    }
+  }
+  return mesh;
+}
+
+// T5, on the lattice for which the spring weights are exact: rho g L^2 / (2 Y) for any mesh size.
+TEST(Membrane, HangingEquilateralTubeElongatesByItsModulus) {
+  const double modulus = 400;
+  const double density = 0.5;
+  for (Device device : testing::devices()) {
+    for (int around : {16, 32}) {
+      const Garment garment =
+          testing::garment_of(equilateral_tube(around, around, 0.6 / around), density, modulus, 0);
+      const double length = -garment.mesh.vertices.col(1).minCoeff();
+      const std::vector<int> top = testing::vertices_where(
+          garment.mesh.vertices, [](double, double y, double) { return y > -1e-9; });
+      XpbdOptions options = double_options(1.0 / 60, 20, 10);
+      options.velocity_damping = 10;
+      options.report = false;
+      ClothSolver solver(make_cloth(garment, top), {}, options, device);
+      const ClothState state = testing::settle(solver, {}, 120, 1e-5);
+      const double expected = density * 9.81 * (length * length) / (2 * modulus);
+      const double elongation = -state.positions.col(1).minCoeff() - length;
+      EXPECT_NEAR(elongation / expected, 1, 0.02) << around << " around";
+      RecordProperty("relative_error_" + std::to_string(around),
+                     std::to_string(elongation / expected - 1));
+    }
+  }
+}
+
+// T6
+TEST(Catenary, SagsAndPullsAsTheInextensibleLine) {
+  const int n = 64;
+  const double length = 1.2;
+  const double span = 1.0;
+  const double weight = 0.5 * 9.81;  // N per metre
+  double a = 1;
+  for (int i = 0; i < 200; ++i) {  // Newton on 2 a sinh(D / 2a) = L
+    const double u = span / (2 * a);
+    a -= (2 * a * std::sinh(u) - length) / (2 * std::sinh(u) - 2 * u * std::cosh(u));
+  }
+  const double sag = a * (std::cosh(span / (2 * a)) - 1);
+  const double tension = weight * a * std::cosh(span / (2 * a));
+  for (Device device : testing::devices()) {
+    Points x(n + 1, 3);
+    std::vector<double> mass(n + 1, 0.5 * length / n);
+    std::vector<ClothSpring> springs;
+    for (int i = 0; i <= n; ++i) {
+      const double s = static_cast<double>(i) / n;
+      x.row(i) << span * s, -0.9 * sag * 4 * s * (1 - s), 0;
+      if (i > 0) {
+        springs.push_back({i - 1, i, length / n, 1e6});
+      }
+    }
+    XpbdOptions options;
+    options.substeps = 50;
+    options.iterations = 40;
+    options.velocity_damping = 5;
+    options.precision = "double";
+    ClothSolver solver(make_spring_net(x, mass, springs, {0, n}), {}, options, device);
+    const ClothState state = testing::settle(solver, {}, 300);
+    EXPECT_NEAR(-state.positions(n / 2, 1) / sag, 1, 0.01);
+    EXPECT_NEAR(solver.spring_forces()[0] / tension, 1, 0.02);
+    RecordProperty("sag_error", std::to_string(-state.positions(n / 2, 1) / sag - 1));
+  }
+}
+
+// T15 (without contact)
+TEST(Invariants, FreeFlightKeepsMomentumAndNeverGainsEnergy) {
+  Garment garment = testing::garment_of(testing::sheet(12, 12, 0.02, 'a'), 0.2, 200, 1e-5);
+  const Cloth cloth = make_cloth(garment);
+  ClothState state = rest_state(cloth);
+  for (Index v = 0; v < state.velocities.rows(); ++v) {
+    const Eigen::RowVector3d p = state.positions.row(v);
+    // The drift of implicit Euler is (turning speed)^2 h a second, so: a slow turn.
+    state.velocities.row(v) << 1 + 0.2 * p.z(), 0.05 * std::sin(40 * p.x()), -0.2 * p.x();
+  }
+  const auto linear = [&](const ClothState& s) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t v = 0; v < cloth.mass.size(); ++v) {
+      sum += cloth.mass[v] * s.velocities.row(v).transpose();
+    }
+    return sum;
+  };
+  const auto angular = [&](const ClothState& s) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t v = 0; v < cloth.mass.size(); ++v) {
+      sum += cloth.mass[v] * s.positions.row(v).transpose().cross(s.velocities.row(v).transpose());
+    }
+    return sum;
+  };
+  ClothSolver solver(cloth, {}, double_options(1.0 / 60, 10, 30));
+  solver.set_state(state);
+  Control control;
+  control.gravity.setZero();
+  double energy = 1e30;
+  for (int i = 0; i < 60; ++i) {
+    const FrameReport report = solver.advance(control);
+    EXPECT_LE(report.kinetic_energy + report.elastic_energy,
+              energy * (1 + 1e-9) + (i == 0 ? 1e30 : 0));
+    energy = report.kinetic_energy + report.elastic_energy;
+  }
+  const ClothState end = solver.state();
+  EXPECT_LT((linear(end) - linear(state)).norm() / linear(state).norm(), 1e-6);
+  EXPECT_LT((angular(end) - angular(state)).norm() / angular(state).norm(), 1e-4);
+}
+
+TEST(Invariants, FallIsTheParabolaOfItsTimeStep) {
+  const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    ClothSolver solver(cloth, {}, options, device);
+    for (int i = 0; i < 60; ++i) {
+      solver.advance({});
+    }
+    const double h = 1.0 / 600;
+    EXPECT_NEAR(solver.state().positions.col(1).mean(), -9.81 / 2 - 9.81 * h / 2, 2e-4);
+  }
+}
+
+}  // namespace
+}  // namespace atelier
