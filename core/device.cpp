@@ -1,5 +1,7 @@
 #include "core/device.h"
 
+#include "core/error.h"
+
 #ifdef ATELIER_HAS_CUDA
 #include <cuda_runtime_api.h>
 #endif
@@ -17,6 +19,16 @@ bool cuda_available() {
 #else
   return false;
 #endif
+}
+
+void check_device(Device device) {
+  if (device == Device::Cuda && !cuda_available()) {
+#ifdef ATELIER_HAS_CUDA
+    throw EnvironmentError("CUDA", "no device answers; use the device \"cpu\"");
+#else
+    throw EnvironmentError("CUDA", "this build has none; use the device \"cpu\"");
+#endif
+  }
 }
 
 }  // namespace atelier

@@ -11,4 +11,7 @@ const char* device_name(Device device);
 /// True if this build has CUDA and a device answers.
 bool cuda_available();
 
+/// Throws EnvironmentError if `device` is Cuda and there is none. Every twin's face calls it first.
+void check_device(Device device);
+
 }  // namespace atelier

@@ -1,0 +1,150 @@
+// Rates of the shared geometry: trees, raster, winding numbers.
+
+#include <numbers>
+
+#include <benchmark/benchmark.h>
+
+#include "core/mesh.h"
+#include "core/random.h"
+#include "core/tree.h"
+
+namespace {
+
+using namespace atelier;
+
+/// A wavy closed surface of 2 n m triangles, about a metre across.
+Mesh wavy_torus(int n, int m) {
+  Mesh mesh;
+  mesh.vertices.resize(n * m, 3);
+  mesh.faces.resize(2 * n * m, 3);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < m; ++j) {
+      const double u = 2 * std::numbers::pi * i / n;
+      const double v = 2 * std::numbers::pi * j / m;
+      const double radius = 0.35 + (0.12 + 0.02 * std::sin(9 * u + 5 * v)) * std::cos(v);
+      const int a = i * m + j;
+      const int b = (i + 1) % n * m + j;
+      const int c = i * m + (j + 1) % m;
+      const int d = (i + 1) % n * m + (j + 1) % m;
+      mesh.vertices.row(a) << radius * std::cos(u), 0.12 * std::sin(v), -radius * std::sin(u);
+      mesh.faces.row(2 * a) << a, b, c;
+      mesh.faces.row(2 * a + 1) << c, b, d;
+    }
+  }
+  return mesh;
+}
+
+const Mesh& large() {
+  static const Mesh mesh = wavy_torus(500, 100);  // 100,000 triangles
+  return mesh;
+}
+
+Points random_points(Index n, double size, std::uint64_t seed) {
+  Random random{seed};
+  Points points(n, 3);
+  for (Index i = 0; i < points.size(); ++i) {
+    points.data()[i] = uniform(random, -size, size);
+  }
+  return points;
+}
+
+/// Points within a centimetre of the surface: correspondences, contacts.
+Points points_near(const Mesh& mesh, Index n) {
+  Points points = random_points(n, 0.01, 7);
+  for (Index i = 0; i < n; ++i) {
+    points.row(i) += mesh.vertices.row(i * 7919 % mesh.vertices.rows());
+  }
+  return points;
+}
+
+void build(benchmark::State& state) {
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(build_tree(large().vertices, large().faces));
+  }
+  state.SetItemsProcessed(state.iterations() * large().faces.rows());
+}
+BENCHMARK(build)->Name("tree/build/100k")->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void refit(benchmark::State& state) {
+  TriangleTree tree = build_tree(large().vertices, large().faces);
+  for (auto _ : state) {
+    tree = refit_tree(std::move(tree), large().vertices);
+  }
+  state.SetItemsProcessed(state.iterations() * large().faces.rows());
+}
+BENCHMARK(refit)->Name("tree/refit/100k")->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void closest(benchmark::State& state, const Points& queries, Device device) {
+  if (device == Device::Cuda && !cuda_available()) {
+    state.SkipWithError("no CUDA device");
+    return;
+  }
+  const TriangleTree tree = build_tree(large().vertices, large().faces);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        closest_points(tree, queries, std::numeric_limits<double>::infinity(), device));
+  }
+  state.SetItemsProcessed(state.iterations() * queries.rows());
+}
+void closest_near(benchmark::State& state, Device device) {
+  closest(state, points_near(large(), 100'000), device);
+}
+void closest_far(benchmark::State& state, Device device) {
+  closest(state, random_points(100'000, 0.6, 8), device);
+}
+BENCHMARK_CAPTURE(closest_near, cpu, Device::Cpu)
+    ->Name("tree/closest/near/cpu")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(closest_near, cuda, Device::Cuda)
+    ->Name("tree/closest/near/cuda")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(closest_far, cpu, Device::Cpu)
+    ->Name("tree/closest/anywhere/cpu")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(closest_far, cuda, Device::Cuda)
+    ->Name("tree/closest/anywhere/cuda")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+void rays(benchmark::State& state, Device device, bool any) {
+  if (device == Device::Cuda && !cuda_available()) {
+    state.SkipWithError("no CUDA device");
+    return;
+  }
+  const TriangleTree tree = build_tree(large().vertices, large().faces);
+  const Points origins = random_points(100'000, 0.6, 9);
+  const Points targets = random_points(100'000, 0.4, 10);
+  std::vector<Ray> all;
+  for (Index i = 0; i < origins.rows(); ++i) {
+    all.push_back({origins.row(i), targets.row(i) - origins.row(i)});
+  }
+  for (auto _ : state) {
+    if (any) {
+      benchmark::DoNotOptimize(any_hits(tree, all, device));
+    } else {
+      benchmark::DoNotOptimize(first_hits(tree, all, device));
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * origins.rows());
+}
+BENCHMARK_CAPTURE(rays, first_cpu, Device::Cpu, false)
+    ->Name("tree/first_hit/cpu")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(rays, first_cuda, Device::Cuda, false)
+    ->Name("tree/first_hit/cuda")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(rays, any_cpu, Device::Cpu, true)
+    ->Name("tree/any_hit/cpu")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(rays, any_cuda, Device::Cuda, true)
+    ->Name("tree/any_hit/cuda")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+}  // namespace
