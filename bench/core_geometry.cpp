@@ -1,12 +1,15 @@
 // Rates of the shared geometry: trees, raster, winding numbers.
 
+#include <chrono>
 #include <numbers>
 
 #include <benchmark/benchmark.h>
 
 #include "core/mesh.h"
+#include "core/parallel.h"
 #include "core/random.h"
 #include "core/tree.h"
+#include "core/winding_number.h"
 
 namespace {
 
@@ -144,6 +147,54 @@ BENCHMARK_CAPTURE(rays, any_cpu, Device::Cpu, true)
     ->UseRealTime();
 BENCHMARK_CAPTURE(rays, any_cuda, Device::Cuda, true)
     ->Name("tree/any_hit/cuda")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+/// 20,000 triangles and 20,000 queries. The direct sum is timed on every 20th query, in parallel as
+/// well; "ratio" is its time for all queries over that of the tree, "error" the largest difference.
+void winding(benchmark::State& state, Device device) {
+  if (device == Device::Cuda && !cuda_available()) {
+    state.SkipWithError("no CUDA device");
+    return;
+  }
+  const Mesh mesh = wavy_torus(200, 50);
+  const Points queries = random_points(20'000, 0.55, 11);
+  constexpr Index kEvery = 20;
+  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+  const WindingOptions options = {static_cast<double>(state.range(0)) / 10};
+  std::vector<double> fast;
+  double seconds = 0;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    fast = winding_numbers(tree, queries, options, device);
+    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  std::vector<double> exact(static_cast<std::size_t>(queries.rows() / kEvery));
+  const auto start = std::chrono::steady_clock::now();
+  parallel_for(queries.rows() / kEvery, 16, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      exact[i] = exact_winding_number(mesh.vertices, mesh.faces, queries.row(i * kEvery));
+    }
+  });
+  const double direct =
+      kEvery * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  double error = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    error = std::max(error, std::abs(exact[i] - fast[i * kEvery]));
+  }
+  state.counters["error"] = error;
+  state.counters["ratio"] = direct / (seconds / static_cast<double>(state.iterations()));
+  state.SetItemsProcessed(state.iterations() * queries.rows());
+}
+BENCHMARK_CAPTURE(winding, cpu, Device::Cpu)
+    ->Name("winding/cpu/accuracy_x10")
+    ->Arg(20)
+    ->Arg(30)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(winding, cuda, Device::Cuda)
+    ->Name("winding/cuda/accuracy_x10")
+    ->Arg(20)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 

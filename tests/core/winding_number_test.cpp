@@ -1,0 +1,269 @@
+#include "core/winding_number.h"
+
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/normals.h"
+#include "core/random.h"
+#include "tests/support/devices.h"
+#include "tests/support/shapes.h"
+
+namespace atelier {
+namespace {
+
+Points random_points(Index n, double size, std::uint64_t seed) {
+  Random random{seed};
+  Points points(n, 3);
+  for (Index i = 0; i < points.size(); ++i) {
+    points.data()[i] = uniform(random, -size, size);
+  }
+  return points;
+}
+
+Mesh join(const Mesh& a, const Mesh& b) {
+  Mesh both;
+  both.vertices.resize(a.vertices.rows() + b.vertices.rows(), 3);
+  both.vertices << a.vertices, b.vertices;
+  both.faces.resize(a.faces.rows() + b.faces.rows(), 3);
+  both.faces << a.faces, b.faces.array() + static_cast<int>(a.vertices.rows());
+  return both;
+}
+
+class WindingOnDevice : public testing::DeviceTest {
+ protected:
+  /// The largest difference from the exact sum.
+  static double worst_error(const Mesh& mesh, const Points& queries, double accuracy) {
+    const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+    const auto fast = winding_numbers(tree, queries, {accuracy}, device());
+    double worst = 0;
+    for (Index i = 0; i < queries.rows(); ++i) {
+      const double exact = exact_winding_number(mesh.vertices, mesh.faces, queries.row(i));
+      worst = std::max(worst, std::abs(fast[i] - exact));
+    }
+    return worst;
+  }
+};
+ATELIER_ON_EVERY_DEVICE(WindingOnDevice);
+
+TEST_P(WindingOnDevice, ClosedSurfacesAreOneInsideAndZeroOutside) {
+  const Mesh mesh = testing::torus(60, 40);
+  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+  const Points queries = random_points(500, 1.5, 1);
+  const auto numbers = winding_numbers(tree, queries, {}, device());
+  for (Index i = 0; i < queries.rows(); ++i) {
+    const double ring = std::hypot(queries(i, 0), queries(i, 2)) - 1;
+    const double distance = std::hypot(ring, queries(i, 1)) - 0.4;
+    if (std::abs(distance) > 0.01) {
+      EXPECT_NEAR(numbers[i], distance < 0 ? 1 : 0, 1e-2);
+    }
+  }
+}
+
+TEST_P(WindingOnDevice, ErrorsStayBelowTheBoundOnOpenAndClosedSurfaces) {
+  const Points queries = random_points(400, 1.6, 2);
+  for (const Mesh& mesh :
+       {testing::sphere(4), testing::tube(80, 30), testing::grid(50, 50), testing::torus(80, 40)}) {
+    EXPECT_LT(worst_error(mesh, queries, 2), 2e-2);
+    EXPECT_LT(worst_error(mesh, queries, WindingOptions{}.accuracy), 5e-3);
+    EXPECT_LT(worst_error(mesh, queries, 100), 1e-10);
+  }
+}
+
+TEST_P(WindingOnDevice, SoupsOfRandomTriangles) {
+  Mesh mesh;
+  mesh.vertices = random_points(6000, 1, 3);
+  for (Index f = 0; f < 2000; ++f) {
+    mesh.vertices.row(3 * f + 1) = mesh.vertices.row(3 * f) + 0.1 * mesh.vertices.row(3 * f + 1);
+    mesh.vertices.row(3 * f + 2) = mesh.vertices.row(3 * f) + 0.1 * mesh.vertices.row(3 * f + 2);
+  }
+  mesh.faces.resize(2000, 3);
+  for (Index i = 0; i < 6000; ++i) {
+    mesh.faces.data()[i] = static_cast<int>(i);
+  }
+  EXPECT_LT(worst_error(mesh, random_points(300, 1.5, 4), 3), 5e-3);
+}
+
+TEST_P(WindingOnDevice, NothingIsZero) {
+  const WindingTree tree = build_winding_tree(Points(0, 3), Triangles(0, 3));
+  EXPECT_EQ(winding_numbers(tree, Points::Zero(2, 3), {}, device()), (std::vector<double>{0, 0}));
+  EXPECT_TRUE(winding_numbers(tree, Points(0, 3), {}, device()).empty());
+}
+
+TEST_P(WindingOnDevice, OrientedPointsOfASphere) {
+  const Mesh mesh = testing::sphere(4);
+  const Points normals = vertex_normals(mesh.vertices, mesh.faces);
+  const Eigen::VectorXd areas = vertex_areas(mesh.vertices, mesh.faces);
+  const WindingTree tree = build_winding_tree(mesh.vertices, normals, areas);
+  const Points queries = random_points(300, 1.5, 5);
+  const auto numbers = winding_numbers(tree, queries, {}, device());
+  for (Index i = 0; i < queries.rows(); ++i) {
+    const double radius = queries.row(i).norm();
+    if (std::abs(radius - 1) > 0.15) {
+      EXPECT_NEAR(numbers[i], radius < 1 ? 1 : 0, 0.02);
+      EXPECT_NEAR(numbers[i], exact_winding_number(mesh.vertices, normals, areas, queries.row(i)),
+                  1e-2);
+    }
+  }
+}
+
+TEST(Winding, HasASign) {
+  Mesh mesh = testing::sphere(3);
+  EXPECT_NEAR(exact_winding_number(mesh.vertices, mesh.faces, {0.1, 0.2, 0.3}), 1, 1e-12);
+  EXPECT_NEAR(exact_winding_number(mesh.vertices, mesh.faces, {1.1, 0.2, 0.3}), 0, 1e-12);
+  mesh.faces.col(0).swap(mesh.faces.col(1));
+  EXPECT_NEAR(exact_winding_number(mesh.vertices, mesh.faces, {0.1, 0.2, 0.3}), -1, 1e-12);
+  EXPECT_NEAR(winding_number(build_winding_tree(mesh.vertices, mesh.faces), {0.1, 0.2, 0.3}), -1,
+              1e-2);
+}
+
+TEST(Winding, CountsOverlaps) {
+  Mesh shifted = testing::sphere(4);
+  shifted.vertices.col(0).array() += 0.5;
+  const Mesh mesh = join(testing::sphere(4), shifted);
+  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+  EXPECT_NEAR(winding_number(tree, {0.25, 0, 0}), 2, 1e-2);
+  EXPECT_NEAR(winding_number(tree, {-0.8, 0, 0}), 1, 1e-2);
+  EXPECT_NEAR(winding_number(tree, {2, 0, 0}), 0, 1e-2);
+}
+
+TEST(Winding, OfAnOpenHemisphereAtItsCentreIsAHalf) {
+  Mesh mesh = testing::sphere(4);
+  std::vector<int> upper;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    const double y = mesh.vertices(mesh.faces(f, 0), 1) + mesh.vertices(mesh.faces(f, 1), 1) +
+                     mesh.vertices(mesh.faces(f, 2), 1);
+    if (y > 0) {
+      upper.push_back(static_cast<int>(f));
+    }
+  }
+  const Triangles faces = mesh.faces(upper, Eigen::all);
+  EXPECT_NEAR(exact_winding_number(mesh.vertices, faces, {0, 0, 0}), 0.5, 1e-9);
+  EXPECT_NEAR(winding_number(build_winding_tree(mesh.vertices, faces), {0, 0, 0}), 0.5, 1e-2);
+}
+
+TEST(Winding, JumpsByOneAcrossTheSurface) {
+  const Mesh mesh = testing::grid(20, 20);  // open
+  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+  const double above = winding_number(tree, {0.43, 1e-7, 0.57});
+  const double below = winding_number(tree, {0.43, -1e-7, 0.57});
+  EXPECT_NEAR(below - above, 1, 2e-2);
+}
+
+TEST(Winding, IsFiniteOnTheSurface) {
+  const Mesh mesh = testing::sphere(2);
+  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+  for (Index v = 0; v < mesh.vertices.rows(); ++v) {
+    const double number = winding_number(tree, mesh.vertices.row(v));
+    EXPECT_GT(number, -0.01);
+    EXPECT_LT(number, 1.01);
+  }
+  const WindingTree points =
+      build_winding_tree(Points::Zero(1, 3), Points::Ones(1, 3), Eigen::VectorXd::Ones(1));
+  EXPECT_EQ(winding_number(points, {0, 0, 0}), 0);
+}
+
+TEST(Winding, RefitAnswersAsANewTreeDoes) {
+  Mesh mesh = testing::torus(40, 30);
+  WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+  mesh.vertices.col(1) *= 2;
+  tree = refit_winding_tree(std::move(tree), mesh.vertices);
+  const Points queries = random_points(200, 1.5, 6);
+  for (Index i = 0; i < queries.rows(); ++i) {
+    EXPECT_NEAR(winding_number(tree, queries.row(i)),
+                exact_winding_number(mesh.vertices, mesh.faces, queries.row(i)), 1e-2);
+  }
+}
+
+TEST(Winding, DegenerateFacesWeighNothing) {
+  const Points vertices = random_points(30, 1, 7);
+  Triangles faces(10, 3);
+  for (int f = 0; f < 10; ++f) {
+    faces.row(f) << 3 * f, 3 * f, 3 * f + 1;
+  }
+  const WindingTree tree = build_winding_tree(vertices, faces);
+  EXPECT_NEAR(winding_number(tree, {0.1, 0.2, 0.3}), 0, 1e-15);
+}
+
+TEST(WindingMoments, FarValuesComeFromMomentsToThirdOrder) {
+  // Twice as far, the error of an expansion of order 2 relative to the value falls by 2^3.
+  const Vec3d a = {0.1, 0, 0};
+  const Vec3d b = {0, 0.12, 0.02};
+  const Vec3d c = {-0.03, 0.01, 0.1};
+  const WindingMoments<double> moments = triangle_moments(a, b, c);
+  const auto error = [&](double distance) {
+    const Vec3d query = distance * Vec3d{0.6, 0.3, -0.5};
+    return std::abs(far_solid_angle(moments, query) / solid_angle(query, a, b, c) - 1);
+  };
+  EXPECT_LT(error(2) / error(1), 0.16);
+  EXPECT_LT(error(4) / error(2), 0.16);
+}
+
+TEST(WindingMoments, DoNotDependOnTheOrderOfJoining) {
+  const Mesh mesh = testing::tetrahedron();
+  const auto of = [&](Index f) {
+    const auto at = [&](int k) {
+      const auto row = mesh.vertices.row(mesh.faces(f, k));
+      return Vec3d{row[0], row[1], row[2]};
+    };
+    return triangle_moments(at(0), at(1), at(2));
+  };
+  WindingMoments<double> flat{};
+  flat.center = {0.3, -0.2, 0.1};
+  for (Index f = 0; f < 4; ++f) {
+    add_moments(flat, of(f));
+  }
+  WindingMoments<double> pair{};
+  pair.center = {0.5, 0.5, 0};
+  add_moments(pair, of(0));
+  add_moments(pair, of(1));
+  WindingMoments<double> nested{};
+  nested.center = flat.center;
+  add_moments(nested, pair);
+  add_moments(nested, of(2));
+  add_moments(nested, of(3));
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_NEAR(nested.first[i], flat.first[i], 1e-13);
+  }
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_NEAR(nested.second[i], flat.second[i], 1e-13);
+  }
+  EXPECT_NEAR(nested.area, flat.area, 1e-13);
+}
+
+TEST(WindingRefuses, BadInput) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const Mesh mesh = testing::sphere(1);
+  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+  Points broken = mesh.vertices;
+  broken(3, 1) = kNan;
+  Triangles outside = mesh.faces;
+  outside(0, 0) = 1000;
+  EXPECT_THROW(build_winding_tree(broken, mesh.faces), LogicError);
+  EXPECT_THROW(build_winding_tree(mesh.vertices, outside), LogicError);
+  EXPECT_THROW(refit_winding_tree(tree, broken), LogicError);
+  EXPECT_THROW(winding_number(tree, {kNan, 0, 0}), LogicError);
+  EXPECT_THROW(winding_number(tree, {0, 0, 0}, {0.5}), LogicError);
+  EXPECT_THROW(winding_number(tree, {0, 0, 0}, {kNan}), LogicError);
+  EXPECT_THROW(winding_numbers(tree, broken), LogicError);
+  EXPECT_THROW(winding_numbers(tree, mesh.vertices, {101}), LogicError);
+  EXPECT_THROW(exact_winding_number(mesh.vertices, outside, {0, 0, 0}), LogicError);
+  EXPECT_THROW(exact_winding_number(mesh.vertices, mesh.faces, {0, kNan, 0}), LogicError);
+}
+
+TEST(WindingRefuses, OrientedPointsThatDoNotAgree) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const Points points = Points::Random(4, 3);
+  const Eigen::VectorXd areas = Eigen::VectorXd::Ones(4);
+  EXPECT_THROW(build_winding_tree(points, Points::Ones(3, 3), areas), LogicError);
+  EXPECT_THROW(build_winding_tree(points, points, Eigen::VectorXd::Ones(5)), LogicError);
+  EXPECT_THROW(build_winding_tree(points, Points::Constant(4, 3, kNan), areas), LogicError);
+  EXPECT_THROW(build_winding_tree(points, points, areas * kNan), LogicError);
+  EXPECT_THROW(exact_winding_number(points, points, Eigen::VectorXd::Ones(3), {0, 0, 0}),
+               LogicError);
+  EXPECT_THROW(refit_winding_tree(build_winding_tree(points, points, areas), points), LogicError);
+}
+
+}  // namespace
+}  // namespace atelier
