@@ -18,17 +18,15 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kFar = std::numeric_limits<float>::infinity();
-constexpr int kTile = 8;         // pixels a side
-constexpr int kSamplesRun = 16;  // samples of each pixel that are shaded together
-
-enum class Purpose : std::uint64_t { Lens, Ambient, FirstLight };
+constexpr int kTile = 8;      // pixels a side
+constexpr int kFirstRun = 4;  // samples of each pixel that are shaded together: first these,
+constexpr int kNextRun = 16;  // which may show that a tile is empty, then as many as stay in cache
 
 // One sample's surface and the light gathered so far.
 struct Shaded {
   ShadingPoint point;
   Vec3f light;          // towards the viewer
-  Vec3f irradiance;     // at a seamless ground: all of it ...
-  Vec3f open;           // ... and what it would be with nothing in the way
+  Vec3f missing;        // at a seamless ground: the irradiance that something blocks
   std::uint32_t pixel;  // within the tile
   std::uint32_t index;  // of the sample within its pixel
   bool ground;
@@ -59,17 +57,28 @@ class Tile {
     y1_ = std::min(camera.height, y0 + kTile);
     eye_ = vec3f(camera_center(camera));
     pixel_angle_ = static_cast<float>(1 / std::sqrt(camera.fx * camera.fy));
-    for (int y = y0_; y <= y1_; ++y) {
-      for (int x = x0_; x <= x1_; ++x) {
-        const auto d = ray_direction(camera, {static_cast<double>(x), static_cast<double>(y)});
-        corners_[y - y0_][x - x0_] = d ? std::optional<Vec3f>(vec3f(*d)) : std::nullopt;
+    for (std::uint32_t pixel = 0; pixel < kTile * kTile; ++pixel) {
+      const auto x = static_cast<std::uint64_t>(x0) + pixel % kTile;
+      const auto y = static_cast<std::uint64_t>(y0) + pixel / kTile;
+      seeds_[pixel] = random_words(static_cast<std::uint64_t>(options.seed), 0, (y << 32) | x);
+    }
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto d = ray_direction(camera, {x0 + 0.5 * kTile * static_cast<double>(i),
+                                              y0 + 0.5 * kTile * static_cast<double>(j)});
+        bent_beyond_ |= !d;
+        nodes_[j][i] = d ? vec3f(*d) : Vec3f{0, 0, 0};
       }
     }
   }
 
   void render(Image& image) {
-    for (int first = 0; first < options_.samples; first += kSamplesRun) {
-      shoot(first, std::min(options_.samples, first + kSamplesRun));
+    int taken = 0;
+    do {
+      const int run = taken == 0 ? kFirstRun : kNextRun;
+      const int last = std::min(options_.samples, taken + run);
+      shoot(taken, last);
+      taken = last;
       for (std::size_t l = 0; l < scene_.lights.size(); ++l) {
         add_light(l);
       }
@@ -77,8 +86,9 @@ class Tile {
         add_ambient();
       }
       collect();
-    }
-    const float share = 1 / static_cast<float>(options_.samples);
+      // Background and paper without shadow have no detail that more samples would show.
+    } while (taken < options_.samples && detailed_);
+    const float share = 1 / static_cast<float>(taken);
     for (int y = y0_; y < y1_; ++y) {
       for (int x = x0_; x < x1_; ++x) {
         const std::size_t pixel = static_cast<std::size_t>((y - y0_) * kTile + x - x0_);
@@ -94,35 +104,33 @@ class Tile {
   }
 
  private:
-  std::uint32_t seed(std::uint32_t pixel, Purpose purpose, std::uint64_t n = 0) const {
-    const auto x = static_cast<std::uint64_t>(x0_) + pixel % kTile;
-    const auto y = static_cast<std::uint64_t>(y0_) + pixel / kTile;
-    return random_words(static_cast<std::uint64_t>(options_.seed),
-                        static_cast<std::uint64_t>(purpose) + n, (y << 32) | x)
-        .word[0];
-  }
+  bool on_paper(const Shaded& s) const { return s.ground && scene_.ground->seamless; }
 
-  // Direction through a point of a pixel. Within one pixel the lens bends linearly to 1e-4 of it,
-  // so that its inverse is needed at the corners only.
+  // Direction through a point of a pixel: the lens inverted at 3 x 3 points of the tile, and the
+  // parabola through them between, which is off by some 1e-5 pixels for the strongest lenses.
   std::optional<Vec3f> direction(int x, int y, Point2f u) const {
-    const auto& a = corners_[y - y0_][x - x0_];
-    const auto& b = corners_[y - y0_][x - x0_ + 1];
-    const auto& c = corners_[y - y0_ + 1][x - x0_];
-    const auto& d = corners_[y - y0_ + 1][x - x0_ + 1];
-    if (a && b && c && d) {
-      return normalized(mix(mix(*a, *b, u.x), mix(*c, *d, u.x), u.y));
+    if (bent_beyond_) {
+      const auto d =
+          ray_direction(camera_, {x + static_cast<double>(u.x), y + static_cast<double>(u.y)});
+      return d ? std::optional<Vec3f>(vec3f(*d)) : std::nullopt;
     }
-    const auto exact =
-        ray_direction(camera_, {x + static_cast<double>(u.x), y + static_cast<double>(u.y)});
-    return exact ? std::optional<Vec3f>(vec3f(*exact)) : std::nullopt;
+    const auto weights = [](float t) {  // Lagrange at 0, 1/2, 1
+      return std::array<float, 3>{(2 * t - 1) * (t - 1), 4 * t * (1 - t), t * (2 * t - 1)};
+    };
+    const auto wx = weights((static_cast<float>(x - x0_) + u.x) / kTile);
+    const auto wy = weights((static_cast<float>(y - y0_) + u.y) / kTile);
+    Vec3f d{0, 0, 0};
+    for (std::size_t j = 0; j < 3; ++j) {
+      d += wy[j] * (wx[0] * nodes_[j][0] + wx[1] * nodes_[j][1] + wx[2] * nodes_[j][2]);
+    }
+    return normalized(d);
   }
 
-  Vec3f background(int x, int y, Vec3f direction) const {
+  Vec3f background(int y, Vec3f direction) const {
     const Background& b = scene_.background;
     if (b.kind == Background::Kind::Environment) {
       return source_radiance(scene_.environment.source, direction);
     }
-    (void)x;
     const float t = (static_cast<float>(y) + 0.5f) / static_cast<float>(camera_.height);
     return mix(vec3f(b.top), vec3f(b.bottom), t);
   }
@@ -131,7 +139,7 @@ class Tile {
     shaded_.clear();
     RTCRayHit16 packet;
     struct Lane {
-      int x, y;
+      int y;
       std::uint32_t pixel, index;
       Vec3f direction;
     };
@@ -145,14 +153,14 @@ class Tile {
       scene_.tree.intersect(packet);
       for (int lane = 0; lane < count; ++lane) {
         const Lane& l = lanes[static_cast<std::size_t>(lane)];
-        keep(packet, lane, l.x, l.y, l.pixel, l.index, l.direction);
+        keep(packet, lane, l.y, l.pixel, l.index, l.direction);
       }
       count = 0;
     };
     for (int y = y0_; y < y1_; ++y) {
       for (int x = x0_; x < x1_; ++x) {
         const auto pixel = static_cast<std::uint32_t>((y - y0_) * kTile + x - x0_);
-        const std::uint32_t lens_seed = seed(pixel, Purpose::Lens);
+        const std::uint32_t lens_seed = seeds_[pixel].word[0];
         for (int s = first; s < last; ++s) {
           const auto index = static_cast<std::uint32_t>(s);
           const auto d = direction(x, y, sobol_point(index, lens_seed));
@@ -173,7 +181,7 @@ class Tile {
           packet.ray.flags[count] = 0;
           packet.hit.geomID[count] = RTC_INVALID_GEOMETRY_ID;
           packet.hit.instID[0][count] = RTC_INVALID_GEOMETRY_ID;
-          lanes[static_cast<std::size_t>(count)] = {x, y, pixel, index, *d};
+          lanes[static_cast<std::size_t>(count)] = {y, pixel, index, *d};
           if (++count == 16) {
             flush();
           }
@@ -185,8 +193,8 @@ class Tile {
     }
   }
 
-  void keep(const RTCRayHit16& packet, int lane, int x, int y, std::uint32_t pixel,
-            std::uint32_t index, Vec3f direction) {
+  void keep(const RTCRayHit16& packet, int lane, int y, std::uint32_t pixel, std::uint32_t index,
+            Vec3f direction) {
     const bool hit = packet.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID;
     const float distance = hit ? packet.ray.tfar[lane] : kFar;
     Shaded s{};
@@ -198,7 +206,9 @@ class Tile {
         s.ground = true;
         s.point = ground_point(scene_, eye_ + to_ground * direction, direction);
         if (scene_.ground->seamless) {
-          s.light = background(x, y, direction);
+          s.light = background(y, direction);
+        } else {
+          detailed_ = true;
         }
         shaded_.push_back(s);
         return;
@@ -208,47 +218,51 @@ class Tile {
       const MeshHit h{packet.hit.geomID[lane], packet.hit.primID[lane], packet.hit.u[lane],
                       packet.hit.v[lane], distance};
       s.point = shading_point(scene_, h, eye_, direction, pixel_angle_, options_.samples);
+      detailed_ = true;
       shaded_.push_back(s);
       return;
     }
     if (!options_.alpha) {
-      color_[pixel] += background(x, y, direction);
+      color_[pixel] += background(y, direction);
     }
   }
 
-  void add_shadow_rays(const RectangleLight& light, std::size_t l, std::uint32_t i, int first,
-                       int count) {
+  void add_shadow_rays(std::size_t l, std::uint32_t i, int first, int count) {
+    const RectangleLight& light = scene_.lights[l];
     const Shaded& s = shaded_[i];
     LightSum& sum = sums_[i];
     const Vec3f origin = s.point.position + scene_.epsilon * s.point.facet;
+    const std::uint32_t light_seed =
+        sobol::mixed_bits(seeds_[s.pixel].word[2] + static_cast<std::uint32_t>(l));
+    sum.rays += count;
     for (int k = 0; k < count; ++k) {
-      ++sum.rays;
-      const Point2f u =
-          sobol_point(static_cast<std::uint32_t>(first + k) & 0xFFFFu, light_seeds_[s.pixel]);
+      const Point2f u = sobol_point(static_cast<std::uint32_t>(first + k) & 0xFFFFu, light_seed);
       const Vec3f to_light = light_point(light, u) - origin;
-      const float distance2 = squared_norm(to_light);
-      const float distance = std::sqrt(distance2);
-      const Vec3f direction = (1 / distance) * to_light;
-      const float n_dot_l = dot(direction, s.point.normal);
-      const float cos_light = -dot(direction, light.normal);
-      if (n_dot_l <= 0 || cos_light <= 0) {
+      const float n_dot_d = dot(to_light, s.point.normal);
+      const float light_dot_d = -dot(to_light, light.normal);
+      if (n_dot_d <= 0 || light_dot_d <= 0) {
         continue;
       }
-      const float solid = cos_light / distance2;
-      const float weight = n_dot_l * solid;
+      const float distance2 = squared_norm(to_light);
+      const float weight = n_dot_d * light_dot_d / (distance2 * distance2);
       sum.weight += weight;
-      if (scene_.ground && origin.y + distance * direction.y < scene_.ground->height) {
-        continue;  // the light lies below the floor
+      if (scene_.ground && origin.y + to_light.y < static_cast<float>(scene_.ground->height)) {
+        continue;  // that part of the light lies below the floor
       }
       ShadowRay ray{};
       ray.shaded = i;
       ray.weight = weight;
-      ray.gloss = (solid * light.area) *
-                  product(light.radiance, gloss_towards_viewer(s.point, direction, n_dot_l));
-      ray.ray = rays_.add(origin, direction, scene_.epsilon, distance * (1 - 1e-4f));
+      if (s.point.gloss > 0 || s.point.sheen > 0) {
+        const float inverse = 1 / std::sqrt(distance2);
+        const float solid = light_dot_d * inverse / distance2 * light.area;
+        ray.gloss =
+            solid * product(light.radiance,
+                            gloss_towards_viewer(s.point, inverse * to_light, n_dot_d * inverse));
+      }
+      // The direction is not a unit vector: the ray's parameter runs from 0 to 1.
+      ray.ray = rays_.add(origin, to_light, scene_.epsilon / std::sqrt(distance2), 1 - 1e-4f);
       shadow_rays_.push_back(ray);
     }
-    (void)l;
   }
 
   void trace_shadows() {
@@ -265,43 +279,33 @@ class Tile {
 
   void add_light(std::size_t l) {
     const RectangleLight& light = scene_.lights[l];
-    for (std::uint32_t pixel = 0; pixel < kTile * kTile; ++pixel) {
-      light_seeds_[pixel] = seed(pixel, Purpose::FirstLight, l);
-    }
     sums_.assign(shaded_.size(), LightSum{});
     for (std::uint32_t i = 0; i < shaded_.size(); ++i) {
-      sums_[i].form = form_factor(light, shaded_[i].point.position, shaded_[i].point.normal);
-      if (sums_[i].form.value > 0) {
-        add_shadow_rays(light, l, i, static_cast<int>(shaded_[i].index) * options_.shadow_samples,
+      // Unshadowed paper never asks for the form factor: it waits until a ray is blocked.
+      if (!on_paper(shaded_[i])) {
+        sums_[i].form = form_factor(light, shaded_[i].point.position, shaded_[i].point.normal);
+      }
+      if (on_paper(shaded_[i]) || sums_[i].form.value > 0) {
+        add_shadow_rays(l, i, static_cast<int>(shaded_[i].index) * options_.shadow_samples,
                         options_.shadow_samples);
       }
     }
     trace_shadows();
     if (options_.penumbra_samples > 0) {
-      // Pixels whose rays disagree lie in a penumbra and get more.
-      std::array<float, kTile * kTile> seen{};
-      std::array<float, kTile * kTile> all{};
-      for (std::size_t i = 0; i < shaded_.size(); ++i) {
-        seen[shaded_[i].pixel] += sums_[i].visible;
-        all[shaded_[i].pixel] += sums_[i].weight;
-      }
-      const int base = options_.samples * options_.shadow_samples;
-      for (std::uint32_t i = 0; i < shaded_.size(); ++i) {
-        const float share = seen[shaded_[i].pixel] / std::max(1e-30f, all[shaded_[i].pixel]);
-        if (sums_[i].form.value > 0 && share > 1e-4f && share < 1 - 1e-4f) {
-          add_shadow_rays(light, l, i,
-                          base + static_cast<int>(shaded_[i].index) * options_.penumbra_samples,
-                          options_.penumbra_samples);
-        }
-      }
-      trace_shadows();
+      refine_penumbra(l);
     }
     for (std::size_t i = 0; i < shaded_.size(); ++i) {
-      const LightSum& sum = sums_[i];
+      LightSum& sum = sums_[i];
+      Shaded& s = shaded_[i];
+      if (on_paper(s)) {
+        if (sum.visible >= sum.weight * (1 - 1e-5f)) {
+          continue;
+        }
+        sum.form = form_factor(light, s.point.position, s.point.normal);
+      }
       if (sum.form.value <= 0) {
         continue;
       }
-      Shaded& s = shaded_[i];
       const Vec3f open = (kPi * sum.form.value) * light.radiance;
       // Above the horizon the closed form is exact and rays only say which share is seen; across
       // it, rays that start below count for nothing and the plain mean is the one without bias.
@@ -309,14 +313,54 @@ class Tile {
           sum.form.whole
               ? (sum.weight > 0 ? sum.visible / sum.weight : 0.0f) * open
               : (sum.visible * light.area / static_cast<float>(sum.rays)) * light.radiance;
-      if (s.ground && scene_.ground->seamless) {
-        s.irradiance += irradiance;
-        s.open += open;
+      if (on_paper(s)) {
+        s.missing += open - irradiance;
+        detailed_ = true;
         continue;
       }
       s.light +=
           diffuse_light(s.point, irradiance) + (1 / static_cast<float>(sum.rays)) * sum.gloss;
     }
+  }
+
+  // Further rays where those of a pixel and its neighbours disagree.
+  void refine_penumbra(std::size_t l) {
+    constexpr int kSide = kTile + 2;
+    std::array<float, kSide * kSide> least{};
+    std::array<float, kSide * kSide> most{};
+    least.fill(1);
+    most.fill(0);
+    const auto place = [](std::uint32_t pixel) {
+      return (pixel / kTile + 1) * kSide + pixel % kTile + 1;
+    };
+    for (std::size_t i = 0; i < shaded_.size(); ++i) {
+      if (sums_[i].weight > 0) {
+        const float share = sums_[i].visible / sums_[i].weight;
+        const std::size_t p = place(shaded_[i].pixel);
+        least[p] = std::min(least[p], share);
+        most[p] = std::max(most[p], share);
+      }
+    }
+    const int base = options_.samples * options_.shadow_samples;
+    for (std::uint32_t i = 0; i < shaded_.size(); ++i) {
+      if (sums_[i].weight <= 0) {
+        continue;
+      }
+      const std::size_t p = place(shaded_[i].pixel);
+      float low = 1;
+      float high = 0;
+      for (const std::size_t row : {p - kSide, p, p + kSide}) {
+        for (std::size_t q = row - 1; q <= row + 1; ++q) {
+          low = std::min(low, least[q]);
+          high = std::max(high, most[q]);
+        }
+      }
+      if (high - low > 1e-4f) {
+        add_shadow_rays(l, i, base + static_cast<int>(shaded_[i].index) * options_.penumbra_samples,
+                        options_.penumbra_samples);
+      }
+    }
+    trace_shadows();
   }
 
   void add_ambient() {
@@ -325,9 +369,9 @@ class Tile {
       if (scene_.ambient == Ambient::PerPixel) {
         irradiance = ambient_per_pixel(s);
       }
-      if (s.ground && scene_.ground->seamless) {
-        s.irradiance += irradiance;
-        s.open += scene_.open_ground_irradiance;
+      if (on_paper(s)) {
+        s.missing += scene_.open_ground_irradiance - irradiance;
+        detailed_ = detailed_ || scene_.ambient == Ambient::PerPixel;
         continue;
       }
       float openness = 1;
@@ -342,7 +386,7 @@ class Tile {
   Vec3f ambient_per_pixel(const Shaded& s) {
     const Frame frame(s.point.normal);
     const Vec3f origin = s.point.position + scene_.epsilon * s.point.facet;
-    const std::uint32_t ambient_seed = seed(s.pixel, Purpose::Ambient);
+    const std::uint32_t ambient_seed = seeds_[s.pixel].word[1];
     ambient_radiance_.clear();
     rays_.clear();
     for (int k = 0; k < options_.ambient_samples; ++k) {
@@ -369,22 +413,36 @@ class Tile {
 
   void collect() {
     for (const Shaded& s : shaded_) {
-      if (s.ground && scene_.ground->seamless) {
-        const auto ratio = [](float have, float open) {
-          return open > 0 ? std::clamp(have / open, 0.0f, 1.0f) : 1.0f;
-        };
-        const Vec3f kept{ratio(s.irradiance.x, s.open.x), ratio(s.irradiance.y, s.open.y),
-                         ratio(s.irradiance.z, s.open.z)};
-        if (options_.alpha) {
-          alpha_[s.pixel] += 1 - luminance(kept);  // a black layer of that thickness
-        } else {
-          color_[s.pixel] += product(kept, s.light);
-        }
+      if (!on_paper(s)) {
+        color_[s.pixel] += s.light;
+        alpha_[s.pixel] += 1;
         continue;
       }
-      color_[s.pixel] += s.light;
-      alpha_[s.pixel] += 1;
+      const Vec3f kept = kept_light(s);
+      if (options_.alpha) {
+        alpha_[s.pixel] += 1 - luminance(kept);  // a black layer of that thickness
+      } else {
+        color_[s.pixel] += product(kept, s.light);
+      }
     }
+  }
+
+  // The share of its light that paper gets, channel by channel.
+  Vec3f kept_light(const Shaded& s) const {
+    if (s.missing.x == 0 && s.missing.y == 0 && s.missing.z == 0) {
+      return {1, 1, 1};
+    }
+    Vec3f open{0, 0, 0};
+    if (scene_.ambient != Ambient::None) {
+      open = scene_.open_ground_irradiance;
+    }
+    for (const RectangleLight& light : scene_.lights) {
+      open += (kPi * form_factor(light, s.point.position, s.point.normal).value) * light.radiance;
+    }
+    const auto share = [](float missing, float all) {
+      return all > 0 ? std::clamp(1 - missing / all, 0.0f, 1.0f) : 1.0f;
+    };
+    return {share(s.missing.x, open.x), share(s.missing.y, open.y), share(s.missing.z, open.z)};
   }
 
   const PreparedScene::Data& scene_;
@@ -393,10 +451,12 @@ class Tile {
   int x0_, y0_, x1_ = 0, y1_ = 0;
   Vec3f eye_{0, 0, 0};
   float pixel_angle_ = 0;
-  std::array<std::array<std::optional<Vec3f>, kTile + 1>, kTile + 1> corners_;
+  std::array<std::array<Vec3f, 3>, 3> nodes_{};
+  bool bent_beyond_ = false;  // the lens cannot be inverted all over the tile
   std::array<Vec3f, kTile * kTile> color_{};
   std::array<float, kTile * kTile> alpha_{};
-  std::array<std::uint32_t, kTile * kTile> light_seeds_{};
+  std::array<RandomWords, kTile * kTile> seeds_{};
+  bool detailed_ = false;  // something but background and unshadowed paper is in the tile
   std::vector<Shaded> shaded_;
   std::vector<LightSum> sums_;
   std::vector<ShadowRay> shadow_rays_;
