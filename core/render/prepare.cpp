@@ -1,11 +1,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
 
 #include "core/error.h"
+#include "core/normals.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "core/render/prepared_scene.h"
@@ -25,32 +27,14 @@ struct Bounds {
 };
 
 std::vector<Vec3f> smooth_normals(const Mesh& mesh) {
-  std::vector<Vec3f> normals(static_cast<std::size_t>(mesh.vertices.rows()), Vec3f{0, 0, 0});
-  if (mesh.normals.rows() == mesh.vertices.rows()) {
-    for (Index i = 0; i < mesh.normals.rows(); ++i) {
-      normals[i] = normalized(vec3f(Eigen::Vector3d(mesh.normals.row(i))));
-    }
-    return normals;
+  const Points normals = mesh.normals.rows() == mesh.vertices.rows()
+                             ? mesh.normals
+                             : vertex_normals(mesh.vertices, mesh.faces);
+  std::vector<Vec3f> result(static_cast<std::size_t>(normals.rows()));
+  for (Index i = 0; i < normals.rows(); ++i) {
+    result[i] = normalized(vec3f(Eigen::Vector3d(normals.row(i))));
   }
-  // Weighted by angle, so that the normal does not depend on how a flat region is triangulated.
-  for (Index f = 0; f < mesh.faces.rows(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const int i = mesh.faces(f, k);
-      const Eigen::Vector3d p = mesh.vertices.row(i);
-      const Eigen::Vector3d a = mesh.vertices.row(mesh.faces(f, (k + 1) % 3)).transpose() - p;
-      const Eigen::Vector3d b = mesh.vertices.row(mesh.faces(f, (k + 2) % 3)).transpose() - p;
-      const Eigen::Vector3d c = a.cross(b);
-      const double length = c.norm();
-      if (length > 0) {
-        const double angle = std::atan2(length, a.dot(b));
-        normals[i] += vec3f(Eigen::Vector3d(c * (angle / length)));
-      }
-    }
-  }
-  for (Vec3f& n : normals) {
-    n = normalized(n);
-  }
-  return normals;
+  return result;
 }
 
 PreparedMesh prepared_mesh(const RenderMesh& source) {
@@ -122,26 +106,14 @@ Vec3f ground_radiance(const Ground& ground, const std::vector<RectangleLight>& l
   return (1 / kPi) * product(vec3f(ground.color), irradiance);
 }
 
-void gather_vertices(PreparedScene::Data& scene, const PrepareOptions& options) {
+void gather_vertices(PreparedScene::Data& scene,
+                     const std::vector<std::vector<Vec3f>>& vertex_directions,
+                     const PrepareOptions& options) {
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     PreparedMesh& mesh = scene.meshes[m];
     const std::size_t count = mesh.positions.size() / 3;
-    std::vector<Vec3f> normals = mesh.normals;
-    if (normals.empty()) {
-      // Facets: their mean is what one value per vertex can stand for.
-      normals.assign(count, Vec3f{0, 0, 0});
-      for (std::size_t f = 0; f < mesh.indices.size(); f += 3) {
-        const Vec3f a = mesh.position(mesh.indices[f]);
-        const Vec3f n =
-            cross(mesh.position(mesh.indices[f + 1]) - a, mesh.position(mesh.indices[f + 2]) - a);
-        for (int k = 0; k < 3; ++k) {
-          normals[mesh.indices[f + k]] += n;
-        }
-      }
-      for (Vec3f& n : normals) {
-        n = normalized(n);
-      }
-    }
+    // Facets, too, have but one value per vertex: that of their mean.
+    const std::vector<Vec3f>& normals = vertex_directions[m];
     mesh.front_irradiance.assign(count, Vec3f{0, 0, 0});
     mesh.back_irradiance.assign(count, Vec3f{0, 0, 0});
     parallel_for(static_cast<Index>(count), 64, [&](Index begin, Index end) {
@@ -267,7 +239,11 @@ PreparedScene prepare(const Scene& scene, const PrepareOptions& options) {
         scene.environment, ground_radiance(*scene.ground, data->lights, data->environment, foot));
   }
   if (options.ambient == Ambient::PerVertex) {
-    gather_vertices(*data, options);
+    std::vector<std::vector<Vec3f>> vertex_directions;
+    for (const RenderMesh& mesh : scene.meshes) {
+      vertex_directions.push_back(smooth_normals(mesh.mesh));
+    }
+    gather_vertices(*data, vertex_directions, options);
     if (scene.ground) {
       gather_ground(*data, bounds, options);
     }

@@ -2,8 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
+#include "core/error.h"
 #include "core/render/tone.h"
 
 namespace atelier {
@@ -40,7 +43,8 @@ AreaLight softbox(const Eigen::Vector3d& from, const Eigen::Vector3d& at, double
 
 }  // namespace
 
-Scene studio_scene(std::vector<RenderMesh> meshes) {
+Scene studio_scene(std::vector<RenderMesh> meshes, double azimuth) {
+  ATELIER_CHECK(std::isfinite(azimuth), "azimuth must be finite");
   Eigen::Vector3d low(-0.5, 0, -0.5);
   Eigen::Vector3d high(0.5, 1.8, 0.5);
   const Points points = all_vertices(meshes);
@@ -57,13 +61,14 @@ Scene studio_scene(std::vector<RenderMesh> meshes) {
   scene.ground = Ground{low.y(), {0.55f, 0.54f, 0.53f}, true};
   scene.background.top = {0.40f, 0.42f, 0.45f};
   scene.background.bottom = {0.62f, 0.62f, 0.62f};
-  scene.environment.zenith = {0.44f, 0.46f, 0.50f};
-  scene.environment.horizon = {0.30f, 0.31f, 0.33f};
+  scene.environment.zenith = {0.34f, 0.36f, 0.40f};
+  scene.environment.horizon = {0.22f, 0.23f, 0.25f};
   scene.environment.nadir = {0.20f, 0.20f, 0.20f};
-  scene.area_lights.push_back(softbox(middle + size * Eigen::Vector3d(-1.9, 2.3, 2.6), middle,
-                                      0.95 * size, 0.95 * size, {4.6f, 4.45f, 4.2f}));
-  scene.area_lights.push_back(softbox(middle + size * Eigen::Vector3d(2.6, 1.6, -2.2), middle,
-                                      0.5 * size, 1.1 * size, {2.3f, 2.45f, 2.7f}));
+  const Eigen::AngleAxisd to_viewer(azimuth, Eigen::Vector3d::UnitY());
+  const Eigen::Vector3d key = middle + size * (to_viewer * Eigen::Vector3d(-2.1, 2.3, 2.2));
+  const Eigen::Vector3d rim = middle + size * (to_viewer * Eigen::Vector3d(2.4, 1.6, -2.4));
+  scene.area_lights.push_back(softbox(key, middle, 0.8 * size, 0.8 * size, {8.2f, 7.9f, 7.5f}));
+  scene.area_lights.push_back(softbox(rim, middle, 0.5 * size, 1.1 * size, {3.2f, 3.4f, 3.7f}));
   return scene;
 }
 
@@ -89,7 +94,22 @@ Image picture_of(const std::vector<RenderMesh>& meshes, const View& view,
   }
   RenderOptions render_options;
   render_options.samples = options.samples;
-  return tone_mapped(render(studio_scene(meshes), camera, render_options));
+  return tone_mapped(render(studio_scene(meshes, view.azimuth), camera, render_options));
+}
+
+std::vector<Image> turntable_of(const std::vector<RenderMesh>& meshes, int count, const View& start,
+                                const PictureOptions& options) {
+  const std::vector<Camera> cameras = turntable_cameras(
+      all_vertices(meshes), start, count, options.width, options.height, options.framing);
+  RenderOptions render_options;
+  render_options.samples = options.samples;
+  std::vector<Image> pictures;
+  for (int i = 0; i < count; ++i) {
+    const double azimuth = start.azimuth + 2 * std::numbers::pi * i / count;
+    pictures.push_back(tone_mapped(render(studio_scene(meshes, azimuth),
+                                          cameras[static_cast<std::size_t>(i)], render_options)));
+  }
+  return pictures;
 }
 
 Image picture_of(const Mesh& mesh, const View& view, const PictureOptions& options) {

@@ -10,9 +10,10 @@ namespace atelier {
 
 /// The light of every picture of the program: a large soft key from the upper left of the front, a
 /// weak rim from behind, a grey sky as fill, seamless paper under and behind the subject. Lights
-/// stand in proportion to the meshes' height; the ground lies under their lowest point. A scene
+/// stand in proportion to the meshes' size and to where the viewer is (`azimuth` of View, radians),
+/// so that every side of a subject is lit alike; the ground lies under the lowest point. A scene
 /// without meshes is the empty studio.
-Scene studio_scene(std::vector<RenderMesh> meshes);
+Scene studio_scene(std::vector<RenderMesh> meshes, double azimuth = 0);
 
 struct PictureOptions {
   int width = 600;   ///< pixels
@@ -29,6 +30,10 @@ Image picture_of(const Mesh& mesh, const View& view = kThreeQuarter,
 /// Several meshes with their looks.
 Image picture_of(const std::vector<RenderMesh>& meshes, const View& view = kThreeQuarter,
                  const PictureOptions& options = {});
+
+/// `count` pictures all the way round at one distance: the subject turns, the light does not.
+std::vector<Image> turntable_of(const std::vector<RenderMesh>& meshes, int count,
+                                const View& start = kFront, const PictureOptions& options = {});
 
 /// The clay that picture_of gives a mesh without a look.
 Look clay_look();
