@@ -18,8 +18,8 @@ inline std::filesystem::path test_data_root() {
 
 /// Path of a real test file; skips the test, saying so, where it is absent. Use in a test body:
 ///   ATELIER_TEST_FILE(path, "makehuman/base/base.obj");
-#define ATELIER_TEST_FILE(path, relative)                                               \
-  const std::filesystem::path path = ::atelier::testing::test_data_root() / (relative); \
-  if (!std::filesystem::exists(path)) {                                                 \
-    GTEST_SKIP() << "no test data at " << path << " (set ATELIER_TEST_DATA)";           \
+#define ATELIER_TEST_FILE(variable, relative)                                               \
+  const std::filesystem::path variable = ::atelier::testing::test_data_root() / (relative); \
+  if (!std::filesystem::exists(variable)) {                                                 \
+    GTEST_SKIP() << "no test data at " << variable << " (set ATELIER_TEST_DATA)";           \
   }

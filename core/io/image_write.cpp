@@ -1,0 +1,107 @@
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <string>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/image_codec.h"
+#include "core/io/image_file.h"
+#include "core/io/srgb.h"
+
+namespace atelier {
+namespace {
+
+template <class T>
+void check_image(const ImageOf<T>& image, const ImageWriteOptions& options) {
+  ATELIER_CHECK(image.width > 0 && image.height > 0, "an image without pixels");
+  ATELIER_CHECK(image.channels == 1 || image.channels == 3 || image.channels == 4,
+                "an image needs 1, 3 or 4 channels");
+  ATELIER_CHECK(
+      image.data.size() == static_cast<std::size_t>(image.width) * image.height * image.channels,
+      "an image whose data are not its size");
+  ATELIER_CHECK(options.quality >= 1 && options.quality <= 100, "quality must be 1 to 100");
+  ATELIER_CHECK(options.bit_depth == 8 || options.bit_depth == 16, "bit_depth must be 8 or 16");
+}
+
+/// sRGB samples of linear light; the fourth channel stays linear.
+template <class T>
+ImageOf<T> stored(const Image& image) {
+  constexpr float kMost = static_cast<float>((1 << (8 * sizeof(T))) - 1);
+  ImageOf<T> result(image.width, image.height, image.channels);
+  for (std::size_t i = 0; i < image.data.size(); ++i) {
+    const bool alpha = image.channels == 4 && i % 4 == 3;
+    const float value =
+        alpha ? std::clamp(image.data[i], 0.0F, 1.0F) : srgb_from_linear(image.data[i]);
+    result.data[i] = static_cast<T>(std::lround(kMost * value));
+  }
+  return result;
+}
+
+ImageFormat format_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  struct Extension {
+    const char* name;
+    ImageFormat format;
+  };
+  constexpr Extension kExtensions[] = {{".png", ImageFormat::Png},   {".jpg", ImageFormat::Jpeg},
+                                       {".jpeg", ImageFormat::Jpeg}, {".tif", ImageFormat::Tiff},
+                                       {".tiff", ImageFormat::Tiff}, {".webp", ImageFormat::WebP},
+                                       {".bmp", ImageFormat::Bmp},   {".avif", ImageFormat::Avif}};
+  for (const Extension& known : kExtensions) {
+    if (extension == known.name) {
+      return known.format;
+    }
+  }
+  ATELIER_CHECK(false, "no image format for '" + path.string() + "'");
+  return ImageFormat::Png;
+}
+
+}  // namespace
+
+std::string image_bytes(const ByteImage& image, ImageFormat format,
+                        const ImageWriteOptions& options) {
+  check_image(image, options);
+  ATELIER_CHECK((format != ImageFormat::Jpeg && format != ImageFormat::Bmp) || image.channels != 4,
+                "JPEG and BMP have no alpha");
+  return format == ImageFormat::Avif ? encode_avif(image, options.quality)
+                                     : encode_opencv(image, format, options.quality);
+}
+
+std::string image_bytes(const Image& image, ImageFormat format, const ImageWriteOptions& options) {
+  check_image(image, options);
+  ATELIER_CHECK(std::none_of(image.data.begin(), image.data.end(),
+                             [](float value) { return std::isnan(value); }),
+                "an image with NaN");
+  if (options.bit_depth == 16) {
+    ATELIER_CHECK(format == ImageFormat::Png || format == ImageFormat::Tiff,
+                  "only PNG and TIFF keep 16 bits");
+    return encode_opencv(stored<std::uint16_t>(image), format, options.quality);
+  }
+  return image_bytes(stored<std::uint8_t>(image), format, options);
+}
+
+std::string label_bytes(const ByteImage& labels) {
+  check_image(labels, {});
+  ATELIER_CHECK(labels.channels == 1, "labels have one channel");
+  return encode_palette_png(labels);
+}
+
+void write_image(const std::filesystem::path& path, const Image& image,
+                 const ImageWriteOptions& options) {
+  write_file_atomically(path, image_bytes(image, format_of(path), options));
+}
+
+void write_image(const std::filesystem::path& path, const ByteImage& image,
+                 const ImageWriteOptions& options) {
+  write_file_atomically(path, image_bytes(image, format_of(path), options));
+}
+
+void write_labels(const std::filesystem::path& path, const ByteImage& labels) {
+  ATELIER_CHECK(format_of(path) == ImageFormat::Png, "labels are written as .png");
+  write_file_atomically(path, label_bytes(labels));
+}
+
+}  // namespace atelier
