@@ -4,6 +4,8 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "simulation/backend.h"
+#include "simulation/body_contact_math.h"
+#include "simulation/contact_tree.h"
 #include "simulation/prepared_cloth.h"
 #include "simulation/sweep_math.h"
 
@@ -33,6 +35,9 @@ class CpuBackend final : public ClothSolver::Backend {
     target_.resize(n);
     lambda_.resize(prepared_.records.size());
     strain_lambda_.resize(3 * prepared_.strains.size());
+    for (Index f = 0; f < body_faces.rows(); ++f) {
+      faces_.push_back({body_faces(f, 0), body_faces(f, 1), body_faces(f, 2)});
+    }
   }
 
   void set_state(const ClothState& state) override {
@@ -62,7 +67,9 @@ class CpuBackend final : public ClothSolver::Backend {
     state_ = std::move(next);
     FrameReport report;
     report.frame = state_.frame;
+    report.body_contacts = static_cast<int>(std::count(touched_.begin(), touched_.end(), 1));
     if (options_.report) {
+      measure_penetration(report);
       report_state(cloth_, state_, std::vector<double>(lambda_.begin(), lambda_.end()),
                    options_.time_step / options_.substeps, report);
     }
@@ -93,6 +100,87 @@ class CpuBackend final : public ClothSolver::Backend {
                                                   static_cast<T>(control.gravity.y()),
                                                   static_cast<T>(control.gravity.z())};
     }
+    begin_body(control);
+  }
+
+  /// Takes over the body's motion of the frame and collects what each particle may meet.
+  void begin_body(const Control& control) {
+    touched_.assign(x_.size(), 0);
+    body_ = {};
+    if (faces_.empty() || control.body_start.rows() == 0) {
+      return;
+    }
+    const auto copy = [](const Points& from, std::vector<Vec4<T>>& to) {
+      to.resize(static_cast<std::size_t>(from.rows()));
+      for (Index i = 0; i < from.rows(); ++i) {
+        to[i] = with_w(vec<T>(from, i), T(0));
+      }
+    };
+    copy(control.body_start, body_start_);
+    copy(control.body_end, body_end_);
+    body_ = {faces_.data(), body_start_.data(), body_end_.data(), nullptr,
+             static_cast<int>(faces_.size())};
+    std::vector<Box<T>> boxes(faces_.size());
+    for (std::size_t f = 0; f < boxes.size(); ++f) {
+      boxes[f] = swept_box(body_, static_cast<int>(f));
+    }
+    if (tree_.nodes.empty()) {
+      tree_ = build_contact_tree(boxes);
+    } else {
+      refit_contact_tree(tree_, boxes);
+    }
+    body_.nodes = tree_.nodes.data();
+    const Material& m = cloth_.material;
+    rule_.thickness = static_cast<T>(options_.thickness >= 0 ? options_.thickness : m.thickness);
+    rule_.friction = static_cast<T>(options_.friction >= 0 ? options_.friction : m.friction);
+    rule_.reach = larger(static_cast<T>(options_.contact_reach), rule_.thickness);
+    rule_.old_overlap =
+        static_cast<T>(options_.depenetration_speed * options_.time_step / options_.substeps);
+    candidate_count_.resize(x_.size());
+    candidates_.resize(x_.size() * kBodyCandidates);
+    motion_.resize(x_.size());
+    held_.resize(x_.size());
+    frame_start_ = x_;
+    const T frame = static_cast<T>(options_.time_step);
+    parallel_for(prepared_.count, kGrain / 8, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        motion_[i] = expected_motion(velocity_[i], acceleration_[i], frame);
+        candidate_count_[i] = x_[i].w > T(0)
+                                  ? collect_candidates(body_, xyz(x_[i]), motion_[i], rule_,
+                                                       &candidates_[i * kBodyCandidates])
+                                  : 0;
+      }
+    });
+  }
+
+  void touch_body(int s) {
+    const T t0 = static_cast<T>(s) / static_cast<T>(options_.substeps);
+    const T t1 = static_cast<T>(s + 1) / static_cast<T>(options_.substeps);
+    parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        if (x_[i].w > T(0)) {
+          touched_[i] = contact_by_candidates(x_[i], start_[i], held_[i], body_, t0, t1, rule_,
+                                              xyz(frame_start_[i]), motion_[i], candidate_count_[i],
+                                              &candidates_[i * kBodyCandidates]);
+        }
+      }
+    });
+  }
+
+  void measure_penetration(FrameReport& report) const {
+    if (body_.face_count == 0) {
+      return;
+    }
+    std::vector<T> depth(x_.size(), T(0));
+    parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        depth[i] = x_[i].w > T(0) ? depth_inside(body_, xyz(x_[i]), rule_.reach) : T(0);
+      }
+    });
+    for (T d : depth) {
+      report.penetrating += d > T(0) ? 1 : 0;
+      report.penetration_depth = std::max(report.penetration_depth, static_cast<double>(d));
+    }
   }
 
   void substep(T h, int s) {
@@ -104,6 +192,7 @@ class CpuBackend final : public ClothSolver::Backend {
     });
     std::fill(lambda_.begin(), lambda_.end(), T(0));
     std::fill(strain_lambda_.begin(), strain_lambda_.end(), T(0));
+    std::fill(held_.begin(), held_.end(), Vec4<T>{});
     const SubstepScale<T> scale{T(1) / (h * h), static_cast<T>(cloth_.material.damping) / h, T(1),
                                 T(1)};
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
@@ -121,6 +210,9 @@ class CpuBackend final : public ClothSolver::Backend {
             project_tether(x_[i], xyz(x_[anchor]), prepared_.tether_length[i]);
           }
         }
+      }
+      if (body_.face_count > 0) {
+        touch_body(s);
       }
     }
     const T keep = static_cast<T>(1 / (1 + options_.velocity_damping * static_cast<double>(h)));
@@ -180,6 +272,19 @@ class CpuBackend final : public ClothSolver::Backend {
   std::vector<Vec3<T>> target_;  ///< of fixed particles at the end of the frame
   std::vector<T> lambda_;
   std::vector<T> strain_lambda_;
+
+  std::vector<FaceIndices> faces_;
+  std::vector<Vec4<T>> body_start_;
+  std::vector<Vec4<T>> body_end_;
+  ContactTree<T> tree_;
+  BodyView<T> body_{};
+  BodyContactRule<T> rule_{};
+  std::vector<Vec4<T>> frame_start_;
+  std::vector<T> motion_;
+  std::vector<int> candidate_count_;
+  std::vector<int> candidates_;
+  std::vector<Vec4<T>> held_;  ///< friction of the substep, see resolve_touch
+  std::vector<char> touched_;
 };
 
 }  // namespace

@@ -1,0 +1,424 @@
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "tests/simulation/cloth_fixtures.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// A plane through the origin that falls by `angle` along +x, `size` each way, as a body.
+Mesh incline(double angle, double size) {
+  Mesh plane;
+  plane.vertices.resize(4, 3);
+  const double c = std::cos(angle) * size;
+  const double s = std::sin(angle) * size;
+  plane.vertices << -c, s, -size, c, -s, -size, c, -s, size, -c, s, size;
+  plane.faces.resize(2, 3);
+  plane.faces << 0, 2, 1, 0, 3, 2;
+  return plane;
+}
+
+Mesh sphere(double radius, int rings, int sectors) {
+  Mesh mesh;
+  mesh.vertices.resize(2 + (rings - 1) * sectors, 3);
+  mesh.vertices.row(0) << 0, radius, 0;
+  mesh.vertices.row(1) << 0, -radius, 0;
+  for (int r = 1; r < rings; ++r) {
+    for (int s = 0; s < sectors; ++s) {
+      const double polar = kPi * r / rings;
+      const double turn = 2 * kPi * s / sectors;
+      mesh.vertices.row(2 + (r - 1) * sectors + s) << radius * std::sin(polar) * std::cos(turn),
+          radius * std::cos(polar), radius * std::sin(polar) * std::sin(turn);
+    }
+  }
+  std::vector<Eigen::RowVector3i> faces;
+  const auto id = [&](int r, int s) {
+    return r == 0 ? 0 : r == rings ? 1 : 2 + (r - 1) * sectors + s % sectors;
+  };
+  for (int r = 0; r < rings; ++r) {
+    for (int s = 0; s < sectors; ++s) {
+      if (r > 0) {
+        faces.emplace_back(id(r, s), id(r, s + 1), id(r + 1, s + 1));
+      }
+      if (r < rings - 1) {
+        faces.emplace_back(id(r, s), id(r + 1, s + 1), id(r + 1, s));
+      }
+    }
+  }
+  mesh.faces.resize(Index(faces.size()), 3);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    mesh.faces.row(Index(i)) = faces[i];
+  }
+  return mesh;
+}
+
+Control still(const Points& body) {
+  Control control;
+  control.body_start = body;
+  control.body_end = body;
+  return control;
+}
+
+/// A stiff patch of cloth lying on the incline at its contact distance.
+struct Slide {
+  Cloth cloth;
+  Mesh plane;
+  ClothState state;
+};
+Slide slide(double angle, double friction, double height) {
+  Slide out;
+  Garment garment = testing::garment_of(testing::sheet(3, 3, 0.03), 0.2, 500, 1e-4);
+  garment.material.friction = friction;
+  garment.material.thickness = 1e-3;
+  out.cloth = make_cloth(garment);
+  out.plane = incline(angle, 20);
+  out.state = rest_state(out.cloth);
+  const Eigen::AngleAxisd turn(-angle, Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d normal = turn * Eigen::Vector3d::UnitY();
+  for (Index v = 0; v < out.state.positions.rows(); ++v) {
+    out.state.positions.row(v) =
+        (turn * out.state.positions.row(v).transpose() + (1e-3 + height) * normal).transpose();
+  }
+  return out;
+}
+
+// T12: a = g (sin - mu cos) down the slope while it slides.
+TEST(Incline, SlidesAsCoulombSays) {
+  const double angle = kPi / 4;
+  for (Device device : testing::devices()) {
+    for (const char* precision : {"double", "float"}) {
+      for (double mu : {0.0, 0.3, 0.6, 0.9, 0.99}) {
+        const Slide s = slide(angle, mu, 0);
+        XpbdOptions options;
+        options.time_step = 0.01;
+        options.substeps = 10;
+        options.precision = precision;
+        ClothSolver solver(s.cloth, s.plane.faces, options, device);
+        solver.set_state(s.state);
+        for (int i = 0; i < 100; ++i) {
+          solver.advance(still(s.plane.vertices));
+        }
+        const Eigen::RowVector3d v = solver.state().velocities.colwise().mean();
+        const double speed = v.dot(Eigen::RowVector3d(std::cos(angle), -std::sin(angle), 0));
+        const double expected = 9.81 * (std::sin(angle) - mu * std::cos(angle));
+        EXPECT_NEAR(speed, expected, 9.81 * (precision[0] == 'd' ? 1e-4 : 1e-3)) << mu << precision;
+      }
+    }
+  }
+}
+
+TEST(Incline, SticksWithoutCreepBeyondTheAngleOfFriction) {
+  const double angle = kPi / 4;
+  for (Device device : testing::devices()) {
+    for (const char* precision : {"double", "float"}) {
+      for (double mu : {1.01, 1.1}) {
+        const Slide s = slide(angle, mu, 0);
+        XpbdOptions options;
+        options.precision = precision;
+        options.report = false;
+        ClothSolver solver(s.cloth, s.plane.faces, options, device);
+        solver.set_state(s.state);
+        for (int i = 0; i < 600; ++i) {
+          solver.advance(still(s.plane.vertices));
+        }
+        const ClothState end = solver.state();
+        EXPECT_LT((end.positions - s.state.positions).rowwise().norm().maxCoeff(), 10e-6)
+            << mu << precision;
+        EXPECT_LT(end.velocities.rowwise().norm().maxCoeff(), 1e-3) << mu << precision;
+      }
+    }
+  }
+}
+
+TEST(Incline, KeepsItsTangentialSpeedLessFrictionAfterImpact) {
+  const double angle = kPi / 4;
+  const double mu = 0.3;
+  const Slide s = slide(angle, mu, 0.2);
+  XpbdOptions options;
+  options.time_step = 0.001;
+  options.substeps = 1;
+  options.precision = "double";
+  ClothSolver solver(s.cloth, s.plane.faces, options);
+  solver.set_state(s.state);
+  const Eigen::RowVector3d down(std::cos(angle), -std::sin(angle), 0);
+  const Eigen::RowVector3d normal(std::sin(angle), std::cos(angle), 0);
+  double before = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const FrameReport report = solver.advance(still(s.plane.vertices));
+    const Eigen::RowVector3d v = solver.state().velocities.colwise().mean();
+    if (report.body_contacts == 16 && std::abs(v.dot(normal)) < 1e-3) {
+      EXPECT_NEAR(v.dot(down) / (before * (std::cos(angle) - mu * std::sin(angle))), 1, 0.01);
+      return;
+    }
+    if (report.body_contacts == 0) {
+      before = v.norm();
+    }
+  }
+  FAIL() << "never landed";
+}
+
+// T14: a belt brings cloth to its speed in t = v / (mu g).
+TEST(Belt, AcceleratesClothByFriction) {
+  const double mu = 0.4;
+  const double belt = 1.0;
+  const Slide s = slide(0, mu, 0);
+  XpbdOptions options;
+  options.precision = "double";
+  ClothSolver solver(s.cloth, s.plane.faces, options);
+  solver.set_state(s.state);
+  Points at = s.plane.vertices;
+  const double until = belt / (mu * 9.81);
+  for (int i = 0; i < 30; ++i) {
+    Control control;
+    control.body_start = at;
+    at.col(0).array() += belt / 60;
+    control.body_end = at;
+    solver.advance(control);
+    const double t = (i + 1) / 60.0;
+    const double speed = solver.state().velocities.col(0).mean();
+    EXPECT_NEAR(speed, std::min(belt, mu * 9.81 * t), t < until ? 0.01 : 1e-6) << t;
+  }
+}
+
+// T13: T2 / T1 > exp(mu phi) slips.
+TEST(Capstan, SlipsAtTheExponentialOfTheAngle) {
+  const double mu = 0.3;
+  const double radius = 0.1;
+  // Half a turn over a cylinder along z; both ends hang with weights.
+  const int sectors = 256;
+  Mesh cylinder;
+  cylinder.vertices.resize(2 * sectors, 3);
+  cylinder.faces.resize(2 * sectors, 3);
+  for (int i = 0; i < sectors; ++i) {
+    const double a = 2 * kPi * i / sectors;
+    cylinder.vertices.row(2 * i) << radius * std::cos(a), radius * std::sin(a), -0.1;
+    cylinder.vertices.row(2 * i + 1) << radius * std::cos(a), radius * std::sin(a), 0.1;
+    const int n = (i + 1) % sectors;
+    cylinder.faces.row(2 * i) << 2 * i, 2 * n + 1, 2 * i + 1;
+    cylinder.faces.row(2 * i + 1) << 2 * i, 2 * n, 2 * n + 1;
+  }
+  const double thickness = 1e-3;
+  const double line = radius + thickness;
+  const int on_arc = 64;
+  const int hanging = 12;
+  const double step = kPi * line / on_arc;
+  const double expected = std::exp(mu * kPi);
+  const auto slips = [&](double ratio) {
+    std::vector<Eigen::RowVector3d> x;
+    for (int i = hanging; i > 0; --i) {
+      x.emplace_back(line, -i * step, 0);
+    }
+    for (int i = 0; i <= on_arc; ++i) {
+      const double a = kPi * i / on_arc;
+      x.emplace_back(line * std::cos(a), line * std::sin(a), 0);
+    }
+    for (int i = 1; i <= hanging; ++i) {
+      x.emplace_back(-line, -i * step, 0);
+    }
+    Points p(Index(x.size()), 3);
+    std::vector<double> mass(x.size(), 1e-4);
+    std::vector<ClothSpring> springs;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      p.row(Index(i)) = x[i];
+      if (i > 0) {
+        springs.push_back({int(i) - 1, int(i), step, 2000});
+      }
+    }
+    mass.front() = 0.05 * ratio;
+    mass.back() = 0.05;
+    Cloth cloth = make_spring_net(p, mass, springs, {});
+    cloth.material.friction = mu;
+    cloth.material.thickness = thickness;
+    XpbdOptions options;
+    options.substeps = 60;
+    options.iterations = 2;
+    options.precision = "double";
+    options.report = false;
+    options.velocity_damping = 2;
+    ClothSolver solver(cloth, cylinder.faces, options);
+    double before = 0;
+    for (int i = 0; i < 120; ++i) {
+      solver.advance(still(cylinder.vertices));
+      if (i == 60) {
+        before = solver.state().positions(Index(x.size()) / 2, 0);
+      }
+    }
+    return std::abs(solver.state().positions(Index(x.size()) / 2, 0) - before) > 2e-3;
+  };
+  EXPECT_FALSE(slips(expected * 0.95));
+  EXPECT_TRUE(slips(expected * 1.05));
+}
+
+TEST(Sphere, ClothDroppedOnItRestsOutside) {
+  const Mesh ball = sphere(0.2, 24, 48);
+  Garment garment = testing::garment_of(testing::sheet(30, 30, 0.02), 0.2, 300, 1e-5);
+  garment.mesh.vertices.col(0).array() -= 0.3;
+  garment.mesh.vertices.col(2).array() -= 0.3;
+  garment.mesh.vertices.col(1).array() += 0.22;
+  const Cloth cloth = make_cloth(garment);
+  for (Device device : testing::devices()) {
+    ClothSolver solver(cloth, ball.faces, {}, device);
+    FrameReport report;
+    double deepest = 0;
+    for (int i = 0; i < 90; ++i) {
+      report = solver.advance(still(ball.vertices));
+      deepest = std::max(deepest, report.penetration_depth);
+    }
+    EXPECT_LT(deepest, 1e-4);
+    EXPECT_GT(report.body_contacts, 50);
+    EXPECT_LT(report.strain_max, 0.2);
+    const ClothState end = solver.state();
+    EXPECT_GT(end.positions.col(1).maxCoeff(), 0.199) << "it stays on top";
+  }
+}
+
+// T14: the square follows a turning sphere the more, the higher the friction.
+TEST(Sphere, TurningItTakesTheClothAlongByFriction) {
+  const Mesh ball = sphere(0.2, 24, 48);
+  double last = -1;
+  for (double mu : {0.0, 0.05, 0.1, 0.3, 1.0}) {
+    Garment garment = testing::garment_of(testing::sheet(20, 20, 0.02), 0.2, 300, 1e-5);
+    garment.mesh.vertices.col(0).array() -= 0.2;
+    garment.mesh.vertices.col(2).array() -= 0.2;
+    garment.mesh.vertices.col(1).array() += 0.205;
+    garment.material.friction = mu;
+    const Cloth cloth = make_cloth(garment);
+    ClothSolver solver(cloth, ball.faces, {});
+    double deepest = 0;
+    const auto turned = [&](double angle) -> Points {
+      return (ball.vertices *
+              Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitY()).toRotationMatrix());
+    };
+    double angle = 0;
+    for (int i = 0; i < 90; ++i) {
+      Control control;
+      control.body_start = turned(angle);
+      angle += i < 30 ? 0 : 0.02;
+      control.body_end = turned(angle);
+      deepest = std::max(deepest, solver.advance(control).penetration_depth);
+    }
+    // Mean angular momentum about y.
+    const ClothState end = solver.state();
+    double spin = 0;
+    double inertia = 0;
+    for (Index v = 0; v < end.positions.rows(); ++v) {
+      const Eigen::RowVector3d p = end.positions.row(v);
+      const Eigen::RowVector3d u = end.velocities.row(v);
+      spin += p.z() * u.x() - p.x() * u.z();
+      inertia += p.x() * p.x() + p.z() * p.z();
+    }
+    EXPECT_GT(spin / inertia, last - 0.01) << mu;
+    last = spin / inertia;
+    EXPECT_LT(deepest, 1e-4) << mu;
+    if (mu == 0.0) {
+      EXPECT_LT(std::abs(last), 0.1);
+    }
+  }
+  EXPECT_GT(last, 0.9);  // 1.2 rad/s is the sphere's
+}
+
+// T17: body speed x h of more than five thicknesses.
+TEST(Sphere, ThrownThroughAHangingSheetItDoesNotPass) {
+  const Mesh ball = sphere(0.05, 16, 32);
+  Garment garment = testing::garment_of(testing::sheet(24, 24, 0.02), 0.2, 1000, 1e-5);
+  garment.material.thickness = 1e-3;
+  const std::vector<int> top = testing::vertices_where(
+      garment.mesh.vertices, [](double, double, double z) { return z < 1e-9; });
+  const Cloth cloth = make_cloth(garment, top);
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    ClothSolver solver(cloth, ball.faces, options, device);
+    // The sheet lies flat in y = 0; the ball comes from below at 10 m/s: 17 mm a substep.
+    double y = -0.5;
+    double deepest = 0;
+    for (int i = 0; i < 8; ++i) {
+      Control control;
+      control.gravity.setZero();
+      control.body_start = ball.vertices.rowwise() + Eigen::RowVector3d(0.24, y, 0.24);
+      y += 10.0 / 60;
+      control.body_end = ball.vertices.rowwise() + Eigen::RowVector3d(0.24, y, 0.24);
+      deepest = std::max(deepest, solver.advance(control).penetration_depth);
+    }
+    EXPECT_LT(deepest, 1e-4);
+    const ClothState end = solver.state();
+    EXPECT_GT(end.positions.col(1).maxCoeff(), y + 0.05 - 1e-3) << "the sheet is carried along";
+  }
+}
+
+TEST(Sphere, AStartWithACentimetreOfOverlapIsResolvedGently) {
+  const Mesh ball = sphere(0.2, 24, 48);
+  Garment garment = testing::garment_of(testing::sheet(20, 20, 0.01), 0.2, 300, 1e-5);
+  garment.mesh.vertices.col(0).array() -= 0.1;
+  garment.mesh.vertices.col(2).array() -= 0.1;
+  for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
+    const Eigen::RowVector3d p(garment.mesh.vertices(v, 0), 0.3, garment.mesh.vertices(v, 2));
+    garment.mesh.vertices.row(v) = p.normalized() * 0.19;
+  }
+  const Cloth cloth = make_cloth(garment);
+  for (Device device : testing::devices()) {
+    ClothSolver solver(cloth, ball.faces, {}, device);
+    Control control = still(ball.vertices);
+    FrameReport report;
+    for (int i = 0; i < 30; ++i) {
+      report = solver.advance(control);
+      // Never faster than falling and being let go.
+      EXPECT_LT(solver.state().velocities.rowwise().norm().maxCoeff(), 2.0);
+    }
+    EXPECT_LT(report.penetration_depth, 1e-4);
+  }
+}
+
+TEST(Control, ABodyThatTeleportsIsRefusedAndTheLastFrameIsKept) {
+  const Mesh ball = sphere(0.2, 8, 16);
+  const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
+  ClothSolver solver(cloth, ball.faces, {});
+  Control control = still(ball.vertices.rowwise() + Eigen::RowVector3d(0, -1, 0));
+  solver.advance(control);
+  control.body_end.col(0).array() += 3;
+  try {
+    solver.advance(control);
+    FAIL();
+  } catch (const DataError& e) {
+    EXPECT_NE(std::string(e.what()).find("teleport"), std::string::npos);
+  }
+  EXPECT_EQ(solver.state().frame, 1);
+}
+
+TEST(Control, NonFiniteAndIllSizedInputsAreRefused) {
+  const Mesh ball = sphere(0.2, 8, 16);
+  const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
+  ClothSolver solver(cloth, ball.faces, {});
+  Control control = still(ball.vertices);
+  control.body_end(3, 1) = std::nan("");
+  EXPECT_THROW(solver.advance(control), DataError);
+  control = still(ball.vertices.topRows(5));
+  EXPECT_THROW(solver.advance(control), LogicError);
+  control = {};
+  control.gravity.x() = INFINITY;
+  EXPECT_THROW(solver.advance(control), LogicError);
+  control = {};
+  control.pin_targets = Points::Zero(3, 3);
+  EXPECT_THROW(solver.advance(control), LogicError);
+  control = {};
+  control.wind_field = Points::Zero(3, 3);
+  EXPECT_THROW(solver.advance(control), LogicError);
+  ClothState state = rest_state(cloth);
+  state.positions(7, 0) = std::nan("");
+  try {
+    solver.set_state(state);
+    FAIL();
+  } catch (const DataError& e) {
+    EXPECT_NE(std::string(e.what()).find("vertex 7"), std::string::npos);
+  }
+  state = rest_state(cloth);
+  state.velocities.resize(2, 3);
+  EXPECT_THROW(solver.set_state(state), LogicError);
+}
+
+}  // namespace
+}  // namespace atelier
