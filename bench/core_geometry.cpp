@@ -8,6 +8,7 @@
 #include "core/mesh.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "core/raster.h"
 #include "core/tree.h"
 #include "core/winding_number.h"
 
@@ -195,6 +196,41 @@ BENCHMARK_CAPTURE(winding, cpu, Device::Cpu)
 BENCHMARK_CAPTURE(winding, cuda, Device::Cuda)
     ->Name("winding/cuda/accuracy_x10")
     ->Arg(20)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+/// 100,000 triangles that fill much of a 1920 x 1080 image; the rate is of the image's pixels.
+void raster(benchmark::State& state, Device device) {
+  if (device == Device::Cuda && !cuda_available()) {
+    state.SkipWithError("no CUDA device");
+    return;
+  }
+  Camera camera;
+  camera.id = "bench";
+  camera.width = 1920;
+  camera.height = 1080;
+  camera.fx = camera.fy = 2000;
+  camera.cx = 960;
+  camera.cy = 540;
+  camera.camera_from_world_rotation << 1, 0, 0, 0, 0, -1, 0, 1, 0;  // from above
+  camera.camera_from_world_translation = {0, 0, 1.8};
+  Raster seen;
+  for (auto _ : state) {
+    seen = rasterize(large().vertices, large().faces, camera, {}, device);
+  }
+  const auto covered =
+      std::count_if(seen.face.data.begin(), seen.face.data.end(), [](int f) { return f >= 0; });
+  state.counters["covered"] = static_cast<double>(covered) / (1920.0 * 1080.0);
+  state.counters["Mpix/s"] =
+      benchmark::Counter(1920.0 * 1080.0 * 1e-6 * static_cast<double>(state.iterations()),
+                         benchmark::Counter::kIsRate);
+}
+BENCHMARK_CAPTURE(raster, cpu, Device::Cpu)
+    ->Name("raster/1080p/100k/cpu")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(raster, cuda, Device::Cuda)
+    ->Name("raster/1080p/100k/cuda")
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
