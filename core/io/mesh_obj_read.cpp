@@ -88,6 +88,16 @@ bool is_one_of(std::string_view word, std::initializer_list<std::string_view> wo
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
+/// A name as it can be written again: control bytes become blanks, and it does not end in one or in
+/// a backslash.
+std::string name_in(std::string_view text) {
+  std::string name(text);
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c >= 0 && c < 32; }, ' ');
+  name.resize(name.find_last_not_of(" \\") + 1);  // nothing found: npos + 1 is 0
+  return name;
+}
+
 void ObjReader::read_line() {
   const std::string_view word = scanner_.next_word();
   if (word.empty()) {
@@ -104,13 +114,13 @@ void ObjReader::read_line() {
   } else if (word == "f" || word == "fo") {
     read_face();
   } else if (word == "g") {
-    group_ = groups_.index_of(std::string(scanner_.rest()));
+    group_ = groups_.index_of(name_in(scanner_.rest()));
   } else if (word == "o") {
-    object_ = objects_.index_of(std::string(scanner_.rest()));
+    object_ = objects_.index_of(name_in(scanner_.rest()));
   } else if (word == "usemtl") {
-    material_ = materials_.index_of(std::string(scanner_.rest()));
+    material_ = materials_.index_of(name_in(scanner_.rest()));
   } else if (word == "mtllib") {
-    mesh_.material_files.emplace_back(scanner_.rest());
+    mesh_.material_files.push_back(name_in(scanner_.rest()));
   } else if (is_one_of(word, {"cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm",
                               "trim", "hole", "scrv", "sp", "end", "con"})) {
     scanner_.fail("free-form geometry (" + in_quotes(word) + ")", "polygons");
