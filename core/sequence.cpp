@@ -20,7 +20,7 @@ Mesh frame(const Sequence& sequence, Index frame_idx) {
   const std::string place =
       "frame " + std::to_string(sequence.frame_ids[static_cast<std::size_t>(frame_idx)]);
   check_mesh(mesh, place);
-  if (sequence.faces.rows() > 0 && mesh.faces != sequence.faces) {
+  if (sequence.faces.rows() > 0 && !equal_arrays(mesh.faces, sequence.faces)) {
     throw DataError(place, "faces", "another topology", "that of the sequence");
   }
   return mesh;
@@ -37,7 +37,7 @@ Sequence sequence_of(std::vector<Mesh> meshes, double fps, std::vector<int> fram
   sequence.frame_ids = std::move(frame_ids);
   bool shared = !meshes.empty();
   for (const Mesh& mesh : meshes) {
-    shared = shared && mesh.faces == meshes.front().faces &&
+    shared = shared && equal_arrays(mesh.faces, meshes.front().faces) &&
              mesh.vertices.rows() == meshes.front().vertices.rows();
   }
   if (shared) {

@@ -18,4 +18,10 @@ using Triangles = Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>;
 /// Rows are the two ends of an edge, the smaller index first.
 using Edges = Eigen::Matrix<int, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
+/// True if two arrays have the same size and the same elements; Eigen's == aborts on another size.
+template <class Array>
+bool equal_arrays(const Array& a, const Array& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols() && a == b;
+}
+
 }  // namespace atelier
