@@ -143,6 +143,9 @@ Npz::Npz(const std::filesystem::path& path, const Limits& limits)
   if (stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) {
     state_->fail("", "no such file", "an npz file");
   }
+  if (status.st_size == 0) {
+    state_->fail("", "a file of no bytes", "an npz file");  // libzip takes it for an empty zip
+  }
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* source = zip_source_file_create(path.c_str(), 0, -1, &error);
@@ -158,6 +161,9 @@ Npz::Npz(std::vector<std::byte> bytes, std::string name, const Limits& limits)
   state_->file = std::move(name);
   state_->limits = limits;
   state_->bytes = std::move(bytes);
+  if (state_->bytes.empty()) {
+    state_->fail("", "a file of no bytes", "an npz file");
+  }
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* source =

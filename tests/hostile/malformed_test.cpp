@@ -22,6 +22,7 @@ TEST_P(Malformed, IsRefusedWithTheReason) {
     FAIL() << "was read although: " << GetParam().wrong;
   } catch (const DataError& error) {
     EXPECT_THAT(error.what(), ::testing::HasSubstr(GetParam().words));
+    EXPECT_FALSE(GetParam().words.empty());
     EXPECT_FALSE(error.found.empty()) << error.what();
   }
 }
