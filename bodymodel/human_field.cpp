@@ -1,0 +1,269 @@
+#include "bodymodel/human_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace atelier {
+namespace {
+
+// Quadratic smooth minimum: rounds the crease where two fields meet over a width k (Quilez).
+double smooth_min(double a, double b, double k) {
+  const double h = std::max(k - std::abs(a - b), 0.0) / k;
+  return std::min(a, b) - h * h * k / 4;
+}
+
+double smooth_max(double a, double b, double k) { return -smooth_min(-a, -b, k); }
+
+double cone_distance(const HumanCone& c, Vec3d p) {
+  const Vec3d d = c.b - c.a;
+  const double t = std::clamp(dot(p - c.a, d) / squared_norm(d), 0.0, 1.0);
+  return norm(p - c.a - t * d) - (c.ra + t * (c.rb - c.ra));
+}
+
+double ellipsoid_distance(Vec3d p, Vec3d centre, Vec3d radii) {
+  const Vec3d q = {(p.x - centre.x) / radii.x, (p.y - centre.y) / radii.y, (p.z - centre.z) / radii.z};
+  const Vec3d g = {q.x / radii.x, q.y / radii.y, q.z / radii.z};
+  const double n = norm(q);
+  return n < 1e-9 ? -std::min({radii.x, radii.y, radii.z}) : n * (n - 1) / norm(g);
+}
+
+double tube_distance(const HumanTube& tube, Vec3d p) {
+  const Vec3d q = p - tube.origin;
+  const double s = dot(q, tube.axis);
+  const double first = tube.sections.front().s;
+  const double last = tube.sections.back().s;
+  const double over = std::max({first - s, s - last, 0.0});
+  if (over > 0.15) {
+    return over;
+  }
+  const double inside = std::clamp(s, first, last);
+  const double tau = station_at(tube, inside);
+  const HumanSection section = section_at(tube, tau);
+  const double a = dot(q, tube.u) - section.cu;
+  const double b = dot(q, tube.v) - section.cv;
+  const double r = std::hypot(a, b);
+  const double c = r > 1e-9 ? a / r : 1.0;
+  const double d = r > 1e-9 ? b / r : 0.0;
+  const double radius = section_radius(section, c, d);
+  double e = r - radius;
+  if (std::abs(e) < 0.08) {
+    // Slopes of the outline round and along the tube turn the radial gap into a distance.
+    const double turn = 1e-3;
+    const double around = (section_radius(section, c - turn * d, d + turn * c) - radius) / (turn * radius);
+    double rise = 0;
+    if (over == 0) {
+      const double step = inside + 1e-3 < last ? 1e-3 : -1e-3;  // sections end at their ends
+      const HumanSection next = section_at(tube, station_at(tube, inside + step));
+      const double a2 = a + section.cu - next.cu;
+      const double b2 = b + section.cv - next.cv;
+      const double r2 = std::hypot(a2, b2);
+      rise = r2 > 1e-9 ? ((r2 - section_radius(next, a2 / r2, b2 / r2)) - e) / step : 0.0;
+    }
+    e /= std::sqrt(1 + around * around + rise * rise);
+  }
+  if (over > 0) {
+    return std::hypot(over, std::max(e, 0.0));
+  }
+  return e;
+}
+
+double cones(const std::vector<HumanCone>& list, std::size_t first, std::size_t count, Vec3d p, double k) {
+  double d = cone_distance(list[first], p);
+  for (std::size_t i = 1; i < count; ++i) {
+    d = smooth_min(d, cone_distance(list[first + i], p), k);
+  }
+  return d;
+}
+
+double head_value(const HumanField& f, Vec3d p) {
+  const double k = f.anatomy.build.stature / 1000;
+  const auto at = [&](double x, double y, double z) { return Vec3d{k * x, k * y, k * z}; };
+  double d = tube_distance(f.head, p);
+  if (d > 0.06) {
+    return d;
+  }
+  // 0 brow, 1 nose bridge, 2 nose wing, 3 chin, 4 upper lip, 5 lower lip.
+  d = smooth_min(d, cone_distance(f.face[0], p), 9 * k);
+  d = smooth_max(d, -ellipsoid_distance(p, at(19, 934, 78), at(12, 8, 11)), 9 * k);
+  d = smooth_min(d, norm(p - at(18.2, 934.5, 58.5)) - 7.2 * k, 3 * k);
+  d = smooth_min(d, cone_distance(f.face[1], p), 7 * k);
+  d = smooth_min(d, cone_distance(f.face[2], p), 3.5 * k);
+  d = smooth_min(d, cone_distance(f.face[3], p), 10 * k);
+  double lips = smooth_min(cone_distance(f.face[4], p), cone_distance(f.face[5], p), 1.0 * k);
+  d = smooth_min(d, lips, 4 * k);
+  // Ear: a shell with a shallow hollow, leaning back and standing off.
+  const double lean = 0.25;
+  const Vec3d q = p - at(43.5, 924, 5);
+  const Vec3d e = {q.x - 0.45 * (-q.z), std::cos(lean) * q.y + std::sin(lean) * q.z,
+                   -std::sin(lean) * q.y + std::cos(lean) * q.z};
+  double ear = ellipsoid_distance(e, {0, 0, 0}, at(3.6, 18, 11));
+  ear = smooth_max(ear, -ellipsoid_distance(e, at(5.2, 1.5, 1.5), at(3.4, 12, 6.5)), 2.5 * k);
+  return smooth_min(d, ear, 3.5 * k);
+}
+
+double hand_value(const HumanField& f, Vec3d p) {
+  const double k = f.anatomy.build.stature / 1700;  // metres of a hand of 184 mm
+  double d = tube_distance(f.palm, p);
+  for (std::size_t finger = 0; finger < 5; ++finger) {
+    d = smooth_min(d, cones(f.fingers, 3 * finger, 3, p, 0.002 * k), (finger == 0 ? 0.012 : 0.005) * k);
+  }
+  return d;
+}
+
+double foot_value(const HumanField& f, Vec3d p) {
+  const double k = f.anatomy.build.stature / 1700;
+  double d = tube_distance(f.foot, p);
+  for (std::size_t toe = 0; toe < 5; ++toe) {
+    d = smooth_min(d, cones(f.toes, toe, 1, p, 0.001 * k), 0.006 * k);
+  }
+  return d;
+}
+
+}  // namespace
+
+HumanField human_field(const HumanAnatomy& anatomy) {
+  HumanField f;
+  f.anatomy = anatomy;
+  const HumanJoints& j = anatomy.joints;
+  const double k = anatomy.build.stature / 1000;
+  const auto at = [&](double x, double y, double z) { return Vec3d{k * x, k * y, k * z}; };
+
+  f.head = {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}, {}};
+  const double head[][5] = {{868, 10, 58, 16, 2.0},  {877, 21, 68, -2, 2.3},  {890, 30.5, 72, -6, 2.6},
+                            {905, 36, 71.5, -18, 2.7},  {920, 39.5, 70, -31, 2.7}, {935, 42, 71, -38, 2.5},
+                            {950, 42.7, 73, -41, 2.3}, {965, 41.5, 69.5, -39, 2.2}, {978, 37.5, 62, -32, 2.1},
+                            {988, 30, 51, -21, 2.0}, {995, 20, 37, -7, 2.0},  {999, 9, 22, 7, 2.0},
+                            {1000, 3, 17, 13, 2.0}};
+  for (const auto& row : head) {
+    f.head.sections.push_back({k * row[0], 0, k * (row[2] + row[3]) / 2, k * row[1], k * row[1],
+                               k * (row[2] - row[3]) / 2, k * (row[2] - row[3]) / 2, row[4], 2.1});
+  }
+  f.face = {{at(6, 943, 70), at(27, 944, 59), 4.5 * k, 4.0 * k},
+            {at(0, 937, 67), at(0, 916, 77), 4.6 * k, 6.2 * k},
+            {at(3, 911.5, 74), at(7.5, 911, 69), 4.6 * k, 4.2 * k},
+            {at(0, 881, 60), at(7, 881.5, 57), 11 * k, 9 * k},
+            {at(0, 899, 73), at(12.5, 896, 67), 3.2 * k, 2.2 * k},
+            {at(0, 891.5, 72.5), at(11, 893.8, 67), 3.8 * k, 2.6 * k}};
+
+  const double hand = k * 108 / 182;
+  const double h = std::sqrt(0.5);
+  f.palm = {j.wrist, {h, -h, 0}, {h, h, 0}, {0, 0, 1}, {}};
+  const double palm[][5] = {{-10, 15, 16.5, 23, 23}, {8, 15, 17, 25, 26},    {28, 14, 18.5, 30, 30},
+                            {50, 12.5, 18.5, 34, 34}, {70, 11, 16, 36, 36},   {84, 9.5, 12.5, 37, 37},
+                            {96, 8.5, 10, 36, 36}};
+  for (const auto& row : palm) {
+    f.palm.sections.push_back({hand * row[0], 0, 0, hand * row[1], hand * row[2], hand * row[3],
+                               hand * row[4], 2.5, 2.5});
+  }
+  const double radii[5][4] = {{15, 12, 10, 7.5}, {10, 8.6, 7.6, 6.2}, {10.2, 8.8, 7.8, 6.4},
+                              {9.6, 8.2, 7.2, 6.0}, {8.6, 7.2, 6.4, 5.4}};
+  for (std::size_t finger = 0; finger < 5; ++finger) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3d a = j.fingers[finger][i];
+      Vec3d b = j.fingers[finger][i + 1];
+      if (i == 2) {  // the skin ends where the tip is
+        const Vec3d d = b - a;
+        b = b - (hand * radii[finger][3] / norm(d)) * d;
+      }
+      f.fingers.push_back({a, b, hand * radii[finger][i], hand * radii[finger][i + 1]});
+    }
+  }
+
+  // Foot: axis forward from the ankle, in the foot's own direction (toes out by 5 degrees).
+  const double toe_out = 0.0873;
+  const Vec3d forward = {std::sin(toe_out), 0, std::cos(toe_out)};
+  const Vec3d side = {std::cos(toe_out), 0, -std::sin(toe_out)};
+  const Vec3d under = {j.ankle.x, 0, j.ankle.z};
+  f.foot = {under, forward, side, {0, 1, 0}, {}};
+  const double foot[][4] = {{-33, 1, 6, 26},  {-29, 1, 12, 34}, {-16, 1.5, 17, 44}, {5, 2, 18.5, 52},
+                            {25, 1.5, 20, 50}, {45, 0, 24, 36},  {62, -1, 27, 25},   {76, -1.5, 27, 18.5},
+                            {86, -2, 25, 15}};
+  for (const auto& row : foot) {
+    const double bottom = row[0] < -30 ? 8 : row[0] < -20 ? 3 : 0.5;
+    f.foot.sections.push_back({k * row[0], k * row[1], k * (row[3] * 0.35 + bottom * 0.65), k * row[2],
+                               k * row[2], k * (row[3] - bottom) * 0.65, k * (row[3] - bottom) * 0.35, 2.0,
+                               3.5});
+  }
+  const double toes[5][6] = {{-16, 78, -17, 107, 11, 9.2}, {-3.5, 80, -4, 109, 8, 6.2},
+                             {6, 78, 6, 102, 7.4, 5.8},   {14.5, 74, 15, 94, 7, 5.6},
+                             {21.5, 68, 23, 85, 6.8, 5.4}};
+  for (const auto& row : toes) {
+    const auto place = [&](double u, double s, double r) {
+      return under + (k * u) * side + (k * s) * forward + Vec3d{0, k * (r + 0.5), 0};
+    };
+    f.toes.push_back({place(row[0], row[1], row[4]), place(row[2], row[3], row[5]), k * row[4], k * row[5]});
+  }
+  return f;
+}
+
+Vec3d with_bumps(const HumanAnatomy& anatomy, Vec3d p, double sign) {
+  const double tau = station_at(anatomy.trunk, p.y);
+  const double centre = section_at(anatomy.trunk, tau).cv;
+  const double width = 0.012 * anatomy.build.stature;
+  const double t = std::clamp((p.z - centre) / width, -1.0, 1.0);
+  const double share = t * (1.5 - 0.5 * t * t);  // smooth step between -1 (back) and 1 (front)
+  p.z += sign * share * bump_height(anatomy, p.x, p.y, share > 0);
+  return p;
+}
+
+std::array<double, kHumanParts> part_distances(const HumanField& f, Vec3d p) {
+  const HumanAnatomy& a = f.anatomy;
+  std::array<double, kHumanParts> d;
+  d.fill(0.5);
+  d[0] = tube_distance(a.trunk, with_bumps(a, p, -1));
+  if (p.y < a.joints.hip.y + 0.25) {
+    d[1] = tube_distance(a.leg, p);
+    if (p.y < 0.2) {
+      d[5] = foot_value(f, p);
+    }
+  }
+  if (p.x > a.joints.shoulder.x - 0.15) {
+    d[2] = tube_distance(a.arm, p);
+    if (dot(p - a.joints.wrist, a.arm.axis) > -0.1) {
+      d[4] = hand_value(f, p);
+    }
+  }
+  if (p.y > 0.84 * a.build.stature) {
+    d[3] = head_value(f, p);
+  }
+  return d;
+}
+
+double field_value(const HumanField& f, Vec3d p) {
+  p.x = std::abs(p.x);
+  const double k = f.anatomy.build.stature / 1000;
+  const std::array<double, kHumanParts> d = part_distances(f, p);
+  const double leg = smooth_min(d[1], d[5], 12 * k);
+  const double arm = smooth_min(d[2], d[4], 6 * k);
+  return smooth_min(smooth_min(smooth_min(d[0], leg, 20 * k), arm, 24 * k), d[3], 9 * k);
+}
+
+Vec3d field_normal(const HumanField& f, Vec3d p) {
+  const double h = 1e-4;
+  const Vec3d g = {field_value(f, {p.x + h, p.y, p.z}) - field_value(f, {p.x - h, p.y, p.z}),
+                   field_value(f, {p.x, p.y + h, p.z}) - field_value(f, {p.x, p.y - h, p.z}),
+                   field_value(f, {p.x, p.y, p.z + h}) - field_value(f, {p.x, p.y, p.z - h})};
+  const double n = norm(g);
+  return n > 0 ? g * (1 / n) : Vec3d{0, 1, 0};
+}
+
+Vec3d field_project(const HumanField& f, Vec3d p) {
+  const double h = 1e-4;
+  for (int step = 0; step < 4; ++step) {
+    const double v = field_value(f, p);
+    if (std::abs(v) < 1e-6) {
+      break;
+    }
+    const Vec3d g = {(field_value(f, {p.x + h, p.y, p.z}) - field_value(f, {p.x - h, p.y, p.z})) / (2 * h),
+                     (field_value(f, {p.x, p.y + h, p.z}) - field_value(f, {p.x, p.y - h, p.z})) / (2 * h),
+                     (field_value(f, {p.x, p.y, p.z + h}) - field_value(f, {p.x, p.y, p.z - h})) / (2 * h)};
+    const double n2 = squared_norm(g);
+    if (n2 < 0.01) {
+      break;
+    }
+    p = p - std::clamp(v / n2, -0.01, 0.01) * g;
+  }
+  return p;
+}
+
+}  // namespace atelier

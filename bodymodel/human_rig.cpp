@@ -1,0 +1,442 @@
+#include "bodymodel/human_rig.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace atelier {
+namespace {
+
+constexpr int kJointCount = 55;
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+// Left-side and middle joints; right ones follow by mirroring.
+enum LeftJoint {
+  kPelvis = 0, kHip = 1, kSpine1 = 3, kKnee = 4, kSpine2 = 6, kAnkle = 7, kSpine3 = 9, kToes = 10,
+  kNeck = 12, kCollar = 13, kHead = 15, kShoulder = 16, kElbow = 18, kWrist = 20, kJaw = 22, kEye = 23,
+  kIndex = 25, kMiddle = 28, kPinky = 31, kRing = 34, kThumb = 37
+};
+
+struct JointRow {
+  const char* name;
+  int parent;
+};
+constexpr JointRow kJoints[kJointCount] = {
+    {"pelvis", -1}, {"left_hip", 0}, {"right_hip", 0}, {"spine1", 0}, {"left_knee", 1},
+    {"right_knee", 2}, {"spine2", 3}, {"left_ankle", 4}, {"right_ankle", 5}, {"spine3", 6},
+    {"left_foot", 7}, {"right_foot", 8}, {"neck", 9}, {"left_collar", 9}, {"right_collar", 9},
+    {"head", 12}, {"left_shoulder", 13}, {"right_shoulder", 14}, {"left_elbow", 16},
+    {"right_elbow", 17}, {"left_wrist", 18}, {"right_wrist", 19}, {"jaw", 15}, {"left_eye", 15},
+    {"right_eye", 15}, {"left_index1", 20}, {"left_index2", 25}, {"left_index3", 26},
+    {"left_middle1", 20}, {"left_middle2", 28}, {"left_middle3", 29}, {"left_pinky1", 20},
+    {"left_pinky2", 31}, {"left_pinky3", 32}, {"left_ring1", 20}, {"left_ring2", 34},
+    {"left_ring3", 35}, {"left_thumb1", 20}, {"left_thumb2", 37}, {"left_thumb3", 38},
+    {"right_index1", 21}, {"right_index2", 40}, {"right_index3", 41}, {"right_middle1", 21},
+    {"right_middle2", 43}, {"right_middle3", 44}, {"right_pinky1", 21}, {"right_pinky2", 46},
+    {"right_pinky3", 47}, {"right_ring1", 21}, {"right_ring2", 49}, {"right_ring3", 50},
+    {"right_thumb1", 21}, {"right_thumb2", 52}, {"right_thumb3", 53}};
+
+// Limits of motion in degrees about +x, +y, +z of the left side's or the middle's rest frame, from
+// the A-pose (arm 45 degrees below horizontal). Ranges: American Academy of Orthopaedic Surgeons
+// (Greene and Heckman 1994) and Kapandji, "The Physiology of the Joints"; a rotation vector's
+// components are bounded one by one, so that combinations are looser than a real joint's.
+struct LimitRow {
+  int joint;
+  double low[3], high[3];
+};
+constexpr LimitRow kLimits[] = {
+    {kPelvis, {-180, -180, -180}, {180, 180, 180}},
+    {kHip, {-120, -45, -30}, {30, 45, 45}},         // flexion 120, extension 30; rotation 45
+    {kKnee, {0, -10, -5}, {140, 10, 5}},            // flexion 140
+    {kAnkle, {-20, -15, -20}, {50, 15, 35}},        // dorsiflexion 20, plantar flexion 50
+    {kToes, {-60, -5, -5}, {30, 5, 5}},
+    {kSpine1, {-15, -10, -12}, {30, 10, 12}},       // lumbar and thoracic flexion shared by three
+    {kSpine2, {-12, -15, -12}, {25, 15, 12}},
+    {kSpine3, {-8, -20, -10}, {15, 20, 10}},
+    {kNeck, {-30, -40, -20}, {25, 40, 20}},         // cervical: half at the neck, half at the head
+    {kHead, {-30, -40, -25}, {25, 40, 25}},
+    {kCollar, {-10, -25, -10}, {10, 20, 35}},
+    {kShoulder, {-90, -130, -50}, {90, 60, 110}},   // abduction to 155 with the collar's share
+    {kElbow, {-90, -145, -90}, {90, 145, 90}},      // flexion 145 about the forearm's own axis
+    {kWrist, {-70, -80, -70}, {70, 80, 70}},
+    {kJaw, {-3, -10, -3}, {30, 10, 3}},
+    {kEye, {-30, -35, -5}, {30, 35, 5}}};
+constexpr double kFingerLimit = 100;  // flexion 90 to 100 at each of the first two joints
+
+Vec3d mirrored(Vec3d p) { return {-p.x, p.y, p.z}; }
+
+double smooth_step(double x, double low, double high) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+// Positions of the left-side and middle joints; zero where the right side's will be.
+std::vector<Vec3d> joint_positions(const HumanJoints& j) {
+  std::vector<Vec3d> p(kJointCount, Vec3d{0, 0, 0});
+  p[kPelvis] = j.pelvis;
+  p[kHip] = j.hip;
+  p[kSpine1] = j.spine1;
+  p[kKnee] = j.knee;
+  p[kSpine2] = j.spine2;
+  p[kAnkle] = j.ankle;
+  p[kSpine3] = j.spine3;
+  p[kToes] = j.toes;
+  p[kNeck] = j.neck;
+  p[kCollar] = j.collar;
+  p[kHead] = j.head;
+  p[kShoulder] = j.shoulder;
+  p[kElbow] = j.elbow;
+  p[kWrist] = j.wrist;
+  p[kJaw] = j.jaw;
+  p[kEye] = j.eye;
+  const int first[5] = {kThumb, kIndex, kMiddle, kRing, kPinky};
+  for (std::size_t f = 0; f < 5; ++f) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      p[static_cast<std::size_t>(first[f]) + i] = j.fingers[f][i];
+    }
+  }
+  return p;
+}
+
+int mirror_of(int joint) {
+  const std::string name = kJoints[joint].name;
+  if (name.rfind("left_", 0) != 0) {
+    return joint;
+  }
+  const std::string other = "right_" + name.substr(5);
+  for (int i = 0; i < kJointCount; ++i) {
+    if (other == kJoints[i].name) {
+      return i;
+    }
+  }
+  return joint;
+}
+
+using Row = std::array<double, kJointCount>;
+
+// Weights of one vertex of the left half before averaging. Lengths in thousandths of stature.
+Row vertex_weights(const HumanField& field, Vec3d point) {
+  const HumanJoints& j = field.anatomy.joints;
+  const double k = field.anatomy.build.stature / 1000;
+  const auto [x, y, z] = Vec3d{point.x / k, point.y / k, point.z / k};
+  const auto across = [&](Vec3d joint, Vec3d direction, double half_width) {
+    return smooth_step(dot(point - joint, direction) / norm(direction) / k, -half_width, half_width);
+  };
+  Row w;
+  w.fill(0);
+  // Trunk: one bone after the other up the spine.
+  double rest = 1;
+  const double up1 = smooth_step(y, 597 - 32, 597 + 32);
+  const double up2 = smooth_step(y, 662 - 32, 662 + 32);
+  const double up3 = smooth_step(y, 724 - 32, 724 + 32);
+  const double to_neck = smooth_step(y + 0.25 * z, 838 - 18, 838 + 22);
+  const double to_head = smooth_step(y - 0.55 * (z - 8), 888 - 17, 888 + 17);
+  Row trunk;
+  trunk.fill(0);
+  const std::pair<int, double> chain[] = {{kHead, to_head}, {kNeck, to_neck}, {kSpine3, up3},
+                                          {kSpine2, up2},   {kSpine1, up1}};
+  for (const auto& [joint, share] : chain) {
+    trunk[static_cast<std::size_t>(joint)] = rest * share;
+    rest *= 1 - share;
+  }
+  trunk[kPelvis] = rest;
+  // Collar: the shoulder girdle beside the neck.
+  const double girdle = smooth_step(x, 22, 82) * smooth_step(y, 742, 800) * (1 - to_neck);
+  for (double& value : trunk) {
+    value *= 1 - girdle;
+  }
+  trunk[kCollar] += girdle;
+  // Jaw: chin and lower lip.
+  const double jaw = smooth_step(z, 20, 52) * (1 - smooth_step(y, 888, 898)) * to_head;
+  trunk[kHead] -= jaw * trunk[kHead];
+  trunk[kJaw] = jaw;
+  double sum = 0;
+  for (double value : trunk) {
+    sum += value;
+  }
+  for (double& value : trunk) {
+    value /= sum;
+  }
+
+  const std::array<double, kHumanParts> d = part_distances(field, point);
+  // Leg: the groin's plane runs from the crotch over the hip joint to the iliac crest.
+  const double side = smooth_step(x, -14, 14);
+  const double hip = across(j.hip, {0.61, -0.79, 0.0}, 34) * side;
+  const double arm_plane = across(j.shoulder, {0.93, -0.37, 0}, 27);
+  const bool is_arm = y > 600 ? x > 60 : (d[2] < 0.03 || d[4] < 0.03);
+  const double arm = is_arm ? arm_plane * smooth_step(x, 70, 96) : 0.0;
+  if (arm > 0 && y > 400 && (d[2] < d[1] || y > 560)) {
+    for (std::size_t i = 0; i < kJointCount; ++i) {
+      w[i] = (1 - arm) * trunk[i];
+    }
+    const double elbow = across(j.elbow, field.anatomy.arm.axis, 21);
+    const double wrist = across(j.wrist, field.anatomy.arm.axis, 17);
+    w[kShoulder] += arm * (1 - elbow);
+    w[kElbow] += arm * elbow * (1 - wrist);
+    w[kWrist] += arm * elbow * wrist;
+    // Fingers: the nearest one takes the vertex beyond its knuckle.
+    const double hand = dot(point - j.wrist, field.anatomy.arm.axis) / k;
+    if (hand > 5) {
+      const int first[5] = {kThumb, kIndex, kMiddle, kRing, kPinky};
+      std::size_t best = 0;
+      double nearest = 1e9;
+      for (std::size_t f = 0; f < 5; ++f) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          const HumanCone& c = field.fingers[3 * f + i];
+          const Vec3d e = c.b - c.a;
+          const double t = std::clamp(dot(point - c.a, e) / squared_norm(e), 0.0, 1.0);
+          const double gap = norm(point - c.a - t * e) - (c.ra + t * (c.rb - c.ra));
+          if (gap < nearest) {
+            nearest = gap;
+            best = f;
+          }
+        }
+      }
+      double left = w[kWrist] * (1 - smooth_step(nearest / k, 1.5, 5));
+      const double keep = w[kWrist] - left;
+      double share[4] = {1, 0, 0, 0};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3d bone = j.fingers[best][i + 1] - j.fingers[best][i];
+        const Vec3d before = i == 0 ? (best == 0 ? bone : field.anatomy.arm.axis)
+                                    : j.fingers[best][i] - j.fingers[best][i - 1];
+        const Vec3d direction = (1 / norm(bone)) * bone + (1 / norm(before)) * before;
+        const double half = i == 0 ? 5.0 : 3.2;
+        const double t = across(j.fingers[best][i], direction, half);
+        share[i + 1] = t;
+      }
+      w[kWrist] = keep + left * (1 - share[1]);
+      const auto at = static_cast<std::size_t>(first[best]);
+      w[at] += left * share[1] * (1 - share[2]);
+      w[at + 1] += left * share[1] * share[2] * (1 - share[3]);
+      w[at + 2] += left * share[1] * share[2] * share[3];
+    }
+    return w;
+  }
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    w[i] = (1 - hip) * trunk[i];
+  }
+  const double knee = across(j.knee, {0, -1, 0}, 27);
+  const double ankle = across(j.ankle, {0, -1, 0.35}, 17);
+  const double toes = across(j.toes, {0.09, 0.1, 1}, 9);
+  w[kHip] += hip * (1 - knee);
+  w[kKnee] += hip * knee * (1 - ankle);
+  w[kAnkle] += hip * knee * ankle * (1 - toes);
+  w[kToes] += hip * knee * ankle * toes;
+  return w;
+}
+
+// At the middle each vertex belongs to both sides alike.
+Row symmetric(const Row& row) {
+  Row both = row;
+  for (int joint = 0; joint < kJointCount; ++joint) {
+    const int other = mirror_of(joint);
+    if (other != joint) {
+      const auto l = static_cast<std::size_t>(joint);
+      const auto r = static_cast<std::size_t>(other);
+      both[l] = both[r] = 0.5 * (row[l] + row[r]);
+    }
+  }
+  return both;
+}
+
+}  // namespace
+
+Skeleton human_skeleton(const HumanAnatomy& anatomy) {
+  std::vector<Vec3d> position = joint_positions(anatomy.joints);
+  Skeleton s;
+  for (int i = 0; i < kJointCount; ++i) {
+    const int other = mirror_of(i);
+    if (other != i) {
+      position[static_cast<std::size_t>(other)] = mirrored(position[static_cast<std::size_t>(i)]);
+    }
+  }
+  s.offsets.resize(kJointCount, 3);
+  s.limits_min.resize(kJointCount, 3);
+  s.limits_max.resize(kJointCount, 3);
+  for (int i = 0; i < kJointCount; ++i) {
+    s.names.push_back(kJoints[i].name);
+    s.parents.push_back(kJoints[i].parent);
+    Vec3d p = position[static_cast<std::size_t>(i)];
+    if (kJoints[i].parent >= 0) {
+      p = p - position[static_cast<std::size_t>(kJoints[i].parent)];
+    }
+    s.offsets.row(i) << p.x, p.y, p.z;
+    s.limits_min.row(i).setConstant(-kFingerLimit * kDegree);
+    s.limits_max.row(i).setConstant(kFingerLimit * kDegree);
+  }
+  for (const LimitRow& row : kLimits) {
+    for (int c = 0; c < 3; ++c) {
+      s.limits_min(row.joint, c) = kDegree * row.low[c];
+      s.limits_max(row.joint, c) = kDegree * row.high[c];
+    }
+    const int other = mirror_of(row.joint);
+    if (other != row.joint) {  // mirroring in x keeps rotations about x, turns those about y and z
+      s.limits_min.row(other) << kDegree * row.low[0], -kDegree * row.high[1], -kDegree * row.high[2];
+      s.limits_max.row(other) << kDegree * row.high[0], -kDegree * row.low[1], -kDegree * row.low[2];
+    }
+  }
+  return s;
+}
+
+std::vector<int> mirrored_joints(const Skeleton& skeleton) {
+  std::vector<int> mirror(skeleton.names.size());
+  for (std::size_t i = 0; i < mirror.size(); ++i) {
+    std::string name = skeleton.names[i];
+    mirror[i] = static_cast<int>(i);
+    if (name.rfind("left_", 0) == 0) {
+      mirror[i] = find_joint(skeleton, "right_" + name.substr(5));
+    } else if (name.rfind("right_", 0) == 0) {
+      mirror[i] = find_joint(skeleton, "left_" + name.substr(6));
+    }
+  }
+  return mirror;
+}
+
+SkinWeights human_weights(const HumanTemplate& body) {
+  const HumanField field = human_field(human_anatomy({}));
+  const std::size_t half = body.points.size();
+  const auto middle = static_cast<std::size_t>(body.middle);
+  std::vector<Row> rows(half);
+  for (std::size_t v = 0; v < half; ++v) {
+    rows[v] = vertex_weights(field, body.points[v]);
+    if (v < middle) {
+      rows[v] = symmetric(rows[v]);
+    }
+  }
+  // Average over the surface: the trunk's and limbs' long edges spread further than the hands'.
+  for (int round = 0; round < 6; ++round) {
+    std::vector<Row> sum(half);
+    std::vector<double> count(half, 0);
+    for (Row& row : sum) {
+      row.fill(0);
+    }
+    for (const auto& face : body.faces) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto a = static_cast<std::size_t>(face[c]);
+        for (std::size_t other = 1; other < 3; ++other) {
+          const Row& b = rows[static_cast<std::size_t>(face[(c + other) % 3])];
+          for (std::size_t i = 0; i < kJointCount; ++i) {
+            sum[a][i] += b[i];
+          }
+          ++count[a];
+        }
+      }
+    }
+    for (std::size_t v = 0; v < half; ++v) {
+      for (std::size_t i = 0; i < kJointCount; ++i) {
+        rows[v][i] = 0.5 * rows[v][i] + 0.5 * sum[v][i] / count[v];
+      }
+      if (v < middle) {
+        rows[v] = symmetric(rows[v]);
+      }
+    }
+  }
+  constexpr int kSlots = 8;
+  const Index total = static_cast<Index>(2 * half - middle);
+  SkinWeights skin;
+  skin.joints.setZero(total, kSlots);
+  skin.weights.setZero(total, kSlots);
+  for (std::size_t v = 0; v < half; ++v) {
+    std::vector<std::pair<double, int>> best;
+    for (int i = 0; i < kJointCount; ++i) {
+      if (rows[v][static_cast<std::size_t>(i)] > 1e-4) {
+        best.push_back({-rows[v][static_cast<std::size_t>(i)], i});
+      }
+    }
+    std::stable_sort(best.begin(), best.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::size_t keep = std::min<std::size_t>(best.size(), kSlots);
+    if (v < middle && keep < best.size() && mirror_of(best[keep - 1].second) == best[keep].second) {
+      --keep;  // both of a pair or none
+    }
+    best.resize(keep);
+    double sum = 0;
+    for (const auto& [w, i] : best) {
+      sum -= w;
+    }
+    const Index left = static_cast<Index>(v);
+    const Index right = left + static_cast<Index>(half - middle);
+    for (std::size_t slot = 0; slot < keep; ++slot) {
+      const Index s = static_cast<Index>(slot);
+      skin.joints(left, s) = best[slot].second;
+      skin.weights(left, s) = -best[slot].first / sum;
+      if (v >= middle) {
+        const int i = best[slot].second;
+        const std::string name = kJoints[i].name;
+        int other = mirror_of(i);
+        if (name.rfind("right_", 0) == 0) {
+          for (int k = 0; k < kJointCount; ++k) {
+            if (k != i && mirror_of(k) == i) {
+              other = k;
+            }
+          }
+        }
+        skin.joints(right, s) = other;
+        skin.weights(right, s) = skin.weights(left, s);
+      }
+    }
+  }
+  return skin;
+}
+
+// A vertex that follows a joint's far side with weight w and its near side with 1 - w lands, after
+// a rotation by t about an axis, at s |x| from the axis, s^2 = 1 - 2 w (1 - w) (1 - cos t): the loss
+// of volume of linear blending (Lewis et al. 2000). Adding c (1 - cos t) x_perp to the rest vertex,
+// c = 1 / sqrt(1 - 2 w (1 - w)) - 1, makes up for it exactly at 90 degrees, and since
+// (1 - cos t) x_perp = (I - (R + R^T) / 2) x for any axis, it is linear in the entries of R - I.
+std::vector<PoseCorrective> human_correctives(const Skeleton& skeleton, const SkinWeights& skin,
+                                              const Points& rest) {
+  const int joints = static_cast<int>(skeleton.names.size());
+  Points position(joints, 3);
+  for (int i = 0; i < joints; ++i) {
+    position.row(i) = skeleton.offsets.row(i);
+    if (skeleton.parents[static_cast<std::size_t>(i)] >= 0) {
+      position.row(i) += position.row(skeleton.parents[static_cast<std::size_t>(i)]);
+    }
+  }
+  // Weight of each joint's whole branch.
+  const Index vertices = rest.rows();
+  Eigen::MatrixXd branch = Eigen::MatrixXd::Zero(vertices, joints);
+  for (Index v = 0; v < vertices; ++v) {
+    for (Index slot = 0; slot < skin.joints.cols(); ++slot) {
+      branch(v, skin.joints(v, slot)) += skin.weights(v, slot);
+    }
+    for (int i = joints - 1; i > 0; --i) {
+      branch(v, skeleton.parents[static_cast<std::size_t>(i)]) += branch(v, i);
+    }
+  }
+  std::vector<PoseCorrective> correctives;
+  for (int joint = 1; joint < joints; ++joint) {
+    const std::string& name = skeleton.names[static_cast<std::size_t>(joint)];
+    if (name == "jaw" || name.find("eye") != std::string::npos) {
+      continue;
+    }
+    std::vector<int> touched;
+    for (Index v = 0; v < vertices; ++v) {
+      if (branch(v, joint) > 0.02 && branch(v, joint) < 0.98) {
+        touched.push_back(static_cast<int>(v));
+      }
+    }
+    for (int a = 0; a < 3; ++a) {
+      for (int b = 0; b < 3; ++b) {
+        PoseCorrective corrective;
+        corrective.joint = joint;
+        corrective.feature = PoseFeature::RotationEntry;
+        corrective.component = 3 * a + b;
+        corrective.surface.vertices = touched;
+        corrective.surface.offsets.setZero(static_cast<Index>(touched.size()), 3);
+        for (std::size_t i = 0; i < touched.size(); ++i) {
+          const Index v = touched[i];
+          const double w = branch(v, joint);
+          const double c = 1 / std::sqrt(1 - 2 * w * (1 - w)) - 1;
+          const Eigen::RowVector3d x = rest.row(v) - position.row(joint);
+          corrective.surface.offsets(static_cast<Index>(i), a) -= 0.5 * c * x[b];
+          corrective.surface.offsets(static_cast<Index>(i), b) -= 0.5 * c * x[a];
+        }
+        correctives.push_back(std::move(corrective));
+      }
+    }
+  }
+  return correctives;
+}
+
+}  // namespace atelier

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "bodymodel/human_field.h"
+
+namespace atelier {
+
+/// The left half of the default human's surface at the middle build: what `polygonise_human` made
+/// once and for all, so that every build of the program has the same vertices and triangles.
+/// Vertices of the middle plane (x = 0) come first.
+struct HumanTemplate {
+  int middle = 0;                         ///< vertices with x = 0
+  std::vector<Vec3d> points;              ///< metres
+  std::vector<std::array<int, 3>> faces;  ///< counter-clockwise from outside
+};
+
+/// The committed template. Cost: 5 ms.
+HumanTemplate human_template();
+
+/// Makes the template anew from the field (some 10 s). What is committed is its output, written by
+/// `human_template_source`.
+HumanTemplate make_human_template();
+
+/// The text of bodymodel/human_template_data.cpp for a template.
+std::string human_template_source(const HumanTemplate& body);
+
+/// The committed numbers (see human_template_data.cpp): vertices in steps of 20 micrometres, faces
+/// as differences to the corner before.
+struct HumanTemplateData {
+  int middle;
+  int vertices;
+  int faces;
+  const int* points;   ///< [3 vertices]
+  const int* corners;  ///< [3 faces]
+};
+HumanTemplateData human_template_data();
+
+}  // namespace atelier
