@@ -13,18 +13,18 @@ struct TrunkRow {
 };
 constexpr int kTrunkRows = 17;
 constexpr TrunkRow kTrunkFemale[kTrunkRows] = {
-    {478, 98, 46, -58, 2.2, 2.4},  {500, 107, 55, -66, 2.3, 2.4}, {522, 105, 63, -68, 2.3, 2.4},
-    {560, 94, 73, -51, 2.3, 2.6},  {600, 82, 76, -29, 2.2, 3.0},  {635, 72.5, 77, -23, 2.2, 3.2},
-    {680, 75.5, 78, -27, 2.3, 3.0}, {720, 81, 75, -38, 2.4, 3.0}, {760, 89, 66, -50, 2.5, 3.0},
-    {790, 97, 53, -52, 2.4, 2.8},  {810, 100, 41, -48, 2.3, 2.6}, {822, 93, 34, -44, 2.2, 2.4},
-    {832, 68, 29, -37, 2.1, 2.2},  {845, 42, 27, -30, 2.0, 2.0},  {865, 28.5, 32, -23, 2.0, 2.0},
-    {890, 27, 34, -19, 2.0, 2.0},  {920, 26, 34, -19, 2.0, 2.0}};
+    {478, 98, 46, -58, 2.2, 2.4},   {500, 107, 55, -66, 2.3, 2.4}, {522, 105, 63, -68, 2.3, 2.4},
+    {560, 94, 73, -51, 2.3, 2.6},   {600, 82, 76, -29, 2.2, 3.0},  {635, 72.5, 77, -23, 2.2, 3.2},
+    {680, 75.5, 78, -27, 2.3, 3.0}, {720, 81, 75, -38, 2.4, 3.0},  {760, 89, 66, -50, 2.5, 3.0},
+    {790, 97, 53, -52, 2.4, 2.8},   {810, 100, 41, -48, 2.3, 2.6}, {822, 93, 34, -44, 2.2, 2.4},
+    {832, 68, 29, -37, 2.1, 2.2},   {845, 42, 27, -30, 2.0, 2.0},  {865, 28.5, 32, -23, 2.0, 2.0},
+    {890, 27, 34, -19, 2.0, 2.0},   {920, 26, 34, -19, 2.0, 2.0}};
 constexpr TrunkRow kTrunkMale[kTrunkRows] = {
-    {478, 92, 42, -52, 2.2, 2.4},  {500, 98, 50, -65, 2.3, 2.4},  {522, 95, 57, -69, 2.3, 2.5},
+    {478, 92, 42, -52, 2.2, 2.4},  {500, 98, 50, -65, 2.3, 2.4},   {522, 95, 57, -69, 2.3, 2.5},
     {560, 85, 63, -61, 2.5, 2.6},  {600, 79.5, 64, -45, 2.5, 3.0}, {635, 76.5, 63, -43, 2.5, 3.2},
-    {680, 82, 66, -51, 2.8, 3.2},  {720, 92, 66, -57, 3.0, 3.2},  {760, 101, 60, -62, 2.8, 3.2},
-    {790, 108, 50, -61, 2.6, 3.0}, {810, 110, 40, -55, 2.4, 2.8}, {822, 107, 34, -48, 2.2, 2.6},
-    {832, 90, 32, -41, 2.1, 2.4},  {845, 60, 33, -35, 2.0, 2.2},  {865, 34, 38, -28, 2.0, 2.0},
+    {680, 82, 66, -51, 2.8, 3.2},  {720, 92, 66, -57, 3.0, 3.2},   {760, 101, 60, -62, 2.8, 3.2},
+    {790, 108, 50, -61, 2.6, 3.0}, {810, 110, 40, -55, 2.4, 2.8},  {822, 107, 34, -48, 2.2, 2.6},
+    {832, 90, 32, -41, 2.1, 2.4},  {845, 60, 33, -35, 2.0, 2.2},   {865, 34, 38, -28, 2.0, 2.0},
     {890, 31, 40, -24, 2.0, 2.0},  {920, 29, 38, -24, 2.0, 2.0}};
 
 struct LimbRow {
@@ -33,49 +33,64 @@ struct LimbRow {
 // t: 0 hip, 1 knee, 2 ankle.
 constexpr int kLegRows = 15;
 constexpr LimbRow kLegFemale[kLegRows] = {
-    {-0.12, 38, 40, 42, 40}, {0.06, 45, 50, 54, 56},  {0.20, 49, 57, 64, 50},
-    {0.30, 48, 57, 65, 40},  {0.50, 41.5, 50, 63, 33}, {0.70, 33, 43, 53, 31},
-    {0.88, 29, 38, 41, 30},  {1.00, 30, 34, 34, 33},  {1.12, 32, 27, 22, 39},
+    {-0.12, 38, 40, 42, 40},    {0.06, 45, 50, 54, 56},     {0.20, 49, 57, 64, 50},
+    {0.30, 48, 57, 65, 40},     {0.50, 41.5, 50, 63, 33},   {0.70, 33, 43, 53, 31},
+    {0.88, 29, 38, 41, 30},     {1.00, 30, 34, 34, 33},     {1.12, 32, 27, 22, 39},
     {1.30, 36.5, 22.5, 18, 48}, {1.50, 33.5, 20, 15.5, 44}, {1.70, 27, 12.5, 13, 32},
-    {1.88, 19, 10, 16, 22},  {2.00, 19, 12.5, 19, 20}, {2.08, 19, 14, 19, 20}};
+    {1.88, 19, 10, 16, 22},     {2.00, 19, 12.5, 19, 20},   {2.08, 19, 14, 19, 20}};
 constexpr LimbRow kLegMale[kLegRows] = {
-    {-0.12, 36, 40, 42, 40}, {0.06, 40, 50, 56, 52},  {0.20, 42, 58, 63, 42},
-    {0.30, 41, 57, 64, 38},  {0.50, 38.5, 51, 62, 34}, {0.70, 33, 43, 51, 31},
-    {0.88, 28, 36, 41, 32},  {1.00, 27.5, 30, 31, 40}, {1.12, 31, 23, 21, 46},
-    {1.30, 34, 24, 17, 49},  {1.50, 30, 22, 14.5, 41}, {1.70, 24, 15, 14, 33},
-    {1.88, 20, 10.5, 18, 27}, {2.00, 20, 14, 20, 25}, {2.08, 20, 15, 20, 24}};
+    {-0.12, 36, 40, 42, 40},  {0.06, 40, 50, 56, 52},   {0.20, 42, 58, 63, 42},
+    {0.30, 41, 57, 64, 38},   {0.50, 38.5, 51, 62, 34}, {0.70, 33, 43, 51, 31},
+    {0.88, 28, 36, 41, 32},   {1.00, 27.5, 30, 31, 40}, {1.12, 31, 23, 21, 46},
+    {1.30, 34, 24, 17, 49},   {1.50, 30, 22, 14.5, 41}, {1.70, 24, 15, 14, 33},
+    {1.88, 20, 10.5, 18, 27}, {2.00, 20, 14, 20, 25},   {2.08, 20, 15, 20, 24}};
 // t: 0 shoulder, 1 elbow, 2 wrist.
-constexpr int kArmRows = 13;
+constexpr int kArmRows = 16;
 constexpr LimbRow kArmFemale[kArmRows] = {
-    {-0.12, 28, 28, 28, 34}, {0.02, 31, 30, 31, 40},  {0.20, 29.5, 27, 28, 33},
-    {0.50, 23, 23, 24.5, 26}, {0.75, 19.5, 22.5, 23.5, 25.5}, {0.92, 18, 23, 22.5, 23.5},
-    {1.02, 18, 23, 21.5, 22}, {1.15, 19.5, 23.5, 20, 22}, {1.30, 19, 22.5, 18, 21.5},
-    {1.50, 17, 19.5, 15.5, 20}, {1.72, 14, 15, 13.7, 16.5}, {1.90, 11, 11.5, 13.6, 14.2},
+    {-0.17, 4, 4, 4, 5},        {-0.155, 11, 11, 11, 13},       {-0.11, 20, 20, 20, 25},
+    {-0.05, 27, 26, 27, 34},    {0.02, 31, 30, 31, 40},         {0.20, 29.5, 27, 28, 33},
+    {0.50, 23, 23, 24.5, 26},   {0.75, 19.5, 22.5, 23.5, 25.5}, {0.92, 18, 23, 22.5, 23.5},
+    {1.02, 18, 23, 21.5, 22},   {1.15, 19.5, 23.5, 20, 22},     {1.30, 19, 22.5, 18, 21.5},
+    {1.50, 17, 19.5, 15.5, 20}, {1.72, 14, 15, 13.7, 16.5},     {1.90, 11, 11.5, 13.6, 14.2},
     {2.02, 9.3, 10.5, 14, 14}};
-constexpr LimbRow kArmMale[kArmRows] = {
-    {-0.12, 28, 28, 32, 34}, {0.02, 30, 30, 36.5, 36}, {0.20, 27, 30, 33, 34},
-    {0.50, 23, 25.5, 28.5, 29}, {0.75, 21, 25.5, 29, 25}, {0.92, 20, 24.5, 28, 21},
-    {1.02, 19, 23, 26.5, 20}, {1.15, 21, 23.5, 26, 19.5}, {1.30, 21, 23.5, 25, 19},
-    {1.50, 19.5, 20.5, 20.5, 18.5}, {1.72, 16.5, 16.5, 17.3, 16.5}, {1.90, 12.5, 12.7, 15.8, 14.8},
-    {2.02, 10.3, 11.5, 15.5, 15.3}};
+constexpr LimbRow kArmMale[kArmRows] = {{-0.17, 4, 4, 5, 5},
+                                        {-0.155, 11, 11, 13, 13},
+                                        {-0.11, 20, 20, 24, 24},
+                                        {-0.05, 27, 27, 32, 32},
+                                        {0.02, 30.5, 30, 36.5, 36},
+                                        {0.20, 27, 30, 33, 34},
+                                        {0.50, 23, 25.5, 28.5, 29},
+                                        {0.75, 21, 25.5, 29, 25},
+                                        {0.92, 20, 24.5, 28, 21},
+                                        {1.02, 19, 23, 26.5, 20},
+                                        {1.15, 21, 23.5, 26, 19.5},
+                                        {1.30, 21, 23.5, 25, 19},
+                                        {1.50, 19.5, 20.5, 20.5, 18.5},
+                                        {1.72, 16.5, 16.5, 17.3, 16.5},
+                                        {1.90, 12.5, 12.7, 15.8, 14.8},
+                                        {2.02, 10.3, 11.5, 15.5, 15.3}};
 
 struct BumpRow {
   double x, y, sx, above, below, female, male;
   bool front;
 };
 constexpr BumpRow kBumps[] = {
-    {57, 733, 23, 30, 17, 27, 0, true},       // breast
-    {48, 752, 36, 34, 26, 0, 8, true},        // pectoral muscle
-    {0, 478, 11, 34, 40, -26, -24, false},    // cleft between the buttocks
+    {55, 733, 27, 34, 20, 25, 0, true},     // breast
+    {48, 752, 36, 34, 26, 0, 8, true},      // pectoral muscle
+    {0, 478, 11, 34, 40, -26, -24, false},  // cleft between the buttocks
     {0, 520, 9, 26, 26, -10, -12, false},
-    {0, 770, 16, 60, 90, -6, -10, false},     // groove of the spine
+    {0, 770, 16, 60, 90, -6, -10, false},  // groove of the spine
     {0, 640, 12, 60, 60, -4, -3, false},
-    {0, 725, 13, 35, 30, -4, -3, true},       // between the breasts
+    {0, 725, 13, 35, 30, -4, -3, true},  // between the breasts
 };
 
-double mix(double female, double male, double share) { return female + share * (male - female); }
+double mix(double female, double male, double share) {
+  return female + share * (male - female);
+}
 
-Vec3d along(Vec3d a, Vec3d b, double t) { return a + t * (b - a); }
+Vec3d along(Vec3d a, Vec3d b, double t) {
+  return a + t * (b - a);
+}
 
 // Slope at a station that keeps monotone data monotone (Fritsch and Carlson 1980, as in PCHIP).
 double slope(double before, double after) {
@@ -99,8 +114,8 @@ double interpolate(const std::vector<HumanSection>& rows, double HumanSection::*
   }
   const double t2 = t * t;
   const double t3 = t2 * t;
-  return (2 * t3 - 3 * t2 + 1) * value(i) + (t3 - 2 * t2 + t) * m0 + (-2 * t3 + 3 * t2) * value(i + 1) +
-         (t3 - t2) * m1;
+  return (2 * t3 - 3 * t2 + 1) * value(i) + (t3 - 2 * t2 + t) * m0 +
+         (-2 * t3 + 3 * t2) * value(i + 1) + (t3 - t2) * m1;
 }
 
 double smooth_step(double x, double low, double high) {
@@ -134,7 +149,9 @@ double height_of(const HumanBuild& build, double y) {
   return neck + y - kHeadHeight;
 }
 
-double hand_factor(const HumanBuild& build) { return std::sqrt(build.arm); }
+double hand_factor(const HumanBuild& build) {
+  return std::sqrt(build.arm);
+}
 
 struct FactorKnot {
   double at;
@@ -154,26 +171,36 @@ double between(const FactorKnot (&knots)[N], double at) {
 }
 
 double trunk_factor(const HumanBuild& b, double y) {
-  const FactorKnot knots[] = {{530, b.hip},   {575, std::sqrt(b.hip * b.waist) * b.fullness},
-                              {625, b.waist}, {645, b.waist},
-                              {685, std::sqrt(b.waist * b.chest) * b.fullness}, {722, b.chest},
-                              {765, b.chest}, {810, 0.5 + 0.5 * b.chest}, {830, b.neck}};
+  const FactorKnot knots[] = {{530, b.hip},
+                              {575, std::sqrt(b.hip * b.waist * b.fullness)},
+                              {625, b.waist},
+                              {645, b.waist},
+                              {685, std::sqrt(b.waist * b.chest * b.fullness)},
+                              {722, b.chest},
+                              {765, b.chest},
+                              {810, 0.5 + 0.5 * b.chest},
+                              {830, b.neck}};
   return between(knots, y);
 }
 
 double leg_factor(const HumanBuild& b, double t) {
-  const FactorKnot knots[] = {{0.0, std::sqrt(b.hip * b.thigh)}, {0.2, b.thigh},
-                              {0.45, b.thigh},                  {0.95, std::sqrt(b.fullness)},
-                              {1.2, b.fullness},                {1.6, b.fullness},
-                              {2.0, std::sqrt(b.fullness)}};
+  const double calf = std::pow(b.thigh, 0.7) * b.fullness;
+  const FactorKnot knots[] = {{0.0, std::sqrt(b.hip * b.thigh)},
+                              {0.2, b.thigh},
+                              {0.45, b.thigh},
+                              {0.95, std::sqrt(calf)},
+                              {1.2, calf},
+                              {1.6, calf},
+                              {2.0, std::sqrt(calf)}};
   return between(knots, t);
 }
 
 double arm_factor(const HumanBuild& b, double t) {
-  const FactorKnot knots[] = {{0.05, std::sqrt(b.upper_arm)}, {0.3, b.upper_arm},
-                              {0.7, b.upper_arm},             {1.0, std::sqrt(b.fullness)},
-                              {1.2, b.fullness},              {1.6, b.fullness},
-                              {2.0, 1.0}};
+  const double forearm = std::pow(b.upper_arm, 0.7) * b.fullness;
+  const FactorKnot knots[] = {
+      {0.05, std::sqrt(b.upper_arm)}, {0.3, b.upper_arm}, {0.7, b.upper_arm},
+      {1.0, std::sqrt(forearm)},      {1.2, forearm},     {1.6, forearm},
+      {2.0, std::sqrt(forearm)}};
   return between(knots, t);
 }
 
@@ -217,10 +244,10 @@ HumanJoints joints(const HumanBuild& build) {
   struct FingerRow {
     double s, w, spread, curl, lengths[3];
   };
-  constexpr FingerRow kFingers[4] = {{88, 27, 7, 10, {39.8, 22.4, 19.6}},
-                                     {90, 7.5, 1, 10, {44.6, 26.3, 21.3}},
+  constexpr FingerRow kFingers[4] = {{88, 29, 7, 10, {39.8, 22.4, 19.6}},
+                                     {90, 8.5, 1.5, 10, {44.6, 26.3, 21.3}},
                                      {84, -11.5, -5, 11, {41.4, 25.7, 21.3}},
-                                     {77, -28.5, -12, 13, {32.7, 18.1, 19.7}}};
+                                     {77, -30, -12, 13, {32.7, 18.1, 19.7}}};
   constexpr double kDegree = 3.14159265358979323846 / 180;
   for (std::size_t f = 0; f < 4; ++f) {
     const FingerRow& row = kFingers[f];
@@ -229,7 +256,8 @@ HumanJoints joints(const HumanBuild& build) {
     double curl = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       curl += row.curl * kDegree;
-      const Vec3d out = std::cos(row.spread * kDegree) * arm + std::sin(row.spread * kDegree) * thumb_side;
+      const Vec3d out =
+          std::cos(row.spread * kDegree) * arm + std::sin(row.spread * kDegree) * thumb_side;
       p += (hand * row.lengths[i]) * (std::cos(curl) * out + std::sin(curl) * palm);
       j.fingers[f + 1][i + 1] = p;
     }
@@ -267,11 +295,11 @@ HumanAnatomy human_anatomy(const HumanBuild& build) {
     const double front = k * mix(f.front, m.front, male);
     const double back = k * mix(f.back, m.back, male);
     const double depth = girth * (front - back) / 2;
-    body.trunk.sections.push_back({k * height_of(build, y), 0, (front + back) / 2, side, side, depth,
-                                   depth, mix(f.nf, m.nf, male), mix(f.nb, m.nb, male)});
+    body.trunk.sections.push_back({k * height_of(build, y), 0, (front + back) / 2, side, side,
+                                   depth, depth, mix(f.nf, m.nf, male), mix(f.nb, m.nb, male)});
   }
-  const auto limb = [&](const LimbRow* female, const LimbRow* m, int rows, Vec3d a, Vec3d b, Vec3d c,
-                        bool leg, HumanTube& tube) {
+  const auto limb = [&](const LimbRow* female, const LimbRow* m, int rows, Vec3d a, Vec3d b,
+                        Vec3d c, bool leg, HumanTube& tube) {
     for (int i = 0; i < rows; ++i) {
       const double t = mix(female[i].t, m[i].t, male);
       const Vec3d p = (t <= 1 ? along(a, b, t) : along(b, c, t - 1)) - tube.origin;
@@ -300,14 +328,17 @@ HumanAnatomy human_anatomy(const HumanBuild& build) {
     const double above = height_of(build, row.y + row.above) - height_of(build, row.y);
     const double below = height_of(build, row.y) - height_of(build, row.y - row.below);
     const double girth = trunk_factor(build, row.y);
-    body.bumps.push_back({k * row.x * girth, k * height_of(build, row.y), k * row.sx * girth, k * above,
-                          k * below, k * girth * mix(row.female, row.male, male), row.front});
+    body.bumps.push_back({k * row.x * girth, k * height_of(build, row.y), k * row.sx * girth,
+                          k * above, k * below, k * girth * mix(row.female, row.male, male),
+                          row.front});
   }
   return body;
 }
 
 HumanSection section_at(const HumanTube& tube, double tau) {
-  const auto get = [&](double HumanSection::*field) { return interpolate(tube.sections, field, tau); };
+  const auto get = [&](double HumanSection::*field) {
+    return interpolate(tube.sections, field, tau);
+  };
   HumanSection s;
   s.s = get(&HumanSection::s);
   s.cu = get(&HumanSection::cu);
@@ -374,8 +405,12 @@ double bump_height(const HumanAnatomy& anatomy, double x, double y, bool front) 
     }
     const double a = (x - bump.x) / bump.sx;
     const double c = (x + bump.x) / bump.sx;
-    const double sides = bump.x == 0 ? std::exp(-a * a) : std::exp(-a * a) + std::exp(-c * c);
-    height += bump.height * sides * std::exp(-b * b);
+    // Flatter on top and steeper beside than a Gaussian.
+    const auto hill = [&](double u) {
+      const double r2 = u * u + b * b;
+      return r2 > 9 ? 0.0 : std::exp(-std::pow(r2, 1.3));
+    };
+    height += bump.height * (bump.x == 0 ? hill(a) : hill(a) + hill(c));
   }
   return height;
 }

@@ -10,24 +10,24 @@ namespace atelier {
 /// Cross-section of a tube of the body: centre and half-widths in four directions, joined by
 /// superellipse quadrants |u/U|^n + |v/V|^n = 1 that meet with one tangent.
 struct HumanSection {
-  double s;         ///< along the tube's axis
-  double cu, cv;    ///< centre of the section
-  double pu, mu;    ///< half-widths towards +u and -u
-  double pv, mv;    ///< half-widths towards +v and -v
-  double np, nm;    ///< exponents of the +v and the -v side: 2 is an ellipse, more is boxier
+  double s;       ///< along the tube's axis
+  double cu, cv;  ///< centre of the section
+  double pu, mu;  ///< half-widths towards +u and -u
+  double pv, mv;  ///< half-widths towards +v and -v
+  double np, nm;  ///< exponents of the +v and the -v side: 2 is an ellipse, more is boxier
 };
 
 /// A straight axis with cross-sections along it, metres. The trunk and neck, one leg, one arm.
 struct HumanTube {
-  Vec3d origin, axis, u, v;  ///< right-handed or not: only u, v orthogonal to axis matter
+  Vec3d origin, axis, u, v;            ///< right-handed or not: only u, v orthogonal to axis matter
   std::vector<HumanSection> sections;  ///< s increasing
 };
 
 /// A soft swelling (or, with negative height, a groove) of the trunk's front or back, metres.
 struct HumanBump {
-  double x, y;            ///< centre; mirrored to -x
+  double x, y;              ///< centre; mirrored to -x
   double sx, above, below;  ///< widths of the Gaussian: sideways, above and below the centre
-  double height;          ///< towards the front, or the back
+  double height;            ///< towards the front, or the back
   bool front;
 };
 

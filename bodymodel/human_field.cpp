@@ -12,7 +12,9 @@ double smooth_min(double a, double b, double k) {
   return std::min(a, b) - h * h * k / 4;
 }
 
-double smooth_max(double a, double b, double k) { return -smooth_min(-a, -b, k); }
+double smooth_max(double a, double b, double k) {
+  return -smooth_min(-a, -b, k);
+}
 
 double cone_distance(const HumanCone& c, Vec3d p) {
   const Vec3d d = c.b - c.a;
@@ -21,7 +23,8 @@ double cone_distance(const HumanCone& c, Vec3d p) {
 }
 
 double ellipsoid_distance(Vec3d p, Vec3d centre, Vec3d radii) {
-  const Vec3d q = {(p.x - centre.x) / radii.x, (p.y - centre.y) / radii.y, (p.z - centre.z) / radii.z};
+  const Vec3d q = {(p.x - centre.x) / radii.x, (p.y - centre.y) / radii.y,
+                   (p.z - centre.z) / radii.z};
   const Vec3d g = {q.x / radii.x, q.y / radii.y, q.z / radii.z};
   const double n = norm(q);
   return n < 1e-9 ? -std::min({radii.x, radii.y, radii.z}) : n * (n - 1) / norm(g);
@@ -49,7 +52,8 @@ double tube_distance(const HumanTube& tube, Vec3d p) {
   if (std::abs(e) < 0.08) {
     // Slopes of the outline round and along the tube turn the radial gap into a distance.
     const double turn = 1e-3;
-    const double around = (section_radius(section, c - turn * d, d + turn * c) - radius) / (turn * radius);
+    const double around =
+        (section_radius(section, c - turn * d, d + turn * c) - radius) / (turn * radius);
     double rise = 0;
     if (over == 0) {
       const double step = inside + 1e-3 < last ? 1e-3 : -1e-3;  // sections end at their ends
@@ -67,7 +71,8 @@ double tube_distance(const HumanTube& tube, Vec3d p) {
   return e;
 }
 
-double cones(const std::vector<HumanCone>& list, std::size_t first, std::size_t count, Vec3d p, double k) {
+double cones(const std::vector<HumanCone>& list, std::size_t first, std::size_t count, Vec3d p,
+             double k) {
   double d = cone_distance(list[first], p);
   for (std::size_t i = 1; i < count; ++i) {
     d = smooth_min(d, cone_distance(list[first + i], p), k);
@@ -84,13 +89,13 @@ double head_value(const HumanField& f, Vec3d p) {
   }
   // 0 brow, 1 nose bridge, 2 nose wing, 3 chin, 4 upper lip, 5 lower lip.
   d = smooth_min(d, cone_distance(f.face[0], p), 9 * k);
-  d = smooth_max(d, -ellipsoid_distance(p, at(19, 934, 78), at(12, 8, 11)), 9 * k);
-  d = smooth_min(d, norm(p - at(18.2, 934.5, 58.5)) - 7.2 * k, 3 * k);
+  d = smooth_max(d, -ellipsoid_distance(p, at(18.5, 934, 77), at(13, 8.5, 13)), 8 * k);
+  d = smooth_min(d, norm(p - at(18.0, 934.5, 58.0)) - 7.6 * k, 2.5 * k);
   d = smooth_min(d, cone_distance(f.face[1], p), 7 * k);
   d = smooth_min(d, cone_distance(f.face[2], p), 3.5 * k);
   d = smooth_min(d, cone_distance(f.face[3], p), 10 * k);
   double lips = smooth_min(cone_distance(f.face[4], p), cone_distance(f.face[5], p), 1.0 * k);
-  d = smooth_min(d, lips, 4 * k);
+  d = smooth_min(d, lips, 2.5 * k);
   // Ear: a shell with a shallow hollow, leaning back and standing off.
   const double lean = 0.25;
   const Vec3d q = p - at(43.5, 924, 5);
@@ -105,7 +110,8 @@ double hand_value(const HumanField& f, Vec3d p) {
   const double k = f.anatomy.build.stature / 1700;  // metres of a hand of 184 mm
   double d = tube_distance(f.palm, p);
   for (std::size_t finger = 0; finger < 5; ++finger) {
-    d = smooth_min(d, cones(f.fingers, 3 * finger, 3, p, 0.002 * k), (finger == 0 ? 0.012 : 0.005) * k);
+    d = smooth_min(d, cones(f.fingers, 3 * finger, 3, p, 0.002 * k),
+                   (finger == 0 ? 0.012 : 0.005) * k);
   }
   return d;
 }
@@ -129,34 +135,38 @@ HumanField human_field(const HumanAnatomy& anatomy) {
   const auto at = [&](double x, double y, double z) { return Vec3d{k * x, k * y, k * z}; };
 
   f.head = {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}, {}};
-  const double head[][5] = {{868, 10, 58, 16, 2.0},  {877, 21, 68, -2, 2.3},  {890, 30.5, 72, -6, 2.6},
-                            {905, 36, 71.5, -18, 2.7},  {920, 39.5, 70, -31, 2.7}, {935, 42, 71, -38, 2.5},
-                            {950, 42.7, 73, -41, 2.3}, {965, 41.5, 69.5, -39, 2.2}, {978, 37.5, 62, -32, 2.1},
-                            {988, 30, 51, -21, 2.0}, {995, 20, 37, -7, 2.0},  {999, 9, 22, 7, 2.0},
-                            {1000, 3, 17, 13, 2.0}};
+  const double head[][5] = {
+      {868, 10, 58, 16, 2.0},    {877, 21, 68, -2, 2.3},      {890, 30.5, 72, -6, 2.6},
+      {905, 36, 71.5, -18, 2.7}, {920, 39.5, 70, -31, 2.7},   {935, 42, 71, -38, 2.5},
+      {950, 42.7, 73, -41, 2.3}, {965, 41.5, 69.5, -39, 2.2}, {978, 37.5, 62, -32, 2.1},
+      {988, 30, 51, -21, 2.0},   {995, 20, 37, -7, 2.0},      {999, 9, 22, 7, 2.0},
+      {1000, 3, 17, 13, 2.0}};
   for (const auto& row : head) {
     f.head.sections.push_back({k * row[0], 0, k * (row[2] + row[3]) / 2, k * row[1], k * row[1],
                                k * (row[2] - row[3]) / 2, k * (row[2] - row[3]) / 2, row[4], 2.1});
   }
-  f.face = {{at(6, 943, 70), at(27, 944, 59), 4.5 * k, 4.0 * k},
-            {at(0, 937, 67), at(0, 916, 77), 4.6 * k, 6.2 * k},
+  f.face = {{at(9, 943.5, 67.5), at(28, 945, 57), 4.2 * k, 3.6 * k},
+            {at(0, 937, 66.5), at(0, 916, 77.5), 4.0 * k, 5.8 * k},
             {at(3, 911.5, 74), at(7.5, 911, 69), 4.6 * k, 4.2 * k},
             {at(0, 881, 60), at(7, 881.5, 57), 11 * k, 9 * k},
-            {at(0, 899, 73), at(12.5, 896, 67), 3.2 * k, 2.2 * k},
-            {at(0, 891.5, 72.5), at(11, 893.8, 67), 3.8 * k, 2.6 * k}};
+            {at(0, 899, 72.6), at(12.5, 896, 67), 3.8 * k, 2.4 * k},
+            {at(0, 890.8, 72), at(11, 893.6, 67), 4.4 * k, 2.8 * k}};
 
   const double hand = k * 108 / 182;
   const double h = std::sqrt(0.5);
   f.palm = {j.wrist, {h, -h, 0}, {h, h, 0}, {0, 0, 1}, {}};
-  const double palm[][5] = {{-10, 15, 16.5, 23, 23}, {8, 15, 17, 25, 26},    {28, 14, 18.5, 30, 30},
-                            {50, 12.5, 18.5, 34, 34}, {70, 11, 16, 36, 36},   {84, 9.5, 12.5, 37, 37},
-                            {96, 8.5, 10, 36, 36}};
+  const double palm[][5] = {{-10, 15, 16.5, 23, 23},  {8, 15, 17, 25, 26},  {28, 14, 18.5, 30, 30},
+                            {50, 12.5, 18.5, 34, 34}, {70, 11, 16, 37, 37}, {84, 9.5, 13, 37.5, 38},
+                            {98, 8.5, 11.5, 36, 36}};
   for (const auto& row : palm) {
     f.palm.sections.push_back({hand * row[0], 0, 0, hand * row[1], hand * row[2], hand * row[3],
                                hand * row[4], 2.5, 2.5});
   }
-  const double radii[5][4] = {{15, 12, 10, 7.5}, {10, 8.6, 7.6, 6.2}, {10.2, 8.8, 7.8, 6.4},
-                              {9.6, 8.2, 7.2, 6.0}, {8.6, 7.2, 6.4, 5.4}};
+  const double radii[5][4] = {{15, 12, 10, 7.5},
+                              {9.3, 8.4, 7.4, 6.2},
+                              {9.6, 8.6, 7.6, 6.4},
+                              {9.0, 8.0, 7.1, 6.0},
+                              {8.2, 7.2, 6.4, 5.5}};
   for (std::size_t finger = 0; finger < 5; ++finger) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3d a = j.fingers[finger][i];
@@ -175,23 +185,26 @@ HumanField human_field(const HumanAnatomy& anatomy) {
   const Vec3d side = {std::cos(toe_out), 0, -std::sin(toe_out)};
   const Vec3d under = {j.ankle.x, 0, j.ankle.z};
   f.foot = {under, forward, side, {0, 1, 0}, {}};
-  const double foot[][4] = {{-33, 1, 6, 26},  {-29, 1, 12, 34}, {-16, 1.5, 17, 44}, {5, 2, 18.5, 52},
-                            {25, 1.5, 20, 50}, {45, 0, 24, 36},  {62, -1, 27, 25},   {76, -1.5, 27, 18.5},
-                            {86, -2, 25, 15}};
+  const double foot[][4] = {{-33, 1, 6, 26},  {-29, 1, 12, 34},     {-16, 1.5, 17, 44},
+                            {5, 2, 18.5, 52}, {25, 1.5, 20, 50},    {45, 0, 24, 36},
+                            {62, -1, 27, 25}, {76, -1.5, 27, 18.5}, {86, -2, 25, 15}};
   for (const auto& row : foot) {
     const double bottom = row[0] < -30 ? 8 : row[0] < -20 ? 3 : 0.5;
-    f.foot.sections.push_back({k * row[0], k * row[1], k * (row[3] * 0.35 + bottom * 0.65), k * row[2],
-                               k * row[2], k * (row[3] - bottom) * 0.65, k * (row[3] - bottom) * 0.35, 2.0,
-                               3.5});
+    f.foot.sections.push_back({k * row[0], k * row[1], k * (row[3] * 0.35 + bottom * 0.65),
+                               k * row[2], k * row[2], k * (row[3] - bottom) * 0.65,
+                               k * (row[3] - bottom) * 0.35, 2.0, 3.5});
   }
-  const double toes[5][6] = {{-16, 78, -17, 107, 11, 9.2}, {-3.5, 80, -4, 109, 8, 6.2},
-                             {6, 78, 6, 102, 7.4, 5.8},   {14.5, 74, 15, 94, 7, 5.6},
+  const double toes[5][6] = {{-16, 78, -17, 107, 11, 9.2},
+                             {-3.5, 80, -4, 109, 8, 6.2},
+                             {6, 78, 6, 102, 7.4, 5.8},
+                             {14.5, 74, 15, 94, 7, 5.6},
                              {21.5, 68, 23, 85, 6.8, 5.4}};
   for (const auto& row : toes) {
     const auto place = [&](double u, double s, double r) {
       return under + (k * u) * side + (k * s) * forward + Vec3d{0, k * (r + 0.5), 0};
     };
-    f.toes.push_back({place(row[0], row[1], row[4]), place(row[2], row[3], row[5]), k * row[4], k * row[5]});
+    f.toes.push_back(
+        {place(row[0], row[1], row[4]), place(row[2], row[3], row[5]), k * row[4], k * row[5]});
   }
   return f;
 }
@@ -254,9 +267,10 @@ Vec3d field_project(const HumanField& f, Vec3d p) {
     if (std::abs(v) < 1e-6) {
       break;
     }
-    const Vec3d g = {(field_value(f, {p.x + h, p.y, p.z}) - field_value(f, {p.x - h, p.y, p.z})) / (2 * h),
-                     (field_value(f, {p.x, p.y + h, p.z}) - field_value(f, {p.x, p.y - h, p.z})) / (2 * h),
-                     (field_value(f, {p.x, p.y, p.z + h}) - field_value(f, {p.x, p.y, p.z - h})) / (2 * h)};
+    const Vec3d g = {
+        (field_value(f, {p.x + h, p.y, p.z}) - field_value(f, {p.x - h, p.y, p.z})) / (2 * h),
+        (field_value(f, {p.x, p.y + h, p.z}) - field_value(f, {p.x, p.y - h, p.z})) / (2 * h),
+        (field_value(f, {p.x, p.y, p.z + h}) - field_value(f, {p.x, p.y, p.z - h})) / (2 * h)};
     const double n2 = squared_norm(g);
     if (n2 < 0.01) {
       break;

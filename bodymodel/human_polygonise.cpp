@@ -27,7 +27,9 @@ HalfMesh march(const HumanField& field, double h) {
   const int ny = static_cast<int>((top + 0.03) / h / coarse + 1) * coarse;
   const int nz = static_cast<int>(0.45 / h / coarse + 1) * coarse;
   const Vec3d origin = {0, -0.03, -0.19};
-  const auto position = [&](int x, int y, int z) { return origin + h * Vec3d{1.0 * x, 1.0 * y, 1.0 * z}; };
+  const auto position = [&](int x, int y, int z) {
+    return origin + h * Vec3d{1.0 * x, 1.0 * y, 1.0 * z};
+  };
   const auto key = [&](int x, int y, int z) {
     return (static_cast<std::int64_t>(x) * (ny + 1) + y) * (nz + 1) + z;
   };
@@ -35,7 +37,8 @@ HalfMesh march(const HumanField& field, double h) {
   for (int x = 0; x < nx; x += coarse) {
     for (int y = 0; y < ny; y += coarse) {
       for (int z = 0; z < nz; z += coarse) {
-        const double v = field_value(field, position(x, y, z) + (0.5 * coarse * h) * Vec3d{1, 1, 1});
+        const double v =
+            field_value(field, position(x, y, z) + (0.5 * coarse * h) * Vec3d{1, 1, 1});
         if (std::abs(v) < 2.2 * coarse * h) {
           blocks.push_back({x, y, z});
         }
@@ -60,7 +63,8 @@ HalfMesh march(const HumanField& field, double h) {
   std::unordered_map<std::int64_t, std::unordered_map<std::int64_t, int>> crossings;
   const int corners[8][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0},
                              {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
-  const int tets[6][4] = {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}};
+  const int tets[6][4] = {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7},
+                          {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}};
   for (const auto& block : blocks) {
     for (int cell = 0; cell < coarse * coarse * coarse; ++cell) {
       const int x = block[0] + cell % coarse;
@@ -86,7 +90,8 @@ HalfMesh march(const HumanField& field, double h) {
             std::swap(ka, kb);
             std::swap(a, b);
           }
-          const auto [it, fresh] = crossings[ka].try_emplace(kb, static_cast<int>(mesh.points.size()));
+          const auto [it, fresh] =
+              crossings[ka].try_emplace(kb, static_cast<int>(mesh.points.size()));
           if (fresh) {
             const double t = std::clamp(v[a] / (v[a] - v[b]), 0.02, 0.98);
             const Vec3d pa = position(x + corners[a][0], y + corners[a][1], z + corners[a][2]);
@@ -104,7 +109,8 @@ HalfMesh march(const HumanField& field, double h) {
           const Vec3d a = mesh.points[static_cast<std::size_t>(i)];
           const Vec3d n = cross(mesh.points[static_cast<std::size_t>(j)] - a,
                                 mesh.points[static_cast<std::size_t>(k)] - a);
-          const Vec3d q = position(x + corners[in[0]][0], y + corners[in[0]][1], z + corners[in[0]][2]);
+          const Vec3d q =
+              position(x + corners[in[0]][0], y + corners[in[0]][1], z + corners[in[0]][2]);
           if (dot(n, a - q) >= 0) {
             mesh.faces.push_back({i, j, k});
           } else {
@@ -135,14 +141,16 @@ double target_edge(const HumanField& field, Vec3d p) {
     const double t = std::clamp((x - a) / (b - a), 0.0, 1.0);
     return t * t * (3 - 2 * t);
   };
-  double edge = 0.0215;
+  double edge = 0.0235;
   const double to_hand = dot(p - j.wrist, field.anatomy.arm.axis) / k;
-  edge += (0.0078 - edge) * ramp(to_hand, -0.07, 0.04);
+  edge += (0.0095 - edge) * ramp(to_hand, -0.08, 0.03);
+  edge += (0.0066 - edge) * ramp(to_hand, 0.05, 0.11);
   edge += (0.0100 - edge) * ramp(-p.y / k, -0.16, -0.05);
   const double head = ramp(p.y / k, 1.40, 1.50);
   const double face = ramp(p.z / k, 0.02, 0.09);
-  const double ear = std::exp(-squared_norm(p - Vec3d{0.075 * k, 1.57 * k, 0.008 * k}) / (0.04 * 0.04 * k * k));
-  edge += ((0.0160 - 0.0073 * face - 0.0065 * ear * (1 - face)) - edge) * head;
+  const double ear =
+      std::exp(-squared_norm(p - Vec3d{0.075 * k, 1.57 * k, 0.008 * k}) / (0.04 * 0.04 * k * k));
+  edge += ((0.0160 - 0.0095 * face - 0.0080 * ear * (1 - face)) - edge) * head;
   return edge * k;
 }
 
@@ -164,8 +172,8 @@ class Remesher {
 
  private:
   struct Edge {
-    int a, b;          // a < b
-    int face[2];       // -1: none
+    int a, b;     // a < b
+    int face[2];  // -1: none
     int opposite[2];
   };
 
@@ -284,10 +292,12 @@ class Remesher {
         if (border[static_cast<std::size_t>(gone)] && !border[static_cast<std::size_t>(keep)]) {
           std::swap(keep, gone);
         }
-        if (border[static_cast<std::size_t>(keep)] && border[static_cast<std::size_t>(gone)] && !is_border) {
+        if (border[static_cast<std::size_t>(keep)] && border[static_cast<std::size_t>(gone)] &&
+            !is_border) {
           continue;
         }
-        const bool middle = border[static_cast<std::size_t>(keep)] == border[static_cast<std::size_t>(gone)];
+        const bool middle =
+            border[static_cast<std::size_t>(keep)] == border[static_cast<std::size_t>(gone)];
         const Vec3d p = middle ? 0.5 * (at(keep) + at(gone)) : at(keep);
         // Neighbourhoods.
         std::vector<int> ring_keep, ring_gone;
@@ -313,8 +323,8 @@ class Remesher {
         unique(ring_keep);
         unique(ring_gone);
         std::vector<int> common;
-        std::set_intersection(ring_keep.begin(), ring_keep.end(), ring_gone.begin(), ring_gone.end(),
-                              std::back_inserter(common));
+        std::set_intersection(ring_keep.begin(), ring_keep.end(), ring_gone.begin(),
+                              ring_gone.end(), std::back_inserter(common));
         if (common.size() != (is_border ? 1u : 2u)) {
           continue;  // the link condition: anything else would pinch the surface
         }
@@ -421,7 +431,8 @@ class Remesher {
     }
     std::vector<char> touched(mesh_.faces.size(), 0);
     const auto excess = [&](int v, int change) {
-      const int e = valence[static_cast<std::size_t>(v)] + change - ideal[static_cast<std::size_t>(v)];
+      const int e =
+          valence[static_cast<std::size_t>(v)] + change - ideal[static_cast<std::size_t>(v)];
       return e * e;
     };
     for (const Edge& e : list) {
@@ -556,7 +567,8 @@ Mesh polygonise_human(const HumanField& field, const HumanPolygoniseOptions& opt
   Mesh mesh;
   mesh.vertices.resize(static_cast<Index>(half.points.size()), 3);
   for (std::size_t i = 0; i < half.points.size(); ++i) {
-    mesh.vertices.row(static_cast<Index>(i)) << half.points[i].x, half.points[i].y, half.points[i].z;
+    mesh.vertices.row(static_cast<Index>(i)) << half.points[i].x, half.points[i].y,
+        half.points[i].z;
   }
   mesh.faces.resize(static_cast<Index>(half.faces.size()), 3);
   for (std::size_t i = 0; i < half.faces.size(); ++i) {

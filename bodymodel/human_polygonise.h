@@ -6,9 +6,9 @@
 namespace atelier {
 
 struct HumanPolygoniseOptions {
-  double grid = 0.006;       ///< cell of the marching grid, metres, 0.003 to 0.02
-  int rounds = 14;           ///< rounds of splitting, collapsing, flipping and relaxing
-  double edge_scale = 1;     ///< target edge lengths times this: 1 gives about 10k vertices
+  double grid = 0.006;    ///< cell of the marching grid, metres, 0.003 to 0.02
+  int rounds = 14;        ///< rounds of splitting, collapsing, flipping and relaxing
+  double edge_scale = 1;  ///< target edge lengths times this: 1 gives about 10k vertices
 };
 
 /// The left half (x >= 0) of the zero set as even triangles, open along x = 0: marching

@@ -12,9 +12,27 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 
 // Left-side and middle joints; right ones follow by mirroring.
 enum LeftJoint {
-  kPelvis = 0, kHip = 1, kSpine1 = 3, kKnee = 4, kSpine2 = 6, kAnkle = 7, kSpine3 = 9, kToes = 10,
-  kNeck = 12, kCollar = 13, kHead = 15, kShoulder = 16, kElbow = 18, kWrist = 20, kJaw = 22, kEye = 23,
-  kIndex = 25, kMiddle = 28, kPinky = 31, kRing = 34, kThumb = 37
+  kPelvis = 0,
+  kHip = 1,
+  kSpine1 = 3,
+  kKnee = 4,
+  kSpine2 = 6,
+  kAnkle = 7,
+  kSpine3 = 9,
+  kToes = 10,
+  kNeck = 12,
+  kCollar = 13,
+  kHead = 15,
+  kShoulder = 16,
+  kElbow = 18,
+  kWrist = 20,
+  kJaw = 22,
+  kEye = 23,
+  kIndex = 25,
+  kMiddle = 28,
+  kPinky = 31,
+  kRing = 34,
+  kThumb = 37
 };
 
 struct JointRow {
@@ -22,19 +40,20 @@ struct JointRow {
   int parent;
 };
 constexpr JointRow kJoints[kJointCount] = {
-    {"pelvis", -1}, {"left_hip", 0}, {"right_hip", 0}, {"spine1", 0}, {"left_knee", 1},
-    {"right_knee", 2}, {"spine2", 3}, {"left_ankle", 4}, {"right_ankle", 5}, {"spine3", 6},
-    {"left_foot", 7}, {"right_foot", 8}, {"neck", 9}, {"left_collar", 9}, {"right_collar", 9},
-    {"head", 12}, {"left_shoulder", 13}, {"right_shoulder", 14}, {"left_elbow", 16},
-    {"right_elbow", 17}, {"left_wrist", 18}, {"right_wrist", 19}, {"jaw", 15}, {"left_eye", 15},
-    {"right_eye", 15}, {"left_index1", 20}, {"left_index2", 25}, {"left_index3", 26},
-    {"left_middle1", 20}, {"left_middle2", 28}, {"left_middle3", 29}, {"left_pinky1", 20},
-    {"left_pinky2", 31}, {"left_pinky3", 32}, {"left_ring1", 20}, {"left_ring2", 34},
-    {"left_ring3", 35}, {"left_thumb1", 20}, {"left_thumb2", 37}, {"left_thumb3", 38},
-    {"right_index1", 21}, {"right_index2", 40}, {"right_index3", 41}, {"right_middle1", 21},
-    {"right_middle2", 43}, {"right_middle3", 44}, {"right_pinky1", 21}, {"right_pinky2", 46},
-    {"right_pinky3", 47}, {"right_ring1", 21}, {"right_ring2", 49}, {"right_ring3", 50},
-    {"right_thumb1", 21}, {"right_thumb2", 52}, {"right_thumb3", 53}};
+    {"pelvis", -1},        {"left_hip", 0},        {"right_hip", 0},     {"spine1", 0},
+    {"left_knee", 1},      {"right_knee", 2},      {"spine2", 3},        {"left_ankle", 4},
+    {"right_ankle", 5},    {"spine3", 6},          {"left_foot", 7},     {"right_foot", 8},
+    {"neck", 9},           {"left_collar", 9},     {"right_collar", 9},  {"head", 12},
+    {"left_shoulder", 13}, {"right_shoulder", 14}, {"left_elbow", 16},   {"right_elbow", 17},
+    {"left_wrist", 18},    {"right_wrist", 19},    {"jaw", 15},          {"left_eye", 15},
+    {"right_eye", 15},     {"left_index1", 20},    {"left_index2", 25},  {"left_index3", 26},
+    {"left_middle1", 20},  {"left_middle2", 28},   {"left_middle3", 29}, {"left_pinky1", 20},
+    {"left_pinky2", 31},   {"left_pinky3", 32},    {"left_ring1", 20},   {"left_ring2", 34},
+    {"left_ring3", 35},    {"left_thumb1", 20},    {"left_thumb2", 37},  {"left_thumb3", 38},
+    {"right_index1", 21},  {"right_index2", 40},   {"right_index3", 41}, {"right_middle1", 21},
+    {"right_middle2", 43}, {"right_middle3", 44},  {"right_pinky1", 21}, {"right_pinky2", 46},
+    {"right_pinky3", 47},  {"right_ring1", 21},    {"right_ring2", 49},  {"right_ring3", 50},
+    {"right_thumb1", 21},  {"right_thumb2", 52},   {"right_thumb3", 53}};
 
 // Limits of motion in degrees about +x, +y, +z of the left side's or the middle's rest frame, from
 // the A-pose (arm 45 degrees below horizontal). Ranges: American Academy of Orthopaedic Surgeons
@@ -46,24 +65,26 @@ struct LimitRow {
 };
 constexpr LimitRow kLimits[] = {
     {kPelvis, {-180, -180, -180}, {180, 180, 180}},
-    {kHip, {-120, -45, -30}, {30, 45, 45}},         // flexion 120, extension 30; rotation 45
-    {kKnee, {0, -10, -5}, {140, 10, 5}},            // flexion 140
-    {kAnkle, {-20, -15, -20}, {50, 15, 35}},        // dorsiflexion 20, plantar flexion 50
+    {kHip, {-120, -45, -30}, {30, 45, 45}},   // flexion 120, extension 30; rotation 45
+    {kKnee, {0, -10, -5}, {140, 10, 5}},      // flexion 140
+    {kAnkle, {-20, -15, -20}, {50, 15, 35}},  // dorsiflexion 20, plantar flexion 50
     {kToes, {-60, -5, -5}, {30, 5, 5}},
-    {kSpine1, {-15, -10, -12}, {30, 10, 12}},       // lumbar and thoracic flexion shared by three
+    {kSpine1, {-15, -10, -12}, {30, 10, 12}},  // lumbar and thoracic flexion shared by three
     {kSpine2, {-12, -15, -12}, {25, 15, 12}},
     {kSpine3, {-8, -20, -10}, {15, 20, 10}},
-    {kNeck, {-30, -40, -20}, {25, 40, 20}},         // cervical: half at the neck, half at the head
+    {kNeck, {-30, -40, -20}, {25, 40, 20}},  // cervical: half at the neck, half at the head
     {kHead, {-30, -40, -25}, {25, 40, 25}},
     {kCollar, {-10, -25, -10}, {10, 20, 35}},
-    {kShoulder, {-90, -130, -50}, {90, 60, 110}},   // abduction to 155 with the collar's share
-    {kElbow, {-90, -145, -90}, {90, 145, 90}},      // flexion 145 about the forearm's own axis
+    {kShoulder, {-90, -130, -50}, {90, 60, 110}},  // abduction to 155 with the collar's share
+    {kElbow, {-90, -145, -90}, {90, 145, 90}},     // flexion 145 about the forearm's own axis
     {kWrist, {-70, -80, -70}, {70, 80, 70}},
     {kJaw, {-3, -10, -3}, {30, 10, 3}},
     {kEye, {-30, -35, -5}, {30, 35, 5}}};
 constexpr double kFingerLimit = 100;  // flexion 90 to 100 at each of the first two joints
 
-Vec3d mirrored(Vec3d p) { return {-p.x, p.y, p.z}; }
+Vec3d mirrored(Vec3d p) {
+  return {-p.x, p.y, p.z};
+}
 
 double smooth_step(double x, double low, double high) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
@@ -120,7 +141,8 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
   const double k = field.anatomy.build.stature / 1000;
   const auto [x, y, z] = Vec3d{point.x / k, point.y / k, point.z / k};
   const auto across = [&](Vec3d joint, Vec3d direction, double half_width) {
-    return smooth_step(dot(point - joint, direction) / norm(direction) / k, -half_width, half_width);
+    return smooth_step(dot(point - joint, direction) / norm(direction) / k, -half_width,
+                       half_width);
   };
   Row w;
   w.fill(0);
@@ -133,8 +155,8 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
   const double to_head = smooth_step(y - 0.55 * (z - 8), 888 - 17, 888 + 17);
   Row trunk;
   trunk.fill(0);
-  const std::pair<int, double> chain[] = {{kHead, to_head}, {kNeck, to_neck}, {kSpine3, up3},
-                                          {kSpine2, up2},   {kSpine1, up1}};
+  const std::pair<int, double> chain[] = {
+      {kHead, to_head}, {kNeck, to_neck}, {kSpine3, up3}, {kSpine2, up2}, {kSpine1, up1}};
   for (const auto& [joint, share] : chain) {
     trunk[static_cast<std::size_t>(joint)] = rest * share;
     rest *= 1 - share;
@@ -163,9 +185,13 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
   const double side = smooth_step(x, -14, 14);
   const double hip = across(j.hip, {0.61, -0.79, 0.0}, 34) * side;
   const double arm_plane = across(j.shoulder, {0.93, -0.37, 0}, 27);
-  const bool is_arm = y > 600 ? x > 60 : (d[2] < 0.03 || d[4] < 0.03);
-  const double arm = is_arm ? arm_plane * smooth_step(x, 70, 96) : 0.0;
-  if (arm > 0 && y > 400 && (d[2] < d[1] || y > 560)) {
+  // Below the armpit the plane is not enough: ribs and hips lie beyond it too.
+  const double limb = std::min(d[2], d[4]) / k;
+  const double other = std::min({d[0], d[1], d[5]}) / k;
+  const double nearer =
+      std::max(smooth_step(other - limb, -7, 7), y > 700 ? smooth_step(y, 750, 778) : 0.0);
+  const double arm = arm_plane * nearer * smooth_step(x, 70, 96);
+  if (arm > 0) {
     for (std::size_t i = 0; i < kJointCount; ++i) {
       w[i] = (1 - arm) * trunk[i];
     }
@@ -271,8 +297,10 @@ Skeleton human_skeleton(const HumanAnatomy& anatomy) {
     }
     const int other = mirror_of(row.joint);
     if (other != row.joint) {  // mirroring in x keeps rotations about x, turns those about y and z
-      s.limits_min.row(other) << kDegree * row.low[0], -kDegree * row.high[1], -kDegree * row.high[2];
-      s.limits_max.row(other) << kDegree * row.high[0], -kDegree * row.low[1], -kDegree * row.low[2];
+      s.limits_min.row(other) << kDegree * row.low[0], -kDegree * row.high[1],
+          -kDegree * row.high[2];
+      s.limits_max.row(other) << kDegree * row.high[0], -kDegree * row.low[1],
+          -kDegree * row.low[2];
     }
   }
   return s;
@@ -343,7 +371,8 @@ SkinWeights human_weights(const HumanTemplate& body) {
         best.push_back({-rows[v][static_cast<std::size_t>(i)], i});
       }
     }
-    std::stable_sort(best.begin(), best.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::stable_sort(best.begin(), best.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
     std::size_t keep = std::min<std::size_t>(best.size(), kSlots);
     if (v < middle && keep < best.size() && mirror_of(best[keep - 1].second) == best[keep].second) {
       --keep;  // both of a pair or none
@@ -379,10 +408,10 @@ SkinWeights human_weights(const HumanTemplate& body) {
 }
 
 // A vertex that follows a joint's far side with weight w and its near side with 1 - w lands, after
-// a rotation by t about an axis, at s |x| from the axis, s^2 = 1 - 2 w (1 - w) (1 - cos t): the loss
-// of volume of linear blending (Lewis et al. 2000). Adding c (1 - cos t) x_perp to the rest vertex,
-// c = 1 / sqrt(1 - 2 w (1 - w)) - 1, makes up for it exactly at 90 degrees, and since
-// (1 - cos t) x_perp = (I - (R + R^T) / 2) x for any axis, it is linear in the entries of R - I.
+// a rotation by t about an axis, at s |x| from the axis, s^2 = 1 - 2 w (1 - w) (1 - cos t): the
+// loss of volume of linear blending (Lewis et al. 2000). Adding c (1 - cos t) x_perp to the rest
+// vertex, c = 1 / sqrt(1 - 2 w (1 - w)) - 1, makes up for it exactly at 90 degrees, and since (1 -
+// cos t) x_perp = (I - (R + R^T) / 2) x for any axis, it is linear in the entries of R - I.
 std::vector<PoseCorrective> human_correctives(const Skeleton& skeleton, const SkinWeights& skin,
                                               const Points& rest) {
   const int joints = static_cast<int>(skeleton.names.size());

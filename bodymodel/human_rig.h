@@ -11,12 +11,12 @@ namespace atelier {
 /// 15 of each hand), with limits of motion from the A-pose. Sources of the limits: see the .cpp.
 Skeleton human_skeleton(const HumanAnatomy& anatomy);
 
-/// Skin weights of the whole template (middle, left, right): smooth steps across each joint's plane,
-/// then averaged over the surface; at most 8 joints a vertex, mirror images left and right.
+/// Skin weights of the whole template (middle, left, right): smooth steps across each joint's
+/// plane, then averaged over the surface; at most 8 joints a vertex, mirror images left and right.
 SkinWeights human_weights(const HumanTemplate& body);
 
-/// Pose correctives that keep the volume of a bent limb: see the .cpp for the derivation. `rest` are
-/// all vertices in rest pose.
+/// Pose correctives that keep the volume of a bent limb: see the .cpp for the derivation. `rest`
+/// are all vertices in rest pose.
 std::vector<PoseCorrective> human_correctives(const Skeleton& skeleton, const SkinWeights& skin,
                                               const Points& rest);
 

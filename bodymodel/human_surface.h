@@ -15,7 +15,7 @@ struct HumanCoordinates {
     double weight = 0;   ///< share of the part; a vertex's shares sum to 1
     double station = 0;  ///< tubes: station coordinate
     double cos_phi = 1, sin_phi = 0;
-    double ratio = 0;    ///< tubes: distance from the section's centre over the outline's
+    double ratio = 0;         ///< tubes: distance from the section's centre over the outline's
     Vec3d local = {0, 0, 0};  ///< blocks (head, hand, foot): from the block's joint, middle build
   };
   std::vector<std::array<InPart, kHumanParts>> vertices;

@@ -1,0 +1,57 @@
+#pragma once
+
+#include "bodymodel/body_model.h"
+#include "bodymodel/measure.h"
+#include "core/options.h"
+#include "core/random.h"
+
+namespace atelier {
+
+/// The body to make. Measures left at 0 take the average of people of that sex, stature and mass.
+struct DefaultHumanOptions {
+  double male = 0.5;            ///< share, 0 female to 1 male: build, not size
+  double stature = 0;           ///< metres
+  double mass = 0;              ///< kilograms
+  double leg_length = 0;        ///< metres, ground to crotch
+  double torso_length = 0;      ///< metres, crotch to neck joint
+  double arm_length = 0;        ///< metres, acromion to wrist
+  double shoulder_breadth = 0;  ///< metres, between the acromia
+  double neck_girth = 0;        ///< metres; girths as measure.h defines them
+  double chest_girth = 0;
+  double waist_girth = 0;
+  double hip_girth = 0;
+  double thigh_girth = 0;
+  double upper_arm_girth = 0;
+  bool correctives = true;  ///< pose correctives that keep volume; off makes a smaller model
+  bool shape_basis = true;  ///< the 13 linear shape parameters round this body; off is faster
+};
+OptionTable describe(DefaultHumanOptions& options);
+
+/// Average woman and man of ANSUR II (Gordon et al. 2014).
+DefaultHumanOptions female_human();
+DefaultHumanOptions male_human();
+
+/// The measures of the options with the averages of sex, stature and mass where they are 0.
+BodyMeasurements expected_measures(const DefaultHumanOptions& options);
+
+/// A body of the shape space: every measure uniform between two percentiles (5 and 95) of its
+/// spread at the measures it depends on.
+DefaultHumanOptions random_human(Random& random, double male, double low = 0.05,
+                                 double high = 0.95);
+
+/// A procedural adult in A-pose: about 11k vertices, closed, two-manifold and mirror-symmetric
+/// (left vertices follow the middle's, right ones follow in the same order), 55 joints with
+/// SMPL-X's names and tree, smooth weights, volume-keeping pose correctives, joint limits, a UV
+/// atlas whose islands are vertex groups "uv_*", and a linear shape space round the body in
+/// physical units. The measures of its mesh (`measure_body`) are those asked for within
+/// `kHumanMeasureError`. Made by our own code from anthropometric tables (docs/default_human.md):
+/// no licence gate.
+///
+/// Throws LogicError for options out of range (see `describe`) and DataError for measures that no
+/// body of this build can have together. Cost: about 0.5 s, most of it for the shape basis.
+BodyModel default_human(const DefaultHumanOptions& options = {});
+
+/// Largest relative error of a measure that `default_human` returns a body with.
+constexpr double kHumanMeasureError = 0.002;
+
+}  // namespace atelier

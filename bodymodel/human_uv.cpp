@@ -1,0 +1,222 @@
+#include "bodymodel/human_uv.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace atelier {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+enum Island {
+  kFace,
+  kBackOfHead,
+  kFront,
+  kBack,
+  kArm,
+  kHandBack,
+  kPalm,
+  kLeg,
+  kFootTop,
+  kSole,
+  kIslands
+};
+
+// Where each island of the left half lies in the atlas: lower left corner and size; islands of the
+// middle hold both halves. The right side's limbs lie beside the left side's.
+struct Box {
+  const char* name;
+  bool middle;
+  double u, v, width, height;
+};
+constexpr Box kBoxes[kIslands] = {
+    {"face", true, 0.01, 0.74, 0.22, 0.25},        {"back_of_head", true, 0.24, 0.74, 0.22, 0.25},
+    {"torso_front", true, 0.01, 0.30, 0.25, 0.43}, {"torso_back", true, 0.27, 0.30, 0.25, 0.43},
+    {"arm", false, 0.54, 0.36, 0.10, 0.37},        {"hand_back", false, 0.48, 0.80, 0.115, 0.19},
+    {"palm", false, 0.73, 0.80, 0.115, 0.19},      {"leg", false, 0.76, 0.30, 0.11, 0.43},
+    {"foot_top", false, 0.01, 0.06, 0.10, 0.22},   {"sole", false, 0.24, 0.06, 0.10, 0.22}};
+
+}  // namespace
+
+HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
+  const HumanField field = human_field(human_anatomy({}));
+  const HumanJoints& j = field.anatomy.joints;
+  const double k = field.anatomy.build.stature / 1000;
+  const std::size_t half_faces = body.faces.size();
+  const int half_vertices = static_cast<int>(body.points.size());
+
+  // Parts by vertex, islands by face.
+  std::vector<std::size_t> part(body.points.size());
+  for (std::size_t v = 0; v < part.size(); ++v) {
+    const auto d = part_distances(field, body.points[v]);
+    part[v] = static_cast<std::size_t>(std::min_element(d.begin(), d.end()) - d.begin());
+  }
+  const Vec3d arm_axis = field.anatomy.arm.axis;
+  const Vec3d hand_up = field.anatomy.arm.u;
+  const Vec3d head_centre = {0, k * 937, k * 18};
+  const auto island_of = [&](const std::array<int, 3>& face) {
+    const Vec3d a = body.points[static_cast<std::size_t>(face[0])];
+    const Vec3d b = body.points[static_cast<std::size_t>(face[1])];
+    const Vec3d c = body.points[static_cast<std::size_t>(face[2])];
+    const Vec3d p = (1.0 / 3) * (a + b + c);
+    const Vec3d n = cross(b - a, c - a);
+    const auto count = [&](std::size_t which) {
+      int hits = 0;
+      for (int v : face) {
+        hits += part[static_cast<std::size_t>(v)] == which;
+      }
+      return hits;
+    };
+    const double along_arm = dot(p - j.wrist, arm_axis) / k;
+    if (p.x > j.shoulder.x && along_arm > 0 && p.y > 0.3) {
+      return dot(n, hand_up) > 0 ? kHandBack : kPalm;
+    }
+    if (p.y < k * 52) {
+      return n.y > 0.25 * norm(n) || p.y > k * 14 ? kFootTop : kSole;
+    }
+    if (count(3) >= 2 && p.y > k * 866) {
+      return p.z > head_centre.z ? kFace : kBackOfHead;
+    }
+    if (p.y > k * 600 && count(2) >= 2 && dot(p - j.shoulder, {0.93, -0.37, 0}) > 0) {
+      return kArm;
+    }
+    if (dot(p - j.hip, {0.61, -0.79, 0}) > 0 && p.y < k * 600) {
+      return kLeg;
+    }
+    return n.z > 0 ? kFront : kBack;
+  };
+  // A face's corner in its island, in metres.
+  const auto place = [&](Island island, Vec3d p, double near_angle) -> std::array<double, 2> {
+    const auto round_tube = [&](const HumanTube& tube, double cut) -> std::array<double, 2> {
+      const Vec3d q = p - tube.origin;
+      const double s = dot(q, tube.axis);
+      const double tau = station_at(tube, s);
+      const HumanSection section =
+          section_at(tube, std::clamp(tau, 0.0, static_cast<double>(tube.sections.size() - 1)));
+      double angle = std::atan2(dot(q, tube.v) - section.cv, dot(q, tube.u) - section.cu) - cut;
+      while (angle < near_angle - kPi) {
+        angle += 2 * kPi;
+      }
+      while (angle > near_angle + kPi) {
+        angle -= 2 * kPi;
+      }
+      return {angle, -s};
+    };
+    switch (island) {
+      case kFace:
+      case kBackOfHead: {
+        Vec3d d = p - head_centre;
+        d = (1 / norm(d)) * d;
+        const double z = island == kFace ? d.z : -d.z;
+        const double across = std::hypot(d.x, d.y);
+        const double angle = std::acos(std::clamp(z, -1.0, 1.0));
+        const double r = across > 1e-9 ? angle / across : 1;
+        return {(island == kFace ? 1 : -1) * r * d.x, r * d.y};
+      }
+      case kFront:
+        return {p.x, p.y};
+      case kBack:
+        return {-p.x, p.y};
+      case kArm:
+        return round_tube(field.anatomy.arm, 0);
+      case kLeg:
+        return round_tube(field.anatomy.leg, 0);
+      case kHandBack:
+        return {dot(p - j.wrist, {0, 0, 1}), -dot(p - j.wrist, arm_axis)};
+      case kPalm:
+        return {-dot(p - j.wrist, {0, 0, 1}), -dot(p - j.wrist, arm_axis)};
+      case kFootTop:
+        return {p.x, -p.z};
+      default:
+        return {-p.x, -p.z};
+    }
+  };
+
+  struct Corner {
+    double u, v;
+  };
+  std::vector<Island> island(half_faces);
+  std::vector<std::array<Corner, 3>> corners(half_faces);
+  double low[kIslands][2];
+  double high[kIslands][2];
+  for (int i = 0; i < kIslands; ++i) {
+    low[i][0] = low[i][1] = 1e9;
+    high[i][0] = high[i][1] = -1e9;
+  }
+  for (std::size_t f = 0; f < half_faces; ++f) {
+    island[f] = island_of(body.faces[f]);
+    Vec3d centre = {0, 0, 0};
+    for (int v : body.faces[f]) {
+      centre += (1.0 / 3) * body.points[static_cast<std::size_t>(v)];
+    }
+    const double near_angle = place(island[f], centre, 0)[0];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto uv =
+          place(island[f], body.points[static_cast<std::size_t>(body.faces[f][c])], near_angle);
+      corners[f][c] = {uv[0], uv[1]};
+      const auto i = static_cast<std::size_t>(island[f]);
+      for (std::size_t d = 0; d < 2; ++d) {
+        low[i][d] = std::min(low[i][d], uv[d]);
+        high[i][d] = std::max(high[i][d], uv[d]);
+        if (kBoxes[i].middle && d == 0) {  // the other half mirrors it
+          low[i][0] = std::min(low[i][0], -uv[0]);
+          high[i][0] = std::max(high[i][0], -uv[0]);
+        }
+      }
+    }
+  }
+  HumanAtlas atlas;
+  atlas.uv_faces.resize(faces.rows(), 3);
+  std::map<std::array<double, 2>, int> seen[2 * kIslands];
+  std::vector<std::array<double, 2>> uvs;
+  std::vector<std::vector<int>> members(2 * kIslands);
+  for (int side = 0; side < 2; ++side) {
+    for (std::size_t f = 0; f < half_faces; ++f) {
+      const auto i = static_cast<std::size_t>(island[f]);
+      const Box& box = kBoxes[i];
+      const std::size_t slot = box.middle ? 2 * i : 2 * i + static_cast<std::size_t>(side);
+      const Index row = static_cast<Index>(f + (side == 0 ? 0 : half_faces));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t source = side == 0 ? c : (c == 0 ? 0 : 3 - c);
+        double u = corners[f][source].u;
+        if (side == 1) {
+          u = -u;
+        }
+        const double left = side == 1 && !box.middle ? -high[i][0] : low[i][0];
+        const double size_u = high[i][0] - low[i][0];
+        const double size_v = high[i][1] - low[i][1];
+        const double offset = side == 1 && !box.middle ? box.width + 0.01 : 0.0;
+        const std::array<double, 2> uv = {
+            box.u + offset + box.width * (u - left) / size_u,
+            box.v + box.height * (corners[f][source].v - low[i][1]) / size_v};
+        const auto [it, fresh] = seen[slot].try_emplace(uv, static_cast<int>(uvs.size()));
+        if (fresh) {
+          uvs.push_back(uv);
+        }
+        atlas.uv_faces(row, static_cast<Index>(c)) = it->second;
+        members[slot].push_back(faces(row, static_cast<Index>(c)));
+      }
+    }
+  }
+  atlas.uvs.resize(static_cast<Index>(uvs.size()), 2);
+  for (std::size_t i = 0; i < uvs.size(); ++i) {
+    atlas.uvs.row(static_cast<Index>(i)) << uvs[i][0], uvs[i][1];
+  }
+  (void)half_vertices;
+  for (std::size_t i = 0; i < kIslands; ++i) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      std::vector<int>& list = members[2 * i + side];
+      if (list.empty()) {
+        continue;
+      }
+      std::sort(list.begin(), list.end());
+      list.erase(std::unique(list.begin(), list.end()), list.end());
+      const std::string prefix = kBoxes[i].middle ? "uv_" : (side == 0 ? "uv_left_" : "uv_right_");
+      atlas.islands.push_back({prefix + kBoxes[i].name, std::move(list)});
+    }
+  }
+  return atlas;
+}
+
+}  // namespace atelier

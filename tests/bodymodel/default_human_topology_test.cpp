@@ -1,0 +1,179 @@
+#include <array>
+#include <limits>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/default_human.h"
+#include "core/error.h"
+#include "core/topology.h"
+
+namespace atelier {
+namespace {
+
+BodyModel plain_human(double male) {
+  DefaultHumanOptions options;
+  options.male = male;
+  options.shape_basis = false;
+  options.correctives = false;
+  return default_human(options);
+}
+
+// Left vertices follow the middle ones, right ones follow in the same order.
+std::vector<int> mirror_map(const BodyModel& model) {
+  const Points& v = model.mesh.vertices;
+  int middle = 0;
+  while (v(middle, 0) == 0) {
+    ++middle;
+  }
+  const int side = (static_cast<int>(v.rows()) - middle) / 2;
+  std::vector<int> mirror(static_cast<std::size_t>(v.rows()));
+  for (int i = 0; i < static_cast<int>(v.rows()); ++i) {
+    mirror[i] = i < middle ? i : i < middle + side ? i + side : i - side;
+  }
+  return mirror;
+}
+
+TEST(DefaultHumanTopology, IsOneClosedTwoManifoldWithoutHandles) {
+  for (double male : {0.0, 1.0}) {
+    const BodyModel model = plain_human(male);
+    EXPECT_NO_THROW(check_body_model(model));
+    const Topology topology = topology_of(model.mesh.faces, vertex_count(model));
+    EXPECT_TRUE(is_manifold(manifold_defects(topology)));
+    EXPECT_TRUE(manifold_defects(topology).isolated_vertices.empty());
+    EXPECT_TRUE(is_closed(topology));
+    EXPECT_EQ(connected_components(topology).count, 1);
+    EXPECT_EQ(euler_characteristic(topology), 2);
+    EXPECT_GT(vertex_count(model), 9000);
+    EXPECT_LT(vertex_count(model), 14000);
+  }
+}
+
+TEST(DefaultHumanTopology, FacesOutwards) {
+  const BodyModel model = plain_human(0.5);
+  EXPECT_GT(mesh_volume(model.mesh.vertices, model.mesh.faces), 0.04);
+}
+
+TEST(DefaultHumanTopology, LeftMirrorsRightExactly) {
+  const BodyModel model = plain_human(0);
+  const std::vector<int> mirror = mirror_map(model);
+  const Points& v = model.mesh.vertices;
+  for (Index i = 0; i < v.rows(); ++i) {
+    const Index m = mirror[i];
+    EXPECT_EQ(v(i, 0), -v(m, 0));
+    EXPECT_EQ(v(i, 1), v(m, 1));
+    EXPECT_EQ(v(i, 2), v(m, 2));
+  }
+  // The mirrored triangles are the triangles.
+  std::set<std::array<int, 3>> triangles;
+  const auto rotated = [](std::array<int, 3> t) {
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    return t;
+  };
+  const Triangles& f = model.mesh.faces;
+  for (Index i = 0; i < f.rows(); ++i) {
+    triangles.insert(rotated({f(i, 0), f(i, 1), f(i, 2)}));
+  }
+  for (Index i = 0; i < f.rows(); ++i) {
+    EXPECT_TRUE(triangles.count(rotated({mirror[f(i, 0)], mirror[f(i, 2)], mirror[f(i, 1)]})));
+  }
+}
+
+TEST(DefaultHumanTopology, TrianglesAreEven) {
+  const BodyModel model = plain_human(1);
+  const Points& v = model.mesh.vertices;
+  const Triangles& f = model.mesh.faces;
+  int slender = 0;
+  double worst = 180;
+  for (Index i = 0; i < f.rows(); ++i) {
+    double smallest = 180;
+    for (int c = 0; c < 3; ++c) {
+      const Eigen::Vector3d a = (v.row(f(i, (c + 1) % 3)) - v.row(f(i, c))).normalized();
+      const Eigen::Vector3d b = (v.row(f(i, (c + 2) % 3)) - v.row(f(i, c))).normalized();
+      smallest = std::min(smallest, std::acos(std::clamp(a.dot(b), -1.0, 1.0)) * 180 / M_PI);
+    }
+    slender += smallest < 30;
+    worst = std::min(worst, smallest);
+  }
+  RecordProperty("smallest_angle_degrees", std::to_string(worst));
+  EXPECT_LT(slender, 0.08 * static_cast<double>(f.rows()));
+  EXPECT_GT(worst, 8);
+}
+
+TEST(DefaultHumanRig, HasTheTreeOfSmplX) {
+  const BodyModel model = plain_human(0.5);
+  EXPECT_EQ(joint_count(model), 55);
+  EXPECT_NO_THROW(check_skeleton(model.skeleton));
+  EXPECT_EQ(model.skeleton.names[12], "neck");
+  EXPECT_EQ(model.skeleton.parents[13], 9);
+  EXPECT_EQ(model.skeleton.parents[54], 53);
+  EXPECT_GE(find_joint(model.skeleton, "jaw"), 0);
+  for (const char* finger : {"index", "middle", "pinky", "ring", "thumb"}) {
+    for (const char* side : {"left_", "right_"}) {
+      const int third = find_joint(model.skeleton, std::string(side) + finger + "3");
+      ASSERT_GE(third, 0);
+      EXPECT_EQ(model.skeleton.names[model.skeleton.parents[third]],
+                std::string(side) + finger + "2");
+    }
+  }
+}
+
+TEST(DefaultHumanRig, WeightsArePartitionOfUnityAndBilateral) {
+  const BodyModel model = plain_human(0.5);
+  const std::vector<int> mirror = mirror_map(model);
+  const Index joints = joint_count(model);
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(vertex_count(model), joints);
+  EXPECT_LE(model.skin.joints.cols(), 8);
+  EXPECT_GE(model.skin.weights.minCoeff(), 0);
+  for (Index v = 0; v < dense.rows(); ++v) {
+    EXPECT_NEAR(model.skin.weights.row(v).sum(), 1, 1e-12);
+    for (Index s = 0; s < model.skin.joints.cols(); ++s) {
+      dense(v, model.skin.joints(v, s)) += model.skin.weights(v, s);
+    }
+  }
+  for (Index j = 0; j < joints; ++j) {
+    std::string name = model.skeleton.names[j];
+    Index other = j;
+    if (name.rfind("left_", 0) == 0) {
+      other = find_joint(model.skeleton, "right_" + name.substr(5));
+    } else if (name.rfind("right_", 0) == 0) {
+      continue;
+    }
+    for (Index v = 0; v < dense.rows(); ++v) {
+      EXPECT_NEAR(dense(v, j), dense(mirror[v], other), 1e-12) << name << " vertex " << v;
+    }
+  }
+}
+
+TEST(DefaultHumanOptions, RefusesWhatIsOutOfRange) {
+  DefaultHumanOptions options;
+  options.male = 1.5;
+  EXPECT_THROW(default_human(options), LogicError);
+  options = {};
+  options.stature = 0.5;
+  EXPECT_THROW(default_human(options), LogicError);
+  options = {};
+  options.mass = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(default_human(options), LogicError);
+  options = {};
+  options.waist_girth = -1;
+  EXPECT_THROW(default_human(options), LogicError);
+}
+
+TEST(DefaultHumanOptions, NamesTheMeasureThatFitsNobody) {
+  DefaultHumanOptions options;
+  options.stature = 1.6;
+  options.leg_length = 1.05;
+  options.torso_length = 0.8;
+  try {
+    default_human(options);
+    FAIL() << "legs and torso longer than the body";
+  } catch (const DataError& error) {
+    EXPECT_EQ(error.where, "stature");
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("measures of one person"));
+  }
+}
+
+}  // namespace
+}  // namespace atelier
