@@ -1,0 +1,87 @@
+// Configuring on machines that lack packages: what cannot be built is left out, one line each.
+#include <array>
+#include <cstdio>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_directory.h"
+
+namespace atelier {
+namespace {
+
+struct Output {
+  int code = 0;
+  std::string text;
+};
+
+Output run(const std::string& command) {
+  Output output;
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  std::array<char, 4096> buffer{};
+  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe)) {
+    output.text.append(buffer.data(), count);
+  }
+  output.code = pclose(pipe);
+  return output;
+}
+
+Output configure(const testing::TemporaryDirectory& folder, const std::string& flags) {
+  return run("cmake -G Ninja -S '" ATELIER_SOURCE_DIR "' -B '" + (folder / "build").string() +
+             "' -DATELIER_CUDA=OFF " + flags);
+}
+
+bool has_target(const testing::TemporaryDirectory& folder, const std::string& target) {
+  return run("ninja -C '" + (folder / "build").string() + "' -t query lib" + target + ".a").code ==
+         0;
+}
+
+TEST(Configure, CoreAndSimulationBuildWhereOnlyEigenAndHdf5Are) {
+  const testing::TemporaryDirectory folder;
+  std::string flags = "-DTINYGLTF_INCLUDE=no -DTINYGLTF_LIBRARY=";
+  for (const char* package :
+       {"TBB", "OpenCV", "PkgConfig", "nlohmann_json", "CLI11", "spdlog", "embree", "GTest",
+        "benchmark", "Ceres", "PCL", "CGAL", "JPEG", "PNG"}) {
+    flags += std::string(" -DCMAKE_DISABLE_FIND_PACKAGE_") + package + "=ON";
+  }
+  const Output output = configure(folder, flags);
+  ASSERT_EQ(output.code, 0) << output.text;
+  EXPECT_NE(output.text.find("left out: core_io (missing:"), std::string::npos) << output.text;
+  EXPECT_NE(output.text.find("left out: atelier (missing:"), std::string::npos) << output.text;
+  EXPECT_NE(output.text.find("left out: tests (missing: GoogleTest)"), std::string::npos);
+  EXPECT_TRUE(has_target(folder, "core"));
+  EXPECT_TRUE(has_target(folder, "simulation"));
+  EXPECT_FALSE(has_target(folder, "core_io"));
+}
+
+TEST(ConfigureRefused, CudaThatIsDemandedButAbsent) {
+  const testing::TemporaryDirectory folder;
+  const Output output =
+      configure(folder,
+                "-DATELIER_CUDA=ON -DCMAKE_CUDA_COMPILER=CMAKE_CUDA_COMPILER-NOTFOUND "
+                "-DCMAKE_DISABLE_FIND_PACKAGE_CUDAToolkit=ON");
+  // With nvcc on the machine the demand is met; without, configuring fails in one sentence.
+  if (output.code != 0) {
+    EXPECT_NE(output.text.find("no nvcc was found"), std::string::npos) << output.text;
+  }
+}
+
+TEST(ConfigureRefused, DependencyWithoutPublicOrPrivate) {
+  const testing::TemporaryDirectory folder;
+  const std::string lists = (folder / "CMakeLists.txt").string();
+  FILE* file = fopen(lists.c_str(), "w");
+  fputs(
+      "cmake_minimum_required(VERSION 3.24)\nproject(x CXX)\n"
+      "include(\"" ATELIER_SOURCE_DIR
+      "/cmake/Targets.cmake\")\n"
+      "atelier_library(part DIRECTORY part Eigen3::Eigen)\n",
+      file);
+  fclose(file);
+  const Output output =
+      run("cmake -S '" + folder.path().string() + "' -B '" + (folder / "build").string() + "'");
+  EXPECT_NE(output.code, 0);
+  EXPECT_NE(output.text.find("say PUBLIC or PRIVATE"), std::string::npos) << output.text;
+}
+
+}  // namespace
+}  // namespace atelier
