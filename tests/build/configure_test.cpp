@@ -54,18 +54,6 @@ TEST(Configure, CoreAndSimulationBuildWhereOnlyEigenAndHdf5Are) {
   EXPECT_FALSE(has_target(folder, "core_io"));
 }
 
-TEST(ConfigureRefused, CudaThatIsDemandedButAbsent) {
-  const testing::TemporaryDirectory folder;
-  const Output output =
-      configure(folder,
-                "-DATELIER_CUDA=ON -DCMAKE_CUDA_COMPILER=CMAKE_CUDA_COMPILER-NOTFOUND "
-                "-DCMAKE_DISABLE_FIND_PACKAGE_CUDAToolkit=ON");
-  // With nvcc on the machine the demand is met; without, configuring fails in one sentence.
-  if (output.code != 0) {
-    EXPECT_NE(output.text.find("no nvcc was found"), std::string::npos) << output.text;
-  }
-}
-
 TEST(ConfigureRefused, DependencyWithoutPublicOrPrivate) {
   const testing::TemporaryDirectory folder;
   const std::string lists = (folder / "CMakeLists.txt").string();
