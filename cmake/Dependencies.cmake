@@ -87,5 +87,13 @@ if(embree_FOUND AND TARGET embree)
   # The package's own target is already called embree.
 endif()
 
+# Found by its header: CGAL's own package file changes compiler flags.
+find_path(CGAL_INCLUDE CGAL/version.h)
+find_library(GMP_LIBRARY gmp)
+find_library(MPFR_LIBRARY mpfr)
+if(CGAL_INCLUDE AND GMP_LIBRARY AND MPFR_LIBRARY)
+  atelier_system_alias(cgal "${CGAL_INCLUDE}" "${MPFR_LIBRARY};${GMP_LIBRARY}")
+endif()
+
 find_package(GTest 1.11 QUIET)
 find_package(benchmark 1.6 QUIET)
