@@ -1,0 +1,102 @@
+#include "registration/garment_pattern_json.h"
+
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "registration/pattern_garment.h"
+#include "tests/support/test_data.h"
+
+namespace atelier {
+namespace {
+
+SewingPattern parse(const std::string& text) {
+  return garment_pattern_from_json(text, "p.json");
+}
+
+std::string good() {
+  return R"({"properties": {"curvature_coords": "relative", "units_in_meter": 100},
+    "pattern": {"panels": {
+      "front": {"translation": [0, 0, 20], "rotation": [0, 0, 0],
+        "vertices": [[0, 0], [40, 0], [40, 30], [0, 30]],
+        "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2], "curvature": [0.5, -0.1]},
+                  {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]},
+      "back": {"translation": [0, 0, -20], "rotation": [0, 0, 0],
+        "vertices": [[0, 0], [40, 0], [40, 30], [0, 30]],
+        "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2], "curvature": [0.5, -0.1]},
+                  {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]}},
+    "stitches": [[{"panel": "front", "edge": 1}, {"panel": "back", "edge": 1}]]}})";
+}
+
+std::string replaced(const std::string& from, const std::string& to) {
+  std::string text = good();
+  text.replace(text.find(from), from.size(), to);
+  return text;
+}
+
+TEST(GarmentPatternJson, ReadsUnitsCurvesAndStitches) {
+  const SewingPattern pattern = parse(good());
+  ASSERT_EQ(pattern.panels.size(), 2U);
+  EXPECT_DOUBLE_EQ(pattern.panels[0].corners.col(0).maxCoeff(), 0.4);
+  EXPECT_EQ(pattern.panels[0].edges[1].controls.size(), 1U);
+  EXPECT_DOUBLE_EQ(pattern.panels[1].placement.origin.z(), 0.2);  // panels are sorted by name
+  ASSERT_EQ(pattern.seams.size(), 1U);
+  EXPECT_FALSE(pattern.seams[0].reversed);  // both edges run upward at the same place
+}
+
+TEST(GarmentPatternJson, EveryRealPatternBecomesAGarment) {
+  ATELIER_TEST_FILE(root, "garments/pattern_generator/Patterns");
+  int count = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
+    if (entry.path().extension() != ".json") {
+      continue;
+    }
+    std::ifstream file(entry.path(), std::ios::binary);
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    const SewingPattern pattern =
+        garment_pattern_from_json(text, entry.path().filename().string());
+    const Garment garment = garment_from_pattern(pattern, {.edge_length = 0.03});
+    EXPECT_NO_THROW(check_garment(garment)) << entry.path();
+    EXPECT_EQ(garment.seams.size(), pattern.seams.size());
+    ++count;
+  }
+  EXPECT_GE(count, 15);
+}
+
+void expect_refused(const std::string& text, const std::string& words) {
+  try {
+    parse(text);
+    FAIL() << "accepted: " << words;
+  } catch (const DataError& error) {
+    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+  }
+}
+
+TEST(GarmentPatternJsonRefused, WhatIsNoPattern) {
+  expect_refused("{}", "no 'properties'");
+  expect_refused("[1, 2]", "no 'properties'");
+  expect_refused("{", "p.json");
+  expect_refused(replaced("\"panels\"", "\"panel\""), "no 'panels'");
+  expect_refused(replaced("\"stitches\"", "\"seams\""), "no 'stitches'");
+}
+
+TEST(GarmentPatternJsonRefused, UnitsAndCurvature) {
+  expect_refused(replaced("100", "0"), "units_in_meter");
+  expect_refused(replaced("100", "\"m\""), "a number");
+  expect_refused(replaced("\"relative\"", "\"polar\""), "relative or absolute");
+  expect_refused(replaced("[0.5, -0.1]", "[0.5]"), "2 numbers");
+}
+
+TEST(GarmentPatternJsonRefused, IndicesAndNames) {
+  expect_refused(replaced("[0, 1]", "[0, 4]"), "an index from 0 to 4");
+  expect_refused(replaced("[0, 1]", "[-1, 1]"), "an index from 0 to 4");
+  expect_refused(replaced("[0, 1]", "[0, 1.5]"), "an index");
+  expect_refused(replaced("\"panel\": \"front\"", "\"panel\": \"side\""), "the name of a panel");
+  expect_refused(replaced("\"edge\": 1", "\"edge\": 9"), "an index from 0 to 4");
+  expect_refused(replaced("[[0, 0], [40, 0]", "[[0, 0], [40]"), "2 numbers");
+}
+
+}  // namespace
+}  // namespace atelier
