@@ -51,8 +51,14 @@ struct ShadowRay {
 class Tile {
  public:
   Tile(const PreparedScene::Data& scene, const Camera& camera, const RenderOptions& options, int x0,
-       int y0)
-      : scene_(scene), camera_(camera), options_(options), x0_(x0), y0_(y0) {
+       int y0, bool occupied)
+      : scene_(scene),
+        camera_(camera),
+        options_(options),
+        x0_(x0),
+        y0_(y0),
+        occupied_(occupied),
+        detailed_(occupied) {
     x1_ = std::min(camera.width, x0 + kTile);
     y1_ = std::min(camera.height, y0 + kTile);
     eye_ = vec3f(camera_center(camera));
@@ -150,7 +156,9 @@ class Tile {
         packet.ray.tnear[lane] = 1;
         packet.ray.tfar[lane] = 0;
       }
-      scene_.tree.intersect(packet);
+      if (occupied_) {
+        scene_.tree.intersect(packet);
+      }
       for (int lane = 0; lane < count; ++lane) {
         const Lane& l = lanes[static_cast<std::size_t>(lane)];
         keep(packet, lane, l.y, l.pixel, l.index, l.direction);
@@ -218,7 +226,6 @@ class Tile {
       const MeshHit h{packet.hit.geomID[lane], packet.hit.primID[lane], packet.hit.u[lane],
                       packet.hit.v[lane], distance};
       s.point = shading_point(scene_, h, eye_, direction, pixel_angle_, options_.samples);
-      detailed_ = true;
       shaded_.push_back(s);
       return;
     }
@@ -456,13 +463,56 @@ class Tile {
   std::array<Vec3f, kTile * kTile> color_{};
   std::array<float, kTile * kTile> alpha_{};
   std::array<RandomWords, kTile * kTile> seeds_{};
-  bool detailed_ = false;  // something but background and unshadowed paper is in the tile
+  bool occupied_;  // a mesh may be seen in the tile
+  bool detailed_;  // something but background and unshadowed paper may be
   std::vector<Shaded> shaded_;
   std::vector<LightSum> sums_;
   std::vector<ShadowRay> shadow_rays_;
   std::vector<Vec3f> ambient_radiance_;
   OcclusionRays rays_;
 };
+
+// Which tiles a mesh may touch: boxes about the projected triangles, grown by what a lens bends
+// their edges. All of them where a triangle reaches behind the camera or beyond the lens.
+std::vector<char> occupied_tiles(const PreparedScene::Data& scene, const Camera& camera,
+                                 int columns, int rows) {
+  std::vector<char> tiles(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0);
+  const double bend = camera.distortion_model == Distortion::None ? 0 : 0.15;
+  std::vector<std::optional<Eigen::Vector2d>> pixels;
+  for (const PreparedMesh& mesh : scene.meshes) {
+    pixels.assign(mesh.positions.size() / 3, std::nullopt);
+    parallel_for(static_cast<Index>(pixels.size()), 1024, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        const Vec3f p = mesh.position(static_cast<std::uint32_t>(i));
+        pixels[static_cast<std::size_t>(i)] = project(camera, Eigen::Vector3d(p.x, p.y, p.z));
+      }
+    });
+    for (std::size_t f = 0; f < mesh.indices.size(); f += 3) {
+      const auto& a = pixels[mesh.indices[f]];
+      const auto& b = pixels[mesh.indices[f + 1]];
+      const auto& c = pixels[mesh.indices[f + 2]];
+      if (!a || !b || !c) {
+        tiles.assign(tiles.size(), 1);
+        return tiles;
+      }
+      const Eigen::Vector2d low = a->cwiseMin(*b).cwiseMin(*c);
+      const Eigen::Vector2d high = a->cwiseMax(*b).cwiseMax(*c);
+      const double margin = 1 + bend * (high - low).maxCoeff();
+      const auto tile = [](double pixel, int last) {
+        return static_cast<int>(std::floor(std::clamp(pixel / kTile, -1.0, last + 1.0)));
+      };
+      for (int y = std::max(0, tile(low.y() - margin, rows));
+           y <= std::min(rows - 1, tile(high.y() + margin, rows)); ++y) {
+        for (int x = std::max(0, tile(low.x() - margin, columns));
+             x <= std::min(columns - 1, tile(high.x() + margin, columns)); ++x) {
+          tiles[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
+                static_cast<std::size_t>(x)] = 1;
+        }
+      }
+    }
+  }
+  return tiles;
+}
 
 }  // namespace
 
@@ -478,10 +528,11 @@ Image render(const PreparedScene& scene, const Camera& camera, const RenderOptio
   Image image(camera.width, camera.height, options.alpha ? 4 : 3);
   const int columns = (camera.width + kTile - 1) / kTile;
   const int rows = (camera.height + kTile - 1) / kTile;
+  const std::vector<char> occupied = occupied_tiles(scene.data(), camera, columns, rows);
   parallel_for(static_cast<Index>(columns) * rows, 4, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i) {
       Tile tile(scene.data(), camera, options, static_cast<int>(i % columns) * kTile,
-                static_cast<int>(i / columns) * kTile);
+                static_cast<int>(i / columns) * kTile, occupied[static_cast<std::size_t>(i)] != 0);
       tile.render(image);
     }
   });

@@ -17,7 +17,7 @@ void check_color(const Eigen::Vector3f& color, float max, const std::string& whe
   for (int c = 0; c < 3; ++c) {
     if (!(color[c] >= 0 && color[c] <= max)) {
       refuse(where, std::to_string(color[c]),
-             std::isinf(max) ? "a finite number that is not negative" : "a number in [0,1]");
+             max > 1 ? "a finite number that is not negative" : "a number in [0,1]");
     }
   }
 }

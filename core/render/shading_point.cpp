@@ -62,8 +62,11 @@ void split_layers(ShadingPoint& p, float metallic, float specular) {
   p.diffuse_share = {1, 1, 1};
   if (p.gloss > 0) {
     const GlossAlbedo a = gloss_albedo(p.n_dot_v, p.roughness);
+    // Turquin, "Practical multiple scattering compensation for microfacet models", 2019.
+    const float lost = 1 / std::max(0.05f, a.scale + a.bias) - 1;
+    p.rebound = Vec3f{1, 1, 1} + lost * p.f0;
     // The dielectric's albedo, so that a half-metal's base is not dimmed twice.
-    const float e = dielectric * a.scale + a.bias;
+    const float e = (dielectric * a.scale + a.bias) * (1 + lost * dielectric);
     p.diffuse_share = {1 - e, 1 - e, 1 - e};
   }
 }
@@ -191,7 +194,8 @@ Vec3f gloss_towards_viewer(const ShadingPoint& point, Vec3f light_direction, flo
   if (point.gloss > 0) {
     const float w = fresnel_weight(dot(point.view, half));
     const float strength = ggx(point.n_dot_v, n_dot_l, n_dot_h, point.roughness) * n_dot_l;
-    result += (point.base_share * strength) * mix(point.f0, Vec3f{1, 1, 1}, w);
+    result +=
+        (point.base_share * strength) * product(point.rebound, mix(point.f0, Vec3f{1, 1, 1}, w));
   }
   if (point.sheen > 0) {
     const float s = point.sheen * sheen(point.n_dot_v, n_dot_l, n_dot_h) * n_dot_l;
@@ -206,7 +210,7 @@ Vec3f ambient_light(const PreparedScene::Data& scene, const ShadingPoint& point,
   if (point.gloss > 0) {
     const GlossAlbedo a = gloss_albedo(point.n_dot_v, point.roughness);
     const Vec3f reflected = 2 * point.n_dot_v * point.normal - point.view;
-    const Vec3f e = a.scale * point.f0 + Vec3f{a.bias, a.bias, a.bias};
+    const Vec3f e = product(point.rebound, a.scale * point.f0 + Vec3f{a.bias, a.bias, a.bias});
     result +=
         (point.base_share * openness) *
         product(e, glossy_radiance(scene.environment, normalized(reflected), point.roughness));

@@ -18,6 +18,7 @@ struct ShadingPoint {
   float sheen;
   float gloss;  ///< 0: no gloss at all
   float n_dot_v;
+  Vec3f rebound;        ///< factor on the gloss for light that bounces between its microfacets
   float base_share;     ///< of light that sheen leaves to the layers under it
   Vec3f diffuse_share;  ///< of that light, what the gloss leaves to the diffuse base
 };

@@ -59,22 +59,22 @@ Scene studio_scene(std::vector<RenderMesh> meshes, double azimuth) {
   Scene scene;
   scene.meshes = std::move(meshes);
   scene.ground = Ground{low.y(), {0.55f, 0.54f, 0.53f}, true};
-  scene.background.top = {0.40f, 0.42f, 0.45f};
-  scene.background.bottom = {0.62f, 0.62f, 0.62f};
+  scene.background.top = {0.30f, 0.32f, 0.345f};
+  scene.background.bottom = {0.52f, 0.52f, 0.52f};
   scene.environment.zenith = {0.34f, 0.36f, 0.40f};
   scene.environment.horizon = {0.22f, 0.23f, 0.25f};
   scene.environment.nadir = {0.20f, 0.20f, 0.20f};
   const Eigen::AngleAxisd to_viewer(azimuth, Eigen::Vector3d::UnitY());
   const Eigen::Vector3d key = middle + size * (to_viewer * Eigen::Vector3d(-2.1, 2.3, 2.2));
   const Eigen::Vector3d rim = middle + size * (to_viewer * Eigen::Vector3d(2.4, 1.6, -2.4));
-  scene.area_lights.push_back(softbox(key, middle, 0.8 * size, 0.8 * size, {8.2f, 7.9f, 7.5f}));
+  scene.area_lights.push_back(softbox(key, middle, 0.8 * size, 0.8 * size, {10.0f, 9.6f, 9.1f}));
   scene.area_lights.push_back(softbox(rim, middle, 0.5 * size, 1.1 * size, {3.2f, 3.4f, 3.7f}));
   return scene;
 }
 
 Look clay_look() {
   Look look;
-  look.color = {0.52f, 0.51f, 0.50f};
+  look.color = {0.64f, 0.61f, 0.58f};
   look.roughness = 0.55f;
   look.specular = 0.35f;
   look.back_color = Eigen::Vector3f(0.50f, 0.22f, 0.15f);

@@ -1,13 +1,16 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "core/camera.h"
 #include "core/image.h"
 #include "core/mesh.h"
+#include "core/render/scene.h"
 
 namespace atelier::testing {
 
@@ -65,6 +68,62 @@ inline Mesh rectangle(const Eigen::Vector3d& center, const Eigen::Vector3d& u,
   mesh.uvs << 0, 0, 1, 0, 1, 1, 0, 1;
   mesh.uv_faces = mesh.faces;
   return mesh;
+}
+
+/// A camera at `eye` that looks at `target`; `focal` in pixels.
+inline Camera look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, int width,
+                      int height, double focal) {
+  Camera camera;
+  camera.id = "test";
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = focal;
+  camera.cx = 0.5 * width;
+  camera.cy = 0.5 * height;
+  const Eigen::Vector3d forward = (target - eye).normalized();
+  const Eigen::Vector3d helper =
+      std::abs(forward.y()) > 0.99 ? Eigen::Vector3d(0, 0, -1) : Eigen::Vector3d(0, 1, 0);
+  const Eigen::Vector3d right = forward.cross(helper).normalized();
+  camera.camera_from_world_rotation.row(0) = right;
+  camera.camera_from_world_rotation.row(1) = forward.cross(right);
+  camera.camera_from_world_rotation.row(2) = forward;
+  camera.camera_from_world_translation = -camera.camera_from_world_rotation * eye;
+  return camera;
+}
+
+/// A diffuse surface without gloss.
+inline Look matt(const Eigen::Vector3f& color) {
+  Look look;
+  look.color = color;
+  look.specular = 0;
+  return look;
+}
+
+/// A flat floor of `cells` x `cells` squares over [-half, half]^2 at y = 0, facing up.
+inline Mesh floor_grid(double half, int cells) {
+  Mesh mesh;
+  const int n = cells + 1;
+  mesh.vertices.resize(n * n, 3);
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      mesh.vertices.row(j * n + i) << half * (2.0 * i / cells - 1), 0, half * (2.0 * j / cells - 1);
+    }
+  }
+  mesh.faces.resize(2 * cells * cells, 3);
+  Index f = 0;
+  for (int j = 0; j < cells; ++j) {
+    for (int i = 0; i < cells; ++i) {
+      const int a = j * n + i, b = a + 1, c = a + n, d = c + 1;
+      mesh.faces.row(f++) << a, c, d;
+      mesh.faces.row(f++) << a, d, b;
+    }
+  }
+  return mesh;
+}
+
+/// One pixel's colour.
+inline Eigen::Vector3f color_at(const Image& image, int x, int y) {
+  return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)};
 }
 
 /// For looking at what a test renders: written only where ATELIER_TEST_PICTURES names a folder.

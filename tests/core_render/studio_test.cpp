@@ -11,7 +11,7 @@ namespace atelier {
 namespace {
 
 TEST(Studio, SphereIsWellExposed) {
-  const Image picture = picture_of(testing::sphere(), kThreeQuarter, {400, 400, 8, {}});
+  const Image picture = picture_of(testing::sphere(), kThreeQuarter, {96, 96, 8, {}});
   testing::keep_picture("studio_sphere", picture);
   for (const float value : picture.data) {
     ASSERT_GE(value, 0.0f);
@@ -46,7 +46,7 @@ TEST(Studio, ShowsABodyFromAllSides) {
   ATELIER_TEST_FILE(path, "makehuman/base/base.obj");
   const Mesh body = makehuman_body(path);
   std::vector<CaptionedImage> views;
-  const PictureOptions options{150, 250, 4, {}};
+  const PictureOptions options{90, 150, 4, {}};
   for (const auto& [name, view] : {std::pair{"front", kFront},
                                    {"three-quarter", kThreeQuarter},
                                    {"side", kSide},
