@@ -1,0 +1,349 @@
+#include "core/store/active_run.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <system_error>
+#include <thread>
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/store/input_digest.h"
+#include "core/store/utc_time.h"
+
+namespace atelier {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double seconds_since_1970() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::string gigabytes(double bytes) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g GB", bytes / 1e9);
+  return text;
+}
+
+}  // namespace
+
+ActiveRun::ActiveRun(const Stage& stage, const StageRequest& request, const StagePlan& plan,
+                     const StageEvents& events)
+    : stage_(stage),
+      request_(request),
+      plan_(plan),
+      events_(events),
+      started_(seconds_since_1970()) {}
+
+const std::filesystem::path& ActiveRun::input(std::string_view kind) const {
+  for (std::size_t i = 0; i < plan_.manifest.inputs.size(); ++i) {
+    if (plan_.manifest.inputs[i].kind == kind) {
+      return plan_.input_paths[i];
+    }
+  }
+  throw LogicError(std::string(stage_.name) + " has no input " + std::string(kind));
+}
+
+bool ActiveRun::each_frame(const std::string& folder, const std::string& extension,
+                           const std::vector<int>& frame_ids,
+                           const std::function<void(int, const std::filesystem::path&)>& write,
+                           std::int64_t bytes_per_frame) {
+  ATELIER_CHECK(stage_.frame_wise, std::string(stage_.name) + " is not said to be frame-wise");
+  ATELIER_CHECK(frames_total_ == 0, "each_frame is called once");
+  ATELIER_CHECK(!frame_ids.empty() && frame_ids.front() >= 0 &&
+                    std::adjacent_find(frame_ids.begin(), frame_ids.end(),
+                                       [](int a, int b) { return a >= b; }) == frame_ids.end(),
+                "frame numbers are increasing, not negative and not none");
+  const Clock::time_point start = Clock::now();
+  frames_total_ = static_cast<std::int64_t>(frame_ids.size());
+  const std::vector<int> mine = selected_frames(request_.selection, frame_ids);
+  if (mine.empty()) {
+    throw DataError(plan_.input_paths.empty() ? "" : plan_.input_paths.front().string(), "frames",
+                    std::to_string(frame_ids.front()) + " to " + std::to_string(frame_ids.back()),
+                    "some of " + to_string(request_.selection));
+  }
+  if (!open_frames(folder, extension, frame_ids, mine)) {
+    frames_missing_ = true;
+    return false;
+  }
+  std::vector<int> todo;
+  std::copy_if(mine.begin(), mine.end(), std::back_inserter(todo),
+               [&](int frame_id) { return !frames_.contains(frame_id); });
+  if (todo.size() < mine.size()) {
+    say(std::to_string(mine.size() - todo.size()) + " of " + std::to_string(mine.size()) +
+        " frames are done already");
+  }
+  need_space(bytes_per_frame * static_cast<std::int64_t>(todo.size()));
+  work(todo, static_cast<std::int64_t>(mine.size()), folder, extension, write);
+  frame_loop_ = seconds_since(start);
+  if (stopped_) {
+    return false;
+  }
+  // From here to the commit nobody else may decide that everything is done.
+  commit_lock_ = FileLock::wait(plan_.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
+  std::error_code error;
+  if (!std::filesystem::is_directory(plan_.staging_folder, error)) {
+    frames_missing_ = true;  // another run has found everything done, and committed
+    return false;
+  }
+  for (auto& [frame_id, record] : read_frame_logs(plan_.staging_folder)) {
+    frames_.try_emplace(frame_id, record);
+  }
+  frames_missing_ = std::any_of(frame_ids.begin(), frame_ids.end(),
+                                [&](int frame_id) { return !frames_.contains(frame_id); });
+  if (frames_missing_) {
+    commit_lock_.reset();
+  }
+  return !frames_missing_;
+}
+
+bool ActiveRun::open_frames(const std::string& folder, const std::string& extension,
+                            const std::vector<int>& frame_ids, const std::vector<int>& mine) {
+  const FileLock moment =
+      FileLock::wait(plan_.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
+  std::error_code error;
+  if (!std::filesystem::is_directory(plan_.staging_folder, error)) {
+    return false;
+  }
+  frame_lock_ = FrameLock::try_lock(plan_.staging_folder / ".frame-locks", mine);
+  if (!frame_lock_) {
+    throw EnvironmentError(plan_.stage_folder.string(),
+                           "another run is working on some of these frames; wait until it ends, or "
+                           "give each run a --shard i/n of its own");
+  }
+  frames_ = read_frame_logs(plan_.staging_folder);
+  std::erase_if(frames_, [&](const auto& entry) {
+    return !std::binary_search(frame_ids.begin(), frame_ids.end(), entry.first) ||
+           entry.second.output.path != frame_path(folder, entry.first, extension) ||
+           (request_.force && std::binary_search(mine.begin(), mine.end(), entry.first));
+  });
+  drop_damaged_frames(folder, extension);
+  make_private_directory(plan_.staging_folder / folder);
+  log_ = std::make_unique<FrameLog>(plan_.staging_folder);
+  return true;
+}
+
+void ActiveRun::drop_damaged_frames(const std::string& folder, const std::string& extension) {
+  std::vector<int> ids;
+  for (const auto& entry : frames_) {
+    ids.push_back(entry.first);
+  }
+  std::vector<char> sound(ids.size(), 0);
+  parallel_for(static_cast<Index>(ids.size()), 1, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const FrameRecord& record = frames_.at(ids[at]);
+      const std::filesystem::path path =
+          plan_.staging_folder / frame_path(folder, ids[at], extension);
+      struct stat status {};
+      sound[at] = lstat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
+                  status.st_size == record.output.size &&
+                  digest_of_file(path).digest == record.output.digest;
+    }
+  });
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (sound[i] == 0) {
+      say("frame " + std::to_string(ids[i]) + " of the interrupted run is damaged: done again");
+      frames_.erase(ids[i]);
+    }
+  }
+}
+
+void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine, const std::string& folder,
+                     const std::string& extension,
+                     const std::function<void(int, const std::filesystem::path&)>& write) {
+  const Clock::time_point start = Clock::now();
+  const std::int64_t before = mine - static_cast<std::int64_t>(todo.size());
+  std::atomic<std::size_t> next = 0;
+  std::atomic<bool> ending = false;
+  std::int64_t done = 0;
+  std::map<std::size_t, std::exception_ptr> errors;
+  const auto worker = [&] {
+    while (!ending) {
+      if (stop_requested()) {
+        return;
+      }
+      const std::size_t at = next++;
+      if (at >= todo.size()) {
+        return;
+      }
+      try {
+        one_frame(todo[at], frame_path(folder, todo[at], extension), write);
+        const std::lock_guard lock(mutex_);
+        ++done;
+        const double rate = static_cast<double>(done) / std::max(seconds_since(start), 1e-9);
+        const auto left = static_cast<double>(static_cast<std::int64_t>(todo.size()) - done);
+        report_progress({"frames", before + done, mine, rate, left / rate});
+      } catch (...) {  // carried to the thread that called; the rest is not begun
+        const std::lock_guard lock(mutex_);
+        errors[at] = std::current_exception();
+        ending = true;
+      }
+    }
+  };
+  const int jobs = request_.jobs > 0 ? request_.jobs : thread_count();
+  const std::size_t threads =
+      std::min(static_cast<std::size_t>(std::max(jobs, 1)), std::max<std::size_t>(todo.size(), 1));
+  std::vector<std::thread> pool;
+  for (std::size_t i = 1; i < threads; ++i) {
+    pool.emplace_back(worker);
+  }
+  worker();
+  for (std::thread& thread : pool) {
+    thread.join();
+  }
+  if (!errors.empty()) {
+    std::rethrow_exception(errors.begin()->second);
+  }
+}
+
+void ActiveRun::one_frame(int frame_id, const std::string& path,
+                          const std::function<void(int, const std::filesystem::path&)>& write) {
+  const Clock::time_point start = Clock::now();
+  FrameRecord record;
+  record.frame_id = frame_id;
+  record.output =
+      write_file(path, [&](const std::filesystem::path& file) { write(frame_id, file); });
+  record.seconds = seconds_since(start);
+  record.peak_memory_bytes = peak_memory_bytes();
+  const std::lock_guard lock(mutex_);
+  log_->append(record);
+  frames_[frame_id] = record;
+}
+
+ManifestOutput ActiveRun::write_file(
+    const std::string& path, const std::function<void(const std::filesystem::path&)>& write) {
+  AtomicFile file(plan_.staging_folder / path);
+  write(file.temporary_path());
+  // A library that writes by name may have made a new file with a mode of its own.
+  std::error_code error;
+  std::filesystem::permissions(
+      file.temporary_path(),
+      std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, error);
+  if (error) {
+    throw EnvironmentError((plan_.staging_folder / path).string(),
+                           "cannot set its mode: " + error.message());
+  }
+  const FileDigest digest = digest_of_file(file.temporary_path());
+  file.commit();
+  return {path, digest.size, digest.digest};
+}
+
+std::filesystem::path ActiveRun::frame_file(int frame_id) const {
+  const auto found = frames_.find(frame_id);
+  ATELIER_CHECK(found != frames_.end(), "frame " + std::to_string(frame_id) + " is not finished");
+  return plan_.staging_folder / found->second.output.path;
+}
+
+void ActiveRun::output(const std::string& path,
+                       const std::function<void(const std::filesystem::path&)>& write) {
+  ATELIER_CHECK(is_safe_output_path(path) && path != "manifest.json", "no output path: " + path);
+  ATELIER_CHECK(!outputs_.contains(path), path + " is written twice");
+  const std::filesystem::path full = plan_.staging_folder / path;
+  make_private_directory(full.parent_path());
+  outputs_[path] = write_file(path, write);
+}
+
+void ActiveRun::output_text(const std::string& path, std::string_view text) {
+  output(path, [&](const std::filesystem::path& file) {
+    // The runner syncs and renames; here the bytes only have to reach the file.
+    std::FILE* out = std::fopen(file.c_str(), "wb");
+    const bool opened = out != nullptr;
+    const bool written = opened && std::fwrite(text.data(), 1, text.size(), out) == text.size();
+    const int error = errno;
+    if (!opened || std::fclose(out) != 0 || !written) {
+      throw EnvironmentError(
+          (plan_.staging_folder / path).string(),
+          "cannot write: " + std::generic_category().message(written ? errno : error));
+    }
+  });
+}
+
+void ActiveRun::metric(const std::string& name, double value) {
+  ATELIER_CHECK(std::isfinite(value), "metric " + name + " is not finite");
+  metrics_[name] = value;
+}
+
+void ActiveRun::say(const std::string& line) {
+  if (events_.say) {
+    events_.say(line);
+  }
+}
+
+void ActiveRun::progress(std::int64_t done, std::int64_t total, const std::string& unit) {
+  const double rate = static_cast<double>(done) / std::max(seconds_since(start_), 1e-9);
+  const std::lock_guard lock(mutex_);
+  report_progress(
+      {unit, done, total, rate, done > 0 ? static_cast<double>(total - done) / rate : 0.0});
+}
+
+void ActiveRun::report_progress(const StageProgress& progress) {
+  if (events_.progress) {
+    events_.progress(progress);
+  }
+}
+
+bool ActiveRun::stop_requested() {
+  const std::lock_guard lock(mutex_);
+  stopped_ = stopped_ || (events_.stop && events_.stop());
+  return stopped_;
+}
+
+void ActiveRun::need_space(std::int64_t bytes) const {
+  struct statvfs disk {};
+  if (bytes <= 0 || statvfs(plan_.stage_folder.c_str(), &disk) != 0) {
+    return;
+  }
+  const double free = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
+  if (free < static_cast<double>(bytes)) {
+    throw EnvironmentError(plan_.stage_folder.string(),
+                           gigabytes(free) + " are free, the stage needs " +
+                               gigabytes(static_cast<double>(bytes)) +
+                               "; free some, or choose a workspace on another disk");
+  }
+}
+
+Manifest ActiveRun::finished_manifest() const {
+  Manifest manifest = plan_.manifest;
+  std::map<std::string, ManifestOutput> sorted = outputs_;
+  manifest.peak_memory_bytes = peak_memory_bytes();
+  manifest.work_seconds = seconds_since(start_) - frame_loop_;
+  for (const auto& [frame_id, record] : frames_) {
+    sorted[record.output.path] = record.output;
+    manifest.work_seconds += record.seconds;
+    manifest.peak_memory_bytes = std::max(manifest.peak_memory_bytes, record.peak_memory_bytes);
+  }
+  for (const auto& entry : sorted) {
+    manifest.outputs.push_back(entry.second);
+  }
+  manifest.metrics = metrics_;
+  manifest.started = utc_text(started_);
+  manifest.finished = utc_text(seconds_since_1970());
+  return manifest;
+}
+
+std::string frame_path(const std::string& folder, int frame_id, const std::string& extension) {
+  char name[32];
+  std::snprintf(name, sizeof name, "%06d", frame_id);
+  return folder + "/" + name + extension;
+}
+
+std::int64_t peak_memory_bytes() {
+  struct rusage usage {};
+  getrusage(RUSAGE_SELF, &usage);
+  return std::int64_t{usage.ru_maxrss} * 1024;
+}
+
+}  // namespace atelier

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "core/store/file_lock.h"
+#include "core/store/frame_log.h"
+#include "core/store/run_stage.h"
+
+namespace atelier {
+
+/// The StageRun behind `run_stage`: writes into the staging folder and keeps the account of it.
+/// Internal to core/store.
+class ActiveRun : public StageRun {
+ public:
+  ActiveRun(const Stage& stage, const StageRequest& request, const StagePlan& plan,
+            const StageEvents& events);
+
+  const std::filesystem::path& input(std::string_view kind) const override;
+  Device device() const override { return request_.device; }
+  bool each_frame(const std::string& folder, const std::string& extension,
+                  const std::vector<int>& frame_ids,
+                  const std::function<void(int frame_id, const std::filesystem::path& file)>& write,
+                  std::int64_t bytes_per_frame) override;
+  std::filesystem::path frame_file(int frame_id) const override;
+  void output(const std::string& path,
+              const std::function<void(const std::filesystem::path& file)>& write) override;
+  void output_text(const std::string& path, std::string_view text) override;
+  void metric(const std::string& name, double value) override;
+  void say(const std::string& line) override;
+  void progress(std::int64_t done, std::int64_t total, const std::string& unit) override;
+  bool stop_requested() override;
+  void need_space(std::int64_t bytes) const override;
+
+  /// How `run` ended, as far as the staging folder goes.
+  bool stopped() const { return stopped_; }
+  bool frames_missing() const { return frames_missing_; }
+  std::int64_t frames_done() const { return static_cast<std::int64_t>(frames_.size()); }
+  std::int64_t frames_total() const { return frames_total_; }
+
+  /// The plan's manifest with outputs, metrics, times and memory filled in.
+  Manifest finished_manifest() const;
+
+ protected:
+  const void* option_values() const override { return request_.options.values.get(); }
+
+ private:
+  /// Under the commit lock: locks this run's frames and learns which are finished. False if the
+  /// staging folder is gone, since another run has committed it.
+  bool open_frames(const std::string& folder, const std::string& extension,
+                   const std::vector<int>& frame_ids, const std::vector<int>& mine);
+  void drop_damaged_frames(const std::string& folder, const std::string& extension);
+  void work(const std::vector<int>& todo, std::int64_t mine, const std::string& folder,
+            const std::string& extension,
+            const std::function<void(int, const std::filesystem::path&)>& write);
+  void one_frame(int frame_id, const std::string& path,
+                 const std::function<void(int, const std::filesystem::path&)>& write);
+  ManifestOutput write_file(const std::string& path,
+                            const std::function<void(const std::filesystem::path&)>& write);
+  void report_progress(const StageProgress& progress);
+
+  const Stage& stage_;
+  const StageRequest& request_;
+  const StagePlan& plan_;
+  const StageEvents& events_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double started_ = 0;     ///< seconds since 1970
+  double frame_loop_ = 0;  ///< seconds spent in each_frame, whose frames count for themselves
+  std::mutex mutex_;       ///< of everything below while threads work
+  bool stopped_ = false;
+  bool frames_missing_ = false;
+  std::int64_t frames_total_ = 0;
+  std::map<int, FrameRecord> frames_;
+  std::unique_ptr<FrameLog> log_;
+  std::optional<FrameLock> frame_lock_;
+  std::optional<FileLock> commit_lock_;  ///< held from the last frame to the commit
+  std::map<std::string, ManifestOutput> outputs_;
+  std::map<std::string, double> metrics_;
+};
+
+/// "statistics/000012.json".
+std::string frame_path(const std::string& folder, int frame_id, const std::string& extension);
+
+/// Peak resident memory of this process, bytes.
+std::int64_t peak_memory_bytes();
+
+}  // namespace atelier

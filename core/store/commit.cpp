@@ -1,0 +1,104 @@
+#include "core/store/commit.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <set>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/store/result.h"
+
+namespace atelier {
+namespace {
+
+/// Removes logs, locks and temporary files, and whatever else nobody answers for.
+void sweep(const std::filesystem::path& staging, const Manifest& manifest) {
+  std::set<std::string> named = {"manifest.json"};
+  for (const ManifestOutput& output : manifest.outputs) {
+    named.insert(output.path);
+  }
+  std::error_code error;
+  std::vector<std::filesystem::path> unnamed;
+  auto walk = std::filesystem::recursive_directory_iterator(staging, error);
+  while (!error && walk != std::filesystem::recursive_directory_iterator()) {
+    const bool folder = std::filesystem::is_directory(walk->symlink_status(error));
+    if (!error && !folder &&
+        !named.contains(walk->path().lexically_relative(staging).generic_string())) {
+      unnamed.push_back(walk->path());
+    }
+    walk.increment(error);
+  }
+  for (const std::filesystem::path& path : unnamed) {
+    if (!error) {
+      std::filesystem::remove(path, error);
+    }
+  }
+  if (error) {
+    throw EnvironmentError(staging.string(), "cannot remove temporary files: " + error.message());
+  }
+}
+
+/// staging -> result, where a result is there already: in one step if the file system can.
+void exchange(const std::filesystem::path& staging, const std::filesystem::path& result) {
+  if (renameat2(AT_FDCWD, staging.c_str(), AT_FDCWD, result.c_str(), RENAME_EXCHANGE) == 0) {
+    return;
+  }
+  const int error = errno;
+  if (error != EINVAL && error != ENOSYS) {
+    throw EnvironmentError(result.string(),
+                           "cannot replace it: " + std::generic_category().message(error));
+  }
+  const std::filesystem::path aside =
+      result.parent_path() / (".replaced-" + result.filename().string());
+  remove_folder(aside);
+  if (std::rename(result.c_str(), aside.c_str()) != 0 ||
+      std::rename(staging.c_str(), result.c_str()) != 0) {
+    throw EnvironmentError(result.string(),
+                           "cannot replace it: " + std::generic_category().message(errno));
+  }
+  remove_folder(aside);
+}
+
+}  // namespace
+
+void commit_result(const std::filesystem::path& staging, const std::filesystem::path& result,
+                   const Manifest& manifest) {
+  write_file_atomically(staging / "manifest.json", manifest_text(manifest));
+  finish_commit(staging, result, manifest);
+}
+
+void finish_commit(const std::filesystem::path& staging, const std::filesystem::path& result,
+                   const Manifest& manifest) {
+  sweep(staging, manifest);
+  sync_directory(staging);
+  const std::filesystem::path parent = result.parent_path();
+  struct stat status {};
+  const bool replaces = lstat(result.c_str(), &status) == 0;
+  if (replaces) {
+    exchange(staging, result);
+  } else if (std::rename(staging.c_str(), result.c_str()) != 0) {
+    throw EnvironmentError(result.string(),
+                           "cannot rename to it: " + std::generic_category().message(errno));
+  }
+  sync_directory(parent);
+  set_current(parent, result.filename().string());
+  if (replaces) {
+    remove_folder(staging);  // now the older result
+  }
+}
+
+void remove_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::remove_all(folder, error);
+  if (error) {
+    throw EnvironmentError(folder.string(), "cannot remove it: " + error.message());
+  }
+}
+
+}  // namespace atelier

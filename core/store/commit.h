@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+
+#include "core/store/manifest.h"
+
+namespace atelier {
+
+/// Makes a staging folder the result of its key: writes manifest.json, removes everything that the
+/// manifest does not name, syncs, renames (replacing an older result of the key in one step where
+/// the file system can), syncs the parent and makes the result current. A kill at any point leaves
+/// the older result or this one, and a staging folder from which the next run finishes. The caller
+/// holds the commit lock. Throws EnvironmentError.
+void commit_result(const std::filesystem::path& staging, const std::filesystem::path& result,
+                   const Manifest& manifest);
+
+/// The second half, for a staging folder that already has its manifest.
+void finish_commit(const std::filesystem::path& staging, const std::filesystem::path& result,
+                   const Manifest& manifest);
+
+/// Removes a folder and everything in it; links are removed, not followed. Throws EnvironmentError.
+void remove_folder(const std::filesystem::path& folder);
+
+}  // namespace atelier

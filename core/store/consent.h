@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace atelier {
+
+/// What a recorded person agreed to. Travels from the capture into the manifest of everything made
+/// from it, so that limited access can be kept.
+struct Consent {
+  std::string who;    ///< the person, by name or pseudonym
+  std::string scope;  ///< what the recording may be used for
+  std::string until;  ///< last day, "2030-12-31", or "" for no end
+
+  bool operator==(const Consent&) const = default;
+};
+
+/// "P. Doe, research, until 2030-12-31"; "none recorded" for an empty list.
+std::string to_string(const std::vector<Consent>& consent);
+
+}  // namespace atelier

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "core/store/consent.h"
+
+namespace atelier {
+
+/// The consent that a capture's `capture.toml` states: its table `[consent]` (or tables
+/// `[[consent]]`) with who, scope, until. `input` is a file or a folder; the capture.toml read is
+/// in it or, for a file or a sequence inside a capture, up to two folders above. Empty where there
+/// is none. Throws DataError where it is there and wrong.
+std::vector<Consent> read_consent(const std::filesystem::path& input);
+
+}  // namespace atelier

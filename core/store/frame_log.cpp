@@ -1,0 +1,120 @@
+#include "core/store/frame_log.h"
+
+#include <cerrno>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <system_error>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/json.h"
+
+namespace atelier {
+namespace {
+
+constexpr std::string_view kPrefix = ".frames-";
+constexpr std::string_view kSuffix = ".jsonl";
+
+[[noreturn]] void fail(const std::filesystem::path& path, const char* action) {
+  const int error = errno;
+  throw EnvironmentError(path.string(),
+                         std::string(action) + ": " + std::generic_category().message(error));
+}
+
+}  // namespace
+
+FrameLog::FrameLog(const std::filesystem::path& staging) {
+  std::string pattern =
+      (staging / (std::string(kPrefix) + "XXXXXX" + std::string(kSuffix))).string();
+  file_ = mkostemps(pattern.data(), static_cast<int>(kSuffix.size()), O_CLOEXEC);
+  if (file_ < 0) {
+    fail(staging, "cannot create a file in it");
+  }
+  path_ = pattern;
+  sync_directory(staging);
+}
+
+FrameLog::~FrameLog() {
+  close(file_);
+}
+
+void FrameLog::append(const FrameRecord& record) {
+  const nlohmann::json json = {{"frame", record.frame_id},   {"path", record.output.path},
+                               {"size", record.output.size}, {"sha256", hex(record.output.digest)},
+                               {"seconds", record.seconds},  {"peak", record.peak_memory_bytes}};
+  const std::string line = json.dump() + "\n";
+  std::string_view rest = line;
+  while (!rest.empty()) {
+    const ssize_t written = write(file_, rest.data(), rest.size());
+    if (written < 0 && errno == EINTR) {
+      continue;
+    }
+    if (written < 0) {
+      fail(path_, "cannot write");
+    }
+    rest.remove_prefix(static_cast<std::size_t>(written));
+  }
+  if (fsync(file_) != 0) {
+    fail(path_, "cannot sync");
+  }
+}
+
+std::map<int, FrameRecord> read_frame_logs(const std::filesystem::path& staging) {
+  std::map<int, FrameRecord> records;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(staging, error)) {
+    if (!is_frame_log_name(entry.path().filename().string()) ||
+        !std::filesystem::is_regular_file(entry.symlink_status())) {
+      continue;
+    }
+    const std::string text = read_file_text(entry.path(), Limits{}.text_file_bytes * 16);
+    for (std::size_t begin = 0; begin < text.size();) {
+      const std::size_t end = text.find('\n', begin);
+      if (end == std::string::npos) {
+        break;  // torn
+      }
+      // Our own file, yet a disk may have spoiled it: what does not read is work to be done again.
+      const nlohmann::json json =
+          nlohmann::json::parse(text.begin() + static_cast<long>(begin),
+                                text.begin() + static_cast<long>(end), nullptr, false);
+      begin = end + 1;
+      if (!json.is_object() ||
+          json.value("path", nlohmann::json()).type() != nlohmann::json::value_t::string) {
+        continue;
+      }
+      const auto frame = json.find("frame");
+      const auto size = json.find("size");
+      const auto digits = json.find("sha256");
+      const auto seconds = json.find("seconds");
+      const auto peak = json.find("peak");
+      if (frame == json.end() || !frame->is_number_unsigned() || size == json.end() ||
+          !size->is_number_unsigned() || digits == json.end() || !digits->is_string() ||
+          seconds == json.end() || !seconds->is_number() || peak == json.end() ||
+          !peak->is_number_unsigned()) {
+        continue;
+      }
+      const auto digest = digest_from_hex(digits->get<std::string>());
+      const std::string path = json["path"].get<std::string>();
+      if (!digest || !is_safe_output_path(path) || frame->get<std::uint64_t>() > 2'000'000'000u) {
+        continue;
+      }
+      const int frame_id = frame->get<int>();
+      records[frame_id] = {frame_id,
+                           {path, size->get<std::int64_t>(), *digest},
+                           seconds->get<double>(),
+                           peak->get<std::int64_t>()};
+    }
+  }
+  return records;
+}
+
+bool is_frame_log_name(std::string_view name) {
+  return name.size() == kPrefix.size() + 6 + kSuffix.size() && name.starts_with(kPrefix) &&
+         name.ends_with(kSuffix);
+}
+
+}  // namespace atelier

@@ -1,0 +1,161 @@
+#include "core/store/input_digest.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace atelier {
+namespace {
+
+constexpr std::size_t kChunk = std::size_t{1} << 20;
+constexpr std::size_t kMostFiles = 4'000'000;  // 220 cameras of 18,000 frames
+
+struct Entry {
+  std::filesystem::path path;
+  std::string name;  ///< relative, with "/"
+};
+
+std::string reason(int error) {
+  return std::generic_category().message(error);
+}
+
+std::vector<Entry> entries_of(const std::filesystem::path& root) {
+  std::error_code error;
+  const auto status = std::filesystem::status(root, error);
+  if (std::filesystem::is_regular_file(status)) {
+    return {{root, root.filename().string()}};
+  }
+  if (!std::filesystem::exists(status)) {
+    throw DataError(root.string(), "", "nothing there", "an existing file or folder");
+  }
+  if (!std::filesystem::is_directory(status)) {
+    throw DataError(root.string(), "", "neither file nor folder", "a file or a folder");
+  }
+  std::vector<Entry> entries;
+  auto walk = std::filesystem::recursive_directory_iterator(root, error);
+  if (error) {
+    throw EnvironmentError(root.string(), "cannot list the folder: " + error.message());
+  }
+  while (walk != std::filesystem::recursive_directory_iterator()) {
+    const std::filesystem::path path = walk->path();
+    const auto kind = walk->symlink_status(error);
+    if (path.filename().string().starts_with(".")) {
+      walk.disable_recursion_pending();
+    } else if (std::filesystem::is_symlink(kind)) {
+      throw DataError(path.string(), "", "a symbolic link, which may lead out of the folder",
+                      "the file itself");
+    } else if (std::filesystem::is_regular_file(kind)) {
+      entries.push_back({path, path.lexically_relative(root).generic_string()});
+    } else if (!std::filesystem::is_directory(kind)) {
+      throw DataError(path.string(), "", "neither file nor folder", "files and folders alone");
+    }
+    if (entries.size() > kMostFiles) {
+      throw DataError(root.string(), "", "more than " + std::to_string(kMostFiles) + " files",
+                      "a smaller folder");
+    }
+    walk.increment(error);
+    if (error) {
+      throw EnvironmentError(path.string(), "cannot list the folder: " + error.message());
+    }
+  }
+  if (entries.empty()) {
+    throw DataError(root.string(), "", "an empty folder", "files");
+  }
+  std::sort(entries.begin(), entries.end(),
+            [](const Entry& a, const Entry& b) { return a.name < b.name; });
+  return entries;
+}
+
+Digest stamp_of(const std::vector<Entry>& entries) {
+  Sha256 hash;
+  for (const Entry& entry : entries) {
+    struct stat status {};
+    if (stat(entry.path.c_str(), &status) != 0) {
+      throw DataError(entry.path.string(), "", reason(errno), "a readable file");
+    }
+    hash.update(entry.name + "\n" + std::to_string(status.st_size) + " " +
+                std::to_string(status.st_mtim.tv_sec) + "." +
+                std::to_string(status.st_mtim.tv_nsec) + "\n");
+  }
+  return hash.finish();
+}
+
+FileDigest read_digest(const std::filesystem::path& path, int flags) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | flags);
+  if (file < 0) {
+    throw DataError(path.string(), "",
+                    errno == ELOOP ? std::string("a symbolic link") : reason(errno),
+                    "a readable file");
+  }
+  struct stat status {};
+  if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {
+    close(file);
+    throw DataError(path.string(), "", "no regular file", "a file");
+  }
+  std::vector<char> chunk(kChunk);
+  Sha256 hash;
+  FileDigest result;
+  while (true) {
+    const ssize_t got = read(file, chunk.data(), chunk.size());
+    if (got < 0 && errno == EINTR) {
+      continue;
+    }
+    if (got < 0) {
+      const int error = errno;
+      close(file);
+      throw EnvironmentError(path.string(), "cannot read: " + reason(error));
+    }
+    if (got == 0) {
+      break;
+    }
+    hash.update(chunk.data(), static_cast<std::size_t>(got));
+    result.size += got;
+  }
+  close(file);
+  result.digest = hash.finish();
+  return result;
+}
+
+}  // namespace
+
+FileDigest digest_of_file(const std::filesystem::path& path) {
+  return read_digest(path, O_NOFOLLOW);
+}
+
+InputDigest digest_of_input(const std::filesystem::path& path) {
+  const std::vector<Entry> entries = entries_of(path);
+  InputDigest result;
+  result.stamp = stamp_of(entries);
+  const bool single = entries.size() == 1 && entries[0].path == path;
+  std::vector<FileDigest> digests(entries.size());
+  parallel_for(static_cast<Index>(entries.size()), 1, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      digests[at] = read_digest(entries[at].path, single ? 0 : O_NOFOLLOW);
+    }
+  });
+  Sha256 hash;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    // A single file's name is no part of its content: renaming it redoes nothing.
+    hash.update((single ? std::string("file") : entries[i].name) + "\n" +
+                std::to_string(digests[i].size) + " " + hex(digests[i].digest) + "\n");
+    result.bytes += digests[i].size;
+  }
+  result.files = static_cast<std::int64_t>(entries.size());
+  result.digest = hash.finish();
+  return result;
+}
+
+Digest stamp_of_input(const std::filesystem::path& path) {
+  return stamp_of(entries_of(path));
+}
+
+}  // namespace atelier

@@ -1,0 +1,171 @@
+#include "core/store/result.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <ctime>
+#include <map>
+#include <set>
+#include <system_error>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/parallel.h"
+#include "core/store/input_digest.h"
+#include "core/store/utc_time.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kClockSlack = 3600;  // seconds that another machine's clock may be ahead
+
+/// Files of the folder by relative path, with the kind and size found; folders that lead to files
+/// are not listed, empty ones are.
+std::map<std::string, struct stat> files_below(const std::filesystem::path& folder) {
+  std::map<std::string, struct stat> files;
+  std::error_code error;
+  auto walk = std::filesystem::recursive_directory_iterator(folder, error);
+  while (!error && walk != std::filesystem::recursive_directory_iterator()) {
+    const std::filesystem::path path = walk->path();
+    struct stat status {};
+    if (lstat(path.c_str(), &status) != 0) {
+      throw EnvironmentError(path.string(), std::generic_category().message(errno));
+    }
+    if (!S_ISDIR(status.st_mode)) {
+      files[path.lexically_relative(folder).generic_string()] = status;
+    }
+    walk.increment(error);
+  }
+  if (error) {
+    throw EnvironmentError(folder.string(), "cannot list the folder: " + error.message());
+  }
+  return files;
+}
+
+Finding finding(Severity severity, const char* code, const std::filesystem::path& place,
+                std::string what) {
+  return {severity, code, place.string(), std::move(what), "run the stage again"};
+}
+
+}  // namespace
+
+Manifest read_manifest(const std::filesystem::path& folder, std::string_view stage) {
+  require_folder(folder);
+  const std::filesystem::path path = folder / "manifest.json";
+  std::error_code error;
+  if (std::filesystem::is_symlink(std::filesystem::symlink_status(path, error))) {
+    throw DataError(path.string(), "", "a symbolic link", "the manifest itself");
+  }
+  const Limits limits;
+  Manifest manifest =
+      parse_manifest(read_file_text(path, limits.text_file_bytes), path.string(), limits);
+  if (manifest.stage != stage) {
+    throw DataError(path.string(), "stage", "'" + manifest.stage + "'",
+                    "'" + std::string(stage) + "'");
+  }
+  const std::string name = folder.filename().string();
+  if (is_folder_name(name) && folder_name(manifest.key) != name) {
+    throw DataError(path.string(), "key", "the key of folder " + folder_name(manifest.key),
+                    "that of the folder it is in");
+  }
+  return manifest;
+}
+
+std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Manifest& manifest,
+                                   Check check) {
+  std::map<std::string, struct stat> found = files_below(folder);
+  found.erase("manifest.json");
+  std::vector<Finding> findings;
+  std::vector<const ManifestOutput*> to_digest;
+  for (const ManifestOutput& output : manifest.outputs) {
+    const std::filesystem::path path = folder / output.path;
+    const auto file = found.find(output.path);
+    if (file == found.end()) {
+      findings.push_back(finding(Severity::Error, "output-missing", path, "the file is missing"));
+      continue;
+    }
+    if (!S_ISREG(file->second.st_mode)) {
+      findings.push_back(finding(Severity::Error, "output-kind", path,
+                                 S_ISLNK(file->second.st_mode) ? "a symbolic link is in its place"
+                                                               : "it is no regular file"));
+    } else if (file->second.st_size != output.size) {
+      findings.push_back(finding(Severity::Error, "output-size", path,
+                                 std::to_string(file->second.st_size) +
+                                     " bytes, the manifest says " + std::to_string(output.size)));
+    } else if (check == Check::Digests) {
+      to_digest.push_back(&output);
+    }
+    found.erase(file);
+  }
+  for (const auto& [path, status] : found) {
+    findings.push_back(finding(Severity::Error, "output-extra", folder / path,
+                               "the manifest does not name this file"));
+  }
+  std::vector<char> differs(to_digest.size(), 0);
+  parallel_for(static_cast<Index>(to_digest.size()), 1, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      differs[at] = digest_of_file(folder / to_digest[at]->path).digest != to_digest[at]->digest;
+    }
+  });
+  for (std::size_t i = 0; i < to_digest.size(); ++i) {
+    if (differs[i] != 0) {
+      findings.push_back(finding(Severity::Error, "output-digest", folder / to_digest[i]->path,
+                                 "its bytes are not those that the stage wrote"));
+    }
+  }
+  const double now = static_cast<double>(std::time(nullptr));
+  const auto finished = seconds_of_utc(manifest.finished);
+  if (!finished || *finished > now + kClockSlack) {
+    findings.push_back(
+        finding(Severity::Warning, "manifest-time", folder / "manifest.json",
+                "finished at '" + manifest.finished + "', which is not in the past"));
+  }
+  return findings;
+}
+
+bool is_folder_name(std::string_view name) {
+  return name.size() == 16 && std::all_of(name.begin(), name.end(), [](char c) {
+           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+         });
+}
+
+std::optional<std::string> current_name(const std::filesystem::path& stage_folder) {
+  std::error_code error;
+  const std::filesystem::path target =
+      std::filesystem::read_symlink(stage_folder / "current", error);
+  if (error || !is_folder_name(target.string())) {
+    return std::nullopt;
+  }
+  return target.string();
+}
+
+void set_current(const std::filesystem::path& stage_folder, const std::string& name) {
+  ATELIER_CHECK(is_folder_name(name), name + " names no result");
+  const std::filesystem::path link = stage_folder / "current";
+  const std::filesystem::path fresh = stage_folder / ".current-new";
+  // Only the holder of the commit lock comes here: a link left by a kill is nobody's.
+  unlink(fresh.c_str());
+  if (symlink(name.c_str(), fresh.c_str()) != 0 || rename(fresh.c_str(), link.c_str()) != 0) {
+    throw EnvironmentError(link.string(), std::generic_category().message(errno));
+  }
+  sync_directory(stage_folder);
+}
+
+void require_folder(const std::filesystem::path& path) {
+  struct stat status {};
+  if (lstat(path.c_str(), &status) != 0) {
+    throw DataError(path.string(), "", std::generic_category().message(errno), "a folder");
+  }
+  if (S_ISLNK(status.st_mode)) {
+    throw DataError(path.string(), "", "a symbolic link", "a folder: a workspace holds no links");
+  }
+  if (!S_ISDIR(status.st_mode)) {
+    throw DataError(path.string(), "", "a file", "a folder");
+  }
+}
+
+}  // namespace atelier

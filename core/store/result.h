@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/finding.h"
+#include "core/store/manifest.h"
+
+namespace atelier {
+
+// What a workspace holds, for each stage that ran:
+//
+//   <stage>/.lock                  flock(2): one run of the stage, or several of disjoint frames
+//   <stage>/.commit-lock           held for the moment in which a result is made current
+//   <stage>/<key16>/               a finished result: outputs and, written last, manifest.json
+//   <stage>/current -> <key16>     the result of the latest request
+//   <stage>/.staging-<key16>/      work that is not finished
+
+/// How closely outputs are compared with their manifest.
+enum class Check {
+  Sizes,    ///< names, kinds and sizes: one stat per file
+  Digests,  ///< also every byte
+};
+
+/// The manifest of a result's folder. Throws DataError unless it is there, sound, of that stage and
+/// of the key that the folder is named after.
+Manifest read_manifest(const std::filesystem::path& folder, std::string_view stage);
+
+/// Everything in which a result's folder differs from its manifest: "output-missing",
+/// "output-extra", "output-kind" (a link, folder or device), "output-size", "output-digest",
+/// "manifest-time" (a finish in the future, a warning). Empty if they agree. Digests are taken on
+/// several threads.
+std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Manifest& manifest,
+                                   Check check);
+
+/// True for 16 lower-case hexadecimal digits.
+bool is_folder_name(std::string_view name);
+
+/// The name that `<stage>/current` points to; nothing if it is missing or no link to a result
+/// beside it. Links are never followed.
+std::optional<std::string> current_name(const std::filesystem::path& stage_folder);
+
+/// Makes `current` point to a result beside it, in one step, and syncs the folder.
+void set_current(const std::filesystem::path& stage_folder, const std::string& name);
+
+/// The folder itself: not missing, not a link, not a file. Throws DataError otherwise.
+void require_folder(const std::filesystem::path& path);
+
+}  // namespace atelier

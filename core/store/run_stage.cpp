@@ -1,0 +1,187 @@
+#include "core/store/run_stage.h"
+
+#include <optional>
+#include <system_error>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/store/active_run.h"
+#include "core/store/build_info.h"
+#include "core/store/commit.h"
+#include "core/store/input_digest.h"
+#include "core/store/result.h"
+
+namespace atelier {
+namespace {
+
+/// Removes what a run of a stage without frames leaves when it does not commit: half a result is
+/// worth nothing. Frames are kept: the next run goes on from them.
+class StagingGuard {
+ public:
+  StagingGuard(const Stage& stage, const std::filesystem::path& staging)
+      : staging_(stage.frame_wise ? std::filesystem::path() : staging) {}
+  ~StagingGuard() {
+    if (!staging_.empty()) {
+      std::error_code ignored;
+      std::filesystem::remove_all(staging_, ignored);
+    }
+  }
+  StagingGuard(const StagingGuard&) = delete;
+  StagingGuard& operator=(const StagingGuard&) = delete;
+  void release() { staging_.clear(); }
+
+ private:
+  std::filesystem::path staging_;
+};
+
+FileLock lock_stage(const Stage& stage, const StageRequest& request, const StagePlan& plan) {
+  const FileLock::Mode mode =
+      request.selection.everything() ? FileLock::Mode::Exclusive : FileLock::Mode::Shared;
+  auto lock = FileLock::try_lock(plan.stage_folder / ".lock", mode);
+  if (!lock) {
+    throw EnvironmentError(
+        plan.stage_folder.string(),
+        "another run is working on '" + std::string(stage.name) + "' here; wait until it ends" +
+            (stage.frame_wise ? ", or split the work: --shard i/n on each run" : ""));
+  }
+  return std::move(*lock);
+}
+
+/// Nothing in the workspace may lead out of it.
+void open_stage_folder(const StageRequest& request, const StagePlan& plan) {
+  make_private_directory(request.workspace);
+  std::error_code error;
+  if (std::filesystem::exists(std::filesystem::symlink_status(plan.stage_folder, error))) {
+    require_folder(plan.stage_folder);
+  } else {
+    make_private_directory(plan.stage_folder);
+  }
+}
+
+/// A staging folder that an interrupted run left complete, up to the rename.
+std::optional<Manifest> complete_staging(const StagePlan& plan) {
+  try {
+    Manifest manifest = read_manifest(plan.staging_folder, plan.manifest.stage);
+    if (manifest.key != plan.manifest.key) {
+      return std::nullopt;
+    }
+    for (const Finding& finding : check_outputs(plan.staging_folder, manifest, Check::Digests)) {
+      if (finding.severity == Severity::Error && finding.code != "output-extra") {
+        return std::nullopt;
+      }
+    }
+    return manifest;
+  } catch (const DataError&) {
+    return std::nullopt;
+  }
+}
+
+void require_same_inputs(const StagePlan& plan) {
+  for (std::size_t i = 0; i < plan.input_paths.size(); ++i) {
+    if (stamp_of_input(plan.input_paths[i]) != plan.input_stamps[i]) {
+      throw DataError(plan.input_paths[i].string(), "", "files that changed while the stage ran",
+                      "an input that rests; run the stage again");
+    }
+  }
+}
+
+void make_current(const StagePlan& plan) {
+  const std::string name = plan.result_folder.filename().string();
+  if (current_name(plan.stage_folder) != name) {
+    const FileLock moment =
+        FileLock::wait(plan.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
+    set_current(plan.stage_folder, name);
+  }
+}
+
+StageReport already_done(StageReport report) {
+  make_current(report.plan);
+  report.end = StageReport::End::AlreadyDone;
+  report.manifest = read_manifest(report.plan.result_folder, report.plan.manifest.stage);
+  return report;
+}
+
+/// Readies the staging folder. True if there was nothing left but to commit it, which is done.
+bool open_staging(const Stage& stage, const StageRequest& request, StageReport& report) {
+  const StagePlan& plan = report.plan;
+  const FileLock moment =
+      FileLock::wait(plan.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
+  std::error_code error;
+  if (std::filesystem::exists(std::filesystem::symlink_status(plan.staging_folder, error))) {
+    if (!request.force) {
+      if (const auto manifest = complete_staging(plan)) {
+        finish_commit(plan.staging_folder, plan.result_folder, *manifest);
+        report.manifest = *manifest;
+        return true;
+      }
+    }
+    const bool keep =
+        stage.frame_wise && !(request.force && request.selection.everything()) &&
+        std::filesystem::is_directory(std::filesystem::symlink_status(plan.staging_folder, error));
+    if (!keep) {
+      remove_folder(plan.staging_folder);
+    }
+  }
+  make_private_directory(plan.staging_folder);
+  return false;
+}
+
+}  // namespace
+
+StageReport run_stage(std::span<const Stage> stages, const Stage& stage,
+                      const StageRequest& request, const StageEvents& events) {
+  ATELIER_CHECK(stage.frame_wise || request.selection.everything(),
+                std::string(stage.name) + " cannot be split");
+  StageReport report;
+  report.plan = plan_stage(stages, stage, request);
+  if (report.plan.state == StagePlan::State::Done) {
+    return already_done(std::move(report));
+  }
+  open_stage_folder(request, report.plan);
+  const FileLock lock = lock_stage(stage, request, report.plan);
+  const std::vector<std::string> reasons = report.plan.reasons;
+  judge_state(report.plan, request.force);  // another run may have ended while we digested
+  if (report.plan.state == StagePlan::State::Done) {
+    return already_done(std::move(report));
+  }
+  report.plan.reasons = reasons;
+  if (open_staging(stage, request, report)) {
+    report.end = StageReport::End::Done;
+    return report;
+  }
+  StagingGuard guard(stage, report.plan.staging_folder);
+  ActiveRun run(stage, request, report.plan, events);
+  stage.run(run);
+  report.frames_done = run.frames_done();
+  report.frames_total = run.frames_total();
+  if (run.stopped()) {
+    report.end = StageReport::End::Stopped;
+    return report;
+  }
+  if (run.frames_missing()) {
+    judge_state(report.plan, false);
+    if (report.plan.state == StagePlan::State::Done) {
+      return already_done(std::move(report));  // another shard was last
+    }
+    report.plan.reasons = reasons;
+    report.end = StageReport::End::Partial;
+    return report;
+  }
+  ATELIER_CHECK(!stage.frame_wise || run.frames_total() > 0,
+                std::string(stage.name) + " is said to be frame-wise, but has no each_frame");
+  require_same_inputs(report.plan);
+  report.manifest = run.finished_manifest();
+  report.manifest.build = build_info();
+  // The manifest must be one that a later run accepts.
+  parse_manifest(manifest_text(report.manifest), "manifest.json");
+  std::optional<FileLock> moment;
+  if (!stage.frame_wise) {
+    moment = FileLock::wait(report.plan.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
+  }
+  guard.release();
+  commit_result(report.plan.staging_folder, report.plan.result_folder, report.manifest);
+  report.end = StageReport::End::Done;
+  return report;
+}
+
+}  // namespace atelier

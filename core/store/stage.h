@@ -1,0 +1,111 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/device.h"
+#include "core/options.h"
+
+namespace atelier {
+
+/// A stage's options struct behind its table: who calls a stage needs to know no stage's type.
+struct StageOptions {
+  std::shared_ptr<void> values;
+  OptionTable table;  ///< points into `values`
+};
+
+/// The defaults of `Options`, which has `describe(Options&)` beside it. A stage's row names
+/// `stage_options<ItsOptions>`.
+template <class Options>
+StageOptions stage_options() {
+  auto values = std::make_shared<Options>();
+  OptionTable table = describe(*values);
+  return {std::move(values), std::move(table)};
+}
+
+/// What a stage's function gets: its inputs, its options, and the only ways to write. The runner
+/// behind it does everything else (lock, staging, resume, sync, digests, manifest).
+class StageRun {
+ public:
+  virtual ~StageRun() = default;
+
+  /// Where the input of a kind named in the stage's row is.
+  virtual const std::filesystem::path& input(std::string_view kind) const = 0;
+
+  template <class Options>
+  const Options& options() const {
+    return *static_cast<const Options*>(option_values());
+  }
+
+  virtual Device device() const = 0;
+
+  /// Writes one file for each frame: `<folder>/<frame id, six digits><extension>`. `write` is given
+  /// a frame and the path of an empty temporary file to fill; the runner then syncs, digests and
+  /// renames it, so that a kill costs no more than the frames in work. Frames that an earlier run
+  /// has finished are not asked for again, nor those that --frames and --shard leave to others.
+  /// `write` is called from up to --jobs threads at once. `frame_ids` must be increasing and not
+  /// negative; `bytes_per_frame`, if known, is checked against the free space first.
+  ///
+  /// Returns true if now every frame is there, so that the function goes on to write what joins
+  /// them; false if others are still to come or the run was told to stop: the function returns.
+  virtual bool each_frame(
+      const std::string& folder, const std::string& extension, const std::vector<int>& frame_ids,
+      const std::function<void(int frame_id, const std::filesystem::path& file)>& write,
+      std::int64_t bytes_per_frame = 0) = 0;
+
+  /// Where the finished file of a frame is, once `each_frame` has returned true.
+  virtual std::filesystem::path frame_file(int frame_id) const = 0;
+
+  /// Writes one file of the result; `write` fills the temporary file that it is given.
+  virtual void output(const std::string& path,
+                      const std::function<void(const std::filesystem::path& file)>& write) = 0;
+
+  /// Writes one text file of the result.
+  virtual void output_text(const std::string& path, std::string_view text) = 0;
+
+  /// A number for the manifest and the report. Throws LogicError unless it is finite.
+  virtual void metric(const std::string& name, double value) = 0;
+
+  /// One line for whoever watches.
+  virtual void say(const std::string& line) = 0;
+
+  /// How far a stage without frames is; `unit` is what is counted.
+  virtual void progress(std::int64_t done, std::int64_t total, const std::string& unit) = 0;
+
+  /// True if the run was told to stop: the function returns soon, and what it wrote is removed.
+  virtual bool stop_requested() = 0;
+
+  /// Throws EnvironmentError unless the workspace's disk has so much room.
+  virtual void need_space(std::int64_t bytes) const = 0;
+
+ protected:
+  virtual const void* option_values() const = 0;
+};
+
+/// One row of the table of stages.
+struct Stage {
+  std::string_view name;     ///< a verb or noun, also the command and the folder in the workspace
+  int version = 1;           ///< raised whenever the same inputs and options give another result
+  std::string_view summary;  ///< one line for --help
+  std::array<std::string_view, 6> inputs{};   ///< kinds; one that no row makes is the INPUT given
+  std::array<std::string_view, 6> outputs{};  ///< kinds
+  StageOptions (*options)() = nullptr;        ///< its defaults: stage_options<ItsOptions>
+  void (*run)(StageRun& run) = nullptr;       ///< read -> call -> write
+  bool frame_wise = false;    ///< calls `each_frame`, so that it resumes and can be split
+  bool device_keyed = false;  ///< its twins differ, so that --device is part of the key
+};
+
+/// The row of that name, or null.
+const Stage* find_stage(std::span<const Stage> stages, std::string_view name);
+
+/// The row that makes a kind, or null if it comes from outside.
+const Stage* stage_that_makes(std::span<const Stage> stages, std::string_view kind);
+
+}  // namespace atelier

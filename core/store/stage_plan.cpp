@@ -1,0 +1,247 @@
+#include "core/store/stage_plan.h"
+
+#include <algorithm>
+#include <map>
+#include <system_error>
+
+#include "core/error.h"
+#include "core/store/consent_file.h"
+#include "core/store/frame_log.h"
+#include "core/store/input_digest.h"
+#include "core/store/result.h"
+
+namespace atelier {
+namespace {
+
+std::filesystem::path real_path(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
+  return error ? std::filesystem::absolute(path) : real;
+}
+
+bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return end == folder.end();
+}
+
+void add_consent(std::vector<Consent>& all, const std::vector<Consent>& more) {
+  for (const Consent& one : more) {
+    if (std::find(all.begin(), all.end(), one) == all.end()) {
+      all.push_back(one);
+    }
+  }
+}
+
+/// The INPUT that the user named.
+void add_outside_input(StagePlan& plan, std::string_view kind, const StageRequest& request) {
+  const std::filesystem::path path = real_path(request.input);
+  if (std::filesystem::is_directory(path) && is_inside(real_path(request.workspace), path)) {
+    throw DataError(request.workspace.string(), "", "a workspace inside its own input",
+                    "a folder elsewhere: what is written there would change the input");
+  }
+  const InputDigest digest = digest_of_input(path);
+  plan.manifest.inputs.push_back(
+      {std::string(kind), path.string(), digest.digest, digest.files, digest.bytes, ""});
+  plan.input_paths.push_back(path);
+  plan.input_stamps.push_back(digest.stamp);
+  add_consent(plan.manifest.consent, read_consent(path));
+}
+
+/// The result of an earlier stage.
+void add_stage_input(StagePlan& plan, std::string_view kind, const Stage& maker,
+                     const StageRequest& request) {
+  const std::filesystem::path folder = request.workspace / maker.name;
+  const std::string advice = "a sound result; run 'atelier " + std::string(maker.name) + "' first";
+  const auto name = current_name(folder);
+  if (!name) {
+    throw DataError(folder.string(), "", "no result", advice);
+  }
+  const std::filesystem::path result = folder / *name;
+  auto lock = FileLock::try_lock_folder(result, FileLock::Mode::Shared);
+  if (!lock) {
+    throw DataError(result.string(), "", "a result that is being removed", advice);
+  }
+  plan.input_locks.push_back(std::move(*lock));
+  const Manifest manifest = read_manifest(result, maker.name);
+  const std::vector<Finding> findings = check_outputs(result, manifest, Check::Digests);
+  for (const Finding& finding : findings) {
+    if (finding.severity == Severity::Error) {
+      throw DataError(finding.place, "", finding.what, advice);
+    }
+  }
+  ManifestInput input{std::string(kind),
+                      result.string(),
+                      outputs_digest(manifest),
+                      static_cast<std::int64_t>(manifest.outputs.size()),
+                      0,
+                      std::string(maker.name)};
+  for (const ManifestOutput& output : manifest.outputs) {
+    input.bytes += output.size;
+  }
+  plan.manifest.inputs.push_back(std::move(input));
+  plan.input_paths.push_back(result);
+  plan.input_stamps.push_back(stamp_of_input(result));
+  add_consent(plan.manifest.consent, manifest.consent);
+}
+
+std::string change(const std::string& what, const std::string& before, const std::string& now) {
+  return what + ": " + before + " -> " + now;
+}
+
+/// The manifest of the stage's current result; nothing if there is none that can be read.
+std::optional<Manifest> current_manifest(const StagePlan& plan) {
+  const auto name = current_name(plan.stage_folder);
+  if (!name) {
+    return std::nullopt;
+  }
+  try {
+    return read_manifest(plan.stage_folder / *name, plan.manifest.stage);
+  } catch (const DataError&) {
+    return std::nullopt;
+  }
+}
+
+/// "" if the folder holds the sound result of the plan's key, else what is wrong with it.
+std::string result_problem(const std::filesystem::path& folder, const Manifest& planned) {
+  try {
+    const Manifest manifest = read_manifest(folder, planned.stage);
+    if (manifest.key != planned.key) {
+      return "it has another key";
+    }
+    for (const Finding& finding : check_outputs(folder, manifest, Check::Digests)) {
+      if (finding.severity == Severity::Error) {
+        return finding.place + ": " + finding.what;
+      }
+    }
+    return "";
+  } catch (const DataError& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage,
+                     const StageRequest& request) {
+  ATELIER_CHECK(check_options(request.options.table).empty(), "options were not checked");
+  StagePlan plan;
+  plan.manifest.stage = stage.name;
+  plan.manifest.stage_version = stage.version;
+  plan.manifest.device = stage.device_keyed ? device_name(request.device) : "";
+  for (const OptionField& field : request.options.table.fields) {
+    plan.manifest.options.push_back({field.name, option_json(field), field.source, field.keyed});
+  }
+  plan.manifest.canonical_options = canonical_json(request.options.table);
+  for (const std::string_view kind : stage.inputs) {
+    if (kind.empty()) {
+      continue;
+    }
+    const Stage* maker = stage_that_makes(stages, kind);
+    if (maker == nullptr) {
+      add_outside_input(plan, kind, request);
+    } else {
+      add_stage_input(plan, kind, *maker, request);
+    }
+  }
+  plan.manifest.key = stage_key(stage.name, stage.version, plan.manifest.device,
+                                plan.manifest.canonical_options, plan.manifest.inputs);
+  plan.stage_folder = request.workspace / stage.name;
+  plan.result_folder = plan.stage_folder / folder_name(plan.manifest.key);
+  plan.staging_folder = plan.stage_folder / (".staging-" + folder_name(plan.manifest.key));
+  judge_state(plan, request.force);
+  return plan;
+}
+
+void judge_state(StagePlan& plan, bool force) {
+  plan.reasons.clear();
+  plan.frames_kept = 0;
+  std::error_code error;
+  const bool there =
+      std::filesystem::exists(std::filesystem::symlink_status(plan.result_folder, error));
+  const std::string problem = there ? result_problem(plan.result_folder, plan.manifest) : "";
+  if (there && problem.empty() && !force) {
+    plan.state = StagePlan::State::Done;
+    return;
+  }
+  plan.state = StagePlan::State::Run;
+  if (force) {
+    plan.reasons.push_back("--force");
+  }
+  if (there && !problem.empty()) {
+    plan.reasons.push_back("the result is damaged: " + problem);
+  }
+  if (!there) {
+    if (const auto before = current_manifest(plan)) {
+      plan.reasons = request_changes(*before, plan.manifest);
+    } else if (current_name(plan.stage_folder)) {
+      plan.reasons.push_back("the current result is damaged");
+    } else {
+      plan.reasons.push_back("it has no result in this workspace");
+    }
+  }
+  if (!force &&
+      std::filesystem::is_directory(std::filesystem::symlink_status(plan.staging_folder, error))) {
+    plan.frames_kept = static_cast<std::int64_t>(read_frame_logs(plan.staging_folder).size());
+    if (plan.frames_kept > 0 || std::filesystem::exists(plan.staging_folder / "manifest.json")) {
+      plan.state = StagePlan::State::Resume;
+    }
+  }
+}
+
+std::vector<std::string> request_changes(const Manifest& before, const Manifest& now) {
+  std::vector<std::string> changes;
+  if (before.stage_version != now.stage_version) {
+    changes.push_back(change("stage version", std::to_string(before.stage_version),
+                             std::to_string(now.stage_version)));
+  }
+  if (before.device != now.device) {
+    changes.push_back(change("device", before.device, now.device));
+  }
+  std::map<std::string, std::string> old_options;
+  for (const ManifestOption& option : before.options) {
+    if (option.keyed) {
+      old_options[option.name] = option.json;
+    }
+  }
+  for (const ManifestOption& option : now.options) {
+    if (!option.keyed) {
+      continue;
+    }
+    const auto found = old_options.find(option.name);
+    if (found == old_options.end()) {
+      changes.push_back("option " + option.name + " is new: " + option.json);
+      continue;
+    }
+    // Numbers may be written in two ways; only the key's own text decides.
+    if (found->second != option.json &&
+        before.canonical_options.find("\"" + option.name + "\":" + option.json) ==
+            std::string::npos) {
+      changes.push_back(change("option " + option.name, found->second, option.json));
+    }
+    old_options.erase(found);
+  }
+  for (const auto& [name, value] : old_options) {
+    changes.push_back("option " + name + " is gone");
+  }
+  for (std::size_t i = 0; i < now.inputs.size(); ++i) {
+    const ManifestInput& input = now.inputs[i];
+    if (i >= before.inputs.size() || before.inputs[i].kind != input.kind) {
+      changes.push_back("input " + input.kind + " is new");
+    } else if (before.inputs[i].digest != input.digest) {
+      const ManifestInput& old = before.inputs[i];
+      changes.push_back("input " + input.kind + " changed (" + std::to_string(old.files) +
+                        " files, " + std::to_string(old.bytes) + " bytes -> " +
+                        std::to_string(input.files) + " files, " + std::to_string(input.bytes) +
+                        " bytes)");
+    }
+  }
+  if (before.inputs.size() > now.inputs.size()) {
+    changes.push_back("an input is gone");
+  }
+  if (changes.empty()) {
+    changes.push_back("the current result is of another request");
+  }
+  return changes;
+}
+
+}  // namespace atelier
