@@ -1,0 +1,122 @@
+#include "core/store/workspace_status.h"
+
+#include <algorithm>
+#include <system_error>
+
+#include "core/error.h"
+#include "core/store/file_lock.h"
+#include "core/store/frame_log.h"
+
+namespace atelier {
+namespace {
+
+constexpr std::string_view kStaging = ".staging-";
+
+/// Looks without making the lock file, so that asking changes nothing.
+bool is_running(const std::filesystem::path& stage_folder) {
+  const std::filesystem::path lock = stage_folder / ".lock";
+  std::error_code error;
+  return std::filesystem::is_regular_file(std::filesystem::symlink_status(lock, error)) &&
+         !FileLock::try_lock(lock, FileLock::Mode::Exclusive);
+}
+
+void judge_result(StageStatus& status, const std::filesystem::path& folder, Check check) {
+  status.state = StageStatus::State::Damaged;
+  try {
+    status.manifest = read_manifest(folder, status.stage);
+  } catch (const DataError& error) {
+    status.findings.push_back({Severity::Error, "manifest-damaged", folder.string(), error.what(),
+                               "run the stage again"});
+    return;
+  }
+  status.findings = check_outputs(folder, *status.manifest, check);
+  if (!has_errors(status.findings)) {
+    status.state = StageStatus::State::Done;
+  }
+}
+
+/// What has changed under a sound result.
+void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageStatus>& earlier) {
+  if (status.state != StageStatus::State::Done) {
+    return;
+  }
+  if (status.manifest->stage_version != stage.version) {
+    status.reasons.push_back("made by version " + std::to_string(status.manifest->stage_version) +
+                             " of the stage, now " + std::to_string(stage.version));
+  }
+  for (const ManifestInput& input : status.manifest->inputs) {
+    const auto maker = std::find_if(earlier.begin(), earlier.end(), [&](const StageStatus& other) {
+      return other.stage == input.stage;
+    });
+    if (maker == earlier.end()) {
+      continue;
+    }
+    if (!maker->manifest || outputs_digest(*maker->manifest) != input.digest) {
+      status.reasons.push_back("its input " + input.kind + " of '" + input.stage +
+                               "' has changed since");
+    } else if (maker->state == StageStatus::State::Outdated) {
+      status.reasons.push_back("'" + input.stage + "' before it is outdated");
+    }
+  }
+  if (!status.reasons.empty()) {
+    status.state = StageStatus::State::Outdated;
+  }
+}
+
+}  // namespace
+
+const char* state_name(StageStatus::State state) {
+  switch (state) {
+    case StageStatus::State::None:
+      return "none";
+    case StageStatus::State::Done:
+      return "done";
+    case StageStatus::State::Outdated:
+      return "outdated";
+    case StageStatus::State::Damaged:
+      return "damaged";
+  }
+  return "none";
+}
+
+std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
+                                          const std::filesystem::path& workspace, Check check) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(workspace, error)) {
+    throw DataError(workspace.string(), "", "no folder", "a workspace");
+  }
+  std::vector<StageStatus> all;
+  for (const Stage& stage : stages) {
+    StageStatus status;
+    status.stage = stage.name;
+    const std::filesystem::path folder = workspace / stage.name;
+    if (std::filesystem::exists(std::filesystem::symlink_status(folder, error))) {
+      require_folder(folder);
+      status.running = is_running(folder);
+      const auto current = current_name(folder);
+      for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        if (!std::filesystem::is_directory(entry.symlink_status(error))) {
+          continue;
+        }
+        if (name.starts_with(kStaging)) {
+          status.unfinished.push_back(
+              {name.substr(kStaging.size()),
+               static_cast<std::int64_t>(read_frame_logs(entry.path()).size())});
+        } else if (is_folder_name(name) && name != current) {
+          ++status.older_results;
+        }
+      }
+      std::sort(status.unfinished.begin(), status.unfinished.end(),
+                [](const UnfinishedWork& a, const UnfinishedWork& b) { return a.key16 < b.key16; });
+      if (current) {
+        judge_result(status, folder / *current, check);
+        judge_age(status, stage, all);
+      }
+    }
+    all.push_back(std::move(status));
+  }
+  return all;
+}
+
+}  // namespace atelier

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/finding.h"
+#include "core/store/manifest.h"
+#include "core/store/result.h"
+#include "core/store/stage.h"
+
+namespace atelier {
+
+/// Work of an interrupted or split run.
+struct UnfinishedWork {
+  std::string key16;
+  std::int64_t frames = 0;  ///< finished ones
+};
+
+/// How one stage stands in a workspace.
+struct StageStatus {
+  enum class State {
+    None,      ///< no result
+    Done,      ///< a sound result
+    Outdated,  ///< sound, but made by another version or from results that have changed
+    Damaged,   ///< the result does not agree with its manifest
+  };
+
+  std::string stage;
+  State state = State::None;
+  std::optional<Manifest> manifest;  ///< of the current result, if it can be read
+  std::vector<std::string> reasons;  ///< why it is outdated
+  std::vector<Finding> findings;     ///< how it is damaged
+  bool running = false;              ///< a run holds its lock now
+  std::vector<UnfinishedWork> unfinished;
+  std::int64_t older_results = 0;  ///< of other keys; `collect_garbage` removes them
+};
+
+/// "none", "done", "outdated" or "damaged".
+const char* state_name(StageStatus::State state);
+
+/// Every stage of the table in its order. Changes nothing. Throws DataError if the workspace is
+/// missing or no folder.
+std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
+                                          const std::filesystem::path& workspace,
+                                          Check check = Check::Sizes);
+
+}  // namespace atelier
