@@ -3,7 +3,7 @@
 #   dependency is said to be PUBLIC (appears in a header) or PRIVATE; OPTIONAL ones are private
 #   and used where present (ATELIER_HAS_<NAME>=1). If a needed package is missing, the library is
 #   left out with one line, and so is everything that needs it.
-# atelier_executable(name DIRECTORY dir PRIVATE ...)
+# atelier_executable(name DIRECTORY dir PRIVATE ... [OPTIONAL ...])
 # atelier_tests(name DIRECTORY dir PRIVATE ...)   a GoogleTest program of one folder of tests
 
 set(ATELIER_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wconversion
@@ -56,6 +56,18 @@ function(atelier_sources result directory)
   set(${result} "${sources}" PARENT_SCOPE)
 endfunction()
 
+# Links what is there of the optional dependencies; each is seen as ATELIER_HAS_<NAME>=1.
+function(atelier_optional target)
+  foreach(dependency IN LISTS ARGN)
+    if(TARGET ${dependency})
+      target_link_libraries(${target} PRIVATE ${dependency})
+      string(REGEX REPLACE ".*::" "" word "${dependency}")
+      string(TOUPPER "${word}" word)
+      target_compile_definitions(${target} PRIVATE ATELIER_HAS_${word}=1)
+    endif()
+  endforeach()
+endfunction()
+
 function(atelier_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "PUBLIC;PRIVATE;OPTIONAL")
   if(arg_UNPARSED_ARGUMENTS)
@@ -73,18 +85,11 @@ function(atelier_library name)
   add_library(${name} STATIC ${sources})
   atelier_settings(${name})
   target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE} Threads::Threads)
-  foreach(dependency IN LISTS arg_OPTIONAL)
-    if(TARGET ${dependency})
-      target_link_libraries(${name} PRIVATE ${dependency})
-      string(REGEX REPLACE ".*::" "" word "${dependency}")
-      string(TOUPPER "${word}" word)
-      target_compile_definitions(${name} PRIVATE ATELIER_HAS_${word}=1)
-    endif()
-  endforeach()
+  atelier_optional(${name} ${arg_OPTIONAL})
 endfunction()
 
 function(atelier_executable name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "PRIVATE;OPTIONAL")
   atelier_missing(missing ${arg_PRIVATE})
   if(missing)
     message(STATUS "left out: ${name} (missing: ${missing})")
@@ -97,6 +102,7 @@ function(atelier_executable name)
   add_executable(${name} ${sources})
   atelier_settings(${name})
   target_link_libraries(${name} PRIVATE ${arg_PRIVATE})
+  atelier_optional(${name} ${arg_OPTIONAL})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
 endfunction()
 

@@ -17,6 +17,7 @@
 #include "core/parallel.h"
 #include "core/store/input_digest.h"
 #include "core/store/utc_time.h"
+#include "core/store/write_text.h"
 
 namespace atelier {
 namespace {
@@ -257,18 +258,7 @@ void ActiveRun::output(const std::string& path,
 }
 
 void ActiveRun::output_text(const std::string& path, std::string_view text) {
-  output(path, [&](const std::filesystem::path& file) {
-    // The runner syncs and renames; here the bytes only have to reach the file.
-    std::FILE* out = std::fopen(file.c_str(), "wb");
-    const bool opened = out != nullptr;
-    const bool written = opened && std::fwrite(text.data(), 1, text.size(), out) == text.size();
-    const int error = errno;
-    if (!opened || std::fclose(out) != 0 || !written) {
-      throw EnvironmentError(
-          (plan_.staging_folder / path).string(),
-          "cannot write: " + std::generic_category().message(written ? errno : error));
-    }
-  });
+  output(path, [&](const std::filesystem::path& file) { write_text(file, text); });
 }
 
 void ActiveRun::metric(const std::string& name, double value) {

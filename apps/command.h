@@ -1,0 +1,34 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string_view>
+
+namespace CLI {
+class App;
+}
+
+namespace atelier {
+
+/// What a command does once its arguments are parsed; returns the exit code.
+using Action = std::function<int()>;
+
+/// One row of the table of commands. `add` declares arguments on the parser and gives back the
+/// action that uses them.
+struct Command {
+  std::string_view name;
+  std::string_view summary;
+  Action (*add)(CLI::App& parser);
+};
+
+/// Every command that is not a stage, in the order of --help.
+std::span<const Command> all_commands();
+
+Action add_status(CLI::App& parser);
+Action add_inspect(CLI::App& parser);
+Action add_gc(CLI::App& parser);
+Action add_convert(CLI::App& parser);
+Action add_options(CLI::App& parser);
+Action add_completion(CLI::App& parser);
+
+}  // namespace atelier

@@ -1,0 +1,23 @@
+#include <array>
+
+#include "apps/command.h"
+
+namespace atelier {
+namespace {
+
+constexpr std::array kCommands = {
+    Command{"status", "what a workspace holds, and in which state", add_status},
+    Command{"inspect", "what a file is: sizes, ranges, units, findings", add_inspect},
+    Command{"gc", "remove unfinished work and results that are no longer current", add_gc},
+    Command{"convert", "a mesh into another format", add_convert},
+    Command{"options", "every option of every stage", add_options},
+    Command{"completion", "a completion script for bash", add_completion},
+};
+
+}  // namespace
+
+std::span<const Command> all_commands() {
+  return kCommands;
+}
+
+}  // namespace atelier

@@ -1,0 +1,65 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/command.h"
+#include "apps/exit_code.h"
+#include "apps/stage_console.h"
+#include "apps/stages.h"
+#include "apps/usage_error.h"
+#include "core/store/collect_garbage.h"
+
+namespace atelier {
+namespace {
+
+struct GcArguments {
+  std::string workspace;
+  bool dry_run = false;
+  bool json = false;
+};
+
+int run(const GcArguments& arguments) {
+  if (arguments.workspace.empty()) {
+    throw UsageError("it takes a WORKSPACE: atelier gc WORKSPACE");
+  }
+  const std::vector<Garbage> all =
+      collect_garbage(all_stages(), arguments.workspace, arguments.dry_run);
+  nlohmann::json json = nlohmann::json::array();
+  double freed = 0;
+  for (const Garbage& garbage : all) {
+    freed += garbage.removed ? static_cast<double>(garbage.bytes) : 0;
+    if (arguments.json) {
+      json.push_back({{"path", garbage.path.string()},
+                      {"what", garbage.what},
+                      {"bytes", garbage.bytes},
+                      {"removed", garbage.removed}});
+    } else {
+      std::cout << (garbage.removed     ? "removed "
+                    : arguments.dry_run ? "would remove "
+                                        : "left ")
+                << garbage.path.string() << ": " << garbage.what << ", "
+                << bytes_text(static_cast<double>(garbage.bytes)) << "\n";
+    }
+  }
+  if (arguments.json) {
+    std::cout << json.dump(1) << "\n";
+  } else if (all.empty()) {
+    std::cout << "nothing to remove\n";
+  } else if (!arguments.dry_run) {
+    std::cout << bytes_text(freed) << " freed\n";
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+Action add_gc(CLI::App& parser) {
+  auto arguments = std::make_shared<GcArguments>();
+  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results");
+  parser.add_flag("--dry-run", arguments->dry_run, "Only say what would be removed");
+  parser.add_flag("--json", arguments->json, "For machines");
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace atelier

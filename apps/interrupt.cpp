@@ -1,0 +1,39 @@
+#include "apps/interrupt.h"
+
+#include <csignal>
+#include <cstdlib>
+
+#include "apps/exit_code.h"
+
+namespace atelier {
+namespace {
+
+// The only state a signal handler may touch.
+volatile std::sig_atomic_t caught_signal = 0;
+
+extern "C" void note_signal(int signal) {
+  if (caught_signal != 0) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+  caught_signal = signal;
+}
+
+}  // namespace
+
+void catch_interrupts() {
+  std::signal(SIGINT, note_signal);
+  std::signal(SIGTERM, note_signal);
+}
+
+bool interrupted() {
+  return caught_signal != 0;
+}
+
+void end_by_signal() {
+  std::signal(caught_signal, SIG_DFL);
+  std::raise(caught_signal);
+  std::_Exit(kExitEnvironment);  // only if the signal is blocked
+}
+
+}  // namespace atelier

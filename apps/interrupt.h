@@ -1,0 +1,15 @@
+#pragma once
+
+namespace atelier {
+
+/// From now on SIGINT and SIGTERM only note that they came, so that a run can end cleanly; a second
+/// one ends the program at once.
+void catch_interrupts();
+
+/// True once a signal came.
+bool interrupted();
+
+/// Ends the program by the signal that came, so that shells and schedulers see the cause.
+[[noreturn]] void end_by_signal();
+
+}  // namespace atelier

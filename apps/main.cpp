@@ -1,0 +1,53 @@
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <string>
+#include <vector>
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "apps/exit_code.h"
+#include "apps/program.h"
+#include "apps/usage_error.h"
+#include "core/error.h"
+
+namespace {
+
+int fail(int code, const std::string& what) {
+  std::cout.flush();
+  std::cerr << "atelier: " << what << std::endl;
+  return code;
+}
+
+}  // namespace
+
+/// The only catch of the program: every error becomes one readable line and an exit code.
+int main(int argc, char** argv) {
+  using namespace atelier;
+  try {
+    spdlog::set_default_logger(spdlog::stderr_color_mt("atelier"));
+    spdlog::set_pattern("%v");
+    const int code = run_program(std::vector<std::string>(argv + 1, argv + argc));
+    std::cout.flush();
+    if (!std::cout) {
+      return fail(kExitEnvironment, "standard output: cannot write");
+    }
+    return code;
+  } catch (const UsageError& error) {
+    return fail(kExitUsage, error.what());
+  } catch (const CLI::ParseError& error) {
+    return fail(kExitUsage, error.what());
+  } catch (const DataError& error) {
+    return fail(kExitBadData, error.what());
+  } catch (const EnvironmentError& error) {
+    return fail(kExitEnvironment, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kExitEnvironment, "memory: there is not enough; use fewer --jobs or smaller data");
+  } catch (const LogicError& error) {
+    return fail(kExitBug, std::string(error.what()) + "; this is a defect of the program");
+  } catch (const std::exception& error) {
+    return fail(kExitBug, std::string(error.what()) + "; this is a defect of the program");
+  }
+}

@@ -1,0 +1,114 @@
+#include "apps/program.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <map>
+
+#include "apps/command.h"
+#include "apps/exit_code.h"
+#include "apps/stage_command.h"
+#include "apps/stages.h"
+#include "apps/usage_error.h"
+#include "core/nearest_name.h"
+#include "core/store/build_info.h"
+
+namespace atelier {
+namespace {
+
+constexpr std::size_t kNameColumn = 14;
+
+std::string row(std::string_view name, std::string_view summary) {
+  std::string line = "  " + std::string(name);
+  line.resize(std::max(line.size() + 1, kNameColumn), ' ');
+  return line + std::string(summary) + "\n";
+}
+
+std::string help() {
+  std::string text =
+      "atelier: a multi-view capture of a clothed person becomes an avatar whose clothing is "
+      "simulated\n\nUsage: atelier COMMAND ...        (atelier COMMAND --help says more)\n\n"
+      "Stages, in their order: atelier STAGE INPUT WORKSPACE --section.field value\n";
+  for (const Stage& stage : all_stages()) {
+    text += row(stage.name, stage.summary);
+  }
+  text += "\nCommands:\n";
+  for (const Command& command : all_commands()) {
+    text += row(command.name, command.summary);
+  }
+  return text + "\n" + kExitCodeHelp;
+}
+
+std::vector<std::string> option_names(const CLI::App& parser) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : parser.get_options()) {
+    for (const std::string& name : option->get_lnames()) {
+      names.push_back("--" + name);
+    }
+  }
+  return names;
+}
+
+/// What a command did not understand, as one sentence.
+[[noreturn]] void refuse_extras(const CLI::App& parser) {
+  const std::string extra = parser.remaining().front();
+  const std::string shown = "'" + extra.substr(0, 60) + "'";
+  if (extra.starts_with("-")) {
+    throw UsageError(parser.get_name() + " has no option " + shown +
+                     did_you_mean(extra.substr(0, extra.find('=')), option_names(parser)) +
+                     "; see atelier " + parser.get_name() + " --help");
+  }
+  throw UsageError(parser.get_name() + " does not take " + shown + " as well; see atelier " +
+                   parser.get_name() + " --help");
+}
+
+}  // namespace
+
+int run_program(const std::vector<std::string>& arguments) {
+  if (arguments.empty() || arguments[0] == "--help" || arguments[0] == "-h" ||
+      arguments[0] == "help") {
+    std::cout << help();
+    return arguments.empty() ? kExitUsage : kExitDone;
+  }
+  if (arguments[0] == "--version") {
+    std::cout << build_info() << "\n";
+    return kExitDone;
+  }
+  CLI::App parser;
+  std::map<std::string, Action> actions;
+  const auto add = [&](std::string_view name, std::string_view summary) {
+    CLI::App* command = parser.add_subcommand(std::string(name), std::string(summary));
+    command->allow_extras();
+    command->footer(kExitCodeHelp);
+    return command;
+  };
+  for (const Stage& stage : all_stages()) {
+    actions[std::string(stage.name)] = add_stage(*add(stage.name, stage.summary), stage);
+  }
+  for (const Command& command : all_commands()) {
+    actions[std::string(command.name)] = command.add(*add(command.name, command.summary));
+  }
+  const auto action = actions.find(arguments[0]);
+  if (action == actions.end()) {
+    std::vector<std::string> names;
+    for (const auto& known : actions) {
+      names.push_back(known.first);
+    }
+    throw UsageError("there is no command '" + arguments[0].substr(0, 60) + "'" +
+                     did_you_mean(arguments[0], names) + "; see atelier --help");
+  }
+  CLI::App* command = parser.get_subcommand(action->first);
+  std::vector<std::string> rest(arguments.rbegin(), arguments.rend() - 1);  // CLI11 wants it so
+  if (std::find(rest.begin(), rest.end(), "--help") != rest.end() ||
+      std::find(rest.begin(), rest.end(), "-h") != rest.end()) {
+    std::cout << command->help("atelier " + action->first);
+    return kExitDone;
+  }
+  command->parse(rest);
+  if (!command->remaining().empty()) {
+    refuse_extras(*command);
+  }
+  return action->second();
+}
+
+}  // namespace atelier

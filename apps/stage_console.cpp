@@ -1,0 +1,215 @@
+#include "apps/stage_console.h"
+
+#include <cstdio>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include "core/store/result.h"
+
+namespace atelier {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::string format(const char* pattern, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, pattern, value);
+  return text;
+}
+
+const char* end_name(StageReport::End end) {
+  switch (end) {
+    case StageReport::End::AlreadyDone:
+      return "already done";
+    case StageReport::End::Done:
+      return "done";
+    case StageReport::End::Partial:
+      return "partial";
+    case StageReport::End::Stopped:
+      return "stopped";
+  }
+  return "done";
+}
+
+const char* plan_name(StagePlan::State state) {
+  switch (state) {
+    case StagePlan::State::Done:
+      return "done";
+    case StagePlan::State::Run:
+      return "run";
+    case StagePlan::State::Resume:
+      return "resume";
+  }
+  return "run";
+}
+
+nlohmann::json consent_json(const std::vector<Consent>& consent) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Consent& one : consent) {
+    json.push_back({{"who", one.who}, {"scope", one.scope}, {"until", one.until}});
+  }
+  return json;
+}
+
+}  // namespace
+
+StageConsole::StageConsole(const Stage& stage, bool json)
+    : stage_(stage.name), json_(json), terminal_(!json && isatty(STDERR_FILENO) == 1) {}
+
+StageConsole::~StageConsole() {
+  clear_line();
+}
+
+void StageConsole::say(const std::string& line) {
+  if (json_) {
+    std::cout << nlohmann::json{{"event", "say"}, {"stage", stage_}, {"line", line}}.dump()
+              << std::endl;
+    return;
+  }
+  clear_line();
+  spdlog::info("{}: {}", stage_, line);
+}
+
+void StageConsole::show_progress(const StageProgress& progress) {
+  const double since = std::chrono::duration<double>(Clock::now() - last_shown_).count();
+  const bool last = progress.done >= progress.total;
+  const double interval = terminal_ ? 0.1 : json_ ? 0.5 : 5.0;
+  if (since < interval && !last) {
+    return;
+  }
+  last_shown_ = Clock::now();
+  if (json_) {
+    std::cout << nlohmann::json{{"event", "progress"},
+                                {"stage", stage_},
+                                {"unit", progress.unit},
+                                {"done", progress.done},
+                                {"total", progress.total},
+                                {"per_second", progress.per_second},
+                                {"seconds_left", progress.seconds_left}}
+                     .dump()
+              << std::endl;
+    return;
+  }
+  const std::string line = stage_ + "  " + std::to_string(progress.done) + "/" +
+                           std::to_string(progress.total) + " " + progress.unit + "  " +
+                           format("%.3g", progress.per_second) + "/s  " +
+                           duration_text(progress.seconds_left) + " left";
+  if (terminal_) {
+    std::fprintf(stderr, "\r%s\033[K", line.c_str());
+    line_shown_ = true;
+  } else {
+    spdlog::info("{}", line);
+  }
+}
+
+void StageConsole::show_plan(const StagePlan& plan) {
+  if (json_) {
+    std::cout << nlohmann::json{{"event", "plan"},
+                                {"stage", stage_},
+                                {"state", plan_name(plan.state)},
+                                {"reasons", plan.reasons},
+                                {"frames_kept", plan.frames_kept},
+                                {"key", hex(plan.manifest.key)},
+                                {"result", plan.result_folder.string()},
+                                {"consent", consent_json(plan.manifest.consent)}}
+                     .dump()
+              << std::endl;
+    return;
+  }
+  if (plan.state == StagePlan::State::Done) {
+    std::cout << stage_ << " would do nothing: " << plan.result_folder.string() << " is sound\n";
+  } else {
+    std::cout << stage_ << (plan.state == StagePlan::State::Resume ? " would go on" : " would run")
+              << ", since\n";
+    for (const std::string& reason : plan.reasons) {
+      std::cout << "  " << reason << "\n";
+    }
+    if (plan.state == StagePlan::State::Resume) {
+      std::cout << "  " << plan.frames_kept << " frames of an interrupted run are kept\n";
+    }
+    std::cout << "  into " << plan.result_folder.string() << "\n";
+  }
+  for (const ManifestInput& input : plan.manifest.inputs) {
+    std::cout << "  input " << input.kind << ": " << input.path << ", " << input.files << " files, "
+              << bytes_text(static_cast<double>(input.bytes)) << "\n";
+  }
+  std::cout << "  consent: " << to_string(plan.manifest.consent) << "\n";
+}
+
+void StageConsole::show_report(const StageReport& report) {
+  const bool finished =
+      report.end == StageReport::End::Done || report.end == StageReport::End::AlreadyDone;
+  if (json_) {
+    nlohmann::json json = {{"event", "end"},
+                           {"stage", stage_},
+                           {"end", end_name(report.end)},
+                           {"reasons", report.plan.reasons},
+                           {"key", hex(report.plan.manifest.key)},
+                           {"frames_done", report.frames_done},
+                           {"frames_total", report.frames_total},
+                           {"consent", consent_json(report.plan.manifest.consent)}};
+    if (finished) {
+      json["result"] = report.plan.result_folder.string();
+      json["metrics"] = report.manifest.metrics;
+      json["outputs"] = report.manifest.outputs.size();
+      json["work_seconds"] = report.manifest.work_seconds;
+      json["peak_memory_bytes"] = report.manifest.peak_memory_bytes;
+    }
+    std::cout << json.dump() << std::endl;
+    return;
+  }
+  clear_line();
+  switch (report.end) {
+    case StageReport::End::AlreadyDone:
+      std::cout << stage_ << " is done already: " << report.plan.result_folder.string() << "\n";
+      break;
+    case StageReport::End::Done:
+      std::cout << stage_ << " done: " << report.plan.result_folder.string() << ", "
+                << report.manifest.outputs.size() << " files, "
+                << duration_text(report.manifest.work_seconds) << " of work, "
+                << bytes_text(static_cast<double>(report.manifest.peak_memory_bytes))
+                << " of memory\n";
+      break;
+    case StageReport::End::Partial:
+      std::cout << stage_ << ": " << report.frames_done << " of " << report.frames_total
+                << " frames are done; the rest is left to other runs\n";
+      break;
+    case StageReport::End::Stopped:
+      std::cout << stage_ << " stopped: " << report.frames_done << " of " << report.frames_total
+                << " frames are kept; the same command goes on from there\n";
+      break;
+  }
+  if (finished) {
+    for (const auto& [name, value] : report.manifest.metrics) {
+      std::cout << "  " << name << " " << format("%.6g", value) << "\n";
+    }
+  }
+  std::cout << "  consent: " << to_string(report.plan.manifest.consent) << "\n";
+}
+
+void StageConsole::clear_line() {
+  if (line_shown_) {
+    std::fputs("\r\033[K", stderr);
+    line_shown_ = false;
+  }
+}
+
+std::string duration_text(double seconds) {
+  return seconds < 10      ? format("%.2g s", seconds)
+         : seconds < 120   ? format("%.0f s", seconds)
+         : seconds < 7200  ? format("%.0f min", seconds / 60)
+         : seconds < 86400 ? format("%.1f h", seconds / 3600)
+                           : format("%.1f days", seconds / 86400);
+}
+
+std::string bytes_text(double bytes) {
+  return bytes < 1e3   ? format("%.0f B", bytes)
+         : bytes < 1e6 ? format("%.1f kB", bytes / 1e3)
+         : bytes < 1e9 ? format("%.1f MB", bytes / 1e6)
+                       : format("%.1f GB", bytes / 1e9);
+}
+
+}  // namespace atelier

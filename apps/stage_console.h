@@ -1,0 +1,40 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "core/store/run_stage.h"
+
+namespace atelier {
+
+/// Shows a run: one line that renews itself on a terminal, plain lines now and then elsewhere,
+/// lines of JSON on standard output for machines.
+class StageConsole {
+ public:
+  StageConsole(const Stage& stage, bool json);
+  ~StageConsole();
+  StageConsole(const StageConsole&) = delete;
+  StageConsole& operator=(const StageConsole&) = delete;
+
+  void say(const std::string& line);
+  void show_progress(const StageProgress& progress);
+  void show_plan(const StagePlan& plan);
+  void show_report(const StageReport& report);
+
+ private:
+  void clear_line();
+
+  std::string stage_;
+  bool json_;
+  bool terminal_;
+  bool line_shown_ = false;
+  std::chrono::steady_clock::time_point last_shown_{};
+};
+
+/// "3 s", "12 min", "4.1 h": a duration for people.
+std::string duration_text(double seconds);
+
+/// "12 B", "3.4 MB".
+std::string bytes_text(double bytes);
+
+}  // namespace atelier

@@ -1,0 +1,114 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/command.h"
+#include "apps/exit_code.h"
+#include "apps/stage_console.h"
+#include "apps/stages.h"
+#include "apps/usage_error.h"
+#include "core/store/workspace_status.h"
+
+namespace atelier {
+namespace {
+
+struct StatusArguments {
+  std::string workspace;
+  bool digests = false;
+  bool check = false;
+  bool json = false;
+};
+
+nlohmann::json json_of(const StageStatus& status) {
+  nlohmann::json json = {{"stage", status.stage},
+                         {"state", state_name(status.state)},
+                         {"running", status.running},
+                         {"reasons", status.reasons},
+                         {"older_results", status.older_results}};
+  json["unfinished"] = nlohmann::json::array();
+  for (const UnfinishedWork& work : status.unfinished) {
+    json["unfinished"].push_back({{"key", work.key16}, {"frames", work.frames}});
+  }
+  json["findings"] = nlohmann::json::array();
+  for (const Finding& finding : status.findings) {
+    json["findings"].push_back({{"severity", severity_name(finding.severity)},
+                                {"code", finding.code},
+                                {"place", finding.place},
+                                {"what", finding.what}});
+  }
+  if (status.manifest) {
+    json["key"] = hex(status.manifest->key);
+    json["finished"] = status.manifest->finished;
+    json["outputs"] = status.manifest->outputs.size();
+    json["metrics"] = status.manifest->metrics;
+    json["consent"] = to_string(status.manifest->consent);
+  }
+  return json;
+}
+
+void show(const StageStatus& status) {
+  std::string name = status.stage;
+  name.resize(std::max<std::size_t>(name.size() + 1, 14), ' ');
+  std::cout << name << state_name(status.state) << (status.running ? ", running now" : "");
+  if (status.manifest) {
+    std::int64_t bytes = 0;
+    for (const ManifestOutput& output : status.manifest->outputs) {
+      bytes += output.size;
+    }
+    std::cout << "  " << folder_name(status.manifest->key) << "  "
+              << status.manifest->outputs.size() << " files, "
+              << bytes_text(static_cast<double>(bytes)) << ", finished "
+              << status.manifest->finished
+              << "\n    consent: " << to_string(status.manifest->consent);
+  }
+  std::cout << "\n";
+  for (const std::string& reason : status.reasons) {
+    std::cout << "    " << reason << "\n";
+  }
+  for (const Finding& finding : status.findings) {
+    std::cout << "    " << to_string(finding) << "\n";
+  }
+  for (const UnfinishedWork& work : status.unfinished) {
+    std::cout << "    unfinished: " << work.key16 << " with " << work.frames << " frames\n";
+  }
+  if (status.older_results > 0) {
+    std::cout << "    " << status.older_results << " older results; atelier gc removes them\n";
+  }
+}
+
+int run(const StatusArguments& arguments) {
+  if (arguments.workspace.empty()) {
+    throw UsageError("it takes a WORKSPACE: atelier status WORKSPACE");
+  }
+  const std::vector<StageStatus> all = workspace_status(
+      all_stages(), arguments.workspace, arguments.digests ? Check::Digests : Check::Sizes);
+  bool sound = true;
+  nlohmann::json json = nlohmann::json::array();
+  for (const StageStatus& status : all) {
+    sound = sound &&
+            (status.state == StageStatus::State::Done || status.state == StageStatus::State::None);
+    if (arguments.json) {
+      json.push_back(json_of(status));
+    } else {
+      show(status);
+    }
+  }
+  if (arguments.json) {
+    std::cout << json.dump(1) << "\n";
+  }
+  return arguments.check && !sound ? kExitCheckFailed : kExitDone;
+}
+
+}  // namespace
+
+Action add_status(CLI::App& parser) {
+  auto arguments = std::make_shared<StatusArguments>();
+  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results");
+  parser.add_flag("--digests", arguments->digests, "Compare every byte, not only sizes");
+  parser.add_flag("--check", arguments->check, "Exit with 1 if a result is damaged or outdated");
+  parser.add_flag("--json", arguments->json, "For machines");
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace atelier

@@ -1,0 +1,92 @@
+#include "core/io/sequence_folder.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <map>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "core/io/mesh_file.h"
+
+namespace atelier {
+namespace {
+
+bool is_mesh_name(const std::filesystem::path& path) {
+  constexpr std::array<std::string_view, 4> kExtensions = {".obj", ".ply", ".glb", ".gltf"};
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+}
+
+/// The digits at the end of a name as a number.
+std::optional<int> frame_number(const std::string& stem) {
+  std::size_t begin = stem.size();
+  while (begin > 0 && stem[begin - 1] >= '0' && stem[begin - 1] <= '9') {
+    --begin;
+  }
+  int number = 0;
+  const auto result = std::from_chars(stem.data() + begin, stem.data() + stem.size(), number);
+  return result.ec == std::errc() && begin < stem.size() ? std::optional<int>(number)
+                                                         : std::nullopt;
+}
+
+}  // namespace
+
+Sequence read_sequence_folder(const std::filesystem::path& path, const MeshConvention& otherwise,
+                              const Limits& limits) {
+  std::error_code error;
+  std::map<int, std::filesystem::path> files;
+  if (std::filesystem::is_regular_file(path, error)) {
+    files[0] = path;
+  } else {
+    auto walk = std::filesystem::directory_iterator(path, error);
+    for (; !error && walk != std::filesystem::directory_iterator(); walk.increment(error)) {
+      const std::filesystem::path& file = walk->path();
+      if (file.filename().string().starts_with(".") || !is_mesh_name(file) ||
+          !walk->is_regular_file(error)) {
+        continue;
+      }
+      const auto frame_id = frame_number(file.stem().string());
+      if (!frame_id) {
+        throw DataError(file.string(), "name", "no frame number at its end",
+                        "a name like frame_000012" + file.extension().string());
+      }
+      const auto [other, fresh] = files.emplace(*frame_id, file);
+      if (!fresh) {
+        throw DataError(std::max(file.string(), other->second.string()), "name",
+                        "frame " + std::to_string(*frame_id) + ", which " +
+                            std::min(file.string(), other->second.string()) + " has too",
+                        "one file for each frame");
+      }
+      if (static_cast<std::int64_t>(files.size()) > limits.frames) {
+        throw DataError(path.string(), "", "more than " + std::to_string(limits.frames) + " frames",
+                        "fewer");
+      }
+    }
+    if (error) {
+      throw DataError(path.string(), "", error.message(), "a mesh or a folder of meshes");
+    }
+  }
+  if (files.empty()) {
+    throw DataError(path.string(), "", "no .obj, .ply, .glb or .gltf", "a folder of meshes");
+  }
+  Sequence sequence;
+  std::vector<std::filesystem::path> paths;
+  for (auto& [frame_id, file] : files) {
+    sequence.frame_ids.push_back(frame_id);
+    paths.push_back(std::move(file));
+  }
+  sequence.load = [paths = std::move(paths), otherwise, limits](Index frame_idx) {
+    return read_mesh(paths[static_cast<std::size_t>(frame_idx)], otherwise, limits);
+  };
+  return sequence;
+}
+
+}  // namespace atelier

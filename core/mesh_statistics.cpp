@@ -1,0 +1,81 @@
+#include "core/mesh_statistics.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/normals.h"
+#include "core/topology.h"
+
+namespace atelier {
+namespace {
+
+double quantile(const std::vector<double>& sorted, double share) {
+  const double at = share * static_cast<double>(sorted.size() - 1);
+  const auto below = static_cast<std::size_t>(at);
+  const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  return sorted[below] + (at - std::floor(at)) * (sorted[above] - sorted[below]);
+}
+
+/// Divergence theorem, about the centre of the bounds, so that a mesh far from the origin loses no
+/// digits.
+double signed_volume(const Mesh& mesh, const Eigen::Vector3d& center) {
+  double six_volumes = 0;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    const auto corner = [&](int k) -> Eigen::Vector3d {
+      return mesh.vertices.row(mesh.faces(f, k)).transpose() - center;
+    };
+    six_volumes += corner(0).dot(corner(1).cross(corner(2)));
+  }
+  return six_volumes / 6;
+}
+
+}  // namespace
+
+MeshStatistics mesh_statistics(const Mesh& mesh, const MeshStatisticsOptions& options) {
+  check_mesh(mesh);
+  ATELIER_CHECK(std::all_of(options.edge_quantiles.begin(), options.edge_quantiles.end(),
+                            [](double share) { return share >= 0 && share <= 1; }),
+                "quantiles are in [0, 1]");
+  const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
+  const ManifoldDefects defects = manifold_defects(topology);
+  MeshStatistics result;
+  result.vertices = mesh.vertices.rows();
+  result.faces = mesh.faces.rows();
+  result.edges = topology.edges.rows();
+  result.components = connected_components(topology).count;
+  result.non_manifold_edges = static_cast<Index>(defects.non_manifold_edges.size());
+  result.inconsistent_edges = static_cast<Index>(defects.inconsistent_edges.size());
+  result.degenerate_faces = static_cast<Index>(defects.degenerate_faces.size());
+  result.isolated_vertices = static_cast<Index>(defects.isolated_vertices.size());
+  for (const std::vector<int>& loop : boundary_loops(topology)) {
+    ++result.boundary_loops;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      result.boundary_length +=
+          (mesh.vertices.row(loop[i]) - mesh.vertices.row(loop[(i + 1) % loop.size()])).norm();
+    }
+  }
+  result.area = face_areas(mesh.vertices, mesh.faces).sum();
+  if (mesh.vertices.rows() > 0) {
+    result.lowest = mesh.vertices.colwise().minCoeff();
+    result.highest = mesh.vertices.colwise().maxCoeff();
+  }
+  if (result.faces > 0 && is_closed(topology) && defects.inconsistent_edges.empty()) {
+    result.volume = signed_volume(mesh, 0.5 * (result.lowest + result.highest));
+  }
+  std::vector<double> lengths(static_cast<std::size_t>(topology.edges.rows()));
+  for (Index e = 0; e < topology.edges.rows(); ++e) {
+    lengths[static_cast<std::size_t>(e)] =
+        (mesh.vertices.row(topology.edges(e, 0)) - mesh.vertices.row(topology.edges(e, 1))).norm();
+  }
+  std::sort(lengths.begin(), lengths.end());
+  if (!lengths.empty()) {
+    for (const double share : options.edge_quantiles) {
+      result.edge_lengths.push_back(quantile(lengths, share));
+    }
+  }
+  return result;
+}
+
+}  // namespace atelier

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/mesh.h"
+
+namespace atelier {
+
+struct MeshStatisticsOptions {
+  /// Which quantiles of the edge lengths to give, each in [0, 1]; 0 is the shortest edge, 1 the
+  /// longest, 0.5 the median.
+  std::vector<double> edge_quantiles = {0, 0.05, 0.5, 0.95, 1};
+};
+
+/// What a mesh is like, in numbers: for a first look at data, and to notice when they change.
+struct MeshStatistics {
+  Index vertices = 0;
+  Index faces = 0;
+  Index edges = 0;
+  Index components = 0;             ///< pieces, a vertex without faces included
+  Index boundary_loops = 0;         ///< holes and rims
+  double boundary_length = 0;       ///< of all loops, metres
+  Index non_manifold_edges = 0;     ///< with three faces or more
+  Index inconsistent_edges = 0;     ///< between faces of opposite orientation
+  Index degenerate_faces = 0;       ///< a vertex twice
+  Index isolated_vertices = 0;      ///< in no face
+  double area = 0;                  ///< square metres
+  std::optional<double> volume;     ///< cubic metres, negative if inside out; only if closed
+  Eigen::Vector3d lowest{0, 0, 0};  ///< bounds of the vertices, metres
+  Eigen::Vector3d highest{0, 0, 0};
+  std::vector<double> edge_lengths;  ///< the quantiles asked for, metres; empty without edges
+};
+
+/// Throws DataError as `check_mesh` does, LogicError for a quantile outside [0, 1]. Quantiles are
+/// of the sorted lengths, linearly interpolated. O(F log F).
+MeshStatistics mesh_statistics(const Mesh& mesh, const MeshStatisticsOptions& options = {});
+
+}  // namespace atelier
