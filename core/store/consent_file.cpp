@@ -1,49 +1,65 @@
 #include "core/store/consent_file.h"
 
+#include <map>
 #include <system_error>
-
-#include <toml++/toml.h>
 
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
-#include "core/store/toml_text.h"
+#include "core/store/toml_entries.h"
 #include "core/store/utc_time.h"
 #include "core/utf8.h"
 
 namespace atelier {
 namespace {
 
-std::string text_of(const toml::table& table, const char* name, const std::string& file) {
-  const toml::node* node = table.get(name);
-  if (node == nullptr) {
-    return "";
+constexpr std::string_view kTable = "consent";
+
+void set_field(Consent& consent, const std::string& field, const TomlEntry& entry,
+               const std::string& file) {
+  const std::string place = "line " + std::to_string(entry.line) + ", " + entry.name;
+  const bool is_date = entry.kind == TomlEntry::Kind::Date;
+  if ((entry.kind != TomlEntry::Kind::Text && !(is_date && field == "until")) ||
+      !is_printable_utf8(entry.text)) {
+    throw DataError(file, place, "no printable text", "a string");
   }
-  const auto text = node->value_exact<std::string>();
-  if (!text || !is_printable_utf8(*text)) {
-    throw DataError(file, std::string("consent.") + name, "no printable text", "a string");
+  if (field == "who") {
+    consent.who = entry.text;
+  } else if (field == "scope") {
+    consent.scope = entry.text;
+  } else if (field == "until") {
+    if (!entry.text.empty() && !seconds_of_utc(entry.text + "T00:00:00Z")) {
+      throw DataError(file, place, "'" + entry.text.substr(0, 40) + "'", "a day: 2030-12-31");
+    }
+    consent.until = entry.text;
+  } else {
+    throw DataError(file, place, "a field that consent does not have", "who, scope and until");
   }
-  return *text;
 }
 
-Consent consent_of(const toml::table& table, const std::string& file) {
-  Consent consent{text_of(table, "who", file), text_of(table, "scope", file), ""};
-  const toml::node* until = table.get("until");
-  if (until != nullptr && until->is_date()) {
-    const toml::date date = until->as_date()->get();
-    consent.until = std::to_string(date.year) + (date.month < 10 ? "-0" : "-") +
-                    std::to_string(date.month) + (date.day < 10 ? "-0" : "-") +
-                    std::to_string(date.day);
-  } else {
-    consent.until = text_of(table, "until", file);
-    if (!consent.until.empty() && !seconds_of_utc(consent.until + "T00:00:00Z")) {
-      throw DataError(file, "consent.until", "'" + consent.until + "'", "a day: \"2030-12-31\"");
+std::vector<Consent> consent_of(const std::vector<TomlEntry>& entries, const std::string& file) {
+  std::map<std::string, Consent> by_table;  // "" or the number in an array of tables
+  for (const TomlEntry& entry : entries) {
+    const std::size_t dot = entry.name.find('.');
+    if (entry.name.substr(0, dot) != kTable) {
+      continue;
     }
+    if (dot == std::string::npos) {
+      throw DataError(file, "line " + std::to_string(entry.line), "a consent that is no table",
+                      "[consent] with who, scope and until");
+    }
+    const std::size_t last = entry.name.rfind('.');
+    const std::string which = last == dot ? "" : entry.name.substr(dot + 1, last - dot - 1);
+    set_field(by_table[which], entry.name.substr(last + 1), entry, file);
   }
-  if (consent.who.empty() || consent.scope.empty()) {
-    throw DataError(file, "consent", "no who or no scope", "both: whose consent, and for what");
+  std::vector<Consent> all;
+  for (const auto& [which, consent] : by_table) {
+    if (consent.who.empty() || consent.scope.empty()) {
+      throw DataError(file, "consent", "no who or no scope", "both: whose consent, and for what");
+    }
+    all.push_back(consent);
   }
-  return consent;
+  return all;
 }
 
 }  // namespace
@@ -55,26 +71,10 @@ std::vector<Consent> read_consent(const std::filesystem::path& input) {
       std::filesystem::is_directory(input, error) ? input : input.parent_path();
   for (int i = 0; i <= kFoldersAbove && !folder.empty(); ++i, folder = folder.parent_path()) {
     const std::filesystem::path path = folder / "capture.toml";
-    if (!std::filesystem::exists(path, error)) {
-      continue;
+    if (std::filesystem::exists(path, error)) {
+      const std::string text = read_file_text(path, Limits{}.text_file_bytes);
+      return consent_of(read_toml_entries(text, path.string()), path.string());
     }
-    const std::string file = path.string();
-    const toml::table capture =
-        parse_toml_text(read_file_text(path, Limits{}.text_file_bytes), file);
-    std::vector<Consent> consent;
-    if (const toml::table* one = capture["consent"].as_table()) {
-      consent.push_back(consent_of(*one, file));
-    } else if (const toml::array* several = capture["consent"].as_array()) {
-      for (const toml::node& node : *several) {
-        if (!node.is_table()) {
-          throw DataError(file, "consent", "an array of something else", "tables");
-        }
-        consent.push_back(consent_of(*node.as_table(), file));
-      }
-    } else if (capture.contains("consent")) {
-      throw DataError(file, "consent", "no table", "a table with who, scope and until");
-    }
-    return consent;
   }
   return {};
 }
