@@ -91,9 +91,9 @@ class Flattener {
           entry.text.clear();
           return;
         }
-        TomlEntry number;
-        set_value(number, item, depth);
-        entry.text += (entry.text.size() > 1 ? ", " : "") + number.text;
+        TomlEntry element;
+        set_value(element, item, depth);
+        entry.text += (entry.text.size() > 1 ? ", " : "") + element.text;
       }
       entry.text += "]";
     }
