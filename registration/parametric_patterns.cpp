@@ -393,7 +393,9 @@ SewingPattern trousers_pattern(const TailorMeasures& m, const TrousersOptions& o
       }
       const double width = panel.corners.col(0).maxCoeff() - panel.corners.col(0).minCoeff();
       const Vector3 ankle = left ? m.left_ankle : m.right_ankle;
-      panel.placement = round_body(ankle, 1.15 * 2 * width / (2 * kPi), !back);
+      // Clear of the hips in front and behind.
+      const double radius = std::max(1.15 * 2 * width / (2 * kPi), m.hip_girth / (2 * kPi) + 0.03);
+      panel.placement = round_body(ankle, radius, !back);
       panels[left ? 0 : 1][back ? 1 : 0] = add_panel(pattern, panel);
     }
   }
