@@ -17,7 +17,8 @@ using ::testing::HasSubstr;
 
 /// NumPy of the system in a child process, as the outside judge; false where there is none.
 bool run_numpy(const std::string& code) {
-  return std::system(("/usr/bin/python3 -c \"import numpy as np\n" + code + "\" 2>/dev/null").c_str()) == 0;
+  return std::system(
+             ("/usr/bin/python3 -c \"import numpy as np\n" + code + "\" 2>/dev/null").c_str()) == 0;
 }
 #define ATELIER_NEEDS_NUMPY() \
   if (!run_numpy("pass")) GTEST_SKIP() << "no NumPy (python3-numpy)"

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+#include "core/limits.h"
+
+namespace atelier {
+
+/// Parses TOML 1.0 (toml++) to the values of JSON: tables become objects, dates and times become
+/// texts in RFC 3339. DataError with line and column for bad syntax, keys given twice, deeper
+/// nesting than `limits.text_depth` (dotted keys count), longer strings than
+/// `limits.text_string_bytes`, more values than `limits.text_values`, larger texts than
+/// `limits.text_file_bytes`, nan and inf.
+///
+/// Include <nlohmann/json.hpp> in the .cpp that uses the result.
+nlohmann::json parse_toml(std::string_view text, const std::string& file = "",
+                          const Limits& limits = {});
+
+/// Reads and parses a file.
+nlohmann::json read_toml(const std::filesystem::path& path, const Limits& limits = {});
+
+/// Line of every value of the text by its path, "cameras.3.id" being the id of the fourth of an
+/// array of tables: for errors that name values which parse_toml has read. Refuses what parse_toml
+/// refuses.
+std::map<std::string, int> toml_lines(std::string_view text, const std::string& file = "",
+                                      const Limits& limits = {});
+
+}  // namespace atelier
