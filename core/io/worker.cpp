@@ -37,8 +37,8 @@ constexpr std::byte kRefusal{2};
 
 // --- in the child -------------------------------------------------------------------------------
 
-void limit(int resource, std::uint64_t value) {
-  const rlimit ceiling{value, value};
+void limit(int resource, std::uint64_t value, std::uint64_t hard_margin = 0) {
+  const rlimit ceiling{value, value + hard_margin};
   setrlimit(static_cast<__rlimit_resource_t>(resource), &ceiling);
 }
 
@@ -89,7 +89,8 @@ void confine(const Limits& limits) {
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   prctl(PR_SET_DUMPABLE, 0);
   limit(RLIMIT_AS, address_space() + static_cast<std::uint64_t>(limits.worker_memory_bytes));
-  limit(RLIMIT_CPU, static_cast<std::uint64_t>(limits.worker_cpu_seconds));
+  // The margin: the first signal is one that can be told from others.
+  limit(RLIMIT_CPU, static_cast<std::uint64_t>(limits.worker_cpu_seconds), 1);
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_NOFILE, 0);

@@ -53,7 +53,12 @@ void note(Progress& progress, const char* what) {
 }
 
 int read_all(const Reader& reader, std::size_t count,
-             const std::function<Bytes(std::size_t i)>& input, Progress& progress) {
+             const std::function<Bytes(std::size_t i)>& input, Progress& progress,
+             const std::filesystem::path& log) {
+  // Decoders talk about every damaged byte; only what a dying child says is worth reading.
+  if (std::freopen(log.c_str(), "w", stderr) == nullptr) {
+    return 1;
+  }
   limit_memory();
   for (std::size_t i = 0; i < count; ++i) {
     progress.input = i;
@@ -82,6 +87,9 @@ std::string read_all_in_sandbox(const Reader& reader, std::size_t count,
   }
   Progress& progress = *new (shared) Progress;
   std::fflush(nullptr);
+  const std::filesystem::path log =
+      std::filesystem::temp_directory_path() /
+      ("hostile-" + reader.name + "-" + std::to_string(getpid()) + ".log");
   const pid_t child = fork();
   if (child < 0) {
     munmap(shared, sizeof(Progress));
@@ -89,7 +97,7 @@ std::string read_all_in_sandbox(const Reader& reader, std::size_t count,
   }
   if (child == 0) {
     // No destructors and no exit handlers: they belong to the parent.
-    _exit(read_all(reader, count, input, progress));
+    _exit(read_all(reader, count, input, progress, log));
   }
   int status = 0;
   waitpid(child, &status, 0);
@@ -111,7 +119,10 @@ std::string read_all_in_sandbox(const Reader& reader, std::size_t count,
       result += progress.what[0] != '\0' ? std::string("threw ") + progress.what
                                          : "exited with " + std::to_string(WEXITSTATUS(status));
     }
-    result += "; saved as " + saved.string();
+    result += "; saved as " + saved.string() + ", what it said as " + log.string();
+  } else {
+    std::error_code ignored;
+    std::filesystem::remove(log, ignored);
   }
   munmap(shared, sizeof(Progress));
   return result;

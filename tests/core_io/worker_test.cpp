@@ -1,0 +1,110 @@
+#include "core/io/worker.h"
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <numeric>
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string refusal(const std::function<std::vector<std::byte>()>& work,
+                    const Limits& limits = {}) {
+  try {
+    run_in_worker(work, "x.h5", limits);
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Worker, ReturnsWhatTheWorkReturns) {
+  const std::vector<std::byte> large(3'000'000, std::byte{7});
+  EXPECT_EQ(run_in_worker([&] { return large; }, "x", {}), large);
+  EXPECT_TRUE(run_in_worker([] { return std::vector<std::byte>{}; }, "x", {}).empty());
+}
+
+TEST(Worker, PassesOnARefusal) {
+  EXPECT_EQ(
+      refusal([]() -> std::vector<std::byte> { throw DataError("", "here", "this", "that"); }),
+      "x.h5: here: this; expected that");
+}
+
+TEST(Worker, ACrashIsADataError) {
+  EXPECT_THAT(refusal([]() -> std::vector<std::byte> {
+                std::raise(SIGSEGV);
+                return {};
+              }),
+              HasSubstr("x.h5: the process that read it died: Segmentation fault"));
+  EXPECT_THAT(refusal([]() -> std::vector<std::byte> { _exit(3); }), HasSubstr("failed"));
+  EXPECT_THAT(refusal([]() -> std::vector<std::byte> { throw std::runtime_error("x"); }),
+              HasSubstr("the process that read it"));
+}
+
+TEST(Worker, AnEndlessLoopIsADataError) {
+  Limits limits;
+  limits.worker_cpu_seconds = 1;
+  EXPECT_THAT(refusal(
+                  []() -> std::vector<std::byte> {
+                    volatile bool forever = true;
+                    while (forever) {
+                    }
+                    return {};
+                  },
+                  limits),
+              HasSubstr("more than 1 s of processor time"));
+}
+
+TEST(Worker, TooMuchMemoryIsADataError) {
+  Limits limits;
+  limits.worker_memory_bytes = 64 << 20;
+  EXPECT_THAT(refusal([] { return std::vector<std::byte>(100 << 20); }, limits),
+              HasSubstr("more than 64 MB of memory"));
+}
+
+TEST(Worker, CannotOpenWriteOrConnect) {
+  const testing::TemporaryDirectory folder;
+  std::ofstream(folder / "secret") << "x";
+  const std::string path = (folder / "secret").string();
+  const std::vector<std::byte> reply = run_in_worker(
+      [&] {
+        std::vector<std::byte> worked;
+        const auto note = [&](bool value) { worked.push_back(std::byte{value}); };
+        note(open(path.c_str(), O_RDONLY) >= 0);
+        note(open((path + "2").c_str(), O_CREAT | O_WRONLY, 0600) >= 0);
+#if defined(__x86_64__)
+        note(socket(AF_INET, SOCK_STREAM, 0) >= 0);
+        note(unlink(path.c_str()) == 0);
+        note(fork() >= 0);
+        note(write(STDOUT_FILENO, "x", 1) >= 0);
+#endif
+        return worked;
+      },
+      "x", {});
+  EXPECT_GE(reply.size(), 2u);
+  for (std::size_t i = 0; i < reply.size(); ++i) {
+    EXPECT_EQ(reply[i], std::byte{0}) << i;
+  }
+  EXPECT_TRUE(std::filesystem::exists(path));
+}
+
+TEST(Worker, ManyInARow) {
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_EQ(run_in_worker([&] { return std::vector<std::byte>{std::byte(i)}; }, "x", {})[0],
+              std::byte(i));
+  }
+}
+
+}  // namespace
+}  // namespace atelier
