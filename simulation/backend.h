@@ -7,22 +7,24 @@
 
 namespace atelier {
 
-/// What ClothSolver asks of a device.
+/// What ClothSolver and ClothSweep ask of a device: one scene on the CPU, many on CUDA.
 struct ClothSolver::Backend {
   virtual ~Backend() = default;
-  virtual void set_state(const ClothState& state) = 0;
-  virtual ClothState state() const = 0;
-  virtual FrameReport advance(const Control& control) = 0;
-  virtual std::vector<double> spring_forces() const = 0;
+  virtual int scene_count() const = 0;
+  virtual void set_state(int scene, const ClothState& state) = 0;
+  virtual ClothState state(int scene) const = 0;
+  virtual std::vector<FrameReport> advance(const Control& control) = 0;
+  virtual std::vector<double> spring_forces(int scene) const = 0;
 };
 
 std::unique_ptr<ClothSolver::Backend> make_cpu_backend(const Cloth& cloth,
+                                                       const ClothVariation& variation,
                                                        const Triangles& body_faces,
                                                        const XpbdOptions& options);
 /// Throws EnvironmentError where there is no CUDA.
-std::unique_ptr<ClothSolver::Backend> make_cuda_backend(const Cloth& cloth,
-                                                        const Triangles& body_faces,
-                                                        const XpbdOptions& options);
+std::unique_ptr<ClothSolver::Backend> make_cuda_backend(
+    const Cloth& cloth, const std::vector<ClothVariation>& variations, const Triangles& body_faces,
+    const XpbdOptions& options);
 
 /// Checks shared by the backends: sizes of control against cloth and body, finite numbers.
 void check_control(const Control& control, const Cloth& cloth, Index body_vertices);
@@ -42,7 +44,8 @@ Points air_accelerations(const Cloth& cloth, const ClothState& state, const Cont
                          const XpbdOptions& options);
 
 /// Strain, energy and, where `lambda` is given (per constraint of the schedule's order), residuals.
-void report_state(const Cloth& cloth, const ClothState& state, const std::vector<double>& lambda,
-                  double substep, FrameReport& report);
+FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
+                         const ClothState& state, const std::vector<double>& lambda, double substep,
+                         FrameReport report);
 
 }  // namespace atelier

@@ -20,6 +20,7 @@ struct FrameReport {
   int self_contacts = 0;  ///< pairs of cloth primitives that pushed each other in the last substep
   int self_candidates = 0;  ///< pairs that were watched during the frame
   int lost_candidates = 0;  ///< pairs beyond the room for them; not 0 means contacts may be missed
+  double device_ms = 0;     ///< CUDA: duration of the frame on the device
   int crossings = -1;       ///< edge-triangle crossings of the cloth with itself; -1: not counted
 };
 

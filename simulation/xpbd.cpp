@@ -28,9 +28,13 @@ OptionTable describe(XpbdOptions& o) {
   t.add("time_step", o.time_step, 1e-5, 1, "s", "Duration of a frame.");
   t.add("substeps", o.substeps, 1, 10000, "", "Substeps per frame; raise for stiffer cloth.");
   t.add("iterations", o.iterations, 1, 100000, "", "Iterations per substep; substeps are better.");
-  t.add("precision", o.precision, {"float", "double"}, "Arithmetic; double on the CPU alone.");
+  t.add("precision", o.precision, {"float", "double"}, "Arithmetic; double for reference.");
   t.add("sweep", o.sweep, {"gauss-seidel", "jacobi"}, "Order of the projections.");
   t.add("vectors", o.vectors, {"auto", "scalar"}, "CPU vector code.");
+  t.add("cuda_barrier", o.cuda_barrier, {"auto", "block", "cluster", "grid", "graph"},
+        "How the blocks of a GPU wait for each other.");
+  t.add("cuda_blocks", o.cuda_blocks, 0, 1024, "",
+        "Blocks of a scene on a GPU; 0: as many as help.");
   t.add("friction", o.friction, -1, 100, "", "Against the body; below 0: the material's.");
   t.add("thickness", o.thickness, -1, 0.1, "m", "Gap to the body; below 0: the material's.");
   t.add("contact_reach", o.contact_reach, 0.001, 0.5, "m",
@@ -166,8 +170,9 @@ Points air_accelerations(const Cloth& cloth, const ClothState& state, const Cont
   return out;
 }
 
-void report_state(const Cloth& cloth, const ClothState& state, const std::vector<double>& lambda,
-                  double substep, FrameReport& report) {
+FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
+                         const ClothState& state, const std::vector<double>& lambda, double substep,
+                         FrameReport report) {
   const double h2 = substep * substep;
   std::vector<double> strain;
   strain.reserve(static_cast<std::size_t>(cloth.fibre_count));
@@ -205,14 +210,14 @@ void report_state(const Cloth& cloth, const ClothState& state, const std::vector
     if (spring) {
       const ClothSpring& s = cloth.springs[c];
       value = spring_value(vec(state.positions, s.a), vec(state.positions, s.b), s.rest).c;
-      stiffness = s.stiffness;
+      stiffness = s.stiffness * variation.stretch;
     } else if (c < hinges) {
       const ClothHinge& h = cloth.hinges[c - springs];
       const HingeValue<double> hinge =
           hinge_value(vec(state.positions, h.edge0), vec(state.positions, h.edge1),
                       vec(state.positions, h.left), vec(state.positions, h.right));
       value = hinge.valid ? angle_difference(hinge.angle, h.rest) : 0;
-      stiffness = h.stiffness;
+      stiffness = h.stiffness * variation.bending;
     } else {
       continue;
     }
@@ -227,34 +232,90 @@ void report_state(const Cloth& cloth, const ClothState& state, const std::vector
       spring_count > 0 ? std::sqrt(spring_sum / static_cast<double>(spring_count)) : 0;
   report.hinge_residual =
       hinge_count > 0 ? std::sqrt(hinge_sum / static_cast<double>(hinge_count)) : 0;
+  return report;
 }
 
-ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
-                         const XpbdOptions& options, Device device) {
+namespace {
+
+void check_setup(const XpbdOptions& options, const std::vector<ClothVariation>& variations) {
   XpbdOptions checked = options;
   const std::vector<std::string> problems = check_options(describe(checked));
   ATELIER_CHECK(problems.empty(), "XPBD options: " + problems.front());
-  ATELIER_CHECK(device == Device::Cpu || options.precision == "float",
-                "double precision runs on the CPU alone");
-  backend_ = device == Device::Cpu ? make_cpu_backend(cloth, body_faces, options)
-                                   : make_cuda_backend(cloth, body_faces, options);
-  backend_->set_state(rest_state(cloth));
+  ATELIER_CHECK(!variations.empty(), "a sweep of no scenes");
+  for (const ClothVariation& v : variations) {
+    ATELIER_CHECK(
+        std::isfinite(v.stretch) && v.stretch > 0 && std::isfinite(v.bending) && v.bending > 0,
+        "factors of a variation are above 0");
+  }
+}
+
+}  // namespace
+
+ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
+                         const XpbdOptions& options, Device device) {
+  check_setup(options, {ClothVariation{}});
+  backend_ = device == Device::Cpu
+                 ? make_cpu_backend(cloth, {}, body_faces, options)
+                 : make_cuda_backend(cloth, {ClothVariation{}}, body_faces, options);
+  backend_->set_state(0, rest_state(cloth));
 }
 ClothSolver::~ClothSolver() = default;
 ClothSolver::ClothSolver(ClothSolver&&) noexcept = default;
 ClothSolver& ClothSolver::operator=(ClothSolver&&) noexcept = default;
 
 void ClothSolver::set_state(const ClothState& state) {
-  backend_->set_state(state);
+  backend_->set_state(0, state);
 }
 ClothState ClothSolver::state() const {
-  return backend_->state();
+  return backend_->state(0);
 }
 FrameReport ClothSolver::advance(const Control& control) {
-  return backend_->advance(control);
+  return backend_->advance(control)[0];
 }
 std::vector<double> ClothSolver::spring_forces() const {
-  return backend_->spring_forces();
+  return backend_->spring_forces(0);
+}
+
+ClothSweep::ClothSweep(const Cloth& cloth, const std::vector<ClothVariation>& variations,
+                       const Triangles& body_faces, const XpbdOptions& options, Device device) {
+  check_setup(options, variations);
+  if (device == Device::Cuda) {
+    backends_.push_back(make_cuda_backend(cloth, variations, body_faces, options));
+  } else {
+    for (const ClothVariation& v : variations) {
+      backends_.push_back(make_cpu_backend(cloth, v, body_faces, options));
+    }
+  }
+  for (int scene = 0; scene < static_cast<int>(variations.size()); ++scene) {
+    set_state(scene, rest_state(cloth));
+  }
+}
+ClothSweep::~ClothSweep() = default;
+ClothSweep::ClothSweep(ClothSweep&&) noexcept = default;
+ClothSweep& ClothSweep::operator=(ClothSweep&&) noexcept = default;
+
+int ClothSweep::scene_count() const {
+  return backends_.size() > 1 ? static_cast<int>(backends_.size()) : backends_[0]->scene_count();
+}
+void ClothSweep::set_state(int scene, const ClothState& state) {
+  ATELIER_CHECK(scene >= 0 && scene < scene_count(),
+                "scene " + std::to_string(scene) + " of the sweep");
+  backends_.size() > 1 ? backends_[static_cast<std::size_t>(scene)]->set_state(0, state)
+                       : backends_[0]->set_state(scene, state);
+}
+ClothState ClothSweep::state(int scene) const {
+  ATELIER_CHECK(scene >= 0 && scene < scene_count(),
+                "scene " + std::to_string(scene) + " of the sweep");
+  return backends_.size() > 1 ? backends_[static_cast<std::size_t>(scene)]->state(0)
+                              : backends_[0]->state(scene);
+}
+std::vector<FrameReport> ClothSweep::advance(const Control& control) {
+  std::vector<FrameReport> out;
+  for (const std::unique_ptr<ClothSolver::Backend>& backend : backends_) {
+    const std::vector<FrameReport> reports = backend->advance(control);
+    out.insert(out.end(), reports.begin(), reports.end());
+  }
+  return out;
 }
 
 ClothState step(const Cloth& cloth, const ClothState& state, const Control& control,
@@ -265,10 +326,11 @@ ClothState step(const Cloth& cloth, const ClothState& state, const Control& cont
   return solver.state();
 }
 
-#if 1  // until the CUDA twin is here
-std::unique_ptr<ClothSolver::Backend> make_cuda_backend(const Cloth&, const Triangles&,
-                                                        const XpbdOptions&) {
-  throw EnvironmentError("CUDA", "there is no CUDA twin in this build; use the CPU");
+#ifndef ATELIER_HAS_CUDA
+std::unique_ptr<ClothSolver::Backend> make_cuda_backend(const Cloth&,
+                                                        const std::vector<ClothVariation>&,
+                                                        const Triangles&, const XpbdOptions&) {
+  throw EnvironmentError("CUDA", "this build has none; use the CPU");
 }
 #endif
 

@@ -17,12 +17,17 @@ struct XpbdOptions {
   double time_step = 1.0 / 60;  ///< s, one frame, 1e-5 to 1
   int substeps = 10;   ///< per frame, 1 to 10000; the first thing to raise for stiffer cloth
   int iterations = 1;  ///< per substep, 1 to 100000; substeps are nearly always better
-  std::string precision = "float";  ///< "float", or "double" (CPU alone, for reference)
+  std::string precision = "float";  ///< "float", or "double" (for reference)
   /// "gauss-seidel" (exact, by the schedule) or "jacobi" (all at once with Chebyshev acceleration,
   /// CPU alone, for comparison).
   std::string sweep = "gauss-seidel";
   std::string vectors =
       "auto";  ///< CPU vector code: "auto" (AVX2 where the machine has it), "scalar"
+
+  /// How the blocks of a GPU wait for each other: "auto", "block" (one block a scene), "cluster",
+  /// "grid", or "graph" (a launch per phase, replayed). For measuring; auto takes the fastest.
+  std::string cuda_barrier = "auto";
+  int cuda_blocks = 0;  ///< blocks of a scene, 0: as the barrier allows, up to 1024
 
   double friction = -1;   ///< Coulomb coefficient against the body; below 0: the material's
   double thickness = -1;  ///< m kept between cloth and body; below 0: the material's
@@ -91,6 +96,33 @@ class ClothSolver {
 
  private:
   std::unique_ptr<Backend> backend_;
+};
+
+/// One scene of a sweep: factors on the cloth's material.
+struct ClothVariation {
+  double stretch = 1;    ///< times the stiffness of every spring and strain, above 0
+  double bending = 1;    ///< times the stiffness of every hinge, above 0
+  double friction = -1;  ///< against the body; below 0: as in the options
+};
+
+/// Many scenes of one cloth at once, on CUDA in one launch: a parameter sweep.
+class ClothSweep {
+ public:
+  /// Throws LogicError if there is no variation or a factor is not above 0.
+  ClothSweep(const Cloth& cloth, const std::vector<ClothVariation>& variations,
+             const Triangles& body_faces, const XpbdOptions& options, Device device = Device::Cpu);
+  ~ClothSweep();
+  ClothSweep(ClothSweep&&) noexcept;
+  ClothSweep& operator=(ClothSweep&&) noexcept;
+
+  int scene_count() const;
+  void set_state(int scene, const ClothState& state);
+  ClothState state(int scene) const;
+  /// One frame of every scene; without `report` in the options only the first has numbers.
+  std::vector<FrameReport> advance(const Control& control);
+
+ private:
+  std::vector<std::unique_ptr<ClothSolver::Backend>> backends_;
 };
 
 /// One frame, once: for more than a few frames use ClothSolver.

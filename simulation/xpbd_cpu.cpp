@@ -22,8 +22,10 @@ constexpr Index kGrain = 2048;  ///< particles of one task
 template <class T>
 class CpuBackend final : public ClothSolver::Backend {
  public:
-  CpuBackend(const Cloth& cloth, const Triangles& body_faces, const XpbdOptions& options)
+  CpuBackend(const Cloth& cloth, const ClothVariation& variation, const Triangles& body_faces,
+             const XpbdOptions& options)
       : cloth_(cloth),
+        variation_(variation),
         body_faces_(body_faces),
         options_(options),
         prepared_(prepare_cloth<T>(cloth)) {
@@ -40,7 +42,9 @@ class CpuBackend final : public ClothSolver::Backend {
     }
   }
 
-  void set_state(const ClothState& state) override {
+  int scene_count() const override { return 1; }
+
+  void set_state(int, const ClothState& state) override {
     ATELIER_CHECK(
         state.positions.rows() == prepared_.count && state.velocities.rows() == prepared_.count,
         "the state is of another cloth");
@@ -48,9 +52,9 @@ class CpuBackend final : public ClothSolver::Backend {
     state_ = state;
   }
 
-  ClothState state() const override { return state_; }
+  ClothState state(int) const override { return state_; }
 
-  FrameReport advance(const Control& control) override {
+  std::vector<FrameReport> advance(const Control& control) override {
     check_control(control, cloth_, body_faces_.rows() > 0 ? body_faces_.maxCoeff() + 1 : 0);
     begin_frame(control);
     const T h = static_cast<T>(options_.time_step / options_.substeps);
@@ -70,13 +74,14 @@ class CpuBackend final : public ClothSolver::Backend {
     report.body_contacts = static_cast<int>(std::count(touched_.begin(), touched_.end(), 1));
     if (options_.report) {
       measure_penetration(report);
-      report_state(cloth_, state_, std::vector<double>(lambda_.begin(), lambda_.end()),
-                   options_.time_step / options_.substeps, report);
+      report = report_state(cloth_, variation_, state_,
+                            std::vector<double>(lambda_.begin(), lambda_.end()),
+                            options_.time_step / options_.substeps, report);
     }
-    return report;
+    return {report};
   }
 
-  std::vector<double> spring_forces() const override {
+  std::vector<double> spring_forces(int) const override {
     const double h = options_.time_step / options_.substeps;
     std::vector<double> out(cloth_.springs.size(), 0.0);
     for (std::size_t i = 0; i < prepared_.order.size(); ++i) {
@@ -132,7 +137,9 @@ class CpuBackend final : public ClothSolver::Backend {
     body_.nodes = tree_.nodes.data();
     const Material& m = cloth_.material;
     rule_.thickness = static_cast<T>(options_.thickness >= 0 ? options_.thickness : m.thickness);
-    rule_.friction = static_cast<T>(options_.friction >= 0 ? options_.friction : m.friction);
+    rule_.friction = static_cast<T>(variation_.friction >= 0 ? variation_.friction
+                                    : options_.friction >= 0 ? options_.friction
+                                                             : m.friction);
     rule_.reach = larger(static_cast<T>(options_.contact_reach), rule_.thickness);
     rule_.old_overlap =
         static_cast<T>(options_.depenetration_speed * options_.time_step / options_.substeps);
@@ -261,6 +268,7 @@ class CpuBackend final : public ClothSolver::Backend {
   }
 
   Cloth cloth_;
+  ClothVariation variation_;
   Triangles body_faces_;
   XpbdOptions options_;
   PreparedCloth<T> prepared_;
@@ -290,12 +298,13 @@ class CpuBackend final : public ClothSolver::Backend {
 }  // namespace
 
 std::unique_ptr<ClothSolver::Backend> make_cpu_backend(const Cloth& cloth,
+                                                       const ClothVariation& variation,
                                                        const Triangles& body_faces,
                                                        const XpbdOptions& options) {
   if (options.precision == "double") {
-    return std::make_unique<CpuBackend<double>>(cloth, body_faces, options);
+    return std::make_unique<CpuBackend<double>>(cloth, variation, body_faces, options);
   }
-  return std::make_unique<CpuBackend<float>>(cloth, body_faces, options);
+  return std::make_unique<CpuBackend<float>>(cloth, variation, body_faces, options);
 }
 
 }  // namespace atelier

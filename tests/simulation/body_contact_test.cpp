@@ -5,57 +5,12 @@
 
 #include "core/error.h"
 #include "tests/simulation/cloth_fixtures.h"
+#include "tests/simulation/test_bodies.h"
 
 namespace atelier {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-
-/// A plane through the origin that falls by `angle` along +x, `size` each way, as a body.
-Mesh incline(double angle, double size) {
-  Mesh plane;
-  plane.vertices.resize(4, 3);
-  const double c = std::cos(angle) * size;
-  const double s = std::sin(angle) * size;
-  plane.vertices << -c, s, -size, c, -s, -size, c, -s, size, -c, s, size;
-  plane.faces.resize(2, 3);
-  plane.faces << 0, 2, 1, 0, 3, 2;
-  return plane;
-}
-
-Mesh sphere(double radius, int rings, int sectors) {
-  Mesh mesh;
-  mesh.vertices.resize(2 + (rings - 1) * sectors, 3);
-  mesh.vertices.row(0) << 0, radius, 0;
-  mesh.vertices.row(1) << 0, -radius, 0;
-  for (int r = 1; r < rings; ++r) {
-    for (int s = 0; s < sectors; ++s) {
-      const double polar = kPi * r / rings;
-      const double turn = 2 * kPi * s / sectors;
-      mesh.vertices.row(2 + (r - 1) * sectors + s) << radius * std::sin(polar) * std::cos(turn),
-          radius * std::cos(polar), radius * std::sin(polar) * std::sin(turn);
-    }
-  }
-  std::vector<Eigen::RowVector3i> faces;
-  const auto id = [&](int r, int s) {
-    return r == 0 ? 0 : r == rings ? 1 : 2 + (r - 1) * sectors + s % sectors;
-  };
-  for (int r = 0; r < rings; ++r) {
-    for (int s = 0; s < sectors; ++s) {
-      if (r > 0) {
-        faces.emplace_back(id(r, s), id(r, s + 1), id(r + 1, s + 1));
-      }
-      if (r < rings - 1) {
-        faces.emplace_back(id(r, s), id(r + 1, s + 1), id(r + 1, s));
-      }
-    }
-  }
-  mesh.faces.resize(Index(faces.size()), 3);
-  for (std::size_t i = 0; i < faces.size(); ++i) {
-    mesh.faces.row(Index(i)) = faces[i];
-  }
-  return mesh;
-}
 
 Control still(const Points& body) {
   Control control;
@@ -76,7 +31,7 @@ Slide slide(double angle, double friction, double height) {
   garment.material.friction = friction;
   garment.material.thickness = 1e-3;
   out.cloth = make_cloth(garment);
-  out.plane = incline(angle, 20);
+  out.plane = testing::incline(angle, 20);
   out.state = rest_state(out.cloth);
   const Eigen::AngleAxisd turn(-angle, Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d normal = turn * Eigen::Vector3d::UnitY();
@@ -255,7 +210,7 @@ TEST(Capstan, SlipsAtTheExponentialOfTheAngle) {
 }
 
 TEST(Sphere, ClothDroppedOnItRestsOutside) {
-  const Mesh ball = sphere(0.2, 24, 48);
+  const Mesh ball = testing::sphere(0.2, 24, 48);
   Garment garment = testing::garment_of(testing::sheet(30, 30, 0.02), 0.2, 300, 1e-5);
   garment.mesh.vertices.col(0).array() -= 0.3;
   garment.mesh.vertices.col(2).array() -= 0.3;
@@ -279,7 +234,7 @@ TEST(Sphere, ClothDroppedOnItRestsOutside) {
 
 // T14: the square follows a turning sphere the more, the higher the friction.
 TEST(Sphere, TurningItTakesTheClothAlongByFriction) {
-  const Mesh ball = sphere(0.2, 24, 48);
+  const Mesh ball = testing::sphere(0.2, 24, 48);
   double last = -1;
   for (double mu : {0.0, 0.05, 0.1, 0.3, 1.0}) {
     Garment garment = testing::garment_of(testing::sheet(20, 20, 0.02), 0.2, 300, 1e-5);
@@ -324,7 +279,7 @@ TEST(Sphere, TurningItTakesTheClothAlongByFriction) {
 
 // T17: body speed x h of more than five thicknesses.
 TEST(Sphere, ThrownThroughAHangingSheetItDoesNotPass) {
-  const Mesh ball = sphere(0.05, 16, 32);
+  const Mesh ball = testing::sphere(0.05, 16, 32);
   Garment garment = testing::garment_of(testing::sheet(24, 24, 0.02), 0.2, 1000, 1e-5);
   garment.material.thickness = 1e-3;
   const std::vector<int> top = testing::vertices_where(
@@ -351,7 +306,7 @@ TEST(Sphere, ThrownThroughAHangingSheetItDoesNotPass) {
 }
 
 TEST(Sphere, AStartWithACentimetreOfOverlapIsResolvedGently) {
-  const Mesh ball = sphere(0.2, 24, 48);
+  const Mesh ball = testing::sphere(0.2, 24, 48);
   Garment garment = testing::garment_of(testing::sheet(20, 20, 0.01), 0.2, 300, 1e-5);
   garment.mesh.vertices.col(0).array() -= 0.1;
   garment.mesh.vertices.col(2).array() -= 0.1;
@@ -374,7 +329,7 @@ TEST(Sphere, AStartWithACentimetreOfOverlapIsResolvedGently) {
 }
 
 TEST(Control, ABodyThatTeleportsIsRefusedAndTheLastFrameIsKept) {
-  const Mesh ball = sphere(0.2, 8, 16);
+  const Mesh ball = testing::sphere(0.2, 8, 16);
   const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
   ClothSolver solver(cloth, ball.faces, {});
   Control control = still(ball.vertices.rowwise() + Eigen::RowVector3d(0, -1, 0));
@@ -390,7 +345,7 @@ TEST(Control, ABodyThatTeleportsIsRefusedAndTheLastFrameIsKept) {
 }
 
 TEST(Control, NonFiniteAndIllSizedInputsAreRefused) {
-  const Mesh ball = sphere(0.2, 8, 16);
+  const Mesh ball = testing::sphere(0.2, 8, 16);
   const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
   ClothSolver solver(cloth, ball.faces, {});
   Control control = still(ball.vertices);

@@ -1,0 +1,373 @@
+// Speed of the cloth solver. Counters: ms (a frame, on its device), Gproj/s (constraint
+// projections), limit_ms (the physical limit on an H100: barriers and phases, or bytes), x_limit
+// (ms / limit_ms), and what the speed cost: strain_p95, strain_max [%], residual_um (springs),
+// deepest_um.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+
+#include <benchmark/benchmark.h>
+
+#include "simulation/xpbd.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+Garment garment_of(Mesh mesh) {
+  Garment garment;
+  garment.name = "bench";
+  garment.mesh = std::move(mesh);
+  garment.material.density = 0.2;
+  garment.material.stretch_warp = 1000;
+  garment.material.stretch_weft = 1000;
+  garment.material.bending = 1e-5;
+  garment.material.friction = 0.3;
+  garment.material.thickness = 0.002;
+  return garment;
+}
+
+/// A square metre of `side` x `side` vertices, one diagonal.
+Mesh square(int side) {
+  Mesh mesh;
+  mesh.vertices.resize(side * side, 3);
+  mesh.faces.resize(2 * (side - 1) * (side - 1), 3);
+  Index f = 0;
+  for (int r = 0; r < side; ++r) {
+    for (int c = 0; c < side; ++c) {
+      mesh.vertices.row(r * side + c) << c / (side - 1.0), 0, r / (side - 1.0);
+      if (r + 1 < side && c + 1 < side) {
+        const int a = r * side + c;
+        mesh.faces.row(f++) << a, a + side, a + side + 1;
+        mesh.faces.row(f++) << a, a + side + 1, a + 1;
+      }
+    }
+  }
+  return mesh;
+}
+
+/// A skirt: rings of vertices with every second one turned by half a step, jittered so that no two
+/// triangles are alike, flaring from `top` to `bottom` radius over a metre.
+Mesh skirt(int around, int rings, double top, double bottom) {
+  Mesh mesh;
+  mesh.vertices.resize(around * rings, 3);
+  mesh.faces.resize(2 * around * (rings - 1), 3);
+  Index f = 0;
+  for (int r = 0; r < rings; ++r) {
+    for (int i = 0; i < around; ++i) {
+      const double wiggle =
+          r == 0 ? 0 : 0.2 * std::sin(12.9898 * (r * around + i)) * std::cos(78.233 * i + r);
+      const double share = (r + 0.5 * wiggle) / (rings - 1);
+      const double angle = 2 * kPi * (i + 0.5 * (r % 2) + wiggle) / around;
+      const double radius = top + (bottom - top) * share;
+      mesh.vertices.row(r * around + i) << radius * std::cos(angle), 0.5 - share,
+          radius * std::sin(angle);
+      if (r + 1 < rings) {
+        const int a = r * around + i;
+        const int b = r * around + (i + 1) % around;
+        const int c = (r + 1) * around + (r % 2 == 0 ? i : (i + 1) % around);
+        const int d = (r + 1) * around + (r % 2 == 0 ? (i + around - 1) % around : i);
+        mesh.faces.row(f++) << a, b, c;
+        mesh.faces.row(f++) << a, c, d;
+      }
+    }
+  }
+  return mesh;
+}
+
+/// Hips and two legs in one: a smooth closed body of about 20,000 triangles.
+Mesh body_mesh() {
+  constexpr int kAround = 100;
+  constexpr int kRings = 100;
+  Mesh mesh;
+  mesh.vertices.resize(kAround * kRings + 2, 3);
+  std::vector<Eigen::RowVector3i> faces;
+  for (int r = 0; r < kRings; ++r) {
+    const double y = 0.7 - 1.4 * r / (kRings - 1);
+    const double cap = std::sqrt(std::max(0.02, 1 - std::pow(y / 0.72, 8)));
+    for (int i = 0; i < kAround; ++i) {
+      const double a = 2 * kPi * i / kAround;
+      // Narrow waist at the top of the skirt, a waist between the legs below.
+      const double radius = cap * (0.15 + 0.03 * std::exp(-std::pow((y - 0.25) / 0.15, 2))) *
+                            (1 + 0.25 * std::cos(2 * a) * (y < 0 ? -y : 0));
+      mesh.vertices.row(r * kAround + i) << radius * std::cos(a), y, radius * std::sin(a);
+      if (r + 1 < kRings) {
+        const int p = r * kAround + i;
+        const int q = r * kAround + (i + 1) % kAround;
+        faces.emplace_back(p, q, q + kAround);
+        faces.emplace_back(p, q + kAround, p + kAround);
+      }
+    }
+  }
+  const int top = kAround * kRings;
+  mesh.vertices.row(top) << 0, 0.71, 0;
+  mesh.vertices.row(top + 1) << 0, -0.71, 0;
+  for (int i = 0; i < kAround; ++i) {
+    const int n = (i + 1) % kAround;
+    faces.emplace_back(top, n, i);
+    faces.emplace_back(top + 1, (kRings - 1) * kAround + i, (kRings - 1) * kAround + n);
+  }
+  mesh.faces.resize(static_cast<Index>(faces.size()), 3);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    mesh.faces.row(static_cast<Index>(i)) = faces[i];
+  }
+  return mesh;
+}
+
+struct Case {
+  Cloth cloth;
+  Mesh body;
+  XpbdOptions options;
+  int scenes = 1;
+};
+
+Control control_of(const Case& c, int frame) {
+  Control control;
+  if (c.body.vertices.rows() > 0) {
+    const auto at = [&](int f) -> Points {
+      const double t = f / 60.0;
+      return c.body.vertices.rowwise() +
+             Eigen::RowVector3d(0.06 * std::sin(5 * t), 0.02 * std::sin(7 * t), 0);
+    };
+    control.body_start = at(frame);
+    control.body_end = at(frame + 1);
+  }
+  return control;
+}
+
+/// The limit on an H100: a barrier of 0.5 us in a cluster of 16 blocks, 1.1 us over the grid, none
+/// in one block; 0.1 us a colour of springs, 0.17 us where it has hinges; memory at 3 TB/s.
+double limit_ms(const Case& c) {
+  const Schedule& s = c.cloth.schedule;
+  const double colour = c.cloth.hinges.empty() ? 0.1e-6 : 0.17e-6;
+  const int patches = s.phases[0].patch_end - s.phases[0].patch_begin;
+  const double barrier = c.scenes >= 132 ? 0 : patches <= 16 ? 0.5e-6 : 1.1e-6;
+  double iteration = 0;
+  for (const Schedule::Phase& phase : s.phases) {
+    int colours = 0;
+    for (int p = phase.patch_begin; p < phase.patch_end; ++p) {
+      colours = std::max(colours, s.patches[p].colour_end - s.patches[p].colour_begin);
+    }
+    const double waves = std::ceil((phase.patch_end - phase.patch_begin) / 132.0);
+    iteration += barrier + waves * colours * colour;
+  }
+  const double steps = c.options.substeps * (2 * barrier + c.options.iterations * iteration);
+  const double bytes =
+      c.options.substeps * (128.0 * static_cast<double>(c.cloth.mass.size()) +
+                            16.0 * c.options.iterations * static_cast<double>(s.order.size()));
+  const double waves = std::ceil(c.scenes / 132.0);
+  return 1e3 * std::max(steps * waves, bytes * c.scenes / 3e12);
+}
+
+void run(benchmark::State& state, Case c, Device device) {
+  if (device == Device::Cuda && !cuda_available()) {
+    state.SkipWithError("no CUDA device");
+    return;
+  }
+  constexpr int kSettle = 20;
+  c.options.report = false;
+  ClothSweep solver(c.cloth, std::vector<ClothVariation>(static_cast<std::size_t>(c.scenes)),
+                    c.body.faces, c.options, device);
+  int frame = 0;
+  for (; frame < kSettle; ++frame) {
+    solver.advance(control_of(c, frame));
+  }
+  std::vector<double> ms;
+  for (auto _ : state) {
+    const Control control = control_of(c, frame++);
+    const auto before = std::chrono::steady_clock::now();
+    const FrameReport report = solver.advance(control)[0];
+    const double wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+    const double seconds = device == Device::Cuda ? report.device_ms / 1e3 : wall;
+    state.SetIterationTime(seconds);
+    ms.push_back(1e3 * seconds);
+  }
+  std::sort(ms.begin(), ms.end());
+  const double median = ms[ms.size() / 2];
+  state.counters["ms"] = median;
+  state.counters["Gproj/s"] = static_cast<double>(c.cloth.schedule.order.size()) *
+                              c.options.substeps * c.options.iterations * c.scenes / (median * 1e6);
+  if (device == Device::Cuda) {
+    state.counters["limit_ms"] = limit_ms(c);
+    state.counters["x_limit"] = median / limit_ms(c);
+    state.counters["scene_frames/s"] = c.scenes * 1e3 / median;
+  }
+  state.counters["phases"] = static_cast<double>(c.cloth.schedule.phases.size());
+  state.counters["colours"] = c.cloth.schedule.max_colours;
+  // Two frames with numbers: what the speed cost.
+  XpbdOptions with_report = c.options;
+  with_report.report = true;
+  ClothSolver reporter(c.cloth, c.body.faces, with_report, device);
+  reporter.set_state(solver.state(0));
+  FrameReport last;
+  for (int i = 0; i < 2; ++i) {
+    last = reporter.advance(control_of(c, frame++));
+  }
+  state.counters["strain_p95_%"] = 100 * last.strain_p95;
+  state.counters["strain_max_%"] = 100 * last.strain_max;
+  state.counters["residual_um"] = 1e6 * last.spring_residual;
+  state.counters["deepest_um"] = 1e6 * last.penetration_depth;
+  state.counters["touching"] = last.body_contacts;
+}
+
+Case hanging_square(int side, int iterations) {
+  Case c;
+  c.cloth = make_cloth(garment_of(square(side)), {0, side - 1});
+  c.options.iterations = iterations;
+  return c;
+}
+
+Case hanging_skirt(int around, int rings, int iterations) {
+  Case c;
+  const Garment garment = garment_of(skirt(around, rings, 0.17, 0.45));
+  std::vector<int> waist;
+  for (int i = 0; i < around; ++i) {
+    waist.push_back(i);
+  }
+  c.cloth = make_cloth(garment, waist);
+  c.options.iterations = iterations;
+  return c;
+}
+
+/// The skirt rides on the swaying body by its waist.
+Case dressed(int around, int rings, bool self_contact) {
+  Case c;
+  Garment garment = garment_of(skirt(around, rings, 0.19, 0.4));
+  c.body = body_mesh();
+  for (int i = 0; i < around; ++i) {
+    const Eigen::RowVector3d p = garment.mesh.vertices.row(i);
+    Index nearest = 0;
+    double best = 1e30;
+    for (Index f = 0; f < c.body.faces.rows(); ++f) {
+      const double d = (c.body.vertices.row(c.body.faces(f, 0)) - p).squaredNorm();
+      if (d < best) {
+        best = d;
+        nearest = f;
+      }
+    }
+    Attachment a;
+    a.vertex = i;
+    a.triangle = static_cast<int>(nearest);
+    a.barycentric = {1, 0, 0};
+    a.distance = std::sqrt(best);
+    garment.attachments.push_back(a);
+  }
+  c.cloth = make_cloth(garment);
+  c.options.self_contact = self_contact;
+  return c;
+}
+
+/// 150k particles, 900k springs: edges, diagonals and every second neighbour of a grid.
+Case small_steps() {
+  constexpr int kColumns = 388;
+  constexpr int kRows = 387;
+  const double cell = 1.0 / kRows;
+  Points x(kColumns * kRows, 3);
+  std::vector<ClothSpring> springs;
+  const auto spring = [&](int r, int c, int dr, int dc, double stiffness) {
+    if (r + dr < kRows && c + dc >= 0 && c + dc < kColumns) {
+      springs.push_back(
+          {r * kColumns + c, (r + dr) * kColumns + c + dc, cell * std::hypot(dr, dc), stiffness});
+    }
+  };
+  for (int r = 0; r < kRows; ++r) {
+    for (int c = 0; c < kColumns; ++c) {
+      x.row(r * kColumns + c) << c * cell, 0, r * cell;
+      spring(r, c, 0, 1, 1e4);
+      spring(r, c, 1, 0, 1e4);
+      spring(r, c, 1, 1, 1e3);
+      spring(r, c, 1, -1, 1e3);
+      spring(r, c, 0, 2, 10);
+      spring(r, c, 2, 0, 10);
+    }
+  }
+  Case out;
+  out.cloth =
+      make_spring_net(x, std::vector<double>(static_cast<std::size_t>(x.rows()), 0.2 * cell * cell),
+                      springs, {0, kColumns - 1});
+  out.options.substeps = 30;
+  return out;
+}
+
+void add(const std::string& name, const std::function<Case()>& make, Device device, int frames) {
+  benchmark::RegisterBenchmark(
+      (std::string(device_name(device)) + "/" + name).c_str(),
+      [make, device](benchmark::State& state) { run(state, make(), device); })
+      ->UseManualTime()
+      ->Iterations(frames)
+      ->Unit(benchmark::kMillisecond);
+}
+
+Case with_barrier(Case c, const std::string& barrier, int blocks = 0) {
+  c.options.cuda_barrier = barrier;
+  c.options.cuda_blocks = blocks;
+  return c;
+}
+
+const bool kRegistered = [] {
+  const Device gpu = Device::Cuda;
+  const Device cpu = Device::Cpu;
+  add("small_steps_150k_900k_30x1", small_steps, gpu, 30);
+  add(
+      "grid_10k_10x1", [] { return hanging_square(100, 1); }, gpu, 60);
+  add(
+      "grid_10k_10x4", [] { return hanging_square(100, 4); }, gpu, 60);
+  add(
+      "garment_10k_10x1", [] { return hanging_skirt(100, 100, 1); }, gpu, 60);
+  add(
+      "garment_10k_10x4", [] { return hanging_skirt(100, 100, 4); }, gpu, 60);
+  for (const char* barrier : {"block", "cluster", "grid", "graph"}) {
+    add(
+        std::string("grid_10k_10x1/") + barrier,
+        [barrier] { return with_barrier(hanging_square(100, 1), barrier); }, gpu, 60);
+  }
+  add(
+      "grid_100k_10x1", [] { return hanging_square(316, 1); }, gpu, 30);
+  add(
+      "grid_100k_10x1/graph", [] { return with_barrier(hanging_square(316, 1), "graph"); }, gpu,
+      30);
+  add(
+      "grid_1M_10x1", [] { return hanging_square(1000, 1); }, gpu, 20);
+  add(
+      "grid_1M_10x1/graph", [] { return with_barrier(hanging_square(1000, 1), "graph"); }, gpu, 20);
+  add(
+      "dressed_10k_body", [] { return dressed(100, 100, false); }, gpu, 60);
+  add(
+      "dressed_10k_body_self", [] { return dressed(100, 100, true); }, gpu, 60);
+  add(
+      "dressed_100k_body", [] { return dressed(316, 316, false); }, gpu, 30);
+  add(
+      "dressed_100k_body_self", [] { return dressed(316, 316, true); }, gpu, 30);
+  const auto sweep = [](bool self) {
+    Case c = dressed(100, 100, self);
+    c.scenes = 256;
+    return c;
+  };
+  add(
+      "sweep_256x10k_body", [sweep] { return sweep(false); }, gpu, 10);
+  add(
+      "sweep_256x10k_body_self", [sweep] { return sweep(true); }, gpu, 10);
+  add(
+      "grid_10k_10x4", [] { return hanging_square(100, 4); }, cpu, 30);
+  add(
+      "grid_10k_10x4/scalar",
+      [] {
+        Case c = hanging_square(100, 4);
+        c.options.vectors = "scalar";
+        return c;
+      },
+      cpu, 30);
+  add(
+      "garment_10k_10x4", [] { return hanging_skirt(100, 100, 4); }, cpu, 30);
+  add(
+      "dressed_10k_body", [] { return dressed(100, 100, false); }, cpu, 30);
+  add(
+      "dressed_10k_body_self", [] { return dressed(100, 100, true); }, cpu, 30);
+  return true;
+}();
+
+}  // namespace
+}  // namespace atelier

@@ -1,0 +1,209 @@
+#include <cub/device/device_radix_sort.cuh>
+
+#include "simulation/cuda_body.cuh"
+
+namespace atelier {
+namespace {
+
+template <class T>
+__global__ void key_kernel(BodyView<T> body, Box<T> bounds, std::uint64_t* keys) {
+  const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (f < body.face_count) {
+    const Box<T> box = swept_box(body, f);
+    keys[f] = tree_key(T(0.5) * (box.low + box.high), bounds, static_cast<std::uint32_t>(f));
+  }
+}
+
+template <class T>
+__global__ void children_kernel(const std::uint64_t* keys, int count, TreeNode<T>* nodes,
+                                TreeParent* node_parent, TreeParent* leaf_parent) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i == 0) {
+    node_parent[0] = -1;
+  }
+  if (count == 1) {
+    if (i == 0) {
+      nodes[0] = {{empty_box<T>(), empty_box<T>()}, {~0, ~0}};
+      leaf_parent[0] = 0;
+    }
+    return;
+  }
+  if (i >= count - 1) {
+    return;
+  }
+  const TreeChildren children = tree_children(keys, count, i);
+  const int child[2] = {children.left, children.right};
+  for (int side = 0; side < 2; ++side) {
+    if (child[side] < 0) {
+      const int primitive = static_cast<int>(keys[~child[side]] & 0xFFFFFFFFu);
+      nodes[i].child[side] = ~primitive;
+      leaf_parent[primitive] = 2 * i + side;
+    } else {
+      nodes[i].child[side] = child[side];
+      node_parent[child[side]] = 2 * i + side;
+    }
+  }
+}
+
+template <class T>
+__device__ Box<T> load_box(const Box<T>* box) {
+  const volatile Box<T>* b = box;
+  return {{b->low.x, b->low.y, b->low.z}, {b->high.x, b->high.y, b->high.z}};
+}
+
+/// Every face carries its box upwards; the second to arrive at a node goes on.
+template <class T>
+__global__ void refit_kernel(BodyView<T> body, TreeNode<T>* nodes, const TreeParent* node_parent,
+                             const TreeParent* leaf_parent, unsigned* arrivals) {
+  const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (f >= body.face_count) {
+    return;
+  }
+  Box<T> box = swept_box(body, f);
+  TreeParent parent = leaf_parent[f];
+  while (parent >= 0) {
+    const int node = parent / 2;
+    nodes[node].box[parent % 2] = box;
+    __threadfence();
+    if (atomicAdd(&arrivals[node], 1u) == 0) {
+      return;
+    }
+    __threadfence();
+    box = united(load_box(&nodes[node].box[0]), load_box(&nodes[node].box[1]));
+    parent = node_parent[node];
+  }
+}
+
+template <class T>
+__global__ void candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, int particles,
+                                 const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
+                                 Vec3<T> gravity, T frame, T* motion, int* count, int* candidates) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i >= particles) {
+    return;
+  }
+  Vec3<T> acceleration = gravity;
+  if (air != nullptr) {
+    acceleration += xyz(air[i]);
+  }
+  const T moves = expected_motion(xyz(velocity[i]), acceleration, frame);
+  motion[i] = moves;
+  count[i] = x[i].w > T(0)
+                 ? collect_candidates(body, xyz(x[i]), moves, rule,
+                                      candidates + static_cast<std::int64_t>(i) * kBodyCandidates)
+                 : 0;
+}
+
+template <class T>
+__global__ void depth_kernel(BodyView<T> body, T reach, int particles, const Vec4<T>* x, T* depth) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < particles) {
+    depth[i] = x[i].w > T(0) ? depth_inside(body, xyz(x[i]), reach) : T(0);
+  }
+}
+
+}  // namespace
+
+template <class T>
+CudaBody<T>::CudaBody(const Triangles& faces) : face_count_(static_cast<int>(faces.rows())) {
+  std::vector<FaceIndices> host;
+  for (Index f = 0; f < faces.rows(); ++f) {
+    host.push_back({faces(f, 0), faces(f, 1), faces(f, 2)});
+  }
+  faces_ = CudaBuffer<FaceIndices>(host);
+}
+
+template <class T>
+BodyView<T> CudaBody<T>::view() const {
+  return {faces_.data(), start_.data(), end_.data(), nodes_.data(), face_count_};
+}
+
+template <class T>
+void CudaBody<T>::move(const Points& start, const Points& end) {
+  const auto upload = [&](const Points& from, CudaBuffer<Vec4<T>>& to) {
+    const std::size_t n = static_cast<std::size_t>(from.rows());
+    staging_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto row = from.row(static_cast<Index>(i));
+      staging_[i] = {static_cast<T>(row[0]), static_cast<T>(row[1]), static_cast<T>(row[2]), T(0)};
+    }
+    if (to.size() != n) {
+      to = CudaBuffer<Vec4<T>>(n);
+    }
+    to.upload(staging_);
+  };
+  upload(start, start_);
+  upload(end, end_);
+  if (!built_) {
+    Box<T> bounds = empty_box<T>();
+    for (const Points* p : {&start, &end}) {
+      for (Index i = 0; i < p->rows(); ++i) {
+        grow(bounds, Vec3<T>{static_cast<T>((*p)(i, 0)), static_cast<T>((*p)(i, 1)),
+                             static_cast<T>((*p)(i, 2))});
+      }
+    }
+    build(bounds);
+    built_ = true;
+  }
+}
+
+template <class T>
+void CudaBody<T>::build(const Box<T>& bounds) {
+  const std::size_t n = static_cast<std::size_t>(face_count_);
+  const std::size_t inner = n > 1 ? n - 1 : 1;
+  nodes_ = CudaBuffer<TreeNode<T>>(inner);
+  node_parent_ = CudaBuffer<TreeParent>(inner);
+  leaf_parent_ = CudaBuffer<TreeParent>(n);
+  arrivals_ = CudaBuffer<unsigned>(inner);
+  CudaBuffer<std::uint64_t> keys(n);
+  CudaBuffer<std::uint64_t> sorted(n);
+  BodyView<T> body = view();
+  key_kernel<<<cuda_blocks(face_count_), kCudaBlock>>>(body, bounds, keys.data());
+  ATELIER_CUDA_LAUNCHED(key_kernel);
+  std::size_t bytes = 0;
+  ATELIER_CUDA_CHECK(
+      cub::DeviceRadixSort::SortKeys(nullptr, bytes, keys.data(), sorted.data(), face_count_));
+  CudaBuffer<unsigned char> scratch(bytes);
+  ATELIER_CUDA_CHECK(cub::DeviceRadixSort::SortKeys(scratch.data(), bytes, keys.data(),
+                                                    sorted.data(), face_count_));
+  children_kernel<<<cuda_blocks(face_count_), kCudaBlock>>>(
+      sorted.data(), face_count_, nodes_.data(), node_parent_.data(), leaf_parent_.data());
+  ATELIER_CUDA_LAUNCHED(children_kernel);
+  ATELIER_CUDA_CHECK(cudaDeviceSynchronize());  // the keys live until here
+}
+
+template <class T>
+void CudaBody<T>::refit() {
+  ATELIER_CUDA_CHECK(cudaMemsetAsync(arrivals_.data(), 0, arrivals_.size() * sizeof(unsigned)));
+  refit_kernel<<<cuda_blocks(face_count_), kCudaBlock>>>(view(), nodes_.data(), node_parent_.data(),
+                                                         leaf_parent_.data(), arrivals_.data());
+  ATELIER_CUDA_LAUNCHED(refit_kernel);
+}
+
+template <class T>
+void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
+                       const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
+                       Vec3<T> gravity, T frame, T* motion, int* count, int* candidates) {
+  candidate_kernel<<<cuda_blocks(particles, 64), 64>>>(body, rule, particles, x, velocity, air,
+                                                       gravity, frame, motion, count, candidates);
+  ATELIER_CUDA_LAUNCHED(candidate_kernel);
+}
+
+template <class T>
+void launch_depths(const BodyView<T>& body, T reach, int particles, const Vec4<T>* x, T* depth) {
+  depth_kernel<<<cuda_blocks(particles, 64), 64>>>(body, reach, particles, x, depth);
+  ATELIER_CUDA_LAUNCHED(depth_kernel);
+}
+
+template class CudaBody<float>;
+template class CudaBody<double>;
+template void launch_candidates(const BodyView<float>&, const BodyContactRule<float>&, int,
+                                const Vec4<float>*, const Vec4<float>*, const Vec4<float>*,
+                                Vec3<float>, float, float*, int*, int*);
+template void launch_candidates(const BodyView<double>&, const BodyContactRule<double>&, int,
+                                const Vec4<double>*, const Vec4<double>*, const Vec4<double>*,
+                                Vec3<double>, double, double*, int*, int*);
+template void launch_depths(const BodyView<float>&, float, int, const Vec4<float>*, float*);
+template void launch_depths(const BodyView<double>&, double, int, const Vec4<double>*, double*);
+
+}  // namespace atelier

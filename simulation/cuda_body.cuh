@@ -1,0 +1,48 @@
+#pragma once
+
+#include "core/cuda_buffer.cuh"
+#include "core/types.h"
+#include "simulation/body_contact_math.h"
+
+namespace atelier {
+
+/// A moving surface on the device and its tree: built there on the first frame, refitted
+/// afterwards.
+template <class T>
+class CudaBody {
+ public:
+  explicit CudaBody(const Triangles& faces);
+
+  bool empty() const { return face_count_ == 0; }
+  /// Uploads the motion of the next frame; the first builds the tree.
+  void move(const Points& start, const Points& end);
+  /// Takes the boxes of the motion over into the tree.
+  void refit();
+  BodyView<T> view() const;
+
+ private:
+  void build(const Box<T>& bounds);
+
+  int face_count_ = 0;
+  CudaBuffer<FaceIndices> faces_;
+  CudaBuffer<Vec4<T>> start_;
+  CudaBuffer<Vec4<T>> end_;
+  std::vector<Vec4<T>> staging_;
+  CudaBuffer<TreeNode<T>> nodes_;
+  CudaBuffer<TreeParent> node_parent_;
+  CudaBuffer<TreeParent> leaf_parent_;
+  CudaBuffer<unsigned> arrivals_;
+  bool built_ = false;
+};
+
+/// Collects what every particle may meet during the frame (see collect_candidates).
+template <class T>
+void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
+                       const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
+                       Vec3<T> gravity, T frame, T* motion, int* count, int* candidates);
+
+/// Depth of every particle inside the body at the end of the frame.
+template <class T>
+void launch_depths(const BodyView<T>& body, T reach, int particles, const Vec4<T>* x, T* depth);
+
+}  // namespace atelier

@@ -1,0 +1,209 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "tests/simulation/cloth_fixtures.h"
+#include "tests/simulation/test_bodies.h"
+
+namespace atelier {
+namespace {
+
+#define SKIP_WITHOUT_CUDA()                           \
+  if (!cuda_available()) {                            \
+    GTEST_SKIP() << "no CUDA device on this machine"; \
+  }
+
+/// A sheet with every kind of constraint falling on a moving ball.
+struct Scene {
+  Cloth cloth;
+  Mesh ball;
+  Control control(int frame) const {
+    Control out;
+    const auto at = [&](int f) -> Points {
+      return ball.vertices.rowwise() + Eigen::RowVector3d(0.05 * std::sin(0.1 * f), -0.25, 0);
+    };
+    out.body_start = at(frame);
+    out.body_end = at(frame + 1);
+    return out;
+  }
+};
+
+Scene scene(const std::string& membrane, double damping) {
+  Scene out;
+  Garment garment = testing::garment_of(testing::sheet(30, 30, 0.02, 'a'), 0.2, 300, 1e-5);
+  garment.mesh.vertices.col(0).array() -= 0.3;
+  garment.mesh.vertices.col(2).array() -= 0.3;
+  testing::use_flat_rest(garment);
+  garment.material.damping = damping;
+  ClothOptions options;
+  options.membrane = membrane;
+  options.tether_stretch = 1.1;
+  options.schedule.patches = 6;
+  out.cloth = make_cloth(garment, {0, 30}, options);
+  out.ball = testing::sphere(0.15, 24, 48);
+  return out;
+}
+
+TEST(Twins, AgreeWithTheCpuOverAFewFrames) {
+  SKIP_WITHOUT_CUDA();
+  for (const char* precision : {"double", "float"}) {
+    for (const char* membrane : {"springs", "strain"}) {
+      for (double damping : {0.0, 0.002}) {
+        for (int iterations : {1, 3}) {
+          const Scene s = scene(membrane, damping);
+          XpbdOptions options;
+          options.precision = precision;
+          options.iterations = iterations;
+          ClothSolver cpu(s.cloth, s.ball.faces, options);
+          ClothSolver cuda(s.cloth, s.ball.faces, options, Device::Cuda);
+          for (int i = 0; i < 8; ++i) {
+            const FrameReport a = cpu.advance(s.control(i));
+            const FrameReport b = cuda.advance(s.control(i));
+            EXPECT_NEAR(a.kinetic_energy, b.kinetic_energy, 1e-3 * a.kinetic_energy + 1e-9);
+            EXPECT_NEAR(a.body_contacts, b.body_contacts, 3);
+          }
+          const double difference =
+              (cpu.state().positions - cuda.state().positions).rowwise().norm().maxCoeff();
+          // Contact switches grow rounding; before they do it is rounding.
+          EXPECT_LT(difference, precision[0] == 'd' ? 1e-9 : 2e-4)
+              << precision << membrane << damping << iterations;
+        }
+      }
+    }
+  }
+}
+
+TEST(Twins, EveryBarrierGivesTheSameBits) {
+  SKIP_WITHOUT_CUDA();
+  const Scene s = scene("springs", 0.001);
+  for (int iterations : {1, 2}) {
+    Points reference;
+    for (const char* barrier : {"block", "cluster", "grid", "graph"}) {
+      XpbdOptions options;
+      options.cuda_barrier = barrier;
+      options.iterations = iterations;
+      ClothSolver solver(s.cloth, s.ball.faces, options, Device::Cuda);
+      for (int i = 0; i < 20; ++i) {
+        solver.advance(s.control(i));
+      }
+      const Points x = solver.state().positions;
+      if (reference.rows() == 0) {
+        reference = x;
+      }
+      EXPECT_EQ(x, reference) << barrier;
+    }
+  }
+}
+
+TEST(Repeat, GivesTheSameBitsOnEveryDeviceAndThreadCount) {
+  const Scene s = scene("springs", 0);
+  for (Device device : testing::devices()) {
+    Points reference;
+    for (int run = 0; run < 3; ++run) {
+      set_thread_count(run == 1 ? 1 : 0);
+      ClothSolver solver(s.cloth, s.ball.faces, {}, device);
+      for (int i = 0; i < 30; ++i) {
+        solver.advance(s.control(i));
+      }
+      if (run == 0) {
+        reference = solver.state().positions;
+      }
+      EXPECT_EQ(solver.state().positions, reference) << device_name(device);
+    }
+    set_thread_count(0);
+  }
+}
+
+TEST(Repeat, ACheckpointContinuesWithTheSameBits) {
+  const Scene s = scene("springs", 0.001);
+  for (Device device : testing::devices()) {
+    ClothSolver whole(s.cloth, s.ball.faces, {}, device);
+    ClothState middle;
+    for (int i = 0; i < 30; ++i) {
+      if (i == 13) {
+        middle = whole.state();
+      }
+      whole.advance(s.control(i));
+    }
+    ClothSolver again(s.cloth, s.ball.faces, {}, device);
+    again.set_state(middle);
+    for (int i = 13; i < 30; ++i) {
+      again.advance(s.control(i));
+    }
+    EXPECT_EQ(again.state().positions, whole.state().positions) << device_name(device);
+    EXPECT_EQ(again.state().velocities, whole.state().velocities);
+    EXPECT_EQ(again.state().frame, 30);
+  }
+}
+
+TEST(Sweep, EveryScenesIsWhatItWouldBeAlone) {
+  const Scene s = scene("springs", 0);
+  const std::vector<ClothVariation> variations{{1, 1, -1}, {4, 0.1, 0.1}, {0.3, 10, 0.9}};
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    ClothSweep sweep(s.cloth, variations, s.ball.faces, options, device);
+    ASSERT_EQ(sweep.scene_count(), 3);
+    std::vector<FrameReport> reports;
+    for (int i = 0; i < 15; ++i) {
+      reports = sweep.advance(s.control(i));
+    }
+    ASSERT_EQ(reports.size(), 3u);
+    for (int scene_idx = 0; scene_idx < 3; ++scene_idx) {
+      ClothSweep alone(s.cloth, {variations[scene_idx]}, s.ball.faces, options, device);
+      for (int i = 0; i < 15; ++i) {
+        alone.advance(s.control(i));
+      }
+      EXPECT_EQ(alone.state(0).positions, sweep.state(scene_idx).positions) << device_name(device);
+    }
+  }
+}
+
+TEST(Sweep, RefusesNoScenesAndFactorsThatAreNotPositive) {
+  const Scene s = scene("springs", 0);
+  EXPECT_THROW(ClothSweep(s.cloth, {}, s.ball.faces, {}), LogicError);
+  EXPECT_THROW(ClothSweep(s.cloth, {{0, 1, -1}}, s.ball.faces, {}), LogicError);
+  EXPECT_THROW(ClothSweep(s.cloth, {{1, -1, -1}}, s.ball.faces, {}), LogicError);
+  EXPECT_THROW(ClothSweep(s.cloth, {{1, NAN, -1}}, s.ball.faces, {}), LogicError);
+  ClothSweep sweep(s.cloth, {{1, 1, -1}}, s.ball.faces, {});
+  EXPECT_THROW(sweep.state(1), LogicError);
+  EXPECT_THROW(sweep.set_state(-1, rest_state(s.cloth)), LogicError);
+}
+
+TEST(Solver, RefusesOptionsOutOfRangeAndMissingCuda) {
+  const Scene s = scene("springs", 0);
+  XpbdOptions options;
+  options.substeps = 0;
+  EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
+  options = {};
+  options.time_step = NAN;
+  EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
+  options = {};
+  options.precision = "half";
+  EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
+  if (!cuda_available()) {
+    EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, {}, Device::Cuda), EnvironmentError);
+  }
+}
+
+TEST(Solver, StopsWhereAPositionIsNoLongerFiniteAndKeepsTheLastFrame) {
+  const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
+  for (Device device : testing::devices()) {
+    ClothSolver solver(cloth, {}, {}, device);
+    solver.advance({});
+    const Points good = solver.state().positions;
+    Control control;
+    control.gravity.y() = -1e300;  // beyond float
+    try {
+      solver.advance(control);
+      FAIL();
+    } catch (const DataError& e) {
+      EXPECT_NE(std::string(e.what()).find("frame 2, vertex 0"), std::string::npos) << e.what();
+    }
+    EXPECT_EQ(solver.state().positions, good);
+  }
+}
+
+}  // namespace
+}  // namespace atelier
