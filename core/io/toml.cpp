@@ -162,11 +162,7 @@ class DepthCheck {
 };
 
 toml::table parse_table(std::string_view text, const std::string& file, const Limits& limits) {
-  if (static_cast<std::int64_t>(text.size()) > limits.text_file_bytes) {
-    throw DataError(file, "", std::to_string(text.size()) + " bytes of TOML",
-                    "at most " + std::to_string(limits.text_file_bytes) + " bytes");
-  }
-  DepthCheck(text, file, limits).run();
+  check_toml_nesting(text, file, limits);
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& error) {
@@ -268,6 +264,14 @@ void collect_lines(const toml::node& node, const std::string& path,
 }
 
 }  // namespace
+
+void check_toml_nesting(std::string_view text, const std::string& file, const Limits& limits) {
+  if (static_cast<std::int64_t>(text.size()) > limits.text_file_bytes) {
+    throw DataError(file, "", std::to_string(text.size()) + " bytes of TOML",
+                    "at most " + std::to_string(limits.text_file_bytes) + " bytes");
+  }
+  DepthCheck(text, file, limits).run();
+}
 
 nlohmann::json parse_toml(std::string_view text, const std::string& file, const Limits& limits) {
   return Converter(file, limits).convert(parse_table(text, file, limits), 0);

@@ -7,6 +7,7 @@
 #include <toml++/toml.h>
 
 #include "core/error.h"
+#include "core/io/toml.h"
 #include "core/limits.h"
 
 namespace atelier {
@@ -119,11 +120,7 @@ class Flattener {
 }  // namespace
 
 std::vector<TomlEntry> read_toml_entries(std::string_view text, const std::string& file) {
-  const Limits limits;
-  if (static_cast<std::int64_t>(text.size()) > limits.text_file_bytes) {
-    throw DataError(file, "", std::to_string(text.size()) + " bytes of TOML",
-                    "at most " + std::to_string(limits.text_file_bytes) + " bytes");
-  }
+  check_toml_nesting(text, file);
   try {
     const toml::table table = toml::parse(text);
     Flattener flattener(file);
