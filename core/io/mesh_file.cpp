@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/io/mesh_gltf.h"
 #include "core/io/mesh_obj.h"
 #include "core/io/mesh_ply.h"
 
@@ -28,7 +29,10 @@ Mesh read_mesh(const std::filesystem::path& path, const MeshConvention& otherwis
         extension == ".obj" ? read_obj(path, limits) : read_ply(path, limits);
     return in_metres_y_up(triangulated(polygons), polygons.convention, otherwise);
   }
-  throw DataError(path.string(), "", "extension '" + extension + "'", ".obj or .ply");
+  if (extension == ".glb" || extension == ".gltf") {
+    return rest_mesh(read_gltf(path, limits), path.string(), limits);
+  }
+  throw DataError(path.string(), "", "extension '" + extension + "'", ".obj, .ply, .glb or .gltf");
 }
 
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh) {
@@ -37,6 +41,8 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh) {
     write_obj(path, mesh);
   } else if (extension == ".ply") {
     write_ply(path, mesh);
+  } else if (extension == ".glb" || extension == ".gltf") {
+    write_gltf(path, gltf_scene(mesh));
   } else {
     ATELIER_CHECK(false, "no writer for extension '" + extension + "' of " + path.string());
   }

@@ -1,0 +1,329 @@
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/io/mesh_gltf.h"
+
+namespace atelier {
+namespace {
+
+/// Nodes with parents before their children. Throws LogicError if there is a cycle.
+std::vector<int> parents_first(const GltfScene& scene) {
+  const std::size_t count = scene.nodes.size();
+  std::vector<std::vector<int>> children(count);
+  std::vector<int> order;
+  for (std::size_t i = 0; i < count; ++i) {
+    const int parent = scene.nodes[i].parent;
+    ATELIER_CHECK(parent >= -1 && parent < static_cast<int>(count), "parent out of range");
+    if (parent < 0) {
+      order.push_back(static_cast<int>(i));
+    } else {
+      children[parent].push_back(static_cast<int>(i));
+    }
+  }
+  for (std::size_t next = 0; next < order.size(); ++next) {
+    const std::vector<int>& below = children[order[next]];
+    order.insert(order.end(), below.begin(), below.end());
+  }
+  ATELIER_CHECK(order.size() == count, "a node that is its own ancestor");
+  return order;
+}
+
+void check_primitive(const GltfPrimitive& primitive, std::size_t targets) {
+  const Index vertices = primitive.mesh.vertices.rows();
+  const auto agrees = [vertices](Index rows) { return rows == 0 || rows == vertices; };
+  ATELIER_CHECK(agrees(primitive.joints.rows()) && agrees(primitive.weights.rows()) &&
+                    primitive.joints.rows() == primitive.weights.rows() &&
+                    primitive.joints.cols() == primitive.weights.cols() &&
+                    primitive.joints.cols() % 4 == 0,
+                "joints and weights need a row a vertex and columns by four");
+  ATELIER_CHECK(primitive.targets.size() == targets, "primitives of a mesh share their targets");
+  for (const GltfMorphTarget& target : primitive.targets) {
+    ATELIER_CHECK(agrees(target.positions.rows()) && agrees(target.normals.rows()),
+                  "a morph target needs a row a vertex");
+  }
+  ATELIER_CHECK(primitive.mesh.faces.size() == 0 || (primitive.mesh.faces.minCoeff() >= 0 &&
+                                                     primitive.mesh.faces.maxCoeff() < vertices),
+                "a face with a vertex out of range");
+}
+
+void check_channel(const GltfChannel& channel, const GltfScene& scene) {
+  ATELIER_CHECK(channel.node >= 0 && channel.node < std::ssize(scene.nodes),
+                "a channel without a node");
+  const int mesh = scene.nodes[channel.node].mesh;
+  Index width = channel.path == GltfPath::Rotation ? 4 : 3;
+  if (channel.path == GltfPath::Weights) {
+    ATELIER_CHECK(mesh >= 0 && !scene.meshes[mesh].primitives.empty(),
+                  "weights of a node without a mesh");
+    width = std::ssize(scene.meshes[mesh].primitives.front().targets);
+  }
+  const Index keys = std::ssize(channel.times);
+  const Index rows = channel.interpolation == GltfInterpolation::CubicSpline ? 3 * keys : keys;
+  ATELIER_CHECK(keys > 0 && channel.values.rows() == rows && channel.values.cols() == width,
+                "the values of a channel do not fit its times");
+  ATELIER_CHECK(std::is_sorted(channel.times.begin(), channel.times.end(),
+                               [](double a, double b) { return a <= b; }),
+                "the times of a channel do not increase");
+}
+
+/// One primitive at one place of the world.
+struct Placed {
+  const GltfPrimitive* primitive = nullptr;
+  const GltfNode* node = nullptr;
+  const GltfMesh* mesh = nullptr;
+};
+
+/// Sums of transforms by their weights: [joint] world from mesh.
+std::vector<Eigen::Matrix4d> skin_matrices(const GltfSkin& skin,
+                                           const std::vector<Eigen::Matrix4d>& world) {
+  std::vector<Eigen::Matrix4d> matrices;
+  for (std::size_t j = 0; j < skin.joints.size(); ++j) {
+    matrices.push_back(world[skin.joints[j]] * skin.inverse_binds[j]);
+  }
+  return matrices;
+}
+
+Eigen::Matrix4d blended(const std::vector<Eigen::Matrix4d>& matrices,
+                        const GltfPrimitive& primitive, Index v) {
+  Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+  double total = 0;
+  for (Index k = 0; k < primitive.joints.cols(); ++k) {
+    const double weight = primitive.weights(v, k);
+    if (weight > 0) {
+      sum += weight * matrices[primitive.joints(v, k)];
+      total += weight;
+    }
+  }
+  return total > 0 ? Eigen::Matrix4d(sum / total) : matrices.front();
+}
+
+/// Morphed and transformed.
+Mesh placed_mesh(const Placed& placed, const GltfScene& scene,
+                 const std::vector<Eigen::Matrix4d>& world) {
+  const GltfPrimitive& primitive = *placed.primitive;
+  Mesh mesh = primitive.mesh;
+  const std::vector<double>& weights =
+      placed.node->weights.empty() ? placed.mesh->weights : placed.node->weights;
+  for (std::size_t t = 0; t < primitive.targets.size() && t < weights.size(); ++t) {
+    if (primitive.targets[t].positions.rows() > 0) {
+      mesh.vertices += weights[t] * primitive.targets[t].positions;
+    }
+    if (primitive.targets[t].normals.rows() > 0 && mesh.normals.rows() > 0) {
+      mesh.normals += weights[t] * primitive.targets[t].normals;
+    }
+  }
+  const bool skinned = placed.node->skin >= 0 && primitive.joints.rows() > 0;
+  const std::vector<Eigen::Matrix4d> joints =
+      skinned ? skin_matrices(scene.skins[placed.node->skin], world)
+              : std::vector<Eigen::Matrix4d>();
+  const Eigen::Matrix4d rigid = world[placed.node - scene.nodes.data()];
+  for (Index v = 0; v < mesh.vertices.rows(); ++v) {
+    const Eigen::Matrix4d transform = skinned ? blended(joints, primitive, v) : rigid;
+    const Eigen::Matrix3d linear = transform.topLeftCorner<3, 3>();
+    mesh.vertices.row(v) = linear * mesh.vertices.row(v).transpose() + transform.col(3).head<3>();
+    if (mesh.normals.rows() > 0) {
+      // The matrix of cofactors turns normals also where the linear part has no inverse.
+      Eigen::Matrix3d cofactors;
+      cofactors.row(0) = linear.row(1).cross(linear.row(2));
+      cofactors.row(1) = linear.row(2).cross(linear.row(0));
+      cofactors.row(2) = linear.row(0).cross(linear.row(1));
+      mesh.normals.row(v) = (cofactors * mesh.normals.row(v).transpose()).stableNormalized();
+    }
+  }
+  if (!skinned && rigid.topLeftCorner<3, 3>().determinant() < 0) {
+    mesh.faces.col(1).swap(mesh.faces.col(2));
+    mesh.normals = -mesh.normals;
+    if (mesh.uv_faces.rows() > 0) {
+      mesh.uv_faces.col(1).swap(mesh.uv_faces.col(2));
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+Eigen::Matrix4d parent_from_node(const GltfNode& node) {
+  if (node.matrix) {
+    return *node.matrix;
+  }
+  const Eigen::Quaterniond rotation(node.rotation[3], node.rotation[0], node.rotation[1],
+                                    node.rotation[2]);
+  Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
+  transform.topLeftCorner<3, 3>() = rotation.toRotationMatrix() * node.scale.asDiagonal();
+  transform.col(3).head<3>() = node.translation;
+  return transform;
+}
+
+void check_gltf(const GltfScene& scene) {
+  parents_first(scene);
+  for (const int root : scene.roots) {
+    ATELIER_CHECK(root >= 0 && root < std::ssize(scene.nodes), "root out of range");
+  }
+  for (const GltfMesh& mesh : scene.meshes) {
+    for (const GltfPrimitive& primitive : mesh.primitives) {
+      check_primitive(primitive, mesh.primitives.front().targets.size());
+    }
+  }
+  for (const GltfSkin& skin : scene.skins) {
+    ATELIER_CHECK(!skin.joints.empty() && skin.joints.size() == skin.inverse_binds.size(),
+                  "a skin needs joints and as many inverse bind matrices");
+    for (const int joint : skin.joints) {
+      ATELIER_CHECK(joint >= 0 && joint < std::ssize(scene.nodes), "joint out of range");
+    }
+  }
+  for (const GltfNode& node : scene.nodes) {
+    ATELIER_CHECK(node.mesh >= -1 && node.mesh < std::ssize(scene.meshes), "mesh out of range");
+    ATELIER_CHECK(node.skin >= -1 && node.skin < std::ssize(scene.skins), "skin out of range");
+    if (node.mesh >= 0 && node.skin >= 0) {
+      for (const GltfPrimitive& primitive : scene.meshes[node.mesh].primitives) {
+        const Index joints = std::ssize(scene.skins[node.skin].joints);
+        const bool in_range =
+            ((primitive.weights.array() <= 0) ||
+             (primitive.joints.array() >= 0 && primitive.joints.array() < static_cast<int>(joints)))
+                .all();
+        ATELIER_CHECK(in_range, "a vertex with a joint that its skin has not");
+      }
+    }
+  }
+  for (const GltfAnimation& animation : scene.animations) {
+    for (const GltfChannel& channel : animation.channels) {
+      check_channel(channel, scene);
+    }
+  }
+}
+
+std::vector<Eigen::Matrix4d> world_from_nodes(const GltfScene& scene) {
+  std::vector<Eigen::Matrix4d> world(scene.nodes.size());
+  for (const int node : parents_first(scene)) {
+    const int parent = scene.nodes[node].parent;
+    const Eigen::Matrix4d local = parent_from_node(scene.nodes[node]);
+    world[node] = parent < 0 ? local : Eigen::Matrix4d(world[parent] * local);
+  }
+  return world;
+}
+
+Mesh rest_mesh(const GltfScene& scene, const std::string& file, const Limits& limits) {
+  const std::vector<Eigen::Matrix4d> world = world_from_nodes(scene);
+  std::vector<char> shown(scene.nodes.size(), 0);
+  for (const int root : scene.roots) {
+    shown[root] = 1;
+  }
+  std::vector<Placed> all;
+  std::int64_t vertices = 0;
+  std::int64_t faces = 0;
+  Index uv_count = 0;
+  bool normals = true;
+  bool colors = true;
+  bool uvs = true;
+  for (const int n : parents_first(scene)) {
+    const GltfNode& node = scene.nodes[n];
+    shown[n] = static_cast<char>(shown[n] != 0 || (node.parent >= 0 && shown[node.parent] != 0));
+    if (shown[n] == 0 || node.mesh < 0) {
+      continue;
+    }
+    for (const GltfPrimitive& primitive : scene.meshes[node.mesh].primitives) {
+      all.push_back({&primitive, &node, &scene.meshes[node.mesh]});
+      vertices += primitive.mesh.vertices.rows();
+      faces += primitive.mesh.faces.rows();
+      normals = normals && primitive.mesh.normals.rows() > 0;
+      colors = colors && primitive.mesh.colors.rows() > 0;
+      uvs = uvs && primitive.mesh.uvs.rows() > 0;
+      uv_count += primitive.mesh.uvs.rows();
+      if (vertices > limits.mesh_vertices || faces > limits.mesh_faces) {
+        throw DataError(file, "nodes", "more vertices or triangles than the limits allow",
+                        "fewer instances");
+      }
+    }
+  }
+  Mesh mesh;
+  mesh.vertices.resize(vertices, 3);
+  mesh.faces.resize(faces, 3);
+  mesh.normals.resize(normals ? vertices : 0, 3);
+  mesh.colors.resize(colors ? vertices : 0, 3);
+  mesh.uvs.resize(uvs ? uv_count : 0, 2);
+  mesh.uv_faces.resize(uvs ? faces : 0, 3);
+  Index vertex = 0;
+  Index face = 0;
+  Index uv = 0;
+  for (const Placed& placed : all) {
+    const Mesh part = placed_mesh(placed, scene, world);
+    const Index count = part.vertices.rows();
+    mesh.vertices.middleRows(vertex, count) = part.vertices;
+    mesh.faces.middleRows(face, part.faces.rows()) = part.faces.array() + static_cast<int>(vertex);
+    if (normals) {
+      mesh.normals.middleRows(vertex, count) = part.normals;
+    }
+    if (colors) {
+      mesh.colors.middleRows(vertex, count) = part.colors;
+    }
+    if (uvs) {
+      mesh.uv_faces.middleRows(face, part.faces.rows()) =
+          part.uv_faces.array() + static_cast<int>(uv);
+      mesh.uvs.middleRows(uv, part.uvs.rows()) = part.uvs;
+      uv += part.uvs.rows();
+    }
+    vertex += count;
+    face += part.faces.rows();
+  }
+  if (vertices == 0) {
+    throw DataError(file, "scene", "no triangles", "a scene with a mesh");
+  }
+  check_mesh(mesh, file);
+  return mesh;
+}
+
+GltfScene gltf_scene(const Mesh& mesh, const std::string& name) {
+  GltfScene scene;
+  GltfPrimitive primitive;
+  primitive.mesh = mesh;
+  GltfMesh& owner = scene.meshes.emplace_back();
+  owner.name = name;
+  owner.primitives.push_back(std::move(primitive));
+  GltfNode node;
+  node.name = name;
+  node.mesh = 0;
+  scene.nodes.push_back(node);
+  scene.roots = {0};
+  return scene;
+}
+
+GltfScene gltf_morph_sequence(const std::vector<Mesh>& frames, double fps,
+                              const std::string& name) {
+  ATELIER_CHECK(!frames.empty(), "a sequence without frames");
+  ATELIER_CHECK(fps > 0 && std::isfinite(fps), "fps must be positive");
+  GltfScene scene = gltf_scene(frames.front(), name);
+  GltfPrimitive& primitive = scene.meshes[0].primitives[0];
+  const Index count = std::ssize(frames);
+  GltfChannel channel;
+  channel.node = 0;
+  channel.path = GltfPath::Weights;
+  channel.values = Eigen::MatrixXd::Zero(count, count - 1);
+  for (Index f = 0; f < count; ++f) {
+    const Mesh& frame = frames[f];
+    ATELIER_CHECK(frame.faces.rows() == frames.front().faces.rows() &&
+                      frame.faces == frames.front().faces &&
+                      frame.vertices.rows() == frames.front().vertices.rows(),
+                  "frame " + std::to_string(f) + " has another topology");
+    channel.times.push_back(static_cast<double>(f) / fps);
+    if (f == 0) {
+      continue;
+    }
+    channel.values(f, f - 1) = 1;
+    GltfMorphTarget target;
+    target.positions = frame.vertices - frames.front().vertices;
+    if (frame.normals.rows() > 0 && frame.normals.rows() == frames.front().normals.rows()) {
+      target.normals = frame.normals - frames.front().normals;
+    }
+    primitive.targets.push_back(std::move(target));
+    scene.meshes[0].target_names.push_back("frame " + std::to_string(f));
+  }
+  if (count > 1) {
+    scene.meshes[0].weights.assign(static_cast<std::size_t>(count - 1), 0.0);
+    scene.animations.push_back({.name = name, .channels = {std::move(channel)}});
+  }
+  return scene;
+}
+
+}  // namespace atelier
