@@ -19,7 +19,7 @@ struct ContactSheetOptions {
   int cell_width = 0;       ///< pixels; pictures are scaled to it; 0: as they are
   int gap = 12;             ///< pixels between cells and around them, [0, 1000]
   double text_height = 11;  ///< of a capital letter, pixels, (0, 200]
-  std::string title;        ///< above the grid, "" for none
+  std::string title = {};   ///< above the grid, "" for none
   Eigen::Vector3f paper{0.93f, 0.93f, 0.93f};  ///< linear RGB
   Eigen::Vector3f ink{0.02f, 0.02f, 0.02f};
 };

@@ -10,17 +10,35 @@ namespace atelier {
 
 namespace {
 
-constexpr int kShift = 4;  // sixteenths of a pixel in OpenCV's fixed-point coordinates
 constexpr int kFont = cv::FONT_HERSHEY_DUPLEX;
 constexpr double kCapitals = 22;   // pixels of a capital letter at font scale 1
 constexpr double kReach = 30'000;  // far beyond any picture, within OpenCV's 16-bit coordinates
 
-// Our pixel centres lie at halves, OpenCV's at whole numbers.
-cv::Point fixed_point(const Eigen::Vector2d& p) {
-  const auto one = [](double value) {
-    return static_cast<int>(std::lround(std::clamp(value - 0.5, -kReach, kReach) * (1 << kShift)));
-  };
-  return {one(p.x()), one(p.y())};
+using Mask = ImageOf<float>;  // coverage in [0,1], of the picture's size
+
+// Pixels whose centres lie within [low, high], clipped to n of them.
+struct Span {
+  int begin, end;
+};
+Span pixels_within(double low, double high, int n) {
+  return {static_cast<int>(std::clamp(std::ceil(low - 0.5), 0.0, static_cast<double>(n))),
+          static_cast<int>(std::clamp(std::floor(high - 0.5) + 1, 0.0, static_cast<double>(n)))};
+}
+
+// Coverage of the shape `distance(point) <= 0` (a signed distance) within a box: a ramp one pixel
+// wide across its border.
+template <class Distance>
+void cover(Mask& mask, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
+           const Distance& distance) {
+  const Span xs = pixels_within(low.x() - 1, high.x() + 1, mask.width);
+  const Span ys = pixels_within(low.y() - 1, high.y() + 1, mask.height);
+  for (int y = ys.begin; y < ys.end; ++y) {
+    for (int x = xs.begin; x < xs.end; ++x) {
+      const double d = distance(Eigen::Vector2d(x + 0.5, y + 0.5));
+      float& value = mask.at(x, y);
+      value = std::max(value, static_cast<float>(std::clamp(0.5 - d, 0.0, 1.0)));
+    }
+  }
 }
 
 std::string ascii(const std::string& text) {
@@ -35,15 +53,14 @@ std::string ascii(const std::string& text) {
   return result;
 }
 
-void blend(Image& picture, const cv::Mat& mask, const Eigen::Vector3f& color, double opacity) {
+void blend(Image& picture, const Mask& mask, const Eigen::Vector3f& color, double opacity) {
   const int colors = std::min(picture.channels, 3);
-  for (int y = 0; y < mask.rows; ++y) {
-    const auto* row = mask.ptr<unsigned char>(y);
-    for (int x = 0; x < mask.cols; ++x) {
-      if (row[x] == 0) {
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      const float a = static_cast<float>(opacity) * mask.at(x, y);
+      if (a <= 0) {
         continue;
       }
-      const float a = static_cast<float>(opacity) * static_cast<float>(row[x]) / 255.0f;
       for (int c = 0; c < colors; ++c) {
         float& value = picture.at(x, y, c);
         value += a * (color[c] - value);
@@ -56,37 +73,63 @@ void blend(Image& picture, const cv::Mat& mask, const Eigen::Vector3f& color, do
   }
 }
 
-int pen(double width) {
-  return std::max(1, static_cast<int>(std::lround(width)));
-}
-
-void draw(Image& picture, cv::Mat& mask, const Polyline& line) {
+void draw(Image& picture, const Polyline& line) {
   ATELIER_CHECK(line.color.allFinite() && std::isfinite(line.width) && std::isfinite(line.opacity),
                 "a polyline needs finite numbers");
-  std::vector<cv::Point> points;
   for (const Eigen::Vector2d& p : line.points) {
     ATELIER_CHECK(p.allFinite(), "a polyline needs finite points");
-    points.push_back(fixed_point(p));
   }
-  if (points.empty()) {
-    return;
+  Mask mask(picture.width, picture.height, 1);
+  const double half = 0.5 * std::max(1.0, line.width);
+  const std::size_t count = line.points.size();
+  const std::size_t segments = line.closed ? count : std::max<std::size_t>(count, 2) - 1;
+  for (std::size_t i = 0; i < segments && count > 0; ++i) {
+    const Eigen::Vector2d a = line.points[i];
+    const Eigen::Vector2d b = line.points[(i + 1) % count];
+    const Eigen::Vector2d ab = b - a;
+    const double length2 = ab.squaredNorm();
+    const Eigen::Vector2d reach(half, half);
+    cover(mask, a.cwiseMin(b) - reach, a.cwiseMax(b) + reach, [&](const Eigen::Vector2d& p) {
+      const double t = length2 > 0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
+      return (p - a - t * ab).norm() - half;
+    });
   }
-  cv::polylines(mask, points, line.closed, cv::Scalar(255), pen(line.width), cv::LINE_AA, kShift);
   blend(picture, mask, line.color, std::clamp(line.opacity, 0.0, 1.0));
 }
 
-void draw(Image& picture, cv::Mat& mask, const Circle& circle) {
+void draw(Image& picture, const Circle& circle) {
   ATELIER_CHECK(circle.center.allFinite() && circle.color.allFinite() &&
                     std::isfinite(circle.radius) && circle.radius >= 0 &&
                     std::isfinite(circle.width) && std::isfinite(circle.opacity),
                 "a circle needs finite numbers and a radius that is not negative");
-  const int radius = static_cast<int>(std::lround(std::min(circle.radius, kReach) * (1 << kShift)));
-  cv::circle(mask, fixed_point(circle.center), radius, cv::Scalar(255),
-             circle.width > 0 ? pen(circle.width) : cv::FILLED, cv::LINE_AA, kShift);
+  Mask mask(picture.width, picture.height, 1);
+  const double half = 0.5 * std::max(0.0, circle.width);
+  const Eigen::Vector2d reach = Eigen::Vector2d::Constant(circle.radius + half);
+  cover(mask, circle.center - reach, circle.center + reach, [&](const Eigen::Vector2d& p) {
+    const double d = (p - circle.center).norm() - circle.radius;
+    return half > 0 ? std::abs(d) - half : d;
+  });
   blend(picture, mask, circle.color, std::clamp(circle.opacity, 0.0, 1.0));
 }
 
-void draw(Image& picture, cv::Mat& mask, const Label& label) {
+Mask text_mask(const Image& picture, const std::string& text, cv::Point origin, double scale,
+               int thickness) {
+  cv::Mat bytes = cv::Mat::zeros(picture.height, picture.width, CV_8UC1);
+  cv::putText(bytes, text, origin, kFont, scale, cv::Scalar(255), thickness, cv::LINE_AA);
+  Mask mask(picture.width, picture.height, 1);
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      mask.at(x, y) = static_cast<float>(bytes.at<unsigned char>(y, x)) / 255.0f;
+    }
+  }
+  return mask;
+}
+
+int pen(double width) {
+  return std::max(1, static_cast<int>(std::lround(width)));
+}
+
+void draw(Image& picture, const Label& label) {
   ATELIER_CHECK(label.position.allFinite() && label.color.allFinite() &&
                     std::isfinite(label.height) && label.height > 0 && std::isfinite(label.halo),
                 "a label needs finite numbers and a positive height");
@@ -97,17 +140,16 @@ void draw(Image& picture, cv::Mat& mask, const Label& label) {
   if (label.anchor != Label::Anchor::Left) {
     x -= text_width(text, label.height) * (label.anchor == Label::Anchor::Center ? 0.5 : 1);
   }
-  const cv::Point origin(
-      static_cast<int>(std::lround(std::clamp(x - 0.5, -kReach, kReach))),
-      static_cast<int>(std::lround(std::clamp(label.position.y() - 0.5, -kReach, kReach))));
+  // Our pixel centres lie at halves, OpenCV's at whole numbers.
+  const auto whole = [](double value) {
+    return static_cast<int>(std::lround(std::clamp(value - 0.5, -kReach, kReach)));
+  };
+  const cv::Point origin(whole(x), whole(label.position.y()));
   if (label.halo > 0) {
-    cv::putText(mask, text, origin, kFont, scale, cv::Scalar(255), thickness + 2 * pen(label.halo),
-                cv::LINE_AA);
-    blend(picture, mask, Eigen::Vector3f::Zero(), 0.75);
-    mask.setTo(0);
+    const int wide = thickness + 2 * pen(std::min(label.halo, 100.0));
+    blend(picture, text_mask(picture, text, origin, scale, wide), Eigen::Vector3f::Zero(), 0.75);
   }
-  cv::putText(mask, text, origin, kFont, scale, cv::Scalar(255), thickness, cv::LINE_AA);
-  blend(picture, mask, label.color, 1);
+  blend(picture, text_mask(picture, text, origin, scale, thickness), label.color, 1);
 }
 
 }  // namespace
@@ -124,10 +166,8 @@ Image drawn(Image picture, const std::vector<Mark>& marks) {
   if (picture.width == 0 || picture.height == 0) {
     return picture;
   }
-  cv::Mat mask = cv::Mat::zeros(picture.height, picture.width, CV_8UC1);
   for (const Mark& mark : marks) {
-    std::visit([&](const auto& m) { draw(picture, mask, m); }, mark);
-    mask.setTo(0);
+    std::visit([&](const auto& m) { draw(picture, m); }, mark);
   }
   return picture;
 }
