@@ -16,8 +16,9 @@ __global__ void refit_level(TreeNode<T>* nodes, int begin, int end, const TreeFa
 
 /// Levels [0, levels), the deepest first, in one block.
 template <class T>
-__global__ void refit_top(TreeNode<T>* nodes, const int* level_begin, int levels,
-                          const TreeFace* faces, const Vec3<T>* vertices) {
+__global__ void __launch_bounds__(kTopBlock)
+    refit_top(TreeNode<T>* nodes, const int* level_begin, int levels, const TreeFace* faces,
+              const Vec3<T>* vertices) {
   for (int level = levels - 1; level >= 0; --level) {
     const int i = level_begin[level] + static_cast<int>(threadIdx.x);
     if (i < level_begin[level + 1]) {
