@@ -1,0 +1,153 @@
+#include "bodymodel/motion_clip.h"
+
+#include <cmath>
+
+#include "bodymodel/kinematics.h"
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kPersonHeight = 1.65;  // metres; skeletons end a little below the skin
+// Metre, decimetre, 0.45 units an inch (CMU ASF and cgspeed BVH), inch, centimetre, millimetre.
+constexpr double kUnits[] = {1, 0.1, 0.0254 / 0.45, 0.0254, 0.01, 0.001};
+
+std::string text(double value) {
+  std::string digits = std::to_string(value);
+  digits.erase(digits.find_last_not_of('0') + 1);
+  return digits;
+}
+
+// Rows turned so that what was z becomes y: (x, y, z) -> (x, z, -y).
+void z_up_to_y_up(Points& rows) {
+  const Eigen::VectorXd y = rows.col(1);
+  rows.col(1) = rows.col(2);
+  rows.col(2) = -y;
+}
+
+Eigen::Vector3d z_up_to_y_up(const Eigen::Vector3d& p) {
+  return {p.x(), p.z(), -p.y()};
+}
+
+}  // namespace
+
+void check_motion_clip(const MotionClip& clip, const std::string& file) {
+  check_skeleton(clip.skeleton, file);
+  const Index joints = static_cast<Index>(clip.skeleton.names.size());
+  for (const EndSite& site : clip.end_sites) {
+    if (site.joint < 0 || site.joint >= joints || !site.offset.allFinite()) {
+      throw DataError(file, "end site", "joint " + std::to_string(site.joint),
+                      "a joint in [0, " + std::to_string(joints) + ") and a finite offset");
+    }
+  }
+  const Motion& motion = clip.motion;
+  if (!(motion.fps > 0) || !std::isfinite(motion.fps)) {
+    throw DataError(file, "frame rate", std::to_string(motion.fps), "more than 0");
+  }
+  if (motion.frame_ids.size() != motion.poses.size()) {
+    throw DataError(file, "motion", std::to_string(motion.frame_ids.size()) + " frame ids",
+                    std::to_string(motion.poses.size()) + ", one for each pose");
+  }
+  for (std::size_t i = 0; i < motion.poses.size(); ++i) {
+    const std::string where = "frame " + std::to_string(motion.frame_ids[i]);
+    if (i > 0 && motion.frame_ids[i] <= motion.frame_ids[i - 1]) {
+      throw DataError(file, where, "an id that does not increase", "increasing frame ids");
+    }
+    const Pose& pose = motion.poses[i];
+    if (pose.rotations.rows() != joints) {
+      throw DataError(file, where, std::to_string(pose.rotations.rows()) + " rotations",
+                      std::to_string(joints) + ", one for each joint");
+    }
+    if (!pose.rotations.allFinite() || !pose.root_translation.allFinite()) {
+      throw DataError(file, where, "a number that is not finite", "finite numbers");
+    }
+  }
+}
+
+Eigen::Vector3d rest_extent(const MotionClip& clip) {
+  const JointFrames rest = forward_kinematics(clip.skeleton, rest_pose(clip.skeleton));
+  Eigen::Vector3d low = rest.positions.colwise().minCoeff();
+  Eigen::Vector3d high = rest.positions.colwise().maxCoeff();
+  for (const EndSite& site : clip.end_sites) {
+    const Eigen::Vector3d tip = rest.positions.row(site.joint).transpose() +
+                                rest.rotations[static_cast<std::size_t>(site.joint)] * site.offset;
+    low = low.cwiseMin(tip);
+    high = high.cwiseMax(tip);
+  }
+  return high - low;
+}
+
+char guess_up_axis(const MotionClip& clip) {
+  const Eigen::Vector3d extent = rest_extent(clip);
+  return extent.z() > extent.y() ? 'z' : 'y';
+}
+
+double guess_metres_per_unit(const MotionClip& clip, char up) {
+  const double extent = rest_extent(clip)[up == 'z' ? 2 : 1];
+  if (!(extent > 0)) {
+    return 1;
+  }
+  double best = 1;
+  double least = std::abs(std::log(extent / kPersonHeight));
+  for (const double unit : kUnits) {
+    const double off = std::abs(std::log(extent * unit / kPersonHeight));
+    if (off < least) {
+      least = off;
+      best = unit;
+    }
+  }
+  return best;
+}
+
+MotionClip in_metres_y_up(MotionClip clip, const MotionOptions& options) {
+  ATELIER_CHECK(options.up == 0 || options.up == 'y' || options.up == 'z', "up is 'y' or 'z'");
+  ATELIER_CHECK(options.metres_per_unit >= 0 && std::isfinite(options.metres_per_unit),
+                "metres per unit is not negative");
+  const char up = options.up != 0 ? options.up : guess_up_axis(clip);
+  const double scale =
+      options.metres_per_unit > 0 ? options.metres_per_unit : guess_metres_per_unit(clip, up);
+  if (options.up == 0 && up != 'y') {
+    clip.findings.push_back({Severity::Note, "motion-up", clip.name,
+                             "the rest pose is longest along z, taken as up",
+                             "set up = y if that is wrong"});
+  }
+  if (options.metres_per_unit == 0 && scale != 1) {
+    const double height = rest_extent(clip)[up == 'z' ? 2 : 1];
+    clip.findings.push_back({Severity::Note, "motion-unit", clip.name,
+                             "one unit taken as " + text(scale) + " m, the skeleton is then " +
+                                 text(height * scale) + " m tall",
+                             "set metres_per_unit if that is wrong"});
+  }
+  clip.skeleton.offsets *= scale;
+  for (EndSite& site : clip.end_sites) {
+    site.offset *= scale;
+  }
+  for (Pose& pose : clip.motion.poses) {
+    pose.root_translation *= scale;
+  }
+  if (up == 'z') {
+    z_up_to_y_up(clip.skeleton.offsets);
+    if (clip.skeleton.rest_rotations.rows() > 0) {
+      z_up_to_y_up(clip.skeleton.rest_rotations);
+    }
+    for (EndSite& site : clip.end_sites) {
+      site.offset = z_up_to_y_up(site.offset);
+    }
+    for (Pose& pose : clip.motion.poses) {
+      pose.root_translation = z_up_to_y_up(pose.root_translation);
+      z_up_to_y_up(pose.rotations);
+    }
+  }
+  if (options.fps > 0) {
+    clip.motion.fps = options.fps;
+  }
+  return clip;
+}
+
+double frame_rate(double seconds_per_frame) {
+  const double rate = 1 / seconds_per_frame;
+  const double whole = std::round(rate);
+  return whole > 0 && std::abs(rate - whole) < 1e-3 * whole ? whole : rate;
+}
+
+}  // namespace atelier

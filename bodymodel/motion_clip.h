@@ -1,0 +1,57 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/finding.h"
+#include "core/pose.h"
+#include "core/skeleton.h"
+
+namespace atelier {
+
+/// Where a chain of joints ends: a fingertip, the top of the head.
+struct EndSite {
+  int joint = 0;                                     ///< of the skeleton
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< metres, in the joint's rest frame
+};
+
+/// A recorded motion and the skeleton it moves, in metres, Y up. Motion readers return this.
+struct MotionClip {
+  std::string name;
+  Skeleton skeleton;
+  std::vector<EndSite> end_sites;
+  Motion motion;
+  std::vector<Finding> findings;  ///< guesses and repairs of the reader
+};
+
+/// What motion files do not say. Every reader of one takes it; 0 means: guess, and say so.
+struct MotionOptions {
+  double metres_per_unit = 0;  ///< 0: the plausible unit that makes the skeleton nearest to human
+                               ///< height; set it for children and animals
+  char up = 0;                 ///< 'y' or 'z'; 0: the axis along which the rest pose is longer
+  double fps = 0;              ///< frames per second; 0: what the file says
+};
+
+/// Throws DataError unless the skeleton is valid, every pose has its joints, numbers are finite,
+/// the frame rate is positive and frame ids increase.
+void check_motion_clip(const MotionClip& clip, const std::string& file = "");
+
+/// Extent of the rest pose along x, y and z, with end sites; the skeleton's own unit.
+Eigen::Vector3d rest_extent(const MotionClip& clip);
+
+/// The up axis that the rest pose suggests: 'y' or 'z', whichever is longer.
+char guess_up_axis(const MotionClip& clip);
+
+/// Metres per unit so that the rest pose's extent along `up` is nearest to a person's height: one
+/// of metre, decimetre, the CMU/cgspeed unit (0.45 units an inch), inch, centimetre, millimetre.
+/// 1 for a skeleton without extent.
+double guess_metres_per_unit(const MotionClip& clip, char up);
+
+/// Turns a clip that is in a file's own unit and axes into metres and Y up, as `options` say or by
+/// the guesses above; a guess other than metres or Y leaves a Note ("motion-unit", "motion-up").
+MotionClip in_metres_y_up(MotionClip clip, const MotionOptions& options = {});
+
+/// A rate as people state it: 1 / 0.0083333 is 120; rates within 0.1% of a whole number become it.
+double frame_rate(double seconds_per_frame);
+
+}  // namespace atelier
