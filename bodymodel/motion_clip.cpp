@@ -2,13 +2,16 @@
 
 #include <cmath>
 
+#include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
 #include "core/error.h"
 
 namespace atelier {
 namespace {
 
-constexpr double kPersonHeight = 1.65;  // metres; skeletons end a little below the skin
+constexpr double kAdultHeight = 1.65;  // metres; skeletons end a little below the skin
+constexpr double kAdultLegs = 0.83;    // metres, hip to knee to ankle (Drillis and Contini 1966:
+                                       // 0.491 of a stature of 1.70)
 // Metre, decimetre, 0.45 units an inch (CMU ASF and cgspeed BVH), inch, centimetre, millimetre.
 constexpr double kUnits[] = {1, 0.1, 0.0254 / 0.45, 0.0254, 0.01, 0.001};
 
@@ -23,6 +26,12 @@ void z_up_to_y_up(Points& rows) {
   const Eigen::VectorXd y = rows.col(1);
   rows.col(1) = rows.col(2);
   rows.col(2) = -y;
+}
+
+Eigen::Vector3d trunk_direction(const Points& joints, const Humanoid& person) {
+  return (joints.row(person.neck.back()) - joints.row(person.spine.front()))
+      .normalized()
+      .transpose();
 }
 
 Eigen::Vector3d z_up_to_y_up(const Eigen::Vector3d& p) {
@@ -78,25 +87,43 @@ Eigen::Vector3d rest_extent(const MotionClip& clip) {
 }
 
 char guess_up_axis(const MotionClip& clip) {
-  const Eigen::Vector3d extent = rest_extent(clip);
-  return extent.z() > extent.y() ? 'z' : 'y';
+  const std::optional<Humanoid> person = find_humanoid(clip.skeleton);
+  if (!person) {
+    const Eigen::Vector3d extent = rest_extent(clip);
+    return extent.z() > extent.y() ? 'z' : 'y';
+  }
+  const Points rest = rest_positions(clip.skeleton);
+  Eigen::Vector3d trunk = trunk_direction(rest, *person);
+  const Eigen::Vector3d legs = rest.row(person->legs[0].ankle) + rest.row(person->legs[1].ankle) -
+                               rest.row(person->legs[0].hip) - rest.row(person->legs[1].hip);
+  const bool standing = trunk.dot(legs.normalized()) < -0.7;
+  if (!standing) {
+    trunk.setZero();
+    for (const Pose& pose : clip.motion.poses) {
+      trunk += trunk_direction(forward_kinematics(clip.skeleton, pose).positions, *person);
+    }
+  }
+  return std::abs(trunk.z()) > std::abs(trunk.y()) ? 'z' : 'y';
 }
 
 double guess_metres_per_unit(const MotionClip& clip, char up) {
-  const double extent = rest_extent(clip)[up == 'z' ? 2 : 1];
-  if (!(extent > 0)) {
+  const std::optional<Humanoid> person = find_humanoid(clip.skeleton);
+  const double length =
+      person ? leg_length(clip.skeleton, *person) : rest_extent(clip)[up == 'z' ? 2 : 1];
+  const double adult = person ? kAdultLegs : kAdultHeight;
+  if (!(length > 0)) {
     return 1;
   }
   double best = 1;
-  double least = std::abs(std::log(extent / kPersonHeight));
+  double least = std::abs(std::log(length / adult));
   for (const double unit : kUnits) {
-    const double off = std::abs(std::log(extent * unit / kPersonHeight));
+    const double off = std::abs(std::log(length * unit / adult));
     if (off < least) {
       least = off;
       best = unit;
     }
   }
-  return best;
+  return least < std::log(1.3) ? best : adult / length;
 }
 
 MotionClip in_metres_y_up(MotionClip clip, const MotionOptions& options) {
@@ -107,15 +134,12 @@ MotionClip in_metres_y_up(MotionClip clip, const MotionOptions& options) {
   const double scale =
       options.metres_per_unit > 0 ? options.metres_per_unit : guess_metres_per_unit(clip, up);
   if (options.up == 0 && up != 'y') {
-    clip.findings.push_back({Severity::Note, "motion-up", clip.name,
-                             "the rest pose is longest along z, taken as up",
-                             "set up = y if that is wrong"});
+    clip.findings.push_back(
+        {Severity::Note, "motion-up", clip.name, "z taken as up", "set up = y if that is wrong"});
   }
   if (options.metres_per_unit == 0 && scale != 1) {
-    const double height = rest_extent(clip)[up == 'z' ? 2 : 1];
     clip.findings.push_back({Severity::Note, "motion-unit", clip.name,
-                             "one unit taken as " + text(scale) + " m, the skeleton is then " +
-                                 text(height * scale) + " m tall",
+                             "one unit taken as " + text(scale) + " m",
                              "set metres_per_unit if that is wrong"});
   }
   clip.skeleton.offsets *= scale;

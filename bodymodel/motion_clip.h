@@ -26,9 +26,8 @@ struct MotionClip {
 
 /// What motion files do not say. Every reader of one takes it; 0 means: guess, and say so.
 struct MotionOptions {
-  double metres_per_unit = 0;  ///< 0: the plausible unit that makes the skeleton nearest to human
-                               ///< height; set it for children and animals
-  char up = 0;                 ///< 'y' or 'z'; 0: the axis along which the rest pose is longer
+  double metres_per_unit = 0;  ///< 0: guess_metres_per_unit; set it for children and animals
+  char up = 0;                 ///< 'y' or 'z'; 0: guess_up_axis
   double fps = 0;              ///< frames per second; 0: what the file says
 };
 
@@ -39,12 +38,15 @@ void check_motion_clip(const MotionClip& clip, const std::string& file = "");
 /// Extent of the rest pose along x, y and z, with end sites; the skeleton's own unit.
 Eigen::Vector3d rest_extent(const MotionClip& clip);
 
-/// The up axis that the rest pose suggests: 'y' or 'z', whichever is longer.
+/// The up axis, 'y' or 'z': where the head is above the hips, in the rest pose if legs and trunk
+/// point opposite ways there, else on average over the frames; without a person in the skeleton,
+/// the axis along which the rest pose is longer.
 char guess_up_axis(const MotionClip& clip);
 
-/// Metres per unit so that the rest pose's extent along `up` is nearest to a person's height: one
-/// of metre, decimetre, the CMU/cgspeed unit (0.45 units an inch), inch, centimetre, millimetre.
-/// 1 for a skeleton without extent.
+/// Metres per unit that make the legs (thigh and shin; without a person, the rest pose along `up`)
+/// nearest to an adult's: one of metre, decimetre, the CMU/cgspeed unit (0.45 units an inch), inch,
+/// centimetre, millimetre; where none comes within 30%, whatever makes them an adult's. 1 for a
+/// skeleton without extent.
 double guess_metres_per_unit(const MotionClip& clip, char up);
 
 /// Turns a clip that is in a file's own unit and axes into metres and Y up, as `options` say or by
