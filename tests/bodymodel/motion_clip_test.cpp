@@ -1,0 +1,132 @@
+#include "bodymodel/motion_clip.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/euler.h"
+#include "bodymodel/kinematics.h"
+#include "bodymodel/motion_resample.h"
+#include "bodymodel/rotation.h"
+#include "core/error.h"
+#include "tests/bodymodel/synthetic_person.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::person_clip;
+using ::testing::ThrowsMessage;
+
+TEST(MotionClip, GuessesUnitsByTheLegs) {
+  for (const double unit : {1.0, 0.1, 0.0254 / 0.45, 0.0254, 0.01, 0.001}) {
+    MotionClip clip = person_clip();
+    clip.skeleton.offsets /= unit;
+    EXPECT_NEAR(guess_metres_per_unit(clip, 'y'), unit, 1e-12);
+  }
+}
+
+TEST(MotionClip, AnUnknownUnitMakesAnAdult) {
+  MotionClip clip = person_clip();
+  clip.skeleton.offsets /= 0.0379;
+  const double unit = guess_metres_per_unit(clip, 'y');
+  EXPECT_NEAR(unit, 0.0379, 0.002);
+}
+
+TEST(MotionClip, TurnsZUpIntoYUp) {
+  MotionClip clip = person_clip();
+  // The same person as a Z-up program writes it: (x, y, z) -> (x, -z, y), in centimetres.
+  const Eigen::Matrix3d tip = axis_rotation(0, std::numbers::pi / 2);
+  MotionClip tipped = clip;
+  tipped.skeleton.offsets = 100 * clip.skeleton.offsets * tip.transpose();
+  for (Pose& pose : tipped.motion.poses) {
+    pose.root_translation = 100 * tip * pose.root_translation;
+    pose.rotations = (pose.rotations * tip.transpose()).eval();
+  }
+  EXPECT_EQ(guess_up_axis(clip), 'y');
+  EXPECT_EQ(guess_up_axis(tipped), 'z');
+  const MotionClip back = in_metres_y_up(tipped);
+  EXPECT_EQ(back.findings.size(), 2u);
+  for (std::size_t i = 0; i < clip.motion.poses.size(); ++i) {
+    EXPECT_LT((forward_kinematics(back.skeleton, back.motion.poses[i]).positions -
+               forward_kinematics(clip.skeleton, clip.motion.poses[i]).positions)
+                  .norm(),
+              1e-12);
+  }
+}
+
+TEST(MotionClip, FrameRatesAreRounded) {
+  EXPECT_EQ(frame_rate(0.0083333), 120);
+  EXPECT_EQ(frame_rate(0.041667), 24);
+  EXPECT_NEAR(frame_rate(0.0334), 29.94, 0.01);
+}
+
+TEST(MotionClip, ResamplingKeepsTheMotion) {
+  Motion motion;
+  motion.fps = 120;
+  const Eigen::RowVector3d turn(0.5, 1, -0.3);
+  for (int i = 0; i <= 120; ++i) {
+    Pose pose;
+    pose.root_translation = {i / 120.0, 0, 0};
+    pose.rotations = turn * (i / 120.0);
+    motion.poses.push_back(pose);
+    motion.frame_ids.push_back(i);
+  }
+  for (const double fps : {30.0, 24.0, 50.0, 240.0}) {
+    const Motion result = resampled(motion, fps);
+    ASSERT_EQ(result.poses.size(), static_cast<std::size_t>(fps) + 1);
+    for (std::size_t i = 0; i < result.poses.size(); ++i) {
+      const double at = static_cast<double>(i) / fps;
+      EXPECT_NEAR(result.poses[i].root_translation.x(), at, 1e-9);
+      EXPECT_LT((result.poses[i].rotations.row(0) - at * turn).norm(), 1e-9);
+    }
+  }
+}
+
+TEST(MotionClip, InterpolationTakesTheShortWay) {
+  const Eigen::Vector3d half =
+      interpolated_rotation({0, 0, 3}, {0, 0, -3}, 0.5);  // 180 degrees between, through pi
+  EXPECT_NEAR(std::abs(half.z()), std::numbers::pi, 1e-9);
+}
+
+TEST(MotionClip, RefusesResamplingToNothing) {
+  EXPECT_THAT([] { resampled(Motion{}, 30); }, ThrowsMessage<LogicError>(HasSubstr("positive")));
+  Motion motion;
+  motion.fps = 30;
+  EXPECT_THAT([&] { resampled(motion, 0); }, ThrowsMessage<LogicError>(HasSubstr("positive")));
+}
+
+TEST(MotionClip, RefusesBrokenClips) {
+  const auto refused = [](void (*spoil)(MotionClip&), const char* message) {
+    MotionClip clip = person_clip();
+    spoil(clip);
+    EXPECT_THAT([&] { check_motion_clip(clip, "a.bvh"); },
+                ThrowsMessage<DataError>(HasSubstr(message)));
+  };
+  refused([](MotionClip& c) { c.motion.fps = 0; }, "frame rate");
+  refused([](MotionClip& c) { c.motion.fps = NAN; }, "frame rate");
+  refused([](MotionClip& c) { c.motion.frame_ids.pop_back(); }, "one for each pose");
+  refused([](MotionClip& c) { c.motion.frame_ids[1] = 0; }, "increasing frame ids");
+  refused([](MotionClip& c) { c.motion.poses[2].rotations.conservativeResize(3, 3); },
+          "one for each joint");
+  refused([](MotionClip& c) { c.motion.poses[2].root_translation.x() = INFINITY; }, "frame 2");
+  refused([](MotionClip& c) { c.end_sites.push_back({99, {0, 0, 0}}); }, "end site");
+}
+
+TEST(MotionClip, RefusesUnknownAxesAndUnits) {
+  EXPECT_THAT(
+      [] {
+        in_metres_y_up(person_clip(), {0, 'x', 0});
+      },
+      ThrowsMessage<LogicError>(HasSubstr("up is 'y' or 'z'")));
+  EXPECT_THAT(
+      [] {
+        in_metres_y_up(person_clip(), {-1, 'y', 0});
+      },
+      ThrowsMessage<LogicError>(HasSubstr("not negative")));
+}
+
+}  // namespace
+}  // namespace atelier

@@ -1,0 +1,274 @@
+#include "bodymodel/retarget.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
+#include "bodymodel/makehuman.h"
+#include "bodymodel/motion_bvh.h"
+#include "bodymodel/retarget_contacts.h"
+#include "bodymodel/rotation.h"
+#include "bodymodel/skinning.h"
+#include "core/error.h"
+#include "tests/bodymodel/synthetic_body.h"
+#include "tests/bodymodel/synthetic_person.h"
+#include "tests/support/test_data.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::person_body;
+using testing::person_clip;
+using testing::person_skeleton;
+using ::testing::ThrowsMessage;
+
+RetargetOptions plain() {
+  RetargetOptions options;
+  options.keep_contacts = false;
+  options.ground = false;
+  options.drop_t_pose = false;
+  return options;
+}
+
+TEST(Retarget, TheSameSkeletonGivesTheSameMotion) {
+  const MotionClip clip = person_clip();
+  const Retargeted result = retarget(clip, person_body(clip.skeleton), {}, plain());
+  EXPECT_NEAR(result.scale, 1, 1e-12);
+  EXPECT_EQ(result.reference_frame, -1);
+  for (std::size_t i = 0; i < clip.motion.poses.size(); ++i) {
+    EXPECT_LT((result.motion.poses[i].rotations - clip.motion.poses[i].rotations).norm(), 1e-9);
+    EXPECT_LT(
+        (result.motion.poses[i].root_translation - clip.motion.poses[i].root_translation).norm(),
+        1e-9);
+  }
+}
+
+TEST(Retarget, AnotherRestPoseGivesTheSamePostures) {
+  // A target whose joints have rest rotations and whose arms hang: postures must be the clip's.
+  const MotionClip clip = person_clip();
+  Skeleton target = person_skeleton();
+  target.rest_rotations = Points::Zero(21, 3);
+  target.rest_rotations.row(14) << 0, 0, -1.0;  // arms down
+  target.rest_rotations.row(18) << 0, 0, 1.0;
+  target.rest_rotations.row(2) << 0.2, 0, 0;  // a bent knee at rest
+  const Retargeted result = retarget(clip, person_body(target), {}, plain());
+  for (std::size_t i = 0; i < clip.motion.poses.size(); ++i) {
+    const Points was = forward_kinematics(clip.skeleton, clip.motion.poses[i]).positions;
+    const Points is = forward_kinematics(target, result.motion.poses[i]).positions;
+    for (const int joint : {2, 3, 6, 7, 12, 15, 16, 19, 20}) {
+      EXPECT_LT((is.row(joint) - was.row(joint)).norm(), 2e-3)
+          << "frame " << i << " joint " << joint;
+    }
+  }
+}
+
+TEST(Retarget, ABodyTwiceAsLargeTakesStepsTwiceAsLong) {
+  const MotionClip clip = person_clip();
+  Skeleton target = person_skeleton();
+  target.offsets *= 2;
+  const Retargeted result = retarget(clip, person_body(target), {}, plain());
+  EXPECT_NEAR(result.scale, 2, 1e-12);
+  const Eigen::Vector3d step =
+      result.motion.poses[4].root_translation - result.motion.poses[0].root_translation;
+  EXPECT_NEAR(step.z(), 2 * 0.08, 1e-9);
+}
+
+TEST(Retarget, MoreSpineJointsShareTheBend) {
+  MotionClip clip = person_clip();
+  for (Pose& pose : clip.motion.poses) {
+    pose.rotations.setZero();
+    pose.rotations.row(10) << 0.6, 0, 0;  // the chest leans forward
+  }
+  // A target with one more joint half-way up the spine.
+  Skeleton target = person_skeleton();
+  target.names.insert(target.names.begin() + 10, "SpineHalf");
+  target.parents.insert(target.parents.begin() + 10, 9);
+  for (std::size_t j = 11; j < target.parents.size(); ++j) {
+    target.parents[j] += target.parents[j] >= 10 ? 1 : 0;
+  }
+  target.parents[11] = 10;
+  Points offsets(22, 3);
+  offsets << target.offsets.topRows(10), 0.5 * target.offsets.row(10), 0.5 * target.offsets.row(10),
+      target.offsets.bottomRows(10);
+  target.offsets = offsets;
+  const Retargeted result = retarget(clip, person_body(target), {}, plain());
+  const JointFrames frames = forward_kinematics(target, result.motion.poses[0]);
+  // The chest has the whole lean, the new joint part of it.
+  EXPECT_LT((frames.rotations[11] - rotation_matrix({0.6, 0, 0})).norm(), 1e-9);
+  const double part = rotation_vector(frames.rotations[10]).x();
+  EXPECT_GT(part, 0.1);
+  EXPECT_LT(part, 0.5);
+}
+
+TEST(Retarget, FramesAreResampled) {
+  RetargetOptions options = plain();
+  options.fps = 60;
+  const Retargeted result = retarget(person_clip(), person_body(person_skeleton()), {}, options);
+  EXPECT_EQ(result.motion.poses.size(), 9u);
+  EXPECT_EQ(result.motion.fps, 60);
+  EXPECT_EQ(result.contacts.size(), 9u);
+}
+
+TEST(Retarget, ACalibrationPoseIsLeftOutAndSaid) {
+  MotionClip clip = person_clip();
+  for (std::size_t i = 1; i < clip.motion.poses.size(); ++i) {
+    for (const int joint : {14, 18, 1, 5, 15, 19}) {
+      clip.motion.poses[i].rotations.row(joint).array() += 0.8;
+    }
+  }
+  RetargetOptions options = plain();
+  options.drop_t_pose = true;
+  const Retargeted result = retarget(clip, person_body(clip.skeleton), {}, options);
+  EXPECT_EQ(result.motion.poses.size(), 4u);
+  EXPECT_EQ(result.reference_frame, 0);
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_EQ(result.findings[0].code, "motion-t-pose");
+}
+
+TEST(Retarget, StandingFeetStayWhereTheyStand) {
+  // A clip whose root drifts over a foot that should stand: contacts must come out still.
+  MotionClip clip = person_clip();
+  clip.motion.poses.clear();
+  clip.motion.frame_ids.clear();
+  for (int i = 0; i < 30; ++i) {
+    Pose pose = rest_pose(clip.skeleton);
+    pose.root_translation = {0.003 * std::sin(0.4 * i), -0.03, 0.004 * std::cos(0.3 * i)};
+    pose.rotations.row(1) << -0.3, 0, 0;
+    pose.rotations.row(2) << 0.6, 0, 0;
+    pose.rotations.row(3) << -0.3, 0, 0;
+    clip.motion.poses.push_back(pose);
+    clip.motion.frame_ids.push_back(i);
+  }
+  RetargetOptions options;
+  options.ground = false;
+  const Retargeted result = retarget(clip, person_body(clip.skeleton), {}, options);
+  const Skeleton& skeleton = clip.skeleton;
+  Eigen::RowVector3d low = Eigen::RowVector3d::Constant(1e9);
+  Eigen::RowVector3d high = -low;
+  for (std::size_t i = 0; i < result.motion.poses.size(); ++i) {
+    EXPECT_TRUE(result.contacts[i][0]);
+    const Eigen::RowVector3d toe =
+        forward_kinematics(skeleton, result.motion.poses[i]).positions.row(4);
+    low = low.cwiseMin(toe);
+    high = high.cwiseMax(toe);
+  }
+  EXPECT_LT(high.x() - low.x(), 1e-6);
+  EXPECT_LT(high.z() - low.z(), 1e-6);
+}
+
+TEST(Retarget, TheLegReachesWhereItIsSent) {
+  const Skeleton skeleton = person_skeleton();
+  const Humanoid person = recognised_humanoid(skeleton);
+  Pose pose = rest_pose(skeleton);
+  pose.rotations.row(1) << -0.5, 0.1, 0;
+  pose.rotations.row(2) << 0.9, 0, 0;
+  pose.rotations.row(3) << -0.2, 0.1, 0;
+  const JointFrames before = forward_kinematics(skeleton, pose);
+  const Eigen::Vector3d wanted =
+      before.positions.row(3).transpose() + Eigen::Vector3d(0.04, 0.05, -0.06);
+  const Pose moved = with_ankle_at(pose, skeleton, person.legs[0], wanted);
+  const JointFrames after = forward_kinematics(skeleton, moved);
+  EXPECT_LT((after.positions.row(3).transpose() - wanted).norm(), 1e-9);
+  EXPECT_LT((after.rotations[3] - before.rotations[3]).norm(), 1e-9);  // the foot keeps its turn
+  EXPECT_EQ((after.positions.row(7) - before.positions.row(7)).norm(), 0);
+}
+
+TEST(Retarget, OutOfReachTheLegStretchesTowards) {
+  const Skeleton skeleton = person_skeleton();
+  const Humanoid person = recognised_humanoid(skeleton);
+  const Pose moved =
+      with_ankle_at(rest_pose(skeleton), skeleton, person.legs[0], Eigen::Vector3d(0.09, -3, 0));
+  const JointFrames after = forward_kinematics(skeleton, moved);
+  EXPECT_TRUE(after.positions.allFinite());
+  EXPECT_NEAR((after.positions.row(3) - after.positions.row(1)).norm(), 0.83, 0.002);
+}
+
+// MakeHuman's body with its own rig, without macros.
+MakeHumanBody makehuman(const std::filesystem::path& root) {
+  MakeHumanFiles files;
+  files.base = root / "makehuman/base/base.obj";
+  files.rig = root / "makehuman/base/default.mhskel";
+  files.weights = root / "makehuman/base/default_weights.mhw";
+  return read_makehuman(files);
+}
+
+TEST(Retarget, EveryRealMotionOnMakeHuman) {
+  ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
+  const std::filesystem::path root = testing::test_data_root();
+  const MakeHumanBody body = makehuman(root);
+  RetargetOptions options;
+  options.fps = 10;  // keeps the test short
+  for (const char* folder : {"mocap_bvh", "makehuman"}) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
+      if (entry.path().extension() != ".bvh") {
+        continue;
+      }
+      const Retargeted result = retarget(read_bvh(entry.path()), body.model, {}, options);
+      ASSERT_FALSE(result.motion.poses.empty()) << entry.path();
+      EXPECT_GT(result.scale, 0.7) << entry.path();
+      EXPECT_LT(result.scale, 1.4) << entry.path();
+      const Points posed = skin_vertices(body.model, result.motion.poses[0]);
+      EXPECT_TRUE(posed.allFinite()) << entry.path();
+      EXPECT_GT(posed.col(1).minCoeff(), -0.12) << entry.path();
+      EXPECT_LT(posed.col(1).maxCoeff(), 2.3) << entry.path();
+    }
+  }
+}
+
+TEST(Retarget, TheCmuWalkKeepsItsFeetOnTheGround) {
+  ATELIER_TEST_FILE(path, "mocap_bvh/bvh_python/test_freebvh.bvh");
+  ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
+  const MakeHumanBody body = makehuman(testing::test_data_root());
+  const Retargeted result = retarget(read_bvh(path), body.model);
+  const Humanoid person = recognised_humanoid(body.model.skeleton);
+  int standing = 0;
+  double slide = 0;
+  for (std::size_t i = 1; i < result.motion.poses.size(); ++i) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (result.contacts[i][side] && result.contacts[i - 1][side]) {
+        ++standing;
+        const int toe = person.legs[side].toe;
+        const Points now =
+            forward_kinematics(body.model.skeleton, result.motion.poses[i]).positions;
+        const Points before =
+            forward_kinematics(body.model.skeleton, result.motion.poses[i - 1]).positions;
+        Eigen::RowVector3d moved = now.row(toe) - before.row(toe);
+        moved.y() = 0;
+        slide = std::max(slide, moved.norm());
+      }
+    }
+  }
+  EXPECT_GT(standing, 30);
+  EXPECT_LT(slide, 0.002);  // metres a frame
+}
+
+TEST(Retarget, RefusesAMotionOfNobody) {
+  MotionClip clip = person_clip();
+  clip.skeleton = testing::synthetic_body().skeleton;
+  clip.name = "fox";
+  clip.motion.poses.resize(1);
+  clip.motion.poses[0] = rest_pose(clip.skeleton);
+  EXPECT_THAT([&] { retarget(clip, person_body(person_skeleton())); },
+              ThrowsMessage<DataError>(HasSubstr("joints that match no person")));
+}
+
+TEST(Retarget, RefusesABodyOfNobody) {
+  EXPECT_THAT([&] { retarget(person_clip(), testing::synthetic_body()); },
+              ThrowsMessage<DataError>(HasSubstr("synthetic")));
+}
+
+TEST(Retarget, OptionsAreDescribed) {
+  RetargetOptions options;
+  OptionTable table = describe(options);
+  EXPECT_EQ(set_option(table, "fps", "25"), "");
+  EXPECT_EQ(options.fps, 25);
+  EXPECT_NE(set_option(table, "contact_speed", "-1"), "");
+}
+
+}  // namespace
+}  // namespace atelier
