@@ -195,7 +195,8 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::ValuesIn(std::vector<Refusal>{
         {"Empty", "", "the end of the file", "HIERARCHY"},
         {"NotBvh", "ply\nformat ascii 1.0\n", "'ply'", "HIERARCHY"},
-        {"CutInTree", good_arm().substr(0, 56), "the end of the file", "a channel"},
+        {"CutInTree", good_arm().substr(0, good_arm().find(" Yposition")), "the end of the file",
+         "a channel"},
         {"CutBeforeMotion", replaced(good_arm(), "MOTION", ""), "'Frames:'", "MOTION"},
         {"CutInMotion", good_arm().substr(0, good_arm().size() - 24), "19 bytes of motion",
          "2 frames of 9 values (the file is cut off)"},
