@@ -5,6 +5,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include "core/render/prepared_scene.h"
 #include "core/render/studio.h"
 
 namespace {
@@ -35,7 +36,8 @@ atelier::RenderMesh folded_figure() {
     for (int c = 0; c < kColumns; ++c) {
       const int d = (c + 1) % kColumns;
       figure.mesh.faces.row(f++) << r * kColumns + c, r * kColumns + d, (r + 1) * kColumns + d;
-      figure.mesh.faces.row(f++) << r * kColumns + c, (r + 1) * kColumns + d, (r + 1) * kColumns + c;
+      figure.mesh.faces.row(f++) << r * kColumns + c, (r + 1) * kColumns + d,
+          (r + 1) * kColumns + c;
     }
   }
   figure.mesh.uv_faces = figure.mesh.faces;
@@ -77,14 +79,19 @@ void image(benchmark::State& state, atelier::Ambient ambient, int samples) {
   }
 }
 
-void capture(benchmark::State& state) { image(state, atelier::Ambient::PerVertex, 8); }
-void still(benchmark::State& state) { image(state, atelier::Ambient::PerPixel, 8); }
-void preview(benchmark::State& state) { image(state, atelier::Ambient::PerVertex, 4); }
+void capture(benchmark::State& state) {
+  image(state, atelier::Ambient::PerVertex, 8);
+}
+void still(benchmark::State& state) {
+  image(state, atelier::Ambient::PerPixel, 8);
+}
+void preview(benchmark::State& state) {
+  image(state, atelier::Ambient::PerVertex, 4);
+}
 
 void prepare_capture(benchmark::State& state) {
   for (auto _ : state) {
-    benchmark::DoNotOptimize(
-        atelier::prepare(scene(), {.ambient = atelier::Ambient::PerVertex}));
+    benchmark::DoNotOptimize(atelier::prepare(scene(), {.ambient = atelier::Ambient::PerVertex}));
   }
 }
 
@@ -94,10 +101,81 @@ void prepare_still(benchmark::State& state) {
   }
 }
 
+// Bare rays, without shading: 16 neighbours at once from the camera, and from surface points into
+// random directions.
+void coherent_rays(benchmark::State& state) {
+  const auto prepared = atelier::prepare(scene());
+  const auto view = camera(800, 1000);
+  const atelier::Vec3f eye = atelier::vec3f(atelier::camera_center(view));
+  std::vector<RTCRayHit16> packets;
+  for (int y = 0; y < 1000; y += 4) {
+    for (int x = 0; x + 16 <= 800; x += 16) {
+      RTCRayHit16 packet{};
+      for (int lane = 0; lane < 16; ++lane) {
+        const auto d = atelier::vec3f(*atelier::ray_direction(view, {x + lane + 0.5, y + 0.5}));
+        packet.ray.org_x[lane] = eye.x;
+        packet.ray.org_y[lane] = eye.y;
+        packet.ray.org_z[lane] = eye.z;
+        packet.ray.dir_x[lane] = d.x;
+        packet.ray.dir_y[lane] = d.y;
+        packet.ray.dir_z[lane] = d.z;
+        packet.ray.tfar[lane] = 1e30f;
+        packet.ray.mask[lane] = ~0u;
+        packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+      }
+      packets.push_back(packet);
+    }
+  }
+  for (auto _ : state) {
+    for (RTCRayHit16 packet : packets) {
+      prepared.data().tree.intersect(packet);
+      benchmark::DoNotOptimize(packet);
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(packets.size()) * 16);
+}
+
+void incoherent_rays(benchmark::State& state) {
+  const auto prepared = atelier::prepare(scene());
+  const atelier::PreparedMesh& mesh = prepared.data().meshes.front();
+  atelier::OcclusionRays rays;
+  const auto count = static_cast<std::uint32_t>(mesh.normals.size());
+  for (auto _ : state) {
+    for (std::uint32_t i = 0; i < count; i += 4) {
+      const atelier::Frame frame(mesh.normals[i]);
+      rays.clear();
+      for (std::uint32_t k = 0; k < 16; ++k) {
+        rays.add(mesh.position(i) + 1e-4f * frame.n,
+                 frame.world(atelier::cosine_direction(atelier::sobol_point(k, i))), 1e-4f, 1e30f);
+      }
+      rays.trace(prepared.data().tree, false);
+      benchmark::DoNotOptimize(rays.visible(0));
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>((count + 3) / 4) * 16);
+}
+
 }  // namespace
 
-BENCHMARK(capture)->Args({400, 480})->Args({800, 1000})->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
-BENCHMARK(still)->Args({400, 480})->Args({800, 1000})->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
-BENCHMARK(preview)->Args({400, 480})->Args({800, 1000})->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
+BENCHMARK(coherent_rays)->Unit(benchmark::kMillisecond);
+BENCHMARK(incoherent_rays)->Unit(benchmark::kMillisecond);
+BENCHMARK(capture)
+    ->Args({400, 480})
+    ->Args({800, 1000})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK(still)
+    ->Args({400, 480})
+    ->Args({800, 1000})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK(preview)
+    ->Args({400, 480})
+    ->Args({800, 1000})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 BENCHMARK(prepare_capture)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 BENCHMARK(prepare_still)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();

@@ -41,6 +41,20 @@ struct LightSum {
   int rays = 0;
 };
 
+// The environment's irradiance from one sample.
+struct SkySum {
+  Vec3f all{0, 0, 0};
+  Vec3f visible{0, 0, 0};
+  bool blocked = false;  // any of its rays
+
+  Vec3f blocked_share() const {
+    const auto share = [](float seen, float whole) { return whole > 0 ? 1 - seen / whole : 0.0f; };
+    return blocked
+               ? Vec3f{share(visible.x, all.x), share(visible.y, all.y), share(visible.z, all.z)}
+               : Vec3f{0, 0, 0};
+  }
+};
+
 struct ShadowRay {
   std::uint32_t shaded;
   float weight;
@@ -374,48 +388,55 @@ class Tile {
     for (Shaded& s : shaded_) {
       Vec3f irradiance = s.point.ambient;
       if (scene_.ambient == Ambient::PerPixel) {
-        irradiance = ambient_per_pixel(s);
-      }
-      if (on_paper(s)) {
+        const SkySum sky = sky_per_pixel(s);
+        irradiance = sky.visible;
+        if (on_paper(s)) {
+          // Only the blocked share matters: where nothing is in the way, paper has no noise.
+          s.missing += product(scene_.open_ground_irradiance, sky.blocked_share());
+          detailed_ = detailed_ || sky.blocked;
+          continue;
+        }
+      } else if (on_paper(s)) {
         s.missing += scene_.open_ground_irradiance - irradiance;
-        detailed_ = detailed_ || scene_.ambient == Ambient::PerPixel;
         continue;
       }
       float openness = 1;
       if (s.point.gloss > 0) {
-        const Vec3f open = (kPi)*glossy_radiance(scene_.environment, s.point.normal, 1);
+        const Vec3f open = kPi * glossy_radiance(scene_.environment, s.point.normal, 1);
         openness = std::clamp(luminance(irradiance) / std::max(1e-6f, luminance(open)), 0.0f, 1.0f);
       }
       s.light += ambient_light(scene_, s.point, irradiance, openness);
     }
   }
 
-  Vec3f ambient_per_pixel(const Shaded& s) {
+  SkySum sky_per_pixel(const Shaded& s) {
     const Frame frame(s.point.normal);
     const Vec3f origin = s.point.position + scene_.epsilon * s.point.facet;
     const std::uint32_t ambient_seed = seeds_[s.pixel].word[1];
+    const auto count = static_cast<std::uint32_t>(options_.ambient_samples);
     ambient_radiance_.clear();
     rays_.clear();
-    for (int k = 0; k < options_.ambient_samples; ++k) {
-      const auto index = (s.index * static_cast<std::uint32_t>(options_.ambient_samples) +
-                          static_cast<std::uint32_t>(k)) &
-                         0xFFFFu;
-      const EnvironmentSample e =
-          sample_environment(scene_.environment, frame, index, ambient_seed);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const EnvironmentSample e = sample_environment(scene_.environment, frame,
+                                                     (s.index * count + k) & 0xFFFFu, ambient_seed);
       if (e.weight > 0) {
         rays_.add(origin, e.direction, scene_.epsilon, kFar);
         ambient_radiance_.push_back(e.weight * radiance(scene_.environment, e.direction));
       }
     }
     rays_.trace(scene_.tree, false);
-    Vec3f sum{0, 0, 0};
+    SkySum sky;
+    const float share = 1 / static_cast<float>(count);
     for (std::size_t ray = 0; ray < rays_.size(); ++ray) {
+      sky.all += share * ambient_radiance_[ray];
       if (rays_.visible(ray)) {
-        sum += ambient_radiance_[ray];
+        sky.visible += share * ambient_radiance_[ray];
+      } else {
+        sky.blocked = true;
       }
     }
     rays_.clear();
-    return (1 / static_cast<float>(options_.ambient_samples)) * sum;
+    return sky;
   }
 
   void collect() {

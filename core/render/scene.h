@@ -48,8 +48,8 @@ struct Environment {
   Eigen::Vector3f zenith{0, 0, 0};   ///< radiance from straight above, linear RGB
   Eigen::Vector3f horizon{0, 0, 0};  ///< from the horizon
   Eigen::Vector3f nadir{0, 0, 0};    ///< from straight below
-  /// Equirectangular radiance: top row +Y, left edge -X through +Z ... that is, column u in [0,1)
-  /// looks to (sin a, ., cos a) with a = 2 pi (u - 0.5). Takes the gradient's place.
+  /// Equirectangular radiance, linear RGB: the middle column looks to -Z, a quarter right of it to
+  /// +X, the top row up. Takes the gradient's place.
   std::shared_ptr<const Image> image;
   float image_scale = 1.0f;  ///< factor on the image
 };
@@ -57,7 +57,7 @@ struct Environment {
 /// What the camera sees where nothing is hit.
 struct Background {
   enum class Kind {
-    Gradient,     ///< `top` to `bottom` of the picture, a soft light spot behind the subject
+    Gradient,     ///< `top` to `bottom` of the picture
     Environment,  ///< the environment itself
   };
   Kind kind = Kind::Gradient;

@@ -94,7 +94,9 @@ Image picture_of(const std::vector<RenderMesh>& meshes, const View& view,
   }
   RenderOptions render_options;
   render_options.samples = options.samples;
-  return tone_mapped(render(studio_scene(meshes, view.azimuth), camera, render_options));
+  render_options.ambient_samples = 4;
+  return tone_mapped(render(studio_scene(meshes, view.azimuth), camera, render_options),
+                     {.dither = 1});
 }
 
 std::vector<Image> turntable_of(const std::vector<RenderMesh>& meshes, int count, const View& start,
@@ -103,11 +105,13 @@ std::vector<Image> turntable_of(const std::vector<RenderMesh>& meshes, int count
       all_vertices(meshes), start, count, options.width, options.height, options.framing);
   RenderOptions render_options;
   render_options.samples = options.samples;
+  render_options.ambient_samples = 4;
   std::vector<Image> pictures;
   for (int i = 0; i < count; ++i) {
     const double azimuth = start.azimuth + 2 * std::numbers::pi * i / count;
-    pictures.push_back(tone_mapped(render(studio_scene(meshes, azimuth),
-                                          cameras[static_cast<std::size_t>(i)], render_options)));
+    pictures.push_back(tone_mapped(
+        render(studio_scene(meshes, azimuth), cameras[static_cast<std::size_t>(i)], render_options),
+        {.dither = 1}));
   }
   return pictures;
 }

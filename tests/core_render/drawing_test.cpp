@@ -305,10 +305,30 @@ TEST(Tone, ExposureScalesAndAlphaStays) {
   EXPECT_FLOAT_EQ(toned.data[3], 0.9f);
 }
 
+TEST(Tone, DitherMovesByHalfAStepAndKeepsTheMean) {
+  for (const float level : {0.001f, 0.1f, 0.4f}) {
+    const Image toned = tone_mapped(Image(100, 100, 1, level), {.dither = 1});
+    const ByteImage plain = srgb_from_linear(Image(1, 1, 1, level));
+    double sum = 0;
+    bool above = false, below = false;
+    for (const float value : toned.data) {
+      sum += value;
+      above = above || value > level;
+      below = below || value < level;
+    }
+    for (const std::uint8_t byte : srgb_from_linear(toned).data) {
+      ASSERT_LE(std::abs(byte - plain.data[0]), 1);
+    }
+    EXPECT_TRUE(above && below);
+    EXPECT_NEAR(sum / 10'000, level, 0.0005 * level + 1e-5);
+  }
+}
+
 TEST(ToneRefusal, OptionsOutOfRange) {
   EXPECT_THROW(tone_mapped(Image(1, 1, 3), {.exposure = 0}), LogicError);
   EXPECT_THROW(tone_mapped(Image(1, 1, 3), {.exposure = kNan}), LogicError);
   EXPECT_THROW(tone_mapped(Image(1, 1, 3), {.shoulder = 1}), LogicError);
+  EXPECT_THROW(tone_mapped(Image(1, 1, 3), {.dither = -1}), LogicError);
 }
 
 }  // namespace
