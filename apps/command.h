@@ -28,6 +28,7 @@ Action add_status(CLI::App& parser);
 Action add_inspect(CLI::App& parser);
 Action add_gc(CLI::App& parser);
 Action add_convert(CLI::App& parser);
+Action add_render(CLI::App& parser);  // only with core_render
 Action add_options(CLI::App& parser);
 Action add_completion(CLI::App& parser);
 

@@ -10,6 +10,9 @@ constexpr std::array kCommands = {
     Command{"inspect", "what a file is: sizes, ranges, units, findings", add_inspect},
     Command{"gc", "remove unfinished work and results that are no longer current", add_gc},
     Command{"convert", "a mesh into another format", add_convert},
+#ifdef ATELIER_HAS_CORE_RENDER
+    Command{"render", "a picture of a mesh", add_render},
+#endif
     Command{"options", "every option of every stage", add_options},
     Command{"completion", "a completion script for bash", add_completion},
 };

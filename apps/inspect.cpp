@@ -9,7 +9,9 @@
 #include "apps/exit_code.h"
 #include "apps/stage_console.h"
 #include "apps/usage_error.h"
+#include "core/archive.h"
 #include "core/error.h"
+#include "core/io/image_file.h"
 #include "core/io/json.h"
 #include "core/io/mesh_file.h"
 #include "core/io/npy.h"
@@ -147,6 +149,50 @@ void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
   }
 }
 
+void inspect_image(const std::filesystem::path& path, Inspection& inspection) {
+  const ImageHeader header = read_image_header(path);
+  inspection.add("kind", std::string("image, ") + format_name(header.format));
+  inspection.add("pixels", std::to_string(header.width) + " x " + std::to_string(header.height));
+  inspection.add("channels", std::to_string(header.channels) + " of " +
+                                 std::to_string(header.bit_depth) + " bits" +
+                                 (header.palette ? ", by palette" : ""));
+  const Image image = read_image(path);  // a damaged file is refused here
+  std::vector<float> low(static_cast<std::size_t>(image.channels), 1.0f);
+  std::vector<float> high(low.size(), 0.0f);
+  for (std::size_t i = 0; i < image.data.size(); ++i) {
+    low[i % low.size()] = std::min(low[i % low.size()], image.data[i]);
+    high[i % low.size()] = std::max(high[i % low.size()], image.data[i]);
+  }
+  for (std::size_t c = 0; c < low.size(); ++c) {
+    inspection.add("channel " + std::to_string(c),
+                   number(low[c]) + " to " + number(high[c]) + ", linear");
+  }
+  if (header.orientation != 1) {
+    inspection.findings.push_back(
+        {Severity::Warning, "image-orientation", path.string(),
+         "EXIF orientation " + std::to_string(header.orientation) + " is not applied",
+         "store the pixels as the camera was calibrated"});
+  }
+}
+
+void inspect_archive(const std::filesystem::path& path, Inspection& inspection) {
+  const Archive archive = archive_contents(path);
+  inspection.add("kind", "archive of schema '" + archive.schema + "', version " +
+                             std::to_string(archive.version));
+  inspection.add("units", archive.units + ", up " + archive.up_axis);
+  for (const auto& [name, value] : archive.numbers) {
+    inspection.add(name, number(value));
+  }
+  for (const auto& [name, text] : archive.texts) {
+    inspection.add(name, "'" + text.substr(0, 80) + "'");
+  }
+  // With data: damage is found, and ranges can be told.
+  const Archive whole = read_archive(path, archive.schema, archive.version);
+  for (const auto& [name, tensor] : whole.datasets) {
+    inspection.add(name, tensor_text(tensor));
+  }
+}
+
 struct Kind {
   const char* extension;
   void (*inspect)(const std::filesystem::path& path, Inspection& inspection);
@@ -163,6 +209,15 @@ constexpr Kind kKinds[] = {
        inspection.add("kind", "npy");
        inspection.add("array", tensor_text(read_npy(path)));
      }},
+    {".png", inspect_image},
+    {".jpg", inspect_image},
+    {".jpeg", inspect_image},
+    {".tif", inspect_image},
+    {".tiff", inspect_image},
+    {".webp", inspect_image},
+    {".bmp", inspect_image},
+    {".avif", inspect_image},
+    {".h5", inspect_archive},
     {".json", inspect_json},
 };
 
@@ -229,7 +284,8 @@ int run(const std::string& file, bool as_json) {
 Action add_inspect(CLI::App& parser) {
   auto file = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  parser.add_option("FILE", *file, "Mesh, npy, npz, JSON or a result's manifest.json");
+  parser.add_option("FILE", *file,
+                    "Mesh, image, npy, npz, archive, JSON or a result's manifest.json");
   parser.add_flag("--json", *json, "For machines");
   return [file, json] { return run(*file, *json); };
 }

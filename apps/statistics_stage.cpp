@@ -7,10 +7,17 @@
 #include "core/error.h"
 #include "core/io/json.h"
 #include "core/io/sequence_folder.h"
+#include "core/sequence_archive.h"
 #include "core/store/write_text.h"
 
 namespace atelier {
 namespace {
+
+/// Atelier's own sequence, or a folder of mesh files.
+Sequence read_meshes(const std::filesystem::path& path, const MeshConvention& otherwise) {
+  return std::filesystem::exists(path / "sequence.h5") ? open_sequence(path)
+                                                       : read_sequence_folder(path, otherwise);
+}
 
 nlohmann::json json_of(int frame_id, const MeshStatistics& s) {
   nlohmann::json json = {{"frame", frame_id},
@@ -79,7 +86,7 @@ OptionTable describe(StatisticsStageOptions& options) {
 
 void run_statistics(StageRun& run) {
   const auto& options = run.options<StatisticsStageOptions>();
-  const Sequence sequence = read_sequence_folder(
+  const Sequence sequence = read_meshes(
       run.input("meshes"), {.metres_per_unit = metres_of_unit(options.unit), .up = options.up[0]});
   const bool complete = run.each_frame(
       "frames", ".json", sequence.frame_ids, [&](int frame_id, const std::filesystem::path& file) {
