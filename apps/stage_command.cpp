@@ -1,6 +1,7 @@
 #include "apps/stage_command.h"
 
 #include <CLI/CLI.hpp>
+#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -82,6 +83,7 @@ int run(const Stage& stage, StageArguments& arguments) {
   const StageReport report = run_stage(all_stages(), stage, request, events);
   console.show_report(report);
   if (report.end == StageReport::End::Stopped) {
+    std::cout.flush();
     end_by_signal();
   }
   return kExitDone;
