@@ -1,6 +1,7 @@
 #include "core/laplacian.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>

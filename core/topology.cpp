@@ -4,6 +4,7 @@
 #include <array>
 #include <numeric>
 #include <string>
+#include <tuple>
 
 #include "core/error.h"
 
@@ -15,7 +16,9 @@ struct DirectedEdge {
   int high;
   int corner;  // 3 * face + k
 
-  auto operator<=>(const DirectedEdge&) const = default;
+  bool operator<(const DirectedEdge& other) const {
+    return std::tie(low, high, corner) < std::tie(other.low, other.high, other.corner);
+  }
 };
 
 bool degenerate(const Triangles& faces, Index f) {

@@ -15,7 +15,8 @@ class CudaTree {
   explicit CudaTree(const TriangleTree& tree);
 
   /// Boxes from new vertices, [V] on the device, which are copied. Bottom-up, one launch per level
-  /// until levels fit one block: no atomics, the same bits every time.
+  /// until levels fit one block: no atomics, the same bits every time. Vertices must be finite;
+  /// nothing here checks them.
   void refit(const Vec3<T>* vertices);
 
   /// Nearest points of n queries on the device.

@@ -1,6 +1,7 @@
 #include "core/raster.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <numbers>
 
 #include <gtest/gtest.h>
