@@ -1,0 +1,147 @@
+// Programs of others read what we write. Each test skips where its program is not installed.
+
+#include <array>
+#include <cstdio>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include "core/io/image_file.h"
+#include "core/io/mesh_gltf.h"
+#include "core/io/mesh_obj.h"
+#include "core/io/mesh_ply.h"
+#include "tests/support/shapes.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/support/test_data.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+using testing::TemporaryDirectory;
+
+/// What a command prints, "" if it fails.
+std::string output_of(const std::string& command) {
+  std::FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) {
+    return "";
+  }
+  std::string output;
+  std::array<char, 4096> part{};
+  while (const std::size_t count = std::fread(part.data(), 1, part.size(), pipe)) {
+    output.append(part.data(), count);
+  }
+  const int status = pclose(pipe);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? output : "";
+}
+
+std::string assimp_info(const std::filesystem::path& file) {
+  return output_of("assimp info '" + file.string() + "'");
+}
+
+class Assimp : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (output_of("assimp version").empty()) {
+      GTEST_SKIP() << "no program assimp (package assimp-utils)";
+    }
+  }
+  TemporaryDirectory folder;
+};
+
+Mesh ball() {
+  Mesh mesh = testing::sphere(2);
+  mesh.normals = mesh.vertices;
+  mesh.colors = Colors::Constant(mesh.vertices.rows(), 3, 0.5F);
+  mesh.uvs = mesh.vertices.leftCols(2);
+  mesh.uv_faces = mesh.faces;
+  return mesh;
+}
+
+TEST_F(Assimp, ReadsOurObjAndPly) {
+  const Mesh mesh = ball();
+  write_obj(folder / "a.obj", mesh);
+  write_ply(folder / "text.ply", mesh, {.format = PlyFormat::Ascii});
+  write_ply(folder / "little.ply", mesh);
+  write_ply(folder / "big.ply", mesh, {.format = PlyFormat::BinaryBigEndian});
+  write_ply(folder / "exact.ply", mesh, {.exact = true});
+  for (const char* name : {"a.obj", "text.ply", "little.ply", "big.ply", "exact.ply"}) {
+    const std::string info = assimp_info(folder / name);
+    EXPECT_THAT(info, ContainsRegex("Faces: +128\n")) << name;
+    EXPECT_THAT(info, HasSubstr("Minimum point      (-1.000000 -1.000000 -1.000000)")) << name;
+    EXPECT_THAT(info, HasSubstr("Maximum point      (1.000000 1.000000 1.000000)")) << name;
+  }
+}
+
+TEST_F(Assimp, ReadsOurGltf) {
+  write_gltf(folder / "a.glb", gltf_scene(ball()));
+  write_gltf(folder / "a.gltf", gltf_scene(ball()));
+  for (const char* name : {"a.glb", "a.gltf"}) {
+    const std::string info = assimp_info(folder / name);
+    EXPECT_THAT(info, ContainsRegex("Vertices: +66\n")) << name;
+    EXPECT_THAT(info, ContainsRegex("Faces: +128\n")) << name;
+  }
+  std::vector<Mesh> frames(4, ball());
+  frames[2].vertices *= 2;
+  write_gltf(folder / "morph.glb", gltf_morph_sequence(frames, 30));
+  const std::string info = assimp_info(folder / "morph.glb");
+  EXPECT_THAT(info, ContainsRegex("Animations: +1\n"));
+  EXPECT_THAT(info, ContainsRegex("Vertices: +66\n"));
+}
+
+TEST_F(Assimp, ReadsASkinnedPersonThatWeWroteAgain) {
+  ATELIER_TEST_FILE(path, "gltf_skinned/mesh2motion/m2m-custom-animation-success.glb");
+  write_gltf(folder / "a.glb", read_gltf(path));
+  const std::string theirs = assimp_info(path);
+  const std::string ours = assimp_info(folder / "a.glb");
+  for (const char* key : {"Vertices: ", "Faces: ", "Bones: ", "Animations: ", "Animation Channels:",
+                          "Minimum point", "Maximum point"}) {
+    const auto line = [&](const std::string& info) {
+      const std::size_t at = info.find(key);
+      return at == std::string::npos ? "" : info.substr(at, info.find('\n', at) - at);
+    };
+    EXPECT_NE(line(ours), "") << key;
+    EXPECT_EQ(line(ours), line(theirs));
+  }
+}
+
+/// Prints format, mode, size and first pixels of an image as Pillow sees them.
+std::string pillow_view(const std::filesystem::path& file) {
+  return output_of(
+      "/usr/bin/python3 -c \"from PIL import Image; import sys; i = Image.open(sys.argv[1]); "
+      "print(i.format, i.mode, i.size, list(i.getdata())[:4])\" '" +
+      file.string() + "'");
+}
+
+TEST(Pillow, ReadsOurImages) {
+  if (output_of("/usr/bin/python3 -c 'import PIL'; echo $?") != "0\n") {
+    GTEST_SKIP() << "no Pillow (package python3-pil)";
+  }
+  const TemporaryDirectory folder;
+  ByteImage image(2, 2, 3);
+  image.data = {255, 0, 0, 0, 255, 0, 0, 0, 255, 10, 20, 30};
+  const std::string pixels = "(2, 2) [(255, 0, 0), (0, 255, 0), (0, 0, 255), (10, 20, 30)]\n";
+  for (const auto& [name, format] :
+       {std::pair("a.png", "PNG"), std::pair("a.tiff", "TIFF"), std::pair("a.bmp", "BMP")}) {
+    write_image(folder / name, image);
+    EXPECT_EQ(pillow_view(folder / name), std::string(format) + " RGB " + pixels);
+  }
+  for (const auto& [name, format] : {std::pair("a.jpg", "JPEG"), std::pair("a.webp", "WEBP")}) {
+    write_image(folder / name, image);
+    EXPECT_THAT(pillow_view(folder / name), HasSubstr(std::string(format) + " RGB (2, 2)"));
+  }
+  ByteImage labels(2, 2, 1);
+  labels.data = {0, 7, 19, 255};
+  write_labels(folder / "labels.png", labels);
+  EXPECT_EQ(pillow_view(folder / "labels.png"), "PNG P (2, 2) [0, 7, 19, 255]\n");
+  image.channels = 1;
+  image.data.resize(4);
+  write_image(folder / "grey.png", image);
+  EXPECT_EQ(pillow_view(folder / "grey.png"), "PNG L (2, 2) [255, 0, 0, 0]\n");
+}
+
+}  // namespace
+}  // namespace atelier
