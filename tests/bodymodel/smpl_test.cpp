@@ -1,0 +1,437 @@
+#include "bodymodel/smpl.h"
+
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/euler.h"
+#include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
+#include "bodymodel/motion_amass.h"
+#include "bodymodel/rotation.h"
+#include "bodymodel/skinning.h"
+#include "core/error.h"
+#include "core/io/npz.h"
+#include "core/random.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+using Arrays = std::map<std::string, Tensor>;
+
+constexpr std::int64_t kVertices = 30;
+
+template <class T = float>
+Tensor random_tensor(Random& random, std::vector<std::int64_t> shape, double scale) {
+  std::int64_t count = 1;
+  for (const std::int64_t n : shape) {
+    count *= n;
+  }
+  std::vector<T> values(static_cast<std::size_t>(count));
+  for (T& value : values) {
+    value = static_cast<T>(scale * normal(random));
+  }
+  return tensor_of<T>(values, std::move(shape));
+}
+
+Tensor table_of(const std::vector<int>& parents) {
+  std::vector<std::uint32_t> values;
+  for (const int parent : parents) {
+    values.push_back(parent < 0 ? 4'294'967'295u : static_cast<std::uint32_t>(parent));
+  }
+  for (std::size_t j = 0; j < parents.size(); ++j) {
+    values.push_back(static_cast<std::uint32_t>(j));
+  }
+  return tensor_of<std::uint32_t>(values, {2, static_cast<std::int64_t>(parents.size())});
+}
+
+// A tiny file with the structure of one of the family: 30 vertices instead of thousands.
+Arrays smpl_arrays(std::int64_t joints, std::int64_t shapes, bool star = false) {
+  Random random{5};
+  Arrays arrays;
+  arrays["v_template"] = random_tensor(random, {kVertices, 3}, 0.3);
+  std::vector<std::uint32_t> faces;
+  for (std::uint32_t f = 0; f + 2 < kVertices; ++f) {
+    faces.insert(faces.end(), {f, f + 1, f + 2});
+  }
+  arrays["f"] = tensor_of<std::uint32_t>(faces, {kVertices - 2, 3});
+  arrays["shapedirs"] = random_tensor(random, {kVertices, 3, shapes}, 0.02);
+  arrays["posedirs"] =
+      random_tensor(random, {kVertices, 3, star ? 4 * (joints - 1) + 1 : 9 * (joints - 1)}, 0.01);
+  std::vector<float> regressor(static_cast<std::size_t>(joints * kVertices), 0);
+  std::vector<float> weights(static_cast<std::size_t>(joints * kVertices), 0);
+  for (std::int64_t j = 0; j < joints; ++j) {
+    regressor[static_cast<std::size_t>(j * kVertices + j % kVertices)] = 0.75f;
+    regressor[static_cast<std::size_t>(j * kVertices + (j + 7) % kVertices)] = 0.25f;
+  }
+  for (std::int64_t v = 0; v < kVertices; ++v) {
+    weights[static_cast<std::size_t>(v * joints + v % joints)] = 0.6f;
+    weights[static_cast<std::size_t>(v * joints + (v + 3) % joints)] = 0.4f;
+  }
+  arrays["J_regressor"] = tensor_of<float>(regressor, {joints, kVertices});
+  arrays["weights"] = tensor_of<float>(weights, {kVertices, joints});
+  arrays["kintree_table"] = table_of(smpl_parents(joints));
+  return arrays;
+}
+
+BodyModel read(const Arrays& arrays, const SmplOptions& options = {}) {
+  return read_smpl(Npz(npz_bytes(arrays), "body.npz"), options);
+}
+
+TEST(Smpl, TellsTheFamilyByItsJoints) {
+  EXPECT_EQ(read(smpl_arrays(24, 10)).name, "smpl");
+  EXPECT_EQ(read(smpl_arrays(52, 16)).name, "smplh");
+  EXPECT_EQ(read(smpl_arrays(55, 20)).name, "smplx");
+  EXPECT_EQ(read(smpl_arrays(24, 300, true)).name, "star");
+}
+
+TEST(Smpl, JointTreesAreThePublishedOnes) {
+  const std::vector<int> smpl = smpl_parents(24);
+  EXPECT_EQ(smpl, (std::vector<int>{-1, 0, 0, 0,  1,  2,  3,  4,  5,  6,  7,  8,
+                                    9,  9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21}));
+  const std::vector<std::string> x = smpl_joint_names(55);
+  EXPECT_EQ(x[22], "jaw");
+  EXPECT_EQ(x[25], "left_index1");
+  EXPECT_EQ(x[54], "right_thumb3");
+  for (const Index joints : {24, 52, 55}) {
+    Skeleton skeleton;
+    skeleton.names = smpl_joint_names(joints);
+    skeleton.parents = smpl_parents(joints);
+    skeleton.offsets = Points::Ones(joints, 3);
+    EXPECT_NO_THROW(check_skeleton(skeleton));
+    EXPECT_TRUE(find_humanoid(skeleton).has_value());
+  }
+}
+
+// The published formula, written out: joints from the shaped template, correctives from R - I,
+// world transforms down the tree, vertices blended.
+Points published_vertices(const Arrays& a, Index joints, const Pose& pose,
+                          const Eigen::VectorXd& betas) {
+  const RowMatrix rest = matrix_of(a.at("v_template"));
+  const std::vector<double> shapes = doubles_of(a.at("shapedirs"));
+  const std::vector<double> poses = doubles_of(a.at("posedirs"));
+  const RowMatrix regressor = matrix_of(a.at("J_regressor"));
+  const RowMatrix weights = matrix_of(a.at("weights"));
+  const std::int64_t shape_count = a.at("shapedirs").shape[2];
+  const std::int64_t pose_count = a.at("posedirs").shape[2];
+  RowMatrix shaped = rest;
+  for (Index i = 0; i < shaped.size(); ++i) {
+    for (Index s = 0; s < betas.size(); ++s) {
+      shaped.data()[i] += betas[s] * shapes[static_cast<std::size_t>(i * shape_count + s)];
+    }
+  }
+  const RowMatrix j = regressor * shaped;
+  Eigen::VectorXd feature(9 * (joints - 1));
+  for (Index k = 1; k < joints; ++k) {
+    const Eigen::Matrix3d d = rotation_matrix(pose.rotations.row(k)) - Eigen::Matrix3d::Identity();
+    for (int e = 0; e < 9; ++e) {
+      feature[9 * (k - 1) + e] = d(e / 3, e % 3);
+    }
+  }
+  for (Index i = 0; i < shaped.size(); ++i) {
+    for (Index p = 0; p < pose_count; ++p) {
+      shaped.data()[i] += feature[p] * poses[static_cast<std::size_t>(i * pose_count + p)];
+    }
+  }
+  std::vector<Eigen::Matrix4d> world(static_cast<std::size_t>(joints));
+  const std::vector<int> parents = smpl_parents(joints);
+  for (Index k = 0; k < joints; ++k) {
+    Eigen::Matrix4d local = Eigen::Matrix4d::Identity();
+    local.topLeftCorner<3, 3>() = rotation_matrix(pose.rotations.row(k));
+    local.topRightCorner<3, 1>() = j.row(k);
+    if (parents[k] >= 0) {
+      local.topRightCorner<3, 1>() -= j.row(parents[k]);
+      local = world[parents[k]] * local;
+    }
+    world[k] = local;
+  }
+  Points result(shaped.rows(), 3);
+  for (Index v = 0; v < shaped.rows(); ++v) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (Index k = 0; k < joints; ++k) {
+      const Eigen::Vector3d local = shaped.row(v) - j.row(k);
+      sum += weights(v, k) *
+             (world[k].topLeftCorner<3, 3>() * local + world[k].topRightCorner<3, 1>());
+    }
+    result.row(v) = sum + pose.root_translation;
+  }
+  return result;
+}
+
+TEST(Smpl, VerticesAreThoseOfThePublishedFormula) {
+  for (const Index joints : {24, 52, 55}) {
+    const Arrays arrays = smpl_arrays(joints, 20);
+    const BodyModel model = read(arrays);
+    Random random{9};
+    Pose pose = rest_pose(model.skeleton);
+    for (Index i = 0; i < pose.rotations.size(); ++i) {
+      pose.rotations.data()[i] = 0.5 * normal(random);
+    }
+    pose.root_translation = {0.3, -0.2, 1};
+    Eigen::VectorXd betas(10);
+    for (Index i = 0; i < 10; ++i) {
+      betas[i] = normal(random);
+    }
+    // 0.6f + 0.4f is a rounding error of float away from 1, which the reader takes out.
+    EXPECT_LT((skin_vertices(model, pose, betas) - published_vertices(arrays, joints, pose, betas))
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-6);
+  }
+}
+
+TEST(Smpl, FlatPoseDirectionsAreTheSame) {
+  Arrays arrays = smpl_arrays(24, 10);
+  const BodyModel model = read(arrays);
+  const std::vector<double> values = doubles_of(arrays["posedirs"]);
+  std::vector<double> flat(values.size());
+  for (std::size_t i = 0; i < 3 * kVertices; ++i) {
+    for (std::size_t p = 0; p < 207; ++p) {
+      flat[p * 3 * kVertices + i] = values[i * 207 + p];
+    }
+  }
+  arrays["posedirs"] = tensor_of<double>(flat, {207, 3 * kVertices});
+  const BodyModel other = read(arrays);
+  EXPECT_EQ(other.correctives[100].surface.offsets, model.correctives[100].surface.offsets);
+}
+
+TEST(Smpl, StarAddsItsLastFeatureToTheSecondShape) {
+  Arrays arrays = smpl_arrays(24, 10, true);
+  const BodyModel model = read(arrays);
+  EXPECT_EQ(model.correctives.size(), 92u);
+  EXPECT_EQ(model.correctives[0].feature, PoseFeature::QuaternionEntry);
+  const std::vector<double> shapes = doubles_of(arrays["shapedirs"]);
+  const std::vector<double> poses = doubles_of(arrays["posedirs"]);
+  EXPECT_NEAR(model.shape[1].surface.offsets(4, 2),
+              shapes[(4 * 3 + 2) * 10 + 1] + poses[(4 * 3 + 2) * 93 + 92], 1e-12);
+}
+
+TEST(Smpl, ExpressionsComeAfterTheShapes) {
+  SmplOptions options;
+  options.betas = 4;
+  options.expressions = 2;
+  const BodyModel model = read(smpl_arrays(55, 20), options);
+  ASSERT_EQ(model.shape.size(), 6u);
+  EXPECT_EQ(model.shape[4].name, "expression_0");
+  const std::vector<double> shapes = doubles_of(smpl_arrays(55, 20)["shapedirs"]);
+  EXPECT_NEAR(model.shape[4].surface.offsets(0, 0), shapes[10], 1e-12);
+}
+
+struct SmplDamage {
+  const char* name;
+  void (*spoil)(Arrays&);
+  const char* where;
+  const char* message;
+};
+
+class SmplRefusal : public ::testing::TestWithParam<SmplDamage> {};
+
+TEST_P(SmplRefusal, NamesTheArrayAndWhatIsExpected) {
+  Arrays arrays = smpl_arrays(24, 10);
+  GetParam().spoil(arrays);
+  EXPECT_THAT([&] { read(arrays); },
+              ThrowsMessage<DataError>(AllOf(HasSubstr("body.npz"), HasSubstr(GetParam().where),
+                                             HasSubstr(GetParam().message))));
+}
+
+Tensor zeros(std::vector<std::int64_t> shape) {
+  std::int64_t count = 1;
+  for (const std::int64_t n : shape) {
+    count *= n;
+  }
+  return tensor_of<float>(std::vector<float>(static_cast<std::size_t>(count)), std::move(shape));
+}
+
+float* floats(Tensor& tensor) {
+  return reinterpret_cast<float*>(tensor.data.data());
+}
+
+const SmplDamage kSmplDamages[] = {
+    {"NoTemplate", [](Arrays& a) { a.erase("v_template"); }, "'v_template'", "missing"},
+    {"NoWeights", [](Arrays& a) { a.erase("weights"); }, "'weights'", "missing"},
+    {"NoRegressor", [](Arrays& a) { a.erase("J_regressor"); }, "'J_regressor'", "missing"},
+    {"NoTree", [](Arrays& a) { a.erase("kintree_table"); }, "'kintree_table'", "missing"},
+    {"NoPoseDirections", [](Arrays& a) { a.erase("posedirs"); }, "'posedirs'", "missing"},
+    {"TemplateShape",
+     [](Arrays& a) {
+       a["v_template"] = zeros({kVertices, 4});
+     },
+     "shape [30,4]", "[V,3]"},
+    {"ShapesShape",
+     [](Arrays& a) {
+       a["shapedirs"] = zeros({29, 3, 10});
+     },
+     "shape [29,3,10]", "30 vertices"},
+    {"PosesShape",
+     [](Arrays& a) {
+       a["posedirs"] = zeros({kVertices, 3, 200});
+     },
+     "shape [30,3,200]", "P = 207 rotation entries (SMPL) or 93 (STAR)"},
+    {"WeightsShape",
+     [](Arrays& a) {
+       a["weights"] = zeros({kVertices, 25});
+     },
+     "shape [30,25]", "24 joints (SMPL, STAR), 52 (SMPL-H) or 55 (SMPL-X)"},
+    {"RegressorTransposed",
+     [](Arrays& a) {
+       a["J_regressor"] = zeros({kVertices, 24});
+     },
+     "shape [30,24]", "24 joints and 30 vertices"},
+    {"TreeShape", [](Arrays& a) { a["kintree_table"] = table_of(smpl_parents(52)); },
+     "shape [2,52]", "[2,24]"},
+    {"Cycle",
+     [](Arrays& a) {
+       std::vector<int> parents = smpl_parents(24);
+       parents[3] = 9;
+       a["kintree_table"] = table_of(parents);
+     },
+     "spine1", "no cycles"},
+    {"TwoRoots",
+     [](Arrays& a) {
+       std::vector<int> parents = smpl_parents(24);
+       parents[3] = -1;
+       a["kintree_table"] = table_of(parents);
+     },
+     "a second root", "one root"},
+    {"ParentOutOfRange",
+     [](Arrays& a) {
+       std::vector<int> parents = smpl_parents(24);
+       parents[3] = 24;
+       a["kintree_table"] = table_of(parents);
+     },
+     "parent 24", "[0, 24)"},
+    {"WeightsNotOne", [](Arrays& a) { floats(a["weights"])[0] += 0.2f; },
+     "skin weights of vertex 0", "a sum of 1"},
+    {"NanTemplate", [](Arrays& a) { floats(a["v_template"])[7] = NAN; }, "v_template", "finite"},
+    {"InfDirections", [](Arrays& a) { floats(a["posedirs"])[7] = INFINITY; }, "posedirs", "finite"},
+    {"FaceOutOfRange",
+     [](Arrays& a) { reinterpret_cast<std::uint32_t*>(a["f"].data.data())[3] = 30; }, "index 30",
+     "0 to 29"},
+    {"Centimetres",
+     [](Arrays& a) {
+       for (std::size_t i = 0; i < 3 * kVertices; ++i) {
+         floats(a["v_template"])[i] *= 100;
+       }
+     },
+     "tall", "metres, Y up: 0.3 to 3"},
+    {"TextTemplate",
+     [](Arrays& a) {
+       a["v_template"] = Tensor{ElementType::Text, {1, 3}, {}, {"a", "b", "c"}};
+     },
+     "v_template", ""},
+};
+
+INSTANTIATE_TEST_SUITE_P(Files, SmplRefusal, ::testing::ValuesIn(kSmplDamages),
+                         [](const auto& damage) { return std::string(damage.param.name); });
+
+Arrays amass_arrays(std::int64_t columns = 156) {
+  Random random{6};
+  Arrays arrays;
+  arrays["poses"] = random_tensor<double>(random, {4, columns}, 0.4);
+  arrays["trans"] = random_tensor<double>(random, {4, 3}, 1);
+  arrays["betas"] = random_tensor<double>(random, {16}, 1);
+  arrays["mocap_framerate"] = tensor_of<double>(std::vector<double>{120}, {});
+  return arrays;
+}
+
+MotionClip read_motion(const Arrays& arrays, const BodyModel* model = nullptr) {
+  return read_amass(Npz(npz_bytes(arrays), "walk_poses.npz"), model);
+}
+
+TEST(Amass, TurnsTheWorldAndNothingElse) {
+  const BodyModel model = read(smpl_arrays(52, 16));
+  const Arrays arrays = amass_arrays();
+  const MotionClip clip = read_motion(arrays, &model);
+  EXPECT_EQ(clip.motion.fps, 120);
+  const std::vector<double> poses = doubles_of(arrays.at("poses"));
+  const std::vector<double> trans = doubles_of(arrays.at("trans"));
+  Eigen::VectorXd shape(10);
+  for (int i = 0; i < 10; ++i) {
+    shape[i] = doubles_of(arrays.at("betas"))[static_cast<std::size_t>(i)];
+  }
+  const Skeleton skeleton = shaped_skeleton(model, shape);
+  for (std::size_t frame = 0; frame < 4; ++frame) {
+    Pose z_up;
+    z_up.rotations = Eigen::Map<const Points>(poses.data() + 156 * frame, 52, 3);
+    z_up.root_translation = Eigen::Map<const Eigen::Vector3d>(trans.data() + 3 * frame);
+    const Points was = forward_kinematics(skeleton, z_up).positions;
+    const Points is = forward_kinematics(clip.skeleton, clip.motion.poses[frame]).positions;
+    Points expected(was.rows(), 3);
+    expected << was.col(0), was.col(2), -was.col(1);
+    EXPECT_LT((is - expected).norm(), 1e-12);
+  }
+}
+
+TEST(Amass, BothFlavoursAndAnAverageAdult) {
+  for (const std::int64_t columns : {72, 156, 165}) {
+    const MotionClip clip = read_motion(amass_arrays(columns));
+    EXPECT_EQ(clip.skeleton.names.size(), static_cast<std::size_t>(columns / 3));
+    ASSERT_EQ(clip.findings.size(), 1u);
+    EXPECT_EQ(clip.findings[0].code, "motion-skeleton");
+    EXPECT_NEAR(leg_length(clip.skeleton, recognised_humanoid(clip.skeleton)), 0.83, 0.01);
+  }
+}
+
+TEST(Amass, StageiiArraysAreTheSameMotion) {
+  Arrays arrays = amass_arrays(165);
+  const MotionClip whole = read_motion(arrays);
+  const std::vector<double> poses = doubles_of(arrays["poses"]);
+  arrays.erase("poses");
+  arrays["mocap_frame_rate"] = arrays["mocap_framerate"];
+  arrays.erase("mocap_framerate");
+  const auto part = [&](const char* name, std::int64_t first, std::int64_t count) {
+    std::vector<double> values;
+    for (std::int64_t frame = 0; frame < 4; ++frame) {
+      values.insert(values.end(), poses.begin() + frame * 165 + first,
+                    poses.begin() + frame * 165 + first + count);
+    }
+    arrays[name] = tensor_of<double>(values, {4, count});
+  };
+  part("root_orient", 0, 3);
+  part("pose_body", 3, 63);
+  part("pose_jaw", 66, 3);
+  part("pose_eye", 69, 6);
+  part("pose_hand", 75, 90);
+  const MotionClip parts = read_motion(arrays);
+  EXPECT_EQ(parts.motion.poses[3].rotations, whole.motion.poses[3].rotations);
+}
+
+TEST(Amass, RefusesBrokenFiles) {
+  const auto refused = [](void (*spoil)(Arrays&), const char* where, const char* message) {
+    Arrays arrays = amass_arrays();
+    spoil(arrays);
+    EXPECT_THAT([&] { read_motion(arrays); },
+                ThrowsMessage<DataError>(
+                    AllOf(HasSubstr("walk_poses.npz"), HasSubstr(where), HasSubstr(message))));
+  };
+  refused([](Arrays& a) { a.erase("trans"); }, "'trans'", "missing");
+  refused([](Arrays& a) { a.erase("poses"); }, "'root_orient'", "missing");
+  refused([](Arrays& a) { a.erase("mocap_framerate"); }, "'mocap_framerate'", "missing");
+  refused([](Arrays& a) { a["poses"] = zeros({4, 150}); }, "150 columns", "156 (SMPL-H)");
+  refused([](Arrays& a) { a["poses"] = zeros({3, 156}); }, "3 frames", "4, as 'trans' has");
+  refused([](Arrays& a) { a["trans"] = zeros({4, 2}); }, "trans", "");
+  refused([](Arrays& a) { a["trans"] = zeros({0, 3}); }, "0 frames", "1 to");
+  refused(
+      [](Arrays& a) {
+        a["trans"] = zeros({4, 3});
+        floats(a["trans"])[5] = NAN;
+      },
+      "trans", "finite");
+  refused([](Arrays& a) { a["mocap_framerate"] = tensor_of<double>(std::vector<double>{0}, {}); },
+          "mocap_framerate", "more than 0");
+}
+
+TEST(Amass, RefusesABodyOfAnotherFamily) {
+  const BodyModel model = read(smpl_arrays(24, 10));
+  EXPECT_THAT([&] { read_motion(amass_arrays(156), &model); },
+              ThrowsMessage<DataError>(HasSubstr("24 as body model smpl has")));
+}
+
+}  // namespace
+}  // namespace atelier
