@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "core/parallel.h"
+#include "core/render/reflectance.h"
 
 namespace atelier {
 
@@ -89,22 +90,15 @@ float brightness_density(const EnvironmentLight& light, Vec3f d) {
 
 Vec3f lobe_mean(const EnvironmentLight& light, Vec3f direction, float roughness) {
   const Frame frame(direction);
-  const float a2 = roughness * roughness * roughness * roughness;
   Vec3f sum{0, 0, 0};
   float weight = 0;
   for (std::uint32_t i = 0; i < kLobeSamples; ++i) {
-    const Point2f u = sobol_point(i, 3);
-    const float cos_h = std::sqrt((1 - u.x) / (1 + (a2 - 1) * u.x));
-    const float sin_h = std::sqrt(std::max(0.0f, 1 - cos_h * cos_h));
-    const float cos_l = 2 * cos_h * cos_h - 1;
-    if (cos_l <= 0) {
-      continue;
+    const Vec3f h = gloss_half_vector(sobol_point(i, 3), roughness);
+    const Vec3f l{2 * h.z * h.x, 2 * h.z * h.y, 2 * h.z * h.z - 1};  // of a view along the normal
+    if (l.z > 0) {
+      sum += l.z * radiance(light, frame.world(l));
+      weight += l.z;
     }
-    const float sin_l = 2 * cos_h * sin_h;
-    const float phi = 2 * kPi * u.y;
-    sum +=
-        cos_l * radiance(light, frame.world({sin_l * std::cos(phi), sin_l * std::sin(phi), cos_l}));
-    weight += cos_l;
   }
   return (1 / weight) * sum;
 }

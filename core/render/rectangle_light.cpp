@@ -45,6 +45,18 @@ RectangleLight rectangle_light(const AreaLight& light) {
   return r;
 }
 
+float distance_to(const RectangleLight& light, Vec3f origin, Vec3f direction) {
+  const float towards = -dot(direction, light.normal);
+  if (towards <= 0) {
+    return 0;
+  }
+  const float distance = dot(origin - light.center, light.normal) / towards;
+  const Vec3f p = origin + distance * direction - light.center;
+  const bool inside = std::abs(dot(p, light.half_u)) <= squared_norm(light.half_u) &&
+                      std::abs(dot(p, light.half_v)) <= squared_norm(light.half_v);
+  return inside ? std::max(0.0f, distance) : 0.0f;
+}
+
 FormFactor form_factor(const RectangleLight& light, Vec3f point, Vec3f normal) {
   if (dot(point - light.center, light.normal) <= 0) {
     return {0, false};

@@ -25,6 +25,9 @@ struct FormFactor {
 };
 FormFactor form_factor(const RectangleLight& light, Vec3f point, Vec3f normal);
 
+/// Distance along a ray to the shining side, 0 if it misses.
+float distance_to(const RectangleLight& light, Vec3f origin, Vec3f direction);
+
 /// Point of the rectangle.
 inline Vec3f light_point(const RectangleLight& light, Point2f u) {
   return light.center + (2 * u.x - 1) * light.half_u + (2 * u.y - 1) * light.half_v;

@@ -3,8 +3,6 @@
 #include <array>
 #include <numbers>
 
-#include "core/render/sampling.h"
-
 namespace atelier {
 
 namespace {
@@ -25,28 +23,26 @@ float column_cosine(int i) {
   return std::max(1e-3f, static_cast<float>(i) / (kCosines - 1));
 }
 
+// Trowbridge and Reitz's distribution; a2 is the fourth power of the roughness.
+float distribution(float n_dot_h, float a2) {
+  const float d = (a2 - 1) * n_dot_h * n_dot_h + 1;
+  return a2 / (kPi * d * d);
+}
+
 GlossAlbedo integrate_gloss(float n_dot_v, float roughness) {
-  const float alpha = roughness * roughness;
   const Vec3f v{std::sqrt(std::max(0.0f, 1 - n_dot_v * n_dot_v)), 0, n_dot_v};
   double scale = 0;
   double bias = 0;
   for (std::uint32_t i = 0; i < kQuadrature; ++i) {
-    const Point2f u = sobol_point(i, 1);
     // Half vectors by the distribution itself: the integrand becomes smooth.
-    const float cos_h = std::sqrt((1 - u.x) / (1 + (alpha * alpha - 1) * u.x));
-    const float sin_h = std::sqrt(std::max(0.0f, 1 - cos_h * cos_h));
-    const float phi = 2 * kPi * u.y;
-    const Vec3f h{sin_h * std::cos(phi), sin_h * std::sin(phi), cos_h};
+    const Vec3f h = gloss_half_vector(sobol_point(i, 1), roughness);
     const float v_dot_h = dot(v, h);
     const float n_dot_l = 2 * v_dot_h * h.z - v.z;
     if (n_dot_l <= 0 || v_dot_h <= 0) {
       continue;
     }
-    // weight = brdf NoL / pdf with pdf = D NoH / (4 VoH)
-    const float d = (alpha * alpha - 1) * cos_h * cos_h + 1;
-    const float distribution = alpha * alpha / (kPi * d * d);
-    const float weight = ggx(n_dot_v, n_dot_l, cos_h, roughness) * n_dot_l * 4 * v_dot_h /
-                         std::max(1e-12f, distribution * cos_h);
+    const float weight = ggx(n_dot_v, n_dot_l, h.z, roughness) * n_dot_l /
+                         std::max(1e-12f, gloss_density(h.z, v_dot_h, roughness));
     const float w = fresnel_weight(v_dot_h);
     scale += weight * (1 - w);
     bias += weight * w;
@@ -88,11 +84,22 @@ const Tables& tables() {
 
 float ggx(float n_dot_v, float n_dot_l, float n_dot_h, float roughness) {
   const float a2 = roughness * roughness * roughness * roughness;
-  const float d = (a2 - 1) * n_dot_h * n_dot_h + 1;
-  const float distribution = a2 / (kPi * d * d);
   const float masking = n_dot_l * std::sqrt(n_dot_v * n_dot_v * (1 - a2) + a2);
   const float shadowing = n_dot_v * std::sqrt(n_dot_l * n_dot_l * (1 - a2) + a2);
-  return distribution * 0.5f / std::max(1e-7f, masking + shadowing);
+  return distribution(n_dot_h, a2) * 0.5f / std::max(1e-7f, masking + shadowing);
+}
+
+Vec3f gloss_half_vector(Point2f u, float roughness) {
+  const float a2 = roughness * roughness * roughness * roughness;
+  const float cos_h = std::sqrt((1 - u.x) / (1 + (a2 - 1) * u.x));
+  const float sin_h = std::sqrt(std::max(0.0f, 1 - cos_h * cos_h));
+  const float phi = 2 * kPi * u.y;
+  return {sin_h * std::cos(phi), sin_h * std::sin(phi), cos_h};
+}
+
+float gloss_density(float n_dot_h, float v_dot_h, float roughness) {
+  const float a2 = roughness * roughness * roughness * roughness;
+  return distribution(n_dot_h, a2) * n_dot_h / (4 * std::max(1e-6f, v_dot_h));
 }
 
 float fresnel_weight(float v_dot_h) {
@@ -121,8 +128,8 @@ float sheen(float n_dot_v, float n_dot_l, float n_dot_h) {
   constexpr float kInverse = 1 / kSheenRoughness;
   const float sin2 = std::max(0.0f, 1 - n_dot_h * n_dot_h);
   static_assert(kInverse == 2.0f, "pow(sin, 1/roughness) is written as sin^2 below");
-  const float distribution = (2 + kInverse) * sin2 / (2 * kPi);
-  return distribution / (4 * std::max(1e-4f, n_dot_l + n_dot_v - n_dot_l * n_dot_v));
+  const float density = (2 + kInverse) * sin2 / (2 * kPi);
+  return density / (4 * std::max(1e-4f, n_dot_l + n_dot_v - n_dot_l * n_dot_v));
 }
 
 float sheen_albedo(float n_dot_v) {

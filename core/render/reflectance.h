@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/render/sampling.h"
 #include "core/render/vector_math.h"
 
 namespace atelier {
@@ -8,6 +9,12 @@ namespace atelier {
 /// the gloss without its Fresnel factor (Walter 2007, Heitz 2014). `roughness` is perceptual: alpha
 /// = roughness^2. Cosines are positive.
 float ggx(float n_dot_v, float n_dot_l, float n_dot_h, float roughness);
+
+/// Half vector about +Z with density D cos, D the distribution of `ggx`.
+Vec3f gloss_half_vector(Point2f u, float roughness);
+
+/// Density, over solid angle, of the directions that reflect at such half vectors.
+float gloss_density(float n_dot_h, float v_dot_h, float roughness);
 
 /// Schlick's Fresnel factor 1 - (1 - F0) ... as the weight w of F = F0 (1 - w) + w.
 float fresnel_weight(float v_dot_h);

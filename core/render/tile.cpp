@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/random.h"
+#include "core/render/reflectance.h"
 #include "core/render/shading_point.h"
 
 namespace atelier {
@@ -19,6 +20,8 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr int kFirstRun = 4;  // samples of each pixel that are shaded together: first these, which
 constexpr int kNextRun = 16;  // may show that a tile is empty, then as many as stay in cache
+
+constexpr float kSharpRoughness = 0.5f;  // below, gloss is also sampled by its lobe (our choice)
 
 // One sample's surface and the light gathered so far.
 struct Shaded {
@@ -35,8 +38,9 @@ struct LightSum {
   FormFactor form;
   float weight = 0;   // of all rays
   float visible = 0;  // of those that arrive
-  Vec3f gloss{0, 0, 0};
   int rays = 0;
+  Vec3f gloss{0, 0, 0};
+  int gloss_rays = 0;
 };
 
 // The environment's irradiance from one sample.
@@ -248,7 +252,7 @@ class Tile {
     }
   }
 
-  void add_shadow_rays(std::size_t l, std::uint32_t i, int first, int count) {
+  void add_shadow_rays(std::size_t l, std::uint32_t i, int first, int count, bool refining) {
     const RectangleLight& light = scene_.lights[l];
     const Shaded& s = shaded_[i];
     LightSum& sum = sums_[i];
@@ -256,6 +260,8 @@ class Tile {
     const std::uint32_t light_seed =
         sobol::mixed_bits(seeds_[s.pixel].word[2] + static_cast<std::uint32_t>(l));
     sum.rays += count;
+    const bool sharp = is_sharp(s.point);
+    sum.gloss_rays += sharp && refining ? 0 : count;
     for (int k = 0; k < count; ++k) {
       const Point2f u = sobol_point(static_cast<std::uint32_t>(first + k) & 0xFFFFu, light_seed);
       const Vec3f to_light = light_point(light, u) - origin;
@@ -273,15 +279,61 @@ class Tile {
       ShadowRay ray{};
       ray.shaded = i;
       ray.weight = weight;
-      if (s.point.gloss > 0 || s.point.sheen > 0) {
+      if (!sharp || !refining) {
         const float inverse = 1 / std::sqrt(distance2);
-        const float solid = light_dot_d * inverse / distance2 * light.area;
-        ray.gloss =
-            solid * product(light.radiance,
-                            gloss_towards_viewer(s.point, inverse * to_light, n_dot_d * inverse));
+        ray.gloss = gloss_sample(light, s.point, inverse * to_light, distance2, sharp);
       }
       // The direction is not a unit vector: the ray's parameter runs from 0 to 1.
       ray.ray = rays_.add(origin, to_light, scene_.epsilon / std::sqrt(distance2), 1 - 1e-4f);
+      shadow_rays_.push_back(ray);
+    }
+  }
+
+  // A narrow lobe: points of the light alone would hardly ever fall into it.
+  static bool is_sharp(const ShadingPoint& point) {
+    return point.gloss > 0 && point.roughness < kSharpRoughness;
+  }
+
+  // One ray's share of gloss and sheen. Where rays also follow the lobe, as many as go to points of
+  // the light, both are weighted by the balance heuristic (Veach 1995).
+  Vec3f gloss_sample(const RectangleLight& light, const ShadingPoint& point, Vec3f direction,
+                     float distance2, bool sharp) const {
+    if (point.gloss <= 0 && point.sheen <= 0) {
+      return {0, 0, 0};
+    }
+    const float cos_light = std::max(1e-6f, -dot(direction, light.normal));
+    float density = distance2 / (cos_light * light.area);
+    if (sharp) {
+      const Vec3f half = normalized(point.view + direction);
+      density += gloss_density(std::max(0.0f, dot(point.normal, half)), dot(point.view, half),
+                               point.roughness);
+    }
+    return (1 / density) *
+           product(light.radiance,
+                   gloss_towards_viewer(point, direction, dot(point.normal, direction)));
+  }
+
+  void add_lobe_rays(std::size_t l, std::uint32_t i, int first, int count) {
+    const RectangleLight& light = scene_.lights[l];
+    const ShadingPoint& point = shaded_[i].point;
+    const Vec3f origin = point.position + scene_.epsilon * point.facet;
+    const Frame frame(point.normal);
+    const std::uint32_t lobe_seed =
+        sobol::mixed_bits(seeds_[shaded_[i].pixel].word[3] + static_cast<std::uint32_t>(l));
+    for (int k = 0; k < count; ++k) {
+      const Point2f u = sobol_point(static_cast<std::uint32_t>(first + k) & 0xFFFFu, lobe_seed);
+      const Vec3f half = frame.world(gloss_half_vector(u, point.roughness));
+      const Vec3f direction = normalized(2 * dot(point.view, half) * half - point.view);
+      const float distance = distance_to(light, origin, direction);
+      if (dot(direction, point.normal) <= 0 || distance <= 0 ||
+          (scene_.ground &&
+           origin.y + distance * direction.y < static_cast<float>(scene_.ground->height))) {
+        continue;
+      }
+      ShadowRay ray{};
+      ray.shaded = i;
+      ray.gloss = gloss_sample(light, point, direction, distance * distance, true);
+      ray.ray = rays_.add(origin, direction, scene_.epsilon, distance * (1 - 1e-4f));
       shadow_rays_.push_back(ray);
     }
   }
@@ -307,8 +359,11 @@ class Tile {
         sums_[i].form = form_factor(light, shaded_[i].point.position, shaded_[i].point.normal);
       }
       if (on_paper(shaded_[i]) || sums_[i].form.value > 0) {
-        add_shadow_rays(l, i, static_cast<int>(shaded_[i].index) * options_.shadow_samples,
-                        options_.shadow_samples);
+        const int first = static_cast<int>(shaded_[i].index) * options_.shadow_samples;
+        add_shadow_rays(l, i, first, options_.shadow_samples, false);
+        if (is_sharp(shaded_[i].point)) {
+          add_lobe_rays(l, i, first, options_.shadow_samples);
+        }
       }
     }
     trace_shadows();
@@ -339,8 +394,8 @@ class Tile {
         detailed_ = true;
         continue;
       }
-      s.light +=
-          diffuse_light(s.point, irradiance) + (1 / static_cast<float>(sum.rays)) * sum.gloss;
+      s.light += diffuse_light(s.point, irradiance) +
+                 (1 / static_cast<float>(std::max(1, sum.gloss_rays))) * sum.gloss;
     }
   }
 
@@ -378,7 +433,7 @@ class Tile {
       }
       if (high - low > 1e-4f) {
         add_shadow_rays(l, i, base + static_cast<int>(shaded_[i].index) * options_.penumbra_samples,
-                        options_.penumbra_samples);
+                        options_.penumbra_samples, true);
       }
     }
     trace_shadows();

@@ -254,6 +254,57 @@ TEST(AreaLight, LightBehindTheHorizonIsUnbiased) {
   EXPECT_NEAR(render(scene, camera, {.samples = 256}).at(2, 2), expected, 0.01 * expected);
 }
 
+// A polished metal floor under a wide light shows the light itself, nearly without noise.
+TEST(AreaLight, PolishedMetalMirrorsIt) {
+  Scene scene;
+  Look look = matt({1, 1, 1});
+  look.metallic = 1;
+  look.roughness = 0.08f;
+  scene.meshes.push_back({rectangle({0, 0, 0}, {2, 0, 0}, {0, 0, -2}), look});
+  scene.area_lights.push_back(overhead(1, 1, 2));
+  scene.area_lights.back().radiance = {3, 3, 3};
+  const Camera camera = look_at({0, 2, 0.4}, {0, 0, 0}, 16, 16, 100);
+  const Image image = render(scene, camera, {.samples = 8});
+  double sum = 0;
+  for (int y = 4; y < 12; ++y) {
+    for (int x = 4; x < 12; ++x) {
+      sum += image.at(x, y);
+      EXPECT_NEAR(image.at(x, y), 3, 0.6);
+    }
+  }
+  EXPECT_NEAR(sum / 64, 3, 0.06);
+}
+
+// Where both ways of sampling gloss meet, the light is the same on both sides.
+TEST(AreaLight, GlossDoesNotDependOnHowItIsSampled) {
+  Scene scene;
+  Look look = matt({0, 0, 0});
+  look.specular = 1;
+  scene.meshes.push_back({rectangle({0, 0, 0}, {2, 0, 0}, {0, 0, -2}), look});
+  scene.area_lights.push_back(overhead(0.4, 0.4, 2));
+  const Camera camera = look_at({0, 2, 1}, {0, 0, 0}, 12, 12, 12);
+  const auto total = [&](float roughness) {
+    scene.meshes[0].look.roughness = roughness;
+    double sum = 0;
+    for (const float value : render(scene, camera, {.samples = 512}).data) {
+      sum += value;
+    }
+    return sum;
+  };
+  const double below = total(0.499f);
+  EXPECT_GT(below, 0);
+  EXPECT_NEAR(total(0.501f), below, 0.015 * below);
+}
+
+TEST(AreaLight, RaysMeetTheShiningSideOnly) {
+  const RectangleLight light = rectangle_light(overhead(0.5, 0.25, 2));
+  EXPECT_NEAR(distance_to(light, {0.4f, 0, 0.2f}, {0, 1, 0}), 2, 1e-6);
+  EXPECT_EQ(distance_to(light, {0.6f, 0, 0}, {0, 1, 0}), 0);
+  EXPECT_EQ(distance_to(light, {0, 0, 0.3f}, {0, 1, 0}), 0);
+  EXPECT_EQ(distance_to(light, {0, 4, 0}, {0, -1, 0}), 0);
+  EXPECT_EQ(distance_to(light, {0, 3, 0}, {0, 1, 0}), 0);
+}
+
 // Share of the cosine-weighted sky that an endless wall of height h at distance x hides.
 double wall_share(double x, double h) {
   return 0.5 * (1 - x / std::sqrt(x * x + h * h));
