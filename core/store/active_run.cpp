@@ -99,8 +99,8 @@ bool ActiveRun::each_frame(const std::string& folder, const std::string& extensi
     frames_missing_ = true;  // another run has found everything done, and committed
     return false;
   }
-  for (auto& [frame_id, record] : read_frame_logs(plan_.staging_folder)) {
-    frames_.try_emplace(frame_id, record);
+  for (auto& [frame_id, record] : logged_frames(folder, extension, frame_ids)) {
+    frames_.try_emplace(frame_id, record);  // of other shards
   }
   frames_missing_ = std::any_of(frame_ids.begin(), frame_ids.end(),
                                 [&](int frame_id) { return !frames_.contains(frame_id); });
@@ -124,16 +124,27 @@ bool ActiveRun::open_frames(const std::string& folder, const std::string& extens
                            "another run is working on some of these frames; wait until it ends, or "
                            "give each run a --shard i/n of its own");
   }
-  frames_ = read_frame_logs(plan_.staging_folder);
-  std::erase_if(frames_, [&](const auto& entry) {
-    return !std::binary_search(frame_ids.begin(), frame_ids.end(), entry.first) ||
-           entry.second.output.path != frame_path(folder, entry.first, extension) ||
-           (request_.force && std::binary_search(mine.begin(), mine.end(), entry.first));
-  });
+  frames_ = logged_frames(folder, extension, frame_ids);
+  if (request_.force) {
+    std::erase_if(frames_, [&](const auto& entry) {
+      return std::binary_search(mine.begin(), mine.end(), entry.first);
+    });
+  }
   drop_damaged_frames(folder, extension);
   make_private_directory(plan_.staging_folder / folder);
   log_ = std::make_unique<FrameLog>(plan_.staging_folder);
   return true;
+}
+
+std::map<int, FrameRecord> ActiveRun::logged_frames(const std::string& folder,
+                                                    const std::string& extension,
+                                                    const std::vector<int>& frame_ids) const {
+  std::map<int, FrameRecord> frames = read_frame_logs(plan_.staging_folder);
+  std::erase_if(frames, [&](const auto& entry) {
+    return !std::binary_search(frame_ids.begin(), frame_ids.end(), entry.first) ||
+           entry.second.output.path != frame_path(folder, entry.first, extension);
+  });
+  return frames;
 }
 
 void ActiveRun::drop_damaged_frames(const std::string& folder, const std::string& extension) {

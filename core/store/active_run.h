@@ -54,6 +54,9 @@ class ActiveRun : public StageRun {
   /// staging folder is gone, since another run has committed it.
   bool open_frames(const std::string& folder, const std::string& extension,
                    const std::vector<int>& frame_ids, const std::vector<int>& mine);
+  /// What the logs say of these frames.
+  std::map<int, FrameRecord> logged_frames(const std::string& folder, const std::string& extension,
+                                           const std::vector<int>& frame_ids) const;
   void drop_damaged_frames(const std::string& folder, const std::string& extension);
   void work(const std::vector<int>& todo, std::int64_t mine, const std::string& folder,
             const std::string& extension,

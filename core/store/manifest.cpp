@@ -47,8 +47,10 @@ class Reader {
   }
   std::int64_t count(const char* name) {
     const nlohmann::json& value = field(name);
-    if (!value.is_number_integer() || value.is_number_unsigned() != (value >= 0) ||
-        (value.is_number_unsigned() && value.get<std::uint64_t>() > (std::uint64_t{1} << 62))) {
+    const bool fits = value.is_number_unsigned()
+                          ? value.get<std::uint64_t>() <= (std::uint64_t{1} << 62)
+                          : value.is_number_integer() && value.get<std::int64_t>() >= 0;
+    if (!fits) {
       refuse(named(name), value.dump(), "an integer from 0 to 2^62");
     }
     return value.get<std::int64_t>();

@@ -1,0 +1,461 @@
+// Stages that write one file for each frame: resume, --frames, --shard, --jobs, runs side by side.
+
+#include <fstream>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/store/file_lock.h"
+#include "core/store/frame_log.h"
+#include "core/store/result.h"
+#include "core/store/run_stage.h"
+#include "core/store/workspace_status.h"
+#include "tests/core_store/test_stages.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
+using End = StageReport::End;
+
+const std::string kAll = "frame 0\nframe 1\nframe 2\nframe 3\nframe 5\nframe 8\n";
+
+class Frames : public ::testing::Test {
+ protected:
+  Frames() {
+    behaviour() = {};
+    std::filesystem::create_directories(root_ / "in");
+    std::ofstream(root_ / "in/a.txt") << "3";
+  }
+  StageRequest request(const FrameSelection& selection = {}) {
+    StageRequest result;
+    result.input = root_ / "in";
+    result.workspace = root_ / "work";
+    result.options = stage_.options();
+    result.jobs = 1;
+    result.selection = selection;
+    return result;
+  }
+  static FrameSelection shard(int i, int n) {
+    FrameSelection selection;
+    selection.shard = i;
+    selection.shards = n;
+    return selection;
+  }
+  static FrameSelection range(int begin, int end) {
+    FrameSelection selection;
+    selection.begin = begin;
+    selection.end = end;
+    return selection;
+  }
+  StageReport run(const StageRequest& what, const StageEvents& events = {}) {
+    return run_stage(kTestStages, stage_, what, events);
+  }
+  StagePlan plan() { return plan_stage(kTestStages, stage_, request()); }
+  /// Runs until `frame_id`, whose writing fails as if the program had died there.
+  void die_at(int frame_id) {
+    behaviour().before_frame = [frame_id](int at) {
+      if (at == frame_id) {
+        throw EnvironmentError("disk", "gone");
+      }
+    };
+    EXPECT_THROW(run(request()), EnvironmentError);
+    behaviour() = {};
+  }
+  std::string result() {
+    const auto name = current_name(root_ / "work/frames");
+    return name ? read_file_text(root_ / "work/frames" / *name / "all.txt", 1000) : "none";
+  }
+
+  const Stage& stage_ = *find_stage(kTestStages, "frames");
+  TemporaryDirectory root_;
+};
+
+TEST_F(Frames, EveryFrameIsAFile) {
+  const StageReport report = run(request());
+  EXPECT_EQ(report.end, End::Done);
+  EXPECT_EQ(report.frames_total, 6);
+  EXPECT_EQ(result(), kAll);
+  std::vector<std::string> paths;
+  for (const ManifestOutput& output : report.manifest.outputs) {
+    paths.push_back(output.path);
+  }
+  EXPECT_THAT(paths,
+              ElementsAre("all.txt", "frames/000000.txt", "frames/000001.txt", "frames/000002.txt",
+                          "frames/000003.txt", "frames/000005.txt", "frames/000008.txt"));
+}
+
+TEST_F(Frames, AnInterruptedRunGoesOnAtTheFrame) {
+  die_at(3);
+  EXPECT_EQ(plan().state, StagePlan::State::Resume);
+  EXPECT_EQ(plan().frames_kept, 3);
+  EXPECT_EQ(run(request()).end, End::Done);
+  EXPECT_THAT(behaviour().written, ElementsAre(3, 5, 8));
+  EXPECT_EQ(result(), kAll);
+}
+
+TEST_F(Frames, AFailureInTheEndKeepsEveryFrame) {
+  die_at(8);
+  std::filesystem::create_directories(plan().staging_folder / "all.txt");  // in the way
+  std::ofstream(plan().staging_folder / "all.txt/x") << "x";
+  EXPECT_THROW(run(request()), EnvironmentError);
+  std::filesystem::remove_all(plan().staging_folder / "all.txt");
+  behaviour() = {};
+  EXPECT_EQ(run(request()).end, End::Done);
+  EXPECT_THAT(behaviour().written, IsEmpty());
+}
+
+TEST_F(Frames, ADamagedFrameIsDoneAgain) {
+  die_at(3);
+  std::ofstream(plan().staging_folder / "frames/000001.txt") << "frame x";
+  run(request());
+  EXPECT_THAT(behaviour().written, ElementsAre(1, 3, 5, 8));
+  EXPECT_EQ(result(), kAll);
+}
+
+TEST_F(Frames, ACutFrameIsDoneAgain) {
+  die_at(3);
+  std::filesystem::resize_file(plan().staging_folder / "frames/000000.txt", 3);
+  run(request());
+  EXPECT_THAT(behaviour().written, ElementsAre(0, 3, 5, 8));
+  EXPECT_EQ(result(), kAll);
+}
+
+TEST_F(Frames, AMissingFrameIsDoneAgain) {
+  die_at(3);
+  std::filesystem::remove(plan().staging_folder / "frames/000002.txt");
+  run(request());
+  EXPECT_THAT(behaviour().written, ElementsAre(2, 3, 5, 8));
+}
+
+TEST_F(Frames, AFrameThatIsALinkIsDoneAgain) {
+  die_at(3);
+  const std::filesystem::path frame = plan().staging_folder / "frames/000002.txt";
+  std::filesystem::rename(frame, root_ / "elsewhere");
+  std::filesystem::create_symlink(root_ / "elsewhere", frame);
+  run(request());
+  EXPECT_THAT(behaviour().written, ElementsAre(2, 3, 5, 8));
+}
+
+TEST_F(Frames, AFrameThatNoLogNamesIsDoneAgain) {
+  die_at(1);
+  std::ofstream(plan().staging_folder / "frames/000005.txt") << "frame 5";
+  run(request());
+  EXPECT_THAT(behaviour().written, ElementsAre(1, 2, 3, 5, 8));
+}
+
+TEST_F(Frames, ATornLogLosesOneFrame) {
+  die_at(3);
+  for (const auto& entry : std::filesystem::directory_iterator(plan().staging_folder)) {
+    if (is_frame_log_name(entry.path().filename().string())) {
+      std::filesystem::resize_file(entry.path(), entry.file_size() - 5);
+    }
+  }
+  run(request());
+  EXPECT_THAT(behaviour().written, ElementsAre(2, 3, 5, 8));
+  EXPECT_EQ(result(), kAll);
+}
+
+TEST_F(Frames, LinesThatAreNoRecordsAreLeftOut) {
+  die_at(2);
+  const std::string digest = hex(sha256("frame 5"));
+  std::ofstream log(plan().staging_folder / ".frames-abcdef.jsonl");
+  log << "\n{}\n[]\nnull\n{\"frame\":5}\nframe 5\n\xff\n"
+      << R"({"frame":-5,"path":"frames/000005.txt","size":7,"sha256":")" << digest
+      << R"(","seconds":0,"peak":0})"
+      << "\n"
+      << R"({"frame":5,"path":"../000005.txt","size":7,"sha256":")" << digest
+      << R"(","seconds":0,"peak":0})"
+      << "\n"
+      << R"({"frame":5,"path":"frames/000005.txt","size":7,"sha256":"00","seconds":0,"peak":0})"
+      << "\n"
+      << R"({"frame":99999999999,"path":"frames/000005.txt","size":7,"sha256":")" << digest
+      << R"(","seconds":0,"peak":0})"
+      << "\n";
+  log.close();
+  EXPECT_EQ(read_frame_logs(plan().staging_folder).size(), 2u);
+  run(request());
+  EXPECT_THAT(behaviour().written, ElementsAre(2, 3, 5, 8));
+}
+
+TEST_F(Frames, ALogThatNamesFramesOfOthersIsNotTrusted) {
+  die_at(2);
+  std::ofstream(plan().staging_folder / "frames/000004.txt") << "frame 4";
+  std::ofstream(plan().staging_folder / ".frames-abcdef.jsonl")
+      << R"({"frame":4,"path":"frames/000004.txt","size":7,"sha256":")" << hex(sha256("frame 4"))
+      << R"(","seconds":0,"peak":0})"
+      << "\n";
+  EXPECT_EQ(run(request()).end, End::Done);
+  EXPECT_EQ(read_manifest(run(request()).plan.result_folder, "frames").outputs.size(), 7u);
+}
+
+TEST_F(Frames, TemporaryFilesDoNotStay) {
+  die_at(3);
+  std::ofstream(plan().staging_folder / "frames/.atelier-abcdef.tmp") << "half";
+  const StageReport report = run(request());
+  EXPECT_FALSE(std::filesystem::exists(report.plan.result_folder / "frames/.atelier-abcdef.tmp"));
+  EXPECT_EQ(run(request()).end, End::AlreadyDone);
+}
+
+TEST_F(Frames, ForceStartsOver) {
+  die_at(3);
+  StageRequest what = request();
+  what.force = true;
+  run(what);
+  EXPECT_THAT(behaviour().written, ElementsAre(0, 1, 2, 3, 5, 8));
+}
+
+TEST_F(Frames, ForceOfARangeRedoesTheRangeAlone) {
+  die_at(5);
+  StageRequest what = request(range(0, 2));
+  what.force = true;
+  EXPECT_EQ(run(what).end, End::Partial);
+  EXPECT_THAT(behaviour().written, ElementsAre(0, 1));
+  behaviour() = {};
+  EXPECT_EQ(run(request()).end, End::Done);
+  EXPECT_THAT(behaviour().written, ElementsAre(5, 8));
+}
+
+TEST_F(Frames, AnInterruptedRunOfOtherOptionsIsNotMixedIn) {
+  die_at(3);
+  StageRequest what = request();
+  ASSERT_EQ(set_option(what.options.table, "scale", "2"), "");
+  run(what);
+  EXPECT_THAT(behaviour().written, ElementsAre(0, 1, 2, 3, 5, 8));
+  EXPECT_EQ(plan().frames_kept, 3) << "that of the first is kept";
+}
+
+TEST_F(Frames, RangesAddUp) {
+  StageReport report = run(request(range(0, 3)));
+  EXPECT_EQ(report.end, End::Partial);
+  EXPECT_EQ(report.frames_done, 3);
+  EXPECT_EQ(report.frames_total, 6);
+  EXPECT_EQ(result(), "none");
+  EXPECT_EQ(run(request(range(5, 100))).end, End::Partial);
+  EXPECT_EQ(run(request(range(3, 4))).end, End::Done);
+  EXPECT_EQ(result(), kAll);
+  EXPECT_THAT(behaviour().written, ElementsAre(0, 1, 2, 5, 8, 3));
+}
+
+TEST_F(Frames, ShardsAddUpToTheSameResult) {
+  run(request());
+  const auto whole = read_manifest(run(request()).plan.result_folder, "frames").outputs;
+  std::filesystem::remove_all(root_ / "work");
+  EXPECT_EQ(run(request(shard(1, 3))).end, End::Partial);
+  EXPECT_EQ(run(request(shard(0, 3))).end, End::Partial);
+  const StageReport last = run(request(shard(2, 3)));
+  EXPECT_EQ(last.end, End::Done);
+  ASSERT_EQ(last.manifest.outputs.size(), whole.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    EXPECT_EQ(last.manifest.outputs[i].digest, whole[i].digest);
+  }
+}
+
+TEST_F(Frames, AShardAfterTheCommitIsDone) {
+  run(request());
+  EXPECT_EQ(run(request(shard(1, 3))).end, End::AlreadyDone);
+}
+
+TEST_F(Frames, ManyJobsGiveTheSameResult) {
+  behaviour().frame_ids.clear();
+  for (int i = 0; i < 50; ++i) {
+    behaviour().frame_ids.push_back(3 * i);
+  }
+  StageRequest what = request();
+  what.jobs = 8;
+  const StageReport report = run(what);
+  EXPECT_EQ(report.end, End::Done);
+  EXPECT_EQ(behaviour().written.size(), 50u);
+  EXPECT_EQ(report.manifest.outputs.size(), 51u);
+}
+
+TEST_F(Frames, TheFirstErrorByFrameIsReportedAndTheRestKept) {
+  behaviour().before_frame = [](int at) {
+    if (at == 2 || at == 5) {
+      throw DataError("frame " + std::to_string(at), "", "bad", "good");
+    }
+  };
+  StageRequest what = request();
+  what.jobs = 1;
+  try {
+    run(what);
+    FAIL() << "it ran";
+  } catch (const DataError& error) {
+    EXPECT_EQ(error.file, "frame 2");
+  }
+  EXPECT_EQ(plan().frames_kept, 2);
+}
+
+TEST_F(Frames, StopsBetweenFramesAndGoesOn) {
+  int asked = 0;
+  StageEvents events;
+  events.stop = [&] { return ++asked > 3; };
+  const StageReport report = run(request(), events);
+  EXPECT_EQ(report.end, End::Stopped);
+  EXPECT_EQ(report.frames_done, 3);
+  EXPECT_EQ(run(request()).end, End::Done);
+  EXPECT_THAT(behaviour().written, ElementsAre(0, 1, 2, 3, 5, 8));
+}
+
+TEST_F(Frames, ProgressCountsWhatWasThereBefore) {
+  die_at(3);
+  std::vector<std::int64_t> done;
+  StageEvents events;
+  events.progress = [&](const StageProgress& progress) {
+    EXPECT_EQ(progress.total, 6);
+    EXPECT_GT(progress.per_second, 0);
+    EXPECT_GE(progress.seconds_left, 0);
+    done.push_back(progress.done);
+  };
+  run(request(), events);
+  EXPECT_THAT(done, ElementsAre(4, 5, 6));
+}
+
+TEST_F(Frames, RefusesASelectionOfNoFrame) {
+  EXPECT_THROW(run(request(range(100, 200))), DataError);
+  EXPECT_THROW(run(request(shard(9, 10))), DataError);
+}
+
+TEST_F(Frames, RefusesWithoutSpaceForFrames) {
+  Stage greedy = stage_;
+  greedy.run = [](StageRun& run) {
+    run.each_frame(
+        "f", ".t", {0, 1}, [](int, const auto&) {}, std::int64_t{1} << 60);
+  };
+  EXPECT_THROW(run_stage(kTestStages, greedy, request()), EnvironmentError);
+}
+
+TEST_F(Frames, RefusesAnUnfinishedFrame) {
+  Stage hasty = stage_;
+  hasty.run = [](StageRun& run) { run.frame_file(7); };
+  EXPECT_THROW(run_stage(kTestStages, hasty, request()), LogicError);
+}
+
+TEST_F(Frames, RefusesAFrameWiseStageWithoutFrames) {
+  Stage hasty = stage_;
+  hasty.run = [](StageRun&) {};
+  EXPECT_THROW(run_stage(kTestStages, hasty, request()), LogicError);
+}
+
+// --- runs side by side: a second one enters while the first is in the middle of a frame
+
+class SideBySide : public Frames {
+ protected:
+  /// Calls `inside` in the middle of a frame of a run of `first`.
+  StageReport run_around(const StageRequest& first, int frame_id,
+                         const std::function<void()>& inside) {
+    std::atomic<bool> entered = false;
+    behaviour().before_frame = [&, frame_id](int at) {
+      if (at == frame_id && !entered.exchange(true)) {
+        inside();
+      }
+    };
+    return run(first);
+  }
+  std::string refusal(const StageRequest& what) {
+    try {
+      run(what);
+    } catch (const EnvironmentError& error) {
+      return error.what();
+    }
+    return "it ran";
+  }
+};
+
+TEST_F(SideBySide, TheSameWorkTwiceIsRefused) {
+  std::string message;
+  EXPECT_EQ(run_around(request(), 2, [&] { message = refusal(request()); }).end, End::Done);
+  EXPECT_THAT(message, HasSubstr("another run is working on 'frames' here"));
+  EXPECT_THAT(message, HasSubstr("--shard"));
+  EXPECT_EQ(result(), kAll);
+}
+
+TEST_F(SideBySide, AShardBesideTheWholeIsRefused) {
+  std::string message;
+  run_around(request(), 2, [&] { message = refusal(request(shard(0, 2))); });
+  EXPECT_THAT(message, HasSubstr("another run is working on 'frames' here"));
+}
+
+TEST_F(SideBySide, TheWholeBesideAShardIsRefused) {
+  std::string message;
+  run_around(request(shard(0, 2)), 2, [&] { message = refusal(request()); });
+  EXPECT_THAT(message, HasSubstr("another run is working on 'frames' here"));
+}
+
+TEST_F(SideBySide, TheSameShardTwiceIsRefused) {
+  std::string message;
+  run_around(request(shard(0, 2)), 2, [&] { message = refusal(request(shard(0, 2))); });
+  EXPECT_THAT(message, HasSubstr("another run is working on some of these frames"));
+}
+
+TEST_F(SideBySide, ShardsThatOverlapAreRefused) {
+  std::string message;
+  run_around(request(shard(0, 2)), 2, [&] { message = refusal(request(shard(0, 3))); });
+  EXPECT_THAT(message, HasSubstr("another run is working on some of these frames"));
+}
+
+TEST_F(SideBySide, RangesThatOverlapAreRefused) {
+  std::string message;
+  run_around(request(range(0, 3)), 2, [&] { message = refusal(request(range(2, 6))); });
+  EXPECT_THAT(message, HasSubstr("another run is working on some of these frames"));
+}
+
+TEST_F(SideBySide, DisjointShardsWorkTogetherAndTheLastCommits) {
+  End inner = End::Stopped;
+  const StageReport outer =
+      run_around(request(shard(0, 2)), 2, [&] { inner = run(request(shard(1, 2))).end; });
+  EXPECT_EQ(inner, End::Partial);
+  EXPECT_EQ(outer.end, End::Done);
+  EXPECT_EQ(result(), kAll);
+}
+
+TEST_F(SideBySide, DisjointRangesWorkTogether) {
+  End inner = End::Stopped;
+  const StageReport outer =
+      run_around(request(range(0, 3)), 2, [&] { inner = run(request(range(3, 9))).end; });
+  EXPECT_EQ(inner, End::Partial);
+  EXPECT_EQ(outer.end, End::Done);
+  EXPECT_EQ(result(), kAll);
+}
+
+TEST_F(SideBySide, ManyShardsInThreadsCommitOnce) {
+  behaviour().frame_ids.clear();
+  for (int i = 0; i < 40; ++i) {
+    behaviour().frame_ids.push_back(i);
+  }
+  constexpr int kShards = 5;
+  std::vector<End> ends(kShards);
+  std::vector<std::thread> threads;
+  for (int i = 0; i < kShards; ++i) {
+    threads.emplace_back(
+        [&, i] { ends[static_cast<std::size_t>(i)] = run(request(shard(i, kShards))).end; });
+  }
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  EXPECT_GE(std::count(ends.begin(), ends.end(), End::Done), 1);
+  EXPECT_EQ(std::count(ends.begin(), ends.end(), End::Stopped), 0);
+  EXPECT_EQ(behaviour().written.size(), 40u);
+  EXPECT_EQ(run(request()).end, End::AlreadyDone);
+  EXPECT_EQ(workspace_status(kTestStages, root_ / "work", Check::Digests)[3].state,
+            StageStatus::State::Done);
+}
+
+TEST_F(SideBySide, StatusSeesARunAndItsFrames) {
+  StageStatus status;
+  run_around(request(), 2, [&] { status = workspace_status(kTestStages, root_ / "work")[3]; });
+  EXPECT_TRUE(status.running);
+  ASSERT_EQ(status.unfinished.size(), 1u);
+  EXPECT_EQ(status.unfinished[0].frames, 2);
+  EXPECT_FALSE(workspace_status(kTestStages, root_ / "work")[3].running);
+}
+
+}  // namespace
+}  // namespace atelier::testing

@@ -1,0 +1,241 @@
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/store/collect_garbage.h"
+#include "core/store/file_lock.h"
+#include "core/store/input_digest.h"
+#include "core/store/result.h"
+#include "core/store/run_stage.h"
+#include "core/store/workspace_status.h"
+#include "tests/core_store/test_stages.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class GarbageTest : public ::testing::Test {
+ protected:
+  GarbageTest() {
+    behaviour() = {};
+    std::filesystem::create_directories(root_ / "in");
+    std::ofstream(root_ / "in/a.txt") << "3";
+  }
+  std::filesystem::path run(const std::string& word) {
+    StageRequest what;
+    what.input = root_ / "in";
+    what.workspace = root_ / "work";
+    what.options = kTestStages[0].options();
+    EXPECT_EQ(set_option(what.options.table, "word", word), "");
+    return run_stage(kTestStages, kTestStages[0], what).plan.result_folder;
+  }
+  std::vector<Garbage> collect(bool dry_run = false) {
+    return collect_garbage(kTestStages, root_ / "work", dry_run);
+  }
+  std::filesystem::path count() const { return root_ / "work/count"; }
+
+  TemporaryDirectory root_;
+};
+
+TEST_F(GarbageTest, NothingToRemove) {
+  run("a");
+  EXPECT_THAT(collect(), IsEmpty());
+}
+
+TEST_F(GarbageTest, RemovesOlderResultsAndKeepsTheCurrent) {
+  const auto first = run("a");
+  const auto second = run("b");
+  const auto dry = collect(true);
+  ASSERT_EQ(dry.size(), 1u);
+  EXPECT_EQ(dry[0].path, first);
+  EXPECT_EQ(dry[0].what, "a result that is no longer current");
+  EXPECT_GT(dry[0].bytes, 500);
+  EXPECT_FALSE(dry[0].removed);
+  EXPECT_TRUE(std::filesystem::exists(first));
+  EXPECT_TRUE(collect()[0].removed);
+  EXPECT_FALSE(std::filesystem::exists(first));
+  EXPECT_TRUE(std::filesystem::exists(second));
+}
+
+TEST_F(GarbageTest, RemovesUnfinishedWork) {
+  run("a");
+  std::filesystem::create_directories(count() / ".staging-0123456789abcdef/frames");
+  std::filesystem::create_directories(count() / ".replaced-0123456789abcdef");
+  std::ofstream(count() / ".atelier-abcdef.tmp") << "x";
+  EXPECT_EQ(collect().size(), 3u);
+  EXPECT_THAT(collect(), IsEmpty());
+}
+
+TEST_F(GarbageTest, LeavesWhatNoStageMade) {
+  run("a");
+  std::ofstream(root_ / "work/notes.txt") << "x";
+  std::filesystem::create_directories(root_ / "work/other/0123456789abcdef");
+  std::ofstream(count() / "notes.txt") << "x";
+  std::filesystem::create_directories(count() / "backup");
+  EXPECT_THAT(collect(), IsEmpty());
+}
+
+TEST_F(GarbageTest, LeavesEverythingWithoutACurrentResult) {
+  const auto first = run("a");
+  std::filesystem::remove(count() / "current");
+  EXPECT_THAT(collect(), IsEmpty());
+  EXPECT_TRUE(std::filesystem::exists(first));
+}
+
+TEST_F(GarbageTest, LeavesARunningStage) {
+  const auto first = run("a");
+  run("b");
+  const auto lock = FileLock::try_lock(count() / ".lock", FileLock::Mode::Shared);
+  const auto found = collect();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_THAT(found[0].what, HasSubstr("the stage is running"));
+  EXPECT_TRUE(std::filesystem::exists(first));
+}
+
+TEST_F(GarbageTest, LeavesAResultThatIsBeingRead) {
+  const auto first = run("a");
+  run("b");
+  const auto lock = FileLock::try_lock_folder(first, FileLock::Mode::Shared);
+  EXPECT_THAT(collect()[0].what, HasSubstr("it is being read"));
+  EXPECT_TRUE(std::filesystem::exists(first));
+}
+
+TEST_F(GarbageTest, DoesNotFollowLinks) {
+  run("a");
+  std::filesystem::create_directories(root_ / "precious");
+  std::ofstream(root_ / "precious/x") << "x";
+  std::filesystem::create_directory_symlink(root_ / "precious",
+                                            count() / ".staging-0123456789abcdef");
+  std::filesystem::create_directories(count() / ".staging-1123456789abcdef");
+  std::filesystem::create_directory_symlink(root_ / "precious",
+                                            count() / ".staging-1123456789abcdef/link");
+  collect();
+  EXPECT_TRUE(std::filesystem::exists(root_ / "precious/x"));
+}
+
+TEST_F(GarbageTest, RefusesAWorkspaceThatIsNone) {
+  EXPECT_THROW(collect_garbage(kTestStages, root_ / "nothing", true), DataError);
+  std::ofstream(root_ / "file") << "x";
+  EXPECT_THROW(collect_garbage(kTestStages, root_ / "file", true), DataError);
+}
+
+TEST_F(GarbageTest, RefusesAStageFolderThatIsALink) {
+  run("a");
+  std::filesystem::rename(count(), root_ / "away");
+  std::filesystem::create_directory_symlink(root_ / "away", count());
+  EXPECT_THROW(collect(), DataError);
+}
+
+TEST_F(GarbageTest, StatusOfAnEmptyWorkspace) {
+  std::filesystem::create_directories(root_ / "work");
+  for (const StageStatus& status : workspace_status(kTestStages, root_ / "work")) {
+    EXPECT_EQ(status.state, StageStatus::State::None);
+    EXPECT_FALSE(status.running);
+  }
+  EXPECT_THROW(workspace_status(kTestStages, root_ / "nothing"), DataError);
+}
+
+TEST_F(GarbageTest, StatusOfADamagedManifest) {
+  const auto result = run("a");
+  std::ofstream(result / "manifest.json") << "{";
+  const auto status = workspace_status(kTestStages, root_ / "work");
+  EXPECT_EQ(status[0].state, StageStatus::State::Damaged);
+  EXPECT_FALSE(status[0].manifest);
+  EXPECT_EQ(status[0].findings[0].code, "manifest-damaged");
+}
+
+TEST_F(GarbageTest, StatusCountsOlderResults) {
+  run("a");
+  run("b");
+  run("c");
+  EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].older_results, 2);
+}
+
+TEST_F(GarbageTest, StatusChangesNothing) {
+  run("a");
+  std::filesystem::remove(count() / ".lock");
+  workspace_status(kTestStages, root_ / "work", Check::Digests);
+  EXPECT_FALSE(std::filesystem::exists(count() / ".lock"));
+}
+
+// --- what status and keys stand on
+
+TEST_F(GarbageTest, InputDigestSeesNamesAndBytes) {
+  const Digest before = digest_of_input(root_ / "in").digest;
+  EXPECT_EQ(digest_of_input(root_ / "in").digest, before);
+  std::filesystem::rename(root_ / "in/a.txt", root_ / "in/b.txt");
+  EXPECT_NE(digest_of_input(root_ / "in").digest, before);
+  std::filesystem::rename(root_ / "in/b.txt", root_ / "in/a.txt");
+  EXPECT_EQ(digest_of_input(root_ / "in").digest, before);
+  std::ofstream(root_ / "in/a.txt") << "4";
+  EXPECT_NE(digest_of_input(root_ / "in").digest, before);
+}
+
+TEST_F(GarbageTest, InputDigestOfAFileDoesNotDependOnItsName) {
+  std::ofstream(root_ / "b.txt") << "3";
+  EXPECT_EQ(digest_of_input(root_ / "in/a.txt").digest, digest_of_input(root_ / "b.txt").digest);
+  EXPECT_NE(digest_of_input(root_ / "in").digest, digest_of_input(root_ / "b.txt").digest);
+}
+
+TEST_F(GarbageTest, StampSeesATouch) {
+  const Digest before = stamp_of_input(root_ / "in");
+  EXPECT_EQ(stamp_of_input(root_ / "in"), before);
+  std::filesystem::last_write_time(
+      root_ / "in/a.txt", std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+  EXPECT_NE(stamp_of_input(root_ / "in"), before);
+  EXPECT_EQ(digest_of_input(root_ / "in").digest, digest_of_input(root_ / "in").digest);
+}
+
+TEST_F(GarbageTest, FileDigestRefusesLinksFoldersAndNothing) {
+  std::filesystem::create_symlink(root_ / "in/a.txt", root_ / "link");
+  EXPECT_THROW(digest_of_file(root_ / "link"), DataError);
+  EXPECT_THROW(digest_of_file(root_ / "in"), DataError);
+  EXPECT_THROW(digest_of_file(root_ / "nothing"), DataError);
+  EXPECT_THROW(digest_of_file("/dev/null"), DataError);
+  EXPECT_EQ(digest_of_file(root_ / "in/a.txt").digest, sha256("3"));
+}
+
+TEST_F(GarbageTest, LocksExcludeAndShare) {
+  const auto path = root_ / "lock";
+  auto shared = FileLock::try_lock(path, FileLock::Mode::Shared);
+  ASSERT_TRUE(shared);
+  EXPECT_TRUE(FileLock::try_lock(path, FileLock::Mode::Shared));
+  EXPECT_FALSE(FileLock::try_lock(path, FileLock::Mode::Exclusive));
+  shared.reset();
+  const auto exclusive = FileLock::try_lock(path, FileLock::Mode::Exclusive);
+  EXPECT_TRUE(exclusive);
+  EXPECT_FALSE(FileLock::try_lock(path, FileLock::Mode::Shared));
+}
+
+TEST_F(GarbageTest, FrameLocksExcludeByFrame) {
+  const auto path = root_ / "frames";
+  auto first = FrameLock::try_lock(path, {5, 1, 2, 3});
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(FrameLock::try_lock(path, {3}));
+  EXPECT_FALSE(FrameLock::try_lock(path, {4, 5}));
+  {
+    const auto second = FrameLock::try_lock(path, {0, 4, 6});
+    EXPECT_TRUE(second);
+    EXPECT_FALSE(FrameLock::try_lock(path, {6}));
+  }
+  EXPECT_TRUE(FrameLock::try_lock(path, {4, 6})) << "a refused or ended lock holds nothing";
+  first.reset();
+  EXPECT_TRUE(FrameLock::try_lock(path, {1, 2, 3, 4, 5}));
+}
+
+TEST_F(GarbageTest, LocksRefuseLinksAndFolders) {
+  std::filesystem::create_symlink(root_ / "in/a.txt", root_ / "link");
+  EXPECT_THROW(FileLock::try_lock(root_ / "link", FileLock::Mode::Shared), EnvironmentError);
+  EXPECT_THROW(FileLock::try_lock(root_ / "in", FileLock::Mode::Shared), EnvironmentError);
+  EXPECT_THROW(FileLock::try_lock(root_ / "no/lock", FileLock::Mode::Shared), EnvironmentError);
+  EXPECT_THROW(FileLock::try_lock_folder(root_ / "no", FileLock::Mode::Shared), EnvironmentError);
+  EXPECT_THROW(FrameLock::try_lock(root_ / "no/lock", {1}), EnvironmentError);
+}
+
+}  // namespace
+}  // namespace atelier::testing
