@@ -38,6 +38,7 @@ std::string without_suffix(std::string name) {
 struct Npz::State {
   std::string file;
   Limits limits;
+  std::int64_t file_bytes = 0;
   std::vector<std::byte> bytes;  ///< of a file in memory; outlives `archive`
   std::unique_ptr<zip_t, Close> archive;
   std::vector<std::string> names;
@@ -102,6 +103,10 @@ std::vector<std::byte> Npz::State::inflate(zip_uint64_t member, const std::strin
     fail(name, std::to_string(status.size) + " bytes",
          "at most " + std::to_string(limits.tensor_bytes));
   }
+  if (stored > file_bytes) {
+    fail(name, std::to_string(stored) + " stored bytes in a file of " + std::to_string(file_bytes),
+         "fewer");
+  }
   if (declared > limits.inflate_free_bytes && declared / limits.inflate_ratio > stored) {
     fail(name, std::to_string(declared) + " bytes out of " + std::to_string(stored),
          "at most " + std::to_string(limits.inflate_ratio) + " times the stored bytes");
@@ -146,6 +151,7 @@ Npz::Npz(const std::filesystem::path& path, const Limits& limits)
   if (status.st_size == 0) {
     state_->fail("", "a file of no bytes", "an npz file");  // libzip takes it for an empty zip
   }
+  state_->file_bytes = status.st_size;
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* source = zip_source_file_create(path.c_str(), 0, -1, &error);
@@ -161,6 +167,7 @@ Npz::Npz(std::vector<std::byte> bytes, std::string name, const Limits& limits)
   state_->file = std::move(name);
   state_->limits = limits;
   state_->bytes = std::move(bytes);
+  state_->file_bytes = static_cast<std::int64_t>(state_->bytes.size());
   if (state_->bytes.empty()) {
     state_->fail("", "a file of no bytes", "an npz file");
   }
