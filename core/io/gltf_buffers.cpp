@@ -18,15 +18,15 @@ constexpr std::int64_t kMost = std::int64_t{1} << 40;
 constexpr std::int64_t kFreeNumbers = 8 << 20;  // decoded numbers that nobody asks about
 constexpr std::int64_t kNumbersPerByte = 32;    // above that: shared views read again and again
 
-enum ComponentType { kByte = 5120, kUByte, kShort, kUShort, kUInt = 5125, kFloat };
+enum ComponentType { Byte = 5120, UnsignedByte, Short, UnsignedShort, UnsignedInt = 5125, Float };
 
 std::size_t component_size(int type) {
   switch (type) {
-    case kByte:
-    case kUByte:
+    case Byte:
+    case UnsignedByte:
       return 1;
-    case kShort:
-    case kUShort:
+    case Short:
+    case UnsignedShort:
       return 2;
     default:
       return 4;
@@ -35,7 +35,7 @@ std::size_t component_size(int type) {
 
 int component_type(const JsonPlace& owner) {
   const JsonPlace place = owner.at("componentType");
-  const int type = static_cast<int>(place.integer(kByte, kFloat));
+  const int type = static_cast<int>(place.integer(Byte, Float));
   if (type == 5124) {
     place.fail("5124", "5120 to 5123, 5125 or 5126");
   }
@@ -67,19 +67,19 @@ double loaded(const std::byte* at) {
 
 double component_at(const std::byte* at, int type, bool normalized) {
   switch (type) {
-    case kByte: {
+    case Byte: {
       const double value = loaded<std::int8_t>(at);
       return normalized ? std::max(value / 127, -1.0) : value;
     }
-    case kUByte:
+    case UnsignedByte:
       return loaded<std::uint8_t>(at) / (normalized ? 255 : 1);
-    case kShort: {
+    case Short: {
       const double value = loaded<std::int16_t>(at);
       return normalized ? std::max(value / 32'767, -1.0) : value;
     }
-    case kUShort:
+    case UnsignedShort:
       return loaded<std::uint16_t>(at) / (normalized ? 65'535 : 1);
-    case kUInt:
+    case UnsignedInt:
       return loaded<std::uint32_t>(at);
     default:
       return loaded<float>(at);
@@ -231,7 +231,7 @@ std::filesystem::path file_below(const std::filesystem::path& folder, const Json
   std::error_code failed;
   const std::filesystem::path root =
       std::filesystem::canonical(folder.empty() ? std::filesystem::path(".") : folder, failed);
-  const std::filesystem::path path =
+  std::filesystem::path path =
       failed ? std::filesystem::path() : std::filesystem::canonical(root / relative, failed);
   if (failed) {
     uri.fail(in_quotes(decoded) + " (" + failed.message() + ")", "a file beside this one");
@@ -360,7 +360,7 @@ void GltfBuffers::fill_sparse(const JsonPlace& accessor, int component, bool nor
   const auto count = static_cast<std::size_t>(sparse->at("count").integer(0, values.rows()));
   const JsonPlace where = sparse->at("indices");
   const int index_type = component_type(where);
-  if (index_type != kUByte && index_type != kUShort && index_type != kUInt) {
+  if (index_type != UnsignedByte && index_type != UnsignedShort && index_type != UnsignedInt) {
     where.fail("signed or floating-point indices", "unsigned ones");
   }
   const std::span<const std::byte> indices = view(where.at("bufferView")).bytes;
@@ -392,7 +392,7 @@ void GltfBuffers::fill_sparse(const JsonPlace& accessor, int component, bool nor
 Eigen::MatrixXi GltfBuffers::read_integers(const JsonPlace& place, std::string_view type,
                                            std::int64_t max_count) {
   const int component = component_type(accessor(place));
-  if (component == kFloat) {
+  if (component == Float) {
     accessor(place).fail("floating-point numbers for " + place.where(), "whole numbers");
   }
   const Eigen::MatrixXd values = read(place, {type}, max_count);

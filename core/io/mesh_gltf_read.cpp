@@ -31,13 +31,12 @@ class GltfReader {
              const std::optional<std::filesystem::path>& folder, const Limits& limits)
       : root_(root),
         materials_(root.items("materials")),
-        buffers_((check_asset(root), root), binary, folder, limits),
+        buffers_(root, binary, folder, limits),
         limits_(limits) {}
 
   GltfScene read();
 
  private:
-  static void check_asset(const JsonPlace& root);
   void read_nodes();
   void read_scene();
   void read_meshes();
@@ -65,7 +64,7 @@ class GltfReader {
   std::int64_t faces_ = 0;
 };
 
-void GltfReader::check_asset(const JsonPlace& root) {
+void check_asset(const JsonPlace& root) {
   const std::string version = root.at("asset").at("version").text();
   if (!version.starts_with("2.")) {
     root.at("asset").at("version").fail(in_quotes(version), "2.0");
@@ -535,7 +534,9 @@ GltfScene read(std::span<const std::byte> bytes, const std::string& name,
   text_limits.text_file_bytes = std::max(limits.text_file_bytes, std::int64_t{512} << 20);
   text_limits.text_string_bytes = text_limits.text_file_bytes;
   const nlohmann::json document = parse_json(chunks.json, name, text_limits);
-  return GltfReader(JsonPlace(document, name), chunks.binary, folder, limits).read();
+  const JsonPlace root(document, name);
+  check_asset(root);
+  return GltfReader(root, chunks.binary, folder, limits).read();
 }
 
 }  // namespace

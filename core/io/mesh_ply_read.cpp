@@ -172,37 +172,37 @@ class BinarySource {
 };
 
 /// What a vertex property means.
-enum Role { kX, kY, kZ, kNx, kNy, kNz, kRed, kGreen, kBlue, kU, kV, kLabel, kConfidence, kRoles };
-constexpr int kSkipped = kRoles;
+enum Role { X, Y, Z, Nx, Ny, Nz, Red, Green, Blue, U, V, Label, Confidence, Roles };
+constexpr int kSkipped = Roles;
 
 int role_of(std::string_view name) {
   struct RoleName {
     std::string_view name;
     Role role;
   };
-  static constexpr RoleName kNames[] = {{"x", kX},
-                                        {"y", kY},
-                                        {"z", kZ},
-                                        {"nx", kNx},
-                                        {"ny", kNy},
-                                        {"nz", kNz},
-                                        {"red", kRed},
-                                        {"green", kGreen},
-                                        {"blue", kBlue},
-                                        {"r", kRed},
-                                        {"g", kGreen},
-                                        {"b", kBlue},
-                                        {"s", kU},
-                                        {"t", kV},
-                                        {"u", kU},
-                                        {"v", kV},
-                                        {"texture_u", kU},
-                                        {"texture_v", kV},
-                                        {"label", kLabel},
-                                        {"confidence", kConfidence},
-                                        {"diffuse_red", kRed},
-                                        {"diffuse_green", kGreen},
-                                        {"diffuse_blue", kBlue}};
+  static constexpr RoleName kNames[] = {{"x", X},
+                                        {"y", Y},
+                                        {"z", Z},
+                                        {"nx", Nx},
+                                        {"ny", Ny},
+                                        {"nz", Nz},
+                                        {"red", Red},
+                                        {"green", Green},
+                                        {"blue", Blue},
+                                        {"r", Red},
+                                        {"g", Green},
+                                        {"b", Blue},
+                                        {"s", U},
+                                        {"t", V},
+                                        {"u", U},
+                                        {"v", V},
+                                        {"texture_u", U},
+                                        {"texture_v", V},
+                                        {"label", Label},
+                                        {"confidence", Confidence},
+                                        {"diffuse_red", Red},
+                                        {"diffuse_green", Green},
+                                        {"diffuse_blue", Blue}};
   for (const RoleName& one : kNames) {
     if (one.name == name) {
       return one.role;
@@ -263,7 +263,7 @@ class PlyBody {
   std::string name_;
   Limits limits_;
   PolygonMesh mesh_;
-  std::array<bool, kRoles + 1> has_{};
+  std::array<bool, Roles + 1> has_{};
   bool has_vertices_ = false;
   std::int64_t triangles_ = 0;
   std::vector<double> uv_list_;  // of the face at hand
@@ -352,7 +352,7 @@ void PlyBody<Source>::read_vertices(const PlyElement& element) {
   }
   has_vertices_ = count > 0;
   std::vector<int> roles;
-  std::array<double, kRoles> scale;
+  std::array<double, Roles> scale;
   scale.fill(1);
   for (const PlyProperty& property : element.properties) {
     const int role = property.is_list ? kSkipped : role_of(property.name);
@@ -361,7 +361,7 @@ void PlyBody<Source>::read_vertices(const PlyElement& element) {
     }
     has_[role] = true;
     roles.push_back(role);
-    if (role >= kRed && role <= kBlue && !is_floating(property.type)) {
+    if (role >= Red && role <= Blue && !is_floating(property.type)) {
       if (property.type != PlyType::UInt8 && property.type != PlyType::UInt16) {
         throw DataError(name_, "header", "colours of a signed or 32-bit type",
                         "uchar, ushort or float");
@@ -378,18 +378,18 @@ void PlyBody<Source>::read_vertices(const PlyElement& element) {
     }
     return any;
   };
-  if (!all(kX, 3)) {
+  if (!all(X, 3)) {
     throw DataError(name_, "header", "vertices without x, y and z", "properties x, y and z");
   }
   const Index rows = static_cast<Index>(count);
   mesh_.vertices.resize(rows, 3);
-  mesh_.vertex_normals.resize(all(kNx, 3) ? rows : 0, 3);
-  mesh_.colors.resize(all(kRed, 3) ? rows : 0, 3);
-  mesh_.uvs.resize(all(kU, 2) ? rows : 0, 2);
-  mesh_.labels.resize(has_[kLabel] ? count : 0);
-  mesh_.confidence.resize(has_[kConfidence] ? rows : 0);
+  mesh_.vertex_normals.resize(all(Nx, 3) ? rows : 0, 3);
+  mesh_.colors.resize(all(Red, 3) ? rows : 0, 3);
+  mesh_.uvs.resize(all(U, 2) ? rows : 0, 2);
+  mesh_.labels.resize(has_[Label] ? count : 0);
+  mesh_.confidence.resize(has_[Confidence] ? rows : 0);
 
-  std::array<double, kRoles + 1> value{};
+  std::array<double, Roles + 1> value{};
   for (std::uint64_t row = 0; row < count; ++row) {
     source_.begin_row();
     for (std::size_t i = 0; i < roles.size(); ++i) {
@@ -404,31 +404,31 @@ void PlyBody<Source>::read_vertices(const PlyElement& element) {
     source_.end_row();
     const Index v = static_cast<Index>(row);
     for (int axis = 0; axis < 3; ++axis) {
-      mesh_.vertices(v, axis) = value[kX + axis];
-      if (has_[kNx]) {
-        mesh_.vertex_normals(v, axis) = value[kNx + axis];
+      mesh_.vertices(v, axis) = value[X + axis];
+      if (has_[Nx]) {
+        mesh_.vertex_normals(v, axis) = value[Nx + axis];
       }
-      if (has_[kRed]) {
-        const double color = value[kRed + axis] / scale[kRed + axis];
+      if (has_[Red]) {
+        const double color = value[Red + axis] / scale[Red + axis];
         if (color < 0 || color > 1) {
           fail_row("vertex", row, "colour " + std::to_string(color), "0 to 1");
         }
         mesh_.colors(v, axis) = linear_from_srgb(static_cast<float>(color));
       }
     }
-    if (has_[kU]) {
-      mesh_.uvs.row(v) << value[kU], value[kV];
+    if (has_[U]) {
+      mesh_.uvs.row(v) << value[U], value[V];
     }
-    if (has_[kLabel]) {
-      const double label = value[kLabel];
+    if (has_[Label]) {
+      const double label = value[Label];
       if (!(label >= 0 && label <= 255) || label != std::floor(label)) {
         fail_row("vertex", row, "label " + std::to_string(label), "a whole number, 0 to 255");
       }
       mesh_.labels[row] = static_cast<std::uint8_t>(label);
     }
-    if (has_[kConfidence]) {
-      const double confidence = std::clamp(value[kConfidence], 0.0, 1.0);
-      clamped_ += confidence != value[kConfidence] ? 1 : 0;
+    if (has_[Confidence]) {
+      const double confidence = std::clamp(value[Confidence], 0.0, 1.0);
+      clamped_ += confidence != value[Confidence] ? 1 : 0;
       mesh_.confidence[v] = static_cast<float>(confidence);
     }
   }
