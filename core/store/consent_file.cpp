@@ -18,9 +18,7 @@ constexpr std::string_view kTable = "consent";
 void set_field(Consent& consent, const std::string& field, const TomlEntry& entry,
                const std::string& file) {
   const std::string place = "line " + std::to_string(entry.line) + ", " + entry.name;
-  const bool is_date = entry.kind == TomlEntry::Kind::Date;
-  if ((entry.kind != TomlEntry::Kind::Text && !(is_date && field == "until")) ||
-      !is_printable_utf8(entry.text)) {
+  if (entry.kind != TomlEntry::Kind::Text || !is_printable_utf8(entry.text)) {
     throw DataError(file, place, "no printable text", "a string");
   }
   if (field == "who") {

@@ -9,11 +9,9 @@ std::vector<std::string> set_options_from_toml(OptionTable& table, std::string_v
   std::vector<std::string> problems;
   for (const TomlEntry& entry : read_toml_entries(text, file)) {
     const std::string place = file + ":" + std::to_string(entry.line);
-    const bool has_text =
-        entry.kind != TomlEntry::Kind::Date && entry.kind != TomlEntry::Kind::Other;
-    const std::string problem =
-        has_text ? set_option(table, entry.name, entry.text, place)
-                 : entry.name + " cannot be a date, a time or a list of anything but numbers";
+    const std::string problem = entry.kind != TomlEntry::Kind::Other
+                                    ? set_option(table, entry.name, entry.text, place)
+                                    : entry.name + " cannot be a list of anything but numbers";
     if (!problem.empty()) {
       problems.push_back(place + ": " + problem);
     }

@@ -84,13 +84,12 @@ class WrongValue : public OptionsFile, public ::testing::WithParamInterface<cons
 INSTANTIATE_TEST_SUITE_P(
     All, WrongValue,
     ::testing::Values("part.on = 1", "part.on = 'yes'", "part.count = 1.5", "part.count = true",
-                      "part.count = -1", "part.count = 9223372036854775807", "part.gain = nan",
-                      "part.gain = inf", "part.gain = -inf", "part.gain = true",
-                      "part.gain = 2030-01-01", "part.gain = 12:00:00",
-                      "part.gain = 2030-01-01T00:00:00Z", "part.gain = [1]", "part.deep.list = 'a'",
-                      "part.deep.list = ['a']", "part.deep.list = [[1]]",
+                      "part.count = -1", "part.count = 9223372036854775807", "part.count = 1.0",
+                      "part.gain = -1e300", "part.gain = true", "part.gain = 2030-01-01",
+                      "part.gain = 12:00:00", "part.gain = 2030-01-01T00:00:00Z", "part.gain = [1]",
+                      "part.deep.list = 'a'", "part.deep.list = ['a']", "part.deep.list = [[1]]",
                       "part.deep.list = [1, true]", "part.deep.list = [6]",
-                      "part.deep.list = [nan]", "part = 5", "part.unknown = 1",
+                      "part.deep.list = [1e300]", "part = 5", "part.unknown = 1",
                       "word = \"a\\u0000b\"", "word = \"a\\nb\"", "word = { a = 1 }",
                       "[[word]]\na = 1", "'' = 1", "'part.count.x' = 1"));
 TEST_P(WrongValue, IsReportedWithItsPlace) {
@@ -115,7 +114,7 @@ TEST_P(NoToml, IsADataErrorWithLineAndColumn) {
   } catch (const DataError& error) {
     EXPECT_EQ(error.file, "outfit.toml");
     EXPECT_THAT(error.where, HasSubstr("line "));
-    EXPECT_EQ(error.expected, "TOML 1.0");
+    EXPECT_FALSE(error.expected.empty());
   }
 }
 
@@ -130,8 +129,7 @@ TEST_F(OptionsFile, RefusesDepth) {
 }
 
 TEST_F(OptionsFile, RefusesALongString) {
-  EXPECT_THAT(set("word = '" + std::string(70'000, 'a') + "'"),
-              ElementsAre(HasSubstr("word is 70000 bytes long")));
+  EXPECT_THROW(set("word = '" + std::string(70'000, 'a') + "'"), DataError);
 }
 
 TEST(TomlEntries, ArraysOfTablesAreNumbered) {
@@ -142,9 +140,24 @@ TEST(TomlEntries, ArraysOfTablesAreNumbered) {
   EXPECT_EQ(entries[1].line, 4);
 }
 
-TEST(TomlEntries, Dates) {
+TEST_F(OptionsFile, RefusesWhatIsNotFinite) {
+  for (const char* text : {"part.gain = nan", "part.gain = inf", "part.gain = -inf",
+                           "part.deep.list = [nan]", "part.gain = 1e999"}) {
+    EXPECT_THROW(set(text), DataError) << text;
+  }
+}
+
+TEST_F(OptionsFile, RefusesEndlessDottedKeys) {
+  std::string key = "a";
+  for (int i = 0; i < 100'000; ++i) {
+    key += ".a";
+  }
+  EXPECT_THROW(set(key + " = 1"), DataError);
+}
+
+TEST(TomlEntries, DatesAreText) {
   const auto entries = read_toml_entries("d = 2030-01-02", "f");
-  EXPECT_EQ(entries[0].kind, TomlEntry::Kind::Date);
+  EXPECT_EQ(entries[0].kind, TomlEntry::Kind::Text);
   EXPECT_EQ(entries[0].text, "2030-01-02");
 }
 
@@ -194,7 +207,7 @@ INSTANTIATE_TEST_SUITE_P(All, WrongConsent,
                                            "[consent]\nwho=\"A\\n\"\nscope='x'",
                                            "[consent]\nwho=''\nscope='x'", "[consent",
                                            "[[consent]]\nwho='A'\nscope='x'\n[[consent]]\nwho='B'",
-                                           "[consent]\nwho=2030-01-01\nscope='x'"));
+                                           "[consent]\nwho=[2030-01-01]\nscope='x'"));
 TEST_P(WrongConsent, IsADataError) {
   try {
     read(GetParam());
