@@ -4,6 +4,7 @@
 
 #include "core/camera.h"
 #include "core/mesh.h"
+#include "core/options.h"
 
 namespace atelier {
 
@@ -24,6 +25,8 @@ struct FramingOptions {
       0.49;  ///< of the picture's longer side, radians, in (0, 3); 0.49: a portrait lens
   double margin = 0.06;  ///< left free on each side, share of the picture, in [0, 0.45]
 };
+
+OptionTable describe(FramingOptions& options);
 
 /// A camera from which all points lie just inside the picture. Throws LogicError if there is no
 /// point or options or sizes are out of range. One pass over the points.

@@ -31,10 +31,12 @@ struct RenderOptions {
 OptionTable describe(RenderOptions& options);
 
 struct PrepareOptions {
-  Ambient ambient = Ambient::PerPixel;
+  Ambient ambient = Ambient::PerPixel;  ///< not in describe: the caller knows its meshes
   int vertex_samples = 128;  ///< environment rays per vertex and side (PerVertex only), [1, 65536]
   std::int64_t seed = 0;     ///< of the random numbers
 };
+
+OptionTable describe(PrepareOptions& options);
 
 /// A scene made ready for rays: checked, its tree built, its textures filtered and, with
 /// Ambient::PerVertex, its environment light gathered. Cheap to copy; safe to render from many

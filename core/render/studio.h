@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/options.h"
 #include "core/render/framing.h"
 #include "core/render/render.h"
 #include "core/render/scene.h"
@@ -16,11 +17,13 @@ namespace atelier {
 Scene studio_scene(std::vector<RenderMesh> meshes, double azimuth = 0);
 
 struct PictureOptions {
-  int width = 600;   ///< pixels
-  int height = 800;  ///< pixels
+  int width = 600;   ///< pixels, [1, 16384]
+  int height = 800;  ///< pixels, [1, 16384]
   int samples = 8;   ///< per pixel; 4 for previews, 32 for print
   FramingOptions framing;
 };
+
+OptionTable describe(PictureOptions& options);
 
 /// A mesh in the studio, tone mapped: linear RGB in [0,1], ready for srgb_from_linear. Without a
 /// `look`, a soft grey clay whose inner sides are warm, times the mesh's own colours.

@@ -161,7 +161,7 @@ class Tile {
 
   void shoot(int first, int last) {
     shaded_.clear();
-    RTCRayHit16 packet;
+    RTCRayHit16 packet{};
     struct Lane {
       int y;
       std::uint32_t pixel, index;

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "core/image.h"
+#include "core/options.h"
 #include "core/types.h"
 
 namespace atelier {
@@ -13,6 +14,8 @@ struct VideoOptions {
   int quality = 20;  ///< x264's constant rate factor, [0, 51]; 20 is hard to tell from the source,
                      ///< 28 is small
 };
+
+OptionTable describe(VideoOptions& options);
 
 /// Writes `count` frames as H.264 in MP4 (yuv420p, BT.709, index in front) that browsers play.
 /// `frame(i)` gives linear RGB [height, width, 3] in [0,1], all of one size; an odd last row or

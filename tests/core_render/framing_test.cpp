@@ -8,6 +8,7 @@
 #include "core/options.h"
 #include "core/render/render.h"
 #include "core/render/studio.h"
+#include "core/render/video.h"
 #include "tests/core_render/shapes.h"
 
 namespace atelier {
@@ -138,6 +139,20 @@ TEST(RenderOptions, AreDescribed) {
   EXPECT_EQ(options.samples, 32);
   EXPECT_NE(set_option(table, "samples", "0"), "");
   EXPECT_NE(set_option(table, "samplse", "4").find("samples"), std::string::npos);
+}
+
+TEST(PictureOptions, DefaultsLieInTheirRanges) {
+  PictureOptions picture;
+  PrepareOptions prepare_options;
+  VideoOptions video;
+  EXPECT_TRUE(check_options(describe(picture)).empty());
+  EXPECT_TRUE(check_options(describe(prepare_options)).empty());
+  EXPECT_TRUE(check_options(describe(video)).empty());
+  OptionTable table = describe(picture);
+  EXPECT_EQ(set_option(table, "framing.margin", "0.2"), "");
+  EXPECT_EQ(picture.framing.margin, 0.2);
+  EXPECT_NE(set_option(table, "framing.margin", "0.6"), "");
+  EXPECT_NE(set_option(table, "width", "0"), "");
 }
 
 }  // namespace

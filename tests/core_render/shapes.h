@@ -3,12 +3,11 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <string>
 
 #include "core/camera.h"
 #include "core/image.h"
+#include "core/io/image_file.h"
 #include "core/mesh.h"
 #include "core/render/scene.h"
 
@@ -132,12 +131,7 @@ inline void keep_picture(const std::string& name, const Image& image) {
   if (folder == nullptr) {
     return;
   }
-  ByteImage bytes = srgb_from_linear(image);
-  cv::Mat rgb(bytes.height, bytes.width, bytes.channels == 4 ? CV_8UC4 : CV_8UC3,
-              bytes.data.data());
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, bytes.channels == 4 ? cv::COLOR_RGBA2BGRA : cv::COLOR_RGB2BGR);
-  cv::imwrite(std::string(folder) + "/" + name + ".png", bgr);
+  write_image(std::string(folder) + "/" + name + ".png", image);
 }
 
 }  // namespace atelier::testing
