@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "bodymodel/body_model.h"
+#include "bodymodel/motion_clip.h"
+#include "core/io/mesh_gltf.h"
+#include "core/limits.h"
+
+namespace atelier {
+
+/// Reads the skinned mesh of a glTF scene as a body: all primitives of the first node that has mesh
+/// and skin, in its bind pose, as large as the scene shows it. Joint rest frames are those of the
+/// inverse bind matrices; joints of equal name get a number; weights are scaled to sum 1 and morph
+/// targets become shape parameters in [0,1]. `findings` says what was repaired. Throws DataError
+/// for a scene without a skin, two roots, joints that hang on one another in a cycle, bind matrices
+/// that shear or are scaled unevenly, and what check_body_model refuses.
+struct GltfBody {
+  BodyModel model;
+  std::vector<Finding> findings;
+};
+GltfBody read_gltf_body(const GltfScene& scene, const std::string& file = "");
+GltfBody read_gltf_body(const std::filesystem::path& path, const Limits& limits = {});
+
+/// Samples an animation of a glTF scene at `options.fps` (30 if 0), on the skeleton of its first
+/// skin. Step, linear (rotations the short way) and cubic spline keys. A skeleton has fixed bones:
+/// what animated translations and scales move them is dropped with a finding ("motion-stretch").
+/// Throws DataError for a scene without skin or animations, or an animation that moves no joint.
+MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file = "",
+                            std::size_t animation = 0, const MotionOptions& options = {},
+                            const Limits& limits = {});
+MotionClip read_gltf_motion(const std::filesystem::path& path, const MotionOptions& options = {},
+                            const Limits& limits = {});
+
+/// A body at a shape as a glTF scene: mesh, skin, a node for each joint and, if `motion` has poses,
+/// an animation with linear keys. Pose correctives have no place in glTF and are left out. More
+/// than four influences go into JOINTS_1, which few viewers show: pack_skin_weights to four before,
+/// for those. Throws LogicError for poses of another skeleton.
+GltfScene gltf_body(const BodyModel& model, const Eigen::VectorXd& shape = {},
+                    const Motion& motion = {});
+
+}  // namespace atelier

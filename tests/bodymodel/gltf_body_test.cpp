@@ -1,0 +1,200 @@
+#include "bodymodel/gltf_body.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
+#include "bodymodel/retarget.h"
+#include "bodymodel/skinning.h"
+#include "core/error.h"
+#include "tests/bodymodel/synthetic_body.h"
+#include "tests/bodymodel/synthetic_person.h"
+#include "tests/support/test_data.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+// Without what glTF cannot hold.
+BodyModel plain_body() {
+  BodyModel model = testing::synthetic_body(40, 4);
+  model.correctives.clear();
+  model.shape.clear();
+  return model;
+}
+
+Motion short_motion(const Skeleton& skeleton) {
+  Motion motion;
+  motion.fps = 30;
+  for (int i = 0; i < 4; ++i) {
+    motion.poses.push_back(testing::random_pose(skeleton, i, 0.3));
+    motion.frame_ids.push_back(i);
+  }
+  return motion;
+}
+
+TEST(GltfBody, WhatIsWrittenReadsBack) {
+  const BodyModel model = plain_body();
+  const Motion motion = short_motion(model.skeleton);
+  const std::string bytes = glb_bytes(gltf_body(model, {}, motion));
+  const GltfScene scene = read_gltf(std::as_bytes(std::span(bytes)), "a.glb");
+  const GltfBody back = read_gltf_body(scene, "a.glb");
+  const MotionClip clip = read_gltf_motion(scene, "a.glb");
+  ASSERT_EQ(joint_count(back.model), joint_count(model));
+  ASSERT_EQ(vertex_count(back.model), vertex_count(model));
+  ASSERT_EQ(clip.motion.poses.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    // float in the file
+    EXPECT_LT(
+        (skin_vertices(back.model, clip.motion.poses[i]) - skin_vertices(model, motion.poses[i]))
+            .cwiseAbs()
+            .maxCoeff(),
+        1e-5);
+  }
+}
+
+TEST(GltfBody, ASceneAndItsBodyShowTheSame) {
+  const BodyModel model = plain_body();
+  const GltfScene scene = gltf_body(model);
+  EXPECT_LT((rest_mesh(scene).vertices - model.mesh.vertices).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(GltfBody, AShapeIsBakedIn) {
+  BodyModel model = testing::synthetic_body(40, 4);
+  const Eigen::Vector2d shape(1.9, 1);
+  const GltfBody back = read_gltf_body(gltf_body(model, shape));
+  EXPECT_LT((back.model.mesh.vertices - shape_body(model, shape).vertices).norm(), 1e-9);
+}
+
+TEST(GltfBody, AnArmatureMayBeScaledAndTurned) {
+  // As exporters write it: a parent node that turns and scales the whole skeleton, which the bind
+  // matrices undo.
+  const BodyModel model = plain_body();
+  GltfScene scene = gltf_body(model);
+  GltfNode armature;
+  armature.name = "Armature";
+  armature.scale = Eigen::Vector3d::Constant(0.01);
+  armature.rotation =
+      Eigen::Vector4d(std::sqrt(0.5), 0, 0, -std::sqrt(0.5));  // -90 degrees about x
+  const int index = static_cast<int>(scene.nodes.size());
+  scene.nodes.push_back(armature);
+  scene.nodes[0].parent = index;
+  scene.nodes.back().parent = -1;
+  scene.roots[0] = index;
+  const BodyModel back = read_gltf_body(scene).model;
+  Points expected(40, 3);
+  expected << model.mesh.vertices.col(0), model.mesh.vertices.col(2), -model.mesh.vertices.col(1);
+  EXPECT_LT((back.mesh.vertices - 0.01 * expected).norm(), 1e-9);
+  EXPECT_NEAR((rest_positions(back.skeleton).row(3) - rest_positions(back.skeleton).row(1)).norm(),
+              0.01 * model.skeleton.offsets.row(3).norm(), 1e-9);
+}
+
+TEST(GltfBody, SplinesAndStepsAreSampled) {
+  GltfScene scene = gltf_body(plain_body());
+  GltfChannel step{1, GltfPath::Rotation, GltfInterpolation::Step, {0, 1}, {}};
+  step.values.resize(2, 4);
+  step.values << 0, 0, 0, 1, 0, 0, 1, 0;
+  GltfChannel curve{0, GltfPath::Translation, GltfInterpolation::CubicSpline, {0, 1}, {}};
+  curve.values.setZero(6, 3);
+  curve.values(4, 0) = 1;  // from 0 to 1 with flat ends: 3 s^2 - 2 s^3
+  scene.animations = {{"a", {step, curve}}};
+  const MotionClip clip = read_gltf_motion(scene, "a.glb", 0, {0, 0, 4});
+  ASSERT_EQ(clip.motion.poses.size(), 5u);
+  const double x0 = clip.motion.poses[0].root_translation.x();
+  EXPECT_NEAR(clip.motion.poses[1].root_translation.x() - x0, 3 * 0.0625 - 2 * 0.015625, 1e-9);
+  EXPECT_EQ(clip.motion.poses[3].rotations.row(1), clip.motion.poses[0].rotations.row(1));
+  EXPECT_NE(clip.motion.poses[4].rotations.row(1), clip.motion.poses[0].rotations.row(1));
+}
+
+TEST(GltfBody, MorphTargetsBecomeShapes) {
+  GltfScene scene = gltf_body(plain_body());
+  GltfMorphTarget target;
+  target.positions = Points::Constant(40, 3, 0.1);
+  scene.meshes[0].primitives[0].targets = {target};
+  scene.meshes[0].target_names = {"smile"};
+  const BodyModel model = read_gltf_body(scene).model;
+  ASSERT_EQ(model.shape.size(), 1u);
+  EXPECT_EQ(model.shape[0].name, "smile");
+  EXPECT_NEAR(model.shape[0].surface.offsets(3, 1), 0.1, 1e-12);
+}
+
+TEST(GltfBody, RealPeopleLoadAndMove) {
+  ATELIER_TEST_FILE(file, "gltf_skinned/mesh2motion/m2m-custom-animation-success.glb");
+  const GltfBody body = read_gltf_body(file);
+  const MotionClip clip = read_gltf_motion(file);
+  EXPECT_EQ(joint_count(body.model), 66);
+  EXPECT_TRUE(find_humanoid(body.model.skeleton).has_value());
+  EXPECT_GT(clip.motion.poses.size(), 10u);
+  for (const char* other : {"human-female.glb", "human-male.glb", "human-sophia.glb"}) {
+    const GltfBody person = read_gltf_body(file.parent_path() / other);
+    const Points& v = person.model.mesh.vertices;
+    EXPECT_NEAR(v.col(1).maxCoeff() - v.col(1).minCoeff(), 1.8, 0.4) << other;
+    // The animation moves any of them.
+    const Retargeted moved = retarget(clip, person.model);
+    EXPECT_TRUE(skin_vertices(person.model, moved.motion.poses[5]).allFinite()) << other;
+  }
+}
+
+TEST(GltfBody, TheFoxLoads) {
+  ATELIER_TEST_FILE(file, "gltf_skinned/bevy_fox/Fox.glb");
+  const GltfBody body = read_gltf_body(file);
+  const MotionClip clip = read_gltf_motion(file);
+  EXPECT_TRUE(skin_vertices(body.model, clip.motion.poses.back()).allFinite());
+}
+
+TEST(GltfBody, RefusesWhatIsNoBody) {
+  const auto refused = [](void (*spoil)(GltfScene&), const char* message) {
+    GltfScene scene = gltf_body(plain_body());
+    spoil(scene);
+    EXPECT_THAT([&] { read_gltf_body(scene, "a.glb"); },
+                ThrowsMessage<DataError>(HasSubstr(message)));
+  };
+  refused([](GltfScene& s) { s.nodes.back().skin = -1; }, "a skinned mesh");
+  refused([](GltfScene& s) { s.nodes[3].parent = -1; }, "two roots");
+  refused([](GltfScene& s) { s.skins[0].joints.clear(); }, "no joints");
+  refused([](GltfScene& s) { s.skins[0].inverse_binds[2](0, 0) = 5; }, "scales unevenly");
+  refused([](GltfScene& s) { s.skins[0].inverse_binds[2].setZero(); }, "bind matrix");
+  refused([](GltfScene& s) { s.meshes[0].primitives[0].joints.resize(0, 4); },
+          "JOINTS_0 and WEIGHTS_0");
+  refused([](GltfScene& s) { s.meshes[0].primitives[0].joints(3, 0) = 99; }, "a joint of the skin");
+  refused([](GltfScene& s) { s.meshes[0].primitives[0].weights.row(7).setZero(); },
+          "no joint that moves it");
+}
+
+TEST(GltfBody, RefusesWhatIsNoMotion) {
+  GltfScene scene = gltf_body(plain_body());
+  EXPECT_THAT([&] { read_gltf_motion(scene, "a.glb"); },
+              ThrowsMessage<DataError>(HasSubstr("animation 0")));
+  GltfChannel channel{static_cast<int>(scene.nodes.size()) - 1,
+                      GltfPath::Translation,
+                      GltfInterpolation::Linear,
+                      {0, 1},
+                      Eigen::MatrixXd::Zero(2, 3)};
+  scene.animations = {{"camera", {channel}}};
+  EXPECT_THAT([&] { read_gltf_motion(scene, "a.glb"); },
+              ThrowsMessage<DataError>(HasSubstr("no channel that moves a joint")));
+  channel.node = 0;
+  channel.times = {0, 1e9};
+  scene.animations = {{"long", {channel}}};
+  EXPECT_THAT([&] { read_gltf_motion(scene, "a.glb"); },
+              ThrowsMessage<DataError>(HasSubstr("at most 1000000 frames")));
+  scene.skins.clear();
+  EXPECT_THAT([&] { read_gltf_motion(scene, "a.glb"); },
+              ThrowsMessage<DataError>(HasSubstr("skins")));
+}
+
+TEST(GltfBody, RefusesToWritePosesOfAnotherSkeleton) {
+  const BodyModel model = plain_body();
+  Motion motion = short_motion(model.skeleton);
+  motion.poses[2].rotations.conservativeResize(3, 3);
+  EXPECT_THAT([&] { gltf_body(model, {}, motion); },
+              ThrowsMessage<LogicError>(HasSubstr("another skeleton")));
+}
+
+}  // namespace
+}  // namespace atelier
