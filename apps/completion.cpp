@@ -13,10 +13,10 @@ namespace {
 
 /// "    status) words='--check --json' ;;" of the options that a command declares.
 std::string flag_case(std::string_view name, const CLI::App& parser) {
-  std::string words;
+  std::string words = "--help";
   for (const CLI::Option* option : parser.get_options()) {
     for (const std::string& flag : option->get_lnames()) {
-      words += (words.empty() ? "--" : " --") + flag;
+      words += flag == "help" ? "" : " --" + flag;
     }
   }
   return "    " + std::string(name) + ") words='" + words + "' ;;\n";
@@ -36,9 +36,7 @@ std::string bash_script() {
   }
   for (const Command& command : all_commands()) {
     CLI::App parser;
-    if (command.name == "completion") {
-      parser.add_flag("--help");  // declaring it here would not end
-    } else {
+    if (command.name != "completion") {  // which would ask itself without end
       command.add(parser);
     }
     add(command.name, parser);

@@ -1,0 +1,461 @@
+// The command line: what it says, what it refuses, how it exits.
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/exit_code.h"
+#include "core/store/file_lock.h"
+#include "tests/apps/statistics_fixture.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+class Program : public StatisticsFixture {
+ protected:
+  /// One readable line on standard error, nothing on standard output, and the code.
+  static void expect_refusal(const ChildResult& result, int code, const std::string& words) {
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_THAT(result.err, StartsWith("atelier: "));
+    EXPECT_THAT(result.err, HasSubstr(words));
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_THAT(result.out, IsEmpty());
+  }
+  ChildResult run_statistics(std::vector<std::string> more) {
+    return run_child(statistics(std::move(more)));
+  }
+};
+
+TEST_F(Program, HelpListsStagesAndCommandsAndExitCodes) {
+  const ChildResult result = run({"--help"});
+  EXPECT_EQ(result.exit_code, 0);
+  for (const char* word : {"statistics", "status", "inspect", "gc", "convert", "options",
+                           "completion", "Exit codes:", "70 a defect"}) {
+    EXPECT_THAT(result.out, HasSubstr(word));
+  }
+  EXPECT_THAT(result.err, IsEmpty());
+}
+
+TEST_F(Program, NothingIsAUsageErrorWithHelp) {
+  const ChildResult result = run({});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.out, HasSubstr("Usage: atelier COMMAND"));
+}
+
+TEST_F(Program, EveryCommandHasHelp) {
+  for (const char* command :
+       {"statistics", "status", "inspect", "gc", "convert", "options", "completion"}) {
+    const ChildResult result = run({command, "--help"});
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_THAT(result.out, HasSubstr(std::string("atelier ") + command));
+    EXPECT_THAT(result.out, HasSubstr("Exit codes:"));
+  }
+}
+
+TEST_F(Program, HelpOfAStageHasItsOptionsWithRangeAndDefault) {
+  const ChildResult result = run({"statistics", "--help"});
+  EXPECT_THAT(result.out, HasSubstr("--statistics.edge_quantiles"));
+  EXPECT_THAT(result.out, HasSubstr("list of numbers in [0, 1]"));
+  EXPECT_THAT(result.out, HasSubstr("[0, 0.05, 0.5, 0.95, 1]"));
+}
+
+TEST_F(Program, VersionNamesTheBuild) {
+  EXPECT_THAT(run({"--version"}).out, StartsWith("atelier "));
+}
+
+TEST_F(Program, RunsAStage) {
+  write_boxes(input(), 4);
+  const ChildResult result = run({"statistics", input().string(), workspace().string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("statistics done: "));
+  EXPECT_THAT(result.out, HasSubstr("frames 4"));
+  EXPECT_THAT(result.out, HasSubstr("consent: none recorded"));
+  EXPECT_THAT(result.err, HasSubstr("statistics  4/4 frames"));
+  const auto text = read_file_text(stage_folder() / "current/statistics.json", 1 << 20);
+  const nlohmann::json json = nlohmann::json::parse(text);
+  EXPECT_EQ(json["frames"].size(), 4u);
+  EXPECT_EQ(json["ranges"]["vertices"]["mean"], 8.0);
+  EXPECT_NEAR(json["frames"][3]["volume"].get<double>(), 1.03, 1e-12);
+  EXPECT_EQ(json["frames"][0]["boundary_loops"], 0);
+}
+
+TEST_F(Program, JsonEventsAreOnePerLine) {
+  write_boxes(input(), 3);
+  const ChildResult result = run_statistics({"--json"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, IsEmpty());
+  std::istringstream lines(result.out);
+  std::string last;
+  for (std::string line; std::getline(lines, line); last = line) {
+    EXPECT_TRUE(nlohmann::json::accept(line)) << line;
+  }
+  const nlohmann::json end = nlohmann::json::parse(last);
+  EXPECT_EQ(end["event"], "end");
+  EXPECT_EQ(end["end"], "done");
+  EXPECT_EQ(end["metrics"]["frames"], 3);
+}
+
+TEST_F(Program, ADryRunSaysWhyAndDoesNothing) {
+  write_boxes(input(), 2);
+  const ChildResult first = run_statistics({"--dry-run"});
+  EXPECT_EQ(first.exit_code, 0);
+  EXPECT_THAT(first.out, HasSubstr("it has no result in this workspace"));
+  EXPECT_FALSE(std::filesystem::exists(workspace()));
+  run_statistics({});
+  EXPECT_THAT(run_statistics({"--dry-run"}).out, HasSubstr("would do nothing"));
+  EXPECT_THAT(run_statistics({"--dry-run", "--statistics.edge_quantiles", "0.5"}).out,
+              HasSubstr("option statistics.edge_quantiles: [0,0.05,0.5,0.95,1] -> [0.5]"));
+  write_boxes(input(), 3);
+  EXPECT_THAT(run_statistics({"--dry-run"}).out, HasSubstr("input meshes changed (2 files"));
+}
+
+TEST_F(Program, OptionsComeFromFilesAndFlagsAndTheManifestSaysWhich) {
+  write_boxes(input(), 1);
+  const std::string file = (root_ / "outfit.toml").string();
+  std::ofstream(file) << "[statistics]\nedge_quantiles = [0.25]\n[input]\nunit = \"cm\"\n";
+  ASSERT_EQ(run_statistics({"--config", file, "--input.unit", "mm"}).exit_code, 0);
+  const nlohmann::json manifest =
+      nlohmann::json::parse(read_file_text(stage_folder() / "current/manifest.json", 1 << 20));
+  for (const auto& option : manifest["options"]) {
+    if (option["name"] == "input.unit") {
+      EXPECT_EQ(option["source"], "flag");
+      EXPECT_EQ(option["value"], "mm");
+    } else if (option["name"] == "statistics.edge_quantiles") {
+      EXPECT_EQ(option["source"], file + ":2");
+    } else {
+      EXPECT_EQ(option["source"], "default");
+    }
+  }
+}
+
+TEST_F(Program, UnitsOfTheInputCount) {
+  write_boxes(input(), 1);
+  run_statistics({"--input.unit", "cm"});
+  const nlohmann::json json =
+      nlohmann::json::parse(read_file_text(stage_folder() / "current/statistics.json", 1 << 20));
+  EXPECT_NEAR(json["frames"][0]["volume"].get<double>(), 1e-6, 1e-15);
+}
+
+TEST_F(Program, ShardsOnTheCommandLine) {
+  write_boxes(input(), 5);
+  EXPECT_THAT(run_statistics({"--shard", "0/2"}).out, HasSubstr("3 of 5 frames are done"));
+  EXPECT_THAT(run_statistics({"--shard", "1/2"}).out, HasSubstr("statistics done"));
+}
+
+TEST_F(Program, ALockedWorkspaceIsRefused) {
+  write_boxes(input(), 1);
+  std::filesystem::create_directories(stage_folder());
+  const auto lock = FileLock::try_lock(stage_folder() / ".lock", FileLock::Mode::Exclusive);
+  expect_refusal(run_statistics({}), kExitEnvironment,
+                 "another run is working on 'statistics' here");
+}
+
+TEST_F(Program, ConsentIsShown) {
+  write_boxes(input(), 1);
+  std::ofstream(input() / "capture.toml")
+      << "[consent]\nwho = 'P. Doe'\nscope = 'research'\nuntil = 2030-12-31\n";
+  EXPECT_THAT(run_statistics({}).out, HasSubstr("consent: P. Doe, research, until 2030-12-31"));
+  EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr("consent: P. Doe, research"));
+}
+
+TEST_F(Program, StatusChecks) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  EXPECT_EQ(run({"status", workspace().string(), "--check", "--digests"}).exit_code, 0);
+  const auto json = nlohmann::json::parse(run({"status", workspace().string(), "--json"}).out);
+  EXPECT_EQ(json[0]["stage"], "statistics");
+  EXPECT_EQ(json[0]["state"], "done");
+  std::ofstream(stage_folder() / "current/statistics.json") << "x";
+  const ChildResult damaged = run({"status", workspace().string(), "--check"});
+  EXPECT_EQ(damaged.exit_code, kExitCheckFailed);
+  EXPECT_THAT(damaged.out, HasSubstr("output-size"));
+}
+
+TEST_F(Program, GcRemovesOlderResults) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  run_statistics({"--statistics.edge_quantiles", "0.5"});
+  EXPECT_THAT(run({"gc", workspace().string(), "--dry-run"}).out, HasSubstr("would remove"));
+  EXPECT_THAT(run({"gc", workspace().string()}).out, HasSubstr("removed"));
+  EXPECT_THAT(run({"gc", workspace().string()}).out, HasSubstr("nothing to remove"));
+}
+
+TEST_F(Program, InspectSaysWhatAFileIs) {
+  write_boxes(input(), 1);
+  const ChildResult mesh = run({"inspect", (input() / "box_000.obj").string()});
+  EXPECT_EQ(mesh.exit_code, 0) << mesh.err;
+  EXPECT_THAT(mesh.out, AllOf(HasSubstr("vertices          8"), HasSubstr("1 m3")));
+  run_statistics({});
+  const ChildResult manifest =
+      run({"inspect", (stage_folder() / "current/manifest.json").string()});
+  EXPECT_THAT(manifest.out, HasSubstr("manifest of a result of 'statistics'"));
+  const auto json =
+      nlohmann::json::parse(run({"inspect", (input() / "box_000.obj").string(), "--json"}).out);
+  EXPECT_EQ(json["vertices"], "8");
+}
+
+TEST_F(Program, InspectFindsWhatIsDamaged) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  std::filesystem::remove(stage_folder() / "current/statistics.json");
+  EXPECT_THAT(run({"inspect", (stage_folder() / "current/manifest.json").string()}).out,
+              HasSubstr("output-missing"));
+}
+
+TEST_F(Program, ConvertKeepsTheMesh) {
+  write_boxes(input(), 1);
+  const std::string ply = (root_ / "box.ply").string();
+  const ChildResult result =
+      run({"convert", (input() / "box_000.obj").string(), ply, "--unit", "cm"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("8 vertices, 12 faces"));
+  EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("highest           0.01 0.01 0.01"));
+}
+
+TEST_F(Program, RenderMakesAPicture) {
+  if (run({"--help"}).out.find("render") == std::string::npos) {
+    GTEST_SKIP() << "built without core_render";
+  }
+  write_boxes(input(), 1);
+  const std::string png = (root_ / "box.png").string();
+  const ChildResult result = run({"render", (input() / "box_000.obj").string(), "--out", png,
+                                  "--width", "64", "--height", "48", "--samples", "1"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(run({"inspect", png}).out, HasSubstr("64 x 48"));
+  expect_refusal(run({"render", (input() / "box_000.obj").string(), "--out", "box.jpg"}),
+                 kExitUsage, "it takes a name with .png");
+}
+
+TEST_F(Program, TheDocumentOfOptionsIsUpToDate) {
+  const ChildResult result = run({"options", "--markdown"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.out,
+            read_file_text(std::string(ATELIER_SOURCE_DIR) + "/docs/options.md", 1 << 20))
+      << "run: atelier options --markdown > docs/options.md";
+}
+
+TEST_F(Program, CompletionCompletes) {
+  const std::string script = (root_ / "completion.bash").string();
+  const ChildResult result = run({"completion", "bash"});
+  ASSERT_EQ(result.exit_code, 0);
+  std::ofstream(script) << result.out;
+  const auto complete = [&](const std::string& words, int at) {
+    const ChildResult shell = run_child({"bash", "-c",
+                                         "source " + script + "; COMP_WORDS=(" + words +
+                                             "); COMP_CWORD=" + std::to_string(at) +
+                                             "; _atelier; echo \"${COMPREPLY[@]}\""});
+    EXPECT_EQ(shell.exit_code, 0) << shell.err;
+    EXPECT_THAT(shell.err, IsEmpty());
+    return shell.out;
+  };
+  EXPECT_EQ(complete("atelier sta", 1), "statistics status\n");
+  EXPECT_EQ(complete("atelier completion ba", 2), "bash\n");
+  EXPECT_EQ(complete("atelier statistics --dry", 2), "--dry-run\n");
+  EXPECT_EQ(complete("atelier statistics a b --statistics.e", 4), "--statistics.edge_quantiles\n");
+  EXPECT_EQ(complete("atelier gc --j", 2), "--json\n");
+  EXPECT_THAT(complete("atelier inspect " + (root_ / "compl").string(), 2), HasSubstr(script));
+  EXPECT_EQ(complete("atelier nonsense --x", 2), "\n");
+}
+
+TEST_F(Program, AFullStandardOutputIsAnError) {
+  const ChildResult result =
+      run_child({"bash", "-c", std::string(ATELIER_SMALL_PROGRAM) + " --help > /dev/full"});
+  EXPECT_EQ(result.exit_code, kExitEnvironment);
+  EXPECT_THAT(result.err, HasSubstr("standard output"));
+}
+
+TEST_F(Program, TooLittleMemoryIsTheEnvironment) {
+  write_boxes(input(), 1);
+  // A mesh that needs a few hundred MB in an address space of less.
+  std::ofstream(input() / "box_000.obj", std::ios::app) << std::string(300'000'000, '#');
+  const ChildResult result =
+      run_child({"bash", "-c",
+                 "ulimit -v 400000; exec " + std::string(ATELIER_SMALL_PROGRAM) + " statistics " +
+                     input().string() + " " + workspace().string() + " --jobs 1"});
+  EXPECT_THAT(result.exit_code, ::testing::AnyOf(kExitEnvironment, kExitBadData)) << result.err;
+  EXPECT_THAT(result.err, StartsWith("atelier: "));
+}
+
+// --- refusals of the command line
+
+struct BadCommand {
+  const char* name;
+  std::vector<std::string> arguments;
+  int code;
+  const char* words;
+};
+
+void PrintTo(const BadCommand& bad, std::ostream* out) {
+  *out << bad.name;
+}
+
+class Refused : public Program, public ::testing::WithParamInterface<BadCommand> {};
+
+INSTANTIATE_TEST_SUITE_P(
+    All, Refused,
+    ::testing::Values(
+        BadCommand{"UnknownCommand", {"statistcs"}, 2, "did you mean 'statistics'?"},
+        BadCommand{"UnknownCommandFarAway", {"qqqqq"}, 2, "there is no command 'qqqqq'; see"},
+        BadCommand{"FlagInsteadOfCommand", {"--workspace"}, 2, "there is no command"},
+        BadCommand{"EmptyCommand", {""}, 2, "there is no command ''"},
+        BadCommand{"NoInput", {"statistics"}, 2, "it takes an INPUT and a WORKSPACE"},
+        BadCommand{"NoWorkspace", {"statistics", "IN"}, 2, "it takes an INPUT and a WORKSPACE"},
+        BadCommand{"OneTooMany", {"statistics", "IN", "WS", "x"}, 2, "does not take 'x' as well"},
+        BadCommand{"UnknownFlag",
+                   {"statistics", "IN", "WS", "--forse"},
+                   2,
+                   "has no option '--forse', did you mean '--force'?"},
+        BadCommand{"UnknownOption",
+                   {"statistics", "IN", "WS", "--statistics.edge_quantile", "1"},
+                   2,
+                   "did you mean '--statistics.edge_quantiles'?"},
+        BadCommand{"UnknownOptionWithEquals",
+                   {"statistics", "IN", "WS", "--input.units=m"},
+                   2,
+                   "did you mean '--input.unit'?"},
+        BadCommand{"OptionOutOfRange",
+                   {"statistics", "IN", "WS", "--statistics.edge_quantiles", "2"},
+                   2,
+                   "it takes list of numbers in [0, 1]"},
+        BadCommand{"OptionNotANumber",
+                   {"statistics", "IN", "WS", "--statistics.edge_quantiles", "half"},
+                   2,
+                   "statistics.edge_quantiles cannot be 'half'"},
+        BadCommand{"OptionNaN",
+                   {"statistics", "IN", "WS", "--statistics.edge_quantiles", "nan"},
+                   2,
+                   "cannot be 'nan'"},
+        BadCommand{"UnknownChoice",
+                   {"statistics", "IN", "WS", "--input.unit", "km"},
+                   2,
+                   "input.unit cannot be 'km': it takes m, dm, cm, mm, in, ft"},
+        BadCommand{
+            "OptionWithoutValue", {"statistics", "IN", "WS", "--input.unit"}, 2, "--input.unit"},
+        BadCommand{"BadJobs", {"statistics", "IN", "WS", "--jobs", "-1"}, 2, "--jobs"},
+        BadCommand{"JobsNoNumber", {"statistics", "IN", "WS", "--jobs", "many"}, 2, "--jobs"},
+        BadCommand{"TooManyJobs", {"statistics", "IN", "WS", "--jobs", "1000000"}, 2, "--jobs"},
+        BadCommand{"BadDevice", {"statistics", "IN", "WS", "--device", "tpu"}, 2, "--device"},
+        BadCommand{"BadFrames",
+                   {"statistics", "IN", "WS", "--frames", "5:3"},
+                   2,
+                   "--frames cannot be '5:3'"},
+        BadCommand{
+            "BadShard", {"statistics", "IN", "WS", "--shard", "2/2"}, 2, "--shard cannot be '2/2'"},
+        BadCommand{"FramesOfNothing",
+                   {"statistics", "IN", "WS", "--frames", "100:200"},
+                   3,
+                   "expected some of frames 100:200"},
+        BadCommand{"MissingConfig",
+                   {"statistics", "IN", "WS", "--config", "nothing.toml"},
+                   3,
+                   "nothing.toml"},
+        BadCommand{"MissingInput", {"statistics", "nothing", "WS"}, 3, "nothing there"},
+        BadCommand{"WorkspaceInInput",
+                   {"statistics", "IN", "IN/work"},
+                   3,
+                   "a workspace inside its own input"},
+        BadCommand{"WorkspaceIsAFile", {"statistics", "IN", "IN/../file"}, 5, "file"},
+        BadCommand{"WorkspaceInProc", {"statistics", "IN", "/proc/atelier"}, 5, "/proc"},
+        BadCommand{"StatusOfNothing", {"status"}, 2, "it takes a WORKSPACE"},
+        BadCommand{"StatusMissing", {"status", "nothing"}, 3, "no folder"},
+        BadCommand{
+            "StatusUnknownFlag", {"status", "WS", "--digest"}, 2, "did you mean '--digests'?"},
+        BadCommand{"InspectNothing", {"inspect"}, 2, "it takes a FILE"},
+        BadCommand{"InspectMissing", {"inspect", "nothing.obj"}, 3, "nothing there"},
+        BadCommand{"InspectAFolder", {"inspect", "IN"}, 3, "a folder"},
+        BadCommand{
+            "InspectUnknownKind", {"inspect", "file"}, 3, "a kind of file that is not known"},
+        BadCommand{"InspectNoImage", {"inspect", "no.png"}, 3, "no.png"},
+        BadCommand{"InspectNoJson", {"inspect", "no.json"}, 3, "no.json"},
+        BadCommand{"InspectNoArchive", {"inspect", "no.h5"}, 3, "no.h5"},
+        BadCommand{"InspectNoMesh", {"inspect", "no.ply"}, 3, "no.ply"},
+        BadCommand{"InspectNoNpz", {"inspect", "no.npz"}, 3, "no.npz"},
+        BadCommand{"GcOfNothing", {"gc"}, 2, "it takes a WORKSPACE"},
+        BadCommand{"GcMissing", {"gc", "nothing"}, 3, "no folder"},
+        BadCommand{"ConvertNothing", {"convert"}, 2, "it takes two files"},
+        BadCommand{"ConvertToUnknown",
+                   {"convert", "IN/box_000.obj", "x.fbx"},
+                   2,
+                   "it takes a name with .obj, .ply or .glb"},
+        BadCommand{"ConvertMissing", {"convert", "nothing.obj", "x.ply"}, 3, "nothing.obj"},
+        BadCommand{"ConvertBadUnit", {"convert", "a.obj", "b.obj", "--unit", "km"}, 2, "--unit"},
+        BadCommand{
+            "ConvertIntoNothing", {"convert", "IN/box_000.obj", "no/where/x.ply"}, 5, "no/where"},
+        BadCommand{"CompletionOfAnotherShell", {"completion", "fish"}, 2, "of which there is bash"},
+        BadCommand{"OptionsWithArgument", {"options", "x"}, 2, "does not take 'x' as well"}),
+    [](const ::testing::TestParamInfo<BadCommand>& bad) { return bad.param.name; });
+
+TEST_P(Refused, IsOneLineAndItsCode) {
+  write_boxes(input(), 1);
+  std::ofstream(root_ / "file") << "x";
+  for (const char* name : {"no.png", "no.json", "no.h5", "no.ply", "no.npz"}) {
+    std::ofstream(root_ / name) << "this is something else";
+  }
+  std::vector<std::string> arguments = GetParam().arguments;
+  std::string command =
+      "cd " + root_.path().string() + " && exec " +
+      (arguments.empty() || arguments[0] == "statistics" || arguments[0] == "status"
+           ? ATELIER_SMALL_PROGRAM
+           : ATELIER_PROGRAM);
+  for (std::string& argument : arguments) {
+    if (argument.starts_with("IN")) {
+      argument.replace(0, 2, "boxes");
+    } else if (argument == "WS") {
+      argument = "work";
+    }
+    command += " '" + argument + "'";
+  }
+  expect_refusal(run_child({"bash", "-c", command}), GetParam().code, GetParam().words);
+  EXPECT_FALSE(std::filesystem::exists(stage_folder() / "current"));
+}
+
+// Files that cannot be used: one line with the file, code 3, no result.
+
+struct BadInput {
+  const char* name;
+  const char* file;
+  const char* text;
+  const char* words;
+};
+
+void PrintTo(const BadInput& bad, std::ostream* out) {
+  *out << bad.name;
+}
+
+class BadMeshes : public Program, public ::testing::WithParamInterface<BadInput> {};
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadMeshes,
+    ::testing::Values(
+        BadInput{"NaN", "box_001.obj", "v nan 0 0\n", "box_001.obj"},
+        BadInput{"Infinity", "box_001.obj", "v inf 0 0\n", "box_001.obj"},
+        BadInput{"IndexOutOfRange", "box_001.obj", "v 0 0 0\nf 1 2 3\n", "box_001.obj"},
+        BadInput{"NoNumber", "box.obj", "v 0 0 0\n", "no frame number at its end"},
+        BadInput{"SameNumber", "shape_0.obj", "v 0 0 0\n", "one file for each frame"},
+        BadInput{"HugeNumber", "box_99999999999.obj", "v 0 0 0\n", "no frame number at its end"},
+        BadInput{"NoPly", "box_001.ply", "hello", "box_001.ply"},
+        BadInput{"NoToml", "capture.toml", "[consent", "capture.toml"},
+        BadInput{"BadConsent", "capture.toml", "consent = 1", "capture.toml"}),
+    [](const ::testing::TestParamInfo<BadInput>& bad) { return bad.param.name; });
+
+TEST_P(BadMeshes, AreRefusedByName) {
+  write_boxes(input(), 1);
+  std::ofstream(input() / GetParam().file) << GetParam().text;
+  const ChildResult result = run_statistics({"--jobs", "1"});
+  EXPECT_EQ(result.exit_code, kExitBadData) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("atelier: "));
+  EXPECT_THAT(result.err, HasSubstr(GetParam().words));
+  EXPECT_FALSE(std::filesystem::exists(stage_folder() / "current"));
+}
+
+}  // namespace
+}  // namespace atelier::testing
