@@ -22,6 +22,7 @@ struct Parameter {
   double female, male;         ///< average, ANSUR II, rounded to 5 mm
   double residual;             ///< standard deviation at given stature and mass, as a share
   double by_stature;           ///< exponent of stature over average stature
+  double by_volume;            ///< exponent of the body's volume in this measure alone
   double by_bulk;              ///< exponent of girth: sqrt(relative mass / relative stature)
   double low, high;            ///< allowed, metres or kilograms
 };
@@ -32,30 +33,35 @@ struct Parameter {
 // neck slower.
 const Parameter kParameters[] = {
     {"stature", "m", "lowest to highest point", &DefaultHumanOptions::stature,
-     &BodyMeasurements::stature, &HumanBuild::neck_length, 1.63, 1.755, 0.038, 0, 0, 1.40, 2.15},
+     &BodyMeasurements::stature, &HumanBuild::neck_length, 1.63, 1.755, 0.038, 0, 0, 0, 1.40, 2.15},
     {"mass", "kg", "volume times 1010 kg/m^3", &DefaultHumanOptions::mass, &BodyMeasurements::mass,
-     &HumanBuild::fullness, 61.5, 78, 0.13, 2, 0, 35, 180},
+     &HumanBuild::fullness, 61.5, 78, 0.13, 2, 0, 0, 35, 180},
     {"leg_length", "m", "ground to crotch", &DefaultHumanOptions::leg_length,
-     &BodyMeasurements::leg_length, &HumanBuild::leg, 0.767, 0.825, 0.022, 1.1, 0, 0.6, 1.1},
+     &BodyMeasurements::leg_length, &HumanBuild::leg, 0.767, 0.825, 0.022, 1.1, 0.35, 0, 0.6, 1.1},
     {"torso_length", "m", "crotch to the neck joint", &DefaultHumanOptions::torso_length,
-     &BodyMeasurements::torso_length, &HumanBuild::torso, 0.598, 0.645, 0.008, 0.9, 0, 0.4, 0.85},
+     &BodyMeasurements::torso_length, &HumanBuild::torso, 0.598, 0.645, 0.008, 0.9, 0.4, 0, 0.4,
+     0.85},
     {"arm_length", "m", "acromion to wrist", &DefaultHumanOptions::arm_length,
-     &BodyMeasurements::arm_length, &HumanBuild::arm, 0.53, 0.575, 0.028, 1, 0, 0.4, 0.8},
+     &BodyMeasurements::arm_length, &HumanBuild::arm, 0.53, 0.575, 0.028, 1, 0.1, 0, 0.4, 0.8},
     {"shoulder_breadth", "m", "between the acromia", &DefaultHumanOptions::shoulder_breadth,
-     &BodyMeasurements::shoulder_breadth, &HumanBuild::shoulder, 0.365, 0.42, 0.032, 0.6, 0.15,
-     0.28, 0.52},
+     &BodyMeasurements::shoulder_breadth, &HumanBuild::shoulder, 0.365, 0.42, 0.032, 0.6, 0.05,
+     0.15, 0.28, 0.52},
     {"neck_girth", "m", "neck, half way up", &DefaultHumanOptions::neck_girth,
-     &BodyMeasurements::neck_girth, &HumanBuild::neck, 0.32, 0.39, 0.035, 0.5, 0.6, 0.25, 0.55},
+     &BodyMeasurements::neck_girth, &HumanBuild::neck, 0.32, 0.39, 0.035, 0.5, 0.04, 0.6, 0.25,
+     0.55},
     {"chest_girth", "m", "chest at the bust", &DefaultHumanOptions::chest_girth,
-     &BodyMeasurements::chest_girth, &HumanBuild::chest, 0.91, 1.01, 0.026, 0.5, 0.95, 0.65, 1.6},
+     &BodyMeasurements::chest_girth, &HumanBuild::chest, 0.91, 1.01, 0.026, 0.5, 0.4, 0.95, 0.65,
+     1.6},
     {"waist_girth", "m", "natural waist", &DefaultHumanOptions::waist_girth,
-     &BodyMeasurements::waist_girth, &HumanBuild::waist, 0.75, 0.855, 0.036, 0.5, 1.3, 0.5, 1.6},
+     &BodyMeasurements::waist_girth, &HumanBuild::waist, 0.755, 0.875, 0.036, 0.5, 0.4, 1.3, 0.5,
+     1.6},
     {"hip_girth", "m", "at the hip joints", &DefaultHumanOptions::hip_girth,
-     &BodyMeasurements::hip_girth, &HumanBuild::hip, 1.015, 1.02, 0.022, 0.5, 0.9, 0.7, 1.7},
+     &BodyMeasurements::hip_girth, &HumanBuild::hip, 1.015, 1.02, 0.022, 0.5, 0.45, 0.9, 0.7, 1.7},
     {"thigh_girth", "m", "upper thigh", &DefaultHumanOptions::thigh_girth,
-     &BodyMeasurements::thigh_girth, &HumanBuild::thigh, 0.595, 0.6, 0.03, 0.3, 1.0, 0.35, 1.0},
+     &BodyMeasurements::thigh_girth, &HumanBuild::thigh, 0.595, 0.6, 0.03, 0.3, 0.35, 1.0, 0.35,
+     1.0},
     {"upper_arm_girth", "m", "upper arm, relaxed", &DefaultHumanOptions::upper_arm_girth,
-     &BodyMeasurements::upper_arm_girth, &HumanBuild::upper_arm, 0.275, 0.318, 0.035, 0.2, 1.1,
+     &BodyMeasurements::upper_arm_girth, &HumanBuild::upper_arm, 0.275, 0.318, 0.035, 0.2, 0.1, 1.1,
      0.18, 0.6}};
 constexpr std::size_t kCount = std::size(kParameters);
 
@@ -147,20 +153,29 @@ Solved solve_build(const Maker& maker, double male, const BodyMeasurements& want
   const Vector target = log_measures(wanted);
   Vector gap = target - log_measures(maker.measure(solved.build));
   double before = 1e9;
-  for (int step = 0; step < 24 && gap.cwiseAbs().maxCoeff() > 0.2 * kHumanMeasureError; ++step) {
-    const double error = gap.cwiseAbs().maxCoeff();
-    if (step % 3 == 0 || error > 0.4 * before) {
+  double best = 1e9;
+  int best_step = 0;
+  for (int step = 0; step < 24 && step < best_step + 5; ++step) {
+    const double largest_gap = gap.cwiseAbs().maxCoeff();
+    if (largest_gap < 0.2 * kHumanMeasureError) {
+      break;
+    }
+    if (largest_gap < 0.9 * best) {
+      best = largest_gap;
+      best_step = step;
+    }
+    if (step == 0 || largest_gap > 0.3 * before) {
       solved.jacobian = measure_jacobian(maker, solved.build);
     }
-    before = error;
+    before = largest_gap;
     Vector move = solved.jacobian.partialPivLu().solve(gap);
     const double largest = move.cwiseAbs().maxCoeff();
     if (largest > 0.2) {
       move *= 0.2 / largest;
     }
     scale(solved.build, move);
-    for (std::size_t i = 0; i < kCount; ++i) {
-      double& factor = solved.build.*kParameters[i].factor;
+    for (const Parameter& p : kParameters) {
+      double& factor = solved.build.*p.factor;
       factor = std::clamp(factor, 0.4, 2.5);
     }
     gap = target - log_measures(maker.measure(solved.build));
@@ -262,12 +277,16 @@ DefaultHumanOptions random_human(Random& random, double male, double low, double
   };
   DefaultHumanOptions options;
   options.male = male;
+  double bulk = 0;
   for (const Parameter& p : kParameters) {
     const double z = uniform(random, quantile(low), quantile(high));
     options.*p.option = 0;
     const double average = expected_measures(options).*p.measure;
     options.*p.option = std::clamp(average * std::exp(p.residual * z), p.low, p.high);
+    bulk += p.by_volume * p.residual * z;
   }
+  // Who is thicker than average at this mass weighs more.
+  options.mass = std::clamp(options.mass * std::exp(bulk), kParameters[1].low, kParameters[1].high);
   return options;
 }
 

@@ -90,19 +90,19 @@ double head_value(const HumanField& f, Vec3d p) {
   // 0 brow, 1 nose bridge, 2 nose wing, 3 chin, 4 upper lip, 5 lower lip.
   d = smooth_min(d, cone_distance(f.face[0], p), 9 * k);
   d = smooth_max(d, -ellipsoid_distance(p, at(18.5, 934, 77), at(13, 8.5, 13)), 8 * k);
-  d = smooth_min(d, norm(p - at(18.0, 934.5, 58.0)) - 7.6 * k, 2.5 * k);
+  d = smooth_min(d, norm(p - at(18.0, 934.5, 57.8)) - 8.1 * k, 2.5 * k);
   d = smooth_min(d, cone_distance(f.face[1], p), 7 * k);
-  d = smooth_min(d, cone_distance(f.face[2], p), 3.5 * k);
+  d = smooth_min(d, cone_distance(f.face[2], p), 4.5 * k);
   d = smooth_min(d, cone_distance(f.face[3], p), 10 * k);
   double lips = smooth_min(cone_distance(f.face[4], p), cone_distance(f.face[5], p), 1.0 * k);
-  d = smooth_min(d, lips, 2.5 * k);
+  d = smooth_min(d, lips, 2.0 * k);
   // Ear: a shell with a shallow hollow, leaning back and standing off.
   const double lean = 0.25;
-  const Vec3d q = p - at(43.5, 924, 5);
-  const Vec3d e = {q.x - 0.45 * (-q.z), std::cos(lean) * q.y + std::sin(lean) * q.z,
+  const Vec3d q = p - at(42.8, 924, 6);
+  const Vec3d e = {q.x + 0.3 * q.z, std::cos(lean) * q.y + std::sin(lean) * q.z,
                    -std::sin(lean) * q.y + std::cos(lean) * q.z};
-  double ear = ellipsoid_distance(e, {0, 0, 0}, at(3.6, 18, 11));
-  ear = smooth_max(ear, -ellipsoid_distance(e, at(5.2, 1.5, 1.5), at(3.4, 12, 6.5)), 2.5 * k);
+  double ear = ellipsoid_distance(e, {0, 0, 0}, at(5.2, 17.0, 10.0));
+  ear = smooth_max(ear, -ellipsoid_distance(e, at(8.2, 1.0, 1.5), at(4.6, 10.5, 5.5)), 3.0 * k);
   return smooth_min(d, ear, 3.5 * k);
 }
 
@@ -146,11 +146,11 @@ HumanField human_field(const HumanAnatomy& anatomy) {
                                k * (row[2] - row[3]) / 2, k * (row[2] - row[3]) / 2, row[4], 2.1});
   }
   f.face = {{at(9, 943.5, 67.5), at(28, 945, 57), 4.2 * k, 3.6 * k},
-            {at(0, 937, 66.5), at(0, 916, 77.5), 4.0 * k, 5.8 * k},
-            {at(3, 911.5, 74), at(7.5, 911, 69), 4.6 * k, 4.2 * k},
+            {at(0, 938, 66.5), at(0, 916, 76.5), 3.4 * k, 5.6 * k},
+            {at(3, 912, 73), at(8, 911.5, 68.5), 4.2 * k, 3.6 * k},
             {at(0, 881, 60), at(7, 881.5, 57), 11 * k, 9 * k},
-            {at(0, 899, 72.6), at(12.5, 896, 67), 3.8 * k, 2.4 * k},
-            {at(0, 890.8, 72), at(11, 893.6, 67), 4.4 * k, 2.8 * k}};
+            {at(0, 898.8, 72.8), at(13.5, 895.8, 68.8), 3.3 * k, 2.0 * k},
+            {at(0, 890.6, 72.2), at(12.5, 893.8, 68.6), 3.9 * k, 2.2 * k}};
 
   const double hand = k * 108 / 182;
   const double h = std::sqrt(0.5);
@@ -185,7 +185,7 @@ HumanField human_field(const HumanAnatomy& anatomy) {
   const Vec3d side = {std::cos(toe_out), 0, -std::sin(toe_out)};
   const Vec3d under = {j.ankle.x, 0, j.ankle.z};
   f.foot = {under, forward, side, {0, 1, 0}, {}};
-  const double foot[][4] = {{-33, 1, 6, 26},  {-29, 1, 12, 34},     {-16, 1.5, 17, 44},
+  const double foot[][4] = {{-30, 1, 6, 24},  {-26, 1, 11, 32},     {-14, 1.5, 16, 42},
                             {5, 2, 18.5, 52}, {25, 1.5, 20, 50},    {45, 0, 24, 36},
                             {62, -1, 27, 25}, {76, -1.5, 27, 18.5}, {86, -2, 25, 15}};
   for (const auto& row : foot) {
@@ -248,7 +248,7 @@ double field_value(const HumanField& f, Vec3d p) {
   const std::array<double, kHumanParts> d = part_distances(f, p);
   const double leg = smooth_min(d[1], d[5], 12 * k);
   const double arm = smooth_min(d[2], d[4], 6 * k);
-  return smooth_min(smooth_min(smooth_min(d[0], leg, 20 * k), arm, 24 * k), d[3], 9 * k);
+  return smooth_min(smooth_min(smooth_min(d[0], leg, 16 * k), arm, 22 * k), d[3], 9 * k);
 }
 
 Vec3d field_normal(const HumanField& f, Vec3d p) {

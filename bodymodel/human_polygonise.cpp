@@ -141,16 +141,17 @@ double target_edge(const HumanField& field, Vec3d p) {
     const double t = std::clamp((x - a) / (b - a), 0.0, 1.0);
     return t * t * (3 - 2 * t);
   };
-  double edge = 0.0235;
-  const double to_hand = dot(p - j.wrist, field.anatomy.arm.axis) / k;
-  edge += (0.0095 - edge) * ramp(to_hand, -0.08, 0.03);
-  edge += (0.0066 - edge) * ramp(to_hand, 0.05, 0.11);
-  edge += (0.0100 - edge) * ramp(-p.y / k, -0.16, -0.05);
+  double edge = 0.0185;
+  // The legs lie beyond the wrist's plane too.
+  const double to_hand = p.x > j.elbow.x ? dot(p - j.wrist, field.anatomy.arm.axis) / k : -1.0;
+  edge += (0.0088 - edge) * ramp(to_hand, -0.08, 0.03);
+  edge += (0.0060 - edge) * ramp(to_hand, 0.05, 0.11);
+  edge += (0.0092 - edge) * ramp(-p.y / k, -0.16, -0.05);
   const double head = ramp(p.y / k, 1.40, 1.50);
   const double face = ramp(p.z / k, 0.02, 0.09);
   const double ear =
       std::exp(-squared_norm(p - Vec3d{0.075 * k, 1.57 * k, 0.008 * k}) / (0.04 * 0.04 * k * k));
-  edge += ((0.0160 - 0.0095 * face - 0.0080 * ear * (1 - face)) - edge) * head;
+  edge += ((0.0140 - 0.0083 * face - 0.0090 * ear * (1 - face)) - edge) * head;
   return edge * k;
 }
 
@@ -347,7 +348,7 @@ class Remesher {
             }
             const Vec3d n0 = cross(before[1] - before[0], before[2] - before[0]);
             const Vec3d n1 = cross(after[1] - after[0], after[2] - after[0]);
-            if (dot(n0, n1) < 0.3 * norm(n0) * norm(n1) || norm(n1) < 1e-12) {
+            if (dot(n0, n1) < 0.6 * norm(n0) * norm(n1) || norm(n1) < 1e-12) {
               good = false;
               break;
             }
@@ -542,6 +543,23 @@ class Remesher {
         next[v] = q;
       }
     });
+    // A move that turns a face over is taken back.
+    for (int pass = 0; pass < 3; ++pass) {
+      for (const Face& face : mesh_.faces) {
+        const auto normal = [&](const std::vector<Vec3d>& p) {
+          const Vec3d a = p[static_cast<std::size_t>(face[0])];
+          return cross(p[static_cast<std::size_t>(face[1])] - a,
+                       p[static_cast<std::size_t>(face[2])] - a);
+        };
+        const Vec3d before = normal(mesh_.points);
+        const Vec3d after = normal(next);
+        if (dot(before, after) < 0.3 * norm(before) * norm(after)) {
+          for (int v : face) {
+            next[static_cast<std::size_t>(v)] = mesh_.points[static_cast<std::size_t>(v)];
+          }
+        }
+      }
+    }
     mesh_.points = std::move(next);
   }
 

@@ -69,7 +69,7 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
       return hits;
     };
     const double along_arm = dot(p - j.wrist, arm_axis) / k;
-    if (p.x > j.shoulder.x && along_arm > 0 && p.y > 0.3) {
+    if (p.x > j.elbow.x && along_arm > 0) {
       return dot(n, hand_up) > 0 ? kHandBack : kPalm;
     }
     if (p.y < k * 52) {
@@ -78,7 +78,7 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
     if (count(3) >= 2 && p.y > k * 866) {
       return p.z > head_centre.z ? kFace : kBackOfHead;
     }
-    if (p.y > k * 600 && count(2) >= 2 && dot(p - j.shoulder, {0.93, -0.37, 0}) > 0) {
+    if (count(2) + count(4) >= 2 && dot(p - j.shoulder, {0.93, -0.37, 0}) > 0) {
       return kArm;
     }
     if (dot(p - j.hip, {0.61, -0.79, 0}) > 0 && p.y < k * 600) {
@@ -126,8 +126,16 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
         return {dot(p - j.wrist, {0, 0, 1}), -dot(p - j.wrist, arm_axis)};
       case kPalm:
         return {-dot(p - j.wrist, {0, 0, 1}), -dot(p - j.wrist, arm_axis)};
-      case kFootTop:
-        return {p.x, -p.z};
+      case kFootTop: {
+        // Spread like a skirt: what is lower lies further out from the foot's middle line.
+        const double ahead = std::clamp(p.z - j.ankle.z, 0.0, 70 * k);
+        const double x = p.x - j.ankle.x - 0.09 * ahead;
+        const double z = p.z - j.ankle.z - ahead;
+        const double r = std::hypot(x, z);
+        const double out =
+            r > 1e-9 ? (r + 0.9 * std::max(0.0, (52 - 34 * ahead / (70 * k)) * k - p.y)) / r : 0;
+        return {out * x + 0.09 * ahead, -(out * z + ahead)};
+      }
       default:
         return {-p.x, -p.z};
     }
@@ -138,12 +146,7 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
   };
   std::vector<Island> island(half_faces);
   std::vector<std::array<Corner, 3>> corners(half_faces);
-  double low[kIslands][2];
-  double high[kIslands][2];
-  for (int i = 0; i < kIslands; ++i) {
-    low[i][0] = low[i][1] = 1e9;
-    high[i][0] = high[i][1] = -1e9;
-  }
+  std::array<double, kIslands> facing{};
   for (std::size_t f = 0; f < half_faces; ++f) {
     island[f] = island_of(body.faces[f]);
     Vec3d centre = {0, 0, 0};
@@ -155,15 +158,26 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
       const auto uv =
           place(island[f], body.points[static_cast<std::size_t>(body.faces[f][c])], near_angle);
       corners[f][c] = {uv[0], uv[1]};
-      const auto i = static_cast<std::size_t>(island[f]);
-      for (std::size_t d = 0; d < 2; ++d) {
-        low[i][d] = std::min(low[i][d], uv[d]);
-        high[i][d] = std::max(high[i][d], uv[d]);
-        if (kBoxes[i].middle && d == 0) {  // the other half mirrors it
-          low[i][0] = std::min(low[i][0], -uv[0]);
-          high[i][0] = std::max(high[i][0], -uv[0]);
-        }
+    }
+    const auto& [p, q, r] = corners[f];
+    facing[island[f]] += (q.u - p.u) * (r.v - p.v) - (q.v - p.v) * (r.u - p.u);
+  }
+  double low[kIslands][2];
+  double high[kIslands][2];
+  for (int i = 0; i < kIslands; ++i) {
+    low[i][0] = low[i][1] = 1e9;
+    high[i][0] = high[i][1] = -1e9;
+  }
+  for (std::size_t f = 0; f < half_faces; ++f) {
+    const auto i = static_cast<std::size_t>(island[f]);
+    for (Corner& corner : corners[f]) {
+      if (facing[i] < 0) {  // seen from outside, as the faces are
+        corner.u = -corner.u;
       }
+      low[i][0] = std::min(low[i][0], kBoxes[i].middle ? -std::abs(corner.u) : corner.u);
+      high[i][0] = std::max(high[i][0], kBoxes[i].middle ? std::abs(corner.u) : corner.u);
+      low[i][1] = std::min(low[i][1], corner.v);
+      high[i][1] = std::max(high[i][1], corner.v);
     }
   }
   HumanAtlas atlas;

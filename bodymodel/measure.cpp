@@ -86,26 +86,30 @@ Cut cut_mesh(const Points& vertices, const Triangles& faces, const Vector3d& ori
   return cut;
 }
 
-// Distance along a ray to the nearest face, infinity if there is none.
+// Distance along a ray to the nearest face, infinity if there is none. One ray per landmark: seen
+// along the ray, only a few faces cover the origin.
 double ray_length(const Points& vertices, const Triangles& faces, const Vector3d& origin,
                   const Vector3d& direction) {
+  const Vector3d u = direction.unitOrthogonal();
+  const Vector3d v = direction.cross(u);
+  Eigen::Matrix3d frame;
+  frame << u, v, direction;
+  const Points seen = (vertices.rowwise() - origin.transpose()) * frame;
   double nearest = std::numeric_limits<double>::infinity();
   for (Index f = 0; f < faces.rows(); ++f) {
-    const Vector3d a = vertices.row(faces(f, 0));
-    const Vector3d e = vertices.row(faces(f, 1)).transpose() - a;
-    const Vector3d g = vertices.row(faces(f, 2)).transpose() - a;
-    const Vector3d p = direction.cross(g);
-    const double determinant = e.dot(p);
-    if (std::abs(determinant) < 1e-15) {
-      continue;
-    }
-    const Vector3d s = origin - a;
-    const double u = s.dot(p) / determinant;
-    const Vector3d q = s.cross(e);
-    const double v = direction.dot(q) / determinant;
-    const double t = g.dot(q) / determinant;
-    if (u >= 0 && v >= 0 && u + v <= 1 && t > 0) {
-      nearest = std::min(nearest, t);
+    const double* a = seen.data() + 3 * faces(f, 0);
+    const double* b = seen.data() + 3 * faces(f, 1);
+    const double* c = seen.data() + 3 * faces(f, 2);
+    const double bc = b[0] * c[1] - b[1] * c[0];
+    const double ca = c[0] * a[1] - c[1] * a[0];
+    const double ab = a[0] * b[1] - a[1] * b[0];
+    const bool covers = (bc >= 0 && ca >= 0 && ab >= 0) || (bc <= 0 && ca <= 0 && ab <= 0);
+    const double area = bc + ca + ab;
+    if (covers && area != 0) {
+      const double t = (bc * a[2] + ca * b[2] + ab * c[2]) / area;
+      if (t > 0) {
+        nearest = std::min(nearest, t);
+      }
     }
   }
   return nearest;

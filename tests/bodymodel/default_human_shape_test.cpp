@@ -1,0 +1,264 @@
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/default_human.h"
+#include "bodymodel/kinematics.h"
+#include "bodymodel/skinning.h"
+#include "core/error.h"
+#include "core/intersection.h"
+
+namespace atelier {
+namespace {
+
+DefaultHumanOptions without_basis(DefaultHumanOptions options) {
+  options.shape_basis = false;
+  return options;
+}
+
+Pose posed(const BodyModel& model, const std::string& joint, const Eigen::Vector3d& rotation) {
+  Pose pose = rest_pose(model.skeleton);
+  pose.rotations.row(find_joint(model.skeleton, joint)) = rotation.transpose();
+  return pose;
+}
+
+Pose t_pose(const BodyModel& model) {
+  Pose pose = posed(model, "left_shoulder", Eigen::Vector3d(0, 0, M_PI / 4));
+  pose.rotations.row(find_joint(model.skeleton, "right_shoulder")) << 0, 0, -M_PI / 4;
+  return pose;
+}
+
+TEST(DefaultHumanShape, MeasuresWhatWasAskedFor) {
+  Random random{20, 1, 0};
+  double worst = 0;
+  for (int i = 0; i < 8; ++i) {
+    const DefaultHumanOptions options = without_basis(random_human(random, i % 2));
+    const BodyMeasurements asked = expected_measures(options);
+    const BodyMeasurements found = measure_body(default_human(options));
+    int compared = 0;
+    for (const NamedMeasurement& name : measurement_names()) {
+      if (asked.*name.value > 0) {
+        EXPECT_NEAR(found.*name.value / (asked.*name.value), 1, 0.01) << name.name;
+        worst = std::max(worst, std::abs(found.*name.value / (asked.*name.value) - 1));
+        ++compared;
+      }
+    }
+    EXPECT_EQ(compared, 12);
+  }
+  std::printf("largest error of a measure: %.4f%%\n", 100 * worst);
+}
+
+TEST(DefaultHumanShape, PresetsAreTheAveragesOfTheTables) {
+  const BodyMeasurements woman = expected_measures(female_human());
+  const BodyMeasurements man = expected_measures(male_human());
+  EXPECT_DOUBLE_EQ(woman.stature, 1.63);
+  EXPECT_DOUBLE_EQ(man.stature, 1.755);
+  EXPECT_GT(man.shoulder_breadth / man.hip_girth, woman.shoulder_breadth / woman.hip_girth);
+  EXPECT_LT(woman.waist_girth / woman.hip_girth, man.waist_girth / man.hip_girth);
+}
+
+TEST(DefaultHumanShape, UnsetMeasuresFollowStatureAndMass) {
+  DefaultHumanOptions options = female_human();
+  options.mass = 80;
+  const BodyMeasurements heavy = expected_measures(options);
+  const BodyMeasurements average = expected_measures(female_human());
+  EXPECT_GT(heavy.waist_girth / average.waist_girth, heavy.neck_girth / average.neck_girth);
+  EXPECT_DOUBLE_EQ(heavy.leg_length, average.leg_length);
+}
+
+TEST(DefaultHumanShape, NoSelfIntersectionInAPoseAndTPose) {
+  Random random{21, 1, 0};
+  for (int i = 0; i < 8; ++i) {
+    const DefaultHumanOptions options = without_basis(random_human(random, i % 2));
+    const BodyModel model = default_human(options);
+    EXPECT_TRUE(self_intersections(model.mesh.vertices, model.mesh.faces).empty())
+        << "A-pose " << i;
+    EXPECT_TRUE(self_intersections(skin_vertices(model, t_pose(model)), model.mesh.faces).empty())
+        << "T-pose " << i;
+  }
+}
+
+TEST(DefaultHumanShape, LinearBasisMeasuresItsParameters) {
+  const BodyModel model = default_human(female_human());
+  EXPECT_EQ(model.shape.size(), 13u);
+  // 1% of each parameter; the surface is not linear, so larger steps belong to the generator.
+  for (const NamedMeasurement& name : measurement_names()) {
+    const int index = find_shape(model, name.name);
+    if (index < 0) {
+      continue;
+    }
+    Eigen::VectorXd shape = neutral_shape(model);
+    shape[index] *= 1.01;
+    const BodyMeasurements found = measure_body(model, shape);
+    for (const NamedMeasurement& other : measurement_names()) {
+      const int at = find_shape(model, other.name);
+      if (at >= 0) {
+        EXPECT_NEAR(found.*other.value / shape[at], 1, 0.003)
+            << name.name << " moved " << other.name;
+      }
+    }
+  }
+}
+
+TEST(DefaultHumanShape, LinearBasisHoldsOverTenPercent) {
+  const BodyModel model = default_human(male_human());
+  Eigen::VectorXd shape = neutral_shape(model);
+  shape[find_shape(model, "stature")] += 0.08;
+  shape[find_shape(model, "leg_length")] += 0.04;
+  shape[find_shape(model, "torso_length")] += 0.03;
+  shape[find_shape(model, "waist_girth")] += 0.06;
+  shape[find_shape(model, "mass")] += 8;
+  const BodyMeasurements found = measure_body(model, shape);
+  EXPECT_NEAR(found.stature, shape[find_shape(model, "stature")], 0.01);
+  EXPECT_NEAR(found.waist_girth / shape[find_shape(model, "waist_girth")], 1, 0.02);
+}
+
+// Signed volume of the piece of the skin round a joint, its openings closed by fans from their
+// middles.
+double piece_volume(const Points& v, const Triangles& f, const std::vector<char>& in) {
+  std::map<std::pair<int, int>, int> edges;
+  double volume = 0;
+  for (Index i = 0; i < f.rows(); ++i) {
+    if (in[i]) {
+      const Eigen::Vector3d a = v.row(f(i, 0));
+      const Eigen::Vector3d b = v.row(f(i, 1));
+      const Eigen::Vector3d c = v.row(f(i, 2));
+      volume += a.dot(b.cross(c)) / 6;
+      for (int k = 0; k < 3; ++k) {
+        edges[{f(i, k), f(i, (k + 1) % 3)}] = 1;
+      }
+    }
+  }
+  std::map<int, int> next;
+  for (const auto& [edge, one] : edges) {
+    if (edges.count({edge.second, edge.first}) == 0) {
+      next[edge.second] = edge.first;
+    }
+  }
+  while (!next.empty()) {
+    std::vector<int> loop;
+    for (int at = next.begin()->first; next.count(at);) {
+      loop.push_back(at);
+      const int to = next[at];
+      next.erase(at);
+      at = to;
+    }
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (int i : loop) {
+      middle += v.row(i).transpose() / static_cast<double>(loop.size());
+    }
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Eigen::Vector3d a = v.row(loop[i]);
+      const Eigen::Vector3d b = v.row(loop[(i + 1) % loop.size()]);
+      volume += middle.dot(a.cross(b)) / 6;
+    }
+  }
+  return volume;
+}
+
+struct Bend {
+  const char* name;
+  const char* joint;
+  Eigen::Vector3d rotation;
+  double radius;  // metres: about the limb's own thickness
+};
+
+TEST(DefaultHumanVolume, StaysAtNinetyDegrees) {
+  const double q = M_PI / 2;
+  const double h = q * std::sqrt(0.5);
+  const Bend bends[] = {{"knee flexion", "left_knee", {q, 0, 0}, 0.12},
+                        {"hip flexion", "left_hip", {-q, 0, 0}, 0.16},
+                        {"elbow flexion", "left_elbow", {-h, -h, 0}, 0.08},
+                        {"elbow flexion to the front", "left_elbow", {0, -q, 0}, 0.08},
+                        {"shoulder to the front", "left_shoulder", {-q, 0, 0}, 0.13},
+                        {"shoulder across", "left_shoulder", {0, -q, 0}, 0.13},
+                        {"shoulder up", "left_shoulder", {0, 0, q}, 0.13}};
+  for (bool male : {false, true}) {
+    const BodyModel model = default_human(without_basis(male ? male_human() : female_human()));
+    const Triangles& f = model.mesh.faces;
+    const Points& rest = model.mesh.vertices;
+    const Points joints = rest_positions(model.skeleton);
+    for (const Bend& bend : bends) {
+      const Eigen::RowVector3d centre = joints.row(find_joint(model.skeleton, bend.joint));
+      std::vector<char> in(f.rows());
+      for (Index i = 0; i < f.rows(); ++i) {
+        in[i] = ((rest.row(f(i, 0)) + rest.row(f(i, 1)) + rest.row(f(i, 2))) / 3 - centre).norm() <
+                bend.radius;
+      }
+      const double before = piece_volume(rest, f, in);
+      const Pose pose = posed(model, bend.joint, bend.rotation);
+      const double after = piece_volume(skin_vertices(model, pose), f, in) / before - 1;
+      SkinOptions plain;
+      plain.correctives = false;
+      const double without =
+          piece_volume(skin_vertices(model, pose, {}, plain), f, in) / before - 1;
+      std::printf("%s, %s: %+.1f%% (without correctives %+.1f%%)\n", male ? "male" : "female",
+                  bend.name, 100 * after, 100 * without);
+      EXPECT_GT(after, -0.08) << bend.name;
+      EXPECT_GE(after, without) << bend.name;
+      EXPECT_LT(after, 0.2) << bend.name;
+    }
+  }
+}
+
+TEST(DefaultHumanVolume, CorrectivesVanishAtRest) {
+  const BodyModel model = default_human(without_basis({}));
+  const Points v = skin_vertices(model, rest_pose(model.skeleton));
+  EXPECT_LT((v - model.mesh.vertices).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(DefaultHumanAtlas, IslandsAreNamedAndFillTheSquareWithoutMirrors) {
+  const BodyModel model = default_human(without_basis({}));
+  const Mesh& mesh = model.mesh;
+  ASSERT_EQ(mesh.uv_faces.rows(), mesh.faces.rows());
+  EXPECT_GE(mesh.uvs.minCoeff(), 0);
+  EXPECT_LE(mesh.uvs.maxCoeff(), 1);
+  int islands = 0;
+  for (const VertexGroup& group : model.groups) {
+    islands += group.name.rfind("uv_", 0) == 0;
+    EXPECT_FALSE(group.vertices.empty()) << group.name;
+  }
+  EXPECT_EQ(islands, 16);
+  int flipped = 0;
+  double area = 0;
+  for (Index i = 0; i < mesh.uv_faces.rows(); ++i) {
+    const Eigen::RowVector2d a = mesh.uvs.row(mesh.uv_faces(i, 0));
+    const Eigen::RowVector2d b = mesh.uvs.row(mesh.uv_faces(i, 1)) - a;
+    const Eigen::RowVector2d c = mesh.uvs.row(mesh.uv_faces(i, 2)) - a;
+    const double twice = b.x() * c.y() - b.y() * c.x();
+    flipped += twice <= 0;
+    area += std::abs(twice) / 2;
+  }
+  std::printf("flipped %d of %d, area %.2f\n", flipped, static_cast<int>(mesh.uv_faces.rows()),
+              area);
+  EXPECT_LT(flipped, 0.02 * static_cast<double>(mesh.uv_faces.rows()));
+}
+
+TEST(DefaultHumanLimits, AllowTheRestPoseAndMirror) {
+  const BodyModel model = default_human(without_basis({}));
+  const Skeleton& s = model.skeleton;
+  EXPECT_LE(s.limits_min.maxCoeff(), 0);
+  EXPECT_GE(s.limits_max.minCoeff(), 0);
+  const int left = find_joint(s, "left_hip");
+  const int right = find_joint(s, "right_hip");
+  EXPECT_DOUBLE_EQ(s.limits_min(left, 0), s.limits_min(right, 0));
+  EXPECT_DOUBLE_EQ(s.limits_min(left, 2), -s.limits_max(right, 2));
+  const int knee = find_joint(s, "left_knee");
+  EXPECT_EQ(s.limits_min(knee, 0), 0);
+  EXPECT_NEAR(s.limits_max(knee, 0), 140 * M_PI / 180, 1e-12);
+}
+
+TEST(DefaultHumanRandom, RepeatsAndRefuses) {
+  Random a{5, 2, 0};
+  Random b{5, 2, 0};
+  EXPECT_EQ(random_human(a, 0.3).waist_girth, random_human(b, 0.3).waist_girth);
+  EXPECT_THROW(random_human(a, 2), LogicError);
+  EXPECT_THROW(random_human(a, 0.5, 0.9, 0.1), LogicError);
+  EXPECT_THROW(random_human(a, 0.5, 0, 0.5), LogicError);
+}
+
+}  // namespace
+}  // namespace atelier
