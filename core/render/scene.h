@@ -37,10 +37,10 @@ struct RenderMesh {
 
 /// A rectangle that shines to the side of `half_u x half_v`; the camera does not see it.
 struct AreaLight {
-  Eigen::Vector3d center{0, 3, 2};     ///< metres
-  Eigen::Vector3d half_u{0.5, 0, 0};   ///< metres, from the centre to the middle of one side
-  Eigen::Vector3d half_v{0, 0, -0.5};  ///< metres, to the middle of the next side; orthogonal to u
-  Eigen::Vector3f radiance{1, 1, 1};   ///< linear RGB; irradiance = radiance x pi x form factor
+  Eigen::Vector3d center{0, 3, 2};    ///< metres
+  Eigen::Vector3d half_u{0.5, 0, 0};  ///< metres, from the centre to the middle of one side
+  Eigen::Vector3d half_v{0, 0, 0.5};  ///< metres, to the middle of the next side; orthogonal to u
+  Eigen::Vector3f radiance{1, 1, 1};  ///< linear RGB; irradiance = radiance x pi x form factor
 };
 
 /// Light from infinitely far: an image if there is one, else a vertical gradient.

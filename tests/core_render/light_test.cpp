@@ -180,6 +180,10 @@ TEST(AreaLight, FormFactorUnderARectangle) {
   EXPECT_EQ(form_factor(light, {0, 3, 0}, {0, -1, 0}).value, 0) << "the back does not shine";
 }
 
+TEST(AreaLight, ShinesDownUnlessTold) {
+  EXPECT_GT(form_factor(rectangle_light(AreaLight{}), {0, 0, 2}, {0, 1, 0}).value, 0);
+}
+
 TEST(AreaLight, FormFactorAgreesWithQuadratureAtAnyTilt) {
   Random random{7, 1};
   const RectangleLight light = rectangle_light(overhead(0.6, 0.4, 1.2));
