@@ -118,7 +118,7 @@ Mesh placed_mesh(const Placed& placed, const GltfScene& scene,
   const std::vector<Eigen::Matrix4d> joints =
       skinned ? skin_matrices(scene.skins[placed.node->skin], world)
               : std::vector<Eigen::Matrix4d>();
-  const Eigen::Matrix4d rigid = world[placed.node - scene.nodes.data()];
+  const Eigen::Matrix4d& rigid = world[placed.node - scene.nodes.data()];
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
     const Eigen::Matrix4d transform = skinned ? blended(joints, primitive, v) : rigid;
     const Eigen::Matrix3d linear = transform.topLeftCorner<3, 3>();

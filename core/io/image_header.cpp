@@ -163,20 +163,22 @@ ImageHeader read_png_header(std::span<const std::byte> bytes, const std::string&
       reader.fail("color type " + std::to_string(color), "0, 2, 3, 4 or 6");
   }
   reader.skip(7, "IHDR");
-  // EXIF and transparency stand before the pixels; what is broken there the decoder refuses.
-  while (reader.remaining() >= 12) {
+  // Every chunk must fit: libpng takes memory for some before it reads them.
+  bool before_pixels = true;
+  while (reader.remaining() >= 8) {
     const auto length = reader.big<std::uint32_t>("chunk length");
     const std::string_view type = reader.text(4, "chunk type");
-    if (type == "IDAT" || reader.remaining() < std::size_t{length} + 4) {
+    const std::span<const std::byte> data = reader.take(length, "chunk");
+    reader.take(4, "checksum");
+    before_pixels = before_pixels && type != "IDAT";
+    if (type == "IEND") {
       break;
     }
-    const std::span<const std::byte> data = reader.take(length, "chunk");
     if (type == "eXIf") {
       header.orientation = exif_orientation(data);
-    } else if (type == "tRNS" && (header.channels == 1 || header.channels == 3)) {
+    } else if (type == "tRNS" && before_pixels && (header.channels == 1 || header.channels == 3)) {
       ++header.channels;
     }
-    reader.skip(4, "checksum");
   }
   return header;
 }

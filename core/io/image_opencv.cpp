@@ -1,6 +1,9 @@
+#include <algorithm>
+#include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -52,6 +55,12 @@ const char* extension_of(ImageFormat format) {
 
 Samples decode_opencv(std::span<const std::byte> bytes, const std::string& name,
                       const ImageHeader& header) {
+  // OpenCV asks its DICOM codec before the right one: it looks at byte 128 alone, and its library
+  // ends the program on a file that is none.
+  constexpr std::size_t kDicomMark = 128;
+  if (bytes.size() >= kDicomMark + 4 && std::memcmp(bytes.data() + kDicomMark, "DICM", 4) == 0) {
+    throw DataError(name, "byte 128", "the mark of a DICOM file", "an image of one format");
+  }
   cv::Mat matrix;
   try {
     // imdecode only reads its input, but takes a matrix that is not const.

@@ -97,7 +97,7 @@ Eigen::VectorXd fixed_numbers(const JsonPlace& place, std::size_t count) {
 
 /// 16 numbers by columns, the last row 0 0 0 1.
 Eigen::Matrix4d affine(const Eigen::VectorXd& numbers, const JsonPlace& place) {
-  const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix4d>(numbers.data());
+  Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix4d>(numbers.data());
   if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() > 1e-4) {
     place.fail("a matrix whose last row is not 0 0 0 1", "an affine matrix");
   }
@@ -226,7 +226,7 @@ Mesh GltfReader::read_attributes(const JsonPlace& attributes) {
   vertices_ += count;
   const auto optional = [&](const char* name, std::initializer_list<std::string_view> types) {
     const auto place = attributes.find(name);
-    const Eigen::MatrixXd values =
+    Eigen::MatrixXd values =
         place ? buffers_.read(*place, types, limits_.mesh_vertices) : Eigen::MatrixXd();
     if (place && values.rows() != count) {
       place->fail(std::to_string(values.rows()) + " elements",
@@ -284,7 +284,7 @@ void GltfReader::read_influences(const JsonPlace& attributes, GltfPrimitive& pri
 GltfMorphTarget GltfReader::read_target(const JsonPlace& place, Index vertices) {
   GltfMorphTarget target;
   const auto rows = [&](const JsonPlace& attribute) {
-    const Eigen::MatrixXd values = buffers_.read(attribute, {"VEC3"}, limits_.mesh_vertices);
+    Eigen::MatrixXd values = buffers_.read(attribute, {"VEC3"}, limits_.mesh_vertices);
     if (values.rows() != vertices) {
       attribute.fail(std::to_string(values.rows()) + " elements",
                      std::to_string(vertices) + " as POSITION");
