@@ -92,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "part.deep.list = [1e300]", "part = 5", "part.unknown = 1",
                       "word = \"a\\u0000b\"", "word = \"a\\nb\"", "word = { a = 1 }",
                       "[[word]]\na = 1", "'' = 1", "'part.count.x' = 1"));
-TEST_P(WrongValue, IsReportedWithItsPlace) {
+TEST_P(WrongValue, IsRefusedWithItsPlace) {
   const std::string before = canonical_json(table);
   const auto problems = set(GetParam());
   ASSERT_EQ(problems.size(), 1u);
@@ -107,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(All, NoToml,
                                            "a = 01", "a = 1__0", "a = \"\\x\"", "\xff = 1",
                                            "a = 1 b = 2", "part = 1\n[part]\na = 1", "a = [1, ",
                                            "a = {b = 1", "a = 9223372036854775808", "{}"));
-TEST_P(NoToml, IsADataErrorWithLineAndColumn) {
+TEST_P(NoToml, IsRefusedWithLineAndColumn) {
   try {
     set(GetParam());
     FAIL() << "it was read";
@@ -208,7 +208,7 @@ INSTANTIATE_TEST_SUITE_P(All, WrongConsent,
                                            "[consent]\nwho=''\nscope='x'", "[consent",
                                            "[[consent]]\nwho='A'\nscope='x'\n[[consent]]\nwho='B'",
                                            "[consent]\nwho=[2030-01-01]\nscope='x'"));
-TEST_P(WrongConsent, IsADataError) {
+TEST_P(WrongConsent, IsRefused) {
   try {
     read(GetParam());
     FAIL() << "it was read";

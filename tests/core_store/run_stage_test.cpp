@@ -531,7 +531,7 @@ INSTANTIATE_TEST_SUITE_P(
                [](StageRun& run) { run.each_frame("f", ".t", {1}, [](int, const auto&) {}); }}),
     [](const ::testing::TestParamInfo<Misuse>& misuse) { return misuse.param.name; });
 
-TEST_P(StageMisuse, IsALogicError) {
+TEST_P(StageMisuse, IsRefused) {
   Stage stage = *find_stage(kTestStages, "count");
   stage.run = GetParam().run;
   EXPECT_THROW(run_stage(kTestStages, stage, request("count")), LogicError);
@@ -552,7 +552,7 @@ INSTANTIATE_TEST_SUITE_P(
                       FrameMisuse{"Twice", {1, 1}}, FrameMisuse{"Backwards", {3, 2}}),
     [](const ::testing::TestParamInfo<FrameMisuse>& misuse) { return misuse.param.name; });
 
-TEST_P(StageFrameMisuse, IsALogicError) {
+TEST_P(StageFrameMisuse, IsRefused) {
   behaviour().frame_ids = GetParam().frame_ids;
   EXPECT_THROW(run("frames"), LogicError);
 }
