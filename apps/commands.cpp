@@ -12,6 +12,9 @@ constexpr std::array kCommands = {
     Command{"convert", "a mesh into another format", add_convert},
 #ifdef ATELIER_HAS_CORE_RENDER
     Command{"render", "a picture of a mesh", add_render},
+#ifdef ATELIER_HAS_BODYMODEL
+    Command{"body-model", "show, measure, convert and pose a body", add_body_model},
+#endif
 #endif
     Command{"options", "every option of every stage", add_options},
     Command{"completion", "a completion script for bash", add_completion},

@@ -1,0 +1,403 @@
+#ifdef ATELIER_HAS_BODYMODEL
+#ifdef ATELIER_HAS_CORE_RENDER
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/command.h"
+#include "apps/exit_code.h"
+#include "apps/usage_error.h"
+#include "bodymodel/body_archive.h"
+#include "bodymodel/body_file.h"
+#include "bodymodel/gltf_body.h"
+#include "bodymodel/measure.h"
+#include "bodymodel/motion_file.h"
+#include "bodymodel/retarget.h"
+#include "bodymodel/skin_weights.h"
+#include "bodymodel/skinning.h"
+#include "core/error.h"
+#include "core/io/image_file.h"
+#include "core/io/mesh_file.h"
+#include "core/render/contact_sheet.h"
+#include "core/render/framing.h"
+#include "core/render/studio.h"
+#include "core/render/tone.h"
+#include "core/render/video.h"
+
+namespace atelier {
+namespace {
+
+struct BodyArguments {
+  std::string action;
+  std::string body;
+  std::vector<std::string> shape;   ///< name=value
+  std::vector<std::string> macros;  ///< name=value
+  BodyFileOptions files;
+  std::string motion;
+  std::string asf;
+  std::string out;
+  std::string up;
+  bool json = false;
+  bool four_influences = false;
+  int pictures = 12;
+  PictureOptions picture{.width = 360, .height = 540, .samples = 8, .framing = {}};
+  MotionOptions motion_options;
+  RetargetOptions retarget;
+};
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+std::string extension_of(const std::string& path) {
+  return std::filesystem::path(path).extension().string();
+}
+
+void print(const std::vector<Finding>& findings) {
+  for (const Finding& finding : findings) {
+    std::cerr << to_string(finding) << "\n";
+  }
+}
+
+std::pair<std::string, double> assignment(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  std::size_t used = 0;
+  double value = 0;
+  try {
+    value = std::stod(text.substr(equals == std::string::npos ? text.size() : equals + 1), &used);
+  } catch (const std::logic_error&) {
+    used = 0;
+  }
+  if (equals == std::string::npos || used == 0 || equals + 1 + used != text.size()) {
+    throw UsageError("'" + text.substr(0, 80) + "' is no NAME=NUMBER");
+  }
+  return {text.substr(0, equals), value};
+}
+
+void set_macros(const std::vector<std::string>& texts, MakeHumanMacros& macros) {
+  for (const std::string& text : texts) {
+    const auto [name, value] = assignment(text);
+    double* target = name == "gender"        ? &macros.gender
+                     : name == "age"         ? &macros.age
+                     : name == "muscle"      ? &macros.muscle
+                     : name == "weight"      ? &macros.weight
+                     : name == "height"      ? &macros.height
+                     : name == "proportions" ? &macros.proportions
+                     : name == "african"     ? &macros.african
+                     : name == "asian"       ? &macros.asian
+                     : name == "caucasian"   ? &macros.caucasian
+                                             : nullptr;
+    if (target == nullptr || !(value >= 0 && value <= 1)) {
+      throw UsageError("--macro cannot be '" + text.substr(0, 80) +
+                       "': it takes gender, age, muscle, weight, height, proportions, african, "
+                       "asian or caucasian, and a share in [0, 1]");
+    }
+    *target = value;
+  }
+}
+
+BodyModel read(const BodyArguments& arguments) {
+  BodyFileOptions files = arguments.files;
+  set_macros(arguments.macros, files.makehuman.macros);
+  BodyFile body = read_body_file(arguments.body, files);
+  print(body.findings);
+  if (arguments.four_influences) {
+    SkinPackOptions pack;
+    pack.max_slots = 4;
+    body.model.skin =
+        repair_skin_weights(body.model.skin, joint_count(body.model), pack, arguments.body).skin;
+  }
+  return std::move(body.model);
+}
+
+Eigen::VectorXd shape_of(const BodyArguments& arguments, const BodyModel& model) {
+  Eigen::VectorXd shape = neutral_shape(model);
+  for (const std::string& text : arguments.shape) {
+    const auto [name, value] = assignment(text);
+    const int index = find_shape(model, name);
+    if (index < 0) {
+      std::string known;
+      for (const ShapeParameter& parameter : model.shape) {
+        known += (known.empty() ? "" : ", ") + parameter.name;
+      }
+      throw UsageError("the body has no shape parameter '" + name.substr(0, 80) + "'; it has " +
+                       (known.empty() ? "none" : known));
+    }
+    const ShapeParameter& parameter = model.shape[static_cast<std::size_t>(index)];
+    if (!(value >= parameter.min && value <= parameter.max)) {
+      throw UsageError(name + " cannot be " + number(value) + ": it is in [" +
+                       number(parameter.min) + ", " + number(parameter.max) + "] " +
+                       parameter.unit);
+    }
+    shape[index] = value;
+  }
+  return shape;
+}
+
+Mesh shown(const BodyModel& model, Points vertices) {
+  Mesh mesh;
+  mesh.vertices = std::move(vertices);
+  mesh.faces = model.mesh.faces;
+  return mesh;
+}
+
+int show(const BodyArguments& arguments) {
+  if (extension_of(arguments.out) != ".png") {
+    throw UsageError("--out takes a name with .png");
+  }
+  const BodyModel model = read(arguments);
+  const Mesh mesh = shown(model, shape_body(model, shape_of(arguments, model)).vertices);
+  const std::vector<std::pair<View, const char*>> sides = {
+      {kFront, "front"}, {kThreeQuarter, "three quarters"}, {kSide, "side"}, {kBack, "back"}};
+  std::vector<CaptionedImage> pictures;
+  for (const auto& [view, caption] : sides) {
+    pictures.push_back({picture_of(mesh, view, arguments.picture), caption});
+  }
+  ContactSheetOptions sheet;
+  sheet.columns = 4;
+  sheet.title = model.name + ": " + std::to_string(vertex_count(model)) + " vertices, " +
+                std::to_string(joint_count(model)) + " joints, " +
+                std::to_string(model.shape.size()) + " shape parameters";
+  write_image(arguments.out, contact_sheet(pictures, sheet));
+  std::cout << arguments.out << ": " << sheet.title << "\n";
+  return kExitDone;
+}
+
+int measure(const BodyArguments& arguments) {
+  const BodyModel model = read(arguments);
+  const BodyMeasurements found = measure_body(model, shape_of(arguments, model));
+  nlohmann::ordered_json json;
+  for (const NamedMeasurement& row : measurement_names()) {
+    const double value = found.*row.value;
+    if (arguments.json) {
+      json[row.name] = {{"value", value}, {"unit", row.unit}};
+    } else {
+      std::printf("%-18s %8.3f %s\n", row.name.c_str(), value, row.unit.c_str());
+    }
+  }
+  if (arguments.json) {
+    std::cout << json.dump(2) << "\n";
+  }
+  return kExitDone;
+}
+
+int convert(const BodyArguments& arguments) {
+  const std::string extension = extension_of(arguments.out);
+  const std::string from = extension_of(arguments.body);
+  if (from == ".bvh" || from == ".amc" || extension == ".bvh") {
+    if (extension != ".bvh" && extension != ".npz") {
+      throw UsageError("a motion becomes .bvh or .npz; body-model pose puts it on a body");
+    }
+    const MotionClip clip =
+        read_motion_file(arguments.body, arguments.motion_options, arguments.asf);
+    print(clip.findings);
+    write_motion_file(arguments.out, clip);
+    std::cout << arguments.out << ": " << clip.skeleton.names.size() << " joints, "
+              << clip.motion.poses.size() << " frames at " << number(clip.motion.fps)
+              << " per second\n";
+    return kExitDone;
+  }
+  const BodyModel model = read(arguments);
+  const Eigen::VectorXd shape = shape_of(arguments, model);
+  if (extension == ".npz") {
+    write_body(arguments.out, model);
+  } else if (extension == ".glb" || extension == ".gltf") {
+    write_gltf(arguments.out, gltf_body(model, shape));
+  } else if (extension == ".obj" || extension == ".ply") {
+    Mesh mesh = model.mesh;
+    mesh.vertices = shape_body(model, shape).vertices;
+    mesh.normals.resize(0, 3);
+    write_mesh(arguments.out, mesh);
+  } else {
+    throw UsageError(
+        "--out takes a name with .npz, .glb, .gltf, .obj, .ply (bodies), .bvh or .npz "
+        "(motions)");
+  }
+  std::cout << arguments.out << ": " << vertex_count(model) << " vertices, " << joint_count(model)
+            << " joints\n";
+  return kExitDone;
+}
+
+/// Everything that a posed body passes through, so that a camera sees it all.
+Points path_of(const BodyModel& model, const ShapedBody& body, const Motion& motion) {
+  const Index frames = static_cast<Index>(motion.poses.size());
+  const Index step = std::max<Index>(1, frames / 40);
+  Points all(0, 3);
+  for (Index frame = 0; frame < frames; frame += step) {
+    const Points posed = skin_vertices(model, body, motion.poses[static_cast<std::size_t>(frame)]);
+    const Index rows = all.rows();
+    all.conservativeResize(rows + 2, 3);
+    all.row(rows) = posed.colwise().minCoeff();
+    all.row(rows + 1) = posed.colwise().maxCoeff();
+  }
+  return all;
+}
+
+int pose(const BodyArguments& arguments) {
+  const std::string extension = extension_of(arguments.out);
+  const bool pictures = extension == ".png" || extension == ".mp4";
+  if (!pictures && extension != ".glb" && extension != ".gltf" && extension != ".bvh" &&
+      extension != ".npz") {
+    throw UsageError(
+        "--out takes a name with .png (contact sheet), .mp4, .glb, .gltf, .bvh or .npz");
+  }
+  const BodyModel model = read(arguments);
+  const Eigen::VectorXd shape = shape_of(arguments, model);
+  const MotionClip clip =
+      read_motion_file(arguments.motion, arguments.motion_options, arguments.asf);
+  print(clip.findings);
+  RetargetOptions options = arguments.retarget;
+  if (extension == ".mp4" && options.fps == 0) {
+    options.fps = 30;
+  }
+  const Retargeted moved = retarget(clip, model, shape, options);
+  print(moved.findings);
+  const ShapedBody body = shape_body(model, shape);
+  const Motion& motion = moved.motion;
+  const Index frames = static_cast<Index>(motion.poses.size());
+  const auto posed = [&](Index frame) {
+    return shown(model, skin_vertices(model, body, motion.poses[static_cast<std::size_t>(frame)]));
+  };
+  if (extension == ".png") {
+    std::vector<CaptionedImage> tiles;
+    const Index count = std::min<Index>(arguments.pictures, frames);
+    for (Index i = 0; i < count; ++i) {
+      const Index frame = count > 1 ? i * (frames - 1) / (count - 1) : 0;
+      tiles.push_back(
+          {picture_of(posed(frame), kThreeQuarter, arguments.picture),
+           "frame " + std::to_string(motion.frame_ids[static_cast<std::size_t>(frame)])});
+    }
+    ContactSheetOptions sheet;
+    sheet.columns = std::min(6, static_cast<int>(count));
+    sheet.title = clip.name + " on " + model.name;
+    write_image(arguments.out, contact_sheet(tiles, sheet));
+  } else if (extension == ".mp4") {
+    const Camera camera =
+        camera_around(path_of(model, body, motion), kThreeQuarter, arguments.picture.width,
+                      arguments.picture.height, arguments.picture.framing);
+    VideoOptions video;
+    video.fps = motion.fps;
+    RenderOptions render_options;
+    render_options.samples = arguments.picture.samples;
+    write_video(
+        arguments.out, frames,
+        [&](Index frame) {
+          Mesh mesh = posed(frame);
+          Scene scene = studio_scene({{std::move(mesh), clay_look()}});
+          if (scene.ground) {
+            scene.ground->height = 0;  // a jump leaves the ground
+          }
+          PrepareOptions prepared;
+          prepared.ambient = Ambient::PerVertex;
+          prepared.vertex_samples = 32;
+          return tone_mapped(render(prepare(scene, prepared), camera, render_options));
+        },
+        video);
+  } else if (extension == ".bvh" || extension == ".npz") {
+    MotionClip result;
+    result.name = clip.name;
+    result.skeleton = body.skeleton;
+    result.motion = motion;
+    write_motion_file(arguments.out, result);
+  } else {
+    write_gltf(arguments.out, gltf_body(model, shape, motion));
+  }
+  std::cout << arguments.out << ": " << frames << " frames at " << number(motion.fps)
+            << " per second, steps scaled by " << number(moved.scale) << "\n";
+  return kExitDone;
+}
+
+int run(BodyArguments& arguments) {
+  arguments.motion_options.up = arguments.up.empty() ? '\0' : arguments.up[0];
+  const bool poses = arguments.action == "pose";
+  if (arguments.action.empty() || arguments.body.empty()) {
+    throw UsageError(
+        "it takes an action and a body: atelier body-model show default --out body.png");
+  }
+  if (poses == arguments.motion.empty()) {
+    throw UsageError(poses ? "it takes a motion: atelier body-model pose BODY MOTION --out walk.png"
+                           : "only pose takes a motion");
+  }
+  if (arguments.out.empty() && arguments.action != "measure") {
+    throw UsageError("it takes --out FILE");
+  }
+  if (poses) {
+    return pose(arguments);
+  }
+  return arguments.action == "show"      ? show(arguments)
+         : arguments.action == "measure" ? measure(arguments)
+                                         : convert(arguments);
+}
+
+constexpr const char* kBodyHelp =
+    "default, female, male, .npz (ours, SMPL, SMPL-H, SMPL-X, STAR), .glb, .gltf, or MakeHuman's "
+    "base.obj or its folder";
+
+}  // namespace
+
+Action add_body_model(CLI::App& parser) {
+  auto arguments = std::make_shared<BodyArguments>();
+  BodyArguments& a = *arguments;
+  parser
+      .add_option("ACTION", a.action,
+                  "show: pictures from four sides; measure: lengths, girths, mass; convert: a body "
+                  "into .npz, .glb, .obj, .ply, a motion into .bvh, .npz; pose: a motion on a body "
+                  "as contact sheet, video, .glb, .bvh or .npz")
+      ->check(CLI::IsMember({"show", "measure", "convert", "pose"}))
+      ->type_name("show|measure|convert|pose");
+  parser.add_option("BODY", a.body, kBodyHelp);
+  parser.add_option("MOTION", a.motion, "pose: .bvh, .amc, .npz (ours, AMASS), .glb, .gltf");
+  parser.add_option("--out", a.out, "File to write; its extension says what")->type_name("FILE");
+  parser.add_option("--shape", a.shape, "Shape parameters in their own units: stature=1.8")
+      ->delimiter(',')
+      ->type_name("NAME=VALUE,...");
+  parser.add_option("--macro", a.macros, "MakeHuman's sliders: gender=0,height=0.7")
+      ->delimiter(',')
+      ->type_name("NAME=SHARE,...");
+  parser.add_option("--rig", a.files.rig, "MakeHuman: .mhskel or MPFB2 rig.*.json")
+      ->type_name("FILE");
+  parser.add_option("--weights", a.files.weights, "MakeHuman: .mhw or weights.*.json")
+      ->type_name("FILE");
+  parser.add_option("--asf", a.asf, "Skeleton of an .amc [the .asf beside it]")->type_name("FILE");
+  parser
+      .add_option("--metres-per-unit", a.motion_options.metres_per_unit,
+                  "Of the motion file [guessed by the legs]")
+      ->check(CLI::Range(1e-6, 1e3))
+      ->type_name("METRES");
+  parser.add_option("--up", a.up, "Up axis of the motion file [guessed]")
+      ->check(CLI::IsMember({"y", "z"}))
+      ->type_name("y|z");
+  parser.add_option("--fps", a.retarget.fps, "pose: of the result [the motion's; video 30]")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->type_name("FPS");
+  parser.add_flag("!--no-contacts", a.retarget.keep_contacts, "pose: do not pin feet that stand");
+  parser.add_flag("!--no-ground", a.retarget.ground, "pose: keep the motion's heights");
+  parser.add_flag("!--keep-t-pose", a.retarget.drop_t_pose,
+                  "pose: keep a first frame that is a calibration pose");
+  parser.add_option("--pictures", a.pictures, "pose: of the contact sheet [12]")
+      ->check(CLI::Range(1, 400))
+      ->type_name("N");
+  parser.add_option("--width", a.picture.width, "Of one picture [360]")
+      ->check(CLI::Range(16, 4096))
+      ->type_name("PIXELS");
+  parser.add_option("--height", a.picture.height, "[540]")
+      ->check(CLI::Range(16, 4096))
+      ->type_name("PIXELS");
+  parser.add_option("--samples", a.picture.samples, "Per pixel; 32 for print [8]")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  parser.add_flag("--four-influences", a.four_influences,
+                  "Keep four joints a vertex, as viewers and game engines expect");
+  parser.add_flag("--json", a.json, "measure: as JSON");
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace atelier
+
+#endif
+#endif
