@@ -16,10 +16,12 @@
 #include "core/io/mesh_file.h"
 #include "core/io/npy.h"
 #include "core/io/npz.h"
+#include "core/io/safetensors.h"
 #include "core/mesh_statistics.h"
 #include "core/store/manifest.h"
 #include "core/store/result.h"
 #include "core/topology.h"
+#include "core/utf8.h"
 
 namespace atelier {
 namespace {
@@ -31,6 +33,18 @@ struct Inspection {
 
   void add(const std::string& name, const std::string& value) { facts.emplace_back(name, value); }
 };
+
+/// Names inside a file are its maker's: what a terminal would obey is shown as "?".
+std::string printable(const std::string& text) {
+  if (is_printable_utf8(text)) {
+    return text;
+  }
+  std::string shown = text;
+  for (char& c : shown) {
+    c = c >= 0x20 && c < 0x7f ? c : '?';
+  }
+  return shown;
+}
 
 std::string number(double value) {
   char text[32];
@@ -103,6 +117,17 @@ void inspect_npz(const std::filesystem::path& path, Inspection& inspection) {
   inspection.add("kind", "npz, " + std::to_string(npz.names().size()) + " arrays");
   for (const std::string& name : npz.names()) {
     inspection.add(name, tensor_text(npz.read(name)));
+  }
+}
+
+void inspect_safetensors(const std::filesystem::path& path, Inspection& inspection) {
+  const Safetensors content = read_safetensors(path);
+  inspection.add("kind", "safetensors, " + std::to_string(content.tensors.size()) + " tensors");
+  for (const auto& [name, text] : content.metadata) {
+    inspection.add(name, "'" + text.substr(0, 80) + "'");
+  }
+  for (const auto& [name, tensor] : content.tensors) {
+    inspection.add(name, tensor_text(tensor));
   }
 }
 
@@ -217,6 +242,7 @@ constexpr Kind kKinds[] = {
     {".webp", inspect_image},
     {".bmp", inspect_image},
     {".avif", inspect_image},
+    {".safetensors", inspect_safetensors},
     {".h5", inspect_archive},
     {".json", inspect_json},
 };
@@ -265,16 +291,16 @@ int run(const std::string& file, bool as_json) {
                                   {"place", finding.place},
                                   {"what", finding.what}});
     }
-    std::cout << json.dump(1) << "\n";
+    std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
     return kExitDone;
   }
   for (const auto& [name, value] : inspection.facts) {
-    std::string column = name;
+    std::string column = printable(name);
     column.resize(std::max<std::size_t>(name.size() + 2, 18), ' ');
-    std::cout << column << value << "\n";
+    std::cout << column << printable(value) << "\n";
   }
   for (const Finding& finding : inspection.findings) {
-    std::cout << to_string(finding) << "\n";
+    std::cout << printable(to_string(finding)) << "\n";
   }
   return kExitDone;
 }
@@ -284,8 +310,9 @@ int run(const std::string& file, bool as_json) {
 Action add_inspect(CLI::App& parser) {
   auto file = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  parser.add_option("FILE", *file,
-                    "Mesh, image, npy, npz, archive, JSON or a result's manifest.json");
+  parser.add_option(
+      "FILE", *file,
+      "Mesh, image, npy, npz, safetensors, archive, JSON or a result's manifest.json");
   parser.add_flag("--json", *json, "For machines");
   return [file, json] { return run(*file, *json); };
 }

@@ -354,7 +354,7 @@ std::string set_option(OptionTable& table, const std::string& name, const std::s
     return field->name + " is " + std::to_string(text.size()) + " bytes long: at most " +
            std::to_string(Limits{}.text_string_bytes) + " are read";
   }
-  const std::string problem = set_field(*field, text);
+  std::string problem = set_field(*field, text);
   if (problem.empty()) {
     field->source = source;
   }

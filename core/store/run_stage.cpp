@@ -1,7 +1,9 @@
 #include "core/store/run_stage.h"
 
+#include <chrono>
 #include <optional>
 #include <system_error>
+#include <thread>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -37,7 +39,14 @@ class StagingGuard {
 FileLock lock_stage(const Stage& stage, const StageRequest& request, const StagePlan& plan) {
   const FileLock::Mode mode =
       request.selection.everything() ? FileLock::Mode::Exclusive : FileLock::Mode::Shared;
+  // A look at the workspace (`workspace_status`) takes the lock for a moment: no run to yield to.
+  constexpr int kTries = 5;
+  constexpr std::chrono::milliseconds kPause(10);
   auto lock = FileLock::try_lock(plan.stage_folder / ".lock", mode);
+  for (int i = 1; i < kTries && !lock; ++i) {
+    std::this_thread::sleep_for(kPause);
+    lock = FileLock::try_lock(plan.stage_folder / ".lock", mode);
+  }
   if (!lock) {
     throw EnvironmentError(
         plan.stage_folder.string(),

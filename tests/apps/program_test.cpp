@@ -1,5 +1,6 @@
 // The command line: what it says, what it refuses, how it exits.
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -8,6 +9,9 @@
 #include <gtest/gtest.h>
 
 #include "apps/exit_code.h"
+#include "core/io/npz.h"
+#include "core/io/safetensors.h"
+#include "core/sequence_archive.h"
 #include "core/store/file_lock.h"
 #include "tests/apps/statistics_fixture.h"
 
@@ -201,6 +205,35 @@ TEST_F(Program, InspectSaysWhatAFileIs) {
   const auto json =
       nlohmann::json::parse(run({"inspect", (input() / "box_000.obj").string(), "--json"}).out);
   EXPECT_EQ(json["vertices"], "8");
+}
+
+TEST_F(Program, InspectShowsTensorsAndNoControlCharacters) {
+  const std::vector<float> values = {1, -2.5f, 3, std::nanf("")};
+  Safetensors content;
+  content.tensors["weights\x1b[31m"] = tensor_of(values, {2, 2});
+  write_safetensors(root_ / "net.safetensors", content);
+  write_npz(root_ / "data.npz", {{"weights", tensor_of(values, {2, 2})}});
+  const ChildResult net = run({"inspect", (root_ / "net.safetensors").string()});
+  EXPECT_EQ(net.exit_code, 0) << net.err;
+  EXPECT_THAT(net.out, HasSubstr("weights?[31m"));
+  EXPECT_THAT(net.out, Not(HasSubstr("\x1b")));
+  EXPECT_THAT(net.out, HasSubstr("float32 [2,2], -2.5 to 3, 1 not finite"));
+  EXPECT_THAT(run({"inspect", (root_ / "data.npz").string()}).out,
+              HasSubstr("float32 [2,2], -2.5 to 3, 1 not finite"));
+}
+
+TEST_F(Program, ReadsAteliersOwnSequences) {
+  Mesh mesh;
+  mesh.vertices = Points::Random(3, 3);
+  mesh.faces.resize(1, 3);
+  mesh.faces << 0, 1, 2;
+  write_sequence(input(), sequence_of({mesh, mesh, mesh}, 30, {4, 5, 9}));
+  const ChildResult result = run({"statistics", input().string(), workspace().string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("frames 3"));
+  EXPECT_TRUE(std::filesystem::exists(stage_folder() / "current/frames/000009.json"));
+  const ChildResult frame = run({"inspect", (input() / "frames/000009.h5").string()});
+  EXPECT_THAT(frame.out, HasSubstr("archive of schema 'atelier.mesh'"));
 }
 
 TEST_F(Program, InspectFindsWhatIsDamaged) {
