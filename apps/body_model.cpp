@@ -152,11 +152,17 @@ int show(const BodyArguments& arguments) {
   }
   const BodyModel model = read(arguments);
   const Mesh mesh = shown(model, shape_body(model, shape_of(arguments, model)).vertices);
-  const std::vector<std::pair<View, const char*>> sides = {
-      {kFront, "front"}, {kThreeQuarter, "three quarters"}, {kSide, "side"}, {kBack, "back"}};
+  // From one distance, so that the pictures have one scale.
+  const std::vector<Camera> cameras =
+      turntable_cameras(mesh.vertices, kFront, 4, arguments.picture.width, arguments.picture.height,
+                        arguments.picture.framing);
+  const PreparedScene scene = prepare(studio_scene({{mesh, clay_look()}}));
+  RenderOptions options;
+  options.samples = arguments.picture.samples;
+  const char* captions[4] = {"front", "left", "back", "right"};
   std::vector<CaptionedImage> pictures;
-  for (const auto& [view, caption] : sides) {
-    pictures.push_back({picture_of(mesh, view, arguments.picture), caption});
+  for (std::size_t side = 0; side < 4; ++side) {
+    pictures.push_back({tone_mapped(render(scene, cameras[side], options)), captions[side]});
   }
   ContactSheetOptions sheet;
   sheet.columns = 4;

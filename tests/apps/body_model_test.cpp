@@ -1,0 +1,110 @@
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+class BodyModelCommand : public ::testing::Test {
+ protected:
+  static ChildResult run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {ATELIER_PROGRAM, "body-model"});
+    return run_child(arguments);
+  }
+  void refused(std::vector<std::string> arguments, int code, const char* words) {
+    const ChildResult result = run(std::move(arguments));
+    EXPECT_EQ(result.exit_code, code) << words;
+    EXPECT_THAT(result.err, HasSubstr(words));
+  }
+  /// A person of 21 joints who stands still for three frames.
+  std::string still_bvh() const {
+    const std::filesystem::path path = folder_ / "still.bvh";
+    std::ofstream file(path);
+    file << "HIERARCHY\nROOT Hips\n{\nOFFSET 0 97 0\nCHANNELS 6 Xposition Yposition Zposition "
+            "Zrotation Xrotation Yrotation\n";
+    const auto joint = [&](const char* name, const char* offset) {
+      file << "JOINT " << name << "\n{\nOFFSET " << offset
+           << "\nCHANNELS 3 Zrotation Xrotation Yrotation\n";
+    };
+    const auto close = [&](int count) {
+      file << "End Site\n{\nOFFSET 0 5 0\n}\n";
+      for (int i = 0; i < count; ++i) {
+        file << "}\n";
+      }
+    };
+    for (const std::string side : {"Left", "Right"}) {
+      joint((side + "UpLeg").c_str(), side == "Left" ? "9 -5 0" : "-9 -5 0");
+      joint((side + "Leg").c_str(), "0 -42 0");
+      joint((side + "Foot").c_str(), "0 -41 0");
+      joint((side + "ToeBase").c_str(), "0 -7 13");
+      close(4);
+    }
+    joint("Spine", "0 20 0");
+    joint("Neck", "0 30 0");
+    joint("Head", "0 10 0");
+    close(2);
+    for (const std::string side : {"Left", "Right"}) {
+      const std::string sign = side == "Left" ? "" : "-";
+      joint((side + "Arm").c_str(), (sign + "18 25 0").c_str());
+      joint((side + "ForeArm").c_str(), (sign + "28 0 0").c_str());
+      joint((side + "Hand").c_str(), (sign + "25 0 0").c_str());
+      close(3);
+    }
+    file << "}\n}\nMOTION\nFrames: 3\nFrame Time: 0.0333333\n";
+    for (int frame = 0; frame < 3; ++frame) {
+      file << "0 97 0";
+      for (int i = 0; i < 18 * 3; ++i) {
+        file << " 0";
+      }
+      file << "\n";
+    }
+    return path.string();
+  }
+
+  TemporaryDirectory folder_;
+};
+
+TEST_F(BodyModelCommand, AMotionBecomesNpzAndBvhAgain) {
+  const std::string npz = (folder_ / "still.npz").string();
+  const ChildResult there = run({"convert", still_bvh(), "--out", npz});
+  EXPECT_EQ(there.exit_code, 0) << there.err;
+  EXPECT_THAT(there.out, HasSubstr("18 joints, 3 frames at 30 per second"));
+  EXPECT_THAT(there.err, HasSubstr("one unit taken as 0.01 m"));
+  const ChildResult back = run({"convert", npz, "--out", (folder_ / "back.bvh").string()});
+  EXPECT_EQ(back.exit_code, 0) << back.err;
+}
+
+TEST_F(BodyModelCommand, RefusesWrongWords) {
+  refused({}, 2, "an action and a body");
+  refused({"dance", "default"}, 2, "dance");
+  refused({"show", "default"}, 2, "--out FILE");
+  refused({"show", "default", "--out", "a.gif"}, 2, ".png");
+  refused({"pose", "default", "--out", "a.png"}, 2, "it takes a motion");
+  refused({"show", "default", "walk.bvh", "--out", "a.png"}, 2, "only pose takes a motion");
+  refused({"pose", "default", "walk.bvh", "--out", "a.txt"}, 2, "contact sheet");
+  refused({"show", "base.obj", "--macro", "wings=1", "--out", "a.png"}, 2, "gender, age");
+  refused({"show", "base.obj", "--macro", "gender=2", "--out", "a.png"}, 2, "[0, 1]");
+  refused({"show", "base.obj", "--macro", "gender=x", "--out", "a.png"}, 2, "NAME=NUMBER");
+  refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh or .npz");
+}
+
+TEST_F(BodyModelCommand, RefusesWrongFiles) {
+  refused({"measure", "nobody.xyz"}, 3, "default, female, male");
+  refused({"measure", (folder_ / "none.npz").string()}, 3, "none.npz");
+  const std::filesystem::path cut = folder_ / "cut.bvh";
+  std::ofstream(cut) << "HIERARCHY\nROOT hips\n{\nOFFSET 0 0 0\n";
+  refused({"convert", cut.string(), "--out", (folder_ / "a.npz").string()}, 3, "cut.bvh: line");
+  std::ofstream(folder_ / "a.amc") << "1\n";
+  refused({"convert", (folder_ / "a.amc").string(), "--out", (folder_ / "a.npz").string()}, 3,
+          "the ASF file of this motion");
+}
+
+}  // namespace
+}  // namespace atelier::testing
