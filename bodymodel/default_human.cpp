@@ -19,7 +19,7 @@ struct Parameter {
   double DefaultHumanOptions::*option;
   double BodyMeasurements::*measure;
   double HumanBuild::*factor;  ///< what is solved for
-  double female, male;         ///< average, ANSUR II, rounded to 5 mm
+  double female, male;         ///< average
   double residual;             ///< standard deviation at given stature and mass, as a share
   double by_stature;           ///< exponent of stature over average stature
   double by_volume;            ///< exponent of the body's volume in this measure alone
@@ -27,10 +27,9 @@ struct Parameter {
   double low, high;            ///< allowed, metres or kilograms
 };
 
-// Means: ANSUR II, Gordon et al., "2012 Anthropometric Survey of U.S. Army Personnel",
-// NATICK/TR-15/007 (women n = 1986, men n = 4082). Exponents and residual spreads are our fits to
-// the correlations of those tables: girths grow with the bulk of the section, the waist faster, the
-// neck slower.
+// Averages start from ANSUR II (Gordon et al. 2014), rounded, for people lighter than its soldiers,
+// with girths that belong to the mass. Exponents and spreads are our choice: girths grow with the
+// bulk of the section, the waist faster, the neck slower.
 const Parameter kParameters[] = {
     {"stature", "m", "lowest to highest point", &DefaultHumanOptions::stature,
      &BodyMeasurements::stature, &HumanBuild::neck_length, 1.63, 1.755, 0.038, 0, 0, 0, 1.40, 2.15},
@@ -47,21 +46,21 @@ const Parameter kParameters[] = {
      &BodyMeasurements::shoulder_breadth, &HumanBuild::shoulder, 0.365, 0.42, 0.032, 0.6, 0.05,
      0.15, 0.28, 0.52},
     {"neck_girth", "m", "neck, half way up", &DefaultHumanOptions::neck_girth,
-     &BodyMeasurements::neck_girth, &HumanBuild::neck, 0.32, 0.39, 0.035, 0.5, 0.04, 0.6, 0.25,
+     &BodyMeasurements::neck_girth, &HumanBuild::neck, 0.32, 0.39, 0.035, 0.5, 0.04, 0.7, 0.25,
      0.55},
     {"chest_girth", "m", "chest at the bust", &DefaultHumanOptions::chest_girth,
-     &BodyMeasurements::chest_girth, &HumanBuild::chest, 0.91, 1.01, 0.026, 0.5, 0.4, 0.95, 0.65,
+     &BodyMeasurements::chest_girth, &HumanBuild::chest, 0.91, 1.01, 0.026, 0.5, 0.4, 1.15, 0.65,
      1.6},
     {"waist_girth", "m", "natural waist", &DefaultHumanOptions::waist_girth,
-     &BodyMeasurements::waist_girth, &HumanBuild::waist, 0.755, 0.875, 0.036, 0.5, 0.4, 1.3, 0.5,
+     &BodyMeasurements::waist_girth, &HumanBuild::waist, 0.755, 0.875, 0.036, 0.5, 0.4, 1.55, 0.5,
      1.6},
     {"hip_girth", "m", "at the hip joints", &DefaultHumanOptions::hip_girth,
-     &BodyMeasurements::hip_girth, &HumanBuild::hip, 1.015, 1.02, 0.022, 0.5, 0.45, 0.9, 0.7, 1.7},
+     &BodyMeasurements::hip_girth, &HumanBuild::hip, 1.015, 1.02, 0.022, 0.5, 0.45, 1.12, 0.7, 1.7},
     {"thigh_girth", "m", "upper thigh", &DefaultHumanOptions::thigh_girth,
-     &BodyMeasurements::thigh_girth, &HumanBuild::thigh, 0.595, 0.6, 0.03, 0.3, 0.35, 1.0, 0.35,
+     &BodyMeasurements::thigh_girth, &HumanBuild::thigh, 0.595, 0.6, 0.03, 0.3, 0.35, 1.15, 0.35,
      1.0},
     {"upper_arm_girth", "m", "upper arm, relaxed", &DefaultHumanOptions::upper_arm_girth,
-     &BodyMeasurements::upper_arm_girth, &HumanBuild::upper_arm, 0.275, 0.318, 0.035, 0.2, 0.1, 1.1,
+     &BodyMeasurements::upper_arm_girth, &HumanBuild::upper_arm, 0.275, 0.318, 0.035, 0.2, 0.1, 1.2,
      0.18, 0.6}};
 constexpr std::size_t kCount = std::size(kParameters);
 
@@ -125,24 +124,28 @@ void scale(HumanBuild& build, const Vector& log_factors) {
   }
 }
 
-// d log measure / d log factor by central differences.
-Matrix measure_jacobian(const Maker& maker, const HumanBuild& build) {
+// d log measure / d log factor, by central differences, or one-sided ones where `here` is known.
+Matrix measure_jacobian(const Maker& maker, const HumanBuild& build, const Vector* here = nullptr) {
   Matrix jacobian;
   const double h = 0.004;
   for (std::size_t i = 0; i < kCount; ++i) {
     HumanBuild more = build;
-    HumanBuild less = build;
     more.*kParameters[i].factor *= std::exp(h);
+    const Vector above = log_measures(maker.measure(more));
+    if (here != nullptr) {
+      jacobian.col(static_cast<Index>(i)) = (above - *here) / h;
+      continue;
+    }
+    HumanBuild less = build;
     less.*kParameters[i].factor *= std::exp(-h);
-    jacobian.col(static_cast<Index>(i)) =
-        (log_measures(maker.measure(more)) - log_measures(maker.measure(less))) / (2 * h);
+    jacobian.col(static_cast<Index>(i)) = (above - log_measures(maker.measure(less))) / (2 * h);
   }
   return jacobian;
 }
 
 struct Solved {
   HumanBuild build;
-  Matrix jacobian;  ///< at or near the solution
+  Matrix jacobian;  ///< near the solution
 };
 
 // Newton on the logarithms, with steps held back and one Jacobian for several steps.
@@ -165,7 +168,8 @@ Solved solve_build(const Maker& maker, double male, const BodyMeasurements& want
       best_step = step;
     }
     if (step == 0 || largest_gap > 0.3 * before) {
-      solved.jacobian = measure_jacobian(maker, solved.build);
+      const Vector here = target - gap;
+      solved.jacobian = measure_jacobian(maker, solved.build, &here);
     }
     before = largest_gap;
     Vector move = solved.jacobian.partialPivLu().solve(gap);

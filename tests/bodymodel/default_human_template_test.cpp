@@ -1,0 +1,96 @@
+#include <cstdlib>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/human_template.h"
+
+namespace atelier {
+namespace {
+
+// The committed vertices are the field's: whoever changes the anatomy makes the template anew.
+TEST(DefaultHumanTemplate, LiesOnTheFieldOfTheMiddleBuild) {
+  const HumanTemplate body = human_template();
+  const HumanField field = human_field(human_anatomy({}));
+  int off = 0;
+  double worst = 0;
+  for (std::size_t v = 0; v < body.points.size(); ++v) {
+    const double gap = std::abs(field_value(field, body.points[v]));
+    worst = std::max(worst, gap);
+    off += gap > 2e-4;
+    EXPECT_EQ(body.points[v].x == 0, static_cast<int>(v) < body.middle);
+  }
+  std::printf("largest gap %.3f mm, %d of %zu vertices beyond 0.2 mm\n", 1e3 * worst, off,
+              body.points.size());
+  EXPECT_LT(worst, 0.01);  // in the crease between the thighs the field has no gradient
+  EXPECT_LT(off, 0.01 * static_cast<double>(body.points.size()));
+}
+
+TEST(DefaultHumanTemplate, SourceTextKeepsEveryNumber) {
+  HumanTemplate small;
+  small.middle = 2;
+  small.points = {{0, 0.00002, 1}, {0, 0.5, -0.25}, {0.1, 0.2, 0.3}};
+  small.faces = {{0, 1, 2}, {2, 1, 0}};
+  const std::string text = human_template_source(small);
+  EXPECT_THAT(text, ::testing::HasSubstr("0,1,50000,0,25000,-12500,5000,10000,15000,"));
+  EXPECT_THAT(text, ::testing::HasSubstr("0,1,1,0,-1,-1,"));
+  EXPECT_THAT(text, ::testing::HasSubstr("return {2, 3, 2, kPoints, kCorners};"));
+}
+
+// ATELIER_HUMAN_TEMPLATE=bodymodel/human_template_data.cpp build/dev/tests/test_bodymodel
+//   --gtest_filter=DefaultHumanTemplate.IsMadeAnewOnRequest
+TEST(DefaultHumanTemplate, IsMadeAnewOnRequest) {
+  const char* path = std::getenv("ATELIER_HUMAN_TEMPLATE");
+  if (path == nullptr) {
+    GTEST_SKIP() << "set ATELIER_HUMAN_TEMPLATE to the file to write (takes some 15 s)";
+  }
+  std::ofstream(path) << human_template_source(make_human_template());
+}
+
+TEST(DefaultHumanField, IsInsideTheBonesAndSymmetric) {
+  for (double male : {0.0, 0.5, 1.0}) {
+    const HumanAnatomy anatomy = human_anatomy({.male = male});
+    const HumanField field = human_field(anatomy);
+    const HumanJoints& j = anatomy.joints;
+    for (const Vec3d& p :
+         {j.pelvis, j.spine1, j.spine2, j.spine3, j.neck, j.head, j.hip, j.knee, j.ankle,
+          j.shoulder, j.elbow, j.wrist, j.fingers[1][1], j.fingers[4][2]}) {
+      EXPECT_LT(field_value(field, p), -0.003);
+      EXPECT_EQ(field_value(field, p), field_value(field, {-p.x, p.y, p.z}));
+    }
+    EXPECT_GT(field_value(field, {0, 0.3, 0}), 0.02);  // between the legs
+    const Vec3d skin = field_project(field, {0.05, 1.2, 0.13});
+    EXPECT_LT(std::abs(field_value(field, skin)), 5e-5);
+    EXPECT_GT(field_normal(field, skin).z, 0.7);
+  }
+}
+
+TEST(DefaultHumanAnatomy, StationsInvertAndSectionsMeetTheirWidths) {
+  const HumanAnatomy anatomy = human_anatomy({});
+  for (const HumanTube* tube : {&anatomy.trunk, &anatomy.leg, &anatomy.arm}) {
+    const double last = static_cast<double>(tube->sections.size() - 1);
+    for (double tau = -0.5; tau <= last + 0.5; tau += 0.37) {
+      EXPECT_NEAR(station_at(*tube, section_at(*tube, tau).s), tau, 1e-7);
+    }
+    const HumanSection section = section_at(*tube, 3.4);
+    EXPECT_DOUBLE_EQ(section_radius(section, 1, 0), section.pu);
+    EXPECT_DOUBLE_EQ(section_radius(section, -1, 0), section.mu);
+    EXPECT_DOUBLE_EQ(section_radius(section, 0, 1), section.pv);
+    EXPECT_DOUBLE_EQ(section_radius(section, 0, -1), section.mv);
+  }
+}
+
+TEST(DefaultHumanAnatomy, LengthsFollowTheBuild) {
+  const HumanAnatomy plain = human_anatomy({});
+  const HumanAnatomy legs = human_anatomy({.leg = 1.1});
+  EXPECT_DOUBLE_EQ(legs.joints.ankle.y, plain.joints.ankle.y);
+  EXPECT_GT(legs.joints.knee.y, plain.joints.knee.y);
+  EXPECT_NEAR(legs.joints.neck.y - plain.joints.neck.y, 0.1 * (0.475 - 0.042) * 1.7, 1e-12);
+  const HumanAnatomy arms = human_anatomy({.arm = 1.2});
+  EXPECT_NEAR(norm(arms.joints.elbow - arms.joints.shoulder),
+              1.2 * norm(plain.joints.elbow - plain.joints.shoulder), 1e-12);
+}
+
+}  // namespace
+}  // namespace atelier
