@@ -500,7 +500,8 @@ void File::visit(const Object& object, const std::string& name, int depth) {
   }
   for (const std::string& attribute : attributes_of(object, name)) {
     count(name);
-    contents_.attributes.push_back(name + "@" + attribute);
+    contents_.attributes.push_back(name);
+    contents_.attributes.back().append("@").append(attribute);
   }
   const H5I_type_t kind = H5Iget_type(object.id());
   if (kind == H5I_DATASET) {
@@ -516,7 +517,8 @@ void File::visit(const Object& object, const std::string& name, int depth) {
     return;
   }
   for (const std::string& part : links_of(object, name)) {
-    const std::string full = name.empty() ? part : name + "/" + part;
+    std::string full = name;
+    full.append(name.empty() ? "" : "/").append(part);
     count(full);
     try {
       visit(child(object, part, full), full, depth + 1);

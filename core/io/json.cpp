@@ -13,11 +13,13 @@ namespace {
 
 /// Walks over the text and tells how far it is: the parser itself only says so in its own errors.
 struct Cursor {
+  // NOLINTBEGIN(readability-identifier-naming): the standard's names
   using iterator_category = std::input_iterator_tag;
   using value_type = char;
   using difference_type = std::ptrdiff_t;
   using pointer = const char*;
   using reference = const char&;
+  // NOLINTEND(readability-identifier-naming)
 
   const char* at = nullptr;
   std::size_t* position = nullptr;
