@@ -5,6 +5,7 @@
 
 #include "core/cuda_buffer.cuh"
 #include "core/device.h"
+#include "tests/support/refusals.h"
 
 namespace atelier {
 namespace {
@@ -65,11 +66,12 @@ TEST(CudaBuffer, EmptyIsNothing) {
 
 TEST(CudaBuffer, RefusesAnUploadOfAnotherSize) {
   CudaBuffer<int> buffer;
-  EXPECT_THROW(buffer.upload(std::vector<int>{1}), LogicError);
+  ATELIER_EXPECT_REFUSED(buffer.upload(std::vector<int>{1}), LogicError, "another size");
 }
 
 TEST(CudaBuffer, RefusesASizeThatOverflows) {
-  EXPECT_THROW(CudaBuffer<double>(std::numeric_limits<std::size_t>::max() / 2), LogicError);
+  ATELIER_EXPECT_REFUSED(CudaBuffer<double>(std::numeric_limits<std::size_t>::max() / 2),
+                         LogicError, "overflows");
 }
 
 TEST(CudaBuffer, OutOfMemorySaysSo) {

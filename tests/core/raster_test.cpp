@@ -11,6 +11,7 @@
 #include "core/random.h"
 #include "core/tree.h"
 #include "tests/support/devices.h"
+#include "tests/support/refusals.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {
@@ -330,35 +331,51 @@ TEST(Raster, IsTheSameOnAnyNumberOfThreads) {
   EXPECT_TRUE(same(one, rasterize(mesh.vertices, mesh.faces, camera)));
 }
 
-TEST(RasterRefuses, BadInput) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+TEST(RasterRefuses, VerticesThatAreNotFinite) {
   const Mesh mesh = testing::sphere(1);
-  const Camera camera = looking_camera(16, 16, 3);
   for (const double bad : {kNan, std::numeric_limits<double>::infinity(), 1e100}) {
     Points broken = mesh.vertices;
     broken(3, 2) = bad;
-    EXPECT_THROW(rasterize(broken, mesh.faces, camera), LogicError);
-  }
-  Triangles outside = mesh.faces;
-  outside(2, 1) = 400;
-  EXPECT_THROW(rasterize(mesh.vertices, outside, camera), LogicError);
-  outside(2, 1) = -1;
-  EXPECT_THROW(rasterize(mesh.vertices, outside, camera), LogicError);
-  for (const double near : {0.0, -1.0, kNan, 1e7}) {
-    EXPECT_THROW(rasterize(mesh.vertices, mesh.faces, camera, {near}), LogicError);
+    ATELIER_EXPECT_REFUSED(rasterize(broken, mesh.faces, looking_camera(16, 16, 3)), LogicError,
+                           "finite coordinates");
   }
 }
 
-TEST(RasterRefuses, BadCameras) {
+TEST(RasterRefuses, FacesThatNameNoVertex) {
+  Mesh mesh = testing::sphere(1);
+  for (const int bad : {400, -1}) {
+    mesh.faces(2, 1) = bad;
+    ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, looking_camera(16, 16, 3)),
+                           LogicError, "a vertex that is not there");
+  }
+}
+
+TEST(RasterRefuses, NearPlanesOutOfRange) {
+  const Mesh mesh = testing::sphere(1);
+  for (const double near : {0.0, -1.0, kNan, 1e7}) {
+    ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, looking_camera(16, 16, 3), {near}),
+                           LogicError, "near must be");
+  }
+}
+
+TEST(RasterRefuses, CamerasWithoutPixelsOrFocalLength) {
   const Mesh mesh = testing::sphere(1);
   Camera camera = looking_camera(16, 16, 3);
   camera.width = 0;
-  EXPECT_THROW(rasterize(mesh.vertices, mesh.faces, camera), DataError);
+  ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, camera), DataError, "looking");
   camera = looking_camera(16, 16, 3);
   camera.fx = -1;
-  EXPECT_THROW(rasterize(mesh.vertices, mesh.faces, camera), DataError);
-  camera = looking_camera(32769, 1, 3);
-  EXPECT_THROW(rasterize(mesh.vertices, mesh.faces, camera), DataError);
+  ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, camera), DataError, "looking");
+}
+
+TEST(RasterRefuses, ImagesThatAreTooLarge) {
+  const Mesh mesh = testing::sphere(1);
+  ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, looking_camera(32769, 1, 3)),
+                         DataError, "at most 32768 a side");
+  ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, looking_camera(1, 32769, 3)),
+                         DataError, "1 x 32769 pixels");
 }
 
 TEST(RasterRefuses, CudaWhereThereIsNone) {
@@ -366,8 +383,9 @@ TEST(RasterRefuses, CudaWhereThereIsNone) {
     GTEST_SKIP() << "there is a CUDA device";
   }
   const Mesh mesh = testing::sphere(1);
-  EXPECT_THROW(rasterize(mesh.vertices, mesh.faces, looking_camera(16, 16, 3), {}, Device::Cuda),
-               EnvironmentError);
+  ATELIER_EXPECT_REFUSED(
+      rasterize(mesh.vertices, mesh.faces, looking_camera(16, 16, 3), {}, Device::Cuda),
+      EnvironmentError, "CUDA");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "tests/support/refusals.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {
@@ -57,10 +58,16 @@ TEST(Topology, NothingHasNothing) {
   EXPECT_EQ(vertex_neighbors(topology).rows(), 0);
 }
 
-TEST(Topology, RefusesVerticesThatAreNotThere) {
-  EXPECT_THROW(of(3, {{0, 1, 3}}), LogicError);
-  EXPECT_THROW(of(3, {{0, -1, 2}}), LogicError);
-  EXPECT_THROW(of(0, {{0, 1, 2}}), LogicError);
+TEST(TopologyRefuses, VerticesBehindTheLast) {
+  ATELIER_EXPECT_REFUSED(of(3, {{0, 1, 3}}), LogicError, "a vertex that is not there");
+}
+
+TEST(TopologyRefuses, NegativeVertices) {
+  ATELIER_EXPECT_REFUSED(of(3, {{0, -1, 2}}), LogicError, "a vertex that is not there");
+}
+
+TEST(TopologyRefuses, FacesWithoutAnyVertices) {
+  ATELIER_EXPECT_REFUSED(of(0, {{0, 1, 2}}), LogicError, "a vertex that is not there");
 }
 
 TEST(Topology, EulerCharacteristics) {

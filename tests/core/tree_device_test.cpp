@@ -4,6 +4,7 @@
 #include "core/random.h"
 #include "core/tree.h"
 #include "tests/support/devices.h"
+#include "tests/support/refusals.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {
@@ -117,14 +118,15 @@ TEST_P(TreeOnDevice, NothingIsNoTrouble) {
   EXPECT_TRUE(any_hits(tree, {}, device()).empty());
 }
 
-TEST(TreeOnNoDevice, SaysSo) {
+TEST(TreeRefuses, CudaWhereThereIsNone) {
   if (cuda_available()) {
     GTEST_SKIP() << "there is a CUDA device";
   }
   const TriangleTree tree = build_point_tree(Points::Zero(1, 3));
-  EXPECT_THROW(closest_points(tree, Points::Zero(1, 3), 1, Device::Cuda), EnvironmentError);
-  EXPECT_THROW(first_hits(tree, {Ray{}}, Device::Cuda), EnvironmentError);
-  EXPECT_THROW(any_hits(tree, {Ray{}}, Device::Cuda), EnvironmentError);
+  ATELIER_EXPECT_REFUSED(closest_points(tree, Points::Zero(1, 3), 1, Device::Cuda),
+                         EnvironmentError, "use the device \"cpu\"");
+  ATELIER_EXPECT_REFUSED(first_hits(tree, {Ray{}}, Device::Cuda), EnvironmentError, "CUDA");
+  ATELIER_EXPECT_REFUSED(any_hits(tree, {Ray{}}, Device::Cuda), EnvironmentError, "CUDA");
 }
 
 }  // namespace

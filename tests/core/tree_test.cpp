@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "tests/support/refusals.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {
@@ -414,63 +415,96 @@ TEST(Tree, FloatWalksTheSameTree) {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
+TriangleTree some_tree() {
+  const Mesh mesh = soup(20, 16);
+  return build_tree(mesh.vertices, mesh.faces);
+}
+
 TEST(TreeRefuses, VerticesThatAreNotFinite) {
   const Mesh good = soup(20, 16);
   for (const double bad : {kNan, kInf, -kInf, 1e100}) {
     Mesh mesh = good;
     mesh.vertices(7, 1) = bad;
-    EXPECT_THROW(build_tree(mesh.vertices, mesh.faces), LogicError);
-    EXPECT_THROW(build_point_tree(mesh.vertices), LogicError);
-    EXPECT_THROW(refit_tree(build_tree(good.vertices, good.faces), mesh.vertices), LogicError);
+    ATELIER_EXPECT_REFUSED(build_tree(mesh.vertices, mesh.faces), LogicError, "finite coordinates");
+    ATELIER_EXPECT_REFUSED(build_point_tree(mesh.vertices), LogicError, "finite coordinates");
+    ATELIER_EXPECT_REFUSED(refit_tree(some_tree(), mesh.vertices), LogicError,
+                           "finite coordinates");
   }
 }
 
 TEST(TreeRefuses, FacesThatNameNoVertex) {
   const Points vertices = Points::Zero(3, 3);
-  Triangles faces(1, 3);
-  faces << 0, 1, 3;
-  EXPECT_THROW(build_tree(vertices, faces), LogicError);
-  faces << 0, -1, 2;
-  EXPECT_THROW(build_tree(vertices, faces), LogicError);
+  for (const int bad : {3, -1}) {
+    Triangles faces(1, 3);
+    faces << 0, 1, bad;
+    ATELIER_EXPECT_REFUSED(build_tree(vertices, faces), LogicError, "a vertex that is not there");
+  }
 }
 
 TEST(TreeRefuses, AnotherNumberOfVertices) {
-  const Mesh mesh = soup(20, 17);
-  EXPECT_THROW(refit_tree(build_tree(mesh.vertices, mesh.faces), Points::Zero(59, 3)), LogicError);
+  ATELIER_EXPECT_REFUSED(refit_tree(some_tree(), Points::Zero(59, 3)), LogicError,
+                         "as many vertices as it was built from");
 }
 
 TEST(TreeRefuses, LeavesOfNoSize) {
   const Mesh mesh = soup(20, 18);
-  EXPECT_THROW(build_tree(mesh.vertices, mesh.faces, {0}), LogicError);
-  EXPECT_THROW(build_tree(mesh.vertices, mesh.faces, {65}), LogicError);
-}
-
-TEST(TreeRefuses, QueriesThatAreNotFinite) {
-  const Mesh mesh = soup(20, 19);
-  const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
-  for (const double bad : {kNan, kInf, -kInf}) {
-    EXPECT_THROW(closest_point(tree, {0, bad, 0}), LogicError);
-    EXPECT_THROW(closest_points(tree, Points::Constant(2, 3, bad)), LogicError);
-    EXPECT_THROW(faces_within(tree, {0, bad, 0}, 1), LogicError);
-    EXPECT_THROW(faces_in_box(tree, {0, bad, 0}, {1, 1, 1}), LogicError);
-    EXPECT_THROW(first_hit(tree, {{bad, 0, 0}, {1, 0, 0}}), LogicError);
-    EXPECT_THROW(any_hit(tree, {{0, 0, 0}, {1, 0, bad}}), LogicError);
-    EXPECT_THROW(first_hits(tree, {{{0, 0, 0}, {1, 0, bad}}}), LogicError);
+  for (const int bad : {0, -1, 65}) {
+    ATELIER_EXPECT_REFUSED(build_tree(mesh.vertices, mesh.faces, {bad}), LogicError,
+                           "leaf_size must be 1..64");
   }
 }
 
-TEST(TreeRefuses, SenselessDistancesRaysAndBoxes) {
-  const Mesh mesh = soup(20, 20);
-  const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
-  EXPECT_THROW(closest_point(tree, {0, 0, 0}, -1), LogicError);
-  EXPECT_THROW(closest_point(tree, {0, 0, 0}, kNan), LogicError);
-  EXPECT_THROW(closest_points(tree, Points::Zero(1, 3), -1), LogicError);
-  EXPECT_THROW(faces_within(tree, {0, 0, 0}, -1), LogicError);
-  EXPECT_THROW(first_hit(tree, {{0, 0, 0}, {0, 0, 0}}), LogicError);
-  EXPECT_THROW(first_hit(tree, {{0, 0, 0}, {0, 0, 1}, 2, 1}), LogicError);
-  EXPECT_THROW(first_hit(tree, {{0, 0, 0}, {0, 0, 1}, kNan, 1}), LogicError);
-  EXPECT_THROW(any_hits(tree, {{{0, 0, 0}, {0, 0, 1}, 0, kNan}}), LogicError);
-  EXPECT_THROW(faces_in_box(tree, {1, 0, 0}, {0, 1, 1}), LogicError);
+TEST(TreeRefuses, QueriesThatAreNotFinite) {
+  const TriangleTree tree = some_tree();
+  for (const double bad : {kNan, kInf, -kInf}) {
+    ATELIER_EXPECT_REFUSED(closest_point(tree, {0, bad, 0}), LogicError, "a query must be finite");
+    ATELIER_EXPECT_REFUSED(closest_points(tree, Points::Constant(2, 3, bad)), LogicError,
+                           "a query must be finite");
+    ATELIER_EXPECT_REFUSED(faces_within(tree, {0, bad, 0}, 1), LogicError,
+                           "a query must be finite");
+  }
+}
+
+TEST(TreeRefuses, NegativeDistances) {
+  const TriangleTree tree = some_tree();
+  for (const double bad : {-1.0, kNan}) {
+    ATELIER_EXPECT_REFUSED(closest_point(tree, {0, 0, 0}, bad), LogicError, "0 or more");
+    ATELIER_EXPECT_REFUSED(closest_points(tree, Points::Zero(1, 3), bad), LogicError, "0 or more");
+    ATELIER_EXPECT_REFUSED(faces_within(tree, {0, 0, 0}, bad), LogicError, "0 or more");
+  }
+}
+
+TEST(TreeRefuses, RaysThatAreNotFinite) {
+  const TriangleTree tree = some_tree();
+  for (const double bad : {kNan, kInf, -kInf}) {
+    ATELIER_EXPECT_REFUSED(first_hit(tree, {{bad, 0, 0}, {1, 0, 0}}), LogicError,
+                           "origin must be finite");
+    ATELIER_EXPECT_REFUSED(any_hit(tree, {{0, 0, 0}, {1, 0, bad}}), LogicError,
+                           "direction must be finite");
+    ATELIER_EXPECT_REFUSED(first_hits(tree, {{{0, 0, 0}, {1, 0, bad}}}), LogicError,
+                           "direction must be finite");
+  }
+}
+
+TEST(TreeRefuses, RaysWithoutDirection) {
+  ATELIER_EXPECT_REFUSED(first_hit(some_tree(), {{0, 0, 0}, {0, 0, 0}}), LogicError, "not 0");
+  ATELIER_EXPECT_REFUSED(any_hits(some_tree(), {{{0, 0, 0}, {0, 0, 0}}}), LogicError, "not 0");
+}
+
+TEST(TreeRefuses, RaysWhoseIntervalIsEmpty) {
+  const TriangleTree tree = some_tree();
+  ATELIER_EXPECT_REFUSED(first_hit(tree, {{0, 0, 0}, {0, 0, 1}, 2, 1}), LogicError, "t_min");
+  ATELIER_EXPECT_REFUSED(first_hit(tree, {{0, 0, 0}, {0, 0, 1}, kNan, 1}), LogicError, "t_min");
+  ATELIER_EXPECT_REFUSED(any_hits(tree, {{{0, 0, 0}, {0, 0, 1}, 0, kNan}}), LogicError, "t_min");
+}
+
+TEST(TreeRefuses, BoxesThatAreNone) {
+  const TriangleTree tree = some_tree();
+  ATELIER_EXPECT_REFUSED(faces_in_box(tree, {1, 0, 0}, {0, 1, 1}), LogicError, "low <= high");
+  for (const double bad : {kNan, kInf, -kInf}) {
+    ATELIER_EXPECT_REFUSED(faces_in_box(tree, {0, bad, 0}, {1, 1, 1}), LogicError,
+                           "a box must be finite");
+  }
 }
 
 }  // namespace

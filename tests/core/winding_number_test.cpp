@@ -8,6 +8,7 @@
 #include "core/normals.h"
 #include "core/random.h"
 #include "tests/support/devices.h"
+#include "tests/support/refusals.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {
@@ -240,37 +241,69 @@ TEST(WindingMoments, DoNotDependOnTheOrderOfJoining) {
   EXPECT_NEAR(nested.area, flat.area, 1e-13);
 }
 
-TEST(WindingRefuses, BadInput) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+TEST(WindingRefuses, VerticesThatAreNotFinite) {
   const Mesh mesh = testing::sphere(1);
-  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   Points broken = mesh.vertices;
   broken(3, 1) = kNan;
-  Triangles outside = mesh.faces;
-  outside(0, 0) = 1000;
-  EXPECT_THROW(build_winding_tree(broken, mesh.faces), LogicError);
-  EXPECT_THROW(build_winding_tree(mesh.vertices, outside), LogicError);
-  EXPECT_THROW(refit_winding_tree(tree, broken), LogicError);
-  EXPECT_THROW(winding_number(tree, {kNan, 0, 0}), LogicError);
-  EXPECT_THROW(winding_number(tree, {0, 0, 0}, {0.5}), LogicError);
-  EXPECT_THROW(winding_number(tree, {0, 0, 0}, {kNan}), LogicError);
-  EXPECT_THROW(winding_numbers(tree, broken), LogicError);
-  EXPECT_THROW(winding_numbers(tree, mesh.vertices, {101}), LogicError);
-  EXPECT_THROW(exact_winding_number(mesh.vertices, outside, {0, 0, 0}), LogicError);
-  EXPECT_THROW(exact_winding_number(mesh.vertices, mesh.faces, {0, kNan, 0}), LogicError);
+  ATELIER_EXPECT_REFUSED(build_winding_tree(broken, mesh.faces), LogicError, "finite coordinates");
+  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+  ATELIER_EXPECT_REFUSED(refit_winding_tree(tree, broken), LogicError, "finite coordinates");
 }
 
-TEST(WindingRefuses, OrientedPointsThatDoNotAgree) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const Points points = Points::Random(4, 3);
-  const Eigen::VectorXd areas = Eigen::VectorXd::Ones(4);
-  EXPECT_THROW(build_winding_tree(points, Points::Ones(3, 3), areas), LogicError);
-  EXPECT_THROW(build_winding_tree(points, points, Eigen::VectorXd::Ones(5)), LogicError);
-  EXPECT_THROW(build_winding_tree(points, Points::Constant(4, 3, kNan), areas), LogicError);
-  EXPECT_THROW(build_winding_tree(points, points, areas * kNan), LogicError);
-  EXPECT_THROW(exact_winding_number(points, points, Eigen::VectorXd::Ones(3), {0, 0, 0}),
-               LogicError);
-  EXPECT_THROW(refit_winding_tree(build_winding_tree(points, points, areas), points), LogicError);
+TEST(WindingRefuses, FacesThatNameNoVertex) {
+  Mesh mesh = testing::sphere(1);
+  mesh.faces(0, 0) = 1000;
+  ATELIER_EXPECT_REFUSED(build_winding_tree(mesh.vertices, mesh.faces), LogicError,
+                         "a vertex that is not there");
+  ATELIER_EXPECT_REFUSED(exact_winding_number(mesh.vertices, mesh.faces, {0, 0, 0}), LogicError,
+                         "a vertex that is not there");
+}
+
+TEST(WindingRefuses, QueriesThatAreNotFinite) {
+  const Mesh mesh = testing::sphere(1);
+  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+  ATELIER_EXPECT_REFUSED(winding_number(tree, {kNan, 0, 0}), LogicError, "a query must be finite");
+  ATELIER_EXPECT_REFUSED(winding_numbers(tree, Points::Constant(1, 3, kNan)), LogicError,
+                         "a query must be finite");
+  ATELIER_EXPECT_REFUSED(exact_winding_number(mesh.vertices, mesh.faces, {0, kNan, 0}), LogicError,
+                         "a query must be finite");
+}
+
+TEST(WindingRefuses, AccuraciesOutOfRange) {
+  const Mesh mesh = testing::sphere(1);
+  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
+  for (const double bad : {0.5, 101.0, kNan}) {
+    ATELIER_EXPECT_REFUSED(winding_number(tree, {0, 0, 0}, {bad}), LogicError, "1..100");
+    ATELIER_EXPECT_REFUSED(winding_numbers(tree, mesh.vertices, {bad}), LogicError, "1..100");
+  }
+}
+
+TEST(WindingRefuses, OrientedPointsOfDifferentNumbers) {
+  const Points points = testing::sphere(1).vertices;
+  const Eigen::VectorXd areas = Eigen::VectorXd::Ones(points.rows());
+  const Eigen::VectorXd few = Eigen::VectorXd::Ones(3);
+  ATELIER_EXPECT_REFUSED(build_winding_tree(points, points.topRows(3), areas), LogicError,
+                         "as many");
+  ATELIER_EXPECT_REFUSED(build_winding_tree(points, points, few), LogicError, "as many");
+  ATELIER_EXPECT_REFUSED(exact_winding_number(points, points, few, {0, 0, 0}), LogicError,
+                         "as many");
+}
+
+TEST(WindingRefuses, NormalsAndAreasThatAreNotFinite) {
+  const Points points = testing::sphere(1).vertices;
+  const Eigen::VectorXd areas = Eigen::VectorXd::Ones(points.rows());
+  ATELIER_EXPECT_REFUSED(build_winding_tree(points, points * kNan, areas), LogicError,
+                         "normals and areas must be finite");
+  ATELIER_EXPECT_REFUSED(build_winding_tree(points, points, areas * kNan), LogicError,
+                         "normals and areas must be finite");
+}
+
+TEST(WindingRefuses, ToRefitOrientedPoints) {
+  const Points points = testing::sphere(1).vertices;
+  const WindingTree tree = build_winding_tree(points, points, Eigen::VectorXd::Ones(points.rows()));
+  ATELIER_EXPECT_REFUSED(refit_winding_tree(tree, points), LogicError, "built anew");
 }
 
 }  // namespace
