@@ -91,6 +91,7 @@ int run_program(const std::vector<std::string>& arguments) {
   const auto action = actions.find(arguments[0]);
   if (action == actions.end()) {
     std::vector<std::string> names;
+    names.reserve(actions.size());
     for (const auto& known : actions) {
       names.push_back(known.first);
     }
