@@ -13,6 +13,7 @@
 #include "bodymodel/body_archive.h"
 #include "bodymodel/body_file.h"
 #include "bodymodel/gltf_body.h"
+#include "bodymodel/humanoid.h"
 #include "bodymodel/measure.h"
 #include "bodymodel/motion_file.h"
 #include "bodymodel/retarget.h"
@@ -175,7 +176,13 @@ int show(const BodyArguments& arguments) {
 }
 
 int measure(const BodyArguments& arguments) {
-  const BodyModel model = read(arguments);
+  BodyModel model = read(arguments);
+  model.skeleton =
+      with_smpl_names(model.skeleton, recognised_humanoid(model.skeleton, arguments.body));
+  if (find_joint(model.skeleton, "neck") < 0) {
+    throw DataError(arguments.body, "skeleton", "no joint between chest and head",
+                    "a neck, which lengths and girths are measured from");
+  }
   const BodyMeasurements found = measure_body(model, shape_of(arguments, model));
   nlohmann::ordered_json json;
   for (const NamedMeasurement& row : measurement_names()) {

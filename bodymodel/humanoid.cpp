@@ -281,6 +281,37 @@ Humanoid recognised_humanoid(const Skeleton& skeleton, const std::string& file) 
   return *humanoid;
 }
 
+Skeleton with_smpl_names(const Skeleton& skeleton, const Humanoid& humanoid) {
+  std::map<int, std::string> names = {{humanoid.spine.front(), "pelvis"},
+                                      {humanoid.neck.back(), "head"}};
+  if (humanoid.neck.size() > 1) {
+    names[humanoid.neck.front()] = "neck";
+  }
+  for (std::size_t side = 0; side < 2; ++side) {
+    const std::string prefix = side == 0 ? "left_" : "right_";
+    const Leg& leg = humanoid.legs[side];
+    const Arm& arm = humanoid.arms[side];
+    const std::pair<int, const char*> joints[] = {
+        {leg.hip, "hip"},     {leg.knee, "knee"},     {leg.ankle, "ankle"},
+        {leg.toe, "foot"},    {arm.collar, "collar"}, {arm.shoulder, "shoulder"},
+        {arm.elbow, "elbow"}, {arm.wrist, "wrist"}};
+    for (const auto& [joint, name] : joints) {
+      if (joint >= 0) {
+        names[joint] = prefix + name;
+      }
+    }
+  }
+  Skeleton renamed = skeleton;
+  for (const auto& [joint, name] : names) {
+    const int other = find_joint(renamed, name);
+    if (other >= 0 && other != joint) {
+      renamed.names[static_cast<std::size_t>(other)] += "_other";
+    }
+    renamed.names[static_cast<std::size_t>(joint)] = name;
+  }
+  return renamed;
+}
+
 double leg_length(const Skeleton& skeleton, const Humanoid& humanoid) {
   const Points rest = rest_positions(skeleton);
   double sum = 0;

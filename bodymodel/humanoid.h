@@ -44,6 +44,10 @@ std::optional<Humanoid> find_humanoid(const Skeleton& skeleton);
 /// The same; throws DataError that lists the joint names if there is no person.
 Humanoid recognised_humanoid(const Skeleton& skeleton, const std::string& file = "");
 
+/// The skeleton with the person's joints named as SMPL names them ("pelvis", "left_hip", ...),
+/// which is what measure.h looks for; other joints of such a name get "_other" behind theirs.
+Skeleton with_smpl_names(const Skeleton& skeleton, const Humanoid& humanoid);
+
 /// Mean length of thigh plus shin, in the skeleton's unit: what scales one person to another.
 double leg_length(const Skeleton& skeleton, const Humanoid& humanoid);
 

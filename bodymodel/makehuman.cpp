@@ -168,17 +168,6 @@ ShapeParameter parameter_of(const std::filesystem::path& path, const std::vector
   return parameter;
 }
 
-SkinWeights rows_of(const SkinWeights& skin, const std::vector<int>& rows) {
-  SkinWeights result;
-  result.joints.resize(static_cast<Index>(rows.size()), skin.joints.cols());
-  result.weights.resize(static_cast<Index>(rows.size()), skin.weights.cols());
-  for (std::size_t v = 0; v < rows.size(); ++v) {
-    result.joints.row(static_cast<Index>(v)) = skin.joints.row(rows[v]);
-    result.weights.row(static_cast<Index>(v)) = skin.weights.row(rows[v]);
-  }
-  return result;
-}
-
 }  // namespace
 
 MakeHumanBody read_makehuman(const MakeHumanFiles& files, const MakeHumanOptions& options,
@@ -211,16 +200,21 @@ MakeHumanBody read_makehuman(const MakeHumanFiles& files, const MakeHumanOptions
   }
   SkinPackOptions pack;
   pack.max_slots = options.max_slots;
-  PackedSkin packed =
-      pack_skin_weights(influences, static_cast<Index>(rig.size()), pack, files.weights.string());
-  body.base_skin = std::move(packed.skin);
+  const Index joints = static_cast<Index>(rig.size());
+  body.base_skin = pack_skin_weights(influences, joints, pack, files.weights.string()).skin;
+  // What is worth saying concerns the body; helper geometry has weights of all kinds.
+  std::vector<std::vector<Influence>> body_influences;
+  for (const int vertex : body.base_vertices) {
+    body_influences.push_back(influences[static_cast<std::size_t>(vertex)]);
+  }
+  PackedSkin packed = pack_skin_weights(body_influences, joints, pack, files.weights.string());
   body.findings.insert(body.findings.end(), packed.findings.begin(), packed.findings.end());
 
   BodyModel& model = body.model;
   model.name = "makehuman";
   model.skeleton = skeleton_of(rig, body.base);
   model.mesh = body_mesh(polygons, body.base_vertices, body.base);
-  model.skin = rows_of(body.base_skin, body.base_vertices);
+  model.skin = std::move(packed.skin);
   for (const std::filesystem::path& path : files.targets) {
     model.shape.push_back(parameter_of(path, body.base_vertices, rig, base_count, limits));
   }

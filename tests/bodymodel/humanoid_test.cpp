@@ -102,6 +102,19 @@ TEST(Humanoid, NamesThatMeanNothing) {
   }
 }
 
+TEST(Humanoid, JointsGetSmplsNames) {
+  Skeleton skeleton = person_skeleton(kUnreal);
+  const Skeleton renamed = with_smpl_names(skeleton, recognised_humanoid(skeleton));
+  EXPECT_NO_THROW(check_skeleton(renamed));
+  for (const char* name : {"pelvis", "neck", "head", "left_hip", "right_ankle", "left_foot",
+                           "left_collar", "right_shoulder", "left_elbow", "right_wrist"}) {
+    EXPECT_GE(find_joint(renamed, name), 0) << name;
+  }
+  EXPECT_EQ(find_joint(renamed, "left_knee"), 2);
+  const Skeleton smpl = person_skeleton(kSmpl);
+  EXPECT_EQ(with_smpl_names(smpl, recognised_humanoid(smpl)).names, smpl.names);
+}
+
 TEST(Humanoid, LegLength) {
   const Skeleton skeleton = person_skeleton();
   EXPECT_NEAR(leg_length(skeleton, recognised_humanoid(skeleton)), 0.83, 0.001);
