@@ -91,6 +91,8 @@ double head_value(const HumanField& f, Vec3d p) {
   d = smooth_min(d, cone_distance(f.face[0], p), 9 * k);
   d = smooth_max(d, -ellipsoid_distance(p, at(18.5, 934, 77), at(13, 8.5, 13)), 8 * k);
   d = smooth_min(d, norm(p - at(18.0, 934.5, 57.8)) - 8.1 * k, 2.5 * k);
+  // The dental arch carries the lips.
+  d = smooth_min(d, ellipsoid_distance(p, at(0, 896, 53), at(21, 16, 20.5)), 6 * k);
   d = smooth_min(d, cone_distance(f.face[1], p), 7 * k);
   d = smooth_min(d, cone_distance(f.face[2], p), 4.5 * k);
   d = smooth_min(d, cone_distance(f.face[3], p), 10 * k);
@@ -145,12 +147,12 @@ HumanField human_field(const HumanAnatomy& anatomy) {
     f.head.sections.push_back({k * row[0], 0, k * (row[2] + row[3]) / 2, k * row[1], k * row[1],
                                k * (row[2] - row[3]) / 2, k * (row[2] - row[3]) / 2, row[4], 2.1});
   }
-  f.face = {{at(9, 943.5, 67.5), at(28, 945, 57), 4.2 * k, 3.6 * k},
-            {at(0, 938, 66.5), at(0, 916, 76.5), 3.4 * k, 5.6 * k},
-            {at(3, 912, 73), at(8, 911.5, 68.5), 4.2 * k, 3.6 * k},
+  f.face = {{at(9, 944, 67), at(28, 945, 57), 4.0 * k, 3.4 * k},
+            {at(0, 939, 66.5), at(0, 916.5, 77), 3.4 * k, 5.2 * k},
+            {at(2, 913, 74), at(8.5, 912.5, 69), 4.4 * k, 3.8 * k},
             {at(0, 881, 60), at(7, 881.5, 57), 11 * k, 9 * k},
-            {at(0, 898.8, 72.8), at(13.5, 895.8, 68.8), 3.3 * k, 2.0 * k},
-            {at(0, 890.6, 72.2), at(12.5, 893.8, 68.6), 3.9 * k, 2.2 * k}};
+            {at(0, 899.4, 74.2), at(14.5, 895.8, 68.2), 3.0 * k, 2.0 * k},
+            {at(0, 890.2, 73.2), at(13.5, 893.6, 67.8), 3.6 * k, 2.2 * k}};
 
   const double hand = k * 108 / 182;
   const double h = std::sqrt(0.5);

@@ -151,7 +151,9 @@ double target_edge(const HumanField& field, Vec3d p) {
   const double face = ramp(p.z / k, 0.02, 0.09);
   const double ear =
       std::exp(-squared_norm(p - Vec3d{0.075 * k, 1.57 * k, 0.008 * k}) / (0.04 * 0.04 * k * k));
-  edge += ((0.0140 - 0.0083 * face - 0.0090 * ear * (1 - face)) - edge) * head;
+  const double mouth =
+      std::exp(-squared_norm(p - Vec3d{0, 1.525 * k, 0.12 * k}) / (0.03 * 0.03 * k * k));
+  edge += ((0.0140 - 0.0083 * face - 0.0090 * ear * (1 - face) - 0.0016 * mouth) - edge) * head;
   return edge * k;
 }
 

@@ -184,7 +184,7 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
   // Leg: the groin's plane runs from the crotch over the hip joint to the iliac crest.
   const double side = smooth_step(x, -14, 14);
   const double hip = across(j.hip, {0.61, -0.79, 0.0}, 34) * side;
-  const double arm_plane = across(j.shoulder, {0.93, -0.37, 0}, 27);
+  const double arm_plane = across(j.shoulder, {0.93, -0.37, 0}, 34);
   // Below the armpit the plane is not enough: ribs and hips lie beyond it too.
   const double limb = std::min(d[2], d[4]) / k;
   const double other = std::min({d[0], d[1], d[5]}) / k;
