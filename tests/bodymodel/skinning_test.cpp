@@ -134,7 +134,7 @@ TEST(Skinning, VertexJacobianAgreesWithFiniteDifferences) {
           worst, jacobian_error(vertex_jacobian(model, body, posed, chains, vertex), numeric));
     }
   }
-  RecordProperty("worst_error", std::to_string(worst));
+  RecordProperty("worst_error", ::testing::PrintToString(worst));
   EXPECT_LT(worst, 1e-6);
 }
 
