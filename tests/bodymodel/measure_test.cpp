@@ -1,0 +1,143 @@
+#include "bodymodel/measure.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/default_human.h"
+#include "bodymodel/kinematics.h"
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+// A closed tube of elliptic section along y from 0 to 1 round (cx, 0).
+Mesh tube(double a, double b, double cx, int sides = 720) {
+  Mesh mesh;
+  mesh.vertices.resize(2 * sides + 2, 3);
+  mesh.faces.resize(4 * sides, 3);
+  for (int i = 0; i < sides; ++i) {
+    const double t = 2 * M_PI * i / sides;
+    mesh.vertices.row(i) << cx + a * std::cos(t), 0, b * std::sin(t);
+    mesh.vertices.row(sides + i) << cx + a * std::cos(t), 1, b * std::sin(t);
+    const int n = (i + 1) % sides;
+    mesh.faces.row(4 * i) << i, sides + i, n;
+    mesh.faces.row(4 * i + 1) << n, sides + i, sides + n;
+    mesh.faces.row(4 * i + 2) << 2 * sides, i, n;
+    mesh.faces.row(4 * i + 3) << 2 * sides + 1, sides + n, sides + i;
+  }
+  mesh.vertices.row(2 * sides) << cx, 0, 0;
+  mesh.vertices.row(2 * sides + 1) << cx, 1, 0;
+  return mesh;
+}
+
+BodyModel human() {
+  DefaultHumanOptions options;
+  options.shape_basis = false;
+  options.correctives = false;
+  return default_human(options);
+}
+
+TEST(MeshVolume, OfATubeAndFarFromTheOrigin) {
+  Mesh mesh = tube(0.2, 0.1, 0);
+  const double volume = mesh_volume(mesh.vertices, mesh.faces);
+  EXPECT_NEAR(volume, M_PI * 0.2 * 0.1, 1e-5);
+  mesh.vertices.rowwise() += Eigen::RowVector3d(1e4, -1e4, 1e4);
+  EXPECT_NEAR(mesh_volume(mesh.vertices, mesh.faces), volume, 1e-9);
+}
+
+TEST(GirthAt, IsTheCircumference) {
+  const Mesh mesh = tube(0.1, 0.1, 0);
+  EXPECT_NEAR(girth_at(mesh.vertices, mesh.faces, {0.02, 0.5, 0.01}, {0, 1, 0}), 2 * M_PI * 0.1,
+              1e-5);
+  // Aslant by 60 degrees: an ellipse of half-axes 0.1 and 0.2.
+  const Eigen::Vector3d normal(0, 0.5, std::sqrt(0.75));
+  const double h = std::pow((0.2 - 0.1) / (0.2 + 0.1), 2);  // Ramanujan 1914
+  const double ellipse = M_PI * 0.3 * (1 + 3 * h / (10 + std::sqrt(4 - 3 * h)));
+  EXPECT_NEAR(girth_at(mesh.vertices, mesh.faces, {0, 0.5, 0}, normal), ellipse, 1e-4);
+}
+
+TEST(GirthAt, TakesThePieceRoundTheBoneAndItsConvexOutline) {
+  Mesh mesh = tube(0.1, 0.1, 0);
+  const Mesh other = tube(0.05, 0.05, 0.4);
+  const Index n = mesh.vertices.rows();
+  Points both(n + other.vertices.rows(), 3);
+  both << mesh.vertices, other.vertices;
+  Triangles faces(mesh.faces.rows() + other.faces.rows(), 3);
+  faces << mesh.faces, other.faces.array() + static_cast<int>(n);
+  EXPECT_NEAR(girth_at(both, faces, {0, 0.5, 0}, {0, 1, 0}), 0.2 * M_PI, 1e-4);
+  EXPECT_NEAR(girth_at(both, faces, {0.4, 0.5, 0}, {0, 1, 0}), 0.1 * M_PI, 1e-4);
+  EXPECT_EQ(girth_at(both, faces, {0.25, 0.5, 0}, {0, 1, 0}), 0);
+  EXPECT_EQ(girth_at(both, faces, {0, 1.5, 0}, {0, 1, 0}), 0);
+}
+
+TEST(MeasureBody, IsTheSameWhereverTheBodyStands) {
+  BodyModel model = human();
+  const BodyMeasurements here = measure_body(model.mesh, model.skeleton);
+  const Eigen::RowVector3d move(3, -1, 7);
+  model.mesh.vertices.rowwise() += move;
+  model.skeleton.offsets.row(0) += move;
+  const BodyMeasurements there = measure_body(model.mesh, model.skeleton);
+  for (const NamedMeasurement& name : measurement_names()) {
+    EXPECT_NEAR(here.*name.value, there.*name.value, 1e-9 * std::max(1.0, here.*name.value))
+        << name.name;
+  }
+}
+
+TEST(MeasureBody, ScalesWithTheBody) {
+  BodyModel model = human();
+  const BodyMeasurements one = measure_body(model.mesh, model.skeleton);
+  model.mesh.vertices *= 1.1;
+  model.skeleton.offsets *= 1.1;
+  const BodyMeasurements more = measure_body(model.mesh, model.skeleton);
+  for (const NamedMeasurement& name : measurement_names()) {
+    const double power = name.unit == "kg" ? 3 : 1;
+    EXPECT_NEAR(more.*name.value / (one.*name.value), std::pow(1.1, power), 1e-9) << name.name;
+  }
+}
+
+TEST(MeasureBody, NamesAreUniqueAndHaveUnits) {
+  std::vector<std::string> names;
+  for (const NamedMeasurement& name : measurement_names()) {
+    EXPECT_THAT(name.unit, ::testing::AnyOf("m", "kg"));
+    EXPECT_THAT(names, ::testing::Not(::testing::Contains(name.name)));
+    names.push_back(name.name);
+  }
+  EXPECT_EQ(names.size(), 14u);
+}
+
+TEST(MeasureBody, RefusesASkeletonWithoutItsJoints) {
+  BodyModel model = human();
+  model.skeleton.names[find_joint(model.skeleton, "left_knee")] = "knee";
+  try {
+    measure_body(model.mesh, model.skeleton);
+    FAIL() << "no left_knee";
+  } catch (const LogicError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("left_knee"));
+  }
+  EXPECT_THROW(measure_body(Mesh{}, model.skeleton), LogicError);
+}
+
+TEST(MeasureBody, RefusesBonesOutsideTheSkin) {
+  BodyModel model = human();
+  model.skeleton.offsets(0, 2) += 2;  // the skeleton stands beside its body
+  try {
+    measure_body(model.mesh, model.skeleton);
+    FAIL() << "no outline encloses these bones";
+  } catch (const DataError& error) {
+    EXPECT_EQ(error.where, "chest");
+    EXPECT_THAT(error.expected, ::testing::HasSubstr("joints inside"));
+  }
+}
+
+TEST(MeasureBody, RefusesAnOpenSkin) {
+  BodyModel model = human();
+  // Half of the triangles: no cut closes.
+  const Triangles left = model.mesh.faces.topRows(model.mesh.faces.rows() / 2);
+  model.mesh.faces = left;
+  EXPECT_THROW(measure_body(model.mesh, model.skeleton), DataError);
+}
+
+}  // namespace
+}  // namespace atelier
