@@ -30,6 +30,7 @@ Action add_gc(CLI::App& parser);
 Action add_convert(CLI::App& parser);
 Action add_render(CLI::App& parser);  // only with core_render
 Action add_body_model(CLI::App& parser);
+Action add_drape(CLI::App& parser);
 Action add_options(CLI::App& parser);
 Action add_completion(CLI::App& parser);
 

@@ -14,6 +14,9 @@ constexpr std::array kCommands = {
     Command{"render", "a picture of a mesh", add_render},
 #ifdef ATELIER_HAS_BODYMODEL
     Command{"body-model", "show, measure, convert and pose a body", add_body_model},
+#if defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION)
+    Command{"drape", "sew a garment from its pattern on the default body", add_drape},
+#endif
 #endif
 #endif
     Command{"options", "every option of every stage", add_options},
