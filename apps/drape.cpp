@@ -44,9 +44,11 @@ SewingPattern pattern_of(const std::string& name, const TailorMeasures& measures
   return name == "dress" ? dress_pattern(measures) : trousers_pattern(measures);
 }
 
-// What a seamstress does: the seams are closed slowly and without weight, then the cloth hangs.
+// What a seamstress does: the seams are closed slowly and with little weight, then the cloth hangs.
 constexpr int kSewingFrames = 60;
-constexpr double kSewingDamping = 12;  // 1/s, so that sewing springs do not throw the cloth about
+constexpr int kFramesPerStitch = 2;   // the threads are shortened evenly, this often
+constexpr double kSewingGravity = 2;  // m/s2, keeps a skirt down while its sides are drawn together
+constexpr double kSewingDamping = 15;  // 1/s, so that sewing springs do not throw the cloth about
 constexpr double kHangingDamping = 2;  // 1/s, to come to rest sooner
 
 struct Draped {
@@ -55,12 +57,15 @@ struct Draped {
 };
 
 Draped sew_and_drape(const Garment& garment, const Mesh& body, int frames) {
-  const Cloth cloth = make_cloth(garment);
+  Cloth cloth = make_cloth(garment);
   Control control;
   control.body_start = control.body_end = body.vertices;
+  XpbdOptions options;
+  options.thickness = 0.004;  // more than a triangle of 2 cm sinks into the round of a shoulder
+  options.self_contact = true;
   Draped draped;
   ClothState state = rest_state(cloth);
-  const auto run = [&](const XpbdOptions& options, int count) {
+  const auto run = [&](int count) {
     ClothSolver solver(cloth, body.faces, options);
     solver.set_state(state);
     for (int i = 0; i < count; ++i) {
@@ -71,11 +76,26 @@ Draped sew_and_drape(const Garment& garment, const Mesh& body, int frames) {
     }
     state = solver.state();
   };
-  const int sewing = std::min(kSewingFrames, frames);
-  control.gravity.setZero();
-  run({.velocity_damping = kSewingDamping}, sewing);
+
+  std::vector<double> gaps;
+  for (std::size_t i = static_cast<std::size_t>(cloth.sewing_begin); i < cloth.springs.size();
+       ++i) {
+    const ClothSpring& thread = cloth.springs[i];
+    gaps.push_back((state.positions.row(thread.a) - state.positions.row(thread.b)).norm());
+  }
+  options.velocity_damping = kSewingDamping;
+  control.gravity = {0, -kSewingGravity, 0};
+  const int steps = std::min(kSewingFrames, frames) / kFramesPerStitch;
+  for (int step = 1; step <= steps; ++step) {
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+      cloth.springs[static_cast<std::size_t>(cloth.sewing_begin) + i].rest =
+          gaps[i] * (steps - step) / steps;
+    }
+    run(kFramesPerStitch);
+  }
+  options.velocity_damping = kHangingDamping;
   control.gravity = {0, -9.81, 0};
-  run({.velocity_damping = kHangingDamping}, frames - sewing);
+  run(frames - steps * kFramesPerStitch);
   return draped;
 }
 
