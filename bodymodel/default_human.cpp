@@ -357,9 +357,7 @@ BodyModel default_human(const DefaultHumanOptions& options) {
     shape.joints /= unit;
   };
   const auto held = [&](const HumanBuild& more, const HumanBuild& less, double width) {
-    const Vector slope =
-        (log_measures(maker.measure(more)) - log_measures(maker.measure(less))) / width;
-    return slope;
+    return Vector((log_measures(maker.measure(more)) - log_measures(maker.measure(less))) / width);
   };
   for (std::size_t i = 0; i < kCount; ++i) {
     const Parameter& p = kParameters[i];

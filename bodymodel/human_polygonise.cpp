@@ -169,8 +169,6 @@ class Remesher {
     relax(project);
   }
 
-  void shorten(double factor) { scale_ *= factor; }
-
   HalfMesh take() { return std::move(mesh_); }
 
  private:
@@ -186,7 +184,6 @@ class Remesher {
   }
 
   Vec3d at(int i) const { return mesh_.points[static_cast<std::size_t>(i)]; }
-  bool on_plane(int i) const { return at(i).x == 0; }
   double target(int a, int b) const { return scale_ * target_edge(field_, 0.5 * (at(a) + at(b))); }
   double length(int a, int b) const { return norm(at(a) - at(b)); }
 
@@ -236,11 +233,7 @@ class Remesher {
           continue;
         }
         const int m = static_cast<int>(mesh_.points.size());
-        Vec3d p = 0.5 * (at(e.a) + at(e.b));
-        if (e.face[1] >= 0 && p.x == 0) {
-          p.x = 0;  // an inner edge between two points of the plane stays inside the half
-        }
-        mesh_.points.push_back(p);
+        mesh_.points.push_back(0.5 * (at(e.a) + at(e.b)));
         for (int f : e.face) {
           if (f < 0) {
             continue;

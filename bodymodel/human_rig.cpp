@@ -12,27 +12,27 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 
 // Left-side and middle joints; right ones follow by mirroring.
 enum LeftJoint {
-  kPelvis = 0,
-  kHip = 1,
-  kSpine1 = 3,
-  kKnee = 4,
-  kSpine2 = 6,
-  kAnkle = 7,
-  kSpine3 = 9,
-  kToes = 10,
-  kNeck = 12,
-  kCollar = 13,
-  kHead = 15,
-  kShoulder = 16,
-  kElbow = 18,
-  kWrist = 20,
-  kJaw = 22,
-  kEye = 23,
-  kIndex = 25,
-  kMiddle = 28,
-  kPinky = 31,
-  kRing = 34,
-  kThumb = 37
+  Pelvis = 0,
+  Hip = 1,
+  Spine1 = 3,
+  Knee = 4,
+  Spine2 = 6,
+  Ankle = 7,
+  Spine3 = 9,
+  Toes = 10,
+  Neck = 12,
+  Collar = 13,
+  Head = 15,
+  Shoulder = 16,
+  Elbow = 18,
+  Wrist = 20,
+  Jaw = 22,
+  Eye = 23,
+  IndexFinger = 25,
+  Middle = 28,
+  Pinky = 31,
+  Ring = 34,
+  Thumb = 37
 };
 
 struct JointRow {
@@ -64,22 +64,22 @@ struct LimitRow {
   double low[3], high[3];
 };
 constexpr LimitRow kLimits[] = {
-    {kPelvis, {-180, -180, -180}, {180, 180, 180}},
-    {kHip, {-120, -45, -30}, {30, 45, 45}},   // flexion 120, extension 30; rotation 45
-    {kKnee, {0, -10, -5}, {140, 10, 5}},      // flexion 140
-    {kAnkle, {-20, -15, -20}, {50, 15, 35}},  // dorsiflexion 20, plantar flexion 50
-    {kToes, {-60, -5, -5}, {30, 5, 5}},
-    {kSpine1, {-15, -10, -12}, {30, 10, 12}},  // lumbar and thoracic flexion shared by three
-    {kSpine2, {-12, -15, -12}, {25, 15, 12}},
-    {kSpine3, {-8, -20, -10}, {15, 20, 10}},
-    {kNeck, {-30, -40, -20}, {25, 40, 20}},  // cervical: half at the neck, half at the head
-    {kHead, {-30, -40, -25}, {25, 40, 25}},
-    {kCollar, {-10, -25, -10}, {10, 20, 35}},
-    {kShoulder, {-90, -130, -50}, {90, 60, 110}},  // abduction to 155 with the collar's share
-    {kElbow, {-90, -145, -90}, {90, 145, 90}},     // flexion 145 about the forearm's own axis
-    {kWrist, {-70, -80, -70}, {70, 80, 70}},
-    {kJaw, {-3, -10, -3}, {30, 10, 3}},
-    {kEye, {-30, -35, -5}, {30, 35, 5}}};
+    {Pelvis, {-180, -180, -180}, {180, 180, 180}},
+    {Hip, {-120, -45, -30}, {30, 45, 45}},   // flexion 120, extension 30; rotation 45
+    {Knee, {0, -10, -5}, {140, 10, 5}},      // flexion 140
+    {Ankle, {-20, -15, -20}, {50, 15, 35}},  // dorsiflexion 20, plantar flexion 50
+    {Toes, {-60, -5, -5}, {30, 5, 5}},
+    {Spine1, {-15, -10, -12}, {30, 10, 12}},  // lumbar and thoracic flexion shared by three
+    {Spine2, {-12, -15, -12}, {25, 15, 12}},
+    {Spine3, {-8, -20, -10}, {15, 20, 10}},
+    {Neck, {-30, -40, -20}, {25, 40, 20}},  // cervical: half at the neck, half at the head
+    {Head, {-30, -40, -25}, {25, 40, 25}},
+    {Collar, {-10, -25, -10}, {10, 20, 35}},
+    {Shoulder, {-90, -130, -50}, {90, 60, 110}},  // abduction to 155 with the collar's share
+    {Elbow, {-90, -145, -90}, {90, 145, 90}},     // flexion 145 about the forearm's own axis
+    {Wrist, {-70, -80, -70}, {70, 80, 70}},
+    {Jaw, {-3, -10, -3}, {30, 10, 3}},
+    {Eye, {-30, -35, -5}, {30, 35, 5}}};
 constexpr double kFingerLimit = 100;  // flexion 90 to 100 at each of the first two joints
 
 Vec3d mirrored(Vec3d p) {
@@ -94,23 +94,23 @@ double smooth_step(double x, double low, double high) {
 // Positions of the left-side and middle joints; zero where the right side's will be.
 std::vector<Vec3d> joint_positions(const HumanJoints& j) {
   std::vector<Vec3d> p(kJointCount, Vec3d{0, 0, 0});
-  p[kPelvis] = j.pelvis;
-  p[kHip] = j.hip;
-  p[kSpine1] = j.spine1;
-  p[kKnee] = j.knee;
-  p[kSpine2] = j.spine2;
-  p[kAnkle] = j.ankle;
-  p[kSpine3] = j.spine3;
-  p[kToes] = j.toes;
-  p[kNeck] = j.neck;
-  p[kCollar] = j.collar;
-  p[kHead] = j.head;
-  p[kShoulder] = j.shoulder;
-  p[kElbow] = j.elbow;
-  p[kWrist] = j.wrist;
-  p[kJaw] = j.jaw;
-  p[kEye] = j.eye;
-  const int first[5] = {kThumb, kIndex, kMiddle, kRing, kPinky};
+  p[Pelvis] = j.pelvis;
+  p[Hip] = j.hip;
+  p[Spine1] = j.spine1;
+  p[Knee] = j.knee;
+  p[Spine2] = j.spine2;
+  p[Ankle] = j.ankle;
+  p[Spine3] = j.spine3;
+  p[Toes] = j.toes;
+  p[Neck] = j.neck;
+  p[Collar] = j.collar;
+  p[Head] = j.head;
+  p[Shoulder] = j.shoulder;
+  p[Elbow] = j.elbow;
+  p[Wrist] = j.wrist;
+  p[Jaw] = j.jaw;
+  p[Eye] = j.eye;
+  const int first[5] = {Thumb, IndexFinger, Middle, Ring, Pinky};
   for (std::size_t f = 0; f < 5; ++f) {
     for (std::size_t i = 0; i < 3; ++i) {
       p[static_cast<std::size_t>(first[f]) + i] = j.fingers[f][i];
@@ -156,22 +156,22 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
   Row trunk;
   trunk.fill(0);
   const std::pair<int, double> chain[] = {
-      {kHead, to_head}, {kNeck, to_neck}, {kSpine3, up3}, {kSpine2, up2}, {kSpine1, up1}};
+      {Head, to_head}, {Neck, to_neck}, {Spine3, up3}, {Spine2, up2}, {Spine1, up1}};
   for (const auto& [joint, share] : chain) {
     trunk[static_cast<std::size_t>(joint)] = rest * share;
     rest *= 1 - share;
   }
-  trunk[kPelvis] = rest;
+  trunk[Pelvis] = rest;
   // Collar: the shoulder girdle beside the neck.
   const double girdle = smooth_step(x, 22, 82) * smooth_step(y, 742, 800) * (1 - to_neck);
   for (double& value : trunk) {
     value *= 1 - girdle;
   }
-  trunk[kCollar] += girdle;
+  trunk[Collar] += girdle;
   // Jaw: chin and lower lip.
   const double jaw = smooth_step(z, 20, 52) * (1 - smooth_step(y, 888, 898)) * to_head;
-  trunk[kHead] -= jaw * trunk[kHead];
-  trunk[kJaw] = jaw;
+  trunk[Head] -= jaw * trunk[Head];
+  trunk[Jaw] = jaw;
   double sum = 0;
   for (double value : trunk) {
     sum += value;
@@ -197,13 +197,13 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
     }
     const double elbow = across(j.elbow, field.anatomy.arm.axis, 21);
     const double wrist = across(j.wrist, field.anatomy.arm.axis, 17);
-    w[kShoulder] += arm * (1 - elbow);
-    w[kElbow] += arm * elbow * (1 - wrist);
-    w[kWrist] += arm * elbow * wrist;
+    w[Shoulder] += arm * (1 - elbow);
+    w[Elbow] += arm * elbow * (1 - wrist);
+    w[Wrist] += arm * elbow * wrist;
     // Fingers: the nearest one takes the vertex beyond its knuckle.
     const double hand = dot(point - j.wrist, field.anatomy.arm.axis) / k;
     if (hand > 5) {
-      const int first[5] = {kThumb, kIndex, kMiddle, kRing, kPinky};
+      const int first[5] = {Thumb, IndexFinger, Middle, Ring, Pinky};
       std::size_t best = 0;
       double nearest = 1e9;
       for (std::size_t f = 0; f < 5; ++f) {
@@ -218,8 +218,8 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
           }
         }
       }
-      double left = w[kWrist] * (1 - smooth_step(nearest / k, 1.5, 5));
-      const double keep = w[kWrist] - left;
+      double left = w[Wrist] * (1 - smooth_step(nearest / k, 1.5, 5));
+      const double keep = w[Wrist] - left;
       double share[4] = {1, 0, 0, 0};
       for (std::size_t i = 0; i < 3; ++i) {
         const Vec3d bone = j.fingers[best][i + 1] - j.fingers[best][i];
@@ -230,7 +230,7 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
         const double t = across(j.fingers[best][i], direction, half);
         share[i + 1] = t;
       }
-      w[kWrist] = keep + left * (1 - share[1]);
+      w[Wrist] = keep + left * (1 - share[1]);
       const auto at = static_cast<std::size_t>(first[best]);
       w[at] += left * share[1] * (1 - share[2]);
       w[at + 1] += left * share[1] * share[2] * (1 - share[3]);
@@ -244,10 +244,10 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
   const double knee = across(j.knee, {0, -1, 0}, 27);
   const double ankle = across(j.ankle, {0, -1, 0.35}, 17);
   const double toes = across(j.toes, {0.09, 0.1, 1}, 9);
-  w[kHip] += hip * (1 - knee);
-  w[kKnee] += hip * knee * (1 - ankle);
-  w[kAnkle] += hip * knee * ankle * (1 - toes);
-  w[kToes] += hip * knee * ankle * toes;
+  w[Hip] += hip * (1 - knee);
+  w[Knee] += hip * knee * (1 - ankle);
+  w[Ankle] += hip * knee * ankle * (1 - toes);
+  w[Toes] += hip * knee * ankle * toes;
   return w;
 }
 

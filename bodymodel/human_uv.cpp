@@ -9,19 +9,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-enum Island {
-  kFace,
-  kBackOfHead,
-  kFront,
-  kBack,
-  kArm,
-  kHandBack,
-  kPalm,
-  kLeg,
-  kFootTop,
-  kSole,
-  kIslands
-};
+enum Island { Face, BackOfHead, Front, Back, Arm, HandBack, Palm, Leg, FootTop, Sole, IslandCount };
 
 // Where each island of the left half lies in the atlas: lower left corner and size; islands of the
 // middle hold both halves. The right side's limbs lie beside the left side's.
@@ -30,7 +18,7 @@ struct Box {
   bool middle;
   double u, v, width, height;
 };
-constexpr Box kBoxes[kIslands] = {
+constexpr Box kBoxes[IslandCount] = {
     {"face", true, 0.01, 0.74, 0.22, 0.25},        {"back_of_head", true, 0.24, 0.74, 0.22, 0.25},
     {"torso_front", true, 0.01, 0.30, 0.25, 0.43}, {"torso_back", true, 0.27, 0.30, 0.25, 0.43},
     {"arm", false, 0.54, 0.36, 0.10, 0.37},        {"hand_back", false, 0.48, 0.80, 0.115, 0.19},
@@ -44,7 +32,6 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
   const HumanJoints& j = field.anatomy.joints;
   const double k = field.anatomy.build.stature / 1000;
   const std::size_t half_faces = body.faces.size();
-  const int half_vertices = static_cast<int>(body.points.size());
 
   // Parts by vertex, islands by face.
   std::vector<std::size_t> part(body.points.size());
@@ -70,21 +57,21 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
     };
     const double along_arm = dot(p - j.wrist, arm_axis) / k;
     if (p.x > j.elbow.x && along_arm > 0) {
-      return dot(n, hand_up) > 0 ? kHandBack : kPalm;
+      return dot(n, hand_up) > 0 ? HandBack : Palm;
     }
     if (p.y < k * 52) {
-      return n.y > 0.25 * norm(n) || p.y > k * 14 ? kFootTop : kSole;
+      return n.y > 0.25 * norm(n) || p.y > k * 14 ? FootTop : Sole;
     }
     if (count(3) >= 2 && p.y > k * 866) {
-      return p.z > head_centre.z ? kFace : kBackOfHead;
+      return p.z > head_centre.z ? Face : BackOfHead;
     }
     if (count(2) + count(4) >= 2 && dot(p - j.shoulder, {0.93, -0.37, 0}) > 0) {
-      return kArm;
+      return Arm;
     }
     if (dot(p - j.hip, {0.61, -0.79, 0}) > 0 && p.y < k * 600) {
-      return kLeg;
+      return Leg;
     }
-    return n.z > 0 ? kFront : kBack;
+    return n.z > 0 ? Front : Back;
   };
   // A face's corner in its island, in metres.
   const auto place = [&](Island island, Vec3d p, double near_angle) -> std::array<double, 2> {
@@ -104,29 +91,29 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
       return {angle, -s};
     };
     switch (island) {
-      case kFace:
-      case kBackOfHead: {
+      case Face:
+      case BackOfHead: {
         Vec3d d = p - head_centre;
         d = (1 / norm(d)) * d;
-        const double z = island == kFace ? d.z : -d.z;
+        const double z = island == Face ? d.z : -d.z;
         const double across = std::hypot(d.x, d.y);
         const double angle = std::acos(std::clamp(z, -1.0, 1.0));
         const double r = across > 1e-9 ? angle / across : 1;
-        return {(island == kFace ? 1 : -1) * r * d.x, r * d.y};
+        return {(island == Face ? 1 : -1) * r * d.x, r * d.y};
       }
-      case kFront:
+      case Front:
         return {p.x, p.y};
-      case kBack:
+      case Back:
         return {-p.x, p.y};
-      case kArm:
+      case Arm:
         return round_tube(field.anatomy.arm, 0);
-      case kLeg:
+      case Leg:
         return round_tube(field.anatomy.leg, 0);
-      case kHandBack:
+      case HandBack:
         return {dot(p - j.wrist, {0, 0, 1}), -dot(p - j.wrist, arm_axis)};
-      case kPalm:
+      case Palm:
         return {-dot(p - j.wrist, {0, 0, 1}), -dot(p - j.wrist, arm_axis)};
-      case kFootTop: {
+      case FootTop: {
         // Spread like a skirt: what is lower lies further out from the foot's middle line.
         const double ahead = std::clamp(p.z - j.ankle.z, 0.0, 70 * k);
         const double x = p.x - j.ankle.x - 0.09 * ahead;
@@ -146,7 +133,7 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
   };
   std::vector<Island> island(half_faces);
   std::vector<std::array<Corner, 3>> corners(half_faces);
-  std::array<double, kIslands> facing{};
+  std::array<double, IslandCount> facing{};
   for (std::size_t f = 0; f < half_faces; ++f) {
     island[f] = island_of(body.faces[f]);
     Vec3d centre = {0, 0, 0};
@@ -162,9 +149,9 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
     const auto& [p, q, r] = corners[f];
     facing[island[f]] += (q.u - p.u) * (r.v - p.v) - (q.v - p.v) * (r.u - p.u);
   }
-  double low[kIslands][2];
-  double high[kIslands][2];
-  for (int i = 0; i < kIslands; ++i) {
+  double low[IslandCount][2];
+  double high[IslandCount][2];
+  for (int i = 0; i < IslandCount; ++i) {
     low[i][0] = low[i][1] = 1e9;
     high[i][0] = high[i][1] = -1e9;
   }
@@ -182,9 +169,9 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
   }
   HumanAtlas atlas;
   atlas.uv_faces.resize(faces.rows(), 3);
-  std::map<std::array<double, 2>, int> seen[2 * kIslands];
+  std::map<std::array<double, 2>, int> seen[2 * IslandCount];
   std::vector<std::array<double, 2>> uvs;
-  std::vector<std::vector<int>> members(2 * kIslands);
+  std::vector<std::vector<int>> members(2 * IslandCount);
   for (int side = 0; side < 2; ++side) {
     for (std::size_t f = 0; f < half_faces; ++f) {
       const auto i = static_cast<std::size_t>(island[f]);
@@ -217,8 +204,7 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
   for (std::size_t i = 0; i < uvs.size(); ++i) {
     atlas.uvs.row(static_cast<Index>(i)) << uvs[i][0], uvs[i][1];
   }
-  (void)half_vertices;
-  for (std::size_t i = 0; i < kIslands; ++i) {
+  for (std::size_t i = 0; i < IslandCount; ++i) {
     for (std::size_t side = 0; side < 2; ++side) {
       std::vector<int>& list = members[2 * i + side];
       if (list.empty()) {

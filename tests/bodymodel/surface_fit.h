@@ -68,8 +68,8 @@ inline void step_joints(const BodyModel& model, const JointHints& hints, Unknown
 }
 
 inline void step_surface(const BodyModel& model, const SkinChains& chains, const TriangleTree& tree,
-                         const Mesh& target, const Points& target_normals, bool shape_too,
-                         double reach, const Eigen::VectorXd& pose_start, Unknowns& x) {
+                         const Points& target_normals, bool shape_too, double reach,
+                         const Eigen::VectorXd& pose_start, Unknowns& x) {
   const ShapedBody body = shape_body(model, x.shape);
   const PosedBody posed = pose_body(model, body, x.pose, false);
   const Points normals = vertex_normals(posed.vertices, model.mesh.faces);
@@ -90,7 +90,6 @@ inline void step_surface(const BodyModel& model, const SkinChains& chains, const
     directions.push_back(n);
     gaps.push_back(n.dot(c.point - posed.vertices.row(v).transpose()));
   }
-  (void)target;
   Points direction_rows(static_cast<Index>(rows.size()), 3);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     direction_rows.row(static_cast<Index>(i)) = directions[i].transpose();
@@ -181,7 +180,7 @@ inline SurfaceFit fit_default_human(const Mesh& target, const JointHints& hints,
     const SkinChains chains = skin_chains(fit.model, false);
     const bool last = round + 1 == rounds;
     for (int step = 0; step < 8; ++step) {
-      detail::step_surface(fit.model, chains, tree, target, normals, !last && step >= 2,
+      detail::step_surface(fit.model, chains, tree, normals, !last && step >= 2,
                            round == 0 && step < 4 ? 0.08 : 0.04, start, x);
     }
     if (!last) {
