@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <fstream>
 #include <iostream>
 #include <memory>
 
@@ -20,6 +19,7 @@
 #include "core/render/video.h"
 #include "core/sequence_archive.h"
 #include "registration/pattern_garment.h"
+#include "simulation/weld_seams.h"
 #include "simulation/xpbd.h"
 
 namespace atelier {
@@ -52,34 +52,35 @@ constexpr double kSewingDamping = 15;  // 1/s, so that sewing springs do not thr
 constexpr double kHangingDamping = 2;  // 1/s, to come to rest sooner
 
 struct Draped {
-  std::vector<Mesh> frames;
+  std::vector<Mesh> frames;  ///< sewing in panels, then hanging as one piece
+  int sewing_frames = 0;
   FrameReport last;
 };
 
-Draped sew_and_drape(const Garment& garment, const Mesh& body, int frames) {
-  Cloth cloth = make_cloth(garment);
+Draped sew_and_drape(const Garment& panels, const Mesh& body, int frames) {
   Control control;
   control.body_start = control.body_end = body.vertices;
   XpbdOptions options;
-  options.thickness = 0.004;  // more than a triangle of 2 cm sinks into the round of a shoulder
-  options.self_contact = true;
+  options.thickness = 0.005;  // more than a triangle of 2 cm sinks into the round of a chest
   Draped draped;
-  ClothState state = rest_state(cloth);
-  const auto run = [&](int count) {
+  const auto run = [&](const Cloth& cloth, ClothState state, int count) {
     ClothSolver solver(cloth, body.faces, options);
     solver.set_state(state);
     for (int i = 0; i < count; ++i) {
       draped.last = solver.advance(control);
-      Mesh mesh = garment.mesh;
+      Mesh mesh = panels.mesh;
+      mesh.faces = cloth.faces;
       mesh.vertices = solver.state().positions;
       draped.frames.push_back(std::move(mesh));
     }
-    state = solver.state();
+    return solver.state();
   };
 
+  Cloth cloth = make_cloth(panels);
+  ClothState state = rest_state(cloth);
   std::vector<double> gaps;
-  for (std::size_t i = static_cast<std::size_t>(cloth.sewing_begin); i < cloth.springs.size();
-       ++i) {
+  const auto sewing_begin = static_cast<std::size_t>(cloth.sewing_begin);
+  for (std::size_t i = sewing_begin; i < cloth.springs.size(); ++i) {
     const ClothSpring& thread = cloth.springs[i];
     gaps.push_back((state.positions.row(thread.a) - state.positions.row(thread.b)).norm());
   }
@@ -88,14 +89,20 @@ Draped sew_and_drape(const Garment& garment, const Mesh& body, int frames) {
   const int steps = std::min(kSewingFrames, frames) / kFramesPerStitch;
   for (int step = 1; step <= steps; ++step) {
     for (std::size_t i = 0; i < gaps.size(); ++i) {
-      cloth.springs[static_cast<std::size_t>(cloth.sewing_begin) + i].rest =
-          gaps[i] * (steps - step) / steps;
+      cloth.springs[sewing_begin + i].rest = gaps[i] * (steps - step) / steps;
     }
-    run(kFramesPerStitch);
+    state = run(cloth, state, kFramesPerStitch);
   }
+
+  Garment sewn = panels;
+  sewn.mesh.vertices = state.positions;
+  sewn = weld_seams(sewn);
+  draped.sewing_frames = static_cast<int>(draped.frames.size());
   options.velocity_damping = kHangingDamping;
+  options.self_contact = true;
   control.gravity = {0, -9.81, 0};
-  run(frames - steps * kFramesPerStitch);
+  cloth = make_cloth(sewn);
+  run(cloth, rest_state(cloth), frames - draped.sewing_frames);
   return draped;
 }
 
@@ -119,7 +126,8 @@ int run(const DrapeArguments& arguments) {
             << "; " << draped.last.penetrating << " vertices inside the body, "
             << 1000 * draped.last.penetration_depth << " mm at most\n";
 
-  write_sequence(out / "garment", sequence_of(draped.frames, 60));
+  const auto hanging = draped.frames.begin() + draped.sewing_frames;
+  write_sequence(out / "garment", sequence_of({hanging, draped.frames.end()}, 60));
   write_mesh(out / "body.obj", human.mesh);
   write_mesh(out / "garment.obj", draped.frames.back());
 
@@ -171,7 +179,7 @@ Action add_drape(CLI::App& parser) {
       ->check(CLI::Range(0.008, 0.1))
       ->type_name("METRES");
   parser.add_option("--frames", arguments->frames, "60 a second; the first 60 sew [150]")
-      ->check(CLI::Range(1, 10000))
+      ->check(CLI::Range(kSewingFrames + 1, 10000))
       ->type_name("N");
   parser.add_flag("!--no-video", arguments->video, "Leave out the turntable");
   return [arguments] { return run(*arguments); };
