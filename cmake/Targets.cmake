@@ -29,6 +29,7 @@ function(atelier_settings target)
       "$<$<COMPILE_LANGUAGE:CUDA>:--expt-relaxed-constexpr;-Werror;all-warnings;-Xcompiler=-Wall,-Wextra>")
   endif()
   if(ATELIER_EXACT)
+    target_compile_definitions(${target} PUBLIC ATELIER_EXACT=1)
     target_compile_options(${target} PRIVATE
       "$<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>"
       "$<$<COMPILE_LANGUAGE:CUDA>:--fmad=false;-Xcompiler=-ffp-contract=off>")

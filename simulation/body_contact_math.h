@@ -101,90 +101,6 @@ ATELIER_HOST_DEVICE inline Box<T> swept_box(const BodyView<T>& body, int face) {
   return box;
 }
 
-/// The nearest body triangle found so far. Where two are as near (a shared edge or corner), the one
-/// whose plane is further away knows the side.
-template <class T>
-struct NearestFace {
-  T squared_distance;
-  T side;  ///< signed distance to its plane
-  int face;
-  Vec3<T> barycentric;
-};
-
-template <class T>
-ATELIER_HOST_DEVICE inline void offer_face(NearestFace<T>& best, Vec3<T> p, int face,
-                                           const Corners<T>& t) {
-  const Vec3<T> barycentric = nearest_on_triangle(p, t);
-  const Vec3<T> d = p - weighted(t, barycentric);
-  const T squared = squared_norm(d);
-  if (squared > best.squared_distance * T(1.00001)) {
-    return;
-  }
-  const Vec3<T> n = cross(t.b - t.a, t.c - t.a);
-  const T nn = squared_norm(n);
-  if (!(nn > T(0))) {
-    return;
-  }
-  const T side = dot(n, p - t.a) / std::sqrt(nn);
-  if (squared < best.squared_distance * T(0.99999) || std::fabs(side) > std::fabs(best.side) ||
-      best.face < 0) {
-    best = {smaller(squared, best.squared_distance), side, face, barycentric};
-  }
-}
-
-/// A particle touching the body.
-template <class T>
-struct BodyTouch {
-  Vec3<T> normal;  ///< outwards, unit
-  Vec3<T> point;   ///< on the body at the end of the substep
-  Vec3<T> moved;   ///< how the body's point moved in the substep
-  T distance;      ///< of the particle at the end, along the normal
-  T start_distance;
-  bool valid;
-};
-
-template <class T>
-ATELIER_HOST_DEVICE inline BodyTouch<T> touch_at(const BodyView<T>& body, int face,
-                                                 Vec3<T> barycentric, Vec3<T> normal, Vec3<T> x,
-                                                 Vec3<T> start, T t0, T t1) {
-  BodyTouch<T> out;
-  const Vec3<T> p0 = weighted(corners_at(body, face, t0), barycentric);
-  const Vec3<T> p1 = weighted(corners_at(body, face, t1), barycentric);
-  out.normal = normal;
-  out.point = p1;
-  out.moved = p1 - p0;
-  out.distance = dot(normal, x - p1);
-  out.start_distance = dot(normal, start - p0);
-  out.valid = true;
-  return out;
-}
-
-/// Contact of one particle with the nearest face found, if it is nearer than `thickness`.
-template <class T>
-ATELIER_HOST_DEVICE inline BodyTouch<T> touch_nearest(const BodyView<T>& body,
-                                                      const NearestFace<T>& best, Vec3<T> x,
-                                                      Vec3<T> start, T t0, T t1, T thickness) {
-  BodyTouch<T> out;
-  out.valid = false;
-  if (best.face < 0) {
-    return out;
-  }
-  const T distance = std::sqrt(best.squared_distance);
-  if (best.side >= T(0) && distance >= thickness) {
-    return out;
-  }
-  const Corners<T> t = corners_at(body, best.face, t1);
-  Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
-  normal = (T(1) / norm(normal)) * normal;
-  const Vec3<T> b = best.barycentric;
-  const bool inside_face = b.x > T(0) && b.y > T(0) && b.z > T(0);
-  if (!inside_face && distance > T(1e-5)) {
-    const Vec3<T> d = x - weighted(t, b);
-    normal = (best.side >= T(0) ? T(1) / distance : T(-1) / distance) * d;
-  }
-  return touch_at(body, best.face, b, normal, x, start, t0, t1);
-}
-
 /// Time in [0, 1] at which a particle moving from `p0` to `p1` passes from the outside through a
 /// moving triangle, or a value above 1. The cubic is solved by regula falsi between its signs.
 template <class T>
@@ -235,6 +151,128 @@ ATELIER_HOST_DEVICE inline T crossing_time(Vec3<T> p0, Vec3<T> p1, const Corners
   return time;
 }
 
+/// What one face is to a particle: how near, on which side, and when it was passed in the substep.
+template <class T>
+struct FaceOffer {
+  int face;  ///< -1: none
+  T squared_distance;
+  T side;               ///< signed distance to its plane
+  Vec3<T> barycentric;  ///< of the nearest point
+  T time;               ///< of passing through from the outside, above 1: never
+  Vec3<T> hit;          ///< barycentric, where it passed
+};
+
+template <class T>
+ATELIER_HOST_DEVICE inline FaceOffer<T> no_offer(T reach) {
+  return {-1, reach * reach, T(0), {}, T(2), {}};
+}
+
+/// The offer of `face` to a particle that moves from `p0` (time t0 of the frame) to `p1` (t1).
+template <class T>
+ATELIER_HOST_DEVICE inline FaceOffer<T> offer_of(const BodyView<T>& body, int face, Vec3<T> p0,
+                                                 Vec3<T> p1, T t0, T t1, bool swept) {
+  const Corners<T> t = corners_at(body, face, t1);
+  FaceOffer<T> out = no_offer(T(1e15));
+  const Vec3<T> n = cross(t.b - t.a, t.c - t.a);
+  const T nn = squared_norm(n);
+  if (!(nn > T(0))) {
+    return out;
+  }
+  out.face = face;
+  out.barycentric = nearest_on_triangle(p1, t);
+  out.squared_distance = squared_norm(p1 - weighted(t, out.barycentric));
+  out.side = dot(n, p1 - t.a) / std::sqrt(nn);
+  // Only what ends behind the plane can have passed it.
+  if (swept && out.side < T(0)) {
+    out.time = crossing_time(p0, p1, corners_at(body, face, t0), t, out.hit);
+  }
+  return out;
+}
+
+/// Two faces are as near when they share the nearest edge or corner; then the one whose plane is
+/// further away knows the side.
+template <class T>
+ATELIER_HOST_DEVICE inline T as_near(T squared_distance) {
+  return squared_distance * T(1.00001) + T(1e-20);
+}
+
+/// Nearest face and first face passed.
+template <class T>
+struct FaceChoice {
+  FaceOffer<T> nearest, first;
+};
+
+/// Takes one more offer into account, in the order in which they come.
+template <class T>
+ATELIER_HOST_DEVICE inline void consider(FaceChoice<T>& choice, const FaceOffer<T>& offer) {
+  if (offer.time < choice.first.time) {
+    choice.first = offer;
+  }
+  const FaceOffer<T>& best = choice.nearest;
+  if (offer.face < 0 || offer.squared_distance > as_near(best.squared_distance)) {
+    return;
+  }
+  const bool nearer = best.face < 0 || as_near(offer.squared_distance) < best.squared_distance;
+  if (nearer || std::fabs(offer.side) > std::fabs(best.side)) {
+    const T squared = smaller(offer.squared_distance, best.squared_distance);
+    choice.nearest = offer;
+    choice.nearest.squared_distance = squared;
+  }
+}
+
+/// A particle touching the body.
+template <class T>
+struct BodyTouch {
+  Vec3<T> normal;  ///< outwards, unit
+  Vec3<T> point;   ///< on the body at the end of the substep
+  Vec3<T> moved;   ///< how the body's point moved in the substep
+  T distance;      ///< of the particle at the end, along the normal
+  T start_distance;
+  bool valid;
+};
+
+template <class T>
+ATELIER_HOST_DEVICE inline BodyTouch<T> touch_at(const BodyView<T>& body, int face,
+                                                 Vec3<T> barycentric, Vec3<T> normal, Vec3<T> x,
+                                                 Vec3<T> start, T t0, T t1) {
+  BodyTouch<T> out;
+  const Vec3<T> p0 = weighted(corners_at(body, face, t0), barycentric);
+  const Vec3<T> p1 = weighted(corners_at(body, face, t1), barycentric);
+  out.normal = normal;
+  out.point = p1;
+  out.moved = p1 - p0;
+  out.distance = dot(normal, x - p1);
+  out.start_distance = dot(normal, start - p0);
+  out.valid = true;
+  return out;
+}
+
+/// Contact of one particle with the nearest face found, if it is nearer than `thickness`.
+template <class T>
+ATELIER_HOST_DEVICE inline BodyTouch<T> touch_nearest(const BodyView<T>& body,
+                                                      const FaceOffer<T>& best, Vec3<T> x,
+                                                      Vec3<T> start, T t0, T t1, T thickness) {
+  BodyTouch<T> out;
+  out.valid = false;
+  if (best.face < 0) {
+    return out;
+  }
+  const T distance = std::sqrt(best.squared_distance);
+  if (best.side >= T(0) && distance >= thickness) {
+    return out;
+  }
+  const Corners<T> t = corners_at(body, best.face, t1);
+  Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
+  normal = (T(1) / norm(normal)) * normal;
+  const Vec3<T> b = best.barycentric;
+  const bool inside_face = b.x > T(0) && b.y > T(0) && b.z > T(0);
+  if (!inside_face && distance > T(1e-5)) {
+    const Vec3<T> d = x - weighted(t, b);
+    normal = (best.side >= T(0) ? T(1) / distance : T(-1) / distance) * d;
+  }
+  return touch_at(body, best.face, b, normal, x, start, t0, t1);
+}
+
 /// What a contact with the body obeys.
 template <class T>
 struct BodyContactRule {
@@ -278,115 +316,54 @@ ATELIER_HOST_DEVICE inline void resolve_touch(Vec4<T>& x, Vec4<T>& start, Vec4<T
   held = with_w(hold, held.w);
 }
 
-/// Contact of one free particle with the body in one substep [t0, t1] of the frame. `visit(f)`
-/// calls f(face) for every face that may matter. First what it would pass through, else the nearest
-/// face; then once more the nearest (a corner between two surfaces). Returns true if it touched.
-template <class T, class Faces>
-ATELIER_HOST_DEVICE inline bool contact_particle(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
-                                                 const BodyView<T>& body, T t0, T t1,
-                                                 const BodyContactRule<T>& rule,
-                                                 const Faces& visit) {
-  NearestFace<T> nearest{rule.reach * rule.reach, T(0), -1, {}};
-  T first = T(2);
-  int hit_face = -1;
-  Vec3<T> hit_barycentric{};
-  const Vec3<T> p1 = xyz(x);
-  const Vec3<T> p0 = xyz(start);
-  visit([&](int face) {
-    const Corners<T> c1 = corners_at(body, face, t1);
-    offer_face(nearest, p1, face, c1);
-    // Only what ends behind the plane can have passed it.
-    if (dot(cross(c1.b - c1.a, c1.c - c1.a), p1 - c1.a) < T(0)) {
-      Vec3<T> barycentric{};
-      const T time = crossing_time(p0, p1, corners_at(body, face, t0), c1, barycentric);
-      if (time < first) {
-        first = time;
-        hit_face = face;
-        hit_barycentric = barycentric;
-      }
-    }
-  });
+/// Acts on the choice: first what would be passed through, else the nearest face. Returns true if
+/// it touched; then the nearest face is to be looked for once more (a corner between two surfaces)
+/// and given to touch_again.
+template <class T>
+ATELIER_HOST_DEVICE inline bool touch_choice(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
+                                             const BodyView<T>& body, T t0, T t1,
+                                             const BodyContactRule<T>& rule,
+                                             const FaceChoice<T>& choice) {
   BodyTouch<T> touch;
-  if (hit_face >= 0) {
-    const Corners<T> t = corners_at(body, hit_face, t1);
+  if (choice.first.time <= T(1)) {
+    const int face = choice.first.face;
+    const Corners<T> t = corners_at(body, face, t1);
     Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
     normal = (T(1) / norm(normal)) * normal;
-    touch = touch_at(body, hit_face, hit_barycentric, normal, p1, p0, t0, t1);
+    touch = touch_at(body, face, choice.first.hit, normal, xyz(x), xyz(start), t0, t1);
   } else {
-    touch = touch_nearest(body, nearest, p1, p0, t0, t1, rule.thickness);
+    touch = touch_nearest(body, choice.nearest, xyz(x), xyz(start), t0, t1, rule.thickness);
   }
-  if (!touch.valid) {
-    return false;
+  if (touch.valid) {
+    resolve_touch(x, start, held, touch, rule, true);
   }
-  resolve_touch(x, start, held, touch, rule, true);
-  nearest = {rule.reach * rule.reach, T(0), -1, {}};
-  const Vec3<T> moved = xyz(x);
-  visit([&](int face) { offer_face(nearest, moved, face, corners_at(body, face, t1)); });
-  touch = touch_nearest(body, nearest, moved, xyz(start), t0, t1, rule.thickness);
+  return touch.valid;
+}
+
+template <class T>
+ATELIER_HOST_DEVICE inline void touch_again(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
+                                            const BodyView<T>& body, T t0, T t1,
+                                            const BodyContactRule<T>& rule,
+                                            const FaceOffer<T>& nearest) {
+  const BodyTouch<T> touch =
+      touch_nearest(body, nearest, xyz(x), xyz(start), t0, t1, rule.thickness);
   if (touch.valid) {
     resolve_touch(x, start, held, touch, rule, false);
   }
-  return true;
 }
 
-/// Faces that a particle may meet during a frame.
-constexpr int kBodyCandidates = 16;
+/// Faces that a particle may meet during a frame: as many as a warp has lanes.
+constexpr int kBodyCandidates = 32;
 constexpr int kSearchTree =
     -1;  ///< instead of a count: too many, or inside: ask the tree each time
 
-/// Collects them for a particle that is expected to move by at most `motion` during the frame:
-/// every face whose distance now is below both motions and the thickness. Returns how many, or
-/// kSearchTree.
+/// What is known at the start of a frame about what a particle may meet.
 template <class T>
-ATELIER_HOST_DEVICE inline int collect_candidates(const BodyView<T>& body, Vec3<T> x, T motion,
-                                                  const BodyContactRule<T>& rule, int* candidates) {
-  NearestFace<T> nearest{rule.reach * rule.reach, T(0), -1, {}};
-  int count = 0;
-  const T radius = larger(rule.reach, motion + rule.thickness);
-  visit_tree(body.nodes, inflated(Box<T>{x, x}, radius), [&](int face) {
-    const Corners<T> t = corners_at(body, face, T(0));
-    offer_face(nearest, x, face, t);
-    const FaceIndices f = body.faces[face];
-    T body_motion = T(0);
-    for (int v : {f.a, f.b, f.c}) {
-      body_motion = larger(body_motion, squared_norm(xyz(body.end[v]) - xyz(body.start[v])));
-    }
-    const T bound = motion + std::sqrt(body_motion) + rule.thickness;
-    const T distance = squared_norm(x - weighted(t, nearest_on_triangle(x, t)));
-    if (distance <= bound * bound) {
-      if (count < kBodyCandidates) {
-        candidates[count] = face;
-      }
-      ++count;
-    }
-  });
-  const bool inside = nearest.face >= 0 && nearest.side < T(0);
-  return inside || count > kBodyCandidates ? kSearchTree : count;
-}
-
-/// Contact of one particle by its candidates, or by the tree where it moved further than expected.
-template <class T>
-ATELIER_HOST_DEVICE inline bool contact_by_candidates(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
-                                                      const BodyView<T>& body, T t0, T t1,
-                                                      const BodyContactRule<T>& rule,
-                                                      Vec3<T> frame_start, T motion, int count,
-                                                      const int* candidates) {
-  if (count != kSearchTree && squared_norm(xyz(x) - frame_start) <= motion * motion) {
-    if (count == 0) {
-      return false;
-    }
-    return contact_particle(x, start, held, body, t0, t1, rule, [&](const auto& visit) {
-      for (int i = 0; i < count; ++i) {
-        visit(candidates[i]);
-      }
-    });
-  }
-  Box<T> box{xyz(x), xyz(x)};
-  grow(box, xyz(start));
-  const Box<T> query = inflated(box, rule.reach);
-  return contact_particle(x, start, held, body, t0, t1, rule,
-                          [&](const auto& visit) { visit_tree(body.nodes, query, visit); });
-}
+struct BodyOutlook {
+  T motion;   ///< the candidates hold while it has moved by no more than this [m]
+  T clear;    ///< it meets nothing while it has moved by less than this
+  int count;  ///< of candidates, or kSearchTree
+};
 
 /// How far a particle is expected to move in a frame: what it would fly, and a margin for what
 /// pulls at it [m]. Further than that, and the tree is asked in every substep.
@@ -396,13 +373,91 @@ ATELIER_HOST_DEVICE inline T expected_motion(Vec3<T> velocity, Vec3<T> accelerat
   return norm(velocity) * frame + T(0.5) * norm(acceleration) * frame * frame + margin;
 }
 
+/// Collects the faces that a particle may meet while it moves by at most `motion`: every face whose
+/// distance now is below both motions and the thickness.
+template <class T>
+ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& body, Vec3<T> x,
+                                                             T motion,
+                                                             const BodyContactRule<T>& rule,
+                                                             int* candidates) {
+  FaceChoice<T> choice{no_offer(rule.reach), no_offer(rule.reach)};
+  int count = 0;
+  const T radius = larger(rule.reach, motion + rule.thickness);
+  T clear = motion;
+  visit_tree(body.nodes, inflated(Box<T>{x, x}, radius), [&](int face) {
+    const FaceOffer<T> offer = offer_of(body, face, x, x, T(0), T(0), false);
+    consider(choice, offer);
+    const FaceIndices f = body.faces[face];
+    const T a = squared_norm(xyz(body.end[f.a]) - xyz(body.start[f.a]));
+    const T b = squared_norm(xyz(body.end[f.b]) - xyz(body.start[f.b]));
+    const T c = squared_norm(xyz(body.end[f.c]) - xyz(body.start[f.c]));
+    const T gap =
+        std::sqrt(offer.squared_distance) - std::sqrt(larger(a, larger(b, c))) - rule.thickness;
+    clear = smaller(clear, gap);
+    if (gap <= motion) {
+      if (count < kBodyCandidates) {
+        candidates[count] = face;
+      }
+      ++count;
+    }
+  });
+  const bool inside = choice.nearest.face >= 0 && choice.nearest.side < T(0);
+  return {motion, inside ? T(-1) : clear, inside || count > kBodyCandidates ? kSearchTree : count};
+}
+
+/// Whether a particle may touch the body in this substep at all.
+template <class T>
+ATELIER_HOST_DEVICE inline bool may_touch(const BodyOutlook<T>& outlook, Vec3<T> x, Vec3<T> start,
+                                          Vec3<T> frame_start) {
+  const T least = larger(outlook.clear, T(0));
+  return outlook.clear < T(0) || squared_norm(x - frame_start) >= least * least ||
+         squared_norm(start - frame_start) >= least * least;
+}
+
+/// Whether the candidates are still enough, or the tree has to be asked.
+template <class T>
+ATELIER_HOST_DEVICE inline bool candidates_hold(const BodyOutlook<T>& outlook, Vec3<T> x,
+                                                Vec3<T> frame_start) {
+  return outlook.count != kSearchTree &&
+         squared_norm(x - frame_start) <= outlook.motion * outlook.motion;
+}
+
+/// Contact of one free particle with the body in the substep [t0, t1] of the frame, asking the
+/// tree.
+template <class T>
+ATELIER_HOST_DEVICE inline bool contact_by_tree(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
+                                                const BodyView<T>& body, T t0, T t1,
+                                                const BodyContactRule<T>& rule) {
+  Box<T> box{xyz(x), xyz(x)};
+  grow(box, xyz(start));
+  const Box<T> query = inflated(box, rule.reach);
+  for (int pass = 0; pass < 2; ++pass) {
+    FaceChoice<T> choice{no_offer(rule.reach), no_offer(rule.reach)};
+    const Vec3<T> p0 = xyz(start);
+    const Vec3<T> p1 = xyz(x);
+    visit_tree(body.nodes, query, [&](int face) {
+      consider(choice, offer_of(body, face, p0, p1, t0, t1, pass == 0));
+    });
+    if (pass == 0) {
+      if (!touch_choice(x, start, held, body, t0, t1, rule, choice)) {
+        return false;
+      }
+    } else {
+      touch_again(x, start, held, body, t0, t1, rule, choice.nearest);
+    }
+  }
+  return true;
+}
+
 /// Depth of a particle inside the body at time 1, 0 outside [m].
 template <class T>
 ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T reach) {
-  NearestFace<T> nearest{reach * reach, T(0), -1, {}};
+  FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
   visit_tree(body.nodes, inflated(Box<T>{x, x}, reach),
-             [&](int face) { offer_face(nearest, x, face, corners_at(body, face, T(1))); });
-  return nearest.face >= 0 && nearest.side < T(0) ? std::sqrt(nearest.squared_distance) : T(0);
+             [&](int face) { consider(choice, offer_of(body, face, x, x, T(1), T(1), false)); });
+  return choice.nearest.face >= 0 && choice.nearest.side < T(0)
+             ? std::sqrt(choice.nearest.squared_distance)
+             : T(0);
 }
 
 }  // namespace atelier

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "simulation/fast_math.h"
 #include "simulation/vec4.h"
 
 namespace atelier {
@@ -16,7 +17,8 @@ namespace atelier {
 template <class T>
 ATELIER_HOST_DEVICE inline T multiplier_change(T c, T weight, T compliance, T lambda, T gamma,
                                                T c_change) {
-  return (-c - compliance * lambda - gamma * c_change) / ((T(1) + gamma) * weight + compliance);
+  return quotient(-c - compliance * lambda - gamma * c_change,
+                  (T(1) + gamma) * weight + compliance);
 }
 
 /// atan2 for the dihedral angle: one polynomial on both devices in float (error below 3e-7 rad),
@@ -30,7 +32,7 @@ ATELIER_HOST_DEVICE inline float angle_of(float sine, float cosine) {
     return 0.0f;
   }
   // arctan on [0, 1], odd minimax polynomial.
-  const float z = small / big;
+  const float z = quotient(small, big);
   const float s = z * z;
   float p = -0.0040540580f;
   p = p * s + 0.0218612288f;
@@ -60,8 +62,9 @@ struct SpringValue {
 template <class T>
 ATELIER_HOST_DEVICE inline SpringValue<T> spring_value(Vec3<T> a, Vec3<T> b, T rest) {
   const Vec3<T> d = a - b;
-  const T length = std::sqrt(squared_norm(d));
-  const T inverse = length > T(1e-12) ? T(1) / length : T(0);
+  const T squared = squared_norm(d);
+  const T inverse = squared > T(1e-24) ? inverse_root(squared) : T(0);
+  const T length = squared * inverse;
   return {length - rest, inverse * d};
 }
 
@@ -116,11 +119,11 @@ ATELIER_HOST_DEVICE inline HingeValue<T> hinge_value(Vec3<T> p0, Vec3<T> p1, Vec
     out.angle = T(0);
     return out;
   }
-  const T length = std::sqrt(ee);
-  const T inverse_length = T(1) / length;
+  const T inverse_length = inverse_root(ee);
+  const T length = ee * inverse_length;
   out.angle = angle_of(dot(cross(n1, n2), e) * inverse_length, dot(n1, n2));
-  const Vec3<T> u1 = (T(1) / nn1) * n1;
-  const Vec3<T> u2 = (T(1) / nn2) * n2;
+  const Vec3<T> u1 = quotient(T(1), nn1) * n1;
+  const Vec3<T> u2 = quotient(T(1), nn2) * n2;
   // Height of the opposite vertices along the edge, from p0, as a share of the edge times length.
   const T s2 = dot(a, e) * inverse_length;
   const T s3 = dot(b, e) * inverse_length;

@@ -1,6 +1,7 @@
 #include <cub/device/device_radix_sort.cuh>
 
 #include "simulation/cuda_body.cuh"
+#include "simulation/cuda_refit.cuh"
 
 namespace atelier {
 namespace {
@@ -46,38 +47,19 @@ __global__ void children_kernel(const std::uint64_t* keys, int count, TreeNode<T
 }
 
 template <class T>
-__device__ Box<T> load_box(const Box<T>* box) {
-  const volatile Box<T>* b = box;
-  return {{b->low.x, b->low.y, b->low.z}, {b->high.x, b->high.y, b->high.z}};
-}
-
-/// Every face carries its box upwards; the second to arrive at a node goes on.
-template <class T>
 __global__ void refit_kernel(BodyView<T> body, TreeNode<T>* nodes, const TreeParent* node_parent,
                              const TreeParent* leaf_parent, unsigned* arrivals) {
   const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (f >= body.face_count) {
-    return;
-  }
-  Box<T> box = swept_box(body, f);
-  TreeParent parent = leaf_parent[f];
-  while (parent >= 0) {
-    const int node = parent / 2;
-    nodes[node].box[parent % 2] = box;
-    __threadfence();
-    if (atomicAdd(&arrivals[node], 1u) == 0) {
-      return;
-    }
-    __threadfence();
-    box = united(load_box(&nodes[node].box[0]), load_box(&nodes[node].box[1]));
-    parent = node_parent[node];
+  if (f < body.face_count) {
+    refit_from_face(body, f, nodes, node_parent, leaf_parent, arrivals);
   }
 }
 
 template <class T>
 __global__ void candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, int particles,
                                  const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
-                                 Vec3<T> gravity, T frame, T* motion, int* count, int* candidates) {
+                                 Vec3<T> gravity, T frame, BodyOutlook<T>* outlook,
+                                 int* candidates) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i >= particles) {
     return;
@@ -87,11 +69,10 @@ __global__ void candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, int 
     acceleration += xyz(air[i]);
   }
   const T moves = expected_motion(xyz(velocity[i]), acceleration, frame);
-  motion[i] = moves;
-  count[i] = x[i].w > T(0)
-                 ? collect_candidates(body, xyz(x[i]), moves, rule,
-                                      candidates + static_cast<std::int64_t>(i) * kBodyCandidates)
-                 : 0;
+  outlook[i] = x[i].w > T(0)
+                   ? collect_candidates(body, xyz(x[i]), moves, rule,
+                                        candidates + static_cast<std::int64_t>(i) * kBodyCandidates)
+                   : BodyOutlook<T>{moves, moves, 0};
 }
 
 template <class T>
@@ -183,9 +164,9 @@ void CudaBody<T>::refit() {
 template <class T>
 void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
                        const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
-                       Vec3<T> gravity, T frame, T* motion, int* count, int* candidates) {
+                       Vec3<T> gravity, T frame, BodyOutlook<T>* outlook, int* candidates) {
   candidate_kernel<<<cuda_blocks(particles, 64), 64>>>(body, rule, particles, x, velocity, air,
-                                                       gravity, frame, motion, count, candidates);
+                                                       gravity, frame, outlook, candidates);
   ATELIER_CUDA_LAUNCHED(candidate_kernel);
 }
 
@@ -199,10 +180,10 @@ template class CudaBody<float>;
 template class CudaBody<double>;
 template void launch_candidates(const BodyView<float>&, const BodyContactRule<float>&, int,
                                 const Vec4<float>*, const Vec4<float>*, const Vec4<float>*,
-                                Vec3<float>, float, float*, int*, int*);
+                                Vec3<float>, float, BodyOutlook<float>*, int*);
 template void launch_candidates(const BodyView<double>&, const BodyContactRule<double>&, int,
                                 const Vec4<double>*, const Vec4<double>*, const Vec4<double>*,
-                                Vec3<double>, double, double*, int*, int*);
+                                Vec3<double>, double, BodyOutlook<double>*, int*);
 template void launch_depths(const BodyView<float>&, float, int, const Vec4<float>*, float*);
 template void launch_depths(const BodyView<double>&, double, int, const Vec4<double>*, double*);
 

@@ -39,7 +39,7 @@ class CudaBody {
 template <class T>
 void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
                        const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
-                       Vec3<T> gravity, T frame, T* motion, int* count, int* candidates);
+                       Vec3<T> gravity, T frame, BodyOutlook<T>* outlook, int* candidates);
 
 /// Depth of every particle inside the body at the end of the frame.
 template <class T>

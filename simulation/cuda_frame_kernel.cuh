@@ -116,38 +116,68 @@ __device__ inline void sweep_patch(const CudaFrame<T>& frame, int colour_count,
   }
 }
 
-/// Contact with the body at the end of an iteration of substep `s`.
+constexpr unsigned kWholeWarp = 0xFFFFFFFFu;
+
 template <class T>
-__device__ inline void touch_body(const CudaFrame<T>& frame, int i, int s, T friction, Vec4<T>& x,
-                                  Vec4<T>& start, Vec4<T>& held) {
-  if (frame.body.face_count == 0 || !(x.w > T(0))) {
-    return;
+__device__ inline T least_in_warp(T value) {
+#pragma unroll
+  for (int distance = 16; distance > 0; distance /= 2) {
+    value = smaller(value, __shfl_xor_sync(kWholeWarp, value, distance));
   }
-  BodyContactRule<T> rule = frame.body_rule;
-  rule.friction = friction;
-  const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
-  const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
-  const bool touched = contact_by_candidates(
-      x, start, held, frame.body, t0, t1, rule, xyz(frame.frame_start[i]), frame.motion[i],
-      frame.candidate_count[i], frame.candidates + static_cast<std::int64_t>(i) * kBodyCandidates);
-  if (s + 1 == frame.substeps) {
-    frame.touched[i] = touched ? 1 : 0;
-  }
+  return value;
 }
 
-/// Contacts and velocity of particle `i` after the last iteration of substep `s`.
 template <class T>
-__device__ inline void finish_particle(const CudaFrame<T>& frame, int i, int s, T friction,
-                                       Vec4<T>& x, Vec4<T>& start, Vec3<T>& velocity) {
-  Vec4<T> held{};
-  if (frame.held != nullptr) {
-    held = frame.held[i];
+__device__ inline Vec3<T> from_lane(Vec3<T> v, int lane) {
+  return {__shfl_sync(kWholeWarp, v.x, lane), __shfl_sync(kWholeWarp, v.y, lane),
+          __shfl_sync(kWholeWarp, v.z, lane)};
+}
+
+/// The offer of the lane for which `mine` holds (the lowest of several), known to all lanes.
+template <class T>
+__device__ inline FaceOffer<T> offer_in_warp(const FaceOffer<T>& offer, bool mine, T reach) {
+  const unsigned lanes = __ballot_sync(kWholeWarp, mine);
+  if (lanes == 0) {
+    return no_offer(reach);
   }
-  touch_body(frame, i, s, friction, x, start, held);
-  update_velocity(x, start, velocity, frame.h, frame.keep);
-  if (!(isfinite(x.x) && isfinite(x.y) && isfinite(x.z))) {
-    atomicMin(frame.bad, i);
+  const int lane = __ffs(static_cast<int>(lanes)) - 1;
+  FaceOffer<T> out;
+  out.face = __shfl_sync(kWholeWarp, offer.face, lane);
+  out.squared_distance = __shfl_sync(kWholeWarp, offer.squared_distance, lane);
+  out.side = __shfl_sync(kWholeWarp, offer.side, lane);
+  out.barycentric = from_lane(offer.barycentric, lane);
+  out.time = __shfl_sync(kWholeWarp, offer.time, lane);
+  out.hit = from_lane(offer.hit, lane);
+  return out;
+}
+
+/// Contact of one particle by a whole warp, a candidate a lane. Same choice as on the CPU.
+template <class T>
+__device__ inline bool contact_by_warp(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
+                                       const BodyView<T>& body, T t0, T t1,
+                                       const BodyContactRule<T>& rule, int face) {
+  for (int pass = 0; pass < 2; ++pass) {
+    FaceOffer<T> offer = no_offer(T(1e15));
+    if (face >= 0) {
+      offer = offer_of(body, face, xyz(start), xyz(x), t0, t1, pass == 0);
+    }
+    FaceChoice<T> choice;
+    const T first = least_in_warp(offer.time);
+    choice.first = offer_in_warp(offer, first <= T(1) && offer.time == first, rule.reach);
+    const T least = least_in_warp(smaller(offer.squared_distance, rule.reach * rule.reach));
+    const bool near = offer.face >= 0 && offer.squared_distance <= as_near(least);
+    const T side = near ? fabs(offer.side) : T(-1);
+    const T most = -least_in_warp(-side);
+    choice.nearest = offer_in_warp(offer, near && side == most, rule.reach);
+    if (pass == 0) {
+      if (!touch_choice(x, start, held, body, t0, t1, rule, choice)) {
+        return false;
+      }
+    } else {
+      touch_again(x, start, held, body, t0, t1, rule, choice.nearest);
+    }
   }
+  return true;
 }
 
 /// What one block works with: its scene, its share of the patches, its on-chip memory.
@@ -162,6 +192,8 @@ struct BlockWork {
   Vec4<T>* x;
   Vec4<T>* start;
   PreparedColour* colours;
+  int* touching;  ///< places in the patch of particles that may touch the body
+  int* touching_count;
 
   __device__ BlockWork(const CudaFrame<T>& f, int blocks_per_scene, unsigned char* memory)
       : frame(f),
@@ -177,19 +209,183 @@ struct BlockWork {
         f.strain_lambda != nullptr ? f.strain_lambda + first * 3 * f.strain_count : nullptr;
     x = reinterpret_cast<Vec4<T>*>(memory);
     start = x + f.max_patch_particles;
-    colours =
-        reinterpret_cast<PreparedColour*>(start + (f.gamma > T(0) ? f.max_patch_particles : 0));
+    touching = reinterpret_cast<int*>(start + f.max_patch_particles);
+    touching_count = touching + f.max_patch_particles;
+    colours = reinterpret_cast<PreparedColour*>(touching_count + 1);
   }
 
-  /// Calls `visit(i)` for the particles that this block owns.
-  template <class Visit>
-  __device__ void owned(const Visit& visit) const {
-    const Schedule::Phase phase = frame.phases[0];
-    for (int k = phase.patch_begin + block; k < phase.patch_end; k += blocks) {
+  /// Position of particle `i` after the mean push of the cloth's contacts with itself.
+  __device__ Vec4<T> pushed(int i, const Vec4<T>& xi) const {
+    if (frame.sums == nullptr) {
+      return xi;
+    }
+    int4* const sum = reinterpret_cast<int4*>(frame.sums + i);
+    const int4 v = __ldcg(sum);
+    if (v.w == 0) {
+      return xi;
+    }
+    __stcg(sum, make_int4(0, 0, 0, 0));
+    return with_w(xyz(xi) + mean_push<T>(PushSum{v.x, v.y, v.z, v.w}), xi.w);
+  }
+
+  /// Contacts of the cloth with itself: every pair adds what it wants of its particles.
+  __device__ void push_pairs(bool last) const {
+    SelfView<T> cloth = frame.self;
+    cloth.surface.start += offset;
+    cloth.surface.end += offset;
+    cloth.tangled += offset;
+    const auto load = [&](int i) { return load_shared_cache(frame.x + offset + i); };
+    const auto load_start = [&](int i) { return load_shared_cache(frame.start + offset + i); };
+    const auto add = [&](int i, Vec3<T> push) {
+      PushSum* const sum = frame.sums + offset + i;
+      atomicAdd(&sum->x, to_units(push.x));
+      atomicAdd(&sum->y, to_units(push.y));
+      atomicAdd(&sum->z, to_units(push.z));
+      atomicAdd(&sum->count, 1);
+    };
+    const int edges = cloth.edge_count;
+    const std::int64_t first_edge = static_cast<std::int64_t>(scene) * edges;
+    int active = 0;
+    for (int k = block * static_cast<int>(blockDim.x) + static_cast<int>(threadIdx.x);
+         k < frame.count + edges; k += blocks * static_cast<int>(blockDim.x)) {
+      if (k < frame.count) {
+        const std::int64_t at = offset + static_cast<std::int64_t>(k);
+        const int count = frame.face_pair_count[at];
+        for (int c = 0; c < count; ++c) {
+          active += push_vertex_face(cloth, k, frame.face_pairs[at * kSelfCandidates + c],
+                                     frame.self_rule, load, load_start, add);
+        }
+      } else {
+        const int e = k - frame.count;
+        const std::int64_t at = first_edge + e;
+        const int2 count = frame.edge_pair_count[at];
+        for (int c = 0; c < count.x; ++c) {
+          active += push_edge_edge(cloth, e, frame.edge_pairs[at * kSelfCandidates + c],
+                                   frame.self_rule, load, load_start, add);
+        }
+        for (int c = 0; c < count.y; ++c) {
+          active += pull_out(cloth, e, frame.crossings[at * kSelfCrossings + c], frame.self_rule,
+                             load, add);
+        }
+      }
+    }
+    if (last && active > 0) {
+      atomicAdd(frame.self_counts + 4 * scene, active);
+    }
+  }
+
+  /// Patches of phase 0 that this block owns: loads their particles on chip, calls `work(patch)`.
+  template <class Work>
+  __device__ void owned_patches(const Work& work) const {
+    const Schedule::Phase range = frame.phases[0];
+    for (int k = range.patch_begin + block; k < range.patch_end; k += blocks) {
       const Schedule::Patch patch = frame.patches[k];
       for (int v = patch.vertex_begin + static_cast<int>(threadIdx.x); v < patch.vertex_end;
            v += static_cast<int>(blockDim.x)) {
-        visit(v);
+        x[v - patch.vertex_begin] = pushed(offset + v, load_shared_cache(frame.x + offset + v));
+        start[v - patch.vertex_begin] = load_shared_cache(frame.start + offset + v);
+      }
+      work(patch);
+      __syncthreads();
+    }
+  }
+
+  /// Body contacts of the particles on chip at the end of an iteration of substep `s`: each thread
+  /// finds out whether its particle may touch, then every warp works on one particle at a time.
+  __device__ void contacts(const Schedule::Patch& patch, int s) const {
+    if (frame.body.face_count == 0) {
+      return;
+    }
+    const int tid = static_cast<int>(threadIdx.x);
+    const int threads = static_cast<int>(blockDim.x);
+    const int count = patch.vertex_end - patch.vertex_begin;
+    const int first = offset + patch.vertex_begin;
+    if (tid == 0) {
+      *touching_count = 0;
+    }
+    __syncthreads();
+    for (int v = tid; v < count; v += threads) {
+      if (s + 1 == frame.substeps) {
+        frame.touched[first + v] = 0;
+      }
+      if (x[v].w > T(0) && may_touch(frame.outlook[first + v], xyz(x[v]), xyz(start[v]),
+                                     xyz(frame.frame_start[first + v]))) {
+        touching[atomicAdd(touching_count, 1)] = v;  // in any order: they do not see each other
+      }
+    }
+    __syncthreads();
+    BodyContactRule<T> contact_rule = frame.body_rule;
+    contact_rule.friction = rule.friction;
+    const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
+    const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
+    const int lane = tid % 32;
+    const int total = *touching_count;
+    for (int k = tid / 32; k < total; k += threads / 32) {
+      const int v = touching[k];
+      const int i = first + v;
+      const BodyOutlook<T> outlook = frame.outlook[i];
+      Vec4<T> xi = x[v];
+      Vec4<T> si = start[v];
+      Vec4<T> held{};
+      if (frame.held != nullptr) {
+        held = frame.held[i];
+      }
+      bool touched = false;
+      if (candidates_hold(outlook, xyz(xi), xyz(frame.frame_start[i]))) {
+        const int face =
+            lane < outlook.count
+                ? frame.candidates[static_cast<std::int64_t>(i) * kBodyCandidates + lane]
+                : -1;
+        touched = contact_by_warp(xi, si, held, frame.body, t0, t1, contact_rule, face);
+      } else if (lane == 0) {
+        touched = contact_by_tree(xi, si, held, frame.body, t0, t1, contact_rule);
+      }
+      __syncwarp();
+      if (lane == 0) {
+        x[v] = xi;
+        start[v] = si;
+        if (frame.held != nullptr) {
+          frame.held[i] = held;
+        }
+        if (s + 1 == frame.substeps) {
+          frame.touched[i] = touched ? 1 : 0;
+        }
+      }
+    }
+    __syncthreads();
+  }
+
+  /// Velocity of the particle at place `v` after substep `s`.
+  __device__ Vec3<T> finished_velocity(int i, int v) const {
+    Vec3<T> vi = xyz(frame.velocity[i]);
+    update_velocity(x[v], start[v], vi, frame.h, frame.keep);
+    if (!(isfinite(x[v].x) && isfinite(x[v].y) && isfinite(x[v].z))) {
+      atomicMin(frame.bad, i);
+    }
+    return vi;
+  }
+
+  /// Ends the last substep (if there was one) and begins substep `s` for the particles on chip.
+  __device__ void begin(const Schedule::Patch& patch, int s) const {
+    const T share = T(1) / static_cast<T>(frame.substeps - s);
+    const int count = patch.vertex_end - patch.vertex_begin;
+    for (int v = static_cast<int>(threadIdx.x); v < count; v += static_cast<int>(blockDim.x)) {
+      const int i = offset + patch.vertex_begin + v;
+      Vec3<T> vi = s > 0 ? finished_velocity(i, v) : xyz(frame.velocity[i]);
+      Vec3<T> acceleration = frame.gravity;
+      if (frame.air != nullptr) {
+        acceleration += xyz(frame.air[i]);
+      }
+      Vec4<T> xi = x[v];
+      Vec4<T> si = xi;
+      const Vec3<T> target = xi.w > T(0) ? Vec3<T>{} : xyz(frame.target[i]);
+      predict(xi, si, vi, acceleration, target, share, frame.h);
+      x[v] = xi;
+      start[v] = si;
+      store_shared_cache(frame.start + i, si);
+      frame.velocity[i] = with_w(vi, T(0));
+      if (frame.held != nullptr) {
+        frame.held[i] = Vec4<T>{};
       }
     }
   }
@@ -200,7 +396,7 @@ struct BlockWork {
     const int tid = static_cast<int>(threadIdx.x);
     const int threads = static_cast<int>(blockDim.x);
     const bool damped = frame.gamma > T(0);
-    const T share = T(1) / static_cast<T>(frame.substeps - s);
+    const bool begins = p == 0 && iteration == 0;
     const Schedule::Phase range = frame.phases[p];
     for (int k = range.patch_begin + block; k < range.patch_end; k += blocks) {
       const Schedule::Patch patch = frame.patches[k];
@@ -211,16 +407,17 @@ struct BlockWork {
       }
       for (int v = tid; v < count; v += threads) {
         const int i = offset + frame.patch_particles[patch.vertex_begin + v];
-        Vec4<T> xi = load_shared_cache(frame.x + i);
-        if (p == 0 && iteration == 0) {
-          const Vec4<T> si = begin_particle(i, s, share, xi);
-          if (damped) {
-            start[v] = si;
-          }
-        } else if (damped) {
+        const Vec4<T> xi = load_shared_cache(frame.x + i);
+        x[v] = begins && s > 0 ? pushed(i, xi) : xi;
+        if ((begins && s > 0) || damped) {
           start[v] = load_shared_cache(frame.start + i);
         }
-        x[v] = xi;
+      }
+      if (begins) {
+        if (s > 0) {
+          contacts(patch, s - 1);
+        }
+        begin(patch, s);
       }
       __syncthreads();
       sweep_patch(frame, colour_count, colours, x, start, lambda, strain_lambda, scale,
@@ -232,64 +429,44 @@ struct BlockWork {
     }
   }
 
-  __device__ Vec4<T> begin_particle(int i, int s, T share, Vec4<T>& xi) const {
-    Vec4<T> si = s > 0 ? load_shared_cache(frame.start + i) : xi;
-    const Vec4<T> v4 = frame.velocity[i];
-    Vec3<T> vi = xyz(v4);
-    if (s > 0) {
-      finish_particle(frame, i, s - 1, rule.friction, xi, si, vi);
-    }
-    Vec3<T> acceleration = frame.gravity;
-    if (frame.air != nullptr) {
-      acceleration += xyz(frame.air[i]);
-    }
-    const Vec3<T> target = xi.w > T(0) ? Vec3<T>{} : xyz(frame.target[i]);
-    predict(xi, si, vi, acceleration, target, share, frame.h);
-    store_shared_cache(frame.start + i, si);
-    frame.velocity[i] = with_w(vi, T(0));
-    if (frame.held != nullptr) {
-      frame.held[i] = Vec4<T>{};
-    }
-    return si;
-  }
-
   /// Tethers; anchors are fixed, so nobody moves them here.
   __device__ void tethers() const {
-    owned([&](int v) {
-      const int anchor = frame.tether_anchor[v];
-      if (anchor >= 0) {
-        Vec4<T> xi = load_shared_cache(frame.x + offset + v);
-        project_tether(xi, xyz(load_shared_cache(frame.x + offset + anchor)),
-                       frame.tether_length[v]);
-        store_shared_cache(frame.x + offset + v, xi);
+    owned_patches([&](const Schedule::Patch& patch) {
+      for (int v = patch.vertex_begin + static_cast<int>(threadIdx.x); v < patch.vertex_end;
+           v += static_cast<int>(blockDim.x)) {
+        const int anchor = frame.tether_anchor[v];
+        if (anchor >= 0) {
+          Vec4<T> xi = x[v - patch.vertex_begin];
+          project_tether(xi, xyz(load_shared_cache(frame.x + offset + anchor)),
+                         frame.tether_length[v]);
+          store_shared_cache(frame.x + offset + v, xi);
+        }
       }
     });
   }
 
-  /// Body contact between iterations; after the last one it is part of finish_particle.
+  /// Body contact between iterations; after the last one it is part of begin and finish.
   __device__ void touch(int s) const {
-    owned([&](int v) {
-      const int i = offset + v;
-      Vec4<T> xi = load_shared_cache(frame.x + i);
-      Vec4<T> si = load_shared_cache(frame.start + i);
-      Vec4<T> held = frame.held[i];
-      touch_body(frame, i, s, rule.friction, xi, si, held);
-      store_shared_cache(frame.x + i, xi);
-      store_shared_cache(frame.start + i, si);
-      frame.held[i] = held;
+    owned_patches([&](const Schedule::Patch& patch) {
+      contacts(patch, s);
+      const int count = patch.vertex_end - patch.vertex_begin;
+      for (int v = static_cast<int>(threadIdx.x); v < count; v += static_cast<int>(blockDim.x)) {
+        store_shared_cache(frame.x + offset + patch.vertex_begin + v, x[v]);
+        store_shared_cache(frame.start + offset + patch.vertex_begin + v, start[v]);
+      }
     });
   }
 
   __device__ void finish() const {
-    owned([&](int v) {
-      const int i = offset + v;
-      Vec4<T> xi = load_shared_cache(frame.x + i);
-      Vec4<T> si = load_shared_cache(frame.start + i);
-      const Vec4<T> v4 = frame.velocity[i];
-      Vec3<T> vi = xyz(v4);
-      finish_particle(frame, i, frame.substeps - 1, rule.friction, xi, si, vi);
-      frame.x[i] = xi;
-      frame.velocity[i] = with_w(vi, T(0));
+    owned_patches([&](const Schedule::Patch& patch) {
+      contacts(patch, frame.substeps - 1);
+      const int count = patch.vertex_end - patch.vertex_begin;
+      for (int v = static_cast<int>(threadIdx.x); v < count; v += static_cast<int>(blockDim.x)) {
+        const int i = offset + patch.vertex_begin + v;
+        const Vec3<T> vi = finished_velocity(i, v);
+        frame.x[i] = x[v];
+        frame.velocity[i] = with_w(vi, T(0));
+      }
     });
   }
 };
@@ -297,7 +474,7 @@ struct BlockWork {
 /// One frame of every scene: a persistent launch of `blocks` blocks per scene.
 template <class T, CudaBarrier kBarrier>
 __global__ void __launch_bounds__(kFrameThreads, 1)
-    frame_kernel(const CudaFrame<T> frame, int blocks) {
+    frame_kernel(const __grid_constant__ CudaFrame<T> frame, int blocks) {
   extern __shared__ __align__(32) unsigned char memory[];
   const BlockWork<T> work(frame, blocks, memory);
   unsigned goal = 0;
@@ -314,7 +491,12 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
         work.tethers();
         wait();
       }
-      if (iteration + 1 < frame.iterations && frame.body.face_count > 0) {
+      if (frame.sums != nullptr) {
+        work.push_pairs(s + 1 == frame.substeps && iteration + 1 == frame.iterations);
+        wait();
+      }
+      if (iteration + 1 < frame.iterations &&
+          (frame.body.face_count > 0 || frame.sums != nullptr)) {
         work.touch(s);
         wait();
       }
@@ -324,12 +506,12 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
 }
 
 /// The same, one step per launch: for a CUDA graph, where the graph's edges are the barriers.
-enum class FrameStep { Phase, Tethers, Touch, Finish };
+enum class FrameStep { Phase, Tethers, Pairs, Touch, Finish };
 
 template <class T>
 __global__ void __launch_bounds__(kFrameThreads, 1)
-    frame_step_kernel(const CudaFrame<T> frame, int blocks, FrameStep step, int s, int iteration,
-                      int p) {
+    frame_step_kernel(const __grid_constant__ CudaFrame<T> frame, int blocks, FrameStep step, int s,
+                      int iteration, int p) {
   extern __shared__ __align__(32) unsigned char memory[];
   const BlockWork<T> work(frame, blocks, memory);
   switch (step) {
@@ -338,6 +520,9 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
       break;
     case FrameStep::Tethers:
       work.tethers();
+      break;
+    case FrameStep::Pairs:
+      work.push_pairs(s + 1 == frame.substeps && iteration + 1 == frame.iterations);
       break;
     case FrameStep::Touch:
       work.touch(s);

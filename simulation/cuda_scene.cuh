@@ -4,6 +4,7 @@
 
 #include "simulation/body_contact_math.h"
 #include "simulation/prepared_cloth.h"
+#include "simulation/self_contact_math.h"
 #include "simulation/sweep_math.h"
 
 namespace atelier {
@@ -56,10 +57,19 @@ struct CudaFrame {
   BodyView<T> body;
   BodyContactRule<T> body_rule;
   const Vec4<T>* frame_start;
-  const T* motion;
-  const int* candidate_count;
+  const BodyOutlook<T>* outlook;
   const int* candidates;
   int* touched;  ///< [particles] 1: touched the body in the last substep
+
+  SelfView<T> self;  ///< of scene 0; particles and pairs of the others follow
+  SelfRule<T> self_rule;
+  PushSum* sums;  ///< [particles], or null: no contact with itself
+  const int* face_pair_count;
+  const SelfPair<T>* face_pairs;
+  const int2* edge_pair_count;  ///< pairs, crossings
+  const SelfPair<T>* edge_pairs;
+  const int* crossings;
+  int* self_counts;  ///< [4 scenes] pushes in the last substep, pairs, lost pairs, -
 
   unsigned* arrived;  ///< a counter per scene for the grid barrier
   int* bad;           ///< smallest index of a particle that is not finite

@@ -7,6 +7,7 @@
 #include "simulation/body_contact_math.h"
 #include "simulation/contact_tree.h"
 #include "simulation/prepared_cloth.h"
+#include "simulation/self_contact_cpu.h"
 #include "simulation/sweep_math.h"
 
 namespace atelier {
@@ -37,6 +38,9 @@ class CpuBackend final : public ClothSolver::Backend {
     target_.resize(n);
     lambda_.resize(prepared_.records.size());
     strain_lambda_.resize(3 * prepared_.strains.size());
+    if (options.self_contact && cloth.faces.rows() > 0) {
+      self_ = std::make_unique<SelfContactCpu<T>>(cloth, prepared_, options);
+    }
     for (Index f = 0; f < body_faces.rows(); ++f) {
       faces_.push_back({body_faces(f, 0), body_faces(f, 1), body_faces(f, 2)});
     }
@@ -72,6 +76,11 @@ class CpuBackend final : public ClothSolver::Backend {
     FrameReport report;
     report.frame = state_.frame;
     report.body_contacts = static_cast<int>(std::count(touched_.begin(), touched_.end(), 1));
+    if (self_ != nullptr) {
+      report.self_contacts = self_->active_count();
+      report.self_candidates = self_->candidate_count();
+      report.lost_candidates = self_->lost_count();
+    }
     if (options_.report) {
       measure_penetration(report);
       report = report_state(cloth_, variation_, state_,
@@ -106,6 +115,9 @@ class CpuBackend final : public ClothSolver::Backend {
                                                   static_cast<T>(control.gravity.z())};
     }
     begin_body(control);
+    if (self_ != nullptr) {
+      self_->begin_frame(x_, velocity_, static_cast<T>(options_.time_step));
+    }
   }
 
   /// Takes over the body's motion of the frame and collects what each particle may meet.
@@ -143,19 +155,17 @@ class CpuBackend final : public ClothSolver::Backend {
     rule_.reach = larger(static_cast<T>(options_.contact_reach), rule_.thickness);
     rule_.old_overlap =
         static_cast<T>(options_.depenetration_speed * options_.time_step / options_.substeps);
-    candidate_count_.resize(x_.size());
+    outlook_.resize(x_.size());
     candidates_.resize(x_.size() * kBodyCandidates);
-    motion_.resize(x_.size());
     held_.resize(x_.size());
     frame_start_ = x_;
     const T frame = static_cast<T>(options_.time_step);
     parallel_for(prepared_.count, kGrain / 8, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        motion_[i] = expected_motion(velocity_[i], acceleration_[i], frame);
-        candidate_count_[i] = x_[i].w > T(0)
-                                  ? collect_candidates(body_, xyz(x_[i]), motion_[i], rule_,
-                                                       &candidates_[i * kBodyCandidates])
-                                  : 0;
+        const T motion = expected_motion(velocity_[i], acceleration_[i], frame);
+        outlook_[i] = x_[i].w > T(0) ? collect_candidates(body_, xyz(x_[i]), motion, rule_,
+                                                          &candidates_[i * kBodyCandidates])
+                                     : BodyOutlook<T>{motion, motion, 0};
       }
     });
   }
@@ -165,13 +175,47 @@ class CpuBackend final : public ClothSolver::Backend {
     const T t1 = static_cast<T>(s + 1) / static_cast<T>(options_.substeps);
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        if (x_[i].w > T(0)) {
-          touched_[i] = contact_by_candidates(x_[i], start_[i], held_[i], body_, t0, t1, rule_,
-                                              xyz(frame_start_[i]), motion_[i], candidate_count_[i],
-                                              &candidates_[i * kBodyCandidates]);
-        }
+        touched_[i] = x_[i].w > T(0) &&
+                      may_touch(outlook_[i], xyz(x_[i]), xyz(start_[i]), xyz(frame_start_[i])) &&
+                      touch_particle(i, t0, t1);
       }
     });
+  }
+
+  /// Contact of particle `i`: the choice does not depend on the order of its candidates.
+  bool touch_particle(Index i, T t0, T t1) {
+    if (!candidates_hold(outlook_[i], xyz(x_[i]), xyz(frame_start_[i]))) {
+      return contact_by_tree(x_[i], start_[i], held_[i], body_, t0, t1, rule_);
+    }
+    const int* faces = &candidates_[i * kBodyCandidates];
+    const int count = outlook_[i].count;
+    FaceOffer<T> offers[kBodyCandidates];
+    for (int pass = 0; pass < 2; ++pass) {
+      FaceChoice<T> choice{no_offer(rule_.reach), no_offer(rule_.reach)};
+      T least = choice.nearest.squared_distance;
+      for (int c = 0; c < count; ++c) {
+        offers[c] = offer_of(body_, faces[c], xyz(start_[i]), xyz(x_[i]), t0, t1, pass == 0);
+        least = smaller(least, offers[c].squared_distance);
+        if (offers[c].time < choice.first.time) {
+          choice.first = offers[c];
+        }
+      }
+      T side = T(-1);
+      for (int c = 0; c < count; ++c) {
+        if (offers[c].squared_distance <= as_near(least) && std::fabs(offers[c].side) > side) {
+          side = std::fabs(offers[c].side);
+          choice.nearest = offers[c];
+        }
+      }
+      if (pass == 0) {
+        if (!touch_choice(x_[i], start_[i], held_[i], body_, t0, t1, rule_, choice)) {
+          return false;
+        }
+      } else {
+        touch_again(x_[i], start_[i], held_[i], body_, t0, t1, rule_, choice.nearest);
+      }
+    }
+    return true;
   }
 
   void measure_penetration(FrameReport& report) const {
@@ -217,6 +261,9 @@ class CpuBackend final : public ClothSolver::Backend {
             project_tether(x_[i], xyz(x_[anchor]), prepared_.tether_length[i]);
           }
         }
+      }
+      if (self_ != nullptr) {
+        self_->solve(x_, start_);
       }
       if (body_.face_count > 0) {
         touch_body(s);
@@ -288,11 +335,11 @@ class CpuBackend final : public ClothSolver::Backend {
   BodyView<T> body_{};
   BodyContactRule<T> rule_{};
   std::vector<Vec4<T>> frame_start_;
-  std::vector<T> motion_;
-  std::vector<int> candidate_count_;
+  std::vector<BodyOutlook<T>> outlook_;
   std::vector<int> candidates_;
   std::vector<Vec4<T>> held_;  ///< friction of the substep, see resolve_touch
   std::vector<char> touched_;
+  std::unique_ptr<SelfContactCpu<T>> self_;  ///< null: no contact with itself
 };
 
 }  // namespace

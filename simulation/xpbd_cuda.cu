@@ -2,12 +2,14 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
 
 #include "core/cuda_buffer.cuh"
 #include "core/device.h"
 #include "simulation/backend.h"
 #include "simulation/cuda_body.cuh"
 #include "simulation/cuda_frame_kernel.cuh"
+#include "simulation/cuda_self.cuh"
 
 namespace atelier {
 namespace {
@@ -68,14 +70,16 @@ class CudaBackend final : public ClothSolver::Backend {
       tether_length_ = CudaBuffer<T>(prepared_.tether_length);
     }
     if (!body_.empty()) {
-      motion_ = CudaBuffer<T>(n);
-      candidate_count_ = CudaBuffer<int>(n);
+      outlook_ = CudaBuffer<BodyOutlook<T>>(n);
       candidates_ = CudaBuffer<int>(n * kBodyCandidates);
       touched_ = CudaBuffer<int>(n);
       depth_ = CudaBuffer<T>(n);
       if (options.iterations > 1) {
         held_ = CudaBuffer<Vec4<T>>(n);
       }
+    }
+    if (options.self_contact && cloth.faces.rows() > 0) {
+      self_ = std::make_unique<CudaSelf<T>>(cloth, prepared_, options, scenes_);
     }
     std::vector<CudaSceneRule<T>> rules;
     for (const ClothVariation& v : variations) {
@@ -150,7 +154,10 @@ class CudaBackend final : public ClothSolver::Backend {
     if (with_body) {
       body_.move(control.body_start, control.body_end);
     }
-    const CudaFrame<T> frame = frame_of(control, with_body);
+    CudaFrame<T> frame = frame_of(control, with_body);
+    if (self_ != nullptr) {
+      self_->describe(frame);
+    }
     const int particles = prepared_.count * scenes_;
     ATELIER_CUDA_CHECK(cudaEventRecord(before_));
     const std::size_t bytes = static_cast<std::size_t>(particles) * sizeof(Vec4<T>);
@@ -163,7 +170,10 @@ class CudaBackend final : public ClothSolver::Backend {
       body_.refit();
       launch_candidates(frame.body, frame.body_rule, particles, x_.data(), velocity_.data(),
                         frame.air, frame.gravity, static_cast<T>(options_.time_step),
-                        motion_.data(), candidate_count_.data(), candidates_.data());
+                        outlook_.data(), candidates_.data());
+    }
+    if (self_ != nullptr) {
+      self_->collect(x_.data(), velocity_.data(), static_cast<T>(options_.time_step));
     }
     launch(frame);
     ATELIER_CUDA_CHECK(cudaEventRecord(after_));
@@ -173,6 +183,9 @@ class CudaBackend final : public ClothSolver::Backend {
       ATELIER_CUDA_CHECK(cudaMemcpy(x_.data(), x_before_.data(), bytes, cudaMemcpyDeviceToDevice));
       ATELIER_CUDA_CHECK(
           cudaMemcpy(velocity_.data(), velocity_before_.data(), bytes, cudaMemcpyDeviceToDevice));
+      if (self_ != nullptr) {
+        self_->reset();
+      }
       throw DataError("",
                       "frame " + std::to_string(frames_[bad / prepared_.count] + 1) + ", vertex " +
                           std::to_string(prepared_.external[bad % prepared_.count]),
@@ -185,6 +198,9 @@ class CudaBackend final : public ClothSolver::Backend {
     for (int scene = 0; scene < scenes_; ++scene) {
       reports[scene].frame = ++frames_[scene];
       reports[scene].device_ms = ms;
+    }
+    if (self_ != nullptr) {
+      self_->count(reports);
     }
     if (options_.report) {
       fill_reports(frame, reports);
@@ -287,8 +303,7 @@ class CudaBackend final : public ClothSolver::Backend {
       f.body_rule.reach = larger(static_cast<T>(options_.contact_reach), f.body_rule.thickness);
       f.body_rule.old_overlap = static_cast<T>(options_.depenetration_speed * h);
       f.frame_start = x_before_.data();
-      f.motion = motion_.data();
-      f.candidate_count = candidate_count_.data();
+      f.outlook = outlook_.data();
       f.candidates = candidates_.data();
       f.touched = touched_.data();
     }
@@ -307,9 +322,8 @@ class CudaBackend final : public ClothSolver::Backend {
     int major = 0;
     ATELIER_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
     const int patches = prepared_.phases[0].patch_end - prepared_.phases[0].patch_begin;
-    const std::size_t scratch =
-        sizeof(Vec4<T>) * static_cast<std::size_t>(prepared_.max_patch_particles);
-    shared_bytes_ = scratch * (cloth_.material.damping > 0 ? 2 : 1) +
+    const std::size_t most_particles = static_cast<std::size_t>(prepared_.max_patch_particles);
+    shared_bytes_ = (2 * sizeof(Vec4<T>) + sizeof(int)) * most_particles + sizeof(int) +
                     sizeof(PreparedColour) * static_cast<std::size_t>(cloth_.schedule.max_colours);
     for (const void* kernel :
          {reinterpret_cast<const void*>(&frame_kernel<T, CudaBarrier::Block>),
@@ -319,7 +333,20 @@ class CudaBackend final : public ClothSolver::Backend {
       ATELIER_CUDA_CHECK(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                               static_cast<int>(shared_bytes_)));
     }
-    const int share = std::max(1, multiprocessors / scenes_);
+    // A thread for every constraint of a colour; where there are more patches than multiprocessors,
+    // two smaller blocks each hide one another's waits. Contacts take a warp a particle.
+    int widest = 1;
+    for (const PreparedColour& colour : prepared_.colours) {
+      widest = std::max(widest, colour.begin[3] - colour.begin[0]);
+    }
+    const bool crowded = static_cast<long>(patches) * scenes_ > multiprocessors;
+    const int most_threads = crowded ? kFrameThreads / 2 : kFrameThreads;
+    threads_ = static_cast<unsigned>(
+        body_.empty() ? std::clamp((widest + 31) / 32 * 32, 128, most_threads) : most_threads);
+    int resident = 0;
+    ATELIER_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
+        &resident, frame_kernel<T, CudaBarrier::Grid>, static_cast<int>(threads_), shared_bytes_));
+    const int share = std::max(1, resident * multiprocessors / scenes_);
     std::string barrier = options_.cuda_barrier;
     if (barrier == "auto") {
       const int wanted = std::min(patches, share);
@@ -349,7 +376,7 @@ class CudaBackend final : public ClothSolver::Backend {
   void launch(const CudaFrame<T>& frame) {
     const unsigned grid = static_cast<unsigned>(scenes_ * blocks_);
     if (barrier_ == "block") {
-      frame_kernel<T, CudaBarrier::Block><<<grid, kFrameThreads, shared_bytes_>>>(frame, 1);
+      frame_kernel<T, CudaBarrier::Block><<<grid, threads_, shared_bytes_>>>(frame, 1);
       ATELIER_CUDA_LAUNCHED(frame_kernel);
     } else if (barrier_ == "graph") {
       launch_graph(frame, grid);
@@ -359,7 +386,7 @@ class CudaBackend final : public ClothSolver::Backend {
       }
       cudaLaunchConfig_t config{};
       config.gridDim = dim3(grid);
-      config.blockDim = dim3(kFrameThreads);
+      config.blockDim = dim3(threads_);
       config.dynamicSmemBytes = shared_bytes_;
       cudaLaunchAttribute attribute{};
       config.attrs = &attribute;
@@ -394,8 +421,8 @@ class CudaBackend final : public ClothSolver::Backend {
         graph_.exec = nullptr;
       }
       const auto add = [&](FrameStep step, int s, int iteration, int p) {
-        frame_step_kernel<T><<<grid, kFrameThreads, shared_bytes_, capture_>>>(frame, blocks_, step,
-                                                                               s, iteration, p);
+        frame_step_kernel<T>
+            <<<grid, threads_, shared_bytes_, capture_>>>(frame, blocks_, step, s, iteration, p);
         ATELIER_CUDA_LAUNCHED(frame_step_kernel);
       };
       ATELIER_CUDA_CHECK(cudaStreamBeginCapture(capture_, cudaStreamCaptureModeThreadLocal));
@@ -407,7 +434,11 @@ class CudaBackend final : public ClothSolver::Backend {
           if (frame.tether_anchor != nullptr) {
             add(FrameStep::Tethers, s, iteration, 0);
           }
-          if (iteration + 1 < frame.iterations && frame.body.face_count > 0) {
+          if (frame.sums != nullptr) {
+            add(FrameStep::Pairs, s, iteration, 0);
+          }
+          if (iteration + 1 < frame.iterations &&
+              (frame.body.face_count > 0 || frame.sums != nullptr)) {
             add(FrameStep::Touch, s, iteration, 0);
           }
         }
@@ -471,8 +502,9 @@ class CudaBackend final : public ClothSolver::Backend {
   CudaBuffer<Vec4<T>> x_before_, velocity_before_;  ///< the last good frame
   CudaBuffer<T> lambda_, strain_lambda_;
   CudaBuffer<CudaSceneRule<T>> rules_;
-  CudaBuffer<T> motion_, depth_;
-  CudaBuffer<int> candidate_count_, candidates_, touched_;
+  CudaBuffer<T> depth_;
+  CudaBuffer<BodyOutlook<T>> outlook_;
+  CudaBuffer<int> candidates_, touched_;
   CudaBuffer<unsigned> arrived_;
   CudaBuffer<int> bad_;
   std::vector<Points> fixed_;  ///< where fixed vertices are
@@ -480,12 +512,14 @@ class CudaBackend final : public ClothSolver::Backend {
   bool targets_current_ = false;
   bool use_air_ = false;
   int blocks_ = 1;
+  unsigned threads_ = kFrameThreads;
   std::string barrier_;
   std::size_t shared_bytes_ = 0;
   cudaEvent_t before_ = nullptr;
   cudaEvent_t after_ = nullptr;
   cudaStream_t capture_ = nullptr;
   FrameGraph graph_;
+  std::unique_ptr<CudaSelf<T>> self_;  ///< null: no contact with itself
 };
 
 }  // namespace

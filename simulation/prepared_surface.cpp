@@ -1,0 +1,98 @@
+#include "simulation/prepared_surface.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace atelier {
+
+template <class T>
+PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& prepared) {
+  PreparedSurface<T> out;
+  struct Half {
+    int low, high, face, opposite;
+  };
+  std::vector<Half> halves;
+  for (Index f = 0; f < cloth.faces.rows(); ++f) {
+    int v[3];
+    for (int c = 0; c < 3; ++c) {
+      v[c] = prepared.internal[cloth.faces(f, c)];
+    }
+    out.faces.push_back({v[0], v[1], v[2]});
+    for (int c = 0; c < 3; ++c) {
+      const int a = v[c];
+      const int b = v[(c + 1) % 3];
+      halves.push_back({std::min(a, b), std::max(a, b), static_cast<int>(f), v[(c + 2) % 3]});
+    }
+  }
+  std::sort(halves.begin(), halves.end(), [](const Half& a, const Half& b) {
+    return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
+  });
+  out.face_edges.assign(3 * out.faces.size(), -1);
+  for (std::size_t i = 0; i < halves.size();) {
+    const Half& h = halves[i];
+    ClothEdge edge{h.low, h.high, {h.face, -1}, {h.opposite, -1}};
+    std::size_t j = i + 1;
+    if (j < halves.size() && halves[j].low == h.low && halves[j].high == h.high) {
+      edge.face[1] = halves[j].face;
+      edge.opposite[1] = halves[j].opposite;
+      ++j;
+    }
+    int* own = &out.face_edges[3 * static_cast<std::size_t>(h.face)];
+    while (*own >= 0) {
+      ++own;
+    }
+    *own = static_cast<int>(out.edges.size());
+    out.edges.push_back(edge);
+    i = j;
+  }
+  std::vector<Box<T>> boxes;
+  out.rest.resize(prepared.external.size());
+  for (std::size_t i = 0; i < out.rest.size(); ++i) {
+    const auto p = cloth.rest_positions.row(prepared.external[i]);
+    out.rest[i] = {static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]), T(0)};
+    if (!cloth.layer.empty()) {
+      out.layer.push_back(cloth.layer[prepared.external[i]]);
+    }
+  }
+  for (const FaceIndices& f : out.faces) {
+    Box<T> box = empty_box<T>();
+    for (int v : {f.a, f.b, f.c}) {
+      grow(box, xyz(out.rest[v]));
+    }
+    boxes.push_back(box);
+  }
+  out.tree = build_contact_tree(boxes);
+  return out;
+}
+
+template <class T>
+SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options) {
+  const Material& m = cloth.material;
+  double thickness = options.self_thickness >= 0 ? options.self_thickness : m.thickness;
+  std::vector<double> lengths;
+  for (int i = 0; i < cloth.fibre_count; ++i) {
+    lengths.push_back(cloth.springs[i].rest);
+  }
+  if (!lengths.empty()) {
+    std::nth_element(lengths.begin(),
+                     lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
+                     lengths.end());
+    thickness = std::min(thickness, 0.4 * lengths[lengths.size() / 2]);
+  }
+  // Sheets that overlap part slowly, so that they do not jump; crossed ones are pulled at 0.2 m/s.
+  const double h = options.time_step / options.substeps;
+  SelfRule<T> rule{};
+  rule.thickness = static_cast<T>(thickness);
+  rule.friction = static_cast<T>(options.self_friction >= 0 ? options.self_friction : m.friction);
+  rule.old_overlap = static_cast<T>(0.1 * std::min(1.0, options.depenetration_speed) * h);
+  rule.margin = static_cast<T>(0.5 * thickness + 0.001);
+  rule.untangle = static_cast<T>(0.2 * h);
+  return rule;
+}
+
+template PreparedSurface<float> prepare_surface(const Cloth&, const PreparedCloth<float>&);
+template PreparedSurface<double> prepare_surface(const Cloth&, const PreparedCloth<double>&);
+template SelfRule<float> self_rule(const Cloth&, const XpbdOptions&);
+template SelfRule<double> self_rule(const Cloth&, const XpbdOptions&);
+
+}  // namespace atelier

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "simulation/contact_tree.h"
+#include "simulation/prepared_cloth.h"
+#include "simulation/self_contact_math.h"
+
+namespace atelier {
+
+/// The triangles and edges of a cloth, over its particles, for contacts with itself.
+template <class T>
+struct PreparedSurface {
+  std::vector<FaceIndices> faces;
+  std::vector<ClothEdge> edges;
+  std::vector<int> face_edges;  ///< [3 F] edges that a face owns, or -1
+  std::vector<Vec4<T>> rest;
+  std::vector<int> layer;  ///< empty: one layer
+  ContactTree<T> tree;     ///< over the faces at rest
+};
+
+template <class T>
+PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& prepared);
+
+/// The rule of self-contact: from the options or the cloth's material; the gap is never above 0.4
+/// of the median edge, so that a sheet does not meet its own neighbours.
+template <class T>
+SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options);
+
+extern template PreparedSurface<float> prepare_surface(const Cloth&, const PreparedCloth<float>&);
+extern template PreparedSurface<double> prepare_surface(const Cloth&, const PreparedCloth<double>&);
+extern template SelfRule<float> self_rule(const Cloth&, const XpbdOptions&);
+extern template SelfRule<double> self_rule(const Cloth&, const XpbdOptions&);
+
+}  // namespace atelier

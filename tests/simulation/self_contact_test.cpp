@@ -1,0 +1,186 @@
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "simulation/crossings.h"
+#include "tests/simulation/cloth_fixtures.h"
+#include "tests/simulation/test_bodies.h"
+
+namespace atelier {
+namespace {
+
+Garment square(int cells, double size, double y) {
+  Garment garment =
+      testing::garment_of(testing::sheet(cells, cells, size / cells, 'a'), 0.2, 400, 2e-6);
+  garment.mesh.vertices.col(0).array() -= size / 2;
+  garment.mesh.vertices.col(2).array() -= size / 2;
+  garment.mesh.vertices.col(1).array() += y;
+  garment.material.thickness = 2e-3;
+  garment.material.friction = 0.3;
+  return garment;
+}
+
+Control floor_control(const Mesh& floor) {
+  Control control;
+  control.body_start = floor.vertices;
+  control.body_end = floor.vertices;
+  return control;
+}
+
+TEST(Crossings, CountsThePassesOfEdgesThroughTriangles) {
+  Points x(6, 3);
+  x << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0.2, 0.2, -1, 0.2, 0.2, 1, 3, 3, 3;
+  Triangles faces(2, 3);
+  faces << 0, 1, 2, 3, 4, 5;
+  EXPECT_EQ(count_crossings(x, faces),
+            2);  // 3-4 through the first, and the first's edge through the second
+  x.row(4) << 0.2, 0.2, -0.5;
+  x.row(5) << 3, 3, -3;
+  EXPECT_EQ(count_crossings(x, faces), 0);
+}
+
+TEST(SelfContact, ASheetFallingOnAnotherLandsOnIt) {
+  const Mesh floor = testing::incline(0, 2);
+  const Cloth cloth =
+      join_cloths({make_cloth(square(10, 0.2, 0.004)), make_cloth(square(13, 0.2, 0.03))});
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, floor.faces, options, device);
+    FrameReport report;
+    for (int i = 0; i < 40; ++i) {
+      report = solver.advance(floor_control(floor));
+    }
+    const ClothState end = solver.state();
+    EXPECT_EQ(count_crossings(end.positions, cloth.faces), 0);
+    EXPECT_EQ(report.lost_candidates, 0);
+    EXPECT_GT(report.self_contacts, 20);
+    // Lower at its own thickness, upper at two.
+    EXPECT_NEAR(end.positions.col(1).head(121).mean(), 2e-3, 3e-4);
+    EXPECT_NEAR(end.positions.col(1).tail(196).mean(), 4e-3, 6e-4);
+  }
+}
+
+// T17: ten layers dropped together.
+TEST(SelfContact, TenLayersStayInOrder) {
+  const Mesh floor = testing::incline(0, 2);
+  std::vector<Cloth> layers;
+  for (int k = 0; k < 10; ++k) {
+    layers.push_back(make_cloth(square(8 + k % 3, 0.15, 0.003 + 0.006 * k)));
+  }
+  const Cloth cloth = join_cloths(layers);
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, floor.faces, options, device);
+    for (int i = 0; i < 60; ++i) {
+      solver.advance(floor_control(floor));
+      if (i % 10 == 9) {
+        EXPECT_EQ(count_crossings(solver.state().positions, cloth.faces), 0) << i;
+      }
+    }
+  }
+}
+
+TEST(SelfContact, AStripFoldedOverItselfDoesNotCross) {
+  // One end of a strip is turned over and pressed through the other.
+  Garment garment = testing::garment_of(testing::sheet(30, 5, 0.01, 'a'), 0.2, 400, 1e-6);
+  garment.material.thickness = 2e-3;
+  const std::vector<int> left = testing::vertices_where(
+      garment.mesh.vertices, [](double x, double, double) { return x < 1e-9; });
+  const std::vector<int> right = testing::vertices_where(
+      garment.mesh.vertices, [](double x, double, double) { return x > 0.299; });
+  std::vector<int> pins = left;
+  pins.insert(pins.end(), right.begin(), right.end());
+  const Cloth cloth = make_cloth(garment, pins);
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, {}, options, device);
+    Control control;
+    control.gravity.setZero();
+    for (int i = 0; i < 60; ++i) {
+      control.pin_targets = cloth.rest_positions;
+      const double a = std::min(1.0, (i + 1) / 40.0) * 3.0;
+      for (int v : right) {
+        control.pin_targets.row(v) << 0.12 + 0.15 * std::cos(a), 0.05 * std::sin(a),
+            cloth.rest_positions(v, 2);
+      }
+      solver.advance(control);
+    }
+    EXPECT_EQ(count_crossings(solver.state().positions, cloth.faces), 0);
+  }
+}
+
+TEST(SelfContact, FrictionHoldsOneSheetOnAnother) {
+  // The floor is a belt; the upper sheet is carried only through the lower one.
+  const Mesh floor = testing::incline(0, 2);
+  const Cloth cloth =
+      join_cloths({make_cloth(square(6, 0.12, 0.002)), make_cloth(square(7, 0.1, 0.004))});
+  double carried[2];
+  for (int k = 0; k < 2; ++k) {
+    XpbdOptions options;
+    options.self_contact = true;
+    options.friction = 2;
+    options.self_friction = k;
+    ClothSolver solver(cloth, floor.faces, options);
+    Points at = floor.vertices;
+    for (int i = 0; i < 40; ++i) {
+      Control control;
+      control.body_start = at;
+      at.col(0).array() += 0.2 / 60;
+      control.body_end = at;
+      solver.advance(control);
+    }
+    carried[k] = solver.state().velocities.col(0).tail(64).mean();
+  }
+  EXPECT_LT(carried[0], 0.05);
+  EXPECT_GT(carried[1], 0.15);
+}
+
+TEST(SelfContact, LayersThatStartCrossedComeApart) {
+  // The outer layer begins 3 mm inside the inner one over a part.
+  const Mesh floor = testing::incline(0, 2);
+  Garment outer = square(13, 0.15, 0.012);
+  for (Index v = 0; v < outer.mesh.vertices.rows(); ++v) {
+    if (outer.mesh.vertices(v, 0) > 0.03) {
+      outer.mesh.vertices(v, 1) = 0.005;
+    }
+  }
+  const Cloth cloth = join_cloths({make_cloth(square(10, 0.2, 0.008)), make_cloth(outer)});
+  ASSERT_GT(count_crossings(cloth.rest_positions, cloth.faces), 0);
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, floor.faces, options, device);
+    for (int i = 0; i < 120; ++i) {
+      solver.advance(floor_control(floor));
+    }
+    EXPECT_EQ(count_crossings(solver.state().positions, cloth.faces), 0);
+  }
+}
+
+TEST(SelfContact, RepeatsBitForBit) {
+  const Mesh floor = testing::incline(0, 2);
+  const Cloth cloth =
+      join_cloths({make_cloth(square(10, 0.2, 0.004)), make_cloth(square(13, 0.2, 0.02))});
+  for (Device device : testing::devices()) {
+    Points first;
+    for (int run = 0; run < 3; ++run) {
+      XpbdOptions options;
+      options.self_contact = true;
+      ClothSolver solver(cloth, floor.faces, options, device);
+      for (int i = 0; i < 30; ++i) {
+        solver.advance(floor_control(floor));
+      }
+      if (run == 0) {
+        first = solver.state().positions;
+      }
+      EXPECT_EQ(solver.state().positions, first) << device_name(device);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace atelier
