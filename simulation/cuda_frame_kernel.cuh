@@ -234,7 +234,11 @@ struct BlockWork {
     cloth.surface.start += offset;
     cloth.surface.end += offset;
     cloth.tangled += offset;
-    const auto load = [&](int i) { return load_shared_cache(frame.x + offset + i); };
+    const int* const touched = frame.body.face_count > 0 ? frame.touched + offset : nullptr;
+    const auto load = [&](int i) {
+      return supported(load_shared_cache(frame.x + offset + i),
+                       touched != nullptr && __ldcg(touched + i) != 0);
+    };
     const auto load_start = [&](int i) { return load_shared_cache(frame.start + offset + i); };
     const auto add = [&](int i, Vec3<T> push) {
       PushSum* const sum = frame.sums + offset + i;
@@ -305,9 +309,7 @@ struct BlockWork {
     }
     __syncthreads();
     for (int v = tid; v < count; v += threads) {
-      if (s + 1 == frame.substeps) {
-        frame.touched[first + v] = 0;
-      }
+      frame.touched[first + v] = 0;
       if (x[v].w > T(0) && may_touch(frame.outlook[first + v], xyz(x[v]), xyz(start[v]),
                                      xyz(frame.frame_start[first + v]))) {
         touching[atomicAdd(touching_count, 1)] = v;  // in any order: they do not see each other
@@ -347,9 +349,7 @@ struct BlockWork {
         if (frame.held != nullptr) {
           frame.held[i] = held;
         }
-        if (s + 1 == frame.substeps) {
-          frame.touched[i] = touched ? 1 : 0;
-        }
+        frame.touched[i] = touched ? 1 : 0;
       }
     }
     __syncthreads();
@@ -492,6 +492,10 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
         wait();
       }
       if (frame.sums != nullptr) {
+        if (frame.body.face_count > 0) {
+          work.touch(s);  // what lies on the body has to be known before cloth pushes cloth
+          wait();
+        }
         work.push_pairs(s + 1 == frame.substeps && iteration + 1 == frame.iterations);
         wait();
       }

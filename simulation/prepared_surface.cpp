@@ -85,7 +85,9 @@ SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options) {
   rule.thickness = static_cast<T>(thickness);
   rule.friction = static_cast<T>(options.self_friction >= 0 ? options.self_friction : m.friction);
   rule.old_overlap = static_cast<T>(0.1 * std::min(1.0, options.depenetration_speed) * h);
-  rule.margin = static_cast<T>(0.5 * thickness + 0.001);
+  // What gravity adds to the flight until pairs are looked for again, twice.
+  const double span = h * std::min(options.self_interval, options.substeps);
+  rule.margin = static_cast<T>(0.5 * thickness + 10 * span * span);
   rule.untangle = static_cast<T>(0.2 * h);
   return rule;
 }

@@ -81,8 +81,9 @@ void SelfContactCpu<T>::begin_frame(const std::vector<Vec4<T>>& x,
 }
 
 template <class T>
-void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start) {
-  const auto load = [&](int i) { return x[i]; };
+void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start,
+                              const std::vector<char>& touched) {
+  const auto load = [&](int i) { return supported(x[i], touched[i] != 0); };
   const auto load_start = [&](int i) { return start[i]; };
   const auto add = [&](int i, Vec3<T> push) {
     add_to(sums_[i].x, to_units(push.x));

@@ -14,8 +14,10 @@ class SelfContactCpu {
 
   /// Collects the pairs of the frame.
   void begin_frame(const std::vector<Vec4<T>>& x, const std::vector<Vec3<T>>& velocity, T frame);
-  /// Pushes of every pair, averaged per particle and applied.
-  void solve(std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start);
+  /// Pushes of every pair, averaged per particle and applied. `touched` tells which particles lie
+  /// on the body.
+  void solve(std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start,
+             const std::vector<char>& touched);
 
   int candidate_count() const { return candidates_; }
   int lost_count() const { return lost_; }

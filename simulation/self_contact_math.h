@@ -43,8 +43,8 @@ struct SelfRule {
   T untangle;     ///< m per substep by which crossed pieces are pulled
 };
 
-constexpr int kSelfCandidates = 8;  ///< faces of a vertex, edges of an edge
-constexpr int kSelfCrossings = 2;   ///< faces that an edge passes through
+constexpr int kSelfCandidates = 16;  ///< faces of a vertex, edges of an edge
+constexpr int kSelfCrossings = 2;    ///< faces that an edge passes through
 
 /// A pair that may meet: the other primitive, and the gap that it keeps.
 template <class T>
@@ -110,10 +110,14 @@ ATELIER_HOST_DEVICE inline SelfPairs<T> collect_faces(const SelfView<T>& cloth, 
     }
     const Corners<T> t = corners_at(cloth.surface, face, T(0));
     const T distance = norm(x - weighted(t, nearest_on_triangle(x, t)));
-    const T relative =
-        larger(squared_norm(v - flight(cloth, f.a)),
-               larger(squared_norm(v - flight(cloth, f.b)), squared_norm(v - flight(cloth, f.c))));
-    if (distance > reach + std::sqrt(relative)) {
+    // Each may go on while the other is stopped, so their own speeds count, not only the
+    // difference.
+    T motion = squared_norm(v);
+    for (int k = 0; k < 3; ++k) {
+      const Vec3<T> u = flight(cloth, k == 0 ? f.a : k == 1 ? f.b : f.c);
+      motion = larger(motion, larger(squared_norm(u), squared_norm(v - u)));
+    }
+    if (distance > reach + std::sqrt(motion)) {
       return;
     }
     const Corners<T> r{xyz(cloth.rest[f.a]), xyz(cloth.rest[f.b]), xyz(cloth.rest[f.c])};
@@ -228,7 +232,9 @@ ATELIER_HOST_DEVICE inline EdgePairs<T> collect_edges(const SelfView<T>& cloth, 
       const Vec3<T> vs = flight(cloth, other.b);
       const T relative = larger(larger(squared_norm(vp - vr), squared_norm(vp - vs)),
                                 larger(squared_norm(vq - vr), squared_norm(vq - vs)));
-      if (distance > reach + std::sqrt(relative)) {
+      const T own = larger(larger(squared_norm(vp), squared_norm(vq)),
+                           larger(squared_norm(vr), squared_norm(vs)));
+      if (distance > reach + std::sqrt(larger(relative, own))) {
         continue;
       }
       const Vec3<T> rp = xyz(cloth.rest[edge.a]);
@@ -300,6 +306,13 @@ ATELIER_HOST_DEVICE inline PairPush<T> push_apart(const PairPoints<T>& pair, con
   }
   out.active = true;
   return out;
+}
+
+/// How much a particle that lies on the body yields to other cloth: hardly, so that what lies on it
+/// moves instead and is not pushed through.
+template <class T>
+ATELIER_HOST_DEVICE inline Vec4<T> supported(const Vec4<T>& x, bool touches_body) {
+  return with_w(xyz(x), touches_body ? T(0.01) * x.w : x.w);
 }
 
 /// Fixed-point unit of the sums.

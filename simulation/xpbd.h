@@ -39,6 +39,9 @@ struct XpbdOptions {
   double self_thickness = -1;  ///< m kept between two sheets; below 0: the material's
   double self_friction = -1;   ///< below 0: the material's
 
+  int self_interval =
+      2;  ///< substeps between looking for pairs, 1 to 10000; 1 for many fast layers
+
   double air_density = 1.2;     ///< kg/m3, 0 to 10
   double drag = 0;              ///< coefficient normal to the cloth, 0 to 10; 1 for a plate
   double lift = 0;              ///< coefficient across the wind, 0 to 10

@@ -63,6 +63,10 @@ class CpuBackend final : public ClothSolver::Backend {
     begin_frame(control);
     const T h = static_cast<T>(options_.time_step / options_.substeps);
     for (int s = 0; s < options_.substeps; ++s) {
+      if (self_ != nullptr && s % options_.self_interval == 0) {
+        const int steps = std::min(options_.self_interval, options_.substeps - s);
+        self_->begin_frame(x_, velocity_, h * static_cast<T>(steps));
+      }
       substep(h, s);
     }
     ClothState next{Points(prepared_.count, 3), Points(prepared_.count, 3), state_.frame + 1};
@@ -115,9 +119,6 @@ class CpuBackend final : public ClothSolver::Backend {
                                                   static_cast<T>(control.gravity.z())};
     }
     begin_body(control);
-    if (self_ != nullptr) {
-      self_->begin_frame(x_, velocity_, static_cast<T>(options_.time_step));
-    }
   }
 
   /// Takes over the body's motion of the frame and collects what each particle may meet.
@@ -263,7 +264,11 @@ class CpuBackend final : public ClothSolver::Backend {
         }
       }
       if (self_ != nullptr) {
-        self_->solve(x_, start_);
+        // What lies on the body has to be known before cloth pushes cloth.
+        if (body_.face_count > 0) {
+          touch_body(s);
+        }
+        self_->solve(x_, start_, touched_);
       }
       if (body_.face_count > 0) {
         touch_body(s);

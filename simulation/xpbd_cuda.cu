@@ -74,7 +74,7 @@ class CudaBackend final : public ClothSolver::Backend {
       candidates_ = CudaBuffer<int>(n * kBodyCandidates);
       touched_ = CudaBuffer<int>(n);
       depth_ = CudaBuffer<T>(n);
-      if (options.iterations > 1) {
+      if (options.iterations > 1 || options.self_contact) {
         held_ = CudaBuffer<Vec4<T>>(n);
       }
     }
@@ -435,6 +435,9 @@ class CudaBackend final : public ClothSolver::Backend {
             add(FrameStep::Tethers, s, iteration, 0);
           }
           if (frame.sums != nullptr) {
+            if (frame.body.face_count > 0) {
+              add(FrameStep::Touch, s, iteration, 0);
+            }
             add(FrameStep::Pairs, s, iteration, 0);
           }
           if (iteration + 1 < frame.iterations &&
