@@ -354,72 +354,77 @@ ATELIER_HOST_DEVICE inline void touch_again(Vec4<T>& x, Vec4<T>& start, Vec4<T>&
 
 /// Faces that a particle may meet during a frame: as many as a warp has lanes.
 constexpr int kBodyCandidates = 32;
-constexpr int kSearchTree =
-    -1;  ///< instead of a count: too many, or inside: ask the tree each time
+constexpr int kSearchTree = -1;  ///< instead of a count: too many, ask the tree in every substep
+constexpr int kSearchDeep = -2;  ///< it starts inside: ask the tree as deep as `reach`
 
 /// What is known at the start of a frame about what a particle may meet.
 template <class T>
 struct BodyOutlook {
-  T motion;   ///< the candidates hold while it has moved by no more than this [m]
-  T clear;    ///< it meets nothing while it has moved by less than this
-  int count;  ///< of candidates, or kSearchTree
+  T slack;  ///< all this holds while the particle is no further than this from its free flight [m]
+  T gap;    ///< distance to the nearest candidate less the thickness, at the start of the frame
+  T speed;  ///< largest motion relative to a candidate in the frame
+  int count;  ///< of candidates, or kSearchTree or kSearchDeep
 };
 
-/// How far a particle is expected to move in a frame: what it would fly, and a margin for what
-/// pulls at it [m]. Further than that, and the tree is asked in every substep.
+/// How far a particle may leave its free flight in a frame: what gravity adds, and a margin for
+/// what pulls at it [m]. Further than that, and the tree is asked.
 template <class T>
-ATELIER_HOST_DEVICE inline T expected_motion(Vec3<T> velocity, Vec3<T> acceleration, T frame) {
+ATELIER_HOST_DEVICE inline T expected_deviation(Vec3<T> acceleration, T frame) {
   const T margin = T(0.003);
-  return norm(velocity) * frame + T(0.5) * norm(acceleration) * frame * frame + margin;
+  return T(0.5) * norm(acceleration) * frame * frame + margin;
 }
 
-/// Collects the faces that a particle may meet while it moves by at most `motion`: every face whose
-/// distance now is below both motions and the thickness.
+/// Collects the faces that a particle may meet while it flies by `flight` in the frame, give or
+/// take `slack`: every face whose distance now is below their relative motion, the slack and the
+/// thickness.
 template <class T>
 ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& body, Vec3<T> x,
-                                                             T motion,
+                                                             Vec3<T> flight, T slack,
                                                              const BodyContactRule<T>& rule,
                                                              int* candidates) {
   FaceChoice<T> choice{no_offer(rule.reach), no_offer(rule.reach)};
-  int count = 0;
-  const T radius = larger(rule.reach, motion + rule.thickness);
-  T clear = motion;
+  BodyOutlook<T> out{slack, T(1e15), T(0), 0};
+  const T radius = larger(rule.reach, norm(flight) + slack + rule.thickness);
   visit_tree(body.nodes, inflated(Box<T>{x, x}, radius), [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, x, x, T(0), T(0), false);
     consider(choice, offer);
     const FaceIndices f = body.faces[face];
-    const T a = squared_norm(xyz(body.end[f.a]) - xyz(body.start[f.a]));
-    const T b = squared_norm(xyz(body.end[f.b]) - xyz(body.start[f.b]));
-    const T c = squared_norm(xyz(body.end[f.c]) - xyz(body.start[f.c]));
-    const T gap =
-        std::sqrt(offer.squared_distance) - std::sqrt(larger(a, larger(b, c))) - rule.thickness;
-    clear = smaller(clear, gap);
-    if (gap <= motion) {
-      if (count < kBodyCandidates) {
-        candidates[count] = face;
+    const T a = squared_norm(flight - (xyz(body.end[f.a]) - xyz(body.start[f.a])));
+    const T b = squared_norm(flight - (xyz(body.end[f.b]) - xyz(body.start[f.b])));
+    const T c = squared_norm(flight - (xyz(body.end[f.c]) - xyz(body.start[f.c])));
+    const T relative = std::sqrt(larger(a, larger(b, c)));
+    const T gap = std::sqrt(offer.squared_distance) - rule.thickness;
+    if (gap <= relative + slack) {
+      if (out.count < kBodyCandidates) {
+        candidates[out.count] = face;
       }
-      ++count;
+      ++out.count;
+      out.gap = smaller(out.gap, gap);
+      out.speed = larger(out.speed, relative);
     }
   });
   const bool inside = choice.nearest.face >= 0 && choice.nearest.side < T(0);
-  return {motion, inside ? T(-1) : clear, inside || count > kBodyCandidates ? kSearchTree : count};
+  out.count = inside ? kSearchDeep : out.count > kBodyCandidates ? kSearchTree : out.count;
+  return out;
 }
 
-/// Whether a particle may touch the body in this substep at all.
-template <class T>
-ATELIER_HOST_DEVICE inline bool may_touch(const BodyOutlook<T>& outlook, Vec3<T> x, Vec3<T> start,
-                                          Vec3<T> frame_start) {
-  const T least = larger(outlook.clear, T(0));
-  return outlook.clear < T(0) || squared_norm(x - frame_start) >= least * least ||
-         squared_norm(start - frame_start) >= least * least;
-}
+/// How a particle finds its contacts in a substep that ends at time t1 of the frame.
+enum class BodySearch { Nothing, Candidates, Tree, DeepTree };
 
-/// Whether the candidates are still enough, or the tree has to be asked.
 template <class T>
-ATELIER_HOST_DEVICE inline bool candidates_hold(const BodyOutlook<T>& outlook, Vec3<T> x,
-                                                Vec3<T> frame_start) {
-  return outlook.count != kSearchTree &&
-         squared_norm(x - frame_start) <= outlook.motion * outlook.motion;
+ATELIER_HOST_DEVICE inline BodySearch body_search(const BodyOutlook<T>& outlook, Vec3<T> x,
+                                                  Vec3<T> frame_start, Vec3<T> flight, T t1) {
+  if (outlook.count == kSearchDeep) {
+    return BodySearch::DeepTree;
+  }
+  const Vec3<T> away = x - frame_start - t1 * flight;
+  if (squared_norm(away) > outlook.slack * outlook.slack) {
+    return BodySearch::Tree;
+  }
+  if (outlook.count == 0 || outlook.gap > t1 * outlook.speed + outlook.slack) {
+    return BodySearch::Nothing;
+  }
+  return outlook.count == kSearchTree ? BodySearch::Tree : BodySearch::Candidates;
 }
 
 /// Contact of one free particle with the body in the substep [t0, t1] of the frame, asking the
@@ -427,10 +432,11 @@ ATELIER_HOST_DEVICE inline bool candidates_hold(const BodyOutlook<T>& outlook, V
 template <class T>
 ATELIER_HOST_DEVICE inline bool contact_by_tree(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
                                                 const BodyView<T>& body, T t0, T t1,
-                                                const BodyContactRule<T>& rule) {
+                                                const BodyContactRule<T>& rule, bool deep) {
   Box<T> box{xyz(x), xyz(x)};
   grow(box, xyz(start));
-  const Box<T> query = inflated(box, rule.reach);
+  // Who is outside needs to look no deeper than what it touches or passes through.
+  const Box<T> query = inflated(box, deep ? rule.reach : rule.thickness + T(1e-3));
   for (int pass = 0; pass < 2; ++pass) {
     FaceChoice<T> choice{no_offer(rule.reach), no_offer(rule.reach)};
     const Vec3<T> p0 = xyz(start);

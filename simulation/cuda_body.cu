@@ -68,11 +68,11 @@ __global__ void candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, int 
   if (air != nullptr) {
     acceleration += xyz(air[i]);
   }
-  const T moves = expected_motion(xyz(velocity[i]), acceleration, frame);
+  const T slack = expected_deviation(acceleration, frame);
   outlook[i] = x[i].w > T(0)
-                   ? collect_candidates(body, xyz(x[i]), moves, rule,
+                   ? collect_candidates(body, xyz(x[i]), frame * xyz(velocity[i]), slack, rule,
                                         candidates + static_cast<std::int64_t>(i) * kBodyCandidates)
-                   : BodyOutlook<T>{moves, moves, 0};
+                   : BodyOutlook<T>{slack, T(0), T(0), 0};
 }
 
 template <class T>

@@ -26,21 +26,6 @@ __device__ inline void store_shared_cache(Vec4<double>* p, const Vec4<double>& v
   __stcg(reinterpret_cast<double2*>(p) + 1, make_double2(v.z, v.w));
 }
 
-/// A record in 16-byte loads that do not go through the writable cache.
-template <class T>
-__device__ inline ConstraintRecord<T> load_record(const ConstraintRecord<T>* p) {
-  static_assert(sizeof(ConstraintRecord<T>) % sizeof(uint4) == 0, "whole 16-byte words");
-  union {
-    ConstraintRecord<T> record;
-    uint4 words[sizeof(ConstraintRecord<T>) / sizeof(uint4)];
-  } out;
-#pragma unroll
-  for (unsigned w = 0; w < sizeof(ConstraintRecord<T>) / sizeof(uint4); ++w) {
-    out.words[w] = __ldg(reinterpret_cast<const uint4*>(p) + w);
-  }
-  return out.record;
-}
-
 /// Waits until every block of the scene has come here; what they wrote before is visible after.
 template <CudaBarrier kBarrier>
 __device__ inline void scene_barrier(unsigned* arrived, unsigned& goal, unsigned blocks) {
@@ -65,25 +50,19 @@ __device__ inline void scene_barrier(unsigned* arrived, unsigned& goal, unsigned
   }
 }
 
-/// Constraints of a patch, colour after colour; the records of the next colour are on their way
-/// while this one is projected.
+/// Constraints of a patch, colour after colour. `records` are on chip; record i of the schedule is
+/// at place i - first.
 template <class T>
 __device__ inline void sweep_patch(const CudaFrame<T>& frame, int colour_count,
-                                   const PreparedColour* colours, Vec4<T>* x, const Vec4<T>* start,
-                                   T* lambda, T* strain_lambda, const SubstepScale<T>& scale,
-                                   bool first_iteration) {
+                                   const PreparedColour* colours,
+                                   const ConstraintRecord<T>* records, int first, Vec4<T>* x,
+                                   const Vec4<T>* start, T* lambda, T* strain_lambda,
+                                   const SubstepScale<T>& scale, bool first_iteration) {
   const int tid = static_cast<int>(threadIdx.x);
-  ConstraintRecord<T> next{};
-  if (colour_count > 0 && colours[0].begin[0] + tid < colours[0].begin[3]) {
-    next = load_record(frame.records + colours[0].begin[0] + tid);
-  }
   for (int k = 0; k < colour_count; ++k) {
     const PreparedColour colour = colours[k];
-    ConstraintRecord<T> record = next;
-    if (k + 1 < colour_count && colours[k + 1].begin[0] + tid < colours[k + 1].begin[3]) {
-      next = load_record(frame.records + colours[k + 1].begin[0] + tid);
-    }
-    for (int i = colour.begin[0] + tid; i < colour.begin[3];) {
+    for (int i = colour.begin[0] + tid; i < colour.begin[3]; i += static_cast<int>(blockDim.x)) {
+      const ConstraintRecord<T> record = records[i - first];
       if (i < colour.begin[2]) {
         const T before = first_iteration ? T(0) : lambda[i];
         const T change = i < colour.begin[1]
@@ -107,13 +86,77 @@ __device__ inline void sweep_patch(const CudaFrame<T>& frame, int colour_count,
           }
         }
       }
-      i += static_cast<int>(blockDim.x);
-      if (i < colour.begin[3]) {
-        record = load_record(frame.records + i);
-      }
     }
     __syncthreads();
   }
+}
+
+/// What a block has to know of one patch, laid out on chip: header, records, colours, particles.
+struct PlanHeader {
+  int vertex_begin, vertex_count, colour_count, first_record;
+  int record_count, bytes, unused0, unused1;
+};
+template <class T>
+int plan_size(int vertices, int colours, int records) {
+  const std::size_t bytes = sizeof(PlanHeader) + records * sizeof(ConstraintRecord<T>) +
+                            colours * sizeof(PreparedColour) + vertices * sizeof(int);
+  return static_cast<int>((bytes + 31) / 32 * 32);
+}
+template <class T>
+struct Plan {
+  PlanHeader* header;
+  ConstraintRecord<T>* records;
+  PreparedColour* colours;
+  int* particles;
+
+  __device__ Plan(unsigned char* at, int colour_count, int record_count)
+      : header(reinterpret_cast<PlanHeader*>(at)),
+        records(reinterpret_cast<ConstraintRecord<T>*>(at + sizeof(PlanHeader))),
+        colours(reinterpret_cast<PreparedColour*>(records + record_count)),
+        particles(reinterpret_cast<int*>(colours + colour_count)) {}
+  __device__ explicit Plan(unsigned char* at)
+      : Plan(at, reinterpret_cast<PlanHeader*>(at)->colour_count,
+             reinterpret_cast<PlanHeader*>(at)->record_count) {}
+};
+
+/// Brings the plan of a patch on chip: all threads of the block, who wait for each other
+/// afterwards.
+template <class T>
+__device__ inline void load_plan(const CudaFrame<T>& frame, const Schedule::Patch& patch,
+                                 unsigned char* at) {
+  const int tid = static_cast<int>(threadIdx.x);
+  const int threads = static_cast<int>(blockDim.x);
+  const int colour_count = patch.colour_end - patch.colour_begin;
+  const int vertex_count = patch.vertex_end - patch.vertex_begin;
+  const int first = colour_count > 0 ? frame.colours[patch.colour_begin].begin[0] : 0;
+  const int last = colour_count > 0 ? frame.colours[patch.colour_end - 1].begin[3] : 0;
+  const Plan<T> plan(at, colour_count, last - first);
+  if (tid == 0) {
+    const int bytes =
+        static_cast<int>(reinterpret_cast<unsigned char*>(plan.particles + vertex_count) - at);
+    *plan.header = {patch.vertex_begin,
+                    vertex_count,
+                    colour_count,
+                    first,
+                    last - first,
+                    (bytes + 31) / 32 * 32,
+                    0,
+                    0};
+  }
+  constexpr int kWords = static_cast<int>(sizeof(ConstraintRecord<T>) / sizeof(uint4));
+  const uint4* const from = reinterpret_cast<const uint4*>(frame.records + first);
+  uint4* const to = reinterpret_cast<uint4*>(plan.records);
+#pragma unroll 8
+  for (int i = tid; i < (last - first) * kWords; i += threads) {
+    to[i] = __ldg(from + i);
+  }
+  for (int i = tid; i < colour_count; i += threads) {
+    plan.colours[i] = frame.colours[patch.colour_begin + i];
+  }
+  for (int i = tid; i < vertex_count; i += threads) {
+    plan.particles[i] = frame.patch_particles[patch.vertex_begin + i];
+  }
+  __syncthreads();
 }
 
 constexpr unsigned kWholeWarp = 0xFFFFFFFFu;
@@ -191,7 +234,7 @@ struct BlockWork {
   T* strain_lambda;
   Vec4<T>* x;
   Vec4<T>* start;
-  PreparedColour* colours;
+  unsigned char* plan_room;
   int* touching;  ///< places in the patch of particles that may touch the body
   int* touching_count;
 
@@ -211,7 +254,8 @@ struct BlockWork {
     start = x + f.max_patch_particles;
     touching = reinterpret_cast<int*>(start + f.max_patch_particles);
     touching_count = touching + f.max_patch_particles;
-    colours = reinterpret_cast<PreparedColour*>(touching_count + 1);
+    plan_room = reinterpret_cast<unsigned char*>(start + f.max_patch_particles) +
+                (sizeof(int) * static_cast<std::size_t>(f.max_patch_particles + 2) + 31) / 32 * 32;
   }
 
   /// Position of particle `i` after the mean push of the cloth's contacts with itself.
@@ -305,54 +349,72 @@ struct BlockWork {
     const int count = patch.vertex_end - patch.vertex_begin;
     const int first = offset + patch.vertex_begin;
     if (tid == 0) {
-      *touching_count = 0;
-    }
-    __syncthreads();
-    for (int v = tid; v < count; v += threads) {
-      frame.touched[first + v] = 0;
-      if (x[v].w > T(0) && may_touch(frame.outlook[first + v], xyz(x[v]), xyz(start[v]),
-                                     xyz(frame.frame_start[first + v]))) {
-        touching[atomicAdd(touching_count, 1)] = v;  // in any order: they do not see each other
-      }
+      touching_count[0] = 0;  // by candidates, from the front of the list
+      touching_count[1] = 0;  // by the tree, from its back
     }
     __syncthreads();
     BodyContactRule<T> contact_rule = frame.body_rule;
     contact_rule.friction = rule.friction;
     const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
     const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
-    const int lane = tid % 32;
-    const int total = *touching_count;
-    for (int k = tid / 32; k < total; k += threads / 32) {
-      const int v = touching[k];
-      const int i = first + v;
-      const BodyOutlook<T> outlook = frame.outlook[i];
-      Vec4<T> xi = x[v];
-      Vec4<T> si = start[v];
-      Vec4<T> held{};
-      if (frame.held != nullptr) {
-        held = frame.held[i];
+    for (int v = tid; v < count; v += threads) {
+      frame.touched[first + v] = 0;
+      if (!(x[v].w > T(0))) {
+        continue;
       }
-      bool touched = false;
-      if (candidates_hold(outlook, xyz(xi), xyz(frame.frame_start[i]))) {
-        const int face =
-            lane < outlook.count
-                ? frame.candidates[static_cast<std::int64_t>(i) * kBodyCandidates + lane]
-                : -1;
-        touched = contact_by_warp(xi, si, held, frame.body, t0, t1, contact_rule, face);
-      } else if (lane == 0) {
-        touched = contact_by_tree(xi, si, held, frame.body, t0, t1, contact_rule);
-      }
-      __syncwarp();
-      if (lane == 0) {
-        x[v] = xi;
-        start[v] = si;
-        if (frame.held != nullptr) {
-          frame.held[i] = held;
-        }
-        frame.touched[i] = touched ? 1 : 0;
+      const BodySearch search = search_of(first + v, x[v], t1);
+      // In any order: particles do not see each other here.
+      if (search == BodySearch::Candidates) {
+        touching[atomicAdd(touching_count, 1)] = v;
+      } else if (search != BodySearch::Nothing) {
+        touching[frame.max_patch_particles - 1 - atomicAdd(touching_count + 1, 1)] = v;
       }
     }
     __syncthreads();
+    const int lane = tid % 32;
+    const auto held_of = [&](int i) { return frame.held != nullptr ? frame.held[i] : Vec4<T>{}; };
+    const auto keep = [&](int v, const Vec4<T>& xi, const Vec4<T>& si, const Vec4<T>& held,
+                          bool touched) {
+      x[v] = xi;
+      start[v] = si;
+      if (frame.held != nullptr) {
+        frame.held[first + v] = held;
+      }
+      frame.touched[first + v] = touched ? 1 : 0;
+    };
+    const int by_candidates = touching_count[0];
+    const int by_tree = touching_count[1];
+    for (int k = tid; k < by_tree; k += threads) {
+      const int v = touching[frame.max_patch_particles - 1 - k];
+      Vec4<T> xi = x[v];
+      Vec4<T> si = start[v];
+      Vec4<T> held = held_of(first + v);
+      const bool deep = search_of(first + v, xi, t1) == BodySearch::DeepTree;
+      const bool touched = contact_by_tree(xi, si, held, frame.body, t0, t1, contact_rule, deep);
+      keep(v, xi, si, held, touched);
+    }
+    __syncwarp();
+    for (int k = tid / 32; k < by_candidates; k += threads / 32) {
+      const int v = touching[k];
+      const int i = first + v;
+      Vec4<T> xi = x[v];
+      Vec4<T> si = start[v];
+      Vec4<T> held = held_of(i);
+      const int face = lane < frame.outlook[i].count
+                           ? frame.candidates[static_cast<std::int64_t>(i) * kBodyCandidates + lane]
+                           : -1;
+      const bool touched = contact_by_warp(xi, si, held, frame.body, t0, t1, contact_rule, face);
+      __syncwarp();
+      if (lane == 0) {
+        keep(v, xi, si, held, touched);
+      }
+    }
+    __syncthreads();
+  }
+
+  __device__ BodySearch search_of(int i, const Vec4<T>& xi, T t1) const {
+    return body_search(frame.outlook[i], xyz(xi), xyz(frame.frame_start[i]),
+                       frame.frame_time * xyz(frame.frame_velocity[i]), t1);
   }
 
   /// Velocity of the particle at place `v` after substep `s`.
@@ -371,7 +433,7 @@ struct BlockWork {
     const int count = patch.vertex_end - patch.vertex_begin;
     for (int v = static_cast<int>(threadIdx.x); v < count; v += static_cast<int>(blockDim.x)) {
       const int i = offset + patch.vertex_begin + v;
-      Vec3<T> vi = s > 0 ? finished_velocity(i, v) : xyz(frame.velocity[i]);
+      Vec3<T> vi = s > frame.first_substep ? finished_velocity(i, v) : xyz(frame.velocity[i]);
       Vec3<T> acceleration = frame.gravity;
       if (frame.air != nullptr) {
         acceleration += xyz(frame.air[i]);
@@ -390,42 +452,58 @@ struct BlockWork {
     }
   }
 
-  /// One phase of one iteration. In the first phase of the first iteration the owner also ends the
-  /// last substep and begins this one.
-  __device__ void phase(int s, int iteration, int p) const {
+  /// Brings everything that the block works on on chip, in the order in which it comes.
+  __device__ void load_all_plans() const {
+    unsigned char* at = plan_room;
+    for (int p = 0; p < frame.phase_count; ++p) {
+      const Schedule::Phase range = frame.phases[p];
+      for (int k = range.patch_begin + block; k < range.patch_end; k += blocks) {
+        load_plan(frame, frame.patches[k], at);
+        at += reinterpret_cast<PlanHeader*>(at)->bytes;
+      }
+    }
+  }
+
+  /// One phase of one iteration; `at` walks over the resident plans. In the first phase of the
+  /// first iteration the owner also ends the last substep and begins this one.
+  __device__ void phase(int s, int iteration, int p, unsigned char*& at) const {
     const int tid = static_cast<int>(threadIdx.x);
     const int threads = static_cast<int>(blockDim.x);
     const bool damped = frame.gamma > T(0);
     const bool begins = p == 0 && iteration == 0;
+    const bool ends = begins && s > frame.first_substep;
     const Schedule::Phase range = frame.phases[p];
     for (int k = range.patch_begin + block; k < range.patch_end; k += blocks) {
-      const Schedule::Patch patch = frame.patches[k];
-      const int count = patch.vertex_end - patch.vertex_begin;
-      const int colour_count = patch.colour_end - patch.colour_begin;
-      for (int c = tid; c < colour_count; c += threads) {
-        colours[c] = frame.colours[patch.colour_begin + c];
+      if (frame.resident == 0) {
+        at = plan_room;
+        load_plan(frame, frame.patches[k], at);
       }
-      for (int v = tid; v < count; v += threads) {
-        const int i = offset + frame.patch_particles[patch.vertex_begin + v];
+      const Plan<T> plan(at);
+      const PlanHeader header = *plan.header;
+      for (int v = tid; v < header.vertex_count; v += threads) {
+        const int i = offset + plan.particles[v];
         const Vec4<T> xi = load_shared_cache(frame.x + i);
-        x[v] = begins && s > 0 ? pushed(i, xi) : xi;
-        if ((begins && s > 0) || damped) {
+        x[v] = ends ? pushed(i, xi) : xi;
+        if (ends || damped) {
           start[v] = load_shared_cache(frame.start + i);
         }
       }
       if (begins) {
-        if (s > 0) {
+        const Schedule::Patch patch{header.vertex_begin, header.vertex_begin + header.vertex_count,
+                                    0, 0};
+        if (ends) {
           contacts(patch, s - 1);
         }
         begin(patch, s);
       }
       __syncthreads();
-      sweep_patch(frame, colour_count, colours, x, start, lambda, strain_lambda, scale,
-                  iteration == 0);
-      for (int v = tid; v < count; v += threads) {
-        store_shared_cache(frame.x + offset + frame.patch_particles[patch.vertex_begin + v], x[v]);
+      sweep_patch(frame, header.colour_count, plan.colours, plan.records, header.first_record, x,
+                  start, lambda, strain_lambda, scale, iteration == 0);
+      for (int v = tid; v < header.vertex_count; v += threads) {
+        store_shared_cache(frame.x + offset + plan.particles[v], x[v]);
       }
       __syncthreads();
+      at += header.bytes;
     }
   }
 
@@ -459,7 +537,7 @@ struct BlockWork {
 
   __device__ void finish() const {
     owned_patches([&](const Schedule::Patch& patch) {
-      contacts(patch, frame.substeps - 1);
+      contacts(patch, frame.last_substep - 1);
       const int count = patch.vertex_end - patch.vertex_begin;
       for (int v = static_cast<int>(threadIdx.x); v < count; v += static_cast<int>(blockDim.x)) {
         const int i = offset + patch.vertex_begin + v;
@@ -481,10 +559,14 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
   const auto wait = [&] {
     scene_barrier<kBarrier>(frame.arrived + work.scene, goal, static_cast<unsigned>(blocks));
   };
-  for (int s = 0; s < frame.substeps; ++s) {
+  if (frame.resident != 0) {
+    work.load_all_plans();
+  }
+  for (int s = frame.first_substep; s < frame.last_substep; ++s) {
     for (int iteration = 0; iteration < frame.iterations; ++iteration) {
+      unsigned char* at = work.plan_room;
       for (int p = 0; p < frame.phase_count; ++p) {
-        work.phase(s, iteration, p);
+        work.phase(s, iteration, p, at);
         wait();
       }
       if (frame.tether_anchor != nullptr) {
@@ -519,9 +601,11 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
   extern __shared__ __align__(32) unsigned char memory[];
   const BlockWork<T> work(frame, blocks, memory);
   switch (step) {
-    case FrameStep::Phase:
-      work.phase(s, iteration, p);
+    case FrameStep::Phase: {
+      unsigned char* at = work.plan_room;
+      work.phase(s, iteration, p, at);
       break;
+    }
     case FrameStep::Tethers:
       work.tethers();
       break;

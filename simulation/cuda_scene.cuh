@@ -51,12 +51,16 @@ struct CudaFrame {
 
   Vec3<T> gravity;
   int substeps, iterations;
+  int first_substep, last_substep;  ///< of this launch, [first, last)
+  int resident;  ///< 1: all that a block works on stays on chip during the launch
+  T frame_time;
   T h, gamma, keep;
   int max_patch_particles, max_colours;
 
   BodyView<T> body;
   BodyContactRule<T> body_rule;
   const Vec4<T>* frame_start;
+  const Vec4<T>* frame_velocity;
   const BodyOutlook<T>* outlook;
   const int* candidates;
   int* touched;  ///< [particles] 1: touched the body in the last substep

@@ -157,16 +157,18 @@ class CpuBackend final : public ClothSolver::Backend {
     rule_.old_overlap =
         static_cast<T>(options_.depenetration_speed * options_.time_step / options_.substeps);
     outlook_.resize(x_.size());
+    flight_.resize(x_.size());
     candidates_.resize(x_.size() * kBodyCandidates);
     held_.resize(x_.size());
     frame_start_ = x_;
     const T frame = static_cast<T>(options_.time_step);
     parallel_for(prepared_.count, kGrain / 8, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        const T motion = expected_motion(velocity_[i], acceleration_[i], frame);
-        outlook_[i] = x_[i].w > T(0) ? collect_candidates(body_, xyz(x_[i]), motion, rule_,
-                                                          &candidates_[i * kBodyCandidates])
-                                     : BodyOutlook<T>{motion, motion, 0};
+        const T slack = expected_deviation(acceleration_[i], frame);
+        flight_[i] = frame * velocity_[i];
+        outlook_[i] = x_[i].w > T(0) ? collect_candidates(body_, xyz(x_[i]), flight_[i], slack,
+                                                          rule_, &candidates_[i * kBodyCandidates])
+                                     : BodyOutlook<T>{slack, T(0), T(0), 0};
       }
     });
   }
@@ -176,17 +178,21 @@ class CpuBackend final : public ClothSolver::Backend {
     const T t1 = static_cast<T>(s + 1) / static_cast<T>(options_.substeps);
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        touched_[i] = x_[i].w > T(0) &&
-                      may_touch(outlook_[i], xyz(x_[i]), xyz(start_[i]), xyz(frame_start_[i])) &&
-                      touch_particle(i, t0, t1);
+        touched_[i] = x_[i].w > T(0) && touch_particle(i, t0, t1);
       }
     });
   }
 
   /// Contact of particle `i`: the choice does not depend on the order of its candidates.
   bool touch_particle(Index i, T t0, T t1) {
-    if (!candidates_hold(outlook_[i], xyz(x_[i]), xyz(frame_start_[i]))) {
-      return contact_by_tree(x_[i], start_[i], held_[i], body_, t0, t1, rule_);
+    const BodySearch search =
+        body_search(outlook_[i], xyz(x_[i]), xyz(frame_start_[i]), flight_[i], t1);
+    if (search == BodySearch::Nothing) {
+      return false;
+    }
+    if (search != BodySearch::Candidates) {
+      return contact_by_tree(x_[i], start_[i], held_[i], body_, t0, t1, rule_,
+                             search == BodySearch::DeepTree);
     }
     const int* faces = &candidates_[i * kBodyCandidates];
     const int count = outlook_[i].count;
@@ -341,6 +347,7 @@ class CpuBackend final : public ClothSolver::Backend {
   BodyContactRule<T> rule_{};
   std::vector<Vec4<T>> frame_start_;
   std::vector<BodyOutlook<T>> outlook_;
+  std::vector<Vec3<T>> flight_;  ///< free flight of the frame
   std::vector<int> candidates_;
   std::vector<Vec4<T>> held_;  ///< friction of the substep, see resolve_touch
   std::vector<char> touched_;

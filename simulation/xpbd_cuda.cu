@@ -172,10 +172,16 @@ class CudaBackend final : public ClothSolver::Backend {
                         frame.air, frame.gravity, static_cast<T>(options_.time_step),
                         outlook_.data(), candidates_.data());
     }
-    if (self_ != nullptr) {
-      self_->collect(x_.data(), velocity_.data(), static_cast<T>(options_.time_step));
+    const int span = self_ != nullptr ? options_.self_interval : options_.substeps;
+    for (int s = 0; s < options_.substeps; s += span) {
+      frame.first_substep = s;
+      frame.last_substep = std::min(options_.substeps, s + span);
+      if (self_ != nullptr) {
+        self_->collect(x_.data(), velocity_.data(),
+                       frame.h * static_cast<T>(frame.last_substep - s));
+      }
+      launch(frame);
     }
-    launch(frame);
     ATELIER_CUDA_CHECK(cudaEventRecord(after_));
     int bad = 0;
     ATELIER_CUDA_CHECK(cudaMemcpy(&bad, bad_.data(), sizeof(bad), cudaMemcpyDeviceToHost));
@@ -290,6 +296,10 @@ class CudaBackend final : public ClothSolver::Backend {
                  static_cast<T>(control.gravity.z())};
     f.substeps = options_.substeps;
     f.iterations = options_.iterations;
+    f.first_substep = 0;
+    f.last_substep = options_.substeps;
+    f.frame_time = static_cast<T>(options_.time_step);
+    f.resident = resident_ ? 1 : 0;
     const double h = options_.time_step / options_.substeps;
     f.h = static_cast<T>(h);
     f.gamma = static_cast<T>(cloth_.material.damping) / f.h;
@@ -303,6 +313,7 @@ class CudaBackend final : public ClothSolver::Backend {
       f.body_rule.reach = larger(static_cast<T>(options_.contact_reach), f.body_rule.thickness);
       f.body_rule.old_overlap = static_cast<T>(options_.depenetration_speed * h);
       f.frame_start = x_before_.data();
+      f.frame_velocity = velocity_before_.data();
       f.outlook = outlook_.data();
       f.candidates = candidates_.data();
       f.touched = touched_.data();
@@ -323,8 +334,41 @@ class CudaBackend final : public ClothSolver::Backend {
     ATELIER_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
     const int patches = prepared_.phases[0].patch_end - prepared_.phases[0].patch_begin;
     const std::size_t most_particles = static_cast<std::size_t>(prepared_.max_patch_particles);
-    shared_bytes_ = (2 * sizeof(Vec4<T>) + sizeof(int)) * most_particles + sizeof(int) +
-                    sizeof(PreparedColour) * static_cast<std::size_t>(cloth_.schedule.max_colours);
+    // On chip: particles and their starts, the list of contacts, and plans of patches: all that a
+    // block works on where they fit, else one at a time.
+    std::vector<int> sizes;
+    for (const Schedule::Patch& patch : prepared_.patches) {
+      const int colours = patch.colour_end - patch.colour_begin;
+      const int records = colours > 0 ? prepared_.colours[patch.colour_end - 1].begin[3] -
+                                            prepared_.colours[patch.colour_begin].begin[0]
+                                      : 0;
+      sizes.push_back(plan_size<T>(patch.vertex_end - patch.vertex_begin, colours, records));
+    }
+    int capacity = 0;
+    ATELIER_CUDA_CHECK(
+        cudaDeviceGetAttribute(&capacity, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
+    const std::size_t base =
+        2 * sizeof(Vec4<T>) * most_particles + sizeof(int) * (most_particles + 2) + 64;
+    std::size_t together = 0;
+    for (int block = 0; block < patches; ++block) {
+      std::size_t sum = 0;
+      for (const Schedule::Phase& phase : prepared_.phases) {
+        for (int k = phase.patch_begin + block; k < phase.patch_end; k += patches) {
+          sum += static_cast<std::size_t>(sizes[k]);
+        }
+      }
+      together = std::max(together, sum);
+    }
+    resident_ = scenes_ == 1 && patches <= multiprocessors &&
+                base + together <= static_cast<std::size_t>(capacity) &&
+                (options_.cuda_barrier == "auto" || options_.cuda_barrier == "grid" ||
+                 (options_.cuda_barrier == "cluster" && patches <= kLargestCluster));
+    shared_bytes_ =
+        base + (resident_
+                    ? together
+                    : static_cast<std::size_t>(*std::max_element(sizes.begin(), sizes.end())));
+    ATELIER_CHECK(shared_bytes_ <= static_cast<std::size_t>(capacity),
+                  "a patch does not fit on chip");
     for (const void* kernel :
          {reinterpret_cast<const void*>(&frame_kernel<T, CudaBarrier::Block>),
           reinterpret_cast<const void*>(&frame_kernel<T, CudaBarrier::Cluster>),
@@ -371,6 +415,7 @@ class CudaBackend final : public ClothSolver::Backend {
       blocks_ = size;
     }
     barrier_ = barrier;
+    resident_ = resident_ && blocks_ == patches && barrier != "graph";
   }
 
   void launch(const CudaFrame<T>& frame) {
@@ -426,7 +471,7 @@ class CudaBackend final : public ClothSolver::Backend {
         ATELIER_CUDA_LAUNCHED(frame_step_kernel);
       };
       ATELIER_CUDA_CHECK(cudaStreamBeginCapture(capture_, cudaStreamCaptureModeThreadLocal));
-      for (int s = 0; s < frame.substeps; ++s) {
+      for (int s = frame.first_substep; s < frame.last_substep; ++s) {
         for (int iteration = 0; iteration < frame.iterations; ++iteration) {
           for (int p = 0; p < frame.phase_count; ++p) {
             add(FrameStep::Phase, s, iteration, p);
@@ -518,6 +563,7 @@ class CudaBackend final : public ClothSolver::Backend {
   unsigned threads_ = kFrameThreads;
   std::string barrier_;
   std::size_t shared_bytes_ = 0;
+  bool resident_ = false;  ///< all that a block works on fits on chip
   cudaEvent_t before_ = nullptr;
   cudaEvent_t after_ = nullptr;
   cudaStream_t capture_ = nullptr;
