@@ -1,14 +1,64 @@
 #include "simulation/crossings.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
-#include "core/intersection.h"
 #include "core/parallel.h"
 #include "simulation/contact_tree.h"
 
 namespace atelier {
 namespace {
+
+template <class T>
+T volume_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+            const Eigen::Vector3d& d, T* magnitude) {
+  const T bx = T(b.x()) - T(a.x()), by = T(b.y()) - T(a.y()), bz = T(b.z()) - T(a.z());
+  const T cx = T(c.x()) - T(a.x()), cy = T(c.y()) - T(a.y()), cz = T(c.z()) - T(a.z());
+  const T dx = T(d.x()) - T(a.x()), dy = T(d.y()) - T(a.y()), dz = T(d.z()) - T(a.z());
+  const T x1 = by * cz, x2 = bz * cy, y1 = bz * cx, y2 = bx * cz, z1 = bx * cy, z2 = by * cx;
+  if (magnitude != nullptr) {
+    *magnitude = (std::abs(x1) + std::abs(x2)) * std::abs(dx) +
+                 (std::abs(y1) + std::abs(y2)) * std::abs(dy) +
+                 (std::abs(z1) + std::abs(z2)) * std::abs(dz);
+  }
+  return (x1 - x2) * dx + (y1 - y2) * dy + (z1 - z2) * dz;
+}
+
+int sign(double v) {
+  return v > 0 ? 1 : v < 0 ? -1 : 0;
+}
+
+/// Six times the signed volume of a b c d; computed again in long double where rounding could
+/// change its sign.
+double signed_volume(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                     const Eigen::Vector3d& d) {
+  double magnitude = 0;
+  const double volume = volume_of<double>(a, b, c, d, &magnitude);
+  // Bound on the rounding of the double expression (Shewchuk 1997, orient3d), generously rounded
+  // up.
+  if (std::abs(volume) > 1e-15 * magnitude) {
+    return volume;
+  }
+  long double exact_magnitude = 0;
+  const long double exact = volume_of<long double>(a, b, c, d, &exact_magnitude);
+  return std::abs(exact) > 1e-18L * exact_magnitude ? static_cast<double>(exact) : 0.0;
+}
+
+bool segment_crosses_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& q,
+                              const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                              const Eigen::Vector3d& c) {
+  const int side_p = sign(signed_volume(a, b, c, p));
+  const int side_q = sign(signed_volume(a, b, c, q));
+  if (side_p * side_q >= 0) {
+    return false;
+  }
+  const int ab = sign(signed_volume(p, q, a, b));
+  const int bc = sign(signed_volume(p, q, b, c));
+  const int ca = sign(signed_volume(p, q, c, a));
+  return ab != 0 && ab == bc && bc == ca;
+}
 
 ContactTree<double> tree_of(const Points& x, const Triangles& faces) {
   std::vector<Box<double>> boxes(static_cast<std::size_t>(faces.rows()));
