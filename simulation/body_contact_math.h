@@ -9,7 +9,7 @@ namespace atelier {
 
 /// Corners of one triangle.
 template <class T>
-struct Corners {
+struct FaceCorners {
   Vec3<T> a, b, c;
 };
 
@@ -18,14 +18,14 @@ struct FaceIndices {
 };
 
 template <class T>
-ATELIER_HOST_DEVICE inline Vec3<T> weighted(const Corners<T>& t, Vec3<T> barycentric) {
+ATELIER_HOST_DEVICE inline Vec3<T> weighted(const FaceCorners<T>& t, Vec3<T> barycentric) {
   return barycentric.x * t.a + barycentric.y * t.b + barycentric.z * t.c;
 }
 
 /// Barycentric coordinates of the point of a triangle that is nearest to `p` (Ericson 2005,
 /// "Real-time collision detection", 5.1.5).
 template <class T>
-ATELIER_HOST_DEVICE inline Vec3<T> nearest_on_triangle(Vec3<T> p, const Corners<T>& t) {
+ATELIER_HOST_DEVICE inline Vec3<T> nearest_on_triangle(Vec3<T> p, const FaceCorners<T>& t) {
   const Vec3<T> ab = t.b - t.a;
   const Vec3<T> ac = t.c - t.a;
   const Vec3<T> ap = p - t.a;
@@ -76,12 +76,12 @@ struct BodyView {
   const FaceIndices* faces;
   const Vec4<T>* start;
   const Vec4<T>* end;
-  const TreeNode<T>* nodes;
+  const BoxNode<T>* nodes;
   int face_count;  ///< 0: no body
 };
 
 template <class T>
-ATELIER_HOST_DEVICE inline Corners<T> corners_at(const BodyView<T>& body, int face, T time) {
+ATELIER_HOST_DEVICE inline FaceCorners<T> corners_at(const BodyView<T>& body, int face, T time) {
   const FaceIndices f = body.faces[face];
   const auto at = [&](int v) {
     const Vec3<T> s = xyz(body.start[v]);
@@ -104,10 +104,10 @@ ATELIER_HOST_DEVICE inline Box<T> swept_box(const BodyView<T>& body, int face) {
 /// Time in [0, 1] at which a particle moving from `p0` to `p1` passes from the outside through a
 /// moving triangle, or a value above 1. The cubic is solved by regula falsi between its signs.
 template <class T>
-ATELIER_HOST_DEVICE inline T crossing_time(Vec3<T> p0, Vec3<T> p1, const Corners<T>& t0,
-                                           const Corners<T>& t1, Vec3<T>& barycentric) {
+ATELIER_HOST_DEVICE inline T crossing_time(Vec3<T> p0, Vec3<T> p1, const FaceCorners<T>& t0,
+                                           const FaceCorners<T>& t1, Vec3<T>& barycentric) {
   const T never = T(2);
-  const auto height = [](Vec3<T> p, const Corners<T>& t) {
+  const auto height = [](Vec3<T> p, const FaceCorners<T>& t) {
     return dot(cross(t.b - t.a, t.c - t.a), p - t.a);
   };
   T low = T(0);
@@ -118,7 +118,7 @@ ATELIER_HOST_DEVICE inline T crossing_time(Vec3<T> p0, Vec3<T> p1, const Corners
     return never;
   }
   T time = T(0);
-  Corners<T> t = t0;
+  FaceCorners<T> t = t0;
   Vec3<T> p = p0;
   for (int i = 0; i < 4; ++i) {
     time = low + (high - low) * (at_low / (at_low - at_high));
@@ -171,7 +171,7 @@ ATELIER_HOST_DEVICE inline FaceOffer<T> no_offer(T reach) {
 template <class T>
 ATELIER_HOST_DEVICE inline FaceOffer<T> offer_of(const BodyView<T>& body, int face, Vec3<T> p0,
                                                  Vec3<T> p1, T t0, T t1, bool swept) {
-  const Corners<T> t = corners_at(body, face, t1);
+  const FaceCorners<T> t = corners_at(body, face, t1);
   FaceOffer<T> out = no_offer(T(1e15));
   const Vec3<T> n = cross(t.b - t.a, t.c - t.a);
   const T nn = squared_norm(n);
@@ -214,7 +214,7 @@ ATELIER_HOST_DEVICE inline void consider(FaceChoice<T>& choice, const FaceOffer<
   }
   const bool nearer = best.face < 0 || as_near(offer.squared_distance) < best.squared_distance;
   if (nearer || std::fabs(offer.side) > std::fabs(best.side)) {
-    const T squared = smaller(offer.squared_distance, best.squared_distance);
+    const T squared = min_of(offer.squared_distance, best.squared_distance);
     choice.nearest = offer;
     choice.nearest.squared_distance = squared;
   }
@@ -261,7 +261,7 @@ ATELIER_HOST_DEVICE inline BodyTouch<T> touch_nearest(const BodyView<T>& body,
   if (best.side >= T(0) && distance >= thickness) {
     return out;
   }
-  const Corners<T> t = corners_at(body, best.face, t1);
+  const FaceCorners<T> t = corners_at(body, best.face, t1);
   Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
   normal = (T(1) / norm(normal)) * normal;
   const Vec3<T> b = best.barycentric;
@@ -294,9 +294,9 @@ ATELIER_HOST_DEVICE inline void resolve_touch(Vec4<T>& x, Vec4<T>& start, Vec4<T
   if (!(wanted > T(0))) {
     return;
   }
-  const T fresh = larger(T(0), touch.start_distance - touch.distance);
-  const T correction = smaller(wanted, fresh + rule.old_overlap);
-  const T old = larger(T(0), correction - fresh);
+  const T fresh = max_of(T(0), touch.start_distance - touch.distance);
+  const T correction = min_of(wanted, fresh + rule.old_overlap);
+  const T old = max_of(T(0), correction - fresh);
   const Vec3<T> n = touch.normal;
   x = with_w(xyz(x) + correction * n, x.w);
   start = with_w(xyz(start) + old * n, start.w);
@@ -327,7 +327,7 @@ ATELIER_HOST_DEVICE inline bool touch_choice(Vec4<T>& x, Vec4<T>& start, Vec4<T>
   BodyTouch<T> touch;
   if (choice.first.time <= T(1)) {
     const int face = choice.first.face;
-    const Corners<T> t = corners_at(body, face, t1);
+    const FaceCorners<T> t = corners_at(body, face, t1);
     Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
     normal = (T(1) / norm(normal)) * normal;
     touch = touch_at(body, face, choice.first.hit, normal, xyz(x), xyz(start), t0, t1);
@@ -384,7 +384,7 @@ ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& 
                                                              int* candidates) {
   FaceChoice<T> choice{no_offer(rule.reach), no_offer(rule.reach)};
   BodyOutlook<T> out{slack, T(1e15), T(0), 0};
-  const T radius = larger(rule.reach, norm(flight) + slack + rule.thickness);
+  const T radius = max_of(rule.reach, norm(flight) + slack + rule.thickness);
   visit_tree(body.nodes, inflated(Box<T>{x, x}, radius), [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, x, x, T(0), T(0), false);
     consider(choice, offer);
@@ -392,15 +392,15 @@ ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& 
     const T a = squared_norm(flight - (xyz(body.end[f.a]) - xyz(body.start[f.a])));
     const T b = squared_norm(flight - (xyz(body.end[f.b]) - xyz(body.start[f.b])));
     const T c = squared_norm(flight - (xyz(body.end[f.c]) - xyz(body.start[f.c])));
-    const T relative = std::sqrt(larger(a, larger(b, c)));
+    const T relative = std::sqrt(max_of(a, max_of(b, c)));
     const T gap = std::sqrt(offer.squared_distance) - rule.thickness;
     if (gap <= relative + slack) {
       if (out.count < kBodyCandidates) {
         candidates[out.count] = face;
       }
       ++out.count;
-      out.gap = smaller(out.gap, gap);
-      out.speed = larger(out.speed, relative);
+      out.gap = min_of(out.gap, gap);
+      out.speed = max_of(out.speed, relative);
     }
   });
   const bool inside = choice.nearest.face >= 0 && choice.nearest.side < T(0);

@@ -10,7 +10,7 @@ namespace atelier {
 /// move (a surface keeps its neighbours). The CUDA twin builds and refits the same tree.
 template <class T>
 struct ContactTree {
-  std::vector<TreeNode<T>> nodes;  ///< nodes[0] is the root; at least one where there are boxes
+  std::vector<BoxNode<T>> nodes;  ///< nodes[0] is the root; at least one where there are boxes
   std::vector<TreeParent> node_parent;
   std::vector<TreeParent> leaf_parent;  ///< of each primitive
   std::vector<int> bottom_up;           ///< nodes, children before parents

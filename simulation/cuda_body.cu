@@ -16,7 +16,7 @@ __global__ void key_kernel(BodyView<T> body, Box<T> bounds, std::uint64_t* keys)
 }
 
 template <class T>
-__global__ void children_kernel(const std::uint64_t* keys, int count, TreeNode<T>* nodes,
+__global__ void children_kernel(const std::uint64_t* keys, int count, BoxNode<T>* nodes,
                                 TreeParent* node_parent, TreeParent* leaf_parent) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i == 0) {
@@ -47,7 +47,7 @@ __global__ void children_kernel(const std::uint64_t* keys, int count, TreeNode<T
 }
 
 template <class T>
-__global__ void refit_kernel(BodyView<T> body, TreeNode<T>* nodes, const TreeParent* node_parent,
+__global__ void refit_kernel(BodyView<T> body, BoxNode<T>* nodes, const TreeParent* node_parent,
                              const TreeParent* leaf_parent, unsigned* arrivals) {
   const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (f < body.face_count) {
@@ -132,7 +132,7 @@ template <class T>
 void CudaBody<T>::build(const Box<T>& bounds) {
   const std::size_t n = static_cast<std::size_t>(face_count_);
   const std::size_t inner = n > 1 ? n - 1 : 1;
-  nodes_ = CudaBuffer<TreeNode<T>>(inner);
+  nodes_ = CudaBuffer<BoxNode<T>>(inner);
   node_parent_ = CudaBuffer<TreeParent>(inner);
   leaf_parent_ = CudaBuffer<TreeParent>(n);
   arrivals_ = CudaBuffer<unsigned>(inner);

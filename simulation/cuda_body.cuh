@@ -28,7 +28,7 @@ class CudaBody {
   CudaBuffer<Vec4<T>> start_;
   CudaBuffer<Vec4<T>> end_;
   std::vector<Vec4<T>> staging_;
-  CudaBuffer<TreeNode<T>> nodes_;
+  CudaBuffer<BoxNode<T>> nodes_;
   CudaBuffer<TreeParent> node_parent_;
   CudaBuffer<TreeParent> leaf_parent_;
   CudaBuffer<unsigned> arrivals_;

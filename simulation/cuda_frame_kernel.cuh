@@ -165,7 +165,7 @@ template <class T>
 __device__ inline T least_in_warp(T value) {
 #pragma unroll
   for (int distance = 16; distance > 0; distance /= 2) {
-    value = smaller(value, __shfl_xor_sync(kWholeWarp, value, distance));
+    value = min_of(value, __shfl_xor_sync(kWholeWarp, value, distance));
   }
   return value;
 }
@@ -207,7 +207,7 @@ __device__ inline bool contact_by_warp(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held
     FaceChoice<T> choice;
     const T first = least_in_warp(offer.time);
     choice.first = offer_in_warp(offer, first <= T(1) && offer.time == first, rule.reach);
-    const T least = least_in_warp(smaller(offer.squared_distance, rule.reach * rule.reach));
+    const T least = least_in_warp(min_of(offer.squared_distance, rule.reach * rule.reach));
     const bool near = offer.face >= 0 && offer.squared_distance <= as_near(least);
     const T side = near ? fabs(offer.side) : T(-1);
     const T most = -least_in_warp(-side);

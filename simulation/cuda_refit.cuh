@@ -14,7 +14,7 @@ __device__ inline Box<T> load_box(const Box<T>* box) {
 /// Carries the box of one face's motion up the tree; of the two that arrive at a node, the second
 /// goes on. `arrivals` are counters of the nodes, 0 before the launch.
 template <class T>
-__device__ inline void refit_from_face(const BodyView<T>& body, int face, TreeNode<T>* nodes,
+__device__ inline void refit_from_face(const BodyView<T>& body, int face, BoxNode<T>* nodes,
                                        const TreeParent* node_parent, const TreeParent* leaf_parent,
                                        unsigned* arrivals) {
   Box<T> box = swept_box(body, face);

@@ -19,7 +19,7 @@ __global__ void flight_kernel(int particles, const Vec4<T>* x, const Vec4<T>* ve
 template <class T>
 struct SceneViews {
   SelfView<T> first;
-  TreeNode<T>* nodes;
+  BoxNode<T>* nodes;
   int particles, inner;
 
   __device__ SelfView<T> of(int scene) const {
@@ -114,11 +114,11 @@ CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
   rest_ = CudaBuffer<Vec4<T>>(surface.rest);
   layer_ = CudaBuffer<int>(surface.layer);
   const std::size_t s = static_cast<std::size_t>(scenes);
-  std::vector<TreeNode<T>> nodes;
+  std::vector<BoxNode<T>> nodes;
   for (std::size_t k = 0; k < s; ++k) {
     nodes.insert(nodes.end(), surface.tree.nodes.begin(), surface.tree.nodes.end());
   }
-  nodes_ = CudaBuffer<TreeNode<T>>(nodes);
+  nodes_ = CudaBuffer<BoxNode<T>>(nodes);
   node_parent_ = CudaBuffer<TreeParent>(surface.tree.node_parent);
   leaf_parent_ = CudaBuffer<TreeParent>(surface.tree.leaf_parent);
   arrivals_ = CudaBuffer<unsigned>(nodes.size());

@@ -36,7 +36,7 @@ class CudaSelf {
   CudaBuffer<int> face_edges_;
   CudaBuffer<Vec4<T>> rest_;
   CudaBuffer<int> layer_;
-  CudaBuffer<TreeNode<T>> nodes_;  ///< [scenes][inner]
+  CudaBuffer<BoxNode<T>> nodes_;  ///< [scenes][inner]
   CudaBuffer<TreeParent> node_parent_;
   CudaBuffer<TreeParent> leaf_parent_;
   CudaBuffer<unsigned> arrivals_;

@@ -108,22 +108,22 @@ ATELIER_HOST_DEVICE inline SelfPairs<T> collect_faces(const SelfView<T>& cloth, 
     if (f.a == i || f.b == i || f.c == i) {
       return;
     }
-    const Corners<T> t = corners_at(cloth.surface, face, T(0));
+    const FaceCorners<T> t = corners_at(cloth.surface, face, T(0));
     const T distance = norm(x - weighted(t, nearest_on_triangle(x, t)));
     // Each may go on while the other is stopped, so their own speeds count, not only the
     // difference.
     T motion = squared_norm(v);
     for (int k = 0; k < 3; ++k) {
       const Vec3<T> u = flight(cloth, k == 0 ? f.a : k == 1 ? f.b : f.c);
-      motion = larger(motion, larger(squared_norm(u), squared_norm(v - u)));
+      motion = max_of(motion, max_of(squared_norm(u), squared_norm(v - u)));
     }
     if (distance > reach + std::sqrt(motion)) {
       return;
     }
-    const Corners<T> r{xyz(cloth.rest[f.a]), xyz(cloth.rest[f.b]), xyz(cloth.rest[f.c])};
+    const FaceCorners<T> r{xyz(cloth.rest[f.a]), xyz(cloth.rest[f.b]), xyz(cloth.rest[f.c])};
     const Vec3<T> p = xyz(cloth.rest[i]);
     const T apart = T(0.9) * norm(p - weighted(r, nearest_on_triangle(p, r)));
-    keep_nearest(out, face, smaller(rule.thickness, apart), distance);
+    keep_nearest(out, face, min_of(rule.thickness, apart), distance);
   });
   return out;
 }
@@ -168,7 +168,7 @@ ATELIER_HOST_DEVICE inline Vec3<T> between(Vec3<T> a, Vec3<T> b, T share) {
 
 /// True if the segment p q passes through the triangle.
 template <class T>
-ATELIER_HOST_DEVICE inline bool crosses(Vec3<T> p, Vec3<T> q, const Corners<T>& t) {
+ATELIER_HOST_DEVICE inline bool crosses(Vec3<T> p, Vec3<T> q, const FaceCorners<T>& t) {
   const auto volume = [](Vec3<T> a, Vec3<T> b, Vec3<T> c, Vec3<T> d) {
     return dot(cross(b - a, c - a), d - a);
   };
@@ -230,11 +230,11 @@ ATELIER_HOST_DEVICE inline EdgePairs<T> collect_edges(const SelfView<T>& cloth, 
       const T distance = norm(between(p, q, near.s) - between(r, s, near.t));
       const Vec3<T> vr = flight(cloth, other.a);
       const Vec3<T> vs = flight(cloth, other.b);
-      const T relative = larger(larger(squared_norm(vp - vr), squared_norm(vp - vs)),
-                                larger(squared_norm(vq - vr), squared_norm(vq - vs)));
-      const T own = larger(larger(squared_norm(vp), squared_norm(vq)),
-                           larger(squared_norm(vr), squared_norm(vs)));
-      if (distance > reach + std::sqrt(larger(relative, own))) {
+      const T relative = max_of(max_of(squared_norm(vp - vr), squared_norm(vp - vs)),
+                                max_of(squared_norm(vq - vr), squared_norm(vq - vs)));
+      const T own = max_of(max_of(squared_norm(vp), squared_norm(vq)),
+                           max_of(squared_norm(vr), squared_norm(vs)));
+      if (distance > reach + std::sqrt(max_of(relative, own))) {
         continue;
       }
       const Vec3<T> rp = xyz(cloth.rest[edge.a]);
@@ -243,7 +243,7 @@ ATELIER_HOST_DEVICE inline EdgePairs<T> collect_edges(const SelfView<T>& cloth, 
       const Vec3<T> rs = xyz(cloth.rest[other.b]);
       const SegmentShares<T> flat = nearest_on_segments(rp, rq, rr, rs);
       const T apart = T(0.9) * norm(between(rp, rq, flat.s) - between(rr, rs, flat.t));
-      keep_nearest(out.edges, o, smaller(rule.thickness, apart), distance);
+      keep_nearest(out.edges, o, min_of(rule.thickness, apart), distance);
     }
   });
   return out;
@@ -294,8 +294,8 @@ ATELIER_HOST_DEVICE inline PairPush<T> push_apart(const PairPoints<T>& pair, con
   if (!(at_end < gap)) {
     return out;
   }
-  const T fresh = larger(T(0), at_start - at_end);
-  const T push = smaller(gap - at_end, fresh + rule.old_overlap);
+  const T fresh = max_of(T(0), at_start - at_end);
+  const T push = min_of(gap - at_end, fresh + rule.old_overlap);
   const Vec3<T> slip = (now - before) - dot(now - before, n) * n;
   const T size = norm(slip);
   const T most = rule.friction * push;
@@ -363,7 +363,7 @@ ATELIER_HOST_DEVICE inline bool push_vertex_face(const SelfView<T>& cloth, int i
     return false;
   }
   const Vec4<T> start[4] = {load_start(i), load_start(f.a), load_start(f.b), load_start(f.c)};
-  const Corners<T> t{xyz(start[1]), xyz(start[2]), xyz(start[3])};
+  const FaceCorners<T> t{xyz(start[1]), xyz(start[2]), xyz(start[3])};
   const Vec3<T> b = nearest_on_triangle(xyz(start[0]), t);
   PairPoints<T> pair{{i, f.a, f.b, f.c}, {T(1), -b.x, -b.y, -b.z}};
   Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
@@ -433,7 +433,7 @@ ATELIER_HOST_DEVICE inline bool pull_out(const SelfView<T>& cloth, int e, int fa
   const Vec4<T> c4 = load(f.c);
   const Vec3<T> p = xyz(p4);
   const Vec3<T> q = xyz(q4);
-  const Corners<T> t{xyz(a4), xyz(b4), xyz(c4)};
+  const FaceCorners<T> t{xyz(a4), xyz(b4), xyz(c4)};
   if (!crosses(p, q, t)) {
     return false;
   }

@@ -18,17 +18,17 @@ ATELIER_HOST_DEVICE inline Box<T> empty_box() {
   return {{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
 }
 template <class T>
-ATELIER_HOST_DEVICE inline T smaller(T a, T b) {
+ATELIER_HOST_DEVICE inline T min_of(T a, T b) {
   return b < a ? b : a;
 }
 template <class T>
-ATELIER_HOST_DEVICE inline T larger(T a, T b) {
+ATELIER_HOST_DEVICE inline T max_of(T a, T b) {
   return b > a ? b : a;
 }
 template <class T>
 ATELIER_HOST_DEVICE inline void grow(Box<T>& box, Vec3<T> p) {
-  box.low = {smaller(box.low.x, p.x), smaller(box.low.y, p.y), smaller(box.low.z, p.z)};
-  box.high = {larger(box.high.x, p.x), larger(box.high.y, p.y), larger(box.high.z, p.z)};
+  box.low = {min_of(box.low.x, p.x), min_of(box.low.y, p.y), min_of(box.low.z, p.z)};
+  box.high = {max_of(box.high.x, p.x), max_of(box.high.y, p.y), max_of(box.high.z, p.z)};
 }
 template <class T>
 ATELIER_HOST_DEVICE inline Box<T> united(const Box<T>& a, const Box<T>& b) {
@@ -51,7 +51,7 @@ ATELIER_HOST_DEVICE inline bool overlap(const Box<T>& a, const Box<T>& b) {
 /// A node of a binary tree over boxes with the boxes of both children, so that one load decides
 /// about both. A child below 0 is the primitive ~child.
 template <class T>
-struct TreeNode {
+struct BoxNode {
   Box<T> box[2];
   int child[2];
 };
@@ -136,13 +136,13 @@ ATELIER_HOST_DEVICE inline TreeChildren tree_children(const std::uint64_t* keys,
 /// Calls `visit(primitive)` for every primitive whose box meets `query`, in an order that only
 /// depends on the tree.
 template <class T, class Visit>
-ATELIER_HOST_DEVICE inline void visit_tree(const TreeNode<T>* nodes, const Box<T>& query,
+ATELIER_HOST_DEVICE inline void visit_tree(const BoxNode<T>* nodes, const Box<T>& query,
                                            const Visit& visit) {
   int stack[64];
   int top = 0;
   stack[top++] = 0;
   while (top > 0) {
-    const TreeNode<T>& node = nodes[stack[--top]];
+    const BoxNode<T>& node = nodes[stack[--top]];
     for (int side = 0; side < 2; ++side) {
       if (overlap(node.box[side], query)) {
         const int child = node.child[side];

@@ -153,7 +153,7 @@ class CpuBackend final : public ClothSolver::Backend {
     rule_.friction = static_cast<T>(variation_.friction >= 0 ? variation_.friction
                                     : options_.friction >= 0 ? options_.friction
                                                              : m.friction);
-    rule_.reach = larger(static_cast<T>(options_.contact_reach), rule_.thickness);
+    rule_.reach = max_of(static_cast<T>(options_.contact_reach), rule_.thickness);
     rule_.old_overlap =
         static_cast<T>(options_.depenetration_speed * options_.time_step / options_.substeps);
     outlook_.resize(x_.size());
@@ -202,7 +202,7 @@ class CpuBackend final : public ClothSolver::Backend {
       T least = choice.nearest.squared_distance;
       for (int c = 0; c < count; ++c) {
         offers[c] = offer_of(body_, faces[c], xyz(start_[i]), xyz(x_[i]), t0, t1, pass == 0);
-        least = smaller(least, offers[c].squared_distance);
+        least = min_of(least, offers[c].squared_distance);
         if (offers[c].time < choice.first.time) {
           choice.first = offers[c];
         }

@@ -310,7 +310,7 @@ class CudaBackend final : public ClothSolver::Backend {
       f.body = body_.view();
       f.body_rule.thickness =
           static_cast<T>(options_.thickness >= 0 ? options_.thickness : cloth_.material.thickness);
-      f.body_rule.reach = larger(static_cast<T>(options_.contact_reach), f.body_rule.thickness);
+      f.body_rule.reach = max_of(static_cast<T>(options_.contact_reach), f.body_rule.thickness);
       f.body_rule.old_overlap = static_cast<T>(options_.depenetration_speed * h);
       f.frame_start = x_before_.data();
       f.frame_velocity = velocity_before_.data();
