@@ -14,6 +14,7 @@ struct Limits {
   std::int64_t mesh_vertices = 20'000'000;       ///< also texture coordinates, normals
   std::int64_t mesh_faces = 40'000'000;          ///< after triangulation
   std::int64_t mesh_file_bytes = 4LL << 30;      ///< OBJ, PLY, glTF
+  double mesh_coordinate = 1e9;                  ///< of positions and uvs, in the file's unit
   std::int64_t line_bytes = 1LL << 20;           ///< one line of a text format
   std::int64_t tensor_rank = 8;                  ///< npy, safetensors, HDF5
   std::int64_t tensor_bytes = 16LL << 30;        ///< one array

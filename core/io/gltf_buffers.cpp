@@ -149,6 +149,9 @@ std::string percent_decoded(const JsonPlace& uri) {
 
 GltfChunks split_glb(std::span<const std::byte> bytes, const std::string& name) {
   GltfChunks chunks;
+  if (bytes.empty()) {
+    throw DataError(name, "", "an empty file", "glTF 2.0");
+  }
   if (!as_text(bytes).starts_with("glTF")) {
     chunks.json = as_text(bytes);
     return chunks;

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/io/mesh_gltf.h"
+#include "core/io/text_writer.h"
 
 namespace atelier {
 namespace {
@@ -271,6 +272,10 @@ Mesh rest_mesh(const GltfScene& scene, const std::string& file, const Limits& li
     throw DataError(file, "scene", "no triangles", "a scene with a mesh");
   }
   check_mesh(mesh, file);
+  if (const double most = mesh.vertices.cwiseAbs().maxCoeff(); most > limits.mesh_coordinate) {
+    throw DataError(file, "scene", "coordinate " + number_text(most),
+                    "at most " + number_text(limits.mesh_coordinate));
+  }
   return mesh;
 }
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <string>
 
@@ -7,6 +6,7 @@
 #include "core/error.h"
 #include "core/io/image_codec.h"
 #include "core/io/image_file.h"
+#include "core/io/lower_extension.h"
 #include "core/io/srgb.h"
 
 namespace atelier {
@@ -39,9 +39,7 @@ ImageOf<T> stored(const Image& image) {
 }
 
 ImageFormat format_of(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(path);
   struct Extension {
     const char* name;
     ImageFormat format;

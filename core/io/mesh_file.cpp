@@ -1,26 +1,14 @@
 #include "core/io/mesh_file.h"
 
-#include <algorithm>
-#include <cctype>
 #include <string>
 
 #include "core/error.h"
+#include "core/io/lower_extension.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/mesh_obj.h"
 #include "core/io/mesh_ply.h"
 
 namespace atelier {
-namespace {
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
-
-}  // namespace
-
 Mesh read_mesh(const std::filesystem::path& path, const MeshConvention& otherwise,
                const Limits& limits) {
   const std::string extension = lower_extension(path);

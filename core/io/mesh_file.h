@@ -18,7 +18,8 @@ Mesh read_mesh(const std::filesystem::path& path,
 
 /// Writes a mesh by its extension (.obj, .ply binary with float positions, .glb), replacing the
 /// file as a whole. Throws LogicError for another extension or a mesh that is not consistent,
-/// EnvironmentError if the file cannot be written.
+/// DataError for a number that the format cannot hold, EnvironmentError if the file cannot be
+/// written.
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 
 }  // namespace atelier

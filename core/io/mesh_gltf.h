@@ -111,7 +111,8 @@ std::vector<Eigen::Matrix4d> world_from_nodes(const GltfScene& scene);
 /// What a viewer shows of the scene at rest: every mesh below the roots with its morph weights, its
 /// skin (linear blend, weights normalised) or its node's transform applied, as one mesh. An
 /// attribute that only some primitives have is dropped. Throws DataError (with `file`) if there is
-/// no triangle, or if the mesh would exceed the limits or is not finite.
+/// no triangle, or if the mesh would exceed the limits (vertices, faces, coordinates) or is not
+/// finite.
 Mesh rest_mesh(const GltfScene& scene, const std::string& file = "", const Limits& limits = {});
 
 /// One mesh, one node.
@@ -125,7 +126,7 @@ GltfScene gltf_morph_sequence(const std::vector<Mesh>& frames, double fps,
 
 /// A .glb file. Positions, normals and uvs are stored as float, colours as float, joints as bytes
 /// or shorts; vertices are split where one has several texture coordinates. Labels and confidence
-/// have no place in glTF. Throws as `check_gltf`.
+/// have no place in glTF. Throws as `check_gltf`, and DataError for a number that no float holds.
 std::string glb_bytes(const GltfScene& scene);
 
 /// Writes .glb, or .gltf with its buffer inside, replacing the file as a whole. Throws LogicError

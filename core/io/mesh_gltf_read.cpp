@@ -12,6 +12,7 @@
 #include "core/io/mesh_gltf.h"
 #include "core/io/polygon_mesh.h"
 #include "core/io/text_scanner.h"
+#include "core/io/text_writer.h"
 
 namespace atelier {
 namespace {
@@ -42,6 +43,8 @@ class GltfReader {
   void read_meshes();
   std::optional<GltfPrimitive> read_primitive(const JsonPlace& place);
   Mesh read_attributes(const JsonPlace& attributes);
+  template <class Rows>
+  void check_coordinates(const Rows& rows, const JsonPlace& place) const;
   void read_influences(const JsonPlace& attributes, GltfPrimitive& primitive);
   GltfMorphTarget read_target(const JsonPlace& place, Index vertices);
   Triangles read_faces(const JsonPlace& place, int mode, Index vertices);
@@ -218,11 +221,21 @@ void GltfReader::read_meshes() {
   }
 }
 
+template <class Rows>
+void GltfReader::check_coordinates(const Rows& rows, const JsonPlace& place) const {
+  const double most = rows.size() == 0 ? 0 : rows.cwiseAbs().maxCoeff();
+  if (most > limits_.mesh_coordinate) {
+    place.fail("coordinate " + number_text(most),
+               "at most " + number_text(limits_.mesh_coordinate));
+  }
+}
+
 Mesh GltfReader::read_attributes(const JsonPlace& attributes) {
   Mesh mesh;
   const JsonPlace position = attributes.at("POSITION");
   mesh.vertices = buffers_.read(position, {"VEC3"}, limits_.mesh_vertices - vertices_);
   const Index count = mesh.vertices.rows();
+  check_coordinates(mesh.vertices, position);
   vertices_ += count;
   const auto optional = [&](const char* name, std::initializer_list<std::string_view> types) {
     const auto place = attributes.find(name);
@@ -243,6 +256,7 @@ Mesh GltfReader::read_attributes(const JsonPlace& attributes) {
   }
   if (const Eigen::MatrixXd uvs = optional("TEXCOORD_0", {"VEC2"}); uvs.rows() > 0) {
     mesh.uvs = uvs;
+    check_coordinates(mesh.uvs, attributes.at("TEXCOORD_0"));
     mesh.uvs.col(1) = 1 - uvs.col(1).array();  // glTF counts v from the top
   }
   if (const Eigen::MatrixXd colors = optional("COLOR_0", {"VEC3", "VEC4"}); colors.rows() > 0) {
@@ -293,6 +307,7 @@ GltfMorphTarget GltfReader::read_target(const JsonPlace& place, Index vertices) 
   };
   if (const auto positions = place.find("POSITION")) {
     target.positions = rows(*positions);
+    check_coordinates(target.positions, *positions);
   }
   if (const auto normals = place.find("NORMAL")) {
     target.normals = rows(*normals);

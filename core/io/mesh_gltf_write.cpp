@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <map>
 #include <sstream>
 #include <utility>
@@ -8,7 +7,9 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/io/lower_extension.h"
 #include "core/io/mesh_gltf.h"
+#include "core/io/to_float.h"
 
 namespace atelier {
 namespace {
@@ -78,7 +79,7 @@ class GltfWriter {
     numbers.reserve(static_cast<std::size_t>(rows.size()));
     for (Index i = 0; i < rows.rows(); ++i) {
       for (Index c = 0; c < rows.cols(); ++c) {
-        numbers.push_back(static_cast<float>(rows(i, c)));
+        numbers.push_back(to_float(rows(i, c), "a mesh with a number"));
       }
     }
     const auto columns = static_cast<std::size_t>(rows.cols());
@@ -325,9 +326,7 @@ std::string glb_bytes(const GltfScene& scene) {
 }
 
 void write_gltf(const std::filesystem::path& path, const GltfScene& scene) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(path);
   ATELIER_CHECK(extension == ".glb" || extension == ".gltf",
                 "no glTF extension in '" + path.string() + "'");
   write_file_atomically(path, GltfWriter(scene).text(extension == ".glb"));

@@ -17,7 +17,7 @@ namespace atelier {
 /// that begin with an unknown word (mangled comments are common) are skipped with a finding. Throws
 /// DataError: a number that is none, an index out of range, a face with fewer than 3 or more than
 /// 1024 corners, an unknown word before numbers (data would be lost), free-form geometry, no
-/// vertex, more than the limits allow.
+/// vertex, a coordinate or a count beyond the limits.
 PolygonMesh read_obj(std::span<const std::byte> bytes, const std::string& name,
                      const Limits& limits = {});
 PolygonMesh read_obj(const std::filesystem::path& path, const Limits& limits = {});

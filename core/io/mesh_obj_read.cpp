@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <initializer_list>
 #include <unordered_map>
 
@@ -8,6 +9,7 @@
 #include "core/io/mesh_obj.h"
 #include "core/io/srgb.h"
 #include "core/io/text_scanner.h"
+#include "core/io/text_writer.h"
 
 namespace atelier {
 namespace {
@@ -60,6 +62,7 @@ class ObjReader {
   int read_index(std::string_view word, std::size_t count, Reach& reach, const char* what);
   void skip(std::string_view word);
   void check_room(std::size_t count, const char* what) const;
+  void check_coordinate(double value) const;
   void finish();
   void check_reach(const Reach& reach, std::size_t count, const char* what) const;
 
@@ -148,7 +151,10 @@ void ObjReader::read_vertex() {
     scanner_.fail(colored ? "a vertex with a colour" : "a vertex without a colour",
                   "colours on all vertices or on none");
   }
-  vertices_.insert(vertices_.end(), values.begin(), values.begin() + 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    check_coordinate(values[axis]);
+    vertices_.push_back(values[axis]);
+  }
   for (std::size_t i = 3; colored && i < 6; ++i) {
     if (values[i] < 0 || values[i] > 1) {
       scanner_.fail("colour " + std::to_string(values[i]), "0 to 1");
@@ -165,6 +171,8 @@ void ObjReader::read_texture() {
   if (!word.empty() && !parse_number(word, v)) {
     scanner_.fail(in_quotes(word), "v, a finite number");
   }
+  check_coordinate(u);
+  check_coordinate(v);
   uvs_.insert(uvs_.end(), {u, v});
 }
 
@@ -257,6 +265,13 @@ void ObjReader::check_room(std::size_t count, const char* what) const {
   if (static_cast<std::int64_t>(count) >= limits_.mesh_vertices) {
     scanner_.fail("more than " + std::to_string(limits_.mesh_vertices) + " " + what,
                   "a smaller mesh");
+  }
+}
+
+void ObjReader::check_coordinate(double value) const {
+  if (std::abs(value) > limits_.mesh_coordinate) {
+    scanner_.fail("coordinate " + number_text(value),
+                  "at most " + number_text(limits_.mesh_coordinate));
   }
 }
 

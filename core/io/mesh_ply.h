@@ -18,7 +18,7 @@ namespace atelier {
 /// without a direction are dropped, each with a finding.
 /// Throws DataError: a count that the remaining bytes cannot pay, a number that is none or not
 /// finite, an index out of range, a label beyond 0..255, a face of fewer than 3 or more than 1024
-/// corners, triangle strips, bytes left over, more than the limits allow.
+/// corners, triangle strips, bytes left over, a coordinate or a count beyond the limits.
 PolygonMesh read_ply(std::span<const std::byte> bytes, const std::string& name,
                      const Limits& limits = {});
 PolygonMesh read_ply(const std::filesystem::path& path, const Limits& limits = {});
@@ -34,7 +34,8 @@ struct PlyOptions {
 
 /// A PLY file with the comments "units: m" and "up: y". Texture coordinates go to the vertices
 /// where each has just one, else to the corners. Names of groups and materials have no place in
-/// PLY. Throws LogicError if the mesh is inconsistent.
+/// PLY. Throws LogicError if the mesh is inconsistent, DataError for a number that a float does not
+/// hold.
 std::string ply_bytes(const PolygonMesh& mesh, const PlyOptions& options = {});
 
 /// `ply_bytes` into a file, replaced as a whole. Throws EnvironmentError if it cannot be written.

@@ -14,6 +14,7 @@
 #include "core/io/ply_header.h"
 #include "core/io/srgb.h"
 #include "core/io/text_scanner.h"
+#include "core/io/text_writer.h"
 
 namespace atelier {
 namespace {
@@ -105,7 +106,7 @@ class AsciiSource {
   double to_float(double value) const {
     const float rounded = static_cast<float>(value);
     if (!std::isfinite(rounded)) {
-      scanner_.fail(std::to_string(value), "a number that a float holds");
+      scanner_.fail(number_text(value), "a number that a float holds");
     }
     return static_cast<double>(rounded);
   }
@@ -250,6 +251,12 @@ class PlyBody {
   void finish_faces();
   void check_finite(double value, const char* element, std::uint64_t row,
                     const std::string& property) const;
+  void check_coordinate(double value, const char* element, std::uint64_t row) const {
+    if (std::abs(value) > limits_.mesh_coordinate) {
+      fail_row(element, row, "coordinate " + number_text(value),
+               "at most " + number_text(limits_.mesh_coordinate));
+    }
+  }
   [[noreturn]] void fail_row(const char* element, std::uint64_t row, const std::string& found,
                              const std::string& expected) const {
     throw DataError(name_, std::string(element) + " " + std::to_string(row), found, expected);
@@ -402,6 +409,9 @@ void PlyBody<Source>::read_vertices(const PlyElement& element) {
       check_finite(value[roles[i]], "vertex", row, property.name);
     }
     source_.end_row();
+    for (const Role role : {X, Y, Z, U, V}) {
+      check_coordinate(value[role], "vertex", row);
+    }
     const Index v = static_cast<Index>(row);
     for (int axis = 0; axis < 3; ++axis) {
       mesh_.vertices(v, axis) = value[X + axis];
@@ -537,6 +547,9 @@ void PlyBody<Source>::add_corner_uvs() {
   if (given && std::cmp_not_equal(uv_list_.size(), 2 * (end - start))) {
     fail_row("face", polygons - 1, "texcoord of " + std::to_string(uv_list_.size()) + " numbers",
              std::to_string(2 * (end - start)));
+  }
+  for (const double coordinate : uv_list_) {
+    check_coordinate(coordinate, "face", polygons - 1);
   }
   for (int corner = start; corner < end; ++corner) {
     if (!given) {

@@ -8,6 +8,7 @@
 #include "core/io/mesh_ply.h"
 #include "core/io/srgb.h"
 #include "core/io/text_writer.h"
+#include "core/io/to_float.h"
 
 namespace atelier {
 namespace {
@@ -44,7 +45,7 @@ class PlySink {
     if (as_double) {
       put(value);
     } else {
-      put(static_cast<float>(value));
+      put(to_float(value, "a mesh with a number"));
     }
   }
 

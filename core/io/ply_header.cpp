@@ -1,8 +1,10 @@
 #include "core/io/ply_header.h"
 
 #include <algorithm>
+#include <array>
 #include <string_view>
 
+#include "core/error.h"
 #include "core/io/text_scanner.h"
 
 namespace atelier {
@@ -94,6 +96,15 @@ PlyProperty read_property(TextScanner& scanner) {
   return property;
 }
 
+/// True for a word that may be a keyword cut short.
+bool begins_keyword(std::string_view word) {
+  constexpr std::array<std::string_view, 6> kKeywords = {"format",  "element",  "property",
+                                                         "comment", "obj_info", "end_header"};
+  return std::any_of(kKeywords.begin(), kKeywords.end(), [&](std::string_view keyword) {
+    return keyword.size() > word.size() && keyword.starts_with(word);
+  });
+}
+
 }  // namespace
 
 std::size_t size_of(PlyType type) {
@@ -120,7 +131,8 @@ PlyHeader read_ply_header(std::span<const std::byte> bytes, const std::string& n
   PlyHeader header;
   if (!as_text(bytes).starts_with("ply") || !scanner.next_line() || scanner.next_word() != "ply" ||
       !scanner.rest().empty()) {
-    scanner.fail("no PLY file", "a first line \"ply\"");
+    throw DataError(name, "line 1", bytes.empty() ? "an empty file, no PLY file" : "no PLY file",
+                    "a first line \"ply\"");
   }
   bool has_format = false;
   std::size_t properties = 0;
@@ -150,9 +162,11 @@ PlyHeader read_ply_header(std::span<const std::byte> bytes, const std::string& n
       ++properties;
     } else if (word == "end_header" && has_format) {
       break;
+    } else if (scanner.bytes_left() == 0 && begins_keyword(word)) {
+      scanner.fail("the file ends in its header, behind " + in_quotes(word), "end_header");
     } else {
       scanner.fail(in_quotes(word), has_format ? "element, property, comment or end_header"
-                                            : "a line \"format ...\" first");
+                                               : "a line \"format ...\" first");
     }
     if (!scanner.rest().empty()) {
       scanner.fail("more words than the line should have", "one thing a line");

@@ -13,4 +13,12 @@ void append_number(std::string& text, Number value) {
   text.append(digits, end);
 }
 
+/// That text alone.
+template <class Number>
+std::string number_text(Number value) {
+  std::string text;
+  append_number(text, value);
+  return text;
+}
+
 }  // namespace atelier

@@ -13,6 +13,8 @@ namespace atelier {
 
 namespace {
 
+constexpr double kLeastExtent = 1e-5;  // metres; the lights in proportion would have no area
+
 Points all_vertices(const std::vector<RenderMesh>& meshes) {
   Index count = 0;
   for (const RenderMesh& m : meshes) {
@@ -25,6 +27,24 @@ Points all_vertices(const std::vector<RenderMesh>& meshes) {
     row += m.mesh.vertices.rows();
   }
   return points;
+}
+
+// What a user's mesh may lack to be seen; an empty list is the empty studio.
+void check_subject(const std::vector<RenderMesh>& meshes, const Points& points) {
+  if (meshes.empty()) {
+    return;
+  }
+  const auto has_faces = [](const RenderMesh& m) { return m.mesh.faces.rows() > 0; };
+  if (std::none_of(meshes.begin(), meshes.end(), has_faces)) {
+    throw DataError("", "", "the mesh has no faces", "triangles to show");
+  }
+  if (points.rows() == 0) {
+    return;  // faces without vertices: check_scene names them
+  }
+  const Eigen::RowVector3d extent = points.colwise().maxCoeff() - points.colwise().minCoeff();
+  if (extent.norm() <= kLeastExtent) {
+    throw DataError("", "", "the mesh has no extent", "vertices more than 10 micrometres apart");
+  }
 }
 
 // A rectangle at `from` that shines at `at`.
@@ -48,13 +68,14 @@ Scene studio_scene(std::vector<RenderMesh> meshes, double azimuth) {
   Eigen::Vector3d low(-0.5, 0, -0.5);
   Eigen::Vector3d high(0.5, 1.8, 0.5);
   const Points points = all_vertices(meshes);
+  check_subject(meshes, points);
   if (points.rows() > 0) {
     low = points.colwise().minCoeff();
     high = points.colwise().maxCoeff();
   }
   const Eigen::Vector3d middle = 0.5 * (low + high);
   // Wide subjects (a table of patterns, a shoe) are lit as their width asks.
-  const double size = std::max(1e-6, 0.5 * (high - low).norm());
+  const double size = 0.5 * (high - low).norm();
 
   Scene scene;
   scene.meshes = std::move(meshes);
@@ -84,6 +105,7 @@ Look clay_look() {
 Image picture_of(const std::vector<RenderMesh>& meshes, const View& view,
                  const PictureOptions& options) {
   const Points points = all_vertices(meshes);
+  check_subject(meshes, points);
   Camera camera;
   if (points.rows() > 0) {
     camera = camera_around(points, view, options.width, options.height, options.framing);
@@ -101,8 +123,10 @@ Image picture_of(const std::vector<RenderMesh>& meshes, const View& view,
 
 std::vector<Image> turntable_of(const std::vector<RenderMesh>& meshes, int count, const View& start,
                                 const PictureOptions& options) {
-  const std::vector<Camera> cameras = turntable_cameras(
-      all_vertices(meshes), start, count, options.width, options.height, options.framing);
+  const Points points = all_vertices(meshes);
+  check_subject(meshes, points);
+  const std::vector<Camera> cameras =
+      turntable_cameras(points, start, count, options.width, options.height, options.framing);
   RenderOptions render_options;
   render_options.samples = options.samples;
   render_options.ambient_samples = 4;

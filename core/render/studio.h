@@ -13,7 +13,8 @@ namespace atelier {
 /// weak rim from behind, a grey sky as fill, seamless paper under and behind the subject. Lights
 /// stand in proportion to the meshes' size and to where the viewer is (`azimuth` of View, radians),
 /// so that every side of a subject is lit alike; the ground lies under the lowest point. A scene
-/// without meshes is the empty studio.
+/// without meshes is the empty studio. Throws DataError for meshes without a face, or all of them
+/// within 10 micrometres.
 Scene studio_scene(std::vector<RenderMesh> meshes, double azimuth = 0);
 
 struct PictureOptions {

@@ -76,7 +76,7 @@ TEST(ReadObj, CommentThatEndsInABackslashEatsNothing) {
 }
 
 TEST(ReadObj, NumbersOfEveryForm) {
-  const PolygonMesh mesh = parse("v +1 -.5 1e-3\nv 1. 1E2 -0\nv 1e-400 4.9e-324 1e308\n");
+  const PolygonMesh mesh = parse("v +1 -.5 1e-3\nv 1. 1E2 -0\nv 1e-400 4.9e-324 -1e9\n");
   EXPECT_EQ(mesh.vertices(0, 0), 1);
   EXPECT_EQ(mesh.vertices(0, 1), -0.5);
   EXPECT_EQ(mesh.vertices(0, 2), 1e-3);
@@ -84,7 +84,7 @@ TEST(ReadObj, NumbersOfEveryForm) {
   EXPECT_TRUE(std::signbit(mesh.vertices(1, 2)));
   EXPECT_EQ(mesh.vertices(2, 0), 0);
   EXPECT_EQ(mesh.vertices(2, 1), 4.9e-324);
-  EXPECT_EQ(mesh.vertices(2, 2), 1e308);
+  EXPECT_EQ(mesh.vertices(2, 2), -1e9);
 }
 
 TEST(ReadObj, NumbersDoNotDependOnTheLocale) {
@@ -166,6 +166,9 @@ TEST(ReadObj, RefusesWhatItCannotRead) {
       {"v 1 2 inf\n", "'inf'"},
       {"v 1 2 -infinity\n", "'-infinity'"},
       {"v 1 2 1e999\n", "'1e999'"},
+      {"v 1 2 1e300\n", "line 1: coordinate 1e+300; expected at most 1e+09"},
+      {"v 0 0 0\nv -1.1e9 0 0\n", "line 2: coordinate -1.1e+09"},
+      {"v 0 0 0\nvt 0 1e300\n", "line 2: coordinate 1e+300"},
       {"v 1 2 0x10\n", "'0x10'"},
       {"v 1 2 1,5\n", "'1,5'"},
       {"v 1 2 --1\n", "'--1'"},
@@ -220,6 +223,15 @@ TEST(ReadObj, CeilingsAreKept) {
     many += " 1";
   }
   EXPECT_THAT(refusal(many), HasSubstr("more than 1024 corners"));
+}
+
+TEST(ReadObj, TheCeilingOfCoordinatesCanBeSet) {
+  Limits limits;
+  limits.mesh_coordinate = 2;
+  EXPECT_EQ(refusal("v 2 -2 0\n", limits), "was read");
+  EXPECT_THAT(refusal("v 2.5 0 0\n", limits), HasSubstr("coordinate 2.5; expected at most 2"));
+  limits.mesh_coordinate = 1e308;
+  EXPECT_EQ(refusal("v 1e300 0 0\n", limits), "was read");
 }
 
 TEST(ReadObj, FileLargerThanTheCeilingIsNotRead) {

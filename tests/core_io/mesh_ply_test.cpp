@@ -140,7 +140,9 @@ TEST(ReadPly, RefusesBrokenHeaders) {
     const char* words;
   } kCases[] = {
       {"", "no PLY file"},
-      {"plyx\n", "no PLY file"},
+      {"plyx\n", "line 1: no PLY file"},
+      {"ply\nformat ascii 1.0\nelement vertex 1\nend_h", "ends in its header, behind 'end_h'"},
+      {"ply\nform", "ends in its header, behind 'form'"},
       {"solid x\n", "no PLY file"},
       {"ply\n", "the file ends in its header"},
       {"ply\nformat ascii 1.0\n", "the file ends in its header"},
@@ -206,6 +208,7 @@ TEST(ReadPly, RefusesBrokenBodies) {
       {"0 0 0 0\n3 0 0 0\n", "more numbers"},
       {"0 0 nan\n3 0 0 0\n", "'nan'"},
       {"0 0 1e300\n3 0 0 0\n", "a number that a float holds"},
+      {"0 0 1e30\n3 0 0 0\n", "vertex 0: coordinate 1.0000000150474662e+30; expected at most"},
       {"0 0 x\n3 0 0 0\n", "'x'"},
       {"0 0 0\n2 0 0\n", "2 corners"},
       {"0 0 0\n300 0 0 0\n", "300; expected 0 to 255"},
@@ -376,6 +379,33 @@ TEST(WritePlyFile, RefusesBrokenMeshesAndFolders) {
   mesh.faces(0, 0) = 4;
   EXPECT_THROW(write_ply(folder / "a.ply", mesh), LogicError);
   EXPECT_EQ(triangulated(read_ply(folder / "a.ply")).faces.rows(), 4);
+}
+
+TEST(WritePlyFile, RefusesWhatAFloatCannotHold) {
+  const TemporaryDirectory folder;
+  Mesh mesh = testing::tetrahedron();
+  mesh.vertices(1, 2) = -1e300;
+  for (const char* name : {"a.ply", "a.glb"}) {
+    try {
+      write_mesh(folder / name, mesh);
+      ADD_FAILURE() << name << " was written";
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("-1e+300; expected a number that a float holds"));
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / name));
+  }
+  write_ply(folder / "exact.ply", mesh, {.exact = true});
+  Limits wide;
+  wide.mesh_coordinate = 1e308;
+  EXPECT_EQ(read_ply(folder / "exact.ply", wide).vertices(1, 2), -1e300);
+  EXPECT_THROW(read_ply(folder / "exact.ply"), DataError);
+}
+
+TEST(ReadPly, RefusesTextureCoordinatesBeyondTheCeiling) {
+  const std::string corners = "element vertex 3\n" + kXyz + "element face 1\n" + kList +
+                              "property list uchar double texcoord\n";
+  EXPECT_THAT(refusal(ascii(corners, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 1 0 1e300\n")),
+              HasSubstr("face 0: coordinate 1e+300"));
 }
 
 TEST(MeshFile, ReadsAndWritesByExtension) {

@@ -123,7 +123,32 @@ TEST(Studio, ScaleDoesNotChangeThePicture) {
 TEST(Studio, NoMeshIsTheEmptyStudio) {
   const Image picture = picture_of(std::vector<RenderMesh>{}, kFront, {20, 20, 1, {}});
   EXPECT_GT(picture.at(10, 10), 0.1f);
-  EXPECT_GT(picture_of(Mesh{}, kFront, {20, 20, 1, {}}).at(10, 10), 0.1f);
+}
+
+std::string refusal(const Mesh& mesh) {
+  try {
+    picture_of(mesh, kFront, {20, 20, 1, {}});
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "was shown";
+}
+
+TEST(Studio, SaysWhatAMeshLacksToBeSeen) {
+  Mesh mesh = sphere(6, 8);
+  EXPECT_EQ(refusal(Mesh{}).find("the mesh has no faces"), 0u);
+  mesh.vertices.setConstant(0.25);
+  EXPECT_EQ(refusal(mesh).find("the mesh has no extent"), 0u);
+  EXPECT_THROW(studio_scene({{mesh, clay_look()}}), DataError);
+  EXPECT_THROW(turntable_of({{mesh, clay_look()}}, 2), DataError);
+  mesh.faces.resize(0, 3);
+  EXPECT_EQ(refusal(mesh).find("the mesh has no faces"), 0u);
+}
+
+TEST(Studio, AMeshBesideOneWithoutFacesIsShown) {
+  Mesh points = sphere(6, 8);
+  points.faces.resize(0, 3);
+  EXPECT_EQ(studio_scene({{sphere(6, 8), clay_look()}, {points, clay_look()}}).meshes.size(), 2u);
 }
 
 TEST(Studio, RefusesAnAzimuthThatIsNotFinite) {
