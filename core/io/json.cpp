@@ -79,12 +79,12 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
     if (const std::size_t end = reason.find(": "); reason.starts_with("parse error at")) {
       reason.erase(0, end + 2);
     }
-    std::string expected = "JSON";
+    std::string expected = "JSON text";
     if (const std::size_t end = reason.rfind("; expected "); end != std::string::npos) {
       expected = reason.substr(end + std::string_view("; expected ").size());
       reason.erase(end);
     }
-    throw DataError(file_, place(position), shown(reason), shown(expected));
+    throw DataError(file_, place(position), "no valid JSON: " + shown(reason), shown(expected));
   }
 
   Cursor begin() { return {text_.data(), &position_}; }
