@@ -1,0 +1,8 @@
+#include "bodymodel/smpl.h"
+#include "fuzz/npz_arrays.h"
+#include "fuzz/reader.h"
+
+ATELIER_FUZZ_READER(smpl) {
+  const atelier::BodyModel model = atelier::read_smpl(atelier::fuzz::npz_of(bytes, "smpl"));
+  atelier::check_body_model(model, "smpl");
+}
