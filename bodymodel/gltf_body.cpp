@@ -89,6 +89,9 @@ void add_shape(const GltfMesh& source, const Eigen::Matrix4d& transform, BodyMod
 GltfBody read_gltf_body(const GltfScene& scene, const std::string& file) {
   const GltfNode& node = scene.nodes[static_cast<std::size_t>(skinned_node(scene, file))];
   const GltfMesh& source = scene.meshes[static_cast<std::size_t>(node.mesh)];
+  if (source.primitives.empty()) {
+    throw DataError(file, "mesh " + source.name, "no triangles with positions", "a skinned mesh");
+  }
   const GltfSkeleton tree = gltf_skeleton(scene, node.skin, file);
   GltfBody body;
   body.findings = tree.findings;

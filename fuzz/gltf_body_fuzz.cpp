@@ -1,0 +1,12 @@
+#include "bodymodel/gltf_body.h"
+#include "fuzz/reader.h"
+
+// The skinned body of a scene, and its first animation as a motion of the skeleton.
+ATELIER_FUZZ_READER(gltf_body) {
+  const atelier::GltfScene scene = atelier::read_gltf(bytes, "gltf");
+  const atelier::GltfBody body = atelier::read_gltf_body(scene, "gltf");
+  atelier::check_body_model(body.model, "gltf");
+  if (!scene.animations.empty()) {
+    atelier::check_motion_clip(atelier::read_gltf_motion(scene, "gltf"), "gltf");
+  }
+}
