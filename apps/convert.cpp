@@ -5,7 +5,9 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/usage_error.h"
+#include "core/error.h"
 #include "core/io/mesh_file.h"
+#include "core/store/file_kind.h"
 
 namespace atelier {
 namespace {
@@ -29,6 +31,9 @@ int run(const ConvertArguments& arguments) {
     throw UsageError("OUT cannot be '" + arguments.out.substr(0, 80) +
                      "': it takes a name with .obj, .ply or .glb");
   }
+  if (file_kind(arguments.in) == std::filesystem::file_type::directory) {
+    throw DataError(arguments.in, "", "a folder", "a mesh file: .obj, .ply, .glb or .gltf");
+  }
   const Mesh mesh = read_mesh(
       arguments.in, {.metres_per_unit = metres_of_unit(arguments.unit), .up = arguments.up[0]});
   write_mesh(arguments.out, mesh);
@@ -41,8 +46,9 @@ int run(const ConvertArguments& arguments) {
 
 Action add_convert(CLI::App& parser) {
   auto arguments = std::make_shared<ConvertArguments>();
-  parser.add_option("IN", arguments->in, "Mesh to read: .obj, .ply, .glb, .gltf");
-  parser.add_option("OUT", arguments->out, "Mesh to write: .obj, .ply, .glb; metres, Y up");
+  parser.add_option("IN", arguments->in, "Mesh to read: .obj, .ply, .glb, .gltf")->required();
+  parser.add_option("OUT", arguments->out, "Mesh to write: .obj, .ply, .glb; metres, Y up")
+      ->required();
   parser.add_option("--unit", arguments->unit, "Unit of IN if it does not say [m]")
       ->check(CLI::IsMember({"m", "dm", "cm", "mm", "in", "ft"}))
       ->type_name("m|dm|cm|mm|in|ft");

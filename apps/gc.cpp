@@ -5,6 +5,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
@@ -38,7 +39,7 @@ int run(const GcArguments& arguments) {
       std::cout << (garbage.removed     ? "removed "
                     : arguments.dry_run ? "would remove "
                                         : "left ")
-                << garbage.path.string() << ": " << garbage.what << ", "
+                << printable(garbage.path.string()) << ": " << garbage.what << ", "
                 << bytes_text(static_cast<double>(garbage.bytes)) << "\n";
     }
   }
@@ -56,7 +57,7 @@ int run(const GcArguments& arguments) {
 
 Action add_gc(CLI::App& parser) {
   auto arguments = std::make_shared<GcArguments>();
-  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results");
+  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
   parser.add_flag("--dry-run", arguments->dry_run, "Only say what would be removed");
   parser.add_flag("--json", arguments->json, "For machines");
   return [arguments] { return run(*arguments); };

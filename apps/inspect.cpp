@@ -7,6 +7,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/printable.h"
 #include "apps/stage_console.h"
 #include "apps/usage_error.h"
 #include "core/archive.h"
@@ -18,10 +19,10 @@
 #include "core/io/npz.h"
 #include "core/io/safetensors.h"
 #include "core/mesh_statistics.h"
+#include "core/store/file_kind.h"
 #include "core/store/manifest.h"
 #include "core/store/result.h"
 #include "core/topology.h"
-#include "core/utf8.h"
 
 namespace atelier {
 namespace {
@@ -33,18 +34,6 @@ struct Inspection {
 
   void add(const std::string& name, const std::string& value) { facts.emplace_back(name, value); }
 };
-
-/// Names inside a file are its maker's: what a terminal would obey is shown as "?".
-std::string printable(const std::string& text) {
-  if (is_printable_utf8(text)) {
-    return text;
-  }
-  std::string shown = text;
-  for (char& c : shown) {
-    c = c >= 0x20 && c < 0x7f ? c : '?';
-  }
-  return shown;
-}
 
 std::string number(double value) {
   char text[32];
@@ -247,12 +236,21 @@ constexpr Kind kKinds[] = {
     {".json", inspect_json},
 };
 
-Inspection inspect(const std::filesystem::path& path) {
+double size_of(const std::filesystem::path& path) {
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) {
+  const auto size = std::filesystem::file_size(path, error);
+  if (error) {
+    throw EnvironmentError(path.string(), error.message());
+  }
+  return static_cast<double>(size);
+}
+
+Inspection inspect(const std::filesystem::path& path) {
+  const std::filesystem::file_type there = file_kind(path);
+  if (there == std::filesystem::file_type::not_found) {
     throw DataError(path.string(), "", "nothing there", "a file");
   }
-  if (std::filesystem::is_directory(path, error)) {
+  if (there == std::filesystem::file_type::directory) {
     throw DataError(path.string(), "", "a folder",
                     "a file; atelier status shows what a workspace holds");
   }
@@ -265,7 +263,7 @@ Inspection inspect(const std::filesystem::path& path) {
     if (extension == kind.extension) {
       Inspection inspection;
       inspection.add("file", path.string());
-      inspection.add("size", bytes_text(static_cast<double>(std::filesystem::file_size(path))));
+      inspection.add("size", bytes_text(size_of(path)));
       kind.inspect(path, inspection);
       return inspection;
     }
@@ -279,6 +277,7 @@ int run(const std::string& file, bool as_json) {
     throw UsageError("it takes a FILE: atelier inspect FILE");
   }
   const Inspection inspection = inspect(file);
+  const int code = has_errors(inspection.findings) ? kExitBadData : kExitDone;
   if (as_json) {
     nlohmann::json json = nlohmann::json::object();
     for (const auto& [name, value] : inspection.facts) {
@@ -292,7 +291,7 @@ int run(const std::string& file, bool as_json) {
                                   {"what", finding.what}});
     }
     std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
-    return kExitDone;
+    return code;
   }
   for (const auto& [name, value] : inspection.facts) {
     std::string column = printable(name);
@@ -302,7 +301,7 @@ int run(const std::string& file, bool as_json) {
   for (const Finding& finding : inspection.findings) {
     std::cout << printable(to_string(finding)) << "\n";
   }
-  return kExitDone;
+  return code;
 }
 
 }  // namespace
@@ -310,9 +309,10 @@ int run(const std::string& file, bool as_json) {
 Action add_inspect(CLI::App& parser) {
   auto file = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  parser.add_option(
-      "FILE", *file,
-      "Mesh, image, npy, npz, safetensors, archive, JSON or a result's manifest.json");
+  parser
+      .add_option("FILE", *file,
+                  "Mesh, image, npy, npz, safetensors, archive, JSON or a result's manifest.json")
+      ->required();
   parser.add_flag("--json", *json, "For machines");
   return [file, json] { return run(*file, *json); };
 }

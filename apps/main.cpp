@@ -1,5 +1,7 @@
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <new>
 #include <string>
@@ -9,15 +11,16 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/exit_code.h"
+#include "apps/printable.h"
 #include "apps/program.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
 
 namespace {
 
-int fail(int code, const std::string& what) {
+int fail(int code, const std::string& what, bool lines = false) {
   std::cout.flush();
-  std::cerr << "atelier: " << what << std::endl;
+  std::cerr << "atelier: " << atelier::printable(what, lines) << std::endl;
   return code;
 }
 
@@ -26,6 +29,8 @@ int fail(int code, const std::string& what) {
 /// The only catch of the program: every error becomes one readable line and an exit code.
 int main(int argc, char** argv) {
   using namespace atelier;
+  // A file beyond the limit of file sizes is a failing disk (EFBIG), no reason to die.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     spdlog::set_default_logger(spdlog::stderr_color_mt("atelier"));
     spdlog::set_pattern("%v");
@@ -36,13 +41,15 @@ int main(int argc, char** argv) {
     }
     return code;
   } catch (const UsageError& error) {
-    return fail(kExitUsage, error.what());
+    return fail(kExitUsage, error.what(), true);  // an options file may have several mistakes
   } catch (const CLI::ParseError& error) {
     return fail(kExitUsage, error.what());
   } catch (const DataError& error) {
     return fail(kExitBadData, error.what());
   } catch (const EnvironmentError& error) {
     return fail(kExitEnvironment, error.what());
+  } catch (const std::filesystem::filesystem_error& error) {
+    return fail(kExitEnvironment, error.path1().string() + ": " + error.code().message());
   } catch (const std::bad_alloc&) {
     return fail(kExitEnvironment, "memory: there is not enough; use fewer --jobs or smaller data");
   } catch (const LogicError& error) {

@@ -49,14 +49,19 @@ std::vector<std::string> option_names(const CLI::App& parser) {
   return names;
 }
 
+/// "; see atelier --help", after a question a sentence of its own.
+std::string see(const std::string& question, const std::string& where) {
+  return question + (question.empty() ? "; see " : " See ") + where;
+}
+
 /// What a command did not understand, as one sentence.
 [[noreturn]] void refuse_extras(const CLI::App& parser) {
   const std::string extra = parser.remaining().front();
   const std::string shown = "'" + extra.substr(0, 60) + "'";
   if (extra.starts_with("-")) {
     throw UsageError(parser.get_name() + " has no option " + shown +
-                     did_you_mean(extra.substr(0, extra.find('=')), option_names(parser)) +
-                     "; see atelier " + parser.get_name() + " --help");
+                     see(did_you_mean(extra.substr(0, extra.find('=')), option_names(parser)),
+                         "atelier " + parser.get_name() + " --help"));
   }
   throw UsageError(parser.get_name() + " does not take " + shown + " as well; see atelier " +
                    parser.get_name() + " --help");
@@ -96,14 +101,18 @@ int run_program(const std::vector<std::string>& arguments) {
       names.push_back(known.first);
     }
     throw UsageError("there is no command '" + arguments[0].substr(0, 60) + "'" +
-                     did_you_mean(arguments[0], names) + "; see atelier --help");
+                     see(did_you_mean(arguments[0], names), "atelier --help"));
   }
   CLI::App* command = parser.get_subcommand(action->first);
   std::vector<std::string> rest(arguments.rbegin(), arguments.rend() - 1);  // CLI11 wants it so
   if (std::find(rest.begin(), rest.end(), "--help") != rest.end() ||
       std::find(rest.begin(), rest.end(), "-h") != rest.end()) {
-    std::cout << command->help("atelier " + action->first);
+    std::cout << command->help("atelier");
     return kExitDone;
+  }
+  // What has to be there is marked for the help; the commands' own sentences say what is missing.
+  for (CLI::Option* option : command->get_options()) {
+    option->required(false);
   }
   command->parse(rest);
   if (!command->remaining().empty()) {

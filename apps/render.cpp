@@ -1,6 +1,7 @@
 #ifdef ATELIER_HAS_CORE_RENDER
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <numbers>
@@ -33,6 +34,9 @@ int run(const RenderArguments& arguments) {
     throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
                      "': it takes a name with .png");
   }
+  if (!std::isfinite(arguments.azimuth) || !std::isfinite(arguments.elevation)) {
+    throw UsageError("--azimuth and --elevation take numbers of degrees");  // a range lets NaN by
+  }
   const Mesh mesh = read_mesh(
       arguments.mesh, {.metres_per_unit = metres_of_unit(arguments.unit), .up = arguments.up[0]});
   const View view{arguments.azimuth * std::numbers::pi / 180,
@@ -47,8 +51,8 @@ int run(const RenderArguments& arguments) {
 
 Action add_render(CLI::App& parser) {
   auto arguments = std::make_shared<RenderArguments>();
-  parser.add_option("MESH", arguments->mesh, "Mesh to show: .obj, .ply, .glb, .gltf");
-  parser.add_option("--out", arguments->out, "Picture to write")->type_name("PNG");
+  parser.add_option("MESH", arguments->mesh, "Mesh to show: .obj, .ply, .glb, .gltf")->required();
+  parser.add_option("--out", arguments->out, "Picture to write")->type_name("PNG")->required();
   parser.add_option("--azimuth", arguments->azimuth, "0 from the front, 90 from its left [34]")
       ->check(CLI::Range(-360.0, 360.0))
       ->type_name("DEGREES");

@@ -1,6 +1,7 @@
 #include "apps/stage_command.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -28,6 +29,16 @@ struct StageArguments {
   bool dry_run = false;
   bool json = false;
 };
+
+/// CLI11's own range says nothing of whole numbers. "" if it is one.
+std::string jobs_problem(const std::string& text) {
+  int jobs = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), jobs);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole && jobs >= 0 && jobs <= 1024
+             ? ""
+             : "'" + text.substr(0, 60) + "' is no whole number from 0 to 1024";
+}
 
 void require(const std::string& problem) {
   if (!problem.empty()) {
@@ -64,6 +75,15 @@ int run(const Stage& stage, StageArguments& arguments) {
   }
   set_options(arguments);
   request.device = arguments.device == "cuda" ? Device::Cuda : Device::Cpu;
+  if (request.device == Device::Cuda && !stage.has_cuda) {
+    throw UsageError("--device cannot be 'cuda': " + std::string(stage.name) +
+                     " works on the processor alone; leave --device out");
+  }
+  if (is_inside_input(request)) {
+    throw UsageError(
+        "WORKSPACE cannot be '" + request.workspace.string() +
+        "': a workspace inside its own input would change it; name a folder elsewhere");
+  }
   if (!arguments.frames.empty()) {
     require(set_frames(request.selection, arguments.frames));
   }
@@ -95,13 +115,14 @@ Action add_stage(CLI::App& parser, const Stage& stage) {
   auto arguments = std::make_shared<StageArguments>();
   StageRequest& request = arguments->request;
   request.options = stage.options();
-  parser.add_option("INPUT", request.input, "File or folder to read");
-  parser.add_option("WORKSPACE", request.workspace, "Folder of results; made if it is missing");
+  parser.add_option("INPUT", request.input, "File or folder to read")->required();
+  parser.add_option("WORKSPACE", request.workspace, "Folder of results; made if it is missing")
+      ->required();
   parser.add_option("--config", arguments->config_files, "TOML file of options; flags win over it")
       ->type_name("FILE")
       ->allow_extra_args(false);
   parser.add_option("--jobs", request.jobs, "Frames worked on at once; 0: as many as processors")
-      ->check(CLI::Range(0, 1024))
+      ->check(jobs_problem)
       ->type_name("N");
   parser.add_option("--device", arguments->device, "Where the work is done")
       ->check(CLI::IsMember({"cpu", "cuda"}))

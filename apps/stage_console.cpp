@@ -1,6 +1,7 @@
 #include "apps/stage_console.h"
 
 #include <cstdio>
+#include <ctime>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -52,6 +53,17 @@ nlohmann::json consent_json(const std::vector<Consent>& consent) {
     json.push_back({{"who", one.who}, {"scope", one.scope}, {"until", one.until}});
   }
   return json;
+}
+
+std::vector<std::string> warnings_of(const std::vector<Consent>& consent) {
+  return ended_consent(consent, static_cast<double>(std::time(nullptr)));
+}
+
+void show_consent(const std::vector<Consent>& consent) {
+  std::cout << "  consent: " << to_string(consent) << "\n";
+  for (const std::string& warning : warnings_of(consent)) {
+    std::cout << "  warning: " << warning << "\n";
+  }
 }
 
 }  // namespace
@@ -114,7 +126,8 @@ void StageConsole::show_plan(const StagePlan& plan) {
                                 {"frames_kept", plan.frames_kept},
                                 {"key", hex(plan.manifest.key)},
                                 {"result", plan.result_folder.string()},
-                                {"consent", consent_json(plan.manifest.consent)}}
+                                {"consent", consent_json(plan.manifest.consent)},
+                                {"warnings", warnings_of(plan.manifest.consent)}}
                      .dump()
               << std::endl;
     return;
@@ -128,15 +141,17 @@ void StageConsole::show_plan(const StagePlan& plan) {
       std::cout << "  " << reason << "\n";
     }
     if (plan.state == StagePlan::State::Resume) {
-      std::cout << "  " << plan.frames_kept << " frames of an interrupted run are kept\n";
+      std::cout << "  " << counted(plan.frames_kept, "frame") << " of an interrupted run "
+                << (plan.frames_kept == 1 ? "is" : "are") << " kept\n";
     }
     std::cout << "  into " << plan.result_folder.string() << "\n";
   }
   for (const ManifestInput& input : plan.manifest.inputs) {
-    std::cout << "  input " << input.kind << ": " << input.path << ", " << input.files << " files, "
+    std::cout << "  input " << input.kind << ": " << input.path << ", "
+              << counted(input.files, "file") << ", "
               << bytes_text(static_cast<double>(input.bytes)) << "\n";
   }
-  std::cout << "  consent: " << to_string(plan.manifest.consent) << "\n";
+  show_consent(plan.manifest.consent);
 }
 
 void StageConsole::show_report(const StageReport& report) {
@@ -150,7 +165,8 @@ void StageConsole::show_report(const StageReport& report) {
                            {"key", hex(report.plan.manifest.key)},
                            {"frames_done", report.frames_done},
                            {"frames_total", report.frames_total},
-                           {"consent", consent_json(report.plan.manifest.consent)}};
+                           {"consent", consent_json(report.plan.manifest.consent)},
+                           {"warnings", warnings_of(report.plan.manifest.consent)}};
     if (finished) {
       json["result"] = report.plan.result_folder.string();
       json["metrics"] = report.manifest.metrics;
@@ -168,8 +184,8 @@ void StageConsole::show_report(const StageReport& report) {
       break;
     case StageReport::End::Done:
       std::cout << stage_ << " done: " << report.plan.result_folder.string() << ", "
-                << report.manifest.outputs.size() << " files, "
-                << duration_text(report.manifest.work_seconds) << " of work, "
+                << counted(static_cast<std::int64_t>(report.manifest.outputs.size()), "file")
+                << ", " << duration_text(report.manifest.work_seconds) << " of work, "
                 << bytes_text(static_cast<double>(report.manifest.peak_memory_bytes))
                 << " of memory\n";
       break;
@@ -187,7 +203,7 @@ void StageConsole::show_report(const StageReport& report) {
       std::cout << "  " << name << " " << format("%.6g", value) << "\n";
     }
   }
-  std::cout << "  consent: " << to_string(report.plan.manifest.consent) << "\n";
+  show_consent(report.plan.manifest.consent);
 }
 
 void StageConsole::clear_line() {
@@ -203,6 +219,10 @@ std::string duration_text(double seconds) {
          : seconds < 7200  ? format("%.0f min", seconds / 60)
          : seconds < 86400 ? format("%.1f h", seconds / 3600)
                            : format("%.1f days", seconds / 86400);
+}
+
+std::string counted(std::int64_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
 std::string bytes_text(double bytes) {

@@ -8,6 +8,7 @@
 #include "core/io/json.h"
 #include "core/io/sequence_folder.h"
 #include "core/sequence_archive.h"
+#include "core/store/file_kind.h"
 #include "core/store/write_text.h"
 
 namespace atelier {
@@ -15,8 +16,10 @@ namespace {
 
 /// Atelier's own sequence, or a folder of mesh files.
 Sequence read_meshes(const std::filesystem::path& path, const MeshConvention& otherwise) {
-  return std::filesystem::exists(path / "sequence.h5") ? open_sequence(path)
-                                                       : read_sequence_folder(path, otherwise);
+  return file_kind(path) == std::filesystem::file_type::directory &&
+                 file_kind(path / "sequence.h5") != std::filesystem::file_type::not_found
+             ? open_sequence(path)
+             : read_sequence_folder(path, otherwise);
 }
 
 nlohmann::json json_of(int frame_id, const MeshStatistics& s) {

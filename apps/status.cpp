@@ -5,6 +5,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
@@ -57,7 +58,7 @@ void show(const StageStatus& status) {
       bytes += output.size;
     }
     std::cout << "  " << folder_name(status.manifest->key) << "  "
-              << status.manifest->outputs.size() << " files, "
+              << counted(static_cast<std::int64_t>(status.manifest->outputs.size()), "file") << ", "
               << bytes_text(static_cast<double>(bytes)) << ", finished "
               << status.manifest->finished
               << "\n    consent: " << to_string(status.manifest->consent);
@@ -67,13 +68,15 @@ void show(const StageStatus& status) {
     std::cout << "    " << reason << "\n";
   }
   for (const Finding& finding : status.findings) {
-    std::cout << "    " << to_string(finding) << "\n";
+    std::cout << "    " << printable(to_string(finding)) << "\n";
   }
   for (const UnfinishedWork& work : status.unfinished) {
-    std::cout << "    unfinished: " << work.key16 << " with " << work.frames << " frames\n";
+    std::cout << "    unfinished: " << work.key16 << " with " << counted(work.frames, "frame")
+              << "\n";
   }
   if (status.older_results > 0) {
-    std::cout << "    " << status.older_results << " older results; atelier gc removes them\n";
+    std::cout << "    " << counted(status.older_results, "older result") << "; atelier gc removes "
+              << (status.older_results == 1 ? "it" : "them") << "\n";
   }
 }
 
@@ -86,8 +89,8 @@ int run(const StatusArguments& arguments) {
   bool sound = true;
   nlohmann::json json = nlohmann::json::array();
   for (const StageStatus& status : all) {
-    sound = sound &&
-            (status.state == StageStatus::State::Done || status.state == StageStatus::State::None);
+    sound = sound && status.state != StageStatus::State::Outdated &&
+            status.state != StageStatus::State::Damaged;
     if (arguments.json) {
       json.push_back(json_of(status));
     } else {
@@ -104,7 +107,7 @@ int run(const StatusArguments& arguments) {
 
 Action add_status(CLI::App& parser) {
   auto arguments = std::make_shared<StatusArguments>();
-  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results");
+  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
   parser.add_flag("--digests", arguments->digests, "Compare every byte, not only sizes");
   parser.add_flag("--check", arguments->check, "Exit with 1 if a result is damaged or outdated");
   parser.add_flag("--json", arguments->json, "For machines");

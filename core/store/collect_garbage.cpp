@@ -1,12 +1,12 @@
 #include "core/store/collect_garbage.h"
 
-#include <algorithm>
 #include <optional>
 #include <system_error>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/store/commit.h"
+#include "core/store/file_kind.h"
 #include "core/store/file_lock.h"
 #include "core/store/frame_log.h"
 #include "core/store/result.h"
@@ -14,31 +14,34 @@
 namespace atelier {
 namespace {
 
-std::int64_t bytes_below(const std::filesystem::path& path) {
+using std::filesystem::file_type;
+
+std::int64_t size_of(const std::filesystem::path& file) {
   std::error_code error;
-  if (!std::filesystem::is_directory(std::filesystem::symlink_status(path, error))) {
-    const auto size = std::filesystem::is_regular_file(std::filesystem::symlink_status(path, error))
-                          ? std::filesystem::file_size(path, error)
-                          : 0;
-    return error ? 0 : static_cast<std::int64_t>(size);
+  const auto size = std::filesystem::file_size(file, error);
+  return error ? 0 : static_cast<std::int64_t>(size);  // gone meanwhile: it frees nothing
+}
+
+std::int64_t bytes_below(const std::filesystem::path& path) {
+  const file_type kind = link_kind(path);
+  if (kind != file_type::directory) {
+    return kind == file_type::regular ? size_of(path) : 0;
   }
   std::int64_t bytes = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(path, error)) {
-    if (std::filesystem::is_regular_file(entry.symlink_status(error))) {
-      bytes += static_cast<std::int64_t>(entry.file_size(error));
-    }
+  for (const std::filesystem::path& entry : list_folder(path)) {
+    bytes += bytes_below(entry);
   }
   return bytes;
 }
 
 /// What an entry of a stage's folder is, if nothing needs it; "" otherwise.
-std::string uselessness(const std::filesystem::directory_entry& entry,
+std::string uselessness(const std::filesystem::path& entry,
                         const std::optional<std::string>& current) {
-  const std::string name = entry.path().filename().string();
-  std::error_code error;
-  const bool folder = std::filesystem::is_directory(entry.symlink_status(error));
+  const std::string name = entry.filename().string();
+  const bool folder = link_kind(entry) == file_type::directory;
   if (folder && name.starts_with(".staging-")) {
-    return "unfinished work of " + std::to_string(read_frame_logs(entry.path()).size()) + " frames";
+    const std::size_t frames = read_frame_logs(entry).size();
+    return "unfinished work of " + std::to_string(frames) + (frames == 1 ? " frame" : " frames");
   }
   if (folder && name.starts_with(".replaced-")) {
     return "a result that was replaced";
@@ -46,7 +49,7 @@ std::string uselessness(const std::filesystem::directory_entry& entry,
   if (folder && current && is_folder_name(name) && name != *current) {
     return "a result that is no longer current";
   }
-  if (!folder && (is_temporary_name(name) || name == ".current-new")) {
+  if (!folder && (is_temporary_name(name) || name == ".current-new" || name == ".manifest-new")) {
     return "left by an interrupted run";
   }
   return "";
@@ -56,31 +59,27 @@ std::string uselessness(const std::filesystem::directory_entry& entry,
 
 std::vector<Garbage> collect_garbage(std::span<const Stage> stages,
                                      const std::filesystem::path& workspace, bool dry_run) {
-  std::error_code error;
-  if (!std::filesystem::is_directory(workspace, error)) {
+  if (file_kind(workspace) != file_type::directory) {
     throw DataError(workspace.string(), "", "no folder", "a workspace");
   }
   std::vector<Garbage> all;
   for (const Stage& stage : stages) {
     const std::filesystem::path folder = workspace / stage.name;
-    if (!std::filesystem::exists(std::filesystem::symlink_status(folder, error))) {
+    if (link_kind(folder) == file_type::not_found) {
       continue;
     }
     require_folder(folder);
     const auto lock = FileLock::try_lock(folder / ".lock", FileLock::Mode::Exclusive);
     const auto current = current_name(folder);
     std::vector<Garbage> found;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    for (const std::filesystem::path& entry : list_folder(folder)) {
       const std::string what = uselessness(entry, current);
       if (!what.empty()) {
-        found.push_back({entry.path(), what, bytes_below(entry.path()), false});
+        found.push_back({entry, what, bytes_below(entry), false});
       }
     }
-    std::sort(found.begin(), found.end(),
-              [](const Garbage& a, const Garbage& b) { return a.path < b.path; });
     for (Garbage& garbage : found) {
-      const bool is_folder =
-          std::filesystem::is_directory(std::filesystem::symlink_status(garbage.path, error));
+      const bool is_folder = link_kind(garbage.path) == file_type::directory;
       if (!lock) {
         garbage.what += "; the stage is running";
       } else if (is_folder && !FileLock::try_lock_folder(garbage.path, FileLock::Mode::Exclusive)) {

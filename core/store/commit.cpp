@@ -93,6 +93,17 @@ void finish_commit(const std::filesystem::path& staging, const std::filesystem::
   }
 }
 
+void replace_manifest(const std::filesystem::path& result, const Manifest& manifest) {
+  // Made outside of the result: a kill leaves no file in it that its manifest does not name.
+  const std::filesystem::path fresh = result.parent_path() / ".manifest-new";
+  write_file_atomically(fresh, manifest_text(manifest));
+  if (std::rename(fresh.c_str(), (result / "manifest.json").c_str()) != 0) {
+    throw EnvironmentError((result / "manifest.json").string(),
+                           "cannot replace it: " + std::generic_category().message(errno));
+  }
+  sync_directory(result);
+}
+
 void remove_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::remove_all(folder, error);

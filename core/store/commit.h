@@ -18,6 +18,10 @@ void commit_result(const std::filesystem::path& staging, const std::filesystem::
 void finish_commit(const std::filesystem::path& staging, const std::filesystem::path& result,
                    const Manifest& manifest);
 
+/// Replaces a result's manifest by one of the same outputs, in one step, durably. The caller holds
+/// the commit lock. Throws EnvironmentError.
+void replace_manifest(const std::filesystem::path& result, const Manifest& manifest);
+
 /// Removes a folder and everything in it; links are removed, not followed. Throws EnvironmentError.
 void remove_folder(const std::filesystem::path& folder);
 

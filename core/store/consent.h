@@ -18,4 +18,7 @@ struct Consent {
 /// "P. Doe, research, until 2030-12-31"; "none recorded" for an empty list.
 std::string to_string(const std::vector<Consent>& consent);
 
+/// One sentence for each whose last day (UTC) is over. @param now  seconds since 1970
+std::vector<std::string> ended_consent(const std::vector<Consent>& consent, double now);
+
 }  // namespace atelier

@@ -1,11 +1,11 @@
 #include "core/store/consent_file.h"
 
 #include <map>
-#include <system_error>
 
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
+#include "core/store/file_kind.h"
 #include "core/store/toml_entries.h"
 #include "core/store/utc_time.h"
 #include "core/utf8.h"
@@ -64,12 +64,11 @@ std::vector<Consent> consent_of(const std::vector<TomlEntry>& entries, const std
 
 std::vector<Consent> read_consent(const std::filesystem::path& input) {
   constexpr int kFoldersAbove = 2;
-  std::error_code error;
   std::filesystem::path folder =
-      std::filesystem::is_directory(input, error) ? input : input.parent_path();
+      file_kind(input) == std::filesystem::file_type::directory ? input : input.parent_path();
   for (int i = 0; i <= kFoldersAbove && !folder.empty(); ++i, folder = folder.parent_path()) {
     const std::filesystem::path path = folder / "capture.toml";
-    if (std::filesystem::exists(path, error)) {
+    if (file_kind(path) != std::filesystem::file_type::not_found) {
       const std::string text = read_file_text(path, Limits{}.text_file_bytes);
       return consent_of(read_toml_entries(text, path.string()), path.string());
     }

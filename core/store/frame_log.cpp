@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
+#include "core/store/file_kind.h"
 
 namespace atelier {
 namespace {
@@ -65,13 +66,12 @@ void FrameLog::append(const FrameRecord& record) {
 
 std::map<int, FrameRecord> read_frame_logs(const std::filesystem::path& staging) {
   std::map<int, FrameRecord> records;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(staging, error)) {
-    if (!is_frame_log_name(entry.path().filename().string()) ||
-        !std::filesystem::is_regular_file(entry.symlink_status())) {
+  for (const std::filesystem::path& entry : list_folder(staging)) {
+    if (!is_frame_log_name(entry.filename().string()) ||
+        link_kind(entry) != std::filesystem::file_type::regular) {
       continue;
     }
-    const std::string text = read_file_text(entry.path(), Limits{}.text_file_bytes * 16);
+    const std::string text = read_file_text(entry, Limits{}.text_file_bytes * 16);
     for (std::size_t begin = 0; begin < text.size();) {
       const std::size_t end = text.find('\n', begin);
       if (end == std::string::npos) {

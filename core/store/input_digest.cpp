@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/store/file_kind.h"
 
 namespace atelier {
 namespace {
@@ -28,18 +29,19 @@ std::string reason(int error) {
 }
 
 std::vector<Entry> entries_of(const std::filesystem::path& root) {
-  std::error_code error;
-  const auto status = std::filesystem::status(root, error);
-  if (std::filesystem::is_regular_file(status)) {
+  using std::filesystem::file_type;
+  const file_type status = file_kind(root);
+  if (status == file_type::regular) {
     return {{root, root.filename().string()}};
   }
-  if (!std::filesystem::exists(status)) {
+  if (status == file_type::not_found) {
     throw DataError(root.string(), "", "nothing there", "an existing file or folder");
   }
-  if (!std::filesystem::is_directory(status)) {
+  if (status != file_type::directory) {
     throw DataError(root.string(), "", "neither file nor folder", "a file or a folder");
   }
   std::vector<Entry> entries;
+  std::error_code error;
   auto walk = std::filesystem::recursive_directory_iterator(root, error);
   if (error) {
     throw EnvironmentError(root.string(), "cannot list the folder: " + error.message());

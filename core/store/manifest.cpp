@@ -280,15 +280,6 @@ void check_canonical_options(const Manifest& manifest, const std::string& file) 
 
 }  // namespace
 
-std::string to_string(const std::vector<Consent>& consent) {
-  std::string text;
-  for (const Consent& one : consent) {
-    text += (text.empty() ? "" : "; ") + one.who + ", " + one.scope +
-            (one.until.empty() ? "" : ", until " + one.until);
-  }
-  return text.empty() ? "none recorded" : text;
-}
-
 Digest stage_key(std::string_view stage, int stage_version, std::string_view device,
                  std::string_view options, const std::vector<ManifestInput>& inputs) {
   Sha256 hash;

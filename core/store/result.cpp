@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/parallel.h"
+#include "core/store/file_kind.h"
 #include "core/store/input_digest.h"
 #include "core/store/utc_time.h"
 
@@ -55,8 +56,7 @@ Finding finding(Severity severity, const char* code, const std::filesystem::path
 Manifest read_manifest(const std::filesystem::path& folder, std::string_view stage) {
   require_folder(folder);
   const std::filesystem::path path = folder / "manifest.json";
-  std::error_code error;
-  if (std::filesystem::is_symlink(std::filesystem::symlink_status(path, error))) {
+  if (link_kind(path) == std::filesystem::file_type::symlink) {
     throw DataError(path.string(), "", "a symbolic link", "the manifest itself");
   }
   const Limits limits;
@@ -124,6 +124,10 @@ std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Ma
         finding(Severity::Warning, "manifest-time", folder / "manifest.json",
                 "finished at '" + manifest.finished + "', which is not in the past"));
   }
+  for (const std::string& sentence : ended_consent(manifest.consent, now)) {
+    findings.push_back({Severity::Warning, "consent-ended", folder.string(), sentence,
+                        "renew it in the capture.toml, or delete what was made from it"});
+  }
   return findings;
 }
 
@@ -137,6 +141,11 @@ std::optional<std::string> current_name(const std::filesystem::path& stage_folde
   std::error_code error;
   const std::filesystem::path target =
       std::filesystem::read_symlink(stage_folder / "current", error);
+  // Neither a missing link nor something else in its place names a result.
+  if (error && error != std::errc::no_such_file_or_directory &&
+      error != std::errc::invalid_argument) {
+    throw EnvironmentError((stage_folder / "current").string(), error.message());
+  }
   if (error || !is_folder_name(target.string())) {
     return std::nullopt;
   }
@@ -156,14 +165,14 @@ void set_current(const std::filesystem::path& stage_folder, const std::string& n
 }
 
 void require_folder(const std::filesystem::path& path) {
-  struct stat status {};
-  if (lstat(path.c_str(), &status) != 0) {
-    throw DataError(path.string(), "", std::generic_category().message(errno), "a folder");
+  const std::filesystem::file_type kind = link_kind(path);
+  if (kind == std::filesystem::file_type::not_found) {
+    throw DataError(path.string(), "", "nothing there", "a folder");
   }
-  if (S_ISLNK(status.st_mode)) {
+  if (kind == std::filesystem::file_type::symlink) {
     throw DataError(path.string(), "", "a symbolic link", "a folder: a workspace holds no links");
   }
-  if (!S_ISDIR(status.st_mode)) {
+  if (kind != std::filesystem::file_type::directory) {
     throw DataError(path.string(), "", "a file", "a folder");
   }
 }

@@ -31,8 +31,8 @@ Manifest read_manifest(const std::filesystem::path& folder, std::string_view sta
 
 /// Everything in which a result's folder differs from its manifest: "output-missing",
 /// "output-extra", "output-kind" (a link, folder or device), "output-size", "output-digest",
-/// "manifest-time" (a finish in the future, a warning). Empty if they agree. Digests are taken on
-/// several threads.
+/// "manifest-time" (a finish in the future, a warning), "consent-ended" (a warning). Empty if they
+/// agree. Digests are taken on several threads.
 std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Manifest& manifest,
                                    Check check);
 
@@ -40,13 +40,14 @@ std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Ma
 bool is_folder_name(std::string_view name);
 
 /// The name that `<stage>/current` points to; nothing if it is missing or no link to a result
-/// beside it. Links are never followed.
+/// beside it. Links are never followed. Throws EnvironmentError if it cannot be looked at.
 std::optional<std::string> current_name(const std::filesystem::path& stage_folder);
 
 /// Makes `current` point to a result beside it, in one step, and syncs the folder.
 void set_current(const std::filesystem::path& stage_folder, const std::string& name);
 
-/// The folder itself: not missing, not a link, not a file. Throws DataError otherwise.
+/// The folder itself: not missing, not a link, not a file. Throws DataError otherwise, and
+/// EnvironmentError if it cannot be looked at.
 void require_folder(const std::filesystem::path& path);
 
 }  // namespace atelier

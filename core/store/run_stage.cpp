@@ -10,6 +10,7 @@
 #include "core/store/active_run.h"
 #include "core/store/build_info.h"
 #include "core/store/commit.h"
+#include "core/store/file_kind.h"
 #include "core/store/input_digest.h"
 #include "core/store/result.h"
 
@@ -59,8 +60,7 @@ FileLock lock_stage(const Stage& stage, const StageRequest& request, const Stage
 /// Nothing in the workspace may lead out of it.
 void open_stage_folder(const StageRequest& request, const StagePlan& plan) {
   make_private_directory(request.workspace);
-  std::error_code error;
-  if (std::filesystem::exists(std::filesystem::symlink_status(plan.stage_folder, error))) {
+  if (link_kind(plan.stage_folder) != std::filesystem::file_type::not_found) {
     require_folder(plan.stage_folder);
   } else {
     make_private_directory(plan.stage_folder);
@@ -103,10 +103,24 @@ void make_current(const StagePlan& plan) {
   }
 }
 
+/// Consent is no part of the key: where it was changed at the input, the result learns it here.
+void renew_consent(StageReport& report) {
+  const StagePlan& plan = report.plan;
+  report.manifest = read_manifest(plan.result_folder, plan.manifest.stage);
+  if (report.manifest.consent == plan.manifest.consent) {
+    return;
+  }
+  const FileLock moment =
+      FileLock::wait(plan.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
+  report.manifest = read_manifest(plan.result_folder, plan.manifest.stage);
+  report.manifest.consent = plan.manifest.consent;
+  replace_manifest(plan.result_folder, report.manifest);
+}
+
 StageReport already_done(StageReport report) {
   make_current(report.plan);
   report.end = StageReport::End::AlreadyDone;
-  report.manifest = read_manifest(report.plan.result_folder, report.plan.manifest.stage);
+  renew_consent(report);
   return report;
 }
 
@@ -115,18 +129,17 @@ bool open_staging(const Stage& stage, const StageRequest& request, StageReport& 
   const StagePlan& plan = report.plan;
   const FileLock moment =
       FileLock::wait(plan.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
-  std::error_code error;
-  if (std::filesystem::exists(std::filesystem::symlink_status(plan.staging_folder, error))) {
+  if (link_kind(plan.staging_folder) != std::filesystem::file_type::not_found) {
     if (!request.force) {
-      if (const auto manifest = complete_staging(plan)) {
-        finish_commit(plan.staging_folder, plan.result_folder, *manifest);
+      if (auto manifest = complete_staging(plan)) {
+        manifest->consent = plan.manifest.consent;  // as it is stated now
+        commit_result(plan.staging_folder, plan.result_folder, *manifest);
         report.manifest = *manifest;
         return true;
       }
     }
-    const bool keep =
-        stage.frame_wise && !(request.force && request.selection.everything()) &&
-        std::filesystem::is_directory(std::filesystem::symlink_status(plan.staging_folder, error));
+    const bool keep = stage.frame_wise && !(request.force && request.selection.everything()) &&
+                      link_kind(plan.staging_folder) == std::filesystem::file_type::directory;
     if (!keep) {
       remove_folder(plan.staging_folder);
     }

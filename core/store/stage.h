@@ -99,6 +99,7 @@ struct Stage {
   StageOptions (*options)() = nullptr;        ///< its defaults: stage_options<ItsOptions>
   void (*run)(StageRun& run) = nullptr;       ///< read -> call -> write
   bool frame_wise = false;    ///< calls `each_frame`, so that it resumes and can be split
+  bool has_cuda = false;      ///< has a CUDA twin: without one, --device cuda is refused
   bool device_keyed = false;  ///< its twins differ, so that --device is part of the key
 };
 

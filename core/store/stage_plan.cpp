@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/store/consent_file.h"
+#include "core/store/file_kind.h"
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
 #include "core/store/result.h"
@@ -16,7 +17,10 @@ namespace {
 std::filesystem::path real_path(const std::filesystem::path& path) {
   std::error_code error;
   const std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
-  return error ? std::filesystem::absolute(path) : real;
+  if (error) {
+    throw EnvironmentError(path.string(), error.message());
+  }
+  return real;
 }
 
 bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
@@ -35,7 +39,7 @@ void add_consent(std::vector<Consent>& all, const std::vector<Consent>& more) {
 /// The INPUT that the user named.
 void add_outside_input(StagePlan& plan, std::string_view kind, const StageRequest& request) {
   const std::filesystem::path path = real_path(request.input);
-  if (std::filesystem::is_directory(path) && is_inside(real_path(request.workspace), path)) {
+  if (is_inside_input(request)) {
     throw DataError(request.workspace.string(), "", "a workspace inside its own input",
                     "a folder elsewhere: what is written there would change the input");
   }
@@ -121,6 +125,12 @@ std::string result_problem(const std::filesystem::path& folder, const Manifest& 
 
 }  // namespace
 
+bool is_inside_input(const StageRequest& request) {
+  const std::filesystem::path input = real_path(request.input);
+  return file_kind(input) == std::filesystem::file_type::directory &&
+         is_inside(real_path(request.workspace), input);
+}
+
 StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage,
                      const StageRequest& request) {
   ATELIER_CHECK(check_options(request.options.table).empty(), "options were not checked");
@@ -155,9 +165,7 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage,
 void judge_state(StagePlan& plan, bool force) {
   plan.reasons.clear();
   plan.frames_kept = 0;
-  std::error_code error;
-  const bool there =
-      std::filesystem::exists(std::filesystem::symlink_status(plan.result_folder, error));
+  const bool there = link_kind(plan.result_folder) != std::filesystem::file_type::not_found;
   const std::string problem = there ? result_problem(plan.result_folder, plan.manifest) : "";
   if (there && problem.empty() && !force) {
     plan.state = StagePlan::State::Done;
@@ -179,10 +187,10 @@ void judge_state(StagePlan& plan, bool force) {
       plan.reasons.push_back("it has no result in this workspace");
     }
   }
-  if (!force &&
-      std::filesystem::is_directory(std::filesystem::symlink_status(plan.staging_folder, error))) {
+  if (!force && link_kind(plan.staging_folder) == std::filesystem::file_type::directory) {
     plan.frames_kept = static_cast<std::int64_t>(read_frame_logs(plan.staging_folder).size());
-    if (plan.frames_kept > 0 || std::filesystem::exists(plan.staging_folder / "manifest.json")) {
+    if (plan.frames_kept > 0 ||
+        link_kind(plan.staging_folder / "manifest.json") != std::filesystem::file_type::not_found) {
       plan.state = StagePlan::State::Resume;
     }
   }

@@ -50,6 +50,10 @@ struct StagePlan {
 StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage,
                      const StageRequest& request);
 
+/// True if the workspace lies inside the folder that is the request's input, where its results
+/// would change the input. Throws EnvironmentError if one of the two cannot be looked at.
+bool is_inside_input(const StageRequest& request);
+
 /// Looks again at what is there: another run may have worked since.
 void judge_state(StagePlan& plan, bool force);
 

@@ -1,22 +1,23 @@
 #include "core/store/workspace_status.h"
 
 #include <algorithm>
-#include <system_error>
 
 #include "core/error.h"
+#include "core/store/file_kind.h"
 #include "core/store/file_lock.h"
 #include "core/store/frame_log.h"
 
 namespace atelier {
 namespace {
 
+using std::filesystem::file_type;
+
 constexpr std::string_view kStaging = ".staging-";
 
 /// Looks without making the lock file, so that asking changes nothing.
 bool is_running(const std::filesystem::path& stage_folder) {
   const std::filesystem::path lock = stage_folder / ".lock";
-  std::error_code error;
-  return std::filesystem::is_regular_file(std::filesystem::symlink_status(lock, error)) &&
+  return link_kind(lock) == file_type::regular &&
          !FileLock::try_lock(lock, FileLock::Mode::Exclusive);
 }
 
@@ -69,6 +70,8 @@ const char* state_name(StageStatus::State state) {
   switch (state) {
     case StageStatus::State::None:
       return "none";
+    case StageStatus::State::Unfinished:
+      return "unfinished";
     case StageStatus::State::Done:
       return "done";
     case StageStatus::State::Outdated:
@@ -81,29 +84,29 @@ const char* state_name(StageStatus::State state) {
 
 std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
                                           const std::filesystem::path& workspace, Check check) {
-  std::error_code error;
-  if (!std::filesystem::is_directory(workspace, error)) {
+  if (file_kind(workspace) != file_type::directory) {
     throw DataError(workspace.string(), "", "no folder", "a workspace");
   }
+  bool is_workspace = false;
   std::vector<StageStatus> all;
   for (const Stage& stage : stages) {
     StageStatus status;
     status.stage = stage.name;
     const std::filesystem::path folder = workspace / stage.name;
-    if (std::filesystem::exists(std::filesystem::symlink_status(folder, error))) {
+    if (link_kind(folder) != file_type::not_found) {
+      is_workspace = true;
       require_folder(folder);
       status.running = is_running(folder);
       const auto current = current_name(folder);
-      for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        const std::string name = entry.path().filename().string();
-        if (!std::filesystem::is_directory(entry.symlink_status(error))) {
+      for (const std::filesystem::path& entry : list_folder(folder)) {
+        const std::string name = entry.filename().string();
+        if (link_kind(entry) != file_type::directory) {
           continue;
         }
         if (name.starts_with(kStaging)) {
-          status.unfinished.push_back(
-              {name.substr(kStaging.size()),
-               static_cast<std::int64_t>(read_frame_logs(entry.path()).size())});
-        } else if (is_folder_name(name) && name != current) {
+          status.unfinished.push_back({name.substr(kStaging.size()),
+                                       static_cast<std::int64_t>(read_frame_logs(entry).size())});
+        } else if (current && is_folder_name(name) && name != *current) {
           ++status.older_results;
         }
       }
@@ -112,9 +115,14 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
       if (current) {
         judge_result(status, folder / *current, check);
         judge_age(status, stage, all);
+      } else if (!status.unfinished.empty()) {
+        status.state = StageStatus::State::Unfinished;
       }
     }
     all.push_back(std::move(status));
+  }
+  if (!is_workspace) {
+    throw DataError(workspace.string(), "", "a folder in which no stage has run", "a workspace");
   }
   return all;
 }

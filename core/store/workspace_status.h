@@ -23,10 +23,11 @@ struct UnfinishedWork {
 /// How one stage stands in a workspace.
 struct StageStatus {
   enum class State {
-    None,      ///< no result
-    Done,      ///< a sound result
-    Outdated,  ///< sound, but made by another version or from results that have changed
-    Damaged,   ///< the result does not agree with its manifest
+    None,        ///< no result
+    Unfinished,  ///< no result yet, but frames of an interrupted or split run
+    Done,        ///< a sound result
+    Outdated,    ///< sound, but made by another version or from results that have changed
+    Damaged,     ///< the result does not agree with its manifest
   };
 
   std::string stage;
@@ -36,14 +37,14 @@ struct StageStatus {
   std::vector<Finding> findings;     ///< how it is damaged
   bool running = false;              ///< a run holds its lock now
   std::vector<UnfinishedWork> unfinished;
-  std::int64_t older_results = 0;  ///< of other keys; `collect_garbage` removes them
+  std::int64_t older_results = 0;  ///< beside a current one; `collect_garbage` removes them
 };
 
-/// "none", "done", "outdated" or "damaged".
+/// "none", "unfinished", "done", "outdated" or "damaged".
 const char* state_name(StageStatus::State state);
 
 /// Every stage of the table in its order. Changes nothing. Throws DataError if the workspace is
-/// missing or no folder.
+/// missing, no folder, or holds no stage's folder; EnvironmentError if it cannot be looked at.
 std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
                                           const std::filesystem::path& workspace,
                                           Check check = Check::Sizes);

@@ -128,6 +128,7 @@ inline constexpr std::array kTestStages = {
           .outputs = {"devices"},
           .options = stage_options<CountOptions>,
           .run = run_twins,
+          .has_cuda = true,
           .device_keyed = true},
     Stage{.name = "frames",
           .version = 1,

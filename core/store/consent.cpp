@@ -1,0 +1,28 @@
+#include "core/store/consent.h"
+
+#include "core/store/utc_time.h"
+
+namespace atelier {
+
+std::string to_string(const std::vector<Consent>& consent) {
+  std::string text;
+  for (const Consent& one : consent) {
+    text += (text.empty() ? "" : "; ") + one.who + ", " + one.scope +
+            (one.until.empty() ? "" : ", until " + one.until);
+  }
+  return text.empty() ? "none recorded" : text;
+}
+
+std::vector<std::string> ended_consent(const std::vector<Consent>& consent, double now) {
+  constexpr double kDay = 86400;
+  std::vector<std::string> ended;
+  for (const Consent& one : consent) {
+    const auto last_day = seconds_of_utc(one.until + "T00:00:00Z");
+    if (last_day && now >= *last_day + kDay) {
+      ended.push_back("the consent of " + one.who + " (" + one.scope + ") ended with " + one.until);
+    }
+  }
+  return ended;
+}
+
+}  // namespace atelier

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace atelier {
+
+/// What is at the path, after following links: file_type::not_found only where there is nothing
+/// (ENOENT). What cannot be looked at (no permission, a name too long, a loop of links, a failing
+/// disk) is not absent: it throws EnvironmentError with the path and the reason.
+std::filesystem::file_type file_kind(const std::filesystem::path& path);
+
+/// The same of the path itself: a link is file_type::symlink.
+std::filesystem::file_type link_kind(const std::filesystem::path& path);
+
+/// The entries of a folder, sorted by path; none if there is no such folder (another run may have
+/// moved it). Throws EnvironmentError if it cannot be listed.
+std::vector<std::filesystem::path> list_folder(const std::filesystem::path& folder);
+
+}  // namespace atelier
