@@ -96,6 +96,29 @@ TEST_F(DiskFull, BrokenDiskAtEveryRename) {
   every_call({"rename", "symlink"}, "EIO", 1);
 }
 
+TEST_F(DiskFull, BrokenDiskAtEveryWrite) {
+  every_call({"write", "pwrite64"}, "EIO", 3);
+}
+
+TEST_F(DiskFull, BrokenDiskAtEveryClose) {
+  every_call({"close"}, "EIO", 5);
+}
+
+TEST_F(DiskFull, ALimitOfFileSizesIsAFailingDisk) {
+  const std::vector<std::string> command = statistics({"--jobs", "1"});
+  std::string words;
+  for (const std::string& word : command) {
+    words += " '" + word + "'";
+  }
+  // 1 kB: statistics.json is larger.
+  const ChildResult result = run_child({"bash", "-c", "ulimit -f 1; exec" + words});
+  EXPECT_EQ(result.signal, 0);
+  EXPECT_EQ(result.exit_code, 5) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("File too large"));
+  EXPECT_EQ(run_child(command).exit_code, 0);
+  EXPECT_TRUE(is_clean());
+}
+
 TEST_F(DiskFull, NoSpaceForAFolder) {
   every_call({"mkdir"}, "ENOSPC", 1);
 }

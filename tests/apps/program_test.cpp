@@ -171,6 +171,22 @@ TEST_F(Program, ConsentIsShown) {
   EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr("consent: P. Doe, research"));
 }
 
+TEST_F(Program, ConsentThatEndedIsAWarning) {
+  write_boxes(input(), 1);
+  std::ofstream(input() / "capture.toml")
+      << "[consent]\nwho = 'P. Doe'\nscope = 'research'\nuntil = 2001-12-31\n";
+  const std::string words = "the consent of P. Doe (research) ended with 2001-12-31";
+  EXPECT_THAT(run_statistics({}).out, HasSubstr("warning: " + words));
+  EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr(words));
+  EXPECT_THAT(run({"inspect", (stage_folder() / "current/manifest.json").string()}).out,
+              HasSubstr(words));
+}
+
+TEST_F(Program, UsageNamesTheCommandOnce) {
+  EXPECT_THAT(run({"statistics", "--help"}).out,
+              HasSubstr("Usage: atelier statistics [OPTIONS] INPUT WORKSPACE"));
+}
+
 TEST_F(Program, StatusChecks) {
   write_boxes(input(), 1);
   run_statistics({});
@@ -242,6 +258,8 @@ TEST_F(Program, InspectFindsWhatIsDamaged) {
   std::filesystem::remove(stage_folder() / "current/statistics.json");
   EXPECT_THAT(run({"inspect", (stage_folder() / "current/manifest.json").string()}).out,
               HasSubstr("output-missing"));
+  EXPECT_EQ(run({"inspect", (stage_folder() / "current/manifest.json").string()}).exit_code,
+            kExitBadData);
 }
 
 TEST_F(Program, ConvertKeepsTheMesh) {
@@ -266,6 +284,9 @@ TEST_F(Program, RenderMakesAPicture) {
   EXPECT_THAT(run({"inspect", png}).out, HasSubstr("64 x 48"));
   expect_refusal(run({"render", (input() / "box_000.obj").string(), "--out", "box.jpg"}),
                  kExitUsage, "it takes a name with .png");
+  expect_refusal(
+      run({"render", (input() / "box_000.obj").string(), "--out", "box.png", "--azimuth", "nan"}),
+      kExitUsage, "numbers of degrees");
 }
 
 TEST_F(Program, TheDocumentOfOptionsIsUpToDate) {
@@ -343,10 +364,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"NoInput", {"statistics"}, 2, "it takes an INPUT and a WORKSPACE"},
         BadCommand{"NoWorkspace", {"statistics", "IN"}, 2, "it takes an INPUT and a WORKSPACE"},
         BadCommand{"OneTooMany", {"statistics", "IN", "WS", "x"}, 2, "does not take 'x' as well"},
-        BadCommand{"UnknownFlag",
-                   {"statistics", "IN", "WS", "--forse"},
-                   2,
-                   "has no option '--forse', did you mean '--force'?"},
+        BadCommand{
+            "UnknownFlag",
+            {"statistics", "IN", "WS", "--forse"},
+            2,
+            "has no option '--forse', did you mean '--force'? See atelier statistics --help"},
         BadCommand{"UnknownOption",
                    {"statistics", "IN", "WS", "--statistics.edge_quantile", "1"},
                    2,
@@ -358,7 +380,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"OptionOutOfRange",
                    {"statistics", "IN", "WS", "--statistics.edge_quantiles", "2"},
                    2,
-                   "it takes list of numbers in [0, 1]"},
+                   "list of numbers in [0, 1]"},
         BadCommand{"OptionNotANumber",
                    {"statistics", "IN", "WS", "--statistics.edge_quantiles", "half"},
                    2,
@@ -377,6 +399,25 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"JobsNoNumber", {"statistics", "IN", "WS", "--jobs", "many"}, 2, "--jobs"},
         BadCommand{"TooManyJobs", {"statistics", "IN", "WS", "--jobs", "1000000"}, 2, "--jobs"},
         BadCommand{"BadDevice", {"statistics", "IN", "WS", "--device", "tpu"}, 2, "--device"},
+        BadCommand{"JobsNoWholeNumber",
+                   {"statistics", "IN", "WS", "--jobs", "1.5"},
+                   2,
+                   "'1.5' is no whole number"},
+        BadCommand{"CudaWithoutTwin",
+                   {"statistics", "IN", "WS", "--device", "cuda"},
+                   2,
+                   "works on the processor alone"},
+        BadCommand{
+            "LongName", {"statistics", std::string(300, 'n'), "WS"}, 5, "File name too long"},
+        BadCommand{
+            "LongWorkspace", {"statistics", "IN", std::string(300, 'w')}, 5, "File name too long"},
+        BadCommand{"LoopOfLinks", {"statistics", "loop", "WS"}, 5, "loop"},
+        BadCommand{"InspectALoop", {"inspect", "loop"}, 5, "symbolic links"},
+        BadCommand{"StatusOfALongName", {"status", std::string(300, 'w')}, 5, "File name too long"},
+        BadCommand{"GcOfALoop", {"gc", "loop"}, 5, "symbolic links"},
+        BadCommand{"StatusOfNoWorkspace", {"status", "IN"}, 3, "no stage has run"},
+        BadCommand{"ConvertAFolder", {"convert", "IN", "x.ply"}, 3, "a folder"},
+        BadCommand{"TerminalEscape", {"no\x1b[31m"}, 2, "'no?[31m'"},
         BadCommand{"BadFrames",
                    {"statistics", "IN", "WS", "--frames", "5:3"},
                    2,
@@ -394,7 +435,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"MissingInput", {"statistics", "nothing", "WS"}, 3, "nothing there"},
         BadCommand{"WorkspaceInInput",
                    {"statistics", "IN", "IN/work"},
-                   3,
+                   2,
                    "a workspace inside its own input"},
         BadCommand{"WorkspaceIsAFile", {"statistics", "IN", "IN/../file"}, 5, "file"},
         BadCommand{"WorkspaceInProc", {"statistics", "IN", "/proc/atelier"}, 5, "/proc"},
@@ -430,6 +471,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_P(Refused, IsOneLineAndItsCode) {
   write_boxes(input(), 1);
   std::ofstream(root_ / "file") << "x";
+  std::filesystem::create_symlink("loop", root_ / "loop");
   for (const char* name : {"no.png", "no.json", "no.h5", "no.ply", "no.npz"}) {
     std::ofstream(root_ / name) << "this is something else";
   }

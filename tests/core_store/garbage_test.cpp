@@ -131,13 +131,19 @@ TEST_F(GarbageTest, RefusesAStageFolderThatIsALink) {
   EXPECT_THROW(collect(), DataError);
 }
 
-TEST_F(GarbageTest, StatusOfAnEmptyWorkspace) {
-  std::filesystem::create_directories(root_ / "work");
-  for (const StageStatus& status : workspace_status(kTestStages, root_ / "work")) {
-    EXPECT_EQ(status.state, StageStatus::State::None);
-    EXPECT_FALSE(status.running);
-  }
+TEST_F(GarbageTest, StatusOfWhatIsNoWorkspace) {
   EXPECT_THROW(workspace_status(kTestStages, root_ / "nothing"), DataError);
+  EXPECT_THROW(workspace_status(kTestStages, root_ / "in"), DataError);
+}
+
+TEST_F(GarbageTest, StatusWithoutACurrentResult) {
+  std::filesystem::create_directories(count() / "0123456789abcdef");
+  std::filesystem::create_directories(root_ / "work/frames/.staging-0123456789abcdef");
+  const auto status = workspace_status(kTestStages, root_ / "work");
+  EXPECT_EQ(status[0].state, StageStatus::State::None);
+  EXPECT_FALSE(status[0].running);
+  EXPECT_EQ(status[0].older_results, 0) << "nothing that collect_garbage removes";
+  EXPECT_EQ(status[3].state, StageStatus::State::Unfinished);
 }
 
 TEST_F(GarbageTest, StatusOfADamagedManifest) {

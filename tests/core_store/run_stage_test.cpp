@@ -605,6 +605,51 @@ TEST_F(RunStage, ConsentTravelsDownTheChain) {
   EXPECT_EQ(read_manifest(current("double"), "double").consent, expected);
 }
 
+TEST_F(RunStage, AResultThatIsDoneLearnsNewConsent) {
+  write(root_ / "capture.toml", "[consent]\nwho = 'P. Doe'\nscope = 'research'\n");
+  run("count");
+  run("double");
+  write(root_ / "capture.toml", "[consent]\nwho = 'P. Doe'\nscope = 'nothing'\n");
+  const StageReport again = run("count");
+  EXPECT_EQ(again.end, End::AlreadyDone);
+  const std::vector<Consent> expected = {{"P. Doe", "nothing", ""}};
+  EXPECT_EQ(again.manifest.consent, expected);
+  EXPECT_EQ(read_manifest(current("count"), "count").consent, expected);
+  EXPECT_EQ(run("double").end, End::AlreadyDone);
+  EXPECT_EQ(read_manifest(current("double"), "double").consent, expected);
+  EXPECT_THAT(check_outputs(current("count"), again.manifest, Check::Digests), IsEmpty());
+}
+
+TEST_F(RunStage, WhatMayNotBeLookedAtIsNotAbsent) {
+  constexpr uid_t kNobody = 65534;
+  run("count");
+  ASSERT_EQ(chmod(root_.path().c_str(), 0755), 0);
+  ASSERT_EQ(chmod((root_ / "work").c_str(), 0000), 0);
+  const bool was_root = geteuid() == 0 && seteuid(kNobody) == 0;
+  const auto message = [](const auto& look) -> std::string {
+    try {
+      look();
+    } catch (const EnvironmentError& error) {
+      return error.what();
+    } catch (const DataError& error) {
+      return std::string("bad data: ") + error.what();
+    }
+    return "nothing was said";
+  };
+  const std::string status = message([&] { workspace_status(kTestStages, root_ / "work"); });
+  const std::string gc = message([&] { collect_garbage(kTestStages, root_ / "work", true); });
+  const std::string again = message([&] { run("count"); });
+  if (was_root) {
+    ASSERT_EQ(seteuid(0), 0);
+  }
+  ASSERT_EQ(chmod((root_ / "work").c_str(), 0700), 0);
+  for (const std::string& said : {status, gc, again}) {
+    EXPECT_THAT(said, HasSubstr("Permission denied"));
+    EXPECT_THAT(said, HasSubstr((root_ / "work").string()));
+    EXPECT_THAT(said, ::testing::Not(HasSubstr("bad data")));
+  }
+}
+
 TEST_F(RunStage, AStageThatIsToldToStopLeavesNothing) {
   behaviour().asks_to_stop = true;
   StageEvents events;
