@@ -31,6 +31,7 @@ Action add_convert(CLI::App& parser);
 Action add_render(CLI::App& parser);  // only with core_render
 Action add_body_model(CLI::App& parser);
 Action add_drape(CLI::App& parser);
+Action add_simulate(CLI::App& parser);  // only with core_render and simulation
 Action add_options(CLI::App& parser);
 Action add_completion(CLI::App& parser);
 

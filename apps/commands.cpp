@@ -19,6 +19,9 @@ constexpr std::array kCommands = {
 #endif
 #endif
 #endif
+#if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_SIMULATION)
+    Command{"simulate", "a garment on a body, standing or moving", add_simulate},
+#endif
     Command{"options", "every option of every stage", add_options},
     Command{"completion", "a completion script for bash", add_completion},
 };
