@@ -202,22 +202,55 @@ struct FaceChoice {
   FaceOffer<T> nearest, first;
 };
 
-/// Takes one more offer into account, in the order in which they come.
+/// True where `a` is passed through before `b`; of two at once the lower face, so that the choice
+/// does not depend on the order in which faces come (trees differ, as they were built in other
+/// poses).
 template <class T>
-ATELIER_HOST_DEVICE inline void consider(FaceChoice<T>& choice, const FaceOffer<T>& offer) {
-  if (offer.time < choice.first.time) {
-    choice.first = offer;
+ATELIER_HOST_DEVICE inline bool passed_before(const FaceOffer<T>& a, const FaceOffer<T>& b) {
+  return a.time < b.time || (a.time == b.time && a.time <= T(1) && a.face < b.face);
+}
+
+/// True where `a`, of two that are as near, knows the side better than `b`.
+template <class T>
+ATELIER_HOST_DEVICE inline bool knows_side_better(const FaceOffer<T>& a, const FaceOffer<T>& b) {
+  const T sa = std::fabs(a.side);
+  const T sb = std::fabs(b.side);
+  return b.face < 0 || sa > sb || (sa == sb && a.face < b.face);
+}
+
+/// The nearest face within `reach` of `p1` (which must lie in `query`) and the first face passed on
+/// the way from `p0` (time t0 of the frame), among those that meet `query`.
+template <class T>
+ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
+                                                        const Box<T>& query, Vec3<T> p0, Vec3<T> p1,
+                                                        T t0, T t1, T reach, bool swept) {
+  FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
+  T least = reach * reach;
+  bool found = false;
+  visit_tree(body.nodes, query, [&](int face) {
+    const FaceOffer<T> offer = offer_of(body, face, p0, p1, t0, t1, swept);
+    if (passed_before(offer, choice.first)) {
+      choice.first = offer;
+    }
+    if (offer.face >= 0 && offer.squared_distance <= least) {
+      least = offer.squared_distance;
+      found = true;
+    }
+  });
+  if (!found || choice.first.time <= T(1)) {
+    return choice;
   }
-  const FaceOffer<T>& best = choice.nearest;
-  if (offer.face < 0 || offer.squared_distance > as_near(best.squared_distance)) {
-    return;
-  }
-  const bool nearer = best.face < 0 || as_near(offer.squared_distance) < best.squared_distance;
-  if (nearer || std::fabs(offer.side) > std::fabs(best.side)) {
-    const T squared = min_of(offer.squared_distance, best.squared_distance);
-    choice.nearest = offer;
-    choice.nearest.squared_distance = squared;
-  }
+  // Which of those that are as near knows the side: once more, and only as far as the nearest.
+  const T near = as_near(least);
+  const Box<T> close = inflated(Box<T>{p1, p1}, std::sqrt(near) * T(1.00001));
+  visit_tree(body.nodes, close, [&](int face) {
+    const FaceOffer<T> offer = offer_of(body, face, p0, p1, t0, t1, false);
+    if (offer.face >= 0 && offer.squared_distance <= near &&
+        knows_side_better(offer, choice.nearest)) {
+      choice.nearest = offer;
+    }
+  });
+  return choice;
 }
 
 /// A particle touching the body.
@@ -382,12 +415,14 @@ ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& 
                                                              Vec3<T> flight, T slack,
                                                              const BodyContactRule<T>& rule,
                                                              int* candidates) {
-  FaceChoice<T> choice{no_offer(rule.reach), no_offer(rule.reach)};
   BodyOutlook<T> out{slack, T(1e15), T(0), 0};
+  T least = T(1e15);
   const T radius = max_of(rule.reach, norm(flight) + slack + rule.thickness);
   visit_tree(body.nodes, inflated(Box<T>{x, x}, radius), [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, x, x, T(0), T(0), false);
-    consider(choice, offer);
+    if (offer.face >= 0) {
+      least = min_of(least, offer.squared_distance);
+    }
     const FaceIndices f = body.faces[face];
     const T a = squared_norm(flight - (xyz(body.end[f.a]) - xyz(body.start[f.a])));
     const T b = squared_norm(flight - (xyz(body.end[f.b]) - xyz(body.start[f.b])));
@@ -403,7 +438,11 @@ ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& 
       out.speed = max_of(out.speed, relative);
     }
   });
-  const bool inside = choice.nearest.face >= 0 && choice.nearest.side < T(0);
+  bool inside = false;
+  if (least <= rule.reach * rule.reach) {
+    const Box<T> close = inflated(Box<T>{x, x}, std::sqrt(least) * T(1.0001));
+    inside = choose_in_tree(body, close, x, x, T(0), T(0), rule.reach, false).nearest.side < T(0);
+  }
   out.count = inside ? kSearchDeep : out.count > kBodyCandidates ? kSearchTree : out.count;
   return out;
 }
@@ -438,12 +477,8 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(Vec4<T>& x, Vec4<T>& start, Vec4
   // Who is outside needs to look no deeper than what it touches or passes through.
   const Box<T> query = inflated(box, deep ? rule.reach : rule.thickness + T(1e-3));
   for (int pass = 0; pass < 2; ++pass) {
-    FaceChoice<T> choice{no_offer(rule.reach), no_offer(rule.reach)};
-    const Vec3<T> p0 = xyz(start);
-    const Vec3<T> p1 = xyz(x);
-    visit_tree(body.nodes, query, [&](int face) {
-      consider(choice, offer_of(body, face, p0, p1, t0, t1, pass == 0));
-    });
+    const FaceChoice<T> choice =
+        choose_in_tree(body, query, xyz(start), xyz(x), t0, t1, rule.reach, pass == 0);
     if (pass == 0) {
       if (!touch_choice(x, start, held, body, t0, t1, rule, choice)) {
         return false;
@@ -458,9 +493,8 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(Vec4<T>& x, Vec4<T>& start, Vec4
 /// Depth of a particle inside the body at time 1, 0 outside [m].
 template <class T>
 ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T reach) {
-  FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
-  visit_tree(body.nodes, inflated(Box<T>{x, x}, reach),
-             [&](int face) { consider(choice, offer_of(body, face, x, x, T(1), T(1), false)); });
+  const FaceChoice<T> choice =
+      choose_in_tree(body, inflated(Box<T>{x, x}, reach), x, x, T(1), T(1), reach, false);
   return choice.nearest.face >= 0 && choice.nearest.side < T(0)
              ? std::sqrt(choice.nearest.squared_distance)
              : T(0);

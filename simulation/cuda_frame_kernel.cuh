@@ -1,5 +1,7 @@
 #pragma once
 
+#include <climits>
+
 #include <cooperative_groups.h>
 
 #include "simulation/cuda_scene.cuh"
@@ -176,14 +178,23 @@ __device__ inline Vec3<T> from_lane(Vec3<T> v, int lane) {
           __shfl_sync(kWholeWarp, v.z, lane)};
 }
 
-/// The offer of the lane for which `mine` holds (the lowest of several), known to all lanes.
+/// The offer of the lane for which `mine` holds (of several that of the lowest face), known to all
+/// lanes.
 template <class T>
 __device__ inline FaceOffer<T> offer_in_warp(const FaceOffer<T>& offer, bool mine, T reach) {
   const unsigned lanes = __ballot_sync(kWholeWarp, mine);
   if (lanes == 0) {
     return no_offer(reach);
   }
-  const int lane = __ffs(static_cast<int>(lanes)) - 1;
+  int lane = __ffs(static_cast<int>(lanes)) - 1;
+  if ((lanes & (lanes - 1)) != 0) {
+    int face = mine ? offer.face : INT_MAX;
+#pragma unroll
+    for (int distance = 16; distance > 0; distance /= 2) {
+      face = min(face, __shfl_xor_sync(kWholeWarp, face, distance));
+    }
+    lane = __ffs(static_cast<int>(__ballot_sync(kWholeWarp, mine && offer.face == face))) - 1;
+  }
   FaceOffer<T> out;
   out.face = __shfl_sync(kWholeWarp, offer.face, lane);
   out.squared_distance = __shfl_sync(kWholeWarp, offer.squared_distance, lane);
@@ -484,7 +495,7 @@ struct BlockWork {
         const int i = offset + plan.particles[v];
         const Vec4<T> xi = load_shared_cache(frame.x + i);
         x[v] = ends ? pushed(i, xi) : xi;
-        if (ends || damped) {
+        if (ends || (damped && !begins)) {  // a frame begins without a start
           start[v] = load_shared_cache(frame.start + i);
         }
       }

@@ -203,14 +203,13 @@ class CpuBackend final : public ClothSolver::Backend {
       for (int c = 0; c < count; ++c) {
         offers[c] = offer_of(body_, faces[c], xyz(start_[i]), xyz(x_[i]), t0, t1, pass == 0);
         least = min_of(least, offers[c].squared_distance);
-        if (offers[c].time < choice.first.time) {
+        if (passed_before(offers[c], choice.first)) {
           choice.first = offers[c];
         }
       }
-      T side = T(-1);
       for (int c = 0; c < count; ++c) {
-        if (offers[c].squared_distance <= as_near(least) && std::fabs(offers[c].side) > side) {
-          side = std::fabs(offers[c].side);
+        if (offers[c].face >= 0 && offers[c].squared_distance <= as_near(least) &&
+            knows_side_better(offers[c], choice.nearest)) {
           choice.nearest = offers[c];
         }
       }
