@@ -5,6 +5,7 @@
 
 #include "bodymodel/body_archive.h"
 #include "bodymodel/gltf_body.h"
+#include "bodymodel/marker_fit.h"
 #include "bodymodel/motion_amass.h"
 #include "bodymodel/motion_amc.h"
 #include "bodymodel/motion_bvh.h"
@@ -62,12 +63,15 @@ MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptio
   if (extension == ".glb" || extension == ".gltf") {
     return read_gltf_motion(path, options, limits);
   }
+  if (extension == ".trc") {
+    return fit_markers(read_trc(path, limits), options).clip;
+  }
   if (extension == ".npz") {
     const Npz npz(path, limits);
     return archive_schema(npz).empty() ? read_amass(path, nullptr, limits) : motion_of_arrays(npz);
   }
   throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
-                  "a motion: .bvh, .amc, .npz, .glb or .gltf");
+                  "a motion: .bvh, .amc, .trc, .npz, .glb or .gltf");
 }
 
 void write_motion_file(const std::filesystem::path& path, const MotionClip& clip) {

@@ -142,6 +142,7 @@ MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
   MarkerClip clip;
   clip.name = name;
   clip.fps = header.fps;
+  clip.metres_per_unit = header.metres_per_unit;
   const Cells names = lines.row("the names of the markers");
   std::set<std::string_view> seen_names;
   for (std::size_t i = 2; i < names.size(); i += 3) {

@@ -16,6 +16,7 @@ struct MarkerClip {
   std::string name;
   std::vector<std::string> markers;  ///< [M] unique
   double fps = 0;                    ///< frames per second
+  double metres_per_unit = 1;        ///< of the file's own unit, as its header says
   std::vector<int> frame_ids;        ///< [N] increasing
   std::vector<Points> positions;     ///< [N] of [M,3] metres, axes as in the file; 0 where unseen
   std::vector<std::vector<bool>> seen;  ///< [N][M]
