@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bodymodel/skinning.h"
+#include "bodymodel/skinning_device.h"
 #include "bodymodel/skinning_jacobian.h"
 #include "core/parallel.h"
 #include "core/random.h"
@@ -60,7 +61,7 @@ std::size_t bytes_a_pose(int slots) {
           static_cast<std::size_t>(slots) * (sizeof(int) + sizeof(double)));
 }
 
-void skin(benchmark::State& state, SkinMethod method) {
+void skin(benchmark::State& state, SkinMethod method, bool vectors) {
   set_thread_count(1);
   const int slots = static_cast<int>(state.range(0));
   const BodyModel model = bench_body(slots);
@@ -68,13 +69,21 @@ void skin(benchmark::State& state, SkinMethod method) {
   const Pose pose = bench_pose(model);
   SkinOptions options;
   options.method = method;
+  options.vectors = vectors;
   for (auto _ : state) {
     benchmark::DoNotOptimize(skin_vertices(model, body, pose, options));
   }
   state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations() * bytes_a_pose(slots)));
 }
-BENCHMARK_CAPTURE(skin, linear, SkinMethod::Linear)->Arg(4)->Arg(8)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(skin, dual_quaternion, SkinMethod::DualQuaternion)
+BENCHMARK_CAPTURE(skin, linear, SkinMethod::Linear, true)
+    ->Arg(4)
+    ->Arg(8)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(skin, linear_scalar, SkinMethod::Linear, false)
+    ->Arg(4)
+    ->Arg(8)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(skin, dual_quaternion, SkinMethod::DualQuaternion, false)
     ->Arg(4)
     ->Arg(8)
     ->Unit(benchmark::kMicrosecond);

@@ -162,7 +162,7 @@ Points skin_vertices(const BodyModel& model, const ShapedBody& body, const Pose&
   const Points& rest = correct ? corrected : body.vertices;
   const bool linear = options.method == SkinMethod::Linear;
   if (options.device == Device::Cpu) {
-    return linear ? skin_linear_cpu(rest, model.skin, transforms)
+    return linear ? skin_linear_cpu(rest, model.skin, transforms, options.vectors)
                   : skin_dual_quaternion_cpu(rest, model.skin, dual_quaternions(transforms));
   }
 #ifdef ATELIER_HAS_CUDA

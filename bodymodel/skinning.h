@@ -20,6 +20,8 @@ struct SkinOptions {
   SkinMethod method = SkinMethod::Linear;
   bool correctives = true;      ///< add the model's pose correctives; off is faster and coarser
   Device device = Device::Cpu;  ///< where vertices are skinned; joints are always on the CPU
+  bool vectors = true;  ///< AVX2 for linear skinning where the processor has it; off for the
+                        ///< bits that every processor gives
 };
 
 /// A body at one shape, in its rest pose: computed once, posed many times.
@@ -49,7 +51,8 @@ std::vector<SkinTransform> skin_transforms(const ShapedBody& body, const JointFr
 std::vector<DualQuaternion> dual_quaternions(const std::vector<SkinTransform>& transforms);
 
 /// Posed vertices [V,3], metres. Throws LogicError on sizes that do not agree, EnvironmentError if
-/// the device is not there. O(V K) without correctives. Same bits on any number of threads.
+/// the device is not there. O(V K) without correctives. Same bits on any number of threads;
+/// with `vectors`, on any processor that has AVX2.
 Points skin_vertices(const BodyModel& model, const ShapedBody& body, const Pose& pose,
                      const SkinOptions& options = {});
 

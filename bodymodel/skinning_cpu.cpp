@@ -30,7 +30,22 @@ Points skin(const Points& rest, const SkinWeights& weights,
 }  // namespace
 
 Points skin_linear_cpu(const Points& rest, const SkinWeights& weights,
-                       const std::vector<SkinTransform>& transforms) {
+                       const std::vector<SkinTransform>& transforms, bool vectors) {
+#if defined(__x86_64__) && defined(__GNUC__)
+  static const bool has_avx2 = has_skin_avx2();
+  if (vectors && has_avx2) {
+    Points skinned(rest.rows(), 3);
+    const int slots = static_cast<int>(weights.weights.cols());
+    parallel_for(rest.rows(), kGrain, [&](Index begin, Index end) {
+      skin_linear_avx2(rest.data() + 3 * begin, weights.joints.data() + slots * begin,
+                       weights.weights.data() + slots * begin, slots, transforms.data(),
+                       end - begin, skinned.data() + 3 * begin);
+    });
+    return skinned;
+  }
+#else
+  static_cast<void>(vectors);
+#endif
   return skin(rest, weights, transforms,
               [](auto&&... arguments) { return skin_linear(arguments...); });
 }

@@ -74,4 +74,31 @@ Points skin_dual_quaternion_cuda(const Points& rest, const SkinWeights& weights,
               });
 }
 
+double linear_kernel_seconds(const Points& rest, const SkinWeights& weights,
+                             const std::vector<SkinTransform>& transforms, int repeats) {
+  cudaEvent_t start = nullptr;
+  cudaEvent_t stop = nullptr;
+  ATELIER_CUDA_CHECK(cudaEventCreate(&start));
+  ATELIER_CUDA_CHECK(cudaEventCreate(&stop));
+  float milliseconds = 0;
+  skin(rest, weights, transforms,
+       [&](int count, int slots, const Vec3d* from, const int* joints, const double* shares,
+           const SkinTransform* moves, Vec3d* to) {
+         for (int i = 0; i < 2 * repeats; ++i) {
+           if (i == repeats) {
+             ATELIER_CUDA_CHECK(cudaEventRecord(start));
+           }
+           linear_kernel<<<cuda_blocks(count), kCudaBlock>>>(count, slots, from, joints, shares,
+                                                             moves, to);
+           ATELIER_CUDA_LAUNCHED(linear_kernel);
+         }
+         ATELIER_CUDA_CHECK(cudaEventRecord(stop));
+         ATELIER_CUDA_CHECK(cudaEventSynchronize(stop));
+         ATELIER_CUDA_CHECK(cudaEventElapsedTime(&milliseconds, start, stop));
+       });
+  ATELIER_CUDA_CHECK(cudaEventDestroy(start));
+  ATELIER_CUDA_CHECK(cudaEventDestroy(stop));
+  return 1e-3 * milliseconds / repeats;
+}
+
 }  // namespace atelier

@@ -70,7 +70,7 @@ PosedBody pose_body(const BodyModel& model, const ShapedBody& body, const Pose& 
   } else {
     posed.rest = body.vertices;
   }
-  posed.vertices = skin_linear_cpu(posed.rest, model.skin, posed.transforms);
+  posed.vertices = skin_linear_cpu(posed.rest, model.skin, posed.transforms, true);
   posed.joint_shape = joint_positions_shape_jacobian(model, posed.frames);
   return posed;
 }

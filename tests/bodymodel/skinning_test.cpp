@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "bodymodel/rotation.h"
+#include "bodymodel/skinning_device.h"
 #include "bodymodel/skinning_jacobian.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -202,6 +203,43 @@ TEST(Skinning, SameBitsOnAnyNumberOfThreads) {
   EXPECT_EQ(one, seven);
 }
 
+TEST(Skinning, VectorCodeAgreesWithScalarCode) {
+  for (const int slots : {2, 3, 4, 8}) {
+    for (const Index vertices : {3, 40, 9'001}) {
+      const BodyModel model = synthetic_body(vertices, slots);
+      const Pose pose = random_pose(model.skeleton, 15);
+      SkinOptions options;
+      options.correctives = false;
+      const Points fast = skin_vertices(model, pose, {}, options);
+      options.vectors = false;
+      const Points scalar = skin_vertices(model, pose, {}, options);
+      EXPECT_LT((fast - scalar).cwiseAbs().maxCoeff(), 1e-14 * (1 + scalar.cwiseAbs().maxCoeff()))
+          << slots << " slots, " << vertices << " vertices";
+    }
+  }
+}
+
+TEST(Skinning, CudaTakesItsTimeInProportionToItsBytes) {
+#ifdef ATELIER_HAS_CUDA
+  if (cuda_available()) {
+    for (const Index vertices : {20'000, 2'000'000}) {
+      const BodyModel model = synthetic_body(vertices, 4);
+      const ShapedBody body = shape_body(model);
+      const double seconds = linear_kernel_seconds(
+          body.vertices, model.skin,
+          skin_transforms(body, forward_kinematics(body.skeleton, random_pose(model.skeleton, 3))),
+          50);
+      const double bytes = static_cast<double>(vertices) * (48 + 4 * 12);
+      std::printf("linear kernel, %td vertices: %.2f us, %.0f GB/s\n", vertices, 1e6 * seconds,
+                  1e-9 * bytes / seconds);
+      EXPECT_GT(seconds, 0);
+    }
+    return;
+  }
+#endif
+  GTEST_SKIP() << "no CUDA device answers";
+}
+
 TEST(Skinning, CudaAgreesWithCpu) {
   if (!cuda_available()) {
     GTEST_SKIP() << "no CUDA device answers";
@@ -211,6 +249,7 @@ TEST(Skinning, CudaAgreesWithCpu) {
   for (const SkinMethod method : {SkinMethod::Linear, SkinMethod::DualQuaternion}) {
     SkinOptions options;
     options.method = method;
+    options.vectors = false;
     const Points cpu = skin_vertices(model, pose, {}, options);
     options.device = Device::Cuda;
     const Points cuda = skin_vertices(model, pose, {}, options);
