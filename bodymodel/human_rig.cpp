@@ -407,6 +407,32 @@ SkinWeights human_weights(const HumanTemplate& body) {
   return skin;
 }
 
+// Shoulder and hip stand aside of the trunk: raising the limb sideways (about z) draws the flank
+// with it and gains volume, lowering it presses the skin together and loses some. There `even` of
+// the offset is enough, and `odd` times the sine of the turn is taken off when raised, added when
+// lowered. Chosen so that both ways stay within 8% (DefaultHumanVolume).
+struct SideShare {
+  double even = 1;
+  double odd = 0;
+};
+SideShare side_share(const std::string& name) {
+  return name.ends_with("shoulder") ? SideShare{0.6, 0.6}
+         : name.ends_with("hip")    ? SideShare{0.4, 0.15}
+                                    : SideShare{};
+}
+
+// The offset that goes with the diagonal entry `axis` of I - R, so that turns about x and y get the
+// whole of x_perp and turns about z `along` of it: sums of two diagonal entries are what a turn
+// about the third axis changes.
+Eigen::RowVector3d diagonal_share(int axis, const Eigen::RowVector3d& x, double along) {
+  Eigen::RowVector3d about[3] = {x, x, x};
+  for (int i = 0; i < 3; ++i) {
+    about[i][i] = 0;
+  }
+  about[2] *= along;
+  return 0.5 * (about[(axis + 1) % 3] + about[(axis + 2) % 3] - about[axis]);
+}
+
 // A vertex that follows a joint's far side with weight w and its near side with 1 - w lands, after
 // a rotation by t about an axis, at s |x| from the axis, s^2 = 1 - 2 w (1 - w) (1 - cos t): the
 // loss of volume of linear blending (Lewis et al. 2000). Adding c (1 - cos t) x_perp to the rest
@@ -439,6 +465,8 @@ std::vector<PoseCorrective> human_correctives(const Skeleton& skeleton, const Sk
     if (name == "jaw" || name.find("eye") != std::string::npos) {
       continue;
     }
+    const SideShare share = side_share(name);
+    const double raised = name.starts_with("right") ? -1 : 1;  // sign of a raising turn about z
     std::vector<int> touched;
     for (Index v = 0; v < vertices; ++v) {
       if (branch(v, joint) > 0.02 && branch(v, joint) < 0.98) {
@@ -458,8 +486,18 @@ std::vector<PoseCorrective> human_correctives(const Skeleton& skeleton, const Sk
           const double w = branch(v, joint);
           const double c = 1 / std::sqrt(1 - 2 * w * (1 - w)) - 1;
           const Eigen::RowVector3d x = rest.row(v) - position.row(joint);
-          corrective.surface.offsets(static_cast<Index>(i), a) -= 0.5 * c * x[b];
-          corrective.surface.offsets(static_cast<Index>(i), b) -= 0.5 * c * x[a];
+          const Index row = static_cast<Index>(i);
+          if (a != b) {
+            corrective.surface.offsets(row, a) -= 0.5 * c * x[b];
+            corrective.surface.offsets(row, b) -= 0.5 * c * x[a];
+            if (a + b == 1) {  // entries (1, 0) and (0, 1) are plus and minus the sine
+              const double sine = (a == 1 ? 0.5 : -0.5) * raised;
+              corrective.surface.offsets.row(row) -=
+                  share.odd * sine * c * Eigen::RowVector3d(x[0], x[1], 0);
+            }
+          } else {
+            corrective.surface.offsets.row(row) -= c * diagonal_share(a, x, share.even);
+          }
         }
         correctives.push_back(std::move(corrective));
       }

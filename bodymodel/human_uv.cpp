@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
+#include <utility>
 
 namespace atelier {
 namespace {
@@ -24,6 +26,76 @@ constexpr Box kBoxes[IslandCount] = {
     {"arm", false, 0.54, 0.36, 0.10, 0.37},        {"hand_back", false, 0.48, 0.80, 0.115, 0.19},
     {"palm", false, 0.73, 0.80, 0.115, 0.19},      {"leg", false, 0.76, 0.30, 0.11, 0.43},
     {"foot_top", false, 0.01, 0.06, 0.10, 0.22},   {"sole", false, 0.24, 0.06, 0.10, 0.22}};
+
+struct Corner {
+  double u, v;
+};
+
+// Moves the points of turned-over triangles, and more and more of those round them, to the middle
+// of their neighbours until no triangle is turned over. Islands' borders stay; the body's middle
+// line, where u is 0, slides along itself. `sign` is -1 for triangles whose area should be
+// negative.
+template <class Sign>
+void smooth_out(const std::vector<std::vector<int>>& faces, std::vector<Corner>& points,
+                const Sign& sign) {
+  std::vector<std::vector<int>> neighbours(points.size());
+  std::map<std::pair<int, int>, int> sides;
+  for (const std::vector<int>& face : faces) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int a = face[c];
+      const int b = face[(c + 1) % 3];
+      ++sides[{std::min(a, b), std::max(a, b)}];
+    }
+  }
+  std::vector<char> border(points.size(), 0);
+  for (const auto& [edge, count] : sides) {
+    neighbours[static_cast<std::size_t>(edge.first)].push_back(edge.second);
+    neighbours[static_cast<std::size_t>(edge.second)].push_back(edge.first);
+    if (count == 1) {
+      border[static_cast<std::size_t>(edge.first)] = 1;
+      border[static_cast<std::size_t>(edge.second)] = 1;
+    }
+  }
+  std::vector<char> moves(points.size(), 0);
+  for (int round = 0; round < 12; ++round) {
+    bool flat = true;
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      const Corner& p = points[static_cast<std::size_t>(faces[f][0])];
+      const Corner& q = points[static_cast<std::size_t>(faces[f][1])];
+      const Corner& r = points[static_cast<std::size_t>(faces[f][2])];
+      if (sign(f) * ((q.u - p.u) * (r.v - p.v) - (q.v - p.v) * (r.u - p.u)) <= 0) {
+        flat = false;
+        for (const int v : faces[f]) {
+          moves[static_cast<std::size_t>(v)] = 1;
+        }
+      }
+    }
+    if (flat) {
+      return;
+    }
+    const std::vector<char> before = moves;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      for (const int other : neighbours[v]) {
+        moves[v] = static_cast<char>(moves[v] | before[static_cast<std::size_t>(other)]);
+      }
+    }
+    for (int step = 0; step < 200; ++step) {
+      for (std::size_t v = 0; v < points.size(); ++v) {
+        const bool middle_line = border[v] != 0 && points[v].u == 0;
+        if (moves[v] == 0 || (border[v] != 0 && !middle_line)) {
+          continue;
+        }
+        Corner middle = {0, 0};
+        const double share = 1 / static_cast<double>(neighbours[v].size());
+        for (const int other : neighbours[v]) {
+          middle.u += share * points[static_cast<std::size_t>(other)].u;
+          middle.v += share * points[static_cast<std::size_t>(other)].v;
+        }
+        points[v] = {middle_line ? 0 : middle.u, middle.v};
+      }
+    }
+  }
+}
 
 }  // namespace
 
@@ -128,26 +200,79 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
     }
   };
 
-  struct Corner {
-    double u, v;
-  };
   std::vector<Island> island(half_faces);
   std::vector<std::array<Corner, 3>> corners(half_faces);
   std::array<double, IslandCount> facing{};
-  for (std::size_t f = 0; f < half_faces; ++f) {
-    island[f] = island_of(body.faces[f]);
+  const auto put = [&](std::size_t f, Island where) {
+    island[f] = where;
     Vec3d centre = {0, 0, 0};
     for (int v : body.faces[f]) {
       centre += (1.0 / 3) * body.points[static_cast<std::size_t>(v)];
     }
-    const double near_angle = place(island[f], centre, 0)[0];
+    const double near_angle = place(where, centre, 0)[0];
     for (std::size_t c = 0; c < 3; ++c) {
       const auto uv =
-          place(island[f], body.points[static_cast<std::size_t>(body.faces[f][c])], near_angle);
+          place(where, body.points[static_cast<std::size_t>(body.faces[f][c])], near_angle);
       corners[f][c] = {uv[0], uv[1]};
     }
+  };
+  for (std::size_t f = 0; f < half_faces; ++f) {
+    put(f, island_of(body.faces[f]));
     const auto& [p, q, r] = corners[f];
     facing[island[f]] += (q.u - p.u) * (r.v - p.v) - (q.v - p.v) * (r.u - p.u);
+  }
+  // Where a part hangs over (behind the ears, the rim of the sole) its projection folds. A folded
+  // triangle on a border goes to the island next to it if it lies flat there, the others are
+  // smoothed out.
+  const auto twice_area = [&](std::size_t f) {
+    const auto& [p, q, r] = corners[f];
+    const double area = (q.u - p.u) * (r.v - p.v) - (q.v - p.v) * (r.u - p.u);
+    return facing[island[f]] < 0 ? -area : area;
+  };
+  for (int round = 0; round < 6; ++round) {
+    std::map<std::pair<int, int>, std::size_t> edges;
+    for (std::size_t f = 0; f < half_faces; ++f) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        edges[{body.faces[f][c], body.faces[f][(c + 1) % 3]}] = f;
+      }
+    }
+    for (std::size_t f = 0; f < half_faces; ++f) {
+      for (std::size_t c = 0; c < 3 && twice_area(f) <= 0; ++c) {
+        const auto beside = edges.find({body.faces[f][(c + 1) % 3], body.faces[f][c]});
+        if (beside == edges.end() || island[beside->second] == island[f]) {
+          continue;
+        }
+        const Island before = island[f];
+        const std::array<Corner, 3> kept = corners[f];
+        put(f, island[beside->second]);
+        if (twice_area(f) <= 0) {
+          island[f] = before;
+          corners[f] = kept;
+        }
+      }
+    }
+  }
+  std::vector<std::vector<int>> points(half_faces, std::vector<int>(3));
+  std::vector<Corner> placed;
+  {
+    std::map<std::tuple<int, double, double>, int> known[IslandCount];
+    for (std::size_t f = 0; f < half_faces; ++f) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Corner& corner = corners[f][c];
+        const auto [it, fresh] = known[island[f]].try_emplace(
+            {body.faces[f][c], corner.u, corner.v}, static_cast<int>(placed.size()));
+        if (fresh) {
+          placed.push_back(corner);
+        }
+        points[f][c] = it->second;
+      }
+    }
+  }
+  smooth_out(points, placed, [&](std::size_t f) { return facing[island[f]] < 0 ? -1.0 : 1.0; });
+  for (std::size_t f = 0; f < half_faces; ++f) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      corners[f][c] = placed[static_cast<std::size_t>(points[f][c])];
+    }
   }
   double low[IslandCount][2];
   double high[IslandCount][2];
