@@ -2,6 +2,7 @@
 #ifdef ATELIER_HAS_CORE_RENDER
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -9,6 +10,8 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/option_flags.h"
+#include "apps/picture_names.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_archive.h"
 #include "bodymodel/body_file.h"
@@ -21,6 +24,7 @@
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
+#include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/framing.h"
@@ -34,29 +38,44 @@ namespace {
 struct BodyArguments {
   std::string action;
   std::string body;
-  std::vector<std::string> shape;   ///< name=value
-  std::vector<std::string> macros;  ///< name=value
-  BodyFileOptions files;
   std::string motion;
-  std::string asf;
   std::string out;
-  std::string up;
+  std::vector<std::string> shape;  ///< name=value
   bool json = false;
+};
+
+struct BodyOptions {
+  MakeHumanMacros macros;
+  std::string rig;      ///< of a MakeHuman body; "": the one beside it
+  std::string weights;  ///< of a MakeHuman body; "": those beside it
+  std::string asf;      ///< skeleton of an .amc; "": the .asf beside it
+  MotionOptions motion;
+  RetargetOptions retarget;
   bool four_influences = false;
   int pictures = 12;
   PictureOptions picture{.width = 360, .height = 540, .samples = 8, .framing = {}};
-  MotionOptions motion_options;
-  RetargetOptions retarget;
 };
+
+OptionTable describe(BodyOptions& options) {
+  OptionTable table;
+  table.add("four_influences", options.four_influences,
+            "Keep four joints a vertex, as viewers and game engines expect");
+  table.add("rig", options.rig, {},
+            "MakeHuman: .mhskel or MPFB2 rig.*.json; none: beside the body");
+  table.add("weights", options.weights, {},
+            "MakeHuman: .mhw or weights.*.json; none: beside the body");
+  table.add("macros", describe(options.macros));
+  table.add("asf", options.asf, {}, "Skeleton of an .amc; none: the .asf beside it");
+  table.add("motion", describe(options.motion));
+  table.add("retarget", describe(options.retarget));
+  table.add("pictures", options.pictures, 1, 400, "", "pose: how many the contact sheet has");
+  return table.add(describe(options.picture));
+}
 
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", value);
   return text;
-}
-
-std::string extension_of(const std::string& path) {
-  return std::filesystem::path(path).extension().string();
 }
 
 void print(const std::vector<Finding>& findings) {
@@ -80,34 +99,20 @@ std::pair<std::string, double> assignment(const std::string& text) {
   return {text.substr(0, equals), value};
 }
 
-void set_macros(const std::vector<std::string>& texts, MakeHumanMacros& macros) {
-  for (const std::string& text : texts) {
-    const auto [name, value] = assignment(text);
-    double* target = name == "gender"        ? &macros.gender
-                     : name == "age"         ? &macros.age
-                     : name == "muscle"      ? &macros.muscle
-                     : name == "weight"      ? &macros.weight
-                     : name == "height"      ? &macros.height
-                     : name == "proportions" ? &macros.proportions
-                     : name == "african"     ? &macros.african
-                     : name == "asian"       ? &macros.asian
-                     : name == "caucasian"   ? &macros.caucasian
-                                             : nullptr;
-    if (target == nullptr || !(value >= 0 && value <= 1)) {
-      throw UsageError("--macro cannot be '" + text.substr(0, 80) +
-                       "': it takes gender, age, muscle, weight, height, proportions, african, "
-                       "asian or caucasian, and a share in [0, 1]");
-    }
-    *target = value;
+BodyModel read(const BodyArguments& arguments, const BodyOptions& options) {
+  const MakeHumanMacros& macros = options.macros;
+  const double shares = macros.african + macros.asian + macros.caucasian;
+  if (!(std::abs(shares - 1) <= 1e-6)) {
+    throw UsageError("macros.african, macros.asian and macros.caucasian add up to " +
+                     number(shares) + ": they are shares of 1");
   }
-}
-
-BodyModel read(const BodyArguments& arguments) {
-  BodyFileOptions files = arguments.files;
-  set_macros(arguments.macros, files.makehuman.macros);
+  BodyFileOptions files;
+  files.makehuman.macros = macros;
+  files.rig = options.rig;
+  files.weights = options.weights;
   BodyFile body = read_body_file(arguments.body, files);
   print(body.findings);
-  if (arguments.four_influences) {
+  if (options.four_influences) {
     SkinPackOptions pack;
     pack.max_slots = 4;
     body.model.skin =
@@ -147,23 +152,23 @@ Mesh shown(const BodyModel& model, Points vertices) {
   return mesh;
 }
 
-int show(const BodyArguments& arguments) {
-  if (extension_of(arguments.out) != ".png") {
-    throw UsageError("--out takes a name with .png");
+int show(const BodyArguments& arguments, const BodyOptions& options) {
+  if (!image_format_of_name(arguments.out)) {
+    throw UsageError("--out takes a name with " + std::string(kPictureNames));
   }
-  const BodyModel model = read(arguments);
+  const BodyModel model = read(arguments, options);
   const Mesh mesh = shown(model, shape_body(model, shape_of(arguments, model)).vertices);
   // From one distance, so that the pictures have one scale.
   const std::vector<Camera> cameras =
-      turntable_cameras(mesh.vertices, kFront, 4, arguments.picture.width, arguments.picture.height,
-                        arguments.picture.framing);
+      turntable_cameras(mesh.vertices, kFront, 4, options.picture.width, options.picture.height,
+                        options.picture.framing);
   const PreparedScene scene = prepare(studio_scene({{mesh, clay_look()}}));
-  RenderOptions options;
-  options.samples = arguments.picture.samples;
+  RenderOptions render_options;
+  render_options.samples = options.picture.samples;
   const char* captions[4] = {"front", "left", "back", "right"};
   std::vector<CaptionedImage> pictures;
   for (std::size_t side = 0; side < 4; ++side) {
-    pictures.push_back({tone_mapped(render(scene, cameras[side], options)), captions[side]});
+    pictures.push_back({tone_mapped(render(scene, cameras[side], render_options)), captions[side]});
   }
   ContactSheetOptions sheet;
   sheet.columns = 4;
@@ -175,8 +180,8 @@ int show(const BodyArguments& arguments) {
   return kExitDone;
 }
 
-int measure(const BodyArguments& arguments) {
-  BodyModel model = read(arguments);
+int measure(const BodyArguments& arguments, const BodyOptions& options) {
+  BodyModel model = read(arguments, options);
   model.skeleton =
       with_smpl_names(model.skeleton, recognised_humanoid(model.skeleton, arguments.body));
   if (find_joint(model.skeleton, "neck") < 0) {
@@ -199,15 +204,14 @@ int measure(const BodyArguments& arguments) {
   return kExitDone;
 }
 
-int convert(const BodyArguments& arguments) {
-  const std::string extension = extension_of(arguments.out);
-  const std::string from = extension_of(arguments.body);
+int convert(const BodyArguments& arguments, const BodyOptions& options) {
+  const std::string extension = lower_extension(arguments.out);
+  const std::string from = lower_extension(arguments.body);
   if (from == ".bvh" || from == ".amc" || extension == ".bvh") {
     if (extension != ".bvh" && extension != ".npz") {
       throw UsageError("a motion becomes .bvh or .npz; body-model pose puts it on a body");
     }
-    const MotionClip clip =
-        read_motion_file(arguments.body, arguments.motion_options, arguments.asf);
+    const MotionClip clip = read_motion_file(arguments.body, options.motion, options.asf);
     print(clip.findings);
     write_motion_file(arguments.out, clip);
     std::cout << arguments.out << ": " << clip.skeleton.names.size() << " joints, "
@@ -215,7 +219,7 @@ int convert(const BodyArguments& arguments) {
               << " per second\n";
     return kExitDone;
   }
-  const BodyModel model = read(arguments);
+  const BodyModel model = read(arguments, options);
   const Eigen::VectorXd shape = shape_of(arguments, model);
   if (extension == ".npz") {
     write_body(arguments.out, model);
@@ -251,24 +255,24 @@ Points path_of(const BodyModel& model, const ShapedBody& body, const Motion& mot
   return all;
 }
 
-int pose(const BodyArguments& arguments) {
-  const std::string extension = extension_of(arguments.out);
-  const bool pictures = extension == ".png" || extension == ".mp4";
-  if (!pictures && extension != ".glb" && extension != ".gltf" && extension != ".bvh" &&
-      extension != ".npz") {
+int pose(const BodyArguments& arguments, const BodyOptions& options) {
+  const std::string extension = lower_extension(arguments.out);
+  const bool sheet_wanted = image_format_of_name(arguments.out).has_value();
+  if (!sheet_wanted && extension != ".mp4" && extension != ".glb" && extension != ".gltf" &&
+      extension != ".bvh" && extension != ".npz") {
     throw UsageError(
-        "--out takes a name with .png (contact sheet), .mp4, .glb, .gltf, .bvh or .npz");
+        "--out takes a name with .mp4, .glb, .gltf, .bvh, .npz or, for a contact sheet, " +
+        std::string(kPictureNames));
   }
-  const BodyModel model = read(arguments);
+  const BodyModel model = read(arguments, options);
   const Eigen::VectorXd shape = shape_of(arguments, model);
-  const MotionClip clip =
-      read_motion_file(arguments.motion, arguments.motion_options, arguments.asf);
+  const MotionClip clip = read_motion_file(arguments.motion, options.motion, options.asf);
   print(clip.findings);
-  RetargetOptions options = arguments.retarget;
-  if (extension == ".mp4" && options.fps == 0) {
-    options.fps = 30;
+  RetargetOptions retargeting = options.retarget;
+  if (extension == ".mp4" && retargeting.fps == 0) {
+    retargeting.fps = 30;
   }
-  const Retargeted moved = retarget(clip, model, shape, options);
+  const Retargeted moved = retarget(clip, model, shape, retargeting);
   print(moved.findings);
   const ShapedBody body = shape_body(model, shape);
   const Motion& motion = moved.motion;
@@ -276,13 +280,13 @@ int pose(const BodyArguments& arguments) {
   const auto posed = [&](Index frame) {
     return shown(model, skin_vertices(model, body, motion.poses[static_cast<std::size_t>(frame)]));
   };
-  if (extension == ".png") {
+  if (sheet_wanted) {
     std::vector<CaptionedImage> tiles;
-    const Index count = std::min<Index>(arguments.pictures, frames);
+    const Index count = std::min<Index>(options.pictures, frames);
     for (Index i = 0; i < count; ++i) {
       const Index frame = count > 1 ? i * (frames - 1) / (count - 1) : 0;
       tiles.push_back(
-          {picture_of(posed(frame), kThreeQuarter, arguments.picture),
+          {picture_of(posed(frame), kThreeQuarter, options.picture),
            "frame " + std::to_string(motion.frame_ids[static_cast<std::size_t>(frame)])});
     }
     ContactSheetOptions sheet;
@@ -291,12 +295,12 @@ int pose(const BodyArguments& arguments) {
     write_image(arguments.out, contact_sheet(tiles, sheet));
   } else if (extension == ".mp4") {
     const Camera camera =
-        camera_around(path_of(model, body, motion), kThreeQuarter, arguments.picture.width,
-                      arguments.picture.height, arguments.picture.framing);
+        camera_around(path_of(model, body, motion), kThreeQuarter, options.picture.width,
+                      options.picture.height, options.picture.framing);
     VideoOptions video;
     video.fps = motion.fps;
     RenderOptions render_options;
-    render_options.samples = arguments.picture.samples;
+    render_options.samples = options.picture.samples;
     write_video(
         arguments.out, frames,
         [&](Index frame) {
@@ -325,8 +329,7 @@ int pose(const BodyArguments& arguments) {
   return kExitDone;
 }
 
-int run(BodyArguments& arguments) {
-  arguments.motion_options.up = arguments.up.empty() ? '\0' : arguments.up[0];
+int run(const BodyArguments& arguments, const BodyOptions& options) {
   const bool poses = arguments.action == "pose";
   if (arguments.action.empty() || arguments.body.empty()) {
     throw UsageError(
@@ -340,11 +343,11 @@ int run(BodyArguments& arguments) {
     throw UsageError("it takes --out FILE");
   }
   if (poses) {
-    return pose(arguments);
+    return pose(arguments, options);
   }
-  return arguments.action == "show"      ? show(arguments)
-         : arguments.action == "measure" ? measure(arguments)
-                                         : convert(arguments);
+  return arguments.action == "show"      ? show(arguments, options)
+         : arguments.action == "measure" ? measure(arguments, options)
+                                         : convert(arguments, options);
 }
 
 constexpr const char* kBodyHelp =
@@ -352,6 +355,10 @@ constexpr const char* kBodyHelp =
     "base.obj or its folder";
 
 }  // namespace
+
+OptionSet body_model_options() {
+  return option_set<BodyOptions>();
+}
 
 Action add_body_model(CLI::App& parser) {
   auto arguments = std::make_shared<BodyArguments>();
@@ -368,46 +375,11 @@ Action add_body_model(CLI::App& parser) {
   parser.add_option("--out", a.out, "File to write; its extension says what")->type_name("FILE");
   parser.add_option("--shape", a.shape, "Shape parameters in their own units: stature=1.8")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("NAME=VALUE,...");
-  parser.add_option("--macro", a.macros, "MakeHuman's sliders: gender=0,height=0.7")
-      ->delimiter(',')
-      ->type_name("NAME=SHARE,...");
-  parser.add_option("--rig", a.files.rig, "MakeHuman: .mhskel or MPFB2 rig.*.json")
-      ->type_name("FILE");
-  parser.add_option("--weights", a.files.weights, "MakeHuman: .mhw or weights.*.json")
-      ->type_name("FILE");
-  parser.add_option("--asf", a.asf, "Skeleton of an .amc [the .asf beside it]")->type_name("FILE");
-  parser
-      .add_option("--metres-per-unit", a.motion_options.metres_per_unit,
-                  "Of the motion file [guessed by the legs]")
-      ->check(CLI::Range(1e-6, 1e3))
-      ->type_name("METRES");
-  parser.add_option("--up", a.up, "Up axis of the motion file [guessed]")
-      ->check(CLI::IsMember({"y", "z"}))
-      ->type_name("y|z");
-  parser.add_option("--fps", a.retarget.fps, "pose: of the result [the motion's; video 30]")
-      ->check(CLI::Range(0.1, 1000.0))
-      ->type_name("FPS");
-  parser.add_flag("!--no-contacts", a.retarget.keep_contacts, "pose: do not pin feet that stand");
-  parser.add_flag("!--no-ground", a.retarget.ground, "pose: keep the motion's heights");
-  parser.add_flag("!--keep-t-pose", a.retarget.drop_t_pose,
-                  "pose: keep a first frame that is a calibration pose");
-  parser.add_option("--pictures", a.pictures, "pose: of the contact sheet [12]")
-      ->check(CLI::Range(1, 400))
-      ->type_name("N");
-  parser.add_option("--width", a.picture.width, "Of one picture [360]")
-      ->check(CLI::Range(16, 4096))
-      ->type_name("PIXELS");
-  parser.add_option("--height", a.picture.height, "[540]")
-      ->check(CLI::Range(16, 4096))
-      ->type_name("PIXELS");
-  parser.add_option("--samples", a.picture.samples, "Per pixel; 32 for print [8]")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
-  parser.add_flag("--four-influences", a.four_influences,
-                  "Keep four joints a vertex, as viewers and game engines expect");
   parser.add_flag("--json", a.json, "measure: as JSON");
-  return [arguments] { return run(*arguments); };
+  const OptionReader options = add_option_flags(parser, body_model_options());
+  return [arguments, options] { return run(*arguments, options_of<BodyOptions>(options())); };
 }
 
 }  // namespace atelier

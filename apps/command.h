@@ -4,6 +4,8 @@
 #include <span>
 #include <string_view>
 
+#include "core/options.h"
+
 namespace CLI {
 class App;
 }
@@ -19,10 +21,17 @@ struct Command {
   std::string_view name;
   std::string_view summary;
   Action (*add)(CLI::App& parser);
+  OptionSet (*options)() = nullptr;  ///< their defaults, of a command that has some
 };
 
 /// Every command that is not a stage, in the order of --help.
 std::span<const Command> all_commands();
+
+OptionSet convert_options();
+OptionSet render_options();
+OptionSet body_model_options();
+OptionSet drape_options();
+OptionSet simulate_options();
 
 Action add_status(CLI::App& parser);
 Action add_inspect(CLI::App& parser);

@@ -9,20 +9,22 @@ constexpr std::array kCommands = {
     Command{"status", "what a workspace holds, and in which state", add_status},
     Command{"inspect", "what a file is: sizes, ranges, units, findings", add_inspect},
     Command{"gc", "remove unfinished work and results that are no longer current", add_gc},
-    Command{"convert", "a mesh into another format", add_convert},
+    Command{"convert", "a mesh into another format", add_convert, convert_options},
 #ifdef ATELIER_HAS_CORE_RENDER
-    Command{"render", "a picture of a mesh", add_render},
+    Command{"render", "a picture of a mesh", add_render, render_options},
 #ifdef ATELIER_HAS_BODYMODEL
-    Command{"body-model", "show, measure, convert and pose a body", add_body_model},
+    Command{"body-model", "show, measure, convert and pose a body", add_body_model,
+            body_model_options},
 #if defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION)
-    Command{"drape", "sew a garment from its pattern on the default body", add_drape},
+    Command{"drape", "sew a garment from its pattern on the default body", add_drape,
+            drape_options},
 #endif
 #endif
 #endif
 #if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_SIMULATION)
-    Command{"simulate", "a garment on a body, standing or moving", add_simulate},
+    Command{"simulate", "a garment on a body, standing or moving", add_simulate, simulate_options},
 #endif
-    Command{"options", "every option of every stage", add_options},
+    Command{"options", "every option of every stage and command", add_options},
     Command{"completion", "a completion script for bash", add_completion},
 };
 

@@ -4,6 +4,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/option_flags.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/io/mesh_file.h"
@@ -15,11 +16,17 @@ namespace {
 struct ConvertArguments {
   std::string in;
   std::string out;
-  std::string unit = "m";
-  std::string up = "y";
 };
 
-int run(const ConvertArguments& arguments) {
+struct ConvertOptions {
+  MeshConvention input{.metres_per_unit = 1, .up = 'y'};  ///< of files that do not say
+};
+
+OptionTable describe(ConvertOptions& options) {
+  return OptionTable().add("input", describe(options.input));
+}
+
+int run(const ConvertArguments& arguments, const ConvertOptions& options) {
   if (arguments.in.empty() || arguments.out.empty()) {
     throw UsageError("it takes two files: atelier convert IN OUT");
   }
@@ -34,8 +41,7 @@ int run(const ConvertArguments& arguments) {
   if (file_kind(arguments.in) == std::filesystem::file_type::directory) {
     throw DataError(arguments.in, "", "a folder", "a mesh file: .obj, .ply, .glb or .gltf");
   }
-  const Mesh mesh = read_mesh(
-      arguments.in, {.metres_per_unit = metres_of_unit(arguments.unit), .up = arguments.up[0]});
+  const Mesh mesh = read_mesh(arguments.in, options.input);
   write_mesh(arguments.out, mesh);
   std::cout << arguments.out << ": " << mesh.vertices.rows() << " vertices, " << mesh.faces.rows()
             << " faces, metres, Y up\n";
@@ -44,18 +50,17 @@ int run(const ConvertArguments& arguments) {
 
 }  // namespace
 
+OptionSet convert_options() {
+  return option_set<ConvertOptions>();
+}
+
 Action add_convert(CLI::App& parser) {
   auto arguments = std::make_shared<ConvertArguments>();
   parser.add_option("IN", arguments->in, "Mesh to read: .obj, .ply, .glb, .gltf")->required();
   parser.add_option("OUT", arguments->out, "Mesh to write: .obj, .ply, .glb; metres, Y up")
       ->required();
-  parser.add_option("--unit", arguments->unit, "Unit of IN if it does not say [m]")
-      ->check(CLI::IsMember({"m", "dm", "cm", "mm", "in", "ft"}))
-      ->type_name("m|dm|cm|mm|in|ft");
-  parser.add_option("--up", arguments->up, "Up axis of IN if it does not say [y]")
-      ->check(CLI::IsMember({"x", "y", "z"}))
-      ->type_name("x|y|z");
-  return [arguments] { return run(*arguments); };
+  const OptionReader options = add_option_flags(parser, convert_options());
+  return [arguments, options] { return run(*arguments, options_of<ConvertOptions>(options())); };
 }
 
 }  // namespace atelier

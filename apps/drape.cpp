@@ -8,6 +8,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/option_flags.h"
 #include "apps/tailor.h"
 #include "apps/usage_error.h"
 #include "bodymodel/default_human.h"
@@ -25,14 +26,35 @@
 namespace atelier {
 namespace {
 
-struct DrapeArguments {
+// What a seamstress does: the seams are closed slowly and with little weight, then the cloth hangs.
+constexpr int kSewingFrames = 60;
+constexpr int kFramesPerStitch = 2;   // the threads are shortened evenly, this often
+constexpr double kSewingGravity = 2;  // m/s2, keeps a skirt down while its sides are drawn together
+constexpr double kSewingDamping = 15;  // 1/s, so that sewing springs do not throw the cloth about
+constexpr double kHangingDamping = 2;  // 1/s, to come to rest sooner
+
+struct DrapeOptions {
   std::string garment = "dress";
   std::string body = "female";
-  std::string out;
-  double edge_length = 0.02;
-  int frames = 150;
-  bool video = true;
+  int frames = 150;   ///< 60 a second
+  bool video = true;  ///< a turntable, which takes as long as the rest
+  Device device = Device::Cpu;
+  PatternGarmentOptions pattern;
 };
+
+OptionTable describe(DrapeOptions& options) {
+  OptionTable table;
+  table.add("garment", options.garment, {"tee", "skirt", "dress", "trousers"},
+            "Pattern, drafted to the body's measures");
+  table.add("body", options.body, {"female", "male"}, "Default human");
+  table.add("frames", options.frames, kSewingFrames + 1, 10000, "",
+            "60 a second; the first " + std::to_string(kSewingFrames) + " sew");
+  table.add("video", options.video, "A turntable beside the pictures");
+  table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
+            "Where the cloth moves");
+  table.add("pattern", describe(options.pattern));
+  return table;
+}
 
 SewingPattern pattern_of(const std::string& name, const TailorMeasures& measures) {
   if (name == "tee") {
@@ -44,27 +66,20 @@ SewingPattern pattern_of(const std::string& name, const TailorMeasures& measures
   return name == "dress" ? dress_pattern(measures) : trousers_pattern(measures);
 }
 
-// What a seamstress does: the seams are closed slowly and with little weight, then the cloth hangs.
-constexpr int kSewingFrames = 60;
-constexpr int kFramesPerStitch = 2;   // the threads are shortened evenly, this often
-constexpr double kSewingGravity = 2;  // m/s2, keeps a skirt down while its sides are drawn together
-constexpr double kSewingDamping = 15;  // 1/s, so that sewing springs do not throw the cloth about
-constexpr double kHangingDamping = 2;  // 1/s, to come to rest sooner
-
 struct Draped {
   std::vector<Mesh> frames;  ///< sewing in panels, then hanging as one piece
   int sewing_frames = 0;
   FrameReport last;
 };
 
-Draped sew_and_drape(const Garment& panels, const Mesh& body, int frames) {
+Draped sew_and_drape(const Garment& panels, const Mesh& body, int frames, Device device) {
   Control control;
   control.body_start = control.body_end = body.vertices;
   XpbdOptions options;
   options.thickness = 0.005;  // more than a triangle of 2 cm sinks into the round of a chest
   Draped draped;
   const auto run = [&](const Cloth& cloth, ClothState state, int count) {
-    ClothSolver solver(cloth, body.faces, options);
+    ClothSolver solver(cloth, body.faces, options, device);
     solver.set_state(state);
     for (int i = 0; i < count; ++i) {
       draped.last = solver.advance(control);
@@ -106,22 +121,21 @@ Draped sew_and_drape(const Garment& panels, const Mesh& body, int frames) {
   return draped;
 }
 
-int run(const DrapeArguments& arguments) {
-  if (arguments.out.empty()) {
+int run(const std::filesystem::path& out, const DrapeOptions& options) {
+  if (out.empty()) {
     throw UsageError("it takes a folder: atelier drape --garment dress --out FOLDER");
   }
-  const std::filesystem::path out = arguments.out;
   if (std::filesystem::exists(out)) {
-    throw UsageError("--out cannot be '" + arguments.out +
+    throw UsageError("--out cannot be '" + out.string() +
                      "': it is there already; name a new folder");
   }
-  const BodyModel human = default_human(arguments.body == "male" ? male_human() : female_human());
-  const SewingPattern pattern = pattern_of(arguments.garment, tailor_measures(human));
-  const Garment garment = garment_from_pattern(pattern, {.edge_length = arguments.edge_length});
+  const BodyModel human = default_human(options.body == "male" ? male_human() : female_human());
+  const SewingPattern pattern = pattern_of(options.garment, tailor_measures(human));
+  const Garment garment = garment_from_pattern(pattern, options.pattern);
   std::cout << pattern.name << ": " << pattern.panels.size() << " panels, " << pattern.seams.size()
             << " seams, " << garment.mesh.faces.rows() << " triangles\n";
 
-  const Draped draped = sew_and_drape(garment, human.mesh, arguments.frames);
+  const Draped draped = sew_and_drape(garment, human.mesh, options.frames, options.device);
   std::cout << "draped: strain p50 " << draped.last.strain_p50 << ", p95 " << draped.last.strain_p95
             << "; " << draped.last.penetrating << " vertices inside the body, "
             << 1000 * draped.last.penetration_depth << " mm at most\n";
@@ -151,7 +165,7 @@ int run(const DrapeArguments& arguments) {
   write_image(
       out / "drape.png",
       contact_sheet(cells, {.columns = 4, .title = "A " + pattern.name + ", sewn and draped"}));
-  if (arguments.video) {
+  if (options.video) {
     constexpr int kTurn = 36;
     const std::vector<Image> turn = turntable_of(dressed(last), kTurn, kFront, picture);
     write_video(out / "turntable.mp4", kTurn,
@@ -163,26 +177,16 @@ int run(const DrapeArguments& arguments) {
 
 }  // namespace
 
+OptionSet drape_options() {
+  return option_set<DrapeOptions>();
+}
+
 Action add_drape(CLI::App& parser) {
-  auto arguments = std::make_shared<DrapeArguments>();
-  parser
-      .add_option("--garment", arguments->garment,
-                  "Pattern, drafted to the body's measures [dress]")
-      ->check(CLI::IsMember({"tee", "skirt", "dress", "trousers"}))
-      ->type_name("tee|skirt|dress|trousers");
-  parser.add_option("--body", arguments->body, "Default human [female]")
-      ->check(CLI::IsMember({"female", "male"}))
-      ->type_name("female|male");
-  parser.add_option("--out", arguments->out, "New folder: sequence, meshes, pictures, video")
+  const auto out = std::make_shared<std::string>();
+  parser.add_option("--out", *out, "New folder: sequence, meshes, pictures, video")
       ->type_name("FOLDER");
-  parser.add_option("--edge-length", arguments->edge_length, "Of the cloth's triangles [0.02]")
-      ->check(CLI::Range(0.008, 0.1))
-      ->type_name("METRES");
-  parser.add_option("--frames", arguments->frames, "60 a second; the first 60 sew [150]")
-      ->check(CLI::Range(kSewingFrames + 1, 10000))
-      ->type_name("N");
-  parser.add_flag("!--no-video", arguments->video, "Leave out the turntable");
-  return [arguments] { return run(*arguments); };
+  const OptionReader options = add_option_flags(parser, drape_options());
+  return [out, options] { return run(*out, options_of<DrapeOptions>(options())); };
 }
 
 }  // namespace atelier

@@ -12,15 +12,23 @@ namespace {
 int run(bool markdown) {
   if (markdown) {
     std::cout << "# Options\n\nMade by `atelier options --markdown`. Give one as a flag "
-                 "(`--section.field value`) or in a TOML file\nnamed by `--config` (`[section]`, "
-                 "`field = value`); flags win over files.\n";
+                 "(`--section.field value`; of what is true or\nfalse, `--field` alone says true) "
+                 "or in a TOML file named by `--config` (`[section]`,\n`field = value`); flags win "
+                 "over files.\n";
   }
-  for (const Stage& stage : all_stages()) {
-    const StageOptions options = stage.options();
+  const auto show = [&](std::string_view name, const OptionSet& options) {
     if (markdown) {
-      std::cout << "\n## atelier " << stage.name << "\n\n" << options_markdown(options.table);
+      std::cout << "\n## atelier " << name << "\n\n" << options_markdown(options.table);
     } else {
-      std::cout << "atelier " << stage.name << "\n" << options_help(options.table);
+      std::cout << "atelier " << name << "\n" << options_help(options.table);
+    }
+  };
+  for (const Stage& stage : all_stages()) {
+    show(stage.name, stage.options());
+  }
+  for (const Command& command : all_commands()) {
+    if (command.options != nullptr) {
+      show(command.name, command.options());
     }
   }
   return kExitDone;

@@ -7,6 +7,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/option_flags.h"
 #include "apps/stage_command.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
@@ -104,7 +105,8 @@ int run_program(const std::vector<std::string>& arguments) {
                      see(did_you_mean(arguments[0], names), "atelier --help"));
   }
   CLI::App* command = parser.get_subcommand(action->first);
-  std::vector<std::string> rest(arguments.rbegin(), arguments.rend() - 1);  // CLI11 wants it so
+  std::vector<std::string> rest = with_switches(*command, {arguments.begin() + 1, arguments.end()});
+  std::reverse(rest.begin(), rest.end());  // CLI11 wants it so
   if (std::find(rest.begin(), rest.end(), "--help") != rest.end() ||
       std::find(rest.begin(), rest.end(), "-h") != rest.end()) {
     std::cout << command->help("atelier");

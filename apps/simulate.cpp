@@ -10,7 +10,9 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/option_flags.h"
 #include "apps/usage_error.h"
+#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
@@ -26,17 +28,31 @@ struct SimulateArguments {
   std::string garment;
   std::string body;
   std::string out;
-  std::string device = "cpu";
-  double fps = 60;
+};
+
+struct SimulateOptions {
+  Device device = Device::Cpu;
+  double fps = 60;     ///< of the body; sets the solver's time_step
   int settle = 60;     ///< frames on the first body before it moves
   double pin_top = 0;  ///< metres below the garment's highest vertex that ride on the body
-  bool grid = false;
+  bool grid = false;   ///< instead: one picture over bending and stretching stiffness
   Material material;
   XpbdOptions xpbd;
 };
 
-Device device_of(const SimulateArguments& arguments) {
-  return arguments.device == "cuda" ? Device::Cuda : Device::Cpu;
+OptionTable describe(SimulateOptions& options) {
+  OptionTable table;
+  table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
+            "Where the cloth moves");
+  table.add("fps", options.fps, 1, 10000, "1/s", "Frames per second of the body");
+  table.add("settle", options.settle, 0, 1000000, "", "Frames on the first body before it moves");
+  table.add("pin_top", options.pin_top, 0, 1, "m",
+            "How far below its top the garment rides on the body");
+  table.add("grid", options.grid, "Instead: grid.png over bending and stretching stiffness");
+  table.add("material", describe(options.material));
+  OptionTable xpbd = describe(options.xpbd);
+  std::erase_if(xpbd.fields, [](const OptionField& field) { return field.name == "time_step"; });
+  return table.add("xpbd", xpbd);
 }
 
 /// Vertices near the top ride on the body's nearest triangle, as a waistband or collar does.
@@ -89,7 +105,8 @@ Image picture(const Cloth& cloth, const ClothState& state, const Mesh* body) {
 }
 
 /// The grid of the paper's Fig. 1: stretch stiffness over columns, bending over rows.
-int run_grid(const SimulateArguments& arguments, const Cloth& cloth, const Mesh& body) {
+int run_grid(const std::filesystem::path& out, const SimulateOptions& options, const Cloth& cloth,
+             const Mesh& body) {
   const std::vector<double> factors{0.1, 1, 10};
   std::vector<ClothVariation> variations;
   for (double bending : factors) {
@@ -97,11 +114,11 @@ int run_grid(const SimulateArguments& arguments, const Cloth& cloth, const Mesh&
       variations.push_back({stretch, bending, -1});
     }
   }
-  ClothSweep sweep(cloth, variations, body.faces, arguments.xpbd, device_of(arguments));
+  ClothSweep sweep(cloth, variations, body.faces, options.xpbd, options.device);
   Control control;
   control.body_start = body.vertices;
   control.body_end = body.vertices;
-  for (int frame = 0; frame < arguments.settle; ++frame) {
+  for (int frame = 0; frame < options.settle; ++frame) {
     sweep.advance(control);
   }
   std::vector<CaptionedImage> pictures;
@@ -112,14 +129,14 @@ int run_grid(const SimulateArguments& arguments, const Cloth& cloth, const Mesh&
     pictures.push_back(
         {picture(cloth, sweep.state(scene), body.vertices.rows() > 0 ? &body : nullptr), caption});
   }
-  ContactSheetOptions options;
-  options.columns = static_cast<int>(factors.size());
-  write_image(std::filesystem::path(arguments.out) / "grid.png", contact_sheet(pictures, options));
-  std::cout << arguments.out << "/grid.png\n";
+  ContactSheetOptions sheet;
+  sheet.columns = static_cast<int>(factors.size());
+  write_image(out / "grid.png", contact_sheet(pictures, sheet));
+  std::cout << (out / "grid.png").string() << "\n";
   return kExitDone;
 }
 
-int run(SimulateArguments arguments) {
+int run(const SimulateArguments& arguments, SimulateOptions options) {
   if (arguments.garment.empty() || arguments.out.empty()) {
     throw UsageError(
         "it takes a garment and a folder: atelier simulate --garment MESH --out FOLDER");
@@ -127,30 +144,30 @@ int run(SimulateArguments arguments) {
   Garment garment;
   garment.name = arguments.garment;
   garment.mesh = read_mesh(arguments.garment);
-  garment.material = arguments.material;
+  garment.material = options.material;
   Sequence bodies;
   Mesh body;
   if (!arguments.body.empty()) {
     bodies = read_sequence_folder(arguments.body);
     body = frame(bodies, 0);
-    attach_top(garment, body, arguments.pin_top);
+    attach_top(garment, body, options.pin_top);
   }
-  arguments.xpbd.time_step = 1 / arguments.fps;
+  options.xpbd.time_step = 1 / options.fps;
   const Cloth cloth = make_cloth(garment);
-  std::filesystem::create_directories(arguments.out);
-  if (arguments.grid) {
-    return run_grid(arguments, cloth, body);
+  make_private_directory(arguments.out);
+  if (options.grid) {
+    return run_grid(arguments.out, options, cloth, body);
   }
-  ClothSolver solver(cloth, body.faces, arguments.xpbd, device_of(arguments));
+  ClothSolver solver(cloth, body.faces, options.xpbd, options.device);
   const Index moving = body.vertices.rows() > 0 ? frame_count(bodies) - 1 : 0;
-  const Index total = arguments.settle + moving;
+  const Index total = options.settle + moving;
   std::vector<CaptionedImage> pictures;
   for (Index i = 0; i < total; ++i) {
     Control control;
     if (body.vertices.rows() > 0) {
       control.body_start = body.vertices;
-      if (i >= arguments.settle) {
-        body = frame(bodies, i - arguments.settle + 1);
+      if (i >= options.settle) {
+        body = frame(bodies, i - options.settle + 1);
       }
       control.body_end = body.vertices;
     }
@@ -180,6 +197,10 @@ int run(SimulateArguments arguments) {
 
 }  // namespace
 
+OptionSet simulate_options() {
+  return option_set<SimulateOptions>();
+}
+
 Action add_simulate(CLI::App& parser) {
   auto a = std::make_shared<SimulateArguments>();
   parser.add_option("--garment", a->garment, "Mesh of the garment, in metres")->type_name("MESH");
@@ -187,28 +208,8 @@ Action add_simulate(CLI::App& parser) {
       ->type_name("MESH|FOLDER");
   parser.add_option("--out", a->out, "Folder for one .ply a frame and sheet.png")
       ->type_name("FOLDER");
-  parser.add_option("--device", a->device, "[cpu]")->check(CLI::IsMember({"cpu", "cuda"}));
-  parser.add_option("--fps", a->fps, "Frames per second of the body [60]")
-      ->check(CLI::Range(1.0, 10000.0));
-  parser.add_option("--settle", a->settle, "Frames on the first body before it moves [60]")
-      ->check(CLI::Range(0, 1000000));
-  parser.add_option("--pin-top", a->pin_top, "The garment's uppermost metres ride on the body [0]")
-      ->check(CLI::Range(0.0, 1.0));
-  parser.add_flag("--grid", a->grid, "Instead: grid.png over bending and stretching stiffness");
-  parser.add_option("--density", a->material.density, "kg/m2 [0.15]")->check(CLI::PositiveNumber);
-  parser.add_option("--stretch", a->material.stretch_warp, "N/m [1000]")
-      ->check(CLI::PositiveNumber);
-  parser.add_option("--bending", a->material.bending, "N m [1e-5]")->check(CLI::NonNegativeNumber);
-  parser.add_option("--friction", a->material.friction, "Coulomb coefficient [0.4]")
-      ->check(CLI::NonNegativeNumber);
-  parser.add_option("--thickness", a->material.thickness, "m kept to the body [0.001]")
-      ->check(CLI::NonNegativeNumber);
-  parser.add_option("--substeps", a->xpbd.substeps, "Per frame [10]")->check(CLI::Range(1, 10000));
-  parser.add_flag("--self-contact", a->xpbd.self_contact, "Contact of the cloth with itself");
-  return [a] {
-    a->material.stretch_weft = a->material.stretch_warp;
-    return run(*a);
-  };
+  const OptionReader options = add_option_flags(parser, simulate_options());
+  return [a, options] { return run(*a, options_of<SimulateOptions>(options())); };
 }
 
 }  // namespace atelier

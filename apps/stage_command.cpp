@@ -8,12 +8,10 @@
 
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
+#include "apps/option_flags.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
-#include "core/io/file_bytes.h"
-#include "core/limits.h"
-#include "core/store/options_file.h"
 #include "core/store/run_stage.h"
 
 namespace atelier {
@@ -21,8 +19,7 @@ namespace {
 
 struct StageArguments {
   StageRequest request;
-  std::vector<std::string> config_files;
-  std::vector<std::pair<std::string, std::string>> flags;  ///< option name and text
+  OptionReader options;
   std::string frames;
   std::string shard;
   std::string device = "cpu";
@@ -46,34 +43,13 @@ void require(const std::string& problem) {
   }
 }
 
-/// Files first, in their order, then flags: the later wins.
-void set_options(StageArguments& arguments) {
-  OptionTable& table = arguments.request.options.table;
-  std::string problems;
-  const auto note = [&](const std::string& problem) {
-    if (!problem.empty()) {
-      problems += (problems.empty() ? "" : "\n") + problem;
-    }
-  };
-  for (const std::string& file : arguments.config_files) {
-    const std::string text = read_file_text(file, Limits{}.text_file_bytes);
-    for (const std::string& problem : set_options_from_toml(table, text, file)) {
-      note(problem);
-    }
-  }
-  for (const auto& [name, text] : arguments.flags) {
-    note(set_option(table, name, text));
-  }
-  require(problems);
-}
-
 int run(const Stage& stage, StageArguments& arguments) {
   StageRequest& request = arguments.request;
   if (request.input.empty() || request.workspace.empty()) {
     throw UsageError("it takes an INPUT and a WORKSPACE: atelier " + std::string(stage.name) +
                      " INPUT WORKSPACE");
   }
-  set_options(arguments);
+  request.options = arguments.options();
   request.device = arguments.device == "cuda" ? Device::Cuda : Device::Cpu;
   if (request.device == Device::Cuda && !stage.has_cuda) {
     throw UsageError("--device cannot be 'cuda': " + std::string(stage.name) +
@@ -114,13 +90,9 @@ int run(const Stage& stage, StageArguments& arguments) {
 Action add_stage(CLI::App& parser, const Stage& stage) {
   auto arguments = std::make_shared<StageArguments>();
   StageRequest& request = arguments->request;
-  request.options = stage.options();
   parser.add_option("INPUT", request.input, "File or folder to read")->required();
   parser.add_option("WORKSPACE", request.workspace, "Folder of results; made if it is missing")
       ->required();
-  parser.add_option("--config", arguments->config_files, "TOML file of options; flags win over it")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
   parser.add_option("--jobs", request.jobs, "Frames worked on at once; 0: as many as processors")
       ->check(jobs_problem)
       ->type_name("N");
@@ -136,18 +108,7 @@ Action add_stage(CLI::App& parser, const Stage& stage) {
   parser.add_flag("--force", request.force, "Do it again although the result is there");
   parser.add_flag("--dry-run", arguments->dry_run, "Only say what would be done, and why");
   parser.add_flag("--json", arguments->json, "Events as lines of JSON, for machines");
-  for (const OptionField& field : request.options.table.fields) {
-    const std::string value = option_text(field);
-    parser
-        .add_option_function<std::string>(
-            "--" + field.name,
-            [arguments, name = field.name](const std::string& text) {
-              arguments->flags.emplace_back(name, text);
-            },
-            field.help + " [" + (value.empty() ? "none" : value) + "]")
-        ->type_name(option_range(field) + (field.unit.empty() ? "" : " " + field.unit))
-        ->group("Options");
-  }
+  arguments->options = add_option_flags(parser, stage.options());
   return [arguments, &stage] { return run(stage, *arguments); };
 }
 

@@ -13,7 +13,7 @@ constexpr std::array kStages = {
           .summary = "numbers of a mesh sequence: counts, area, volume, bounds, edges, holes",
           .inputs = {"meshes"},
           .outputs = {"statistics"},
-          .options = stage_options<StatisticsStageOptions>,
+          .options = option_set<StatisticsStageOptions>,
           .run = run_statistics,
           .frame_wise = true},
 };

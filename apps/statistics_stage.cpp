@@ -80,17 +80,13 @@ OptionTable describe(StatisticsStageOptions& options) {
       "statistics.edge_quantiles", options.statistics.edge_quantiles, 0, 1, "",
       "Which quantiles of the edge lengths to give; 0 is the shortest edge, 0.5 the median, 1 "
       "the longest");
-  table.add("input.unit", options.unit, {"m", "dm", "cm", "mm", "in", "ft"},
-            "Unit of mesh files that do not say theirs");
-  table.add("input.up", options.up, {"x", "y", "z"},
-            "Up axis of mesh files that do not say theirs");
+  table.add("input", describe(options.input));
   return table;
 }
 
 void run_statistics(StageRun& run) {
   const auto& options = run.options<StatisticsStageOptions>();
-  const Sequence sequence = read_meshes(
-      run.input("meshes"), {.metres_per_unit = metres_of_unit(options.unit), .up = options.up[0]});
+  const Sequence sequence = read_meshes(run.input("meshes"), options.input);
   const bool complete = run.each_frame(
       "frames", ".json", sequence.frame_ids, [&](int frame_id, const std::filesystem::path& file) {
         const auto at =

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <string>
-
+#include "core/io/polygon_mesh.h"
 #include "core/mesh_statistics.h"
 #include "core/store/stage.h"
 
@@ -9,8 +8,7 @@ namespace atelier {
 
 struct StatisticsStageOptions {
   MeshStatisticsOptions statistics;
-  std::string unit = "m";  ///< of files that do not say
-  std::string up = "y";    ///< of files that do not say
+  MeshConvention input{.metres_per_unit = 1, .up = 'y'};  ///< of files that do not say
 };
 
 OptionTable describe(StatisticsStageOptions& options);

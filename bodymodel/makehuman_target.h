@@ -7,6 +7,7 @@
 
 #include "bodymodel/body_model.h"
 #include "core/limits.h"
+#include "core/options.h"
 
 namespace atelier {
 
@@ -31,6 +32,8 @@ struct MakeHumanMacros {
   double asian = 1.0 / 3;
   double caucasian = 1.0 / 3;
 };
+
+OptionTable describe(MakeHumanMacros& macros);
 
 /// One macro target and its share.
 struct MacroTarget {

@@ -132,7 +132,7 @@ std::string bvh_text(const MotionClip& clip, const BvhWriteOptions& options) {
 
 void write_bvh(const std::filesystem::path& path, const MotionClip& clip,
                const BvhWriteOptions& options) {
-  write_file_atomically(path, bvh_text(clip, options), 0644);
+  write_file_atomically(path, bvh_text(clip, options));
 }
 
 }  // namespace atelier

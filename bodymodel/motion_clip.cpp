@@ -40,6 +40,17 @@ Eigen::Vector3d z_up_to_y_up(const Eigen::Vector3d& p) {
 
 }  // namespace
 
+OptionTable describe(MotionOptions& options) {
+  OptionTable table;
+  table.add("metres_per_unit", options.metres_per_unit, 0, 1000, "m",
+            "Of motion files that do not say; 0: guessed by the legs, set it for children");
+  table.add("up", options.up, {{"auto", '\0'}, {"y", 'y'}, {"z", 'z'}},
+            "Up axis of the motion file; auto: guessed by where the head is");
+  table.add("fps", options.fps, 0, 1000, "1/s",
+            "Frame rate of motion files that do not say; 0: what the file says");
+  return table;
+}
+
 void check_motion_clip(const MotionClip& clip, const std::string& file) {
   check_skeleton(clip.skeleton, file);
   const Index joints = static_cast<Index>(clip.skeleton.names.size());

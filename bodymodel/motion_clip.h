@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/finding.h"
+#include "core/options.h"
 #include "core/pose.h"
 #include "core/skeleton.h"
 
@@ -30,6 +31,8 @@ struct MotionOptions {
   char up = 0;                 ///< 'y' or 'z'; 0: guess_up_axis
   double fps = 0;              ///< frames per second; 0: what the file says
 };
+
+OptionTable describe(MotionOptions& options);
 
 /// Throws DataError unless the skeleton is valid, every pose has its joints, numbers are finite,
 /// the frame rate is positive and frame ids increase.

@@ -60,6 +60,19 @@ void check_rest(const Garment& garment, const std::string& file) {
 
 }  // namespace
 
+OptionTable describe(Material& material) {
+  OptionTable table;
+  table.add("density", material.density, 1e-3, 100, "kg/m2", "Weight of the fabric");
+  table.add("stretch_warp", material.stretch_warp, 0, 1e9, "N/m", "Stiffness along the grain");
+  table.add("stretch_weft", material.stretch_weft, 0, 1e9, "N/m", "Stiffness across the grain");
+  table.add("shear", material.shear, 0, 1e9, "N/m", "Stiffness against shearing");
+  table.add("bending", material.bending, 0, 1e3, "N m", "Stiffness against folding");
+  table.add("damping", material.damping, 0, 10, "s", "Stiffness-proportional (Rayleigh)");
+  table.add("friction", material.friction, 0, 100, "", "Coulomb coefficient");
+  table.add("thickness", material.thickness, 0, 0.1, "m", "Kept between layers and to the body");
+  return table;
+}
+
 void check_garment(const Garment& garment, const std::string& file) {
   check_mesh(garment.mesh, file);
   check_material(garment.material, file);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/mesh.h"
+#include "core/options.h"
 
 namespace atelier {
 
@@ -20,6 +21,8 @@ struct Material {
   double friction = 0.4;       ///< Coulomb coefficient
   double thickness = 0.001;    ///< m
 };
+
+OptionTable describe(Material& material);
 
 /// Two runs of panel boundary that are sewn together, vertex by vertex.
 struct Seam {

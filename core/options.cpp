@@ -154,14 +154,22 @@ std::string join(const std::vector<std::string>& words, std::string_view separat
   return text;
 }
 
+/// A bound as one writes it: 1000000 rather than 1e+06.
+std::string bound_text(double value) {
+  constexpr double kWritten = 1e10;
+  return std::abs(value) < kWritten && value == std::floor(value)
+             ? number_text(static_cast<std::int64_t>(value))
+             : number_text(value);
+}
+
 /// "in [0, 1]", ">= 0", "<= 1" or "".
 std::string bounds(const OptionField& field) {
   const bool low = std::isfinite(field.min);
   const bool high = std::isfinite(field.max);
   if (low && high) {
-    return " in [" + number_text(field.min) + ", " + number_text(field.max) + "]";
+    return " in [" + bound_text(field.min) + ", " + bound_text(field.max) + "]";
   }
-  return low ? " >= " + number_text(field.min) : high ? " <= " + number_text(field.max) : "";
+  return low ? " >= " + bound_text(field.min) : high ? " <= " + bound_text(field.max) : "";
 }
 
 std::string choice_problem(const OptionField& field, const std::string& text) {
@@ -170,7 +178,12 @@ std::string choice_problem(const OptionField& field, const std::string& text) {
 }
 
 std::string range_problem(const OptionField& field, const std::string& text) {
-  return field.name + " cannot be " + quoted(text) + ": it takes " + option_range(field) +
+  const std::string takes = std::holds_alternative<bool*>(field.target) ? "true or false"
+                            : std::holds_alternative<int*>(field.target) ||
+                                    std::holds_alternative<std::int64_t*>(field.target)
+                                ? "an " + option_range(field)
+                                : "a " + option_range(field);
+  return field.name + " cannot be " + quoted(text) + ": it takes " + takes +
          (field.unit.empty() ? "" : " (" + field.unit + ")");
 }
 
@@ -258,6 +271,13 @@ OptionTable& OptionTable::append(OptionField field) {
   ATELIER_CHECK(std::none_of(fields.begin(), fields.end(),
                              [&](const OptionField& other) { return other.name == field.name; }),
                 field.name + " is there twice");
+  // One form for all, whoever wrote it.
+  if (field.help.front() >= 'a' && field.help.front() <= 'z') {
+    field.help.front() = static_cast<char>(field.help.front() - 'a' + 'A');
+  }
+  if (field.help.size() > 1 && field.help.back() == '.') {
+    field.help.pop_back();
+  }
   fields.push_back(std::move(field));
   return *this;
 }
@@ -266,58 +286,18 @@ OptionTable& OptionTable::add(std::string name, bool& target, std::string help) 
   return append({.name = std::move(name), .help = std::move(help), .unit = "", .target = &target});
 }
 
-OptionTable& OptionTable::add(std::string name, int& target, double min, double max,
-                              std::string unit, std::string help) {
+OptionTable& OptionTable::add_ranged(std::string name, OptionTarget target, double min, double max,
+                                     std::string unit, std::string help) {
   return append({.name = std::move(name),
                  .help = std::move(help),
                  .unit = std::move(unit),
-                 .target = &target,
+                 .target = std::move(target),
                  .min = min,
                  .max = max});
 }
 
-OptionTable& OptionTable::add(std::string name, std::int64_t& target, double min, double max,
-                              std::string unit, std::string help) {
-  return append({.name = std::move(name),
-                 .help = std::move(help),
-                 .unit = std::move(unit),
-                 .target = &target,
-                 .min = min,
-                 .max = max});
-}
-
-OptionTable& OptionTable::add(std::string name, double& target, double min, double max,
-                              std::string unit, std::string help) {
-  return append({.name = std::move(name),
-                 .help = std::move(help),
-                 .unit = std::move(unit),
-                 .target = &target,
-                 .min = min,
-                 .max = max});
-}
-
-OptionTable& OptionTable::add(std::string name, std::vector<double>& target, double min, double max,
-                              std::string unit, std::string help) {
-  return append({.name = std::move(name),
-                 .help = std::move(help),
-                 .unit = std::move(unit),
-                 .target = &target,
-                 .min = min,
-                 .max = max});
-}
-
-OptionTable& OptionTable::add(std::string name, std::string& target,
-                              std::vector<std::string> choices, std::string help) {
-  return append({.name = std::move(name),
-                 .help = std::move(help),
-                 .unit = "",
-                 .target = &target,
-                 .choices = std::move(choices)});
-}
-
-OptionTable& OptionTable::add_enum(std::string name, OptionEnum target,
-                                   std::vector<std::string> choices, std::string help) {
-  ATELIER_CHECK(!choices.empty(), name + " has no choices");
+OptionTable& OptionTable::add_chosen(std::string name, OptionTarget target,
+                                     std::vector<std::string> choices, std::string help) {
   return append({.name = std::move(name),
                  .help = std::move(help),
                  .unit = "",
@@ -325,10 +305,48 @@ OptionTable& OptionTable::add_enum(std::string name, OptionEnum target,
                  .choices = std::move(choices)});
 }
 
+OptionTable& OptionTable::add(std::string name, int& target, double min, double max,
+                              std::string unit, std::string help) {
+  return add_ranged(std::move(name), &target, min, max, std::move(unit), std::move(help));
+}
+
+OptionTable& OptionTable::add(std::string name, std::int64_t& target, double min, double max,
+                              std::string unit, std::string help) {
+  return add_ranged(std::move(name), &target, min, max, std::move(unit), std::move(help));
+}
+
+OptionTable& OptionTable::add(std::string name, double& target, double min, double max,
+                              std::string unit, std::string help) {
+  return add_ranged(std::move(name), &target, min, max, std::move(unit), std::move(help));
+}
+
+OptionTable& OptionTable::add(std::string name, std::vector<double>& target, double min, double max,
+                              std::string unit, std::string help) {
+  return add_ranged(std::move(name), &target, min, max, std::move(unit), std::move(help));
+}
+
+OptionTable& OptionTable::add(std::string name, std::string& target,
+                              std::vector<std::string> choices, std::string help) {
+  return add_chosen(std::move(name), &target, std::move(choices), std::move(help));
+}
+
+OptionTable& OptionTable::add_enum(std::string name, OptionEnum target,
+                                   std::vector<std::string> choices, std::string help) {
+  ATELIER_CHECK(!choices.empty(), name + " has no choices");
+  return add_chosen(std::move(name), std::move(target), std::move(choices), std::move(help));
+}
+
 OptionTable& OptionTable::add(const std::string& name, const OptionTable& nested) {
   for (OptionField field : nested.fields) {
     field.name = name + "." + field.name;
     append(std::move(field));
+  }
+  return *this;
+}
+
+OptionTable& OptionTable::add(const OptionTable& others) {
+  for (const OptionField& field : others.fields) {
+    append(field);
   }
   return *this;
 }

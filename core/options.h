@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 #include <variant>
@@ -17,13 +18,16 @@ struct OptionEnum {
   std::function<void(std::size_t)> set;
 };
 
+/// What a field's value is and where.
+using OptionTarget = std::variant<bool*, int*, std::int64_t*, double*, std::string*,
+                                  std::vector<double>*, OptionEnum>;
+
 /// One field of an options struct, as `describe()` tells it.
 struct OptionField {
   std::string name;  ///< snake_case; nested structs use dots: "solver.substeps"
   std::string help;  ///< what it is and when to change it, one sentence
   std::string unit;  ///< "m", "N/m", "px", "" for none
-  std::variant<bool*, int*, std::int64_t*, double*, std::string*, std::vector<double>*, OptionEnum>
-      target;
+  OptionTarget target;
   double min = -std::numeric_limits<double>::infinity();  ///< smallest allowed (each element)
   double max = std::numeric_limits<double>::infinity();   ///< largest allowed
   std::vector<std::string> choices{};  ///< for strings: what is allowed; empty: anything
@@ -35,7 +39,7 @@ struct OptionField {
 /// docs/options.md are all made from. Every FOptions has, beside it,
 /// `OptionTable describe(FOptions& options);` whose fields point into `options`. Every `add` throws
 /// LogicError for a name that is not lower_case words joined by dots or is there twice, for a
-/// missing help and for an empty range.
+/// missing help and for an empty range. A help is shown with a capital and without a full stop.
 struct OptionTable {
   std::vector<OptionField> fields;
 
@@ -73,14 +77,41 @@ struct OptionTable {
   }
   /// The fields of a nested struct, with "name." before theirs.
   OptionTable& add(const std::string& name, const OptionTable& nested);
+  /// The fields of another struct under their own names.
+  OptionTable& add(const OptionTable& others);
   /// Marks the field added last as no part of a stage's key.
   OptionTable& not_keyed();
 
  private:
   OptionTable& add_enum(std::string name, OptionEnum target, std::vector<std::string> choices,
                         std::string help);
+  OptionTable& add_ranged(std::string name, OptionTarget target, double min, double max,
+                          std::string unit, std::string help);
+  OptionTable& add_chosen(std::string name, OptionTarget target, std::vector<std::string> choices,
+                          std::string help);
   OptionTable& append(OptionField field);
 };
+
+/// An options struct behind its table: who holds it needs to know no struct's type.
+struct OptionSet {
+  std::shared_ptr<void> values;
+  OptionTable table;  ///< points into `values`
+};
+
+/// The defaults of `Options`, which has `describe(Options&)` beside it. The row of a stage or a
+/// command names `option_set<ItsOptions>`.
+template <class Options>
+OptionSet option_set() {
+  auto values = std::make_shared<Options>();
+  OptionTable table = describe(*values);
+  return {std::move(values), std::move(table)};
+}
+
+/// The struct of a set made by `option_set<Options>`.
+template <class Options>
+const Options& options_of(const OptionSet& set) {
+  return *static_cast<const Options*>(set.values.get());
+}
 
 /// Sets one field from text ("true", "3", "0.5", "[1, 2]", "cuda") and notes who set it. Returns ""
 /// or what is wrong, in one sentence with the allowed range or choices and, for an unknown name,

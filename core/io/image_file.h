@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -82,8 +83,12 @@ std::string image_bytes(const ByteImage& image, ImageFormat format,
 /// regions, `read_labels` gives the labels back. One channel.
 std::string label_bytes(const ByteImage& labels);
 
+/// The format that a name asks to be written in, by its extension in any case; none for another.
+std::optional<ImageFormat> image_format_of_name(const std::filesystem::path& path);
+
 /// Writes by extension (.png .jpg .jpeg .tif .tiff .webp .bmp .avif), replacing the file as a
-/// whole. Throws EnvironmentError if it cannot be written, else as `image_bytes`.
+/// whole. Throws LogicError for another extension, EnvironmentError if it cannot be written, else
+/// as `image_bytes`.
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageWriteOptions& options = {});
 void write_image(const std::filesystem::path& path, const ByteImage& image,

@@ -39,6 +39,14 @@ ImageOf<T> stored(const Image& image) {
 }
 
 ImageFormat format_of(const std::filesystem::path& path) {
+  const std::optional<ImageFormat> format = image_format_of_name(path);
+  ATELIER_CHECK(format.has_value(), "no image format for '" + path.string() + "'");
+  return *format;
+}
+
+}  // namespace
+
+std::optional<ImageFormat> image_format_of_name(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
   struct Extension {
     const char* name;
@@ -53,11 +61,8 @@ ImageFormat format_of(const std::filesystem::path& path) {
       return known.format;
     }
   }
-  ATELIER_CHECK(false, "no image format for '" + path.string() + "'");
-  return ImageFormat::Png;
+  return std::nullopt;
 }
-
-}  // namespace
 
 std::string image_bytes(const ByteImage& image, ImageFormat format,
                         const ImageWriteOptions& options) {

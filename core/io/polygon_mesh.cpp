@@ -362,6 +362,18 @@ bool make_unit_rows(Points& normals) {
   return true;
 }
 
+OptionTable describe(MeshConvention& convention) {
+  OptionTable table;
+  std::vector<std::pair<std::string, double>> units;
+  for (const char* name : {"m", "dm", "cm", "mm", "in", "ft"}) {
+    units.emplace_back(name, metres_of_unit(name));
+  }
+  table.add("unit", convention.metres_per_unit, units, "Unit of mesh files that do not say theirs");
+  table.add("up", convention.up, {{"x", 'x'}, {"y", 'y'}, {"z", 'z'}},
+            "Up axis of mesh files that do not say theirs");
+  return table;
+}
+
 double metres_of_unit(const std::string& name) {
   for (const Unit& unit : kUnits) {
     if (name == unit.name) {

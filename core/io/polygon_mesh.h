@@ -5,6 +5,7 @@
 
 #include "core/finding.h"
 #include "core/mesh.h"
+#include "core/options.h"
 
 namespace atelier {
 
@@ -14,6 +15,10 @@ struct MeshConvention {
   double metres_per_unit = 0;  ///< 0: the file does not say
   char up = '\0';              ///< 'x', 'y' or 'z'; '\0': the file does not say
 };
+
+/// The unit and up axis of files that do not say theirs. A unit or axis that is not set counts as
+/// out of its choices: give defaults first.
+OptionTable describe(MeshConvention& convention);
 
 /// A mesh as a file of polygons holds it: n-gons, names, attributes per corner; positions in the
 /// file's own unit and axes. `triangulated` makes a Mesh of it.

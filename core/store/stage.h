@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,21 +13,6 @@
 #include "core/options.h"
 
 namespace atelier {
-
-/// A stage's options struct behind its table: who calls a stage needs to know no stage's type.
-struct StageOptions {
-  std::shared_ptr<void> values;
-  OptionTable table;  ///< points into `values`
-};
-
-/// The defaults of `Options`, which has `describe(Options&)` beside it. A stage's row names
-/// `stage_options<ItsOptions>`.
-template <class Options>
-StageOptions stage_options() {
-  auto values = std::make_shared<Options>();
-  OptionTable table = describe(*values);
-  return {std::move(values), std::move(table)};
-}
 
 /// What a stage's function gets: its inputs, its options, and the only ways to write. The runner
 /// behind it does everything else (lock, staging, resume, sync, digests, manifest).
@@ -96,7 +80,7 @@ struct Stage {
   std::string_view summary;  ///< one line for --help
   std::array<std::string_view, 6> inputs{};   ///< kinds; one that no row makes is the INPUT given
   std::array<std::string_view, 6> outputs{};  ///< kinds
-  StageOptions (*options)() = nullptr;        ///< its defaults: stage_options<ItsOptions>
+  OptionSet (*options)() = nullptr;           ///< its defaults: option_set<ItsOptions>
   void (*run)(StageRun& run) = nullptr;       ///< read -> call -> write
   bool frame_wise = false;    ///< calls `each_frame`, so that it resumes and can be split
   bool has_cuda = false;      ///< has a CUDA twin: without one, --device cuda is refused

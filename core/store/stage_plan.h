@@ -17,7 +17,7 @@ namespace atelier {
 struct StageRequest {
   std::filesystem::path input;      ///< file or folder that the first stages read
   std::filesystem::path workspace;  ///< folder of results; made if it is missing
-  StageOptions options;             ///< of that stage
+  OptionSet options;                ///< of that stage
   FrameSelection selection;         ///< of a frame-wise stage; the rest is others' work
   int jobs = 0;                     ///< frames worked on at once; 0: as many as processors
   Device device = Device::Cpu;

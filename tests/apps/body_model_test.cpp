@@ -1,5 +1,6 @@
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -81,6 +82,31 @@ TEST_F(BodyModelCommand, AMotionBecomesNpzAndBvhAgain) {
   EXPECT_EQ(back.exit_code, 0) << back.err;
 }
 
+TEST_F(BodyModelCommand, ShapesDoNotSwallowTheArgumentsBehindThem) {
+  const ChildResult result =
+      run({"--shape", "stature=1.6,weight=0.1", "--shape", "stature=1.7", "measure", "female"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("no shape parameter 'weight'"));
+  const ChildResult measured = run({"--shape", "stature=1.7", "measure", "female", "--json"});
+  EXPECT_EQ(measured.exit_code, 0) << measured.err;
+  EXPECT_NEAR(nlohmann::json::parse(measured.out)["stature"]["value"].get<double>(), 1.7, 0.01);
+}
+
+TEST_F(BodyModelCommand, SwitchesDoNotSwallowTheArgumentsBehindThem) {
+  EXPECT_EQ(run({"--four_influences", "measure", "female"}).exit_code, 0);
+  EXPECT_EQ(run({"--four_influences", "false", "measure", "female"}).exit_code, 0);
+  EXPECT_EQ(run({"measure", "female", "--four_influences=true"}).exit_code, 0);
+  refused({"measure", "female", "--four_influences=maybe"}, 2, "it takes true or false");
+}
+
+TEST_F(BodyModelCommand, WritesMotionsForTheirOwnerAlone) {
+  for (const char* name : {"a.bvh", "a.npz"}) {
+    const std::filesystem::path out = folder_ / name;
+    ASSERT_EQ(run({"convert", still_bvh(), "--out", out.string()}).exit_code, 0);
+    EXPECT_EQ(static_cast<unsigned>(std::filesystem::status(out).permissions()), 0600u) << name;
+  }
+}
+
 TEST_F(BodyModelCommand, RefusesWrongWords) {
   refused({}, 2, "an action and a body");
   refused({"dance", "default"}, 2, "dance");
@@ -89,9 +115,15 @@ TEST_F(BodyModelCommand, RefusesWrongWords) {
   refused({"pose", "default", "--out", "a.png"}, 2, "it takes a motion");
   refused({"show", "default", "walk.bvh", "--out", "a.png"}, 2, "only pose takes a motion");
   refused({"pose", "default", "walk.bvh", "--out", "a.txt"}, 2, "contact sheet");
-  refused({"show", "base.obj", "--macro", "wings=1", "--out", "a.png"}, 2, "gender, age");
-  refused({"show", "base.obj", "--macro", "gender=2", "--out", "a.png"}, 2, "[0, 1]");
-  refused({"show", "base.obj", "--macro", "gender=x", "--out", "a.png"}, 2, "NAME=NUMBER");
+  refused({"show", "base.obj", "--macros.wings", "1", "--out", "a.png"}, 2, "no option");
+  refused({"show", "base.obj", "--macros.gender", "2", "--out", "a.png"}, 2, "[0, 1]");
+  refused({"show", "base.obj", "--macros.gender", "x", "--out", "a.png"}, 2, "cannot be 'x'");
+  refused({"show", "base.obj", "--macros.asian", "1", "--out", "a.png"}, 2, "add up to 1.667");
+  refused({"show", "female", "--out", "a.png", "--width", "nan"}, 2, "width cannot be 'nan'");
+  refused({"measure", "female", "--shape", "stature"}, 2, "NAME=NUMBER");
+  refused({"measure", "female", "--shape", "stature=nan"}, 2, "stature cannot be nan");
+  refused({"measure", "female", "--shape", "wings=1"}, 2, "no shape parameter 'wings'");
+  refused({"pose", "female", "a.bvh", "--motion.up", "x", "--out", "a.png"}, 2, "auto, y, z");
   refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh or .npz");
 }
 

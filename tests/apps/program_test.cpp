@@ -266,7 +266,7 @@ TEST_F(Program, ConvertKeepsTheMesh) {
   write_boxes(input(), 1);
   const std::string ply = (root_ / "box.ply").string();
   const ChildResult result =
-      run({"convert", (input() / "box_000.obj").string(), ply, "--unit", "cm"});
+      run({"convert", (input() / "box_000.obj").string(), ply, "--input.unit", "cm"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("8 vertices, 12 faces"));
   EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("highest           0.01 0.01 0.01"));
@@ -282,11 +282,44 @@ TEST_F(Program, RenderMakesAPicture) {
                                   "--width", "64", "--height", "48", "--samples", "1"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(run({"inspect", png}).out, HasSubstr("64 x 48"));
-  expect_refusal(run({"render", (input() / "box_000.obj").string(), "--out", "box.jpg"}),
-                 kExitUsage, "it takes a name with .png");
+  expect_refusal(run({"render", (input() / "box_000.obj").string(), "--out", "box.gif"}),
+                 kExitUsage, "it takes a name with .png, .jpg");
   expect_refusal(
       run({"render", (input() / "box_000.obj").string(), "--out", "box.png", "--azimuth", "nan"}),
-      kExitUsage, "numbers of degrees");
+      kExitUsage, "azimuth cannot be 'nan': it takes a number in [-360, 360] (degrees)");
+}
+
+TEST_F(Program, ConvertTakesItsOptionsFromFilesAndFlagsAsStagesDo) {
+  write_boxes(input(), 1);
+  const std::string box = (input() / "box_000.obj").string();
+  const std::string file = (root_ / "box.toml").string();
+  const std::string ply = (root_ / "box.ply").string();
+  std::ofstream(file) << "[input]\nunit = \"mm\"\n";
+  ASSERT_EQ(run({"convert", box, ply, "--config", file}).exit_code, 0);
+  EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("highest           0.001 0.001 0.001"));
+  ASSERT_EQ(run({"convert", box, ply, "--config", file, "--input.unit=dm"}).exit_code, 0);
+  EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("highest           0.1 0.1 0.1"));
+  std::ofstream(file) << "[input]\nunits = \"mm\"\n";
+  expect_refusal(run({"convert", box, ply, "--config", file}), kExitUsage,
+                 "box.toml:2: there is no option 'input.units', did you mean 'input.unit'?");
+}
+
+TEST_F(Program, EveryOptionOfACommandIsInItsHelpAndTheDocument) {
+  const std::string document = run({"options", "--markdown"}).out;
+  EXPECT_THAT(document, HasSubstr("## atelier convert"));
+  std::istringstream lines(document);
+  std::string help;
+  int options = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("## atelier ")) {
+      help = run({line.substr(11), "--help"}).out;
+    } else if (line.starts_with("| `")) {
+      const std::string name = line.substr(3, line.find('`', 3) - 3);
+      EXPECT_THAT(help, HasSubstr("--" + name + " "));
+      ++options;
+    }
+  }
+  EXPECT_GT(options, 4);
 }
 
 TEST_F(Program, TheDocumentOfOptionsIsUpToDate) {
@@ -380,7 +413,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"OptionOutOfRange",
                    {"statistics", "IN", "WS", "--statistics.edge_quantiles", "2"},
                    2,
-                   "list of numbers in [0, 1]"},
+                   "it takes a list of numbers in [0, 1]"},
         BadCommand{"OptionNotANumber",
                    {"statistics", "IN", "WS", "--statistics.edge_quantiles", "half"},
                    2,
@@ -461,7 +494,10 @@ INSTANTIATE_TEST_SUITE_P(
                    2,
                    "it takes a name with .obj, .ply or .glb"},
         BadCommand{"ConvertMissing", {"convert", "nothing.obj", "x.ply"}, 3, "nothing.obj"},
-        BadCommand{"ConvertBadUnit", {"convert", "a.obj", "b.obj", "--unit", "km"}, 2, "--unit"},
+        BadCommand{"ConvertBadUnit",
+                   {"convert", "a.obj", "b.obj", "--input.unit", "km"},
+                   2,
+                   "input.unit cannot be 'km'"},
         BadCommand{
             "ConvertIntoNothing", {"convert", "IN/box_000.obj", "no/where/x.ply"}, 5, "no/where"},
         BadCommand{"CompletionOfAnotherShell", {"completion", "fish"}, 2, "of which there is bash"},

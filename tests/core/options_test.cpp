@@ -135,9 +135,9 @@ TEST_F(OptionsTest, RefusesAChoiceAndSuggests) {
 
 TEST_F(OptionsTest, NamesRangeAndUnit) {
   EXPECT_EQ(set("solver.tolerance", "-1"),
-            "solver.tolerance cannot be '-1': it takes number in [0, 1] (m)");
+            "solver.tolerance cannot be '-1': it takes a number in [0, 1] (m)");
   EXPECT_EQ(set("solver.substeps", "many"),
-            "solver.substeps cannot be 'many': it takes integer in [1, 100]");
+            "solver.substeps cannot be 'many': it takes an integer in [1, 100]");
 }
 
 struct BadValue {
@@ -318,6 +318,52 @@ TEST(OptionTable, RefusesAnEmptyRange) {
 TEST(OptionTable, RefusesNotKeyedOfNothing) {
   OptionTable table;
   EXPECT_THROW(table.not_keyed(), LogicError);
+}
+
+TEST(OptionTable, TakesTheFieldsOfAnotherUnderTheirOwnNames) {
+  SolverOptions solver;
+  bool gravity = true;
+  OptionTable table;
+  table.add("gravity", gravity, "Whether things fall").add(describe(solver));
+  EXPECT_EQ(set_option(table, "substeps", "20"), "");
+  EXPECT_EQ(solver.substeps, 20);
+  EXPECT_THROW(table.add(describe(solver)), LogicError);  // there twice
+}
+
+TEST(OptionTable, HelpsHaveOneForm) {
+  bool value = false;
+  OptionTable table;
+  table.add("a", value, "whether things fall.").add("b", value, "0 is none");
+  EXPECT_EQ(table.fields[0].help, "Whether things fall");
+  EXPECT_EQ(table.fields[1].help, "0 is none");
+}
+
+TEST(OptionTable, RefusalsAreSentences) {
+  DrapeOptions options;
+  OptionTable table = describe(options);
+  EXPECT_EQ(set_option(table, "wind", "strong"),
+            "wind cannot be 'strong': it takes a list of numbers in [-50, 50] (m/s)");
+  EXPECT_EQ(set_option(table, "jobs", "1.5"),
+            "jobs cannot be '1.5': it takes an integer in [0, 64]");
+  EXPECT_EQ(set_option(table, "gravity", "yes"), "gravity cannot be 'yes': it takes true or false");
+  EXPECT_EQ(set_option(table, "solver.tolerance", "inf"),
+            "solver.tolerance cannot be 'inf': it takes a number in [0, 1] (m)");
+}
+
+TEST(OptionTable, LargeBoundsAreWrittenOut) {
+  int frames = 1;
+  double force = 1;
+  OptionTable table;
+  table.add("frames", frames, 0, 1e6, "", "help").add("force", force, 1e-6, 1e12, "N", "help");
+  EXPECT_EQ(option_range(table.fields[0]), "integer in [0, 1000000]");
+  EXPECT_EQ(option_range(table.fields[1]), "number in [1e-06, 1e+12]");
+}
+
+TEST(OptionSet, HoldsItsStructBehindTheTable) {
+  OptionSet set = option_set<SolverOptions>();
+  EXPECT_EQ(set_option(set.table, "substeps", "30"), "");
+  EXPECT_EQ(options_of<SolverOptions>(set).substeps, 30);
+  EXPECT_EQ(options_of<SolverOptions>(option_set<SolverOptions>()).substeps, 8);
 }
 
 TEST(OptionTable, OpenRangesSayOneBound) {

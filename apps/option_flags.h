@@ -1,0 +1,29 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/options.h"
+
+namespace CLI {
+class App;
+}
+
+namespace atelier {
+
+/// Gives the options that the command line and its files say, once it is parsed. Throws UsageError
+/// with a line for every mistake.
+using OptionReader = std::function<OptionSet()>;
+
+/// Declares `--config FILE` and a flag for every field of a table, for stages and commands alike:
+/// "--section.field value"; what is true or false also as "--field" alone (with_switches). Files
+/// count first, in their order, then flags: the later wins.
+OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults);
+
+/// The arguments with "--field" and "--field true" of what is true or false as "--field=true", so
+/// that it never takes the argument behind it for its value.
+std::vector<std::string> with_switches(const CLI::App& parser,
+                                       const std::vector<std::string>& arguments);
+
+}  // namespace atelier

@@ -1,0 +1,8 @@
+#pragma once
+
+namespace atelier {
+
+/// The extensions of pictures that can be written, as an error says them.
+inline constexpr const char* kPictureNames = ".png, .jpg, .tif, .webp, .bmp or .avif";
+
+}  // namespace atelier
