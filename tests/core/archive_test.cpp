@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "tests/support/leave.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier {
@@ -244,7 +245,7 @@ TEST(Archive, AFullDiskIsAnEnvironmentErrorAtEverySize) {
     const pid_t child = fork();
     if (child == 0) {
       signal(SIGXFSZ, SIG_IGN);
-      const rlimit ceiling{limit, limit};
+      const rlimit ceiling{limit, RLIM_INFINITY};
       setrlimit(RLIMIT_FSIZE, &ceiling);
       int code = 1;
       try {
@@ -252,7 +253,7 @@ TEST(Archive, AFullDiskIsAnEnvironmentErrorAtEverySize) {
       } catch (const EnvironmentError& error) {
         code = std::string(error.what()).find("old.h5") != std::string::npos ? 0 : 2;
       }
-      _exit(code);
+      testing::leave(code);
     }
     int status = 0;
     waitpid(child, &status, 0);

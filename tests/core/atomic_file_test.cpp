@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "tests/support/leave.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier {
@@ -146,7 +147,7 @@ bool fails_on_a_small_disk(const std::function<void()>& action, const std::strin
   const pid_t child = fork();
   if (child == 0) {
     signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{4096, 4096};
+    const rlimit limit{4096, RLIM_INFINITY};
     setrlimit(RLIMIT_FSIZE, &limit);
     int code = 1;
     try {
@@ -154,7 +155,7 @@ bool fails_on_a_small_disk(const std::function<void()>& action, const std::strin
     } catch (const EnvironmentError& error) {
       code = std::string(error.what()).find(words) != std::string::npos ? 0 : 2;
     }
-    _exit(code);
+    testing::leave(code);
   }
   int status = 0;
   waitpid(child, &status, 0);
@@ -191,7 +192,7 @@ TEST(AtomicFile, DevFullIsAnEnvironmentError) {
     } catch (const EnvironmentError& error) {
       code = std::string(error.what()).find("No space left") != std::string::npos ? 0 : 2;
     }
-    _exit(code);
+    testing::leave(code);
   }
   int status = 0;
   waitpid(child, &status, 0);

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "tests/support/leave.h"
 
 #if defined(__SANITIZE_ADDRESS__)
 // What RLIMIT_AS does in other builds: refuse allocations beyond the ceiling. It cannot be used
@@ -97,7 +98,7 @@ std::string read_all_in_sandbox(const Reader& reader, std::size_t count,
   }
   if (child == 0) {
     // No destructors and no exit handlers: they belong to the parent.
-    _exit(read_all(reader, count, input, progress, log));
+    leave(read_all(reader, count, input, progress, log));
   }
   int status = 0;
   waitpid(child, &status, 0);
