@@ -128,6 +128,7 @@ std::vector<std::byte> refusal_bytes(const DataError& error) {
   }
   syscall(SYS_close_range, kPipe + 1, ~0u, 0);
   signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);  // a warning that a library prints into a log file fails, and no more
   std::vector<std::byte> reply;
   try {
     confine(limits);

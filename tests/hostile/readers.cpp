@@ -95,9 +95,8 @@ Bytes bytes_of(const std::filesystem::path& path) {
     throw std::runtime_error("cannot open " + path.string());
   }
   const std::string text{std::istreambuf_iterator<char>(file), {}};
-  Bytes bytes(text.size());
-  std::memcpy(bytes.data(), text.data(), text.size());
-  return bytes;
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
 }
 
 Bytes mutated(const Bytes& bytes, std::uint64_t number) {

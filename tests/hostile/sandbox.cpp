@@ -34,15 +34,12 @@ struct Progress {
   char what[512] = {};
 };
 
-std::size_t address_space() {
-  std::size_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages;
-  return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-}
-
 void limit_memory() {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  const rlimit limit{address_space() + kMemory, address_space() + kMemory};
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  const std::size_t address_space = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  const rlimit limit{address_space + kMemory, address_space + kMemory};
   setrlimit(RLIMIT_AS, &limit);
 #endif
   const rlimit no_core{0, 0};

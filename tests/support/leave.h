@@ -1,8 +1,8 @@
 #pragma once
 
-// How a forked child of a test ends: at once, without the destructors and exit handlers that are its
-// parent's. In a coverage build the lines that it ran are written first, which a bare _exit loses;
-// a (soft) limit of file size that the test had set is lifted for that.
+// How a forked child of a test ends: at once, without the destructors and exit handlers that are
+// its parent's. In a coverage build the lines that it ran are written first, which a bare _exit
+// loses; a (soft) limit of file size that the test had set is lifted for that.
 
 #include <sys/resource.h>
 #include <unistd.h>
