@@ -24,6 +24,11 @@ constexpr std::array kCommands = {
 #if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_SIMULATION)
     Command{"simulate", "a garment on a body, standing or moving", add_simulate, simulate_options},
 #endif
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_BODYMODEL) && \
+    defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION)
+    Command{"synthesize", "a capture of a clothed person, with the truth behind it", add_synthesize,
+            synthesize_options},
+#endif
     Command{"options", "every option of every stage and command", add_options},
     Command{"completion", "a completion script for bash", add_completion},
 };

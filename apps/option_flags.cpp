@@ -45,7 +45,14 @@ void add_flag(CLI::App& parser, const OptionField& field,
   const auto note = [texts, name = field.name](const std::string& text) {
     texts->flags.emplace_back(name, text);
   };
-  parser.add_option_function<std::string>("--" + field.name, note, help)
+  // "--truth_maps" as files write it, and "--truth-maps" as command lines do.
+  std::string names = "--" + field.name;
+  if (field.name.find('_') != std::string::npos) {
+    std::string dashed = field.name;
+    std::replace(dashed.begin(), dashed.end(), '_', '-');
+    names += ",--" + dashed;
+  }
+  parser.add_option_function<std::string>(names, note, help)
       ->type_name(option_range(field) + (field.unit.empty() ? "" : " " + field.unit))
       ->group("Options")
       ->take_last();
@@ -56,7 +63,7 @@ constexpr const char* kSwitch = "true|false";  // as option_range has it
 bool is_switch(const CLI::App& parser, const std::string& argument) {
   const auto options = parser.get_options();
   return std::any_of(options.begin(), options.end(), [&](const CLI::Option* option) {
-    return "--" + option->get_single_name() == argument && option->get_type_name() == kSwitch;
+    return option->check_name(argument) && option->get_type_name() == kSwitch;
   });
 }
 

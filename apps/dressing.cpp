@@ -1,0 +1,247 @@
+#if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION) && \
+    defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CAPTURE)
+
+#include "apps/dressing.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "apps/tailor.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/limits.h"
+#include "core/normals.h"
+#include "registration/garment_pattern_json.h"
+#include "registration/pattern_garment.h"
+#include "simulation/weld_seams.h"
+
+namespace atelier {
+namespace {
+
+constexpr int kSewingFrames = 60;
+constexpr int kFramesPerStitch = 2;   // the threads are shortened evenly, this often
+constexpr double kSewingGravity = 2;  // m/s2, keeps a skirt down while its sides are drawn together
+constexpr double kSewingDamping = 15;  // 1/s, so that sewing springs do not throw the cloth about
+constexpr double kHangingDamping = 2;  // 1/s, to come to rest sooner
+constexpr int kHangingFrames = 60;
+constexpr double kLayerRoom = 0.010;  // m between one garment's sewing and what is worn below
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts;
+  std::size_t begin = 0;
+  while (begin <= text.size()) {
+    const std::size_t end = std::min(text.find('+', begin), text.size());
+    parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+SewingPattern pattern_of(const std::string& name, const TailorMeasures& measures) {
+  if (name == "tee") {
+    return tee_pattern(measures);
+  }
+  if (name == "skirt") {
+    return skirt_pattern(measures);
+  }
+  if (name == "dress") {
+    return dress_pattern(measures);
+  }
+  if (name == "trousers") {
+    return trousers_pattern(measures);
+  }
+  return garment_pattern_from_json(read_file_text(name, Limits{}.text_file_bytes), name);
+}
+
+std::string plain_name(std::string name) {
+  for (char& c : name) {
+    c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  }
+  return name.empty() ? "garment" : name.substr(0, 60);
+}
+
+Mesh inflated(const Mesh& body, double by) {
+  Mesh result = body;
+  result.vertices += by * vertex_normals(body.vertices, body.faces);
+  return result;
+}
+
+/// What a garment from a file is, by where it hangs.
+Label label_of_pattern(const Mesh& garment, const TailorMeasures& measures) {
+  const double low = garment.vertices.col(1).minCoeff();
+  const double high = garment.vertices.col(1).maxCoeff();
+  if (low > measures.hip.y() - 0.25) {
+    return Label::Upper;
+  }
+  return high > measures.waist.y() + 0.12 ? Label::Dress : Label::Lower;
+}
+
+void check_worn(const std::string& name, const Garment& garment, const TailorMeasures& measures,
+                const FrameReport& report, Label label) {
+  const auto refuse = [&](const std::string& found) {
+    throw DataError(name, "", found,
+                    "a garment that fits this body: other measures, another pattern or body");
+  };
+  const double low = garment.mesh.vertices.col(1).minCoeff();
+  const double high = garment.mesh.vertices.col(1).maxCoeff();
+  if (low < -0.1) {
+    refuse("it lies on or under the floor once draped");
+  }
+  const double hold = label == Label::Lower ? measures.hip.y() - 0.12 : measures.waist.y();
+  if (high < hold) {
+    refuse("it slid off the body while draped");
+  }
+  if (report.strain_p95 > 0.4) {
+    refuse("it is stretched by " + std::to_string(static_cast<int>(100 * report.strain_p95)) +
+           "% where it is tight");
+  }
+  if (report.penetrating > static_cast<int>(garment.mesh.vertices.rows()) / 50) {
+    refuse(std::to_string(report.penetrating) + " of its vertices end inside the body");
+  }
+}
+
+}  // namespace
+
+OptionTable describe(OutfitOptions& options) {
+  OptionTable table;
+  table
+      .add("garment", options.garment, std::vector<std::string>{},
+           "From the inside out, joined by +: dress, tee, skirt, trousers, pattern files (.json); "
+           "or mhclo:FILE; or none.")
+      .add("edge_length", options.edge_length, 0.006, 0.1, "m", "Of the cloth's triangles.")
+      .add("density", options.density, 0.02, 2, "kg/m2", "Weight of the cloth.")
+      .add("stretch", options.stretch, 50, 1e5, "N/m", "Stiffness against stretching.")
+      .add("bending", options.bending, 0, 1e-2, "N m", "Stiffness against bending.")
+      .add("friction", options.friction, 0, 2, "", "Coulomb coefficient.")
+      .add("thickness", options.thickness, 0, 0.05, "m",
+           "Kept between cloth and body; 0: what the edge length needs.")
+      .add("rate", options.rate, 60, 1000, "1/s", "Simulated frames a second.")
+      .add("substeps", options.substeps, 1, 1000, "", "Of each simulated frame.");
+  return table;
+}
+
+std::vector<std::pair<std::string, Label>> outfit_garments(const std::string& garment) {
+  std::vector<std::pair<std::string, Label>> result;
+  for (const std::string& name : split(garment)) {
+    Label label = Label::Unknown;  // of a file: known once it is on the body
+    if (name == "tee") {
+      label = Label::Upper;
+    } else if (name == "skirt" || name == "trousers") {
+      label = Label::Lower;
+    } else if (name == "dress") {
+      label = Label::Dress;
+    } else if (!name.ends_with(".json")) {
+      throw DataError("", "garment", "'" + name + "'",
+                      "dress, tee, skirt, trousers, a pattern file (.json) or mhclo:FILE");
+    }
+    result.emplace_back(name, label);
+  }
+  return result;
+}
+
+Garment sewn_on(const Garment& panels, const Mesh& body, XpbdOptions solver_options) {
+  Control control;
+  control.body_start = control.body_end = body.vertices;
+  control.gravity = {0, -kSewingGravity, 0};
+  solver_options.velocity_damping = kSewingDamping;
+  solver_options.self_contact = false;
+  Cloth cloth = make_cloth(panels);
+  ClothState state = rest_state(cloth);
+  std::vector<double> gaps;
+  const auto sewing_begin = static_cast<std::size_t>(cloth.sewing_begin);
+  for (std::size_t i = sewing_begin; i < cloth.springs.size(); ++i) {
+    const ClothSpring& thread = cloth.springs[i];
+    gaps.push_back((state.positions.row(thread.a) - state.positions.row(thread.b)).norm());
+  }
+  const int steps = kSewingFrames / kFramesPerStitch;
+  for (int step = 1; step <= steps; ++step) {
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+      cloth.springs[sewing_begin + i].rest = gaps[i] * (steps - step) / steps;
+    }
+    ClothSolver solver(cloth, body.faces, solver_options);
+    solver.set_state(state);
+    for (int i = 0; i < kFramesPerStitch; ++i) {
+      solver.advance(control);
+    }
+    state = solver.state();
+  }
+  Garment sewn = panels;
+  sewn.mesh.vertices = state.positions;
+  return weld_seams(sewn);
+}
+
+Outfit dress_body(const BodyModel& body, const OutfitOptions& options) {
+  const TailorMeasures measures = tailor_measures(body);
+  Outfit outfit;
+  XpbdOptions& solver = outfit.solver;
+  solver.time_step = 1 / options.rate;
+  solver.substeps = options.substeps;
+  // The round of a chest rises into a triangle by the square of its edge: keep off by that.
+  const double thickness = options.thickness > 0
+                               ? options.thickness
+                               : std::max(0.004, 0.0105 * std::pow(options.edge_length / 0.03, 2));
+  solver.thickness = thickness;
+
+  const auto names = outfit_garments(options.garment);
+  std::vector<Cloth> cloths;
+  for (std::size_t g = 0; g < names.size(); ++g) {
+    const SewingPattern pattern = pattern_of(names[g].first, measures);
+    Garment panels = garment_from_pattern(pattern, {.edge_length = options.edge_length});
+    panels.name = plain_name(pattern.name);
+    Material& material = panels.material;
+    material.name = "cloth";
+    material.density = options.density;
+    material.stretch_warp = material.stretch_weft = options.stretch;
+    material.shear = options.stretch / 10;
+    material.bending = options.bending;
+    material.friction = options.friction;
+    material.thickness = 0.002;
+    const double room = kLayerRoom * static_cast<double>(g);
+    TruthGarment truth;
+    truth.seams = panels.seams;
+    XpbdOptions sewing = solver;
+    sewing.substeps = 10;
+    sewing.time_step = 1.0 / 60;
+    truth.garment = sewn_on(panels, inflated(body.mesh, room), sewing);
+    truth.label = names[g].second == Label::Unknown ? label_of_pattern(truth.garment.mesh, measures)
+                                                    : names[g].second;
+    for (const TruthGarment& other : outfit.garments) {
+      if (other.garment.name == truth.garment.name) {
+        truth.garment.name += "_" + std::to_string(g);
+      }
+    }
+    outfit.first.push_back(
+        g == 0 ? 0 : outfit.first.back() + outfit.garments.back().garment.mesh.vertices.rows());
+    outfit.garments.push_back(truth);
+    cloths.push_back(make_cloth(truth.garment));
+  }
+  outfit.first.push_back(outfit.first.back() + outfit.garments.back().garment.mesh.vertices.rows());
+  outfit.cloth = cloths.size() == 1 ? cloths.front() : join_cloths(cloths);
+
+  solver.self_contact = true;
+  XpbdOptions hanging = solver;
+  hanging.time_step = 1.0 / 60;
+  hanging.substeps = 10;
+  hanging.velocity_damping = kHangingDamping;
+  ClothSolver hang(outfit.cloth, body.mesh.faces, hanging);
+  Control control;
+  control.body_start = control.body_end = body.mesh.vertices;
+  FrameReport report;
+  for (int i = 0; i < kHangingFrames; ++i) {
+    report = hang.advance(control);
+  }
+  outfit.state = hang.state();
+  outfit.state.frame = 0;
+  for (std::size_t g = 0; g < outfit.garments.size(); ++g) {
+    Garment& garment = outfit.garments[g].garment;
+    garment.mesh.vertices =
+        outfit.state.positions.middleRows(outfit.first[g], garment.mesh.vertices.rows());
+    check_worn(names[g].first, garment, measures, report, outfit.garments[g].label);
+  }
+  return outfit;
+}
+
+}  // namespace atelier
+
+#endif

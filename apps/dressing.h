@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bodymodel/body_model.h"
+#include "capture/truth_archive.h"
+#include "core/options.h"
+#include "simulation/cloth.h"
+#include "simulation/xpbd.h"
+
+namespace atelier {
+
+/// Which clothes, of which cloth, and how they are simulated.
+struct OutfitOptions {
+  /// Garments from the inside out, joined by "+": dress, tee, skirt, trousers, or files of sewing
+  /// patterns (.json); or "mhclo:FILE" for a MakeHuman garment on a MakeHuman body.
+  std::string garment = "dress";
+  double edge_length = 0.02;  ///< m, of the cloth's triangles
+  double density = 0.17;      ///< kg/m2
+  double stretch = 1500;      ///< N/m
+  double bending = 2e-5;      ///< N m
+  double friction = 0.4;      ///< Coulomb coefficient
+  double thickness = 0;       ///< m kept to the body; 0: what the edge length needs
+  double rate = 60;           ///< simulated frames a second
+  int substeps = 15;          ///< of each
+};
+OptionTable describe(OutfitOptions& options);
+
+/// Clothes on a body in its rest pose.
+struct Outfit {
+  std::vector<TruthGarment> garments;  ///< sewn; vertices of their meshes are draped
+  Cloth cloth;                         ///< all of them together
+  std::vector<Index> first;            ///< first vertex of each garment in the cloth, and the end
+  ClothState state;                    ///< draped
+  XpbdOptions solver;                  ///< to go on with
+};
+
+/// Names of the garments of an outfit, with their labels. Throws DataError for an unknown one.
+std::vector<std::pair<std::string, Label>> outfit_garments(const std::string& garment);
+
+/// Sews, drapes and layers the clothes. Throws DataError if a garment cannot be put on: the pattern
+/// is none, it stays open or torn, it falls off, or it ends inside the body.
+Outfit dress_body(const BodyModel& body, const OutfitOptions& options);
+
+/// Sews one garment's panels round a body that stands still: threads are shortened evenly over a
+/// second, then vertices that are sewn together become one. Returns the sewn garment. The body may
+/// be larger than it is, so that there is room for what is worn below.
+Garment sewn_on(const Garment& panels, const Mesh& body, XpbdOptions solver);
+
+}  // namespace atelier

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "apps/dressing.h"
+#include "apps/synthesis_options.h"
+#include "apps/synthetic_look.h"
+#include "apps/synthetic_subject.h"
+#include "capture/truth_archive.h"
+
+namespace atelier {
+
+/// A frame before it is photographed: where everything is, and how fast it moves (for blur).
+struct PerformedFrame {
+  TruthFrame truth;
+  Points body_velocity;                    ///< [V,3] m/s
+  std::vector<Points> layer_velocities;    ///< as TruthFrame::layers
+  std::vector<Points> garment_velocities;  ///< as TruthFrame::garments
+};
+
+/// Who, wearing what, does what.
+struct Performance {
+  SyntheticSubject subject;
+  SubjectKeypoints keypoints;
+  std::vector<WornLayer> layers;
+  Outfit outfit;             ///< no garments: minimal alone
+  ContinuousMotion clothed;  ///< feet on their soles
+  ContinuousMotion minimal;
+  double start = 0;  ///< s into the clothed motion of its first frame
+};
+
+/// Draws the subject, drapes the clothes, chooses the motions. Throws as make_subject, dress_body
+/// and continuous_motion do.
+Performance cast_performance(const SynthesisOptions& options);
+
+/// What the capture's truth says of it, without cameras, lights and uvs of others.
+CaptureTruth truth_of(const Performance& performance, const SynthesisOptions& options);
+
+/// Plays the minimal sequence: `take(i, frame)` for each frame in order.
+void perform_minimal(const Performance& performance, const SynthesisOptions& options,
+                     const std::function<void(int, const PerformedFrame&)>& take);
+
+/// What a simulation needs to go on after a frame.
+struct PerformanceState {
+  int next_frame = 0;  ///< of the sequence
+  std::int64_t step = 0;
+  ClothState cloth;
+  SoftTissue flesh;
+};
+
+/// Plays the clothed sequence with its cloth simulated from the rest pose on; `take` gets each
+/// frame in order with the state after it. `from` goes on from such a state with the same bits.
+/// Throws DataError if the simulation breaks (the frame is named).
+void perform_clothed(
+    const Performance& performance, const SynthesisOptions& options, const PerformanceState* from,
+    const std::function<void(int, const PerformedFrame&, const PerformanceState&)>& take);
+
+}  // namespace atelier

@@ -1,0 +1,285 @@
+#if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION) && \
+    defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CAPTURE)
+
+#include "apps/synthesis.h"
+
+#include <cmath>
+
+#include "apps/performance.h"
+#include "apps/synthesis_stage.h"
+#include "apps/usage_error.h"
+#include "capture/cameras_file.h"
+#include "capture/capture_info.h"
+#include "core/archive.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
+#include "core/limits.h"
+#include "core/store/file_lock.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kSynthesisVersion = 1;  // raised whenever the same options give other bytes
+
+std::string key_of(SynthesisOptions options) {
+  return "{\"synthesis\":" + std::to_string(kSynthesisVersion) +
+         ",\"options\":" + canonical_json(describe(options)) + "}\n";
+}
+
+/// The folder of a capture while it is being made.
+struct Work {
+  fs::path folder;
+  fs::path hidden;  ///< what only an unfinished capture has
+
+  fs::path frame(int id) const { return hidden / "frames" / (frame_name(id) + ".h5"); }
+  fs::path speed(int id) const { return hidden / "speeds" / (frame_name(id) + ".h5"); }
+  fs::path state() const { return hidden / "state.h5"; }
+};
+
+/// Claims the folder for these options, or says whose it is.
+void claim(const Work& work, const std::string& key) {
+  const fs::path options = work.folder / "synthesis.json";
+  if (fs::exists(options)) {
+    if (read_file_text(options, Limits{}.text_file_bytes) != key) {
+      throw UsageError("OUT cannot be '" + work.folder.string() +
+                       "': it holds a capture of other options; name a new folder");
+    }
+    return;
+  }
+  if (fs::exists(work.folder) && !fs::is_empty(work.folder)) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(work.folder)) {
+      const std::string name = entry.path().filename().string();
+      if (name != ".lock" && !is_temporary_name(name)) {
+        throw UsageError("OUT cannot be '" + work.folder.string() + "': it holds other things ('" +
+                         name + "'); name a new folder");
+      }
+    }
+  }
+  write_file_atomically(options, key);
+}
+
+Archive state_archive(const PerformanceState& state) {
+  Archive archive;
+  archive.schema = "atelier.synthesis.state";
+  archive.numbers = {{"next_frame", static_cast<double>(state.next_frame)},
+                     {"step", static_cast<double>(state.step)},
+                     {"cloth_frame", static_cast<double>(state.cloth.frame)},
+                     {"flesh_steps", static_cast<double>(state.flesh.steps)}};
+  archive.datasets["cloth/positions"] = tensor_of(state.cloth.positions);
+  archive.datasets["cloth/velocities"] = tensor_of(state.cloth.velocities);
+  archive.datasets["flesh/offset"] = tensor_of(state.flesh.offset);
+  archive.datasets["flesh/velocity"] = tensor_of(state.flesh.velocity);
+  archive.datasets["flesh/last"] = tensor_of(state.flesh.last);
+  archive.datasets["flesh/last_velocity"] = tensor_of(state.flesh.last_velocity);
+  return archive;
+}
+
+PerformanceState state_of(const Archive& archive, const std::string& file) {
+  const auto number = [&](const char* name) {
+    const auto found = archive.numbers.find(name);
+    if (found == archive.numbers.end()) {
+      throw DataError(file, name, "no such number", "a state of a synthesis");
+    }
+    return found->second;
+  };
+  const auto points = [&](const char* name) -> Points {
+    const auto found = archive.datasets.find(name);
+    if (found == archive.datasets.end()) {
+      throw DataError(file, name, "no such dataset", "a state of a synthesis");
+    }
+    return matrix_of(found->second, 3, file, name);
+  };
+  PerformanceState state;
+  state.next_frame = static_cast<int>(number("next_frame"));
+  state.step = static_cast<std::int64_t>(number("step"));
+  state.cloth = {points("cloth/positions"), points("cloth/velocities"),
+                 static_cast<std::int64_t>(number("cloth_frame"))};
+  state.flesh = {points("flesh/offset"), points("flesh/velocity"), points("flesh/last"),
+                 points("flesh/last_velocity"), static_cast<int>(number("flesh_steps"))};
+  return state;
+}
+
+struct Stopped {};
+
+/// Plays both sequences into hidden frames, as far as they are not there.
+void perform(const Work& work, const Performance& performance, const CaptureTruth& truth,
+             const SynthesisOptions& options, const SynthesisEvents& events) {
+  const auto keep = [&](int id, PerformedFrame frame) {
+    frame.truth.frame_id = id;
+    if (options.shutter > 0) {
+      TruthFrame speed;
+      speed.frame_id = id;
+      speed.joints = frame.truth.joints;
+      speed.keypoints = frame.truth.keypoints;
+      speed.body = frame.body_velocity;
+      speed.layers = frame.layer_velocities;
+      speed.garments = frame.garment_velocities;
+      write_archive(work.speed(id), archive_of(speed, truth));
+    }
+    write_archive(work.frame(id), archive_of(frame.truth, truth));
+  };
+  const auto stop_if_asked = [&] {
+    if (events.stop()) {
+      throw Stopped{};
+    }
+  };
+  const auto missing = [&](int first, int count) {
+    for (int id = first; id < first + count; ++id) {
+      if (!fs::exists(work.frame(id))) {
+        return true;
+      }
+    }
+    return false;
+  };
+  if (missing(options.frames, options.minimal_frames)) {
+    perform_minimal(performance, options, [&](int i, const PerformedFrame& frame) {
+      keep(options.frames + i, frame);
+      stop_if_asked();
+    });
+  }
+  if (missing(0, options.frames)) {
+    PerformanceState state;
+    const bool resumed = fs::exists(work.state());
+    if (resumed) {
+      state =
+          state_of(read_archive(work.state(), "atelier.synthesis.state", 1), work.state().string());
+      events.say("simulation: goes on after frame " + std::to_string(state.next_frame - 1));
+    }
+    perform_clothed(performance, options, resumed ? &state : nullptr,
+                    [&](int i, const PerformedFrame& frame, const PerformanceState& after) {
+                      keep(i, frame);
+                      write_archive(work.state(), state_archive(after));
+                      stop_if_asked();
+                    });
+  }
+}
+
+PerformedFrame read_performed(const Work& work, const CaptureTruth& truth, int id,
+                              const SynthesisOptions& options) {
+  PerformedFrame frame;
+  frame.truth = truth_frame_of(read_archive(work.frame(id), "atelier.truth.frame", 1), truth,
+                               work.frame(id).string());
+  if (options.shutter > 0) {
+    TruthFrame speed = truth_frame_of(read_archive(work.speed(id), "atelier.truth.frame", 1), truth,
+                                      work.speed(id).string());
+    frame.body_velocity = std::move(speed.body);
+    frame.layer_velocities = std::move(speed.layers);
+    frame.garment_velocities = std::move(speed.garments);
+  }
+  return frame;
+}
+
+CaptureInfo info_of(const SynthesisOptions& options, const CaptureTruth& truth) {
+  CaptureInfo info;
+  const auto subject = truth.texts.find("subject");
+  info.subject = subject == truth.texts.end() ? "synthetic" : "synthetic: " + subject->second;
+  info.synthetic = true;
+  info.keypoint_schema = options.keypoints;
+  info.image_format = options.image_format;
+  const auto ids = [](int first, int count) {
+    std::vector<int> result;
+    for (int i = 0; i < count; ++i) {
+      result.push_back(first + i);
+    }
+    return result;
+  };
+  if (options.frames > 0) {
+    info.sequences.push_back({"clothed", "clothed", options.fps, ids(0, options.frames)});
+    const int held = static_cast<int>(std::floor(options.held_out_share * options.frames));
+    info.held_out_frames = ids(options.frames - held, held);
+  }
+  if (options.minimal_frames > 0) {
+    info.sequences.push_back({"minimal", "minimal", options.minimal_frames / 4.0,
+                              ids(options.frames, options.minimal_frames)});
+  }
+  for (int i = 0; i < options.held_out_cameras; ++i) {
+    const auto camera = static_cast<std::size_t>((2 * i + 1) * options.dome.cameras /
+                                                 (2 * options.held_out_cameras));
+    info.held_out_cameras.push_back(truth.cameras[camera].id);
+  }
+  info.consent = {{"nobody: a synthetic person", "any use", ""}};
+  return info;
+}
+
+void make_folders(const Work& work, const std::vector<Camera>& cameras,
+                  const SynthesisOptions& options) {
+  std::vector<std::string> folders = {"images", "labels", "keypoints2d", "truth/labels"};
+  if (options.truth_images) {
+    folders.emplace_back("truth/images");
+  }
+  if (options.truth_maps) {
+    folders.emplace_back("truth/maps");
+  }
+  make_private_directory(work.folder / "truth" / "frames");
+  for (const std::string& folder : folders) {
+    for (const Camera& camera : cameras) {
+      make_private_directory(work.folder / folder / camera.id);
+    }
+  }
+}
+
+}  // namespace
+
+bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
+                        const SynthesisEvents& events) {
+  const Work work{folder, folder / ".unfinished"};
+  make_private_directory(folder);
+  const auto lock = FileLock::try_lock(folder / ".lock", FileLock::Mode::Exclusive);
+  if (!lock) {
+    throw EnvironmentError(folder.string(), "another run is making this capture");
+  }
+  claim(work, key_of(options));
+  if (fs::exists(folder / "capture.toml")) {
+    events.say("this capture is whole already");
+    return true;
+  }
+  try {
+    make_private_directory(work.hidden / "frames");
+    make_private_directory(work.hidden / "speeds");
+    const Performance performance = cast_performance(options);
+    events.say("subject: " + performance.subject.description);
+    for (const TruthGarment& garment : performance.outfit.garments) {
+      events.say("worn: " + garment.garment.name + ", " +
+                 std::to_string(garment.garment.mesh.vertices.rows()) + " vertices");
+    }
+    const SynthesisStage stage =
+        set_stage(truth_of(performance, options), performance.layers, options);
+    perform(work, performance, stage.truth, options, events);
+    events.say("performed " + std::to_string(options.frames + options.minimal_frames) + " frames");
+    make_folders(work, stage.cameras, options);
+    write_archive(folder / "truth" / "truth.h5", archive_of(stage.truth));
+    for (std::size_t g = 0; g < stage.cloths.size(); ++g) {
+      if (stage.cloths[g].texture) {
+        make_private_directory(folder / "truth" / "albedo");
+        write_image(folder / "truth" / "albedo" / (stage.truth.garments[g].garment.name + ".png"),
+                    *stage.cloths[g].texture);
+      }
+    }
+    if (stage.skin.texture) {
+      make_private_directory(folder / "truth" / "albedo");
+      write_image(folder / "truth" / "albedo" / "body.png", *stage.skin.texture);
+    }
+    for (int id = 0; id < options.frames + options.minimal_frames; ++id) {
+      if (!photograph_instant(folder, stage, read_performed(work, stage.truth, id, options),
+                              options, events.stop)) {
+        return false;
+      }
+      events.say("frame " + std::to_string(id) + ": " + std::to_string(stage.cameras.size()) +
+                 " pictures");
+    }
+    write_file_atomically(folder / "cameras.json", cameras_json(stage.written));
+    fs::remove_all(work.hidden);
+    write_file_atomically(folder / "capture.toml", capture_toml(info_of(options, stage.truth)));
+  } catch (const Stopped&) {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace atelier
+
+#endif

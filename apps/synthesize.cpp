@@ -1,0 +1,75 @@
+#if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION) && \
+    defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CAPTURE)
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include "apps/command.h"
+#include "apps/exit_code.h"
+#include "apps/interrupt.h"
+#include "apps/option_flags.h"
+#include "apps/synthesis.h"
+#include "apps/usage_error.h"
+
+namespace atelier {
+namespace {
+
+/// The preset, with what flags and files changed of it.
+SynthesisOptions chosen(const std::string& preset, const OptionSet& set) {
+  SynthesisOptions options = preset_options(preset);
+  OptionTable table = describe(options);
+  for (const OptionField& field : set.table.fields) {
+    if (field.source != "default") {
+      set_option(table, field.name, option_text(field), field.source);
+    }
+  }
+  std::string problems;
+  for (const std::string& problem : impossible_options(options)) {
+    problems += (problems.empty() ? "" : "\n") + problem;
+  }
+  if (!problems.empty()) {
+    throw UsageError(problems);
+  }
+  return options;
+}
+
+int run(const std::string& out, const SynthesisOptions& options) {
+  catch_interrupts();
+  const auto begin = std::chrono::steady_clock::now();
+  const auto say = [&](const std::string& line) {
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin;
+    char time[32];
+    std::snprintf(time, sizeof(time), "%6.1f s  ", since.count());
+    std::cout << time << line << std::endl;
+  };
+  if (!synthesize_capture(out, options, {say, interrupted})) {
+    std::cout << "stopped; the same command goes on from here" << std::endl;
+    end_by_signal();
+  }
+  std::cout << out << "\n";
+  return kExitDone;
+}
+
+}  // namespace
+
+OptionSet synthesize_options() {
+  return option_set<SynthesisOptions>();
+}
+
+Action add_synthesize(CLI::App& parser) {
+  auto out = std::make_shared<std::string>();
+  auto preset = std::make_shared<std::string>("tiny");
+  parser.add_option("OUT", *out, "Folder of the capture; made if it is missing")->required();
+  parser.add_option("--preset", *preset, "Size of the capture [tiny]")
+      ->check(CLI::IsMember(synthesis_presets()))
+      ->type_name("tiny|demo|accuracy|studio");
+  const OptionReader options = add_option_flags(parser, synthesize_options());
+  return [out, preset, options] { return run(*out, chosen(*preset, options())); };
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "bodymodel/body_model.h"
+
+namespace atelier {
+
+/// Places on a head in the rest pose, for who paints or dresses it.
+struct HeadPlaces {
+  Eigen::Vector3d eyes{0, 0, 0};   ///< middle between the eyes, on the surface
+  double eye_distance = 0;         ///< m, between the eyes' centres
+  Eigen::Vector3d top{0, 0, 0};    ///< highest point
+  Eigen::Vector3d joint{0, 0, 0};  ///< of the head, at the base of the skull
+  double front = 0, back = 0;      ///< z of the forehead and of the back of the head
+  Eigen::Vector3f hair{0, 0, 0};   ///< colour of hair, linear RGB, drawn by the seed
+};
+HeadPlaces head_places(const BodyModel& body, std::uint64_t seed);
+
+}  // namespace atelier

@@ -1,0 +1,283 @@
+#if defined(ATELIER_HAS_BODYMODEL)
+
+#include "apps/synthetic_motion.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
+#include "bodymodel/motion_file.h"
+#include "bodymodel/retarget.h"
+#include "bodymodel/rotation.h"
+#include "bodymodel/skinning.h"
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+double eased(double t) {
+  t = std::clamp(t, 0.0, 1.0);
+  return t * t * t * (t * (6 * t - 15) + 10);
+}
+
+/// What a body does at one moment, in words of anatomy: angles in radians, sides left and right.
+struct Stance {
+  double thigh[2] = {0, 0};         ///< forward
+  double spread[2] = {0.07, 0.07};  ///< thighs outward
+  double knee[2] = {0.05, 0.05};    ///< bent
+  double arm[2] = {0, 0};           ///< upper arm forward
+  double lift[2] = {0.28, 0.28};    ///< upper arm outward from hanging; pi: straight up
+  double elbow[2] = {0.25, 0.25};   ///< bent
+  double lean = 0;                  ///< trunk forward
+  double twist = 0;                 ///< shoulders against hips, to the left
+  double yaw = 0;                   ///< the whole body, to the left
+  bool feet_stay = true;            ///< ankles keep their place in the plane
+};
+
+/// Direction outward/forward from hanging down.
+Eigen::Vector3d limb(double side, double outward, double forward) {
+  return Eigen::AngleAxisd(-forward, Eigen::Vector3d::UnitX()) *
+         Eigen::Vector3d(side * std::sin(outward), -std::cos(outward), 0);
+}
+
+/// Turns stances into poses of one body.
+struct Poser {
+  BodyModel model;
+  ShapedBody body;
+  Humanoid person;
+  Points joints;  ///< rest
+  std::vector<Eigen::Matrix3d> rest;
+  double ground = 0;
+
+  Poser(const BodyModel& m, double ground_)
+      : model(m),
+        body(shape_body(m)),
+        person(recognised_humanoid(m.skeleton)),
+        joints(rest_positions(m.skeleton)),
+        rest(forward_kinematics(m.skeleton, rest_pose(m.skeleton)).rotations),
+        ground(ground_) {
+    model.correctives.clear();  // only where the feet stand is asked
+  }
+
+  Eigen::Vector3d at(int joint) const { return joints.row(joint).transpose(); }
+
+  void turn(Pose& pose, int joint, const Eigen::Matrix3d& by) const {
+    const Eigen::Matrix3d& g = rest[static_cast<std::size_t>(joint)];
+    pose.rotations.row(joint) = rotation_vector(g.transpose() * by * g).transpose();
+  }
+
+  Pose pose(const Stance& stance) const {
+    Pose pose = rest_pose(model.skeleton);
+    const Eigen::Matrix3d facing =
+        Eigen::AngleAxisd(stance.yaw, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    turn(pose, 0, facing);
+    const auto spine = static_cast<double>(person.spine.size());
+    const auto begin = person.spine.size() > 1 ? person.spine.begin() + 1 : person.spine.begin();
+    const double share = 1 / std::max(1.0, spine - 1);
+    for (auto joint = begin; joint != person.spine.end() && *joint != 0; ++joint) {
+      turn(pose, *joint,
+           (Eigen::AngleAxisd(share * stance.twist, Eigen::Vector3d::UnitY()) *
+            Eigen::AngleAxisd(share * stance.lean, Eigen::Vector3d::UnitX()))
+               .toRotationMatrix());
+    }
+    turn(pose, person.neck.front(),
+         (Eigen::AngleAxisd(-0.5 * stance.lean, Eigen::Vector3d::UnitX()) *
+          Eigen::AngleAxisd(-0.4 * stance.twist, Eigen::Vector3d::UnitY()))
+             .toRotationMatrix());
+    for (std::size_t s = 0; s < 2; ++s) {
+      const double side = s == 0 ? 1 : -1;
+      const Leg& leg = person.legs[s];
+      const Eigen::Matrix3d hip = rotation_between(at(leg.knee) - at(leg.hip),
+                                                   limb(side, stance.spread[s], stance.thigh[s]));
+      const Eigen::Matrix3d knee = rotation_between(
+          at(leg.ankle) - at(leg.knee),
+          hip.transpose() * limb(side, 0.5 * stance.spread[s], stance.thigh[s] - stance.knee[s]));
+      turn(pose, leg.hip, hip);
+      turn(pose, leg.knee, knee);
+      turn(pose, leg.ankle, (hip * knee).transpose());
+      const Arm& arm = person.arms[s];
+      // Collars share a raised arm, as shoulders do.
+      const double raised = std::max(0.0, stance.lift[s] - 1.2);
+      const Eigen::Matrix3d collar =
+          Eigen::AngleAxisd(side * 0.3 * raised, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+      if (arm.collar >= 0) {
+        turn(pose, arm.collar, collar);
+      }
+      const Eigen::Vector3d upper = limb(side, stance.lift[s], stance.arm[s]);
+      const Eigen::Vector3d bent =
+          (upper * std::cos(stance.elbow[s]) +
+           std::sin(stance.elbow[s]) * (Eigen::Vector3d::UnitZ() - upper * upper.z()).normalized())
+              .normalized();
+      const Eigen::Matrix3d basis =
+          arm.collar >= 0 ? collar : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+      const Eigen::Matrix3d shoulder =
+          rotation_between(at(arm.elbow) - at(arm.shoulder), basis.transpose() * upper);
+      turn(pose, arm.shoulder, shoulder);
+      turn(pose, arm.elbow,
+           rotation_between(at(arm.wrist) - at(arm.elbow), (basis * shoulder).transpose() * bent));
+    }
+    return grounded(pose, stance.feet_stay);
+  }
+
+  /// Feet on the ground and, where they should stay, where they are in the rest pose.
+  Pose grounded(Pose pose, bool feet_stay) const {
+    if (feet_stay) {
+      const JointFrames frames = forward_kinematics(model.skeleton, pose);
+      const auto middle = [&](const Points& points) {
+        return Eigen::Vector3d(
+            (points.row(person.legs[0].ankle) + points.row(person.legs[1].ankle)) / 2);
+      };
+      Eigen::Vector3d shift = middle(joints) - middle(frames.positions);
+      shift.y() = 0;
+      pose.root_translation += shift;
+    }
+    const Points vertices = skin_vertices(model, body, pose, {.correctives = false});
+    pose.root_translation.y() += ground - vertices.col(1).minCoeff();
+    return pose;
+  }
+};
+
+Stance stance_of(const std::string& motion, double t) {
+  Stance stance;
+  const double wave = 0.5 - 0.5 * std::cos(2 * kPi * std::clamp(t, 0.0, 1.0));
+  if (motion == "stride") {
+    const double phase = 2 * kPi * t;
+    const double strength = std::min({1.0, eased(4 * t), eased(4 * (1.25 - t))});
+    for (std::size_t s = 0; s < 2; ++s) {
+      const double p = phase + (s == 0 ? 0 : kPi);
+      stance.thigh[s] = strength * (0.42 * std::sin(p) + 0.06);
+      stance.knee[s] = 0.08 + strength * (0.85 * std::max(0.0, std::cos(p - 0.35)));
+      stance.arm[s] = -0.45 * strength * std::sin(p);
+      stance.elbow[s] = 0.3 + 0.25 * strength;
+      stance.lift[s] = 0.24;
+    }
+    stance.lean = 0.05;
+    stance.twist = -0.12 * strength * std::sin(phase);
+    stance.feet_stay = false;
+  } else if (motion == "squat") {
+    for (std::size_t s = 0; s < 2; ++s) {
+      stance.thigh[s] = 1.25 * wave;
+      stance.spread[s] = 0.12 + 0.16 * wave;
+      stance.knee[s] = 0.05 + 1.75 * wave;
+      stance.arm[s] = 1.25 * wave;
+    }
+    stance.lean = 0.55 * wave;
+  } else if (motion == "raise") {
+    for (std::size_t s = 0; s < 2; ++s) {
+      stance.lift[s] = 0.28 + 2.35 * wave;
+      stance.elbow[s] = 0.15;
+    }
+  } else if (motion == "twist") {
+    stance.twist = 0.75 * std::sin(2 * kPi * t) * std::min(1.0, eased(4 * t));
+    for (std::size_t s = 0; s < 2; ++s) {
+      stance.lift[s] = 0.28 + 0.75 * eased(3 * t);
+      stance.elbow[s] = 0.5;
+      stance.spread[s] = 0.16;
+    }
+  } else if (motion == "spin") {
+    stance.yaw = 2 * kPi * eased(t);
+    for (std::size_t s = 0; s < 2; ++s) {
+      const double step = std::max(0.0, std::sin(4 * kPi * t + (s == 0 ? 0 : kPi)));
+      stance.lift[s] = 0.28 + 0.6 * wave;
+      stance.knee[s] = 0.08 + 0.35 * wave * step;
+      stance.thigh[s] = 0.18 * wave * step;
+      stance.spread[s] = 0.11;
+    }
+    stance.feet_stay = false;
+  } else {  // range: what a person shows so that a body can be measured
+    const double a = std::clamp(t, 0.0, 1.0);
+    const double bend = std::max(0.0, std::sin(2 * kPi * (a - 0.4)));
+    for (std::size_t s = 0; s < 2; ++s) {
+      stance.lift[s] = 0.7 + 1.5 * std::sin(kPi * a);
+      stance.arm[s] = 0.35 * std::sin(2 * kPi * a);
+      stance.elbow[s] = 0.15 + 0.9 * std::max(0.0, std::sin(2 * kPi * a));
+      stance.thigh[s] = 0.75 * bend;
+      stance.knee[s] = 0.05 + 1.1 * bend;
+      stance.spread[s] = 0.2;
+    }
+    stance.lean = 0.25 * bend;
+    stance.twist = 0.4 * std::sin(2 * kPi * a);
+  }
+  return stance;
+}
+
+bool is_procedural(const std::string& motion) {
+  return motion == "stride" || motion == "squat" || motion == "raise" || motion == "twist" ||
+         motion == "spin" || motion == "range";
+}
+
+ContinuousMotion file_motion(const BodyModel& model, const std::string& path, double ground) {
+  constexpr double kRate = 120;  // poses a second between which is interpolated
+  const MotionClip clip = read_motion_file(path);
+  RetargetOptions options;
+  options.fps = kRate;
+  const Retargeted moved = retarget(clip, model, {}, options);
+  auto poses = std::make_shared<std::vector<Pose>>(moved.motion.poses);
+  if (poses->empty()) {
+    throw DataError(path, "", "no frames", "a motion with at least one frame");
+  }
+  // Start over the origin: the cameras look there.
+  const Eigen::Vector3d first = poses->front().root_translation;
+  for (Pose& pose : *poses) {
+    pose.root_translation.x() -= first.x();
+    pose.root_translation.z() -= first.z();
+    pose.root_translation.y() += ground;
+  }
+  ContinuousMotion motion;
+  motion.duration = static_cast<double>(poses->size() - 1) / kRate;
+  motion.pose = [poses](double seconds) {
+    const double x = std::clamp(seconds * kRate, 0.0, static_cast<double>(poses->size() - 1));
+    const auto i = static_cast<std::size_t>(x);
+    const std::size_t next = std::min(i + 1, poses->size() - 1);
+    Pose to = (*poses)[next];
+    for (Index j = 0; j < to.rotations.rows(); ++j) {
+      to.rotations.row(j) = nearest_equivalent(to.rotations.row(j).transpose(),
+                                               (*poses)[i].rotations.row(j).transpose())
+                                .transpose();
+    }
+    return blended((*poses)[i], to, x - static_cast<double>(i));
+  };
+  return motion;
+}
+
+}  // namespace
+
+OptionTable describe(MotionChoice& choice) {
+  OptionTable table;
+  table
+      .add("motion", choice.motion, std::vector<std::string>{},
+           "auto, stride, squat, raise, twist, spin, range, or a file (BVH, AMASS npz, ...).")
+      .add("duration", choice.duration, 0.2, 60, "s", "Of one stride pair, squat, ... or spin.")
+      .add("start", choice.start, -1, 1e6, "s",
+           "Where in the motion frames begin; below 0: so that they lie in its middle.");
+  return table;
+}
+
+Pose blended(const Pose& from, const Pose& to, double share) {
+  Pose pose = from;
+  pose.root_translation += share * (to.root_translation - from.root_translation);
+  pose.rotations += share * (to.rotations - from.rotations);
+  return pose;
+}
+
+ContinuousMotion continuous_motion(const BodyModel& model, const std::string& motion,
+                                   double duration, double ground) {
+  if (!is_procedural(motion)) {
+    return file_motion(model, motion, ground);
+  }
+  auto poser = std::make_shared<Poser>(model, ground);
+  return {[poser, motion, duration](double seconds) {
+            return poser->pose(stance_of(motion, seconds / duration));
+          },
+          duration};
+}
+
+}  // namespace atelier
+
+#endif

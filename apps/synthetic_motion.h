@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "bodymodel/body_model.h"
+#include "core/options.h"
+#include "core/pose.h"
+
+namespace atelier {
+
+/// What the subject does.
+struct MotionChoice {
+  /// "auto" (spin in a skirt or dress, else stride), "stride", "squat", "raise", "twist", "spin",
+  /// "range" (what the minimal sequence shows), or a file that read_motion_file knows.
+  std::string motion = "auto";
+  double duration = 2;  ///< s, of one stride pair, squat, raise, twist or spin
+  double start = -1;    ///< s into the motion where frames begin; below 0: in its middle
+};
+OptionTable describe(MotionChoice& choice);
+
+/// A pose for every second. Smooth; before 0 and after its end the subject stands.
+struct ContinuousMotion {
+  std::function<Pose(double seconds)> pose;
+  double duration = 0;  ///< s
+};
+
+/// Makes it for a body: directions of limbs in the body's own frame, so that any humanoid rest pose
+/// does. Feet stand on y = `ground`. Throws DataError for a file that cannot be read or has no
+/// person in it.
+ContinuousMotion continuous_motion(const BodyModel& model, const std::string& motion,
+                                   double duration, double ground);
+
+/// From one pose to another, rotation vectors along the straight line, `share` in [0, 1].
+Pose blended(const Pose& from, const Pose& to, double share);
+
+}  // namespace atelier

@@ -1,0 +1,323 @@
+// Hair and shoes: parts of the body's own surface, refined, smoothed and lifted off the skin.
+#if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_CAPTURE)
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+
+#include "apps/synthetic_head.h"
+#include "apps/synthetic_look.h"
+#include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
+#include "core/error.h"
+#include "core/normals.h"
+
+namespace atelier {
+namespace {
+
+using Color = Eigen::Vector3f;
+
+/// A part of a skinned surface. Weights are dense rows while it is being refined.
+struct Part {
+  Points vertices;
+  Points normals;
+  Triangles faces;
+  Eigen::MatrixXd weights;  ///< [V,J]
+};
+
+std::vector<bool> descends_from(const Skeleton& skeleton, const std::vector<int>& joints) {
+  std::vector<bool> result(skeleton.names.size(), false);
+  for (std::size_t j = 0; j < result.size(); ++j) {
+    const int parent = skeleton.parents[j];
+    result[j] = std::find(joints.begin(), joints.end(), static_cast<int>(j)) != joints.end() ||
+                (parent >= 0 && result[static_cast<std::size_t>(parent)]);
+  }
+  return result;
+}
+
+double share_of(const BodyModel& body, Index v, const std::vector<bool>& joints) {
+  double share = 0;
+  for (Index k = 0; k < body.skin.joints.cols(); ++k) {
+    if (joints[static_cast<std::size_t>(body.skin.joints(v, k))]) {
+      share += body.skin.weights(v, k);
+    }
+  }
+  return share;
+}
+
+/// The faces of which every corner is wanted.
+Part part_of(const BodyModel& body, const std::function<bool(Index)>& wanted) {
+  const Points normals = vertex_normals(body.mesh.vertices, body.mesh.faces);
+  std::vector<int> place(static_cast<std::size_t>(vertex_count(body)), -1);
+  std::vector<Index> kept;
+  std::vector<std::array<int, 3>> faces;
+  for (Index f = 0; f < body.mesh.faces.rows(); ++f) {
+    const auto corner = [&](int c) { return static_cast<Index>(body.mesh.faces(f, c)); };
+    if (!wanted(corner(0)) || !wanted(corner(1)) || !wanted(corner(2))) {
+      continue;
+    }
+    std::array<int, 3> face{};
+    for (int c = 0; c < 3; ++c) {
+      int& index = place[static_cast<std::size_t>(corner(c))];
+      if (index < 0) {
+        index = static_cast<int>(kept.size());
+        kept.push_back(corner(c));
+      }
+      face[static_cast<std::size_t>(c)] = index;
+    }
+    faces.push_back(face);
+  }
+  Part part;
+  part.vertices.resize(static_cast<Index>(kept.size()), 3);
+  part.normals.resize(part.vertices.rows(), 3);
+  part.weights = Eigen::MatrixXd::Zero(part.vertices.rows(), joint_count(body));
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    part.vertices.row(row) = body.mesh.vertices.row(kept[i]);
+    part.normals.row(row) = normals.row(kept[i]);
+    for (Index k = 0; k < body.skin.joints.cols(); ++k) {
+      part.weights(row, body.skin.joints(kept[i], k)) += body.skin.weights(kept[i], k);
+    }
+  }
+  part.faces.resize(static_cast<Index>(faces.size()), 3);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    part.faces.row(static_cast<Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
+  }
+  return part;
+}
+
+/// Every triangle into four.
+Part refined(const Part& part) {
+  std::map<std::pair<int, int>, int> middles;
+  std::vector<std::pair<int, int>> edges;
+  Part result;
+  result.faces.resize(4 * part.faces.rows(), 3);
+  const auto middle = [&](int a, int b) {
+    const auto key = std::minmax(a, b);
+    const auto [found, is_new] =
+        middles.try_emplace(key, static_cast<int>(part.vertices.rows() + edges.size()));
+    if (is_new) {
+      edges.emplace_back(key);
+    }
+    return found->second;
+  };
+  for (Index f = 0; f < part.faces.rows(); ++f) {
+    const int a = part.faces(f, 0);
+    const int b = part.faces(f, 1);
+    const int c = part.faces(f, 2);
+    const int ab = middle(a, b);
+    const int bc = middle(b, c);
+    const int ca = middle(c, a);
+    result.faces.row(4 * f) << a, ab, ca;
+    result.faces.row(4 * f + 1) << ab, b, bc;
+    result.faces.row(4 * f + 2) << ca, bc, c;
+    result.faces.row(4 * f + 3) << ab, bc, ca;
+  }
+  const auto old = part.vertices.rows();
+  const auto count = old + static_cast<Index>(edges.size());
+  const auto widen = [&](auto& to, const auto& from) {
+    to.resize(count, from.cols());
+    to.topRows(old) = from;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      to.row(old + static_cast<Index>(i)) =
+          (from.row(edges[i].first) + from.row(edges[i].second)) / 2;
+    }
+  };
+  widen(result.vertices, part.vertices);
+  widen(result.normals, part.normals);
+  widen(result.weights, part.weights);
+  result.normals.rowwise().normalize();
+  return result;
+}
+
+/// Each vertex towards the mean of its neighbours, by a share of its own, `times` over.
+void smooth(Part& part, const Eigen::VectorXd& share, int times) {
+  for (int i = 0; i < times; ++i) {
+    Points sum = Points::Zero(part.vertices.rows(), 3);
+    Eigen::VectorXd count = Eigen::VectorXd::Zero(part.vertices.rows());
+    for (Index f = 0; f < part.faces.rows(); ++f) {
+      for (int c = 0; c < 3; ++c) {
+        const int a = part.faces(f, c);
+        const int b = part.faces(f, (c + 1) % 3);
+        sum.row(a) += part.vertices.row(b);
+        sum.row(b) += part.vertices.row(a);
+        count[a] += 1;
+        count[b] += 1;
+      }
+    }
+    for (Index v = 0; v < part.vertices.rows(); ++v) {
+      if (count[v] > 0) {
+        part.vertices.row(v) += share[v] * (sum.row(v) / count[v] - part.vertices.row(v));
+      }
+    }
+  }
+}
+
+BodyModel worn_model(const BodyModel& body, const std::string& name, const Part& part) {
+  BodyModel model;
+  model.name = name;
+  model.skeleton = body.skeleton;
+  model.mesh.vertices = part.vertices;
+  model.mesh.faces = part.faces;
+  constexpr Index kSlots = 6;
+  model.skin.joints.resize(part.vertices.rows(), kSlots);
+  model.skin.weights.resize(part.vertices.rows(), kSlots);
+  for (Index v = 0; v < part.vertices.rows(); ++v) {
+    Eigen::VectorXd weights = part.weights.row(v).transpose();
+    for (Index k = 0; k < kSlots; ++k) {
+      Index joint = 0;
+      model.skin.weights(v, k) = weights.maxCoeff(&joint);
+      model.skin.joints(v, k) = static_cast<int>(joint);
+      weights[joint] = 0;
+    }
+    model.skin.weights.row(v) /= model.skin.weights.row(v).sum();
+  }
+  return model;
+}
+
+double step(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+}  // namespace
+
+HeadPlaces head_places(const BodyModel& body, std::uint64_t seed) {
+  const Humanoid person = recognised_humanoid(body.skeleton);
+  const int head = person.neck.back();
+  const std::vector<bool> on_head = descends_from(body.skeleton, {head});
+  HeadPlaces places;
+  places.joint = rest_positions(body.skeleton).row(head).transpose();
+  places.front = -1e9;
+  places.back = 1e9;
+  places.top = {0, -1e9, 0};
+  for (Index v = 0; v < vertex_count(body); ++v) {
+    if (share_of(body, v, on_head) < 0.7) {
+      continue;
+    }
+    const Eigen::Vector3d p = body.mesh.vertices.row(v).transpose();
+    if (p.y() > places.top.y()) {
+      places.top = p;
+    }
+    if (p.y() > places.joint.y() + 0.06) {
+      places.front = std::max(places.front, p.z());
+      places.back = std::min(places.back, p.z());
+    }
+  }
+  const SubjectKeypoints points = subject_keypoints(body);
+  const auto at = [&](const char* name) {
+    const auto found = std::find(points.names.begin(), points.names.end(), name);
+    return points.places[static_cast<std::size_t>(found - points.names.begin())].rest;
+  };
+  places.eyes = (at("left_eye") + at("right_eye")) / 2;
+  places.eye_distance = (at("left_eye") - at("right_eye")).norm();
+  Random random{seed, 78};
+  const double t = uniform(random);
+  places.hair = t < 0.35   ? Color(0.018F, 0.013F, 0.010F)
+                : t < 0.65 ? Color(0.060F, 0.030F, 0.014F)
+                : t < 0.85 ? Color(0.16F, 0.080F, 0.030F)
+                           : Color(0.32F, 0.21F, 0.090F);
+  return places;
+}
+
+WornLayer hair_cap(const BodyModel& body, std::uint64_t seed) {
+  const HeadPlaces head = head_places(body, seed);
+  const int joint = recognised_humanoid(body.skeleton).neck.back();
+  const std::vector<bool> on_head = descends_from(body.skeleton, {joint});
+  const double height = head.top.y() - head.joint.y();
+  const double middle = (head.front + head.back) / 2;
+  const double depth = (head.front - head.back) / 2;
+  // Above 0 is hair: the hairline runs over the forehead, round the ears, down to the nape.
+  const auto inside = [&](const Eigen::Vector3d& p) {
+    const double y = (p.y() - head.top.y()) / height;  // 0 at the top, -1 at the skull's base
+    const double z = (p.z() - middle) / depth;         // 1 in front, -1 at the back
+    const double line =
+        -0.16 - 0.24 * (1 - step(0.25, 0.85, z)) - 0.42 * (1 - step(-0.55, -0.05, z));
+    return (y - line) * height;
+  };
+  Part part = part_of(body, [&](Index v) {
+    return share_of(body, v, on_head) > 0.3 &&
+           inside(body.mesh.vertices.row(v).transpose()) > -0.03;
+  });
+  ATELIER_CHECK(part.faces.rows() > 0, "a head without a scalp");
+  part = refined(refined(part));
+  smooth(part, Eigen::VectorXd::Constant(part.vertices.rows(), 0.5), 6);
+  Colors colors(part.vertices.rows(), 3);
+  for (Index v = 0; v < part.vertices.rows(); ++v) {
+    const Eigen::Vector3d p = part.vertices.row(v).transpose();
+    const double in = inside(p);
+    const double angle = std::atan2(p.x(), p.z() - middle);
+    const double strands = value_noise(26 * angle, 14 * p.y(), 0.5, seed + 91) +
+                           0.6 * value_noise(60 * angle, 20 * p.y(), 0.5, seed + 92);
+    const double lift = -0.006 +
+                        std::min(0.30 * std::max(0.0, in), 0.012 + 0.011 * step(0.0, 0.09, in)) +
+                        0.0016 * strands * step(0, 0.02, in) + std::min(0.0, in) * 0.2;
+    part.vertices.row(v) += lift * part.normals.row(v);
+    const auto shade = static_cast<float>(1 + 0.35 * strands);
+    colors.row(v) = (shade * head.hair).cwiseMax(0.003F).cwiseMin(0.9F).transpose();
+  }
+  WornLayer layer;
+  layer.name = "hair";
+  layer.model = worn_model(body, layer.name, part);
+  layer.model.mesh.colors = colors;
+  layer.label = Label::Hair;
+  layer.in_minimal = true;
+  layer.look.color = Color(1, 1, 1);
+  layer.look.roughness = 0.42F;
+  layer.look.specular = 0.6F;
+  layer.look.sheen = 0.15F;
+  return layer;
+}
+
+WornLayer plain_shoes(const BodyModel& body, std::uint64_t seed) {
+  const Humanoid person = recognised_humanoid(body.skeleton);
+  const Points joints = rest_positions(body.skeleton);
+  const std::vector<bool> on_foot =
+      descends_from(body.skeleton, {person.legs[0].ankle, person.legs[1].ankle});
+  const double floor = body.mesh.vertices.col(1).minCoeff();
+  const double collar = floor + 0.92 * (joints(person.legs[0].ankle, 1) - floor);
+  Part part = part_of(body, [&](Index v) {
+    return share_of(body, v, on_foot) > 0.02 && body.mesh.vertices(v, 1) < collar + 0.03;
+  });
+  ATELIER_CHECK(part.faces.rows() > 0, "a body without feet");
+  part = refined(part);
+  // Toes grow together; the heel stays.
+  Eigen::VectorXd share(part.vertices.rows());
+  for (Index v = 0; v < share.size(); ++v) {
+    const double ankle = joints(person.legs[part.vertices(v, 0) > 0 ? 0 : 1].ankle, 2);
+    share[v] = 0.15 + 0.6 * step(ankle + 0.02, ankle + 0.09, part.vertices(v, 2));
+  }
+  smooth(part, share, 14);
+  const Points normals = vertex_normals(part.vertices, part.faces);
+  Random random{seed, 79};
+  const Color upper =
+      uniform(random) < 0.5 ? Color(0.05F, 0.05F, 0.06F) : Color(0.55F, 0.54F, 0.52F);
+  const Color sole(0.62F, 0.61F, 0.58F);
+  Colors colors(part.vertices.rows(), 3);
+  for (Index v = 0; v < part.vertices.rows(); ++v) {
+    const double y = part.vertices(v, 1);
+    const double toe = step(0.04, 0.14, part.vertices(v, 2) - joints(person.legs[0].ankle, 2));
+    const double lift = 0.007 + 0.006 * toe - 0.016 * step(collar - 0.012, collar + 0.012, y);
+    part.vertices.row(v) += lift * normals.row(v);
+    const double height = part.vertices(v, 1) - floor;
+    if (height < 0.010) {
+      part.vertices(v, 1) = floor - kSoleHeight * (1 - step(0.004, 0.010, height));
+    }
+    colors.row(v) = (height < 0.013 ? sole : upper).transpose();
+  }
+  WornLayer layer;
+  layer.name = "shoes";
+  layer.model = worn_model(body, layer.name, part);
+  layer.model.mesh.colors = colors;
+  layer.label = Label::Shoes;
+  layer.look.color = Color(1, 1, 1);
+  layer.look.roughness = 0.55F;
+  return layer;
+}
+
+}  // namespace atelier
+
+#endif
