@@ -69,7 +69,7 @@ void walking(const Skeleton& skeleton, Pose& pose) {
   turn(skeleton, pose, "spine2", {{0, 0.16, 0}});
   turn(skeleton, pose, "left_hip", {{-0.48, 0, 0}});
   turn(skeleton, pose, "left_knee", {{0.1, 0, 0}});
-  turn(skeleton, pose, "left_ankle", {{-0.12, 0, 0}});
+  turn(skeleton, pose, "left_ankle", {{0.2, 0, 0}});
   turn(skeleton, pose, "right_hip", {{0.28, 0, 0}});
   turn(skeleton, pose, "right_knee", {{0.42, 0, 0}});
   turn(skeleton, pose, "right_ankle", {{0.12, 0, 0}});
@@ -128,10 +128,11 @@ void reaching(const Skeleton& skeleton, Pose& pose) {
   turn(skeleton, pose, "right_collar", {{0, 0.15, -0.1}});
   turn(skeleton, pose, "right_shoulder", {{0, 1.35, 0}, {0, 0, -0.75}});
   turn(skeleton, pose, "right_elbow", {{0, 0.15, 0}});
-  turn(skeleton, pose, "right_hip", {{-0.25, 0, 0}});
-  turn(skeleton, pose, "right_knee", {{0.15, 0, 0}});
-  turn(skeleton, pose, "left_hip", {{0.15, 0, 0}});
-  turn(skeleton, pose, "left_knee", {{0.1, 0, 0}});
+  turn(skeleton, pose, "right_hip", {{-0.22, 0, 0}});
+  turn(skeleton, pose, "right_knee", {{0.22, 0, 0}});
+  turn(skeleton, pose, "left_hip", {{0.1, 0, 0}});
+  turn(skeleton, pose, "left_knee", {{0.06, 0, 0}});
+  turn(skeleton, pose, "left_ankle", {{-0.16, 0, 0}});
 }
 
 Mesh skin(const BodyModel& model, const Points& vertices) {
@@ -143,13 +144,20 @@ Mesh skin(const BodyModel& model, const Points& vertices) {
 
 // A block to sit on, whose top is at the lowest point of the seat.
 Mesh block(double x, double top, double bottom, double back, double front) {
-  Mesh mesh;
-  mesh.vertices.resize(8, 3);
-  mesh.vertices << -x, bottom, back, x, bottom, back, x, bottom, front, -x, bottom, front,  //
+  Points corners(8, 3);
+  corners << -x, bottom, back, x, bottom, back, x, bottom, front, -x, bottom, front,  //
       -x, top, back, x, top, back, x, top, front, -x, top, front;
+  const int faces[12][3] = {{0, 1, 2}, {0, 2, 3}, {4, 6, 5}, {4, 7, 6}, {0, 5, 1}, {0, 4, 5},
+                            {2, 6, 7}, {2, 7, 3}, {0, 3, 7}, {0, 7, 4}, {1, 5, 6}, {1, 6, 2}};
+  Mesh mesh;  // corners of its own for every triangle: sharp edges
+  mesh.vertices.resize(36, 3);
   mesh.faces.resize(12, 3);
-  mesh.faces << 0, 1, 2, 0, 2, 3, 4, 6, 5, 4, 7, 6, 0, 5, 1, 0, 4, 5, 2, 6, 7, 2, 7, 3, 0, 3, 7, 0,
-      7, 4, 1, 5, 6, 1, 6, 2;
+  for (int f = 0; f < 12; ++f) {
+    for (int c = 0; c < 3; ++c) {
+      mesh.vertices.row(3 * f + c) = corners.row(faces[f][c]);
+      mesh.faces(f, c) = 3 * f + c;
+    }
+  }
   return mesh;
 }
 
