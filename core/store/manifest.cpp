@@ -192,10 +192,22 @@ std::vector<ManifestOption> read_options(Reader& manifest, const std::string& fi
   return options;
 }
 
+/// The items of an array of objects: `read` takes the fields of one; more fields are refused.
+template <class Item, class Read>
+std::vector<Item> read_items(Reader& manifest, const char* name, const std::string& file,
+                             const Read& read) {
+  std::vector<Item> items;
+  for (const auto& value : manifest.array(name)) {
+    Reader reader(value, file, numbered(name, items.size()));
+    Item item = read(reader);
+    reader.finish();
+    items.push_back(std::move(item));
+  }
+  return items;
+}
+
 std::vector<ManifestInput> read_inputs(Reader& manifest, const std::string& file) {
-  std::vector<ManifestInput> inputs;
-  for (const auto& item : manifest.array("inputs")) {
-    Reader reader(item, file, numbered("inputs", inputs.size()));
+  return read_items<ManifestInput>(manifest, "inputs", file, [](Reader& reader) {
     ManifestInput input;
     input.kind = reader.text("kind");
     input.path = reader.text("path");
@@ -203,10 +215,8 @@ std::vector<ManifestInput> read_inputs(Reader& manifest, const std::string& file
     input.files = reader.count("files");
     input.bytes = reader.count("bytes");
     input.stage = reader.text("stage");
-    reader.finish();
-    inputs.push_back(std::move(input));
-  }
-  return inputs;
+    return input;
+  });
 }
 
 std::vector<ManifestOutput> read_outputs(Reader& manifest, const std::string& file) {
@@ -240,17 +250,13 @@ std::vector<ManifestOutput> read_outputs(Reader& manifest, const std::string& fi
 }
 
 std::vector<Consent> read_consent(Reader& manifest, const std::string& file) {
-  std::vector<Consent> consent;
-  for (const auto& item : manifest.array("consent")) {
-    Reader reader(item, file, numbered("consent", consent.size()));
+  return read_items<Consent>(manifest, "consent", file, [](Reader& reader) {
     Consent one;
     one.who = reader.text("who");
     one.scope = reader.text("scope");
     one.until = reader.text("until");
-    reader.finish();
-    consent.push_back(std::move(one));
-  }
-  return consent;
+    return one;
+  });
 }
 
 std::map<std::string, double> read_metrics(Reader& manifest) {
