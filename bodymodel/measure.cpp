@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <unordered_map>
 
@@ -113,6 +114,23 @@ double ray_length(const Points& vertices, const Triangles& faces, const Vector3d
     }
   }
   return nearest;
+}
+
+// The faces with vertices of one place made one: files that split vertices at the seams of their
+// atlas (glTF) have a closed surface in open pieces.
+Triangles joined_faces(const Points& vertices, const Triangles& faces) {
+  std::map<std::array<double, 3>, int> first;
+  std::vector<int> index(static_cast<std::size_t>(vertices.rows()));
+  for (Index v = 0; v < vertices.rows(); ++v) {
+    index[static_cast<std::size_t>(v)] =
+        first.try_emplace({vertices(v, 0), vertices(v, 1), vertices(v, 2)}, static_cast<int>(v))
+            .first->second;
+  }
+  Triangles joined = faces;
+  for (Index i = 0; i < joined.size(); ++i) {
+    joined.data()[i] = index[static_cast<std::size_t>(faces.data()[i])];
+  }
+  return joined;
 }
 
 Vector3d joint(const Skeleton& skeleton, const Points& positions, const std::string& name) {
@@ -274,7 +292,7 @@ BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& sha
   const ShapedBody body = shape_body(model, shape);
   Mesh mesh;
   mesh.vertices = body.vertices;
-  mesh.faces = model.mesh.faces;
+  mesh.faces = joined_faces(mesh.vertices, model.mesh.faces);
   return measure_body(mesh, body.skeleton);
 }
 

@@ -139,5 +139,24 @@ TEST(MeasureBody, RefusesAnOpenSkin) {
   EXPECT_THROW(measure_body(model.mesh, model.skeleton), DataError);
 }
 
+TEST(Measure, SplitSeamsAreJoined) {
+  DefaultHumanOptions options;
+  options.shape_basis = false;
+  BodyModel model = default_human(options);
+  const BodyMeasurements whole = measure_body(model);
+  // Every triangle with vertices of its own, as a file with an atlas may have them.
+  const Triangles faces = model.mesh.faces;
+  Points vertices(3 * faces.rows(), 3);
+  for (Index i = 0; i < faces.size(); ++i) {
+    vertices.row(i) = model.mesh.vertices.row(faces.data()[i]);
+    model.mesh.faces.data()[i] = static_cast<int>(i);
+  }
+  model.mesh.vertices = vertices;
+  const BodyMeasurements split = measure_body(model);
+  for (const NamedMeasurement& name : measurement_names()) {
+    EXPECT_NEAR(split.*name.value, whole.*name.value, 1e-9) << name.name;
+  }
+}
+
 }  // namespace
 }  // namespace atelier
