@@ -17,7 +17,7 @@ const std::array<Fabric, 10>& fabrics() {
        40},
       {"cotton",
        "plain-woven cotton; density and thickness P, bending D",
-       {"cotton", 0.1503, 1500, 1200, 60, 1.6e-5, 0.0005, 0.4, 0.000318},
+       {"cotton", 0.1503, 1500, 1200, 60, 2.1e-5, 0.0005, 0.4, 0.000318},
        60,
        76},
       {"wool",

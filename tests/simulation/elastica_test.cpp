@@ -27,9 +27,28 @@ constexpr double kLength = 0.1;
 constexpr double kDensity = 0.2;
 constexpr double kWeight = kDensity * 9.81;
 
+/// How a strip along z bends: freely, or without bending across itself as the elastica supposes.
+/// Hinges of an equilateral mesh are a plate of Poisson's ratio -1/3 (the angle at an edge tells
+/// the curvature across it less a third of that along it): a free narrow strip curls across itself
+/// and is softer by 1/9 than the plate, which a garment's folds, being cylinders, are not.
+enum class Across { Free, Straight };
+
+Cloth strip_cloth(const Garment& garment, const std::vector<int>& clamp, Across across) {
+  Cloth cloth = make_cloth(garment, clamp);
+  for (ClothHinge& hinge : cloth.hinges) {
+    const double along =
+        garment.mesh.vertices(hinge.edge0, 2) - garment.mesh.vertices(hinge.edge1, 2);
+    // Slanted edges do not bend on a cylinder, and so only feel what is across.
+    if (across == Across::Straight && std::abs(along) > 1e-6) {
+      hinge.stiffness *= 100;
+    }
+  }
+  return cloth;
+}
+
 /// Tip drop over length of a strip with load number w L^3 / B `gamma`, clamped by the rows of its
 /// mesh up to z = 0; its free end is at z = length.
-double tip_drop(Mesh mesh, double gamma, Device device) {
+double tip_drop(Mesh mesh, double gamma, Across across, Device device) {
   // As good as inextensible: its own weight stretches it by 1e-3. More would only be harder to
   // solve, and what is not solved looks like a softer strip.
   const Garment garment = testing::garment_of(std::move(mesh), kDensity, 1000 * kWeight * kLength,
@@ -38,8 +57,9 @@ double tip_drop(Mesh mesh, double gamma, Device device) {
       garment.mesh.vertices, [](double, double, double z) { return z < 1e-9; });
   // A stiffer strip is solved with smaller steps, and comes to rest the sooner.
   const double slow = std::sqrt(std::min(1.0, gamma / 10));
-  ClothSolver solver(make_cloth(garment, clamp), {}, statics(slow / 60, 600, 20 / slow), device);
-  const ClothState state = testing::settle(solver, {}, 60, 1e-5);
+  ClothSolver solver(strip_cloth(garment, clamp, across), {}, statics(slow / 60, 600, 20 / slow),
+                     device);
+  const ClothState state = testing::settle(solver, {}, 40, 1e-5);
   double drop = 0;
   int count = 0;
   for (Index v = 0; v < state.positions.rows(); ++v) {
@@ -52,7 +72,7 @@ double tip_drop(Mesh mesh, double gamma, Device device) {
 }
 
 /// A strip along z from -one row to kLength.
-Mesh strip(char kind, int elements, int columns = 2) {
+Mesh strip(char kind, int elements, int columns = 1) {
   const double row = kLength / elements;
   Mesh mesh =
       testing::sheet(columns, elements + 1, kind == 'e' ? row / (std::sqrt(3.0) / 2) : row, kind);
@@ -67,9 +87,19 @@ TEST_P(Cantilever, DroopsAsTheElastica) {
   } table[] = {{0.1, 0.01250}, {1, 0.12347},  {2, 0.23851},  {5, 0.49591},  {8, 0.64063},
                {10, 0.70020},  {20, 0.82988}, {50, 0.90792}, {100, 0.93752}};
   for (const auto& row : table) {
-    const double drop = tip_drop(strip('e', 20), row.gamma, device());
+    const double drop = tip_drop(strip('e', 20), row.gamma, Across::Straight, device());
     EXPECT_NEAR(drop / row.drop, 1, 0.02) << "gamma " << row.gamma;
     RecordProperty("error_at_" + std::to_string(row.gamma), std::to_string(drop / row.drop - 1));
+  }
+}
+
+// What the lattice's own Poisson's ratio makes of a strip that may curl: that of B (1 - 1/9).
+TEST_P(Cantilever, ANarrowFreeStripIsSofterByANinth) {
+  for (const double gamma : {0.1, 1.0, 5.0}) {
+    const double free = tip_drop(strip('e', 20, 4), gamma, Across::Free, device());
+    const double expected = tip_drop(strip('e', 20), gamma * 9 / 8, Across::Straight, device());
+    EXPECT_GT(free, 0.94 * expected);
+    EXPECT_LT(free, 1.01 * expected);
   }
 }
 
@@ -95,11 +125,11 @@ Mesh jittered_strip(int elements, unsigned seed) {
 
 // T9: the drape does not change when isotropic triangles are refined or moved.
 TEST_P(Cantilever, DroopsAlikeOnEveryIsotropicMesh) {
-  const double fine = tip_drop(strip('e', 28, 4), 10, device());
-  const double coarse = tip_drop(strip('e', 14, 4), 10, device());
+  const double fine = tip_drop(strip('e', 28, 4), 10, Across::Free, device());
+  const double coarse = tip_drop(strip('e', 14, 4), 10, Across::Free, device());
   EXPECT_NEAR(coarse / fine, 1, 0.05);
-  for (const unsigned seed : {1U, 2U, 3U}) {
-    const double moved = tip_drop(jittered_strip(20, seed), 10, device());
+  for (const unsigned seed : {1U, 2U}) {
+    const double moved = tip_drop(jittered_strip(20, seed), 10, Across::Free, device());
     EXPECT_NEAR(moved / fine, 1, 0.05) << "seed " << seed;
     RecordProperty("jittered_" + std::to_string(seed), std::to_string(moved / fine - 1));
   }
@@ -112,15 +142,16 @@ ATELIER_ON_EVERY_DEVICE(Cantilever);
 double heart_loop(double load, Device device) {
   constexpr int kElements = 60;
   const double row = kLength / kElements;
-  Mesh mesh = testing::sheet(2, kElements + 2, row / (std::sqrt(3.0) / 2), 'e');
+  Mesh mesh = testing::sheet(1, kElements + 2, row / (std::sqrt(3.0) / 2), 'e');
   const double gravity = load > 0 ? 9.81 : 0;
   const double bending = load > 0 ? kWeight * kLength * kLength * kLength / load : 1e-5;
-  const Garment garment =
-      testing::garment_of(mesh, kDensity, 4000 * bending / (kLength * kLength), bending);
+  const Garment garment = testing::garment_of(
+      mesh, kDensity,
+      1e4 * bending / (kLength * kLength) + (load > 0 ? 1000 * kWeight * kLength : 0), bending);
   const std::vector<int> clamp = testing::vertices_where(
       garment.mesh.vertices,
       [&](double, double, double z) { return z < 1.5 * row || z > (kElements + 0.5) * row; });
-  const Cloth cloth = make_cloth(garment, clamp);
+  const Cloth cloth = strip_cloth(garment, clamp, Across::Straight);
   // Where it starts: up, three quarters of a circle outwards, a straight bottom; both sides alike.
   ClothState state = rest_state(cloth);
   const double radius = kLength / 2 / (1 + 1.5 * 3.14159265358979323846);
@@ -141,10 +172,10 @@ double heart_loop(double load, Device device) {
   control.gravity = {0, -gravity, 0};
   // Time in units of the strip's own bending wave, else of its fall.
   const double unit = std::sqrt(kDensity * std::pow(kLength, 4) / bending);
-  const double frame = load > 0 ? std::min(1.0 / 60, 0.05 * unit) : 0.05 * unit;
-  ClothSolver solver(cloth, {}, statics(frame, 400, 0.5 / frame), device);
+  const double frame = load > 0 ? std::min(1.0 / 60, 0.02 * unit) : 0.02 * unit;
+  ClothSolver solver(cloth, {}, statics(frame, 600, 0.5 / frame), device);
   solver.set_state(state);
-  state = testing::settle(solver, control, 60, 1e-6);
+  state = testing::settle(solver, control, 40, 1e-5);
   return -state.positions.col(1).minCoeff() / kLength;
 }
 
@@ -172,7 +203,9 @@ TEST(BendingRigidity, IsThePlatesOnEquilateralTrianglesAndThreeTimesItAcrossOneD
   EXPECT_NEAR(equilateral.lowest, 1, 0.02);
   EXPECT_NEAR(equilateral.highest, 1, 0.02);
   const BendingRigidity diagonal = of('d');
-  EXPECT_NEAR(diagonal.lowest, 1, 0.02);
+  EXPECT_NEAR(diagonal.by_direction[0], 1, 0.02);
+  EXPECT_NEAR(diagonal.by_direction[18], 1, 0.02);
+  EXPECT_NEAR(diagonal.lowest, 0.75, 0.02);
   EXPECT_NEAR(diagonal.highest, 3, 0.05);
   const BendingRigidity alternating = of('a');
   EXPECT_NEAR(alternating.lowest, 1, 0.05);

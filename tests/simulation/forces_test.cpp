@@ -83,6 +83,8 @@ TEST_P(Air, WindPushesAlongTheNormalAndLiftsAcrossItself) {
 // Still air takes energy, and never gives any.
 TEST_P(Air, StillAirOnlySlows) {
   XpbdOptions options;
+  options.iterations = 30;
+  options.precision = "double";
   options.drag = 1.5;
   options.lift = 0.5;
   const Cloth cloth = make_cloth(square());
@@ -167,46 +169,53 @@ TEST_P(Sewing, ThreadsHoldTheWeightOfWhatHangsOnThem) {
   const Cloth cloth = make_cloth(garment, pins, cloth_options);
   EXPECT_EQ(cloth.springs.size() - static_cast<std::size_t>(cloth.sewing_begin), 5U);
   XpbdOptions options;
-  options.substeps = 20;
+  options.substeps = 200;
+  options.precision = "double";
   options.velocity_damping = 8;
   ClothSolver solver(cloth, {}, options, device());
-  const ClothState state = testing::settle(solver, {}, 120, 1e-5);
+  const ClothState state = testing::settle(solver, {}, 120, 1e-6);
   double pull = 0;
   double weight = 0;
+  double tension = 0;
   for (int c = 0; c <= 4; ++c) {
-    pull += 200 * (state.positions.row(seam.a[c]) - state.positions.row(seam.b[c])).norm();
+    pull += 200 * (state.positions(seam.a[c], 1) - state.positions(seam.b[c], 1));
+    tension += solver.spring_forces()[static_cast<std::size_t>(cloth.sewing_begin + c)];
   }
   for (Index v = half; v < 2 * half; ++v) {
     weight += 9.81 * cloth.mass[static_cast<std::size_t>(v)];
   }
-  EXPECT_NEAR(pull / weight, 1, 0.01);
+  EXPECT_NEAR(pull / weight, 1, 0.02);
+  EXPECT_NEAR(tension / weight, 1, 0.02);
 }
 
 TEST_P(Tethers, NothingHangsFurtherFromItsPinThanTheTetherAllows) {
-  const Garment garment = testing::garment_of(testing::sheet(10, 20, 0.02), 2, 20, 1e-6);
+  const Garment garment = testing::garment_of(testing::sheet(10, 20, 0.02), 2, 10, 1e-6);
   const std::vector<int> top = testing::vertices_where(
       garment.mesh.vertices, [](double, double, double z) { return z < 1e-9; });
-  double reach[2];
   for (const bool held : {false, true}) {
     ClothOptions cloth_options;
-    cloth_options.tether_stretch = held ? 1.05 : 0;
-    const Cloth cloth = make_cloth(garment, top, cloth_options);
+    cloth_options.tether_stretch = 1.05;
+    Cloth cloth = make_cloth(garment, top, cloth_options);
+    const std::vector<ClothTether> tethers = cloth.tethers;
+    EXPECT_EQ(tethers.size(), 220U);
+    if (!held) {
+      cloth.tethers.clear();
+    }
     ClothSolver solver(cloth, {}, {}, device());
     double worst = 0;
     for (int i = 0; i < 60; ++i) {
       solver.advance({});
       const Points x = solver.state().positions;
-      for (const ClothTether& t : cloth.tethers) {
+      for (const ClothTether& t : tethers) {
         worst = std::max(worst, (x.row(t.vertex) - x.row(t.anchor)).norm() / t.length);
       }
     }
-    reach[held] =
-        held ? worst
-             : (solver.state().positions.row(230) - cloth.rest_positions.row(10)).norm() / 0.4;
-    EXPECT_EQ(cloth.tethers.size(), held ? 220U : 0U);
+    if (held) {
+      EXPECT_LT(worst, 1.0001);
+    } else {
+      EXPECT_GT(worst, 1.2) << "cloth this soft hangs far down by itself";
+    }
   }
-  EXPECT_GT(reach[0], 1.2) << "without tethers such soft cloth hangs far down";
-  EXPECT_LT(reach[1], 1.0001);
 }
 
 TEST_P(NotFinite, IsNamedByVertexAndFrameAndTheLastGoodStateStays) {

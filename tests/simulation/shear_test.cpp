@@ -18,9 +18,8 @@ constexpr double kDegree = kPi / 180;
 XpbdOptions statics(int substeps) {
   XpbdOptions options;
   options.substeps = substeps;
-  options.iterations = 2;
   options.precision = "double";
-  options.velocity_damping = 20;
+  options.velocity_damping = 10;
   return options;
 }
 
@@ -44,8 +43,8 @@ double shear_angle(const Garment& garment, const Points& x, Index face) {
 TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
   const double side = 0.2;
   const int cells = 10;
-  Garment garment = testing::garment_of(testing::sheet(cells, cells, side / cells), 0.2, 5000, 0);
-  garment.material.shear = 50;
+  Garment garment = testing::garment_of(testing::sheet(cells, cells, side / cells), 0.2, 500, 0);
+  garment.material.shear = 5;
   testing::use_flat_rest(garment);
   const std::vector<int> frame =
       testing::vertices_where(garment.mesh.vertices, [&](double x, double, double z) {
@@ -60,7 +59,7 @@ TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
       options.shear = "quads";
     }
     const Cloth cloth = make_cloth(garment, frame, options);
-    ClothSolver solver(cloth, {}, statics(20), device());
+    ClothSolver solver(cloth, {}, statics(100), device());
     double sheared = 0;
     for (const double degrees : {10.0, 20.0, 30.0}) {
       FrameReport report;
@@ -90,8 +89,9 @@ TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
       const double up = std::sqrt(1 + std::sin(expected)) - 1;
       const double down = std::sqrt(1 - std::sin(expected)) - 1;
       const double energy = membrane == std::string("strain")
-                                ? 0.5 * 50 * side * side * std::pow(std::sin(expected), 2)
-                                : 50 * side * side * (up * up + down * down);
+                                ? 0.5 * 5 * side * side * std::pow(std::sin(expected), 2)
+
+                                : 5 * side * side * (up * up + down * down);
       EXPECT_NEAR(report.elastic_energy / energy, 1, 0.03) << membrane << " " << degrees;
     }
   }
@@ -148,7 +148,7 @@ Garment bias_strip(int columns, int rows, double p) {
   garment.rest.col(1) =
       (garment.mesh.vertices.col(0) - garment.mesh.vertices.col(2)) / std::sqrt(2);
   garment.rest_faces = garment.mesh.faces;
-  garment.material = {"bias", 0.2, 5000, 5000, 5, 0, 0, 0.4, 0.001};
+  garment.material = {"bias", 0.2, 500, 500, 0.5, 0, 0, 0.4, 0.001};
   return garment;
 }
 
@@ -167,7 +167,7 @@ TEST_P(BiasExtension, ShearsInThreeZones) {
   ClothOptions options;
   options.membrane = "strain";
   const Cloth cloth = make_cloth(garment, clamps, options);
-  XpbdOptions xpbd = statics(40);
+  XpbdOptions xpbd = statics(120);
   ClothSolver solver(cloth, {}, xpbd, device());
   Control control;
   control.gravity.setZero();
