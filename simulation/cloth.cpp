@@ -140,7 +140,10 @@ double distance_across(const FlatFace& a, int corner_a, const FlatFace& b, int c
     foot = o.dot(e) / e.norm();
     height = 2 * f.area / e.norm();
   };
-  double foot_a, height_a, foot_b, height_b;
+  double foot_a = 0;
+  double height_a = 0;
+  double foot_b = 0;
+  double height_b = 0;
   foot_and_height(a, corner_a, foot_a, height_a);
   foot_and_height(b, corner_b, foot_b, height_b);
   // Face b walks the edge the other way round.

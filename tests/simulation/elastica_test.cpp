@@ -95,7 +95,7 @@ TEST_P(Cantilever, DroopsAsTheElastica) {
 
 // What the lattice's own Poisson's ratio makes of a strip that may curl: that of B (1 - 1/9).
 TEST_P(Cantilever, ANarrowFreeStripIsSofterByANinth) {
-  for (const double gamma : {0.1, 1.0, 5.0}) {
+  for (const double gamma : {0.1, 5.0}) {
     const double free = tip_drop(strip('e', 20, 4), gamma, Across::Free, device());
     const double expected = tip_drop(strip('e', 20), gamma * 9 / 8, Across::Straight, device());
     EXPECT_GT(free, 0.94 * expected);
@@ -142,7 +142,7 @@ ATELIER_ON_EVERY_DEVICE(Cantilever);
 double heart_loop(double load, Device device) {
   constexpr int kElements = 60;
   const double row = kLength / kElements;
-  Mesh mesh = testing::sheet(1, kElements + 2, row / (std::sqrt(3.0) / 2), 'e');
+  Mesh mesh = testing::sheet(2, kElements + 2, row / (std::sqrt(3.0) / 2), 'e');
   const double gravity = load > 0 ? 9.81 : 0;
   const double bending = load > 0 ? kWeight * kLength * kLength * kLength / load : 1e-5;
   const Garment garment = testing::garment_of(
@@ -175,7 +175,7 @@ double heart_loop(double load, Device device) {
   const double frame = load > 0 ? std::min(1.0 / 60, 0.02 * unit) : 0.02 * unit;
   ClothSolver solver(cloth, {}, statics(frame, 600, 0.5 / frame), device);
   solver.set_state(state);
-  state = testing::settle(solver, control, 40, 1e-5);
+  state = testing::settle(solver, control, 30, 1e-6);
   return -state.positions.col(1).minCoeff() / kLength;
 }
 

@@ -169,7 +169,7 @@ TEST_P(Sewing, ThreadsHoldTheWeightOfWhatHangsOnThem) {
   const Cloth cloth = make_cloth(garment, pins, cloth_options);
   EXPECT_EQ(cloth.springs.size() - static_cast<std::size_t>(cloth.sewing_begin), 5U);
   XpbdOptions options;
-  options.substeps = 200;
+  options.substeps = 300;
   options.precision = "double";
   options.velocity_damping = 8;
   ClothSolver solver(cloth, {}, options, device());
