@@ -26,6 +26,12 @@ Pose posed(const BodyModel& model, const std::string& joint, const Eigen::Vector
   return pose;
 }
 
+Pose posed_at(const BodyModel& model, int joint, const Eigen::Vector3d& rotation) {
+  Pose pose = rest_pose(model.skeleton);
+  pose.rotations.row(joint) = rotation.transpose();
+  return pose;
+}
+
 Pose t_pose(const BodyModel& model) {
   Pose pose = posed(model, "left_shoulder", Eigen::Vector3d(0, 0, M_PI / 4));
   pose.rotations.row(find_joint(model.skeleton, "right_shoulder")) << 0, 0, -M_PI / 4;
@@ -222,6 +228,33 @@ TEST(DefaultHumanVolume, CorrectivesVanishAtRest) {
 
 // Skin presses into skin at the ends of motion. How much: the share of the surface whose triangles
 // cross others. The limits are what it is now, not what it should be.
+TEST(DefaultHumanRig, TheFaceTurnsWithTheHead) {
+  const BodyModel model = default_human(without_basis({}));
+  const int head = find_joint(model.skeleton, "head");
+  const Eigen::RowVector3d joint = rest_positions(model.skeleton).row(head);
+  const double stature = model.mesh.vertices.col(1).maxCoeff();
+  for (const Eigen::Vector3d& turn :
+       {Eigen::Vector3d(0, 0.7, 0), Eigen::Vector3d(0.5, 0, 0), Eigen::Vector3d(0, 0, 0.5)}) {
+    const Points posed = skin_vertices(model, posed_at(model, head, turn));
+    const Eigen::Matrix3d rotation =
+        Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+    double worst = 0;
+    int count = 0;
+    for (Index v = 0; v < posed.rows(); ++v) {
+      const Eigen::RowVector3d p = model.mesh.vertices.row(v);
+      // Chin to brow, in front of the ears.
+      if (p.y() > 0.872 * stature && p.z() > 0.04 * stature) {
+        const Eigen::RowVector3d rigid = joint + (p - joint) * rotation.transpose();
+        worst = std::max(worst, (posed.row(v) - rigid).norm());
+        ++count;
+      }
+    }
+    std::printf("face: %d vertices, at most %.1f mm off the head's turn\n", count, 1e3 * worst);
+    EXPECT_GT(count, 300);
+    EXPECT_LT(worst, 0.008);
+  }
+}
+
 TEST(DefaultHumanFold, AtTheEndsOfMotionIsKnown) {
   struct Extreme {
     const char* name;
