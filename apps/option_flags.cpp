@@ -60,11 +60,21 @@ void add_flag(CLI::App& parser, const OptionField& field,
 
 constexpr const char* kSwitch = "true|false";  // as option_range has it
 
-bool is_switch(const CLI::App& parser, const std::string& argument) {
+/// The option that an argument names, null if it names none.
+const CLI::Option* option_named(const CLI::App& parser, const std::string& argument) {
   const auto options = parser.get_options();
-  return std::any_of(options.begin(), options.end(), [&](const CLI::Option* option) {
-    return option->check_name(argument) && option->get_type_name() == kSwitch;
+  const auto found = std::find_if(options.begin(), options.end(), [&](const CLI::Option* option) {
+    return argument.starts_with("-") && option->check_name(argument);
   });
+  return found == options.end() ? nullptr : *found;
+}
+
+bool is_switch(const CLI::Option* option) {
+  return option != nullptr && option->get_type_name() == kSwitch;
+}
+
+bool takes_value(const CLI::Option* option) {
+  return option != nullptr && option->get_items_expected_min() > 0;
 }
 
 }  // namespace
@@ -78,10 +88,17 @@ std::vector<std::string> with_switches(const CLI::App& parser,
       break;
     }
     out.push_back(arguments[i]);
-    if (is_switch(parser, arguments[i])) {
+    const CLI::Option* option = option_named(parser, arguments[i]);
+    if (is_switch(option)) {
       const bool told =
           i + 1 < arguments.size() && (arguments[i + 1] == "true" || arguments[i + 1] == "false");
       out.back() += "=" + (told ? arguments[++i] : "true");
+    } else if (takes_value(option)) {
+      if (i + 1 == arguments.size() || arguments[i + 1] == "--") {
+        throw UsageError(arguments[i] + " needs a value behind it: " + option->get_type_name() +
+                         "; see atelier " + parser.get_name() + " --help");
+      }
+      out.push_back(arguments[++i]);
     }
   }
   return out;

@@ -78,7 +78,8 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
                       "the body's mesh and skin as .glb; its correctives are the output of a "
                       "network, not linear in the pose, and are not read");
     }
-    return {archive_schema(npz).empty() ? read_smpl(npz) : body_of_arrays(npz), {}};
+    return {archive_schema(npz).empty() ? read_smpl(npz, {}, limits) : body_of_arrays(npz, limits),
+            {}};
   }
   for (const Refusal& refusal : kRefusals) {
     if (extension == refusal.extension) {

@@ -173,25 +173,6 @@ std::string numbered(const char* name, std::size_t i) {
   return std::string(name) + "[" + std::to_string(i) + "]";
 }
 
-std::vector<ManifestOption> read_options(Reader& manifest, const std::string& file) {
-  std::vector<ManifestOption> options;
-  std::set<std::string> names;
-  for (const auto& item : manifest.array("options")) {
-    Reader reader(item, file, numbered("options", options.size()));
-    ManifestOption option;
-    option.name = reader.text("name");
-    option.json = reader.field("value").dump();
-    option.source = reader.text("source");
-    option.keyed = reader.flag("keyed");
-    if (!names.insert(option.name).second) {
-      reader.refuse(reader.named("name"), "'" + option.name + "' twice", "each option once");
-    }
-    reader.finish();
-    options.push_back(std::move(option));
-  }
-  return options;
-}
-
 /// The items of an array of objects: `read` takes the fields of one; more fields are refused.
 template <class Item, class Read>
 std::vector<Item> read_items(Reader& manifest, const char* name, const std::string& file,
@@ -204,6 +185,21 @@ std::vector<Item> read_items(Reader& manifest, const char* name, const std::stri
     items.push_back(std::move(item));
   }
   return items;
+}
+
+std::vector<ManifestOption> read_options(Reader& manifest, const std::string& file) {
+  std::set<std::string> names;
+  return read_items<ManifestOption>(manifest, "options", file, [&](Reader& reader) {
+    ManifestOption option;
+    option.name = reader.text("name");
+    option.json = reader.field("value").dump();
+    option.source = reader.text("source");
+    option.keyed = reader.flag("keyed");
+    if (!names.insert(option.name).second) {
+      reader.refuse(reader.named("name"), "'" + option.name + "' twice", "each option once");
+    }
+    return option;
+  });
 }
 
 std::vector<ManifestInput> read_inputs(Reader& manifest, const std::string& file) {
@@ -220,10 +216,9 @@ std::vector<ManifestInput> read_inputs(Reader& manifest, const std::string& file
 }
 
 std::vector<ManifestOutput> read_outputs(Reader& manifest, const std::string& file) {
-  std::vector<ManifestOutput> outputs;
   std::set<std::string> paths;
-  for (const auto& item : manifest.array("outputs")) {
-    Reader reader(item, file, numbered("outputs", outputs.size()));
+  std::string before;
+  return read_items<ManifestOutput>(manifest, "outputs", file, [&](Reader& reader) {
     ManifestOutput output;
     output.path = reader.text("path");
     output.size = reader.count("size");
@@ -239,14 +234,13 @@ std::vector<ManifestOutput> read_outputs(Reader& manifest, const std::string& fi
       reader.refuse(reader.named("path"), "'" + output.path + "' twice (letter case aside)",
                     "each output once");
     }
-    if (!outputs.empty() && !(outputs.back().path < output.path)) {
+    if (output.path < before) {
       reader.refuse(reader.named("path"), "'" + output.path + "' out of order",
                     "outputs sorted by path");
     }
-    reader.finish();
-    outputs.push_back(std::move(output));
-  }
-  return outputs;
+    before = output.path;
+    return output;
+  });
 }
 
 std::vector<Consent> read_consent(Reader& manifest, const std::string& file) {

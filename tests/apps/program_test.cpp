@@ -73,6 +73,21 @@ TEST_F(Program, HelpOfAStageHasItsOptionsWithRangeAndDefault) {
   EXPECT_THAT(result.out, HasSubstr("[0, 0.05, 0.5, 0.95, 1]"));
 }
 
+TEST_F(Program, AFlagWithoutItsValueIsASentence) {
+  expect_refusal(run({"convert", "a.obj", "b.obj", "--input.unit"}), 2,
+                 "--input.unit needs a value behind it: m|dm|cm|mm|in|ft; see atelier convert");
+  expect_refusal(run({"statistics", "--jobs"}), 2, "--jobs needs a value behind it");
+}
+
+TEST_F(Program, AnUnknownFlagSuggestsTheOptionOfThatWord) {
+  expect_refusal(run({"convert", "a.obj", "b.obj", "--unit", "cm"}), 2,
+                 "convert has no option '--unit', did you mean '--input.unit'?");
+}
+
+TEST_F(Program, AFolderIsNoMesh) {
+  expect_refusal(run({"convert", input().string(), "b.obj"}), 3, "a folder; expected a mesh file");
+}
+
 TEST_F(Program, VersionNamesTheBuild) {
   EXPECT_THAT(run({"--version"}).out, StartsWith("atelier "));
 }
