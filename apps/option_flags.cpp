@@ -45,14 +45,7 @@ void add_flag(CLI::App& parser, const OptionField& field,
   const auto note = [texts, name = field.name](const std::string& text) {
     texts->flags.emplace_back(name, text);
   };
-  // "--truth_maps" as files write it, and "--truth-maps" as command lines do.
-  std::string names = "--" + field.name;
-  if (field.name.find('_') != std::string::npos) {
-    std::string dashed = field.name;
-    std::replace(dashed.begin(), dashed.end(), '_', '-');
-    names += ",--" + dashed;
-  }
-  parser.add_option_function<std::string>(names, note, help)
+  parser.add_option_function<std::string>("--" + field.name, note, help)
       ->type_name(option_range(field) + (field.unit.empty() ? "" : " " + field.unit))
       ->group("Options")
       ->take_last();
@@ -67,6 +60,16 @@ const CLI::Option* option_named(const CLI::App& parser, const std::string& argum
     return argument.starts_with("-") && option->check_name(argument);
   });
   return found == options.end() ? nullptr : *found;
+}
+
+/// "--truth-maps", as command lines often say it, for "--truth_maps", as files do.
+std::string with_underscores(const CLI::App& parser, const std::string& argument) {
+  const std::size_t end = std::min(argument.find('='), argument.size());
+  std::string renamed = argument;
+  if (argument.starts_with("--") && option_named(parser, argument.substr(0, end)) == nullptr) {
+    std::replace(renamed.begin() + 2, renamed.begin() + static_cast<std::ptrdiff_t>(end), '-', '_');
+  }
+  return option_named(parser, renamed.substr(0, end)) == nullptr ? argument : renamed;
 }
 
 bool is_switch(const CLI::Option* option) {
@@ -87,8 +90,8 @@ std::vector<std::string> with_switches(const CLI::App& parser,
       out.insert(out.end(), arguments.begin() + static_cast<std::ptrdiff_t>(i), arguments.end());
       break;
     }
-    out.push_back(arguments[i]);
-    const CLI::Option* option = option_named(parser, arguments[i]);
+    out.push_back(with_underscores(parser, arguments[i]));
+    const CLI::Option* option = option_named(parser, out.back());
     if (is_switch(option)) {
       const bool told =
           i + 1 < arguments.size() && (arguments[i + 1] == "true" || arguments[i + 1] == "false");

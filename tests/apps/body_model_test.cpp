@@ -138,7 +138,7 @@ TEST_F(BodyModelCommand, RefusesWrongWords) {
   refused({"show", "base.obj", "--macros.asian", "1", "--out", "a.png"}, 2, "add up to 1.667");
   refused({"show", "female", "--out", "a.png", "--width", "nan"}, 2, "width cannot be 'nan'");
   refused({"measure", "female", "--shape", "stature"}, 2, "NAME=NUMBER");
-  refused({"measure", "female", "--shape", "stature=nan"}, 2, "stature cannot be nan");
+  refused({"measure", "female", "--shape", "stature=nan"}, 2, "stature cannot be 'nan'");
   refused({"measure", "female", "--shape", "wings=1"}, 2, "no shape parameter 'wings'");
   refused({"pose", "female", "a.bvh", "--motion.up", "x", "--out", "a.png"}, 2, "auto, y, z");
   refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh or .npz");
