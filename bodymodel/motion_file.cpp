@@ -68,7 +68,8 @@ MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptio
   }
   if (extension == ".npz") {
     const Npz npz(path, limits);
-    return archive_schema(npz).empty() ? read_amass(path, nullptr, limits) : motion_of_arrays(npz, limits);
+    return archive_schema(npz).empty() ? read_amass(path, nullptr, limits)
+                                       : motion_of_arrays(npz, limits);
   }
   throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
                   "a motion: .bvh, .amc, .trc, .npz, .glb or .gltf");

@@ -85,7 +85,8 @@ TEST_F(Program, AnUnknownFlagSuggestsTheOptionOfThatWord) {
 }
 
 TEST_F(Program, AFolderIsNoMesh) {
-  expect_refusal(run({"convert", root_.string(), "b.obj"}), 3, "a folder; expected a mesh file");
+  expect_refusal(run({"convert", root_.path().string(), "b.obj"}), 3,
+                 "a folder; expected a mesh file");
 }
 
 TEST_F(Program, VersionNamesTheBuild) {
