@@ -43,6 +43,7 @@ Action add_body_model(CLI::App& parser);
 Action add_drape(CLI::App& parser);
 Action add_simulate(CLI::App& parser);  // only with core_render and simulation
 Action add_synthesize(CLI::App& parser);
+Action add_evaluate(CLI::App& parser);
 Action add_options(CLI::App& parser);
 Action add_completion(CLI::App& parser);
 

@@ -29,6 +29,9 @@ constexpr std::array kCommands = {
     Command{"synthesize", "a capture of a clothed person, with the truth behind it", add_synthesize,
             synthesize_options},
 #endif
+#ifdef ATELIER_HAS_CAPTURE
+    Command{"evaluate", "results against the truth of a synthetic capture", add_evaluate},
+#endif
     Command{"options", "every option of every stage and command", add_options},
     Command{"completion", "a completion script for bash", add_completion},
 };

@@ -6,12 +6,17 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <filesystem>
+#include <set>
 
 #include "apps/tailor.h"
+#include "bodymodel/makehuman.h"
+#include "bodymodel/mhclo.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
 #include "core/normals.h"
+#include "core/tree.h"
 #include "registration/garment_pattern_json.h"
 #include "registration/pattern_garment.h"
 #include "simulation/weld_seams.h"
@@ -22,10 +27,14 @@ namespace {
 constexpr int kSewingFrames = 60;
 constexpr int kFramesPerStitch = 2;   // the threads are shortened evenly, this often
 constexpr double kSewingGravity = 2;  // m/s2, keeps a skirt down while its sides are drawn together
-constexpr double kSewingDamping = 15;  // 1/s, so that sewing springs do not throw the cloth about
-constexpr double kHangingDamping = 2;  // 1/s, to come to rest sooner
+constexpr double kBeltedGravity = 0.3;  // m/s2, of what slides down while its waist is still open
+constexpr double kSewingDamping = 15;   // 1/s, so that sewing springs do not throw the cloth about
+constexpr double kHangingDamping = 2;   // 1/s, to come to rest sooner
 constexpr int kHangingFrames = 60;
-constexpr double kLayerRoom = 0.010;  // m between one garment's sewing and what is worn below
+constexpr double kWaistband = 0.90;        // of the body's girth
+constexpr double kWaistbandStiffness = 3;  // times the cloth's
+constexpr double kMakeHumanRoom = 0.006;   // m that a MakeHuman garment is lifted before it hangs
+constexpr double kLayerRoom = 0.010;       // m between one garment's sewing and what is worn below
 
 std::vector<std::string> split(const std::string& text) {
   std::vector<std::string> parts;
@@ -77,6 +86,61 @@ Label label_of_pattern(const Mesh& garment, const TailorMeasures& measures) {
   return high > measures.waist.y() + 0.12 ? Label::Dress : Label::Lower;
 }
 
+/// The opening that is highest: the waist of a skirt or trousers. Empty if there is none.
+std::vector<int> highest_opening(const Garment& garment) {
+  std::vector<int> waist;
+  double highest = -1e9;
+  for (const std::vector<int>& loop : garment.boundaries) {
+    double y = 0;
+    for (const int v : loop) {
+      y += garment.mesh.vertices(v, 1) / static_cast<double>(loop.size());
+    }
+    if (loop.size() > 2 && y > highest) {
+      highest = y;
+      waist = loop;
+    }
+  }
+  return waist;
+}
+
+/// A belt: the waist rides on the body where it is, so that skirts and trousers stay up whatever
+/// the hips and the motion are.
+void put_on_belt(Garment& garment, const Mesh& body, double thickness) {
+  const TriangleTree tree = build_tree(body.vertices, body.faces);
+  for (const int v : highest_opening(garment)) {
+    const ClosestPoint nearest = closest_point(tree, garment.mesh.vertices.row(v).transpose());
+    garment.attachments.push_back({v, nearest.face, nearest.barycentric,
+                                   std::max(thickness, std::sqrt(nearest.squared_distance))});
+  }
+}
+
+/// Draws the waist in to a little less than the body's girth there, while it is sewn.
+void draw_in_waist(Cloth& cloth, const Garment& garment, double girth) {
+  const std::vector<int> waist = highest_opening(garment);
+  std::set<std::pair<int, int>> edges;
+  for (std::size_t i = 0; i < waist.size(); ++i) {
+    edges.insert(std::minmax(waist[i], waist[(i + 1) % waist.size()]));
+  }
+  const auto fibres = static_cast<std::ptrdiff_t>(cloth.fibre_count);
+  double length = 0;
+  const auto in_band = [&](const ClothSpring& spring) {
+    return edges.contains(std::minmax(spring.a, spring.b));
+  };
+  for (auto spring = cloth.springs.begin(); spring != cloth.springs.begin() + fibres; ++spring) {
+    length += in_band(*spring) ? spring->rest : 0;
+  }
+  if (length <= 0) {
+    return;
+  }
+  const double factor = std::clamp(kWaistband * girth / length, 0.6, 1.0);
+  for (auto spring = cloth.springs.begin(); spring != cloth.springs.begin() + fibres; ++spring) {
+    if (in_band(*spring)) {
+      spring->rest *= factor;
+      spring->stiffness *= kWaistbandStiffness;
+    }
+  }
+}
+
 void check_worn(const std::string& name, const Garment& garment, const TailorMeasures& measures,
                 const FrameReport& report, Label label) {
   const auto refuse = [&](const std::string& found) {
@@ -86,7 +150,8 @@ void check_worn(const std::string& name, const Garment& garment, const TailorMea
   const double low = garment.mesh.vertices.col(1).minCoeff();
   const double high = garment.mesh.vertices.col(1).maxCoeff();
   if (low < -0.1) {
-    refuse("it lies on or under the floor once draped");
+    refuse("it falls off while it is draped (from " + std::to_string(high) + " m down to " +
+           std::to_string(low) + " m)");
   }
   const double hold = label == Label::Lower ? measures.hip.y() - 0.12 : measures.waist.y();
   if (high < hold) {
@@ -107,8 +172,7 @@ OptionTable describe(OutfitOptions& options) {
   OptionTable table;
   table
       .add("garment", options.garment, std::vector<std::string>{},
-           "From the inside out, joined by +: dress, tee, skirt, trousers, pattern files (.json); "
-           "or mhclo:FILE; or none.")
+           "Joined by +: dress, tee, skirt, trousers, pattern files (.json); or mhclo:FILE.")
       .add("edge_length", options.edge_length, 0.006, 0.1, "m", "Of the cloth's triangles.")
       .add("density", options.density, 0.02, 2, "kg/m2", "Weight of the cloth.")
       .add("stretch", options.stretch, 50, 1e5, "N/m", "Stiffness against stretching.")
@@ -131,22 +195,31 @@ std::vector<std::pair<std::string, Label>> outfit_garments(const std::string& ga
       label = Label::Lower;
     } else if (name == "dress") {
       label = Label::Dress;
-    } else if (!name.ends_with(".json")) {
+    } else if (!name.ends_with(".json") && !name.starts_with("mhclo:")) {
       throw DataError("", "garment", "'" + name + "'",
                       "dress, tee, skirt, trousers, a pattern file (.json) or mhclo:FILE");
     }
     result.emplace_back(name, label);
   }
+  // Trousers and skirts are worn under what hangs over them, in whatever order they are named.
+  std::stable_sort(result.begin(), result.end(), [](const auto& a, const auto& b) {
+    return (a.second == Label::Lower) > (b.second == Label::Lower);
+  });
   return result;
 }
 
-Garment sewn_on(const Garment& panels, const Mesh& body, XpbdOptions solver_options) {
+Garment sewn_on(const Garment& panels, const Mesh& body, XpbdOptions solver_options,
+                double waist_girth) {
   Control control;
   control.body_start = control.body_end = body.vertices;
   control.gravity = {0, -kSewingGravity, 0};
   solver_options.velocity_damping = kSewingDamping;
   solver_options.self_contact = false;
   Cloth cloth = make_cloth(panels);
+  if (waist_girth > 0) {
+    draw_in_waist(cloth, panels, waist_girth);
+    control.gravity.y() = -kBeltedGravity;
+  }
   ClothState state = rest_state(cloth);
   std::vector<double> gaps;
   const auto sewing_begin = static_cast<std::size_t>(cloth.sewing_begin);
@@ -171,7 +244,71 @@ Garment sewn_on(const Garment& panels, const Mesh& body, XpbdOptions solver_opti
   return weld_seams(sewn);
 }
 
-Outfit dress_body(const BodyModel& body, const OutfitOptions& options) {
+namespace {
+
+/// A MakeHuman garment on a MakeHuman body: its mesh is the rest shape, there is no pattern.
+/// `body` has left the body that the file describes by its own displacement; simulation brings the
+/// cloth out of it.
+TruthGarment makehuman_garment(const std::string& file, const std::string& body_file,
+                               const BodyModel& body) {
+  namespace fs = std::filesystem;
+  const fs::path given = body_file;
+  const fs::path base = fs::is_directory(given) ? given / "base.obj" : given;
+  if (base.extension() != ".obj") {
+    throw DataError(file, "", "a body that is not MakeHuman's ('" + body_file + "')",
+                    "--body with the folder of MakeHuman's base.obj");
+  }
+  MakeHumanFiles files;
+  files.base = base;
+  files.rig = base.parent_path() / "default.mhskel";
+  files.weights = base.parent_path() / "default_weights.mhw";
+  const fs::path macros = base.parent_path() / ".." / "targets" / "macrodetails";
+  if (fs::is_directory(macros)) {
+    files.macros = macros;
+  }
+  const BodyModel worn = read_makehuman_garment(file, read_makehuman(files));
+  TruthGarment truth;
+  truth.garment.name = plain_name(worn.name.empty() ? "garment" : worn.name);
+  truth.garment.mesh = worn.mesh;
+  truth.garment.mesh.vertices +=
+      kMakeHumanRoom * vertex_normals(worn.mesh.vertices, worn.mesh.faces);
+  truth.label = label_of_pattern(truth.garment.mesh, tailor_measures(body));
+  return truth;
+}
+
+void set_material(Material& material, const OutfitOptions& options) {
+  material.name = "cloth";
+  material.density = options.density;
+  material.stretch_warp = material.stretch_weft = options.stretch;
+  material.shear = options.stretch / 10;
+  material.bending = options.bending;
+  material.friction = options.friction;
+  material.thickness = 0.002;
+}
+
+/// Cuts, sews and drapes one garment of a pattern, `room` metres off the body.
+TruthGarment sewn_garment(const std::pair<std::string, Label>& garment, const BodyModel& body,
+                          const TailorMeasures& measures, const OutfitOptions& options,
+                          XpbdOptions sewing, double room) {
+  const SewingPattern pattern = pattern_of(garment.first, measures);
+  Garment panels = garment_from_pattern(pattern, {.edge_length = options.edge_length});
+  panels.name = plain_name(pattern.name);
+  set_material(panels.material, options);
+  sewing.substeps = 10;
+  sewing.time_step = 1.0 / 60;
+  TruthGarment truth;
+  truth.seams = panels.seams;
+  truth.garment = sewn_on(panels, inflated(body.mesh, room), sewing,
+                          garment.second == Label::Lower ? measures.waist_girth : 0);
+  truth.label = garment.second == Label::Unknown ? label_of_pattern(truth.garment.mesh, measures)
+                                                 : garment.second;
+  return truth;
+}
+
+}  // namespace
+
+Outfit dress_body(const BodyModel& body, const OutfitOptions& options,
+                  const std::string& body_file) {
   const TailorMeasures measures = tailor_measures(body);
   Outfit outfit;
   XpbdOptions& solver = outfit.solver;
@@ -186,26 +323,11 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options) {
   const auto names = outfit_garments(options.garment);
   std::vector<Cloth> cloths;
   for (std::size_t g = 0; g < names.size(); ++g) {
-    const SewingPattern pattern = pattern_of(names[g].first, measures);
-    Garment panels = garment_from_pattern(pattern, {.edge_length = options.edge_length});
-    panels.name = plain_name(pattern.name);
-    Material& material = panels.material;
-    material.name = "cloth";
-    material.density = options.density;
-    material.stretch_warp = material.stretch_weft = options.stretch;
-    material.shear = options.stretch / 10;
-    material.bending = options.bending;
-    material.friction = options.friction;
-    material.thickness = 0.002;
     const double room = kLayerRoom * static_cast<double>(g);
-    TruthGarment truth;
-    truth.seams = panels.seams;
-    XpbdOptions sewing = solver;
-    sewing.substeps = 10;
-    sewing.time_step = 1.0 / 60;
-    truth.garment = sewn_on(panels, inflated(body.mesh, room), sewing);
-    truth.label = names[g].second == Label::Unknown ? label_of_pattern(truth.garment.mesh, measures)
-                                                    : names[g].second;
+    TruthGarment truth = names[g].first.starts_with("mhclo:")
+                             ? makehuman_garment(names[g].first.substr(6), body_file, body)
+                             : sewn_garment(names[g], body, measures, options, solver, room);
+    set_material(truth.garment.material, options);
     for (const TruthGarment& other : outfit.garments) {
       if (other.garment.name == truth.garment.name) {
         truth.garment.name += "_" + std::to_string(g);
@@ -213,6 +335,9 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options) {
     }
     outfit.first.push_back(
         g == 0 ? 0 : outfit.first.back() + outfit.garments.back().garment.mesh.vertices.rows());
+    if (truth.label == Label::Lower && !truth.seams.empty()) {
+      put_on_belt(truth.garment, body.mesh, thickness);
+    }
     outfit.garments.push_back(truth);
     cloths.push_back(make_cloth(truth.garment));
   }

@@ -13,7 +13,7 @@ namespace atelier {
 
 /// Which clothes, of which cloth, and how they are simulated.
 struct OutfitOptions {
-  /// Garments from the inside out, joined by "+": dress, tee, skirt, trousers, or files of sewing
+  /// Garments joined by "+": dress, tee, skirt, trousers, or files of sewing
   /// patterns (.json); or "mhclo:FILE" for a MakeHuman garment on a MakeHuman body.
   std::string garment = "dress";
   double edge_length = 0.02;  ///< m, of the cloth's triangles
@@ -40,12 +40,16 @@ struct Outfit {
 std::vector<std::pair<std::string, Label>> outfit_garments(const std::string& garment);
 
 /// Sews, drapes and layers the clothes. Throws DataError if a garment cannot be put on: the pattern
-/// is none, it stays open or torn, it falls off, or it ends inside the body.
-Outfit dress_body(const BodyModel& body, const OutfitOptions& options);
+/// is none, it stays open or torn, it falls off, or it ends inside the body. `body_file` is where
+/// the body comes from: MakeHuman garments hang on it.
+Outfit dress_body(const BodyModel& body, const OutfitOptions& options,
+                  const std::string& body_file = "");
 
 /// Sews one garment's panels round a body that stands still: threads are shortened evenly over a
 /// second, then vertices that are sewn together become one. Returns the sewn garment. The body may
-/// be larger than it is, so that there is room for what is worn below.
-Garment sewn_on(const Garment& panels, const Mesh& body, XpbdOptions solver);
+/// be larger than it is, so that there is room for what is worn below. With a `waist_girth` (m) the
+/// highest opening is drawn in to it, as elastic does.
+Garment sewn_on(const Garment& panels, const Mesh& body, XpbdOptions solver,
+                double waist_girth = 0);
 
 }  // namespace atelier

@@ -108,7 +108,7 @@ Performance cast_performance(const SynthesisOptions& options) {
   if (options.frames > 0) {
     OutfitOptions outfit = options.outfit;
     outfit.rate = simulation_rate(options);
-    performance.outfit = dress_body(body, outfit);
+    performance.outfit = dress_body(body, outfit, options.subject.body);
     const double taken = (options.frames - 1) / options.fps;
     performance.clothed =
         continuous_motion(body, motion_of(options), options.motion.duration, kSoleHeight);

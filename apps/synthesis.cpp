@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "apps/file_performance.h"
 #include "apps/performance.h"
 #include "apps/synthesis_stage.h"
 #include "apps/usage_error.h"
@@ -40,9 +41,13 @@ struct Work {
   fs::path state() const { return hidden / "state.h5"; }
 };
 
-/// Claims the folder for these options, or says whose it is.
-void claim(const Work& work, const std::string& key) {
-  const fs::path options = work.folder / "synthesis.json";
+fs::path options_file(const Work& work) {
+  return work.folder / "synthesis.json";
+}
+
+/// Refuses a folder that holds other things or a capture of other options.
+void check_free(const Work& work, const std::string& key) {
+  const fs::path options = options_file(work);
   if (fs::exists(options)) {
     if (read_file_text(options, Limits{}.text_file_bytes) != key) {
       throw UsageError("OUT cannot be '" + work.folder.string() +
@@ -50,16 +55,22 @@ void claim(const Work& work, const std::string& key) {
     }
     return;
   }
-  if (fs::exists(work.folder) && !fs::is_empty(work.folder)) {
-    for (const fs::directory_entry& entry : fs::directory_iterator(work.folder)) {
-      const std::string name = entry.path().filename().string();
-      if (name != ".lock" && !is_temporary_name(name)) {
-        throw UsageError("OUT cannot be '" + work.folder.string() + "': it holds other things ('" +
-                         name + "'); name a new folder");
-      }
+  for (const fs::directory_entry& entry : fs::directory_iterator(work.folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name != ".lock" && !is_temporary_name(name)) {
+      throw UsageError("OUT cannot be '" + work.folder.string() + "': it holds other things ('" +
+                       name + "'); name a new folder");
     }
   }
-  write_file_atomically(options, key);
+}
+
+/// From now on the folder belongs to these options: once it is known that they can be met.
+void claim(const Work& work, const std::string& key) {
+  if (!fs::exists(options_file(work))) {
+    write_file_atomically(options_file(work), key);
+  }
+  make_private_directory(work.hidden / "frames");
+  make_private_directory(work.hidden / "speeds");
 }
 
 Archive state_archive(const PerformanceState& state) {
@@ -105,23 +116,26 @@ PerformanceState state_of(const Archive& archive, const std::string& file) {
 
 struct Stopped {};
 
+/// Keeps a frame until it is photographed.
+void keep(const Work& work, const CaptureTruth& truth, const SynthesisOptions& options, int id,
+          PerformedFrame frame) {
+  frame.truth.frame_id = id;
+  if (options.shutter > 0) {
+    TruthFrame speed;
+    speed.frame_id = id;
+    speed.joints = frame.truth.joints;
+    speed.keypoints = frame.truth.keypoints;
+    speed.body = frame.body_velocity;
+    speed.layers = frame.layer_velocities;
+    speed.garments = frame.garment_velocities;
+    write_archive(work.speed(id), archive_of(speed, truth));
+  }
+  write_archive(work.frame(id), archive_of(frame.truth, truth));
+}
+
 /// Plays both sequences into hidden frames, as far as they are not there.
 void perform(const Work& work, const Performance& performance, const CaptureTruth& truth,
              const SynthesisOptions& options, const SynthesisEvents& events) {
-  const auto keep = [&](int id, PerformedFrame frame) {
-    frame.truth.frame_id = id;
-    if (options.shutter > 0) {
-      TruthFrame speed;
-      speed.frame_id = id;
-      speed.joints = frame.truth.joints;
-      speed.keypoints = frame.truth.keypoints;
-      speed.body = frame.body_velocity;
-      speed.layers = frame.layer_velocities;
-      speed.garments = frame.garment_velocities;
-      write_archive(work.speed(id), archive_of(speed, truth));
-    }
-    write_archive(work.frame(id), archive_of(frame.truth, truth));
-  };
   const auto stop_if_asked = [&] {
     if (events.stop()) {
       throw Stopped{};
@@ -137,7 +151,7 @@ void perform(const Work& work, const Performance& performance, const CaptureTrut
   };
   if (missing(options.frames, options.minimal_frames)) {
     perform_minimal(performance, options, [&](int i, const PerformedFrame& frame) {
-      keep(options.frames + i, frame);
+      keep(work, truth, options, options.frames + i, frame);
       stop_if_asked();
     });
   }
@@ -151,7 +165,7 @@ void perform(const Work& work, const Performance& performance, const CaptureTrut
     }
     perform_clothed(performance, options, resumed ? &state : nullptr,
                     [&](int i, const PerformedFrame& frame, const PerformanceState& after) {
-                      keep(i, frame);
+                      keep(work, truth, options, i, frame);
                       write_archive(work.state(), state_archive(after));
                       stop_if_asked();
                     });
@@ -205,6 +219,34 @@ CaptureInfo info_of(const SynthesisOptions& options, const CaptureTruth& truth) 
   return info;
 }
 
+/// Casts, dresses and plays a performance of our own.
+SynthesisStage played(const Work& work, const SynthesisOptions& options,
+                      const SynthesisEvents& events) {
+  const Performance performance = cast_performance(options);
+  claim(work, key_of(options));
+  events.say("subject: " + performance.subject.description);
+  for (const TruthGarment& garment : performance.outfit.garments) {
+    events.say("worn: " + garment.garment.name + ", " +
+               std::to_string(garment.garment.mesh.vertices.rows()) + " vertices");
+  }
+  SynthesisStage stage = set_stage(truth_of(performance, options), performance.layers, options);
+  perform(work, performance, stage.truth, options, events);
+  return stage;
+}
+
+/// Reads a performance that another program made.
+SynthesisStage taken_from_files(const Work& work, const SynthesisOptions& options) {
+  const FilePerformance performance = read_performance(options);
+  claim(work, key_of(options));
+  SynthesisStage stage = set_stage(truth_of(performance, options), {}, options);
+  for (int id = 0; id < options.frames + options.minimal_frames; ++id) {
+    const bool clothed = id < options.frames;
+    keep(work, stage.truth, options, id,
+         performed_frame(performance, options, clothed ? id : id - options.frames, clothed));
+  }
+  return stage;
+}
+
 void make_folders(const Work& work, const std::vector<Camera>& cameras,
                   const SynthesisOptions& options) {
   std::vector<std::string> folders = {"images", "labels", "keypoints2d", "truth/labels"};
@@ -232,23 +274,14 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
   if (!lock) {
     throw EnvironmentError(folder.string(), "another run is making this capture");
   }
-  claim(work, key_of(options));
+  check_free(work, key_of(options));
   if (fs::exists(folder / "capture.toml")) {
     events.say("this capture is whole already");
     return true;
   }
   try {
-    make_private_directory(work.hidden / "frames");
-    make_private_directory(work.hidden / "speeds");
-    const Performance performance = cast_performance(options);
-    events.say("subject: " + performance.subject.description);
-    for (const TruthGarment& garment : performance.outfit.garments) {
-      events.say("worn: " + garment.garment.name + ", " +
-                 std::to_string(garment.garment.mesh.vertices.rows()) + " vertices");
-    }
-    const SynthesisStage stage =
-        set_stage(truth_of(performance, options), performance.layers, options);
-    perform(work, performance, stage.truth, options, events);
+    const SynthesisStage stage = options.body_sequence.empty() ? played(work, options, events)
+                                                               : taken_from_files(work, options);
     events.say("performed " + std::to_string(options.frames + options.minimal_frames) + " frames");
     make_folders(work, stage.cameras, options);
     write_archive(folder / "truth" / "truth.h5", archive_of(stage.truth));
@@ -274,6 +307,7 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
     write_file_atomically(folder / "cameras.json", cameras_json(stage.written));
     fs::remove_all(work.hidden);
     write_file_atomically(folder / "capture.toml", capture_toml(info_of(options, stage.truth)));
+    sync_directory(folder);
   } catch (const Stopped&) {
     return false;
   }

@@ -58,9 +58,15 @@ std::vector<Camera> written_cameras(const std::vector<Camera>& cameras,
   return written;
 }
 
-/// Each garment of an outfit has a hue of its own.
-FabricOptions fabric_of(const SynthesisOptions& options, std::size_t garment) {
+/// Each garment of an outfit has a hue of its own; of two, one is printed.
+FabricOptions fabric_of(const SynthesisOptions& options, const CaptureTruth& truth,
+                        std::size_t garment) {
   FabricOptions fabric = options.fabric;
+  if (fabric.kind == FabricKind::Print && truth.garments.size() > 1 &&
+      truth.garments[garment].label == Label::Lower) {
+    fabric.kind = FabricKind::Woven;  // under a printed top people wear plain trousers
+    fabric.lightness *= 0.6;
+  }
   fabric.hue = std::fmod(fabric.hue + 0.37 * static_cast<double>(garment), 1.0);
   if (garment > 0) {
     fabric.lightness = std::clamp(1.35 * fabric.lightness, 0.02, 0.9);
@@ -99,14 +105,17 @@ ByteImage seen_image(const std::vector<std::vector<bool>>& seen, Index vertices)
   return image;
 }
 
-/// Points of the schema out of the truth's, by name.
+/// Points of the schema out of the truth's, by name; far behind every camera where it has none.
 Points schema_points(const KeypointSchema& schema, const std::vector<std::string>& names,
                      const Points& points) {
   Points result(static_cast<Index>(schema.points.size()), 3);
   for (std::size_t i = 0; i < schema.points.size(); ++i) {
     const auto found = std::find(names.begin(), names.end(), schema.points[i]);
-    ATELIER_CHECK(found != names.end(), "no truth of keypoint " + schema.points[i]);
-    result.row(static_cast<Index>(i)) = points.row(found - names.begin());
+    if (found == names.end()) {
+      result.row(static_cast<Index>(i)) << 0, -1e6, 0;
+    } else {
+      result.row(static_cast<Index>(i)) = points.row(found - names.begin());
+    }
   }
   return result;
 }
@@ -214,7 +223,12 @@ SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layer
   painted.mesh = truth.body;
   painted.skin = {truth.skin_joints, truth.skin_weights};
   Mesh colored;
-  stage.skin = skin_look(painted, colored, options.skin_resolution, seed);
+  if (truth.skeleton.names.empty()) {
+    stage.skin.color = {0.5F, 0.32F, 0.24F};  // a body from a file: nothing says where its face is
+    stage.skin.roughness = 0.48F;
+  } else {
+    stage.skin = skin_look(painted, colored, options.skin_resolution, seed);
+  }
   stage.skin_colors = colored.colors;
   for (const WornLayer& layer : layers) {
     stage.layers.push_back(layer.look);
@@ -228,7 +242,7 @@ SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layer
       stage.cloths.push_back(plain);
       continue;
     }
-    const FabricOptions fabric = fabric_of(options, g);
+    const FabricOptions fabric = fabric_of(options, truth, g);
     stage.cloths.push_back(cloth_look(
         fabric_image(texture_metres(mesh), fabric, seed * 977 + kFabric + 7 * g), fabric.kind));
   }
@@ -297,6 +311,7 @@ bool photograph_instant(const fs::path& folder, const SynthesisStage& stage,
   }
   RenderOptions rays;
   rays.samples = options.samples;
+  rays.penumbra_samples = 2;
   rays.seed = options.seed;
 
   const std::size_t count = stage.cameras.size();

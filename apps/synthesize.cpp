@@ -13,6 +13,7 @@
 #include "apps/option_flags.h"
 #include "apps/synthesis.h"
 #include "apps/usage_error.h"
+#include "capture/layout.h"
 
 namespace atelier {
 namespace {
@@ -36,7 +37,22 @@ SynthesisOptions chosen(const std::string& preset, const OptionSet& set) {
   return options;
 }
 
-int run(const std::string& out, const SynthesisOptions& options) {
+void write_other_layout(const std::filesystem::path& capture, const std::string& layout) {
+  const std::filesystem::path out = capture / layout;
+  if (std::filesystem::exists(out)) {
+    std::cout << out.string() << " is there already\n";
+    return;
+  }
+  const LayoutReport report = write_layout(capture, layout, out);
+  for (const std::string& sentence : report.lost) {
+    std::cout << "  " << layout << ": " << sentence << "\n";
+  }
+  for (const std::filesystem::path& folder : report.folders) {
+    std::cout << folder.string() << "\n";
+  }
+}
+
+int run(const std::string& out, const SynthesisOptions& options, const std::string& layout) {
   catch_interrupts();
   const auto begin = std::chrono::steady_clock::now();
   const auto say = [&](const std::string& line) {
@@ -50,6 +66,9 @@ int run(const std::string& out, const SynthesisOptions& options) {
     end_by_signal();
   }
   std::cout << out << "\n";
+  if (!layout.empty()) {
+    write_other_layout(out, layout);
+  }
   return kExitDone;
 }
 
@@ -61,13 +80,17 @@ OptionSet synthesize_options() {
 
 Action add_synthesize(CLI::App& parser) {
   auto out = std::make_shared<std::string>();
+  auto layout = std::make_shared<std::string>();
   auto preset = std::make_shared<std::string>("tiny");
   parser.add_option("OUT", *out, "Folder of the capture; made if it is missing")->required();
   parser.add_option("--preset", *preset, "Size of the capture [tiny]")
       ->check(CLI::IsMember(synthesis_presets()))
       ->type_name("tiny|demo|accuracy|studio");
+  parser.add_option("--layout", *layout, "Another layout as well, in OUT/LAYOUT")
+      ->check(CLI::IsMember(layout_names()))
+      ->type_name("easymocap|colmap|panoptic|dna|actorshq|nerfstudio");
   const OptionReader options = add_option_flags(parser, synthesize_options());
-  return [out, preset, options] { return run(*out, chosen(*preset, options())); };
+  return [out, preset, layout, options] { return run(*out, chosen(*preset, options()), *layout); };
 }
 
 }  // namespace atelier

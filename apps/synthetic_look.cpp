@@ -47,10 +47,10 @@ struct Painter {
     const double broad = value_noise(p.x() * 14, p.y() * 14, p.z() * 14, seed + 1);
     const double fine = value_noise(p.x() * 260, p.y() * 260, p.z() * 260, seed + 2);
     const double speck = value_noise(p.x() * 420, p.y() * 420, p.z() * 420, seed + 3);
-    Color color = tone * static_cast<float>(1 + 0.07 * broad + 0.035 * fine);
+    Color color = tone * static_cast<float>(1 + 0.07 * broad + 0.02 * fine);
     color.x() *= static_cast<float>(1 + 0.03 * broad);
-    if (speck > 0.62) {
-      color *= static_cast<float>(1 - 0.9 * (speck - 0.62));  // freckles
+    if (speck > 0.75) {
+      color *= static_cast<float>(1 - 0.9 * (speck - 0.75));  // freckles
     }
     paint_face(color, p);
     // Tight clothing: shorts, and a top for who wears one.
@@ -197,14 +197,13 @@ Look cloth_look(const Image& albedo, FabricKind kind) {
 Scene studio_surroundings() {
   Scene scene;
   const Eigen::Vector3d subject(0, 1.0, 0);
-  scene.area_lights.push_back(softbox({2.6, 3.4, 2.6}, subject, 1.0, 0.7, 4.2F));
-  scene.area_lights.push_back(softbox({-2.9, 3.2, 1.2}, subject, 0.9, 0.7, 2.6F));
-  scene.area_lights.push_back(softbox({0.2, 3.6, -3.0}, subject, 1.1, 0.6, 3.2F));
-  scene.environment.zenith = Color(0.50F, 0.52F, 0.55F);
-  scene.environment.horizon = Color(0.34F, 0.35F, 0.37F);
-  scene.environment.nadir = Color(0.10F, 0.10F, 0.10F);
+  scene.area_lights.push_back(softbox({2.4, 3.5, 2.8}, subject, 1.2, 0.9, 7.5F));
+  scene.area_lights.push_back(softbox({-2.6, 3.4, -2.4}, subject, 1.2, 0.9, 5.5F));
+  scene.environment.zenith = Color(0.62F, 0.64F, 0.67F);
+  scene.environment.horizon = Color(0.46F, 0.465F, 0.48F);
+  scene.environment.nadir = Color(0.16F, 0.16F, 0.16F);
   scene.background.kind = Background::Kind::Environment;
-  scene.ground = Ground{0, Color(0.23F, 0.225F, 0.22F), false};
+  scene.ground = Ground{0, Color(0.34F, 0.335F, 0.33F), false};
   return scene;
 }
 

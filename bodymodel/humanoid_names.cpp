@@ -29,7 +29,6 @@ const std::map<std::string, std::string>& role_table() {
       {"knee", "lower_leg"},
       {"leg", "leg"},
       {"ankle", "ankle"},
-      {"talocrural", "ankle"},
       {"foot", "foot"},
       {"toe", "toe"},
       {"toes", "toe"},
@@ -125,8 +124,6 @@ NamedRole role_of_name(const std::string& name) {
   std::vector<std::string> words = words_of(plain);
   std::erase(words, "bip01");
   std::erase(words, "def");
-  std::erase(words, "b");  // "b_l_arm" and "c_head" of momentum and MHR: bone, centre
-  std::erase(words, "c");
   NamedRole result;
   std::string base;
   for (const std::string& word : words) {

@@ -48,8 +48,7 @@ const std::vector<NamedMeasurement>& measurement_names();
 /// shoulder, elbow, wrist), DataError where a cut meets no closed outline round its bone. O(F).
 BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton);
 
-/// Measures a model at a shape (empty: neutral); vertices of one place count as one, so that files
-/// which split vertices at the seams of their atlas are measured too.
+/// Measures a model at a shape (empty: neutral).
 BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& shape = {});
 
 /// Signed volume of a closed mesh, m^3.

@@ -84,6 +84,7 @@ class Hdf5File {
                                      std::uint64_t block_bytes) {
     Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose, path_, "H5Pcreate");
     check(H5Pset_userblock(creation.id(), block_bytes), "H5Pset_userblock");
+    check(H5Pset_obj_track_times(creation.id(), false), "H5Pset_obj_track_times");
     Handle access = access_list();
     Handle file(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation.id(), access.id()), H5Fclose, path_,
                 "H5Fcreate");
@@ -233,6 +234,24 @@ class Hdf5File {
     }
   }
 
+  /// The groups that a name goes through, where they are missing. HDF5 would make them itself, but
+  /// with the time of day in them, and the same archive has the same bytes.
+  void make_groups(hid_t file, const std::string& name) const {
+    Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, path_, "H5Pcreate");
+    check(H5Pset_obj_track_times(creation.id(), false), "H5Pset_obj_track_times");
+    for (std::size_t end = name.find('/'); end != std::string::npos;
+         end = name.find('/', end + 1)) {
+      const std::string group = name.substr(0, end);
+      const htri_t exists = H5Lexists(file, group.c_str(), H5P_DEFAULT);
+      check(exists, "H5Lexists");
+      if (exists == 0) {
+        Handle made(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, creation.id(), H5P_DEFAULT),
+                    H5Gclose, path_, "H5Gcreate");
+        made.close();
+      }
+    }
+  }
+
   ArchivedDataset write_dataset(hid_t file, const std::string& name, const Tensor& tensor) const {
     ArchivedDataset entry{name, tensor.type, text_bytes(tensor), tensor.shape, 0, {}};
     const std::vector<hsize_t> sizes(tensor.shape.begin(), tensor.shape.end());
@@ -251,10 +270,9 @@ class Hdf5File {
       check(H5Pset_chunk(creation.id(), rank, chunk.data()), "H5Pset_chunk");
       check(H5Pset_fletcher32(creation.id()), "H5Pset_fletcher32");
     }
-    Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, path_, "H5Pcreate");
-    check(H5Pset_create_intermediate_group(links.id(), 1), "H5Pset_create_intermediate_group");
+    make_groups(file, name);
     Handle type = type_of(tensor.type, entry.text_bytes);
-    Handle set(H5Dcreate2(file, name.c_str(), type.id(), space.id(), links.id(), creation.id(),
+    Handle set(H5Dcreate2(file, name.c_str(), type.id(), space.id(), H5P_DEFAULT, creation.id(),
                           H5P_DEFAULT),
                H5Dclose, path_, "H5Dcreate");
     if (!bytes.empty()) {

@@ -30,11 +30,9 @@ std::size_t alignment_distance(std::string_view a, std::string_view b) {
   return above[b.size()];
 }
 
-/// "unit" of "input.unit", "--input.unit" and "--unit".
 std::string_view last_word(std::string_view name) {
   const std::size_t dot = name.rfind('.');
-  const std::size_t begin = dot == std::string_view::npos ? name.find_first_not_of('-') : dot + 1;
-  return name.substr(std::min(begin, name.size()));
+  return dot == std::string_view::npos ? name : name.substr(dot + 1);
 }
 
 }  // namespace

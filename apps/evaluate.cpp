@@ -1,0 +1,89 @@
+#ifdef ATELIER_HAS_CAPTURE
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/command.h"
+#include "apps/exit_code.h"
+#include "apps/usage_error.h"
+#include "capture/capture_measures.h"
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct EvaluateArguments {
+  std::string workspace;
+  std::string truth;
+  bool json = false;
+  bool check = false;
+};
+
+/// What can be measured, one row for each stage as it comes. A row measures the results of its
+/// stage in the workspace against the truth; none where there are none.
+struct Evaluation {
+  const char* what;
+  std::vector<Measure> (*measure)(const fs::path& workspace, const fs::path& truth);
+};
+
+std::vector<Measure> of_capture(const fs::path& /*workspace*/, const fs::path& truth) {
+  return measure_capture(truth);
+}
+
+constexpr Evaluation kEvaluations[] = {{"the capture itself", of_capture}};
+
+int run(const EvaluateArguments& arguments) {
+  if (!fs::is_directory(arguments.workspace)) {
+    throw DataError(arguments.workspace, "", "no such folder", "a workspace");
+  }
+  std::vector<Measure> all;
+  for (const Evaluation& evaluation : kEvaluations) {
+    const std::vector<Measure> measures = evaluation.measure(arguments.workspace, arguments.truth);
+    all.insert(all.end(), measures.begin(), measures.end());
+  }
+  bool met = true;
+  nlohmann::ordered_json root = nlohmann::ordered_json::object();
+  for (const Measure& measure : all) {
+    met = met && is_met(measure);
+    root[measure.key] = measure.value;
+    if (arguments.json) {
+      continue;
+    }
+    char line[200];
+    std::snprintf(line, sizeof(line), "%-28s %10.4g %-3s", measure.key.c_str(), measure.value,
+                  measure.unit.c_str());
+    std::cout << line;
+    if (measure.side != Measure::Side::None) {
+      std::snprintf(line, sizeof(line), " %s (%s %g)", is_met(measure) ? "met" : "MISSED",
+                    measure.side == Measure::Side::AtMost ? "at most" : "at least", measure.target);
+      std::cout << line;
+    }
+    std::cout << "  " << measure.note << "\n";
+  }
+  if (arguments.json) {
+    std::cout << root.dump(1) << "\n";
+  }
+  return arguments.check && !met ? kExitCheckFailed : kExitDone;
+}
+
+}  // namespace
+
+Action add_evaluate(CLI::App& parser) {
+  auto arguments = std::make_shared<EvaluateArguments>();
+  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
+  parser.add_option("--truth", arguments->truth, "Synthetic capture that they were made from")
+      ->type_name("CAPTURE")
+      ->required();
+  parser.add_flag("--json", arguments->json, "One JSON object of figures");
+  parser.add_flag("--check", arguments->check, "Exit with 1 if a target is missed");
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/limits.h"
+#include "core/sequence.h"
+
+namespace atelier {
+
+/// A sequence of meshes in a file of another program, with what it says of the person.
+struct MeshSequenceFile {
+  Sequence sequence;               ///< over one topology
+  Mesh shared;                     ///< faces, uvs and labels of every frame
+  std::vector<std::string> names;  ///< [J] of joints, or empty
+  std::vector<int> parents;        ///< [J], or empty
+  std::vector<Points> joints;      ///< [F] of [J,3] metres, or empty
+};
+
+/// Reads a folder of meshes (.obj, .ply, ... one a frame, read_sequence_folder), a folder of ours
+/// (sequence.h5), or a file (.npz, .h5, .hdf5) with `vertices` [F,V,3] metres Y up, `faces`, and
+/// optional `uv` [V,2], `fps`, `labels` [V], `joints` [F,J,3], `joint_names`, `joint_parents`.
+/// Throws DataError for frames of different topologies, arrays that are missing, of another shape
+/// or not finite, and a body that is not 0.5 to 2.5 m tall if `is_body` (units are metres).
+MeshSequenceFile read_mesh_sequence(const std::filesystem::path& path, bool is_body,
+                                    const Limits& limits = {});
+
+}  // namespace atelier

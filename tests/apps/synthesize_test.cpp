@@ -1,0 +1,314 @@
+// A small synthetic capture: whole, private, repeatable, and its truth agrees with itself.
+#ifdef ATELIER_HAS_CAPTURE
+
+#include <cmath>
+#include <fstream>
+#include <map>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
+
+#include "capture/cameras_file.h"
+#include "capture/capture_info.h"
+#include "capture/capture_measures.h"
+#include "capture/detector.h"
+#include "capture/label_taxonomy.h"
+#include "capture/truth_archive.h"
+#include "core/archive.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
+#include "core/raster.h"
+#include "core/sha256.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+std::vector<std::string> small(const fs::path& out, std::vector<std::string> more = {}) {
+  std::vector<std::string> command = {ATELIER_PROGRAM, "synthesize", out.string()};
+  const std::vector<std::string> sizes = {
+      "--dome.cameras",    "2",    "--dome.width",     "120", "--dome.height",       "160",
+      "--frames",          "2",    "--minimal_frames", "1",   "--held_out_cameras",  "0",
+      "--edge_length",     "0.04", "--substeps",       "8",   "--fabric.resolution", "256",
+      "--skin_resolution", "256",  "--samples",        "2",   "--truth_maps",        "true"};
+  command.insert(command.end(), sizes.begin(), sizes.end());
+  command.insert(command.end(), more.begin(), more.end());
+  return command;
+}
+
+/// Digest of every file by its path.
+std::map<std::string, std::string> digests(const fs::path& folder) {
+  std::map<std::string, std::string> result;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) {
+      const std::vector<std::byte> bytes = read_file_bytes(entry.path(), 1 << 28);
+      Sha256 hash;
+      hash.update(bytes.data(), bytes.size());
+      result[fs::relative(entry.path(), folder).string()] = hex(hash.finish());
+    }
+  }
+  return result;
+}
+
+/// One capture for all tests of this file.
+class Synthesize : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryDirectory;
+    result_ = new ChildResult(run_child(small(capture())));
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    delete result_;
+  }
+  void SetUp() override { ASSERT_EQ(result_->exit_code, 0) << result_->err; }
+  static fs::path capture() { return folder_->path() / "capture"; }
+
+  static TemporaryDirectory* folder_;
+  static ChildResult* result_;
+};
+
+TemporaryDirectory* Synthesize::folder_ = nullptr;
+ChildResult* Synthesize::result_ = nullptr;
+
+TEST_F(Synthesize, WritesAWholePrivateCapture) {
+  const CaptureInfo info = read_capture_info(capture());
+  EXPECT_EQ(info.sequences.size(), 2U);
+  EXPECT_TRUE(info.synthetic);
+  EXPECT_FALSE(fs::exists(capture() / ".unfinished"));
+  for (const Camera& camera : read_cameras(capture())) {
+    for (const int id : {0, 1, 2}) {
+      const std::string name = frame_name(id);
+      const ByteImage image = read_byte_image(capture() / "images" / camera.id / (name + ".png"));
+      EXPECT_EQ(image.width, 120);
+      EXPECT_EQ(image.height, 160);
+      EXPECT_TRUE(fs::exists(capture() / "keypoints2d" / camera.id / (name + ".json")));
+      EXPECT_TRUE(fs::exists(capture() / "labels" / camera.id / (name + ".png")));
+    }
+  }
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(capture())) {
+    struct stat status {};
+    ASSERT_EQ(stat(entry.path().c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 0777, entry.is_directory() ? 0700U : 0600U) << entry.path();
+  }
+}
+
+TEST_F(Synthesize, TruthAgreesWithItself) {
+  const CaptureTruth truth = read_capture_truth(capture());
+  ASSERT_EQ(truth.garments.size(), 1U);
+  for (const int id : {0, 1, 2}) {
+    const TruthFrame frame = read_truth_frame(capture(), truth, id);
+    for (std::size_t c = 0; c < truth.cameras.size(); ++c) {
+      const Camera& camera = truth.cameras[c];
+      const std::string name = frame_name(id);
+      const ByteImage labels =
+          read_labels(capture() / "truth/labels" / camera.id / (name + ".png"));
+      const Archive maps = read_archive(capture() / "truth/maps" / camera.id / (name + ".h5"),
+                                        "atelier.truth.maps", 1);
+      const std::span<const float> depth = values_of<float>(maps.datasets.at("depth"));
+      // Joints project onto the person.
+      int on_person = 0;
+      for (Index j = 0; j < frame.joints.rows(); ++j) {
+        const auto pixel = project(camera, frame.joints.row(j).transpose());
+        ASSERT_TRUE(pixel.has_value());
+        on_person += labels.at(std::clamp(static_cast<int>(pixel->x()), 0, camera.width - 1),
+                               std::clamp(static_cast<int>(pixel->y()), 0, camera.height - 1)) != 0
+                         ? 1
+                         : 0;
+      }
+      EXPECT_GE(on_person, frame.joints.rows() * 9 / 10);
+      // Vertices that are seen have the depth of their pixel, within what a pixel spans.
+      int seen = 0;
+      int agree = 0;
+      for (Index v = 0; v < frame.body.rows(); ++v) {
+        if (frame.body_seen.at(static_cast<int>(v), static_cast<int>(c)) == 0) {
+          continue;
+        }
+        const auto pixel = project(camera, frame.body.row(v).transpose());
+        ASSERT_TRUE(pixel.has_value());
+        const double z = camera_from_world(camera, frame.body.row(v).transpose()).z();
+        ++seen;
+        // A pixel spans 15 mm here: the vertex's own, or one beside it at an outline.
+        bool agrees = false;
+        for (int j = -1; j <= 1; ++j) {
+          for (int i = -1; i <= 1; ++i) {
+            const int x = std::clamp(static_cast<int>(pixel->x()) + i, 0, camera.width - 1);
+            const int y = std::clamp(static_cast<int>(pixel->y()) + j, 0, camera.height - 1);
+            const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+                            static_cast<std::size_t>(x);
+            agrees = agrees || std::abs(depth[at] - z) < 0.04;
+          }
+        }
+        agree += agrees ? 1 : 0;
+      }
+      EXPECT_GT(seen, 200);
+      EXPECT_GT(agree, 0.97 * seen);
+      // Labels and depth tell the same pixels apart from the background.
+      for (std::size_t p = 0; p < labels.data.size(); ++p) {
+        ASSERT_EQ(labels.data[p] != 0, depth[p] > 0);
+      }
+      // Where another renderer draws the body and cloth, the labels do.
+      const Raster cloth =
+          frame.garments[0].rows() > 0
+              ? rasterize(frame.garments[0], truth.garments[0].garment.mesh.faces, camera)
+              : Raster{};
+      int drawn = 0;
+      int labelled = 0;
+      for (std::size_t p = 0; p < cloth.face.data.size(); ++p) {
+        if (cloth.face.data[p] >= 0) {
+          ++drawn;
+          labelled += labels.data[p] != 0 ? 1 : 0;
+        }
+      }
+      EXPECT_GE(labelled, 0.97 * drawn);
+    }
+  }
+}
+
+TEST_F(Synthesize, UvLookupGivesThePicturesColour) {
+  const CaptureTruth truth = read_capture_truth(capture());
+  const Camera& camera = truth.cameras[0];
+  const Image light = read_image(capture() / "truth/images" / camera.id / "000000.png");
+  const Image albedo = read_image(capture() / "truth/albedo/dress.png");
+  const ByteImage labels = read_labels(capture() / "truth/labels" / camera.id / "000000.png");
+  const Archive maps =
+      read_archive(capture() / "truth/maps" / camera.id / "000000.h5", "atelier.truth.maps", 1);
+  const std::span<const float> uv = values_of<float>(maps.datasets.at("uv"));
+  // Hue and not brightness: light differs, the cloth's blueness does not.
+  double with = 0;
+  double squares_a = 0;
+  double squares_b = 0;
+  int count = 0;
+  std::vector<double> seen;
+  std::vector<double> looked_up;
+  for (std::size_t p = 0; p < labels.data.size(); ++p) {
+    if (labels.data[p] != static_cast<std::uint8_t>(Label::Dress)) {
+      continue;
+    }
+    const int x = std::clamp(static_cast<int>(uv[2 * p] * 256), 0, 255);
+    const int y = std::clamp(static_cast<int>((1 - uv[2 * p + 1]) * 256), 0, 255);
+    const auto redness = [](float r, float g, float b) { return r / (r + g + b + 1e-4F); };
+    seen.push_back(redness(light.data[3 * p], light.data[3 * p + 1], light.data[3 * p + 2]));
+    looked_up.push_back(redness(albedo.at(x, y, 0), albedo.at(x, y, 1), albedo.at(x, y, 2)));
+    ++count;
+  }
+  ASSERT_GT(count, 300);
+  double mean_a = 0;
+  double mean_b = 0;
+  for (int i = 0; i < count; ++i) {
+    mean_a += seen[static_cast<std::size_t>(i)] / count;
+    mean_b += looked_up[static_cast<std::size_t>(i)] / count;
+  }
+  for (int i = 0; i < count; ++i) {
+    const double a = seen[static_cast<std::size_t>(i)] - mean_a;
+    const double b = looked_up[static_cast<std::size_t>(i)] - mean_b;
+    with += a * b;
+    squares_a += a * a;
+    squares_b += b * b;
+  }
+  EXPECT_GT(with / std::sqrt(squares_a * squares_b), 0.5);
+}
+
+TEST_F(Synthesize, ClothIsOutsideTheBodyAndSeamsAreEqual) {
+  std::map<std::string, double> values;
+  for (const Measure& measure : measure_capture(capture())) {
+    values[measure.key] = measure.value;
+  }
+  EXPECT_LE(values.at("capture.cloth_depth_mm"), 0.1);
+  EXPECT_LE(values.at("capture.seam_mismatch"), 0.003);
+  EXPECT_NEAR(values.at("capture.calibration_px"), 0.2 * 160 / 1000, 0.002);
+  EXPECT_GT(values.at("capture.label_miou"), 0.7);
+  EXPECT_LT(values.at("capture.label_miou"), 1);
+  EXPECT_GT(values.at("capture.keypoint_found"), 0.5);
+}
+
+TEST_F(Synthesize, EvaluatePrintsAndChecks) {
+  const ChildResult printed = run_child(
+      {ATELIER_PROGRAM, "evaluate", capture().string(), "--truth", capture().string(), "--json"});
+  EXPECT_EQ(printed.exit_code, 0) << printed.err;
+  EXPECT_THAT(printed.out, HasSubstr("capture.seam_mismatch"));
+  EXPECT_EQ(
+      run_child({ATELIER_PROGRAM, "evaluate", "/nowhere", "--truth", capture().string()}).exit_code,
+      3);
+}
+
+TEST_F(Synthesize, GoesOnAfterAKillWithTheSameBytes) {
+  const fs::path other = folder_->path() / "killed";
+  for (const int wait_ms : {1200, 2500}) {
+    ChildProcess child(small(other));
+    usleep(static_cast<useconds_t>(wait_ms) * 1000);
+    child.kill(SIGKILL);
+    child.wait();
+    if (!fs::exists(other / "capture.toml")) {
+      EXPECT_THROW(read_capture_info(other), DataError);
+    }
+  }
+  const ChildResult result = run_child(small(other));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::map<std::string, std::string> expected = digests(capture());
+  const std::map<std::string, std::string> found = digests(other);
+  EXPECT_EQ(found.size(), expected.size());
+  for (const auto& [file, digest] : expected) {
+    EXPECT_TRUE(found.contains(file) && found.at(file) == digest) << file;
+  }
+}
+
+TEST_F(Synthesize, RefusesAFolderOfOtherOptionsOrOtherThings) {
+  const ChildResult other = run_child(small(capture(), {"--seed", "2"}));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("other options"));
+  fs::create_directories(folder_->path() / "full");
+  std::ofstream(folder_->path() / "full" / "letter.txt") << "x";
+  const ChildResult full = run_child(small(folder_->path() / "full"));
+  EXPECT_EQ(full.exit_code, 2);
+  EXPECT_THAT(full.err, HasSubstr("letter.txt"));
+  EXPECT_TRUE(fs::exists(folder_->path() / "full" / "letter.txt"));
+}
+
+TEST(SynthesizeRefuses, ImpossibleOptions) {
+  const TemporaryDirectory folder;
+  const auto refused = [&](std::vector<std::string> more, int code, const char* words) {
+    const ChildResult result = run_child(small(folder.path() / "out", std::move(more)));
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+    EXPECT_FALSE(fs::exists(folder.path() / "out" / "capture.toml"));
+  };
+  refused({"--frames", "0", "--minimal_frames", "0"}, 2, "nothing to take");
+  refused({"--dome.cameras", "1"}, 2, "dome.cameras");
+  refused({"--dome.pairs", "true", "--dome.cameras", "3"}, 2, "posts");
+  refused({"--held_out_cameras", "1"}, 2, "held-out-cameras");
+  refused({"--dome.width", "16384", "--dome.height", "16384"}, 2, "64 million");
+  refused({"--shutter", "0.19"}, 2, "longer than a frame");
+  refused({"--cloth_sequence", "x.npz"}, 2, "body-sequence");
+  refused({"--garment", "cape"}, 3, "cape");
+  refused({"--garment", "nowhere.json"}, 3, "nowhere.json");
+  refused({"--motion", "nowhere.bvh"}, 3, "nowhere.bvh");
+  refused({"--body", "nowhere.npz"}, 3, "nowhere.npz");
+  refused({"--body_sequence", "nowhere.npz"}, 3, "nowhere.npz");
+}
+
+TEST(SynthesizeRefuses, AFullDiskLeavesNothingThatLooksWhole) {
+  const TemporaryDirectory folder;
+  const std::string disk = (folder.path() / "disk").string();
+  fs::create_directories(disk);
+  if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=1500k") != 0) {
+    GTEST_SKIP() << "mounting is not allowed here";
+  }
+  const ChildResult result = run_child(small(fs::path(disk) / "capture"));
+  EXPECT_EQ(result.exit_code, 5) << result.err;
+  EXPECT_THAT(result.err, HasSubstr(disk));
+  EXPECT_FALSE(fs::exists(fs::path(disk) / "capture" / "capture.toml"));
+  umount2(disk.c_str(), MNT_DETACH);
+}
+
+}  // namespace
+}  // namespace atelier::testing
+
+#endif
