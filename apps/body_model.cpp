@@ -7,6 +7,8 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <variant>
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
@@ -15,6 +17,7 @@
 #include "apps/usage_error.h"
 #include "bodymodel/body_archive.h"
 #include "bodymodel/body_file.h"
+#include "bodymodel/default_human.h"
 #include "bodymodel/gltf_body.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/measure.h"
@@ -50,6 +53,7 @@ struct BodyOptions {
   std::string weights;  ///< of a MakeHuman body; "": those beside it
   std::string asf;      ///< skeleton of an .amc; "": the .asf beside it
   MotionOptions motion;
+  MarkerFitOptions markers;
   RetargetOptions retarget;
   bool four_influences = false;
   int pictures = 12;
@@ -67,6 +71,7 @@ OptionTable describe(BodyOptions& options) {
   table.add("macros", describe(options.macros));
   table.add("asf", options.asf, {}, "Skeleton of an .amc; none: the .asf beside it");
   table.add("motion", describe(options.motion));
+  table.add("markers", describe(options.markers));
   table.add("retarget", describe(options.retarget));
   table.add("pictures", options.pictures, 1, 400, "", "pose: how many the contact sheet has");
   return table.add(describe(options.picture));
@@ -99,6 +104,46 @@ std::pair<std::string, double> assignment(const std::string& text) {
   return {text.substr(0, equals), value};
 }
 
+bool is_generated(const BodyArguments& arguments) {
+  return arguments.body == "default" || arguments.body == "female" || arguments.body == "male";
+}
+
+// The default human is made anew with the measures asked for, so that what is not asked for follows
+// from them; nothing for other bodies.
+std::optional<BodyModel> generated(const BodyArguments& arguments) {
+  if (!is_generated(arguments)) {
+    return std::nullopt;
+  }
+  DefaultHumanOptions human = arguments.body == "female" ? female_human()
+                              : arguments.body == "male" ? male_human()
+                                                         : DefaultHumanOptions{};
+  OptionTable table = describe(human);
+  for (const std::string& text : arguments.shape) {
+    const auto [name, value] = assignment(text);
+    std::string known;
+    bool found = false;
+    for (const OptionField& field : table.fields) {
+      if (std::holds_alternative<double*>(field.target)) {
+        known += (known.empty() ? "" : ", ") + field.name;
+        found = found || field.name == name;
+      }
+    }
+    if (!found) {
+      throw UsageError("the body has no shape parameter '" + name.substr(0, 80) + "'; it has " +
+                       known);
+    }
+    const std::string problem = set_option(table, name, text.substr(text.find('=') + 1));
+    if (!problem.empty()) {
+      throw UsageError(problem);
+    }
+  }
+  const std::string problem = human_options_problem(human);
+  if (!problem.empty()) {
+    throw UsageError(problem);
+  }
+  return default_human(human);
+}
+
 BodyModel read(const BodyArguments& arguments, const BodyOptions& options) {
   const MakeHumanMacros& macros = options.macros;
   const double shares = macros.african + macros.asian + macros.caucasian;
@@ -110,7 +155,8 @@ BodyModel read(const BodyArguments& arguments, const BodyOptions& options) {
   files.makehuman.macros = macros;
   files.rig = options.rig;
   files.weights = options.weights;
-  BodyFile body = read_body_file(arguments.body, files);
+  std::optional<BodyModel> human = generated(arguments);
+  BodyFile body = human ? BodyFile{std::move(*human), {}} : read_body_file(arguments.body, files);
   print(body.findings);
   if (options.four_influences) {
     SkinPackOptions pack;
@@ -123,6 +169,9 @@ BodyModel read(const BodyArguments& arguments, const BodyOptions& options) {
 
 Eigen::VectorXd shape_of(const BodyArguments& arguments, const BodyModel& model) {
   Eigen::VectorXd shape = neutral_shape(model);
+  if (is_generated(arguments)) {
+    return shape;  // it was made with the measures asked for
+  }
   for (const std::string& text : arguments.shape) {
     const auto [name, value] = assignment(text);
     const int index = find_shape(model, name);
@@ -207,11 +256,12 @@ int measure(const BodyArguments& arguments, const BodyOptions& options) {
 int convert(const BodyArguments& arguments, const BodyOptions& options) {
   const std::string extension = lower_extension(arguments.out);
   const std::string from = lower_extension(arguments.body);
-  if (from == ".bvh" || from == ".amc" || extension == ".bvh") {
+  if (from == ".bvh" || from == ".amc" || from == ".trc" || extension == ".bvh") {
     if (extension != ".bvh" && extension != ".npz") {
       throw UsageError("a motion becomes .bvh or .npz; body-model pose puts it on a body");
     }
-    const MotionClip clip = read_motion_file(arguments.body, options.motion, options.asf);
+    const MotionClip clip =
+        read_motion_file(arguments.body, options.motion, options.asf, options.markers);
     print(clip.findings);
     write_motion_file(arguments.out, clip);
     std::cout << arguments.out << ": " << clip.skeleton.names.size() << " joints, "
@@ -266,7 +316,8 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   }
   const BodyModel model = read(arguments, options);
   const Eigen::VectorXd shape = shape_of(arguments, model);
-  const MotionClip clip = read_motion_file(arguments.motion, options.motion, options.asf);
+  const MotionClip clip =
+      read_motion_file(arguments.motion, options.motion, options.asf, options.markers);
   print(clip.findings);
   RetargetOptions retargeting = options.retarget;
   if (extension == ".mp4" && retargeting.fps == 0) {
@@ -371,7 +422,7 @@ Action add_body_model(CLI::App& parser) {
       ->check(CLI::IsMember({"show", "measure", "convert", "pose"}))
       ->type_name("show|measure|convert|pose");
   parser.add_option("BODY", a.body, kBodyHelp);
-  parser.add_option("MOTION", a.motion, "pose: .bvh, .amc, .npz (ours, AMASS), .glb, .gltf");
+  parser.add_option("MOTION", a.motion, "pose: .bvh, .amc, .trc, .npz (ours, AMASS), .glb, .gltf");
   parser.add_option("--out", a.out, "File to write; its extension says what")->type_name("FILE");
   parser.add_option("--shape", a.shape, "Shape parameters in their own units: stature=1.8")
       ->delimiter(',')

@@ -6,9 +6,7 @@
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/usage_error.h"
-#include "core/error.h"
 #include "core/io/mesh_file.h"
-#include "core/store/file_kind.h"
 
 namespace atelier {
 namespace {
@@ -37,9 +35,6 @@ int run(const ConvertArguments& arguments, const ConvertOptions& options) {
   if (extension != ".obj" && extension != ".ply" && extension != ".glb") {
     throw UsageError("OUT cannot be '" + arguments.out.substr(0, 80) +
                      "': it takes a name with .obj, .ply or .glb");
-  }
-  if (file_kind(arguments.in) == std::filesystem::file_type::directory) {
-    throw DataError(arguments.in, "", "a folder", "a mesh file: .obj, .ply, .glb or .gltf");
   }
   const Mesh mesh = read_mesh(arguments.in, options.input);
   write_mesh(arguments.out, mesh);

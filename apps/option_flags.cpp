@@ -45,14 +45,7 @@ void add_flag(CLI::App& parser, const OptionField& field,
   const auto note = [texts, name = field.name](const std::string& text) {
     texts->flags.emplace_back(name, text);
   };
-  // "--truth_maps" as files write it, and "--truth-maps" as command lines do.
-  std::string names = "--" + field.name;
-  if (field.name.find('_') != std::string::npos) {
-    std::string dashed = field.name;
-    std::replace(dashed.begin(), dashed.end(), '_', '-');
-    names += ",--" + dashed;
-  }
-  parser.add_option_function<std::string>(names, note, help)
+  parser.add_option_function<std::string>("--" + field.name, note, help)
       ->type_name(option_range(field) + (field.unit.empty() ? "" : " " + field.unit))
       ->group("Options")
       ->take_last();
@@ -60,11 +53,31 @@ void add_flag(CLI::App& parser, const OptionField& field,
 
 constexpr const char* kSwitch = "true|false";  // as option_range has it
 
-bool is_switch(const CLI::App& parser, const std::string& argument) {
+/// The option that an argument names, null if it names none.
+const CLI::Option* option_named(const CLI::App& parser, const std::string& argument) {
   const auto options = parser.get_options();
-  return std::any_of(options.begin(), options.end(), [&](const CLI::Option* option) {
-    return option->check_name(argument) && option->get_type_name() == kSwitch;
+  const auto found = std::find_if(options.begin(), options.end(), [&](const CLI::Option* option) {
+    return argument.starts_with("-") && option->check_name(argument);
   });
+  return found == options.end() ? nullptr : *found;
+}
+
+/// "--truth-maps", as command lines often say it, for "--truth_maps", as files do.
+std::string with_underscores(const CLI::App& parser, const std::string& argument) {
+  const std::size_t end = std::min(argument.find('='), argument.size());
+  std::string renamed = argument;
+  if (argument.starts_with("--") && option_named(parser, argument.substr(0, end)) == nullptr) {
+    std::replace(renamed.begin() + 2, renamed.begin() + static_cast<std::ptrdiff_t>(end), '-', '_');
+  }
+  return option_named(parser, renamed.substr(0, end)) == nullptr ? argument : renamed;
+}
+
+bool is_switch(const CLI::Option* option) {
+  return option != nullptr && option->get_type_name() == kSwitch;
+}
+
+bool takes_value(const CLI::Option* option) {
+  return option != nullptr && option->get_items_expected_min() > 0;
 }
 
 }  // namespace
@@ -77,11 +90,18 @@ std::vector<std::string> with_switches(const CLI::App& parser,
       out.insert(out.end(), arguments.begin() + static_cast<std::ptrdiff_t>(i), arguments.end());
       break;
     }
-    out.push_back(arguments[i]);
-    if (is_switch(parser, arguments[i])) {
+    out.push_back(with_underscores(parser, arguments[i]));
+    const CLI::Option* option = option_named(parser, out.back());
+    if (is_switch(option)) {
       const bool told =
           i + 1 < arguments.size() && (arguments[i + 1] == "true" || arguments[i + 1] == "false");
       out.back() += "=" + (told ? arguments[++i] : "true");
+    } else if (takes_value(option)) {
+      if (i + 1 == arguments.size() || arguments[i + 1] == "--") {
+        throw UsageError(arguments[i] + " needs a value behind it: " + option->get_type_name() +
+                         "; see atelier " + parser.get_name() + " --help");
+      }
+      out.push_back(arguments[++i]);
     }
   }
   return out;

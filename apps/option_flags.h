@@ -22,7 +22,8 @@ using OptionReader = std::function<OptionSet()>;
 OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults);
 
 /// The arguments with "--field" and "--field true" of what is true or false as "--field=true", so
-/// that it never takes the argument behind it for its value.
+/// that it never takes the argument behind it for its value. Throws UsageError for an option that
+/// takes a value and is the last.
 std::vector<std::string> with_switches(const CLI::App& parser,
                                        const std::vector<std::string>& arguments);
 

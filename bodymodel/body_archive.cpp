@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/io/npz.h"
 
@@ -71,7 +72,7 @@ void add_skeleton(const Skeleton& skeleton, Arrays& arrays) {
 // Reads arrays by name; every error names one.
 class Reader {
  public:
-  explicit Reader(const Npz& npz) : npz_(npz) {}
+  Reader(const Npz& npz, double most) : npz_(npz), most_(most) {}
 
   [[noreturn]] void fail(const std::string& name, const std::string& found,
                          const std::string& expected) const {
@@ -109,7 +110,7 @@ class Reader {
 
   std::vector<double> numbers(const std::string& name) const {
     const Tensor t = tensor(name);
-    check_finite(t, npz_.file(), name);
+    check_bounded(t, most_, npz_.file(), name);
     return doubles_of(t, npz_.file(), name);
   }
 
@@ -119,6 +120,7 @@ class Reader {
     if (element_count(t) == 0) {
       return RowMatrix(0, columns < 0 ? 0 : columns);
     }
+    check_bounded(t, most_, npz_.file(), name);
     return matrix_of(t, columns, npz_.file(), name);
   }
 
@@ -179,6 +181,7 @@ class Reader {
 
  private:
   const Npz& npz_;
+  double most_;  // of every number
 };
 
 void expect_schema(const Npz& npz, const char* schema) {
@@ -226,6 +229,47 @@ void read_correctives(const Reader& reader, BodyModel& model) {
     model.correctives.push_back({features[3 * c], static_cast<PoseFeature>(feature),
                                  features[3 * c + 2], axes.row(static_cast<Index>(c)).transpose(),
                                  std::move(surfaces[c])});
+  }
+}
+
+void read_skin(const Reader& reader, BodyModel& model) {
+  model.skin.weights = reader.matrix("skin_weights", -1);
+  const std::vector<int> skin_joints = reader.integers("skin_joints");
+  if (static_cast<Index>(skin_joints.size()) != model.skin.weights.size()) {
+    reader.fail("skin_joints", std::to_string(skin_joints.size()) + " numbers",
+                std::to_string(model.skin.weights.size()) + ", as 'skin_weights' has");
+  }
+  model.skin.joints.resize(model.skin.weights.rows(), model.skin.weights.cols());
+  std::copy(skin_joints.begin(), skin_joints.end(), model.skin.joints.data());
+}
+
+void read_regressor(const Reader& reader, BodyModel& model) {
+  const std::vector<int> regressor_vertices = reader.integers("regressor_vertices");
+  const std::vector<double> regressor_weights = reader.numbers("regressor_weights");
+  if (regressor_weights.size() != regressor_vertices.size()) {
+    reader.fail("regressor_weights", std::to_string(regressor_weights.size()) + " numbers",
+                std::to_string(regressor_vertices.size()) + ", as 'regressor_vertices' has");
+  }
+  if (!regressor_vertices.empty()) {
+    const std::vector<int> begin =
+        reader.starts("regressor_starts", model.skeleton.names.size(), regressor_vertices.size());
+    for (std::size_t j = 0; j + 1 < begin.size(); ++j) {
+      model.regressor.push_back(
+          {{regressor_vertices.begin() + begin[j], regressor_vertices.begin() + begin[j + 1]},
+           {regressor_weights.begin() + begin[j], regressor_weights.begin() + begin[j + 1]}});
+    }
+  }
+}
+
+void read_groups(const Reader& reader, BodyModel& model) {
+  const std::vector<std::string> group_names = reader.strings("group_names");
+  const std::vector<int> group_vertices = reader.integers("group_vertices");
+  const std::vector<int> begin =
+      reader.starts("group_starts", group_names.size(), group_vertices.size());
+  for (std::size_t g = 0; g < group_names.size(); ++g) {
+    model.groups.push_back(
+        {group_names[g],
+         {group_vertices.begin() + begin[g], group_vertices.begin() + begin[g + 1]}});
   }
 }
 
@@ -316,9 +360,9 @@ std::map<std::string, Tensor> body_arrays(const BodyModel& model) {
   return arrays;
 }
 
-BodyModel body_of_arrays(const Npz& npz) {
+BodyModel body_of_arrays(const Npz& npz, const Limits& limits) {
   expect_schema(npz, kBodySchema);
-  const Reader reader(npz);
+  const Reader reader(npz, limits.mesh_coordinate);
   BodyModel model;
   const std::vector<std::string> name = reader.strings("name");
   model.name = name.empty() ? "" : name[0];
@@ -328,41 +372,11 @@ BodyModel body_of_arrays(const Npz& npz) {
   model.mesh.faces = reader.triangles("faces");
   model.mesh.uvs = reader.matrix("uvs", 2);
   model.mesh.uv_faces = reader.triangles("uv_faces");
-  model.skin.weights = reader.matrix("skin_weights", -1);
-  const std::vector<int> skin_joints = reader.integers("skin_joints");
-  if (static_cast<Index>(skin_joints.size()) != model.skin.weights.size()) {
-    reader.fail("skin_joints", std::to_string(skin_joints.size()) + " numbers",
-                std::to_string(model.skin.weights.size()) + ", as 'skin_weights' has");
-  }
-  model.skin.joints.resize(model.skin.weights.rows(), model.skin.weights.cols());
-  std::copy(skin_joints.begin(), skin_joints.end(), model.skin.joints.data());
+  read_skin(reader, model);
   read_shapes(reader, model);
   read_correctives(reader, model);
-
-  const std::vector<int> regressor_vertices = reader.integers("regressor_vertices");
-  const std::vector<double> regressor_weights = reader.numbers("regressor_weights");
-  if (regressor_weights.size() != regressor_vertices.size()) {
-    reader.fail("regressor_weights", std::to_string(regressor_weights.size()) + " numbers",
-                std::to_string(regressor_vertices.size()) + ", as 'regressor_vertices' has");
-  }
-  if (!regressor_vertices.empty()) {
-    const std::vector<int> begin =
-        reader.starts("regressor_starts", model.skeleton.names.size(), regressor_vertices.size());
-    for (std::size_t j = 0; j + 1 < begin.size(); ++j) {
-      model.regressor.push_back(
-          {{regressor_vertices.begin() + begin[j], regressor_vertices.begin() + begin[j + 1]},
-           {regressor_weights.begin() + begin[j], regressor_weights.begin() + begin[j + 1]}});
-    }
-  }
-  const std::vector<std::string> group_names = reader.strings("group_names");
-  const std::vector<int> group_vertices = reader.integers("group_vertices");
-  const std::vector<int> begin =
-      reader.starts("group_starts", group_names.size(), group_vertices.size());
-  for (std::size_t g = 0; g < group_names.size(); ++g) {
-    model.groups.push_back(
-        {group_names[g],
-         {group_vertices.begin() + begin[g], group_vertices.begin() + begin[g + 1]}});
-  }
+  read_regressor(reader, model);
+  read_groups(reader, model);
   check_body_model(model, npz.file());
   return model;
 }
@@ -399,9 +413,9 @@ std::map<std::string, Tensor> motion_arrays(const MotionClip& clip) {
   return arrays;
 }
 
-MotionClip motion_of_arrays(const Npz& npz) {
+MotionClip motion_of_arrays(const Npz& npz, const Limits& limits) {
   expect_schema(npz, kMotionSchema);
-  const Reader reader(npz);
+  const Reader reader(npz, limits.mesh_coordinate);
   MotionClip clip;
   const std::vector<std::string> name = reader.strings("name");
   clip.name = name.empty() ? "" : name[0];
@@ -445,7 +459,7 @@ void write_body(const std::filesystem::path& path, const BodyModel& model) {
 }
 
 BodyModel read_body(const std::filesystem::path& path, const Limits& limits) {
-  return body_of_arrays(Npz(path, limits));
+  return body_of_arrays(Npz(path, limits), limits);
 }
 
 void write_motion(const std::filesystem::path& path, const MotionClip& clip) {
@@ -453,7 +467,7 @@ void write_motion(const std::filesystem::path& path, const MotionClip& clip) {
 }
 
 MotionClip read_motion(const std::filesystem::path& path, const Limits& limits) {
-  return motion_of_arrays(Npz(path, limits));
+  return motion_of_arrays(Npz(path, limits), limits);
 }
 
 }  // namespace atelier

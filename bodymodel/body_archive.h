@@ -24,15 +24,15 @@ class Npz;
 /// (joint, feature, component), corrective_axes; regressor_starts, _vertices, _weights;
 /// group_names, group_starts, group_vertices.
 std::map<std::string, Tensor> body_arrays(const BodyModel& model);
-BodyModel body_of_arrays(const Npz& npz);
+BodyModel body_of_arrays(const Npz& npz, const Limits& limits = {});
 
 /// Motion: joint_names, parents, offsets, rest_rotations, end_site_joints, end_site_offsets, fps,
 /// frame_ids, root_translation [F,3], rotations [F,J,3].
 std::map<std::string, Tensor> motion_arrays(const MotionClip& clip);
-MotionClip motion_of_arrays(const Npz& npz);
+MotionClip motion_of_arrays(const Npz& npz, const Limits& limits = {});
 
 /// Files. Reading throws DataError, naming the array, for whatever the arrays above should be and
-/// are not; writing throws EnvironmentError.
+/// are not, and for a number beyond `limits.mesh_coordinate`; writing throws EnvironmentError.
 void write_body(const std::filesystem::path& path, const BodyModel& model);
 BodyModel read_body(const std::filesystem::path& path, const Limits& limits = {});
 void write_motion(const std::filesystem::path& path, const MotionClip& clip);

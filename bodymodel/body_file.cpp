@@ -27,6 +27,23 @@ BodyFile read_makehuman_file(const std::filesystem::path& base, const BodyFileOp
   return {std::move(body.model), std::move(body.findings)};
 }
 
+struct Refusal {
+  const char* extension;
+  const char* found;
+  const char* advice;
+};
+// Files that people have of bodies and that are not read.
+constexpr Refusal kRefusals[] = {
+    {".fbx", "an FBX scene, as MHR's lod0.fbx to lod6.fbx are",
+     "the same body as .glb: Blender imports FBX and exports glTF 2.0 with its skin and shape "
+     "keys"},
+    {".pkl", "a Python pickle, which can run code and is never loaded",
+     "an .npz of its arrays, saved by numpy.savez"},
+    {".pt", "a TorchScript archive, which can run code and is never loaded",
+     "the model's mesh and skin as .glb; MHR releases them as FBX, which Blender exports as glTF"},
+    {".model", "a table of joint parameters (momentum), without mesh and skin",
+     "the body's mesh and skin as .glb"}};
+
 }  // namespace
 
 BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions& options,
@@ -56,7 +73,18 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
   }
   if (extension == ".npz") {
     const Npz npz(path, limits);
-    return {archive_schema(npz).empty() ? read_smpl(npz) : body_of_arrays(npz), {}};
+    if (npz.contains("corrective_blendshapes") || npz.contains("posedirs_sparse_mask")) {
+      throw DataError(path.string(), "arrays", "MHR's pose correctives without a body",
+                      "the body's mesh and skin as .glb; its correctives are the output of a "
+                      "network, not linear in the pose, and are not read");
+    }
+    return {archive_schema(npz).empty() ? read_smpl(npz, {}, limits) : body_of_arrays(npz, limits),
+            {}};
+  }
+  for (const Refusal& refusal : kRefusals) {
+    if (extension == refusal.extension) {
+      throw DataError(path.string(), "file name", refusal.found, refusal.advice);
+    }
   }
   throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
                   "default, female, male, .npz, .glb, .gltf or MakeHuman's base.obj");

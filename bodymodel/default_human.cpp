@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "bodymodel/human_rig.h"
 #include "bodymodel/human_surface.h"
@@ -206,15 +207,8 @@ double mix(double female, double male, double share) {
 }
 
 void check_human_options(const DefaultHumanOptions& options) {
-  DefaultHumanOptions copy = options;
-  const std::vector<std::string> problems = check_options(describe(copy));
-  ATELIER_CHECK(problems.empty(), "default human: " + problems.front());
-  for (const Parameter& p : kParameters) {
-    const double value = options.*p.option;
-    ATELIER_CHECK(value == 0 || value >= p.low, std::string("default human: ") + p.name +
-                                                    " must be 0 or at least " +
-                                                    std::to_string(p.low) + " " + p.unit);
-  }
+  const std::string problem = human_options_problem(options);
+  ATELIER_CHECK(problem.empty(), "default human: " + problem);
 }
 
 }  // namespace
@@ -231,6 +225,23 @@ OptionTable describe(DefaultHumanOptions& options) {
             "pose correctives that keep the volume of bent limbs");
   table.add("shape_basis", options.shape_basis, "the linear shape parameters round this body");
   return table;
+}
+
+std::string human_options_problem(const DefaultHumanOptions& options) {
+  DefaultHumanOptions copy = options;
+  const std::vector<std::string> problems = check_options(describe(copy));
+  if (!problems.empty()) {
+    return problems.front();
+  }
+  for (const Parameter& p : kParameters) {
+    const double value = options.*p.option;
+    if (!(value == 0 || value >= p.low)) {
+      char text[80];
+      std::snprintf(text, sizeof text, "%s must be 0 or at least %g %s", p.name, p.low, p.unit);
+      return text;
+    }
+  }
+  return "";
 }
 
 DefaultHumanOptions female_human() {

@@ -27,6 +27,9 @@ struct DefaultHumanOptions {
 };
 OptionTable describe(DefaultHumanOptions& options);
 
+/// What is wrong with the options, "" if nothing is: a value out of its range.
+std::string human_options_problem(const DefaultHumanOptions& options);
+
 /// An average woman and man (docs/default_human.md says of whom).
 DefaultHumanOptions female_human();
 DefaultHumanOptions male_human();
@@ -39,7 +42,7 @@ BodyMeasurements expected_measures(const DefaultHumanOptions& options);
 DefaultHumanOptions random_human(Random& random, double male, double low = 0.05,
                                  double high = 0.95);
 
-/// A procedural adult in A-pose: 9.6k vertices, closed, two-manifold and mirror-symmetric
+/// A procedural adult in A-pose: 9.7k vertices, closed, two-manifold and mirror-symmetric
 /// (left vertices follow the middle's, right ones follow in the same order), 55 joints with
 /// SMPL-X's names and tree, smooth weights, volume-keeping pose correctives, joint limits, a UV
 /// atlas whose islands are vertex groups "uv_*", and a linear shape space round the body in

@@ -87,17 +87,23 @@ double head_value(const HumanField& f, Vec3d p) {
   if (d > 0.06) {
     return d;
   }
-  // 0 brow, 1 nose bridge, 2 nose wing, 3 chin, 4 upper lip, 5 lower lip.
+  // 0 brow, 1 nose bridge, 2 nose wing, 3 chin, 4 upper lip, 5 lower lip, 6 between the lips.
   d = smooth_min(d, cone_distance(f.face[0], p), 9 * k);
   d = smooth_max(d, -ellipsoid_distance(p, at(18.5, 934, 77), at(13, 8.5, 13)), 8 * k);
   d = smooth_min(d, norm(p - at(18.0, 934.5, 57.8)) - 8.1 * k, 2.5 * k);
+  // Lids: a shell over the eyeball with a slit.
+  const double lid =
+      smooth_max(norm(p - at(18.0, 934.5, 57.8)) - 9.2 * k,
+                 -ellipsoid_distance(p, at(18.6, 934.2, 66), at(8.8, 3.1, 9)), 0.8 * k);
+  d = smooth_min(d, lid, 1.5 * k);
   // The dental arch carries the lips.
   d = smooth_min(d, ellipsoid_distance(p, at(0, 896, 53), at(21, 16, 20.5)), 6 * k);
   d = smooth_min(d, cone_distance(f.face[1], p), 7 * k);
   d = smooth_min(d, cone_distance(f.face[2], p), 4.5 * k);
   d = smooth_min(d, cone_distance(f.face[3], p), 10 * k);
   double lips = smooth_min(cone_distance(f.face[4], p), cone_distance(f.face[5], p), 1.0 * k);
-  d = smooth_min(d, lips, 2.0 * k);
+  d = smooth_min(d, lips, 1.3 * k);
+  d = smooth_max(d, -cone_distance(f.face[6], p), 1.2 * k);
   // Ear: a shell with a shallow hollow, leaning back and standing off.
   const double lean = 0.25;
   const Vec3d q = p - at(42.8, 924, 6);
@@ -151,8 +157,9 @@ HumanField human_field(const HumanAnatomy& anatomy) {
             {at(0, 939, 66.5), at(0, 916.5, 77), 3.4 * k, 5.2 * k},
             {at(2, 913, 74), at(8.5, 912.5, 69), 4.4 * k, 3.8 * k},
             {at(0, 881, 60), at(7, 881.5, 57), 11 * k, 9 * k},
-            {at(0, 899.4, 74.2), at(14.5, 895.8, 68.2), 3.0 * k, 2.0 * k},
-            {at(0, 890.2, 73.2), at(13.5, 893.6, 67.8), 3.6 * k, 2.2 * k}};
+            {at(0, 899.2, 73.8), at(16.5, 895.2, 66.2), 3.1 * k, 1.6 * k},
+            {at(0, 889.9, 73.2), at(15.5, 893.2, 66.4), 3.7 * k, 1.8 * k},
+            {at(0, 894.9, 77.0), at(16.5, 894.3, 69.2), 2.4 * k, 1.6 * k}};
 
   const double hand = k * 108 / 182;
   const double h = std::sqrt(0.5);

@@ -152,8 +152,12 @@ double target_edge(const HumanField& field, Vec3d p) {
   const double ear =
       std::exp(-squared_norm(p - Vec3d{0.075 * k, 1.57 * k, 0.008 * k}) / (0.04 * 0.04 * k * k));
   const double mouth =
-      std::exp(-squared_norm(p - Vec3d{0, 1.525 * k, 0.12 * k}) / (0.03 * 0.03 * k * k));
-  edge += ((0.0140 - 0.0083 * face - 0.0090 * ear * (1 - face) - 0.0016 * mouth) - edge) * head;
+      std::exp(-squared_norm(p - Vec3d{0, 1.522 * k, 0.12 * k}) / (0.032 * 0.032 * k * k));
+  const double eye =
+      std::exp(-squared_norm(p - Vec3d{0.031 * k, 1.588 * k, 0.108 * k}) / (0.022 * 0.022 * k * k));
+  edge += ((0.0140 - 0.0083 * face - 0.0090 * ear * (1 - face) - 0.0018 * std::max(mouth, eye)) -
+           edge) *
+          head;
   return edge * k;
 }
 

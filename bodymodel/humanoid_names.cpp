@@ -29,6 +29,7 @@ const std::map<std::string, std::string>& role_table() {
       {"knee", "lower_leg"},
       {"leg", "leg"},
       {"ankle", "ankle"},
+      {"talocrural", "ankle"},
       {"foot", "foot"},
       {"toe", "toe"},
       {"toes", "toe"},
@@ -124,6 +125,8 @@ NamedRole role_of_name(const std::string& name) {
   std::vector<std::string> words = words_of(plain);
   std::erase(words, "bip01");
   std::erase(words, "def");
+  std::erase(words, "b");  // "b_l_arm" and "c_head" of momentum and MHR: bone, centre
+  std::erase(words, "c");
   NamedRole result;
   std::string base;
   for (const std::string& word : words) {

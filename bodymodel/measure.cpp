@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <unordered_map>
 
@@ -113,6 +114,23 @@ double ray_length(const Points& vertices, const Triangles& faces, const Vector3d
     }
   }
   return nearest;
+}
+
+// The faces with vertices of one place made one: files that split vertices at the seams of their
+// atlas (glTF) have a closed surface in open pieces.
+Triangles joined_faces(const Points& vertices, const Triangles& faces) {
+  std::map<std::array<double, 3>, int> first;
+  std::vector<int> index(static_cast<std::size_t>(vertices.rows()));
+  for (Index v = 0; v < vertices.rows(); ++v) {
+    index[static_cast<std::size_t>(v)] =
+        first.try_emplace({vertices(v, 0), vertices(v, 1), vertices(v, 2)}, static_cast<int>(v))
+            .first->second;
+  }
+  Triangles joined = faces;
+  for (Index i = 0; i < joined.size(); ++i) {
+    joined.data()[i] = index[static_cast<std::size_t>(faces.data()[i])];
+  }
+  return joined;
 }
 
 Vector3d joint(const Skeleton& skeleton, const Points& positions, const std::string& name) {
@@ -232,13 +250,27 @@ BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton) {
   }
   m.leg_length = crotch - ground;
   m.torso_length = neck.y() - crotch;
-  const auto trunk = [&](const std::string& what, double share) {
-    // From the middle of the section, not from the spine, which may lie near the back.
-    const Vector3d level = pelvis + share * (neck - pelvis);
-    return girth(what, level, up);
+  // From the middle of the section in the median plane: the spine of some bodies (MakeHuman) runs
+  // so near the back that the straight line from pelvis to neck leaves the skin.
+  const auto trunk = [&](const std::string& what, double height) {
+    const Vector3d level(pelvis.x(), height, pelvis.z());
+    const Cut cut = cut_mesh(vertices, faces, level, up);
+    double back = std::numeric_limits<double>::infinity();
+    double front = -back;
+    for (const auto& s : cut.segments) {
+      const Vector3d& a = cut.points[static_cast<std::size_t>(s[0])];
+      const Vector3d& b = cut.points[static_cast<std::size_t>(s[1])];
+      if ((a.x() < level.x()) != (b.x() < level.x())) {
+        const double z = a.z() + (level.x() - a.x()) / (b.x() - a.x()) * (b.z() - a.z());
+        back = std::min(back, z);
+        front = std::max(front, z);
+      }
+    }
+    const Vector3d middle(level.x(), height, 0.5 * (back + front));
+    return girth(what, front > back ? middle : level, up);
   };
-  m.chest_girth = trunk("chest", 0.63);
-  m.waist_girth = trunk("waist", 0.33);
+  m.chest_girth = trunk("chest", pelvis.y() + 0.63 * (neck.y() - pelvis.y()));
+  m.waist_girth = trunk("waist", pelvis.y() + 0.33 * (neck.y() - pelvis.y()));
   m.neck_girth = girth("neck", 0.5 * (neck + head), head - neck);
   Vector3d acromion[2];
   for (int side = 0; side < 2; ++side) {
@@ -250,7 +282,7 @@ BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton) {
     const Vector3d elbow = at(s + "elbow");
     const Vector3d wrist = at(s + "wrist");
     if (side == 0) {
-      m.hip_girth = girth("hip", Vector3d(pelvis.x(), hip.y(), pelvis.z()), up);
+      m.hip_girth = trunk("hip", hip.y());
     }
     const double outward = shoulder.x() > pelvis.x() ? 0.5 : -0.5;
     const Vector3d direction(outward, std::sqrt(0.75), 0);
@@ -274,7 +306,7 @@ BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& sha
   const ShapedBody body = shape_body(model, shape);
   Mesh mesh;
   mesh.vertices = body.vertices;
-  mesh.faces = model.mesh.faces;
+  mesh.faces = joined_faces(mesh.vertices, model.mesh.faces);
   return measure_body(mesh, body.skeleton);
 }
 

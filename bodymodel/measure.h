@@ -48,7 +48,8 @@ const std::vector<NamedMeasurement>& measurement_names();
 /// shoulder, elbow, wrist), DataError where a cut meets no closed outline round its bone. O(F).
 BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton);
 
-/// Measures a model at a shape (empty: neutral).
+/// Measures a model at a shape (empty: neutral); vertices of one place count as one, so that files
+/// which split vertices at the seams of their atlas are measured too.
 BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& shape = {});
 
 /// Signed volume of a closed mesh, m^3.

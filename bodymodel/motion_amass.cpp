@@ -9,19 +9,21 @@
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"
 #include "bodymodel/smpl.h"
+#include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/io/npz.h"
 
 namespace atelier {
 namespace {
 
-RowMatrix read(const Npz& npz, const char* name, Index columns, Index rows) {
+RowMatrix read(const Npz& npz, const char* name, Index columns, Index rows, const Limits& limits) {
   const std::string where = std::string("array '") + name + "'";
   if (!npz.contains(name)) {
     throw DataError(npz.file(), where, "missing",
                     "poses, trans and a frame rate (AMASS: SMPL-H or SMPL-X)");
   }
   const Tensor tensor = npz.read(name);
+  check_bounded(tensor, limits.mesh_coordinate, npz.file(), name);
   const RowMatrix matrix = matrix_of(tensor, columns, npz.file(), name);
   if (rows >= 0 && matrix.rows() != rows) {
     throw DataError(npz.file(), where, std::to_string(matrix.rows()) + " frames",
@@ -47,24 +49,24 @@ double read_rate(const Npz& npz) {
 }
 
 // All rotation vectors, [F, 3J].
-RowMatrix read_poses(const Npz& npz, Index frames) {
+RowMatrix read_poses(const Npz& npz, Index frames, const Limits& limits) {
   if (npz.contains("poses")) {
-    const RowMatrix poses = read(npz, "poses", -1, frames);
+    const RowMatrix poses = read(npz, "poses", -1, frames, limits);
     if (poses.cols() != 72 && poses.cols() != 156 && poses.cols() != 165) {
       throw DataError(npz.file(), "array 'poses'", std::to_string(poses.cols()) + " columns",
                       "72 (SMPL), 156 (SMPL-H) or 165 (SMPL-X)");
     }
     return poses;
   }
-  const RowMatrix root = read(npz, "root_orient", 3, frames);
-  const RowMatrix body = read(npz, "pose_body", 63, frames);
-  const RowMatrix hand = read(npz, "pose_hand", 90, frames);
+  const RowMatrix root = read(npz, "root_orient", 3, frames, limits);
+  const RowMatrix body = read(npz, "pose_body", 63, frames, limits);
+  const RowMatrix hand = read(npz, "pose_hand", 90, frames, limits);
   RowMatrix face = RowMatrix::Zero(frames, 9);
   if (npz.contains("pose_jaw")) {
-    face.leftCols(3) = read(npz, "pose_jaw", 3, frames);
+    face.leftCols(3) = read(npz, "pose_jaw", 3, frames, limits);
   }
   if (npz.contains("pose_eye")) {
-    face.rightCols(6) = read(npz, "pose_eye", 6, frames);
+    face.rightCols(6) = read(npz, "pose_eye", 6, frames, limits);
   }
   RowMatrix poses(frames, 165);
   poses << root, body, face, hand;
@@ -110,7 +112,8 @@ Skeleton average_skeleton(Index joints) {
   return skeleton;
 }
 
-Skeleton shaped_by_file(const Npz& npz, const BodyModel& model, Index joints) {
+Skeleton shaped_by_file(const Npz& npz, const BodyModel& model, Index joints,
+                        const Limits& limits) {
   if (joint_count(model) != joints) {
     throw DataError(npz.file(), "poses", std::to_string(joints) + " joints",
                     std::to_string(joint_count(model)) + " as body model " + model.name + " has");
@@ -118,7 +121,7 @@ Skeleton shaped_by_file(const Npz& npz, const BodyModel& model, Index joints) {
   Eigen::VectorXd shape = neutral_shape(model);
   if (npz.contains("betas")) {
     const Tensor tensor = npz.read("betas");
-    check_finite(tensor, npz.file(), "betas");
+    check_bounded(tensor, limits.mesh_coordinate, npz.file(), "betas");
     const std::vector<double> betas = doubles_of(tensor, npz.file(), "betas");
     for (std::size_t b = 0; b < betas.size(); ++b) {
       const int parameter = find_shape(model, "beta_" + std::to_string(b));
@@ -133,20 +136,20 @@ Skeleton shaped_by_file(const Npz& npz, const BodyModel& model, Index joints) {
 }  // namespace
 
 MotionClip read_amass(const Npz& npz, const BodyModel* model, const Limits& limits) {
-  const RowMatrix path = read(npz, "trans", 3, -1);
+  const RowMatrix path = read(npz, "trans", 3, -1, limits);
   const Index frames = path.rows();
   if (frames < 1 || frames > limits.frames) {
     throw DataError(npz.file(), "array 'trans'", std::to_string(frames) + " frames",
                     "1 to " + std::to_string(limits.frames));
   }
-  const RowMatrix poses = read_poses(npz, frames);
+  const RowMatrix poses = read_poses(npz, frames, limits);
   const Index joints = poses.cols() / 3;
 
   MotionClip clip;
   clip.name = npz.file();
   clip.motion.fps = read_rate(npz);
   if (model != nullptr) {
-    clip.skeleton = shaped_by_file(npz, *model, joints);
+    clip.skeleton = shaped_by_file(npz, *model, joints, limits);
   } else {
     clip.skeleton = average_skeleton(joints);
     clip.findings.push_back({Severity::Note, "motion-skeleton", npz.file(),

@@ -5,7 +5,6 @@
 
 #include "bodymodel/body_archive.h"
 #include "bodymodel/gltf_body.h"
-#include "bodymodel/marker_fit.h"
 #include "bodymodel/motion_amass.h"
 #include "bodymodel/motion_amc.h"
 #include "bodymodel/motion_bvh.h"
@@ -52,7 +51,8 @@ std::filesystem::path skeleton_of(const std::filesystem::path& amc) {
 }  // namespace
 
 MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptions& options,
-                            const std::filesystem::path& asf, const Limits& limits) {
+                            const std::filesystem::path& asf, const MarkerFitOptions& markers,
+                            const Limits& limits) {
   const std::string extension = extension_of(path);
   if (extension == ".bvh") {
     return read_bvh(path, options, limits);
@@ -64,11 +64,12 @@ MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptio
     return read_gltf_motion(path, options, limits);
   }
   if (extension == ".trc") {
-    return fit_markers(read_trc(path, limits), options).clip;
+    return fit_markers(read_trc(path, limits), options, markers).clip;
   }
   if (extension == ".npz") {
     const Npz npz(path, limits);
-    return archive_schema(npz).empty() ? read_amass(path, nullptr, limits) : motion_of_arrays(npz);
+    return archive_schema(npz).empty() ? read_amass(path, nullptr, limits)
+                                       : motion_of_arrays(npz, limits);
   }
   throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
                   "a motion: .bvh, .amc, .trc, .npz, .glb or .gltf");

@@ -2,18 +2,20 @@
 
 #include <filesystem>
 
+#include "bodymodel/marker_fit.h"
 #include "bodymodel/motion_clip.h"
 #include "core/limits.h"
 
 namespace atelier {
 
 /// Reads a motion of any format, told by extension and content: .bvh; .npz of ours or of AMASS;
-/// .glb and .gltf (first animation); .trc, by fitting a person to its markers (marker_fit.h); .amc,
-/// whose skeleton is `asf` or the .asf beside it that its name begins with ("11_01.amc": "11.asf")
-/// or that is alone. Throws DataError for another extension, or an .amc whose skeleton is not
-/// found.
+/// .glb and .gltf (first animation); .trc, by fitting a person to its markers (marker_fit.h,
+/// `markers`); .amc, whose skeleton is `asf` or the .asf beside it that its name begins with
+/// ("11_01.amc": "11.asf") or that is alone. Throws DataError for another extension, or an .amc
+/// whose skeleton is not found.
 MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptions& options = {},
-                            const std::filesystem::path& asf = {}, const Limits& limits = {});
+                            const std::filesystem::path& asf = {},
+                            const MarkerFitOptions& markers = {}, const Limits& limits = {});
 
 /// Writes .bvh or .npz (ours). Throws LogicError for another extension.
 void write_motion_file(const std::filesystem::path& path, const MotionClip& clip);

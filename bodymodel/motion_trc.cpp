@@ -1,5 +1,6 @@
 #include "bodymodel/motion_trc.h"
 
+#include <cmath>
 #include <set>
 
 #include "core/error.h"
@@ -75,6 +76,17 @@ class Lines {
     return value;
   }
 
+  /// A count; what a file writes as 10.0 is one too. The range comes before the cast, which has no
+  /// meaning beyond it.
+  std::int64_t count(std::string_view cell, const char* what, std::int64_t most) const {
+    const double value = number(cell, what);
+    if (!(value >= 1 && value <= static_cast<double>(most)) || value != std::floor(value)) {
+      fail(in_quotes(cell),
+           std::string("a whole number for ") + what + ", 1 to " + std::to_string(most));
+    }
+    return static_cast<std::int64_t>(value);
+  }
+
   [[noreturn]] void fail(const std::string& found, const std::string& expected) const {
     throw DataError(name_, "line " + std::to_string(number_), found, expected);
   }
@@ -107,9 +119,9 @@ Header read_header(Lines& lines, const Limits& limits) {
     if (keys[i] == "DataRate") {
       header.fps = lines.number(values[i], "DataRate");
     } else if (keys[i] == "NumFrames") {
-      header.frames = static_cast<std::int64_t>(lines.number(values[i], "NumFrames"));
+      header.frames = lines.count(values[i], "NumFrames", limits.frames);
     } else if (keys[i] == "NumMarkers") {
-      header.markers = static_cast<std::int64_t>(lines.number(values[i], "NumMarkers"));
+      header.markers = lines.count(values[i], "NumMarkers", limits.joints);
     } else if (keys[i] == "Units") {
       header.metres_per_unit = metres_of_unit(std::string(values[i]));
       if (header.metres_per_unit == 0) {
@@ -120,12 +132,8 @@ Header read_header(Lines& lines, const Limits& limits) {
   if (!(header.fps > 0)) {
     lines.fail("DataRate " + std::to_string(header.fps), "more than 0");
   }
-  if (header.frames < 1 || header.frames > limits.frames || header.markers < 1 ||
-      header.markers > limits.joints) {
-    lines.fail(
-        std::to_string(header.frames) + " frames of " + std::to_string(header.markers) + " markers",
-        "1 to " + std::to_string(limits.frames) + " frames, 1 to " + std::to_string(limits.joints) +
-            " markers");
+  if (header.frames == 0 || header.markers == 0) {
+    lines.fail(header.frames == 0 ? "no NumFrames" : "no NumMarkers", "counts of both");
   }
   if (header.metres_per_unit == 0) {
     lines.fail("no Units", "m, cm, mm or in");

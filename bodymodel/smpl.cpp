@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/io/npz.h"
 
@@ -147,11 +148,12 @@ void check_height(const Points& vertices, const std::string& file) {
   }
 }
 
-void add_shape(const Npz& npz, const SmplOptions& options, BodyModel& model) {
+void add_shape(const Npz& npz, const SmplOptions& options, const Limits& limits, BodyModel& model) {
   const Index vertices = vertex_count(model);
   const Tensor tensor =
       read(npz, "shapedirs", {vertices, 3, -1}, bracket("shape [V,3,S]", vertices) + " vertices");
   const std::int64_t columns = tensor.shape[2];
+  check_bounded(tensor, limits.mesh_coordinate, npz.file(), "shapedirs");
   const std::vector<double> values = doubles_of(tensor, npz.file(), "shapedirs");
   const bool face = joint_count(model) == 55;
   // SMPL-X: 300 shape then 100 expression directions, or 10 then 10 in its first version.
@@ -175,7 +177,7 @@ void add_shape(const Npz& npz, const SmplOptions& options, BodyModel& model) {
   }
 }
 
-void add_correctives(const Npz& npz, BodyModel& model) {
+void add_correctives(const Npz& npz, const Limits& limits, BodyModel& model) {
   const Index vertices = vertex_count(model);
   const Index joints = joint_count(model);
   const std::int64_t rotations = 9 * (joints - 1);
@@ -195,6 +197,7 @@ void add_correctives(const Npz& npz, BodyModel& model) {
   if (columns != rotations && columns != quaternions) {
     throw DataError(npz.file(), "array 'posedirs'", "shape " + shape_text(tensor.shape), expected);
   }
+  check_bounded(tensor, limits.mesh_coordinate, npz.file(), "posedirs");
   const std::vector<double> values = doubles_of(tensor, npz.file(), "posedirs");
   const auto offsets = [&](std::int64_t column) {
     if (!flat) {
@@ -226,10 +229,11 @@ void add_correctives(const Npz& npz, BodyModel& model) {
 
 }  // namespace
 
-BodyModel read_smpl(const Npz& npz, const SmplOptions& options) {
+BodyModel read_smpl(const Npz& npz, const SmplOptions& options, const Limits& limits) {
   ATELIER_CHECK(options.betas >= 0 && options.expressions >= 0, "numbers of directions");
   BodyModel model;
   const Tensor rest = read(npz, "v_template", {-1, 3}, "shape [V,3]");
+  check_bounded(rest, limits.mesh_coordinate, npz.file(), "v_template");
   model.mesh.vertices = points_of(rest, npz, "v_template");
   const Index vertices = vertex_count(model);
   if (vertices < 4) {
@@ -242,6 +246,7 @@ BodyModel read_smpl(const Npz& npz, const SmplOptions& options) {
     const Tensor uvs = read(npz, "vt", {-1, 2}, "shape [T,2]");
     const Tensor uv_faces = read(npz, "ft", {model.mesh.faces.rows(), 3},
                                  bracket("shape [F,3]", model.mesh.faces.rows()) + " faces");
+    check_bounded(uvs, limits.mesh_coordinate, npz.file(), "vt");
     model.mesh.uvs = matrix_of(uvs, 2, npz.file(), "vt");
     model.mesh.uv_faces = triangles_of(uv_faces, model.mesh.uvs.rows(), npz, "ft");
   }
@@ -267,8 +272,8 @@ BodyModel read_smpl(const Npz& npz, const SmplOptions& options) {
       model.skeleton.offsets.row(j) -= places.row(parent);
     }
   }
-  add_shape(npz, options, model);
-  add_correctives(npz, model);
+  add_shape(npz, options, limits, model);
+  add_correctives(npz, limits, model);
   const bool star =
       !model.correctives.empty() && model.correctives[0].feature == PoseFeature::QuaternionEntry;
   model.name = star ? "star" : joints == 24 ? "smpl" : joints == 52 ? "smplh" : "smplx";
@@ -278,7 +283,7 @@ BodyModel read_smpl(const Npz& npz, const SmplOptions& options) {
 
 BodyModel read_smpl(const std::filesystem::path& path, const SmplOptions& options,
                     const Limits& limits) {
-  return read_smpl(Npz(path, limits), options);
+  return read_smpl(Npz(path, limits), options, limits);
 }
 
 }  // namespace atelier

@@ -23,9 +23,10 @@ struct SmplOptions {
 /// where there are. Metres, Y up. Pickles are not read: converting them needs their own programs.
 ///
 /// Throws DataError, naming array, found and expected shape, for missing arrays, wrong shapes,
-/// numbers that are not finite, indices out of range, a tree with a cycle or two roots, weights
-/// that do not sum to 1, and a template that is not in metres (0.3 to 3 m tall).
-BodyModel read_smpl(const Npz& npz, const SmplOptions& options = {});
+/// numbers that are not finite or beyond `limits.mesh_coordinate`, indices out of range, a tree
+/// with a cycle or two roots, weights that do not sum to 1, and a template that is not in metres
+/// (0.3 to 3 m tall).
+BodyModel read_smpl(const Npz& npz, const SmplOptions& options = {}, const Limits& limits = {});
 BodyModel read_smpl(const std::filesystem::path& path, const SmplOptions& options = {},
                     const Limits& limits = {});
 

@@ -44,7 +44,9 @@ function(atelier_settings target)
   endif()
   if(ATELIER_COVERAGE)
     target_compile_definitions(${target} PRIVATE ATELIER_COVERAGE=1)
-    target_compile_options(${target} PRIVATE --coverage -fprofile-update=atomic)
+    # Half-optimised code makes GCC see uninitialised values where there are none.
+    target_compile_options(${target} PRIVATE --coverage -fprofile-update=atomic
+      -Wno-maybe-uninitialized)
     target_link_options(${target} PRIVATE --coverage)
   endif()
 endfunction()

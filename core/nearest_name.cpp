@@ -30,9 +30,11 @@ std::size_t alignment_distance(std::string_view a, std::string_view b) {
   return above[b.size()];
 }
 
+/// "unit" of "input.unit", "--input.unit" and "--unit".
 std::string_view last_word(std::string_view name) {
   const std::size_t dot = name.rfind('.');
-  return dot == std::string_view::npos ? name : name.substr(dot + 1);
+  const std::size_t begin = dot == std::string_view::npos ? name.find_first_not_of('-') : dot + 1;
+  return name.substr(std::min(begin, name.size()));
 }
 
 }  // namespace

@@ -113,7 +113,23 @@ Archive unchecked_archive_of(const Mesh& mesh) {
   return archive;
 }
 
-Mesh unchecked_mesh_of(const Archive& archive, const std::string& file) {
+/// What is not finite passes: check_mesh finds it.
+void check_coordinates(const Mesh& mesh, const std::string& file, const Limits& limits) {
+  const auto check = [&](const auto& rows, const char* name) {
+    const double most = rows.size() == 0 ? 0 : rows.cwiseAbs().maxCoeff();
+    if (std::isfinite(most) && most > limits.mesh_coordinate) {
+      char found[32];
+      char allowed[32];
+      std::snprintf(found, sizeof found, "coordinate %g", most);
+      std::snprintf(allowed, sizeof allowed, "at most %g", limits.mesh_coordinate);
+      throw DataError(file, name, found, allowed);
+    }
+  };
+  check(mesh.vertices, "vertices");
+  check(mesh.uvs, "uvs");
+}
+
+Mesh unchecked_mesh_of(const Archive& archive, const std::string& file, const Limits& limits = {}) {
   Fields fields(archive, file);
   Mesh mesh;
   mesh.vertices = fields.rows<Points>("vertices");
@@ -127,6 +143,7 @@ Mesh unchecked_mesh_of(const Archive& archive, const std::string& file) {
   mesh.confidence =
       Eigen::Map<const Eigen::VectorXf>(confidence.data(), static_cast<Index>(confidence.size()));
   fields.check_all_taken();
+  check_coordinates(mesh, file, limits);
   return mesh;
 }
 
@@ -182,7 +199,10 @@ void write_mesh_archive(const std::filesystem::path& path, const Mesh& mesh) {
 }
 
 Mesh read_mesh_archive(const std::filesystem::path& path, const Limits& limits) {
-  return mesh_of(read_archive(path, kMeshSchema, kVersion, limits), path.string());
+  Mesh mesh =
+      unchecked_mesh_of(read_archive(path, kMeshSchema, kVersion, limits), path.string(), limits);
+  check_mesh(mesh, path.string());
+  return mesh;
 }
 
 void write_sequence_header(const std::filesystem::path& folder, const SequenceHeader& header) {
@@ -250,7 +270,7 @@ SequenceHeader read_sequence_header(const std::filesystem::path& folder, const L
   }
   const auto values = values_of<int>(ids.mapped());
   header.frame_ids.assign(values.begin(), values.end());
-  header.shared = unchecked_mesh_of(archive, path.string());
+  header.shared = unchecked_mesh_of(archive, path.string(), limits);
   if (const std::string fault = header_fault(header); !fault.empty()) {
     throw DataError(path.string(), "header", fault, "a sequence");
   }
@@ -271,7 +291,7 @@ Sequence open_sequence(const std::filesystem::path& folder, const Limits& limits
     const std::filesystem::path path =
         sequence_frame_path(folder, header->frame_ids[static_cast<std::size_t>(frame_idx)]);
     Mesh mesh = with_topology(
-        unchecked_mesh_of(read_archive(path, kMeshSchema, kVersion, limits), path.string()),
+        unchecked_mesh_of(read_archive(path, kMeshSchema, kVersion, limits), path.string(), limits),
         *header, path.string());
     check_mesh(mesh, path.string());
     return mesh;

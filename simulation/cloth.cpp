@@ -140,7 +140,10 @@ double distance_across(const FlatFace& a, int corner_a, const FlatFace& b, int c
     foot = o.dot(e) / e.norm();
     height = 2 * f.area / e.norm();
   };
-  double foot_a, height_a, foot_b, height_b;
+  double foot_a = 0;
+  double height_a = 0;
+  double foot_b = 0;
+  double height_b = 0;
   foot_and_height(a, corner_a, foot_a, height_a);
   foot_and_height(b, corner_b, foot_b, height_b);
   // Face b walks the edge the other way round.
@@ -210,7 +213,16 @@ void add_edges(const Garment& garment, const ClothOptions& options,
           diagonal ? m.shear * across * across / (2 * area) : m.shear * area / (across * across);
       shear.push_back({e.opposite[0], e.opposite[1], across, k});
     }
-    const double weight = std::min(options.max_hinge_weight, length * length / area);
+    // A triangle whose corners are all fixed stays as flat as it is held: the whole bend is in the
+    // other one. With its area counted, a strip clamped by two rows would be half an element longer
+    // than it is.
+    double bending_area = 0;
+    for (int k = 0; k < 2; ++k) {
+      const bool held = cloth.fixed[e.v0] && cloth.fixed[e.v1] && cloth.fixed[e.opposite[k]];
+      bending_area += held ? 0 : flat[e.face[k]].area;
+    }
+    const double weight = std::min(options.max_hinge_weight,
+                                   length * length / (bending_area > 0 ? bending_area : area));
     const double rest =
         options.rest_angles == "template" ? dihedral_angle(garment.mesh.vertices, e) : 0;
     if (m.bending > 0) {

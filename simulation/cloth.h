@@ -67,7 +67,9 @@ OptionTable describe(ClothOptions& options);
 /// Stiffnesses come from the membrane modulus and the mesh, so that refining changes nothing: a
 /// spring has Y (A1 + A2) / l^2 (Van Gelder 1998; exact on the equilateral lattice), a hinge
 /// B l^2 / (A1 + A2) (Grinspun et al. 2003; on the equilateral mesh the plate rigidity is exactly
-/// B).
+/// B). A triangle of which all corners are fixed does not bend, so its area is left out there (our
+/// choice): a strip is clamped exactly at the last row that is fixed. Hinges alone are a plate of
+/// Poisson's ratio -1/3, so that a narrow strip that may curl across itself is softer by 1/9.
 struct Cloth {
   Material material;
   Points rest_positions;  ///< [V,3] the template: where a simulation starts unless told otherwise

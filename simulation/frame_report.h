@@ -22,6 +22,7 @@ struct FrameReport {
   int lost_candidates = 0;  ///< pairs beyond the room for them; not 0 means contacts may be missed
   double device_ms = 0;     ///< CUDA: duration of the frame on the device
   int crossings = -1;       ///< edge-triangle crossings of the cloth with itself; -1: not counted
+  int body_crossings = -1;  ///< edge-triangle crossings of cloth and body; -1: not counted
 };
 
 }  // namespace atelier

@@ -7,12 +7,25 @@
 #include "core/error.h"
 #include "simulation/backend.h"
 #include "simulation/constraint_math.h"
+#include "simulation/crossings.h"
 
 namespace atelier {
 namespace {
 
 Vec3d vec(const Points& p, Index i) {
   return {p(i, 0), p(i, 1), p(i, 2)};
+}
+
+/// What the three constraints of project_strain hold of energy [J].
+double strain_energy(const ClothStrain& s, const Points& x) {
+  const Vec3d e1 = vec(x, s.v1) - vec(x, s.v0);
+  const Vec3d e2 = vec(x, s.v2) - vec(x, s.v0);
+  const Vec3d fu = s.inverse_rest[0] * e1 + s.inverse_rest[1] * e2;
+  const Vec3d fv = s.inverse_rest[2] * e1 + s.inverse_rest[3] * e2;
+  const double lu = norm(fu);
+  const double lv = norm(fv);
+  const double c = lu > 0 && lv > 0 ? dot(fu, fv) / (lu * lv) : 0;
+  return 0.5 * (s.warp * (lu - 1) * (lu - 1) + s.weft * (lv - 1) * (lv - 1) + s.shear * c * c);
 }
 
 double percentile(std::vector<double>& values, double share) {
@@ -221,6 +234,8 @@ FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
       value = hinge.valid ? angle_difference(hinge.angle, h.rest) : 0;
       stiffness = h.stiffness * variation.bending;
     } else {
+      report.elastic_energy +=
+          variation.stretch * strain_energy(cloth.strains[c - hinges], state.positions);
       continue;
     }
     report.elastic_energy += 0.5 * stiffness * value * value;
@@ -254,7 +269,10 @@ void check_setup(const XpbdOptions& options, const std::vector<ClothVariation>& 
 }  // namespace
 
 ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
-                         const XpbdOptions& options, Device device) {
+                         const XpbdOptions& options, Device device)
+    : faces_(cloth.faces),
+      body_faces_(body_faces),
+      intersection_interval_(options.intersection_interval) {
   check_setup(options, {ClothVariation{}});
   backend_ = device == Device::Cpu
                  ? make_cpu_backend(cloth, {}, body_faces, options)
@@ -272,7 +290,15 @@ ClothState ClothSolver::state() const {
   return backend_->state(0);
 }
 FrameReport ClothSolver::advance(const Control& control) {
-  return backend_->advance(control)[0];
+  FrameReport report = backend_->advance(control)[0];
+  if (intersection_interval_ > 0 && report.frame % intersection_interval_ == 0) {
+    const Points positions = backend_->state(0).positions;
+    report.crossings = count_crossings(positions, faces_);
+    if (control.body_end.rows() > 0 && body_faces_.rows() > 0) {
+      report.body_crossings = count_crossings(positions, faces_, control.body_end, body_faces_);
+    }
+  }
+  return report;
 }
 std::vector<double> ClothSolver::spring_forces() const {
   return backend_->spring_forces(0);

@@ -47,7 +47,8 @@ struct XpbdOptions {
   double lift = 0;              ///< coefficient across the wind, 0 to 10
   double velocity_damping = 0;  ///< 1/s, slows every motion: only to reach rest sooner, 0 to 1000
   bool report = true;  ///< strain, residual and energy after every frame; costs a download on CUDA
-  int intersection_interval = 0;  ///< exact count of crossings every n frames, 0: never; slow
+  /// exact count of crossings, of the cloth with itself and with the body, every n frames; 0: never
+  int intersection_interval = 0;
 };
 OptionTable describe(XpbdOptions& options);
 
@@ -99,6 +100,9 @@ class ClothSolver {
 
  private:
   std::unique_ptr<Backend> backend_;
+  Triangles faces_;
+  Triangles body_faces_;
+  int intersection_interval_ = 0;
 };
 
 /// One scene of a sweep: factors on the cloth's material.

@@ -250,8 +250,9 @@ class CpuBackend final : public ClothSolver::Backend {
     std::fill(lambda_.begin(), lambda_.end(), T(0));
     std::fill(strain_lambda_.begin(), strain_lambda_.end(), T(0));
     std::fill(held_.begin(), held_.end(), Vec4<T>{});
-    const SubstepScale<T> scale{T(1) / (h * h), static_cast<T>(cloth_.material.damping) / h, T(1),
-                                T(1)};
+    const SubstepScale<T> scale{T(1) / (h * h), static_cast<T>(cloth_.material.damping) / h,
+                                static_cast<T>(1 / variation_.stretch),
+                                static_cast<T>(1 / variation_.bending)};
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
       for (const Schedule::Phase& phase : prepared_.phases) {
         parallel_for(phase.patch_end - phase.patch_begin, 1, [&](Index begin, Index end) {

@@ -11,6 +11,9 @@
 namespace atelier {
 Mesh read_mesh(const std::filesystem::path& path, const MeshConvention& otherwise,
                const Limits& limits) {
+  if (std::error_code error; std::filesystem::is_directory(path, error)) {
+    throw DataError(path.string(), "", "a folder", "a mesh file: .obj, .ply, .glb or .gltf");
+  }
   const std::string extension = lower_extension(path);
   if (extension == ".obj" || extension == ".ply") {
     const PolygonMesh polygons =

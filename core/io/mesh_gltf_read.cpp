@@ -107,6 +107,15 @@ Eigen::Matrix4d affine(const Eigen::VectorXd& numbers, const JsonPlace& place) {
   return matrix;
 }
 
+template <class Rows>
+void GltfReader::check_coordinates(const Rows& rows, const JsonPlace& place) const {
+  const double most = rows.size() == 0 ? 0 : rows.cwiseAbs().maxCoeff();
+  if (most > limits_.mesh_coordinate) {
+    place.fail("coordinate " + number_text(most),
+               "at most " + number_text(limits_.mesh_coordinate));
+  }
+}
+
 void GltfReader::read_nodes() {
   const std::vector<JsonPlace> places = root_.items("nodes");
   scene_.nodes.resize(places.size());
@@ -118,12 +127,15 @@ void GltfReader::read_nodes() {
     node.skin = static_cast<int>(place.integer_or("skin", -1, 0, limits_.mesh_faces));
     if (const auto matrix = place.find("matrix")) {
       node.matrix = affine(fixed_numbers(*matrix, 16), *matrix);
+      check_coordinates(*node.matrix, *matrix);
     }
     if (const auto translation = place.find("translation")) {
       node.translation = fixed_numbers(*translation, 3);
+      check_coordinates(node.translation, *translation);
     }
     if (const auto scale = place.find("scale")) {
       node.scale = fixed_numbers(*scale, 3);
+      check_coordinates(node.scale, *scale);
     }
     if (const auto rotation = place.find("rotation")) {
       node.rotation = fixed_numbers(*rotation, 4);
@@ -218,15 +230,6 @@ void GltfReader::read_meshes() {
       }
     }
     scene_.meshes.push_back(std::move(mesh));
-  }
-}
-
-template <class Rows>
-void GltfReader::check_coordinates(const Rows& rows, const JsonPlace& place) const {
-  const double most = rows.size() == 0 ? 0 : rows.cwiseAbs().maxCoeff();
-  if (most > limits_.mesh_coordinate) {
-    place.fail("coordinate " + number_text(most),
-               "at most " + number_text(limits_.mesh_coordinate));
   }
 }
 
@@ -513,6 +516,7 @@ GltfChannel GltfReader::read_channel(const JsonPlace& place,
     output.fail(std::to_string(values.rows()) + " elements",
                 std::to_string(rows * std::max<Index>(1, width)));
   }
+  check_coordinates(values, output);
   channel.values = values;
   if (weights) {
     channel.values = values.reshaped<Eigen::RowMajor>(rows, width);

@@ -111,12 +111,12 @@ Image color_bar(ColorMap map, double low, double high, const std::string& label,
   }
   const Eigen::Vector3f ink(0.02f, 0.02f, 0.02f);
   std::vector<Mark> marks;
-  marks.push_back(Label{{kEdge, kEdge + kText}, label, kText, ink, Label::Anchor::Left, 0});
+  marks.push_back(Text{{kEdge, kEdge + kText}, label, kText, ink, Text::Anchor::Left, 0});
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const double y = top + (bottom - top - 1) * 0.5 * static_cast<double>(i);
     const double base = std::clamp(y + 0.5 * kText, top + kText, bottom + 0.0);
-    marks.push_back(Label{
-        {kEdge + kBar + 8.0, base}, short_number(ticks[i]), kText, ink, Label::Anchor::Left, 0});
+    marks.push_back(Text{
+        {kEdge + kBar + 8.0, base}, short_number(ticks[i]), kText, ink, Text::Anchor::Left, 0});
   }
   return drawn(std::move(image), marks);
 }

@@ -92,12 +92,12 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
   std::vector<Mark> marks;
   if (title > 0) {
     const double height = 1.5 * options.text_height;
-    marks.push_back(Label{{static_cast<double>(options.gap), options.gap + height},
-                          fitted(options.title, height, sheet.width - 2.0 * options.gap),
-                          height,
-                          options.ink,
-                          Label::Anchor::Left,
-                          0});
+    marks.push_back(Text{{static_cast<double>(options.gap), options.gap + height},
+                         fitted(options.title, height, sheet.width - 2.0 * options.gap),
+                         height,
+                         options.ink,
+                         Text::Anchor::Left,
+                         0});
   }
   for (int i = 0; i < count; ++i) {
     const Image& cell = cells[static_cast<std::size_t>(i)];
@@ -106,12 +106,12 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
     paste(sheet, cell, x + (cell_width - cell.width) / 2, y + (cell_height - cell.height) / 2);
     const std::string& text = pictures[static_cast<std::size_t>(i)].caption;
     if (!text.empty()) {
-      marks.push_back(Label{{x + 0.5 * cell_width, y + cell_height + 1.6 * options.text_height},
-                            fitted(text, options.text_height, cell_width),
-                            options.text_height,
-                            options.ink,
-                            Label::Anchor::Center,
-                            0});
+      marks.push_back(Text{{x + 0.5 * cell_width, y + cell_height + 1.6 * options.text_height},
+                           fitted(text, options.text_height, cell_width),
+                           options.text_height,
+                           options.ink,
+                           Text::Anchor::Center,
+                           0});
     }
   }
   return drawn(std::move(sheet), marks);

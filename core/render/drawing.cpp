@@ -129,7 +129,7 @@ int pen(double width) {
   return std::max(1, static_cast<int>(std::lround(width)));
 }
 
-void draw(Image& picture, const Label& label) {
+void draw(Image& picture, const Text& label) {
   ATELIER_CHECK(label.position.allFinite() && label.color.allFinite() &&
                     std::isfinite(label.height) && label.height > 0 && std::isfinite(label.halo),
                 "a label needs finite numbers and a positive height");
@@ -137,8 +137,8 @@ void draw(Image& picture, const Label& label) {
   const double scale = std::min(label.height, 1000.0) / kCapitals;
   const int thickness = pen(scale);
   double x = label.position.x();
-  if (label.anchor != Label::Anchor::Left) {
-    x -= text_width(text, label.height) * (label.anchor == Label::Anchor::Center ? 0.5 : 1);
+  if (label.anchor != Text::Anchor::Left) {
+    x -= text_width(text, label.height) * (label.anchor == Text::Anchor::Center ? 0.5 : 1);
   }
   // Our pixel centres lie at halves, OpenCV's at whole numbers.
   const auto whole = [](double value) {

@@ -28,7 +28,7 @@ struct Circle {
   double opacity = 1;
 };
 
-struct Label {
+struct Text {
   enum class Anchor { Left, Center, Right };  ///< which part of the text is at `position`
   Eigen::Vector2d position{0, 0};             ///< on the text's base line
   std::string text;                           ///< ASCII; other characters become '?'
@@ -38,7 +38,7 @@ struct Label {
   double halo = 0;  ///< width of a dark rim that keeps the text readable on anything, pixels
 };
 
-using Mark = std::variant<Polyline, Circle, Label>;
+using Mark = std::variant<Polyline, Circle, Text>;
 
 /// Width of a text in pixels at that height of its capitals.
 double text_width(const std::string& text, double height);

@@ -173,11 +173,23 @@ std::string numbered(const char* name, std::size_t i) {
   return std::string(name) + "[" + std::to_string(i) + "]";
 }
 
+/// The items of an array of objects: `read` takes the fields of one; more fields are refused.
+template <class Item, class Read>
+std::vector<Item> read_items(Reader& manifest, const char* name, const std::string& file,
+                             const Read& read) {
+  std::vector<Item> items;
+  for (const auto& value : manifest.array(name)) {
+    Reader reader(value, file, numbered(name, items.size()));
+    Item item = read(reader);
+    reader.finish();
+    items.push_back(std::move(item));
+  }
+  return items;
+}
+
 std::vector<ManifestOption> read_options(Reader& manifest, const std::string& file) {
-  std::vector<ManifestOption> options;
   std::set<std::string> names;
-  for (const auto& item : manifest.array("options")) {
-    Reader reader(item, file, numbered("options", options.size()));
+  return read_items<ManifestOption>(manifest, "options", file, [&](Reader& reader) {
     ManifestOption option;
     option.name = reader.text("name");
     option.json = reader.field("value").dump();
@@ -186,16 +198,12 @@ std::vector<ManifestOption> read_options(Reader& manifest, const std::string& fi
     if (!names.insert(option.name).second) {
       reader.refuse(reader.named("name"), "'" + option.name + "' twice", "each option once");
     }
-    reader.finish();
-    options.push_back(std::move(option));
-  }
-  return options;
+    return option;
+  });
 }
 
 std::vector<ManifestInput> read_inputs(Reader& manifest, const std::string& file) {
-  std::vector<ManifestInput> inputs;
-  for (const auto& item : manifest.array("inputs")) {
-    Reader reader(item, file, numbered("inputs", inputs.size()));
+  return read_items<ManifestInput>(manifest, "inputs", file, [](Reader& reader) {
     ManifestInput input;
     input.kind = reader.text("kind");
     input.path = reader.text("path");
@@ -203,17 +211,14 @@ std::vector<ManifestInput> read_inputs(Reader& manifest, const std::string& file
     input.files = reader.count("files");
     input.bytes = reader.count("bytes");
     input.stage = reader.text("stage");
-    reader.finish();
-    inputs.push_back(std::move(input));
-  }
-  return inputs;
+    return input;
+  });
 }
 
 std::vector<ManifestOutput> read_outputs(Reader& manifest, const std::string& file) {
-  std::vector<ManifestOutput> outputs;
   std::set<std::string> paths;
-  for (const auto& item : manifest.array("outputs")) {
-    Reader reader(item, file, numbered("outputs", outputs.size()));
+  std::string before;
+  return read_items<ManifestOutput>(manifest, "outputs", file, [&](Reader& reader) {
     ManifestOutput output;
     output.path = reader.text("path");
     output.size = reader.count("size");
@@ -229,28 +234,23 @@ std::vector<ManifestOutput> read_outputs(Reader& manifest, const std::string& fi
       reader.refuse(reader.named("path"), "'" + output.path + "' twice (letter case aside)",
                     "each output once");
     }
-    if (!outputs.empty() && !(outputs.back().path < output.path)) {
+    if (output.path < before) {
       reader.refuse(reader.named("path"), "'" + output.path + "' out of order",
                     "outputs sorted by path");
     }
-    reader.finish();
-    outputs.push_back(std::move(output));
-  }
-  return outputs;
+    before = output.path;
+    return output;
+  });
 }
 
 std::vector<Consent> read_consent(Reader& manifest, const std::string& file) {
-  std::vector<Consent> consent;
-  for (const auto& item : manifest.array("consent")) {
-    Reader reader(item, file, numbered("consent", consent.size()));
+  return read_items<Consent>(manifest, "consent", file, [](Reader& reader) {
     Consent one;
     one.who = reader.text("who");
     one.scope = reader.text("scope");
     one.until = reader.text("until");
-    reader.finish();
-    consent.push_back(std::move(one));
-  }
-  return consent;
+    return one;
+  });
 }
 
 std::map<std::string, double> read_metrics(Reader& manifest) {

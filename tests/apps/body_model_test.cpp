@@ -99,6 +99,23 @@ TEST_F(BodyModelCommand, SwitchesDoNotSwallowTheArgumentsBehindThem) {
   refused({"measure", "female", "--four_influences=maybe"}, 2, "it takes true or false");
 }
 
+TEST_F(BodyModelCommand, InspectShowsMotionsAndBodies) {
+  const ChildResult motion = run_child({ATELIER_PROGRAM, "inspect", still_bvh(), "--json"});
+  ASSERT_EQ(motion.exit_code, 0) << motion.err;
+  const auto json = nlohmann::json::parse(motion.out);
+  EXPECT_EQ(json["kind"], "motion");
+  EXPECT_EQ(json["joints"], 18);
+  EXPECT_EQ(json["frames"], 3);
+  const std::string npz = (folder_ / "body.npz").string();
+  ASSERT_EQ(run({"convert", "female", "--out", npz}).exit_code, 0);
+  EXPECT_THAT(run_child({ATELIER_PROGRAM, "inspect", npz}).out,
+              HasSubstr("holds             body"));
+  std::ofstream(folder_ / "cut.bvh") << "HIERARCHY\n";
+  const ChildResult cut = run_child({ATELIER_PROGRAM, "inspect", (folder_ / "cut.bvh").string()});
+  EXPECT_EQ(cut.exit_code, 3);
+  EXPECT_THAT(cut.err, HasSubstr("cut.bvh"));
+}
+
 TEST_F(BodyModelCommand, WritesMotionsForTheirOwnerAlone) {
   for (const char* name : {"a.bvh", "a.npz"}) {
     const std::filesystem::path out = folder_ / name;
@@ -121,7 +138,7 @@ TEST_F(BodyModelCommand, RefusesWrongWords) {
   refused({"show", "base.obj", "--macros.asian", "1", "--out", "a.png"}, 2, "add up to 1.667");
   refused({"show", "female", "--out", "a.png", "--width", "nan"}, 2, "width cannot be 'nan'");
   refused({"measure", "female", "--shape", "stature"}, 2, "NAME=NUMBER");
-  refused({"measure", "female", "--shape", "stature=nan"}, 2, "stature cannot be nan");
+  refused({"measure", "female", "--shape", "stature=nan"}, 2, "stature cannot be 'nan'");
   refused({"measure", "female", "--shape", "wings=1"}, 2, "no shape parameter 'wings'");
   refused({"pose", "female", "a.bvh", "--motion.up", "x", "--out", "a.png"}, 2, "auto, y, z");
   refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh or .npz");

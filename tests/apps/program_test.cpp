@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/exit_code.h"
+#include "core/io/mesh_gltf.h"
 #include "core/io/npz.h"
 #include "core/io/safetensors.h"
 #include "core/sequence_archive.h"
@@ -70,6 +71,22 @@ TEST_F(Program, HelpOfAStageHasItsOptionsWithRangeAndDefault) {
   EXPECT_THAT(result.out, HasSubstr("--statistics.edge_quantiles"));
   EXPECT_THAT(result.out, HasSubstr("list of numbers in [0, 1]"));
   EXPECT_THAT(result.out, HasSubstr("[0, 0.05, 0.5, 0.95, 1]"));
+}
+
+TEST_F(Program, AFlagWithoutItsValueIsASentence) {
+  expect_refusal(run({"convert", "a.obj", "b.obj", "--input.unit"}), 2,
+                 "--input.unit needs a value behind it: m|dm|cm|mm|in|ft; see atelier convert");
+  expect_refusal(run({"statistics", "--jobs"}), 2, "--jobs needs a value behind it");
+}
+
+TEST_F(Program, AnUnknownFlagSuggestsTheOptionOfThatWord) {
+  expect_refusal(run({"convert", "a.obj", "b.obj", "--unit", "cm"}), 2,
+                 "convert has no option '--unit', did you mean '--input.unit'?");
+}
+
+TEST_F(Program, AFolderIsNoMesh) {
+  expect_refusal(run({"convert", root_.path().string(), "b.obj"}), 3,
+                 "a folder; expected a mesh file");
 }
 
 TEST_F(Program, VersionNamesTheBuild) {
@@ -220,7 +237,10 @@ TEST_F(Program, InspectSaysWhatAFileIs) {
   EXPECT_THAT(manifest.out, HasSubstr("manifest of a result of 'statistics'"));
   const auto json =
       nlohmann::json::parse(run({"inspect", (input() / "box_000.obj").string(), "--json"}).out);
-  EXPECT_EQ(json["vertices"], "8");
+  EXPECT_EQ(json["vertices"], 8);
+  EXPECT_EQ(json["area"], 6.0);
+  EXPECT_EQ(json["units"]["area"], "m2");
+  EXPECT_EQ(json["highest"], nlohmann::json({1.0, 1.0, 1.0}));
 }
 
 TEST_F(Program, InspectShowsTensorsAndNoControlCharacters) {
@@ -236,6 +256,82 @@ TEST_F(Program, InspectShowsTensorsAndNoControlCharacters) {
   EXPECT_THAT(net.out, HasSubstr("float32 [2,2], -2.5 to 3, 1 not finite"));
   EXPECT_THAT(run({"inspect", (root_ / "data.npz").string()}).out,
               HasSubstr("float32 [2,2], -2.5 to 3, 1 not finite"));
+}
+
+TEST_F(Program, MembersOverwriteNoFacts) {
+  const std::vector<float> values = {1, 2};
+  write_npz(root_ / "data.npz",
+            {{"kind", tensor_of(values, {2})}, {"file", tensor_of(values, {2})}});
+  const auto json =
+      nlohmann::json::parse(run({"inspect", (root_ / "data.npz").string(), "--json"}).out);
+  EXPECT_EQ(json["kind"], "npz");
+  EXPECT_EQ(json["arrays"], 2);
+  EXPECT_EQ(json["members"]["kind"]["shape"], nlohmann::json({2}));
+  EXPECT_EQ(json["members"]["file"]["most"], 2.0);
+}
+
+TEST_F(Program, InspectShowsTheHdf5OfOthersThroughAWorker) {
+  const std::filesystem::path corpus =
+      std::filesystem::path(ATELIER_SOURCE_DIR) / "fuzz/corpus/foreign_hdf5";
+  int shown = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(corpus)) {
+    const std::filesystem::path copy = root_ / "foreign.h5";
+    std::filesystem::copy_file(entry.path(), copy,
+                               std::filesystem::copy_options::overwrite_existing);
+    const ChildResult result = run({"inspect", copy.string(), "--json"});
+    if (result.exit_code == 0) {
+      const auto json = nlohmann::json::parse(result.out);
+      EXPECT_EQ(json["kind"], "HDF5 of another program");
+      EXPECT_TRUE(json["datasets"].is_number());
+      ++shown;
+    } else {
+      EXPECT_EQ(result.exit_code, kExitBadData) << result.err;
+    }
+  }
+  EXPECT_GT(shown, 0);
+}
+
+TEST_F(Program, InspectShowsSkinsAnimationsAndMorphTargetsOfGltf) {
+  GltfScene scene;
+  Mesh mesh;
+  mesh.vertices = Points::Random(3, 3);
+  mesh.faces.resize(1, 3);
+  mesh.faces << 0, 1, 2;
+  scene = gltf_scene(mesh, "cape");
+  scene.meshes[0].primitives[0].targets = {{Points::Ones(3, 3), Points(0, 3)}};
+  scene.meshes[0].target_names = {"billow"};
+  GltfChannel channel;
+  channel.node = 0;
+  channel.path = GltfPath::Translation;
+  channel.times = {0, 1.5};
+  channel.values = Eigen::MatrixXd::Zero(2, 3);
+  scene.animations.push_back({"sway", {channel}});
+  write_gltf(root_ / "cape.glb", scene);
+  const auto json =
+      nlohmann::json::parse(run({"inspect", (root_ / "cape.glb").string(), "--json"}).out);
+  EXPECT_EQ(json["vertices"], 3);
+  EXPECT_EQ(json["skins"], 0);
+  EXPECT_EQ(json["members"]["mesh 0"]["morph_targets"], 1);
+  EXPECT_EQ(json["members"]["mesh 0"]["morph_target_names"][0], "billow");
+  EXPECT_EQ(json["members"]["animation 0"]["seconds"], 1.5);
+  EXPECT_EQ(json["members"]["animation 0"]["channels"]["translation"], 1);
+}
+
+TEST_F(Program, InspectShowsFoldersAndToml) {
+  write_boxes(input(), 3);
+  EXPECT_THAT(run({"inspect", input().string()}).out,
+              AllOf(HasSubstr("meshes, one a frame"), HasSubstr("frames            3")));
+  run_statistics({});
+  EXPECT_THAT(run({"inspect", (stage_folder() / "current").string()}).out,
+              HasSubstr("manifest of a result of 'statistics'"));
+  std::ofstream(input() / "capture.toml")
+      << "[consent]\nwho = 'P. Doe'\nscope = 'research'\nuntil = 2030-12-31\n";
+  EXPECT_THAT(run({"inspect", input().string()}).out,
+              AllOf(HasSubstr("a capture's description"), HasSubstr("P. Doe, research"),
+                    HasSubstr("cameras.json      none")));
+  std::ofstream(root_ / "options.toml") << "[input]\nunit = 'cm'\n";
+  EXPECT_THAT(run({"inspect", (root_ / "options.toml").string()}).out,
+              HasSubstr("input.unit      cm"));
 }
 
 TEST_F(Program, ReadsAteliersOwnSequences) {
@@ -281,7 +377,14 @@ TEST_F(Program, RenderMakesAPicture) {
   const ChildResult result = run({"render", (input() / "box_000.obj").string(), "--out", png,
                                   "--width", "64", "--height", "48", "--samples", "1"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(run({"inspect", png}).out, HasSubstr("64 x 48"));
+  EXPECT_THAT(run({"inspect", png}).out,
+              AllOf(HasSubstr("width             64 px"), HasSubstr("height            48 px")));
+  const std::string jpg = (root_ / "box.JPG").string();
+  EXPECT_EQ(run({"render", (input() / "box_000.obj").string(), "--out", jpg, "--width", "64",
+                 "--height", "48", "--samples", "1"})
+                .exit_code,
+            0);
+  EXPECT_THAT(run({"inspect", jpg}).out, HasSubstr("image, JPEG"));
   expect_refusal(run({"render", (input() / "box_000.obj").string(), "--out", "box.gif"}),
                  kExitUsage, "it takes a name with .png, .jpg");
   expect_refusal(
@@ -478,7 +581,10 @@ INSTANTIATE_TEST_SUITE_P(
             "StatusUnknownFlag", {"status", "WS", "--digest"}, 2, "did you mean '--digests'?"},
         BadCommand{"InspectNothing", {"inspect"}, 2, "it takes a FILE"},
         BadCommand{"InspectMissing", {"inspect", "nothing.obj"}, 3, "nothing there"},
-        BadCommand{"InspectAFolder", {"inspect", "IN"}, 3, "a folder"},
+        BadCommand{"InspectABareFolder", {"inspect", "bare"}, 3, "a folder of none of these"},
+        BadCommand{"InspectNoToml", {"inspect", "no.toml"}, 3, "no.toml"},
+        BadCommand{"InspectNoForeignHdf5", {"inspect", "half.h5"}, 3, "half.h5"},
+        BadCommand{"InspectNoGltf", {"inspect", "no.glb"}, 3, "no.glb"},
         BadCommand{
             "InspectUnknownKind", {"inspect", "file"}, 3, "a kind of file that is not known"},
         BadCommand{"InspectNoImage", {"inspect", "no.png"}, 3, "no.png"},
@@ -508,7 +614,9 @@ TEST_P(Refused, IsOneLineAndItsCode) {
   write_boxes(input(), 1);
   std::ofstream(root_ / "file") << "x";
   std::filesystem::create_symlink("loop", root_ / "loop");
-  for (const char* name : {"no.png", "no.json", "no.h5", "no.ply", "no.npz"}) {
+  std::filesystem::create_directory(root_ / "bare");
+  std::ofstream(root_ / "half.h5") << "\x89HDF\r\n\x1a\n and no more";
+  for (const char* name : {"no.png", "no.json", "no.h5", "no.ply", "no.npz", "no.toml", "no.glb"}) {
     std::ofstream(root_ / name) << "this is something else";
   }
   std::vector<std::string> arguments = GetParam().arguments;

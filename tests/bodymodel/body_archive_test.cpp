@@ -1,6 +1,7 @@
 #include "bodymodel/body_archive.h"
 
 #include <cmath>
+#include <cstring>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -65,6 +66,28 @@ TEST(BodyArchive, AMotionReadsBackToTheSameBits) {
   EXPECT_EQ(back.end_sites[0].offset, clip.end_sites[0].offset);
   EXPECT_EQ(back.motion.poses[3].rotations, clip.motion.poses[3].rotations);
   EXPECT_EQ(back.motion.poses[3].root_translation, clip.motion.poses[3].root_translation);
+}
+
+TEST(BodyArchive, RefusesNumbersBeyondTheCeiling) {
+  for (const char* name : {"vertices", "offsets", "shape_joints"}) {
+    Arrays arrays = body_arrays(whole_body());
+    Tensor& tensor = arrays.at(name);
+    const double huge = -1e300;
+    std::memcpy(tensor.data.data() + sizeof huge, &huge, sizeof huge);
+    EXPECT_THAT([&] { body_of_arrays(Npz(npz_bytes(arrays), "b.npz")); },
+                ThrowsMessage<DataError>(
+                    HasSubstr(std::string(name) + "[1]: -1e+300; expected at most 1e+09")));
+  }
+  Arrays arrays = motion_arrays(testing::person_clip());
+  const double far = 2e9;
+  std::memcpy(arrays.at("root_translation").data.data(), &far, sizeof far);
+  const auto read = [&](const Limits& limits) {
+    return motion_of_arrays(Npz(npz_bytes(arrays), "m.npz"), limits);
+  };
+  EXPECT_THAT([&] { read({}); }, ThrowsMessage<DataError>(HasSubstr("at most 1e+09")));
+  Limits wide;
+  wide.mesh_coordinate = 1e10;
+  EXPECT_EQ(read(wide).motion.poses[0].root_translation.x(), far);
 }
 
 TEST(BodyArchive, RefusesBrokenBodies) {

@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,6 +23,12 @@ DefaultHumanOptions without_basis(DefaultHumanOptions options) {
 Pose posed(const BodyModel& model, const std::string& joint, const Eigen::Vector3d& rotation) {
   Pose pose = rest_pose(model.skeleton);
   pose.rotations.row(find_joint(model.skeleton, joint)) = rotation.transpose();
+  return pose;
+}
+
+Pose posed_at(const BodyModel& model, int joint, const Eigen::Vector3d& rotation) {
+  Pose pose = rest_pose(model.skeleton);
+  pose.rotations.row(joint) = rotation.transpose();
   return pose;
 }
 
@@ -217,6 +224,107 @@ TEST(DefaultHumanVolume, CorrectivesVanishAtRest) {
   const BodyModel model = default_human(without_basis({}));
   const Points v = skin_vertices(model, rest_pose(model.skeleton));
   EXPECT_LT((v - model.mesh.vertices).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+// Skin presses into skin at the ends of motion. How much: the share of the surface whose triangles
+// cross others. The limits are what it is now, not what it should be.
+TEST(DefaultHumanRig, TheFaceTurnsWithTheHead) {
+  const BodyModel model = default_human(without_basis({}));
+  const int head = find_joint(model.skeleton, "head");
+  const Eigen::RowVector3d joint = rest_positions(model.skeleton).row(head);
+  const double stature = model.mesh.vertices.col(1).maxCoeff();
+  for (const Eigen::Vector3d& turn :
+       {Eigen::Vector3d(0, 0.7, 0), Eigen::Vector3d(0.5, 0, 0), Eigen::Vector3d(0, 0, 0.5)}) {
+    const Points posed = skin_vertices(model, posed_at(model, head, turn));
+    const Eigen::Matrix3d rotation =
+        Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+    double worst = 0;
+    int count = 0;
+    for (Index v = 0; v < posed.rows(); ++v) {
+      const Eigen::RowVector3d p = model.mesh.vertices.row(v);
+      // Chin to brow, in front of the ears.
+      if (p.y() > 0.872 * stature && p.z() > 0.04 * stature) {
+        const Eigen::RowVector3d rigid = joint + (p - joint) * rotation.transpose();
+        worst = std::max(worst, (posed.row(v) - rigid).norm());
+        ++count;
+      }
+    }
+    std::printf("face: %d vertices, at most %.1f mm off the head's turn\n", count, 1e3 * worst);
+    EXPECT_GT(count, 300);
+    EXPECT_LT(worst, 0.008);
+  }
+}
+
+TEST(DefaultHumanFold, AtTheEndsOfMotionIsKnown) {
+  struct Extreme {
+    const char* name;
+    std::vector<std::pair<const char*, Eigen::Vector3d>> turns;
+    double most;  // share of the surface
+  };
+  const double d = M_PI / 180;
+  const double h = std::sqrt(0.5);
+  const Extreme list[] = {
+      {"elbow 90", {{"left_elbow", Eigen::Vector3d(-h, -h, 0) * 90 * d}}, 0.01},
+      {"elbow 145", {{"left_elbow", Eigen::Vector3d(-h, -h, 0) * 145 * d}}, 0.03},
+      {"knee 90", {{"left_knee", {90 * d, 0, 0}}}, 0.01},
+      {"knee 140", {{"left_knee", {140 * d, 0, 0}}}, 0.05},
+      {"hip 90", {{"left_hip", {-90 * d, 0, 0}}}, 0.02},
+      {"hip 120", {{"left_hip", {-120 * d, 0, 0}}}, 0.05},
+      {"sitting",
+       {{"left_hip", {-90 * d, 0, 0}},
+        {"right_hip", {-90 * d, 0, 0}},
+        {"left_knee", {90 * d, 0, 0}},
+        {"right_knee", {90 * d, 0, 0}}},
+       0.04},
+      {"squat",
+       {{"left_hip", {-120 * d, 0, 0}},
+        {"right_hip", {-120 * d, 0, 0}},
+        {"left_knee", {140 * d, 0, 0}},
+        {"right_knee", {140 * d, 0, 0}}},
+       0.12},
+      {"arm hanging", {{"left_shoulder", {0, 0, -40 * d}}}, 0.03},
+      {"arm up", {{"left_collar", {0, 0, 20 * d}}, {"left_shoulder", {0, 0, 110 * d}}}, 0.02},
+      {"arm across", {{"left_shoulder", {0, -130 * d, 0}}}, 0.03},
+      {"fist",
+       {{"left_index1", {0, 0, -90 * d}},
+        {"left_index2", {0, 0, -90 * d}},
+        {"left_middle1", {0, 0, -90 * d}},
+        {"left_middle2", {0, 0, -90 * d}},
+        {"left_ring1", {0, 0, -90 * d}},
+        {"left_ring2", {0, 0, -90 * d}},
+        {"left_pinky1", {0, 0, -90 * d}},
+        {"left_pinky2", {0, 0, -90 * d}}},
+       0.03}};
+  const BodyModel woman = default_human(without_basis(female_human()));
+  const BodyModel man = default_human(without_basis(male_human()));
+  bool male = false;
+  for (const Extreme& extreme : list) {
+    male = !male;  // in turn: the differences are small
+    const BodyModel& model = male ? man : woman;
+    const Triangles& faces = model.mesh.faces;
+    Pose pose = rest_pose(model.skeleton);
+    for (const auto& [joint, turn] : extreme.turns) {
+      pose.rotations.row(find_joint(model.skeleton, joint)) = turn.transpose();
+    }
+    const Points vertices = skin_vertices(model, pose);
+    std::set<int> crossed;
+    for (const auto& pair : self_intersections(vertices, faces)) {
+      crossed.insert({pair[0], pair[1]});
+    }
+    double area = 0;
+    double all = 0;
+    for (int f = 0; f < static_cast<int>(faces.rows()); ++f) {
+      const Eigen::Vector3d a = vertices.row(faces(f, 0));
+      const Eigen::Vector3d b = vertices.row(faces(f, 1));
+      const Eigen::Vector3d c = vertices.row(faces(f, 2));
+      const double one = (b - a).cross(c - a).norm() / 2;
+      all += one;
+      area += crossed.count(f) > 0 ? one : 0;
+    }
+    std::printf("%s, %s: %.2f%% of the surface crosses\n", male ? "male" : "female", extreme.name,
+                100 * area / all);
+    EXPECT_LT(area / all, extreme.most) << extreme.name;
+  }
 }
 
 TEST(DefaultHumanAtlas, IslandsAreNamedAndFillTheSquareWithoutMirrors) {

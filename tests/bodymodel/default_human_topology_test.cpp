@@ -96,6 +96,31 @@ TEST(DefaultHumanTopology, TrianglesAreEven) {
     slender += smallest < 30;
     worst = std::min(worst, smallest);
   }
+  // Edges of one vertex: the longest over the shortest.
+  const Index count = v.rows();
+  std::vector<double> shortest(static_cast<std::size_t>(count), 1e9);
+  std::vector<double> longest(static_cast<std::size_t>(count), 0);
+  for (Index i = 0; i < f.rows(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      const double length = (v.row(f(i, (c + 1) % 3)) - v.row(f(i, c))).norm();
+      for (const int at : {f(i, c), f(i, (c + 1) % 3)}) {
+        shortest[at] = std::min(shortest[at], length);
+        longest[at] = std::max(longest[at], length);
+      }
+    }
+  }
+  std::vector<double> spread;
+  for (std::size_t i = 0; i < shortest.size(); ++i) {
+    spread.push_back(longest[i] / shortest[i]);
+  }
+  std::sort(spread.begin(), spread.end());
+  std::printf(
+      "longest over shortest edge of a vertex: median %.2f, 95%% %.2f, most %.2f; "
+      "smallest angle %.1f degrees, %.1f%% of triangles below 30\n",
+      spread[spread.size() / 2], spread[spread.size() * 95 / 100], spread.back(), worst,
+      100.0 * slender / static_cast<double>(f.rows()));
+  EXPECT_LT(spread[spread.size() / 2], 1.6);
+  EXPECT_LT(spread[spread.size() * 95 / 100], 2.2);
   RecordProperty("smallest_angle_degrees", std::to_string(worst));
   EXPECT_LT(slender, 0.08 * static_cast<double>(f.rows()));
   EXPECT_GT(worst, 8);

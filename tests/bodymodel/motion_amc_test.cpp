@@ -181,7 +181,7 @@ TEST(Trc, RefusesBrokenFiles) {
   refused("Units", "Unit", "no Units");
   refused("60\t60", "0\t60", "DataRate");
   refused("60\t60", "x\t60", "'x'");
-  refused("\t2\t2\t", "\t0\t2\t", "0 frames");
+  refused("\t2\t2\t", "\t0\t2\t", "a whole number for NumFrames");
   refused("\t2\t2\t", "\t2\t3\t", "3, as NumMarkers says");
   refused("\t2\t2\t", "\t1\t2\t", "as NumFrames says");
   refused("\t2\t2\t", "\t3\t2\t", "the file is cut off");

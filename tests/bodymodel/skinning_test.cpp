@@ -136,6 +136,9 @@ TEST(Skinning, VertexJacobianAgreesWithFiniteDifferences) {
     }
   }
   RecordProperty("worst_error", ::testing::PrintToString(worst));
+  std::printf(
+      "derivatives of vertices by translation, rotations and shape: %.1e from finite ones\n",
+      worst);
   EXPECT_LT(worst, 1e-6);
 }
 

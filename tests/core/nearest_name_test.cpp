@@ -23,6 +23,8 @@ TEST(NearestName, FindsInsertedDeletedReplacedAndSwappedLetters) {
 TEST(NearestName, FindsTheLastWordOfADottedName) {
   EXPECT_EQ(nearest_name("substeps", kNames), "solver.substeps");
   EXPECT_EQ(nearest_name("cloth.substeps", kNames), "solver.substeps");
+  EXPECT_EQ(nearest_name("--unit", {"--out", "--input.up", "--input.unit"}), "--input.unit");
+  EXPECT_EQ(nearest_name("--", {"--input.unit"}), "");
 }
 
 TEST(NearestName, FindsNothingFarAway) {

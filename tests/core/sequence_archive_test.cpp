@@ -12,6 +12,7 @@
 namespace atelier {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -69,6 +70,22 @@ TEST(MeshArchive, KeepsWhatIsEmptyEmpty) {
   expect_equal(read_mesh_archive(folder / "a.h5"), mesh);
   EXPECT_EQ(archive_contents(folder / "a.h5").datasets.size(), 1u);
   expect_equal(mesh_of(archive_of(Mesh{})), Mesh{});
+}
+
+TEST(MeshArchive, RefusesCoordinatesBeyondTheCeiling) {
+  const testing::TemporaryDirectory folder;
+  Mesh mesh = square(0);
+  mesh.vertices(1, 1) = -1e300;
+  write_archive(folder / "far.h5", archive_of(mesh));
+  EXPECT_THAT(refusal([&] { read_mesh_archive(folder / "far.h5"); }),
+              AllOf(HasSubstr("far.h5: vertices"), HasSubstr("coordinate 1e+300"),
+                    HasSubstr("at most 1e+09")));
+  mesh.vertices(1, 1) = 1e9;
+  write_archive(folder / "near.h5", archive_of(mesh));
+  expect_equal(read_mesh_archive(folder / "near.h5"), mesh);
+  Limits limits;
+  limits.mesh_coordinate = 10;
+  EXPECT_THROW(read_mesh_archive(folder / "near.h5", limits), DataError);
 }
 
 TEST(MeshArchive, AnInvalidMeshIsNotWritten) {

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/io/mesh_file.h"
+#include "tests/core_io/mesh_cases.h"
 #include "tests/support/shapes.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
@@ -27,12 +28,7 @@ PolygonMesh parse(const std::string& text, const Limits& limits = {}) {
 }
 
 std::string refusal(const std::string& text, const Limits& limits = {}) {
-  try {
-    parse(text, limits);
-  } catch (const DataError& error) {
-    return error.what();
-  }
-  return "was read";
+  return testing::refusal_of([&] { parse(text, limits); });
 }
 
 const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -243,22 +239,13 @@ TEST(ReadObj, FileLargerThanTheCeilingIsNotRead) {
   EXPECT_THROW(read_obj(folder / "absent.obj"), DataError);
 }
 
+/// With a seam.
 Mesh full_mesh() {
-  Mesh mesh = testing::sphere(2);
-  const Index n = mesh.vertices.rows();
-  mesh.vertices *= 1.0 / 3.0;
-  mesh.normals = mesh.vertices.rowwise().normalized();
-  mesh.colors.resize(n, 3);
-  mesh.uvs.resize(n + 1, 2);
-  for (Index i = 0; i < n; ++i) {
-    const float t = static_cast<float>(i) / static_cast<float>(n);
-    mesh.colors.row(i) << t, 1 - t, t * t;
-  }
-  for (Index i = 0; i <= n; ++i) {
-    mesh.uvs.row(i) << 1.0 / (1.0 + i), std::sqrt(i);
-  }
-  mesh.uv_faces = mesh.faces;
-  mesh.uv_faces(3, 1) = static_cast<int>(n);  // a seam
+  Mesh mesh = testing::full_mesh();
+  const Index n = mesh.uvs.rows();
+  mesh.uvs.conservativeResize(n + 1, 2);
+  mesh.uvs.row(n) << 0.1, 0.7;
+  mesh.uv_faces(3, 1) = static_cast<int>(n);
   return mesh;
 }
 

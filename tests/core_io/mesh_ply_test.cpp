@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_obj.h"
+#include "tests/core_io/mesh_cases.h"
 #include "tests/support/shapes.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
@@ -27,12 +28,7 @@ PolygonMesh parse(const std::string& text, const Limits& limits = {}) {
 }
 
 std::string refusal(const std::string& text, const Limits& limits = {}) {
-  try {
-    parse(text, limits);
-  } catch (const DataError& error) {
-    return error.what();
-  }
-  return "was read";
+  return testing::refusal_of([&] { parse(text, limits); });
 }
 
 template <class T>
@@ -275,31 +271,10 @@ TEST(ReadPly, CeilingsAreKept) {
   EXPECT_THAT(refusal(text, limits), HasSubstr("a line of"));
 }
 
-Mesh full_mesh() {
-  Mesh mesh = testing::sphere(2);
-  const Index n = mesh.vertices.rows();
-  mesh.normals = mesh.vertices;
-  mesh.vertices *= 1.0 / 3.0;
-  make_unit_rows(mesh.normals);
-  mesh.colors.resize(n, 3);
-  mesh.confidence.resize(n);
-  mesh.labels.resize(static_cast<std::size_t>(n));
-  mesh.uvs.resize(n, 2);
-  for (Index i = 0; i < n; ++i) {
-    const float t = static_cast<float>(i) / static_cast<float>(n);
-    mesh.colors.row(i) << t, 1 - t, t * t;
-    mesh.confidence[i] = t;
-    mesh.labels[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(i);
-    mesh.uvs.row(i) << 1.0 / (1.0 + i), std::sqrt(i);
-  }
-  mesh.uv_faces = mesh.faces;
-  return mesh;
-}
-
 class WritePly : public ::testing::TestWithParam<PlyFormat> {};
 
 TEST_P(WritePly, ExactRoundTripKeepsEveryBit) {
-  const Mesh mesh = full_mesh();
+  const Mesh mesh = testing::full_mesh();
   const PolygonMesh polygons =
       parse(ply_bytes(polygons_of(mesh), {.format = GetParam(), .exact = true}));
   EXPECT_EQ(polygons.convention.metres_per_unit, 1);
@@ -317,7 +292,7 @@ TEST_P(WritePly, ExactRoundTripKeepsEveryBit) {
 }
 
 TEST_P(WritePly, FloatRoundTripKeepsFloatsAndBytes) {
-  const Mesh mesh = full_mesh();
+  const Mesh mesh = testing::full_mesh();
   const Mesh back = triangulated(parse(ply_bytes(polygons_of(mesh), {.format = GetParam()})));
   EXPECT_EQ(back.vertices.cast<float>(), mesh.vertices.cast<float>());
   EXPECT_EQ(back.labels, mesh.labels);

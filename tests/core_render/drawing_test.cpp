@@ -82,8 +82,7 @@ TEST(Drawing, AlphaIsSetWhereSomethingIsDrawn) {
 TEST(Drawing, PartsOutsideAreCutOff) {
   Polyline line;
   line.points = {{-1e9, 10}, {1e9, 10}};
-  const Image image =
-      drawn(Image(20, 20, 1), {line, Circle{{-50, -50}, 5}, Label{{300, 5}, "far"}});
+  const Image image = drawn(Image(20, 20, 1), {line, Circle{{-50, -50}, 5}, Text{{300, 5}, "far"}});
   EXPECT_GT(image.at(10, 10), 0.3f);
   EXPECT_EQ(image.at(10, 2), 0);
 }
@@ -108,11 +107,11 @@ TEST(Drawing, LabelsStandWhereTheyAreAnchored) {
     return -1;
   };
   const double width = text_width("HHHH", 14);
-  const int left = first_column(drawn(Image(200, 40, 1), {Label{{100, 30}, "HHHH", 14}}));
-  Label label{{100, 30}, "HHHH", 14};
-  label.anchor = Label::Anchor::Right;
+  const int left = first_column(drawn(Image(200, 40, 1), {Text{{100, 30}, "HHHH", 14}}));
+  Text label{{100, 30}, "HHHH", 14};
+  label.anchor = Text::Anchor::Right;
   const int right = first_column(drawn(Image(200, 40, 1), {label}));
-  label.anchor = Label::Anchor::Center;
+  label.anchor = Text::Anchor::Center;
   const int center = first_column(drawn(Image(200, 40, 1), {label}));
   EXPECT_NEAR(left, 100, 4);
   EXPECT_NEAR(left - right, width, 1.5);
@@ -120,7 +119,7 @@ TEST(Drawing, LabelsStandWhereTheyAreAnchored) {
 }
 
 TEST(Drawing, CapitalsAreAsTallAsAsked) {
-  const Image image = drawn(Image(100, 100, 1), {Label{{10, 80}, "H", 40}});
+  const Image image = drawn(Image(100, 100, 1), {Text{{10, 80}, "H", 40}});
   int top = 100, bottom = 0;
   for (int y = 0; y < 100; ++y) {
     for (int x = 0; x < 100; ++x) {
@@ -135,25 +134,25 @@ TEST(Drawing, CapitalsAreAsTallAsAsked) {
 }
 
 TEST(Drawing, HaloDarkensAroundTheText) {
-  Label label{{10, 30}, "H", 20, {1, 1, 1}, Label::Anchor::Left, 2};
+  Text label{{10, 30}, "H", 20, {1, 1, 1}, Text::Anchor::Left, 2};
   const Image image = drawn(Image(60, 40, 1, 0.5f), {label});
   EXPECT_LT(*std::min_element(image.data.begin(), image.data.end()), 0.2f);
   EXPECT_GT(*std::max_element(image.data.begin(), image.data.end()), 0.9f);
 }
 
 TEST(Drawing, OtherCharactersBecomeQuestionMarks) {
-  const Image a = drawn(Image(80, 30, 1), {Label{{5, 22},
-                                                 "a\xC3\xA9"
-                                                 "b",
-                                                 14}});
-  const Image b = drawn(Image(80, 30, 1), {Label{{5, 22}, "a?b", 14}});
+  const Image a = drawn(Image(80, 30, 1), {Text{{5, 22},
+                                                "a\xC3\xA9"
+                                                "b",
+                                                14}});
+  const Image b = drawn(Image(80, 30, 1), {Text{{5, 22}, "a?b", 14}});
   EXPECT_EQ(a.data, b.data);
 }
 
 TEST(Drawing, NothingToDrawChangesNothing) {
   const Image image(5, 5, 3, 0.3f);
   EXPECT_EQ(drawn(image, {}).data, image.data);
-  EXPECT_EQ(drawn(image, {Polyline{}, Label{}}).data, image.data);
+  EXPECT_EQ(drawn(image, {Polyline{}, Text{}}).data, image.data);
   EXPECT_EQ(drawn(Image(0, 0, 3), {Circle{}}).data.size(), 0u);
 }
 
@@ -167,8 +166,8 @@ TEST(DrawingRefusal, NumbersThatAreNotFinite) {
   EXPECT_THROW(drawn(Image(4, 4, 3), {line}), LogicError);
   EXPECT_THROW(drawn(Image(4, 4, 3), {Circle{{kNan, 0}}}), LogicError);
   EXPECT_THROW(drawn(Image(4, 4, 3), {Circle{{1, 1}, -1}}), LogicError);
-  EXPECT_THROW(drawn(Image(4, 4, 3), {Label{{0, kNan}, "x"}}), LogicError);
-  EXPECT_THROW(drawn(Image(4, 4, 3), {Label{{0, 0}, "x", 0}}), LogicError);
+  EXPECT_THROW(drawn(Image(4, 4, 3), {Text{{0, kNan}, "x"}}), LogicError);
+  EXPECT_THROW(drawn(Image(4, 4, 3), {Text{{0, 0}, "x", 0}}), LogicError);
 }
 
 TEST(ColorMaps, EndsAndMiddle) {

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "tests/core_render/shapes.h"
+#include "tests/support/child_process.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier {
@@ -112,6 +113,24 @@ TEST(Video, ProbeSaysWhatBrowsersNeed) {
                            "color_space=bt709", "color_range=tv"}) {
     EXPECT_THAT(probe, HasSubstr(line));
   }
+}
+
+TEST(Video, ABrowserDecodesIt) {
+  const testing::TemporaryDirectory folder;
+  if (testing::run_child({"sh", "-c", "command -v chromium"}).exit_code != 0) {
+    GTEST_SKIP() << "no program chromium (scripts/setup --judges)";
+  }
+  write_video(folder / "a.mp4", 10, [](Index i) { return moving(i); }, {.fps = 5});
+  // A page is loaded once its videos have their first picture (readyState 2 or more).
+  std::ofstream(folder / "page.html")
+      << "<video id=v muted preload=auto src=a.mp4></video><script>onload = () => {"
+         "document.body.textContent = `ready ${v.readyState >= 2} size ${v.videoWidth}x"
+         "${v.videoHeight} seconds ${v.duration.toFixed(2)} error ${v.error}`}</script>";
+  const testing::ChildResult result =
+      testing::run_child({"chromium", "--headless", "--no-sandbox", "--disable-gpu",
+                          "--user-data-dir=" + (folder / "profile").string(), "--dump-dom",
+                          "file://" + (folder / "page.html").string()});
+  EXPECT_THAT(result.out, HasSubstr("ready true size 64x48 seconds 2.00 error null")) << result.err;
 }
 
 TEST(Video, ColoursComeBack) {

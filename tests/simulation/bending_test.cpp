@@ -8,61 +8,6 @@
 namespace atelier {
 namespace {
 
-/// Tip drop over length of a clamped strip whose load number w L^3 / B is `gamma`.
-double cantilever_drop(double gamma, char kind, int elements, Device device) {
-  const double length = 0.1;
-  const double size = kind == 'e' ? length / (elements * std::sqrt(3.0) / 2) : length / elements;
-  const double density = 0.2;
-  const double bending = density * 9.81 * length * length * length / gamma;
-  // The strip runs along z; the first two rows are the clamp.
-  const double step = kind == 'e' ? size * std::sqrt(3.0) / 2 : size;
-  const double stretch = 3e4 * bending / (step * step);
-  Garment garment =
-      testing::garment_of(testing::sheet(4, elements + 1, size, kind), density, stretch, bending);
-  const std::vector<int> clamp = testing::vertices_where(
-      garment.mesh.vertices, [&](double, double, double z) { return z < 1.5 * step; });
-  XpbdOptions options;
-  options.substeps = 60;
-  options.iterations = 10;
-  options.precision = "double";
-  options.report = false;
-  options.velocity_damping = 8;
-  options.time_step = 1.0 / 60;
-  ClothSolver solver(make_cloth(garment, clamp), {}, options, device);
-  const ClothState state = testing::settle(solver, {}, 240, 2e-4);
-  double drop = 0;
-  int count = 0;
-  for (Index v = 0; v < state.positions.rows(); ++v) {
-    if (garment.mesh.vertices(v, 2) > (elements + 1) * step - 1e-9) {
-      drop -= state.positions(v, 1);
-      ++count;
-    }
-  }
-  return drop / count / length;
-}
-
-// T7: against the exact elastica.
-TEST(Cantilever, DISABLED_DroopsAsTheElastica) {
-  const struct {
-    double gamma, drop;
-  } table[] = {{1, 0.12347}, {5, 0.49591}, {10, 0.70020}, {50, 0.90792}};
-  for (Device device : testing::devices()) {
-    for (const auto& row : table) {
-      const double drop = cantilever_drop(row.gamma, 'e', 20, device);
-      EXPECT_NEAR(drop / row.drop, 1, 0.02) << "gamma " << row.gamma;
-      RecordProperty("gamma_" + std::to_string(int(row.gamma)),
-                     std::to_string(drop / row.drop - 1));
-    }
-  }
-}
-
-// T9: the hinge weight makes the drape independent of the mesh size.
-TEST(Cantilever, DoesNotChangeWithTheMeshSize) {
-  const double coarse = cantilever_drop(10, 'e', 14, Device::Cpu);
-  const double fine = cantilever_drop(10, 'e', 28, Device::Cpu);
-  EXPECT_NEAR(coarse / fine, 1, 0.05);
-}
-
 // T9: a bent template opens, or keeps its shape where rest angles are the template's.
 TEST(RestAngles, ACylinderOpensUnlessTheTemplateIsItsRest) {
   Mesh mesh = testing::sheet(3, 16, 0.01);

@@ -1,0 +1,96 @@
+#include <array>
+#include <fstream>
+
+#include "apps/inspection.h"
+#include "core/archive.h"
+#include "core/io/foreign_hdf5.h"
+#include "core/io/npy.h"
+#include "core/io/npz.h"
+#include "core/io/safetensors.h"
+
+namespace atelier {
+namespace {
+
+/// Atelier's own archives begin with their index; what begins with HDF5's mark is of others.
+bool is_foreign_hdf5(const std::filesystem::path& path) {
+  std::array<char, 4> begin{};
+  std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
+  return std::string_view(begin.data(), begin.size()) == "\x89HDF";
+}
+
+void inspect_foreign_hdf5(const std::filesystem::path& path, Inspection& inspection) {
+  const ForeignHdf5Contents contents = foreign_hdf5_contents(path);
+  inspection.add("kind", "HDF5 of another program");
+  inspection.add("datasets", contents.datasets.size());
+  inspection.add("attributes", contents.attributes.size());
+  inspection.add("left out", contents.left_out.size());
+  for (const auto& [name, tensor] : contents.datasets) {
+    inspection.add_member(name,
+                          {{"type", element_type_name(tensor.type)}, {"shape", tensor.shape}});
+  }
+  for (const std::string& name : contents.attributes) {
+    inspection.add_member(name, "attribute");
+  }
+  for (const auto& [name, why] : contents.left_out) {
+    inspection.findings.push_back(
+        {Severity::Warning, "hdf5-left-out", name, why, "it is not read; the rest of the file is"});
+  }
+}
+
+}  // namespace
+
+void inspect_npy(const std::filesystem::path& path, Inspection& inspection) {
+  inspection.add("kind", "npy");
+  inspection.add("array", tensor_facts(read_npy(path)));
+}
+
+void inspect_npz(const std::filesystem::path& path, Inspection& inspection) {
+  const Npz npz(path);
+  inspection.add("kind", "npz");
+  inspection.add("arrays", npz.names().size());
+  for (const std::string& name : npz.names()) {
+    inspection.add_member(name, tensor_facts(npz.read(name)));
+  }
+#ifdef ATELIER_HAS_BODYMODEL
+  inspect_person(path, inspection);
+#endif
+}
+
+void inspect_safetensors(const std::filesystem::path& path, Inspection& inspection) {
+  const Safetensors content = read_safetensors(path);
+  inspection.add("kind", "safetensors");
+  inspection.add("tensors", content.tensors.size());
+  nlohmann::ordered_json metadata = nlohmann::ordered_json::object();
+  for (const auto& [name, text] : content.metadata) {
+    metadata[name] = text.substr(0, 80);
+  }
+  inspection.add("metadata", metadata);
+  for (const auto& [name, tensor] : content.tensors) {
+    inspection.add_member(name, tensor_facts(tensor));
+  }
+}
+
+void inspect_hdf5(const std::filesystem::path& path, Inspection& inspection) {
+  if (is_foreign_hdf5(path)) {
+    inspect_foreign_hdf5(path, inspection);
+    return;
+  }
+  const Archive head = archive_contents(path);
+  // With data: damage is found, and ranges can be told.
+  const Archive archive = read_archive(path, head.schema, head.version);
+  inspection.add("kind", "archive of schema '" + archive.schema + "', version " +
+                             std::to_string(archive.version));
+  inspection.add("unit", archive.units);
+  inspection.add("up", archive.up_axis);
+  for (const auto& [name, value] : archive.numbers) {
+    inspection.add_member(name, value);
+  }
+  for (const auto& [name, text] : archive.texts) {
+    inspection.add_member(name, text.substr(0, 80));
+  }
+  for (const auto& [name, tensor] : archive.datasets) {
+    inspection.add_member(name, tensor_facts(tensor));
+  }
+}
+
+}  // namespace atelier

@@ -1,0 +1,126 @@
+#include "apps/inspection.h"
+#include "apps/stage_console.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/json.h"
+#include "core/io/lower_extension.h"
+#include "core/io/sequence_folder.h"
+#include "core/limits.h"
+#include "core/sequence_archive.h"
+#include "core/store/consent_file.h"
+#include "core/store/file_kind.h"
+#include "core/store/manifest.h"
+#include "core/store/result.h"
+#include "core/store/toml_entries.h"
+
+namespace atelier {
+namespace {
+
+bool is_there(const std::filesystem::path& path) {
+  return file_kind(path) != std::filesystem::file_type::not_found;
+}
+
+void inspect_manifest(const std::filesystem::path& path, Inspection& inspection) {
+  const std::filesystem::path folder = path.parent_path().empty() ? "." : path.parent_path();
+  const Manifest manifest = parse_manifest(
+      read_json(path).dump(), path.string());  // its own digest is of the content, not the layout
+  inspection.add("kind", "manifest of a result of '" + manifest.stage + "', version " +
+                             std::to_string(manifest.stage_version));
+  inspection.add("key", hex(manifest.key));
+  inspection.add("finished", manifest.finished);
+  inspection.add("build", manifest.build);
+  inspection.add("work", manifest.work_seconds, "s");
+  inspection.add("peak memory", manifest.peak_memory_bytes, "bytes");
+  inspection.add("consent", to_string(manifest.consent));
+  inspection.add("outputs", manifest.outputs.size());
+  for (const ManifestInput& input : manifest.inputs) {
+    inspection.add_member("input " + input.kind,
+                          {{"path", input.path}, {"files", input.files}, {"bytes", input.bytes}});
+  }
+  for (const ManifestOption& option : manifest.options) {
+    inspection.add_member("option " + option.name,
+                          {{"value", nlohmann::ordered_json::parse(option.json, nullptr, false)},
+                           {"source", option.source}});
+  }
+  for (const auto& [name, value] : manifest.metrics) {
+    inspection.add_member("metric " + name, value);
+  }
+  inspection.findings = check_outputs(folder, manifest, Check::Digests);
+}
+
+}  // namespace
+
+void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
+  const nlohmann::json json = read_json(path);
+  if (json.is_object() && json.value("schema", nlohmann::json()) == "atelier-manifest") {
+    inspect_manifest(path, inspection);
+    return;
+  }
+  inspection.add("kind", std::string("JSON, ") + json.type_name());
+  if (json.is_object() && json.contains("schema") && json["schema"].is_string()) {
+    inspection.add("schema", json["schema"].get<std::string>());
+  }
+  if (json.is_structured()) {
+    inspection.add("entries", json.size());
+  }
+}
+
+void inspect_toml(const std::filesystem::path& path, Inspection& inspection) {
+  const std::vector<TomlEntry> entries =
+      read_toml_entries(read_file_text(path, Limits{}.text_file_bytes), path.string());
+  inspection.add("kind", path.filename() == "capture.toml" ? "a capture's description"
+                                                           : "TOML, as --config takes it");
+  if (path.filename() == "capture.toml") {
+    inspection.add("consent",
+                   to_string(read_consent(path.parent_path().empty() ? std::filesystem::path(".")
+                                                                     : path.parent_path())));
+  }
+  inspection.add("entries", entries.size());
+  for (const TomlEntry& entry : entries) {
+    inspection.add_member(entry.name, entry.kind == TomlEntry::Kind::Other
+                                          ? "a list of several kinds"
+                                          : entry.text.substr(0, 80));
+  }
+}
+
+void inspect_folder(const std::filesystem::path& path, Inspection& inspection) {
+  if (is_there(path / "manifest.json")) {
+    inspect_manifest(path / "manifest.json", inspection);
+    return;
+  }
+  if (is_there(path / "sequence.h5")) {
+    const SequenceHeader header = read_sequence_header(path);
+    inspection.add("kind", "sequence of meshes");
+    inspection.add("frames", header.frame_ids.size());
+    inspection.add("fps", header.fps, "1/s");
+    inspection.add("triangles", header.shared.faces.rows());
+    return;
+  }
+  if (is_there(path / "capture.toml")) {
+    inspect_toml(path / "capture.toml", inspection);
+    for (const char* part : {"cameras.json", "images", "labels", "keypoints2d", "truth"}) {
+      inspection.add(part, is_there(path / part) ? "there" : "none");
+    }
+    return;
+  }
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(path, error)) {
+    const std::string extension = lower_extension(entry.path());
+    if (extension == ".obj" || extension == ".ply" || extension == ".glb" || extension == ".gltf") {
+      const Sequence sequence = read_sequence_folder(path);
+      inspection.add("kind", "meshes, one a frame");
+      inspection.add("frames", frame_count(sequence));
+      inspection.add("first frame", sequence.frame_ids.front());
+      inspection.add("last frame", sequence.frame_ids.back());
+      return;
+    }
+  }
+  if (error) {
+    throw EnvironmentError(path.string(), error.message());
+  }
+  throw DataError(path.string(), "", "a folder of none of these",
+                  "a result, a sequence, a capture or meshes that are numbered; atelier status "
+                  "shows what a workspace holds");
+}
+
+}  // namespace atelier

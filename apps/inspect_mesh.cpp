@@ -1,0 +1,111 @@
+#include "apps/inspection.h"
+#include "core/io/mesh_file.h"
+#include "core/io/mesh_gltf.h"
+#include "core/mesh_statistics.h"
+#include "core/topology.h"
+
+namespace atelier {
+namespace {
+
+std::vector<double> numbers(const Eigen::Vector3d& p) {
+  return {p.x(), p.y(), p.z()};
+}
+
+void add_mesh(const Mesh& mesh, Inspection& inspection) {
+  const MeshStatistics s = mesh_statistics(mesh);
+  inspection.add("kind", "mesh");
+  inspection.add("unit", "metres, Y up (as the file says, or else taken for it)");
+  inspection.add("vertices", s.vertices);
+  inspection.add("triangles", s.faces);
+  inspection.add("edges", s.edges);
+  inspection.add("components", s.components);
+  inspection.add("boundary loops", s.boundary_loops);
+  inspection.add("lowest", numbers(s.lowest), "m");
+  inspection.add("highest", numbers(s.highest), "m");
+  inspection.add("area", s.area, "m2");
+  if (s.volume) {
+    inspection.add("volume", *s.volume, "m3");
+  } else {
+    inspection.add("volume", nullptr);
+  }
+  if (!s.edge_lengths.empty()) {
+    inspection.add("shortest edge", s.edge_lengths.front(), "m");
+    inspection.add("longest edge", s.edge_lengths.back(), "m");
+  }
+  std::string attributes;
+  const auto attribute = [&](const char* name, bool there) {
+    attributes += there ? (attributes.empty() ? "" : ", ") + std::string(name) : "";
+  };
+  attribute("normals", mesh.normals.rows() > 0);
+  attribute("colours", mesh.colors.rows() > 0);
+  attribute("texture coordinates", mesh.uvs.rows() > 0);
+  attribute("labels", !mesh.labels.empty());
+  attribute("confidence", mesh.confidence.size() > 0);
+  inspection.add("attributes", attributes.empty() ? "none" : attributes);
+  const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
+  const std::vector<Finding> defects = findings_of(manifold_defects(topology), topology);
+  inspection.findings.insert(inspection.findings.end(), defects.begin(), defects.end());
+}
+
+const char* path_name(GltfPath path) {
+  return path == GltfPath::Translation ? "translation"
+         : path == GltfPath::Rotation  ? "rotation"
+         : path == GltfPath::Scale     ? "scale"
+                                       : "weights";
+}
+
+}  // namespace
+
+void inspect_mesh(const std::filesystem::path& path, Inspection& inspection) {
+  add_mesh(read_mesh(path), inspection);
+}
+
+void inspect_gltf(const std::filesystem::path& path, Inspection& inspection) {
+  const GltfScene scene = read_gltf(path);
+  inspection.findings = scene.findings;
+  if (!scene.meshes.empty()) {
+    add_mesh(read_mesh(path), inspection);
+  } else {
+    inspection.add("kind", "glTF scene without a mesh");
+  }
+  inspection.add("nodes", scene.nodes.size());
+  inspection.add("meshes", scene.meshes.size());
+  inspection.add("skins", scene.skins.size());
+  inspection.add("animations", scene.animations.size());
+  for (std::size_t i = 0; i < scene.skins.size(); ++i) {
+    nlohmann::ordered_json joints = nlohmann::ordered_json::array();
+    for (const int joint : scene.skins[i].joints) {
+      joints.push_back(scene.nodes[static_cast<std::size_t>(joint)].name);
+    }
+    inspection.add_member(
+        "skin " + std::to_string(i),
+        {{"name", scene.skins[i].name}, {"joints", joints.size()}, {"joint_names", joints}});
+  }
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+    const GltfMesh& mesh = scene.meshes[i];
+    const std::size_t targets =
+        mesh.primitives.empty() ? 0 : mesh.primitives.front().targets.size();
+    nlohmann::ordered_json facts = {
+        {"name", mesh.name}, {"primitives", mesh.primitives.size()}, {"morph_targets", targets}};
+    if (!mesh.target_names.empty()) {
+      facts["morph_target_names"] = mesh.target_names;
+    }
+    inspection.add_member("mesh " + std::to_string(i), facts);
+  }
+  for (std::size_t i = 0; i < scene.animations.size(); ++i) {
+    const GltfAnimation& animation = scene.animations[i];
+    double seconds = 0;
+    std::size_t keys = 0;
+    nlohmann::ordered_json moved = nlohmann::ordered_json::object();
+    for (const GltfChannel& channel : animation.channels) {
+      seconds = std::max(seconds, channel.times.back());
+      keys = std::max(keys, channel.times.size());
+      moved[path_name(channel.path)] = moved.value(path_name(channel.path), 0) + 1;
+    }
+    inspection.add_member(
+        "animation " + std::to_string(i),
+        {{"name", animation.name}, {"seconds", seconds}, {"most_keys", keys}, {"channels", moved}});
+  }
+}
+
+}  // namespace atelier

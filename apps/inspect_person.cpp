@@ -1,0 +1,77 @@
+#ifdef ATELIER_HAS_BODYMODEL
+
+#include <algorithm>
+
+#include "apps/inspection.h"
+#include "bodymodel/body_archive.h"
+#include "bodymodel/body_file.h"
+#include "bodymodel/motion_file.h"
+#include "bodymodel/motion_trc.h"
+#include "core/io/npz.h"
+
+namespace atelier {
+namespace {
+
+void add_findings(const std::vector<Finding>& findings, Inspection& inspection) {
+  inspection.findings.insert(inspection.findings.end(), findings.begin(), findings.end());
+}
+
+void add_motion(const MotionClip& clip, Inspection& inspection) {
+  const auto frames = clip.motion.poses.size();
+  inspection.add("joints", clip.skeleton.names.size());
+  inspection.add("frames", frames);
+  inspection.add("fps", clip.motion.fps, "1/s");
+  inspection.add("duration", static_cast<double>(frames) / clip.motion.fps, "s");
+  add_findings(clip.findings, inspection);
+}
+
+void add_body(const BodyFile& body, Inspection& inspection) {
+  inspection.add("body", body.model.name);
+  inspection.add("vertices", body.model.mesh.vertices.rows());
+  inspection.add("joints", body.model.skeleton.names.size());
+  inspection.add("shape parameters", body.model.shape.size());
+  inspection.add("pose correctives", body.model.correctives.size());
+  add_findings(body.findings, inspection);
+}
+
+}  // namespace
+
+void inspect_motion(const std::filesystem::path& path, Inspection& inspection) {
+  const MotionClip clip = read_motion_file(path);
+  inspection.add("kind", "motion");
+  add_motion(clip, inspection);
+}
+
+void inspect_markers(const std::filesystem::path& path, Inspection& inspection) {
+  const MarkerClip clip = read_trc(path);
+  inspection.add("kind", "markers");
+  inspection.add("markers", clip.markers.size());
+  inspection.add("frames", clip.positions.size());
+  inspection.add("fps", clip.fps, "1/s");
+  inspection.add("metres per unit", clip.metres_per_unit, "m");
+  for (std::size_t m = 0; m < clip.markers.size(); ++m) {
+    inspection.add_member(clip.markers[m],
+                          {{"seen", std::count_if(clip.seen.begin(), clip.seen.end(),
+                                                  [m](const auto& row) { return row[m]; })}});
+  }
+}
+
+void inspect_person(const std::filesystem::path& path, Inspection& inspection) {
+  const Npz npz(path);
+  const std::string schema = archive_schema(npz);
+  const auto has = [&](const char* name) {
+    const auto& names = npz.names();
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  if (schema.starts_with("atelier-motion") || (has("poses") && has("trans"))) {
+    inspection.add("holds", schema.empty() ? "motion (AMASS)" : "motion");
+    add_motion(read_motion_file(path), inspection);
+  } else if (schema.starts_with("atelier-body") || (has("v_template") && has("kintree_table"))) {
+    inspection.add("holds", schema.empty() ? "body (SMPL family)" : "body");
+    add_body(read_body_file(path), inspection);
+  }
+}
+
+}  // namespace atelier
+
+#endif

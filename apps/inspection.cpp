@@ -1,0 +1,131 @@
+#include "apps/inspection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "apps/printable.h"
+
+namespace atelier {
+namespace {
+
+std::string text_of_value(const nlohmann::ordered_json& value) {
+  if (value.is_string()) {
+    return value.get<std::string>();
+  }
+  if (value.is_number_float()) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value.get<double>());
+    return text;
+  }
+  std::string text;
+  if (value.is_array()) {
+    for (const auto& item : value) {
+      text += (text.empty() ? "" : " ") + text_of_value(item);
+    }
+    return text;
+  }
+  if (value.is_object()) {
+    if (value.contains("shape")) {
+      text = value["type"].get<std::string>() + " " + value["shape"].dump();
+      text += value.contains("least")
+                  ? ", " + text_of_value(value["least"]) + " to " + text_of_value(value["most"])
+                  : "";
+      return text + (value.contains("not_finite")
+                         ? ", " + value["not_finite"].dump() + " not finite"
+                         : "");
+    }
+    for (const auto& item : value.items()) {
+      text += (text.empty() ? "" : ", ") + item.key() + " " + text_of_value(item.value());
+    }
+    return text;
+  }
+  return value.is_null() ? "none" : value.dump();
+}
+
+std::string line_of(const Inspection::Fact& fact, const std::string& indent) {
+  constexpr std::size_t kColumn = 18;
+  std::string column = indent + printable(fact.name);
+  column.resize(std::max(column.size() + 2, kColumn), ' ');
+  return column + printable(text_of_value(fact.value)) +
+         (fact.unit.empty() || fact.value.is_null() ? "" : " " + fact.unit) + "\n";
+}
+
+std::string key_of(std::string name) {
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
+}  // namespace
+
+nlohmann::ordered_json tensor_facts(const Tensor& tensor) {
+  nlohmann::ordered_json facts = {{"type", element_type_name(tensor.type)},
+                                  {"shape", tensor.shape}};
+  if (tensor.type == ElementType::Text || tensor.type == ElementType::Complex64 ||
+      tensor.type == ElementType::Complex128) {
+    return facts;
+  }
+  double least = 0;
+  double most = 0;
+  std::int64_t finite = 0;
+  const std::vector<double> values = doubles_of(tensor);
+  for (const double value : values) {
+    if (std::isfinite(value)) {
+      least = finite == 0 ? value : std::min(least, value);
+      most = finite == 0 ? value : std::max(most, value);
+      ++finite;
+    }
+  }
+  if (finite > 0) {
+    facts["least"] = least;
+    facts["most"] = most;
+  }
+  if (const auto rest = std::ssize(values) - finite; rest > 0) {
+    facts["not_finite"] = rest;
+  }
+  return facts;
+}
+
+nlohmann::ordered_json json_of(const Inspection& inspection) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  nlohmann::ordered_json units = nlohmann::ordered_json::object();
+  for (const Inspection::Fact& fact : inspection.facts) {
+    json[key_of(fact.name)] = fact.value;
+    if (!fact.unit.empty()) {
+      units[key_of(fact.name)] = fact.unit;
+    }
+  }
+  if (!units.empty()) {
+    json["units"] = units;
+  }
+  if (!inspection.members.empty()) {
+    json["members"] = nlohmann::ordered_json::object();
+    for (const Inspection::Fact& member : inspection.members) {
+      json["members"][member.name] = member.value;
+    }
+  }
+  json["findings"] = nlohmann::ordered_json::array();
+  for (const Finding& finding : inspection.findings) {
+    json["findings"].push_back({{"severity", severity_name(finding.severity)},
+                                {"code", finding.code},
+                                {"place", finding.place},
+                                {"what", finding.what}});
+  }
+  return json;
+}
+
+std::string text_of(const Inspection& inspection) {
+  std::string text;
+  for (const Inspection::Fact& fact : inspection.facts) {
+    text += line_of(fact, "");
+  }
+  for (const Inspection::Fact& member : inspection.members) {
+    text += line_of(member, "  ");
+  }
+  for (const Finding& finding : inspection.findings) {
+    text += printable(to_string(finding)) + "\n";
+  }
+  return text;
+}
+
+}  // namespace atelier

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/finding.h"
+#include "core/tensor.h"
+
+namespace atelier {
+
+/// What a file is, in order: numbers stay numbers, so that machines get them as such. Findings are
+/// what is wrong with it.
+struct Inspection {
+  struct Fact {
+    std::string name;  ///< lower_case words
+    nlohmann::ordered_json value;
+    std::string unit;  ///< "m2", "" for none
+  };
+
+  std::vector<Fact> facts;
+  std::vector<Fact> members;  ///< what a container holds, by the names that the file gives
+  std::vector<Finding> findings;
+
+  void add(const std::string& name, nlohmann::ordered_json value, const std::string& unit = "") {
+    facts.push_back({name, std::move(value), unit});
+  }
+  void add_member(const std::string& name, nlohmann::ordered_json value) {
+    members.push_back({name, std::move(value), ""});
+  }
+};
+
+/// Type and shape of an array and, of numbers, the range and how many are not finite.
+nlohmann::ordered_json tensor_facts(const Tensor& tensor);
+
+/// {"file": ..., "area": 1.5, "units": {"area": "m2"}, "members": {...}, "findings": [...]}
+nlohmann::ordered_json json_of(const Inspection& inspection);
+
+/// A line for each fact, member and finding, without control characters.
+std::string text_of(const Inspection& inspection);
+
+// One for each kind of file. They add what they find, and throw as the readers that they call.
+void inspect_mesh(const std::filesystem::path& path, Inspection& inspection);
+void inspect_gltf(const std::filesystem::path& path, Inspection& inspection);
+void inspect_image(const std::filesystem::path& path, Inspection& inspection);
+void inspect_npy(const std::filesystem::path& path, Inspection& inspection);
+void inspect_npz(const std::filesystem::path& path, Inspection& inspection);
+void inspect_safetensors(const std::filesystem::path& path, Inspection& inspection);
+void inspect_hdf5(const std::filesystem::path& path, Inspection& inspection);
+void inspect_json(const std::filesystem::path& path, Inspection& inspection);
+void inspect_toml(const std::filesystem::path& path, Inspection& inspection);
+void inspect_folder(const std::filesystem::path& path, Inspection& inspection);
+void inspect_motion(const std::filesystem::path& path, Inspection& inspection);   // with bodymodel
+void inspect_markers(const std::filesystem::path& path, Inspection& inspection);  // with bodymodel
+/// What a body or motion of ours or of the SMPL family adds to its arrays; nothing for another npz.
+void inspect_person(const std::filesystem::path& path, Inspection& inspection);  // with bodymodel
+
+}  // namespace atelier

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/garment.h"
+
+namespace atelier {
+
+/// A fabric with the values that were measured of one, and where they are from.
+///
+/// Sources:
+///   W  Wang, O'Brien and Ramamoorthi 2011, "Data-driven elastic models for cloth: modeling and
+///      measurement", their database of ten fabrics: areal density, stretching (we take the
+///      stiffest of the measured strains along each yarn, for the tangent at rest of a knit is that
+///      of loose loops), bending (mean of the three directions at rest).
+///   K  "Regenerated cellulose-based denim fabric for tropical regions", Journal of Textiles 2016,
+///      4614168, table 5: KES-F of six denims, shear 1.5 to 3.4 gf/(cm deg), thickness 0.8 to 1.2
+///      mm.
+///   P  Penava et al. 2014, weight and thickness of a cotton and a wool weave.
+///   M  Memon et al. 2021, "Study on effect of leather rigidity and thickness on drapability of
+///      sheep garment leather", Materials 14(16) 4553: thickness 0.64 to 0.96 mm, drape coefficient
+///      47 to 70 %.
+///   D  our choice, such that the drape coefficient of the fabric (cusick_drape.h) lies within what
+///      is published for its kind; a quantity without a letter is our choice too.
+struct Fabric {
+  std::string_view name;
+  std::string_view summary;  ///< what it is, and the source of each value
+  Material material;
+  double drape_low = 0, drape_high = 100;  ///< Cusick drape coefficient of its kind [%]
+};
+
+/// Every fabric that has a name.
+std::span<const Fabric> all_fabrics();
+
+/// Their names, "custom" first: for `--material`.
+std::vector<std::string> fabric_names();
+
+/// The material of that name. Throws LogicError for another one.
+Material fabric_material(std::string_view name);
+
+}  // namespace atelier

@@ -1,0 +1,342 @@
+// Makes the pictures of docs/default_human.md anew: body_pictures FOLDER.
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bodymodel/default_human.h"
+#include "bodymodel/kinematics.h"
+#include "bodymodel/rotation.h"
+#include "bodymodel/skinning.h"
+#include "core/io/image_file.h"
+#include "core/render/contact_sheet.h"
+#include "core/render/studio.h"
+
+namespace atelier {
+namespace {
+
+using Turns = std::vector<Eigen::Vector3d>;  // applied last to first
+
+void turn(const Skeleton& skeleton, Pose& pose, const std::string& joint, const Turns& turns) {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  for (const Eigen::Vector3d& one : turns) {
+    rotation = rotation * rotation_matrix(one);
+  }
+  pose.rotations.row(find_joint(skeleton, joint)) = rotation_vector(rotation).transpose();
+}
+
+// Turns of the left side are mirrored to the right.
+void turn_side(const Skeleton& skeleton, Pose& pose, int side, const std::string& joint,
+               Turns turns) {
+  for (Eigen::Vector3d& one : turns) {
+    one = side == 0 ? one : Eigen::Vector3d(one.x(), -one.y(), -one.z());
+  }
+  turn(skeleton, pose, (side == 0 ? "left_" : "right_") + joint, turns);
+}
+
+constexpr double kFlexion = 0.70710678;  // of the elbow, forward: about (-1, -1, 0)
+
+Turns flexed(double angle) {
+  return {{-kFlexion * angle, -kFlexion * angle, 0}};
+}
+
+using MakePose = std::function<void(const Skeleton&, Pose&)>;
+
+void hands(const Skeleton& skeleton, Pose& pose, double curl) {
+  for (int side = 0; side < 2; ++side) {
+    for (const char* finger : {"index", "middle", "ring", "pinky"}) {
+      for (const char* knuckle : {"1", "2", "3"}) {
+        // Fingers bend towards the palm, about the thumb's side (+z): the palm faces (-1, -1, 0).
+        turn_side(skeleton, pose, side, std::string(finger) + knuckle, {{0, 0, -curl}});
+      }
+    }
+  }
+}
+
+void relaxed_arms(const Skeleton& skeleton, Pose& pose, double swing) {
+  for (int side = 0; side < 2; ++side) {
+    const double s = side == 0 ? swing : -swing;
+    turn_side(skeleton, pose, side, "shoulder", {{s, 0, 0}, {0, 0, -0.62}});
+    turn_side(skeleton, pose, side, "elbow", flexed(0.35));
+  }
+  hands(skeleton, pose, 0.15);
+}
+
+void walking(const Skeleton& skeleton, Pose& pose) {
+  relaxed_arms(skeleton, pose, 0.4);
+  turn(skeleton, pose, "pelvis", {{0.03, -0.1, 0}});
+  turn(skeleton, pose, "spine2", {{0, 0.16, 0}});
+  turn(skeleton, pose, "left_hip", {{-0.48, 0, 0}});
+  turn(skeleton, pose, "left_knee", {{0.1, 0, 0}});
+  turn(skeleton, pose, "left_ankle", {{0.2, 0, 0}});
+  turn(skeleton, pose, "right_hip", {{0.28, 0, 0}});
+  turn(skeleton, pose, "right_knee", {{0.42, 0, 0}});
+  turn(skeleton, pose, "right_ankle", {{0.12, 0, 0}});
+  turn(skeleton, pose, "right_foot", {{-0.45, 0, 0}});
+}
+
+void sitting(const Skeleton& skeleton, Pose& pose) {
+  turn(skeleton, pose, "spine1", {{0.06, 0, 0}});
+  for (int side = 0; side < 2; ++side) {
+    turn_side(skeleton, pose, side, "hip", {{0, 0, 0.1}, {-1.5, 0, 0}});
+    turn_side(skeleton, pose, side, "knee", {{1.5, 0, 0}});
+    turn_side(skeleton, pose, side, "shoulder", {{-0.35, 0, 0}, {0, 0, -0.62}});
+    turn_side(skeleton, pose, side, "elbow", flexed(1.0));
+  }
+  hands(skeleton, pose, 0.15);
+}
+
+void arms_up(const Skeleton& skeleton, Pose& pose) {
+  for (int side = 0; side < 2; ++side) {
+    turn_side(skeleton, pose, side, "collar", {{0, 0, 0.35}});
+    turn_side(skeleton, pose, side, "shoulder", {{0, 0, 1.75}});
+  }
+}
+
+void lunge(const Skeleton& skeleton, Pose& pose) {
+  turn(skeleton, pose, "left_hip", {{-1.25, 0, 0}});
+  turn(skeleton, pose, "left_knee", {{1.35, 0, 0}});
+  turn(skeleton, pose, "left_ankle", {{-0.1, 0, 0}});
+  turn(skeleton, pose, "right_hip", {{0.42, 0, 0}});
+  turn(skeleton, pose, "right_knee", {{0.62, 0, 0}});
+  turn(skeleton, pose, "right_ankle", {{0.0, 0, 0}});
+  turn(skeleton, pose, "right_foot", {{-0.9, 0, 0}});
+  relaxed_arms(skeleton, pose, 0.35);
+}
+
+void guard(const Skeleton& skeleton, Pose& pose) {
+  turn(skeleton, pose, "pelvis", {{0, -0.35, 0}});
+  turn(skeleton, pose, "spine2", {{0.12, 0.2, 0}});
+  turn(skeleton, pose, "left_hip", {{-0.35, 0, 0.06}});
+  turn(skeleton, pose, "left_knee", {{0.45, 0, 0}});
+  turn(skeleton, pose, "left_ankle", {{-0.1, 0, 0}});
+  turn(skeleton, pose, "right_hip", {{0.05, 0, -0.1}});
+  turn(skeleton, pose, "right_knee", {{0.42, 0, 0}});
+  turn(skeleton, pose, "right_ankle", {{-0.4, 0, 0}});
+  for (int side = 0; side < 2; ++side) {
+    turn_side(skeleton, pose, side, "shoulder", {{-0.55, 0, 0}, {0, 0, -0.5}});
+    turn_side(skeleton, pose, side, "elbow", flexed(2.05));
+  }
+  hands(skeleton, pose, 1.2);
+}
+
+void reaching(const Skeleton& skeleton, Pose& pose) {
+  relaxed_arms(skeleton, pose, 0);
+  turn(skeleton, pose, "spine1", {{0.1, 0.1, 0}});
+  turn(skeleton, pose, "spine3", {{0.05, 0.2, 0}});
+  turn(skeleton, pose, "right_collar", {{0, 0.15, -0.1}});
+  turn(skeleton, pose, "right_shoulder", {{0, 1.35, 0}, {0, 0, -0.75}});
+  turn(skeleton, pose, "right_elbow", {{0, 0.15, 0}});
+  turn(skeleton, pose, "right_hip", {{-0.22, 0, 0}});
+  turn(skeleton, pose, "right_knee", {{0.22, 0, 0}});
+  turn(skeleton, pose, "left_hip", {{0.1, 0, 0}});
+  turn(skeleton, pose, "left_knee", {{0.06, 0, 0}});
+  turn(skeleton, pose, "left_ankle", {{-0.16, 0, 0}});
+}
+
+Mesh skin(const BodyModel& model, const Points& vertices) {
+  Mesh mesh;
+  mesh.vertices = vertices;
+  mesh.faces = model.mesh.faces;
+  return mesh;
+}
+
+// A block to sit on, whose top is at the lowest point of the seat.
+Mesh block(double x, double top, double bottom, double back, double front) {
+  Points corners(8, 3);
+  corners << -x, bottom, back, x, bottom, back, x, bottom, front, -x, bottom, front,  //
+      -x, top, back, x, top, back, x, top, front, -x, top, front;
+  const int faces[12][3] = {{0, 1, 2}, {0, 2, 3}, {4, 6, 5}, {4, 7, 6}, {0, 5, 1}, {0, 4, 5},
+                            {2, 6, 7}, {2, 7, 3}, {0, 3, 7}, {0, 7, 4}, {1, 5, 6}, {1, 6, 2}};
+  Mesh mesh;  // corners of its own for every triangle: sharp edges
+  mesh.vertices.resize(36, 3);
+  mesh.faces.resize(12, 3);
+  for (int f = 0; f < 12; ++f) {
+    for (int c = 0; c < 3; ++c) {
+      mesh.vertices.row(3 * f + c) = corners.row(faces[f][c]);
+      mesh.faces(f, c) = 3 * f + c;
+    }
+  }
+  return mesh;
+}
+
+PictureOptions tile(int width, int height) {
+  PictureOptions options;
+  options.width = width;
+  options.height = height;
+  options.samples = 16;
+  options.framing.margin = 0.03;
+  return options;
+}
+
+void save(const std::filesystem::path& path, const std::vector<CaptionedImage>& tiles,
+          int columns) {
+  ContactSheetOptions sheet;
+  sheet.columns = columns;
+  sheet.gap = 6;
+  write_image(path, contact_sheet(tiles, sheet));
+  std::printf("%s\n", path.c_str());
+}
+
+DefaultHumanOptions body(double male, double stature, double mass) {
+  DefaultHumanOptions options;
+  options.male = male;
+  options.stature = stature;
+  options.mass = mass;
+  options.shape_basis = false;
+  return options;
+}
+
+void shapes(const std::filesystem::path& folder) {
+  DefaultHumanOptions athletic = body(1, 1.86, 84);
+  athletic.waist_girth = 0.84;
+  athletic.chest_girth = 1.06;
+  athletic.upper_arm_girth = 0.345;
+  athletic.shoulder_breadth = 0.45;
+  const std::pair<const char*, DefaultHumanOptions> bodies[] = {
+      {"woman, average", body(0, 0, 0)},           {"man, average", body(1, 0, 0)},
+      {"woman, 1.76 m, 61 kg", body(0, 1.76, 61)}, {"woman, 1.60 m, 84 kg", body(0, 1.6, 84)},
+      {"man, 1.86 m, athletic", athletic},         {"man, 1.68 m, 98 kg", body(1, 1.68, 98)}};
+  std::vector<CaptionedImage> tiles;
+  for (const View& view : {View{0.35, 0.1}, View{2.75, 0.1}}) {
+    for (const auto& [name, options] : bodies) {
+      const BodyModel model = default_human(options);
+      tiles.push_back({picture_of(skin(model, model.mesh.vertices), view, tile(300, 460)),
+                       view.azimuth < 1 ? name : ""});
+    }
+  }
+  save(folder / "default_human_shapes.png", tiles, 6);
+}
+
+void poses(const std::filesystem::path& folder) {
+  const MakePose t_pose = [](const Skeleton& skeleton, Pose& pose) {
+    for (int side = 0; side < 2; ++side) {
+      turn_side(skeleton, pose, side, "shoulder", {{0, 0, 0.7854}});
+    }
+  };
+  const std::pair<const char*, MakePose> list[] = {{"A-pose", [](const Skeleton&, Pose&) {}},
+                                                   {"T-pose", t_pose},
+                                                   {"walking", walking},
+                                                   {"sitting", sitting},
+                                                   {"arms up", arms_up},
+                                                   {"lunge", lunge},
+                                                   {"guard", guard},
+                                                   {"reaching", reaching}};
+  const BodyModel bodies[2] = {default_human(body(0, 0, 0)), default_human(body(1, 0, 0))};
+  std::vector<CaptionedImage> tiles;
+  int count = 0;
+  for (const auto& [name, make] : list) {
+    const BodyModel& model = bodies[count++ % 2];
+    Pose pose = rest_pose(model.skeleton);
+    make(model.skeleton, pose);
+    const Points vertices = skin_vertices(model, pose);
+    std::vector<RenderMesh> meshes = {{skin(model, vertices), clay_look()}};
+    if (std::string(name) == "sitting") {
+      const JointFrames frames = forward_kinematics(model.skeleton, pose);
+      const double z = frames.positions(find_joint(model.skeleton, "left_hip"), 2);
+      double seat = 10;
+      for (Index v = 0; v < vertices.rows(); ++v) {
+        if (vertices(v, 2) < z + 0.05) {
+          seat = std::min(seat, vertices(v, 1));
+        }
+      }
+      Look wood = clay_look();
+      meshes.push_back(
+          {block(0.24, seat + 0.006, vertices.col(1).minCoeff(), z - 0.22, z + 0.2), wood});
+    }
+    tiles.push_back({picture_of(meshes, View{0.6, 0.12}, tile(360, 520)), name});
+  }
+  save(folder / "default_human_poses.png", tiles, 4);
+}
+
+// The part of a body whose vertices pass a test.
+Mesh part(const BodyModel& model, const std::function<bool(const Eigen::Vector3d&)>& in) {
+  Mesh mesh = skin(model, model.mesh.vertices);
+  std::vector<Index> keep;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    bool all = true;
+    for (int c = 0; c < 3; ++c) {
+      all = all && in(mesh.vertices.row(mesh.faces(f, c)).transpose());
+    }
+    if (all) {
+      keep.push_back(f);
+    }
+  }
+  Triangles faces(static_cast<Index>(keep.size()), 3);
+  for (std::size_t i = 0; i < keep.size(); ++i) {
+    faces.row(static_cast<Index>(i)) = mesh.faces.row(keep[i]);
+  }
+  mesh.faces = faces;
+  // Only what is left is framed.
+  std::vector<int> index(static_cast<std::size_t>(mesh.vertices.rows()), -1);
+  Points points(0, 3);
+  std::vector<Index> rows;
+  for (Index i = 0; i < faces.size(); ++i) {
+    int& at = index[static_cast<std::size_t>(faces.data()[i])];
+    if (at < 0) {
+      at = static_cast<int>(rows.size());
+      rows.push_back(faces.data()[i]);
+    }
+    mesh.faces.data()[i] = at;
+  }
+  points.resize(static_cast<Index>(rows.size()), 3);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    points.row(static_cast<Index>(i)) = mesh.vertices.row(rows[i]);
+  }
+  mesh.vertices = points;
+  return mesh;
+}
+
+void details(const std::filesystem::path& folder) {
+  std::vector<CaptionedImage> tiles;
+  for (const double male : {0.0, 1.0}) {
+    const BodyModel model = default_human(body(male, 0, 0));
+    const Points joints = rest_positions(model.skeleton);
+    const auto at = [&](const char* name) {
+      return Eigen::Vector3d(joints.row(find_joint(model.skeleton, name)));
+    };
+    const double neck = at("neck").y() - 0.02;
+    const Mesh head = part(
+        model, [&](const Eigen::Vector3d& p) { return p.y() > neck && std::abs(p.x()) < 0.13; });
+    const Eigen::Vector3d wrist = at("left_wrist");
+    const Eigen::Vector3d along = (wrist - at("left_elbow")).normalized();
+    const Mesh hand = part(model, [&](const Eigen::Vector3d& p) {
+      return (p - wrist).dot(along) > -0.08 && p.x() > 0.3;
+    });
+    const double ankle = at("left_ankle").y() + 0.09;
+    const Mesh foot =
+        part(model, [&](const Eigen::Vector3d& p) { return p.y() < ankle && p.x() > 0; });
+    const PictureOptions size = tile(330, 330);
+    const std::string who = male > 0 ? "man" : "woman";
+    tiles.push_back({picture_of(head, View{0, 0.02}, size), who + ", front"});
+    tiles.push_back({picture_of(head, View{0.75, 0.05}, size), "three quarters"});
+    tiles.push_back({picture_of(head, View{1.57, 0.02}, size), "side"});
+    tiles.push_back({picture_of(hand, View{1.2, 0.3}, size), "hand"});
+    tiles.push_back({picture_of(hand, View{-1.3, -0.1}, size), "palm"});
+    tiles.push_back({picture_of(foot, View{-0.6, 0.4}, size), "foot"});
+  }
+  save(folder / "default_human_details.png", tiles, 6);
+}
+
+}  // namespace
+}  // namespace atelier
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    std::puts("body_pictures FOLDER [shapes|poses|details]");
+    return 2;
+  }
+  const std::string what = argc > 2 ? argv[2] : "";
+  const std::filesystem::path folder = argv[1];
+  if (what.empty() || what == "shapes") {
+    atelier::shapes(folder);
+  }
+  if (what.empty() || what == "poses") {
+    atelier::poses(folder);
+  }
+  if (what.empty() || what == "details") {
+    atelier::details(folder);
+  }
+  return 0;
+}

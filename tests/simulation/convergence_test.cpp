@@ -1,0 +1,174 @@
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "simulation/constraint_math.h"
+#include "tests/simulation/cloth_fixtures.h"
+#include "tests/support/devices.h"
+
+namespace atelier {
+namespace {
+
+class Convergence : public testing::DeviceTest {};
+
+constexpr double kSize = 0.3;
+
+Cloth small_cloth() {
+  const Garment garment = testing::garment_of(testing::sheet(5, 5, kSize / 5, 'a'), 0.2, 50, 1e-4);
+  return make_cloth(garment, {0, 5});
+}
+
+/// Elastic force on every particle (minus the gradient of the energy), stacked [3 V].
+Eigen::VectorXd elastic_gradient(const Cloth& cloth, const Eigen::VectorXd& x) {
+  const auto p = [&](int v) { return Vec3d{x[3 * v], x[3 * v + 1], x[3 * v + 2]}; };
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(x.size());
+  const auto add = [&](int v, double factor, Vec3d g) {
+    out[3 * v] += factor * g.x;
+    out[3 * v + 1] += factor * g.y;
+    out[3 * v + 2] += factor * g.z;
+  };
+  for (const ClothSpring& s : cloth.springs) {
+    const SpringValue<double> value = spring_value(p(s.a), p(s.b), s.rest);
+    add(s.a, s.stiffness * value.c, value.gradient);
+    add(s.b, -s.stiffness * value.c, value.gradient);
+  }
+  for (const ClothHinge& h : cloth.hinges) {
+    const int v[4] = {h.edge0, h.edge1, h.left, h.right};
+    const HingeValue<double> value = hinge_value(p(v[0]), p(v[1]), p(v[2]), p(v[3]));
+    for (int k = 0; k < 4; ++k) {
+      add(v[k], h.stiffness * angle_difference(value.angle, h.rest), value.gradient[k]);
+    }
+  }
+  return out;
+}
+
+/// One step of implicit Euler by Newton on the dense system, in double.
+ClothState newton_step(const Cloth& cloth, const ClothState& state, double h) {
+  const int n = static_cast<int>(cloth.mass.size());
+  Eigen::VectorXd x(3 * n);
+  Eigen::VectorXd goal(3 * n);
+  Eigen::VectorXd mass(3 * n);
+  std::vector<int> free;
+  for (int v = 0; v < n; ++v) {
+    for (int k = 0; k < 3; ++k) {
+      x[3 * v + k] = state.positions(v, k);
+      goal[3 * v + k] = state.positions(v, k) +
+                        (cloth.fixed[v] ? 0 : h * state.velocities(v, k) - (k == 1) * h * h * 9.81);
+      mass[3 * v + k] = cloth.mass[v] / (h * h);
+      if (!cloth.fixed[v]) {
+        free.push_back(3 * v + k);
+      }
+    }
+  }
+  const auto gradient = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
+    return mass.cwiseProduct(at - goal) + elastic_gradient(cloth, at);
+  };
+  const auto on_free = [&](const Eigen::VectorXd& all) {
+    Eigen::VectorXd out(free.size());
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      out[i] = all[free[i]];
+    }
+    return out;
+  };
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    const Eigen::VectorXd g = on_free(gradient(x));
+    if (g.norm() < 1e-11) {
+      break;
+    }
+    Eigen::MatrixXd hessian(free.size(), free.size());
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      Eigen::VectorXd plus = x;
+      Eigen::VectorXd minus = x;
+      plus[free[i]] += 1e-7;
+      minus[free[i]] -= 1e-7;
+      hessian.col(i) = on_free(gradient(plus) - gradient(minus)) / 2e-7;
+    }
+    const Eigen::VectorXd step = hessian.ldlt().solve(g);
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      x[free[i]] -= step[i];
+    }
+  }
+  ClothState out = state;
+  for (int v = 0; v < n; ++v) {
+    for (int k = 0; k < 3; ++k) {
+      out.positions(v, k) = x[3 * v + k];
+      out.velocities(v, k) = (x[3 * v + k] - state.positions(v, k)) / h;
+    }
+  }
+  ++out.frame;
+  return out;
+}
+
+XpbdOptions one_step(double h, int iterations) {
+  XpbdOptions options;
+  options.time_step = h;
+  options.substeps = 1;
+  options.iterations = iterations;
+  options.precision = "double";
+  return options;
+}
+
+// T16: solved to the end, a step of XPBD is a step of implicit Euler.
+TEST_P(Convergence, ManyIterationsGiveImplicitEuler) {
+  const Cloth cloth = small_cloth();
+  const double h = 1.0 / 240;
+  ClothSolver solver(cloth, {}, one_step(h, 10000), device());
+  ClothState exact = rest_state(cloth);
+  for (int i = 0; i < 12; ++i) {
+    solver.advance({});
+    exact = newton_step(cloth, exact, h);
+  }
+  const double fallen = cloth.rest_positions.col(1).mean() - exact.positions.col(1).mean();
+  EXPECT_GT(fallen, 0.003);
+  const double error =
+      (solver.state().positions - exact.positions).rowwise().norm().maxCoeff() / kSize;
+  EXPECT_LT(error, 1e-4);
+  RecordProperty("error_over_length", std::to_string(error));
+}
+
+// T16: what is left of C + a' lambda falls with every iteration of Gauss-Seidel.
+TEST_P(Convergence, TheResidualFallsWithIterations) {
+  const Cloth cloth = small_cloth();
+  const double h = 1.0 / 60;
+  ClothSolver start(cloth, {}, one_step(h, 100), device());
+  for (int i = 0; i < 10; ++i) {
+    start.advance({});
+  }
+  double last = 1e30;
+  double first = 0;
+  for (const int iterations : {1, 2, 4, 8, 16, 32, 64, 128, 256}) {
+    ClothSolver solver(cloth, {}, one_step(h, iterations), device());
+    solver.set_state(start.state());
+    const double residual = solver.advance({}).spring_residual;
+    EXPECT_LT(residual, last) << iterations;
+    last = residual;
+    first = first == 0 ? residual : first;
+  }
+  EXPECT_LT(last, 1e-3 * first);
+}
+
+// T16: the order of the colours is not part of the answer.
+TEST_P(Convergence, TheAnswerDoesNotDependOnTheOrderOfConstraints) {
+  Cloth cloth = small_cloth();
+  Cloth other = cloth;
+  std::reverse(other.springs.begin(), other.springs.end());
+  std::reverse(other.hinges.begin(), other.hinges.end());
+  rebuild_schedule(other, {.patches = 3});
+  ASSERT_NE(cloth.schedule.order, other.schedule.order);
+  Points x[2];
+  for (int k = 0; k < 2; ++k) {
+    ClothSolver solver(k == 0 ? cloth : other, {}, one_step(1.0 / 240, 5000), device());
+    for (int i = 0; i < 8; ++i) {
+      solver.advance({});
+    }
+    x[k] = solver.state().positions;
+  }
+  EXPECT_LT((x[0] - x[1]).rowwise().norm().maxCoeff() / kSize, 1e-4);
+}
+
+ATELIER_ON_EVERY_DEVICE(Convergence);
+
+}  // namespace
+}  // namespace atelier

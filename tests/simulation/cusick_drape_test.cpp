@@ -1,0 +1,82 @@
+#include "simulation/cusick_drape.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "simulation/fabric.h"
+#include "tests/support/devices.h"
+
+namespace atelier {
+namespace {
+
+class CusickDrapeTest : public testing::DeviceTest {};
+
+// T10: what is published for each kind of fabric.
+TEST_P(CusickDrapeTest, FabricsDrapeAsPublished) {
+  for (const Fabric& fabric : all_fabrics()) {
+    if (fabric.drape_high == 100) {
+      continue;
+    }
+    const CusickDrape drape = cusick_drape(fabric.material, {.rings = 15}, device());
+    EXPECT_GE(drape.coefficient, fabric.drape_low) << fabric.name;
+    EXPECT_LE(drape.coefficient, fabric.drape_high) << fabric.name;
+    EXPECT_LT(drape.rest_speed, 0.05) << fabric.name;
+    RecordProperty(std::string(fabric.name), std::to_string(drape.coefficient));
+  }
+}
+
+// T10: monotone in bending, towards a flat board; the same at the same bending length.
+TEST_P(CusickDrapeTest, GrowsWithBendingAndDoesNotKnowDensityApartFromIt) {
+  Material cloth;
+  cloth.density = 0.2;
+  cloth.shear = 40;
+  double last = 0;
+  for (const double bending : {1e-6, 5e-6, 2.5e-5, 1.25e-4, 1e-2}) {
+    cloth.bending = bending;
+    CusickOptions options;
+    options.rings = 12;
+    options.substeps = bending > 1e-3 ? 400 : 30;
+    options.seconds = bending > 1e-3 ? 0.3 : 2;
+    const double coefficient = cusick_drape(cloth, options, device()).coefficient;
+    EXPECT_GT(coefficient, last) << "bending " << bending;
+    last = coefficient;
+  }
+  EXPECT_GT(last, 98);
+
+  cloth.bending = 2e-5;
+  const double light = cusick_drape(cloth, {.rings = 12}, device()).coefficient;
+  cloth.density *= 2;
+  cloth.bending *= 2;
+  cloth.stretch_warp *= 2;
+  cloth.stretch_weft *= 2;
+  cloth.shear *= 2;
+  EXPECT_NEAR(cusick_drape(cloth, {.rings = 12}, device()).coefficient, light, 0.5);
+}
+
+ATELIER_ON_EVERY_DEVICE(CusickDrapeTest);
+
+TEST(CusickDrape, RefusesADiscAsLargeAsTheSpecimen) {
+  EXPECT_THROW(cusick_drape({}, {.specimen_diameter = 0.1, .disc_diameter = 0.1}), LogicError);
+  EXPECT_THROW(cusick_drape({}, {.rings = 2}), LogicError);
+  Material material;
+  material.density = -1;
+  EXPECT_THROW(cusick_drape(material), DataError);
+}
+
+TEST(Fabric, EveryOneIsComplete) {
+  EXPECT_EQ(fabric_names().size(), all_fabrics().size() + 1);
+  for (const Fabric& fabric : all_fabrics()) {
+    const Material m = fabric_material(fabric.name);
+    EXPECT_EQ(m.name, fabric.name);
+    EXPECT_GT(m.density, 0.02);
+    EXPECT_LT(m.density, 1);
+    EXPECT_GT(m.bending, 1e-7);
+    EXPECT_LT(m.bending, 1e-3);
+    EXPECT_GT(m.stretch_warp, m.shear);
+    EXPECT_FALSE(fabric.summary.empty());
+  }
+  EXPECT_THROW(fabric_material("cheese"), LogicError);
+}
+
+}  // namespace
+}  // namespace atelier

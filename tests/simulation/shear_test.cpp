@@ -1,0 +1,224 @@
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/simulation/cloth_fixtures.h"
+#include "tests/support/devices.h"
+
+namespace atelier {
+namespace {
+
+class PictureFrame : public testing::DeviceTest {};
+class BiasExtension : public testing::DeviceTest {};
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kDegree = kPi / 180;
+
+XpbdOptions statics(int substeps) {
+  XpbdOptions options;
+  options.substeps = substeps;
+  options.precision = "double";
+  options.velocity_damping = 10;
+  return options;
+}
+
+/// Change of the angle between the yarns of a face [rad], from its flat rest shape.
+double shear_angle(const Garment& garment, const Points& x, Index face) {
+  Eigen::Matrix2d rest;
+  Eigen::Matrix<double, 3, 2> now;
+  for (int k = 0; k < 2; ++k) {
+    rest.col(k) = (garment.rest.row(garment.rest_faces(face, k + 1)) -
+                   garment.rest.row(garment.rest_faces(face, 0)))
+                      .transpose();
+    now.col(k) =
+        (x.row(garment.mesh.faces(face, k + 1)) - x.row(garment.mesh.faces(face, 0))).transpose();
+  }
+  const Eigen::Matrix<double, 3, 2> f = now * rest.inverse();
+  return std::asin(f.col(0).normalized().dot(f.col(1).normalized()));
+}
+
+// T11: a square in a hinged frame, pulled at opposite corners. The frame says the border; inside,
+// yarns that do not stretch must shear as much as it.
+TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
+  const double side = 0.2;
+  const int cells = 10;
+  Garment garment = testing::garment_of(testing::sheet(cells, cells, side / cells), 0.2, 500, 0);
+  garment.material.shear = 5;
+  testing::use_flat_rest(garment);
+  const std::vector<int> frame =
+      testing::vertices_where(garment.mesh.vertices, [&](double x, double, double z) {
+        return x < 1e-9 || z < 1e-9 || x > side - 1e-9 || z > side - 1e-9;
+      });
+  Control control;
+  control.gravity.setZero();
+  for (const char* membrane : {"strain", "springs"}) {
+    ClothOptions options;
+    options.membrane = membrane;
+    if (membrane == std::string("springs")) {
+      options.shear = "quads";
+    }
+    const Cloth cloth = make_cloth(garment, frame, options);
+    ClothSolver solver(cloth, {}, statics(100), device());
+    double sheared = 0;
+    for (const double degrees : {10.0, 20.0, 30.0}) {
+      FrameReport report;
+      const double before = sheared;
+      for (int i = 1; i <= 30; ++i) {
+        sheared = before + (degrees * kDegree - before) * std::min(1.0, i / 15.0);
+        // The sides turn towards each other by half the angle each.
+        const double a = sheared / 2;
+        control.pin_targets = cloth.rest_positions;
+        control.pin_targets.col(0) =
+            cloth.rest_positions.col(0) * std::cos(a) + cloth.rest_positions.col(2) * std::sin(a);
+        control.pin_targets.col(2) =
+            cloth.rest_positions.col(0) * std::sin(a) + cloth.rest_positions.col(2) * std::cos(a);
+        report = solver.advance(control);
+      }
+      const Points x = solver.state().positions;
+      const double moved =
+          (x.row(x.rows() - 1) - x.row(0)).norm() - std::sqrt(2.0) * side;  // of the crosshead
+      const double expected = kPi / 2 - 2 * std::acos(1 / std::sqrt(2.0) + moved / (2 * side));
+      EXPECT_NEAR(expected, degrees * kDegree, 1e-6);
+      double worst = 0;
+      for (Index f = 0; f < garment.mesh.faces.rows(); ++f) {
+        worst = std::max(worst, std::abs(shear_angle(garment, x, f) - expected));
+      }
+      EXPECT_LT(worst, 2 * kDegree) << membrane << " " << degrees;
+      // 1/2 G sin^2 of the angle over the square; for diagonals as springs their own stretch.
+      const double up = std::sqrt(1 + std::sin(expected)) - 1;
+      const double down = std::sqrt(1 - std::sin(expected)) - 1;
+      const double energy = membrane == std::string("strain")
+                                ? 0.5 * 5 * side * side * std::pow(std::sin(expected), 2)
+
+                                : 5 * side * side * (up * up + down * down);
+      EXPECT_NEAR(report.elastic_energy / energy, 1, 0.03) << membrane << " " << degrees;
+    }
+  }
+}
+
+/// A strip cut at 45 degrees to its yarns: quads on their corners, `p` half a diagonal.
+Garment bias_strip(int columns, int rows, double p) {
+  Garment garment;
+  garment.name = "bias strip";
+  std::vector<int> id(static_cast<std::size_t>((columns + 1) * (rows + 1)), -1);
+  std::vector<Eigen::RowVector3d> points;
+  const auto at = [&](int m, int n) -> int& { return id[n * (columns + 1) + m]; };
+  for (int n = 0; n <= rows; ++n) {
+    for (int m = 0; m <= columns; ++m) {
+      if ((m + n) % 2 == 0) {
+        at(m, n) = static_cast<int>(points.size());
+        points.emplace_back(m * p, 0, n * p);
+      }
+    }
+  }
+  std::vector<Eigen::RowVector3i> faces;
+  for (int n = 0; n <= rows; ++n) {
+    for (int m = 0; m <= columns; ++m) {
+      if ((m + n) % 2 == 0) {
+        continue;
+      }
+      const int left = m > 0 ? at(m - 1, n) : -1;
+      const int right = m < columns ? at(m + 1, n) : -1;
+      const int low = n > 0 ? at(m, n - 1) : -1;
+      const int high = n < rows ? at(m, n + 1) : -1;
+      if (left >= 0 && right >= 0) {
+        if (low >= 0) {
+          faces.emplace_back(low, left, right);
+        }
+        if (high >= 0) {
+          faces.emplace_back(high, right, left);
+        }
+      } else if (low >= 0 && high >= 0) {
+        left >= 0 ? faces.emplace_back(low, left, high) : faces.emplace_back(low, high, right);
+      }
+    }
+  }
+  garment.mesh.vertices.resize(static_cast<Index>(points.size()), 3);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    garment.mesh.vertices.row(static_cast<Index>(i)) = points[i];
+  }
+  garment.mesh.faces.resize(static_cast<Index>(faces.size()), 3);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    garment.mesh.faces.row(static_cast<Index>(i)) = faces[i];
+  }
+  garment.rest.resize(garment.mesh.vertices.rows(), 2);
+  garment.rest.col(0) =
+      (garment.mesh.vertices.col(0) + garment.mesh.vertices.col(2)) / std::sqrt(2);
+  garment.rest.col(1) =
+      (garment.mesh.vertices.col(0) - garment.mesh.vertices.col(2)) / std::sqrt(2);
+  garment.rest_faces = garment.mesh.faces;
+  garment.material = {"bias", 0.2, 500, 500, 0.5, 0, 0, 0.4, 0.001};
+  return garment;
+}
+
+// T11: pulled along the bias, yarns that start and end free shear by the formula in the middle, by
+// half as much where one of them is clamped, and not at all next to the clamps.
+TEST_P(BiasExtension, ShearsInThreeZones) {
+  const int columns = 12;
+  const int rows = 36;
+  const double p = 0.005;
+  const Garment garment = bias_strip(columns, rows, p);
+  const double width = columns * p;
+  const double length = rows * p;
+  const std::vector<int> clamps = testing::vertices_where(
+      garment.mesh.vertices,
+      [&](double, double, double z) { return z < 1e-9 || z > length - 1e-9; });
+  ClothOptions options;
+  options.membrane = "strain";
+  const Cloth cloth = make_cloth(garment, clamps, options);
+  XpbdOptions xpbd = statics(120);
+  ClothSolver solver(cloth, {}, xpbd, device());
+  Control control;
+  control.gravity.setZero();
+  const double free_length = length - width;  // D: of the yarns that are free at both ends
+  double pulled = 0;
+  for (const double degrees : {10.0, 20.0, 30.0}) {
+    const double to =
+        std::sqrt(2.0) * free_length * std::cos((90 - degrees) / 2 * kDegree) - free_length;
+    const double from = pulled;
+    for (int i = 1; i <= 60; ++i) {
+      pulled = from + (to - from) * std::min(1.0, i / 40.0);
+      control.pin_targets = cloth.rest_positions;
+      for (Index v = 0; v < cloth.rest_positions.rows(); ++v) {
+        control.pin_targets(v, 2) += cloth.rest_positions(v, 2) > length / 2 ? pulled : 0;
+      }
+      solver.advance(control);
+    }
+    const Points x = solver.state().positions;
+    double sum[3] = {0, 0, 0};
+    int count[3] = {0, 0, 0};
+    for (Index f = 0; f < garment.mesh.faces.rows(); ++f) {
+      Eigen::RowVector3d c = Eigen::RowVector3d::Zero();
+      for (int k = 0; k < 3; ++k) {
+        c += garment.mesh.vertices.row(garment.mesh.faces(f, k)) / 3;
+      }
+      const double across = std::min(c.x(), width - c.x());
+      const double along = std::min(c.z(), length - c.z());
+      const double margin = 1.6 * p;
+      // Where a yarn at 45 degrees that passes here meets the nearer end: inside the width or not.
+      const bool one = along < c.x() - margin;
+      const bool other = along < width - c.x() - margin;
+      const bool surely_free = along > width - across + margin;
+      const bool surely_half = along > across + margin && along < width - across - margin;
+      const int zone = surely_free ? 0 : surely_half ? 1 : one && other ? 2 : -1;
+      if (zone >= 0) {
+        sum[zone] += std::abs(shear_angle(garment, x, f));
+        ++count[zone];
+      }
+    }
+    for (int zone = 0; zone < 3; ++zone) {
+      ASSERT_GT(count[zone], 10);
+      const double expected = zone == 0 ? degrees : zone == 1 ? degrees / 2 : 0;
+      EXPECT_NEAR(sum[zone] / count[zone] / kDegree, expected, 2) << "zone " << zone;
+      RecordProperty("zone_" + std::to_string(zone) + "_at_" + std::to_string(int(degrees)),
+                     std::to_string(sum[zone] / count[zone] / kDegree));
+    }
+  }
+}
+
+ATELIER_ON_EVERY_DEVICE(PictureFrame);
+ATELIER_ON_EVERY_DEVICE(BiasExtension);
+
+}  // namespace
+}  // namespace atelier
