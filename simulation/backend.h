@@ -48,4 +48,8 @@ FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
                          const ClothState& state, const std::vector<double>& lambda, double substep,
                          FrameReport report);
 
+/// Force in each spring from the multipliers (per constraint of the schedule's order) of a substep.
+std::vector<double> spring_forces_of(const Cloth& cloth, const std::vector<double>& lambda,
+                                     double substep);
+
 }  // namespace atelier

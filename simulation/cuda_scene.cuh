@@ -1,20 +1,11 @@
 #pragma once
 
-#include <cooperative_groups.h>
-
 #include "simulation/body_contact_math.h"
-#include "simulation/prepared_cloth.h"
+#include "simulation/edge_math.h"
 #include "simulation/self_contact_math.h"
 #include "simulation/sweep_math.h"
 
 namespace atelier {
-
-/// How the blocks of one scene wait for each other between phases.
-enum class CudaBarrier {
-  Block,    ///< one block a scene: no other to wait for
-  Cluster,  ///< up to 16 blocks on neighbouring multiprocessors
-  Grid      ///< blocks anywhere (launched together), through a counter in memory
-};
 
 /// What differs between the scenes of one launch.
 template <class T>
@@ -33,34 +24,40 @@ struct CudaFrame {
   const Schedule::Patch* patches;
   const PreparedColour* colours;
   const int* patch_particles;
-  const ConstraintRecord<T>* records;
+  const Places* edges;
+  const EdgeRule<T>* edge_rules;
+  const Places* strain_places;
   const StrainRest<T>* strains;
-  int record_count, strain_count;
+  int edge_count, strain_count;
   const int* tether_anchor;  ///< null: none
   const T* tether_length;
 
   Vec4<T>* x;
   Vec4<T>* start;
   Vec4<T>* velocity;
-  const Vec4<T>* air;     ///< accelerations, or null
-  const Vec4<T>* target;  ///< of fixed particles
-  T* lambda;              ///< null: 1 iteration, nobody asks
+  const Vec4<T>* air;          ///< accelerations, or null
+  const Vec4<T>* target;       ///< of fixed particles
+  EdgeMultipliers<T>* lambda;  ///< null: 1 iteration, nobody asks
   T* strain_lambda;
   Vec4<T>* held;  ///< null where a substep has one contact pass
   const CudaSceneRule<T>* rules;
+  Vec4<T>* frame_start;  ///< positions and velocities at the start of the frame, written in its
+                         ///< first substep
+  Vec4<T>* frame_velocity;
 
   Vec3<T> gravity;
   int substeps, iterations;
   int first_substep, last_substep;  ///< of this launch, [first, last)
-  int resident;  ///< 1: all that a block works on stays on chip during the launch
+  int resident;                     ///< 1: the plans of all that a block works on stay on chip
+  int records_on_chip;              ///< 1: their edges too
   T frame_time;
-  T h, gamma, keep;
-  int max_patch_particles, max_colours;
+  T h, damping, keep;
+  int max_patch_particles;
+  int keeps_starts;  ///< 1: starts of the substep stay on chip with the positions (damping,
+                     ///< contact)
 
   BodyView<T> body;
   BodyContactRule<T> body_rule;
-  const Vec4<T>* frame_start;
-  const Vec4<T>* frame_velocity;
   const BodyOutlook<T>* outlook;
   const int* candidates;
   int* touched;  ///< [particles] 1: touched the body in the last substep
@@ -75,7 +72,7 @@ struct CudaFrame {
   const int* crossings;
   int* self_counts;  ///< [4 scenes] pushes in the last substep, pairs, lost pairs, -
 
-  unsigned* arrived;  ///< a counter per scene for the grid barrier
+  unsigned* arrived;  ///< two counters per scene for the grid barrier: blocks come, blocks gone
   int* bad;           ///< smallest index of a particle that is not finite
 };
 

@@ -11,7 +11,9 @@ namespace atelier {
 /// the build compares twins bit for bit (ATELIER_EXACT). On the host, and in double, exact.
 ATELIER_HOST_DEVICE inline float quotient(float a, float b) {
 #if defined(__CUDA_ARCH__) && !defined(ATELIER_EXACT)
-  return __fdividef(a, b);
+  float inverse;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(inverse) : "f"(b));
+  return a * inverse;
 #else
   return a / b;
 #endif
@@ -23,7 +25,9 @@ ATELIER_HOST_DEVICE inline double quotient(double a, double b) {
 /// 1 / sqrt(a) for a > 0.
 ATELIER_HOST_DEVICE inline float inverse_root(float a) {
 #if defined(__CUDA_ARCH__) && !defined(ATELIER_EXACT)
-  return rsqrtf(a);
+  float root;
+  asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(root) : "f"(a));
+  return root;
 #else
   return 1.0f / std::sqrt(a);
 #endif

@@ -1,7 +1,5 @@
 #include "simulation/prepared_cloth.h"
 
-#include <limits>
-
 #include "core/error.h"
 
 namespace atelier {
@@ -14,9 +12,8 @@ PreparedCloth<T> prepare_cloth(const Cloth& cloth) {
   out.count = n;
   out.phases = schedule.phases;
   out.patches = schedule.patches;
-  out.order = schedule.order;
   out.max_patch_particles = schedule.max_patch_vertices;
-  ATELIER_CHECK(schedule.max_patch_vertices <= std::numeric_limits<std::uint16_t>::max(),
+  ATELIER_CHECK(schedule.max_patch_vertices < kNoPlace,
                 "a patch holds more particles than its indices can name");
   ATELIER_CHECK(!schedule.phases.empty(), "the cloth has no schedule: call rebuild_schedule");
   const int last_first = schedule.phases[0].patch_end - 1;
@@ -38,46 +35,57 @@ PreparedCloth<T> prepare_cloth(const Cloth& cloth) {
   const int springs = static_cast<int>(cloth.springs.size());
   const int hinges = springs + static_cast<int>(cloth.hinges.size());
   std::vector<std::uint16_t> place(static_cast<std::size_t>(n), 0);
-  out.records.resize(schedule.order.size());
+  const auto hinge_of = [&](int i) -> const ClothHinge& {
+    return cloth.hinges[schedule.order[i] - springs];
+  };
   for (const Schedule::Patch& patch : schedule.patches) {
     for (int i = patch.vertex_begin; i < patch.vertex_end; ++i) {
       place[schedule.vertices[i]] = static_cast<std::uint16_t>(i - patch.vertex_begin);
     }
     for (int k = patch.colour_begin; k < patch.colour_end; ++k) {
       const Schedule::Colour& colour = schedule.colours[k];
-      PreparedColour prepared{{colour.begin[0], colour.begin[1], colour.begin[2], colour.begin[3]},
-                              static_cast<int>(out.strains.size())};
-      for (int i = colour.begin[0]; i < colour.begin[3]; ++i) {
-        const int c = schedule.order[i];
-        ConstraintRecord<T>& record = out.records[i];
-        record = {{0, 0, 0, 0}, T(0), T(0)};
-        if (c < springs) {
-          const ClothSpring& s = cloth.springs[c];
-          record = {{place[s.a], place[s.b], 0, 0},
-                    static_cast<T>(s.rest),
-                    static_cast<T>(1 / s.stiffness)};
-        } else if (c < hinges) {
-          const ClothHinge& h = cloth.hinges[c - springs];
-          record = {{place[h.edge0], place[h.edge1], place[h.left], place[h.right]},
-                    static_cast<T>(h.rest),
-                    static_cast<T>(1 / h.stiffness)};
-        } else {
-          const ClothStrain& s = cloth.strains[c - hinges];
-          record.particle[0] = place[s.v0];
-          record.particle[1] = place[s.v1];
-          record.particle[2] = place[s.v2];
-          const auto compliance = [](double stiffness) {
-            return static_cast<T>(stiffness > 0 ? 1 / stiffness : 1e30);
-          };
-          out.strains.push_back(
-              {static_cast<T>(s.inverse_rest[0]), static_cast<T>(s.inverse_rest[1]),
-               static_cast<T>(s.inverse_rest[2]), static_cast<T>(s.inverse_rest[3]),
-               compliance(s.warp), compliance(s.weft), compliance(s.shear)});
+      out.colours.push_back(
+          {static_cast<int>(out.edges.size()), static_cast<int>(out.strains.size())});
+      const int edges = colour.begin[2] - colour.begin[0] - colour.paired;
+      for (int e = 0; e < edges; ++e) {
+        const int hinge = colour.begin[0] + e;
+        const bool bends = hinge < colour.begin[1];
+        const int spring = !bends              ? colour.begin[0] + colour.paired + e
+                           : e < colour.paired ? colour.begin[1] + e
+                                               : -1;
+        Places at{{0, 0, kNoPlace, kNoPlace}};
+        EdgeRule<T> rule{T(0), T(-1), T(0), T(-1)};
+        if (spring >= 0) {
+          const ClothSpring& s = cloth.springs[schedule.order[spring]];
+          at.at[0] = place[s.a];
+          at.at[1] = place[s.b];
+          rule.rest_length = static_cast<T>(s.rest);
+          rule.spring_compliance = static_cast<T>(1 / s.stiffness);
         }
+        if (bends) {
+          const ClothHinge& h = hinge_of(hinge);
+          at = {{place[h.edge0], place[h.edge1], place[h.left], place[h.right]}};
+          rule.rest_angle = static_cast<T>(h.rest);
+          rule.hinge_compliance = static_cast<T>(1 / h.stiffness);
+        }
+        out.edges.push_back(at);
+        out.edge_rules.push_back(rule);
+        out.hinge_place.push_back(bends ? hinge : -1);
+        out.spring_place.push_back(spring);
       }
-      out.colours.push_back(prepared);
+      for (int i = colour.begin[2]; i < colour.begin[3]; ++i) {
+        const ClothStrain& s = cloth.strains[schedule.order[i] - hinges];
+        const auto compliance = [](double stiffness) {
+          return static_cast<T>(stiffness > 0 ? 1 / stiffness : 1e30);
+        };
+        out.strain_places.push_back({{place[s.v0], place[s.v1], place[s.v2], kNoPlace}});
+        out.strains.push_back({static_cast<T>(s.inverse_rest[0]), static_cast<T>(s.inverse_rest[1]),
+                               static_cast<T>(s.inverse_rest[2]), static_cast<T>(s.inverse_rest[3]),
+                               compliance(s.warp), compliance(s.weft), compliance(s.shear)});
+      }
     }
   }
+  out.colours.push_back({static_cast<int>(out.edges.size()), static_cast<int>(out.strains.size())});
   if (!cloth.tethers.empty()) {
     out.tether_anchor.assign(static_cast<std::size_t>(n), -1);
     out.tether_length.assign(static_cast<std::size_t>(n), T(0));
@@ -89,7 +97,27 @@ PreparedCloth<T> prepare_cloth(const Cloth& cloth) {
   return out;
 }
 
+template <class T>
+std::vector<double> multipliers_in_order(const PreparedCloth<T>& cloth,
+                                         const EdgeMultipliers<T>* lambda,
+                                         std::size_t constraints) {
+  std::vector<double> out(constraints, 0.0);
+  for (std::size_t e = 0; e < cloth.edges.size(); ++e) {
+    if (cloth.hinge_place[e] >= 0) {
+      out[cloth.hinge_place[e]] = static_cast<double>(lambda[e].hinge);
+    }
+    if (cloth.spring_place[e] >= 0) {
+      out[cloth.spring_place[e]] = static_cast<double>(lambda[e].spring);
+    }
+  }
+  return out;
+}
+
 template PreparedCloth<float> prepare_cloth(const Cloth&);
 template PreparedCloth<double> prepare_cloth(const Cloth&);
+template std::vector<double> multipliers_in_order(const PreparedCloth<float>&,
+                                                  const EdgeMultipliers<float>*, std::size_t);
+template std::vector<double> multipliers_in_order(const PreparedCloth<double>&,
+                                                  const EdgeMultipliers<double>*, std::size_t);
 
 }  // namespace atelier

@@ -8,18 +8,30 @@
 
 namespace atelier {
 
-/// One spring or hinge as solvers read it: particles by their place in the patch.
+/// Particles of an edge by their place in the patch: its ends, then the corners across it (kNoPlace
+/// where there is no hinge); or the three corners of a strain triangle.
+struct alignas(8) Places {
+  std::uint16_t at[4];
+};
+constexpr std::uint16_t kNoPlace = 0xFFFF;
+
+/// What acts along an edge: a hinge, then a spring; or only one of them. Compliances are 1 /
+/// stiffness, before the division by h^2, below 0 where there is none.
 template <class T>
-struct alignas(16) ConstraintRecord {
-  std::uint16_t particle[4];
-  T rest;
-  T compliance;  ///< 1 / stiffness, before the division by h^2
+struct alignas(4 * sizeof(T)) EdgeRule {
+  T rest_angle, hinge_compliance;
+  T rest_length, spring_compliance;
 };
 
-/// A colour of a patch, with the place of its first strain triangle.
+/// Multipliers of an edge.
+template <class T>
+struct alignas(2 * sizeof(T)) EdgeMultipliers {
+  T hinge, spring;
+};
+
+/// First edge and first strain triangle of a colour; they end where the next colour begins.
 struct PreparedColour {
-  int begin[4];
-  int strain_begin;
+  int edge_begin, strain_begin;
 };
 
 /// Edges, as the report and contacts read them.
@@ -37,20 +49,34 @@ struct PreparedCloth {
   std::vector<T> inverse_mass;  ///< [V] 0: fixed
   std::vector<Schedule::Phase> phases;
   std::vector<Schedule::Patch> patches;
-  std::vector<PreparedColour> colours;
+  std::vector<PreparedColour> colours;  ///< of the schedule, and one more for the end
   std::vector<int> patch_particles;
-  std::vector<ConstraintRecord<T>> records;
-  std::vector<StrainRest<T>> strains;  ///< in the order of the schedule
-  std::vector<int> tether_anchor;      ///< [V] particle, or -1; empty: no tethers
+  std::vector<Places> edges;  ///< colour after colour
+  std::vector<EdgeRule<T>> edge_rules;
+  std::vector<Places> strain_places;
+  std::vector<StrainRest<T>> strains;
+  std::vector<int> hinge_place;    ///< of each edge in the schedule's order, -1: none
+  std::vector<int> spring_place;   ///< likewise
+  std::vector<int> tether_anchor;  ///< [V] particle, or -1; empty: no tethers
   std::vector<T> tether_length;
-  std::vector<int> order;  ///< constraint of each record (see Schedule)
   int max_patch_particles = 0;
 };
 
 template <class T>
 PreparedCloth<T> prepare_cloth(const Cloth& cloth);
 
+/// Multipliers of edges in the order of the schedule (0 for strain triangles).
+template <class T>
+std::vector<double> multipliers_in_order(const PreparedCloth<T>& cloth,
+                                         const EdgeMultipliers<T>* lambda, std::size_t constraints);
+
 extern template PreparedCloth<float> prepare_cloth(const Cloth&);
 extern template PreparedCloth<double> prepare_cloth(const Cloth&);
+extern template std::vector<double> multipliers_in_order(const PreparedCloth<float>&,
+                                                         const EdgeMultipliers<float>*,
+                                                         std::size_t);
+extern template std::vector<double> multipliers_in_order(const PreparedCloth<double>&,
+                                                         const EdgeMultipliers<double>*,
+                                                         std::size_t);
 
 }  // namespace atelier

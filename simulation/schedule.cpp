@@ -1,9 +1,12 @@
 #include "simulation/schedule.h"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
+#include <tuple>
 
 #include "core/error.h"
+#include "simulation/colouring.h"
 
 namespace atelier {
 namespace {
@@ -145,76 +148,108 @@ std::vector<int> partition(const Points& positions,
   return part_of;
 }
 
-/// Greedy colouring of the constraints of one patch, larger constraints first, each into the least
-/// used colour that is free at all its particles. Appends to the schedule.
-void colour_patch(const std::vector<ConstraintParticles>& constraints, std::vector<int> patch,
-                  std::vector<std::uint64_t>& used, int words, Schedule& schedule) {
-  std::stable_sort(patch.begin(), patch.end(), [&](int a, int b) {
-    const auto size = [&](int c) { return constraints[c].particle[3] >= 0; };
-    return size(a) > size(b);
-  });
-  std::vector<std::vector<int>> colours;
+/// For each constraint of kind 0 the one of kind 1 on its first two particles, -1: none. Pairs are
+/// unique; what has been paired is marked in `follows`.
+std::vector<int> pair_up(const std::vector<ConstraintParticles>& constraints,
+                         std::vector<char>& follows) {
+  struct Edge {
+    int low, high, constraint;
+  };
+  std::vector<Edge> edges;
+  for (std::size_t c = 0; c < constraints.size(); ++c) {
+    const std::array<int, 4>& p = constraints[c].particle;
+    if (constraints[c].kind == 1 && p[0] >= 0 && p[1] >= 0 && p[2] < 0) {
+      edges.push_back({std::min(p[0], p[1]), std::max(p[0], p[1]), static_cast<int>(c)});
+    }
+  }
+  const auto before = [](const Edge& a, const Edge& b) {
+    return std::tie(a.low, a.high, a.constraint) < std::tie(b.low, b.high, b.constraint);
+  };
+  std::sort(edges.begin(), edges.end(), before);
+  follows.assign(constraints.size(), 0);
+  std::vector<int> follower(constraints.size(), -1);
+  for (std::size_t c = 0; c < constraints.size(); ++c) {
+    const std::array<int, 4>& p = constraints[c].particle;
+    if (constraints[c].kind != 0 || p[0] < 0 || p[1] < 0) {
+      continue;
+    }
+    const Edge wanted{std::min(p[0], p[1]), std::max(p[0], p[1]), -1};
+    auto at = std::lower_bound(edges.begin(), edges.end(), wanted, before);
+    while (at != edges.end() && at->low == wanted.low && at->high == wanted.high &&
+           follows[at->constraint] != 0) {
+      ++at;
+    }
+    if (at != edges.end() && at->low == wanted.low && at->high == wanted.high) {
+      follower[c] = at->constraint;
+      follows[at->constraint] = 1;
+    }
+  }
+  return follower;
+}
+
+/// Appends the colours of one patch to the schedule. `place` is scratch, one entry a particle.
+void colour_patch(const std::vector<ConstraintParticles>& constraints,
+                  const std::vector<int>& follower, const std::vector<int>& patch,
+                  const std::vector<int>& patch_particles, std::vector<int>& place,
+                  Schedule& schedule) {
+  for (std::size_t i = 0; i < patch_particles.size(); ++i) {
+    place[patch_particles[i]] = static_cast<int>(i);
+  }
+  std::vector<std::array<int, 4>> groups;
   for (int c : patch) {
-    int best = -1;
-    for (int k = 0; k < static_cast<int>(colours.size()); ++k) {
-      bool free = true;
-      for (int v : constraints[c].particle) {
-        free =
-            free &&
-            (v < 0 || ((used[static_cast<std::size_t>(v) * words + k / 64] >> (k % 64)) & 1) == 0);
-      }
-      if (free && (best < 0 || colours[k].size() < colours[best].size())) {
-        best = k;
-      }
+    std::array<int, 4> group = constraints[c].particle;
+    for (int& v : group) {
+      v = v >= 0 ? place[v] : -1;
     }
-    if (best < 0) {
-      best = static_cast<int>(colours.size());
-      colours.emplace_back();
-    }
-    colours[best].push_back(c);
-    for (int v : constraints[c].particle) {
-      if (v >= 0) {
-        used[static_cast<std::size_t>(v) * words + best / 64] |= std::uint64_t(1) << (best % 64);
-      }
-    }
+    groups.push_back(group);
+  }
+  const std::vector<int> colour = colour_groups(groups, static_cast<int>(patch_particles.size()));
+  const int colour_count = groups.empty() ? 0 : 1 + *std::max_element(colour.begin(), colour.end());
+  std::vector<std::vector<int>> classes(static_cast<std::size_t>(colour_count));
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    classes[colour[g]].push_back(static_cast<int>(g));
   }
   Schedule::Patch out{static_cast<int>(schedule.vertices.size()), 0,
                       static_cast<int>(schedule.colours.size()), 0};
-  for (std::vector<int>& colour : colours) {
-    std::stable_sort(colour.begin(), colour.end(),
-                     [&](int a, int b) { return constraints[a].kind < constraints[b].kind; });
+  for (std::vector<int>& members : classes) {
+    // Neighbours in memory beside each other; those with a follower first.
+    const auto rank = [&](int g) {
+      return std::make_tuple(constraints[patch[g]].kind, follower[patch[g]] < 0, groups[g]);
+    };
+    std::sort(members.begin(), members.end(), [&](int a, int b) { return rank(a) < rank(b); });
     Schedule::Colour range{};
     std::size_t i = 0;
     for (int kind = 0; kind < 3; ++kind) {
-      range.begin[kind] = static_cast<int>(schedule.order.size() + i);
-      while (i < colour.size() && constraints[colour[i]].kind == kind) {
-        ++i;
+      range.begin[kind] = static_cast<int>(schedule.order.size());
+      if (kind == 1) {
+        for (int k = 0; k < range.paired; ++k) {
+          schedule.order.push_back(follower[patch[members[k]]]);
+        }
+      }
+      for (; i < members.size() && constraints[patch[members[i]]].kind == kind; ++i) {
+        const int c = patch[members[i]];
+        range.paired += follower[c] >= 0 ? 1 : 0;
+        schedule.order.push_back(c);
       }
     }
-    range.begin[3] = static_cast<int>(schedule.order.size() + i);
-    schedule.order.insert(schedule.order.end(), colour.begin(), colour.end());
+    range.begin[3] = static_cast<int>(schedule.order.size());
     schedule.colours.push_back(range);
   }
   out.colour_end = static_cast<int>(schedule.colours.size());
-  schedule.max_colours = std::max(schedule.max_colours, out.colour_end - out.colour_begin);
+  schedule.max_colours = std::max(schedule.max_colours, colour_count);
   schedule.patches.push_back(out);
-  for (int c : patch) {
-    for (int v : constraints[c].particle) {
-      if (v >= 0) {
-        for (int w = 0; w < words; ++w) {
-          used[static_cast<std::size_t>(v) * words + w] = 0;
-        }
-      }
-    }
-  }
 }
 
 int default_patches(int vertex_count) {
   constexpr int kVertices = 640;
   constexpr int kWave = 132;
+  constexpr int kLargestCluster = 16;  // their sizes are powers of two
   const int patches = (vertex_count + kVertices - 1) / kVertices;
+  if (patches <= kLargestCluster) {
+    return static_cast<int>(std::bit_ceil(static_cast<unsigned>(std::max(1, patches))));
+  }
   if (patches <= kWave) {
-    return std::max(1, patches);
+    return patches;
   }
   constexpr int kLargest = 1150;
   const int waves = (vertex_count + kWave * kLargest - 1) / (kWave * kLargest);
@@ -226,14 +261,10 @@ int default_patches(int vertex_count) {
 Schedule make_schedule(const Points& positions, const std::vector<ConstraintParticles>& constraints,
                        const ScheduleOptions& options) {
   const int vertex_count = static_cast<int>(positions.rows());
-  std::vector<int> degree(static_cast<std::size_t>(vertex_count), 0);
   for (const ConstraintParticles& c : constraints) {
     ATELIER_CHECK(c.kind >= 0 && c.kind < 3, "constraint kind " + std::to_string(c.kind));
     for (int v : c.particle) {
       ATELIER_CHECK(v < vertex_count, "particle " + std::to_string(v) + " of a constraint");
-      if (v >= 0) {
-        ++degree[v];
-      }
     }
   }
   Schedule schedule;
@@ -244,14 +275,17 @@ Schedule make_schedule(const Points& positions, const std::vector<ConstraintPart
   parts =
       std::max(parts, (vertex_count + options.max_patch_vertices - 1) / options.max_patch_vertices);
   parts = std::min(parts, vertex_count);
-  std::vector<int> remaining(constraints.size());
-  std::iota(remaining.begin(), remaining.end(), 0);
+  std::vector<char> follows;
+  const std::vector<int> follower = pair_up(constraints, follows);
+  std::vector<int> remaining;
+  for (std::size_t c = 0; c < constraints.size(); ++c) {
+    if (follows[c] == 0) {
+      remaining.push_back(static_cast<int>(c));
+    }
+  }
   std::vector<int> part_of = partition(positions, constraints, remaining, parts);
 
-  // A greedy colour never exceeds 4 (degree - 1) + 1.
-  const int max_degree = degree.empty() ? 0 : *std::max_element(degree.begin(), degree.end());
-  const int words = (4 * std::max(1, max_degree) + 64) / 64;
-  std::vector<std::uint64_t> used(static_cast<std::size_t>(vertex_count) * words, 0);
+  std::vector<int> place(static_cast<std::size_t>(vertex_count), 0);
 
   // Phase 0 lists every particle once, so it is also where particles are integrated.
   bool first = true;
@@ -294,7 +328,8 @@ Schedule make_schedule(const Points& positions, const std::vector<ConstraintPart
         }
       }
       std::sort(part_vertices[part].begin(), part_vertices[part].end());
-      colour_patch(constraints, part_constraints[part], used, words, schedule);
+      colour_patch(constraints, follower, part_constraints[part], part_vertices[part], place,
+                   schedule);
       Schedule::Patch& patch = schedule.patches.back();
       patch.vertex_begin = static_cast<int>(schedule.vertices.size());
       schedule.vertices.insert(schedule.vertices.end(), part_vertices[part].begin(),

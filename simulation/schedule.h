@@ -18,9 +18,13 @@ namespace atelier {
 /// the particles, the next phases what crosses its borders. Our construction; every constraint is
 /// in exactly one place, so one sweep is one exact Gauss-Seidel iteration.
 struct Schedule {
-  /// A run of constraints that share no particle. Those of kind 0 come first, then 1, 2.
+  /// A run of constraints. Those of kind 0 come first, then 1, 2. The first `paired` of kind 0 each
+  /// share their first two particles with the constraint of kind 1 at the same place, which follows
+  /// it (a hinge and the spring along its edge: one visit of their particles instead of two); no
+  /// others share a particle.
   struct Colour {
     int begin[4];  ///< kind k is `order[begin[k]] ... order[begin[k + 1] - 1]`
+    int paired;
   };
   struct Patch {
     int vertex_begin, vertex_end;  ///< into `vertices`

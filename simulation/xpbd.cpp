@@ -252,6 +252,18 @@ FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
   return report;
 }
 
+std::vector<double> spring_forces_of(const Cloth& cloth, const std::vector<double>& lambda,
+                                     double substep) {
+  std::vector<double> out(cloth.springs.size(), 0.0);
+  for (std::size_t i = 0; i < lambda.size(); ++i) {
+    const int c = cloth.schedule.order[i];
+    if (c < static_cast<int>(out.size())) {
+      out[c] = -lambda[i] / (substep * substep);
+    }
+  }
+  return out;
+}
+
 namespace {
 
 void check_setup(const XpbdOptions& options, const std::vector<ClothVariation>& variations) {

@@ -6,6 +6,7 @@
 #include "simulation/backend.h"
 #include "simulation/body_contact_math.h"
 #include "simulation/contact_tree.h"
+#include "simulation/edge_math.h"
 #include "simulation/prepared_cloth.h"
 #include "simulation/self_contact_cpu.h"
 #include "simulation/sweep_math.h"
@@ -36,7 +37,7 @@ class CpuBackend final : public ClothSolver::Backend {
     velocity_.resize(n);
     acceleration_.resize(n);
     target_.resize(n);
-    lambda_.resize(prepared_.records.size());
+    lambda_.resize(prepared_.edges.size());
     strain_lambda_.resize(3 * prepared_.strains.size());
     if (options.self_contact && cloth.faces.rows() > 0) {
       self_ = std::make_unique<SelfContactCpu<T>>(cloth, prepared_, options);
@@ -87,22 +88,18 @@ class CpuBackend final : public ClothSolver::Backend {
     }
     if (options_.report) {
       measure_penetration(report);
-      report = report_state(cloth_, variation_, state_,
-                            std::vector<double>(lambda_.begin(), lambda_.end()),
-                            options_.time_step / options_.substeps, report);
+      report = report_state(
+          cloth_, variation_, state_,
+          multipliers_in_order(prepared_, lambda_.data(), cloth_.schedule.order.size()),
+          options_.time_step / options_.substeps, report);
     }
     return {report};
   }
 
   std::vector<double> spring_forces(int) const override {
     const double h = options_.time_step / options_.substeps;
-    std::vector<double> out(cloth_.springs.size(), 0.0);
-    for (std::size_t i = 0; i < prepared_.order.size(); ++i) {
-      if (prepared_.order[i] < static_cast<int>(out.size())) {
-        out[prepared_.order[i]] = -static_cast<double>(lambda_[i]) / (h * h);
-      }
-    }
-    return out;
+    return spring_forces_of(
+        cloth_, multipliers_in_order(prepared_, lambda_.data(), cloth_.schedule.order.size()), h);
   }
 
  private:
@@ -247,12 +244,12 @@ class CpuBackend final : public ClothSolver::Backend {
         predict(x_[i], start_[i], velocity_[i], acceleration_[i], target_[i], share, h);
       }
     });
-    std::fill(lambda_.begin(), lambda_.end(), T(0));
+    std::fill(lambda_.begin(), lambda_.end(), EdgeMultipliers<T>{});
     std::fill(strain_lambda_.begin(), strain_lambda_.end(), T(0));
     std::fill(held_.begin(), held_.end(), Vec4<T>{});
-    const SubstepScale<T> scale{T(1) / (h * h), static_cast<T>(cloth_.material.damping) / h,
-                                static_cast<T>(1 / variation_.stretch),
-                                static_cast<T>(1 / variation_.bending)};
+    const SubstepScale<T> scale = substep_scale(h, static_cast<T>(cloth_.material.damping),
+                                                static_cast<T>(1 / variation_.stretch),
+                                                static_cast<T>(1 / variation_.bending));
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
       for (const Schedule::Phase& phase : prepared_.phases) {
         parallel_for(phase.patch_end - phase.patch_begin, 1, [&](Index begin, Index end) {
@@ -306,18 +303,14 @@ class CpuBackend final : public ClothSolver::Backend {
     }
     for (int k = patch.colour_begin; k < patch.colour_end; ++k) {
       const PreparedColour& colour = prepared_.colours[k];
-      for (int i = colour.begin[0]; i < colour.begin[1]; ++i) {
-        lambda_[i] += project_hinge_record(prepared_.records[i], local.data(), local_start.data(),
-                                           lambda_[i], scale);
+      const PreparedColour& next = prepared_.colours[k + 1];
+      for (int e = colour.edge_begin; e < next.edge_begin; ++e) {
+        project_edge(prepared_.edges[e], prepared_.edge_rules[e], local.data(), local_start.data(),
+                     lambda_[e], scale);
       }
-      for (int i = colour.begin[1]; i < colour.begin[2]; ++i) {
-        lambda_[i] += project_spring_record(prepared_.records[i], local.data(), local_start.data(),
-                                            lambda_[i], scale);
-      }
-      for (int i = colour.begin[2]; i < colour.begin[3]; ++i) {
-        const int strain = colour.strain_begin + i - colour.begin[2];
-        project_strain_record(prepared_.records[i], prepared_.strains[strain], local.data(),
-                              local_start.data(), &strain_lambda_[3 * strain], scale);
+      for (int t = colour.strain_begin; t < next.strain_begin; ++t) {
+        project_triangle(prepared_.strain_places[t], prepared_.strains[t], local.data(),
+                         local_start.data(), &strain_lambda_[3 * t], scale);
       }
     }
     for (int i = 0; i < count; ++i) {
@@ -336,7 +329,7 @@ class CpuBackend final : public ClothSolver::Backend {
   std::vector<Vec3<T>> velocity_;
   std::vector<Vec3<T>> acceleration_;
   std::vector<Vec3<T>> target_;  ///< of fixed particles at the end of the frame
-  std::vector<T> lambda_;
+  std::vector<EdgeMultipliers<T>> lambda_;
   std::vector<T> strain_lambda_;
 
   std::vector<FaceIndices> faces_;

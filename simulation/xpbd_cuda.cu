@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -15,6 +16,7 @@ namespace atelier {
 namespace {
 
 constexpr int kLargestCluster = 16;
+constexpr int kNobody = std::numeric_limits<int>::max();
 
 template <class T>
 Vec4<T> vec4(const Points& p, Index row, T w) {
@@ -47,7 +49,9 @@ class CudaBackend final : public ClothSolver::Backend {
         patches_(prepared_.patches),
         colours_(prepared_.colours),
         patch_particles_(prepared_.patch_particles),
-        records_(prepared_.records),
+        edges_(prepared_.edges),
+        edge_rules_(prepared_.edge_rules),
+        strain_places_(prepared_.strain_places),
         strains_(prepared_.strains),
         body_(body_faces) {
     const std::size_t n =
@@ -59,7 +63,8 @@ class CudaBackend final : public ClothSolver::Backend {
       *buffer = CudaBuffer<Vec4<T>>(n);
     }
     if (options.iterations > 1 || options.report) {
-      lambda_ = CudaBuffer<T>(prepared_.records.size() * static_cast<std::size_t>(scenes_));
+      lambda_ = CudaBuffer<EdgeMultipliers<T>>(prepared_.edges.size() *
+                                               static_cast<std::size_t>(scenes_));
       strain_lambda_ =
           CudaBuffer<T>(3 * prepared_.strains.size() * static_cast<std::size_t>(scenes_));
       lambda_.clear();
@@ -90,8 +95,9 @@ class CudaBackend final : public ClothSolver::Backend {
           {static_cast<T>(1 / v.stretch), static_cast<T>(1 / v.bending), static_cast<T>(friction)});
     }
     rules_ = CudaBuffer<CudaSceneRule<T>>(rules);
-    arrived_ = CudaBuffer<unsigned>(static_cast<std::size_t>(scenes_));
-    bad_ = CudaBuffer<int>(1);
+    arrived_ = CudaBuffer<unsigned>(2 * static_cast<std::size_t>(scenes_));
+    arrived_.clear();
+    bad_ = CudaBuffer<int>(std::vector<int>{kNobody});
     fixed_.assign(static_cast<std::size_t>(scenes_), Points::Zero(prepared_.count, 3));
     frames_.assign(static_cast<std::size_t>(scenes_), 0);
     ATELIER_CUDA_CHECK(cudaEventCreate(&before_));
@@ -160,12 +166,6 @@ class CudaBackend final : public ClothSolver::Backend {
     }
     const int particles = prepared_.count * scenes_;
     ATELIER_CUDA_CHECK(cudaEventRecord(before_));
-    const std::size_t bytes = static_cast<std::size_t>(particles) * sizeof(Vec4<T>);
-    ATELIER_CUDA_CHECK(
-        cudaMemcpyAsync(x_before_.data(), x_.data(), bytes, cudaMemcpyDeviceToDevice));
-    ATELIER_CUDA_CHECK(cudaMemcpyAsync(velocity_before_.data(), velocity_.data(), bytes,
-                                       cudaMemcpyDeviceToDevice));
-    ATELIER_CUDA_CHECK(cudaMemsetAsync(bad_.data(), 0x7f, sizeof(int)));
     if (with_body) {
       body_.refit();
       launch_candidates(frame.body, frame.body_rule, particles, x_.data(), velocity_.data(),
@@ -185,7 +185,9 @@ class CudaBackend final : public ClothSolver::Backend {
     ATELIER_CUDA_CHECK(cudaEventRecord(after_));
     int bad = 0;
     ATELIER_CUDA_CHECK(cudaMemcpy(&bad, bad_.data(), sizeof(bad), cudaMemcpyDeviceToHost));
-    if (bad < particles) {
+    if (bad != kNobody) {
+      const std::size_t bytes = static_cast<std::size_t>(particles) * sizeof(Vec4<T>);
+      bad_.upload(&kNobody, 1);
       ATELIER_CUDA_CHECK(cudaMemcpy(x_.data(), x_before_.data(), bytes, cudaMemcpyDeviceToDevice));
       ATELIER_CUDA_CHECK(
           cudaMemcpy(velocity_.data(), velocity_before_.data(), bytes, cudaMemcpyDeviceToDevice));
@@ -217,20 +219,16 @@ class CudaBackend final : public ClothSolver::Backend {
   std::vector<double> spring_forces(int scene) const override {
     ATELIER_CHECK(lambda_.size() > 0, "spring forces need `report` in the options");
     const double h = options_.time_step / options_.substeps;
-    const std::vector<T> lambda = lambda_.download();
-    std::vector<double> out(cloth_.springs.size(), 0.0);
-    for (std::size_t i = 0; i < prepared_.order.size(); ++i) {
-      if (prepared_.order[i] < static_cast<int>(out.size())) {
-        out[prepared_.order[i]] =
-            -static_cast<double>(
-                lambda[static_cast<std::size_t>(scene) * prepared_.records.size() + i]) /
-            (h * h);
-      }
-    }
-    return out;
+    return spring_forces_of(cloth_, multipliers(lambda_.download(), scene), h);
   }
 
  private:
+  std::vector<double> multipliers(const std::vector<EdgeMultipliers<T>>& lambda, int scene) const {
+    return multipliers_in_order(
+        prepared_, lambda.data() + static_cast<std::size_t>(scene) * prepared_.edges.size(),
+        cloth_.schedule.order.size());
+  }
+
   void upload_control(const Control& control) {
     const std::size_t n = static_cast<std::size_t>(prepared_.count);
     const bool any_fixed =
@@ -277,9 +275,11 @@ class CudaBackend final : public ClothSolver::Backend {
     f.patches = patches_.data();
     f.colours = colours_.data();
     f.patch_particles = patch_particles_.data();
-    f.records = records_.data();
+    f.edges = edges_.data();
+    f.edge_rules = edge_rules_.data();
+    f.strain_places = strain_places_.data();
     f.strains = strains_.data();
-    f.record_count = static_cast<int>(prepared_.records.size());
+    f.edge_count = static_cast<int>(prepared_.edges.size());
     f.strain_count = static_cast<int>(prepared_.strains.size());
     f.tether_anchor = tether_anchor_.data();
     f.tether_length = tether_length_.data();
@@ -300,20 +300,21 @@ class CudaBackend final : public ClothSolver::Backend {
     f.last_substep = options_.substeps;
     f.frame_time = static_cast<T>(options_.time_step);
     f.resident = resident_ ? 1 : 0;
+    f.records_on_chip = records_on_chip_ ? 1 : 0;
     const double h = options_.time_step / options_.substeps;
     f.h = static_cast<T>(h);
-    f.gamma = static_cast<T>(cloth_.material.damping) / f.h;
+    f.damping = static_cast<T>(cloth_.material.damping);
     f.keep = static_cast<T>(1 / (1 + options_.velocity_damping * static_cast<double>(f.h)));
     f.max_patch_particles = prepared_.max_patch_particles;
-    f.max_colours = cloth_.schedule.max_colours;
+    f.keeps_starts = keeps_starts_ ? 1 : 0;
+    f.frame_start = x_before_.data();
+    f.frame_velocity = velocity_before_.data();
     if (with_body) {
       f.body = body_.view();
       f.body_rule.thickness =
           static_cast<T>(options_.thickness >= 0 ? options_.thickness : cloth_.material.thickness);
       f.body_rule.reach = max_of(static_cast<T>(options_.contact_reach), f.body_rule.thickness);
       f.body_rule.old_overlap = static_cast<T>(options_.depenetration_speed * h);
-      f.frame_start = x_before_.data();
-      f.frame_velocity = velocity_before_.data();
       f.outlook = outlook_.data();
       f.candidates = candidates_.data();
       f.touched = touched_.data();
@@ -321,6 +322,37 @@ class CudaBackend final : public ClothSolver::Backend {
     f.arrived = arrived_.data();
     f.bad = bad_.data();
     return f;
+  }
+
+  int edges_of(const Schedule::Patch& patch) const {
+    return prepared_.colours[patch.colour_end].edge_begin -
+           prepared_.colours[patch.colour_begin].edge_begin;
+  }
+  /// Bytes of the plans of the block that has most of them, where each of `blocks` blocks takes its
+  /// share of every phase.
+  std::size_t plan_bytes(int blocks, bool with_edges) const {
+    std::size_t most = 0;
+    for (int block = 0; block < blocks; ++block) {
+      std::size_t sum = 0;
+      for (const Schedule::Phase& phase : prepared_.phases) {
+        for (int k = phase.patch_begin + block; k < phase.patch_end; k += blocks) {
+          const Schedule::Patch& patch = prepared_.patches[k];
+          sum += static_cast<std::size_t>(plan_size<T>(patch.vertex_end - patch.vertex_begin,
+                                                       patch.colour_end - patch.colour_begin,
+                                                       with_edges ? edges_of(patch) : 0));
+        }
+      }
+      most = std::max(most, sum);
+    }
+    return most;
+  }
+  std::size_t largest_plan() const {
+    int most = 0;
+    for (const Schedule::Patch& patch : prepared_.patches) {
+      most = std::max(most, plan_size<T>(patch.vertex_end - patch.vertex_begin,
+                                         patch.colour_end - patch.colour_begin, 0));
+    }
+    return static_cast<std::size_t>(most);
   }
 
   /// Blocks per scene and how they wait: as few barriers of the cheapest kind as fill the device.
@@ -333,55 +365,40 @@ class CudaBackend final : public ClothSolver::Backend {
     int major = 0;
     ATELIER_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
     const int patches = prepared_.phases[0].patch_end - prepared_.phases[0].patch_begin;
-    const std::size_t most_particles = static_cast<std::size_t>(prepared_.max_patch_particles);
-    // On chip: particles and their starts, the list of contacts, and plans of patches: all that a
-    // block works on where they fit, else one at a time.
-    std::vector<int> sizes;
-    for (const Schedule::Patch& patch : prepared_.patches) {
-      const int colours = patch.colour_end - patch.colour_begin;
-      const int records = colours > 0 ? prepared_.colours[patch.colour_end - 1].begin[3] -
-                                            prepared_.colours[patch.colour_begin].begin[0]
-                                      : 0;
-      sizes.push_back(plan_size<T>(patch.vertex_end - patch.vertex_begin, colours, records));
-    }
     int capacity = 0;
     ATELIER_CUDA_CHECK(
         cudaDeviceGetAttribute(&capacity, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
+    full_ = !body_.empty() || self_ != nullptr || !prepared_.strains.empty() ||
+            !prepared_.tether_anchor.empty();
+    keeps_starts_ = cloth_.material.damping > 0 || !body_.empty() || self_ != nullptr;
     const std::size_t base =
-        2 * sizeof(Vec4<T>) * most_particles + sizeof(int) * (most_particles + 2) + 64;
-    std::size_t together = 0;
-    for (int block = 0; block < patches; ++block) {
-      std::size_t sum = 0;
-      for (const Schedule::Phase& phase : prepared_.phases) {
-        for (int k = phase.patch_begin + block; k < phase.patch_end; k += patches) {
-          sum += static_cast<std::size_t>(sizes[k]);
-        }
-      }
-      together = std::max(together, sum);
-    }
-    resident_ = scenes_ == 1 && patches <= multiprocessors &&
-                base + together <= static_cast<std::size_t>(capacity) &&
-                (options_.cuda_barrier == "auto" || options_.cuda_barrier == "grid" ||
-                 (options_.cuda_barrier == "cluster" && patches <= kLargestCluster));
-    shared_bytes_ =
-        base + (resident_
-                    ? together
-                    : static_cast<std::size_t>(*std::max_element(sizes.begin(), sizes.end())));
+        BlockWork<T>::room(prepared_.max_patch_particles, keeps_starts_, !body_.empty());
+    // On chip beside the particles: the plans of all patches that a block works on, with their
+    // edges where they fit, else of one at a time.
+    const bool one_each = scenes_ == 1 && patches <= multiprocessors && options_.cuda_blocks == 0 &&
+                          (options_.cuda_barrier == "auto" || options_.cuda_barrier == "grid" ||
+                           (options_.cuda_barrier == "cluster" && patches <= kLargestCluster));
+    const std::size_t with_edges = base + plan_bytes(patches, true);
+    const std::size_t without = base + plan_bytes(patches, false);
+    resident_ = one_each && without <= static_cast<std::size_t>(capacity);
+    records_on_chip_ = resident_ && with_edges <= static_cast<std::size_t>(capacity) &&
+                       std::getenv("ATELIER_STREAM") == nullptr;
+    shared_bytes_ = records_on_chip_ ? with_edges : resident_ ? without : base + largest_plan();
     ATELIER_CHECK(shared_bytes_ <= static_cast<std::size_t>(capacity),
                   "a patch does not fit on chip");
-    for (const void* kernel :
-         {reinterpret_cast<const void*>(&frame_kernel<T, CudaBarrier::Block>),
-          reinterpret_cast<const void*>(&frame_kernel<T, CudaBarrier::Cluster>),
-          reinterpret_cast<const void*>(&frame_kernel<T, CudaBarrier::Grid>),
-          reinterpret_cast<const void*>(&frame_step_kernel<T>)}) {
+    for (const void* kernel : {reinterpret_cast<const void*>(frame_kernel_of(CudaBarrier::Block)),
+                               reinterpret_cast<const void*>(frame_kernel_of(CudaBarrier::Cluster)),
+                               reinterpret_cast<const void*>(frame_kernel_of(CudaBarrier::Grid)),
+                               reinterpret_cast<const void*>(&frame_step_kernel<T>)}) {
       ATELIER_CUDA_CHECK(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                               static_cast<int>(shared_bytes_)));
     }
-    // A thread for every constraint of a colour; where there are more patches than multiprocessors,
+    // A thread for every edge of a colour; where there are more patches than multiprocessors,
     // two smaller blocks each hide one another's waits. Contacts take a warp a particle.
     int widest = 1;
-    for (const PreparedColour& colour : prepared_.colours) {
-      widest = std::max(widest, colour.begin[3] - colour.begin[0]);
+    for (std::size_t k = 0; k + 1 < prepared_.colours.size(); ++k) {
+      widest =
+          std::max(widest, prepared_.colours[k + 1].edge_begin - prepared_.colours[k].edge_begin);
     }
     const bool crowded = static_cast<long>(patches) * scenes_ > multiprocessors;
     const int most_threads = crowded ? kFrameThreads / 2 : kFrameThreads;
@@ -389,7 +406,7 @@ class CudaBackend final : public ClothSolver::Backend {
         body_.empty() ? std::clamp((widest + 31) / 32 * 32, 128, most_threads) : most_threads);
     int resident = 0;
     ATELIER_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
-        &resident, frame_kernel<T, CudaBarrier::Grid>, static_cast<int>(threads_), shared_bytes_));
+        &resident, frame_kernel_of(CudaBarrier::Grid), static_cast<int>(threads_), shared_bytes_));
     const int share = std::max(1, resident * multiprocessors / scenes_);
     std::string barrier = options_.cuda_barrier;
     if (barrier == "auto") {
@@ -415,46 +432,52 @@ class CudaBackend final : public ClothSolver::Backend {
       blocks_ = size;
     }
     barrier_ = barrier;
-    resident_ = resident_ && blocks_ == patches && barrier != "graph";
+    resident_ = resident_ && blocks_ == patches;
+    records_on_chip_ = records_on_chip_ && resident_;
+  }
+
+  using FrameKernel = void (*)(CudaFrame<T>, int);
+  FrameKernel frame_kernel_of(CudaBarrier barrier) const {
+    const auto of = [&]<FrameKind kKind>() -> FrameKernel {
+      return barrier == CudaBarrier::Block     ? frame_kernel<T, CudaBarrier::Block, kKind>
+             : barrier == CudaBarrier::Cluster ? frame_kernel<T, CudaBarrier::Cluster, kKind>
+                                               : frame_kernel<T, CudaBarrier::Grid, kKind>;
+    };
+    return full_ ? of.template operator()<FrameKind::Full>()
+                 : of.template operator()<FrameKind::Plain>();
   }
 
   void launch(const CudaFrame<T>& frame) {
     const unsigned grid = static_cast<unsigned>(scenes_ * blocks_);
-    if (barrier_ == "block") {
-      frame_kernel<T, CudaBarrier::Block><<<grid, threads_, shared_bytes_>>>(frame, 1);
-      ATELIER_CUDA_LAUNCHED(frame_kernel);
-    } else if (barrier_ == "graph") {
+    if (barrier_ == "graph") {
       launch_graph(frame, grid);
-    } else {
-      if (barrier_ == "grid") {
-        ATELIER_CUDA_CHECK(cudaMemsetAsync(arrived_.data(), 0, arrived_.size() * sizeof(unsigned)));
-      }
-      cudaLaunchConfig_t config{};
-      config.gridDim = dim3(grid);
-      config.blockDim = dim3(threads_);
-      config.dynamicSmemBytes = shared_bytes_;
-      cudaLaunchAttribute attribute{};
-      config.attrs = &attribute;
-      config.numAttrs = 1;
-      if (barrier_ == "cluster") {
-        attribute.id = cudaLaunchAttributeClusterDimension;
-        attribute.val.clusterDim.x = static_cast<unsigned>(blocks_);
-        attribute.val.clusterDim.y = 1;
-        attribute.val.clusterDim.z = 1;
-        if (blocks_ > 8) {
-          ATELIER_CUDA_CHECK(cudaFuncSetAttribute(frame_kernel<T, CudaBarrier::Cluster>,
-                                                  cudaFuncAttributeNonPortableClusterSizeAllowed,
-                                                  1));
-        }
-        ATELIER_CUDA_CHECK(
-            cudaLaunchKernelEx(&config, frame_kernel<T, CudaBarrier::Cluster>, frame, blocks_));
-      } else {
-        attribute.id = cudaLaunchAttributeCooperative;
-        attribute.val.cooperative = 1;
-        ATELIER_CUDA_CHECK(
-            cudaLaunchKernelEx(&config, frame_kernel<T, CudaBarrier::Grid>, frame, blocks_));
-      }
+      return;
     }
+    cudaLaunchConfig_t config{};
+    config.gridDim = dim3(grid);
+    config.blockDim = dim3(threads_);
+    config.dynamicSmemBytes = shared_bytes_;
+    cudaLaunchAttribute attribute{};
+    config.attrs = &attribute;
+    CudaBarrier barrier = CudaBarrier::Block;
+    if (barrier_ == "cluster") {
+      barrier = CudaBarrier::Cluster;
+      config.numAttrs = 1;
+      attribute.id = cudaLaunchAttributeClusterDimension;
+      attribute.val.clusterDim.x = static_cast<unsigned>(blocks_);
+      attribute.val.clusterDim.y = 1;
+      attribute.val.clusterDim.z = 1;
+      if (blocks_ > 8) {
+        ATELIER_CUDA_CHECK(cudaFuncSetAttribute(frame_kernel_of(barrier),
+                                                cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
+      }
+    } else if (barrier_ == "grid") {
+      barrier = CudaBarrier::Grid;
+      config.numAttrs = 1;
+      attribute.id = cudaLaunchAttributeCooperative;
+      attribute.val.cooperative = 1;
+    }
+    ATELIER_CUDA_CHECK(cudaLaunchKernelEx(&config, frame_kernel_of(barrier), frame, blocks_));
   }
 
   void launch_graph(const CudaFrame<T>& frame, unsigned grid) {
@@ -512,14 +535,10 @@ class CudaBackend final : public ClothSolver::Backend {
       depth = depth_.download();
       touched = touched_.download();
     }
-    const std::vector<T> lambda = lambda_.download();
+    const std::vector<EdgeMultipliers<T>> lambda = lambda_.download();
     for (int scene = 0; scene < scenes_; ++scene) {
       FrameReport& report = reports[scene];
-      const std::size_t first = static_cast<std::size_t>(scene) * prepared_.records.size();
-      const std::vector<double> own(
-          lambda.begin() + static_cast<std::ptrdiff_t>(first),
-          lambda.begin() + static_cast<std::ptrdiff_t>(first + prepared_.records.size()));
-      report = report_state(cloth_, variations_[scene], state(scene), own,
+      report = report_state(cloth_, variations_[scene], state(scene), multipliers(lambda, scene),
                             options_.time_step / options_.substeps, report);
       for (std::size_t i = 0; i < (depth.empty() ? 0 : n); ++i) {
         const std::size_t at = static_cast<std::size_t>(scene) * n + i;
@@ -541,14 +560,17 @@ class CudaBackend final : public ClothSolver::Backend {
   CudaBuffer<Schedule::Patch> patches_;
   CudaBuffer<PreparedColour> colours_;
   CudaBuffer<int> patch_particles_;
-  CudaBuffer<ConstraintRecord<T>> records_;
+  CudaBuffer<Places> edges_;
+  CudaBuffer<EdgeRule<T>> edge_rules_;
+  CudaBuffer<Places> strain_places_;
   CudaBuffer<StrainRest<T>> strains_;
   CudaBuffer<int> tether_anchor_;
   CudaBuffer<T> tether_length_;
   CudaBody<T> body_;
   CudaBuffer<Vec4<T>> x_, start_, velocity_, target_, air_, held_;
   CudaBuffer<Vec4<T>> x_before_, velocity_before_;  ///< the last good frame
-  CudaBuffer<T> lambda_, strain_lambda_;
+  CudaBuffer<EdgeMultipliers<T>> lambda_;
+  CudaBuffer<T> strain_lambda_;
   CudaBuffer<CudaSceneRule<T>> rules_;
   CudaBuffer<T> depth_;
   CudaBuffer<BodyOutlook<T>> outlook_;
@@ -563,7 +585,10 @@ class CudaBackend final : public ClothSolver::Backend {
   unsigned threads_ = kFrameThreads;
   std::string barrier_;
   std::size_t shared_bytes_ = 0;
-  bool resident_ = false;  ///< all that a block works on fits on chip
+  bool full_ = false;             ///< more than springs and hinges
+  bool keeps_starts_ = false;     ///< see CudaFrame
+  bool resident_ = false;         ///< the plans of all that a block works on fit on chip
+  bool records_on_chip_ = false;  ///< and their edges
   cudaEvent_t before_ = nullptr;
   cudaEvent_t after_ = nullptr;
   cudaStream_t capture_ = nullptr;

@@ -178,6 +178,30 @@ TEST(Sweep, EveryScenesIsWhatItWouldBeAlone) {
   }
 }
 
+TEST(Sweep, FactorsScaleTheStiffnessOfTheCloth) {
+  const Scene s = scene("springs", 0.001);
+  Cloth stiffer = s.cloth;
+  for (ClothSpring& spring : stiffer.springs) {
+    spring.stiffness *= 4;
+  }
+  for (ClothHinge& hinge : stiffer.hinges) {
+    hinge.stiffness *= 0.25;
+  }
+  XpbdOptions options;
+  options.precision = "double";
+  for (Device device : testing::devices()) {
+    ClothSweep sweep(s.cloth, {{1, 1, -1}, {4, 0.25, -1}}, s.ball.faces, options, device);
+    ClothSolver alone(stiffer, s.ball.faces, options, device);
+    for (int i = 0; i < 3; ++i) {
+      sweep.advance(s.control(i));
+      alone.advance(s.control(i));
+    }
+    const Points expected = alone.state().positions;
+    EXPECT_LT((sweep.state(1).positions - expected).rowwise().norm().maxCoeff(), 1e-10);
+    EXPECT_GT((sweep.state(0).positions - expected).rowwise().norm().maxCoeff(), 1e-6);
+  }
+}
+
 TEST(Sweep, RefusesNoScenesAndFactorsThatAreNotPositive) {
   const Scene s = scene("springs", 0);
   EXPECT_THROW(ClothSweep(s.cloth, {}, s.ball.faces, {}), LogicError);
