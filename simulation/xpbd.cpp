@@ -43,7 +43,7 @@ OptionTable describe(XpbdOptions& o) {
   t.add("iterations", o.iterations, 1, 100000, "", "Iterations per substep; substeps are better.");
   t.add("precision", o.precision, {"float", "double"}, "Arithmetic; double for reference.");
   t.add("sweep", o.sweep, {"gauss-seidel", "jacobi"}, "Order of the projections.");
-  t.add("vectors", o.vectors, {"auto", "scalar"}, "CPU vector code.");
+  t.add("vectors", o.vectors, {"auto", "scalar", "avx2"}, "CPU vector code.");
   t.add("cuda_barrier", o.cuda_barrier, {"auto", "block", "cluster", "grid", "graph"},
         "How the blocks of a GPU wait for each other.");
   t.add("cuda_blocks", o.cuda_blocks, 0, 1024, "",

@@ -21,8 +21,9 @@ struct XpbdOptions {
   /// "gauss-seidel" (exact, by the schedule) or "jacobi" (all at once with Chebyshev acceleration,
   /// CPU alone, for comparison).
   std::string sweep = "gauss-seidel";
-  std::string vectors =
-      "auto";  ///< CPU vector code: "auto" (AVX2 where the machine has it), "scalar"
+  /// CPU vector code, in float: "auto" (AVX2 where the processor has it), "scalar" or "avx2" (an
+  /// error where it has none). They differ by rounding.
+  std::string vectors = "auto";
 
   /// How the blocks of a GPU wait for each other: "auto", "block" (one block a scene), "cluster",
   /// "grid", or "graph" (a launch per phase, replayed). For measuring; auto takes the fastest.

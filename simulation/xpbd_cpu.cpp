@@ -7,6 +7,7 @@
 #include "simulation/body_contact_math.h"
 #include "simulation/contact_tree.h"
 #include "simulation/edge_math.h"
+#include "simulation/edges_avx2.h"
 #include "simulation/prepared_cloth.h"
 #include "simulation/self_contact_cpu.h"
 #include "simulation/sweep_math.h"
@@ -21,6 +22,22 @@ Vec3<T> vec(const Points& p, Index row) {
 
 constexpr Index kGrain = 2048;  ///< particles of one task
 
+/// "auto" compares twins on the scalar code where the build is to be exact.
+bool use_avx2(const XpbdOptions& options) {
+  if (options.vectors == "avx2") {
+    ATELIER_CHECK(options.precision == "float", "AVX2 code is for precision \"float\"");
+    if (!avx2_available()) {
+      throw EnvironmentError("AVX2", "this processor has none; use vectors \"auto\"");
+    }
+    return true;
+  }
+#ifdef ATELIER_EXACT
+  return false;
+#else
+  return options.vectors == "auto" && options.precision == "float" && avx2_available();
+#endif
+}
+
 template <class T>
 class CpuBackend final : public ClothSolver::Backend {
  public:
@@ -30,6 +47,7 @@ class CpuBackend final : public ClothSolver::Backend {
         variation_(variation),
         body_faces_(body_faces),
         options_(options),
+        avx2_(use_avx2(options)),
         prepared_(prepare_cloth<T>(cloth)) {
     const std::size_t n = cloth.mass.size();
     x_.resize(n);
@@ -291,12 +309,12 @@ class CpuBackend final : public ClothSolver::Backend {
     thread_local std::vector<Vec4<T>> local_start;
     const int count = patch.vertex_end - patch.vertex_begin;
     const int* particles = prepared_.patch_particles.data() + patch.vertex_begin;
-    local.resize(static_cast<std::size_t>(count));
+    local.resize(static_cast<std::size_t>(count) + 1);  // one to spare, see project_edges_avx2
     for (int i = 0; i < count; ++i) {
       local[i] = x_[particles[i]];
     }
     if (scale.gamma > T(0)) {
-      local_start.resize(static_cast<std::size_t>(count));
+      local_start.resize(static_cast<std::size_t>(count) + 1);
       for (int i = 0; i < count; ++i) {
         local_start[i] = start_[particles[i]];
       }
@@ -304,7 +322,14 @@ class CpuBackend final : public ClothSolver::Backend {
     for (int k = patch.colour_begin; k < patch.colour_end; ++k) {
       const PreparedColour& colour = prepared_.colours[k];
       const PreparedColour& next = prepared_.colours[k + 1];
-      for (int e = colour.edge_begin; e < next.edge_begin; ++e) {
+      if constexpr (std::is_same_v<T, float>) {
+        if (avx2_) {
+          project_edges_avx2(prepared_.edges.data(), prepared_.edge_rules.data(), lambda_.data(),
+                             colour.edge_begin, next.edge_begin, local.data(), local_start.data(),
+                             count, scale);
+        }
+      }
+      for (int e = colour.edge_begin; !avx2_ && e < next.edge_begin; ++e) {
         project_edge(prepared_.edges[e], prepared_.edge_rules[e], local.data(), local_start.data(),
                      lambda_[e], scale);
       }
@@ -322,6 +347,7 @@ class CpuBackend final : public ClothSolver::Backend {
   ClothVariation variation_;
   Triangles body_faces_;
   XpbdOptions options_;
+  bool avx2_;
   PreparedCloth<T> prepared_;
   ClothState state_;
   std::vector<Vec4<T>> x_;

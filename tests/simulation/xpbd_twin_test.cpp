@@ -57,6 +57,7 @@ TEST(Twins, AgreeWithTheCpuOverAFewFrames) {
           XpbdOptions options;
           options.precision = precision;
           options.iterations = iterations;
+          options.vectors = "scalar";
           ClothSolver cpu(s.cloth, s.ball.faces, options);
           ClothSolver cuda(s.cloth, s.ball.faces, options, Device::Cuda);
           for (int i = 0; i < 8; ++i) {
@@ -72,6 +73,36 @@ TEST(Twins, AgreeWithTheCpuOverAFewFrames) {
               << precision << membrane << damping << iterations;
         }
       }
+    }
+  }
+}
+
+TEST(Twins, VectorCodeAgreesWithScalarCode) {
+  const Scene probe = scene("springs", 0);
+  XpbdOptions wants;
+  wants.vectors = "avx2";
+  try {
+    const ClothSolver solver(probe.cloth, {}, wants);
+  } catch (const EnvironmentError&) {
+    GTEST_SKIP() << "no AVX2 on this machine";
+  }
+  for (double damping : {0.0, 0.002}) {
+    for (int iterations : {1, 3}) {
+      const Scene s = scene("springs", damping);
+      std::vector<ClothState> states;
+      for (const char* vectors : {"avx2", "scalar"}) {
+        XpbdOptions options;
+        options.vectors = vectors;
+        options.iterations = iterations;
+        ClothSolver solver(s.cloth, {}, options);
+        for (int i = 0; i < 8; ++i) {
+          solver.advance({});
+        }
+        states.push_back(solver.state());
+      }
+      EXPECT_LT((states[0].positions - states[1].positions).rowwise().norm().maxCoeff(), 2e-5)
+          << damping << iterations;
+      EXPECT_GT((states[0].positions - s.cloth.rest_positions).rowwise().norm().maxCoeff(), 0.05);
     }
   }
 }
@@ -220,6 +251,13 @@ TEST(Solver, RefusesOptionsOutOfRangeAndMissingCuda) {
   EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
   options = {};
   options.time_step = NAN;
+  EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
+  options = {};
+  options.vectors = "avx2";
+  options.precision = "double";
+  EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
+  options = {};
+  options.vectors = "sse";
   EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
   options = {};
   options.precision = "half";
