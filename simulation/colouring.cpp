@@ -105,19 +105,25 @@ std::vector<int> colour_groups(const std::vector<std::array<int, 4>>& groups, in
       return ca > cb;
     });
   }
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    int best = colour[g];
-    for (int k = 0; k < static_cast<int>(class_size.size()); ++k) {
-      if (class_size[k] + 1 < class_size[best] && used.is_free(groups[g], k)) {
-        best = k;
+  bool moved = true;
+  for (int round = 0; moved && round < kRounds; ++round) {
+    moved = false;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      int best = colour[g];
+      for (int k = 0; k < static_cast<int>(class_size.size()); ++k) {
+        const bool evens_out = class_size[k] + 1 < class_size[colour[g]];
+        if (evens_out && class_size[k] < class_size[best] && used.is_free(groups[g], k)) {
+          best = k;
+        }
       }
-    }
-    if (best != colour[g]) {
-      used.flip(groups[g], colour[g]);
-      used.flip(groups[g], best);
-      --class_size[colour[g]];
-      ++class_size[best];
-      colour[g] = best;
+      if (best != colour[g]) {
+        used.flip(groups[g], colour[g]);
+        used.flip(groups[g], best);
+        --class_size[colour[g]];
+        ++class_size[best];
+        colour[g] = best;
+        moved = true;
+      }
     }
   }
   return colour;

@@ -28,11 +28,8 @@ ATELIER_HOST_DEVICE inline float angle_of(float sine, float cosine) {
   const float ac = std::fabs(cosine);
   const float big = as > ac ? as : ac;
   const float small = as > ac ? ac : as;
-  if (!(big > 0.0f)) {
-    return 0.0f;
-  }
   // arctan on [0, 1], odd minimax polynomial.
-  const float z = quotient(small, big);
+  const float z = big > 0.0f ? quotient(small, big) : 0.0f;
   const float s = z * z;
   float p = -0.0040540580f;
   p = p * s + 0.0218612288f;
@@ -80,10 +77,10 @@ ATELIER_HOST_DEVICE inline T project_spring(Vec4<T>& a, Vec4<T>& b, T rest, T co
   if (gamma > T(0)) {
     c_change = dot(s.gradient, (pa - a_start) - (pb - b_start));
   }
-  if (!(weight > T(0))) {
-    return T(0);
-  }
-  const T change = multiplier_change(s.c, weight, compliance, lambda, gamma, c_change);
+  const bool moves = weight > T(0);
+  const T wanted =
+      multiplier_change(s.c, moves ? weight : T(1), compliance, lambda, gamma, c_change);
+  const T change = moves ? wanted : T(0);
   a = with_w(pa + (a.w * change) * s.gradient, a.w);
   b = with_w(pb - (b.w * change) * s.gradient, b.w);
   return change;
@@ -97,7 +94,7 @@ template <class T>
 struct HingeValue {
   T angle;
   Vec3<T> gradient[4];
-  bool valid;  ///< false where a triangle has no area: no normal, no angle
+  bool valid;  ///< false where a triangle has no area: the angle and gradients mean nothing
 };
 
 template <class T>
@@ -115,15 +112,12 @@ ATELIER_HOST_DEVICE inline HingeValue<T> hinge_value(Vec3<T> p0, Vec3<T> p1, Vec
   // Relative to the edge: slivers thinner than a millionth of their edge have no usable normal.
   const T tiny = T(1e-12) * ee * ee;
   out.valid = nn1 > tiny && nn2 > tiny;
-  if (!out.valid) {
-    out.angle = T(0);
-    return out;
-  }
-  const T inverse_length = inverse_root(ee);
+  // No branch: an edge of no use gets finite numbers, and its angle is not used.
+  const T inverse_length = inverse_root(out.valid ? ee : T(1));
   const T length = ee * inverse_length;
   out.angle = angle_of(dot(cross(n1, n2), e) * inverse_length, dot(n1, n2));
-  const Vec3<T> u1 = quotient(T(1), nn1) * n1;
-  const Vec3<T> u2 = quotient(T(1), nn2) * n2;
+  const Vec3<T> u1 = quotient(T(1), out.valid ? nn1 : T(1)) * n1;
+  const Vec3<T> u2 = quotient(T(1), out.valid ? nn2 : T(1)) * n2;
   // Height of the opposite vertices along the edge, from p0, as a share of the edge times length.
   const T s2 = dot(a, e) * inverse_length;
   const T s3 = dot(b, e) * inverse_length;
@@ -157,22 +151,18 @@ ATELIER_HOST_DEVICE inline T project_hinge(Vec4<T>& v0, Vec4<T>& v1, Vec4<T>& v2
   const Vec3<T> p2 = xyz(v2);
   const Vec3<T> p3 = xyz(v3);
   const HingeValue<T> hinge = hinge_value(p0, p1, p2, p3);
-  if (!hinge.valid) {
-    return T(0);
-  }
   const Vec3<T>* g = hinge.gradient;
   const T weight = v0.w * squared_norm(g[0]) + v1.w * squared_norm(g[1]) +
                    v2.w * squared_norm(g[2]) + v3.w * squared_norm(g[3]);
-  if (!(weight > T(0))) {
-    return T(0);
-  }
+  const bool moves = hinge.valid && weight > T(0);
   T c_change = T(0);
   if (gamma > T(0)) {
     c_change = dot(g[0], p0 - start0) + dot(g[1], p1 - start1) + dot(g[2], p2 - start2) +
                dot(g[3], p3 - start3);
   }
   const T c = angle_difference(hinge.angle, rest);
-  const T change = multiplier_change(c, weight, compliance, lambda, gamma, c_change);
+  const T wanted = multiplier_change(c, moves ? weight : T(1), compliance, lambda, gamma, c_change);
+  const T change = moves ? wanted : T(0);
   v0 = with_w(p0 + (v0.w * change) * g[0], v0.w);
   v1 = with_w(p1 + (v1.w * change) * g[1], v1.w);
   v2 = with_w(p2 + (v2.w * change) * g[2], v2.w);

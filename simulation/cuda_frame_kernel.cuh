@@ -7,7 +7,7 @@ namespace atelier {
 
 constexpr int kFrameThreads = 512;
 
-/// What a frame can meet. Plain is springs and hinges alone: fewer registers.
+/// What a frame can meet. Plain is undamped springs and hinges alone: fewer registers.
 enum class FrameKind { Plain, Full };
 
 /// One frame of one scene, as one block does it.
@@ -25,7 +25,11 @@ struct FrameWork : BlockWork<T> {
   unsigned char* memory;
 
   __device__ FrameWork(const CudaFrame<T>& f, int blocks_per_scene, unsigned char* on_chip)
-      : BlockWork<T>(f, blocks_per_scene, on_chip), memory(on_chip) {}
+      : BlockWork<T>(f, blocks_per_scene, on_chip), memory(on_chip) {
+    if constexpr (!kFull) {
+      scale.gamma = T(0);  // known to the compiler
+    }
+  }
 
   __device__ void contacts(int vertex_begin, int vertex_end, int s) const {
     touch_body(frame, blocks, memory, vertex_begin, vertex_end, s);
@@ -126,21 +130,23 @@ struct FrameWork : BlockWork<T> {
       }
       const Plan<T> plan(at, frame.records_on_chip != 0);
       const PlanHeader header = *plan.header;
-      EdgeFeed<T> feed(frame, plan, header, iteration == 0 ? nullptr : lambda);
+      const EdgeSource<T> source(frame, plan, header, iteration == 0 ? nullptr : lambda);
+      const EdgeItem<T> first =
+          source.fetch(plan.colours[0].edge_begin, plan.colours[1].edge_begin);
       if (begins) {
         begin(header, s, s > frame.first_substep);
       } else {
         for (int v = tid; v < header.vertex_count; v += threads) {
           const int i = offset + plan.particles[v];
           x[v] = load_shared_cache(frame.x + i);
-          if (frame.damping > T(0)) {
+          if (kFull && frame.damping > T(0)) {
             start[v] = load_shared_cache(frame.start + i);
           }
         }
       }
       __syncthreads();
-      sweep_patch<T, kFull>(frame, plan.colours, header.colour_count, feed, x, start, lambda,
-                            this->strain_lambda(), scale, iteration == 0);
+      sweep_patch<T, kFull>(frame, plan.colours, header.colour_count, source, first, x, start,
+                            lambda, this->strain_lambda(), scale, iteration == 0);
       for (int v = tid; v < header.vertex_count; v += threads) {
         store_shared_cache(frame.x + offset + plan.particles[v], x[v]);
       }

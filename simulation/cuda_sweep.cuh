@@ -5,7 +5,7 @@
 namespace atelier {
 
 /// What a block has to know of one patch, laid out on chip: header, edges (where they fit), colours
-/// and one more, particles.
+/// and two more, particles.
 struct PlanHeader {
   int vertex_begin, vertex_count, colour_count, first_edge;
   int edge_count, bytes, unused0, unused1;
@@ -15,7 +15,7 @@ int plan_size(int vertices, int colours, int edges) {
   const std::size_t bytes =
       sizeof(PlanHeader) +
       static_cast<std::size_t>(edges) * (sizeof(EdgeRule<T>) + sizeof(Places)) +
-      static_cast<std::size_t>(colours + 1) * sizeof(PreparedColour) +
+      static_cast<std::size_t>(colours + 2) * sizeof(PreparedColour) +
       static_cast<std::size_t>(vertices) * sizeof(int);
   return static_cast<int>((bytes + 31) / 32 * 32);
 }
@@ -32,7 +32,7 @@ struct Plan {
         rules(reinterpret_cast<EdgeRule<T>*>(at + sizeof(PlanHeader))),
         places(reinterpret_cast<Places*>(rules + edges_on_chip)),
         colours(reinterpret_cast<PreparedColour*>(places + edges_on_chip)),
-        particles(reinterpret_cast<int*>(colours + colour_count + 1)) {}
+        particles(reinterpret_cast<int*>(colours + colour_count + 2)) {}
   __device__ Plan(unsigned char* at, bool edges_on_chip)
       : Plan(at, reinterpret_cast<PlanHeader*>(at)->colour_count,
              edges_on_chip ? reinterpret_cast<PlanHeader*>(at)->edge_count : 0) {}
@@ -61,8 +61,8 @@ __device__ inline void load_plan(const CudaFrame<T>& frame, const Schedule::Patc
     plan.rules[i] = frame.edge_rules[first + i];
     plan.places[i] = frame.edges[first + i];
   }
-  for (int i = tid; i <= colour_count; i += threads) {
-    plan.colours[i] = frame.colours[patch.colour_begin + i];
+  for (int i = tid; i < colour_count + 2; i += threads) {
+    plan.colours[i] = frame.colours[patch.colour_begin + min(i, colour_count)];
   }
   for (int i = tid; i < vertex_count; i += threads) {
     plan.particles[i] = frame.patch_particles[patch.vertex_begin + i];
@@ -79,87 +79,64 @@ struct EdgeItem {
   EdgeMultipliers<T> lambda;
 };
 
-/// Hands every thread its edges of a patch, colour after colour. They are fetched well before they
-/// are used, so that their way from memory is hidden behind the colours before.
+/// Where a thread finds its edges of a patch: on chip or in memory.
 template <class T>
-class EdgeFeed {
- public:
-  __device__ EdgeFeed(const CudaFrame<T>& frame, const Plan<T>& plan, const PlanHeader& header,
-                      const EdgeMultipliers<T>* lambda)
-      : colours_(plan.colours),
-        lambda_(lambda),
-        base_(header.first_edge),
-        left_(header.colour_count) {
+struct EdgeSource {
+  const Places* places;
+  const EdgeRule<T>* rules;
+  const EdgeMultipliers<T>* lambda;  ///< null in a first iteration
+  int offset;
+
+  __device__ EdgeSource(const CudaFrame<T>& frame, const Plan<T>& plan, const PlanHeader& header,
+                        const EdgeMultipliers<T>* multipliers)
+      : lambda(multipliers) {
     const bool on_chip = frame.records_on_chip != 0;
-    offset_ = on_chip ? header.first_edge : 0;
-    places_ = on_chip ? plan.places : frame.edges;
-    rules_ = on_chip ? plan.rules : frame.edge_rules;
-    first_ = fetch();
-    second_ = fetch();
+    offset = on_chip ? header.first_edge : 0;
+    places = on_chip ? plan.places : frame.edges;
+    rules = on_chip ? plan.rules : frame.edge_rules;
   }
 
-  __device__ EdgeItem<T> take() {
-    const EdgeItem<T> out = first_;
-    first_ = second_;
-    second_ = fetch();
-    return out;
-  }
-
- private:
-  /// Edges of colours follow each other, and a colour takes as many turns as it has edges for the
-  /// threads.
-  __device__ EdgeItem<T> fetch() {
+  __device__ EdgeItem<T> fetch(int begin, int end) const {
     EdgeItem<T> item;
-    item.edge = -1;
-    while (left_ > 0 && base_ >= colours_[1].edge_begin) {
-      ++colours_;
-      --left_;
-    }
-    if (left_ > 0) {
-      const int end = colours_[1].edge_begin;
-      const int edge = base_ + static_cast<int>(threadIdx.x);
-      base_ = min(base_ + static_cast<int>(blockDim.x), end);
-      if (edge < end) {
-        item.edge = edge;
-        item.places = places_[edge - offset_];
-        item.rule = rules_[edge - offset_];
-        item.lambda = lambda_ != nullptr ? lambda_[edge] : EdgeMultipliers<T>{};
-      }
+    item.edge = begin + static_cast<int>(threadIdx.x);
+    if (item.edge < end) {
+      item.places = places[item.edge - offset];
+      item.rule = rules[item.edge - offset];
+      item.lambda = lambda != nullptr ? lambda[item.edge] : EdgeMultipliers<T>{};
+    } else {
+      item.edge = -1;
     }
     return item;
   }
-
-  const PreparedColour* colours_;
-  const EdgeMultipliers<T>* lambda_;  ///< null in a first iteration
-  const Places* places_;
-  const EdgeRule<T>* rules_;
-  int base_, left_, offset_;
-  EdgeItem<T> first_, second_;
 };
 
-/// Constraints of a patch, colour after colour.
+/// Constraints of a patch, colour after colour. A thread's edge of a colour is fetched while it
+/// works on the colour before, so that its way from memory is hidden; `first` is that of the first
+/// colour.
 template <class T, bool kStrains>
 __device__ inline void sweep_patch(const CudaFrame<T>& frame, const PreparedColour* colours,
-                                   int colour_count, EdgeFeed<T>& feed, Vec4<T>* x,
-                                   const Vec4<T>* start, EdgeMultipliers<T>* lambda,
+                                   int colour_count, const EdgeSource<T>& source, EdgeItem<T> first,
+                                   Vec4<T>* x, const Vec4<T>* start, EdgeMultipliers<T>* lambda,
                                    T* strain_lambda, const SubstepScale<T>& scale,
                                    bool first_iteration) {
   const int tid = static_cast<int>(threadIdx.x);
   const int threads = static_cast<int>(blockDim.x);
+  EdgeItem<T> item = first;
+  int next_begin = colours[1].edge_begin;
+#pragma unroll 1
   for (int k = 0; k < colour_count; ++k) {
-    const PreparedColour colour = colours[k];
-    const PreparedColour next = colours[k + 1];
-    for (int base = colour.edge_begin; base < next.edge_begin; base += threads) {
-      EdgeItem<T> item = feed.take();
-      if (item.edge >= 0) {
-        project_edge(item.places, item.rule, x, start, item.lambda, scale);
-        if (lambda != nullptr) {
-          lambda[item.edge] = item.lambda;
-        }
+    const int next_end = colours[k + 2].edge_begin;
+    const EdgeItem<T> next = source.fetch(next_begin, next_end);
+    if (item.edge >= 0) {
+      project_edge(item.places, item.rule, x, start, item.lambda, scale);
+      if (lambda != nullptr) {
+        lambda[item.edge] = item.lambda;
       }
     }
+    item = next;
+    next_begin = next_end;
     if constexpr (kStrains) {
-      for (int t = colour.strain_begin + tid; t < next.strain_begin; t += threads) {
+      for (int t = colours[k].strain_begin + tid; t < colours[k + 1].strain_begin; t += threads) {
         T values[3] = {T(0), T(0), T(0)};
         if (!first_iteration) {
           for (int c = 0; c < 3; ++c) {

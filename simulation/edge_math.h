@@ -48,10 +48,15 @@ ATELIER_HOST_DEVICE inline void project_edge(const Places& places, const EdgeRul
     x[places.at[2]] = v2;
     x[places.at[3]] = v3;
   }
-  if (rule.spring_compliance >= T(0)) {
-    lambda.spring += project_spring(v0, v1, rule.rest_length, rule.spring_compliance * scale.spring,
-                                    lambda.spring, scale.gamma, s0, s1);
-  }
+  // Without a spring its ends count as fixed: no branch.
+  const bool springs = rule.spring_compliance >= T(0);
+  Vec4<T> end0 = with_w(xyz(v0), springs ? v0.w : T(0));
+  Vec4<T> end1 = with_w(xyz(v1), springs ? v1.w : T(0));
+  lambda.spring +=
+      project_spring(end0, end1, rule.rest_length, rule.spring_compliance * scale.spring,
+                     lambda.spring, scale.gamma, s0, s1);
+  v0 = with_w(xyz(end0), v0.w);
+  v1 = with_w(xyz(end1), v1.w);
   x[places.at[0]] = v0;
   x[places.at[1]] = v1;
 }

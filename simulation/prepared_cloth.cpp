@@ -1,5 +1,7 @@
 #include "simulation/prepared_cloth.h"
 
+#include <algorithm>
+
 #include "core/error.h"
 
 namespace atelier {
@@ -38,16 +40,27 @@ PreparedCloth<T> prepare_cloth(const Cloth& cloth) {
   const auto hinge_of = [&](int i) -> const ClothHinge& {
     return cloth.hinges[schedule.order[i] - springs];
   };
-  for (const Schedule::Patch& patch : schedule.patches) {
+  for (std::size_t p = 0; p < schedule.patches.size(); ++p) {
+    const Schedule::Patch& patch = schedule.patches[p];
+    out.patches[p].colour_begin = static_cast<int>(out.colours.size());
     for (int i = patch.vertex_begin; i < patch.vertex_end; ++i) {
       place[schedule.vertices[i]] = static_cast<std::uint16_t>(i - patch.vertex_begin);
     }
     for (int k = patch.colour_begin; k < patch.colour_end; ++k) {
       const Schedule::Colour& colour = schedule.colours[k];
-      out.colours.push_back(
-          {static_cast<int>(out.edges.size()), static_cast<int>(out.strains.size())});
       const int edges = colour.begin[2] - colour.begin[0] - colour.paired;
-      for (int e = 0; e < edges; ++e) {
+      const int parts = std::max(1, (edges + kColourEdges - 1) / kColourEdges);
+      int part = 0;
+      for (int e = 0; e < edges || part == 0; ++e) {
+        if (e * static_cast<std::int64_t>(parts) >= static_cast<std::int64_t>(part) * edges &&
+            part < parts) {
+          out.colours.push_back(
+              {static_cast<int>(out.edges.size()), static_cast<int>(out.strains.size())});
+          ++part;
+        }
+        if (e == edges) {
+          break;
+        }
         const int hinge = colour.begin[0] + e;
         const bool bends = hinge < colour.begin[1];
         const int spring = !bends              ? colour.begin[0] + colour.paired + e
@@ -84,6 +97,7 @@ PreparedCloth<T> prepare_cloth(const Cloth& cloth) {
                                compliance(s.warp), compliance(s.weft), compliance(s.shear)});
       }
     }
+    out.patches[p].colour_end = static_cast<int>(out.colours.size());
   }
   out.colours.push_back({static_cast<int>(out.edges.size()), static_cast<int>(out.strains.size())});
   if (!cloth.tethers.empty()) {

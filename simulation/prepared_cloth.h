@@ -29,7 +29,10 @@ struct alignas(2 * sizeof(T)) EdgeMultipliers {
   T hinge, spring;
 };
 
-/// First edge and first strain triangle of a colour; they end where the next colour begins.
+/// First edge and first strain triangle of a colour; they end where the next colour begins. At most
+/// kColourEdges edges: a wider colour of the schedule becomes several, so that a block has a thread
+/// for every edge.
+constexpr int kColourEdges = 256;
 struct PreparedColour {
   int edge_begin, strain_begin;
 };
@@ -48,8 +51,8 @@ struct PreparedCloth {
   std::vector<int> internal;    ///< [V] the particle of each vertex
   std::vector<T> inverse_mass;  ///< [V] 0: fixed
   std::vector<Schedule::Phase> phases;
-  std::vector<Schedule::Patch> patches;
-  std::vector<PreparedColour> colours;  ///< of the schedule, and one more for the end
+  std::vector<Schedule::Patch> patches;  ///< with these colours
+  std::vector<PreparedColour> colours;   ///< and one more for the end
   std::vector<int> patch_particles;
   std::vector<Places> edges;  ///< colour after colour
   std::vector<EdgeRule<T>> edge_rules;

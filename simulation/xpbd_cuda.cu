@@ -368,8 +368,8 @@ class CudaBackend final : public ClothSolver::Backend {
     int capacity = 0;
     ATELIER_CUDA_CHECK(
         cudaDeviceGetAttribute(&capacity, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
-    full_ = !body_.empty() || self_ != nullptr || !prepared_.strains.empty() ||
-            !prepared_.tether_anchor.empty();
+    full_ = cloth_.material.damping > 0 || !body_.empty() || self_ != nullptr ||
+            !prepared_.strains.empty() || !prepared_.tether_anchor.empty();
     keeps_starts_ = cloth_.material.damping > 0 || !body_.empty() || self_ != nullptr;
     const std::size_t base =
         BlockWork<T>::room(prepared_.max_patch_particles, keeps_starts_, !body_.empty());
