@@ -29,15 +29,15 @@ Garment garment_of(Mesh mesh) {
   return garment;
 }
 
-/// A square metre of `side` x `side` vertices, one diagonal.
-Mesh square(int side) {
+/// `side` x `side` vertices, one diagonal; `size` metres each way.
+Mesh square(int side, double size = 1) {
   Mesh mesh;
   mesh.vertices.resize(side * side, 3);
   mesh.faces.resize(2 * (side - 1) * (side - 1), 3);
   Index f = 0;
   for (int r = 0; r < side; ++r) {
     for (int c = 0; c < side; ++c) {
-      mesh.vertices.row(r * side + c) << c / (side - 1.0), 0, r / (side - 1.0);
+      mesh.vertices.row(r * side + c) << size * c / (side - 1.0), 0, size * r / (side - 1.0);
       if (r + 1 < side && c + 1 < side) {
         const int a = r * side + c;
         mesh.faces.row(f++) << a, a + side, a + side + 1;
@@ -229,26 +229,36 @@ void run(benchmark::State& state, Case c, Device device) {
   state.counters["touching"] = last.body_contacts;
 }
 
+/// Hung by its first row.
 Case hanging_square(int side, int iterations, int patches = 0) {
   Case c;
+  std::vector<int> pins;
+  for (int i = 0; i < side; ++i) {
+    pins.push_back(i);
+  }
   ClothOptions options;
   options.schedule.patches = patches;
-  c.cloth = make_cloth(garment_of(square(side)), {0, side - 1}, options);
+  c.cloth = make_cloth(garment_of(square(side)), pins, options);
   c.options.iterations = iterations;
   return c;
 }
 
-/// Pinned at every 16th vertex each way, as few substeps hold no more cloth than that up: the
-/// strain stays that of a fabric, so the times count.
-Case quilted_square(int side) {
-  Case c;
+/// Every 16th vertex each way.
+std::vector<int> quilt_pins(int columns, int rows) {
   std::vector<int> pins;
-  for (int r = 0; r < side; r += 16) {
-    for (int k = 0; k < side; k += 16) {
-      pins.push_back(r * side + k);
+  for (int r = 0; r < rows; r += 16) {
+    for (int k = 0; k < columns; k += 16) {
+      pins.push_back(r * columns + k);
     }
   }
-  c.cloth = make_cloth(garment_of(square(side)), pins);
+  return pins;
+}
+
+/// Cells of a centimetre, pinned like a quilt: ten substeps hold no more cloth than that up, so the
+/// strain stays that of a fabric and the times count.
+Case quilted_square(int side) {
+  Case c;
+  c.cloth = make_cloth(garment_of(square(side, (side - 1) / 100.0)), quilt_pins(side, side));
   return c;
 }
 
@@ -292,7 +302,7 @@ Case dressed(int around, int rings, bool self_contact) {
   return c;
 }
 
-/// 150k particles, 900k springs: edges, diagonals and every second neighbour of a grid.
+/// 150k particles, 900k springs: edges, diagonals and every second neighbour of a grid, quilted.
 Case small_steps() {
   constexpr int kColumns = 388;
   constexpr int kRows = 387;
@@ -319,7 +329,7 @@ Case small_steps() {
   Case out;
   out.cloth =
       make_spring_net(x, std::vector<double>(static_cast<std::size_t>(x.rows()), 0.2 * cell * cell),
-                      springs, {0, kColumns - 1});
+                      springs, quilt_pins(kColumns, kRows));
   out.options.substeps = 30;
   return out;
 }
@@ -331,6 +341,12 @@ void add(const std::string& name, const std::function<Case()>& make, Device devi
       ->UseManualTime()
       ->Iterations(frames)
       ->Unit(benchmark::kMillisecond);
+}
+
+Case with_jacobi(Case c, int iterations) {
+  c.options.sweep = "jacobi";
+  c.options.iterations = iterations;
+  return c;
 }
 
 Case with_barrier(Case c, const std::string& barrier, int blocks = 0) {
@@ -355,6 +371,11 @@ const bool kRegistered = [] {
     add(
         std::string("grid_10k_10x1/") + barrier,
         [barrier] { return with_barrier(hanging_square(100, 1), barrier); }, gpu, 60);
+  }
+  for (int iterations : {4, 16, 64}) {
+    add(
+        "grid_10k/jacobi_10x" + std::to_string(iterations),
+        [iterations] { return with_jacobi(hanging_square(100, 1), iterations); }, gpu, 30);
   }
   for (int patches : {8, 24, 32, 64}) {
     add(

@@ -109,10 +109,10 @@ struct FrameWork : BlockWork<T> {
     for (int p = 0; p < frame.phase_count; ++p) {
       const Schedule::Phase range = frame.phases[p];
       for (int k = range.patch_begin + block; k < range.patch_end; k += blocks) {
-        load_plan(frame, frame.patches[k], at);
-        at += reinterpret_cast<PlanHeader*>(at)->bytes;
+        at += load_plan(frame, frame.patches[k], at);
       }
     }
+    wait_for_plans();
   }
 
   /// One phase of one iteration; `at` walks over the resident plans. In the first phase of the
@@ -127,6 +127,7 @@ struct FrameWork : BlockWork<T> {
       if (frame.resident == 0) {
         at = plan_room;
         load_plan(frame, frame.patches[k], at);
+        wait_for_plans();
       }
       const Plan<T> plan(at, frame.records_on_chip != 0);
       const PlanHeader header = *plan.header;
@@ -152,6 +153,23 @@ struct FrameWork : BlockWork<T> {
       }
       __syncthreads();
       at += header.bytes;
+    }
+  }
+
+  /// Begins substep `s` without a sweep.
+  __device__ void begin_only(int s) const {
+    const Schedule::Phase range = frame.phases[0];
+    for (int k = range.patch_begin + block; k < range.patch_end; k += blocks) {
+      const Schedule::Patch patch = frame.patches[k];
+      PlanHeader header{};
+      header.vertex_begin = patch.vertex_begin;
+      header.vertex_count = patch.vertex_end - patch.vertex_begin;
+      begin(header, s, s > frame.first_substep);
+      for (int v = static_cast<int>(threadIdx.x); v < header.vertex_count;
+           v += static_cast<int>(blockDim.x)) {
+        store_shared_cache(frame.x + offset + header.vertex_begin + v, x[v]);
+      }
+      __syncthreads();
     }
   }
 
@@ -244,8 +262,9 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
   leave_scene<kBarrier>(arrived, static_cast<unsigned>(blocks));
 }
 
-/// The same, one step per launch: for a CUDA graph, where the graph's edges are the barriers.
-enum class FrameStep { Phase, Tethers, Pairs, Touch, Finish };
+/// The same, one step per launch: for a CUDA graph, where the graph's edges are the barriers, and
+/// for sweeps of another kind.
+enum class FrameStep { Begin, Phase, Tethers, Pairs, Touch, Finish };
 
 template <class T>
 __global__ void __launch_bounds__(kFrameThreads, 1)
@@ -254,6 +273,9 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
   extern __shared__ __align__(32) unsigned char memory[];
   const FrameWork<T, FrameKind::Full> work(frame, blocks, memory);
   switch (step) {
+    case FrameStep::Begin:
+      work.begin_only(s);
+      break;
     case FrameStep::Phase: {
       unsigned char* at = work.plan_room;
       work.phase(s, iteration, p, at);

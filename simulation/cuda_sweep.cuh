@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cuda_pipeline.h>
+
 #include "simulation/cuda_scene.cuh"
 
 namespace atelier {
@@ -38,35 +40,45 @@ struct Plan {
              edges_on_chip ? reinterpret_cast<PlanHeader*>(at)->edge_count : 0) {}
 };
 
-/// Brings the plan of a patch on chip: all threads of the block, who wait for each other
-/// afterwards.
 template <class T>
-__device__ inline void load_plan(const CudaFrame<T>& frame, const Schedule::Patch& patch,
-                                 unsigned char* at) {
-  const int tid = static_cast<int>(threadIdx.x);
-  const int threads = static_cast<int>(blockDim.x);
+__device__ inline void copy_on_chip(T* to, const T* from, int count) {
+  constexpr int kPiece = sizeof(T) % 16 == 0 ? 16 : sizeof(T);
+  const int pieces = count * static_cast<int>(sizeof(T) / kPiece);
+  for (int i = static_cast<int>(threadIdx.x); i < pieces; i += static_cast<int>(blockDim.x)) {
+    __pipeline_memcpy_async(reinterpret_cast<unsigned char*>(to) + i * kPiece,
+                            reinterpret_cast<const unsigned char*>(from) + i * kPiece, kPiece);
+  }
+}
+
+/// Sets the plan of a patch on its way on chip, by all threads of the block; it is there after
+/// wait_for_plans. Returns its bytes.
+template <class T>
+__device__ inline int load_plan(const CudaFrame<T>& frame, const Schedule::Patch& patch,
+                                unsigned char* at) {
   const int colour_count = patch.colour_end - patch.colour_begin;
   const int vertex_count = patch.vertex_end - patch.vertex_begin;
+  const PreparedColour last = frame.colours[patch.colour_end];
   const int first = frame.colours[patch.colour_begin].edge_begin;
-  const int count = frame.colours[patch.colour_end].edge_begin - first;
+  const int count = last.edge_begin - first;
   const int on_chip = frame.records_on_chip != 0 ? count : 0;
   const Plan<T> plan(at, colour_count, on_chip);
-  if (tid == 0) {
-    const int bytes =
-        static_cast<int>(reinterpret_cast<unsigned char*>(plan.particles + vertex_count) - at);
-    *plan.header = {
-        patch.vertex_begin, vertex_count, colour_count, first, count, (bytes + 31) / 32 * 32, 0, 0};
+  const int used =
+      static_cast<int>(reinterpret_cast<unsigned char*>(plan.particles + vertex_count) - at);
+  const int bytes = (used + 31) / 32 * 32;
+  if (threadIdx.x == 0) {
+    *plan.header = {patch.vertex_begin, vertex_count, colour_count, first, count, bytes, 0, 0};
+    plan.colours[colour_count + 1] = last;
   }
-  for (int i = tid; i < on_chip; i += threads) {
-    plan.rules[i] = frame.edge_rules[first + i];
-    plan.places[i] = frame.edges[first + i];
-  }
-  for (int i = tid; i < colour_count + 2; i += threads) {
-    plan.colours[i] = frame.colours[patch.colour_begin + min(i, colour_count)];
-  }
-  for (int i = tid; i < vertex_count; i += threads) {
-    plan.particles[i] = frame.patch_particles[patch.vertex_begin + i];
-  }
+  copy_on_chip(plan.rules, frame.edge_rules + first, on_chip);
+  copy_on_chip(plan.places, frame.edges + first, on_chip);
+  copy_on_chip(plan.colours, frame.colours + patch.colour_begin, colour_count + 1);
+  copy_on_chip(plan.particles, frame.patch_particles + patch.vertex_begin, vertex_count);
+  return bytes;
+}
+
+__device__ inline void wait_for_plans() {
+  __pipeline_commit();
+  __pipeline_wait_prior(0);
   __syncthreads();
 }
 
@@ -74,7 +86,7 @@ __device__ inline void load_plan(const CudaFrame<T>& frame, const Schedule::Patc
 template <class T>
 struct EdgeItem {
   int edge;
-  Places places;
+  uint2 places;  ///< as they lie in memory: two to a word
   EdgeRule<T> rule;
   EdgeMultipliers<T> lambda;
 };
@@ -100,7 +112,7 @@ struct EdgeSource {
     EdgeItem<T> item;
     item.edge = begin + static_cast<int>(threadIdx.x);
     if (item.edge < end) {
-      item.places = places[item.edge - offset];
+      item.places = reinterpret_cast<const uint2*>(places)[item.edge - offset];
       item.rule = rules[item.edge - offset];
       item.lambda = lambda != nullptr ? lambda[item.edge] : EdgeMultipliers<T>{};
     } else {
@@ -123,12 +135,14 @@ __device__ inline void sweep_patch(const CudaFrame<T>& frame, const PreparedColo
   const int threads = static_cast<int>(blockDim.x);
   EdgeItem<T> item = first;
   int next_begin = colours[1].edge_begin;
-#pragma unroll 1
+#pragma unroll 2
   for (int k = 0; k < colour_count; ++k) {
     const int next_end = colours[k + 2].edge_begin;
     const EdgeItem<T> next = source.fetch(next_begin, next_end);
     if (item.edge >= 0) {
-      project_edge(item.places, item.rule, x, start, item.lambda, scale);
+      project_edge(int(item.places.x & 0xFFFFu), int(item.places.x >> 16),
+                   int(item.places.y & 0xFFFFu), int(item.places.y >> 16), item.rule, x, start,
+                   item.lambda, scale);
       if (lambda != nullptr) {
         lambda[item.edge] = item.lambda;
       }

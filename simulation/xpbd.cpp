@@ -43,6 +43,8 @@ OptionTable describe(XpbdOptions& o) {
   t.add("iterations", o.iterations, 1, 100000, "", "Iterations per substep; substeps are better.");
   t.add("precision", o.precision, {"float", "double"}, "Arithmetic; double for reference.");
   t.add("sweep", o.sweep, {"gauss-seidel", "jacobi"}, "Order of the projections.");
+  t.add("jacobi_radius", o.jacobi_radius, 0, 0.9999, "",
+        "Estimated spectral radius of a Jacobi iteration.");
   t.add("vectors", o.vectors, {"auto", "scalar", "avx2"}, "CPU vector code.");
   t.add("cuda_barrier", o.cuda_barrier, {"auto", "block", "cluster", "grid", "graph"},
         "How the blocks of a GPU wait for each other.");

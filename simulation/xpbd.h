@@ -18,9 +18,12 @@ struct XpbdOptions {
   int substeps = 10;   ///< per frame, 1 to 10000; the first thing to raise for stiffer cloth
   int iterations = 1;  ///< per substep, 1 to 100000; substeps are nearly always better
   std::string precision = "float";  ///< "float", or "double" (for reference)
-  /// "gauss-seidel" (exact, by the schedule) or "jacobi" (all at once with Chebyshev acceleration,
-  /// CPU alone, for comparison).
+  /// "gauss-seidel" (in the order of the schedule) or "jacobi" (all constraints at once, with
+  /// Chebyshev acceleration: for comparison; takes several times the iterations).
   std::string sweep = "gauss-seidel";
+  /// Estimated spectral radius of a Jacobi iteration, 0 (no acceleration) to 0.9999; raise it with
+  /// the iterations, lower it where the solution swings.
+  double jacobi_radius = 0.9;
   /// CPU vector code, in float: "auto" (AVX2 where the processor has it), "scalar" or "avx2" (an
   /// error where it has none). They differ by rounding.
   std::string vectors = "auto";

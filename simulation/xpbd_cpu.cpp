@@ -8,6 +8,7 @@
 #include "simulation/contact_tree.h"
 #include "simulation/edge_math.h"
 #include "simulation/edges_avx2.h"
+#include "simulation/jacobi_math.h"
 #include "simulation/prepared_cloth.h"
 #include "simulation/self_contact_cpu.h"
 #include "simulation/sweep_math.h"
@@ -57,6 +58,10 @@ class CpuBackend final : public ClothSolver::Backend {
     target_.resize(n);
     lambda_.resize(prepared_.edges.size());
     strain_lambda_.resize(3 * prepared_.strains.size());
+    if (options.sweep == "jacobi") {
+      jacobi_.plan = prepare_jacobi(prepared_);
+      jacobi_.push.resize(4 * jacobi_.plan.edges.size() + 3 * jacobi_.plan.triangles.size());
+    }
     if (options.self_contact && cloth.faces.rows() > 0) {
       self_ = std::make_unique<SelfContactCpu<T>>(cloth, prepared_, options);
     }
@@ -269,12 +274,10 @@ class CpuBackend final : public ClothSolver::Backend {
                                                 static_cast<T>(1 / variation_.stretch),
                                                 static_cast<T>(1 / variation_.bending));
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
-      for (const Schedule::Phase& phase : prepared_.phases) {
-        parallel_for(phase.patch_end - phase.patch_begin, 1, [&](Index begin, Index end) {
-          for (Index p = begin; p < end; ++p) {
-            sweep_patch(prepared_.patches[phase.patch_begin + p], scale);
-          }
-        });
+      if (options_.sweep == "jacobi") {
+        sweep_jacobi(scale, iteration);
+      } else {
+        sweep_patches(scale);
       }
       if (!prepared_.tether_anchor.empty()) {
         for (int i = 0; i < prepared_.count; ++i) {
@@ -299,6 +302,62 @@ class CpuBackend final : public ClothSolver::Backend {
     parallel_for(prepared_.count, kGrain, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         update_velocity(x_[i], start_[i], velocity_[i], h, keep);
+      }
+    });
+  }
+
+  void sweep_patches(const SubstepScale<T>& scale) {
+    for (const Schedule::Phase& phase : prepared_.phases) {
+      parallel_for(phase.patch_end - phase.patch_begin, 1, [&](Index begin, Index end) {
+        for (Index p = begin; p < end; ++p) {
+          sweep_patch(prepared_.patches[phase.patch_begin + p], scale);
+        }
+      });
+    }
+  }
+
+  /// Every constraint from the same positions; see jacobi_math.h.
+  void sweep_jacobi(const SubstepScale<T>& scale, int iteration) {
+    JacobiState& j = jacobi_;
+    j.weight = chebyshev_weight(iteration, j.weight, static_cast<T>(options_.jacobi_radius));
+    if (iteration == 0) {
+      j.x_before = x_;
+      j.lambda_before = lambda_;
+      j.strain_before = strain_lambda_;
+    }
+    const Index edges = static_cast<Index>(j.plan.edges.size());
+    parallel_for(edges, kGrain, [&](Index begin, Index end) {
+      for (Index e = begin; e < end; ++e) {
+        const EdgeMultipliers<T> now = lambda_[e];
+        const EdgeMultipliers<T> change =
+            jacobi_edge(j.plan.edges[e], prepared_.edge_rules[e], x_.data(), start_.data(), now,
+                        scale, &j.push[4 * e]);
+        lambda_[e] = {accelerated(now.hinge, change.hinge, j.lambda_before[e].hinge, j.weight),
+                      accelerated(now.spring, change.spring, j.lambda_before[e].spring, j.weight)};
+        j.lambda_before[e] = now;
+      }
+    });
+    parallel_for(static_cast<Index>(j.plan.triangles.size()), kGrain, [&](Index begin, Index end) {
+      for (Index t = begin; t < end; ++t) {
+        T change[3];
+        jacobi_triangle(j.plan.triangles[t], prepared_.strains[t], x_.data(), start_.data(),
+                        &strain_lambda_[3 * t], change, scale, &j.push[4 * edges + 3 * t]);
+        for (int c = 0; c < 3; ++c) {
+          T& before = j.strain_before[3 * t + c];
+          T& lambda = strain_lambda_[3 * t + c];
+          const T now = lambda;
+          lambda = accelerated(now, change[c], before, j.weight);
+          before = now;
+        }
+      }
+    });
+    parallel_for(prepared_.count, kGrain, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        const Vec4<T> now = x_[i];
+        const int first = j.plan.begin[i];
+        x_[i] = jacobi_particle(now, j.x_before[i], j.push.data(), j.plan.push.data() + first,
+                                j.plan.begin[i + 1] - first, j.weight);
+        j.x_before[i] = now;
       }
     });
   }
@@ -330,8 +389,9 @@ class CpuBackend final : public ClothSolver::Backend {
         }
       }
       for (int e = colour.edge_begin; !avx2_ && e < next.edge_begin; ++e) {
-        project_edge(prepared_.edges[e], prepared_.edge_rules[e], local.data(), local_start.data(),
-                     lambda_[e], scale);
+        const std::uint16_t* at = prepared_.edges[e].at;
+        project_edge(at[0], at[1], at[2], at[3], prepared_.edge_rules[e], local.data(),
+                     local_start.data(), lambda_[e], scale);
       }
       for (int t = colour.strain_begin; t < next.strain_begin; ++t) {
         project_triangle(prepared_.strain_places[t], prepared_.strains[t], local.data(),
@@ -357,6 +417,16 @@ class CpuBackend final : public ClothSolver::Backend {
   std::vector<Vec3<T>> target_;  ///< of fixed particles at the end of the frame
   std::vector<EdgeMultipliers<T>> lambda_;
   std::vector<T> strain_lambda_;
+
+  struct JacobiState {
+    JacobiPlan<T> plan;
+    std::vector<Vec4<T>> push;
+    T weight = T(1);
+    std::vector<Vec4<T>> x_before;  ///< of the iteration before
+    std::vector<EdgeMultipliers<T>> lambda_before;
+    std::vector<T> strain_before;
+  };
+  JacobiState jacobi_;  ///< empty unless asked for
 
   std::vector<FaceIndices> faces_;
   std::vector<Vec4<T>> body_start_;

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -10,6 +9,7 @@
 #include "simulation/backend.h"
 #include "simulation/cuda_body.cuh"
 #include "simulation/cuda_frame_kernel.cuh"
+#include "simulation/cuda_jacobi.cuh"
 #include "simulation/cuda_self.cuh"
 
 namespace atelier {
@@ -62,7 +62,7 @@ class CudaBackend final : public ClothSolver::Backend {
          {&x_, &start_, &velocity_, &target_, &x_before_, &velocity_before_}) {
       *buffer = CudaBuffer<Vec4<T>>(n);
     }
-    if (options.iterations > 1 || options.report) {
+    if (options.iterations > 1 || options.report || options.sweep == "jacobi") {
       lambda_ = CudaBuffer<EdgeMultipliers<T>>(prepared_.edges.size() *
                                                static_cast<std::size_t>(scenes_));
       strain_lambda_ =
@@ -86,15 +86,17 @@ class CudaBackend final : public ClothSolver::Backend {
     if (options.self_contact && cloth.faces.rows() > 0) {
       self_ = std::make_unique<CudaSelf<T>>(cloth, prepared_, options, scenes_);
     }
-    std::vector<CudaSceneRule<T>> rules;
+    if (options.sweep == "jacobi") {
+      jacobi_ = std::make_unique<CudaJacobi<T>>(prepared_, options.jacobi_radius, scenes_);
+    }
     for (const ClothVariation& v : variations) {
       const double friction = v.friction >= 0         ? v.friction
                               : options.friction >= 0 ? options.friction
                                                       : cloth.material.friction;
-      rules.push_back(
+      scene_rules_.push_back(
           {static_cast<T>(1 / v.stretch), static_cast<T>(1 / v.bending), static_cast<T>(friction)});
     }
-    rules_ = CudaBuffer<CudaSceneRule<T>>(rules);
+    rules_ = CudaBuffer<CudaSceneRule<T>>(scene_rules_);
     arrived_ = CudaBuffer<unsigned>(2 * static_cast<std::size_t>(scenes_));
     arrived_.clear();
     bad_ = CudaBuffer<int>(std::vector<int>{kNobody});
@@ -375,14 +377,14 @@ class CudaBackend final : public ClothSolver::Backend {
         BlockWork<T>::room(prepared_.max_patch_particles, keeps_starts_, !body_.empty());
     // On chip beside the particles: the plans of all patches that a block works on, with their
     // edges where they fit, else of one at a time.
-    const bool one_each = scenes_ == 1 && patches <= multiprocessors && options_.cuda_blocks == 0 &&
+    const bool one_each = jacobi_ == nullptr && scenes_ == 1 && patches <= multiprocessors &&
+                          options_.cuda_blocks == 0 &&
                           (options_.cuda_barrier == "auto" || options_.cuda_barrier == "grid" ||
                            (options_.cuda_barrier == "cluster" && patches <= kLargestCluster));
     const std::size_t with_edges = base + plan_bytes(patches, true);
     const std::size_t without = base + plan_bytes(patches, false);
     resident_ = one_each && without <= static_cast<std::size_t>(capacity);
-    records_on_chip_ = resident_ && with_edges <= static_cast<std::size_t>(capacity) &&
-                       std::getenv("ATELIER_STREAM") == nullptr;
+    records_on_chip_ = resident_ && with_edges <= static_cast<std::size_t>(capacity);
     shared_bytes_ = records_on_chip_ ? with_edges : resident_ ? without : base + largest_plan();
     ATELIER_CHECK(shared_bytes_ <= static_cast<std::size_t>(capacity),
                   "a patch does not fit on chip");
@@ -449,6 +451,10 @@ class CudaBackend final : public ClothSolver::Backend {
 
   void launch(const CudaFrame<T>& frame) {
     const unsigned grid = static_cast<unsigned>(scenes_ * blocks_);
+    if (jacobi_ != nullptr) {
+      launch_jacobi(frame, grid);
+      return;
+    }
     if (barrier_ == "graph") {
       launch_graph(frame, grid);
       return;
@@ -480,6 +486,39 @@ class CudaBackend final : public ClothSolver::Backend {
     ATELIER_CUDA_CHECK(cudaLaunchKernelEx(&config, frame_kernel_of(barrier), frame, blocks_));
   }
 
+  /// The steps of an iteration after its sweep: `add(step, substep, iteration, 0)` for each.
+  template <class Add>
+  void add_after_sweep(const CudaFrame<T>& frame, int s, int iteration, const Add& add) const {
+    if (frame.tether_anchor != nullptr) {
+      add(FrameStep::Tethers, s, iteration, 0);
+    }
+    if (frame.sums != nullptr) {
+      if (frame.body.face_count > 0) {
+        add(FrameStep::Touch, s, iteration, 0);
+      }
+      add(FrameStep::Pairs, s, iteration, 0);
+    }
+    if (iteration + 1 < frame.iterations && (frame.body.face_count > 0 || frame.sums != nullptr)) {
+      add(FrameStep::Touch, s, iteration, 0);
+    }
+  }
+
+  void launch_jacobi(const CudaFrame<T>& frame, unsigned grid) {
+    const auto add = [&](FrameStep step, int s, int iteration, int p) {
+      frame_step_kernel<T>
+          <<<grid, threads_, shared_bytes_>>>(frame, blocks_, step, s, iteration, p);
+      ATELIER_CUDA_LAUNCHED(frame_step_kernel);
+    };
+    for (int s = frame.first_substep; s < frame.last_substep; ++s) {
+      add(FrameStep::Begin, s, 0, 0);
+      for (int iteration = 0; iteration < frame.iterations; ++iteration) {
+        jacobi_->sweep(frame, scene_rules_, iteration);
+        add_after_sweep(frame, s, iteration, add);
+      }
+    }
+    add(FrameStep::Finish, 0, 0, 0);
+  }
+
   void launch_graph(const CudaFrame<T>& frame, unsigned grid) {
     std::vector<unsigned char> arguments(sizeof(frame));
     std::memcpy(arguments.data(), static_cast<const void*>(&frame), sizeof(frame));
@@ -499,19 +538,7 @@ class CudaBackend final : public ClothSolver::Backend {
           for (int p = 0; p < frame.phase_count; ++p) {
             add(FrameStep::Phase, s, iteration, p);
           }
-          if (frame.tether_anchor != nullptr) {
-            add(FrameStep::Tethers, s, iteration, 0);
-          }
-          if (frame.sums != nullptr) {
-            if (frame.body.face_count > 0) {
-              add(FrameStep::Touch, s, iteration, 0);
-            }
-            add(FrameStep::Pairs, s, iteration, 0);
-          }
-          if (iteration + 1 < frame.iterations &&
-              (frame.body.face_count > 0 || frame.sums != nullptr)) {
-            add(FrameStep::Touch, s, iteration, 0);
-          }
+          add_after_sweep(frame, s, iteration, add);
         }
       }
       add(FrameStep::Finish, 0, 0, 0);
@@ -571,7 +598,9 @@ class CudaBackend final : public ClothSolver::Backend {
   CudaBuffer<Vec4<T>> x_before_, velocity_before_;  ///< the last good frame
   CudaBuffer<EdgeMultipliers<T>> lambda_;
   CudaBuffer<T> strain_lambda_;
+  std::vector<CudaSceneRule<T>> scene_rules_;
   CudaBuffer<CudaSceneRule<T>> rules_;
+  std::unique_ptr<CudaJacobi<T>> jacobi_;  ///< null: Gauss-Seidel
   CudaBuffer<T> depth_;
   CudaBuffer<BodyOutlook<T>> outlook_;
   CudaBuffer<int> candidates_, touched_;
@@ -604,7 +633,6 @@ std::unique_ptr<ClothSolver::Backend> make_cuda_backend(
   if (!cuda_available()) {
     throw EnvironmentError("CUDA", "no device answers; use the CPU");
   }
-  ATELIER_CHECK(options.sweep == "gauss-seidel", "Jacobi sweeps run on the CPU alone");
   if (options.precision == "double") {
     return std::make_unique<CudaBackend<double>>(cloth, variations, body_faces, options);
   }

@@ -107,6 +107,74 @@ TEST(Twins, VectorCodeAgreesWithScalarCode) {
   }
 }
 
+TEST(Twins, JacobiAgreesWithTheCpu) {
+  SKIP_WITHOUT_CUDA();
+  for (const char* membrane : {"springs", "strain"}) {
+    const Scene s = scene(membrane, 0.001);
+    XpbdOptions options;
+    options.precision = "double";
+    options.sweep = "jacobi";
+    options.iterations = 5;
+    ClothSolver cpu(s.cloth, s.ball.faces, options);
+    ClothSolver cuda(s.cloth, s.ball.faces, options, Device::Cuda);
+    for (int i = 0; i < 5; ++i) {
+      cpu.advance(s.control(i));
+      cuda.advance(s.control(i));
+    }
+    EXPECT_LT((cpu.state().positions - cuda.state().positions).rowwise().norm().maxCoeff(), 1e-9)
+        << membrane;
+  }
+}
+
+/// Both sweeps solve the same equations: with enough iterations they meet, and acceleration gets
+/// there sooner.
+TEST(Jacobi, ConvergesToTheSolutionOfGaussSeidel) {
+  for (const char* membrane : {"springs", "strain"}) {
+    const Scene s = scene(membrane, 0.001);
+    const auto after = [&](const std::string& sweep, int iterations, double radius) {
+      XpbdOptions options;
+      options.precision = "double";
+      options.sweep = sweep;
+      options.iterations = iterations;
+      options.jacobi_radius = radius;
+      options.report = true;
+      ClothSolver solver(s.cloth, {}, options);
+      solver.advance({});
+      return solver.state().positions;
+    };
+    const Points exact = after("gauss-seidel", 300, 0);
+    const auto error = [&](const Points& x) { return (x - exact).rowwise().norm().maxCoeff(); };
+    const double plain = error(after("jacobi", 60, 0));
+    const double accelerated = error(after("jacobi", 60, 0.95));
+    const double moved = (exact - s.cloth.rest_positions).rowwise().norm().maxCoeff();
+    EXPECT_GT(moved, 1e-3);
+    EXPECT_LT(accelerated, 0.5 * plain) << membrane;
+    EXPECT_LT(error(after("jacobi", 600, 0.95)), 2e-3 * moved) << membrane;
+  }
+}
+
+TEST(Jacobi, GivesTheSameBitsOnAnyNumberOfThreads) {
+  const Scene s = scene("strain", 0.001);
+  XpbdOptions options;
+  options.sweep = "jacobi";
+  options.iterations = 4;
+  for (Device device : testing::devices()) {
+    Points reference;
+    for (int threads : {0, 1}) {
+      set_thread_count(threads);
+      ClothSolver solver(s.cloth, s.ball.faces, options, device);
+      for (int i = 0; i < 5; ++i) {
+        solver.advance(s.control(i));
+      }
+      if (threads == 0) {
+        reference = solver.state().positions;
+      }
+      EXPECT_EQ(solver.state().positions, reference) << device_name(device);
+    }
+    set_thread_count(0);
+  }
+}
+
 TEST(Twins, EveryBarrierGivesTheSameBits) {
   SKIP_WITHOUT_CUDA();
   const Scene s = scene("springs", 0.001);
@@ -257,14 +325,48 @@ TEST(Solver, RefusesOptionsOutOfRangeAndMissingCuda) {
   options.precision = "double";
   EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
   options = {};
+  options.sweep = "jacobian";
+  EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
+  options = {};
+  options.jacobi_radius = 1;
+  EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
+  options = {};
   options.vectors = "sse";
   EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
   options = {};
   options.precision = "half";
   EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, options), LogicError);
   if (!cuda_available()) {
-    EXPECT_THROW(ClothSolver(s.cloth, s.ball.faces, {}, Device::Cuda), EnvironmentError);
+    try {
+      const ClothSolver solver(s.cloth, s.ball.faces, {}, Device::Cuda);
+      FAIL();
+    } catch (const EnvironmentError& e) {
+      EXPECT_NE(std::string(e.what()).find("CUDA"), std::string::npos) << e.what();
+      EXPECT_NE(std::string(e.what()).find("use the CPU"), std::string::npos) << e.what();
+    }
   }
+}
+
+/// A sweep that needs terabytes is refused in words, and what ran before still runs.
+TEST(Solver, RefusesMoreScenesThanTheDeviceHasMemoryForAndGoesOn) {
+  SKIP_WITHOUT_CUDA();
+  const Scene s = scene("springs", 0);
+  ClothSolver before(s.cloth, s.ball.faces, {}, Device::Cuda);
+  before.advance(s.control(0));
+  const Points good = before.state().positions;
+  XpbdOptions options;
+  options.report = false;
+  try {
+    const ClothSweep sweep(s.cloth, std::vector<ClothVariation>(2000000), s.ball.faces, options,
+                           Device::Cuda);
+    FAIL() << "two million scenes fit";
+  } catch (const EnvironmentError& e) {
+    EXPECT_NE(std::string(e.what()).find("memory"), std::string::npos) << e.what();
+  }
+  EXPECT_EQ(before.state().positions, good);
+  before.advance(s.control(1));
+  EXPECT_TRUE(before.state().positions.allFinite());
+  EXPECT_EQ(before.state().frame, 2);
 }
 
 TEST(Solver, StopsWhereAPositionIsNoLongerFiniteAndKeepsTheLastFrame) {
