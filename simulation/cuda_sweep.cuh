@@ -135,7 +135,7 @@ __device__ inline void sweep_patch(const CudaFrame<T>& frame, const PreparedColo
   const int threads = static_cast<int>(blockDim.x);
   EdgeItem<T> item = first;
   int next_begin = colours[1].edge_begin;
-#pragma unroll 2
+#pragma unroll 1
   for (int k = 0; k < colour_count; ++k) {
     const int next_end = colours[k + 2].edge_begin;
     const EdgeItem<T> next = source.fetch(next_begin, next_end);

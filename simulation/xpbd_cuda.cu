@@ -8,31 +8,18 @@
 #include "core/device.h"
 #include "simulation/backend.h"
 #include "simulation/cuda_body.cuh"
-#include "simulation/cuda_frame_kernel.cuh"
-#include "simulation/cuda_jacobi.cuh"
+#include "simulation/cuda_launch.cuh"
 #include "simulation/cuda_self.cuh"
 
 namespace atelier {
 namespace {
 
-constexpr int kLargestCluster = 16;
 constexpr int kNobody = std::numeric_limits<int>::max();
 
 template <class T>
 Vec4<T> vec4(const Points& p, Index row, T w) {
   return {static_cast<T>(p(row, 0)), static_cast<T>(p(row, 1)), static_cast<T>(p(row, 2)), w};
 }
-
-/// A CUDA graph of the launches of one frame, replayed while the frame's arguments stay the same.
-struct FrameGraph {
-  cudaGraphExec_t exec = nullptr;
-  std::vector<unsigned char> arguments;
-  ~FrameGraph() {
-    if (exec != nullptr) {
-      cudaGraphExecDestroy(exec);
-    }
-  }
-};
 
 template <class T>
 class CudaBackend final : public ClothSolver::Backend {
@@ -86,17 +73,15 @@ class CudaBackend final : public ClothSolver::Backend {
     if (options.self_contact && cloth.faces.rows() > 0) {
       self_ = std::make_unique<CudaSelf<T>>(cloth, prepared_, options, scenes_);
     }
-    if (options.sweep == "jacobi") {
-      jacobi_ = std::make_unique<CudaJacobi<T>>(prepared_, options.jacobi_radius, scenes_);
-    }
+    std::vector<CudaSceneRule<T>> rules;
     for (const ClothVariation& v : variations) {
       const double friction = v.friction >= 0         ? v.friction
                               : options.friction >= 0 ? options.friction
                                                       : cloth.material.friction;
-      scene_rules_.push_back(
+      rules.push_back(
           {static_cast<T>(1 / v.stretch), static_cast<T>(1 / v.bending), static_cast<T>(friction)});
     }
-    rules_ = CudaBuffer<CudaSceneRule<T>>(scene_rules_);
+    rules_ = CudaBuffer<CudaSceneRule<T>>(rules);
     arrived_ = CudaBuffer<unsigned>(2 * static_cast<std::size_t>(scenes_));
     arrived_.clear();
     bad_ = CudaBuffer<int>(std::vector<int>{kNobody});
@@ -104,14 +89,16 @@ class CudaBackend final : public ClothSolver::Backend {
     frames_.assign(static_cast<std::size_t>(scenes_), 0);
     ATELIER_CUDA_CHECK(cudaEventCreate(&before_));
     ATELIER_CUDA_CHECK(cudaEventCreate(&after_));
-    ATELIER_CUDA_CHECK(cudaStreamCreate(&capture_));
-    choose_launch();
+    const bool moves_starts = !body_.empty() || self_ != nullptr || cloth_.material.damping > 0;
+    const bool full =
+        moves_starts || !prepared_.strains.empty() || !prepared_.tether_anchor.empty();
+    launch_ = std::make_unique<CudaLaunch<T>>(prepared_, options, std::move(rules), full,
+                                              !body_.empty(), moves_starts);
   }
 
   ~CudaBackend() override {
     cudaEventDestroy(before_);
     cudaEventDestroy(after_);
-    cudaStreamDestroy(capture_);
   }
 
   int scene_count() const override { return scenes_; }
@@ -182,7 +169,7 @@ class CudaBackend final : public ClothSolver::Backend {
         self_->collect(x_.data(), velocity_.data(),
                        frame.h * static_cast<T>(frame.last_substep - s));
       }
-      launch(frame);
+      launch_->run(frame);
     }
     ATELIER_CUDA_CHECK(cudaEventRecord(after_));
     int bad = 0;
@@ -301,14 +288,12 @@ class CudaBackend final : public ClothSolver::Backend {
     f.first_substep = 0;
     f.last_substep = options_.substeps;
     f.frame_time = static_cast<T>(options_.time_step);
-    f.resident = resident_ ? 1 : 0;
-    f.records_on_chip = records_on_chip_ ? 1 : 0;
     const double h = options_.time_step / options_.substeps;
     f.h = static_cast<T>(h);
     f.damping = static_cast<T>(cloth_.material.damping);
     f.keep = static_cast<T>(1 / (1 + options_.velocity_damping * static_cast<double>(f.h)));
     f.max_patch_particles = prepared_.max_patch_particles;
-    f.keeps_starts = keeps_starts_ ? 1 : 0;
+    launch_->describe(f);
     f.frame_start = x_before_.data();
     f.frame_velocity = velocity_before_.data();
     if (with_body) {
@@ -324,232 +309,6 @@ class CudaBackend final : public ClothSolver::Backend {
     f.arrived = arrived_.data();
     f.bad = bad_.data();
     return f;
-  }
-
-  int edges_of(const Schedule::Patch& patch) const {
-    return prepared_.colours[patch.colour_end].edge_begin -
-           prepared_.colours[patch.colour_begin].edge_begin;
-  }
-  /// Bytes of the plans of the block that has most of them, where each of `blocks` blocks takes its
-  /// share of every phase.
-  std::size_t plan_bytes(int blocks, bool with_edges) const {
-    std::size_t most = 0;
-    for (int block = 0; block < blocks; ++block) {
-      std::size_t sum = 0;
-      for (const Schedule::Phase& phase : prepared_.phases) {
-        for (int k = phase.patch_begin + block; k < phase.patch_end; k += blocks) {
-          const Schedule::Patch& patch = prepared_.patches[k];
-          sum += static_cast<std::size_t>(plan_size<T>(patch.vertex_end - patch.vertex_begin,
-                                                       patch.colour_end - patch.colour_begin,
-                                                       with_edges ? edges_of(patch) : 0));
-        }
-      }
-      most = std::max(most, sum);
-    }
-    return most;
-  }
-  std::size_t largest_plan() const {
-    int most = 0;
-    for (const Schedule::Patch& patch : prepared_.patches) {
-      most = std::max(most, plan_size<T>(patch.vertex_end - patch.vertex_begin,
-                                         patch.colour_end - patch.colour_begin, 0));
-    }
-    return static_cast<std::size_t>(most);
-  }
-
-  /// Blocks per scene and how they wait: as few barriers of the cheapest kind as fill the device.
-  void choose_launch() {
-    int device = 0;
-    int multiprocessors = 0;
-    ATELIER_CUDA_CHECK(cudaGetDevice(&device));
-    ATELIER_CUDA_CHECK(
-        cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, device));
-    int major = 0;
-    ATELIER_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
-    const int patches = prepared_.phases[0].patch_end - prepared_.phases[0].patch_begin;
-    int capacity = 0;
-    ATELIER_CUDA_CHECK(
-        cudaDeviceGetAttribute(&capacity, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
-    full_ = cloth_.material.damping > 0 || !body_.empty() || self_ != nullptr ||
-            !prepared_.strains.empty() || !prepared_.tether_anchor.empty();
-    keeps_starts_ = cloth_.material.damping > 0 || !body_.empty() || self_ != nullptr;
-    const std::size_t base =
-        BlockWork<T>::room(prepared_.max_patch_particles, keeps_starts_, !body_.empty());
-    // On chip beside the particles: the plans of all patches that a block works on, with their
-    // edges where they fit, else of one at a time.
-    const bool one_each = jacobi_ == nullptr && scenes_ == 1 && patches <= multiprocessors &&
-                          options_.cuda_blocks == 0 &&
-                          (options_.cuda_barrier == "auto" || options_.cuda_barrier == "grid" ||
-                           (options_.cuda_barrier == "cluster" && patches <= kLargestCluster));
-    const std::size_t with_edges = base + plan_bytes(patches, true);
-    const std::size_t without = base + plan_bytes(patches, false);
-    resident_ = one_each && without <= static_cast<std::size_t>(capacity);
-    records_on_chip_ = resident_ && with_edges <= static_cast<std::size_t>(capacity);
-    shared_bytes_ = records_on_chip_ ? with_edges : resident_ ? without : base + largest_plan();
-    ATELIER_CHECK(shared_bytes_ <= static_cast<std::size_t>(capacity),
-                  "a patch does not fit on chip");
-    for (const void* kernel : {reinterpret_cast<const void*>(frame_kernel_of(CudaBarrier::Block)),
-                               reinterpret_cast<const void*>(frame_kernel_of(CudaBarrier::Cluster)),
-                               reinterpret_cast<const void*>(frame_kernel_of(CudaBarrier::Grid)),
-                               reinterpret_cast<const void*>(&frame_step_kernel<T>)}) {
-      ATELIER_CUDA_CHECK(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                              static_cast<int>(shared_bytes_)));
-    }
-    // A thread for every edge of a colour; where there are more patches than multiprocessors,
-    // two smaller blocks each hide one another's waits. Contacts take a warp a particle.
-    int widest = 1;
-    for (std::size_t k = 0; k + 1 < prepared_.colours.size(); ++k) {
-      widest =
-          std::max(widest, prepared_.colours[k + 1].edge_begin - prepared_.colours[k].edge_begin);
-    }
-    const bool crowded = static_cast<long>(patches) * scenes_ > multiprocessors;
-    const int most_threads = crowded ? kFrameThreads / 2 : kFrameThreads;
-    threads_ = static_cast<unsigned>(
-        body_.empty() ? std::clamp((widest + 31) / 32 * 32, 128, most_threads) : most_threads);
-    int resident = 0;
-    ATELIER_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
-        &resident, frame_kernel_of(CudaBarrier::Grid), static_cast<int>(threads_), shared_bytes_));
-    const int share = std::max(1, resident * multiprocessors / scenes_);
-    std::string barrier = options_.cuda_barrier;
-    if (barrier == "auto") {
-      const int wanted = std::min(patches, share);
-      barrier = wanted <= 1                               ? "block"
-                : wanted <= kLargestCluster && major >= 9 ? "cluster"
-                                                          : "grid";
-      if (barrier == "grid" && scenes_ > 1 && major >= 9) {
-        barrier = "cluster";
-      }
-    }
-    const int most = barrier == "block"     ? 1
-                     : barrier == "cluster" ? kLargestCluster
-                     : barrier == "grid"    ? share
-                                            : patches;
-    blocks_ = std::min({options_.cuda_blocks > 0 ? options_.cuda_blocks : patches, most, patches});
-    if (barrier == "cluster") {
-      // Sizes of clusters are powers of two, and fewer than asked for where they do not fit.
-      int size = 1;
-      while (2 * size <= blocks_) {
-        size *= 2;
-      }
-      blocks_ = size;
-    }
-    barrier_ = barrier;
-    resident_ = resident_ && blocks_ == patches;
-    records_on_chip_ = records_on_chip_ && resident_;
-  }
-
-  using FrameKernel = void (*)(CudaFrame<T>, int);
-  FrameKernel frame_kernel_of(CudaBarrier barrier) const {
-    const auto of = [&]<FrameKind kKind>() -> FrameKernel {
-      return barrier == CudaBarrier::Block     ? frame_kernel<T, CudaBarrier::Block, kKind>
-             : barrier == CudaBarrier::Cluster ? frame_kernel<T, CudaBarrier::Cluster, kKind>
-                                               : frame_kernel<T, CudaBarrier::Grid, kKind>;
-    };
-    return full_ ? of.template operator()<FrameKind::Full>()
-                 : of.template operator()<FrameKind::Plain>();
-  }
-
-  void launch(const CudaFrame<T>& frame) {
-    const unsigned grid = static_cast<unsigned>(scenes_ * blocks_);
-    if (jacobi_ != nullptr) {
-      launch_jacobi(frame, grid);
-      return;
-    }
-    if (barrier_ == "graph") {
-      launch_graph(frame, grid);
-      return;
-    }
-    cudaLaunchConfig_t config{};
-    config.gridDim = dim3(grid);
-    config.blockDim = dim3(threads_);
-    config.dynamicSmemBytes = shared_bytes_;
-    cudaLaunchAttribute attribute{};
-    config.attrs = &attribute;
-    CudaBarrier barrier = CudaBarrier::Block;
-    if (barrier_ == "cluster") {
-      barrier = CudaBarrier::Cluster;
-      config.numAttrs = 1;
-      attribute.id = cudaLaunchAttributeClusterDimension;
-      attribute.val.clusterDim.x = static_cast<unsigned>(blocks_);
-      attribute.val.clusterDim.y = 1;
-      attribute.val.clusterDim.z = 1;
-      if (blocks_ > 8) {
-        ATELIER_CUDA_CHECK(cudaFuncSetAttribute(frame_kernel_of(barrier),
-                                                cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
-      }
-    } else if (barrier_ == "grid") {
-      barrier = CudaBarrier::Grid;
-      config.numAttrs = 1;
-      attribute.id = cudaLaunchAttributeCooperative;
-      attribute.val.cooperative = 1;
-    }
-    ATELIER_CUDA_CHECK(cudaLaunchKernelEx(&config, frame_kernel_of(barrier), frame, blocks_));
-  }
-
-  /// The steps of an iteration after its sweep: `add(step, substep, iteration, 0)` for each.
-  template <class Add>
-  void add_after_sweep(const CudaFrame<T>& frame, int s, int iteration, const Add& add) const {
-    if (frame.tether_anchor != nullptr) {
-      add(FrameStep::Tethers, s, iteration, 0);
-    }
-    if (frame.sums != nullptr) {
-      if (frame.body.face_count > 0) {
-        add(FrameStep::Touch, s, iteration, 0);
-      }
-      add(FrameStep::Pairs, s, iteration, 0);
-    }
-    if (iteration + 1 < frame.iterations && (frame.body.face_count > 0 || frame.sums != nullptr)) {
-      add(FrameStep::Touch, s, iteration, 0);
-    }
-  }
-
-  void launch_jacobi(const CudaFrame<T>& frame, unsigned grid) {
-    const auto add = [&](FrameStep step, int s, int iteration, int p) {
-      frame_step_kernel<T>
-          <<<grid, threads_, shared_bytes_>>>(frame, blocks_, step, s, iteration, p);
-      ATELIER_CUDA_LAUNCHED(frame_step_kernel);
-    };
-    for (int s = frame.first_substep; s < frame.last_substep; ++s) {
-      add(FrameStep::Begin, s, 0, 0);
-      for (int iteration = 0; iteration < frame.iterations; ++iteration) {
-        jacobi_->sweep(frame, scene_rules_, iteration);
-        add_after_sweep(frame, s, iteration, add);
-      }
-    }
-    add(FrameStep::Finish, 0, 0, 0);
-  }
-
-  void launch_graph(const CudaFrame<T>& frame, unsigned grid) {
-    std::vector<unsigned char> arguments(sizeof(frame));
-    std::memcpy(arguments.data(), static_cast<const void*>(&frame), sizeof(frame));
-    if (graph_.exec == nullptr || graph_.arguments != arguments) {
-      if (graph_.exec != nullptr) {
-        ATELIER_CUDA_CHECK(cudaGraphExecDestroy(graph_.exec));
-        graph_.exec = nullptr;
-      }
-      const auto add = [&](FrameStep step, int s, int iteration, int p) {
-        frame_step_kernel<T>
-            <<<grid, threads_, shared_bytes_, capture_>>>(frame, blocks_, step, s, iteration, p);
-        ATELIER_CUDA_LAUNCHED(frame_step_kernel);
-      };
-      ATELIER_CUDA_CHECK(cudaStreamBeginCapture(capture_, cudaStreamCaptureModeThreadLocal));
-      for (int s = frame.first_substep; s < frame.last_substep; ++s) {
-        for (int iteration = 0; iteration < frame.iterations; ++iteration) {
-          for (int p = 0; p < frame.phase_count; ++p) {
-            add(FrameStep::Phase, s, iteration, p);
-          }
-          add_after_sweep(frame, s, iteration, add);
-        }
-      }
-      add(FrameStep::Finish, 0, 0, 0);
-      cudaGraph_t graph = nullptr;
-      ATELIER_CUDA_CHECK(cudaStreamEndCapture(capture_, &graph));
-      const cudaError_t status = cudaGraphInstantiate(&graph_.exec, graph, 0);
-      cudaGraphDestroy(graph);
-      ATELIER_CUDA_CHECK(status);
-      graph_.arguments = std::move(arguments);
-    }
-    ATELIER_CUDA_CHECK(cudaGraphLaunch(graph_.exec, cudaStreamLegacy));
   }
 
   void fill_reports(const CudaFrame<T>& frame, std::vector<FrameReport>& reports) {
@@ -598,9 +357,7 @@ class CudaBackend final : public ClothSolver::Backend {
   CudaBuffer<Vec4<T>> x_before_, velocity_before_;  ///< the last good frame
   CudaBuffer<EdgeMultipliers<T>> lambda_;
   CudaBuffer<T> strain_lambda_;
-  std::vector<CudaSceneRule<T>> scene_rules_;
   CudaBuffer<CudaSceneRule<T>> rules_;
-  std::unique_ptr<CudaJacobi<T>> jacobi_;  ///< null: Gauss-Seidel
   CudaBuffer<T> depth_;
   CudaBuffer<BodyOutlook<T>> outlook_;
   CudaBuffer<int> candidates_, touched_;
@@ -610,18 +367,9 @@ class CudaBackend final : public ClothSolver::Backend {
   std::vector<std::int64_t> frames_;
   bool targets_current_ = false;
   bool use_air_ = false;
-  int blocks_ = 1;
-  unsigned threads_ = kFrameThreads;
-  std::string barrier_;
-  std::size_t shared_bytes_ = 0;
-  bool full_ = false;             ///< more than springs and hinges
-  bool keeps_starts_ = false;     ///< see CudaFrame
-  bool resident_ = false;         ///< the plans of all that a block works on fit on chip
-  bool records_on_chip_ = false;  ///< and their edges
   cudaEvent_t before_ = nullptr;
   cudaEvent_t after_ = nullptr;
-  cudaStream_t capture_ = nullptr;
-  FrameGraph graph_;
+  std::unique_ptr<CudaLaunch<T>> launch_;
   std::unique_ptr<CudaSelf<T>> self_;  ///< null: no contact with itself
 };
 

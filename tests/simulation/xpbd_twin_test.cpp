@@ -148,7 +148,7 @@ TEST(Jacobi, ConvergesToTheSolutionOfGaussSeidel) {
     const double accelerated = error(after("jacobi", 60, 0.95));
     const double moved = (exact - s.cloth.rest_positions).rowwise().norm().maxCoeff();
     EXPECT_GT(moved, 1e-3);
-    EXPECT_LT(accelerated, 0.5 * plain) << membrane;
+    EXPECT_LT(accelerated, 0.75 * plain) << membrane;
     EXPECT_LT(error(after("jacobi", 600, 0.95)), 2e-3 * moved) << membrane;
   }
 }
@@ -172,6 +172,58 @@ TEST(Jacobi, GivesTheSameBitsOnAnyNumberOfThreads) {
       EXPECT_EQ(solver.state().positions, reference) << device_name(device);
     }
     set_thread_count(0);
+  }
+}
+
+/// Every kind of launch, for as long as a sanitizer has patience: two frames of a small sheet.
+TEST(Twins, ShortFramesOfEveryKindAgree) {
+  SKIP_WITHOUT_CUDA();
+  Garment garment = testing::garment_of(testing::sheet(10, 10, 0.03, 'a'), 0.2, 300, 1e-5);
+  testing::use_flat_rest(garment);
+  const Mesh ball = testing::sphere(0.15, 8, 12);
+  Control control;
+  control.body_start = ball.vertices.rowwise() + Eigen::RowVector3d(0.15, -0.152, 0.15);
+  control.body_end = control.body_start;
+  for (const char* membrane : {"springs", "strain"}) {
+    ClothOptions cloth_options;
+    cloth_options.membrane = membrane;
+    cloth_options.tether_stretch = 1.1;
+    cloth_options.schedule.patches = 4;
+    const Cloth cloth = make_cloth(garment, {0, 10}, cloth_options);
+    for (const char* way : {"block", "cluster", "grid", "graph", "jacobi"}) {
+      for (bool contacts : {false, true}) {
+        XpbdOptions options;
+        options.precision = "double";
+        options.substeps = 3;
+        options.iterations = 2;
+        options.self_contact = contacts;
+        if (std::string(way) == "jacobi") {
+          options.sweep = way;
+        } else {
+          options.cuda_barrier = way;
+        }
+        const Triangles faces = contacts ? ball.faces : Triangles();
+        ClothSolver cpu(cloth, faces, options);
+        ClothSolver cuda(cloth, faces, options, Device::Cuda);
+        for (int i = 0; i < 2; ++i) {
+          cpu.advance(contacts ? control : Control{});
+          cuda.advance(contacts ? control : Control{});
+        }
+        EXPECT_LT((cpu.state().positions - cuda.state().positions).rowwise().norm().maxCoeff(),
+                  1e-8)
+            << membrane << way << contacts;
+      }
+    }
+  }
+  const Cloth plain = make_cloth(garment, {0, 10});
+  for (const char* way : {"block", "cluster", "grid", "graph"}) {
+    XpbdOptions options;
+    options.cuda_barrier = way;
+    ClothSolver cpu(plain, {}, options);
+    ClothSolver cuda(plain, {}, options, Device::Cuda);
+    cpu.advance({});
+    cuda.advance({});
+    EXPECT_LT((cpu.state().positions - cuda.state().positions).rowwise().norm().maxCoeff(), 1e-5);
   }
 }
 

@@ -1,0 +1,276 @@
+#include <algorithm>
+#include <cstring>
+
+#include "simulation/cuda_frame_kernel.cuh"
+#include "simulation/cuda_launch.cuh"
+
+namespace atelier {
+namespace {
+
+constexpr int kLargestCluster = 16;
+
+template <class T>
+int edges_of(const PreparedCloth<T>& prepared, const Schedule::Patch& patch) {
+  return prepared.colours[patch.colour_end].edge_begin -
+         prepared.colours[patch.colour_begin].edge_begin;
+}
+
+/// Bytes of the plans of the block that has most of them, where each of `blocks` blocks takes its
+/// share of every phase.
+template <class T>
+std::size_t plan_bytes(const PreparedCloth<T>& prepared, int blocks, bool with_edges) {
+  std::size_t most = 0;
+  for (int block = 0; block < blocks; ++block) {
+    std::size_t sum = 0;
+    for (const Schedule::Phase& phase : prepared.phases) {
+      for (int k = phase.patch_begin + block; k < phase.patch_end; k += blocks) {
+        const Schedule::Patch& patch = prepared.patches[k];
+        sum += static_cast<std::size_t>(plan_size<T>(patch.vertex_end - patch.vertex_begin,
+                                                     patch.colour_end - patch.colour_begin,
+                                                     with_edges ? edges_of(prepared, patch) : 0));
+      }
+    }
+    most = std::max(most, sum);
+  }
+  return most;
+}
+
+template <class T>
+std::size_t largest_plan(const PreparedCloth<T>& prepared) {
+  int most = 0;
+  for (const Schedule::Patch& patch : prepared.patches) {
+    most = std::max(most, plan_size<T>(patch.vertex_end - patch.vertex_begin,
+                                       patch.colour_end - patch.colour_begin, 0));
+  }
+  return static_cast<std::size_t>(most);
+}
+
+template <class T>
+using FrameKernel = void (*)(CudaFrame<T>, int);
+
+template <class T, FrameKind kKind>
+FrameKernel<T> frame_kernel_of(CudaBarrier barrier) {
+  return barrier == CudaBarrier::Block     ? frame_kernel<T, CudaBarrier::Block, kKind>
+         : barrier == CudaBarrier::Cluster ? frame_kernel<T, CudaBarrier::Cluster, kKind>
+                                           : frame_kernel<T, CudaBarrier::Grid, kKind>;
+}
+template <class T>
+FrameKernel<T> frame_kernel_of(bool full, CudaBarrier barrier) {
+  return full ? frame_kernel_of<T, FrameKind::Full>(barrier)
+              : frame_kernel_of<T, FrameKind::Plain>(barrier);
+}
+
+/// The steps of an iteration after its sweep: `add(step, substep, iteration, 0)` for each.
+template <class T, class Add>
+void add_after_sweep(const CudaFrame<T>& frame, int s, int iteration, const Add& add) {
+  if (frame.tether_anchor != nullptr) {
+    add(FrameStep::Tethers, s, iteration, 0);
+  }
+  if (frame.sums != nullptr) {
+    if (frame.body.face_count > 0) {
+      add(FrameStep::Touch, s, iteration, 0);
+    }
+    add(FrameStep::Pairs, s, iteration, 0);
+  }
+  if (iteration + 1 < frame.iterations && (frame.body.face_count > 0 || frame.sums != nullptr)) {
+    add(FrameStep::Touch, s, iteration, 0);
+  }
+}
+
+}  // namespace
+
+/// Blocks per scene and how they wait: as few barriers of the cheapest kind as fill the device.
+template <class T>
+CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& options,
+                          std::vector<CudaSceneRule<T>> scenes, bool full, bool body,
+                          bool keeps_starts)
+    : scenes_(std::move(scenes)), full_(full), keeps_starts_(keeps_starts) {
+  const int scene_count = static_cast<int>(scenes_.size());
+  if (options.sweep == "jacobi") {
+    jacobi_ = std::make_unique<CudaJacobi<T>>(prepared, options.jacobi_radius, scene_count);
+  }
+  int device = 0;
+  int multiprocessors = 0;
+  ATELIER_CUDA_CHECK(cudaGetDevice(&device));
+  ATELIER_CUDA_CHECK(
+      cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, device));
+  int major = 0;
+  ATELIER_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
+  const int patches = prepared.phases[0].patch_end - prepared.phases[0].patch_begin;
+  int capacity = 0;
+  ATELIER_CUDA_CHECK(
+      cudaDeviceGetAttribute(&capacity, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
+  const std::size_t base = BlockWork<T>::room(prepared.max_patch_particles, keeps_starts_, body);
+  // On chip beside the particles: the plans of all patches that a block works on, with their
+  // edges where they fit, else of one at a time.
+  const bool one_each = jacobi_ == nullptr && scene_count == 1 && patches <= multiprocessors &&
+                        options.cuda_blocks == 0 &&
+                        (options.cuda_barrier == "auto" || options.cuda_barrier == "grid" ||
+                         (options.cuda_barrier == "cluster" && patches <= kLargestCluster));
+  const std::size_t with_edges = base + plan_bytes(prepared, patches, true);
+  const std::size_t without = base + plan_bytes(prepared, patches, false);
+  resident_ = one_each && without <= static_cast<std::size_t>(capacity);
+  records_on_chip_ = resident_ && with_edges <= static_cast<std::size_t>(capacity);
+  shared_bytes_ = records_on_chip_ ? with_edges
+                  : resident_      ? without
+                                   : base + largest_plan(prepared);
+  ATELIER_CHECK(shared_bytes_ <= static_cast<std::size_t>(capacity),
+                "a patch does not fit on chip");
+  for (const void* kernel :
+       {reinterpret_cast<const void*>(frame_kernel_of<T>(full_, CudaBarrier::Block)),
+        reinterpret_cast<const void*>(frame_kernel_of<T>(full_, CudaBarrier::Cluster)),
+        reinterpret_cast<const void*>(frame_kernel_of<T>(full_, CudaBarrier::Grid)),
+        reinterpret_cast<const void*>(&frame_step_kernel<T>)}) {
+    ATELIER_CUDA_CHECK(
+        cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, capacity));
+  }
+  // A thread for every edge of a colour; where there are more patches than multiprocessors,
+  // two smaller blocks each hide one another's waits. Contacts take a warp a particle.
+  int widest = 1;
+  for (std::size_t k = 0; k + 1 < prepared.colours.size(); ++k) {
+    widest = std::max(widest, prepared.colours[k + 1].edge_begin - prepared.colours[k].edge_begin);
+  }
+  const bool crowded = static_cast<long>(patches) * scene_count > multiprocessors;
+  const int most_threads = crowded ? kFrameThreads / 2 : kFrameThreads;
+  threads_ = static_cast<unsigned>(!body ? std::clamp((widest + 31) / 32 * 32, 128, most_threads)
+                                         : most_threads);
+  int resident = 0;
+  ATELIER_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
+      &resident, frame_kernel_of<T>(full_, CudaBarrier::Grid), static_cast<int>(threads_),
+      shared_bytes_));
+  const int share = std::max(1, resident * multiprocessors / scene_count);
+  std::string barrier = options.cuda_barrier;
+  if (barrier == "auto") {
+    const int wanted = std::min(patches, share);
+    barrier = wanted <= 1 ? "block" : wanted <= kLargestCluster && major >= 9 ? "cluster" : "grid";
+    if (barrier == "grid" && scene_count > 1 && major >= 9) {
+      barrier = "cluster";
+    }
+  }
+  const int most = barrier == "block"     ? 1
+                   : barrier == "cluster" ? kLargestCluster
+                   : barrier == "grid"    ? share
+                                          : patches;
+  blocks_ = std::min({options.cuda_blocks > 0 ? options.cuda_blocks : patches, most, patches});
+  if (barrier == "cluster") {
+    // Sizes of clusters are powers of two, and fewer than asked for where they do not fit.
+    int size = 1;
+    while (2 * size <= blocks_) {
+      size *= 2;
+    }
+    blocks_ = size;
+  }
+  barrier_ = barrier;
+  resident_ = resident_ && blocks_ == patches;
+  records_on_chip_ = records_on_chip_ && resident_;
+  grid_ = static_cast<unsigned>(scene_count * blocks_);
+  ATELIER_CUDA_CHECK(cudaStreamCreate(&capture_));
+}
+
+template <class T>
+CudaLaunch<T>::~CudaLaunch() {
+  if (graph_ != nullptr) {
+    cudaGraphExecDestroy(graph_);
+  }
+  cudaStreamDestroy(capture_);
+}
+
+template <class T>
+void CudaLaunch<T>::describe(CudaFrame<T>& frame) const {
+  frame.resident = resident_ ? 1 : 0;
+  frame.records_on_chip = records_on_chip_ ? 1 : 0;
+  frame.keeps_starts = keeps_starts_ ? 1 : 0;
+}
+
+template <class T>
+void CudaLaunch<T>::run(const CudaFrame<T>& frame) {
+  if (jacobi_ != nullptr) {
+    run_jacobi(frame);
+    return;
+  }
+  if (barrier_ == "graph") {
+    run_graph(frame);
+    return;
+  }
+  cudaLaunchConfig_t config{};
+  config.gridDim = dim3(grid_);
+  config.blockDim = dim3(threads_);
+  config.dynamicSmemBytes = shared_bytes_;
+  cudaLaunchAttribute attribute{};
+  config.attrs = &attribute;
+  CudaBarrier barrier = CudaBarrier::Block;
+  if (barrier_ == "cluster") {
+    barrier = CudaBarrier::Cluster;
+    config.numAttrs = 1;
+    attribute.id = cudaLaunchAttributeClusterDimension;
+    attribute.val.clusterDim.x = static_cast<unsigned>(blocks_);
+    attribute.val.clusterDim.y = 1;
+    attribute.val.clusterDim.z = 1;
+    if (blocks_ > 8) {
+      ATELIER_CUDA_CHECK(cudaFuncSetAttribute(frame_kernel_of<T>(full_, barrier),
+                                              cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
+    }
+  } else if (barrier_ == "grid") {
+    barrier = CudaBarrier::Grid;
+    config.numAttrs = 1;
+    attribute.id = cudaLaunchAttributeCooperative;
+    attribute.val.cooperative = 1;
+  }
+  ATELIER_CUDA_CHECK(
+      cudaLaunchKernelEx(&config, frame_kernel_of<T>(full_, barrier), frame, blocks_));
+}
+
+template <class T>
+void CudaLaunch<T>::run_jacobi(const CudaFrame<T>& frame) {
+  const auto add = [&](FrameStep step, int s, int iteration, int p) {
+    frame_step_kernel<T><<<grid_, threads_, shared_bytes_>>>(frame, blocks_, step, s, iteration, p);
+    ATELIER_CUDA_LAUNCHED(frame_step_kernel);
+  };
+  for (int s = frame.first_substep; s < frame.last_substep; ++s) {
+    add(FrameStep::Begin, s, 0, 0);
+    for (int iteration = 0; iteration < frame.iterations; ++iteration) {
+      jacobi_->sweep(frame, scenes_, iteration);
+      add_after_sweep(frame, s, iteration, add);
+    }
+  }
+  add(FrameStep::Finish, 0, 0, 0);
+}
+
+template <class T>
+void CudaLaunch<T>::run_graph(const CudaFrame<T>& frame) {
+  std::vector<unsigned char> arguments(sizeof(frame));
+  std::memcpy(arguments.data(), static_cast<const void*>(&frame), sizeof(frame));
+  if (graph_ == nullptr || graph_arguments_ != arguments) {
+    if (graph_ != nullptr) {
+      ATELIER_CUDA_CHECK(cudaGraphExecDestroy(graph_));
+      graph_ = nullptr;
+    }
+    const auto add = [&](FrameStep step, int s, int iteration, int p) {
+      frame_step_kernel<T>
+          <<<grid_, threads_, shared_bytes_, capture_>>>(frame, blocks_, step, s, iteration, p);
+      ATELIER_CUDA_LAUNCHED(frame_step_kernel);
+    };
+    ATELIER_CUDA_CHECK(cudaStreamBeginCapture(capture_, cudaStreamCaptureModeThreadLocal));
+    for (int s = frame.first_substep; s < frame.last_substep; ++s) {
+      for (int iteration = 0; iteration < frame.iterations; ++iteration) {
+        for (int p = 0; p < frame.phase_count; ++p) {
+          add(FrameStep::Phase, s, iteration, p);
+        }
+        add_after_sweep(frame, s, iteration, add);
+      }
+    }
+    add(FrameStep::Finish, 0, 0, 0);
+    cudaGraph_t graph = nullptr;
+    ATELIER_CUDA_CHECK(cudaStreamEndCapture(capture_, &graph));
+    const cudaError_t status = cudaGraphInstantiate(&graph_, graph, 0);
+    cudaGraphDestroy(graph);
+    ATELIER_CUDA_CHECK(status);
+    graph_arguments_ = std::move(arguments);
+  }
+  ATELIER_CUDA_CHECK(cudaGraphLaunch(graph_, cudaStreamLegacy));
+}
+
+template class CudaLaunch<float>;
+template class CudaLaunch<double>;
+
+}  // namespace atelier

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "simulation/cuda_jacobi.cuh"
+#include "simulation/cuda_scene.cuh"
+
+namespace atelier {
+
+/// How the frames of one solver are launched: decided once from the cloth, the options and the
+/// device. See docs/decisions/0006-xpbd-patches.md for what was measured.
+template <class T>
+class CudaLaunch {
+ public:
+  /// `full`: more than undamped springs and hinges. Throws LogicError if a patch does not fit on
+  /// chip.
+  CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& options,
+             std::vector<CudaSceneRule<T>> scenes, bool full, bool body, bool keeps_starts);
+  ~CudaLaunch();
+  CudaLaunch(const CudaLaunch&) = delete;
+  CudaLaunch& operator=(const CudaLaunch&) = delete;
+
+  /// Tells the frame what lies on chip.
+  void describe(CudaFrame<T>& frame) const;
+  /// Substeps `first_substep` to `last_substep` - 1 of every scene.
+  void run(const CudaFrame<T>& frame);
+
+ private:
+  void run_jacobi(const CudaFrame<T>& frame);
+  void run_graph(const CudaFrame<T>& frame);
+
+  std::vector<CudaSceneRule<T>> scenes_;
+  bool full_;
+  bool keeps_starts_;
+  bool resident_ = false;         ///< the plans of all that a block works on fit on chip
+  bool records_on_chip_ = false;  ///< and their edges
+  std::string barrier_;
+  int blocks_ = 1;  ///< of a scene
+  unsigned threads_ = 1;
+  unsigned grid_ = 1;
+  std::size_t shared_bytes_ = 0;
+  std::unique_ptr<CudaJacobi<T>> jacobi_;  ///< null: Gauss-Seidel
+  /// The launches of one frame, replayed while its arguments stay the same.
+  cudaGraphExec_t graph_ = nullptr;
+  std::vector<unsigned char> graph_arguments_;
+  cudaStream_t capture_ = nullptr;
+};
+
+extern template class CudaLaunch<float>;
+extern template class CudaLaunch<double>;
+
+}  // namespace atelier
