@@ -183,6 +183,10 @@ class CudaBackend final : public ClothSolver::Backend {
       if (self_ != nullptr) {
         self_->reset();
       }
+      if (!fixed_before_.empty()) {
+        fixed_ = std::move(fixed_before_);
+        targets_current_ = false;
+      }
       throw DataError("",
                       "frame " + std::to_string(frames_[bad / prepared_.count] + 1) + ", vertex " +
                           std::to_string(prepared_.external[bad % prepared_.count]),
@@ -224,7 +228,9 @@ class CudaBackend final : public ClothSolver::Backend {
         std::find(cloth_.fixed.begin(), cloth_.fixed.end(), 1) != cloth_.fixed.end();
     const bool moved = control.pin_targets.rows() > 0 ||
                        (!cloth_.attachments.empty() && control.body_end.rows() > 0);
+    fixed_before_.clear();
     if (any_fixed && (moved || !targets_current_)) {
+      fixed_before_ = fixed_;
       std::vector<Vec4<T>> target(n * static_cast<std::size_t>(scenes_));
       for (int scene = 0; scene < scenes_; ++scene) {
         fixed_[scene] = pin_targets_of(cloth_, control, body_faces_, fixed_[scene]);
@@ -363,7 +369,8 @@ class CudaBackend final : public ClothSolver::Backend {
   CudaBuffer<int> candidates_, touched_;
   CudaBuffer<unsigned> arrived_;
   CudaBuffer<int> bad_;
-  std::vector<Points> fixed_;  ///< where fixed vertices are
+  std::vector<Points> fixed_;         ///< where fixed vertices are
+  std::vector<Points> fixed_before_;  ///< and were before this frame, where it moves them
   std::vector<std::int64_t> frames_;
   bool targets_current_ = false;
   bool use_air_ = false;
