@@ -31,7 +31,6 @@ OptionSet convert_options();
 OptionSet render_options();
 OptionSet body_model_options();
 OptionSet drape_options();
-OptionSet simulate_options();
 OptionSet synthesize_options();
 
 Action add_status(CLI::App& parser);
@@ -41,7 +40,6 @@ Action add_convert(CLI::App& parser);
 Action add_render(CLI::App& parser);  // only with core_render
 Action add_body_model(CLI::App& parser);
 Action add_drape(CLI::App& parser);
-Action add_simulate(CLI::App& parser);  // only with core_render and simulation
 Action add_synthesize(CLI::App& parser);
 Action add_evaluate(CLI::App& parser);
 Action add_options(CLI::App& parser);

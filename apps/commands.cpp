@@ -21,9 +21,6 @@ constexpr std::array kCommands = {
 #endif
 #endif
 #endif
-#if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_SIMULATION)
-    Command{"simulate", "a garment on a body, standing or moving", add_simulate, simulate_options},
-#endif
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_BODYMODEL) && \
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION)
     Command{"synthesize", "a capture of a clothed person, with the truth behind it", add_synthesize,

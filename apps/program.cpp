@@ -89,7 +89,8 @@ int run_program(const std::vector<std::string>& arguments) {
     return command;
   };
   for (const Stage& stage : all_stages()) {
-    actions[std::string(stage.name)] = add_stage(*add(stage.name, stage.summary), stage);
+    actions[std::string(stage.name)] =
+        add_stage(*add(stage.name, stage.summary), stage, stand_alone(stage.name));
   }
   for (const Command& command : all_commands()) {
     actions[std::string(command.name)] = command.add(*add(command.name, command.summary));

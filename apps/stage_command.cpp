@@ -25,6 +25,7 @@ struct StageArguments {
   std::string device = "cpu";
   bool dry_run = false;
   bool json = false;
+  std::map<std::string, std::string> alone;  ///< what the stage is to do without a workspace
 };
 
 /// CLI11's own range says nothing of whole numbers. "" if it is one.
@@ -43,11 +44,22 @@ void require(const std::string& problem) {
   }
 }
 
-int run(const Stage& stage, StageArguments& arguments) {
+int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) {
   StageRequest& request = arguments.request;
+  if (alone != nullptr && !arguments.alone.empty()) {
+    if (!request.input.empty()) {
+      throw UsageError("it takes INPUT and WORKSPACE, or --" + arguments.alone.begin()->first +
+                       " and files, not both");
+    }
+    return alone->run(arguments.alone, arguments.options(),
+                      arguments.device == "cuda" ? Device::Cuda : Device::Cpu, arguments.json);
+  }
   if (request.input.empty() || request.workspace.empty()) {
     throw UsageError("it takes an INPUT and a WORKSPACE: atelier " + std::string(stage.name) +
-                     " INPUT WORKSPACE");
+                     " INPUT WORKSPACE" +
+                     (alone != nullptr
+                          ? "; or --" + std::string(alone->flags.front().name) + " and files"
+                          : std::string()));
   }
   request.options = arguments.options();
   request.device = arguments.device == "cuda" ? Device::Cuda : Device::Cpu;
@@ -87,7 +99,7 @@ int run(const Stage& stage, StageArguments& arguments) {
 
 }  // namespace
 
-Action add_stage(CLI::App& parser, const Stage& stage) {
+Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) {
   auto arguments = std::make_shared<StageArguments>();
   StageRequest& request = arguments->request;
   parser.add_option("INPUT", request.input, "File or folder to read")->required();
@@ -109,7 +121,24 @@ Action add_stage(CLI::App& parser, const Stage& stage) {
   parser.add_flag("--dry-run", arguments->dry_run, "Only say what would be done, and why");
   parser.add_flag("--json", arguments->json, "Events as lines of JSON, for machines");
   arguments->options = add_option_flags(parser, stage.options());
-  return [arguments, &stage] { return run(stage, *arguments); };
+  if (alone != nullptr) {
+    for (const StandAlone::Flag& flag : alone->flags) {
+      const std::string name(flag.name);
+      if (flag.type.empty()) {
+        parser.add_flag_function(
+            "--" + name, [arguments, name](std::int64_t) { arguments->alone[name] = "true"; },
+            std::string(flag.help));
+      } else {
+        parser
+            .add_option_function<std::string>(
+                "--" + name,
+                [arguments, name](const std::string& text) { arguments->alone[name] = text; },
+                std::string(flag.help))
+            ->type_name(std::string(flag.type));
+      }
+    }
+  }
+  return [arguments, &stage, alone] { return run(stage, alone, *arguments); };
 }
 
 }  // namespace atelier

@@ -1,11 +1,29 @@
 #pragma once
 
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+
 #include "apps/command.h"
 #include "core/store/stage.h"
 
 namespace atelier {
 
-/// The command of a stage: `atelier <stage> INPUT WORKSPACE --section.field value`.
-Action add_stage(CLI::App& parser, const Stage& stage);
+/// What a stage's command also does without a workspace, on files that flags name.
+struct StandAlone {
+  struct Flag {
+    std::string_view name;  ///< "garment": --garment
+    std::string_view type;  ///< "MESH", or "" for one without a value
+    std::string_view help;
+  };
+  std::span<const Flag> flags;  ///< the first of them is what tells that it is wanted
+  int (*run)(const std::map<std::string, std::string>& values, const OptionSet& options,
+             Device device, bool json);
+};
+
+/// The command of a stage: `atelier <stage> INPUT WORKSPACE --section.field value`, and what it
+/// does alone, if anything.
+Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone = nullptr);
 
 }  // namespace atelier

@@ -2,7 +2,11 @@
 
 #include <array>
 
+#include "apps/stage_command.h"
 #include "apps/statistics_stage.h"
+#ifdef ATELIER_HAS_SIMULATION
+#include "apps/simulate.h"
+#endif
 
 namespace atelier {
 namespace {
@@ -16,12 +20,49 @@ constexpr std::array kStages = {
           .options = option_set<StatisticsStageOptions>,
           .run = run_statistics,
           .frame_wise = true},
+#if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
+    Stage{.name = "simulate",
+          .version = 1,
+          .summary = "a garment on a body, standing or moving",
+          .inputs = {"scene"},
+          .outputs = {"states", "garment"},
+          .options = option_set<SimulateOptions>,
+          .run = run_simulate,
+          .frame_wise = true,
+          .has_cuda = true,
+          .device_keyed = true},
+#endif
 };
+
+#if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
+constexpr std::array kSimulateFlags = {
+    StandAlone::Flag{"garment", "MESH", "Without a workspace: the garment, a mesh"},
+    StandAlone::Flag{"body", "FILE",
+                     "Mesh, folder of meshes one a frame, sequence, body model, female or male"},
+    StandAlone::Flag{"motion", "FILE", "Moves a body model: .bvh, .amc, .npz, .trc, .glb"},
+    StandAlone::Flag{"out", "FOLDER",
+                     "For frames, pictures and videos; each frame once it is done"},
+    StandAlone::Flag{"format", "h5|ply|obj|usda", "Of the frames [h5]"},
+    StandAlone::Flag{"material", "NAME", "The same as --material.name"},
+    StandAlone::Flag{"grid", "", "Instead: grid.png over bending and stretching stiffness"},
+    StandAlone::Flag{"no-pictures", "", "Leave out sheet.png, turntable.mp4 and motion.mp4"},
+};
+constexpr StandAlone kSimulateAlone{kSimulateFlags, simulate_alone};
+#endif
 
 }  // namespace
 
 std::span<const Stage> all_stages() {
   return kStages;
+}
+
+const StandAlone* stand_alone([[maybe_unused]] std::string_view stage) {
+#if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
+  if (stage == "simulate") {
+    return &kSimulateAlone;
+  }
+#endif
+  return nullptr;
 }
 
 }  // namespace atelier

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "apps/simulation_scene.h"
+#include "core/store/stage.h"
+
+namespace atelier {
+
+/// The stage: INPUT is a folder with a garment, a body and a motion (scene_in). One file a frame
+/// holds the cloth's state, so that a run that was ended goes on with the same bits; then the
+/// garment as a sequence.
+void run_simulate(StageRun& run);
+
+/// The command alone: --garment, --body, --motion, --out (a folder), --format, --grid.
+/// Every frame is in the folder as soon as it is done.
+int simulate_alone(const std::map<std::string, std::string>& values, const OptionSet& options,
+                   Device device, bool json);
+
+}  // namespace atelier

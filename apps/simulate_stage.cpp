@@ -1,0 +1,172 @@
+#if defined(ATELIER_HAS_SIMULATION)
+
+#include <cstdio>
+#include <map>
+#include <mutex>
+#include <optional>
+
+#include "apps/simulate.h"
+#include "core/archive.h"
+#include "core/error.h"
+#include "core/sequence_archive.h"
+
+namespace atelier {
+namespace {
+
+constexpr const char* kSchema = "atelier.cloth_state";
+
+void write_state(const std::filesystem::path& file, const ClothState& state) {
+  Archive archive;
+  archive.schema = kSchema;
+  archive.numbers["frame"] = static_cast<double>(state.frame);
+  archive.datasets["positions"] = tensor_of(state.positions);
+  archive.datasets["velocities"] = tensor_of(state.velocities);
+  write_archive(file, archive);
+}
+
+ClothState read_state(const std::filesystem::path& file, Index vertices) {
+  const Archive archive = read_archive(file, kSchema, 1);
+  ClothState state;
+  const auto rows = [&](const char* name) {
+    const auto found = archive.datasets.find(name);
+    if (found == archive.datasets.end() || found->second.type != element_type_for<double>() ||
+        found->second.shape != std::vector<std::int64_t>{vertices, 3}) {
+      throw DataError(file.string(), name, "not of this cloth",
+                      std::to_string(vertices) + " rows of three numbers");
+    }
+    return Points(Eigen::Map<const Points>(values_of<double>(found->second).data(), vertices, 3));
+  };
+  state.positions = rows("positions");
+  state.velocities = rows("velocities");
+  const auto frame = archive.numbers.find("frame");
+  if (frame == archive.numbers.end()) {
+    throw DataError(file.string(), "frame", "none", "the number of the frame");
+  }
+  state.frame = static_cast<std::int64_t>(frame->second);
+  return state;
+}
+
+/// Simulates in order, whoever asks for which frame.
+class FrameSource {
+ public:
+  FrameSource(StageRun& run, const SimulationScene& scene, const SimulateOptions& options)
+      : run_(run),
+        scene_(scene),
+        options_(options),
+        cloth_(scene_cloth(scene, options)),
+        solver_(cloth_, scene.body_faces, scene_solver(options), run.device()) {}
+
+  ClothState state_after(int frame) {
+    const std::lock_guard lock(mutex_);
+    if (!started_) {
+      start_before(frame);
+    }
+    while (done_ < frame) {
+      ++done_;
+      last_ = solver_.advance(scene_control(scene_, options_, done_));
+      waiting_[done_] = solver_.state();
+    }
+    const auto found = waiting_.find(frame);
+    ATELIER_CHECK(found != waiting_.end(), "a frame is asked for twice");
+    ClothState state = std::move(found->second);
+    waiting_.erase(found);
+    return state;
+  }
+
+  Index vertices() const { return cloth_.rest_positions.rows(); }
+  const Cloth& cloth() const { return cloth_; }
+  const FrameReport& last() const { return last_; }
+
+ private:
+  /// Goes on behind the last frame before `frame` that an earlier run has finished.
+  void start_before(int frame) {
+    started_ = true;
+    for (int before = frame - 1; before > 0; --before) {
+      const std::optional<std::filesystem::path> file = finished(before);
+      if (file) {
+        solver_.set_state(read_state(*file, vertices()));
+        done_ = before;
+        return;
+      }
+    }
+  }
+
+  std::optional<std::filesystem::path> finished(int frame) const {
+    try {
+      return run_.frame_file(frame);
+    } catch (const LogicError&) {
+      return std::nullopt;  // that is how the run says that it is not finished
+    }
+  }
+
+  StageRun& run_;
+  const SimulationScene& scene_;
+  const SimulateOptions& options_;
+  Cloth cloth_;
+  ClothSolver solver_;
+  std::mutex mutex_;
+  bool started_ = false;
+  int done_ = 0;
+  std::map<int, ClothState> waiting_;
+  FrameReport last_;
+};
+
+}  // namespace
+
+void run_simulate(StageRun& run) {
+  const auto& options = run.options<SimulateOptions>();
+  const ScenePaths paths = scene_in(run.input("scene"));
+  const SimulationScene scene = read_scene(paths, options);
+  for (const std::string& note : scene.notes) {
+    run.say(note);
+  }
+  std::vector<int> ids;
+  for (Index i = 1; i <= scene.frame_count; ++i) {
+    ids.push_back(static_cast<int>(i));
+  }
+  FrameSource source(run, scene, options);
+  const bool complete =
+      run.each_frame("states", ".h5", ids, [&](int frame, const std::filesystem::path& file) {
+        write_state(file, source.state_after(frame));
+      });
+  if (!complete) {
+    return;
+  }
+  SequenceHeader header;
+  header.fps = options.fps;
+  header.frame_ids = ids;
+  header.shared.faces = source.cloth().faces;
+  // The writers of sequences know folders, the runner files: each file is made beside its place.
+  const auto through_folder = [&](const std::string& name, const std::filesystem::path& file,
+                                  const auto& write) {
+    const std::filesystem::path folder = file.string() + ".folder";
+    write(folder);
+    std::filesystem::rename(folder / name, file);
+    std::filesystem::remove_all(folder);
+  };
+  run.output("garment/sequence.h5", [&](const std::filesystem::path& file) {
+    through_folder("sequence.h5", file, [&](const std::filesystem::path& folder) {
+      write_sequence_header(folder, header);
+    });
+  });
+  for (const int id : ids) {
+    Mesh mesh;
+    mesh.vertices = read_state(run.frame_file(id), source.vertices()).positions;
+    mesh.faces = source.cloth().faces;
+    const std::string name = sequence_frame_path("", id).generic_string();
+    run.output("garment/" + name, [&](const std::filesystem::path& file) {
+      through_folder(name, file, [&](const std::filesystem::path& folder) {
+        write_sequence_frame(folder, header, id, mesh);
+      });
+    });
+  }
+  run.metric("frames", static_cast<double>(ids.size()));
+  if (source.last().frame > 0) {
+    run.metric("strain_p95", source.last().strain_p95);
+    run.metric("penetration_depth", source.last().penetration_depth);
+  }
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,335 @@
+#if defined(ATELIER_HAS_SIMULATION)
+
+#include "apps/simulation_scene.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "apps/usage_error.h"
+#include "core/error.h"
+#include "core/io/lower_extension.h"
+#include "core/io/mesh_file.h"
+#include "core/io/sequence_folder.h"
+#include "core/sequence_archive.h"
+#include "core/tree.h"
+#include "simulation/fabric.h"
+#include "simulation/weld_seams.h"
+#ifdef ATELIER_HAS_BODYMODEL
+#include "bodymodel/body_file.h"
+#include "bodymodel/default_human.h"
+#include "bodymodel/motion_file.h"
+#include "bodymodel/retarget.h"
+#include "bodymodel/skinning.h"
+#endif
+
+namespace atelier {
+namespace {
+
+/// Body vertices at any time from those at whole frames.
+struct BodyTrack {
+  Triangles faces;
+  double fps = 0;
+  Index count = 0;
+  std::function<Points(Index)> at;
+};
+
+Points between(const BodyTrack& track, double time) {
+  const double place = std::clamp(time * track.fps, 0.0, static_cast<double>(track.count - 1));
+  const auto first = static_cast<Index>(place);
+  const double share = place - static_cast<double>(first);
+  if (share < 1e-9) {
+    return track.at(first);
+  }
+  return (1 - share) * track.at(first) + share * track.at(first + 1);
+}
+
+/// Frames are asked for twice in a row or more: the last two are kept.
+std::function<Points(Index)> keeping_two(std::function<Points(Index)> load) {
+  struct Kept {
+    Index frame = -1;
+    Points points;
+  };
+  auto kept = std::make_shared<std::array<Kept, 2>>();
+  return [kept, load = std::move(load)](Index frame) {
+    for (const Kept& k : *kept) {
+      if (k.frame == frame) {
+        return k.points;
+      }
+    }
+    Kept& oldest = (*kept)[0].frame < (*kept)[1].frame ? (*kept)[0] : (*kept)[1];
+    oldest = {frame, load(frame)};
+    return oldest.points;
+  };
+}
+
+BodyTrack track_of(const Sequence& sequence, const std::string& file, double fps) {
+  BodyTrack track;
+  const Mesh first = frame(sequence, 0);
+  track.faces = first.faces;
+  track.fps = fps;
+  track.count = atelier::frame_count(sequence);
+  track.at = keeping_two([sequence, file, faces = first.faces](Index i) {
+    Mesh mesh = frame(sequence, i);
+    if (mesh.faces.rows() != faces.rows() || mesh.faces != faces) {
+      throw DataError(file, "frame " + std::to_string(i), "another topology than the first frame's",
+                      "one body that moves");
+    }
+    return std::move(mesh.vertices);
+  });
+  return track;
+}
+
+#ifdef ATELIER_HAS_BODYMODEL
+bool named_human(const std::filesystem::path& body) {
+  return body == "female" || body == "male";
+}
+
+BodyModel posable_body(const std::filesystem::path& body, std::vector<std::string>& notes) {
+  if (named_human(body)) {
+    return default_human(body == "male" ? male_human() : female_human());
+  }
+  BodyFile file = read_body_file(body);
+  for (const Finding& finding : file.findings) {
+    notes.push_back(finding.what);
+  }
+  return std::move(file.model);
+}
+
+/// From the rest pose into the motion, then along it.
+BodyTrack moving_body(const ScenePaths& paths, double fps, double fall_in,
+                      std::vector<std::string>& notes) {
+  auto model = std::make_shared<BodyModel>(posable_body(paths.body, notes));
+  const MotionClip clip = read_motion_file(paths.motion);
+  RetargetOptions options;
+  options.fps = fps;
+  Retargeted moved = retarget(clip, *model, {}, options);
+  for (const Finding& finding : moved.findings) {
+    notes.push_back(finding.what);
+  }
+  if (moved.motion.poses.empty()) {
+    throw DataError(paths.motion.string(), "frames", "none", "a motion of at least one frame");
+  }
+  auto poses = std::make_shared<std::vector<Pose>>();
+  const Pose& first = moved.motion.poses.front();
+  const auto steps = static_cast<Index>(std::lround(fall_in * fps));
+  for (Index i = 0; i < steps; ++i) {
+    // Slow at both ends, so that nothing is thrown.
+    const double t = static_cast<double>(i) / static_cast<double>(steps);
+    const double share = t * t * (3 - 2 * t);
+    poses->push_back({share * first.root_translation, share * first.rotations});
+  }
+  poses->insert(poses->end(), moved.motion.poses.begin(), moved.motion.poses.end());
+  auto body = std::make_shared<ShapedBody>(shape_body(*model));
+  BodyTrack track;
+  track.faces = model->mesh.faces;
+  track.fps = fps;
+  track.count = static_cast<Index>(poses->size());
+  track.at = keeping_two([model, body, poses](Index i) {
+    return skin_vertices(*model, *body, (*poses)[static_cast<std::size_t>(i)]);
+  });
+  return track;
+}
+#endif
+
+BodyTrack read_body_track(const ScenePaths& paths, const SimulateOptions& options,
+                          std::vector<std::string>& notes) {
+#ifdef ATELIER_HAS_BODYMODEL
+  if (!paths.motion.empty()) {
+    if (paths.body.empty()) {
+      throw UsageError("--motion takes a --body that can be posed: a body model, female or male");
+    }
+    return moving_body(paths, options.fps, options.fall_in, notes);
+  }
+  const std::string extension = lower_extension(paths.body);
+  if (named_human(paths.body) || extension == ".h5" || extension == ".npz") {
+    return track_of(sequence_of({posable_body(paths.body, notes).mesh}, 1), paths.body.string(), 1);
+  }
+#else
+  if (!paths.motion.empty()) {
+    throw UsageError("--motion needs a build with body models");
+  }
+#endif
+  const bool archive = std::filesystem::exists(paths.body / "sequence.h5");
+  const Sequence sequence = archive ? open_sequence(paths.body) : read_sequence_folder(paths.body);
+  const double fps = options.body_fps > 0 ? options.body_fps
+                     : sequence.fps > 0   ? sequence.fps
+                                          : options.fps;
+  return track_of(sequence, paths.body.string(), fps);
+}
+
+/// Vertices near the top ride on the body's nearest triangle, as a waistband or collar does. A
+/// vertex is told by its foot on the triangle's plane, so that it starts exactly where it is.
+void attach_top(Garment& garment, const Points& body, const Triangles& faces, double depth) {
+  const double top = garment.mesh.vertices.col(1).maxCoeff();
+  const TriangleTree tree = build_tree(body, faces);
+  for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
+    const Eigen::Vector3d p = garment.mesh.vertices.row(v).transpose();
+    if (p.y() < top - depth) {
+      continue;
+    }
+    Attachment attachment;
+    attachment.vertex = static_cast<int>(v);
+    attachment.triangle = closest_point(tree, p).face;
+    const Eigen::Vector3d a = body.row(faces(attachment.triangle, 0)).transpose();
+    const Eigen::Vector3d e1 = Eigen::Vector3d(body.row(faces(attachment.triangle, 1))) - a;
+    const Eigen::Vector3d e2 = Eigen::Vector3d(body.row(faces(attachment.triangle, 2))) - a;
+    const Eigen::Vector3d normal = e1.cross(e2);
+    const double square = normal.squaredNorm();
+    if (!(square > 0)) {
+      continue;
+    }
+    const Eigen::Vector3d d = p - a;
+    attachment.barycentric[1] = d.cross(e2).dot(normal) / square;
+    attachment.barycentric[2] = e1.cross(d).dot(normal) / square;
+    attachment.barycentric[0] = 1 - attachment.barycentric[1] - attachment.barycentric[2];
+    attachment.distance = d.dot(normal) / std::sqrt(square);
+    garment.attachments.push_back(attachment);
+  }
+}
+
+}  // namespace
+
+OptionTable describe(SimulateOptions& options) {
+  OptionTable table;
+  table.add("fps", options.fps, 1, 10000, "1/s", "Simulated frames a second");
+  table.add("settle", options.settle, 0, 1000000, "", "Frames on the first body before it moves");
+  table.add("length", options.length, 0, 10000000, "",
+            "Frames in all; 0 for as long as the body moves");
+  table.add("body_fps", options.body_fps, 0, 10000, "1/s",
+            "Frames a second of body meshes; 0 for what they say, else as simulated");
+  table.add("fall_in", options.fall_in, 0, 60, "s",
+            "From the rest pose, in which the garment is put on, to a motion's first pose");
+  table.add("pin_top", options.pin_top, 0, 1, "m",
+            "How far below its top the garment rides on the body");
+  table.add("scale", options.scale, 1e-6, 1e6, "", "Metres per unit of the garment's file");
+  table.add("move_x", options.move_x, -1000, 1000, "m", "Where the scaled garment is moved to");
+  table.add("move_y", options.move_y, -1000, 1000, "m", "Where the scaled garment is moved to");
+  table.add("move_z", options.move_z, -1000, 1000, "m", "Where the scaled garment is moved to");
+  table.add("sewn", options.sewn, "Close the garment's seams before it moves");
+  table.add("membrane", options.membrane, {"springs", "strain"},
+            "Edges as springs, or orthotropic triangles, which need a flat rest shape");
+  table.add("wind", options.wind, -200, 200, "m/s", "Three numbers, or none for still air");
+  table.add("material.name", options.material.name, fabric_names(),
+            "A fabric from published measurements; other material options then change it");
+  table.add("material", describe(options.material));
+  OptionTable xpbd = describe(options.xpbd);
+  std::erase_if(xpbd.fields, [](const OptionField& field) { return field.name == "time_step"; });
+  return table.add("xpbd", xpbd);
+}
+
+Material material_of(const SimulateOptions& options) {
+  Material set = options.material;
+  if (set.name.empty() || set.name == "custom") {
+    return set;
+  }
+  Material fabric = fabric_material(set.name);
+  Material unset;
+  OptionTable to = describe(fabric);
+  const OptionTable from = describe(set);
+  const OptionTable defaults = describe(unset);
+  for (std::size_t i = 0; i < from.fields.size(); ++i) {
+    if (option_text(from.fields[i]) != option_text(defaults.fields[i])) {
+      set_option(to, from.fields[i].name, option_text(from.fields[i]));
+    }
+  }
+  return fabric;
+}
+
+ScenePaths scene_in(const std::filesystem::path& folder) {
+  if (!std::filesystem::is_directory(folder)) {
+    throw DataError(folder.string(), "scene", "no folder",
+                    "a folder with garment.obj, and body.obj or body/, and motion.bvh");
+  }
+  std::vector<std::filesystem::path> entries;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    entries.push_back(entry.path());
+  }
+  std::sort(entries.begin(), entries.end());
+  ScenePaths out;
+  const auto take = [&](std::filesystem::path& to, const std::filesystem::path& from) {
+    if (!to.empty()) {
+      throw DataError(folder.string(), from.filename().string(),
+                      "a second one beside " + to.filename().string(), "one of each");
+    }
+    to = from;
+  };
+  for (const std::filesystem::path& entry : entries) {
+    if (entry.stem() == "garment") {
+      take(out.garment, entry);
+    } else if (entry.stem() == "body") {
+      take(out.body, entry);
+    } else if (entry.stem() == "motion") {
+      take(out.motion, entry);
+    }
+  }
+  if (out.garment.empty()) {
+    throw DataError(folder.string(), "garment", "none", "garment.obj, .ply or .glb");
+  }
+  return out;
+}
+
+SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options) {
+  if (!options.wind.empty() && options.wind.size() != 3) {
+    throw UsageError("--wind takes three numbers: --wind '[0, 0, 5]'");
+  }
+  SimulationScene scene;
+  scene.garment.name = paths.garment.string();
+  scene.garment.mesh = read_mesh(paths.garment);
+  scene.garment.mesh.vertices *= options.scale;
+  scene.garment.mesh.vertices.rowwise() +=
+      Eigen::RowVector3d(options.move_x, options.move_y, options.move_z);
+  scene.garment.material = material_of(options);
+  if (options.sewn && !scene.garment.seams.empty()) {
+    scene.garment = weld_seams(scene.garment);
+  }
+  double seconds = 0;
+  if (!paths.body.empty() || !paths.motion.empty()) {
+    const BodyTrack track = read_body_track(paths, options, scene.notes);
+    scene.body_faces = track.faces;
+    seconds = static_cast<double>(track.count - 1) / track.fps;
+    scene.body = [track, fps = options.fps, settle = options.settle](Index frame) {
+      return between(track, static_cast<double>(frame - settle) / fps);
+    };
+    if (options.pin_top > 0) {
+      attach_top(scene.garment, scene.body(0), scene.body_faces, options.pin_top);
+    }
+  }
+  scene.frame_count = options.length > 0
+                          ? options.length
+                          : options.settle + static_cast<Index>(std::lround(seconds * options.fps));
+  if (scene.frame_count == 0) {
+    throw UsageError("there is nothing to simulate: give --settle or --length");
+  }
+  return scene;
+}
+
+Cloth scene_cloth(const SimulationScene& scene, const SimulateOptions& options) {
+  ClothOptions cloth;
+  cloth.membrane = options.membrane;
+  return make_cloth(scene.garment, {}, cloth);
+}
+
+XpbdOptions scene_solver(const SimulateOptions& options) {
+  XpbdOptions solver = options.xpbd;
+  solver.time_step = 1 / options.fps;
+  return solver;
+}
+
+Control scene_control(const SimulationScene& scene, const SimulateOptions& options, Index frame) {
+  Control control;
+  if (scene.body) {
+    control.body_start = scene.body(frame - 1);
+    control.body_end = scene.body(frame);
+  }
+  if (!options.wind.empty()) {
+    control.wind = {options.wind[0], options.wind[1], options.wind[2]};
+  }
+  return control;
+}
+
+}  // namespace atelier
+
+#endif

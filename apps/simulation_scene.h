@@ -1,0 +1,70 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/device.h"
+#include "core/finding.h"
+#include "core/garment.h"
+#include "core/sequence.h"
+#include "simulation/xpbd.h"
+
+namespace atelier {
+
+/// What `simulate` needs beside the files; the same for the stage and for the command alone.
+struct SimulateOptions {
+  double fps = 60;                   ///< simulated frames a second, 1 to 10000
+  int settle = 60;                   ///< frames on the first body before it moves
+  int length = 0;                    ///< frames in all; 0: as long as the body moves
+  double body_fps = 0;               ///< of body meshes, 0: what they say, else `fps`
+  double fall_in = 1;                ///< s from the rest pose to a motion's first pose
+  double pin_top = 0;                ///< m below the garment's highest vertex that ride on the body
+  double scale = 1;                  ///< of the garment's file, to metres
+  double move_x = 0;                 ///< m, of the scaled garment
+  double move_y = 0;                 ///< m
+  double move_z = 0;                 ///< m
+  bool sewn = true;                  ///< seams of the garment are closed before it moves
+  std::string membrane = "springs";  ///< see ClothOptions
+  std::vector<double> wind;          ///< m/s, three numbers, or none
+  Material material{.name = "custom"};
+  XpbdOptions xpbd;
+};
+OptionTable describe(SimulateOptions& options);
+
+/// The material that the options say: a fabric's, where one is named, with every value that is not
+/// the default of Material in its place.
+Material material_of(const SimulateOptions& options);
+
+/// Files of a scene. Empty: none.
+struct ScenePaths {
+  std::filesystem::path garment;
+  std::filesystem::path body;    ///< mesh, folder of meshes, sequence, body model, "female", "male"
+  std::filesystem::path motion;  ///< of a body model
+};
+
+/// The files of a scene in a folder: garment.*, body.* or body/, motion.*. Throws DataError.
+ScenePaths scene_in(const std::filesystem::path& folder);
+
+/// A garment and the body that it hangs on.
+struct SimulationScene {
+  Garment garment;
+  Triangles body_faces;  ///< no rows: no body
+  Index frame_count = 0;
+  std::function<Points(Index frame)> body;  ///< vertices at the end of a simulated frame; 0: start
+  std::vector<std::string> notes;
+};
+
+/// Reads a scene. Throws DataError for files that do not fit each other, UsageError for a motion
+/// without a body that can be posed.
+SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options);
+
+/// The scene's cloth, and the options of its solver.
+Cloth scene_cloth(const SimulationScene& scene, const SimulateOptions& options);
+XpbdOptions scene_solver(const SimulateOptions& options);
+
+/// What happens in simulated frame `frame`, counted from 1.
+Control scene_control(const SimulationScene& scene, const SimulateOptions& options, Index frame);
+
+}  // namespace atelier

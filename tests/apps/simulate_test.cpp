@@ -1,0 +1,198 @@
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/device.h"
+#include "core/io/file_bytes.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier {
+namespace {
+
+using testing::ChildResult;
+using ::testing::HasSubstr;
+using testing::run_child;
+
+/// A square of cloth over a pyramid, in files.
+class Simulate : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (run({"simulate", "--help"}).out.find("--garment") == std::string::npos) {
+      GTEST_SKIP() << "built without simulate";
+    }
+    std::filesystem::create_directories(scene());
+    write_cloth(scene() / "garment.obj", 6, 0.05);
+    write_body(scene() / "body.obj", 0);
+  }
+
+  std::filesystem::path scene() const { return root_.path() / "scene"; }
+  std::filesystem::path out() const { return root_.path() / "out"; }
+
+  static void write_cloth(const std::filesystem::path& path, int cells, double size) {
+    std::ofstream file(path);
+    const int n = cells + 1;
+    for (int r = 0; r < n; ++r) {
+      for (int c = 0; c < n; ++c) {
+        file << "v " << (c - cells / 2.0) * size << " 0.32 " << (r - cells / 2.0) * size << "\n";
+      }
+    }
+    for (int r = 0; r < cells; ++r) {
+      for (int c = 0; c < cells; ++c) {
+        const int a = r * n + c + 1;
+        file << "f " << a << " " << a + n << " " << a + n + 1 << "\n";
+        file << "f " << a << " " << a + n + 1 << " " << a + 1 << "\n";
+      }
+    }
+  }
+  static void write_body(const std::filesystem::path& path, double x) {
+    std::ofstream file(path);
+    file << "v " << x << " 0.3 0\n";
+    for (const auto& [cx, cz] :
+         {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)}) {
+      file << "v " << x + 0.3 * cx << " 0 " << 0.3 * cz << "\n";
+    }
+    file << "f 1 3 2\nf 1 4 3\nf 1 5 4\nf 1 2 5\nf 2 3 4\nf 2 4 5\n";
+  }
+
+  static ChildResult run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), ATELIER_PROGRAM);
+    return run_child(arguments);
+  }
+  ChildResult alone(std::vector<std::string> more) const {
+    std::vector<std::string> all{"simulate",
+                                 "--garment",
+                                 (scene() / "garment.obj").string(),
+                                 "--out",
+                                 out().string(),
+                                 "--no-pictures",
+                                 "--settle",
+                                 "5"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  }
+  ChildResult on_body(std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"--body", (scene() / "body.obj").string()});
+    return alone(std::move(more));
+  }
+  ChildResult stage(const std::string& workspace, std::vector<std::string> more = {}) const {
+    std::vector<std::string> all{"simulate", scene().string(), (root_.path() / workspace).string(),
+                                 "--settle", "6"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  }
+  std::string bytes(const std::string& workspace, const std::string& name) const {
+    for (const auto& entry :
+         std::filesystem::recursive_directory_iterator(root_.path() / workspace)) {
+      if (entry.path().string().ends_with(name)) {
+        return read_file_text(entry.path(), 1 << 24);
+      }
+    }
+    return "";
+  }
+
+  testing::TemporaryDirectory root_;
+};
+
+TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
+  ChildResult result = on_body({"--format", "ply", "--xpbd.intersection_interval", "2"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  for (const char* words : {"frame 5:", "strain p50", "inside the body", "crossings with itself",
+                            "of the fabric's bending stiffness"}) {
+    EXPECT_THAT(result.out, HasSubstr(words));
+  }
+  EXPECT_TRUE(std::filesystem::exists(out() / "garment_000005.ply"));
+  result = on_body({"--json", "--format", "obj"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::istringstream lines(result.out);
+  std::string line;
+  int frames = 0;
+  while (std::getline(lines, line)) {
+    const nlohmann::json json = nlohmann::json::parse(line);
+    if (json.contains("frame")) {
+      ++frames;
+      EXPECT_TRUE(json["strain"]["p95"].is_number());
+      EXPECT_TRUE(json["body"]["depth_m"].is_number());
+      EXPECT_TRUE(json["self"]["crossings"].is_null());
+    } else {
+      EXPECT_EQ(json["bending_by_direction"].size(), 36U);
+    }
+  }
+  EXPECT_EQ(frames, 5);
+  EXPECT_TRUE(std::filesystem::exists(out() / "garment_000005.obj"));
+}
+
+TEST_F(Simulate, WritesUsdAndItsOwnSequences) {
+  ASSERT_EQ(alone({"--format", "usda", "--material", "denim"}).exit_code, 0);
+  EXPECT_THAT(read_file_text(out() / "garment.usda", 1 << 20), HasSubstr("endTimeCode = 5\n"));
+  EXPECT_TRUE(std::filesystem::exists(out() / "garment" / "frames" / "000005.h5"));
+}
+
+TEST_F(Simulate, StageEndedAndContinuedGivesTheSameBits) {
+  ASSERT_EQ(stage("whole").exit_code, 0);
+  ChildResult result = stage("parts", {"--frames", "1:4"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  result = stage("parts");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out + result.err, HasSubstr("3 of 6 frames are done already"));
+  for (const char* name : {"states/000006.h5", "garment/frames/000006.h5", "garment/sequence.h5"}) {
+    ASSERT_FALSE(bytes("whole", name).empty()) << name;
+    EXPECT_EQ(bytes("whole", name), bytes("parts", name)) << name;
+  }
+  // Frames from the middle alone are the same too.
+  ASSERT_EQ(stage("middle", {"--frames", "4:6"}).exit_code, 0);
+  EXPECT_EQ(bytes("middle", "states/000005.h5"), bytes("whole", "states/000005.h5"));
+}
+
+TEST_F(Simulate, ABodyThatTeleportsEndsItAndKeepsTheFramesBefore) {
+  std::filesystem::create_directories(scene() / "jumps");
+  write_body(scene() / "jumps" / "b_0.obj", 0);
+  write_body(scene() / "jumps" / "b_1.obj", 0.01);
+  write_body(scene() / "jumps" / "b_2.obj", 5);
+  const ChildResult result =
+      alone({"--body", (scene() / "jumps").string(), "--format", "ply", "--settle", "3"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("teleport"));
+  EXPECT_THAT(result.err, HasSubstr("frames before it are in"));
+  EXPECT_TRUE(std::filesystem::exists(out() / "garment_000004.ply"));
+  EXPECT_FALSE(std::filesystem::exists(out() / "garment_000005.ply"));
+}
+
+TEST_F(Simulate, RefusesGarmentsThatAreNoCloth) {
+  std::ofstream(scene() / "garment.obj", std::ios::app) << "f 1 8 20\nf 1 8 30\n";
+  ChildResult result = on_body();
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("manifold"));
+  std::ofstream(scene() / "garment.obj") << "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n";
+  result = on_body();
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("degenerate"));
+}
+
+TEST_F(Simulate, RefusesMaterialsAndOptionsThatCannotBe) {
+  const auto refused = [&](const std::vector<std::string>& more, const char* words, int code = 2) {
+    const ChildResult result = on_body(more);
+    EXPECT_EQ(result.exit_code, code) << words << "\n" << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+  };
+  refused({"--material.density", "0"}, "density");
+  refused({"--material.stretch_warp", "-5"}, "stretch_warp");
+  refused({"--material", "cheese"}, "cheese");
+  refused({"--format", "fbx"}, "fbx");
+  refused({"--wind", "[1, 2]"}, "three numbers");
+  refused({"--wind", "[nan, 0, 0]"}, "wind");
+  refused({"--membrane", "strain"}, "rest shape", 3);
+  EXPECT_EQ(run({"simulate"}).exit_code, 2);
+  EXPECT_EQ(alone({"--motion", "walk.bvh"}).exit_code, 2);
+  if (!cuda_available()) {
+    refused({"--device", "cuda"}, "CUDA", 5);
+  }
+  std::filesystem::remove(scene() / "garment.obj");
+  EXPECT_EQ(stage("none").exit_code, 3);
+}
+
+}  // namespace
+}  // namespace atelier
