@@ -45,6 +45,27 @@ PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& p
     out.edges.push_back(edge);
     i = j;
   }
+  out.across.assign(3 * out.faces.size(), -1);
+  std::vector<std::vector<int>> ring(prepared.external.size());
+  for (const ClothEdge& edge : out.edges) {
+    ring[edge.a].push_back(edge.b);
+    ring[edge.b].push_back(edge.a);
+    for (int side = 0; side < 2; ++side) {
+      const int face = edge.face[side];
+      if (face < 0 || edge.face[1 - side] < 0) {
+        continue;
+      }
+      const FaceIndices f = out.faces[face];
+      const int from = edge.opposite[side];
+      const int k = from == f.c ? 0 : from == f.a ? 1 : 2;
+      out.across[3 * static_cast<std::size_t>(face) + k] = edge.opposite[1 - side];
+    }
+  }
+  out.ring_begin.push_back(0);
+  for (const std::vector<int>& neighbours : ring) {
+    out.ring.insert(out.ring.end(), neighbours.begin(), neighbours.end());
+    out.ring_begin.push_back(static_cast<int>(out.ring.size()));
+  }
   std::vector<Box<T>> boxes;
   out.rest.resize(prepared.external.size());
   for (std::size_t i = 0; i < out.rest.size(); ++i) {
@@ -84,10 +105,11 @@ SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options) {
   SelfRule<T> rule{};
   rule.thickness = static_cast<T>(thickness);
   rule.friction = static_cast<T>(options.self_friction >= 0 ? options.self_friction : m.friction);
-  rule.old_overlap = static_cast<T>(0.1 * std::min(1.0, options.depenetration_speed) * h);
-  // What gravity adds to the flight until pairs are looked for again, twice.
-  const double span = h * std::min(options.self_interval, options.substeps);
-  rule.margin = static_cast<T>(0.5 * thickness + 10 * span * span);
+  rule.old_overlap = static_cast<T>(0.2 * std::min(1.0, options.depenetration_speed) * h);
+  rule.horizon = std::min(options.self_interval, options.substeps);
+  // What gravity adds to the flight while a search holds, and what contacts take from it.
+  const double span = h * rule.horizon;
+  rule.slack = static_cast<T>(std::max(0.25 * thickness, 1e-4) + 5 * span * span);
   rule.untangle = static_cast<T>(0.2 * h);
   return rule;
 }

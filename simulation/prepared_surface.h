@@ -14,6 +14,8 @@ struct PreparedSurface {
   std::vector<FaceIndices> faces;
   std::vector<ClothEdge> edges;
   std::vector<int> face_edges;  ///< [3 F] edges that a face owns, or -1
+  std::vector<int> across;      ///< [3 F] see SelfView
+  std::vector<int> ring_begin, ring;
   std::vector<Vec4<T>> rest;
   std::vector<int> layer;  ///< empty: one layer
   ContactTree<T> tree;     ///< over the faces at rest

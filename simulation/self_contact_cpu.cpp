@@ -10,8 +10,50 @@ namespace {
 
 constexpr Index kGrain = 256;
 
-void add_to(int& sum, int value) {
-  std::atomic_ref<int>(sum).fetch_add(value, std::memory_order_relaxed);
+void raise_to(int& place, int value) {
+  const std::atomic_ref<int> shared(place);
+  int seen = shared.load(std::memory_order_relaxed);
+  while (seen < value &&
+         !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+  }
+}
+
+void lower_to(int& place, int value) {
+  const std::atomic_ref<int> shared(place);
+  int seen = shared.load(std::memory_order_relaxed);
+  while (seen > value &&
+         !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+  }
+}
+
+template <class T>
+void widen(PushExtent& extent, Vec3<T> push) {
+  const int units[3] = {to_units(push.x), to_units(push.y), to_units(push.z)};
+  for (int k = 0; k < 3; ++k) {
+    if (units[k] > 0) {
+      raise_to(extent.high[k], units[k]);
+    } else if (units[k] < 0) {
+      lower_to(extent.low[k], units[k]);
+    }
+  }
+}
+
+/// Runs `collect(i, out)` for every i and strings together what each wrote, in order.
+template <class Item, class Collect>
+void gather(Index count, std::vector<Item>& out, const Collect& collect) {
+  const Index chunks = (count + kGrain - 1) / kGrain;
+  std::vector<std::vector<Item>> parts(static_cast<std::size_t>(chunks));
+  parallel_for(chunks, 1, [&](Index begin, Index end) {
+    for (Index chunk = begin; chunk < end; ++chunk) {
+      for (Index i = chunk * kGrain; i < std::min(count, (chunk + 1) * kGrain); ++i) {
+        collect(static_cast<int>(i), parts[chunk]);
+      }
+    }
+  });
+  out.clear();
+  for (const std::vector<Item>& part : parts) {
+    out.insert(out.end(), part.begin(), part.end());
+  }
 }
 
 }  // namespace
@@ -23,107 +65,190 @@ SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& pr
   const std::size_t n = prepared.external.size();
   start_.resize(n);
   end_.resize(n);
-  face_pairs_.resize(n);
-  edge_pairs_.resize(surface_.edges.size());
   tangled_.resize(n);
+  support_.resize(n);
   sums_.assign(n, PushSum{});
-}
-
-template <class T>
-void SelfContactCpu<T>::begin_frame(const std::vector<Vec4<T>>& x,
-                                    const std::vector<Vec3<T>>& velocity, T frame) {
-  start_ = x;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    end_[i] = with_w(xyz(x[i]) + frame * velocity[i], x[i].w);
-  }
-  view_.surface = {surface_.faces.data(), start_.data(), end_.data(), nullptr,
+  view_.surface = {surface_.faces.data(), start_.data(), end_.data(), surface_.tree.nodes.data(),
                    static_cast<int>(surface_.faces.size())};
-  std::vector<Box<T>> boxes(surface_.faces.size());
-  for (std::size_t f = 0; f < boxes.size(); ++f) {
-    boxes[f] = swept_box(view_.surface, static_cast<int>(f));
-  }
-  refit_contact_tree(surface_.tree, boxes);
-  view_.surface.nodes = surface_.tree.nodes.data();
   view_.edges = surface_.edges.data();
   view_.edge_count = static_cast<int>(surface_.edges.size());
   view_.face_edges = surface_.face_edges.data();
+  view_.across = surface_.across.data();
+  view_.ring_begin = surface_.ring_begin.data();
+  view_.ring = surface_.ring.data();
   view_.rest = surface_.rest.data();
   view_.layer = surface_.layer.empty() ? nullptr : surface_.layer.data();
   view_.tangled = tangled_.data();
-  parallel_for(static_cast<Index>(x.size()), kGrain, [&](Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) {
-      face_pairs_[i] = collect_faces(view_, static_cast<int>(i), rule_);
+}
+
+template <class T>
+void SelfContactCpu<T>::begin_frame() {
+  age_ = -1;
+  searches_ = 0;
+  std::fill(support_.begin(), support_.end(), 0);
+}
+
+template <class T>
+void SelfContactCpu<T>::begin_substep(int left) {
+  left_ = left;
+  if (age_ >= 0 && ++age_ > ahead_) {
+    age_ = -1;
+  }
+}
+
+template <class T>
+bool SelfContactCpu<T>::holds(const std::vector<Vec4<T>>& x) const {
+  if (age_ < 0) {
+    return false;
+  }
+  const T age = static_cast<T>(age_) / static_cast<T>(ahead_);
+  const int left = parallel_sum(
+      static_cast<Index>(x.size()), 8 * kGrain, 0, [&](Index begin, Index end) {
+        int count = 0;
+        for (Index i = begin; i < end; ++i) {
+          count += left_flight(view_, static_cast<int>(i), xyz(x[i]), age, rule_);
+        }
+        return count;
+      });
+  return left == 0;
+}
+
+template <class T>
+void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start) {
+  ++searches_;
+  age_ = 1;
+  ahead_ = std::min(rule_.horizon, left_);
+  start_ = start;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    end_[i] = with_w(xyz(start[i]) + static_cast<T>(ahead_) * (xyz(x[i]) - xyz(start[i])), x[i].w);
+  }
+  std::vector<Box<T>> boxes(surface_.faces.size());
+  parallel_for(static_cast<Index>(boxes.size()), 8 * kGrain, [&](Index begin, Index end) {
+    for (Index f = begin; f < end; ++f) {
+      boxes[f] = swept_box(view_.surface, static_cast<int>(f));
     }
   });
-  parallel_for(static_cast<Index>(edge_pairs_.size()), kGrain, [&](Index begin, Index end) {
-    for (Index e = begin; e < end; ++e) {
-      edge_pairs_[e] = collect_edges(view_, static_cast<int>(e), rule_);
-    }
+  refit_contact_tree(surface_.tree, boxes);
+  gather(static_cast<Index>(x.size()), face_pairs_, [&](int i, std::vector<SelfPair<T>>& out) {
+    collect_faces(view_, i, rule_, [&](const SelfPair<T>& pair) { out.push_back(pair); });
+  });
+  struct Found {
+    SelfPair<T> pair;
+    bool crosses;
+  };
+  std::vector<Found> found;
+  gather(static_cast<Index>(surface_.edges.size()), found, [&](int e, std::vector<Found>& out) {
+    int crossings = 0;
+    collect_edges(
+        view_, e, rule_, [&](const SelfPair<T>& pair) { out.push_back({pair, false}); },
+        [&](int face) {
+          if (crossings++ < kSelfCrossings) {
+            out.push_back({{e, face, T(0)}, true});
+          }
+        });
   });
   std::fill(tangled_.begin(), tangled_.end(), 0);
-  candidates_ = 0;
-  lost_ = 0;
-  for (const SelfPairs<T>& pairs : face_pairs_) {
-    candidates_ += pairs.count;
-    lost_ += pairs.found - pairs.count;
-  }
-  for (std::size_t e = 0; e < edge_pairs_.size(); ++e) {
-    const EdgePairs<T>& pairs = edge_pairs_[e];
-    candidates_ += pairs.edges.count;
-    lost_ += pairs.edges.found - pairs.edges.count;
-    for (int k = 0; k < pairs.crossing_count; ++k) {
-      const FaceIndices f = surface_.faces[pairs.crossing[k]];
-      for (int v : {surface_.edges[e].a, surface_.edges[e].b, f.a, f.b, f.c}) {
-        tangled_[v] = 1;
-      }
+  edge_pairs_.clear();
+  crossings_.clear();
+  for (const Found& f : found) {
+    if (!f.crosses) {
+      edge_pairs_.push_back(f.pair);
+      continue;
+    }
+    crossings_.push_back({f.pair.first, f.pair.second});
+    const FaceIndices face = surface_.faces[f.pair.second];
+    const ClothEdge& edge = surface_.edges[f.pair.first];
+    for (int v : {edge.a, edge.b, face.a, face.b, face.c}) {
+      tangled_[v] = 1;
     }
   }
 }
 
 template <class T>
-void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start,
-                              const std::vector<char>& touched) {
-  const auto load = [&](int i) { return supported(x[i], touched[i] != 0); };
+bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start,
+                             int pass) {
+  SelfRule<T> rule = rule_;
+  if (pass > 0) {  // old overlaps and crossings are worked at once a substep
+    rule.old_overlap = T(0);
+    rule.untangle = T(0);
+  }
+  const bool stop = pass >= kSelfStopPass;
+  const auto load = [&](int i) { return x[i]; };
   const auto load_start = [&](int i) { return start[i]; };
-  const auto add = [&](int i, Vec3<T> push) {
-    add_to(sums_[i].x, to_units(push.x));
-    add_to(sums_[i].y, to_units(push.y));
-    add_to(sums_[i].z, to_units(push.z));
-    add_to(sums_[i].count, 1);
+  const auto support = [&](int i) { return support_[i]; };
+  const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
+    widen(sums_[i].fresh, fresh);
+    widen(sums_[i].calm, calm);
+    raise_to(sums_[i].support, level);
   };
-  active_ = 0;
-  parallel_for(static_cast<Index>(x.size()), kGrain, [&](Index begin, Index end) {
-    int active = 0;
-    for (Index i = begin; i < end; ++i) {
-      for (int k = 0; k < face_pairs_[i].count; ++k) {
-        active += push_vertex_face(view_, static_cast<int>(i), face_pairs_[i].pair[k], rule_, load,
-                                   load_start, add);
+  std::atomic<int> active{0};
+  std::atomic<int> pressed{0};
+  const auto all = [&](const auto& list, const auto& work) {
+    parallel_for(static_cast<Index>(list.size()), 4 * kGrain, [&](Index begin, Index end) {
+      int touching = 0;
+      int pressing = 0;
+      for (Index k = begin; k < end; ++k) {
+        const PairState state = work(list[k]);
+        touching += state != PairState::Apart;
+        pressing += state == PairState::Presses;
+      }
+      active += touching;
+      pressed += pressing;
+    });
+  };
+  const auto stay = [&](std::initializer_list<int> particles) {
+    for (int i : particles) {
+      if (x[i].w > T(0)) {
+        raise_to(sums_[i].stay, 1);
       }
     }
-    add_to(active_, active);
-  });
-  parallel_for(static_cast<Index>(edge_pairs_.size()), kGrain, [&](Index begin, Index end) {
-    int active = 0;
-    for (Index e = begin; e < end; ++e) {
-      const EdgePairs<T>& pairs = edge_pairs_[e];
-      for (int k = 0; k < pairs.edges.count; ++k) {
-        active += push_edge_edge(view_, static_cast<int>(e), pairs.edges.pair[k], rule_, load,
-                                 load_start, add);
-      }
-      for (int k = 0; k < pairs.crossing_count; ++k) {
-        active += pull_out(view_, static_cast<int>(e), pairs.crossing[k], rule_, load, add);
-      }
+    return PairState::Presses;
+  };
+  all(face_pairs_, [&](const SelfPair<T>& pair) {
+    if (stop && passes_face(view_, pair, load, load_start)) {
+      const FaceIndices f = surface_.faces[pair.second];
+      return stay({pair.first, f.a, f.b, f.c});
     }
-    add_to(active_, active);
+    return push_vertex_face(view_, pair, rule, load, load_start, support, add);
   });
-  parallel_for(static_cast<Index>(x.size()), 8 * kGrain, [&](Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) {
-      if (sums_[i].count > 0) {
-        x[i] = with_w(xyz(x[i]) + mean_push<T>(sums_[i]), x[i].w);
+  all(edge_pairs_, [&](const SelfPair<T>& pair) {
+    if (stop && passes_edge(view_, pair, load, load_start)) {
+      const ClothEdge& a = surface_.edges[pair.first];
+      const ClothEdge& b = surface_.edges[pair.second];
+      return stay({a.a, a.b, b.a, b.b});
+    }
+    return push_edge_edge(view_, pair, rule, load, load_start, support, add);
+  });
+  all(crossings_, [&](const Crossing& c) {
+    return pull_out(view_, c.edge, c.face, rule, load, add) ? PairState::Touches
+                                                              : PairState::Apart;
+  });
+  active_ = active;
+  return pressed > 0;
+}
+
+template <class T>
+void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& start,
+                              const std::vector<char>& touched) {
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    support_[i] = touched[i] != 0 ? kSupportLevels : support_[i];
+  }
+  for (int pass = 0; pass < kSelfPasses; ++pass) {
+    if (!holds(x)) {
+      search(x, start);
+    }
+    const bool pressed = push(x, start, pass);
+    parallel_for(static_cast<Index>(x.size()), 8 * kGrain, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        take_push(sums_[i], x[i], start[i]);
+        support_[i] = touched[i] != 0 ? kSupportLevels : sums_[i].support;
         sums_[i] = {};
       }
+    });
+    if (!pressed) {
+      break;
     }
-  });
+  }
 }
 
 template class SelfContactCpu<float>;

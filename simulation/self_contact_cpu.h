@@ -12,28 +12,40 @@ class SelfContactCpu {
  public:
   SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& prepared, const XpbdOptions& options);
 
-  /// Collects the pairs of the frame.
-  void begin_frame(const std::vector<Vec4<T>>& x, const std::vector<Vec3<T>>& velocity, T frame);
-  /// Pushes of every pair, averaged per particle and applied. `touched` tells which particles lie
-  /// on the body.
-  void solve(std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start,
+  /// Forgets the pairs of the last frame, so that a frame only depends on its state.
+  void begin_frame();
+  /// Begins a substep; `left` substeps of the frame are to come, this one included.
+  void begin_substep(int left);
+  /// Pushes pairs apart until none is pressed. `touched` tells which particles lie on the body.
+  void solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& start,
              const std::vector<char>& touched);
 
-  int candidate_count() const { return candidates_; }
-  int lost_count() const { return lost_; }
+  int candidate_count() const { return static_cast<int>(face_pairs_.size() + edge_pairs_.size()); }
+  int search_count() const { return searches_; }
   int active_count() const { return active_; }
 
  private:
+  struct Crossing {
+    int edge, face;
+  };
+
+  bool holds(const std::vector<Vec4<T>>& x) const;
+  void search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start);
+  bool push(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start, int pass);
+
   PreparedSurface<T> surface_;
   SelfRule<T> rule_;
   SelfView<T> view_{};
-  std::vector<Vec4<T>> start_, end_;
-  std::vector<SelfPairs<T>> face_pairs_;
-  std::vector<EdgePairs<T>> edge_pairs_;
+  std::vector<Vec4<T>> start_, end_;  ///< of the search
+  std::vector<SelfPair<T>> face_pairs_, edge_pairs_;
+  std::vector<Crossing> crossings_;
   std::vector<int> tangled_;
+  std::vector<int> support_;
   std::vector<PushSum> sums_;
-  int candidates_ = 0;
-  int lost_ = 0;
+  int age_ = -1;   ///< substeps since the search, this one included; -1: none
+  int left_ = 0;   ///< substeps to come in the frame
+  int ahead_ = 1;  ///< substeps that the search looked ahead
+  int searches_ = 0;
   int active_ = 0;
 };
 

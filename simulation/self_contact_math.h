@@ -8,30 +8,45 @@ namespace atelier {
 
 /// Contact of cloth with itself and between layers: vertex against triangle and edge against edge.
 ///
-/// Pairs that may meet are collected once a frame. In a substep a pair keeps the side on which it
-/// was at the substep's start, so that however fast it moves it does not pass (a swept test against
-/// the start's separating direction). Pairs are solved at once and averaged per particle (Jacobi):
-/// the sums are integers of 2^-30 m, so that their order does not matter and every run gives the
-/// same bits. What is crossed already is pulled apart along the gradient of the length of the
-/// intersection (Volino and Magnenat-Thalmann 2006); layers know which side is outside.
+/// Pairs. A search lists every pair that may come nearer than its gap while each particle stays
+/// within `slack` of a straight flight (the displacement bound of Chen et al. 2025, "Offset
+/// geometric contact", measured from the flight and not from a point, so that cloth that is carried
+/// along keeps its pairs). A particle that leaves it, or a list that has grown too old, makes a new
+/// search: nothing is missed.
+///
+/// Pushes. In a substep a pair keeps the side on which it was at the substep's start, so that
+/// however fast it moves it does not pass. Pairs are solved at once (Jacobi); a particle takes in
+/// each direction the largest push and the largest against it. These are integers of 2^-30 m and
+/// extremes, so their order does not matter and every run gives the same bits. A corner or an edge
+/// pushes only where it is what lies nearest (the normal cones of the same paper): else the edges
+/// of two flat sheets would lock like the teeth of a rack.
+///
+/// Passes. While pairs are still pressed together by what they did in the substep, pushes are
+/// repeated; in the last passes those that would cross stay where the substep began. What is
+/// crossed all the same is pulled apart along the gradient of the length of the intersection
+/// (Volino and Magnenat-Thalmann 2006); layers know which side is outside.
 
 /// An edge with its faces: `face[0]` owns it.
 struct ClothEdge {
   int a, b;
   int face[2];      ///< -1: boundary
-  int opposite[2];  ///< corner across in each face
+  int opposite[2];  ///< corner across in each face, -1: boundary
 };
 
-/// The cloth during a frame: `surface.start` are the particles now, `surface.end` where they fly.
+/// The cloth while a list of pairs holds: `surface.start` are the particles at its search,
+/// `surface.end` where they fly.
 template <class T>
 struct SelfView {
   BodyView<T> surface;
   const ClothEdge* edges;
   int edge_count;
-  const int* face_edges;  ///< [3 F] edges that a face owns, or -1
-  const Vec4<T>* rest;    ///< template positions: sheets that lie close there may stay close
-  const int* layer;       ///< of particles, or null
-  const int* tangled;     ///< of particles: 1 where a piece around it is crossed
+  const int* face_edges;   ///< [3 F] edges that a face owns, or -1
+  const int* across;       ///< [3 F] corner beyond the edge from corner k to k + 1, or -1
+  const int* ring_begin;   ///< [V + 1] into `ring`
+  const int* ring;         ///< neighbours of each particle
+  const Vec4<T>* rest;     ///< template positions: sheets that lie close there may stay close
+  const int* layer;        ///< of particles, or null
+  const int* tangled;      ///< of particles: 1 where a piece around it is crossed
 };
 
 template <class T>
@@ -39,93 +54,64 @@ struct SelfRule {
   T thickness;  ///< m
   T friction;
   T old_overlap;  ///< m per substep at most off an overlap that was there before
-  T margin;       ///< m, added to the expected motion when looking for pairs
+  T slack;        ///< m, by which a particle may leave its flight before a new search
   T untangle;     ///< m per substep by which crossed pieces are pulled
+  int horizon;    ///< substeps for which a search looks ahead
 };
 
-constexpr int kSelfCandidates = 16;  ///< faces of a vertex, edges of an edge
-constexpr int kSelfCrossings = 2;    ///< faces that an edge passes through
+constexpr int kSelfPasses = 16;     ///< of pushes in a substep, at most
+constexpr int kSelfStopPass = 10;   ///< from here on, what would cross stays where it was
+constexpr double kSelfRest = 0.02;  ///< of the gap: a push below it needs no further pass
+constexpr int kSelfCrossings = 2;   ///< faces that an edge passes through
+constexpr int kSupportLevels = 64;  ///< of particles that rest on one another, see PushSum
 
-/// A pair that may meet: the other primitive, and the gap that it keeps.
+/// A pair that may meet: particle (or edge) and face (or edge), and the gap that it keeps.
 template <class T>
 struct SelfPair {
-  int other;
+  int first, second;
   T gap;
 };
-
-/// The nearest pairs of one primitive.
-template <class T>
-struct SelfPairs {
-  int count;  ///< of pairs kept
-  int found;  ///< of all
-  SelfPair<T> pair[kSelfCandidates];
-  T distance[kSelfCandidates];
-};
-
-template <class T>
-ATELIER_HOST_DEVICE inline void keep_nearest(SelfPairs<T>& pairs, int other, T gap, T distance) {
-  ++pairs.found;
-  int at = pairs.count;
-  if (at == kSelfCandidates) {
-    const bool last = distance < pairs.distance[at - 1] ||
-                      (distance == pairs.distance[at - 1] && other < pairs.pair[at - 1].other);
-    if (!last) {
-      return;
-    }
-    --at;
-  } else {
-    ++pairs.count;
-  }
-  while (at > 0 && (distance < pairs.distance[at - 1] ||
-                    (distance == pairs.distance[at - 1] && other < pairs.pair[at - 1].other))) {
-    pairs.pair[at] = pairs.pair[at - 1];
-    pairs.distance[at] = pairs.distance[at - 1];
-    --at;
-  }
-  pairs.pair[at] = {other, gap};
-  pairs.distance[at] = distance;
-}
 
 template <class T>
 ATELIER_HOST_DEVICE inline Vec3<T> flight(const SelfView<T>& cloth, int i) {
   return xyz(cloth.surface.end[i]) - xyz(cloth.surface.start[i]);
 }
 
-/// Faces that particle `i` may meet in the frame.
 template <class T>
-ATELIER_HOST_DEVICE inline SelfPairs<T> collect_faces(const SelfView<T>& cloth, int i,
-                                                      const SelfRule<T>& rule) {
-  SelfPairs<T> out;
-  out.count = 0;
-  out.found = 0;
+ATELIER_HOST_DEVICE inline bool same_layer(const SelfView<T>& cloth, int first, int second) {
+  return cloth.layer == nullptr || cloth.layer[first] == cloth.layer[second];
+}
+
+/// Calls `found(pair)` for every face that particle `i` may meet.
+template <class T, class Found>
+ATELIER_HOST_DEVICE inline void collect_faces(const SelfView<T>& cloth, int i,
+                                              const SelfRule<T>& rule, const Found& found) {
   const Vec3<T> x = xyz(cloth.surface.start[i]);
   const Vec3<T> v = flight(cloth, i);
   Box<T> box{x, x};
   grow(box, x + v);
-  const T reach = rule.thickness + rule.margin;
+  const T reach = rule.thickness + T(2) * rule.slack;
   visit_tree(cloth.surface.nodes, inflated(box, reach), [&](int face) {
     const FaceIndices f = cloth.surface.faces[face];
     if (f.a == i || f.b == i || f.c == i) {
       return;
     }
     const FaceCorners<T> t = corners_at(cloth.surface, face, T(0));
-    const T distance = norm(x - weighted(t, nearest_on_triangle(x, t)));
-    // Each may go on while the other is stopped, so their own speeds count, not only the
-    // difference.
-    T motion = squared_norm(v);
-    for (int k = 0; k < 3; ++k) {
-      const Vec3<T> u = flight(cloth, k == 0 ? f.a : k == 1 ? f.b : f.c);
-      motion = max_of(motion, max_of(squared_norm(u), squared_norm(v - u)));
-    }
-    if (distance > reach + std::sqrt(motion)) {
+    const T squared = squared_norm(x - weighted(t, nearest_on_triangle(x, t)));
+    const T motion = max_of(squared_norm(v - flight(cloth, f.a)),
+                            max_of(squared_norm(v - flight(cloth, f.b)),
+                                   squared_norm(v - flight(cloth, f.c))));
+    const T near = reach + std::sqrt(motion);
+    if (squared > near * near) {
       return;
     }
     const FaceCorners<T> r{xyz(cloth.rest[f.a]), xyz(cloth.rest[f.b]), xyz(cloth.rest[f.c])};
     const Vec3<T> p = xyz(cloth.rest[i]);
-    const T apart = T(0.9) * norm(p - weighted(r, nearest_on_triangle(p, r)));
-    keep_nearest(out, face, min_of(rule.thickness, apart), distance);
+    const T apart = same_layer(cloth, i, f.a)
+                        ? T(0.9) * norm(p - weighted(r, nearest_on_triangle(p, r)))
+                        : rule.thickness;
+    found(SelfPair<T>{i, face, min_of(rule.thickness, apart)});
   });
-  return out;
 }
 
 /// Shares along two segments of their nearest points (Ericson 2005, 5.1.9).
@@ -183,20 +169,12 @@ ATELIER_HOST_DEVICE inline bool crosses(Vec3<T> p, Vec3<T> q, const FaceCorners<
   return (ab > T(0) && bc > T(0) && ca > T(0)) || (ab < T(0) && bc < T(0) && ca < T(0));
 }
 
-/// Edges that edge `e` may meet (each pair once, by the lower index), and the faces it crosses now.
-template <class T>
-struct EdgePairs {
-  SelfPairs<T> edges;
-  int crossing_count;
-  int crossing[kSelfCrossings];
-};
-template <class T>
-ATELIER_HOST_DEVICE inline EdgePairs<T> collect_edges(const SelfView<T>& cloth, int e,
-                                                      const SelfRule<T>& rule) {
-  EdgePairs<T> out;
-  out.edges.count = 0;
-  out.edges.found = 0;
-  out.crossing_count = 0;
+/// Calls `found(pair)` for every edge that edge `e` may meet (each pair once, by the lower index)
+/// and `crossing(face)` for every face that it passes through now.
+template <class T, class Found, class Crossing>
+ATELIER_HOST_DEVICE inline void collect_edges(const SelfView<T>& cloth, int e,
+                                              const SelfRule<T>& rule, const Found& found,
+                                              const Crossing& crossing) {
   const ClothEdge edge = cloth.edges[e];
   const Vec3<T> p = xyz(cloth.surface.start[edge.a]);
   const Vec3<T> q = xyz(cloth.surface.start[edge.b]);
@@ -206,14 +184,13 @@ ATELIER_HOST_DEVICE inline EdgePairs<T> collect_edges(const SelfView<T>& cloth, 
   grow(box, q);
   grow(box, p + vp);
   grow(box, q + vq);
-  const T reach = rule.thickness + rule.margin;
+  const T reach = rule.thickness + T(2) * rule.slack;
   visit_tree(cloth.surface.nodes, inflated(box, reach), [&](int face) {
     const FaceIndices f = cloth.surface.faces[face];
     const bool a_in = f.a == edge.a || f.b == edge.a || f.c == edge.a;
     const bool b_in = f.a == edge.b || f.b == edge.b || f.c == edge.b;
-    if (!a_in && !b_in && out.crossing_count < kSelfCrossings &&
-        crosses(p, q, corners_at(cloth.surface, face, T(0)))) {
-      out.crossing[out.crossing_count++] = face;
+    if (!a_in && !b_in && crosses(p, q, corners_at(cloth.surface, face, T(0)))) {
+      crossing(face);
     }
     for (int k = 0; k < 3; ++k) {
       const int o = cloth.face_edges[3 * face + k];
@@ -227,117 +204,159 @@ ATELIER_HOST_DEVICE inline EdgePairs<T> collect_edges(const SelfView<T>& cloth, 
       const Vec3<T> r = xyz(cloth.surface.start[other.a]);
       const Vec3<T> s = xyz(cloth.surface.start[other.b]);
       const SegmentShares<T> near = nearest_on_segments(p, q, r, s);
-      const T distance = norm(between(p, q, near.s) - between(r, s, near.t));
+      const T squared = squared_norm(between(p, q, near.s) - between(r, s, near.t));
       const Vec3<T> vr = flight(cloth, other.a);
       const Vec3<T> vs = flight(cloth, other.b);
-      const T relative = max_of(max_of(squared_norm(vp - vr), squared_norm(vp - vs)),
-                                max_of(squared_norm(vq - vr), squared_norm(vq - vs)));
-      const T own = max_of(max_of(squared_norm(vp), squared_norm(vq)),
-                           max_of(squared_norm(vr), squared_norm(vs)));
-      if (distance > reach + std::sqrt(max_of(relative, own))) {
+      const T motion = max_of(max_of(squared_norm(vp - vr), squared_norm(vp - vs)),
+                              max_of(squared_norm(vq - vr), squared_norm(vq - vs)));
+      const T within = reach + std::sqrt(motion);
+      if (squared > within * within) {
         continue;
       }
-      const Vec3<T> rp = xyz(cloth.rest[edge.a]);
-      const Vec3<T> rq = xyz(cloth.rest[edge.b]);
-      const Vec3<T> rr = xyz(cloth.rest[other.a]);
-      const Vec3<T> rs = xyz(cloth.rest[other.b]);
-      const SegmentShares<T> flat = nearest_on_segments(rp, rq, rr, rs);
-      const T apart = T(0.9) * norm(between(rp, rq, flat.s) - between(rr, rs, flat.t));
-      keep_nearest(out.edges, o, min_of(rule.thickness, apart), distance);
+      T apart = rule.thickness;
+      if (same_layer(cloth, edge.a, other.a)) {
+        const Vec3<T> rp = xyz(cloth.rest[edge.a]);
+        const Vec3<T> rq = xyz(cloth.rest[edge.b]);
+        const Vec3<T> rr = xyz(cloth.rest[other.a]);
+        const Vec3<T> rs = xyz(cloth.rest[other.b]);
+        const SegmentShares<T> flat = nearest_on_segments(rp, rq, rr, rs);
+        apart = T(0.9) * norm(between(rp, rq, flat.s) - between(rr, rs, flat.t));
+      }
+      found(SelfPair<T>{e, o, min_of(rule.thickness, apart)});
     }
   });
-  return out;
+}
+
+/// True if a particle left the flight of the list's search too far: `age` is the time since, 1 at
+/// the list's end.
+template <class T>
+ATELIER_HOST_DEVICE inline bool left_flight(const SelfView<T>& cloth, int i, Vec3<T> x, T age,
+                                            const SelfRule<T>& rule) {
+  const Vec3<T> away = x - xyz(cloth.surface.start[i]) - age * flight(cloth, i);
+  return squared_norm(away) > rule.slack * rule.slack;
 }
 
 /// Four particles of a pair with the weights of its two nearest points: their difference, first
-/// minus second, is sum weight x.
+/// minus second, is sum weight x. The first `split` particles are the first primitive's.
 template <class T>
 struct PairPoints {
   int particle[4];
   T weight[4];
+  int split;
+  Vec4<T> start[4];
+  Vec4<T> x[4];
 };
 
-/// What a pair wants of its particles: corrections and whether it pushed at all.
+/// Fixed-point unit of the pushes.
+constexpr double kPushUnit = 1.0 / (1 << 30);
 template <class T>
-struct PairPush {
-  bool active;
-  Vec3<T> correction[4];
+ATELIER_HOST_DEVICE inline int to_units(T metres) {
+  constexpr T kMost = T(1.5);  // what fits
+  const T limited = metres > kMost ? kMost : metres < -kMost ? -kMost : metres;
+  return static_cast<int>(std::floor(limited * static_cast<T>(1 << 30) + T(0.5)));
+}
+
+/// The largest pushes forwards and backwards along each axis, in units.
+struct PushExtent {
+  int high[3], low[3];
+};
+template <class T>
+ATELIER_HOST_DEVICE inline Vec3<T> push_of(const PushExtent& extent) {
+  const T unit = static_cast<T>(kPushUnit);
+  return {unit * (static_cast<T>(extent.high[0]) + static_cast<T>(extent.low[0])),
+          unit * (static_cast<T>(extent.high[1]) + static_cast<T>(extent.low[1])),
+          unit * (static_cast<T>(extent.high[2]) + static_cast<T>(extent.low[2]))};
+}
+
+/// What pairs want of one particle; all zero: nothing. Extremes, so that their order does not
+/// matter.
+struct alignas(16) PushSum {
+  PushExtent fresh;  ///< undoes what the substep did: becomes speed
+  PushExtent calm;   ///< takes off what was there before: does not become speed
+  int used;          ///< 1: a pair wrote here
+  int stay;          ///< 1: the particle stays where the substep began
+  int support;       ///< kSupportLevels less the level: 0 hangs free, the body holds level 0
 };
 
-/// Keeps a pair apart by `gap` along the direction it had at the substep's start. `outwards` is 0,
-/// or the unit direction in which the first must lie (layers).
+/// Gives a particle what pairs want of it.
 template <class T>
-ATELIER_HOST_DEVICE inline PairPush<T> push_apart(const PairPoints<T>& pair, const Vec4<T>* x,
-                                                  const Vec4<T>* start, Vec3<T> fallback,
-                                                  Vec3<T> outwards, T gap,
-                                                  const SelfRule<T>& rule) {
-  PairPush<T> out;
-  out.active = false;
+ATELIER_HOST_DEVICE inline void take_push(const PushSum& sum, Vec4<T>& x, Vec4<T>& start) {
+  if (sum.stay != 0) {
+    x = with_w(xyz(start), x.w);
+    return;
+  }
+  const Vec3<T> calm = push_of<T>(sum.calm);
+  x = with_w(xyz(x) + push_of<T>(sum.fresh) + calm, x.w);
+  start = with_w(xyz(start) + calm, start.w);
+}
+
+/// How a pair was found, by what it did in the substep.
+enum class PairState {
+  Apart,    ///< nothing to do
+  Touches,  ///< pushed
+  Presses   ///< pushed, and deep enough that it has to be looked at again
+};
+
+/// Keeps a pair apart by `gap` along the direction it had at the substep's start; `normal` where it
+/// had none. `outwards` is 0, or the unit direction in which the first must lie (layers). Who
+/// rests on the body, on others too, hardly yields to who does not: else what lies on it would push
+/// it through (shock propagation, Guendelman et al. 2003).
+template <class T, class Support, class Add>
+ATELIER_HOST_DEVICE inline PairState push_apart(const PairPoints<T>& pair, Vec3<T> normal,
+                                                Vec3<T> outwards, T gap, const SelfRule<T>& rule,
+                                                const Support& support, const Add& add) {
   Vec3<T> now{};
   Vec3<T> before{};
-  T weight = T(0);
   for (int k = 0; k < 4; ++k) {
-    now += pair.weight[k] * xyz(x[k]);
-    before += pair.weight[k] * xyz(start[k]);
-    weight += pair.weight[k] * pair.weight[k] * x[k].w;
-  }
-  if (!(weight > T(0))) {
-    return out;
+    now += pair.weight[k] * xyz(pair.x[k]);
+    before += pair.weight[k] * xyz(pair.start[k]);
   }
   const T distance = norm(before);
-  Vec3<T> n = distance > T(1e-7) ? (T(1) / distance) * before : fallback;
+  Vec3<T> n = distance > T(1e-7) ? (T(1) / distance) * before : normal;
   if (dot(n, outwards) < T(0)) {
     n = outwards;
   }
   const T at_start = dot(n, before);
   const T at_end = dot(n, now);
-  if (!(at_end < gap)) {
-    return out;
+  const T wanted = min_of(gap, at_start + rule.old_overlap);
+  if (!(at_end < wanted)) {
+    return PairState::Apart;
   }
-  const T fresh = max_of(T(0), at_start - at_end);
-  const T push = min_of(gap - at_end, fresh + rule.old_overlap);
+  const T fresh = max_of(T(0), min_of(wanted, at_start) - at_end);
+  const T calm = wanted - at_end - fresh;
   const Vec3<T> slip = (now - before) - dot(now - before, n) * n;
   const T size = norm(slip);
-  const T most = rule.friction * push;
+  const T most = rule.friction * fresh;
   const Vec3<T> hold = size > most ? (-most / size) * slip : -slip;
-  const Vec3<T> change = push * n + hold;
+
+  int level[4];
+  int best[2] = {0, 0};
   for (int k = 0; k < 4; ++k) {
-    out.correction[k] = (pair.weight[k] * x[k].w / weight) * change;
+    level[k] = support(pair.particle[k]);
+    const int side = k < pair.split ? 0 : 1;
+    best[side] = level[k] > best[side] ? level[k] : best[side];
   }
-  out.active = true;
-  return out;
-}
-
-/// How much a particle that lies on the body yields to other cloth: hardly, so that what lies on it
-/// moves instead and is not pushed through.
-template <class T>
-ATELIER_HOST_DEVICE inline Vec4<T> supported(const Vec4<T>& x, bool touches_body) {
-  return with_w(xyz(x), touches_body ? T(0.01) * x.w : x.w);
-}
-
-/// Fixed-point unit of the sums.
-constexpr double kPushUnit = 1.0 / (1 << 30);
-template <class T>
-ATELIER_HOST_DEVICE inline int to_units(T metres) {
-  constexpr T kMost = T(0.03);  // 64 of them fit
-  const T limited = metres > kMost ? kMost : metres < -kMost ? -kMost : metres;
-  return static_cast<int>(std::floor(limited * static_cast<T>(1 << 30) + T(0.5)));
-}
-
-/// Sum of what pairs want of one particle.
-struct PushSum {
-  int x, y, z, count;
-};
-
-template <class T>
-ATELIER_HOST_DEVICE inline Vec3<T> mean_push(const PushSum& sum) {
-  const T unit = static_cast<T>(kPushUnit) / static_cast<T>(sum.count > 0 ? sum.count : 1);
-  return {static_cast<T>(sum.x) * unit, static_cast<T>(sum.y) * unit, static_cast<T>(sum.z) * unit};
-}
-
-template <class T>
-ATELIER_HOST_DEVICE inline bool same_layer(const SelfView<T>& cloth, int first, int second) {
-  return cloth.layer == nullptr || cloth.layer[first] == cloth.layer[second];
+  T yields[4];
+  T part[2] = {T(0), T(0)};  // how much of the way each side goes
+  for (int k = 0; k < 4; ++k) {
+    const int side = k < pair.split ? 0 : 1;
+    yields[k] = pair.weight[k] * (level[k] > best[1 - side] ? T(0.02) : T(1)) * pair.x[k].w;
+    part[side] += pair.weight[k] * yields[k];
+  }
+  const T weight = part[0] + part[1];
+  if (!(weight > T(0))) {
+    return PairState::Apart;
+  }
+  for (int k = 0; k < 4; ++k) {
+    const int side = k < pair.split ? 0 : 1;
+    const int other = best[1 - side];
+    // No particle goes further than its side has to: else overshoot would grow from layer to layer.
+    const T most_share = part[side] / weight;
+    const T share = max_of(-most_share, min_of(most_share, yields[k] / weight));
+    add(pair.particle[k], share * (fresh * n + hold), (share * calm) * n,
+        other > level[k] ? other - 1 : 0);
+  }
+  return fresh > T(kSelfRest) * gap ? PairState::Presses : PairState::Touches;
 }
 
 /// Direction in which the first point of a pair between layers must lie, seen from the face.
@@ -350,76 +369,247 @@ ATELIER_HOST_DEVICE inline Vec3<T> layer_direction(const SelfView<T>& cloth, int
   return cloth.layer[first] > cloth.layer[second] ? normal : -normal;
 }
 
-/// Calls `load(i)` -> x and `load_start(i)` for the four particles and returns the push of particle
-/// `i` against `face`.
-template <class T, class Load, class LoadStart, class Add>
-ATELIER_HOST_DEVICE inline bool push_vertex_face(const SelfView<T>& cloth, int i,
-                                                 SelfPair<T> candidate, const SelfRule<T>& rule,
-                                                 const Load& load, const LoadStart& load_start,
-                                                 const Add& add) {
-  const FaceIndices f = cloth.surface.faces[candidate.other];
-  if (same_layer(cloth, i, f.a) && cloth.tangled[i] != 0 &&
-      (cloth.tangled[f.a] | cloth.tangled[f.b] | cloth.tangled[f.c]) != 0) {
-    return false;
+/// True if `corner`, seen from the point `at` on an edge or corner, lies clearly further along
+/// `direction` (not unit): then the piece of cloth towards it is what lies nearest, not the edge.
+template <class T>
+ATELIER_HOST_DEVICE inline bool leans_towards(Vec3<T> direction, Vec3<T> at, Vec3<T> corner) {
+  const Vec3<T> d = corner - at;
+  const T along = dot(direction, d);
+  constexpr T kTilt = T(0.1);
+  return along > T(0) &&
+         along * along > kTilt * kTilt * squared_norm(direction) * squared_norm(d);
+}
+
+/// Whether the point `at` (barycentric `b`) of a face is what its neighbourhood offers nearest to a
+/// particle in `direction`.
+template <class T, class LoadStart>
+ATELIER_HOST_DEVICE inline bool is_nearest_piece(const SelfView<T>& cloth, int face, Vec3<T> b,
+                                                 Vec3<T> at, Vec3<T> direction,
+                                                 const LoadStart& load_start) {
+  if (b.x > T(0) && b.y > T(0) && b.z > T(0)) {
+    return true;
   }
-  const Vec4<T> start[4] = {load_start(i), load_start(f.a), load_start(f.b), load_start(f.c)};
-  const FaceCorners<T> t{xyz(start[1]), xyz(start[2]), xyz(start[3])};
-  const Vec3<T> b = nearest_on_triangle(xyz(start[0]), t);
-  PairPoints<T> pair{{i, f.a, f.b, f.c}, {T(1), -b.x, -b.y, -b.z}};
+  const FaceIndices f = cloth.surface.faces[face];
+  const int only = b.x >= T(1) ? f.a : b.y >= T(1) ? f.b : b.z >= T(1) ? f.c : -1;
+  if (only >= 0) {
+    for (int k = cloth.ring_begin[only]; k < cloth.ring_begin[only + 1]; ++k) {
+      if (leans_towards(direction, at, xyz(load_start(cloth.ring[k])))) {
+        return false;
+      }
+    }
+    return true;
+  }
+  const int edge = b.z <= T(0) ? 0 : b.x <= T(0) ? 1 : 2;
+  const int beyond = cloth.across[3 * face + edge];
+  return beyond < 0 || !leans_towards(direction, at, xyz(load_start(beyond)));
+}
+
+/// Pushes a particle and a face apart. `load(i)` and `load_start(i)` give particles now and at the
+/// substep's start.
+template <class T, class Load, class LoadStart, class Support, class Add>
+ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
+                                                      const SelfPair<T>& candidate,
+                                                      const SelfRule<T>& rule, const Load& load,
+                                                      const LoadStart& load_start,
+                                                      const Support& support, const Add& add) {
+  const int i = candidate.first;
+  const FaceIndices f = cloth.surface.faces[candidate.second];
+  PairPoints<T> pair{{i, f.a, f.b, f.c}, {}, 1, {}, {}};
+  for (int k = 0; k < 4; ++k) {
+    pair.start[k] = load_start(pair.particle[k]);
+    pair.x[k] = load(pair.particle[k]);
+  }
+  const FaceCorners<T> t{xyz(pair.start[1]), xyz(pair.start[2]), xyz(pair.start[3])};
+  const Vec3<T> p = xyz(pair.start[0]);
+  const Vec3<T> b = nearest_on_triangle(p, t);
+  const Vec3<T> at = weighted(t, b);
+  pair.weight[0] = T(1);
+  pair.weight[1] = -b.x;
+  pair.weight[2] = -b.y;
+  pair.weight[3] = -b.z;
+  // Far beyond its gap at both ends of the substep: most pairs.
+  Vec3<T> now{};
+  for (int k = 0; k < 4; ++k) {
+    now += pair.weight[k] * xyz(pair.x[k]);
+  }
+  const bool same = same_layer(cloth, i, f.a);
+  if (same && dot(now, p - at) >= candidate.gap * norm(p - at) && dot(now, p - at) > T(0)) {
+    return PairState::Apart;
+  }
+  if (same && cloth.tangled[i] != 0 &&
+      (cloth.tangled[f.a] | cloth.tangled[f.b] | cloth.tangled[f.c]) != 0) {
+    return PairState::Apart;
+  }
+  if (!is_nearest_piece(cloth, candidate.second, b, at, p - at, load_start)) {
+    return PairState::Apart;
+  }
   Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
   const T size = norm(normal);
   normal = size > T(0) ? (T(1) / size) * normal : normal;
-  const Vec4<T> x[4] = {load(i), load(f.a), load(f.b), load(f.c)};
-  const PairPush<T> push = push_apart(pair, x, start, normal,
-                                      layer_direction(cloth, i, f.a, normal), candidate.gap, rule);
-  if (push.active) {
-    for (int k = 0; k < 4; ++k) {
-      add(pair.particle[k], push.correction[k]);
-    }
-  }
-  return push.active;
+  return push_apart(pair, normal, layer_direction(cloth, i, f.a, normal), candidate.gap, rule,
+                    support, add);
 }
 
-template <class T, class Load, class LoadStart, class Add>
-ATELIER_HOST_DEVICE inline bool push_edge_edge(const SelfView<T>& cloth, int e,
-                                               SelfPair<T> candidate, const SelfRule<T>& rule,
-                                               const Load& load, const LoadStart& load_start,
-                                               const Add& add) {
-  const ClothEdge a = cloth.edges[e];
-  const ClothEdge b = cloth.edges[candidate.other];
-  if (same_layer(cloth, a.a, b.a) && (cloth.tangled[a.a] | cloth.tangled[a.b]) != 0 &&
-      (cloth.tangled[b.a] | cloth.tangled[b.b]) != 0) {
-    return false;
+/// Pushes two edges apart.
+template <class T, class Load, class LoadStart, class Support, class Add>
+ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
+                                                    const SelfPair<T>& candidate,
+                                                    const SelfRule<T>& rule, const Load& load,
+                                                    const LoadStart& load_start,
+                                                    const Support& support, const Add& add) {
+  const ClothEdge a = cloth.edges[candidate.first];
+  const ClothEdge b = cloth.edges[candidate.second];
+  PairPoints<T> pair{{a.a, a.b, b.a, b.b}, {}, 2, {}, {}};
+  for (int k = 0; k < 4; ++k) {
+    pair.start[k] = load_start(pair.particle[k]);
+    pair.x[k] = load(pair.particle[k]);
   }
-  const Vec4<T> start[4] = {load_start(a.a), load_start(a.b), load_start(b.a), load_start(b.b)};
-  const SegmentShares<T> near =
-      nearest_on_segments(xyz(start[0]), xyz(start[1]), xyz(start[2]), xyz(start[3]));
+  const SegmentShares<T> near = nearest_on_segments(xyz(pair.start[0]), xyz(pair.start[1]),
+                                                    xyz(pair.start[2]), xyz(pair.start[3]));
   // At an end it is the vertex that meets something, and its own pairs see to that.
   if (!(near.s > T(0) && near.s < T(1) && near.t > T(0) && near.t < T(1))) {
-    return false;
+    return PairState::Apart;
   }
-  PairPoints<T> pair{{a.a, a.b, b.a, b.b}, {T(1) - near.s, near.s, near.t - T(1), -near.t}};
-  Vec3<T> normal{};
-  if (cloth.layer != nullptr && cloth.layer[a.a] != cloth.layer[b.a]) {
+  pair.weight[0] = T(1) - near.s;
+  pair.weight[1] = near.s;
+  pair.weight[2] = near.t - T(1);
+  pair.weight[3] = -near.t;
+  const Vec3<T> on_a = between(xyz(pair.start[0]), xyz(pair.start[1]), near.s);
+  const Vec3<T> on_b = between(xyz(pair.start[2]), xyz(pair.start[3]), near.t);
+  const Vec3<T> before = on_a - on_b;
+  Vec3<T> now{};
+  for (int k = 0; k < 4; ++k) {
+    now += pair.weight[k] * xyz(pair.x[k]);
+  }
+  const bool same = same_layer(cloth, a.a, b.a);
+  if (same && dot(now, before) >= candidate.gap * norm(before) && dot(now, before) > T(0)) {
+    return PairState::Apart;
+  }
+  if (same && (cloth.tangled[a.a] | cloth.tangled[a.b]) != 0 &&
+      (cloth.tangled[b.a] | cloth.tangled[b.b]) != 0) {
+    return PairState::Apart;
+  }
+  for (int k = 0; k < 2; ++k) {
+    if ((a.face[k] >= 0 && leans_towards(-before, on_a, xyz(load_start(a.opposite[k])))) ||
+        (b.face[k] >= 0 && leans_towards(before, on_b, xyz(load_start(b.opposite[k]))))) {
+      return PairState::Apart;
+    }
+  }
+  Vec3<T> normal = cross(xyz(pair.start[1]) - xyz(pair.start[0]),
+                         xyz(pair.start[3]) - xyz(pair.start[2]));
+  if (!same) {
     const FaceIndices f = cloth.surface.faces[b.face[0]];
     const Vec3<T> fa = xyz(load_start(f.a));
     normal = cross(xyz(load_start(f.b)) - fa, xyz(load_start(f.c)) - fa);
-    const T size = norm(normal);
-    normal = size > T(0) ? (T(1) / size) * normal : normal;
   }
-  const Vec4<T> x[4] = {load(a.a), load(a.b), load(b.a), load(b.b)};
-  const PairPush<T> push = push_apart(
-      pair, x, start, normal, layer_direction(cloth, a.a, b.a, normal), candidate.gap, rule);
-  if (push.active) {
-    for (int k = 0; k < 4; ++k) {
-      add(pair.particle[k], push.correction[k]);
+  const T size = norm(normal);
+  normal = size > T(0) ? (T(1) / size) * normal : normal;
+  return push_apart(pair, normal, layer_direction(cloth, a.a, b.a, normal), candidate.gap, rule,
+                    support, add);
+}
+
+/// Six times the volume that four particles span at `share` of the substep.
+template <class T>
+ATELIER_HOST_DEVICE inline T spanned_volume(const Vec4<T>* start, const Vec4<T>* x, T share,
+                                            Vec3<T>* at) {
+  for (int k = 0; k < 4; ++k) {
+    at[k] = between(xyz(start[k]), xyz(x[k]), share);
+  }
+  return dot(cross(at[1] - at[0], at[2] - at[0]), at[3] - at[0]);
+}
+
+/// True if the four particles come into one plane between start and end, changing sides; `at` is
+/// then where they meet. The cubic is solved by bisection and regula falsi in turns between its
+/// signs; passing and coming back within one substep leaves nothing crossed.
+template <class T>
+ATELIER_HOST_DEVICE inline bool becomes_flat(const Vec4<T>* start, const Vec4<T>* x, Vec3<T>* at) {
+  T low = T(0);
+  T high = T(1);
+  T at_low = spanned_volume(start, x, low, at);
+  T at_high = spanned_volume(start, x, high, at);
+  if (!((at_low > T(0) && at_high < T(0)) || (at_low < T(0) && at_high > T(0)))) {
+    return false;
+  }
+  for (int i = 0; i < 8; ++i) {
+    const T time = i % 2 == 0 ? low + (high - low) * (at_low / (at_low - at_high))
+                              : T(0.5) * (low + high);
+    const T value = spanned_volume(start, x, time, at);
+    if ((value > T(0)) == (at_low > T(0))) {
+      low = time;
+      at_low = value;
+    } else {
+      high = time;
+      at_high = value;
+    }
+    if (!(std::fabs(at_low - at_high) > T(0))) {
+      break;
     }
   }
-  return push.active;
+  spanned_volume(start, x, T(0.5) * (low + high), at);
+  return true;
+}
+
+/// True if a particle passes through a face in the substep.
+template <class T, class Load, class LoadStart>
+ATELIER_HOST_DEVICE inline bool passes_face(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                            const Load& load, const LoadStart& load_start) {
+  const FaceIndices f = cloth.surface.faces[pair.second];
+  const int particle[4] = {f.a, f.b, f.c, pair.first};
+  Vec4<T> start[4];
+  Vec4<T> x[4];
+  for (int k = 0; k < 4; ++k) {
+    start[k] = load_start(particle[k]);
+    x[k] = load(particle[k]);
+  }
+  Vec3<T> at[4];
+  if (!becomes_flat(start, x, at)) {
+    return false;
+  }
+  const Vec3<T> n = cross(at[1] - at[0], at[2] - at[0]);
+  const T nn = squared_norm(n);
+  if (!(nn > T(0))) {
+    return false;
+  }
+  const T v = dot(n, cross(at[3] - at[0], at[2] - at[0])) / nn;
+  const T w = dot(n, cross(at[1] - at[0], at[3] - at[0])) / nn;
+  const T room = T(1e-3);
+  return v > -room && w > -room && v + w < T(1) + room;
+}
+
+/// True if two edges pass through each other in the substep.
+template <class T, class Load, class LoadStart>
+ATELIER_HOST_DEVICE inline bool passes_edge(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                            const Load& load, const LoadStart& load_start) {
+  const ClothEdge a = cloth.edges[pair.first];
+  const ClothEdge b = cloth.edges[pair.second];
+  const int particle[4] = {a.a, a.b, b.a, b.b};
+  Vec4<T> start[4];
+  Vec4<T> x[4];
+  for (int k = 0; k < 4; ++k) {
+    start[k] = load_start(particle[k]);
+    x[k] = load(particle[k]);
+  }
+  Vec3<T> at[4];
+  if (!becomes_flat(start, x, at)) {
+    return false;
+  }
+  // In their plane: both ends of each lie on different sides of the other.
+  const Vec3<T> d1 = at[1] - at[0];
+  const Vec3<T> d2 = at[3] - at[2];
+  const Vec3<T> n = cross(d1, d2);
+  const T nn = squared_norm(n);
+  if (!(nn > T(1e-6) * squared_norm(d1) * squared_norm(d2))) {
+    return false;
+  }
+  const Vec3<T> r = at[2] - at[0];
+  const T s = dot(cross(r, d2), n) / nn;
+  const T t = dot(cross(r, d1), n) / nn;
+  const T room = T(1e-3);
+  return s > -room && s < T(1) + room && t > -room && t < T(1) + room;
 }
 
 /// Pulls an edge out of a face that it passes through: along the gradient that shortens the line in
-/// which its faces meet the other one.
+/// which its faces meet the other one. These pushes are calm.
 template <class T, class Load, class Add>
 ATELIER_HOST_DEVICE inline bool pull_out(const SelfView<T>& cloth, int e, int face,
                                          const SelfRule<T>& rule, const Load& load,
@@ -473,12 +663,13 @@ ATELIER_HOST_DEVICE inline bool pull_out(const SelfView<T>& cloth, int e, int fa
   }
   const Vec3<T> pull = (rule.untangle / size) * gradient;
   const T share = dot(n, t.a - p) / dot(n, along);
-  add(edge.a, (p4.w > T(0) ? (T(1) - share) : T(0)) * pull);
-  add(edge.b, (q4.w > T(0) ? share : T(0)) * pull);
+  const Vec3<T> none{};
+  add(edge.a, none, (p4.w > T(0) ? (T(1) - share) : T(0)) * pull, 0);
+  add(edge.b, none, (q4.w > T(0) ? share : T(0)) * pull, 0);
   const Vec3<T> back = T(-1.0 / 3) * pull;
-  add(f.a, (a4.w > T(0) ? T(1) : T(0)) * back);
-  add(f.b, (b4.w > T(0) ? T(1) : T(0)) * back);
-  add(f.c, (c4.w > T(0) ? T(1) : T(0)) * back);
+  add(f.a, none, (a4.w > T(0) ? T(1) : T(0)) * back, 0);
+  add(f.b, none, (b4.w > T(0) ? T(1) : T(0)) * back, 0);
+  add(f.c, none, (c4.w > T(0) ? T(1) : T(0)) * back, 0);
   return true;
 }
 

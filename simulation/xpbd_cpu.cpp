@@ -87,9 +87,8 @@ class CpuBackend final : public ClothSolver::Backend {
     begin_frame(control);
     const T h = static_cast<T>(options_.time_step / options_.substeps);
     for (int s = 0; s < options_.substeps; ++s) {
-      if (self_ != nullptr && s % options_.self_interval == 0) {
-        const int steps = std::min(options_.self_interval, options_.substeps - s);
-        self_->begin_frame(x_, velocity_, h * static_cast<T>(steps));
+      if (self_ != nullptr) {
+        self_->begin_substep(options_.substeps - s);
       }
       substep(h, s);
     }
@@ -107,7 +106,7 @@ class CpuBackend final : public ClothSolver::Backend {
     if (self_ != nullptr) {
       report.self_contacts = self_->active_count();
       report.self_candidates = self_->candidate_count();
-      report.lost_candidates = self_->lost_count();
+      report.self_searches = self_->search_count();
     }
     if (options_.report) {
       measure_penetration(report);
@@ -139,6 +138,9 @@ class CpuBackend final : public ClothSolver::Backend {
                                                   static_cast<T>(control.gravity.z())};
     }
     begin_body(control);
+    if (self_ != nullptr) {
+      self_->begin_frame();
+    }
   }
 
   /// Takes over the body's motion of the frame and collects what each particle may meet.
