@@ -67,6 +67,7 @@ SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& pr
   end_.resize(n);
   tangled_.resize(n);
   support_.resize(n);
+  calm_.resize(n);
   sums_.assign(n, PushSum{});
   view_.surface = {surface_.faces.data(), start_.data(), end_.data(), surface_.tree.nodes.data(),
                    static_cast<int>(surface_.faces.size())};
@@ -172,7 +173,6 @@ bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Ve
     rule.old_overlap = T(0);
     rule.untangle = T(0);
   }
-  const bool stop = pass >= kSelfStopPass;
   const auto load = [&](int i) { return x[i]; };
   const auto load_start = [&](int i) { return start[i]; };
   const auto support = [&](int i) { return support_[i]; };
@@ -196,27 +196,20 @@ bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Ve
       pressed += pressing;
     });
   };
-  const auto stay = [&](std::initializer_list<int> particles) {
-    for (int i : particles) {
-      if (x[i].w > T(0)) {
-        raise_to(sums_[i].stay, 1);
-      }
-    }
-    return PairState::Presses;
-  };
+  if (pass >= kSelfPushes) {
+    const auto stay = [&](int i) { raise_to(sums_[i].stay, 1); };
+    all(face_pairs_, [&](const SelfPair<T>& pair) {
+      return keep_back(view_, pair, false, load, load_start, stay);
+    });
+    all(edge_pairs_, [&](const SelfPair<T>& pair) {
+      return keep_back(view_, pair, true, load, load_start, stay);
+    });
+    return pressed > 0;
+  }
   all(face_pairs_, [&](const SelfPair<T>& pair) {
-    if (stop && passes_face(view_, pair, load, load_start)) {
-      const FaceIndices f = surface_.faces[pair.second];
-      return stay({pair.first, f.a, f.b, f.c});
-    }
     return push_vertex_face(view_, pair, rule, load, load_start, support, add);
   });
   all(edge_pairs_, [&](const SelfPair<T>& pair) {
-    if (stop && passes_edge(view_, pair, load, load_start)) {
-      const ClothEdge& a = surface_.edges[pair.first];
-      const ClothEdge& b = surface_.edges[pair.second];
-      return stay({a.a, a.b, b.a, b.b});
-    }
     return push_edge_edge(view_, pair, rule, load, load_start, support, add);
   });
   all(crossings_, [&](const Crossing& c) {
@@ -230,6 +223,7 @@ bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Ve
 template <class T>
 void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& start,
                               const std::vector<char>& touched) {
+  std::fill(calm_.begin(), calm_.end(), Vec4<T>{});
   for (std::size_t i = 0; i < x.size(); ++i) {
     support_[i] = touched[i] != 0 ? kSupportLevels : support_[i];
   }
@@ -240,7 +234,7 @@ void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& sta
     const bool pressed = push(x, start, pass);
     parallel_for(static_cast<Index>(x.size()), 8 * kGrain, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        take_push(sums_[i], x[i], start[i]);
+        take_push(sums_[i], x[i], start[i], calm_[i]);
         support_[i] = touched[i] != 0 ? kSupportLevels : sums_[i].support;
         sums_[i] = {};
       }
@@ -248,6 +242,9 @@ void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& sta
     if (!pressed) {
       break;
     }
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    start[i] = with_w(xyz(start[i]) + xyz(calm_[i]), start[i].w);
   }
 }
 

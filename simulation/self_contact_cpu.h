@@ -42,6 +42,7 @@ class SelfContactCpu {
   std::vector<int> tangled_;
   std::vector<int> support_;
   std::vector<PushSum> sums_;
+  std::vector<Vec4<T>> calm_;  ///< pushes of the substep that do not become speed
   int age_ = -1;   ///< substeps since the search, this one included; -1: none
   int left_ = 0;   ///< substeps to come in the frame
   int ahead_ = 1;  ///< substeps that the search looked ahead

@@ -59,8 +59,8 @@ struct SelfRule {
   int horizon;    ///< substeps for which a search looks ahead
 };
 
-constexpr int kSelfPasses = 16;     ///< of pushes in a substep, at most
-constexpr int kSelfStopPass = 10;   ///< from here on, what would cross stays where it was
+constexpr int kSelfPushes = 10;     ///< passes of pushes in a substep, at most
+constexpr int kSelfPasses = 24;     ///< and of keeping back what would cross
 constexpr double kSelfRest = 0.02;  ///< of the gap: a push below it needs no further pass
 constexpr int kSelfCrossings = 2;   ///< faces that an edge passes through
 constexpr int kSupportLevels = 64;  ///< of particles that rest on one another, see PushSum
@@ -278,23 +278,25 @@ struct alignas(16) PushSum {
   int support;       ///< kSupportLevels less the level: 0 hangs free, the body holds level 0
 };
 
-/// Gives a particle what pairs want of it.
+/// Gives a particle what pairs want of it; `calm` adds up what is not to become speed.
 template <class T>
-ATELIER_HOST_DEVICE inline void take_push(const PushSum& sum, Vec4<T>& x, Vec4<T>& start) {
+ATELIER_HOST_DEVICE inline void take_push(const PushSum& sum, Vec4<T>& x, const Vec4<T>& start,
+                                          Vec4<T>& calm) {
   if (sum.stay != 0) {
     x = with_w(xyz(start), x.w);
+    calm = Vec4<T>{};
     return;
   }
-  const Vec3<T> calm = push_of<T>(sum.calm);
-  x = with_w(xyz(x) + push_of<T>(sum.fresh) + calm, x.w);
-  start = with_w(xyz(start) + calm, start.w);
+  const Vec3<T> off = push_of<T>(sum.calm);
+  x = with_w(xyz(x) + push_of<T>(sum.fresh) + off, x.w);
+  calm = with_w(xyz(calm) + off, calm.w);
 }
 
 /// How a pair was found, by what it did in the substep.
 enum class PairState {
   Apart,    ///< nothing to do
   Touches,  ///< pushed
-  Presses   ///< pushed, and deep enough that it has to be looked at again
+  Presses   ///< pushed far, nearly through or through: it has to be looked at again
 };
 
 /// Keeps a pair apart by `gap` along the direction it had at the substep's start; `normal` where it
@@ -356,7 +358,8 @@ ATELIER_HOST_DEVICE inline PairState push_apart(const PairPoints<T>& pair, Vec3<
     add(pair.particle[k], share * (fresh * n + hold), (share * calm) * n,
         other > level[k] ? other - 1 : 0);
   }
-  return fresh > T(kSelfRest) * gap ? PairState::Presses : PairState::Touches;
+  return fresh > T(kSelfRest) * gap || at_end < T(0.05) * gap ? PairState::Presses
+                                                              : PairState::Touches;
 }
 
 /// Direction in which the first point of a pair between layers must lie, seen from the face.
@@ -404,110 +407,6 @@ ATELIER_HOST_DEVICE inline bool is_nearest_piece(const SelfView<T>& cloth, int f
   return beyond < 0 || !leans_towards(direction, at, xyz(load_start(beyond)));
 }
 
-/// Pushes a particle and a face apart. `load(i)` and `load_start(i)` give particles now and at the
-/// substep's start.
-template <class T, class Load, class LoadStart, class Support, class Add>
-ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
-                                                      const SelfPair<T>& candidate,
-                                                      const SelfRule<T>& rule, const Load& load,
-                                                      const LoadStart& load_start,
-                                                      const Support& support, const Add& add) {
-  const int i = candidate.first;
-  const FaceIndices f = cloth.surface.faces[candidate.second];
-  PairPoints<T> pair{{i, f.a, f.b, f.c}, {}, 1, {}, {}};
-  for (int k = 0; k < 4; ++k) {
-    pair.start[k] = load_start(pair.particle[k]);
-    pair.x[k] = load(pair.particle[k]);
-  }
-  const FaceCorners<T> t{xyz(pair.start[1]), xyz(pair.start[2]), xyz(pair.start[3])};
-  const Vec3<T> p = xyz(pair.start[0]);
-  const Vec3<T> b = nearest_on_triangle(p, t);
-  const Vec3<T> at = weighted(t, b);
-  pair.weight[0] = T(1);
-  pair.weight[1] = -b.x;
-  pair.weight[2] = -b.y;
-  pair.weight[3] = -b.z;
-  // Far beyond its gap at both ends of the substep: most pairs.
-  Vec3<T> now{};
-  for (int k = 0; k < 4; ++k) {
-    now += pair.weight[k] * xyz(pair.x[k]);
-  }
-  const bool same = same_layer(cloth, i, f.a);
-  if (same && dot(now, p - at) >= candidate.gap * norm(p - at) && dot(now, p - at) > T(0)) {
-    return PairState::Apart;
-  }
-  if (same && cloth.tangled[i] != 0 &&
-      (cloth.tangled[f.a] | cloth.tangled[f.b] | cloth.tangled[f.c]) != 0) {
-    return PairState::Apart;
-  }
-  if (!is_nearest_piece(cloth, candidate.second, b, at, p - at, load_start)) {
-    return PairState::Apart;
-  }
-  Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
-  const T size = norm(normal);
-  normal = size > T(0) ? (T(1) / size) * normal : normal;
-  return push_apart(pair, normal, layer_direction(cloth, i, f.a, normal), candidate.gap, rule,
-                    support, add);
-}
-
-/// Pushes two edges apart.
-template <class T, class Load, class LoadStart, class Support, class Add>
-ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
-                                                    const SelfPair<T>& candidate,
-                                                    const SelfRule<T>& rule, const Load& load,
-                                                    const LoadStart& load_start,
-                                                    const Support& support, const Add& add) {
-  const ClothEdge a = cloth.edges[candidate.first];
-  const ClothEdge b = cloth.edges[candidate.second];
-  PairPoints<T> pair{{a.a, a.b, b.a, b.b}, {}, 2, {}, {}};
-  for (int k = 0; k < 4; ++k) {
-    pair.start[k] = load_start(pair.particle[k]);
-    pair.x[k] = load(pair.particle[k]);
-  }
-  const SegmentShares<T> near = nearest_on_segments(xyz(pair.start[0]), xyz(pair.start[1]),
-                                                    xyz(pair.start[2]), xyz(pair.start[3]));
-  // At an end it is the vertex that meets something, and its own pairs see to that.
-  if (!(near.s > T(0) && near.s < T(1) && near.t > T(0) && near.t < T(1))) {
-    return PairState::Apart;
-  }
-  pair.weight[0] = T(1) - near.s;
-  pair.weight[1] = near.s;
-  pair.weight[2] = near.t - T(1);
-  pair.weight[3] = -near.t;
-  const Vec3<T> on_a = between(xyz(pair.start[0]), xyz(pair.start[1]), near.s);
-  const Vec3<T> on_b = between(xyz(pair.start[2]), xyz(pair.start[3]), near.t);
-  const Vec3<T> before = on_a - on_b;
-  Vec3<T> now{};
-  for (int k = 0; k < 4; ++k) {
-    now += pair.weight[k] * xyz(pair.x[k]);
-  }
-  const bool same = same_layer(cloth, a.a, b.a);
-  if (same && dot(now, before) >= candidate.gap * norm(before) && dot(now, before) > T(0)) {
-    return PairState::Apart;
-  }
-  if (same && (cloth.tangled[a.a] | cloth.tangled[a.b]) != 0 &&
-      (cloth.tangled[b.a] | cloth.tangled[b.b]) != 0) {
-    return PairState::Apart;
-  }
-  for (int k = 0; k < 2; ++k) {
-    if ((a.face[k] >= 0 && leans_towards(-before, on_a, xyz(load_start(a.opposite[k])))) ||
-        (b.face[k] >= 0 && leans_towards(before, on_b, xyz(load_start(b.opposite[k]))))) {
-      return PairState::Apart;
-    }
-  }
-  Vec3<T> normal = cross(xyz(pair.start[1]) - xyz(pair.start[0]),
-                         xyz(pair.start[3]) - xyz(pair.start[2]));
-  if (!same) {
-    const FaceIndices f = cloth.surface.faces[b.face[0]];
-    const Vec3<T> fa = xyz(load_start(f.a));
-    normal = cross(xyz(load_start(f.b)) - fa, xyz(load_start(f.c)) - fa);
-  }
-  const T size = norm(normal);
-  normal = size > T(0) ? (T(1) / size) * normal : normal;
-  return push_apart(pair, normal, layer_direction(cloth, a.a, b.a, normal), candidate.gap, rule,
-                    support, add);
-}
-
 /// Six times the volume that four particles span at `share` of the substep.
 template <class T>
 ATELIER_HOST_DEVICE inline T spanned_volume(const Vec4<T>* start, const Vec4<T>* x, T share,
@@ -549,49 +448,24 @@ ATELIER_HOST_DEVICE inline bool becomes_flat(const Vec4<T>* start, const Vec4<T>
   return true;
 }
 
-/// True if a particle passes through a face in the substep.
-template <class T, class Load, class LoadStart>
-ATELIER_HOST_DEVICE inline bool passes_face(const SelfView<T>& cloth, const SelfPair<T>& pair,
-                                            const Load& load, const LoadStart& load_start) {
-  const FaceIndices f = cloth.surface.faces[pair.second];
-  const int particle[4] = {f.a, f.b, f.c, pair.first};
-  Vec4<T> start[4];
-  Vec4<T> x[4];
-  for (int k = 0; k < 4; ++k) {
-    start[k] = load_start(particle[k]);
-    x[k] = load(particle[k]);
-  }
+/// True if a pair passes through itself in the substep: a particle (last of four, the face before
+/// it) or, where `edges`, two edges.
+template <class T>
+ATELIER_HOST_DEVICE inline bool passes(const Vec4<T>* start, const Vec4<T>* x, bool edges) {
   Vec3<T> at[4];
   if (!becomes_flat(start, x, at)) {
     return false;
   }
-  const Vec3<T> n = cross(at[1] - at[0], at[2] - at[0]);
-  const T nn = squared_norm(n);
-  if (!(nn > T(0))) {
-    return false;
-  }
-  const T v = dot(n, cross(at[3] - at[0], at[2] - at[0])) / nn;
-  const T w = dot(n, cross(at[1] - at[0], at[3] - at[0])) / nn;
   const T room = T(1e-3);
-  return v > -room && w > -room && v + w < T(1) + room;
-}
-
-/// True if two edges pass through each other in the substep.
-template <class T, class Load, class LoadStart>
-ATELIER_HOST_DEVICE inline bool passes_edge(const SelfView<T>& cloth, const SelfPair<T>& pair,
-                                            const Load& load, const LoadStart& load_start) {
-  const ClothEdge a = cloth.edges[pair.first];
-  const ClothEdge b = cloth.edges[pair.second];
-  const int particle[4] = {a.a, a.b, b.a, b.b};
-  Vec4<T> start[4];
-  Vec4<T> x[4];
-  for (int k = 0; k < 4; ++k) {
-    start[k] = load_start(particle[k]);
-    x[k] = load(particle[k]);
-  }
-  Vec3<T> at[4];
-  if (!becomes_flat(start, x, at)) {
-    return false;
+  if (!edges) {
+    const Vec3<T> n = cross(at[1] - at[0], at[2] - at[0]);
+    const T nn = squared_norm(n);
+    if (!(nn > T(0))) {
+      return false;
+    }
+    const T v = dot(n, cross(at[3] - at[0], at[2] - at[0])) / nn;
+    const T w = dot(n, cross(at[1] - at[0], at[3] - at[0])) / nn;
+    return v > -room && w > -room && v + w < T(1) + room;
   }
   // In their plane: both ends of each lie on different sides of the other.
   const Vec3<T> d1 = at[1] - at[0];
@@ -604,8 +478,182 @@ ATELIER_HOST_DEVICE inline bool passes_edge(const SelfView<T>& cloth, const Self
   const Vec3<T> r = at[2] - at[0];
   const T s = dot(cross(r, d2), n) / nn;
   const T t = dot(cross(r, d1), n) / nn;
-  const T room = T(1e-3);
   return s > -room && s < T(1) + room && t > -room && t < T(1) + room;
+}
+
+/// The four particles of a pair, a face's first.
+template <class T>
+ATELIER_HOST_DEVICE inline void pair_particles(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                               bool edges, int* particle) {
+  if (edges) {
+    const ClothEdge a = cloth.edges[pair.first];
+    const ClothEdge b = cloth.edges[pair.second];
+    particle[0] = a.a;
+    particle[1] = a.b;
+    particle[2] = b.a;
+    particle[3] = b.b;
+  } else {
+    const FaceIndices f = cloth.surface.faces[pair.second];
+    particle[0] = f.a;
+    particle[1] = f.b;
+    particle[2] = f.c;
+    particle[3] = pair.first;
+  }
+}
+
+/// Marks the particles of a pair that passes: `stay(particle)`.
+template <class T, class Load, class LoadStart, class Stay>
+ATELIER_HOST_DEVICE inline PairState keep_back(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                               bool edges, const Load& load,
+                                               const LoadStart& load_start, const Stay& stay) {
+  int particle[4];
+  pair_particles(cloth, pair, edges, particle);
+  Vec4<T> start[4];
+  Vec4<T> x[4];
+  for (int k = 0; k < 4; ++k) {
+    start[k] = load_start(particle[k]);
+    x[k] = load(particle[k]);
+  }
+  if (!passes(start, x, edges)) {
+    return PairState::Apart;
+  }
+  for (int k = 0; k < 4; ++k) {
+    if (x[k].w > T(0)) {
+      stay(particle[k]);
+    }
+  }
+  return PairState::Presses;
+}
+
+/// True if some particle of a pair comes to the other primitive's side of the pair's direction
+/// `before`: else it cannot have passed.
+template <class T>
+ATELIER_HOST_DEVICE inline bool may_pass(const PairPoints<T>& pair, Vec3<T> before) {
+  T low = T(1e30);
+  T high = T(-1e30);
+  for (int k = 0; k < 4; ++k) {
+    const T along = dot(before, xyz(pair.x[k]));
+    if (k < pair.split) {
+      low = min_of(low, along);
+    } else {
+      high = max_of(high, along);
+    }
+  }
+  return !(low > high);
+}
+
+/// Pushes a particle and a face apart. `load(i)` and `load_start(i)` give particles now and at the
+/// substep's start.
+template <class T, class Load, class LoadStart, class Support, class Add>
+ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
+                                                      const SelfPair<T>& candidate,
+                                                      const SelfRule<T>& rule, const Load& load,
+                                                      const LoadStart& load_start,
+                                                      const Support& support, const Add& add) {
+  const int i = candidate.first;
+  const FaceIndices f = cloth.surface.faces[candidate.second];
+  PairPoints<T> pair{{i, f.a, f.b, f.c}, {}, 1, {}, {}};
+  for (int k = 0; k < 4; ++k) {
+    pair.start[k] = load_start(pair.particle[k]);
+    pair.x[k] = load(pair.particle[k]);
+  }
+  const FaceCorners<T> t{xyz(pair.start[1]), xyz(pair.start[2]), xyz(pair.start[3])};
+  const Vec3<T> p = xyz(pair.start[0]);
+  const Vec3<T> b = nearest_on_triangle(p, t);
+  const Vec3<T> at = weighted(t, b);
+  pair.weight[0] = T(1);
+  pair.weight[1] = -b.x;
+  pair.weight[2] = -b.y;
+  pair.weight[3] = -b.z;
+  Vec3<T> now{};
+  for (int k = 0; k < 4; ++k) {
+    now += pair.weight[k] * xyz(pair.x[k]);
+  }
+  const bool same = same_layer(cloth, i, f.a);
+  const bool far = dot(now, p - at) >= candidate.gap * norm(p - at) && dot(now, p - at) > T(0);
+  bool through = false;
+  if (may_pass(pair, p - at)) {
+    const Vec4<T> start[4] = {pair.start[1], pair.start[2], pair.start[3], pair.start[0]};
+    const Vec4<T> end[4] = {pair.x[1], pair.x[2], pair.x[3], pair.x[0]};
+    through = passes(start, end, false);
+  }
+  if (same && far) {
+    return through ? PairState::Presses : PairState::Apart;
+  }
+  if (same && cloth.tangled[i] != 0 &&
+      (cloth.tangled[f.a] | cloth.tangled[f.b] | cloth.tangled[f.c]) != 0) {
+    return PairState::Apart;
+  }
+  if (!is_nearest_piece(cloth, candidate.second, b, at, p - at, load_start)) {
+    return through ? PairState::Presses : PairState::Apart;
+  }
+  Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
+  const T size = norm(normal);
+  normal = size > T(0) ? (T(1) / size) * normal : normal;
+  const PairState state = push_apart(pair, normal, layer_direction(cloth, i, f.a, normal),
+                                     candidate.gap, rule, support, add);
+  return through ? PairState::Presses : state;
+}
+
+/// Pushes two edges apart.
+template <class T, class Load, class LoadStart, class Support, class Add>
+ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
+                                                    const SelfPair<T>& candidate,
+                                                    const SelfRule<T>& rule, const Load& load,
+                                                    const LoadStart& load_start,
+                                                    const Support& support, const Add& add) {
+  const ClothEdge a = cloth.edges[candidate.first];
+  const ClothEdge b = cloth.edges[candidate.second];
+  PairPoints<T> pair{{a.a, a.b, b.a, b.b}, {}, 2, {}, {}};
+  for (int k = 0; k < 4; ++k) {
+    pair.start[k] = load_start(pair.particle[k]);
+    pair.x[k] = load(pair.particle[k]);
+  }
+  const SegmentShares<T> near = nearest_on_segments(xyz(pair.start[0]), xyz(pair.start[1]),
+                                                    xyz(pair.start[2]), xyz(pair.start[3]));
+  pair.weight[0] = T(1) - near.s;
+  pair.weight[1] = near.s;
+  pair.weight[2] = near.t - T(1);
+  pair.weight[3] = -near.t;
+  const Vec3<T> on_a = between(xyz(pair.start[0]), xyz(pair.start[1]), near.s);
+  const Vec3<T> on_b = between(xyz(pair.start[2]), xyz(pair.start[3]), near.t);
+  const Vec3<T> before = on_a - on_b;
+  Vec3<T> now{};
+  for (int k = 0; k < 4; ++k) {
+    now += pair.weight[k] * xyz(pair.x[k]);
+  }
+  const bool same = same_layer(cloth, a.a, b.a);
+  const bool far = dot(now, before) >= candidate.gap * norm(before) && dot(now, before) > T(0);
+  const bool through = may_pass(pair, before) && passes(pair.start, pair.x, true);
+  if (same && far) {
+    return through ? PairState::Presses : PairState::Apart;
+  }
+  if (same && (cloth.tangled[a.a] | cloth.tangled[a.b]) != 0 &&
+      (cloth.tangled[b.a] | cloth.tangled[b.b]) != 0) {
+    return PairState::Apart;
+  }
+  // At an end it is the vertex that meets something, and its own pairs see to that.
+  if (!(near.s > T(0) && near.s < T(1) && near.t > T(0) && near.t < T(1))) {
+    return through ? PairState::Presses : PairState::Apart;
+  }
+  for (int k = 0; k < 2; ++k) {
+    if ((a.face[k] >= 0 && leans_towards(-before, on_a, xyz(load_start(a.opposite[k])))) ||
+        (b.face[k] >= 0 && leans_towards(before, on_b, xyz(load_start(b.opposite[k]))))) {
+      return through ? PairState::Presses : PairState::Apart;
+    }
+  }
+  Vec3<T> normal = cross(xyz(pair.start[1]) - xyz(pair.start[0]),
+                         xyz(pair.start[3]) - xyz(pair.start[2]));
+  if (!same) {
+    const FaceIndices f = cloth.surface.faces[b.face[0]];
+    const Vec3<T> fa = xyz(load_start(f.a));
+    normal = cross(xyz(load_start(f.b)) - fa, xyz(load_start(f.c)) - fa);
+  }
+  const T size = norm(normal);
+  normal = size > T(0) ? (T(1) / size) * normal : normal;
+  const PairState state = push_apart(pair, normal, layer_direction(cloth, a.a, b.a, normal),
+                                     candidate.gap, rule, support, add);
+  return through ? PairState::Presses : state;
 }
 
 /// Pulls an edge out of a face that it passes through: along the gradient that shortens the line in
