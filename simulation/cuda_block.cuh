@@ -5,6 +5,26 @@
 
 namespace atelier {
 
+__device__ inline PushSum load_sum(const PushSum* place) {
+  static_assert(sizeof(PushSum) == 4 * sizeof(int4));
+  PushSum out;
+  int4* const words = reinterpret_cast<int4*>(&out);
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    words[k] = __ldcg(reinterpret_cast<const int4*>(place) + k);
+  }
+  return out;
+}
+__device__ inline void clear_sum(PushSum* place, int used) {
+  PushSum none{};
+  none.used = used;
+  const int4* const words = reinterpret_cast<const int4*>(&none);
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    __stcg(reinterpret_cast<int4*>(place) + k, words[k]);
+  }
+}
+
 /// What one block works with: its scene, its share of the patches, its on-chip memory.
 template <class T>
 struct BlockWork {
@@ -52,32 +72,45 @@ struct BlockWork {
                : nullptr;
   }
 
-  /// Position of particle `i` after the mean push of the cloth's contacts with itself.
-  __device__ Vec4<T> pushed(int i, const Vec4<T>& xi) const {
-    if (frame.sums == nullptr) {
-      return xi;
+  /// Takes up the last pushes of the cloth's contacts with itself.
+  __device__ void settle(int i, Vec4<T>& xi, Vec4<T>& si) const {
+    if (frame.self.sums == nullptr) {
+      return;
     }
-    int4* const sum = reinterpret_cast<int4*>(frame.sums + i);
-    const int4 v = __ldcg(sum);
-    if (v.w == 0) {
-      return xi;
+    PushSum* const place = frame.self.sums + i;
+    const int used = __ldcg(&place->used);
+    int level = 0;
+    if (used != 0) {
+      const PushSum sum = load_sum(place);
+      level = sum.support;
+      Vec4<T> off = load_shared_cache(frame.self.calm + i);
+      take_push(sum, xi, si, off);
+      si = with_w(xyz(si) + xyz(off), si.w);
+      clear_sum(place, 0);
     }
-    __stcg(sum, make_int4(0, 0, 0, 0));
-    return with_w(xyz(xi) + mean_push<T>(PushSum{v.x, v.y, v.z, v.w}), xi.w);
+    frame.self.moved[i] = used;
+    const bool held = frame.body.face_count > 0 && __ldcg(frame.touched + i) != 0;
+    __stcg(frame.self.support + i, held ? kSupportLevels : level);
   }
 
-  /// Patches of phase 0 that this block owns: loads their particles on chip, calls `work(patch)`.
+  /// Patches of phase 0 that this block owns: loads their particles on chip (after the last pushes
+  /// where they `settle`), calls `work(patch)`.
   template <class Work>
-  __device__ void owned_patches(const Work& work) const {
+  __device__ void owned_patches(bool settles, const Work& work) const {
     const Schedule::Phase range = frame.phases[0];
     for (int k = range.patch_begin + block; k < range.patch_end; k += blocks) {
       const Schedule::Patch patch = frame.patches[k];
       for (int v = patch.vertex_begin + static_cast<int>(threadIdx.x); v < patch.vertex_end;
            v += static_cast<int>(blockDim.x)) {
-        x[v - patch.vertex_begin] = pushed(offset + v, load_shared_cache(frame.x + offset + v));
+        Vec4<T> xi = load_shared_cache(frame.x + offset + v);
         if (frame.keeps_starts != 0) {
-          start[v - patch.vertex_begin] = load_shared_cache(frame.start + offset + v);
+          Vec4<T> si = load_shared_cache(frame.start + offset + v);
+          if (settles) {
+            settle(offset + v, xi, si);
+          }
+          start[v - patch.vertex_begin] = si;
         }
+        x[v - patch.vertex_begin] = xi;
       }
       work(patch);
       __syncthreads();

@@ -136,6 +136,7 @@ void CudaBody<T>::build(const Box<T>& bounds) {
   node_parent_ = CudaBuffer<TreeParent>(inner);
   leaf_parent_ = CudaBuffer<TreeParent>(n);
   arrivals_ = CudaBuffer<unsigned>(inner);
+  arrivals_.clear();
   CudaBuffer<std::uint64_t> keys(n);
   CudaBuffer<std::uint64_t> sorted(n);
   BodyView<T> body = view();
@@ -155,7 +156,6 @@ void CudaBody<T>::build(const Box<T>& bounds) {
 
 template <class T>
 void CudaBody<T>::refit() {
-  ATELIER_CUDA_CHECK(cudaMemsetAsync(arrivals_.data(), 0, arrivals_.size() * sizeof(unsigned)));
   refit_kernel<<<cuda_blocks(face_count_), kCudaBlock>>>(view(), nodes_.data(), node_parent_.data(),
                                                          leaf_parent_.data(), arrivals_.data());
   ATELIER_CUDA_LAUNCHED(refit_kernel);

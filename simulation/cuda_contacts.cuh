@@ -114,6 +114,10 @@ __device__ __noinline__ void touch_body(const CudaFrame<T>& frame, int blocks,
   const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
   const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
   for (int v = tid; v < count; v += threads) {
+    // Who touched before the pairs and was not pushed since touches as before.
+    if (frame.self.sums != nullptr && frame.self.moved[first + v] == 0) {
+      continue;
+    }
     frame.touched[first + v] = 0;
     if (!(x[v].w > T(0))) {
       continue;
@@ -166,60 +170,6 @@ __device__ __noinline__ void touch_body(const CudaFrame<T>& frame, int blocks,
     }
   }
   __syncthreads();
-}
-
-/// Contacts of the cloth with itself: every pair adds what it wants of its particles.
-template <class T>
-__device__ __noinline__ void push_pairs(const CudaFrame<T>& frame, int blocks, bool last) {
-  const int scene = static_cast<int>(blockIdx.x) / blocks;
-  const int block = static_cast<int>(blockIdx.x) % blocks;
-  const int offset = scene * frame.count;
-  SelfView<T> cloth = frame.self;
-  cloth.surface.start += offset;
-  cloth.surface.end += offset;
-  cloth.tangled += offset;
-  const int* const touched = frame.body.face_count > 0 ? frame.touched + offset : nullptr;
-  const auto load = [&](int i) {
-    return supported(load_shared_cache(frame.x + offset + i),
-                     touched != nullptr && __ldcg(touched + i) != 0);
-  };
-  const auto load_start = [&](int i) { return load_shared_cache(frame.start + offset + i); };
-  const auto add = [&](int i, Vec3<T> push) {
-    PushSum* const sum = frame.sums + offset + i;
-    atomicAdd(&sum->x, to_units(push.x));
-    atomicAdd(&sum->y, to_units(push.y));
-    atomicAdd(&sum->z, to_units(push.z));
-    atomicAdd(&sum->count, 1);
-  };
-  const int edges = cloth.edge_count;
-  const std::int64_t first_edge = static_cast<std::int64_t>(scene) * edges;
-  int active = 0;
-  for (int k = block * static_cast<int>(blockDim.x) + static_cast<int>(threadIdx.x);
-       k < frame.count + edges; k += blocks * static_cast<int>(blockDim.x)) {
-    if (k < frame.count) {
-      const std::int64_t at = offset + static_cast<std::int64_t>(k);
-      const int count = frame.face_pair_count[at];
-      for (int c = 0; c < count; ++c) {
-        active += push_vertex_face(cloth, k, frame.face_pairs[at * kSelfCandidates + c],
-                                   frame.self_rule, load, load_start, add);
-      }
-    } else {
-      const int e = k - frame.count;
-      const std::int64_t at = first_edge + e;
-      const int2 count = frame.edge_pair_count[at];
-      for (int c = 0; c < count.x; ++c) {
-        active += push_edge_edge(cloth, e, frame.edge_pairs[at * kSelfCandidates + c],
-                                 frame.self_rule, load, load_start, add);
-      }
-      for (int c = 0; c < count.y; ++c) {
-        active += pull_out(cloth, e, frame.crossings[at * kSelfCrossings + c], frame.self_rule,
-                           load, add);
-      }
-    }
-  }
-  if (last && active > 0) {
-    atomicAdd(frame.self_counts + 4 * scene, active);
-  }
 }
 
 }  // namespace atelier

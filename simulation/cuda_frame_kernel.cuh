@@ -1,19 +1,20 @@
 #pragma once
 
-#include "simulation/cuda_contacts.cuh"
+#include "simulation/cuda_self_pairs.cuh"
 #include "simulation/cuda_sweep.cuh"
 
 namespace atelier {
 
 constexpr int kFrameThreads = 512;
 
-/// What a frame can meet. Plain is undamped springs and hinges alone: fewer registers.
-enum class FrameKind { Plain, Full };
+/// What a frame can meet: undamped springs and hinges alone, all but contact of the cloth with
+/// itself, or all. Fewer registers where there is less.
+enum class FrameKind { Plain, Full, Self };
 
 /// One frame of one scene, as one block does it.
 template <class T, FrameKind kKind>
 struct FrameWork : BlockWork<T> {
-  static constexpr bool kFull = kKind == FrameKind::Full;
+  static constexpr bool kFull = kKind != FrameKind::Plain;
   using BlockWork<T>::frame;
   using BlockWork<T>::scale;
   using BlockWork<T>::block;
@@ -51,11 +52,13 @@ struct FrameWork : BlockWork<T> {
     const int first = offset + patch.vertex_begin;
     if constexpr (kFull) {
       for (int v = static_cast<int>(threadIdx.x); v < patch.vertex_count; v += threads) {
-        const Vec4<T> xi = load_shared_cache(frame.x + first + v);
-        x[v] = ends ? this->pushed(first + v, xi) : xi;
+        Vec4<T> xi = load_shared_cache(frame.x + first + v);
         if (ends && frame.keeps_starts != 0) {
-          start[v] = load_shared_cache(frame.start + first + v);
+          Vec4<T> si = load_shared_cache(frame.start + first + v);
+          this->settle(first + v, xi, si);
+          start[v] = si;
         }
+        x[v] = xi;
       }
       if (ends) {
         contacts(patch.vertex_begin, patch.vertex_begin + patch.vertex_count, s - 1);
@@ -175,7 +178,7 @@ struct FrameWork : BlockWork<T> {
 
   /// Tethers; anchors are fixed, so nobody moves them here.
   __device__ void tethers() const {
-    this->owned_patches([&](const Schedule::Patch& patch) {
+    this->owned_patches(false, [&](const Schedule::Patch& patch) {
       for (int v = patch.vertex_begin + static_cast<int>(threadIdx.x); v < patch.vertex_end;
            v += static_cast<int>(blockDim.x)) {
         const int anchor = frame.tether_anchor[v];
@@ -191,7 +194,7 @@ struct FrameWork : BlockWork<T> {
 
   /// Body contact between iterations; after the last one it is part of begin and finish.
   __device__ void touch(int s) const {
-    this->owned_patches([&](const Schedule::Patch& patch) {
+    this->owned_patches(true, [&](const Schedule::Patch& patch) {
       contacts(patch.vertex_begin, patch.vertex_end, s);
       const int count = patch.vertex_end - patch.vertex_begin;
       for (int v = static_cast<int>(threadIdx.x); v < count; v += static_cast<int>(blockDim.x)) {
@@ -202,7 +205,7 @@ struct FrameWork : BlockWork<T> {
   }
 
   __device__ void finish() const {
-    this->owned_patches([&](const Schedule::Patch& patch) {
+    this->owned_patches(true, [&](const Schedule::Patch& patch) {
       if constexpr (kFull) {
         contacts(patch.vertex_begin, patch.vertex_end, frame.last_substep - 1);
       }
@@ -226,6 +229,7 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
   const FrameWork<T, kKind> work(frame, blocks, memory);
   unsigned* const arrived = frame.arrived + 2 * work.scene;
   unsigned goal = 0;
+  [[maybe_unused]] SelfClock clock;
   const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
   if (frame.resident != 0) {
     work.load_all_plans();
@@ -237,21 +241,20 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
         work.phase(s, iteration, p, at);
         wait();
       }
-      if constexpr (kKind == FrameKind::Full) {
+      if constexpr (kKind != FrameKind::Plain) {
         const bool again = iteration + 1 < frame.iterations;
         if (frame.tether_anchor != nullptr) {
           work.tethers();
           wait();
         }
-        if (frame.sums != nullptr) {
-          if (frame.body.face_count > 0) {
-            work.touch(s);  // what lies on the body has to be known before cloth pushes cloth
-            wait();
-          }
-          push_pairs(frame, blocks, s + 1 == frame.substeps && !again);
+        if constexpr (kKind == FrameKind::Self) {
+          // What lies on the body has to be known before cloth pushes cloth.
+          touch_before_pairs(frame, blocks, s, iteration == 0, clock);
           wait();
+          push_apart_all<T, kBarrier>(frame, blocks, s, s + 1 == frame.substeps && !again, clock,
+                                      arrived, goal);
         }
-        if (again && (frame.body.face_count > 0 || frame.sums != nullptr)) {
+        if (again && (frame.body.face_count > 0 || frame.self.sums != nullptr)) {
           work.touch(s);
           wait();
         }
@@ -263,8 +266,9 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
 }
 
 /// The same, one step per launch: for a CUDA graph, where the graph's edges are the barriers, and
-/// for sweeps of another kind.
-enum class FrameStep { Begin, Phase, Tethers, Pairs, Touch, Finish };
+/// for sweeps of another kind. Not with contact of the cloth with itself, whose passes are counted
+/// on the device.
+enum class FrameStep { Begin, Phase, Tethers, Touch, Finish };
 
 template <class T>
 __global__ void __launch_bounds__(kFrameThreads, 1)
@@ -283,9 +287,6 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
     }
     case FrameStep::Tethers:
       work.tethers();
-      break;
-    case FrameStep::Pairs:
-      push_pairs(frame, blocks, s + 1 == frame.substeps && iteration + 1 == frame.iterations);
       break;
     case FrameStep::Touch:
       work.touch(s);

@@ -55,9 +55,10 @@ FrameKernel<T> frame_kernel_of(CudaBarrier barrier) {
                                            : frame_kernel<T, CudaBarrier::Grid, kKind>;
 }
 template <class T>
-FrameKernel<T> frame_kernel_of(bool full, CudaBarrier barrier) {
-  return full ? frame_kernel_of<T, FrameKind::Full>(barrier)
-              : frame_kernel_of<T, FrameKind::Plain>(barrier);
+FrameKernel<T> frame_kernel_of(bool full, bool self, CudaBarrier barrier) {
+  return self   ? frame_kernel_of<T, FrameKind::Self>(barrier)
+         : full ? frame_kernel_of<T, FrameKind::Full>(barrier)
+                : frame_kernel_of<T, FrameKind::Plain>(barrier);
 }
 
 /// The steps of an iteration after its sweep: `add(step, substep, iteration, 0)` for each.
@@ -66,13 +67,7 @@ void add_after_sweep(const CudaFrame<T>& frame, int s, int iteration, const Add&
   if (frame.tether_anchor != nullptr) {
     add(FrameStep::Tethers, s, iteration, 0);
   }
-  if (frame.sums != nullptr) {
-    if (frame.body.face_count > 0) {
-      add(FrameStep::Touch, s, iteration, 0);
-    }
-    add(FrameStep::Pairs, s, iteration, 0);
-  }
-  if (iteration + 1 < frame.iterations && (frame.body.face_count > 0 || frame.sums != nullptr)) {
+  if (iteration + 1 < frame.iterations && frame.body.face_count > 0) {
     add(FrameStep::Touch, s, iteration, 0);
   }
 }
@@ -82,9 +77,9 @@ void add_after_sweep(const CudaFrame<T>& frame, int s, int iteration, const Add&
 /// Blocks per scene and how they wait: as few barriers of the cheapest kind as fill the device.
 template <class T>
 CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& options,
-                          std::vector<CudaSceneRule<T>> scenes, bool full, bool body,
+                          std::vector<CudaSceneRule<T>> scenes, bool full, bool self, bool body,
                           bool keeps_starts)
-    : scenes_(std::move(scenes)), full_(full), keeps_starts_(keeps_starts) {
+    : scenes_(std::move(scenes)), full_(full), self_(self), keeps_starts_(keeps_starts) {
   const int scene_count = static_cast<int>(scenes_.size());
   if (options.sweep == "jacobi") {
     jacobi_ = std::make_unique<CudaJacobi<T>>(prepared, options.jacobi_radius, scene_count);
@@ -107,8 +102,11 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
                         options.cuda_blocks == 0 &&
                         (options.cuda_barrier == "auto" || options.cuda_barrier == "grid" ||
                          (options.cuda_barrier == "cluster" && patches <= kLargestCluster));
-  const std::size_t with_edges = base + plan_bytes(prepared, patches, true);
-  const std::size_t without = base + plan_bytes(prepared, patches, false);
+  // Contacts of the cloth with itself are shared out over all blocks: those without a patch help.
+  const bool helpers = self && one_each && options.cuda_barrier != "cluster";
+  const int planned = helpers ? multiprocessors : patches;
+  const std::size_t with_edges = base + plan_bytes(prepared, planned, true);
+  const std::size_t without = base + plan_bytes(prepared, planned, false);
   resident_ = one_each && without <= static_cast<std::size_t>(capacity);
   records_on_chip_ = resident_ && with_edges <= static_cast<std::size_t>(capacity);
   shared_bytes_ = records_on_chip_ ? with_edges
@@ -117,9 +115,9 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
   ATELIER_CHECK(shared_bytes_ <= static_cast<std::size_t>(capacity),
                 "a patch does not fit on chip");
   for (const void* kernel :
-       {reinterpret_cast<const void*>(frame_kernel_of<T>(full_, CudaBarrier::Block)),
-        reinterpret_cast<const void*>(frame_kernel_of<T>(full_, CudaBarrier::Cluster)),
-        reinterpret_cast<const void*>(frame_kernel_of<T>(full_, CudaBarrier::Grid)),
+       {reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Block)),
+        reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Cluster)),
+        reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Grid)),
         reinterpret_cast<const void*>(&frame_step_kernel<T>)}) {
     ATELIER_CUDA_CHECK(
         cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, capacity));
@@ -136,10 +134,13 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
                                          : most_threads);
   int resident = 0;
   ATELIER_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
-      &resident, frame_kernel_of<T>(full_, CudaBarrier::Grid), static_cast<int>(threads_),
+      &resident, frame_kernel_of<T>(full_, self_, CudaBarrier::Grid), static_cast<int>(threads_),
       shared_bytes_));
   const int share = std::max(1, resident * multiprocessors / scene_count);
   std::string barrier = options.cuda_barrier;
+  if (helpers || (barrier == "graph" && self)) {
+    barrier = "grid";
+  }
   if (barrier == "auto") {
     const int wanted = std::min(patches, share);
     barrier = wanted <= 1 ? "block" : wanted <= kLargestCluster && major >= 9 ? "cluster" : "grid";
@@ -151,7 +152,9 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
                    : barrier == "cluster" ? kLargestCluster
                    : barrier == "grid"    ? share
                                           : patches;
-  blocks_ = std::min({options.cuda_blocks > 0 ? options.cuda_blocks : patches, most, patches});
+  blocks_ =
+      helpers ? std::min(planned, share)
+              : std::min({options.cuda_blocks > 0 ? options.cuda_blocks : patches, most, patches});
   if (barrier == "cluster") {
     // Sizes of clusters are powers of two, and fewer than asked for where they do not fit.
     int size = 1;
@@ -161,7 +164,7 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
     blocks_ = size;
   }
   barrier_ = barrier;
-  resident_ = resident_ && blocks_ == patches;
+  resident_ = resident_ && blocks_ == planned;
   records_on_chip_ = records_on_chip_ && resident_;
   grid_ = static_cast<unsigned>(scene_count * blocks_);
   ATELIER_CUDA_CHECK(cudaStreamCreate(&capture_));
@@ -207,7 +210,7 @@ void CudaLaunch<T>::run(const CudaFrame<T>& frame) {
     attribute.val.clusterDim.y = 1;
     attribute.val.clusterDim.z = 1;
     if (blocks_ > 8) {
-      ATELIER_CUDA_CHECK(cudaFuncSetAttribute(frame_kernel_of<T>(full_, barrier),
+      ATELIER_CUDA_CHECK(cudaFuncSetAttribute(frame_kernel_of<T>(full_, self_, barrier),
                                               cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
     }
   } else if (barrier_ == "grid") {
@@ -217,7 +220,7 @@ void CudaLaunch<T>::run(const CudaFrame<T>& frame) {
     attribute.val.cooperative = 1;
   }
   ATELIER_CUDA_CHECK(
-      cudaLaunchKernelEx(&config, frame_kernel_of<T>(full_, barrier), frame, blocks_));
+      cudaLaunchKernelEx(&config, frame_kernel_of<T>(full_, self_, barrier), frame, blocks_));
 }
 
 template <class T>

@@ -14,10 +14,11 @@ namespace atelier {
 template <class T>
 class CudaLaunch {
  public:
-  /// `full`: more than undamped springs and hinges. Throws LogicError if a patch does not fit on
-  /// chip.
+  /// `full`: more than undamped springs and hinges; `self`: contact of the cloth with itself.
+  /// Throws LogicError if a patch does not fit on chip.
   CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& options,
-             std::vector<CudaSceneRule<T>> scenes, bool full, bool body, bool keeps_starts);
+             std::vector<CudaSceneRule<T>> scenes, bool full, bool self, bool body,
+             bool keeps_starts);
   ~CudaLaunch();
   CudaLaunch(const CudaLaunch&) = delete;
   CudaLaunch& operator=(const CudaLaunch&) = delete;
@@ -33,6 +34,7 @@ class CudaLaunch {
 
   std::vector<CudaSceneRule<T>> scenes_;
   bool full_;
+  bool self_;
   bool keeps_starts_;
   bool resident_ = false;         ///< the plans of all that a block works on fit on chip
   bool records_on_chip_ = false;  ///< and their edges

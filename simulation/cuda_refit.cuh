@@ -12,7 +12,7 @@ __device__ inline Box<T> load_box(const Box<T>* box) {
 }
 
 /// Carries the box of one face's motion up the tree; of the two that arrive at a node, the second
-/// goes on. `arrivals` are counters of the nodes, 0 before the launch.
+/// goes on. `arrivals` are counters of the nodes, 0 before and after.
 template <class T>
 __device__ inline void refit_from_face(const BodyView<T>& body, int face, BoxNode<T>* nodes,
                                        const TreeParent* node_parent, const TreeParent* leaf_parent,
@@ -26,6 +26,7 @@ __device__ inline void refit_from_face(const BodyView<T>& body, int face, BoxNod
     if (atomicAdd(&arrivals[node], 1u) == 0) {
       return;
     }
+    arrivals[node] = 0;
     __threadfence();
     box = united(load_box(&nodes[node].box[0]), load_box(&nodes[node].box[1]));
     parent = node_parent[node];

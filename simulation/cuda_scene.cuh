@@ -14,6 +14,47 @@ struct CudaSceneRule {
   T friction;
 };
 
+/// Counts of a scene's contacts with itself.
+struct SelfCounts {
+  int face_pairs, edge_pairs, crossings;  ///< in the lists, or that would be
+  int pushes;                             ///< in the first pass of the last substep
+  int searches;
+  int most;     ///< room that the longest lists of the frame needed
+  int stale;    ///< pass in which a particle had left its flight
+  int pressed;  ///< pass after which another is needed
+};
+
+/// Contact of the cloth with itself: arrays of scene 0, those of the others follow.
+template <class T>
+struct CudaSelfFrame {
+  SelfView<T> cloth;
+  SelfRule<T> rule;
+  Vec4<T>* start;  ///< of `cloth`, and where its tree is written
+  Vec4<T>* end;
+  int* tangled;
+  BoxNode<T>* nodes;
+  const TreeParent* node_parent;
+  const TreeParent* leaf_parent;
+  unsigned* arrivals;
+  int inner;                ///< nodes of a scene
+  PushSum* sums;            ///< [particles], or null: no contact with itself
+  Vec4<T>* calm;            ///< pushes of the substep that do not become speed
+  int* support;             ///< levels of particles, see PushSum
+  int* moved;               ///< 1: pushed since it touched the body
+  SelfPair<T>* face_pairs;  ///< [scenes][room]
+  SelfPair<T>* edge_pairs;
+  int2* crossings;  ///< edge, face
+  int room;
+  SelfCounts* counts;
+
+  __host__ __device__ int edge_room() const { return 3 * room; }
+  __host__ __device__ int crossing_room() const { return room / 4; }
+  __host__ __device__ static int room_for(int faces, int edges, int crossings) {
+    const int a = faces > (edges + 2) / 3 ? faces : (edges + 2) / 3;
+    return a > 4 * crossings ? a : 4 * crossings;
+  }
+};
+
 /// Everything a frame needs, by value to the kernel. Arrays of particles hold the scenes one after
 /// the other.
 template <class T>
@@ -62,15 +103,7 @@ struct CudaFrame {
   const int* candidates;
   int* touched;  ///< [particles] 1: touched the body in the last substep
 
-  SelfView<T> self;  ///< of scene 0; particles and pairs of the others follow
-  SelfRule<T> self_rule;
-  PushSum* sums;  ///< [particles], or null: no contact with itself
-  const int* face_pair_count;
-  const SelfPair<T>* face_pairs;
-  const int2* edge_pair_count;  ///< pairs, crossings
-  const SelfPair<T>* edge_pairs;
-  const int* crossings;
-  int* self_counts;  ///< [4 scenes] pushes in the last substep, pairs, lost pairs, -
+  CudaSelfFrame<T> self;
 
   unsigned* arrived;  ///< two counters per scene for the grid barrier: blocks come, blocks gone
   int* bad;           ///< smallest index of a particle that is not finite

@@ -13,16 +13,14 @@ constexpr Index kGrain = 256;
 void raise_to(int& place, int value) {
   const std::atomic_ref<int> shared(place);
   int seen = shared.load(std::memory_order_relaxed);
-  while (seen < value &&
-         !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+  while (seen < value && !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
   }
 }
 
 void lower_to(int& place, int value) {
   const std::atomic_ref<int> shared(place);
   int seen = shared.load(std::memory_order_relaxed);
-  while (seen > value &&
-         !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+  while (seen > value && !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
   }
 }
 
@@ -68,6 +66,7 @@ SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& pr
   tangled_.resize(n);
   support_.resize(n);
   calm_.resize(n);
+  moved_.resize(n);
   sums_.assign(n, PushSum{});
   view_.surface = {surface_.faces.data(), start_.data(), end_.data(), surface_.tree.nodes.data(),
                    static_cast<int>(surface_.faces.size())};
@@ -103,8 +102,8 @@ bool SelfContactCpu<T>::holds(const std::vector<Vec4<T>>& x) const {
     return false;
   }
   const T age = static_cast<T>(age_) / static_cast<T>(ahead_);
-  const int left = parallel_sum(
-      static_cast<Index>(x.size()), 8 * kGrain, 0, [&](Index begin, Index end) {
+  const int left =
+      parallel_sum(static_cast<Index>(x.size()), 8 * kGrain, 0, [&](Index begin, Index end) {
         int count = 0;
         for (Index i = begin; i < end; ++i) {
           count += left_flight(view_, static_cast<int>(i), xyz(x[i]), age, rule_);
@@ -141,7 +140,10 @@ void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<
   gather(static_cast<Index>(surface_.edges.size()), found, [&](int e, std::vector<Found>& out) {
     int crossings = 0;
     collect_edges(
-        view_, e, rule_, [&](const SelfPair<T>& pair) { out.push_back({pair, false}); },
+        view_, e, rule_,
+        [&](const SelfPair<T>& pair) {
+          out.push_back({pair, false});
+        },
         [&](int face) {
           if (crossings++ < kSelfCrossings) {
             out.push_back({{e, face, T(0)}, true});
@@ -177,6 +179,7 @@ bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Ve
   const auto load_start = [&](int i) { return start[i]; };
   const auto support = [&](int i) { return support_[i]; };
   const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
+    raise_to(sums_[i].used, 1);
     widen(sums_[i].fresh, fresh);
     widen(sums_[i].calm, calm);
     raise_to(sums_[i].support, level);
@@ -197,7 +200,10 @@ bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Ve
     });
   };
   if (pass >= kSelfPushes) {
-    const auto stay = [&](int i) { raise_to(sums_[i].stay, 1); };
+    const auto stay = [&](int i) {
+      raise_to(sums_[i].used, 1);
+      raise_to(sums_[i].stay, 1);
+    };
     all(face_pairs_, [&](const SelfPair<T>& pair) {
       return keep_back(view_, pair, false, load, load_start, stay);
     });
@@ -213,10 +219,11 @@ bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Ve
     return push_edge_edge(view_, pair, rule, load, load_start, support, add);
   });
   all(crossings_, [&](const Crossing& c) {
-    return pull_out(view_, c.edge, c.face, rule, load, add) ? PairState::Touches
-                                                              : PairState::Apart;
+    return pull_out(view_, c.edge, c.face, rule, load, add) ? PairState::Touches : PairState::Apart;
   });
-  active_ = active;
+  if (pass == 0) {
+    active_ = active;
+  }
   return pressed > 0;
 }
 
@@ -224,6 +231,7 @@ template <class T>
 void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& start,
                               const std::vector<char>& touched) {
   std::fill(calm_.begin(), calm_.end(), Vec4<T>{});
+  std::fill(moved_.begin(), moved_.end(), 0);
   for (std::size_t i = 0; i < x.size(); ++i) {
     support_[i] = touched[i] != 0 ? kSupportLevels : support_[i];
   }
@@ -234,9 +242,12 @@ void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& sta
     const bool pressed = push(x, start, pass);
     parallel_for(static_cast<Index>(x.size()), 8 * kGrain, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        take_push(sums_[i], x[i], start[i], calm_[i]);
         support_[i] = touched[i] != 0 ? kSupportLevels : sums_[i].support;
-        sums_[i] = {};
+        if (sums_[i].used != 0) {
+          moved_[i] = 1;
+          take_push(sums_[i], x[i], start[i], calm_[i]);
+          sums_[i] = {};
+        }
       }
     });
     if (!pressed) {

@@ -20,6 +20,8 @@ class SelfContactCpu {
   void solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& start,
              const std::vector<char>& touched);
 
+  /// True if particle `i` was pushed in the last solve.
+  bool moved(int i) const { return moved_[i] != 0; }
   int candidate_count() const { return static_cast<int>(face_pairs_.size() + edge_pairs_.size()); }
   int search_count() const { return searches_; }
   int active_count() const { return active_; }
@@ -41,11 +43,12 @@ class SelfContactCpu {
   std::vector<Crossing> crossings_;
   std::vector<int> tangled_;
   std::vector<int> support_;
+  std::vector<char> moved_;
   std::vector<PushSum> sums_;
   std::vector<Vec4<T>> calm_;  ///< pushes of the substep that do not become speed
-  int age_ = -1;   ///< substeps since the search, this one included; -1: none
-  int left_ = 0;   ///< substeps to come in the frame
-  int ahead_ = 1;  ///< substeps that the search looked ahead
+  int age_ = -1;               ///< substeps since the search, this one included; -1: none
+  int left_ = 0;               ///< substeps to come in the frame
+  int ahead_ = 1;              ///< substeps that the search looked ahead
   int searches_ = 0;
   int active_ = 0;
 };

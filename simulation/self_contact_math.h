@@ -40,13 +40,13 @@ struct SelfView {
   BodyView<T> surface;
   const ClothEdge* edges;
   int edge_count;
-  const int* face_edges;   ///< [3 F] edges that a face owns, or -1
-  const int* across;       ///< [3 F] corner beyond the edge from corner k to k + 1, or -1
-  const int* ring_begin;   ///< [V + 1] into `ring`
-  const int* ring;         ///< neighbours of each particle
-  const Vec4<T>* rest;     ///< template positions: sheets that lie close there may stay close
-  const int* layer;        ///< of particles, or null
-  const int* tangled;      ///< of particles: 1 where a piece around it is crossed
+  const int* face_edges;  ///< [3 F] edges that a face owns, or -1
+  const int* across;      ///< [3 F] corner beyond the edge from corner k to k + 1, or -1
+  const int* ring_begin;  ///< [V + 1] into `ring`
+  const int* ring;        ///< neighbours of each particle
+  const Vec4<T>* rest;    ///< template positions: sheets that lie close there may stay close
+  const int* layer;       ///< of particles, or null
+  const int* tangled;     ///< of particles: 1 where a piece around it is crossed
 };
 
 template <class T>
@@ -98,9 +98,9 @@ ATELIER_HOST_DEVICE inline void collect_faces(const SelfView<T>& cloth, int i,
     }
     const FaceCorners<T> t = corners_at(cloth.surface, face, T(0));
     const T squared = squared_norm(x - weighted(t, nearest_on_triangle(x, t)));
-    const T motion = max_of(squared_norm(v - flight(cloth, f.a)),
-                            max_of(squared_norm(v - flight(cloth, f.b)),
-                                   squared_norm(v - flight(cloth, f.c))));
+    const T motion =
+        max_of(squared_norm(v - flight(cloth, f.a)),
+               max_of(squared_norm(v - flight(cloth, f.b)), squared_norm(v - flight(cloth, f.c))));
     const T near = reach + std::sqrt(motion);
     if (squared > near * near) {
       return;
@@ -358,18 +358,8 @@ ATELIER_HOST_DEVICE inline PairState push_apart(const PairPoints<T>& pair, Vec3<
     add(pair.particle[k], share * (fresh * n + hold), (share * calm) * n,
         other > level[k] ? other - 1 : 0);
   }
-  return fresh > T(kSelfRest) * gap || at_end < T(0.05) * gap ? PairState::Presses
-                                                              : PairState::Touches;
-}
-
-/// Direction in which the first point of a pair between layers must lie, seen from the face.
-template <class T>
-ATELIER_HOST_DEVICE inline Vec3<T> layer_direction(const SelfView<T>& cloth, int first, int second,
-                                                   Vec3<T> normal) {
-  if (same_layer(cloth, first, second)) {
-    return {};
-  }
-  return cloth.layer[first] > cloth.layer[second] ? normal : -normal;
+  const bool presses = at_start > T(0) && (fresh > T(kSelfRest) * gap || at_end < T(0.05) * gap);
+  return presses ? PairState::Presses : PairState::Touches;
 }
 
 /// True if `corner`, seen from the point `at` on an edge or corner, lies clearly further along
@@ -379,8 +369,7 @@ ATELIER_HOST_DEVICE inline bool leans_towards(Vec3<T> direction, Vec3<T> at, Vec
   const Vec3<T> d = corner - at;
   const T along = dot(direction, d);
   constexpr T kTilt = T(0.1);
-  return along > T(0) &&
-         along * along > kTilt * kTilt * squared_norm(direction) * squared_norm(d);
+  return along > T(0) && along * along > kTilt * kTilt * squared_norm(direction) * squared_norm(d);
 }
 
 /// Whether the point `at` (barycentric `b`) of a face is what its neighbourhood offers nearest to a
@@ -430,8 +419,8 @@ ATELIER_HOST_DEVICE inline bool becomes_flat(const Vec4<T>* start, const Vec4<T>
     return false;
   }
   for (int i = 0; i < 8; ++i) {
-    const T time = i % 2 == 0 ? low + (high - low) * (at_low / (at_low - at_high))
-                              : T(0.5) * (low + high);
+    const T time =
+        i % 2 == 0 ? low + (high - low) * (at_low / (at_low - at_high)) : T(0.5) * (low + high);
     const T value = spanned_volume(start, x, time, at);
     if ((value > T(0)) == (at_low > T(0))) {
       low = time;
@@ -501,6 +490,48 @@ ATELIER_HOST_DEVICE inline void pair_particles(const SelfView<T>& cloth, const S
   }
 }
 
+/// Direction in which the first point of a pair between layers must lie, seen from the face.
+template <class T>
+ATELIER_HOST_DEVICE inline Vec3<T> layer_direction(const SelfView<T>& cloth, int first, int second,
+                                                   Vec3<T> normal) {
+  if (same_layer(cloth, first, second)) {
+    return {};
+  }
+  return cloth.layer[first] > cloth.layer[second] ? normal : -normal;
+}
+
+/// Normal of a face at the substep's start.
+template <class T, class LoadStart>
+ATELIER_HOST_DEVICE inline Vec3<T> start_normal(const SelfView<T>& cloth, int face,
+                                                const LoadStart& load_start) {
+  const FaceIndices f = cloth.surface.faces[face];
+  const Vec3<T> a = xyz(load_start(f.a));
+  const Vec3<T> n = cross(xyz(load_start(f.b)) - a, xyz(load_start(f.c)) - a);
+  const T size = norm(n);
+  return size > T(0) ? (T(1) / size) * n : n;
+}
+
+/// True if a pair is on the wrong side, as far as one can know, and may pass: pieces that are
+/// crossed, layers in the wrong order. `before` is the pair's difference at the substep's start.
+template <class T, class LoadStart>
+ATELIER_HOST_DEVICE inline bool may_change_sides(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                                 bool edges, Vec3<T> before,
+                                                 const LoadStart& load_start) {
+  const auto tangled = [&](int i) { return cloth.tangled[i] != 0; };
+  const ClothEdge b = edges ? cloth.edges[pair.second] : ClothEdge{};
+  const int face = edges ? b.face[0] : pair.second;
+  const int first = edges ? cloth.edges[pair.first].a : pair.first;
+  const FaceIndices f = cloth.surface.faces[face];
+  if (!same_layer(cloth, first, f.a)) {
+    return dot(layer_direction(cloth, first, f.a, start_normal(cloth, face, load_start)), before) <
+           T(0);
+  }
+  const bool first_tangled = tangled(first) || (edges && tangled(cloth.edges[pair.first].b));
+  const bool second_tangled =
+      edges ? tangled(b.a) || tangled(b.b) : tangled(f.a) || tangled(f.b) || tangled(f.c);
+  return first_tangled && second_tangled;
+}
+
 /// Marks the particles of a pair that passes: `stay(particle)`.
 template <class T, class Load, class LoadStart, class Stay>
 ATELIER_HOST_DEVICE inline PairState keep_back(const SelfView<T>& cloth, const SelfPair<T>& pair,
@@ -515,6 +546,19 @@ ATELIER_HOST_DEVICE inline PairState keep_back(const SelfView<T>& cloth, const S
     x[k] = load(particle[k]);
   }
   if (!passes(start, x, edges)) {
+    return PairState::Apart;
+  }
+  Vec3<T> before{};
+  if (edges) {
+    const SegmentShares<T> near =
+        nearest_on_segments(xyz(start[0]), xyz(start[1]), xyz(start[2]), xyz(start[3]));
+    before = between(xyz(start[0]), xyz(start[1]), near.s) -
+             between(xyz(start[2]), xyz(start[3]), near.t);
+  } else {
+    const FaceCorners<T> t{xyz(start[0]), xyz(start[1]), xyz(start[2])};
+    before = xyz(start[3]) - weighted(t, nearest_on_triangle(xyz(start[3]), t));
+  }
+  if (may_change_sides(cloth, pair, edges, before, load_start)) {
     return PairState::Apart;
   }
   for (int k = 0; k < 4; ++k) {
@@ -577,12 +621,13 @@ ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
     const Vec4<T> end[4] = {pair.x[1], pair.x[2], pair.x[3], pair.x[0]};
     through = passes(start, end, false);
   }
-  if (same && far) {
-    return through ? PairState::Presses : PairState::Apart;
-  }
-  if (same && cloth.tangled[i] != 0 &&
-      (cloth.tangled[f.a] | cloth.tangled[f.b] | cloth.tangled[f.c]) != 0) {
+  if (same && far && !through) {
     return PairState::Apart;
+  }
+  const bool free = may_change_sides(cloth, candidate, false, p - at, load_start);
+  through = through && !free;
+  if (same && (far || free)) {
+    return through ? PairState::Presses : PairState::Apart;
   }
   if (!is_nearest_piece(cloth, candidate.second, b, at, p - at, load_start)) {
     return through ? PairState::Presses : PairState::Apart;
@@ -624,13 +669,14 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
   }
   const bool same = same_layer(cloth, a.a, b.a);
   const bool far = dot(now, before) >= candidate.gap * norm(before) && dot(now, before) > T(0);
-  const bool through = may_pass(pair, before) && passes(pair.start, pair.x, true);
-  if (same && far) {
-    return through ? PairState::Presses : PairState::Apart;
-  }
-  if (same && (cloth.tangled[a.a] | cloth.tangled[a.b]) != 0 &&
-      (cloth.tangled[b.a] | cloth.tangled[b.b]) != 0) {
+  bool through = may_pass(pair, before) && passes(pair.start, pair.x, true);
+  if (same && far && !through) {
     return PairState::Apart;
+  }
+  const bool free = may_change_sides(cloth, candidate, true, before, load_start);
+  through = through && !free;
+  if (same && (far || free)) {
+    return through ? PairState::Presses : PairState::Apart;
   }
   // At an end it is the vertex that meets something, and its own pairs see to that.
   if (!(near.s > T(0) && near.s < T(1) && near.t > T(0) && near.t < T(1))) {
@@ -642,12 +688,10 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
       return through ? PairState::Presses : PairState::Apart;
     }
   }
-  Vec3<T> normal = cross(xyz(pair.start[1]) - xyz(pair.start[0]),
-                         xyz(pair.start[3]) - xyz(pair.start[2]));
+  Vec3<T> normal =
+      cross(xyz(pair.start[1]) - xyz(pair.start[0]), xyz(pair.start[3]) - xyz(pair.start[2]));
   if (!same) {
-    const FaceIndices f = cloth.surface.faces[b.face[0]];
-    const Vec3<T> fa = xyz(load_start(f.a));
-    normal = cross(xyz(load_start(f.b)) - fa, xyz(load_start(f.c)) - fa);
+    normal = start_normal(cloth, b.face[0], load_start);
   }
   const T size = norm(normal);
   normal = size > T(0) ? (T(1) / size) * normal : normal;

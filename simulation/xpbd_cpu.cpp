@@ -195,12 +195,15 @@ class CpuBackend final : public ClothSolver::Backend {
     });
   }
 
-  void touch_body(int s) {
+  /// `again`: only who was pushed since.
+  void touch_body(int s, bool again) {
     const T t0 = static_cast<T>(s) / static_cast<T>(options_.substeps);
     const T t1 = static_cast<T>(s + 1) / static_cast<T>(options_.substeps);
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        touched_[i] = x_[i].w > T(0) && touch_particle(i, t0, t1);
+        if (!again || self_ == nullptr || self_->moved(static_cast<int>(i))) {
+          touched_[i] = x_[i].w > T(0) && touch_particle(i, t0, t1);
+        }
       }
     });
   }
@@ -292,12 +295,12 @@ class CpuBackend final : public ClothSolver::Backend {
       if (self_ != nullptr) {
         // What lies on the body has to be known before cloth pushes cloth.
         if (body_.face_count > 0) {
-          touch_body(s);
+          touch_body(s, false);
         }
         self_->solve(x_, start_, touched_);
       }
       if (body_.face_count > 0) {
-        touch_body(s);
+        touch_body(s, true);
       }
     }
     const T keep = static_cast<T>(1 / (1 + options_.velocity_damping * static_cast<double>(h)));

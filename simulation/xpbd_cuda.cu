@@ -93,7 +93,7 @@ class CudaBackend final : public ClothSolver::Backend {
     const bool full =
         moves_starts || !prepared_.strains.empty() || !prepared_.tether_anchor.empty();
     launch_ = std::make_unique<CudaLaunch<T>>(prepared_, options, std::move(rules), full,
-                                              !body_.empty(), moves_starts);
+                                              self_ != nullptr, !body_.empty(), moves_starts);
   }
 
   ~CudaBackend() override {
@@ -161,28 +161,18 @@ class CudaBackend final : public ClothSolver::Backend {
                         frame.air, frame.gravity, static_cast<T>(options_.time_step),
                         outlook_.data(), candidates_.data());
     }
-    const int span = self_ != nullptr ? options_.self_interval : options_.substeps;
-    for (int s = 0; s < options_.substeps; s += span) {
-      frame.first_substep = s;
-      frame.last_substep = std::min(options_.substeps, s + span);
-      if (self_ != nullptr) {
-        self_->collect(x_.data(), velocity_.data(),
-                       frame.h * static_cast<T>(frame.last_substep - s));
-      }
+    launch_->run(frame);
+    while (self_ != nullptr && self_->grow()) {
+      // A list of pairs was too short: the frame is done again with longer ones.
+      restore();
+      self_->describe(frame);
       launch_->run(frame);
     }
     ATELIER_CUDA_CHECK(cudaEventRecord(after_));
     int bad = 0;
     ATELIER_CUDA_CHECK(cudaMemcpy(&bad, bad_.data(), sizeof(bad), cudaMemcpyDeviceToHost));
     if (bad != kNobody) {
-      const std::size_t bytes = static_cast<std::size_t>(particles) * sizeof(Vec4<T>);
-      bad_.upload(&kNobody, 1);
-      ATELIER_CUDA_CHECK(cudaMemcpy(x_.data(), x_before_.data(), bytes, cudaMemcpyDeviceToDevice));
-      ATELIER_CUDA_CHECK(
-          cudaMemcpy(velocity_.data(), velocity_before_.data(), bytes, cudaMemcpyDeviceToDevice));
-      if (self_ != nullptr) {
-        self_->reset();
-      }
+      restore();
       if (!fixed_before_.empty()) {
         fixed_ = std::move(fixed_before_);
         targets_current_ = false;
@@ -216,6 +206,18 @@ class CudaBackend final : public ClothSolver::Backend {
   }
 
  private:
+  /// Goes back to the start of the frame.
+  void restore() {
+    const std::size_t bytes = x_.size() * sizeof(Vec4<T>);
+    ATELIER_CUDA_CHECK(cudaMemcpy(x_.data(), x_before_.data(), bytes, cudaMemcpyDeviceToDevice));
+    ATELIER_CUDA_CHECK(
+        cudaMemcpy(velocity_.data(), velocity_before_.data(), bytes, cudaMemcpyDeviceToDevice));
+    bad_.upload(&kNobody, 1);
+    if (self_ != nullptr) {
+      self_->reset();
+    }
+  }
+
   std::vector<double> multipliers(const std::vector<EdgeMultipliers<T>>& lambda, int scene) const {
     return multipliers_in_order(
         prepared_, lambda.data() + static_cast<std::size_t>(scene) * prepared_.edges.size(),
