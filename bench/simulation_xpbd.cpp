@@ -9,6 +9,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include "simulation/body_contact_math.h"
 #include "simulation/xpbd.h"
 
 namespace atelier {
@@ -281,20 +282,25 @@ Case dressed(int around, int rings, bool self_contact) {
   c.body = body_mesh();
   for (int i = 0; i < around; ++i) {
     const Eigen::RowVector3d p = garment.mesh.vertices.row(i);
-    Index nearest = 0;
-    double best = 1e30;
-    for (Index f = 0; f < c.body.faces.rows(); ++f) {
-      const double d = (c.body.vertices.row(c.body.faces(f, 0)) - p).squaredNorm();
-      if (d < best) {
-        best = d;
-        nearest = f;
-      }
-    }
+    // To the nearest point of the body, so that every vertex of the waist stays where it is.
+    const Vec3d at{p.x(), p.y(), p.z()};
     Attachment a;
     a.vertex = i;
-    a.triangle = static_cast<int>(nearest);
-    a.barycentric = {1, 0, 0};
-    a.distance = std::sqrt(best);
+    a.distance = 1e30;
+    for (Index f = 0; f < c.body.faces.rows(); ++f) {
+      const auto corner = [&](int k) {
+        const Eigen::RowVector3d q = c.body.vertices.row(c.body.faces(f, k));
+        return Vec3d{q.x(), q.y(), q.z()};
+      };
+      const FaceCorners<double> t{corner(0), corner(1), corner(2)};
+      const Vec3d b = nearest_on_triangle(at, t);
+      const double d = norm(at - weighted(t, b));
+      if (d < a.distance) {
+        a.distance = d;
+        a.triangle = static_cast<int>(f);
+        a.barycentric = {b.x, b.y, b.z};
+      }
+    }
     garment.attachments.push_back(a);
   }
   c.cloth = make_cloth(garment);
