@@ -253,6 +253,49 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
   return choice;
 }
 
+/// How often the body lies round `x` at `time` of the frame: 0 outside, 1 inside, 2 where it
+/// overlaps itself. Passes through the surface of a ray along +x; a ray through an edge passes one
+/// of its faces, by the order of its ends. Meaningless for open surfaces.
+template <class T>
+ATELIER_HOST_DEVICE inline int times_inside(const BodyView<T>& body, Vec3<T> x, T time) {
+  Box<T> ray{x, x};
+  ray.high.x = T(1e30);
+  int times = 0;
+  visit_tree(body.nodes, ray, [&](int face) {
+    const FaceIndices f = body.faces[face];
+    const FaceCorners<T> t = corners_at(body, face, time);
+    const auto left = [&](Vec3<T> a, Vec3<T> b, int from, int to) {
+      const T area = (a.y - x.y) * (b.z - x.z) - (a.z - x.z) * (b.y - x.y);
+      return area > T(0) || (area == T(0) && from < to);
+    };
+    const bool ab = left(t.a, t.b, f.a, f.b);
+    if (ab != left(t.b, t.c, f.b, f.c) || ab != left(t.c, t.a, f.c, f.a)) {
+      return;
+    }
+    const Vec3<T> n = cross(t.b - t.a, t.c - t.a);
+    if ((dot(n, t.a - x) > T(0)) == (n.x > T(0))) {
+      times += ab ? 1 : -1;
+    }
+  });
+  return times;
+}
+
+/// The nearest face within `reach` of `x` that `x` lies behind.
+template <class T>
+ATELIER_HOST_DEVICE inline FaceOffer<T> nearest_way_out(const BodyView<T>& body, Vec3<T> x, T time,
+                                                        T reach) {
+  FaceOffer<T> best = no_offer(reach);
+  visit_tree(body.nodes, inflated(Box<T>{x, x}, reach), [&](int face) {
+    const FaceOffer<T> offer = offer_of(body, face, x, x, time, time, false);
+    if (offer.face >= 0 && offer.side < T(0) &&
+        (offer.squared_distance < best.squared_distance ||
+         (offer.squared_distance == best.squared_distance && offer.face < best.face))) {
+      best = offer;
+    }
+  });
+  return best;
+}
+
 /// A particle touching the body.
 template <class T>
 struct BodyTouch {
@@ -389,12 +432,16 @@ ATELIER_HOST_DEVICE inline void touch_again(Vec4<T>& x, Vec4<T>& start, Vec4<T>&
 constexpr int kBodyCandidates = 32;
 constexpr int kSearchTree = -1;  ///< instead of a count: too many, ask the tree in every substep
 constexpr int kSearchDeep = -2;  ///< it starts inside: ask the tree as deep as `reach`
+/// It starts inside, but nearest to a piece of the body that lies inside too (where limbs overlap)
+/// and looks at it from its front: ask for the way out.
+constexpr int kSearchBuried = -3;
 
 /// What is known at the start of a frame about what a particle may meet.
 template <class T>
 struct BodyOutlook {
   T slack;  ///< all this holds while the particle is no further than this from its free flight [m]
-  T gap;    ///< distance to the nearest candidate less the thickness, at the start of the frame
+  T gap;    ///< distance to the nearest candidate less the thickness, at the start of the frame;
+            ///< of the buried how far the way out may be
   T speed;  ///< largest motion relative to a candidate in the frame
   int count;  ///< of candidates, or kSearchTree or kSearchDeep
 };
@@ -439,22 +486,34 @@ ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& 
     }
   });
   bool inside = false;
+  bool buried = false;
   if (least <= rule.reach * rule.reach) {
     const Box<T> close = inflated(Box<T>{x, x}, std::sqrt(least) * T(1.0001));
     inside = choose_in_tree(body, close, x, x, T(0), T(0), rule.reach, false).nearest.side < T(0);
+    if (!inside && times_inside(body, x, T(0)) > 0) {
+      const FaceOffer<T> way_out = nearest_way_out(body, x, T(0), rule.reach);
+      buried = way_out.face >= 0;
+      out.gap = buried ? std::sqrt(way_out.squared_distance) + out.speed + slack : out.gap;
+    }
   }
-  out.count = inside ? kSearchDeep : out.count > kBodyCandidates ? kSearchTree : out.count;
+  out.count = buried                        ? kSearchBuried
+              : inside                      ? kSearchDeep
+              : out.count > kBodyCandidates ? kSearchTree
+                                            : out.count;
   return out;
 }
 
 /// How a particle finds its contacts in a substep that ends at time t1 of the frame.
-enum class BodySearch { Nothing, Candidates, Tree, DeepTree };
+enum class BodySearch { Nothing, Candidates, Tree, DeepTree, WayOut };
 
 template <class T>
 ATELIER_HOST_DEVICE inline BodySearch body_search(const BodyOutlook<T>& outlook, Vec3<T> x,
                                                   Vec3<T> frame_start, Vec3<T> flight, T t1) {
   if (outlook.count == kSearchDeep) {
     return BodySearch::DeepTree;
+  }
+  if (outlook.count == kSearchBuried) {
+    return BodySearch::WayOut;
   }
   const Vec3<T> away = x - frame_start - t1 * flight;
   if (squared_norm(away) > outlook.slack * outlook.slack) {
@@ -471,7 +530,14 @@ ATELIER_HOST_DEVICE inline BodySearch body_search(const BodyOutlook<T>& outlook,
 template <class T>
 ATELIER_HOST_DEVICE inline bool contact_by_tree(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
                                                 const BodyView<T>& body, T t0, T t1,
-                                                const BodyContactRule<T>& rule, bool deep) {
+                                                const BodyContactRule<T>& rule,
+                                                const BodyOutlook<T>& outlook, BodySearch search) {
+  if (search == BodySearch::WayOut) {
+    FaceChoice<T> choice{nearest_way_out(body, xyz(x), t1, min_of(rule.reach, outlook.gap)),
+                         no_offer(rule.reach)};
+    return touch_choice(x, start, held, body, t0, t1, rule, choice);
+  }
+  const bool deep = search == BodySearch::DeepTree;
   Box<T> box{xyz(x), xyz(x)};
   grow(box, xyz(start));
   // Who is outside needs to look no deeper than what it touches or passes through.
@@ -495,9 +561,17 @@ template <class T>
 ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T reach) {
   const FaceChoice<T> choice =
       choose_in_tree(body, inflated(Box<T>{x, x}, reach), x, x, T(1), T(1), reach, false);
-  return choice.nearest.face >= 0 && choice.nearest.side < T(0)
-             ? std::sqrt(choice.nearest.squared_distance)
-             : T(0);
+  if (choice.nearest.face < 0) {
+    return T(0);
+  }
+  if (choice.nearest.side < T(0)) {
+    return std::sqrt(choice.nearest.squared_distance);
+  }
+  if (times_inside(body, x, T(1)) != 1) {
+    return T(0);
+  }
+  const FaceOffer<T> way_out = nearest_way_out(body, x, T(1), reach);
+  return way_out.face >= 0 ? std::sqrt(way_out.squared_distance) : T(0);
 }
 
 }  // namespace atelier

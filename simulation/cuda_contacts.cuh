@@ -149,8 +149,9 @@ __device__ __noinline__ void touch_body(const CudaFrame<T>& frame, int blocks,
     Vec4<T> xi = x[v];
     Vec4<T> si = start[v];
     Vec4<T> held = held_of(first + v);
-    const bool deep = search_of(frame, first + v, xi, t1) == BodySearch::DeepTree;
-    const bool touched = contact_by_tree(xi, si, held, frame.body, t0, t1, contact_rule, deep);
+    const bool touched =
+        contact_by_tree(xi, si, held, frame.body, t0, t1, contact_rule, frame.outlook[first + v],
+                        search_of(frame, first + v, xi, t1));
     keep(v, xi, si, held, touched);
   }
   __syncwarp();

@@ -216,8 +216,7 @@ class CpuBackend final : public ClothSolver::Backend {
       return false;
     }
     if (search != BodySearch::Candidates) {
-      return contact_by_tree(x_[i], start_[i], held_[i], body_, t0, t1, rule_,
-                             search == BodySearch::DeepTree);
+      return contact_by_tree(x_[i], start_[i], held_[i], body_, t0, t1, rule_, outlook_[i], search);
     }
     const int* faces = &candidates_[i * kBodyCandidates];
     const int count = outlook_[i].count;

@@ -1,0 +1,227 @@
+#include "tests/simulation/contact_guard.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/random.h"
+#include "simulation/crossings.h"
+#include "tests/simulation/cloth_fixtures.h"
+#include "tests/simulation/test_bodies.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kDeepest = 1e-4;  // m, what the guard allows
+
+/// Limbs that overlap where they meet: each turns about its own joint.
+struct Limbs {
+  std::vector<Points> parts;
+  Triangles faces;
+
+  void add(const Mesh& part) {
+    Index before = 0;
+    for (const Points& p : parts) {
+      before += p.rows();
+    }
+    Triangles all(faces.rows() + part.faces.rows(), 3);
+    all << faces, (part.faces.array() + static_cast<int>(before)).matrix();
+    faces = all;
+    parts.push_back(part.vertices);
+  }
+  /// Vertices with the last limb turned by `angle` about the axis z through `joint`.
+  Points turned(double angle, const Eigen::RowVector3d& joint) const {
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    Index rows = 0;
+    for (const Points& p : parts) {
+      rows += p.rows();
+    }
+    Points out(rows, 3);
+    Index at = 0;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      Points p = parts[k];
+      if (k + 1 == parts.size()) {
+        p = ((p.rowwise() - joint) * turn.transpose()).rowwise() + joint;
+      }
+      out.middleRows(at, p.rows()) = p;
+      at += p.rows();
+    }
+    return out;
+  }
+};
+
+Mesh capsule(double radius, double length, const Eigen::RowVector3d& centre) {
+  Mesh mesh = testing::sphere(radius, 20, 28);
+  for (Index v = 0; v < mesh.vertices.rows(); ++v) {
+    mesh.vertices(v, 1) += mesh.vertices(v, 1) > 1e-9 ? length / 2 : -length / 2;
+  }
+  mesh.vertices.rowwise() += centre;
+  return mesh;
+}
+
+Garment sheet_at(int cells, double size, double y) {
+  Garment garment =
+      testing::garment_of(testing::sheet(cells, cells, size / cells, 'a'), 0.2, 400, 2e-6);
+  garment.mesh.vertices.col(0).array() -= size / 2;
+  garment.mesh.vertices.col(2).array() -= size / 2;
+  garment.mesh.vertices.col(1).array() += y;
+  garment.material.thickness = 2e-3;
+  garment.material.friction = 0.3;
+  return garment;
+}
+
+/// What a moving body did to cloth.
+struct Course {
+  double deepest = 0;
+  double fastest = 0;
+  double most_strain = 0;
+  testing::Guard last;
+  ClothState end;
+};
+
+/// Runs `frames` frames of a body that is `at(frame)` and checks the guard every `every` frames.
+template <class At>
+Course run(ClothSolver& solver, const Triangles& faces, int frames, int every, const At& at) {
+  Course course;
+  for (int i = 0; i < frames; ++i) {
+    Control control;
+    control.body_start = at(i);
+    control.body_end = at(i + 1);
+    const FrameReport report = solver.advance(control);
+    course.most_strain = std::max(course.most_strain, report.strain_p95);
+    if (i % every == every - 1 || i + 1 == frames) {
+      course.end = solver.state();
+      course.last = testing::contact_guard(course.end.positions, control.body_end, faces, 2e-3);
+      course.deepest = std::max(course.deepest, course.last.deepest);
+      course.fastest = std::max(course.fastest, course.end.velocities.rowwise().norm().maxCoeff());
+    }
+  }
+  return course;
+}
+
+/// 0 to 1 between two frames.
+double ramp(int frame, int from, int to) {
+  return std::clamp((frame - from) / double(to - from), 0.0, 1.0);
+}
+
+TEST(ContactGuard, AnArmLaidToTheTrunkPinchesClothAndLetsItGo) {
+  Limbs body;
+  body.add(capsule(0.12, 0.4, {0, 0, 0}));
+  const Eigen::RowVector3d shoulder(0.13, 0.2, 0);
+  body.add(capsule(0.05, 0.4, shoulder - Eigen::RowVector3d(0, 0.2, 0)));
+  const auto at = [&](int frame) {
+    const double down = ramp(frame, 45, 85) - ramp(frame, 105, 145);
+    return body.turned((80 - 75 * down) * kPi / 180, shoulder);
+  };
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    const Cloth cloth = make_cloth(sheet_at(24, 0.6, 0.36));
+    ClothSolver solver(cloth, body.faces, options, device);
+    const Course course = run(solver, body.faces, 170, 5, at);
+    EXPECT_LT(course.deepest, kDeepest);
+    EXPECT_LT(course.fastest, 6);
+    EXPECT_LT(course.most_strain, 0.2);
+    EXPECT_EQ(course.last.excused, 0) << "nothing is left between arm and trunk";
+    EXPECT_EQ(count_crossings(course.end.positions, cloth.faces), 0);
+  }
+}
+
+TEST(ContactGuard, AKneeFoldedOverClothLetsItGo) {
+  Limbs body;
+  body.add(capsule(0.08, 0.35, {0, 0.2, 0}));
+  const Eigen::RowVector3d knee(0, 0, 0);
+  body.add(capsule(0.06, 0.35, {0, -0.2, 0}));
+  // The shank swings up behind to 150 degrees: calf and thigh overlap by centimetres.
+  const auto at = [&](int frame) {
+    return body.turned((ramp(frame, 10, 50) - ramp(frame, 70, 110)) * 150 * kPi / 180, knee);
+  };
+  Garment garment = sheet_at(24, 0.5, 0);
+  // It hangs behind the leg from its upper edge.
+  for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
+    const Eigen::RowVector3d p = garment.mesh.vertices.row(v);
+    garment.mesh.vertices.row(v) << 0.1, 0.05 + p.x(), p.z();
+  }
+  const std::vector<int> top = testing::vertices_where(
+      garment.mesh.vertices, [](double, double y, double) { return y > 0.299; });
+  const Cloth cloth = make_cloth(garment, top);
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, body.faces, options, device);
+    const Course course = run(solver, body.faces, 150, 5, at);
+    EXPECT_LT(course.deepest, kDeepest);
+    EXPECT_LT(course.fastest, 10);
+    EXPECT_LT(course.most_strain, 0.25);
+    EXPECT_EQ(course.last.excused, 0);
+    EXPECT_EQ(count_crossings(course.end.positions, cloth.faces), 0);
+  }
+}
+
+// T17: three sheets stacked on a sphere that begins to spin.
+TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
+  const Mesh ball = testing::sphere(0.2, 24, 48);
+  std::vector<Cloth> sheets;
+  for (int k = 0; k < 3; ++k) {
+    sheets.push_back(make_cloth(sheet_at(12 + k, 0.4, 0.205 + 0.004 * k)));
+  }
+  const Cloth cloth = join_cloths(sheets);
+  const auto at = [&](int frame) -> Points {
+    const double angle = 0.04 * std::max(0, frame - 30);
+    return ball.vertices * Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  };
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, ball.faces, options, device);
+    int crossings = 0;
+    const Course course = run(solver, ball.faces, 90, 5, [&](int frame) {
+      if (frame % 10 == 9) {
+        crossings += count_crossings(solver.state().positions, cloth.faces);
+      }
+      return at(frame);
+    });
+    EXPECT_EQ(crossings, 0);
+    EXPECT_LT(course.deepest, kDeepest);
+    EXPECT_LT(course.most_strain, 0.1);
+  }
+}
+
+TEST(ContactGuard, MaterialsOverSixOrdersOfMagnitudeStayFinite) {
+  const Mesh ball = testing::sphere(0.1, 12, 24);
+  Random random{7, 0, 0};
+  const auto spread = [&](double low, double high) {
+    return low * std::pow(high / low, uniform(random));
+  };
+  for (Device device : testing::devices()) {
+    for (int trial = 0; trial < 24; ++trial) {
+      Garment garment = sheet_at(8, 0.3, 0.13);
+      garment.material.density = spread(1e-3, 1e3);
+      garment.material.stretch_warp = spread(1e-1, 1e5);
+      garment.material.stretch_weft = spread(1e-1, 1e5);
+      garment.material.shear = spread(1e-1, 1e5);
+      garment.material.bending = spread(1e-9, 1e-3);
+      garment.material.friction = spread(1e-3, 1e1);
+      garment.material.damping = spread(1e-7, 1e-1);
+      XpbdOptions options;
+      options.self_contact = true;
+      const Cloth cloth = make_cloth(garment);
+      ClothSolver solver(cloth, ball.faces, options, device);
+      for (int i = 0; i < 20; ++i) {
+        Control control;
+        control.body_start =
+            ball.vertices.rowwise() + Eigen::RowVector3d(0, 0.05 * std::sin(0.4 * i), 0);
+        control.body_end =
+            ball.vertices.rowwise() + Eigen::RowVector3d(0, 0.05 * std::sin(0.4 * (i + 1)), 0);
+        solver.advance(control);  // throws where a position is not finite
+      }
+      EXPECT_LT(solver.state().positions.cwiseAbs().maxCoeff(), 100) << trial;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace atelier
