@@ -271,9 +271,9 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
       Vec4<T> held = frame.held[at];
       const BodySearch search =
           mine && xi.w > T(0) ? search_of(frame, at, xi, t1) : BodySearch::Nothing;
-      if (search == BodySearch::Tree || search == BodySearch::DeepTree) {
+      if (search != BodySearch::Nothing && search != BodySearch::Candidates) {
         touches =
-            contact_by_tree(xi, si, held, frame.body, t0, t1, rule, search == BodySearch::DeepTree);
+            contact_by_tree(xi, si, held, frame.body, t0, t1, rule, frame.outlook[at], search);
       }
       __syncwarp();
       unsigned left = __ballot_sync(kWholeWarp, search == BodySearch::Candidates);

@@ -169,7 +169,7 @@ void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<
 
 template <class T>
 bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start,
-                             int pass) {
+                             int pass, bool every) {
   SelfRule<T> rule = rule_;
   if (pass > 0) {  // old overlaps and crossings are worked at once a substep
     rule.old_overlap = T(0);
@@ -186,6 +186,24 @@ bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Ve
   };
   std::atomic<int> active{0};
   std::atomic<int> pressed{0};
+  // A pair of which nothing moved since the last pass has nothing new to say.
+  const auto stirred = [&](int i) { return moved_[i] == pass; };
+  const auto worth_looking = [&](const SelfPair<T>& pair, bool edges) {
+    int particle[4];
+    pair_particles(view_, pair, edges, particle);
+    return every || stirred(particle[0]) || stirred(particle[1]) || stirred(particle[2]) ||
+           stirred(particle[3]);
+  };
+  const auto look_again = [&](const SelfPair<T>& pair, bool edges, PairState state) {
+    if (state == PairState::Presses) {
+      int particle[4];
+      pair_particles(view_, pair, edges, particle);
+      for (int i : particle) {
+        raise_to(sums_[i].used, 1);
+      }
+    }
+    return state;
+  };
   const auto all = [&](const auto& list, const auto& work) {
     parallel_for(static_cast<Index>(list.size()), 4 * kGrain, [&](Index begin, Index end) {
       int touching = 0;
@@ -205,18 +223,28 @@ bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Ve
       raise_to(sums_[i].stay, 1);
     };
     all(face_pairs_, [&](const SelfPair<T>& pair) {
-      return keep_back(view_, pair, false, load, load_start, stay);
+      return worth_looking(pair, false) ? keep_back(view_, pair, false, load, load_start, stay)
+                                        : PairState::Apart;
     });
     all(edge_pairs_, [&](const SelfPair<T>& pair) {
-      return keep_back(view_, pair, true, load, load_start, stay);
+      return worth_looking(pair, true) ? keep_back(view_, pair, true, load, load_start, stay)
+                                       : PairState::Apart;
     });
     return pressed > 0;
   }
   all(face_pairs_, [&](const SelfPair<T>& pair) {
-    return push_vertex_face(view_, pair, rule, load, load_start, support, add);
+    if (!worth_looking(pair, false)) {
+      return PairState::Apart;
+    }
+    return look_again(pair, false,
+                      push_vertex_face(view_, pair, rule, load, load_start, support, add));
   });
   all(edge_pairs_, [&](const SelfPair<T>& pair) {
-    return push_edge_edge(view_, pair, rule, load, load_start, support, add);
+    if (!worth_looking(pair, true)) {
+      return PairState::Apart;
+    }
+    return look_again(pair, true,
+                      push_edge_edge(view_, pair, rule, load, load_start, support, add));
   });
   all(crossings_, [&](const Crossing& c) {
     return pull_out(view_, c.edge, c.face, rule, load, add) ? PairState::Touches : PairState::Apart;
@@ -236,15 +264,16 @@ void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& sta
     support_[i] = touched[i] != 0 ? kSupportLevels : support_[i];
   }
   for (int pass = 0; pass < kSelfPasses; ++pass) {
-    if (!holds(x)) {
+    const bool anew = !holds(x);
+    if (anew) {
       search(x, start);
     }
-    const bool pressed = push(x, start, pass);
+    const bool pressed = push(x, start, pass, anew || pass == 0 || pass == kSelfPushes);
     parallel_for(static_cast<Index>(x.size()), 8 * kGrain, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         support_[i] = touched[i] != 0 ? kSupportLevels : sums_[i].support;
         if (sums_[i].used != 0) {
-          moved_[i] = 1;
+          moved_[i] = static_cast<char>(pass + 1);
           take_push(sums_[i], x[i], start[i], calm_[i]);
           sums_[i] = {};
         }

@@ -33,7 +33,9 @@ class SelfContactCpu {
 
   bool holds(const std::vector<Vec4<T>>& x) const;
   void search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start);
-  bool push(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start, int pass);
+  /// One pass over the pairs; `every`: also over those of which nothing moved since the last one.
+  /// True if another is needed.
+  bool push(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start, int pass, bool every);
 
   PreparedSurface<T> surface_;
   SelfRule<T> rule_;
@@ -43,7 +45,7 @@ class SelfContactCpu {
   std::vector<Crossing> crossings_;
   std::vector<int> tangled_;
   std::vector<int> support_;
-  std::vector<char> moved_;
+  std::vector<char> moved_;  ///< the last pass in which a particle was pushed, from 1; 0: none
   std::vector<PushSum> sums_;
   std::vector<Vec4<T>> calm_;  ///< pushes of the substep that do not become speed
   int age_ = -1;               ///< substeps since the search, this one included; -1: none

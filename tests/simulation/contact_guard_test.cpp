@@ -113,15 +113,15 @@ TEST(ContactGuard, AnArmLaidToTheTrunkPinchesClothAndLetsItGo) {
   const Eigen::RowVector3d shoulder(0.13, 0.2, 0);
   body.add(capsule(0.05, 0.4, shoulder - Eigen::RowVector3d(0, 0.2, 0)));
   const auto at = [&](int frame) {
-    const double down = ramp(frame, 45, 85) - ramp(frame, 105, 145);
+    const double down = ramp(frame, 30, 60) - ramp(frame, 75, 105);
     return body.turned((80 - 75 * down) * kPi / 180, shoulder);
   };
   for (Device device : testing::devices()) {
     XpbdOptions options;
     options.self_contact = true;
-    const Cloth cloth = make_cloth(sheet_at(24, 0.6, 0.36));
+    const Cloth cloth = make_cloth(sheet_at(16, 0.6, 0.36));
     ClothSolver solver(cloth, body.faces, options, device);
-    const Course course = run(solver, body.faces, 170, 5, at);
+    const Course course = run(solver, body.faces, 125, 5, at);
     EXPECT_LT(course.deepest, kDeepest);
     EXPECT_LT(course.fastest, 6);
     EXPECT_LT(course.most_strain, 0.2);
@@ -137,9 +137,9 @@ TEST(ContactGuard, AKneeFoldedOverClothLetsItGo) {
   body.add(capsule(0.06, 0.35, {0, -0.2, 0}));
   // The shank swings up behind to 150 degrees: calf and thigh overlap by centimetres.
   const auto at = [&](int frame) {
-    return body.turned((ramp(frame, 10, 50) - ramp(frame, 70, 110)) * 150 * kPi / 180, knee);
+    return body.turned((ramp(frame, 10, 40) - ramp(frame, 55, 85)) * 150 * kPi / 180, knee);
   };
-  Garment garment = sheet_at(24, 0.5, 0);
+  Garment garment = sheet_at(16, 0.5, 0);
   // It hangs behind the leg from its upper edge.
   for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
     const Eigen::RowVector3d p = garment.mesh.vertices.row(v);
@@ -152,7 +152,7 @@ TEST(ContactGuard, AKneeFoldedOverClothLetsItGo) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, body.faces, options, device);
-    const Course course = run(solver, body.faces, 150, 5, at);
+    const Course course = run(solver, body.faces, 110, 5, at);
     EXPECT_LT(course.deepest, kDeepest);
     EXPECT_LT(course.fastest, 10);
     EXPECT_LT(course.most_strain, 0.25);
@@ -166,7 +166,7 @@ TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
   const Mesh ball = testing::sphere(0.2, 24, 48);
   std::vector<Cloth> sheets;
   for (int k = 0; k < 3; ++k) {
-    sheets.push_back(make_cloth(sheet_at(12 + k, 0.4, 0.205 + 0.004 * k)));
+    sheets.push_back(make_cloth(sheet_at(10 + k, 0.4, 0.205 + 0.004 * k)));
   }
   const Cloth cloth = join_cloths(sheets);
   const auto at = [&](int frame) -> Points {
@@ -178,7 +178,7 @@ TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
     options.self_contact = true;
     ClothSolver solver(cloth, ball.faces, options, device);
     int crossings = 0;
-    const Course course = run(solver, ball.faces, 90, 5, [&](int frame) {
+    const Course course = run(solver, ball.faces, 70, 5, [&](int frame) {
       if (frame % 10 == 9) {
         crossings += count_crossings(solver.state().positions, cloth.faces);
       }

@@ -82,6 +82,48 @@ TEST(SelfContact, TenLayersStayInOrder) {
   }
 }
 
+// T17: twisted by half a turn to two turns, and strained by a half at the end.
+TEST(SelfContact, ATwistedStripDoesNotCross) {
+  for (double turns : {0.5, 1.0, 2.0}) {
+    constexpr int kCells = 8;
+    Garment garment =
+        testing::garment_of(testing::sheet(2 * kCells, kCells, 0.3 / kCells, 'a'), 0.2, 400, 1e-6);
+    garment.material.thickness = 2e-3;
+    const std::vector<int> left = testing::vertices_where(
+        garment.mesh.vertices, [](double x, double, double) { return x < 1e-9; });
+    const std::vector<int> right = testing::vertices_where(
+        garment.mesh.vertices, [](double x, double, double) { return x > 0.599; });
+    std::vector<int> pins = left;
+    pins.insert(pins.end(), right.begin(), right.end());
+    const Cloth cloth = make_cloth(garment, pins);
+    for (Device device : testing::devices()) {
+      XpbdOptions options;
+      options.self_contact = true;
+      ClothSolver solver(cloth, {}, options, device);
+      constexpr int kFrames = 60;
+      for (int i = 0; i < kFrames; ++i) {
+        const double share = (i + 1.0) / kFrames;
+        Control control;
+        control.gravity.setZero();
+        control.pin_targets = cloth.rest_positions;
+        for (int side : {-1, 1}) {
+          for (int v : side < 0 ? left : right) {
+            const double a = side * share * turns * 3.14159265358979323846;
+            const double z = cloth.rest_positions(v, 2) - 0.15;
+            control.pin_targets.row(v) << 0.3 + side * (0.3 - 0.08 * share), z * std::sin(a),
+                0.15 + z * std::cos(a);
+          }
+        }
+        solver.advance(control);
+        if (i % 5 == 4) {
+          ASSERT_EQ(count_crossings(solver.state().positions, cloth.faces), 0)
+              << turns << " turns, frame " << i;
+        }
+      }
+    }
+  }
+}
+
 TEST(SelfContact, AStripFoldedOverItselfDoesNotCross) {
   // One end of a strip is turned over and pressed through the other.
   Garment garment = testing::garment_of(testing::sheet(30, 5, 0.01, 'a'), 0.2, 400, 1e-6);
