@@ -61,7 +61,7 @@ OptionTable describe(XpbdOptions& o) {
         "Gap between sheets; below 0: the material's.");
   t.add("self_friction", o.self_friction, -1, 100, "", "Between sheets; below 0: the material's.");
   t.add("self_interval", o.self_interval, 1, 10000, "",
-        "Substeps between looking for pairs of cloth.");
+        "Substeps that a search for pairs of cloth looks ahead.");
   t.add("air_density", o.air_density, 0, 10, "kg/m3", "Density of the air.");
   t.add("drag", o.drag, 0, 10, "", "Drag coefficient normal to the cloth.");
   t.add("lift", o.lift, 0, 10, "", "Lift coefficient.");

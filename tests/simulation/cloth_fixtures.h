@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -149,6 +150,12 @@ inline ClothState settle(ClothSolver& solver, const Control& control, int most,
     }
   }
   return solver.state();
+}
+
+/// True in scripts/soak, where tests run in full.
+inline bool soaking() {
+  const char* soak = std::getenv("ATELIER_SOAK");
+  return soak != nullptr && std::string(soak) == "1";
 }
 
 /// The devices that this machine can run.

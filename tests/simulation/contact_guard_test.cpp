@@ -191,6 +191,114 @@ TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
   }
 }
 
+/// Rings of vertices round the axis y, every second one turned by half a step.
+Mesh tube(int around, int rings, double top, double bottom, double high, double low) {
+  Mesh mesh;
+  mesh.vertices.resize(around * rings, 3);
+  mesh.faces.resize(2 * around * (rings - 1), 3);
+  Index f = 0;
+  for (int r = 0; r < rings; ++r) {
+    for (int i = 0; i < around; ++i) {
+      const double share = r / (rings - 1.0);
+      const double angle = 2 * kPi * (i + 0.5 * (r % 2)) / around;
+      const double radius = top + (bottom - top) * share;
+      mesh.vertices.row(r * around + i) << radius * std::cos(angle), high + (low - high) * share,
+          radius * std::sin(angle);
+      if (r + 1 < rings) {
+        const int a = r * around + i;
+        const int b = r * around + (i + 1) % around;
+        const int c = (r + 1) * around + (r % 2 == 0 ? i : (i + 1) % around);
+        const int d = (r + 1) * around + (r % 2 == 0 ? (i + around - 1) % around : i);
+        mesh.faces.row(f++) << a, b, c;
+        mesh.faces.row(f++) << a, c, d;
+      }
+    }
+  }
+  return mesh;
+}
+
+// A skirt on hips and a kicking leg, for as long as anyone likes: 300 frames here, 100,000 in
+// scripts/soak.
+TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
+  const bool soak = testing::soaking();
+  Limbs body;
+  body.add(capsule(0.15, 0.1, {0, 0, 0}));
+  body.add(capsule(0.07, 0.4, {-0.08, -0.3, 0}));
+  const Eigen::RowVector3d hip(0.08, -0.08, 0);
+  body.add(capsule(0.07, 0.4, hip - Eigen::RowVector3d(0, 0.22, 0)));
+  const auto at = [&](int frame) -> Points {
+    const double t = frame / 60.0;
+    // Kicks of 80 degrees, spins of half a turn to and fro, and a shake.
+    const Points posed = body.turned(1.4 * std::pow(std::sin(4 * t), 2), hip);
+    const Eigen::Matrix3d spin =
+        Eigen::AngleAxisd(1.6 * std::sin(5 * t), Eigen::Vector3d::UnitY()).toRotationMatrix();
+    return (posed * spin.transpose()).rowwise() +
+           Eigen::RowVector3d(0.05 * std::sin(9 * t), 0.05 * std::sin(11 * t), 0);
+  };
+  Garment garment = testing::garment_of(tube(28, 12, 0.155, 0.3, 0.02, -0.4), 0.2, 400, 2e-6);
+  garment.material.thickness = 2e-3;
+  std::vector<int> waist;
+  for (int i = 0; i < 28; ++i) {
+    waist.push_back(i);
+  }
+  const Cloth cloth = make_cloth(garment, waist);
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, body.faces, options, device);
+    const int frames = soak ? 100000 : 300;
+    double worst_strain = 0;
+    int early = 0;
+    int late = 0;
+    for (int i = 0; i < frames; ++i) {
+      Control control;
+      control.body_start = at(i);
+      control.body_end = at(i + 1);
+      const double t = (i + 1) / 60.0;
+      const Eigen::Matrix3d spin =
+          Eigen::AngleAxisd(1.6 * std::sin(5 * t), Eigen::Vector3d::UnitY()).toRotationMatrix();
+      control.pin_targets = (cloth.rest_positions * spin.transpose()).rowwise() +
+                            Eigen::RowVector3d(0.05 * std::sin(9 * t), 0.05 * std::sin(11 * t), 0);
+      worst_strain = std::max(worst_strain, solver.advance(control).strain_p95);
+      if (i % 50 == 49) {
+        const int crossings = count_crossings(solver.state().positions, cloth.faces);
+        int& half = i < frames / 2 ? early : late;
+        half = std::max(half, crossings);
+      }
+    }
+    EXPECT_LT(worst_strain, 0.3);
+    EXPECT_LE(late, early) << "crossings grow";
+    RecordProperty(std::string("crossings_") + device_name(device), late);
+  }
+}
+
+// T17: a drop of fifty layers, ten elsewhere.
+TEST(ContactGuard, FiftyLayersSettleInOrder) {
+  if (!testing::soaking()) {
+    GTEST_SKIP() << "part of scripts/soak";
+  }
+  const Mesh floor = testing::incline(0, 2);
+  std::vector<Cloth> layers;
+  for (int k = 0; k < 50; ++k) {
+    layers.push_back(make_cloth(sheet_at(8 + k % 3, 0.15, 0.003 + 0.006 * k)));
+  }
+  const Cloth cloth = join_cloths(layers);
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, floor.faces, options, device);
+    Control control;
+    control.body_start = floor.vertices;
+    control.body_end = floor.vertices;
+    for (int i = 0; i < 120; ++i) {
+      solver.advance(control);
+      if (i % 10 == 9) {
+        EXPECT_EQ(count_crossings(solver.state().positions, cloth.faces), 0) << i;
+      }
+    }
+  }
+}
+
 TEST(ContactGuard, MaterialsOverSixOrdersOfMagnitudeStayFinite) {
   const Mesh ball = testing::sphere(0.1, 12, 24);
   Random random{7, 0, 0};
