@@ -390,6 +390,8 @@ std::unique_ptr<ClothSolver::Backend> make_cuda_backend(
   if (!cuda_available()) {
     throw EnvironmentError("CUDA", "no device answers; use the CPU");
   }
+  ATELIER_CHECK(options.sweep == "gauss-seidel" || !options.self_contact,
+                "Jacobi sweeps with contact of the cloth with itself run on the CPU alone");
   if (options.precision == "double") {
     return std::make_unique<CudaBackend<double>>(cloth, variations, body_faces, options);
   }
