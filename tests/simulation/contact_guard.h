@@ -31,7 +31,8 @@ inline Guard contact_guard(const Points& cloth, const Points& body, const Triang
     for (int k = 0; k < 26 && !overlapped; ++k) {
       const int code = k < 13 ? k : k + 1;
       const Eigen::Vector3d d(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
-      overlapped = winding_number(winding, p + thickness * d.normalized()) > 1.5;
+      // A little further: the way to the zone lies up to 27 degrees off these directions.
+      overlapped = winding_number(winding, p + 1.15 * thickness * d.normalized()) > 1.5;
     }
     if (overlapped) {
       ++out.excused;
