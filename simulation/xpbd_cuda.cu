@@ -216,10 +216,6 @@ class CudaBackend final : public ClothSolver::Backend {
     if (self_ != nullptr) {
       self_->reset();
     }
-    for (int scene = 0; scene < scenes_; ++scene) {
-      fixed_[scene] = state(scene).positions;
-    }
-    targets_current_ = false;
   }
 
   std::vector<double> multipliers(const std::vector<EdgeMultipliers<T>>& lambda, int scene) const {
