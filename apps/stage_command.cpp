@@ -12,6 +12,7 @@
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#include "core/store/digest_meter.h"
 #include "core/store/run_stage.h"
 
 namespace atelier {
@@ -79,15 +80,19 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
     require(set_shard(request.selection, arguments.shard));
   }
   StageConsole console(stage, arguments.json);
-  if (arguments.dry_run) {
-    console.show_plan(plan_stage(all_stages(), stage, request));
-    return kExitDone;
-  }
   catch_interrupts();
   StageEvents events;
   events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };
   events.say = [&](const std::string& line) { console.say(line); };
   events.stop = interrupted;
+  if (arguments.dry_run) {
+    try {
+      console.show_plan(plan_stage(all_stages(), stage, request, events));
+    } catch (const StopRequested&) {
+      end_by_signal();
+    }
+    return kExitDone;
+  }
   const StageReport report = run_stage(all_stages(), stage, request, events);
   console.show_report(report);
   if (report.end == StageReport::End::Stopped) {

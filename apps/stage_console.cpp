@@ -8,6 +8,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "core/store/digest_meter.h"
 #include "core/store/result.h"
 
 namespace atelier {
@@ -105,10 +106,15 @@ void StageConsole::show_progress(const StageProgress& progress) {
               << std::endl;
     return;
   }
-  const std::string line = stage_ + "  " + std::to_string(progress.done) + "/" +
-                           std::to_string(progress.total) + " " + progress.unit + "  " +
-                           format("%.3g", progress.per_second) + "/s  " +
-                           duration_text(progress.seconds_left) + " left";
+  const bool bytes = progress.unit == kDigestUnit;
+  const auto amount = [&](std::int64_t count) {
+    return bytes ? bytes_text(static_cast<double>(count)) : std::to_string(count);
+  };
+  const std::string line =
+      stage_ + "  " + amount(progress.done) + "/" + amount(progress.total) + " " +
+      (bytes ? "digested" : progress.unit) + "  " +
+      (bytes ? bytes_text(progress.per_second) : format("%.3g", progress.per_second)) + "/s  " +
+      duration_text(progress.seconds_left) + " left";
   if (terminal_) {
     std::fprintf(stderr, "\r%s\033[K", line.c_str());
     line_shown_ = true;
@@ -165,6 +171,7 @@ void StageConsole::show_report(const StageReport& report) {
                            {"key", hex(report.plan.manifest.key)},
                            {"frames_done", report.frames_done},
                            {"frames_total", report.frames_total},
+                           {"frames_kept", report.plan.frames_kept},
                            {"consent", consent_json(report.plan.manifest.consent)},
                            {"warnings", warnings_of(report.plan.manifest.consent)}};
     if (finished) {
@@ -181,6 +188,12 @@ void StageConsole::show_report(const StageReport& report) {
   switch (report.end) {
     case StageReport::End::AlreadyDone:
       std::cout << stage_ << " is done already: " << report.plan.result_folder.string() << "\n";
+      if (report.plan.frames_kept > 0) {
+        std::cout << "  beside it lies unfinished work of "
+                  << counted(report.plan.frames_kept, "frame")
+                  << " by --force: --force with the other frames finishes it, atelier gc removes "
+                     "it\n";
+      }
       break;
     case StageReport::End::Done:
       std::cout << stage_ << " done: " << report.plan.result_folder.string() << ", "
@@ -191,9 +204,18 @@ void StageConsole::show_report(const StageReport& report) {
       break;
     case StageReport::End::Partial:
       std::cout << stage_ << ": " << report.frames_done << " of " << report.frames_total
-                << " frames are done; the rest is left to other runs\n";
+                << " frames are done" << (report.again ? " again" : "")
+                << "; the rest is left to other runs\n";
+      if (report.again) {
+        std::cout << "  until then the older result stays: " << report.plan.result_folder.string()
+                  << "\n";
+      }
       break;
     case StageReport::End::Stopped:
+      if (report.frames_total == 0) {
+        std::cout << stage_ << " stopped before its work began; nothing was changed\n";
+        return;
+      }
       std::cout << stage_ << " stopped: " << report.frames_done << " of " << report.frames_total
                 << " frames are kept; the same command goes on from there\n";
       break;

@@ -1,5 +1,6 @@
 #include "core/store/collect_garbage.h"
 
+#include <algorithm>
 #include <optional>
 #include <system_error>
 
@@ -34,16 +35,38 @@ std::int64_t bytes_below(const std::filesystem::path& path) {
   return bytes;
 }
 
+/// The name of the current result if there are older ones beside it and it is sound: beside a
+/// damaged one they may be the last sound ones, and are needed.
+std::optional<std::string> current_over_older(const std::filesystem::path& folder,
+                                              std::string_view stage) {
+  const auto current = current_name(folder);
+  const std::vector<std::filesystem::path> entries = list_folder(folder);
+  const bool any_older = std::any_of(entries.begin(), entries.end(), [&](const auto& entry) {
+    const std::string name = entry.filename().string();
+    return is_folder_name(name) && name != current;
+  });
+  if (!current || !any_older) {
+    return std::nullopt;
+  }
+  try {
+    const Manifest manifest = read_manifest(folder / *current, stage);
+    const bool sound = !has_errors(check_outputs(folder / *current, manifest, Check::Digests));
+    return sound ? current : std::nullopt;
+  } catch (const DataError&) {
+    return std::nullopt;
+  }
+}
+
 /// What an entry of a stage's folder is, if nothing needs it; "" otherwise.
 std::string uselessness(const std::filesystem::path& entry,
                         const std::optional<std::string>& current) {
   const std::string name = entry.filename().string();
   const bool folder = link_kind(entry) == file_type::directory;
-  if (folder && name.starts_with(".staging-")) {
+  if (folder && !key_behind(".staging-", name).empty()) {
     const std::size_t frames = read_frame_logs(entry).size();
     return "unfinished work of " + std::to_string(frames) + (frames == 1 ? " frame" : " frames");
   }
-  if (folder && name.starts_with(".replaced-")) {
+  if (folder && !key_behind(".replaced-", name).empty()) {
     return "a result that was replaced";
   }
   if (folder && current && is_folder_name(name) && name != *current) {
@@ -59,9 +82,7 @@ std::string uselessness(const std::filesystem::path& entry,
 
 std::vector<Garbage> collect_garbage(std::span<const Stage> stages,
                                      const std::filesystem::path& workspace, bool dry_run) {
-  if (file_kind(workspace) != file_type::directory) {
-    throw DataError(workspace.string(), "", "no folder", "a workspace");
-  }
+  require_workspace(stages, workspace);
   std::vector<Garbage> all;
   for (const Stage& stage : stages) {
     const std::filesystem::path folder = workspace / stage.name;
@@ -70,7 +91,7 @@ std::vector<Garbage> collect_garbage(std::span<const Stage> stages,
     }
     require_folder(folder);
     const auto lock = FileLock::try_lock(folder / ".lock", FileLock::Mode::Exclusive);
-    const auto current = current_name(folder);
+    const auto current = current_over_older(folder, stage.name);
     std::vector<Garbage> found;
     for (const std::filesystem::path& entry : list_folder(folder)) {
       const std::string what = uselessness(entry, current);

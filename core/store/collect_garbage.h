@@ -20,9 +20,9 @@ struct Garbage {
 
 /// Removes unfinished work and results that are no longer current from the stages' folders of a
 /// workspace. A stage that is running, and a result that is being read, are left; so is everything
-/// of a stage without a current result, and every folder and file that no stage made. Throws
-/// DataError if the workspace is missing, EnvironmentError if something cannot be looked at or
-/// removed.
+/// of a stage without a current result, every result beside a current one that is damaged, and
+/// every folder and file that no stage made. Throws DataError if the workspace is missing or no
+/// stage has run in it, EnvironmentError if something cannot be looked at or removed.
 std::vector<Garbage> collect_garbage(std::span<const Stage> stages,
                                      const std::filesystem::path& workspace, bool dry_run);
 

@@ -76,7 +76,14 @@ std::vector<Entry> entries_of(const std::filesystem::path& root) {
   return entries;
 }
 
-Digest stamp_of(const std::vector<Entry>& entries) {
+/// What the file system says of the files, without reading one.
+struct Look {
+  Digest stamp{};
+  std::int64_t bytes = 0;
+};
+
+Look look_at(const std::vector<Entry>& entries) {
+  Look look;
   Sha256 hash;
   for (const Entry& entry : entries) {
     struct stat status {};
@@ -86,62 +93,86 @@ Digest stamp_of(const std::vector<Entry>& entries) {
     hash.update(entry.name + "\n" + std::to_string(status.st_size) + " " +
                 std::to_string(status.st_mtim.tv_sec) + "." +
                 std::to_string(status.st_mtim.tv_nsec) + "\n");
+    look.bytes += status.st_size;
   }
-  return hash.finish();
+  look.stamp = hash.finish();
+  return look;
 }
 
-FileDigest read_digest(const std::filesystem::path& path, int flags) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | flags);
-  if (file < 0) {
+/// Closes a file at the end of a scope.
+class OpenFile {
+ public:
+  explicit OpenFile(int file) : file_(file) {}
+  ~OpenFile() {
+    if (file_ >= 0) {
+      close(file_);
+    }
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  int number() const { return file_; }
+
+ private:
+  int file_;
+};
+
+FileDigest read_digest(const std::filesystem::path& path, int flags, DigestMeter& meter) {
+  const OpenFile file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | flags));
+  if (file.number() < 0) {
     throw DataError(path.string(), "",
                     errno == ELOOP ? std::string("a symbolic link") : reason(errno),
                     "a readable file");
   }
   struct stat status {};
-  if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {
-    close(file);
+  if (fstat(file.number(), &status) != 0 || !S_ISREG(status.st_mode)) {
     throw DataError(path.string(), "", "no regular file", "a file");
   }
   std::vector<char> chunk(kChunk);
   Sha256 hash;
   FileDigest result;
   while (true) {
-    const ssize_t got = read(file, chunk.data(), chunk.size());
+    const ssize_t got = read(file.number(), chunk.data(), chunk.size());
     if (got < 0 && errno == EINTR) {
       continue;
     }
     if (got < 0) {
-      const int error = errno;
-      close(file);
-      throw EnvironmentError(path.string(), "cannot read: " + reason(error));
+      throw EnvironmentError(path.string(), "cannot read: " + reason(errno));
     }
     if (got == 0) {
       break;
     }
     hash.update(chunk.data(), static_cast<std::size_t>(got));
     result.size += got;
+    meter.add(got);
   }
-  close(file);
   result.digest = hash.finish();
   return result;
 }
 
 }  // namespace
 
-FileDigest digest_of_file(const std::filesystem::path& path) {
-  return read_digest(path, O_NOFOLLOW);
+FileDigest digest_of_file(const std::filesystem::path& path, DigestMeter& meter) {
+  return read_digest(path, O_NOFOLLOW, meter);
 }
 
-InputDigest digest_of_input(const std::filesystem::path& path) {
+FileDigest digest_of_file(const std::filesystem::path& path) {
+  DigestMeter nobody;
+  return digest_of_file(path, nobody);
+}
+
+InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents& events) {
   const std::vector<Entry> entries = entries_of(path);
   InputDigest result;
-  result.stamp = stamp_of(entries);
+  const Look look = look_at(entries);
+  result.stamp = look.stamp;
+  DigestMeter meter(events);
+  meter.expect(look.bytes);
   const bool single = entries.size() == 1 && entries[0].path == path;
   std::vector<FileDigest> digests(entries.size());
   parallel_for(static_cast<Index>(entries.size()), 1, [&](Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) {
+    for (Index i = begin; i < end && !meter.stopped(); ++i) {
       const auto at = static_cast<std::size_t>(i);
-      digests[at] = read_digest(entries[at].path, single ? 0 : O_NOFOLLOW);
+      digests[at] = read_digest(entries[at].path, single ? 0 : O_NOFOLLOW, meter);
     }
   });
   Sha256 hash;
@@ -157,7 +188,7 @@ InputDigest digest_of_input(const std::filesystem::path& path) {
 }
 
 Digest stamp_of_input(const std::filesystem::path& path) {
-  return stamp_of(entries_of(path));
+  return look_at(entries_of(path)).stamp;
 }
 
 }  // namespace atelier

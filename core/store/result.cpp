@@ -75,7 +75,7 @@ Manifest read_manifest(const std::filesystem::path& folder, std::string_view sta
 }
 
 std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Manifest& manifest,
-                                   Check check) {
+                                   Check check, const StageEvents& events) {
   std::map<std::string, struct stat> found = files_below(folder);
   found.erase("manifest.json");
   std::vector<Finding> findings;
@@ -104,11 +104,16 @@ std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Ma
     findings.push_back(finding(Severity::Error, "output-extra", folder / path,
                                "the manifest does not name this file"));
   }
+  DigestMeter meter(events);
+  for (const ManifestOutput* output : to_digest) {
+    meter.expect(output->size);
+  }
   std::vector<char> differs(to_digest.size(), 0);
   parallel_for(static_cast<Index>(to_digest.size()), 1, [&](Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) {
+    for (Index i = begin; i < end && !meter.stopped(); ++i) {
       const auto at = static_cast<std::size_t>(i);
-      differs[at] = digest_of_file(folder / to_digest[at]->path).digest != to_digest[at]->digest;
+      const FileDigest digest = digest_of_file(folder / to_digest[at]->path, meter);
+      differs[at] = digest.digest != to_digest[at]->digest;
     }
   });
   for (std::size_t i = 0; i < to_digest.size(); ++i) {
@@ -135,6 +140,24 @@ bool is_folder_name(std::string_view name) {
   return name.size() == 16 && std::all_of(name.begin(), name.end(), [](char c) {
            return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
          });
+}
+
+std::string_view key_behind(std::string_view prefix, std::string_view name) {
+  return name.starts_with(prefix) && is_folder_name(name.substr(prefix.size()))
+             ? name.substr(prefix.size())
+             : "";
+}
+
+void require_workspace(std::span<const Stage> stages, const std::filesystem::path& workspace) {
+  if (file_kind(workspace) != std::filesystem::file_type::directory) {
+    throw DataError(workspace.string(), "", "no folder", "a workspace");
+  }
+  const bool any = std::any_of(stages.begin(), stages.end(), [&](const Stage& stage) {
+    return link_kind(workspace / stage.name) != std::filesystem::file_type::not_found;
+  });
+  if (!any) {
+    throw DataError(workspace.string(), "", "a folder in which no stage has run", "a workspace");
+  }
 }
 
 std::optional<std::string> current_name(const std::filesystem::path& stage_folder) {

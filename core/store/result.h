@@ -2,12 +2,15 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/finding.h"
+#include "core/store/digest_meter.h"
 #include "core/store/manifest.h"
+#include "core/store/stage.h"
 
 namespace atelier {
 
@@ -32,12 +35,21 @@ Manifest read_manifest(const std::filesystem::path& folder, std::string_view sta
 /// Everything in which a result's folder differs from its manifest: "output-missing",
 /// "output-extra", "output-kind" (a link, folder or device), "output-size", "output-digest",
 /// "manifest-time" (a finish in the future, a warning), "consent-ended" (a warning). Empty if they
-/// agree. Digests are taken on several threads.
+/// agree. Digests are taken on several threads; throws StopRequested if `events.stop` says so
+/// meanwhile.
 std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Manifest& manifest,
-                                   Check check);
+                                   Check check, const StageEvents& events = {});
 
 /// True for 16 lower-case hexadecimal digits.
 bool is_folder_name(std::string_view name);
+
+/// The <key16> of "<prefix><key16>", as in ".staging-<key16>"; "" of any other name, which no stage
+/// gave.
+std::string_view key_behind(std::string_view prefix, std::string_view name);
+
+/// Throws DataError unless the workspace is a folder with a folder of one of the stages;
+/// EnvironmentError if it cannot be looked at.
+void require_workspace(std::span<const Stage> stages, const std::filesystem::path& workspace);
 
 /// The name that `<stage>/current` points to; nothing if it is missing or no link to a result
 /// beside it. Links are never followed. Throws EnvironmentError if it cannot be looked at.

@@ -11,6 +11,7 @@
 #include "core/store/build_info.h"
 #include "core/store/commit.h"
 #include "core/store/file_kind.h"
+#include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
 #include "core/store/result.h"
 
@@ -68,13 +69,14 @@ void open_stage_folder(const StageRequest& request, const StagePlan& plan) {
 }
 
 /// A staging folder that an interrupted run left complete, up to the rename.
-std::optional<Manifest> complete_staging(const StagePlan& plan) {
+std::optional<Manifest> complete_staging(const StagePlan& plan, const StageEvents& events) {
   try {
     Manifest manifest = read_manifest(plan.staging_folder, plan.manifest.stage);
     if (manifest.key != plan.manifest.key) {
       return std::nullopt;
     }
-    for (const Finding& finding : check_outputs(plan.staging_folder, manifest, Check::Digests)) {
+    for (const Finding& finding :
+         check_outputs(plan.staging_folder, manifest, Check::Digests, events)) {
       if (finding.severity == Severity::Error && finding.code != "output-extra") {
         return std::nullopt;
       }
@@ -117,21 +119,24 @@ void renew_consent(StageReport& report) {
   replace_manifest(plan.result_folder, report.manifest);
 }
 
-StageReport already_done(StageReport report) {
+void end_already_done(StageReport& report) {
   make_current(report.plan);
   report.end = StageReport::End::AlreadyDone;
   renew_consent(report);
-  return report;
+  // Of a split run with --force that never came to its end.
+  report.plan.frames_kept =
+      static_cast<std::int64_t>(read_frame_logs(report.plan.staging_folder).size());
 }
 
 /// Readies the staging folder. True if there was nothing left but to commit it, which is done.
-bool open_staging(const Stage& stage, const StageRequest& request, StageReport& report) {
+bool open_staging(const Stage& stage, const StageRequest& request, const StageEvents& events,
+                  StageReport& report) {
   const StagePlan& plan = report.plan;
   const FileLock moment =
       FileLock::wait(plan.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
   if (link_kind(plan.staging_folder) != std::filesystem::file_type::not_found) {
     if (!request.force) {
-      if (auto manifest = complete_staging(plan)) {
+      if (auto manifest = complete_staging(plan, events)) {
         manifest->consent = plan.manifest.consent;  // as it is stated now
         commit_result(plan.staging_folder, plan.result_folder, *manifest);
         report.manifest = *manifest;
@@ -148,28 +153,44 @@ bool open_staging(const Stage& stage, const StageRequest& request, StageReport& 
   return false;
 }
 
-}  // namespace
+/// What is left to other runs. With --force the older result lies there until the last of them
+/// commits, by which the staging folder goes: only then is the new one there.
+void end_partial(const StageRequest& request, const StageEvents& events, StageReport& report) {
+  const std::vector<std::string> reasons = report.plan.reasons;
+  const bool committed =
+      link_kind(report.plan.staging_folder) == std::filesystem::file_type::not_found;
+  if (!request.force || committed) {
+    judge_state(report.plan, false, events);
+    if (report.plan.state == StagePlan::State::Done) {
+      end_already_done(report);  // another shard was last
+      return;
+    }
+  }
+  report.plan.reasons = reasons;
+  report.end = StageReport::End::Partial;
+  report.again = request.force &&
+                 link_kind(report.plan.result_folder) != std::filesystem::file_type::not_found;
+}
 
-StageReport run_stage(std::span<const Stage> stages, const Stage& stage,
-                      const StageRequest& request, const StageEvents& events) {
-  ATELIER_CHECK(stage.frame_wise || request.selection.everything(),
-                std::string(stage.name) + " cannot be split");
-  StageReport report;
-  report.plan = plan_stage(stages, stage, request);
+void work_on(std::span<const Stage> stages, const Stage& stage, const StageRequest& request,
+             const StageEvents& events, StageReport& report) {
+  report.plan = plan_stage(stages, stage, request, events);
   if (report.plan.state == StagePlan::State::Done) {
-    return already_done(std::move(report));
+    end_already_done(report);
+    return;
   }
   open_stage_folder(request, report.plan);
   const FileLock lock = lock_stage(stage, request, report.plan);
   const std::vector<std::string> reasons = report.plan.reasons;
-  judge_state(report.plan, request.force);  // another run may have ended while we digested
+  judge_state(report.plan, request.force, events);  // another run may have ended meanwhile
   if (report.plan.state == StagePlan::State::Done) {
-    return already_done(std::move(report));
+    end_already_done(report);
+    return;
   }
   report.plan.reasons = reasons;
-  if (open_staging(stage, request, report)) {
+  if (open_staging(stage, request, events, report)) {
     report.end = StageReport::End::Done;
-    return report;
+    return;
   }
   StagingGuard guard(stage, report.plan.staging_folder);
   ActiveRun run(stage, request, report.plan, events);
@@ -178,16 +199,11 @@ StageReport run_stage(std::span<const Stage> stages, const Stage& stage,
   report.frames_total = run.frames_total();
   if (run.stopped()) {
     report.end = StageReport::End::Stopped;
-    return report;
+    return;
   }
   if (run.frames_missing()) {
-    judge_state(report.plan, false);
-    if (report.plan.state == StagePlan::State::Done) {
-      return already_done(std::move(report));  // another shard was last
-    }
-    report.plan.reasons = reasons;
-    report.end = StageReport::End::Partial;
-    return report;
+    end_partial(request, events, report);
+    return;
   }
   ATELIER_CHECK(!stage.frame_wise || run.frames_total() > 0,
                 std::string(stage.name) + " is said to be frame-wise, but has no each_frame");
@@ -203,6 +219,20 @@ StageReport run_stage(std::span<const Stage> stages, const Stage& stage,
   guard.release();
   commit_result(report.plan.staging_folder, report.plan.result_folder, report.manifest);
   report.end = StageReport::End::Done;
+}
+
+}  // namespace
+
+StageReport run_stage(std::span<const Stage> stages, const Stage& stage,
+                      const StageRequest& request, const StageEvents& events) {
+  ATELIER_CHECK(stage.frame_wise || request.selection.everything(),
+                std::string(stage.name) + " cannot be split");
+  StageReport report;
+  try {
+    work_on(stages, stage, request, events, report);
+  } catch (const StopRequested&) {
+    report.end = StageReport::End::Stopped;
+  }
   return report;
 }
 

@@ -1,32 +1,14 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "core/store/manifest.h"
 #include "core/store/stage.h"
+#include "core/store/stage_events.h"
 #include "core/store/stage_plan.h"
 
 namespace atelier {
-
-/// How far a run is.
-struct StageProgress {
-  std::string unit = "frames";
-  std::int64_t done = 0;  ///< of `total`, those of earlier runs included
-  std::int64_t total = 0;
-  double per_second = 0;    ///< rate of this run; 0 while it is not known
-  double seconds_left = 0;  ///< at that rate
-};
-
-/// Whom a run tells. Each may be empty. They are called from one thread at a time.
-struct StageEvents {
-  std::function<void(const StageProgress&)> progress;
-  std::function<void(const std::string& line)> say;
-  std::function<bool()> stop;  ///< asked between frames: true ends the run early and cleanly
-};
 
 /// What a run came to.
 struct StageReport {
@@ -38,10 +20,11 @@ struct StageReport {
   };
 
   End end = End::Done;
-  StagePlan plan;                ///< what there was to do, and why
-  Manifest manifest;             ///< of the result, unless Partial or Stopped
-  std::int64_t frames_done = 0;  ///< of a frame-wise stage: all that are finished now
-  std::int64_t frames_total = 0;
+  StagePlan plan;                 ///< what there was to do, and why
+  Manifest manifest;              ///< of the result, unless Partial or Stopped
+  bool again = false;             ///< Partial, while an older result of the request stays current
+  std::int64_t frames_done = 0;   ///< of a frame-wise stage: all that are finished now
+  std::int64_t frames_total = 0;  ///< 0 if it was stopped before a frame was begun
 };
 
 /// Does what is to be done so that the stage's result for this request is there and current:

@@ -16,7 +16,7 @@ namespace {
 
 std::filesystem::path real_path(const std::filesystem::path& path) {
   std::error_code error;
-  const std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
+  std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
   if (error) {
     throw EnvironmentError(path.string(), error.message());
   }
@@ -37,13 +37,14 @@ void add_consent(std::vector<Consent>& all, const std::vector<Consent>& more) {
 }
 
 /// The INPUT that the user named.
-void add_outside_input(StagePlan& plan, std::string_view kind, const StageRequest& request) {
+void add_outside_input(StagePlan& plan, std::string_view kind, const StageRequest& request,
+                       const StageEvents& events) {
   const std::filesystem::path path = real_path(request.input);
   if (is_inside_input(request)) {
     throw DataError(request.workspace.string(), "", "a workspace inside its own input",
                     "a folder elsewhere: what is written there would change the input");
   }
-  const InputDigest digest = digest_of_input(path);
+  const InputDigest digest = digest_of_input(path, events);
   plan.manifest.inputs.push_back(
       {std::string(kind), path.string(), digest.digest, digest.files, digest.bytes, ""});
   plan.input_paths.push_back(path);
@@ -53,7 +54,7 @@ void add_outside_input(StagePlan& plan, std::string_view kind, const StageReques
 
 /// The result of an earlier stage.
 void add_stage_input(StagePlan& plan, std::string_view kind, const Stage& maker,
-                     const StageRequest& request) {
+                     const StageRequest& request, const StageEvents& events) {
   const std::filesystem::path folder = request.workspace / maker.name;
   const std::string advice = "a sound result; run 'atelier " + std::string(maker.name) + "' first";
   const auto name = current_name(folder);
@@ -67,7 +68,7 @@ void add_stage_input(StagePlan& plan, std::string_view kind, const Stage& maker,
   }
   plan.input_locks.push_back(std::move(*lock));
   const Manifest manifest = read_manifest(result, maker.name);
-  const std::vector<Finding> findings = check_outputs(result, manifest, Check::Digests);
+  const std::vector<Finding> findings = check_outputs(result, manifest, Check::Digests, events);
   for (const Finding& finding : findings) {
     if (finding.severity == Severity::Error) {
       throw DataError(finding.place, "", finding.what, advice);
@@ -106,13 +107,14 @@ std::optional<Manifest> current_manifest(const StagePlan& plan) {
 }
 
 /// "" if the folder holds the sound result of the plan's key, else what is wrong with it.
-std::string result_problem(const std::filesystem::path& folder, const Manifest& planned) {
+std::string result_problem(const std::filesystem::path& folder, const Manifest& planned,
+                           const StageEvents& events) {
   try {
     const Manifest manifest = read_manifest(folder, planned.stage);
     if (manifest.key != planned.key) {
       return "it has another key";
     }
-    for (const Finding& finding : check_outputs(folder, manifest, Check::Digests)) {
+    for (const Finding& finding : check_outputs(folder, manifest, Check::Digests, events)) {
       if (finding.severity == Severity::Error) {
         return finding.place + ": " + finding.what;
       }
@@ -131,8 +133,8 @@ bool is_inside_input(const StageRequest& request) {
          is_inside(real_path(request.workspace), input);
 }
 
-StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage,
-                     const StageRequest& request) {
+StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const StageRequest& request,
+                     const StageEvents& events) {
   ATELIER_CHECK(check_options(request.options.table).empty(), "options were not checked");
   StagePlan plan;
   plan.manifest.stage = stage.name;
@@ -148,9 +150,9 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage,
     }
     const Stage* maker = stage_that_makes(stages, kind);
     if (maker == nullptr) {
-      add_outside_input(plan, kind, request);
+      add_outside_input(plan, kind, request, events);
     } else {
-      add_stage_input(plan, kind, *maker, request);
+      add_stage_input(plan, kind, *maker, request, events);
     }
   }
   plan.manifest.key = stage_key(stage.name, stage.version, plan.manifest.device,
@@ -158,15 +160,16 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage,
   plan.stage_folder = request.workspace / stage.name;
   plan.result_folder = plan.stage_folder / folder_name(plan.manifest.key);
   plan.staging_folder = plan.stage_folder / (".staging-" + folder_name(plan.manifest.key));
-  judge_state(plan, request.force);
+  judge_state(plan, request.force, events);
   return plan;
 }
 
-void judge_state(StagePlan& plan, bool force) {
+void judge_state(StagePlan& plan, bool force, const StageEvents& events) {
   plan.reasons.clear();
   plan.frames_kept = 0;
   const bool there = link_kind(plan.result_folder) != std::filesystem::file_type::not_found;
-  const std::string problem = there ? result_problem(plan.result_folder, plan.manifest) : "";
+  const std::string problem =
+      there ? result_problem(plan.result_folder, plan.manifest, events) : "";
   if (there && problem.empty() && !force) {
     plan.state = StagePlan::State::Done;
     return;

@@ -10,6 +10,7 @@
 #include "core/store/frame_selection.h"
 #include "core/store/manifest.h"
 #include "core/store/stage.h"
+#include "core/store/stage_events.h"
 
 namespace atelier {
 
@@ -34,7 +35,7 @@ struct StagePlan {
 
   State state = State::Run;
   std::vector<std::string> reasons;  ///< why it is not done: one sentence each
-  std::int64_t frames_kept = 0;      ///< that an interrupted run finished
+  std::int64_t frames_kept = 0;      ///< that an interrupted or split run finished
   Manifest manifest;  ///< as far as it follows from the request: key, options, inputs
   std::vector<std::filesystem::path> input_paths;  ///< beside `manifest.inputs`
   std::vector<Digest> input_stamps;                ///< beside `manifest.inputs`
@@ -46,16 +47,17 @@ struct StagePlan {
 
 /// Digests the inputs, makes the key and looks what is there. Creates and changes nothing. Throws
 /// DataError if an input is missing, damaged or holds the workspace, or an earlier stage has no
-/// sound result; LogicError if an option is out of its range. Cost: reads inputs and results once.
-StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage,
-                     const StageRequest& request);
+/// sound result; LogicError if an option is out of its range; StopRequested (digest_meter.h) if
+/// `events.stop` says so while files are digested. Cost: reads inputs and results once.
+StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const StageRequest& request,
+                     const StageEvents& events = {});
 
 /// True if the workspace lies inside the folder that is the request's input, where its results
 /// would change the input. Throws EnvironmentError if one of the two cannot be looked at.
 bool is_inside_input(const StageRequest& request);
 
-/// Looks again at what is there: another run may have worked since.
-void judge_state(StagePlan& plan, bool force);
+/// Looks again at what is there: another run may have worked since. Throws StopRequested.
+void judge_state(StagePlan& plan, bool force, const StageEvents& events = {});
 
 /// In what two manifests of a stage differ that follows from the request: "option
 /// solver.substeps: 8 -> 20", "input meshes changed (100 -> 101 files)", "stage version 1 -> 2".

@@ -12,8 +12,6 @@ namespace {
 
 using std::filesystem::file_type;
 
-constexpr std::string_view kStaging = ".staging-";
-
 /// Looks without making the lock file, so that asking changes nothing.
 bool is_running(const std::filesystem::path& stage_folder) {
   const std::filesystem::path lock = stage_folder / ".lock";
@@ -84,17 +82,13 @@ const char* state_name(StageStatus::State state) {
 
 std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
                                           const std::filesystem::path& workspace, Check check) {
-  if (file_kind(workspace) != file_type::directory) {
-    throw DataError(workspace.string(), "", "no folder", "a workspace");
-  }
-  bool is_workspace = false;
+  require_workspace(stages, workspace);
   std::vector<StageStatus> all;
   for (const Stage& stage : stages) {
     StageStatus status;
     status.stage = stage.name;
     const std::filesystem::path folder = workspace / stage.name;
     if (link_kind(folder) != file_type::not_found) {
-      is_workspace = true;
       require_folder(folder);
       status.running = is_running(folder);
       const auto current = current_name(folder);
@@ -103,9 +97,9 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
         if (link_kind(entry) != file_type::directory) {
           continue;
         }
-        if (name.starts_with(kStaging)) {
-          status.unfinished.push_back({name.substr(kStaging.size()),
-                                       static_cast<std::int64_t>(read_frame_logs(entry).size())});
+        if (const std::string_view key = key_behind(".staging-", name); !key.empty()) {
+          status.unfinished.push_back(
+              {std::string(key), static_cast<std::int64_t>(read_frame_logs(entry).size())});
         } else if (current && is_folder_name(name) && name != *current) {
           ++status.older_results;
         }
@@ -120,9 +114,6 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
       }
     }
     all.push_back(std::move(status));
-  }
-  if (!is_workspace) {
-    throw DataError(workspace.string(), "", "a folder in which no stage has run", "a workspace");
   }
   return all;
 }

@@ -166,6 +166,16 @@ TEST_F(Program, UnitsOfTheInputCount) {
   EXPECT_NEAR(json["frames"][0]["volume"].get<double>(), 1e-6, 1e-15);
 }
 
+TEST_F(Program, ASplitForceSaysWhatIsDoneAndWhatIsNot) {
+  write_boxes(input(), 6);
+  ASSERT_EQ(run_statistics().exit_code, 0);
+  EXPECT_THAT(run_statistics({"--shard", "0/2", "--force"}).out,
+              HasSubstr("3 of 6 frames are done again; the rest is left to other runs"));
+  EXPECT_THAT(run_statistics().out, HasSubstr("beside it lies unfinished work of 3 frames"));
+  EXPECT_THAT(run_statistics({"--shard", "1/2", "--force"}).out, HasSubstr("statistics done: "));
+  EXPECT_THAT(run_statistics().out, Not(HasSubstr("unfinished work")));
+}
+
 TEST_F(Program, ShardsOnTheCommandLine) {
   write_boxes(input(), 5);
   EXPECT_THAT(run_statistics({"--shard", "0/2"}).out, HasSubstr("3 of 5 frames are done"));
@@ -593,6 +603,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"InspectNoMesh", {"inspect", "no.ply"}, 3, "no.ply"},
         BadCommand{"InspectNoNpz", {"inspect", "no.npz"}, 3, "no.npz"},
         BadCommand{"GcOfNothing", {"gc"}, 2, "it takes a WORKSPACE"},
+        BadCommand{"GcOfNoWorkspace", {"gc", "IN"}, 3, "no stage has run"},
         BadCommand{"GcMissing", {"gc", "nothing"}, 3, "no folder"},
         BadCommand{"ConvertNothing", {"convert"}, 2, "it takes two files"},
         BadCommand{"ConvertToUnknown",

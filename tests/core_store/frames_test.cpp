@@ -223,6 +223,27 @@ TEST_F(Frames, ForceOfARangeRedoesTheRangeAlone) {
   EXPECT_THAT(behaviour().written, ElementsAre(5, 8));
 }
 
+TEST_F(Frames, ASplitForceIsPartialUntilItsLastRun) {
+  run(request());
+  behaviour() = {};
+  StageRequest first = request(shard(0, 2));
+  first.force = true;
+  const StageReport report = run(first);
+  EXPECT_EQ(report.end, End::Partial);
+  EXPECT_TRUE(report.again);
+  EXPECT_EQ(report.frames_done, 3);
+  EXPECT_EQ(report.frames_total, 6);
+  EXPECT_EQ(result(), kAll) << "the older result stays";
+  const StageReport plain = run(request());
+  EXPECT_EQ(plain.end, End::AlreadyDone);
+  EXPECT_EQ(plain.plan.frames_kept, 3) << "what is not finished is mentioned";
+  StageRequest second = request(shard(1, 2));
+  second.force = true;
+  EXPECT_EQ(run(second).end, End::Done);
+  EXPECT_EQ(behaviour().written.size(), 6u);
+  EXPECT_EQ(run(request()).plan.frames_kept, 0);
+}
+
 TEST_F(Frames, AnInterruptedRunOfOtherOptionsIsNotMixedIn) {
   die_at(3);
   StageRequest what = request();
@@ -294,9 +315,8 @@ TEST_F(Frames, TheFirstErrorByFrameIsReportedAndTheRestKept) {
 }
 
 TEST_F(Frames, StopsBetweenFramesAndGoesOn) {
-  int asked = 0;
   StageEvents events;
-  events.stop = [&] { return ++asked > 3; };
+  events.stop = [] { return behaviour().written.size() == 3; };
   const StageReport report = run(request(), events);
   EXPECT_EQ(report.end, End::Stopped);
   EXPECT_EQ(report.frames_done, 3);

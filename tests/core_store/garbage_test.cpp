@@ -118,6 +118,47 @@ TEST_F(GarbageTest, DoesNotFollowLinks) {
   EXPECT_TRUE(std::filesystem::exists(root_ / "precious/x"));
 }
 
+TEST_F(GarbageTest, LeavesFoldersThatOnlyLookLikeWork) {
+  run("a");
+  for (const char* name : {".staging-mine", ".staging-", ".replaced-old",
+                           ".staging-0123456789ABCDEF", ".staging-0123456789abcdef0"}) {
+    std::filesystem::create_directories(count() / name);
+  }
+  EXPECT_THAT(collect(), IsEmpty());
+  EXPECT_TRUE(std::filesystem::exists(count() / ".staging-mine"));
+  EXPECT_THAT(workspace_status(kTestStages, root_ / "work")[0].unfinished, IsEmpty());
+}
+
+TEST_F(GarbageTest, LeavesOlderResultsBesideADamagedOne) {
+  const auto first = run("a");
+  const auto second = run("b");
+  for (const char* damage : {"bytes", "size", "manifest", "all"}) {
+    SCOPED_TRACE(damage);
+    if (std::string(damage) == "bytes") {
+      std::ofstream(second / "count.txt") << "9 b";  // as long as "1 b"
+    } else if (std::string(damage) == "size") {
+      std::ofstream(second / "count.txt") << "10 b";
+    } else if (std::string(damage) == "manifest") {
+      std::ofstream(second / "manifest.json") << "{";
+    } else {
+      std::filesystem::remove_all(second);
+    }
+    EXPECT_THAT(collect(), IsEmpty());
+    EXPECT_TRUE(std::filesystem::exists(first / "manifest.json"));
+  }
+  run("b");
+  EXPECT_EQ(collect().size(), 1u) << "a sound one is there again";
+}
+
+TEST_F(GarbageTest, RefusesAFolderInWhichNoStageHasRun) {
+  try {
+    collect_garbage(kTestStages, root_ / "in", true);
+    FAIL() << "it looked for garbage in any folder";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("a folder in which no stage has run"));
+  }
+}
+
 TEST_F(GarbageTest, RefusesAWorkspaceThatIsNone) {
   EXPECT_THROW(collect_garbage(kTestStages, root_ / "nothing", true), DataError);
   std::ofstream(root_ / "file") << "x";
@@ -186,6 +227,38 @@ TEST_F(GarbageTest, InputDigestOfAFileDoesNotDependOnItsName) {
   std::ofstream(root_ / "b.txt") << "3";
   EXPECT_EQ(digest_of_input(root_ / "in/a.txt").digest, digest_of_input(root_ / "b.txt").digest);
   EXPECT_NE(digest_of_input(root_ / "in").digest, digest_of_input(root_ / "b.txt").digest);
+}
+
+TEST_F(GarbageTest, DigestingAsksWhetherToStop) {
+  std::filesystem::resize_file(root_ / "in/a.txt", 8 << 20);
+  int asked = 0;
+  StageEvents events;
+  events.stop = [&] { return ++asked == 3; };
+  EXPECT_THROW(digest_of_input(root_ / "in", events), StopRequested);
+  EXPECT_EQ(asked, 3) << "once for every MiB";
+  asked = 10;
+  EXPECT_EQ(digest_of_input(root_ / "in", events).bytes, 8 << 20);
+  EXPECT_EQ(asked, 18);
+}
+
+TEST_F(GarbageTest, DigestingTellsHowFarItIs) {
+  std::vector<StageProgress> told;
+  StageEvents events;
+  events.progress = [&](const StageProgress& progress) { told.push_back(progress); };
+  DigestMeter meter(events, -1);
+  meter.expect(300);
+  meter.add(100);
+  meter.add(300);
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_EQ(told[0].unit, kDigestUnit);
+  EXPECT_EQ(told[0].done, 100);
+  EXPECT_EQ(told[0].total, 300);
+  EXPECT_GT(told[0].per_second, 0);
+  EXPECT_NEAR(told[0].seconds_left, 200 / told[0].per_second, 1e-9);
+  EXPECT_EQ(told[1].total, 400) << "a file that grew";
+  DigestMeter quiet(events, 1e9);
+  quiet.add(1);
+  EXPECT_EQ(told.size(), 2u);
 }
 
 TEST_F(GarbageTest, StampSeesATouch) {

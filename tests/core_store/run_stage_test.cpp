@@ -239,9 +239,28 @@ TEST_F(RunStage, WhatMayNotBeLookedAtIsNotAbsent) {
 TEST_F(RunStage, AStageThatIsToldToStopLeavesNothing) {
   behaviour().asks_to_stop = true;
   StageEvents events;
-  events.stop = [] { return true; };
+  events.stop = [] { return behaviour().count_runs > 0; };
   EXPECT_EQ(run("count", request("count"), events).end, End::Stopped);
   EXPECT_THAT(names(folder("count")), ElementsAre(".commit-lock", ".lock"));
+}
+
+TEST_F(RunStage, StopsWhileItsInputsAreDigested) {
+  StageEvents events;
+  events.stop = [] { return true; };
+  const StageReport report = run("count", request("count"), events);
+  EXPECT_EQ(report.end, End::Stopped);
+  EXPECT_EQ(report.frames_total, 0);
+  EXPECT_EQ(behaviour().count_runs, 0);
+  EXPECT_FALSE(std::filesystem::exists(root_ / "work")) << "nothing was begun";
+  EXPECT_EQ(run("count").end, End::Done);
+}
+
+TEST_F(RunStage, StopsWhileAnEarlierResultIsDigested) {
+  run("count");
+  StageEvents events;
+  events.stop = [] { return true; };
+  EXPECT_EQ(run("double", request("double"), events).end, End::Stopped);
+  EXPECT_EQ(run("double").end, End::Done);
 }
 
 }  // namespace

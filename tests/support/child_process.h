@@ -65,6 +65,7 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   void kill(int signal) const { ::kill(pid_, signal); }
+  pid_t pid() const { return pid_; }
 
   /// Reads both streams to their ends and waits.
   ChildResult wait() {
