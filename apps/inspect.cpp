@@ -51,6 +51,9 @@ Inspection inspect(const std::filesystem::path& path) {
     inspect_folder(path, inspection);
     return inspection;
   }
+  if (there != std::filesystem::file_type::regular) {
+    throw DataError(path.string(), "", "not a regular file", "a file or a folder");
+  }
   const std::string extension = lower_extension(path);
   std::string known;
   for (const Kind& kind : kKinds) {

@@ -6,12 +6,11 @@
 #include <functional>
 #include <system_error>
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/archive_index.h"
 #include "core/error.h"
+#include "core/regular_file.h"
 #include "core/sha256.h"
 
 namespace atelier {
@@ -26,39 +25,12 @@ struct Source {
   std::function<void(std::uint64_t offset, std::span<std::byte> target)> read;
 };
 
-class Descriptor {
- public:
-  explicit Descriptor(const std::filesystem::path& path)
-      : value_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
-    if (value_ < 0 && (errno == EIO || errno == EMFILE || errno == ENFILE)) {
-      throw EnvironmentError(path.string(), std::generic_category().message(errno));
-    }
-    struct stat status {};
-    if (value_ < 0 || fstat(value_, &status) != 0) {
-      throw DataError(path.string(), "", std::generic_category().message(errno), "a readable file");
-    }
-    if (!S_ISREG(status.st_mode)) {
-      close(value_);
-      throw DataError(path.string(), "", "not a regular file", "an archive");
-    }
-    size_ = static_cast<std::uint64_t>(status.st_size);
-  }
-  ~Descriptor() { close(value_); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int value() const { return value_; }
-  std::uint64_t size() const { return size_; }
-
- private:
-  int value_;
-  std::uint64_t size_ = 0;
-};
-
-Source source_of(const Descriptor& file, const std::filesystem::path& path) {
-  return {file.size(), [&file, path](std::uint64_t offset, std::span<std::byte> target) {
+Source source_of(const RegularFile& file, const std::filesystem::path& path) {
+  return {static_cast<std::uint64_t>(file.size()),
+          [&file, path](std::uint64_t offset, std::span<std::byte> target) {
             while (!target.empty()) {
-              const ssize_t count =
-                  pread(file.value(), target.data(), target.size(), static_cast<off_t>(offset));
+              const ssize_t count = pread(file.descriptor(), target.data(), target.size(),
+                                          static_cast<off_t>(offset));
               if (count < 0 && errno == EINTR) {
                 continue;
               }
@@ -165,7 +137,7 @@ Archive read_from(const Source& source, const std::string& schema, int newest_ve
 
 Archive read_archive(const std::filesystem::path& path, const std::string& schema,
                      int newest_version, const Limits& limits) {
-  const Descriptor file(path);
+  const RegularFile file(path);
   return read_from(source_of(file, path), schema, newest_version, path.string(), limits);
 }
 
@@ -179,7 +151,7 @@ Archive parse_archive(std::span<const std::byte> bytes, const std::string& schem
 }
 
 Archive archive_contents(const std::filesystem::path& path, const Limits& limits) {
-  const Descriptor file(path);
+  const RegularFile file(path);
   ArchiveIndex index = index_of(source_of(file, path), path.string(), limits);
   for (const ArchivedDataset& entry : index.datasets) {
     index.head.datasets.emplace(entry.name, Tensor{entry.type, entry.shape, {}, {}});

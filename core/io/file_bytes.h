@@ -9,7 +9,8 @@
 namespace atelier {
 
 /// Every byte of a regular file of at most `max_bytes`. A file that is missing, larger, or no
-/// regular file (folder, pipe, device) is a DataError; a disk that fails is an EnvironmentError.
+/// regular file (folder, pipe, device, a loop of links) is a DataError; a disk that fails and a file
+/// that may not be read are EnvironmentErrors.
 std::vector<std::byte> read_file_bytes(const std::filesystem::path& path, std::int64_t max_bytes);
 
 /// The same as text.

@@ -6,15 +6,14 @@
 #include <functional>
 #include <system_error>
 
-#include <fcntl.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/error.h"
 #include "core/io/byte_reader.h"
 #include "core/io/hdf5_walk.h"
 #include "core/io/worker.h"
+#include "core/regular_file.h"
 
 namespace atelier {
 namespace {
@@ -110,20 +109,12 @@ class ReplyReader {
 class Mapping {
  public:
   explicit Mapping(const std::filesystem::path& path) {
-    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    struct stat status {};
-    if (descriptor < 0 || fstat(descriptor, &status) != 0) {
-      const int error = errno;
-      throw DataError(path.string(), "", std::generic_category().message(error), "a readable file");
-    }
-    size_ = S_ISREG(status.st_mode) ? static_cast<std::size_t>(status.st_size) : 0;
-    if (size_ > 0) {
-      data_ = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
-    }
-    close(descriptor);
+    const RegularFile file(path);
+    size_ = static_cast<std::size_t>(file.size());
     if (size_ == 0) {
-      throw DataError(path.string(), "", "an empty file, or not a regular one", "HDF5");
+      throw DataError(path.string(), "", "an empty file", "HDF5");
     }
+    data_ = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file.descriptor(), 0);
     if (data_ == MAP_FAILED) {
       throw EnvironmentError(path.string(), "cannot be mapped into memory");
     }

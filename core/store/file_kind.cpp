@@ -20,6 +20,9 @@ file_type kind_of(const std::filesystem::path& path, int (*look)(const char*, st
     if (error == ENOENT) {
       return file_type::not_found;
     }
+    if (error == ELOOP) {
+      return file_type::unknown;  // links that lead nowhere, neither file nor folder
+    }
     throw EnvironmentError(path.string(), std::generic_category().message(error));
   }
   return S_ISREG(status.st_mode)   ? file_type::regular

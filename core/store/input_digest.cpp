@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/regular_file.h"
 #include "core/store/file_kind.h"
 
 namespace atelier {
@@ -38,7 +39,7 @@ std::vector<Entry> entries_of(const std::filesystem::path& root) {
     throw DataError(root.string(), "", "nothing there", "an existing file or folder");
   }
   if (status != file_type::directory) {
-    throw DataError(root.string(), "", "neither file nor folder", "a file or a folder");
+    throw DataError(root.string(), "", "not a regular file", "a file or a folder");
   }
   std::vector<Entry> entries;
   std::error_code error;
@@ -88,7 +89,11 @@ Look look_at(const std::vector<Entry>& entries) {
   for (const Entry& entry : entries) {
     struct stat status {};
     if (stat(entry.path.c_str(), &status) != 0) {
-      throw DataError(entry.path.string(), "", reason(errno), "a readable file");
+      const int error = errno;
+      if (error == EACCES || error == EPERM) {
+        throw EnvironmentError(entry.path.string(), "cannot look at it: " + reason(error));
+      }
+      throw DataError(entry.path.string(), "", reason(error), "a readable file");
     }
     hash.update(entry.name + "\n" + std::to_string(status.st_size) + " " +
                 std::to_string(status.st_mtim.tv_sec) + "." +
@@ -99,39 +104,13 @@ Look look_at(const std::vector<Entry>& entries) {
   return look;
 }
 
-/// Closes a file at the end of a scope.
-class OpenFile {
- public:
-  explicit OpenFile(int file) : file_(file) {}
-  ~OpenFile() {
-    if (file_ >= 0) {
-      close(file_);
-    }
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  int number() const { return file_; }
-
- private:
-  int file_;
-};
-
 FileDigest read_digest(const std::filesystem::path& path, int flags, DigestMeter& meter) {
-  const OpenFile file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | flags));
-  if (file.number() < 0) {
-    throw DataError(path.string(), "",
-                    errno == ELOOP ? std::string("a symbolic link") : reason(errno),
-                    "a readable file");
-  }
-  struct stat status {};
-  if (fstat(file.number(), &status) != 0 || !S_ISREG(status.st_mode)) {
-    throw DataError(path.string(), "", "no regular file", "a file");
-  }
+  const RegularFile file(path, flags);
   std::vector<char> chunk(kChunk);
   Sha256 hash;
   FileDigest result;
   while (true) {
-    const ssize_t got = read(file.number(), chunk.data(), chunk.size());
+    const ssize_t got = read(file.descriptor(), chunk.data(), chunk.size());
     if (got < 0 && errno == EINTR) {
       continue;
     }

@@ -17,6 +17,10 @@ namespace {
 std::filesystem::path real_path(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
+  if (error == std::errc::too_many_symbolic_link_levels) {
+    throw DataError(path.string(), "", "not a regular file: " + error.message(),
+                    "a file or a folder");
+  }
   if (error) {
     throw EnvironmentError(path.string(), error.message());
   }

@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "apps/exit_code.h"
 #include "core/io/mesh_gltf.h"
@@ -168,12 +169,12 @@ TEST_F(Program, UnitsOfTheInputCount) {
 
 TEST_F(Program, ASplitForceSaysWhatIsDoneAndWhatIsNot) {
   write_boxes(input(), 6);
-  ASSERT_EQ(run_statistics().exit_code, 0);
+  ASSERT_EQ(run_statistics({}).exit_code, 0);
   EXPECT_THAT(run_statistics({"--shard", "0/2", "--force"}).out,
               HasSubstr("3 of 6 frames are done again; the rest is left to other runs"));
-  EXPECT_THAT(run_statistics().out, HasSubstr("beside it lies unfinished work of 3 frames"));
+  EXPECT_THAT(run_statistics({}).out, HasSubstr("beside it lies unfinished work of 3 frames"));
   EXPECT_THAT(run_statistics({"--shard", "1/2", "--force"}).out, HasSubstr("statistics done: "));
-  EXPECT_THAT(run_statistics().out, Not(HasSubstr("unfinished work")));
+  EXPECT_THAT(run_statistics({}).out, Not(HasSubstr("unfinished work")));
 }
 
 TEST_F(Program, ShardsOnTheCommandLine) {
@@ -557,10 +558,16 @@ INSTANTIATE_TEST_SUITE_P(
             "LongName", {"statistics", std::string(300, 'n'), "WS"}, 5, "File name too long"},
         BadCommand{
             "LongWorkspace", {"statistics", "IN", std::string(300, 'w')}, 5, "File name too long"},
-        BadCommand{"LoopOfLinks", {"statistics", "loop", "WS"}, 5, "loop"},
-        BadCommand{"InspectALoop", {"inspect", "loop"}, 5, "symbolic links"},
+        BadCommand{"LoopOfLinks", {"statistics", "loop", "WS"}, 3, "not a regular file"},
+        BadCommand{"InspectALoop", {"inspect", "loop"}, 3, "not a regular file"},
+        BadCommand{"InspectAPipe", {"inspect", "pipe.obj"}, 3, "not a regular file"},
+        BadCommand{"InspectADevice", {"inspect", "/dev/null"}, 3, "not a regular file"},
+        BadCommand{"ConvertAPipe", {"convert", "pipe.obj", "x.ply"}, 3, "not a regular file"},
+        BadCommand{"ConvertALoop", {"convert", "loop.obj", "x.ply"}, 3, "not a regular file"},
+        BadCommand{"ConvertADevice", {"convert", "null.obj", "x.ply"}, 3, "not a regular file"},
+        BadCommand{"StatisticsOfAPipe", {"statistics", "pipe.obj", "WS"}, 3, "not a regular file"},
         BadCommand{"StatusOfALongName", {"status", std::string(300, 'w')}, 5, "File name too long"},
-        BadCommand{"GcOfALoop", {"gc", "loop"}, 5, "symbolic links"},
+        BadCommand{"GcOfALoop", {"gc", "loop"}, 3, "no folder"},
         BadCommand{"StatusOfNoWorkspace", {"status", "IN"}, 3, "no stage has run"},
         BadCommand{"ConvertAFolder", {"convert", "IN", "x.ply"}, 3, "a folder"},
         BadCommand{"TerminalEscape", {"no\x1b[31m"}, 2, "'no?[31m'"},
@@ -625,6 +632,9 @@ TEST_P(Refused, IsOneLineAndItsCode) {
   write_boxes(input(), 1);
   std::ofstream(root_ / "file") << "x";
   std::filesystem::create_symlink("loop", root_ / "loop");
+  std::filesystem::create_symlink("loop.obj", root_ / "loop.obj");
+  std::filesystem::create_symlink("/dev/null", root_ / "null.obj");
+  ASSERT_EQ(mkfifo((root_ / "pipe.obj").c_str(), 0600), 0);
   std::filesystem::create_directory(root_ / "bare");
   std::ofstream(root_ / "half.h5") << "\x89HDF\r\n\x1a\n and no more";
   for (const char* name : {"no.png", "no.json", "no.h5", "no.ply", "no.npz", "no.toml", "no.glb"}) {

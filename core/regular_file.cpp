@@ -1,0 +1,47 @@
+#include "core/regular_file.h"
+
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/error.h"
+
+namespace atelier {
+
+RegularFile::RegularFile(const std::filesystem::path& path, int flags)
+    // Not blocking: opening a pipe that nobody writes would never return.
+    : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | flags)) {
+  struct stat status {};
+  if (descriptor_ < 0 || fstat(descriptor_, &status) != 0) {
+    const int error = errno;
+    const std::string reason = std::generic_category().message(error);
+    if (error == ELOOP) {
+      throw DataError(
+          path.string(), "",
+          (flags & O_NOFOLLOW) != 0 ? "a symbolic link" : "not a regular file: " + reason,
+          "a file");
+    }
+    // What this run may not read, or cannot now, says nothing of the file.
+    if (error == EACCES || error == EPERM || error == EIO || error == ENOMEM || error == EMFILE ||
+        error == ENFILE) {
+      throw EnvironmentError(path.string(), "cannot open: " + reason);
+    }
+    throw DataError(path.string(), "", reason, "a readable file");
+  }
+  if (!S_ISREG(status.st_mode)) {
+    close(descriptor_);
+    throw DataError(path.string(), "", S_ISDIR(status.st_mode) ? "a folder" : "not a regular file",
+                    "a file");
+  }
+  size_ = status.st_size;
+}
+
+RegularFile::~RegularFile() {
+  close(descriptor_);
+}
+
+}  // namespace atelier

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+namespace atelier {
+
+/// A regular file, open for reading. Every reader opens its file by this, so that all refuse alike.
+class RegularFile {
+ public:
+  /// Throws DataError if nothing is there, or no regular file (a folder, pipe, device, loop of
+  /// links); EnvironmentError if it may not be read, or the disk or the system fails.
+  /// @param flags  of open(2), besides those for reading: O_NOFOLLOW
+  explicit RegularFile(const std::filesystem::path& path, int flags = 0);
+  ~RegularFile();
+  RegularFile(const RegularFile&) = delete;
+  RegularFile& operator=(const RegularFile&) = delete;
+
+  int descriptor() const { return descriptor_; }
+  std::int64_t size() const { return size_; }  ///< bytes, when it was opened
+
+ private:
+  int descriptor_ = -1;
+  std::int64_t size_ = 0;
+};
+
+}  // namespace atelier

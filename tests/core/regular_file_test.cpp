@@ -1,0 +1,70 @@
+#include "core/regular_file.h"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+class RegularFileTest : public ::testing::Test {
+ protected:
+  RegularFileTest() { std::ofstream(root_ / "file") << "abc"; }
+  template <class Error>
+  static std::string refusal(const std::filesystem::path& path, int flags = 0) {
+    try {
+      const RegularFile file(path, flags);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "it was opened";
+  }
+  TemporaryDirectory root_;
+};
+
+TEST_F(RegularFileTest, OpensAFile) {
+  const RegularFile file(root_ / "file");
+  EXPECT_EQ(file.size(), 3);
+  EXPECT_GE(file.descriptor(), 0);
+}
+
+TEST_F(RegularFileTest, RefusesWhatIsNoFile) {
+  ASSERT_EQ(mkfifo((root_ / "pipe").c_str(), 0600), 0);
+  std::filesystem::create_symlink("loop", root_ / "loop");
+  EXPECT_THAT(refusal<DataError>(root_ / "pipe"), HasSubstr("not a regular file"));
+  EXPECT_THAT(refusal<DataError>(root_ / "loop"), HasSubstr("not a regular file"));
+  EXPECT_THAT(refusal<DataError>("/dev/null"), HasSubstr("not a regular file"));
+  EXPECT_THAT(refusal<DataError>(root_.path()), HasSubstr("a folder"));
+  EXPECT_THAT(refusal<DataError>(root_ / "nothing"), HasSubstr("No such file"));
+}
+
+TEST_F(RegularFileTest, RefusesALinkWhereNoneIsFollowed) {
+  std::filesystem::create_symlink(root_ / "file", root_ / "link");
+  EXPECT_EQ(RegularFile(root_ / "link").size(), 3);
+  EXPECT_THAT(refusal<DataError>(root_ / "link", O_NOFOLLOW), HasSubstr("a symbolic link"));
+}
+
+TEST_F(RegularFileTest, AFileThatMayNotBeReadIsAFaultOfTheSurroundings) {
+  std::filesystem::permissions(root_ / "file", std::filesystem::perms::none);
+  std::filesystem::permissions(root_.path(), std::filesystem::perms(0755));
+  const uid_t self = geteuid();
+  if (self == 0 && seteuid(65534) != 0) {  // the superuser may read everything
+    GTEST_SKIP() << "cannot become another user";
+  }
+  const std::string words = refusal<EnvironmentError>(root_ / "file");
+  ASSERT_EQ(seteuid(self), 0);
+  EXPECT_THAT(words, HasSubstr("cannot open: Permission denied"));
+}
+
+}  // namespace
+}  // namespace atelier::testing
