@@ -2,13 +2,17 @@
 
 #include "apps/tailor.h"
 
+#include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/measure.h"
 #include "core/error.h"
 
 namespace atelier {
 
-TailorMeasures tailor_measures(const BodyModel& model) {
+TailorMeasures tailor_measures(const BodyModel& body) {
+  // Bodies of other makers have their own names for joints.
+  BodyModel model = body;
+  model.skeleton = with_smpl_names(body.skeleton, recognised_humanoid(body.skeleton));
   const BodyMeasurements measured = measure_body(model);
   const Points joints = rest_positions(model.skeleton);
   const auto joint = [&](const char* name) -> Eigen::Vector3d {

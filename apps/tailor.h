@@ -7,6 +7,6 @@ namespace atelier {
 
 /// What a pattern maker needs to know of a body: its measures and where its landmarks stand. Throws
 /// as measure_body does.
-TailorMeasures tailor_measures(const BodyModel& model);
+TailorMeasures tailor_measures(const BodyModel& body);
 
 }  // namespace atelier
