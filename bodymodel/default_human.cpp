@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -277,32 +278,58 @@ BodyMeasurements expected_measures(const DefaultHumanOptions& options) {
   return m;
 }
 
-DefaultHumanOptions random_human(Random& random, double male, double low, double high) {
-  ATELIER_CHECK(male >= 0 && male <= 1, "male is a share");
-  ATELIER_CHECK(low > 0 && low <= high && high < 1, "percentiles between 0 and 1, the lower first");
-  // Inverse of the normal distribution by bisection of erfc.
-  const auto quantile = [](double share) {
-    double a = -8;
-    double b = 8;
-    for (int i = 0; i < 60; ++i) {
-      const double c = (a + b) / 2;
-      (0.5 * std::erfc(-c / std::sqrt(2.0)) < share ? a : b) = c;
-    }
-    return (a + b) / 2;
-  };
+namespace {
+
+// Where a share of a normal distribution ends, by bisection of erfc.
+double quantile(double share) {
+  double a = -8;
+  double b = 8;
+  for (int i = 0; i < 60; ++i) {
+    const double c = (a + b) / 2;
+    (0.5 * std::erfc(-c / std::sqrt(2.0)) < share ? a : b) = c;
+  }
+  return (a + b) / 2;
+}
+
+// Every measure by its number of spreads from what the measures before it predict.
+DefaultHumanOptions human_off_average(double male, const std::array<double, kCount>& z) {
   DefaultHumanOptions options;
   options.male = male;
   double bulk = 0;
+  std::size_t i = 0;
   for (const Parameter& p : kParameters) {
-    const double z = uniform(random, quantile(low), quantile(high));
     options.*p.option = 0;
     const double average = expected_measures(options).*p.measure;
-    options.*p.option = std::clamp(average * std::exp(p.residual * z), p.low, p.high);
-    bulk += p.by_volume * p.residual * z;
+    const double off = p.residual * z[i++];
+    options.*p.option = std::clamp(average * std::exp(off), p.low, p.high);
+    bulk += p.by_volume * off;
   }
   // Who is thicker than average at this mass weighs more.
   options.mass = std::clamp(options.mass * std::exp(bulk), kParameters[1].low, kParameters[1].high);
   return options;
+}
+
+}  // namespace
+
+DefaultHumanOptions percentile_human(double male, const std::vector<double>& percentiles) {
+  ATELIER_CHECK(male >= 0 && male <= 1, "male is a share");
+  std::array<double, kCount> z{};
+  ATELIER_CHECK(percentiles.size() == z.size(), "a percentile for each of the twelve measures");
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    ATELIER_CHECK(percentiles[i] > 0 && percentiles[i] < 1, "percentiles between 0 and 1");
+    z[i] = quantile(percentiles[i]);
+  }
+  return human_off_average(male, z);
+}
+
+DefaultHumanOptions random_human(Random& random, double male, double low, double high) {
+  ATELIER_CHECK(male >= 0 && male <= 1, "male is a share");
+  ATELIER_CHECK(low > 0 && low <= high && high < 1, "percentiles between 0 and 1, the lower first");
+  std::array<double, kCount> z{};
+  for (double& one : z) {
+    one = uniform(random, quantile(low), quantile(high));
+  }
+  return human_off_average(male, z);
 }
 
 BodyModel default_human(const DefaultHumanOptions& options) {

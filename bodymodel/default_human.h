@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "bodymodel/body_model.h"
 #include "bodymodel/measure.h"
 #include "core/options.h"
@@ -36,6 +38,11 @@ DefaultHumanOptions male_human();
 
 /// The measures of the options with the averages of sex, stature and mass where they are 0.
 BodyMeasurements expected_measures(const DefaultHumanOptions& options);
+
+/// A body whose measures lie at percentiles (0.05 is the 5th) of their spreads at the measures that
+/// they depend on: one for each of the twelve, stature and mass first, in the order of
+/// DefaultHumanOptions. Whose girths are above the average of its mass weighs more.
+DefaultHumanOptions percentile_human(double male, const std::vector<double>& percentiles);
 
 /// A body of the shape space: every measure uniform between two percentiles (5 and 95) of its
 /// spread at the measures it depends on.

@@ -410,16 +410,29 @@ SkinWeights human_weights(const HumanTemplate& body) {
 
 // Shoulder and hip stand aside of the trunk: raising the limb sideways (about z) draws the flank
 // with it and gains volume, lowering it presses the skin together and loses some. There `even` of
-// the offset is enough, and `odd` times the sine of the turn is taken off when raised, added when
-// lowered. Chosen so that both ways stay within 8% (DefaultHumanVolume).
+// the offset is enough, and an offset times the sine of the turn is taken off when raised, added
+// when lowered: away from the joint's axis below the joint and to front and back, where the folds
+// of an armpit are. At the top of the shoulder it goes the other way: a lowered arm lets the top
+// sink, which would otherwise stand up square beside the neck. Chosen so that both ways stay within
+// 8% (DefaultHumanVolume).
 struct SideShare {
   double even = 1;
-  double odd = 0;
+  double below = 0;
+  double above = 0;
+  double depth = 0;
 };
 SideShare side_share(const std::string& name) {
-  return name.ends_with("shoulder") ? SideShare{0.6, 0.6}
-         : name.ends_with("hip")    ? SideShare{0.4, 0.15}
+  return name.ends_with("shoulder") ? SideShare{1, 0.8, -0.28, 0.6}
+         : name.ends_with("hip")    ? SideShare{0.4, 0.15, 0.15, 0}
                                     : SideShare{};
+}
+
+// What goes with the sine at x from the joint; `side` is 1 on the left, -1 on the right.
+Eigen::RowVector3d side_offset(const SideShare& share, const Eigen::RowVector3d& x, double side) {
+  const double height = std::sqrt(0.5) * (side * x[0] + x[1]);  // over the arm in A-pose, metres
+  const double t = smooth_step(height, -0.03, 0.03);
+  const double away = share.below + t * (share.above - share.below);
+  return {away * x[0], away * x[1], share.depth * x[2]};
 }
 
 // The offset that goes with the diagonal entry `axis` of I - R, so that turns about x and y get the
@@ -493,8 +506,7 @@ std::vector<PoseCorrective> human_correctives(const Skeleton& skeleton, const Sk
             corrective.surface.offsets(row, b) -= 0.5 * c * x[a];
             if (a + b == 1) {  // entries (1, 0) and (0, 1) are plus and minus the sine
               const double sine = (a == 1 ? 0.5 : -0.5) * raised;
-              corrective.surface.offsets.row(row) -=
-                  share.odd * sine * c * Eigen::RowVector3d(x[0], x[1], 0);
+              corrective.surface.offsets.row(row) -= sine * c * side_offset(share, x, raised);
             }
           } else {
             corrective.surface.offsets.row(row) -= c * diagonal_share(a, x, share.even);

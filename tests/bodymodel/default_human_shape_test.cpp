@@ -76,16 +76,43 @@ TEST(DefaultHumanShape, UnsetMeasuresFollowStatureAndMass) {
   EXPECT_DOUBLE_EQ(heavy.leg_length, average.leg_length);
 }
 
+void expect_no_crossing(const BodyModel& model, const std::string& body) {
+  EXPECT_TRUE(self_intersections(model.mesh.vertices, model.mesh.faces).empty())
+      << "A-pose, " << body;
+  EXPECT_TRUE(self_intersections(skin_vertices(model, t_pose(model)), model.mesh.faces).empty())
+      << "T-pose, " << body;
+}
+
 TEST(DefaultHumanShape, NoSelfIntersectionInAPoseAndTPose) {
   Random random{21, 1, 0};
   for (int i = 0; i < 8; ++i) {
-    const DefaultHumanOptions options = without_basis(random_human(random, i % 2));
-    const BodyModel model = default_human(options);
-    EXPECT_TRUE(self_intersections(model.mesh.vertices, model.mesh.faces).empty())
-        << "A-pose " << i;
-    EXPECT_TRUE(self_intersections(skin_vertices(model, t_pose(model)), model.mesh.faces).empty())
-        << "T-pose " << i;
+    expect_no_crossing(default_human(without_basis(random_human(random, i % 2))),
+                       "random " + std::to_string(i));
   }
+}
+
+// All measures at the 5th percentile, all at the 95th, and corners where each is at the one or the
+// other by a coin. Of the largest men the skin on the top of the shoulder folds in T-pose: the
+// limit there is what it is now, not what it should be.
+TEST(DefaultHumanShape, SelfIntersectionsAtTheCornersOfTheShapeSpaceAreKnown) {
+  Random random{22, 1, 0};
+  int bodies = 0;
+  for (int i = 0; i < 20; ++i) {
+    std::vector<double> percentiles(12, i < 2 ? 0.05 : 0.95);
+    std::string body = i % 2 == 0 ? "woman" : "man";
+    for (double& one : percentiles) {
+      one = i >= 4 && uniform(random, 0, 1) < 0.5 ? 0.05 : one;
+      body += one < 0.5 ? " low" : " high";
+    }
+    const BodyModel model = default_human(without_basis(percentile_human(i % 2, percentiles)));
+    EXPECT_TRUE(self_intersections(model.mesh.vertices, model.mesh.faces).empty()) << body;
+    const std::size_t raised =
+        self_intersections(skin_vertices(model, t_pose(model)), model.mesh.faces).size();
+    EXPECT_LE(raised, i % 2 == 0 ? 0u : 16u) << "T-pose, " << body;
+    bodies += raised > 0;
+  }
+  std::printf("%d of 20 corners have crossings in T-pose\n", bodies);
+  EXPECT_LE(bodies, 2);
 }
 
 TEST(DefaultHumanShape, LinearBasisMeasuresItsParameters) {
@@ -375,6 +402,12 @@ TEST(DefaultHumanRandom, RepeatsAndRefuses) {
   EXPECT_THROW(random_human(a, 2), LogicError);
   EXPECT_THROW(random_human(a, 0.5, 0.9, 0.1), LogicError);
   EXPECT_THROW(random_human(a, 0.5, 0, 0.5), LogicError);
+  const std::vector<double> middle(12, 0.5);
+  EXPECT_NEAR(percentile_human(0, middle).waist_girth,
+              expected_measures(female_human()).waist_girth, 1e-9);
+  EXPECT_THROW(percentile_human(2, middle), LogicError);
+  EXPECT_THROW(percentile_human(0, {0.5, 0.5}), LogicError);
+  EXPECT_THROW(percentile_human(0, std::vector<double>(12, 1.0)), LogicError);
 }
 
 }  // namespace
