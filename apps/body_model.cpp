@@ -13,7 +13,9 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
+#include "apps/output_place.h"
 #include "apps/picture_names.h"
+#include "apps/picture_size.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_archive.h"
 #include "bodymodel/body_file.h"
@@ -205,6 +207,7 @@ int show(const BodyArguments& arguments, const BodyOptions& options) {
   if (!image_format_of_name(arguments.out)) {
     throw UsageError("--out takes a name with " + std::string(kPictureNames));
   }
+  require_picture_size(options.picture, 4);
   const BodyModel model = read(arguments, options);
   const Mesh mesh = shown(model, shape_body(model, shape_of(arguments, model)).vertices);
   // From one distance, so that the pictures have one scale.
@@ -314,6 +317,7 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
         "--out takes a name with .mp4, .glb, .gltf, .bvh, .npz or, for a contact sheet, " +
         std::string(kPictureNames));
   }
+  require_picture_size(options.picture, sheet_wanted ? options.pictures : 1);
   const BodyModel model = read(arguments, options);
   const Eigen::VectorXd shape = shape_of(arguments, model);
   const MotionClip clip =
@@ -393,6 +397,9 @@ int run(const BodyArguments& arguments, const BodyOptions& options) {
   if (arguments.out.empty() && arguments.action != "measure") {
     throw UsageError("it takes --out FILE");
   }
+  if (!arguments.out.empty()) {
+    require_file_place(arguments.out);
+  }
   if (poses) {
     return pose(arguments, options);
   }
@@ -419,7 +426,7 @@ Action add_body_model(CLI::App& parser) {
                   "show: pictures from four sides; measure: lengths, girths, mass; convert: a body "
                   "into .npz, .glb, .obj, .ply, a motion into .bvh, .npz; pose: a motion on a body "
                   "as contact sheet, video, .glb, .bvh or .npz")
-      ->check(CLI::IsMember({"show", "measure", "convert", "pose"}))
+      ->check(one_of({"show", "measure", "convert", "pose"}))
       ->type_name("show|measure|convert|pose");
   parser.add_option("BODY", a.body, kBodyHelp);
   parser.add_option("MOTION", a.motion, "pose: .bvh, .amc, .trc, .npz (ours, AMASS), .glb, .gltf");

@@ -5,6 +5,7 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
+#include "apps/output_place.h"
 #include "apps/usage_error.h"
 #include "core/io/mesh_file.h"
 
@@ -36,6 +37,7 @@ int run(const ConvertArguments& arguments, const ConvertOptions& options) {
     throw UsageError("OUT cannot be '" + arguments.out.substr(0, 80) +
                      "': it takes a name with .obj, .ply or .glb");
   }
+  require_file_place(arguments.out);
   const Mesh mesh = read_mesh(arguments.in, options.input);
   write_mesh(arguments.out, mesh);
   std::cout << arguments.out << ": " << mesh.vertices.rows() << " vertices, " << mesh.faces.rows()

@@ -9,6 +9,7 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
+#include "apps/output_place.h"
 #include "apps/tailor.h"
 #include "apps/usage_error.h"
 #include "bodymodel/default_human.h"
@@ -129,6 +130,7 @@ int run(const std::filesystem::path& out, const DrapeOptions& options) {
     throw UsageError("--out cannot be '" + out.string() +
                      "': it is there already; name a new folder");
   }
+  require_folder_place(out);
   const BodyModel human = default_human(options.body == "male" ? male_human() : female_human());
   const SewingPattern pattern = pattern_of(options.garment, tailor_measures(human));
   const Garment garment = garment_from_pattern(pattern, options.pattern);

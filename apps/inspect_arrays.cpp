@@ -1,21 +1,23 @@
-#include <array>
 #include <fstream>
 
 #include "apps/inspection.h"
 #include "core/archive.h"
+#include "core/archive_index.h"
+#include "core/error.h"
 #include "core/io/foreign_hdf5.h"
 #include "core/io/npy.h"
 #include "core/io/npz.h"
 #include "core/io/safetensors.h"
+#include "core/regular_file.h"
 
 namespace atelier {
 namespace {
 
-/// Atelier's own archives begin with their index; what begins with HDF5's mark is of others.
-bool is_foreign_hdf5(const std::filesystem::path& path) {
-  std::array<char, 4> begin{};
-  std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
-  return std::string_view(begin.data(), begin.size()) == "\x89HDF";
+bool begins_with(const std::filesystem::path& path, std::string_view mark) {
+  std::string begin(mark.size(), '\0');
+  std::ifstream(path, std::ios::binary)
+      .read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return begin == mark;
 }
 
 void inspect_foreign_hdf5(const std::filesystem::path& path, Inspection& inspection) {
@@ -71,9 +73,14 @@ void inspect_safetensors(const std::filesystem::path& path, Inspection& inspecti
 }
 
 void inspect_hdf5(const std::filesystem::path& path, Inspection& inspection) {
-  if (is_foreign_hdf5(path)) {
+  // Atelier's own archives begin with their index; what begins with HDF5's mark is of others.
+  const RegularFile readable(path);
+  if (begins_with(path, "\x89HDF")) {
     inspect_foreign_hdf5(path, inspection);
     return;
+  }
+  if (!begins_with(path, kArchiveMagic)) {
+    throw DataError(path.string(), "byte 0", "no HDF5 file", "HDF5, Atelier's own or of others");
   }
   const Archive head = archive_contents(path);
   // With data: damage is found, and ranges can be told.

@@ -7,6 +7,7 @@
 #include "apps/usage_error.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
+#include "core/nearest_name.h"
 #include "core/store/options_file.h"
 
 namespace atelier {
@@ -105,6 +106,19 @@ std::vector<std::string> with_switches(const CLI::App& parser,
     }
   }
   return out;
+}
+
+std::function<std::string(const std::string&)> one_of(std::vector<std::string> choices) {
+  return [choices = std::move(choices)](const std::string& text) {
+    if (std::find(choices.begin(), choices.end(), text) != choices.end()) {
+      return std::string();
+    }
+    std::string all;
+    for (const std::string& choice : choices) {
+      all += (all.empty() ? "" : ", ") + choice;
+    }
+    return "'" + text.substr(0, 60) + "' is none of " + all + did_you_mean(text, choices);
+  };
 }
 
 OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults) {

@@ -8,7 +8,9 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
+#include "apps/output_place.h"
 #include "apps/picture_names.h"
+#include "apps/picture_size.h"
 #include "apps/usage_error.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
@@ -46,6 +48,8 @@ int run(const RenderArguments& arguments, const RenderCommandOptions& options) {
     throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
                      "': it takes a name with " + kPictureNames);
   }
+  require_picture_size(options.picture);
+  require_file_place(arguments.out);
   const Mesh mesh = read_mesh(arguments.mesh, options.input);
   const View view{options.azimuth * std::numbers::pi / 180,
                   options.elevation * std::numbers::pi / 180};

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/exit_code.h"
+#include "apps/output_place.h"
 #include "apps/usage_error.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -259,6 +260,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     throw UsageError(
         "it takes a garment and a folder: atelier simulate --garment MESH --out FOLDER");
   }
+  require_folder_place(out);
   if (format != "h5" && format != "ply" && format != "obj" && format != "usda") {
     throw UsageError("--format cannot be '" + format + "': it takes h5, ply, obj or usda");
   }

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <iostream>
 #include <memory>
+#include <new>
 #include <nlohmann/json.hpp>
 
 #include "apps/exit_code.h"
@@ -12,6 +13,7 @@
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#include "core/error.h"
 #include "core/store/digest_meter.h"
 #include "core/store/run_stage.h"
 
@@ -43,6 +45,30 @@ void require(const std::string& problem) {
   if (!problem.empty()) {
     throw UsageError(problem);
   }
+}
+
+/// Runs the stage, or says what it would do. Errors are the caller's.
+int work(const Stage& stage, const StageRequest& request, bool dry_run, StageConsole& console) {
+  catch_interrupts();
+  StageEvents events;
+  events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };
+  events.say = [&](const std::string& line) { console.say(line); };
+  events.stop = interrupted;
+  if (dry_run) {
+    try {
+      console.show_plan(plan_stage(all_stages(), stage, request, events));
+    } catch (const StopRequested&) {
+      end_by_signal();
+    }
+    return kExitDone;
+  }
+  const StageReport report = run_stage(all_stages(), stage, request, events);
+  console.show_report(report);
+  if (report.end == StageReport::End::Stopped) {
+    std::cout.flush();
+    end_by_signal();
+  }
+  return kExitDone;
 }
 
 int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) {
@@ -80,26 +106,25 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
     require(set_shard(request.selection, arguments.shard));
   }
   StageConsole console(stage, arguments.json);
-  catch_interrupts();
-  StageEvents events;
-  events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };
-  events.say = [&](const std::string& line) { console.say(line); };
-  events.stop = interrupted;
-  if (arguments.dry_run) {
-    try {
-      console.show_plan(plan_stage(all_stages(), stage, request, events));
-    } catch (const StopRequested&) {
-      end_by_signal();
-    }
-    return kExitDone;
+  try {
+    return work(stage, request, arguments.dry_run, console);
+  } catch (const DataError& error) {  // told to machines, and thrown on to main
+    console.show_error({error.file, error.where, error.found, error.expected}, kExitBadData);
+    throw;
+  } catch (const EnvironmentError& error) {
+    console.show_error({"", "", error.what(), ""}, kExitEnvironment);
+    throw;
+  } catch (const std::filesystem::filesystem_error& error) {
+    console.show_error({error.path1().string(), "", error.code().message(), ""}, kExitEnvironment);
+    throw;
+  } catch (const std::bad_alloc&) {
+    console.show_error({"", "memory", "there is not enough", "fewer --jobs or smaller data"},
+                       kExitEnvironment);
+    throw;
+  } catch (const std::exception& error) {
+    console.show_error({"", "", error.what(), "no defect of the program"}, kExitBug);
+    throw;
   }
-  const StageReport report = run_stage(all_stages(), stage, request, events);
-  console.show_report(report);
-  if (report.end == StageReport::End::Stopped) {
-    std::cout.flush();
-    end_by_signal();
-  }
-  return kExitDone;
 }
 
 }  // namespace
@@ -114,7 +139,7 @@ Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) 
       ->check(jobs_problem)
       ->type_name("N");
   parser.add_option("--device", arguments->device, "Where the work is done")
-      ->check(CLI::IsMember({"cpu", "cuda"}))
+      ->check(one_of({"cpu", "cuda"}))
       ->type_name("cpu|cuda");
   if (stage.frame_wise) {
     parser.add_option("--frames", arguments->frames, "Only frames a <= frame < b")

@@ -228,6 +228,18 @@ void StageConsole::show_report(const StageReport& report) {
   show_consent(report.plan.manifest.consent);
 }
 
+void StageConsole::show_error(const Failure& failure, int exit_code) {
+  if (json_) {
+    // Names of files may be any bytes.
+    std::cout << nlohmann::json{{"event", "error"},       {"stage", stage_},
+                                {"file", failure.file},   {"where", failure.where},
+                                {"found", failure.found}, {"expected", failure.expected},
+                                {"exit_code", exit_code}}
+                     .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
+              << std::endl;
+  }
+}
+
 void StageConsole::clear_line() {
   if (line_shown_) {
     std::fputs("\r\033[K", stderr);

@@ -20,6 +20,14 @@ class StageConsole {
   void show_progress(const StageProgress& progress);
   void show_plan(const StagePlan& plan);
   void show_report(const StageReport& report);
+  /// The event "error", for machines; people read it on standard error.
+  struct Failure {
+    std::string file;
+    std::string where;
+    std::string found;
+    std::string expected;
+  };
+  void show_error(const Failure& failure, int exit_code);
 
  private:
   void clear_line();

@@ -84,10 +84,10 @@ Action add_synthesize(CLI::App& parser) {
   auto preset = std::make_shared<std::string>("tiny");
   parser.add_option("OUT", *out, "Folder of the capture; made if it is missing")->required();
   parser.add_option("--preset", *preset, "Size of the capture [tiny]")
-      ->check(CLI::IsMember(synthesis_presets()))
+      ->check(one_of(synthesis_presets()))
       ->type_name("tiny|demo|accuracy|studio");
   parser.add_option("--layout", *layout, "Another layout as well, in OUT/LAYOUT")
-      ->check(CLI::IsMember(layout_names()))
+      ->check(one_of(layout_names()))
       ->type_name("easymocap|colmap|panoptic|dna|actorshq|nerfstudio");
   const OptionReader options = add_option_flags(parser, synthesize_options());
   return [out, preset, layout, options] { return run(*out, chosen(*preset, options()), *layout); };

@@ -232,6 +232,9 @@ std::string set_field(const OptionField& field, const std::string& text) {
                  },
                  [&](std::vector<double>* target) {
                    const auto values = numbers_of(text);
+                   if (trimmed(text).empty()) {
+                     return range_problem(field, text) + ", [] for none";
+                   }
                    if (!values || !in_range(field, *values)) {
                      return range_problem(field, text);
                    }
@@ -366,7 +369,9 @@ std::string set_option(OptionTable& table, const std::string& name, const std::s
     for (const OptionField& known : table.fields) {
       names.push_back(known.name);
     }
-    return "there is no option " + quoted(name) + did_you_mean(name, names);
+    const std::string near = did_you_mean(name, names);
+    return "there is no option " + quoted(name) +
+           (near.empty() ? "; 'atelier options' lists them" : near);
   }
   if (text.size() > static_cast<std::size_t>(Limits{}.text_string_bytes)) {
     return field->name + " is " + std::to_string(text.size()) + " bytes long: at most " +

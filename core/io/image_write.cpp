@@ -8,6 +8,7 @@
 #include "core/io/image_file.h"
 #include "core/io/lower_extension.h"
 #include "core/io/srgb.h"
+#include "core/limits.h"
 
 namespace atelier {
 namespace {
@@ -92,13 +93,32 @@ std::string label_bytes(const ByteImage& labels) {
   return encode_palette_png(labels);
 }
 
+namespace {
+
+/// What is written can be read again.
+void require_readable_size(const std::filesystem::path& path, std::int64_t width,
+                           std::int64_t height) {
+  const Limits limits;
+  if (width > limits.image_side || height > limits.image_side ||
+      width * height > limits.image_pixels) {
+    throw DataError(path.string(), "",
+                    std::to_string(width) + " x " + std::to_string(height) + " pixels",
+                    "sides of at most " + std::to_string(limits.image_side) + " and at most " +
+                        std::to_string(limits.image_pixels) + " pixels");
+  }
+}
+
+}  // namespace
+
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageWriteOptions& options) {
+  require_readable_size(path, image.width, image.height);
   write_file_atomically(path, image_bytes(image, format_of(path), options));
 }
 
 void write_image(const std::filesystem::path& path, const ByteImage& image,
                  const ImageWriteOptions& options) {
+  require_readable_size(path, image.width, image.height);
   write_file_atomically(path, image_bytes(image, format_of(path), options));
 }
 

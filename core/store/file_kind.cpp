@@ -23,7 +23,9 @@ file_type kind_of(const std::filesystem::path& path, int (*look)(const char*, st
     if (error == ELOOP) {
       return file_type::unknown;  // links that lead nowhere, neither file nor folder
     }
-    throw EnvironmentError(path.string(), std::generic_category().message(error));
+    throw EnvironmentError(path.string(),
+                           std::generic_category().message(error) +
+                               (error == EACCES ? "; name a place that you may look into" : ""));
   }
   return S_ISREG(status.st_mode)   ? file_type::regular
          : S_ISDIR(status.st_mode) ? file_type::directory

@@ -167,6 +167,29 @@ TEST_F(Program, UnitsOfTheInputCount) {
   EXPECT_NEAR(json["frames"][0]["volume"].get<double>(), 1e-6, 1e-15);
 }
 
+TEST_F(Program, AFailureIsAnEventForMachines) {
+  write_boxes(input(), 2);
+  std::ofstream(input() / "box_001.obj") << "v nan 0 0\n";
+  const ChildResult result = run_statistics({"--json", "--jobs", "1"});
+  EXPECT_EQ(result.exit_code, kExitBadData);
+  ASSERT_GT(result.out.size(), 2u);
+  const nlohmann::json event =
+      nlohmann::json::parse(result.out.substr(result.out.rfind('\n', result.out.size() - 2) + 1));
+  EXPECT_EQ(event["event"], "error");
+  EXPECT_EQ(event["stage"], "statistics");
+  EXPECT_THAT(event["file"].get<std::string>(), HasSubstr("box_001.obj"));
+  EXPECT_NE(event["where"], "");
+  EXPECT_NE(event["found"], "");
+  EXPECT_NE(event["expected"], "");
+  EXPECT_EQ(event["exit_code"], kExitBadData);
+}
+
+TEST_F(Program, TheHelpSaysEveryChoiceOnce) {
+  EXPECT_THAT(run({"statistics", "--help"}).out,
+              AllOf(HasSubstr("cpu|cuda"), Not(HasSubstr("{cpu"))));
+  EXPECT_THAT(run({"body-model", "--help"}).out, Not(HasSubstr("{show")));
+}
+
 TEST_F(Program, ASplitForceSaysWhatIsDoneAndWhatIsNot) {
   write_boxes(input(), 6);
   ASSERT_EQ(run_statistics({}).exit_code, 0);
@@ -606,7 +629,7 @@ INSTANTIATE_TEST_SUITE_P(
             "InspectUnknownKind", {"inspect", "file"}, 3, "a kind of file that is not known"},
         BadCommand{"InspectNoImage", {"inspect", "no.png"}, 3, "no.png"},
         BadCommand{"InspectNoJson", {"inspect", "no.json"}, 3, "no.json"},
-        BadCommand{"InspectNoArchive", {"inspect", "no.h5"}, 3, "no.h5"},
+        BadCommand{"InspectNoArchive", {"inspect", "no.h5"}, 3, "no HDF5 file"},
         BadCommand{"InspectNoMesh", {"inspect", "no.ply"}, 3, "no.ply"},
         BadCommand{"InspectNoNpz", {"inspect", "no.npz"}, 3, "no.npz"},
         BadCommand{"GcOfNothing", {"gc"}, 2, "it takes a WORKSPACE"},
@@ -624,6 +647,33 @@ INSTANTIATE_TEST_SUITE_P(
                    "input.unit cannot be 'km'"},
         BadCommand{
             "ConvertIntoNothing", {"convert", "IN/box_000.obj", "no/where/x.ply"}, 5, "no/where"},
+        BadCommand{"ConvertIntoNoFolder",
+                   {"convert", "IN/box_000.obj", "nodir/x.obj"},
+                   5,
+                   "make the folder first"},
+        BadCommand{"RenderIntoNoFolder",
+                   {"render", "nothing.obj", "--out", "nodir/x.png"},
+                   5,
+                   "make the folder first"},
+        BadCommand{"DrapeIntoAFile", {"drape", "--out", "file/x"}, 5, "name a"},
+        BadCommand{"ShowIntoNoFolder",
+                   {"body-model", "show", "default", "--out", "nodir/x.png"},
+                   5,
+                   "make the folder first"},
+        BadCommand{
+            "RenderTooManyPixels",
+            {"render", "nothing.obj", "--out", "x.png", "--width", "16384", "--height", "16384"},
+            2,
+            "268435456 pixels: at most 64000000"},
+        BadCommand{"ShowTooManyPixels",
+                   {"body-model", "show", "default", "--out", "x.png", "--width", "6000",
+                    "--height", "6000"},
+                   2,
+                   "144000000 pixels: at most 64000000"},
+        BadCommand{"EmptyList",
+                   {"statistics", "IN", "WS", "--statistics.edge_quantiles", ""},
+                   2,
+                   "statistics.edge_quantiles cannot be ''"},
         BadCommand{"CompletionOfAnotherShell", {"completion", "fish"}, 2, "of which there is bash"},
         BadCommand{"OptionsWithArgument", {"options", "x"}, 2, "does not take 'x' as well"}),
     [](const ::testing::TestParamInfo<BadCommand>& bad) { return bad.param.name; });

@@ -122,8 +122,9 @@ TEST_F(OptionsTest, RefusesAnUnknownNameAndSuggests) {
             "there is no option 'solver.substep', did you mean 'solver.substeps'?");
   EXPECT_THAT(set("substeps", "3"), HasSubstr("did you mean 'solver.substeps'?"));
   EXPECT_THAT(set("garvity", "true"), HasSubstr("did you mean 'gravity'?"));
-  EXPECT_EQ(set("zzzzzzzzzzzz", "1"), "there is no option 'zzzzzzzzzzzz'");
-  EXPECT_EQ(set("", "1"), "there is no option ''");
+  EXPECT_EQ(set("zzzzzzzzzzzz", "1"),
+            "there is no option 'zzzzzzzzzzzz'; 'atelier options' lists them");
+  EXPECT_EQ(set("", "1"), "there is no option ''; 'atelier options' lists them");
 }
 
 TEST_F(OptionsTest, RefusesAChoiceAndSuggests) {
