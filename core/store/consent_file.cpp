@@ -62,6 +62,10 @@ std::vector<Consent> consent_of(const std::vector<TomlEntry>& entries, const std
 
 }  // namespace
 
+std::vector<Consent> parse_consent(std::string_view text, const std::string& file) {
+  return consent_of(read_toml_entries(text, file), file);
+}
+
 std::vector<Consent> read_consent(const std::filesystem::path& input) {
   constexpr int kFoldersAbove = 2;
   std::filesystem::path folder =
@@ -70,7 +74,7 @@ std::vector<Consent> read_consent(const std::filesystem::path& input) {
     const std::filesystem::path path = folder / "capture.toml";
     if (file_kind(path) != std::filesystem::file_type::not_found) {
       const std::string text = read_file_text(path, Limits{}.text_file_bytes);
-      return consent_of(read_toml_entries(text, path.string()), path.string());
+      return parse_consent(text, path.string());
     }
   }
   return {};

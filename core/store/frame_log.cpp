@@ -1,6 +1,7 @@
 #include "core/store/frame_log.h"
 
 #include <cerrno>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
@@ -64,6 +65,50 @@ void FrameLog::append(const FrameRecord& record) {
   }
 }
 
+void add_frame_records(std::string_view text, std::map<int, FrameRecord>& records) {
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = text.find('\n', begin);
+    if (end == std::string::npos) {
+      break;  // torn
+    }
+    // Our own file, yet a disk may have spoiled it: what does not read is work to be done again.
+    const nlohmann::json json =
+        nlohmann::json::parse(text.begin() + static_cast<long>(begin),
+                              text.begin() + static_cast<long>(end), nullptr, false);
+    begin = end + 1;
+    if (!json.is_object() ||
+        json.value("path", nlohmann::json()).type() != nlohmann::json::value_t::string) {
+      continue;
+    }
+    const auto frame = json.find("frame");
+    const auto size = json.find("size");
+    const auto digits = json.find("sha256");
+    const auto seconds = json.find("seconds");
+    const auto peak = json.find("peak");
+    if (frame == json.end() || !frame->is_number_unsigned() || size == json.end() ||
+        !size->is_number_unsigned() || digits == json.end() || !digits->is_string() ||
+        seconds == json.end() || !seconds->is_number() || peak == json.end() ||
+        !peak->is_number_unsigned()) {
+      continue;
+    }
+    const auto digest = digest_from_hex(digits->get<std::string>());
+    const std::string path = json["path"].get<std::string>();
+    if (!digest || !is_safe_output_path(path) || frame->get<std::uint64_t>() > 2'000'000'000u) {
+      continue;
+    }
+    constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+    if (size->get<std::uint64_t>() > kMost || peak->get<std::uint64_t>() > kMost ||
+        !(seconds->get<double>() >= 0)) {
+      continue;
+    }
+    const int frame_id = frame->get<int>();
+    records[frame_id] = {frame_id,
+                         {path, size->get<std::int64_t>(), *digest},
+                         seconds->get<double>(),
+                         peak->get<std::int64_t>()};
+  }
+}
+
 std::map<int, FrameRecord> read_frame_logs(const std::filesystem::path& staging) {
   std::map<int, FrameRecord> records;
   for (const std::filesystem::path& entry : list_folder(staging)) {
@@ -71,43 +116,7 @@ std::map<int, FrameRecord> read_frame_logs(const std::filesystem::path& staging)
         link_kind(entry) != std::filesystem::file_type::regular) {
       continue;
     }
-    const std::string text = read_file_text(entry, Limits{}.text_file_bytes * 16);
-    for (std::size_t begin = 0; begin < text.size();) {
-      const std::size_t end = text.find('\n', begin);
-      if (end == std::string::npos) {
-        break;  // torn
-      }
-      // Our own file, yet a disk may have spoiled it: what does not read is work to be done again.
-      const nlohmann::json json =
-          nlohmann::json::parse(text.begin() + static_cast<long>(begin),
-                                text.begin() + static_cast<long>(end), nullptr, false);
-      begin = end + 1;
-      if (!json.is_object() ||
-          json.value("path", nlohmann::json()).type() != nlohmann::json::value_t::string) {
-        continue;
-      }
-      const auto frame = json.find("frame");
-      const auto size = json.find("size");
-      const auto digits = json.find("sha256");
-      const auto seconds = json.find("seconds");
-      const auto peak = json.find("peak");
-      if (frame == json.end() || !frame->is_number_unsigned() || size == json.end() ||
-          !size->is_number_unsigned() || digits == json.end() || !digits->is_string() ||
-          seconds == json.end() || !seconds->is_number() || peak == json.end() ||
-          !peak->is_number_unsigned()) {
-        continue;
-      }
-      const auto digest = digest_from_hex(digits->get<std::string>());
-      const std::string path = json["path"].get<std::string>();
-      if (!digest || !is_safe_output_path(path) || frame->get<std::uint64_t>() > 2'000'000'000u) {
-        continue;
-      }
-      const int frame_id = frame->get<int>();
-      records[frame_id] = {frame_id,
-                           {path, size->get<std::int64_t>(), *digest},
-                           seconds->get<double>(),
-                           peak->get<std::int64_t>()};
-    }
+    add_frame_records(read_file_text(entry, Limits{}.text_file_bytes * 16), records);
   }
   return records;
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <string_view>
 
 #include "core/store/manifest.h"
 
@@ -38,6 +39,9 @@ class FrameLog {
 /// Every finished frame that the logs of a staging folder name; lines that do not parse are left
 /// out, so that at worst a frame is done again. Says nothing about the files: compare them.
 std::map<int, FrameRecord> read_frame_logs(const std::filesystem::path& staging);
+
+/// Those of one log's text, added to `records`.
+void add_frame_records(std::string_view text, std::map<int, FrameRecord>& records);
 
 /// True for the names of the logs.
 bool is_frame_log_name(std::string_view file_name);
