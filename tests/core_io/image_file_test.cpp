@@ -376,5 +376,18 @@ TEST(RealImages, PhotographsAndTextures) {
   EXPECT_GT(read_image(texture).width, 100);
 }
 
+TEST(ImageFile, RefusesToWriteWhatWouldNotBeReadAgain) {
+  const TemporaryDirectory folder;
+  for (const auto& [width, height] : {std::pair{16'385, 1}, {1, 16'385}, {8'001, 8'000}}) {
+    try {
+      write_image(folder / "large.png", ByteImage(width, height, 1));
+      FAIL() << width << " x " << height << " was written";
+    } catch (const DataError& error) {
+      EXPECT_NE(std::string(error.what()).find("at most 64000000 pixels"), std::string::npos);
+    }
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "large.png"));
+}
+
 }  // namespace
 }  // namespace atelier
