@@ -185,7 +185,9 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
   // Leg: the groin's plane runs from the crotch over the hip joint to the iliac crest.
   const double side = smooth_step(x, -14, 14);
   const double hip = across(j.hip, {0.61, -0.79, 0.0}, 34) * side;
-  const double arm_plane = across(j.shoulder, {0.93, -0.37, 0}, 34);
+  // Arm: leans so far that on top of the shoulder, which a raised arm presses together, the step is
+  // spread from the neck to the deltoid and no build's skin folds there in T-pose.
+  const double arm_plane = across(j.shoulder, {0.5, -0.86, 0}, 44);
   // Below the armpit the plane is not enough: ribs and hips lie beyond it too.
   const double limb = std::min(d[2], d[4]) / k;
   const double other = std::min({d[0], d[1], d[5]}) / k;
@@ -422,7 +424,7 @@ struct SideShare {
   double depth = 0;
 };
 SideShare side_share(const std::string& name) {
-  return name.ends_with("shoulder") ? SideShare{1, 0.8, -0.28, 0.6}
+  return name.ends_with("shoulder") ? SideShare{1, 0.45, -0.28, 0.6}
          : name.ends_with("hip")    ? SideShare{0.4, 0.15, 0.15, 0}
                                     : SideShare{};
 }
