@@ -6,7 +6,7 @@
 
 #include "core/options.h"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): CLI11 has that name
 class App;
 }
 

@@ -2,16 +2,14 @@
 
 namespace atelier {
 
-/// What the program's exit code says; scripts may rely on it.
-enum ExitCode : int {
-  kExitDone = 0,
-  kExitCheckFailed = 1,   ///< a check that was asked for is not met
-  kExitUsage = 2,         ///< the command line or an options file is wrong
-  kExitBadData = 3,       ///< a file cannot be used
-  kExitNotConverged = 4,  ///< an optimisation did not converge
-  kExitEnvironment = 5,   ///< disk, memory, device, a run in the way
-  kExitBug = 70,          ///< a defect of the program
-};
+// What the program's exit code says; scripts may rely on it.
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitCheckFailed = 1;   ///< a check that was asked for is not met
+inline constexpr int kExitUsage = 2;         ///< the command line or an options file is wrong
+inline constexpr int kExitBadData = 3;       ///< a file cannot be used
+inline constexpr int kExitNotConverged = 4;  ///< an optimisation did not converge
+inline constexpr int kExitEnvironment = 5;   ///< disk, memory, device, a run in the way
+inline constexpr int kExitBug = 70;          ///< a defect of the program
 
 /// The list of exit codes for --help.
 inline constexpr const char* kExitCodeHelp =
