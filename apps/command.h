@@ -42,6 +42,8 @@ Action add_body_model(CLI::App& parser);
 Action add_drape(CLI::App& parser);
 Action add_synthesize(CLI::App& parser);
 Action add_evaluate(CLI::App& parser);
+Action add_export(CLI::App& parser);
+Action add_report(CLI::App& parser);
 Action add_options(CLI::App& parser);
 Action add_completion(CLI::App& parser);
 

@@ -1,0 +1,57 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "apps/command.h"
+#include "apps/exit_code.h"
+#include "apps/output_place.h"
+#include "apps/printable.h"
+#include "apps/report_page.h"
+#include "apps/stages.h"
+#include "apps/usage_error.h"
+#include "core/atomic_file.h"
+
+namespace atelier {
+namespace {
+
+struct ReportArguments {
+  std::string workspace;
+  std::string out;
+};
+
+int run(const ReportArguments& arguments) {
+  if (arguments.workspace.empty()) {
+    throw UsageError("it takes a WORKSPACE: atelier report WORKSPACE");
+  }
+  const std::filesystem::path workspace =
+      std::filesystem::path(arguments.workspace + "/").lexically_normal().parent_path();
+  // Every byte is compared: a picture that is shown as a result must be that result's.
+  const std::vector<StageStatus> stages = workspace_status(all_stages(), workspace, Check::Digests);
+  std::filesystem::path page = arguments.out;
+  if (page.empty()) {
+    make_private_directory(workspace / "report");
+    page = workspace / "report" / "index.html";
+  }
+  require_file_place(page);
+  write_file_atomically(page, report_page(stages, workspace));
+  std::cout << printable(page.string()) << "\n";
+  for (const StageStatus& status : stages) {
+    if (status.manifest) {
+      std::cout << status.stage << ": " << state_name(status.state)
+                << ", consent: " << printable(to_string(status.manifest->consent)) << "\n";
+    }
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+Action add_report(CLI::App& parser) {
+  auto arguments = std::make_shared<ReportArguments>();
+  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
+  parser.add_option("--out", arguments->out, "The page to write [WORKSPACE/report/index.html]")
+      ->type_name("FILE");
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace atelier

@@ -1,0 +1,239 @@
+#include "apps/report_page.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string_view>
+#include <vector>
+
+#include "apps/printable.h"
+#include "apps/stage_console.h"
+#include "core/io/file_bytes.h"
+#include "core/store/build_info.h"
+
+namespace atelier {
+namespace {
+
+constexpr std::int64_t kLargestPicture = 4'000'000;  // bytes; a page of tens of megabytes opens
+constexpr int kPicturesOfAStage = 24;
+
+constexpr const char* kStyle = R"(
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 64rem; margin: 2rem auto;
+       padding: 0 1rem; }
+h1, h2 { line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid #ccc; }
+table { border-collapse: collapse; margin: .5rem 0; }
+th, td { text-align: left; padding: .15rem .8rem .15rem 0; vertical-align: top; }
+th { font-weight: 600; color: #555; } td.number { text-align: right; }
+td.number, code { font-family: ui-monospace, monospace; font-size: 13px; }
+td { overflow-wrap: anywhere; } figure { margin: 1rem 0; } img, video { max-width: 100%; }
+figcaption, .quiet { color: #666; } .error { color: #a40000; } .warning { color: #8a5a00; }
+.attention { background: #fff7e0; border-left: 4px solid #d9a400; padding: .5rem 1rem; }
+details { margin: .5rem 0; } summary { cursor: pointer; }
+)";
+
+std::string base64(const std::vector<std::byte>& bytes) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t there = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8U | (k < there ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += k <= there ? kDigits[group >> (18U - 6U * k) & 63U] : '=';
+    }
+  }
+  return text;
+}
+
+/// The media type of what a browser shows, "" of everything else.
+std::string media_type(const std::filesystem::path& path) {
+  constexpr std::array<std::array<const char*, 2>, 6> kTypes = {{{".png", "image/png"},
+                                                                 {".jpg", "image/jpeg"},
+                                                                 {".jpeg", "image/jpeg"},
+                                                                 {".webp", "image/webp"},
+                                                                 {".avif", "image/avif"},
+                                                                 {".mp4", "video/mp4"}}};
+  for (const auto& [extension, type] : kTypes) {
+    if (path.extension() == extension) {
+      return type;
+    }
+  }
+  return "";
+}
+
+std::string in_table(const std::string& rows) {
+  return rows.empty() ? "" : "<table>\n" + rows + "</table>\n";
+}
+
+std::string row(const std::string& name, const std::string& cell, const char* cell_class = "") {
+  return "<tr><th>" + html_text(name) + "</th><td" +
+         (*cell_class != '\0' ? " class=\"" + std::string(cell_class) + "\"" : "") + ">" +
+         html_text(cell) + "</td></tr>\n";
+}
+
+std::string folded(const std::string& summary, const std::string& content) {
+  return content.empty() ? ""
+                         : "<details><summary>" + html_text(summary) + "</summary>\n" + content +
+                               "</details>\n";
+}
+
+/// What asks for attention, one list item each.
+std::string attention_of(const StageStatus& status) {
+  std::string items;
+  const auto item = [&](const char* item_class, const std::string& text) {
+    items += "<li class=\"" + std::string(item_class) + "\"><b>" + html_text(status.stage) +
+             "</b>: " + html_text(text) + "</li>\n";
+  };
+  if (status.state == StageStatus::State::Damaged) {
+    item("error", "the result is damaged; run the stage again with --force");
+  }
+  for (const Finding& finding : status.findings) {
+    item(finding.severity == Severity::Error ? "error" : "warning", to_string(finding));
+  }
+  for (const std::string& reason : status.reasons) {
+    item("warning", "outdated: " + reason);
+  }
+  for (const UnfinishedWork& work : status.unfinished) {
+    item("warning",
+         "unfinished work of " + counted(work.frames, "frame") + "; run the stage again");
+  }
+  if (status.manifest && status.manifest->consent.empty()) {
+    item("warning",
+         "no consent is recorded: state who, scope and until in the [consent] of capture.toml");
+  }
+  return items;
+}
+
+std::string picture(const std::filesystem::path& file, const std::string& name,
+                    const std::string& type) {
+  const std::string data =
+      "data:" + type + ";base64," + base64(read_file_bytes(file, kLargestPicture));
+  const std::string shown = type.starts_with("video")
+                                ? "<video controls loop muted src=\"" + data + "\"></video>"
+                                : "<img alt=\"" + html_text(name) + "\" src=\"" + data + "\">";
+  return "<figure>" + shown + "<figcaption>" + html_text(name) + "</figcaption></figure>\n";
+}
+
+std::string pictures_of(const StageStatus& status, const std::filesystem::path& folder) {
+  std::string html;
+  int count = 0;
+  for (const ManifestOutput& output : status.manifest->outputs) {
+    const std::string type = media_type(output.path);
+    if (type.empty() || output.size > kLargestPicture || ++count > kPicturesOfAStage) {
+      continue;
+    }
+    html += picture(folder / output.path, output.path, type);
+  }
+  return html;
+}
+
+std::string section_of(const StageStatus& status, const std::filesystem::path& workspace) {
+  std::string html =
+      "<h2 id=\"" + html_text(status.stage) + "\">" + html_text(status.stage) + "</h2>\n";
+  if (!status.manifest) {
+    return html + "<p class=\"quiet\">" + html_text(state_name(status.state)) + "</p>\n";
+  }
+  const Manifest& manifest = *status.manifest;
+  std::string facts = row("state", state_name(status.state));
+  facts += row("consent", to_string(manifest.consent));
+  facts += row("finished", manifest.finished);
+  facts += row("work", duration_text(manifest.work_seconds));
+  facts += row("peak memory", bytes_text(static_cast<double>(manifest.peak_memory_bytes)));
+  if (!manifest.device.empty()) {
+    facts += row("device", manifest.device);
+  }
+  facts += row("build", manifest.build);
+  html += in_table(facts);
+  std::string figures;
+  for (const auto& [name, value] : manifest.metrics) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%.6g", value);
+    figures += row(name, number, "number");
+  }
+  html += in_table(figures);
+  if (status.state != StageStatus::State::Damaged) {
+    html += pictures_of(status, workspace / status.stage / folder_name(manifest.key));
+  }
+  std::string options;
+  for (const ManifestOption& option : manifest.options) {
+    if (option.source != "default") {
+      options += row(option.name, option.json + "  (" + option.source + ")");
+    }
+  }
+  html += options.empty() ? "<p class=\"quiet\">Every option has its default.</p>\n"
+                          : "<p>Options that were set:</p>\n" + in_table(options);
+  std::string inputs;
+  for (const ManifestInput& input : manifest.inputs) {
+    inputs += row(input.kind, input.path + ", " + counted(input.files, "file") + ", " +
+                                  bytes_text(static_cast<double>(input.bytes)));
+  }
+  html += in_table(inputs);
+  std::string outputs;
+  for (const ManifestOutput& output : manifest.outputs) {
+    outputs += row(output.path, bytes_text(static_cast<double>(output.size)), "number");
+  }
+  html += folded(counted(static_cast<std::int64_t>(manifest.outputs.size()), "file"),
+                 in_table(outputs));
+  return html;
+}
+
+}  // namespace
+
+std::string html_text(std::string_view text) {
+  std::string html;
+  for (const char c : printable(std::string(text))) {
+    switch (c) {
+      case '&':
+        html += "&amp;";
+        break;
+      case '<':
+        html += "&lt;";
+        break;
+      case '>':
+        html += "&gt;";
+        break;
+      case '"':
+        html += "&quot;";
+        break;
+      case '\'':
+        html += "&#39;";
+        break;
+      default:
+        html += c;
+    }
+  }
+  return html;
+}
+
+std::string report_page(std::span<const StageStatus> stages,
+                        const std::filesystem::path& workspace) {
+  const std::string title = "Atelier: " + workspace.filename().string();
+  std::string attention;
+  std::string overview;
+  std::string sections;
+  for (const StageStatus& status : stages) {
+    attention += attention_of(status);
+    overview += "<tr><th><a href=\"#" + html_text(status.stage) + "\">" + html_text(status.stage) +
+                "</a></th><td>" + html_text(state_name(status.state)) +
+                (status.running ? ", running when this was written" : "") + "</td></tr>\n";
+    sections += section_of(status, workspace);
+  }
+  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
+         "img-src data:; media-src data:; style-src 'unsafe-inline'\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
+         html_text(title) + "</title><style>" + kStyle + "</style></head>\n<body>\n<h1>" +
+         html_text(title) + "</h1>\n" +
+         (attention.empty() ? "<p>Nothing asks for attention.</p>\n"
+                            : "<div class=\"attention\"><ul>\n" + attention + "</ul></div>\n") +
+         in_table(overview) + sections + "<p class=\"quiet\">" + html_text(build_info()) +
+         "</p>\n</body></html>\n";
+}
+
+}  // namespace atelier

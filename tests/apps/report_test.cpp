@@ -1,0 +1,205 @@
+// What `report` and `export` make of a workspace.
+
+#include <fstream>
+
+#include "apps/report_page.h"
+#include "core/io/image_file.h"
+#include "core/io/mesh_file.h"
+#include "tests/apps/statistics_fixture.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+namespace fs = std::filesystem;
+
+class Report : public StatisticsFixture {
+ protected:
+  void SetUp() override {
+    write_boxes(input(), 2);
+    ASSERT_EQ(run_child(statistics()).exit_code, 0);
+  }
+  void write_consent(const std::string& until) const {
+    std::ofstream(input() / "capture.toml")
+        << "[consent]\nwho = \"P. <b>Doe</b>\"\nscope = \"research\"\nuntil = \"" << until
+        << "\"\n";
+    ASSERT_EQ(run_child(statistics()).exit_code, 0);
+  }
+  std::string page() const {
+    return read_file_text(workspace() / "report" / "index.html", 1 << 24);
+  }
+  ChildResult report() const { return run({"report", workspace().string()}); }
+  ChildResult export_to(const fs::path& out, std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"export", workspace().string(), out.string()});
+    return run(more);
+  }
+};
+
+/// A workspace status whose one result holds the files of `folder`'s `statistics`.
+StageStatus result_of(std::vector<ManifestOutput> outputs) {
+  StageStatus status;
+  status.stage = "statistics";
+  status.state = StageStatus::State::Done;
+  status.manifest.emplace();
+  status.manifest->stage = "statistics";
+  status.manifest->outputs = std::move(outputs);
+  return status;
+}
+
+TEST_F(Report, ShowsStatesFiguresAndTheAbsenceOfConsent) {
+  const ChildResult result = report();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("statistics: done, consent: none recorded"));
+  EXPECT_THAT(page(), AllOf(HasSubstr("no consent is recorded"), HasSubstr("vertices_mean"),
+                            HasSubstr("<td class=\"number\">8</td>")));
+}
+
+TEST_F(Report, ShowsConsentEscaped) {
+  write_consent("2999-12-31");
+  const ChildResult result = report();
+  EXPECT_THAT(result.out, HasSubstr("P. <b>Doe</b>, research, until 2999-12-31"));
+  EXPECT_THAT(page(), AllOf(HasSubstr("P. &lt;b&gt;Doe&lt;/b&gt;, research, until 2999-12-31"),
+                            Not(HasSubstr("<b>Doe")), Not(HasSubstr("no consent is recorded")),
+                            HasSubstr("Nothing asks for attention")));
+}
+
+TEST_F(Report, SaysThatConsentHasEnded) {
+  write_consent("2020-01-01");
+  EXPECT_EQ(report().exit_code, 0);
+  EXPECT_THAT(page(), HasSubstr("consent-ended"));
+}
+
+TEST_F(Report, PutsDamageFirst) {
+  const fs::path file = fs::canonical(stage_folder() / "current") / "statistics.json";
+  std::ofstream(file, std::ios::app) << "x";
+  EXPECT_EQ(report().exit_code, 0);
+  const std::string text = page();
+  EXPECT_LT(text.find("the result is damaged"), text.find("<h2"));
+  EXPECT_THAT(text, HasSubstr("output-size"));
+}
+
+TEST_F(Report, GoesWhereItIsToldAndCanBeMadeAgain) {
+  EXPECT_EQ(report().exit_code, 0);
+  EXPECT_EQ(report().exit_code, 0);
+  const fs::path file = root_ / "page.html";
+  EXPECT_EQ(run({"report", workspace().string(), "--out", file.string()}).exit_code, 0);
+  EXPECT_EQ(read_file_text(file, 1 << 24), page());
+  EXPECT_TRUE(is_clean());
+}
+
+TEST_F(Report, RefusesWhatIsNoWorkspaceAndPlacesThatAreNotThere) {
+  EXPECT_EQ(run({"report"}).exit_code, 2);
+  const ChildResult nothing = run({"report", (root_ / "nothing").string()});
+  EXPECT_EQ(nothing.exit_code, 3);
+  EXPECT_THAT(nothing.err, HasSubstr("expected a workspace"));
+  EXPECT_EQ(run({"report", input().string()}).exit_code, 3);
+  const ChildResult place =
+      run({"report", workspace().string(), "--out", (root_ / "no" / "page.html").string()});
+  EXPECT_EQ(place.exit_code, 5);
+  EXPECT_THAT(place.err, HasSubstr("no such folder"));
+}
+
+TEST(ReportPage, HoldsPicturesItselfAndNamesLargeOnes) {
+  const TemporaryDirectory root;
+  StageStatus status =
+      result_of({{"sheet.png", 0, {}}, {"film.mp4", 3, {}}, {"big.png", 5'000'000, {}}});
+  const fs::path folder = root.path() / "statistics" / folder_name(status.manifest->key);
+  fs::create_directories(folder);
+  Image image(2, 1, 3);
+  image.at(0, 0, 0) = 1;
+  write_image(folder / "sheet.png", image);
+  std::ofstream(folder / "film.mp4") << "abc";
+  const std::string page = report_page(std::span(&status, 1), root.path());
+  EXPECT_THAT(page, HasSubstr("<img alt=\"sheet.png\" src=\"data:image/png;base64,iVBORw0KGgo"));
+  EXPECT_THAT(page, HasSubstr("src=\"data:video/mp4;base64,YWJj\""));
+  EXPECT_THAT(page, AllOf(HasSubstr("big.png"), Not(HasSubstr("alt=\"big.png\""))));
+  EXPECT_THAT(page, Not(HasSubstr("<script")));
+}
+
+TEST(ReportPage, TextFromFilesIsNoMarkup) {
+  EXPECT_EQ(html_text("<a href='x' title=\"y\">&\x1b[2J</a>"),
+            "&lt;a href=&#39;x&#39; title=&quot;y&quot;&gt;&amp;?[2J&lt;/a&gt;");
+  StageStatus status = result_of({{"a.txt", 1, {}}});
+  status.manifest->inputs.emplace_back().path = "<script>alert(1)</script>";
+  status.manifest->options.push_back({"x", "\"</table>\"", "<file>:1", true});
+  status.reasons = {"<img src=x onerror=alert(1)>"};
+  const std::string page = report_page(std::span(&status, 1), "w<i>");
+  EXPECT_THAT(page, AllOf(Not(HasSubstr("<script")), Not(HasSubstr("<img src=x")),
+                          Not(HasSubstr("\"</table>")), Not(HasSubstr("w<i>"))));
+}
+
+TEST_F(Report, LoadsInABrowserWithoutAnError) {
+  if (run_child({"sh", "-c", "command -v chromium"}).exit_code != 0) {
+    GTEST_SKIP() << "no program chromium (scripts/setup --judges)";
+  }
+  ASSERT_EQ(report().exit_code, 0);
+  const ChildResult result =
+      run_child({"chromium", "--headless", "--no-sandbox", "--disable-gpu",
+                 "--enable-logging=stderr", "--user-data-dir=" + (root_ / "profile").string(),
+                 "--dump-dom", "file://" + (workspace() / "report" / "index.html").string()});
+  EXPECT_THAT(result.out, AllOf(HasSubstr("vertices_mean"), HasSubstr("</html>")));
+  EXPECT_THAT(result.err, Not(HasSubstr("CONSOLE")));  // what a page's errors are logged as
+}
+
+TEST_F(Report, ExportCopiesWithConsent) {
+  write_consent("2999-12-31");
+  const fs::path out = root_ / "out";
+  const ChildResult result = export_to(out);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("consent: P. <b>Doe</b>, research"));
+  EXPECT_THAT(read_file_text(out / "statistics" / "consent.txt", 1000), HasSubstr("research"));
+  EXPECT_EQ(read_file_text(out / "statistics" / "statistics.json", 1 << 20),
+            read_file_text(stage_folder() / "current" / "statistics.json", 1 << 20));
+}
+
+TEST_F(Report, ExportSaysThatNoConsentIsRecorded) {
+  EXPECT_THAT(export_to(root_ / "out").out, HasSubstr("consent: none recorded"));
+}
+
+TEST_F(Report, ExportRefusesDamageUnknownNamesAndPlacesThatAreNotThere) {
+  EXPECT_EQ(run({"export", workspace().string()}).exit_code, 2);
+  EXPECT_THAT(export_to(root_ / "out", {"--format", "fbx"}).err,
+              HasSubstr("ply, obj, glb or usda"));
+  EXPECT_THAT(export_to(root_ / "out", {"--stage", "spline"}).err, HasSubstr("no such stage"));
+  EXPECT_EQ(export_to("/proc/nowhere").exit_code, 5);
+  std::ofstream(fs::canonical(stage_folder() / "current") / "statistics.json", std::ios::app)
+      << "x";
+  const ChildResult damaged = export_to(root_ / "out");
+  EXPECT_EQ(damaged.exit_code, 3);
+  EXPECT_THAT(damaged.err, HasSubstr("a result that is damaged"));
+  EXPECT_FALSE(fs::exists(root_ / "out" / "statistics"));
+}
+
+TEST_F(Report, ExportsASimulatedSequenceInEveryFormat) {
+  if (run({"simulate", "--help"}).exit_code != 0) {
+    GTEST_SKIP() << "built without simulation";
+  }
+  const fs::path scene = root_ / "scene";
+  fs::create_directories(scene);
+  std::ofstream(scene / "garment.obj") << "v -.3 2 -.3\nv .3 2 -.3\nv .3 2 .3\nv -.3 2 .3\n"
+                                          "f 1 3 2\nf 1 4 3\n";
+  fs::copy_file(input() / "box_000.obj", scene / "body.obj");
+  ASSERT_EQ(
+      run({"simulate", scene.string(), workspace().string(), "--length", "2", "--settle", "0"})
+          .exit_code,
+      0);
+  for (const char* format : {"ply", "obj"}) {
+    const fs::path out = root_ / format;
+    const ChildResult result = export_to(out, {"--stage", "simulate", "--format", format});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const Mesh mesh = read_mesh(out / "simulate" / "garment" / (std::string("000002.") + format));
+    EXPECT_EQ(mesh.vertices.rows(), 4);
+    EXPECT_LT(mesh.vertices.col(1).maxCoeff(), 2);
+  }
+  for (const char* format : {"glb", "usda"}) {
+    const fs::path out = root_ / format;
+    const ChildResult result = export_to(out, {"--stage", "simulate", "--format", format});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(fs::exists(out / "simulate" / (std::string("garment.") + format)));
+  }
+}
+}  // namespace
+}  // namespace atelier::testing
