@@ -1,0 +1,210 @@
+#include "capture/stereo/stereo.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "capture/stereo/stereo_levels.h"
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+bool is_like(const Image& image, const Camera& camera) {
+  return image.width == camera.width && image.height == camera.height && image.channels == 1;
+}
+
+void check_views(const std::vector<StereoView>& views, const StereoOptions& options) {
+  ATELIER_CHECK(options.sources >= 1 && options.sources <= kLargestSources, "1 to 8 sources");
+  ATELIER_CHECK(options.levels >= 1 && options.levels <= 8, "1 to 8 levels");
+  ATELIER_CHECK(options.iterations >= 1 && options.refinements >= 1, "at least one sweep");
+  for (const StereoView& view : views) {
+    check_camera(view.camera);
+    ATELIER_CHECK(view.camera.distortion_model == Distortion::None, "a camera with distortion");
+    ATELIER_CHECK(is_like(view.image, view.camera) && is_like(view.near_depth, view.camera) &&
+                      is_like(view.far_depth, view.camera),
+                  "images of another size than the camera's");
+    for (const int source : view.sources) {
+      ATELIER_CHECK(source >= 0 && source < static_cast<int>(views.size()) &&
+                        &views[static_cast<std::size_t>(source)] != &view,
+                    "a source out of range");
+    }
+    for (std::size_t i = 0; i < view.near_depth.data.size(); ++i) {
+      const float near_depth = view.near_depth.data[i];
+      const float far_depth = view.far_depth.data[i];
+      if (near_depth == 0) {
+        continue;
+      }
+      if (!(near_depth > 0 && far_depth >= near_depth && std::isfinite(far_depth))) {
+        throw DataError(
+            "", view.camera.id + " pixel " + std::to_string(i),
+            "depth bounds " + std::to_string(near_depth) + " to " + std::to_string(far_depth),
+            "0 < near <= far");
+      }
+    }
+  }
+}
+
+/// Half the size, each pixel the mean of four.
+Image halved(const Image& image) {
+  Image half((image.width + 1) / 2, (image.height + 1) / 2, 1);
+  for (int y = 0; y < half.height; ++y) {
+    const int y1 = std::min(2 * y + 1, image.height - 1);
+    for (int x = 0; x < half.width; ++x) {
+      const int x1 = std::min(2 * x + 1, image.width - 1);
+      half.at(x, y) = 0.25f * (image.at(2 * x, 2 * y) + image.at(x1, 2 * y) + image.at(2 * x, y1) +
+                               image.at(x1, y1));
+    }
+  }
+  return half;
+}
+
+/// Bounds that hold for each of the four pixels; looked at if one of them is.
+void halve_bounds(const StereoLevel& fine, StereoLevel& coarse) {
+  coarse.near_depth = Image(coarse.image.width, coarse.image.height, 1);
+  coarse.far_depth = coarse.near_depth;
+  for (int y = 0; y < fine.image.height; ++y) {
+    for (int x = 0; x < fine.image.width; ++x) {
+      const float near_depth = fine.near_depth.at(x, y);
+      if (near_depth > 0) {
+        float& low = coarse.near_depth.at(x / 2, y / 2);
+        float& high = coarse.far_depth.at(x / 2, y / 2);
+        low = low > 0 ? std::min(low, near_depth) : near_depth;
+        high = std::max(high, fine.far_depth.at(x, y));
+      }
+    }
+  }
+}
+
+Camera halved(const Camera& camera) {
+  Camera half = camera;
+  half.width = (camera.width + 1) / 2;
+  half.height = (camera.height + 1) / 2;
+  half.fx /= 2;
+  half.fy /= 2;
+  half.cx /= 2;
+  half.cy /= 2;
+  return half;
+}
+
+Eigen::Matrix3d intrinsics(const Camera& camera) {
+  Eigen::Matrix3d k;
+  k << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+  return k;
+}
+
+}  // namespace
+
+OptionTable describe(StereoOptions& options) {
+  OptionTable table;
+  table.add("sources", options.sources, 1, kLargestSources, "",
+            "Views that each view is compared with.");
+  table.add("levels", options.levels, 1, 8, "", "Resolutions, each half of the next.");
+  table.add("iterations", options.iterations, 1, 16, "", "Sweeps on the coarsest level.");
+  table.add("refinements", options.refinements, 1, 16, "",
+            "Sweeps with the other views' depths on every level.");
+  table.add("colour_sigma", options.colour_sigma, 0.01, 10, "",
+            "Difference of values at which a pixel of the window counts less.");
+  table.add("geometric_weight", options.geometric_weight, 0, 1, "1/px",
+            "Cost of a pixel of disagreement with another view's depth.");
+  table.add("vectors", options.vectors, {"auto", "scalar", "avx2"}, "CPU vector code.");
+  table.add("seed", options.seed, 0, 1e15, "", "Of the random planes.");
+  return table;
+}
+
+std::vector<StereoLevel> stereo_levels(const StereoView& view, int levels) {
+  std::vector<StereoLevel> all;
+  all.push_back({view.camera, view.image, view.near_depth, view.far_depth});
+  while (static_cast<int>(all.size()) < levels &&
+         std::min(all.back().image.width, all.back().image.height) >= 64) {
+    StereoLevel next;
+    next.camera = halved(all.back().camera);
+    next.image = halved(all.back().image);
+    halve_bounds(all.back(), next);
+    all.push_back(std::move(next));
+  }
+  return all;
+}
+
+StereoProblem stereo_problem(const StereoLevel& reference, const StereoOptions& options,
+                             std::uint64_t seed) {
+  StereoProblem problem{};
+  problem.fx = static_cast<float>(reference.camera.fx);
+  problem.fy = static_cast<float>(reference.camera.fy);
+  problem.cx = static_cast<float>(reference.camera.cx);
+  problem.cy = static_cast<float>(reference.camera.cy);
+  problem.width = reference.image.width;
+  problem.height = reference.image.height;
+  problem.colour_sigma = static_cast<float>(options.colour_sigma);
+  problem.geometric_weight = static_cast<float>(options.geometric_weight);
+  problem.seed = seed;
+  return problem;
+}
+
+StereoSource stereo_source(const Camera& reference, const Camera& source) {
+  const Eigen::Matrix3d rotation =
+      source.camera_from_world_rotation * reference.camera_from_world_rotation.transpose();
+  const Eigen::Vector3d translation =
+      source.camera_from_world_translation - rotation * reference.camera_from_world_translation;
+  const Eigen::Matrix3d forth = intrinsics(source) * rotation * intrinsics(reference).inverse();
+  const Eigen::Vector3d forth_t = intrinsics(source) * translation;
+  const Eigen::Matrix3d back =
+      intrinsics(reference) * rotation.transpose() * intrinsics(source).inverse();
+  const Eigen::Vector3d back_t = intrinsics(reference) * (-(rotation.transpose() * translation));
+  StereoSource numbers{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      numbers.forth[3 * i + j] = static_cast<float>(forth(i, j));
+      numbers.back[3 * i + j] = static_cast<float>(back(i, j));
+    }
+    numbers.forth_t[i] = static_cast<float>(forth_t(i));
+    numbers.back_t[i] = static_cast<float>(back_t(i));
+  }
+  numbers.width = source.width;
+  numbers.height = source.height;
+  return numbers;
+}
+
+DepthMap depth_map_of(const Camera& camera, const std::vector<StereoPlane>& planes,
+                      const std::vector<float>& costs) {
+  DepthMap map;
+  map.camera = camera;
+  map.depth = Image(camera.width, camera.height, 1);
+  map.normal = Image(camera.width, camera.height, 3);
+  map.confidence = Image(camera.width, camera.height, 1);
+  const Eigen::Matrix3d world_from_camera = camera.camera_from_world_rotation.transpose();
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (!(planes[i].depth > 0)) {
+      continue;
+    }
+    map.depth.data[i] = planes[i].depth;
+    const Eigen::Vector3d normal =
+        world_from_camera *
+        Eigen::Vector3d(planes[i].normal.x, planes[i].normal.y, planes[i].normal.z);
+    for (int k = 0; k < 3; ++k) {
+      map.normal.data[3 * i + static_cast<std::size_t>(k)] = static_cast<float>(normal(k));
+    }
+    map.confidence.data[i] = std::clamp(1 - costs[i], 0.0f, 1.0f);
+  }
+  return map;
+}
+
+std::vector<DepthMap> stereo(const std::vector<StereoView>& views, const StereoOptions& options,
+                             Device device) {
+  check_views(views, options);
+  check_device(device);
+  StereoResult result;
+#ifdef ATELIER_HAS_CUDA
+  result = device == Device::Cuda ? stereo_cuda(views, options) : stereo_cpu(views, options);
+#else
+  result = stereo_cpu(views, options);
+#endif
+  std::vector<DepthMap> maps;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    maps.push_back(depth_map_of(views[i].camera, result.planes[i], result.costs[i]));
+  }
+  return maps;
+}
+
+}  // namespace atelier
