@@ -84,7 +84,7 @@ ATELIER_HOST_DEVICE inline float decay(float x) {
   sum = sum * r + 1.0f;
   sum = sum * r + 1.0f;
   const std::uint32_t bits = static_cast<std::uint32_t>(static_cast<int>(k) + 127) << 23U;
-  float power;
+  float power = 0;
   std::memcpy(&power, &bits, sizeof power);
   return sum * power;
 }
@@ -377,8 +377,8 @@ ATELIER_HOST_DEVICE inline int best_of_region(const StereoProblem& problem,
   float least = 1e9f;
   const int count = region < 4 ? 7 : 11;
   for (int k = 0; k < count; ++k) {
-    int along;
-    int across;
+    int along = 0;
+    int across = 0;
     if (region < 4) {  // (1,0), (2,+-1), (3,+-2), (4,+-3)
       along = 1 + (k + 1) / 2;
       across = (k & 1) != 0 ? (k + 1) / 2 : -(k / 2);

@@ -128,7 +128,7 @@ VisualHull visual_hull(const std::vector<Camera>& cameras, const std::vector<Byt
   const Eigen::Vector3d centre = looked_at(cameras);
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(options.reach);
   const double coarse_cell = std::max(options.cell, options.reach / 32);
-  const VisualHull coarse = carved(carver, centre - reach, centre + reach, coarse_cell);
+  VisualHull coarse = carved(carver, centre - reach, centre + reach, coarse_cell);
   Eigen::Vector3d low = centre + reach;
   Eigen::Vector3d high = centre - reach;
   for (int z = 0; z < coarse.nz; ++z) {

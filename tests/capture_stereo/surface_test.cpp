@@ -20,7 +20,9 @@ struct Ring {
   explicit Ring(int count, double radius = 0.3) {
     TexturedBall ball;
     ball.radius = radius;
-    for (const StereoView& view : ball.views(count, 6.283185307179586 / count, 120, 120)) {
+    for (StereoView& view : ball.views(count, 6.283185307179586 / count, 120, 120)) {
+      view.camera.fx *= 0.6;  // wide views, each of which has most of the hull in its image
+      view.camera.fy *= 0.6;
       cameras.push_back(view.camera);
       ByteImage mask(120, 120, 1);
       for (int y = 0; y < 120; ++y) {
@@ -139,6 +141,7 @@ TEST(DepthBounds, HoldTheTrueDepth) {
   const VisualHull hull = visual_hull(ring.cameras, ring.masks, {.cell = 0.02});
   const DepthBounds bounds = depth_bounds(hull, ring.cameras[2], ring.masks[2]);
   int looked = 0;
+  int close = 0;
   for (int y = 0; y < 120; ++y) {
     for (int x = 0; x < 120; ++x) {
       const auto depth = ball.depth(ring.cameras[2], x + 0.5, y + 0.5);
@@ -147,11 +150,12 @@ TEST(DepthBounds, HoldTheTrueDepth) {
         ++looked;
         ASSERT_LE(bounds.near_depth.at(x, y), *depth);
         ASSERT_GE(bounds.far_depth.at(x, y), *depth);
-        ASSERT_GT(bounds.near_depth.at(x, y), *depth - 0.5);  // views are narrow, the hull wide
+        close += bounds.near_depth.at(x, y) > *depth - 0.1 ? 1 : 0;
       }
     }
   }
   EXPECT_GT(looked, 1000);
+  EXPECT_GT(close, looked * 2 / 3);
 }
 
 TEST(Fuse, PointsLieOnTheBall) {
