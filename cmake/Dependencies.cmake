@@ -95,5 +95,16 @@ if(CGAL_INCLUDE AND GMP_LIBRARY AND MPFR_LIBRARY)
   atelier_system_alias(cgal "${CGAL_INCLUDE}" "${MPFR_LIBRARY};${GMP_LIBRARY}")
 endif()
 
+# Found by its header too: PCL's own package file asks for VTK and every other thing that some part
+# of it can use.
+find_path(PCL_INCLUDE pcl/point_types.h PATH_SUFFIXES pcl-1.13 pcl-1.14 pcl-1.12)
+find_library(PCL_COMMON pcl_common)
+find_library(PCL_FILTERS pcl_filters)
+find_library(PCL_SURFACE pcl_surface)
+if(PCL_INCLUDE AND PCL_COMMON AND PCL_FILTERS AND PCL_SURFACE)
+  atelier_system_alias(pcl "${PCL_INCLUDE};${EIGEN3_INCLUDE_DIR}"
+    "${PCL_SURFACE};${PCL_FILTERS};${PCL_COMMON}")
+endif()
+
 find_package(GTest 1.11 QUIET)
 find_package(benchmark 1.6 QUIET)

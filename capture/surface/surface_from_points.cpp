@@ -1,0 +1,213 @@
+#include "capture/surface/surface_from_points.h"
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include <pcl/filters/statistical_outlier_removal.h>
+#include <pcl/point_types.h>
+#include <pcl/surface/poisson.h>
+
+#include "core/error.h"
+#include "core/topology.h"
+#include "core/tree.h"
+
+namespace atelier {
+namespace {
+
+constexpr Index kLeastPoints = 100;
+
+void check_points(const Mesh& points) {
+  check_mesh(points);
+  if (points.vertices.rows() < kLeastPoints) {
+    throw DataError("", "points", std::to_string(points.vertices.rows()),
+                    "at least " + std::to_string(kLeastPoints) + ", to make a surface of");
+  }
+  if (points.normals.rows() != points.vertices.rows()) {
+    throw DataError("", "points", "no normals", "oriented points");
+  }
+}
+
+pcl::PointCloud<pcl::PointNormal>::Ptr cloud_of(const Mesh& points) {
+  pcl::PointCloud<pcl::PointNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointNormal>);
+  for (Index i = 0; i < points.vertices.rows(); ++i) {
+    pcl::PointNormal point;
+    point.getVector3fMap() = points.vertices.row(i).transpose().cast<float>();
+    point.getNormalVector3fMap() = points.normals.row(i).transpose().cast<float>();
+    cloud->push_back(point);
+  }
+  return cloud;
+}
+
+/// Rows of every attribute.
+Mesh chosen_points(const Mesh& points, const std::vector<int>& rows) {
+  Mesh chosen;
+  chosen.vertices = points.vertices(rows, Eigen::all);
+  if (points.normals.rows() > 0) {
+    chosen.normals = points.normals(rows, Eigen::all);
+  }
+  if (points.colors.rows() > 0) {
+    chosen.colors = points.colors(rows, Eigen::all);
+  }
+  if (points.confidence.size() > 0) {
+    chosen.confidence = points.confidence(rows);
+  }
+  for (const int row : rows) {
+    if (!points.labels.empty()) {
+      chosen.labels.push_back(points.labels[static_cast<std::size_t>(row)]);
+    }
+  }
+  return chosen;
+}
+
+Mesh poisson(const Mesh& points, const SurfaceOptions& options) {
+  pcl::Poisson<pcl::PointNormal> reconstruction;
+  reconstruction.setInputCloud(cloud_of(points));
+  reconstruction.setDepth(options.octree_depth);
+  reconstruction.setPointWeight(static_cast<float>(options.point_weight));
+  reconstruction.setThreads(1);  // the order of its sums must not depend on the machine
+  pcl::PointCloud<pcl::PointNormal> vertices;
+  std::vector<pcl::Vertices> polygons;
+  reconstruction.performReconstruction(vertices, polygons);
+  Mesh mesh;
+  mesh.vertices.resize(static_cast<Index>(vertices.size()), 3);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    mesh.vertices.row(static_cast<Index>(i)) =
+        vertices[i].getVector3fMap().cast<double>().transpose();
+  }
+  mesh.faces.resize(static_cast<Index>(polygons.size()), 3);
+  for (std::size_t i = 0; i < polygons.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      mesh.faces(static_cast<Index>(i), k) =
+          static_cast<int>(polygons[i].vertices[static_cast<std::size_t>(k)]);
+    }
+  }
+  return mesh;
+}
+
+/// Without the faces that have a vertex for which `keep` is false, and without unused vertices.
+Mesh trimmed(const Mesh& mesh, const std::vector<char>& keep) {
+  std::vector<int> place(static_cast<std::size_t>(mesh.vertices.rows()), -1);
+  std::vector<int> rows;
+  std::vector<Eigen::RowVector3i> faces;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    bool all = true;
+    for (int k = 0; k < 3; ++k) {
+      all = all && keep[static_cast<std::size_t>(mesh.faces(f, k))] != 0;
+    }
+    if (!all) {
+      continue;
+    }
+    Eigen::RowVector3i face;
+    for (int k = 0; k < 3; ++k) {
+      int& at = place[static_cast<std::size_t>(mesh.faces(f, k))];
+      if (at < 0) {
+        at = static_cast<int>(rows.size());
+        rows.push_back(mesh.faces(f, k));
+      }
+      face(k) = at;
+    }
+    faces.push_back(face);
+  }
+  Mesh result;
+  result.vertices = mesh.vertices(rows, Eigen::all);
+  result.faces.resize(static_cast<Index>(faces.size()), 3);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    result.faces.row(static_cast<Index>(i)) = faces[i];
+  }
+  return result;
+}
+
+/// Whether the piece of each vertex has the area.
+std::vector<char> of_large_pieces(const Mesh& mesh, double least_area) {
+  const Components pieces = connected_components(topology_of(mesh.faces, mesh.vertices.rows()));
+  std::vector<double> area(static_cast<std::size_t>(pieces.count), 0);
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    const Eigen::Vector3d a = mesh.vertices.row(mesh.faces(f, 0)).transpose();
+    const Eigen::Vector3d b = mesh.vertices.row(mesh.faces(f, 1)).transpose();
+    const Eigen::Vector3d c = mesh.vertices.row(mesh.faces(f, 2)).transpose();
+    area[static_cast<std::size_t>(pieces.of_face[static_cast<std::size_t>(f)])] +=
+        0.5 * (b - a).cross(c - a).norm();
+  }
+  std::vector<char> keep;
+  for (const int piece : pieces.of_vertex) {
+    keep.push_back(area[static_cast<std::size_t>(piece)] >= least_area ? 1 : 0);
+  }
+  return keep;
+}
+
+void take_attributes(Mesh& mesh, const Mesh& points, const std::vector<ClosestPoint>& nearest) {
+  const Index n = mesh.vertices.rows();
+  mesh.colors.resize(points.colors.rows() > 0 ? n : 0, 3);
+  mesh.confidence.resize(points.confidence.size() > 0 ? n : 0);
+  for (Index i = 0; i < n; ++i) {
+    const int row = nearest[static_cast<std::size_t>(i)].face;
+    if (mesh.colors.rows() > 0) {
+      mesh.colors.row(i) = points.colors.row(row);
+    }
+    if (mesh.confidence.size() > 0) {
+      mesh.confidence(i) = points.confidence(row);
+    }
+    if (!points.labels.empty()) {
+      mesh.labels.push_back(points.labels[static_cast<std::size_t>(row)]);
+    }
+  }
+}
+
+}  // namespace
+
+OptionTable describe(SurfaceOptions& options) {
+  OptionTable table;
+  table.add("neighbours", options.neighbours, 2, 1000, "",
+            "Of each point, whose mean distance tells outliers.");
+  table.add("outlier_sigma", options.outlier_sigma, 0.1, 100, "",
+            "Standard deviations of that distance beyond which a point goes.");
+  table.add("octree_depth", options.octree_depth, 4, 12, "",
+            "Of the Poisson system: 2^depth cells along the longest side.");
+  table.add("point_weight", options.point_weight, 0, 100, "",
+            "How closely the surface keeps to the points.");
+  table.add("trim", options.trim, 0.001, 1, "m",
+            "From the nearest point, beyond which the surface is cut away.");
+  table.add("least_piece", options.least_piece, 0, 100, "m2", "Pieces of less area are dropped.");
+  table.add("edge_length", options.edge_length, 0, 1, "m",
+            "Of the even triangles of the result; 0: as Poisson leaves them.");
+  return table;
+}
+
+Mesh without_outliers(const Mesh& points, const SurfaceOptions& options) {
+  check_points(points);
+  pcl::StatisticalOutlierRemoval<pcl::PointNormal> filter;
+  filter.setInputCloud(cloud_of(points));
+  filter.setMeanK(options.neighbours);
+  filter.setStddevMulThresh(options.outlier_sigma);
+  std::vector<int> rows;
+  filter.filter(rows);
+  return chosen_points(points, rows);
+}
+
+Mesh surface_from_points(const Mesh& points, const SurfaceOptions& options) {
+  check_points(points);
+  Mesh mesh = poisson(points, options);
+  const TriangleTree tree = build_point_tree(points.vertices);
+  const auto supported = [&](const Points& places) {
+    std::vector<char> keep;
+    for (const ClosestPoint& nearest : closest_points(tree, places)) {
+      keep.push_back(nearest.squared_distance <= options.trim * options.trim ? 1 : 0);
+    }
+    return keep;
+  };
+  mesh = trimmed(mesh, supported(mesh.vertices));
+  if (mesh.faces.rows() == 0) {
+    throw DataError("", "points", "no surface within " + std::to_string(options.trim) + " m",
+                    "points that lie on one; check their normals, or raise trim");
+  }
+  if (options.edge_length > 0) {
+    mesh = evenly_remeshed(mesh, options.edge_length);
+  }
+  // After remeshing, which parts pieces that touch in a vertex.
+  mesh = trimmed(mesh, of_large_pieces(mesh, options.least_piece));
+  take_attributes(mesh, points, closest_points(tree, mesh.vertices));
+  return mesh;
+}
+
+}  // namespace atelier

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "core/mesh.h"
+#include "core/options.h"
+
+namespace atelier {
+
+struct SurfaceOptions {
+  int neighbours = 12;         ///< of each point, whose mean distance tells outliers
+  double outlier_sigma = 3;    ///< standard deviations of that distance beyond which a point goes
+  int octree_depth = 8;        ///< of the Poisson system: 2^depth cells along the longest side
+  double point_weight = 4;     ///< how closely the surface keeps to the points (screening)
+  double trim = 0.02;          ///< m from the nearest point beyond which the surface is cut away
+  double least_piece = 0.002;  ///< m2: pieces of less area are dropped
+  double edge_length = 0.01;  ///< m, of the even triangles of the result; 0: as Poisson leaves them
+};
+OptionTable describe(SurfaceOptions& options);
+
+/// The points without those that stand alone: farther from their neighbours than `outlier_sigma`
+/// standard deviations above the mean (PCL, StatisticalOutlierRemoval).
+Mesh without_outliers(const Mesh& points, const SurfaceOptions& options = {});
+
+/// A surface through oriented points: screened Poisson (Kazhdan and Hoppe 2013, PCL's), cut away
+/// where no point supports it and where pieces are small, remeshed to even triangles (CGAL), with
+/// colours, labels and confidence of the nearest points. What is cut away stays open: holes are
+/// boundary loops.
+///
+/// Throws DataError for fewer than 100 points, or points without normals. Cost: dominated by the
+/// Poisson system, some seconds for a hundred thousand points.
+Mesh surface_from_points(const Mesh& points, const SurfaceOptions& options = {});
+
+/// Triangles of even edge length over the same surface, boundary kept (Botsch and Kobbelt 2004,
+/// CGAL's isotropic remeshing). Attributes are dropped. Throws DataError for a mesh that is no
+/// orientable manifold.
+Mesh evenly_remeshed(const Mesh& mesh, double edge_length);
+
+}  // namespace atelier

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/image.h"
+#include "core/mesh.h"
+#include "core/options.h"
+
+namespace atelier {
+
+/// What one camera says about labels.
+struct LabelView {
+  Camera camera;     ///< as its images are, distortion included
+  ByteImage labels;  ///< [H,W] numbers of the taxonomy; 255: says nothing
+};
+
+struct SurfaceLabelOptions {
+  double border = 3;      ///< px: a pixel so near another label counts less
+  double steepest = 1.3;  ///< rad between normal and view beyond which a view is not asked
+  double smoothness = 1;  ///< cost of a border between neighbours against a vote; 0: none
+  int rounds = 3;         ///< in which views that disagree with the others lose weight
+};
+OptionTable describe(SurfaceLabelOptions& options);
+
+/// Votes of the views that see each vertex, as probabilities [V, labels], labels in the order of
+/// `ids`; a vertex that nobody sees has a row of equal ones.
+struct LabelVotes {
+  std::vector<std::uint8_t> ids;  ///< labels that occur, increasing, without Background
+  Eigen::MatrixXd probability;    ///< [V, ids]
+  std::vector<double> trust;      ///< [views] 0 to 1: how well each agrees with the others
+};
+
+/// Each vertex asks the views that see it (not hidden by the mesh itself), weighted by the cosine
+/// of the view and less near borders. Views that contradict the others lose weight round by round,
+/// so that a whole wrong image is outvoted. Throws LogicError for sizes that differ. Cost: V x
+/// views rays. Our choice of weights.
+LabelVotes label_votes(const Mesh& mesh, const std::vector<LabelView>& views,
+                       const SurfaceLabelOptions& options = {});
+
+/// The labelling of least cost: votes against borders between neighbours, by alpha expansion
+/// (Boykov 2001, CGAL's). Short borders cost less than long ones, whatever the mesh.
+std::vector<std::uint8_t> smooth_labels(const Mesh& mesh, const LabelVotes& votes,
+                                        const SurfaceLabelOptions& options = {});
+
+}  // namespace atelier

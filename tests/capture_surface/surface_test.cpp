@@ -1,0 +1,186 @@
+// From points to surfaces, from label images to labels.
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture/surface/surface_from_points.h"
+#include "capture/surface/surface_labels.h"
+#include "core/error.h"
+#include "core/mesh_statistics.h"
+#include "core/random.h"
+
+namespace atelier::testing {
+namespace {
+
+constexpr double kRadius = 0.3;
+
+/// Points of a sphere with 0.5 mm of noise, where `z < cut`.
+Mesh sphere_points(int count, double cut = 1) {
+  Random random{5, 0, 0};
+  std::vector<Eigen::Vector3d> places;
+  while (static_cast<int>(places.size()) < count) {
+    Eigen::Vector3d p(normal(random), normal(random), normal(random));
+    p.normalize();
+    if (p.z() * kRadius < cut) {
+      places.push_back(p);
+    }
+  }
+  Mesh mesh;
+  mesh.vertices.resize(count, 3);
+  mesh.normals.resize(count, 3);
+  mesh.colors.resize(count, 3);
+  mesh.confidence.resize(count);
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d& p = places[static_cast<std::size_t>(i)];
+    mesh.vertices.row(i) = ((kRadius + 0.0005 * normal(random)) * p).transpose();
+    mesh.normals.row(i) = p.transpose();
+    mesh.colors.row(i).setConstant(p.x() > 0 ? 0.8 : 0.2);
+    mesh.confidence(i) = 0.5f;
+  }
+  return mesh;
+}
+
+TEST(SurfaceFromPoints, AClosedSphereIsClosedEvenAndInPlace) {
+  const Mesh surface =
+      surface_from_points(sphere_points(20000), {.octree_depth = 6, .edge_length = 0.02});
+  const MeshStatistics statistics = mesh_statistics(surface);
+  EXPECT_EQ(statistics.boundary_loops, 0);
+  EXPECT_EQ(statistics.components, 1);
+  ASSERT_TRUE(statistics.volume);
+  EXPECT_NEAR(*statistics.volume, 4.0 / 3 * 3.14159265 * 0.027, 0.0015);
+  EXPECT_NEAR(statistics.edge_lengths[2], 0.02, 0.004);
+  const Eigen::VectorXd radii = surface.vertices.rowwise().norm();
+  EXPECT_LT((radii.array() - kRadius).abs().maxCoeff(), 0.003);
+  for (Index i = 0; i < surface.vertices.rows(); ++i) {
+    if (std::abs(surface.vertices(i, 0)) > 0.02) {
+      ASSERT_NEAR(surface.colors(i, 0), surface.vertices(i, 0) > 0 ? 0.8 : 0.2, 1e-6);
+    }
+  }
+}
+
+TEST(SurfaceFromPoints, WhatNoPointSupportsStaysOpen) {
+  const Mesh surface =
+      surface_from_points(sphere_points(15000, 0.1), {.octree_depth = 6, .edge_length = 0.02});
+  const MeshStatistics statistics = mesh_statistics(surface);
+  EXPECT_EQ(statistics.components, 1);
+  EXPECT_EQ(statistics.boundary_loops, 1);
+  EXPECT_LT(surface.vertices.col(2).maxCoeff(), 0.1 + 0.025);
+  EXPECT_GT(surface.vertices.col(2).maxCoeff(), 0.1);
+}
+
+TEST(SurfaceFromPoints, OutliersGo) {
+  Mesh points = sphere_points(3000);
+  points.vertices.row(17) << 1, 1, 1;
+  points.vertices.row(99) << -1, 0.7, 1;
+  const Mesh clean = without_outliers(points);
+  EXPECT_LT(clean.vertices.rowwise().norm().maxCoeff(), kRadius + 0.01);
+  EXPECT_GT(clean.vertices.rows(), 2900);
+  EXPECT_EQ(clean.normals.rows(), clean.vertices.rows());
+  EXPECT_EQ(clean.colors.rows(), clean.vertices.rows());
+}
+
+TEST(SurfaceFromPoints, RefusesTooFewPointsAndPointsWithoutNormals) {
+  EXPECT_THROW(surface_from_points(sphere_points(50)), DataError);
+  EXPECT_THROW(without_outliers(sphere_points(50)), DataError);
+  Mesh points = sphere_points(200);
+  points.normals.resize(0, 3);
+  EXPECT_THROW(surface_from_points(points), DataError);
+  points = sphere_points(200);
+  points.vertices(3, 1) = std::nan("");
+  EXPECT_THROW(surface_from_points(points), DataError);
+}
+
+TEST(EvenlyRemeshed, RefusesWhatIsNoManifold) {
+  Mesh mesh;  // three faces at one edge
+  mesh.vertices.resize(5, 3);
+  mesh.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1;
+  mesh.faces.resize(1, 3);
+  mesh.faces << 0, 1, 2;
+  EXPECT_GT(evenly_remeshed(mesh, 0.2).faces.rows(), 10);
+  EXPECT_THROW(evenly_remeshed(mesh, 0), LogicError);
+}
+
+/// A ball whose upper half has label 3, the lower 4, before eight cameras.
+struct LabelledBall {
+  Mesh mesh = surface_from_points(sphere_points(10000), {.octree_depth = 6, .edge_length = 0.02});
+  std::vector<LabelView> views;
+
+  LabelledBall() {
+    for (int i = 0; i < 8; ++i) {
+      LabelView view;
+      const double azimuth = i * 0.785398;
+      Camera& camera = view.camera;
+      camera.width = camera.height = 100;
+      camera.fx = camera.fy = 180;
+      camera.cx = camera.cy = 50;
+      const Eigen::Vector3d centre = 1.5 * Eigen::Vector3d(std::sin(azimuth), 0, std::cos(azimuth));
+      const Eigen::Vector3d z = -centre.normalized();
+      const Eigen::Vector3d x = Eigen::Vector3d(0, -1, 0).cross(z);
+      camera.camera_from_world_rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
+      camera.camera_from_world_translation = -camera.camera_from_world_rotation * centre;
+      view.labels = ByteImage(100, 100, 1);
+      for (int py = 0; py < 100; ++py) {
+        for (int px = 0; px < 100; ++px) {
+          const Eigen::Vector2d from_centre(px + 0.5 - 50, py + 0.5 - 50);
+          if (from_centre.norm() < 180 * 0.3 / 1.47) {
+            view.labels.at(px, py) = py < 50 ? 3 : 4;
+          }
+        }
+      }
+      views.push_back(std::move(view));
+    }
+  }
+  double right_share(const std::vector<std::uint8_t>& labels) const {
+    double right = 0;
+    double all = 0;
+    for (Index i = 0; i < mesh.vertices.rows(); ++i) {
+      if (std::abs(mesh.vertices(i, 1)) > 0.01) {
+        right += labels[static_cast<std::size_t>(i)] == (mesh.vertices(i, 1) > 0 ? 3 : 4) ? 1 : 0;
+        all += 1;
+      }
+    }
+    return right / all;
+  }
+};
+
+TEST(SurfaceLabels, AreThoseOfTheViews) {
+  const LabelledBall ball;
+  const LabelVotes votes = label_votes(ball.mesh, ball.views);
+  EXPECT_THAT(votes.ids, ::testing::ElementsAre(3, 4));
+  EXPECT_GT(ball.right_share(smooth_labels(ball.mesh, votes)), 0.99);
+}
+
+TEST(SurfaceLabels, AWholeWrongViewAndSaltAreOutvoted) {
+  LabelledBall ball;
+  for (std::uint8_t& label : ball.views[2].labels.data) {
+    label = label == 3 ? 4 : label == 4 ? 3 : 0;
+  }
+  Random random{9, 0, 0};
+  for (LabelView& view : ball.views) {
+    for (std::uint8_t& label : view.labels.data) {
+      label = uniform(random) < 0.1 ? 7 : label;
+    }
+  }
+  const LabelVotes votes = label_votes(ball.mesh, ball.views);
+  EXPECT_LT(votes.trust[2], 0.5 * votes.trust[3]);
+  EXPECT_GT(ball.right_share(smooth_labels(ball.mesh, votes)), 0.97);
+}
+
+TEST(SurfaceLabels, WithoutAViewNothingIsKnown) {
+  const LabelledBall ball;
+  const auto labels = smooth_labels(ball.mesh, label_votes(ball.mesh, {}));
+  EXPECT_EQ(static_cast<Index>(labels.size()), ball.mesh.vertices.rows());
+  EXPECT_THAT(labels, ::testing::Each(255));
+}
+
+TEST(SurfaceLabels, RefuseImagesOfAnotherSize) {
+  LabelledBall ball;
+  ball.views[0].labels = ByteImage(10, 10, 1);
+  EXPECT_THROW(label_votes(ball.mesh, ball.views), LogicError);
+}
+
+}  // namespace
+}  // namespace atelier::testing
