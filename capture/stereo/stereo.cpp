@@ -7,6 +7,7 @@
 
 #include "capture/stereo/stereo_levels.h"
 #include "core/error.h"
+#include "core/parallel.h"
 
 namespace atelier {
 namespace {
@@ -15,37 +16,42 @@ bool is_like(const Image& image, const Camera& camera) {
   return image.width == camera.width && image.height == camera.height && image.channels == 1;
 }
 
-void check_views(const std::vector<StereoView>& views, const StereoOptions& options) {
-  ATELIER_CHECK(options.sources >= 1 && options.sources <= kLargestSources, "1 to 8 sources");
-  ATELIER_CHECK(options.levels >= 1 && options.levels <= 8, "1 to 8 levels");
-  ATELIER_CHECK(options.iterations >= 1 && options.refinements >= 1, "at least one sweep");
-  for (const StereoView& view : views) {
-    check_camera(view.camera);
-    ATELIER_CHECK(view.camera.distortion_model == Distortion::None, "a camera with distortion");
-    ATELIER_CHECK(is_like(view.image, view.camera) && is_like(view.near_depth, view.camera) &&
-                      is_like(view.far_depth, view.camera),
-                  "images of another size than the camera's");
-    for (const int source : view.sources) {
-      ATELIER_CHECK(source >= 0 && source < static_cast<int>(views.size()) &&
-                        &views[static_cast<std::size_t>(source)] != &view,
-                    "a source out of range");
+void check_view(const std::vector<StereoView>& views, const StereoView& view) {
+  check_camera(view.camera);
+  ATELIER_CHECK(view.camera.distortion_model == Distortion::None, "a camera with distortion");
+  ATELIER_CHECK(is_like(view.image, view.camera) && is_like(view.near_depth, view.camera) &&
+                    is_like(view.far_depth, view.camera),
+                "images of another size than the camera's");
+  for (const int source : view.sources) {
+    ATELIER_CHECK(source >= 0 && source < static_cast<int>(views.size()) &&
+                      &views[static_cast<std::size_t>(source)] != &view,
+                  "a source out of range");
+  }
+  for (std::size_t i = 0; i < view.near_depth.data.size(); ++i) {
+    const float near_depth = view.near_depth.data[i];
+    const float far_depth = view.far_depth.data[i];
+    if (near_depth == 0) {
+      continue;
     }
-    for (std::size_t i = 0; i < view.near_depth.data.size(); ++i) {
-      const float near_depth = view.near_depth.data[i];
-      const float far_depth = view.far_depth.data[i];
-      if (near_depth == 0) {
-        continue;
-      }
-      if (!(near_depth > 0 && far_depth >= near_depth && std::isfinite(far_depth))) {
-        throw DataError(
-            "", view.camera.id + " pixel " + std::to_string(i),
-            "depth bounds " + std::to_string(near_depth) + " to " + std::to_string(far_depth),
-            "0 < near <= far");
-      }
+    if (!(near_depth > 0 && far_depth >= near_depth && std::isfinite(far_depth))) {
+      throw DataError(
+          "", view.camera.id + " pixel " + std::to_string(i),
+          "depth bounds " + std::to_string(near_depth) + " to " + std::to_string(far_depth),
+          "0 < near <= far");
     }
   }
 }
 
+void check_views(const std::vector<StereoView>& views, const StereoOptions& options) {
+  ATELIER_CHECK(options.sources >= 1 && options.sources <= kLargestSources, "1 to 8 sources");
+  ATELIER_CHECK(options.levels >= 1 && options.levels <= 8, "1 to 8 levels");
+  ATELIER_CHECK(options.iterations >= 1 && options.refinements >= 1, "at least one sweep");
+  parallel_for(static_cast<Index>(views.size()), 1, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      check_view(views, views[static_cast<std::size_t>(i)]);
+    }
+  });
+}
 /// Half the size, each pixel the mean of four.
 Image halved(const Image& image) {
   Image half((image.width + 1) / 2, (image.height + 1) / 2, 1);
@@ -113,7 +119,9 @@ OptionTable describe(StereoOptions& options) {
   return table;
 }
 
-std::vector<StereoLevel> stereo_levels(const StereoView& view, int levels) {
+namespace {
+
+std::vector<StereoLevel> levels_of(const StereoView& view, int levels) {
   std::vector<StereoLevel> all;
   all.push_back({view.camera, view.image, view.near_depth, view.far_depth});
   while (static_cast<int>(all.size()) < levels &&
@@ -124,6 +132,19 @@ std::vector<StereoLevel> stereo_levels(const StereoView& view, int levels) {
     halve_bounds(all.back(), next);
     all.push_back(std::move(next));
   }
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::vector<StereoLevel>> stereo_levels(const std::vector<StereoView>& views,
+                                                    int levels) {
+  std::vector<std::vector<StereoLevel>> all(views.size());
+  parallel_for(static_cast<Index>(views.size()), 1, [&](Index begin, Index end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      all[i] = levels_of(views[i], levels);
+    }
+  });
   return all;
 }
 
@@ -200,10 +221,12 @@ std::vector<DepthMap> stereo(const std::vector<StereoView>& views, const StereoO
 #else
   result = stereo_cpu(views, options);
 #endif
-  std::vector<DepthMap> maps;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    maps.push_back(depth_map_of(views[i].camera, result.planes[i], result.costs[i]));
-  }
+  std::vector<DepthMap> maps(views.size());
+  parallel_for(static_cast<Index>(views.size()), 1, [&](Index begin, Index end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      maps[i] = depth_map_of(views[i].camera, result.planes[i], result.costs[i]);
+    }
+  });
   return maps;
 }
 

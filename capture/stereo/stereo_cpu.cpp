@@ -216,11 +216,10 @@ void start_planes(const StereoProblem& problem, const StereoProblem* coarse,
 }  // namespace
 
 StereoResult stereo_cpu(const std::vector<StereoView>& views, const StereoOptions& options) {
-  std::vector<std::vector<StereoLevel>> levels(views.size());
+  const std::vector<std::vector<StereoLevel>> levels = stereo_levels(views, options.levels);
   std::size_t deepest = 1;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    levels[i] = stereo_levels(views[i], options.levels);
-    deepest = std::max(deepest, levels[i].size());
+  for (const std::vector<StereoLevel>& of_view : levels) {
+    deepest = std::max(deepest, of_view.size());
   }
   LevelState state{levels, deepest - 1, {}};
   state.belief.planes.resize(views.size());

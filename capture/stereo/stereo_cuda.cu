@@ -115,11 +115,10 @@ void sweep(const StereoProblem& problem, DeviceView& view, int iteration) {
 }  // namespace
 
 StereoResult stereo_cuda(const std::vector<StereoView>& views, const StereoOptions& options) {
-  std::vector<std::vector<StereoLevel>> levels(views.size());
+  const std::vector<std::vector<StereoLevel>> levels = stereo_levels(views, options.levels);
   std::size_t deepest = 1;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    levels[i] = stereo_levels(views[i], options.levels);
-    deepest = std::max(deepest, levels[i].size());
+  for (const std::vector<StereoLevel>& of_view : levels) {
+    deepest = std::max(deepest, of_view.size());
   }
   std::vector<DeviceView> coarser;
   for (std::size_t down = 0; down < deepest; ++down) {

@@ -13,8 +13,9 @@ struct StereoLevel {
   Image image, near_depth, far_depth;
 };
 
-/// The view and its halves, finest first.
-std::vector<StereoLevel> stereo_levels(const StereoView& view, int levels);
+/// Each view and its halves, finest first.
+std::vector<std::vector<StereoLevel>> stereo_levels(const std::vector<StereoView>& views,
+                                                    int levels);
 
 /// A problem of the level's numbers; its pointers are null.
 StereoProblem stereo_problem(const StereoLevel& reference, const StereoOptions& options,
