@@ -1,0 +1,234 @@
+#include "capture/triangulation.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/random.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::IsEmpty;
+
+/// Cameras in a circle that look at the middle of a person.
+std::vector<Camera> circle(int count) {
+  std::vector<Camera> cameras;
+  for (int i = 0; i < count; ++i) {
+    const double azimuth = 6.283185307 * i / count;
+    const Eigen::Vector3d centre(3 * std::sin(azimuth), i % 2 == 0 ? 0.7 : 1.9,
+                                 3 * std::cos(azimuth));
+    Camera camera;
+    camera.id = "cam" + std::to_string(i);
+    camera.width = 800;
+    camera.height = 1000;
+    camera.fx = camera.fy = 1250;
+    camera.cx = 400;
+    camera.cy = 500;
+    const Eigen::Vector3d z = (Eigen::Vector3d(0, 1, 0) - centre).normalized();
+    const Eigen::Vector3d x = Eigen::Vector3d(0, -1, 0).cross(z).normalized();
+    camera.camera_from_world_rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
+    camera.camera_from_world_translation = -camera.camera_from_world_rotation * centre;
+    cameras.push_back(camera);
+  }
+  return cameras;
+}
+
+/// A person of points, left and right apart.
+Points person(double shift) {
+  const KeypointSchema& schema = body_25_schema();
+  Points points(static_cast<Index>(schema.points.size()), 3);
+  Random random{17, 0, 0};
+  for (Index k = 0; k < points.rows(); ++k) {
+    const std::string& name = schema.points[static_cast<std::size_t>(k)];
+    const double side = name.starts_with("left") ? 1 : name.starts_with("right") ? -1 : 0;
+    points.row(k) << 0.2 * side + 0.05 * uniform(random), 0.3 + 1.3 * uniform(random) + shift,
+        0.2 * uniform(random);
+  }
+  return points;
+}
+
+Keypoints2d exact(const Camera& camera, const Points& points) {
+  Keypoints2d detections(points.rows(), 3);
+  for (Index k = 0; k < points.rows(); ++k) {
+    const auto pixel = project(camera, points.row(k).transpose());
+    detections.row(k) << pixel->x(), pixel->y(), 0.9;
+  }
+  return detections;
+}
+
+struct Recording {
+  std::vector<Camera> cameras = circle(14);
+  std::vector<Points> truth;
+  std::vector<std::vector<Keypoints2d>> detections;
+
+  Recording(int frames, const DetectorOptions& options, std::uint64_t seed = 1) {
+    for (int f = 0; f < frames; ++f) {
+      truth.push_back(person(0.01 * f));
+      std::vector<Keypoints2d> views;
+      for (std::size_t i = 0; i < cameras.size(); ++i) {
+        views.push_back(detected_keypoints(
+            cameras[i], body_25_schema(), truth.back(),
+            std::vector<KeypointSight>(static_cast<std::size_t>(truth.back().rows())), options,
+            Random{seed, static_cast<std::uint64_t>(f) * 100 + i, 0}));
+      }
+      detections.push_back(views);
+    }
+  }
+  Triangulation triangulated(const TriangulationOptions& options = {}) const {
+    return triangulate(cameras, detections, body_25_schema(), 12, options);
+  }
+  double mean_error(const Triangulation& found) const {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t f = 0; f < truth.size(); ++f) {
+      for (Index k = 0; k < truth[f].rows(); ++k) {
+        const SpacePoint& point = found.frames[f].points[static_cast<std::size_t>(k)];
+        EXPECT_GT(point.confidence, 0);
+        sum += (point.place - truth[f].row(k).transpose()).norm();
+        ++count;
+      }
+    }
+    return sum / count;
+  }
+};
+
+TEST(TriangulatePoint, ExactDetectionsGiveTheExactPoint) {
+  const std::vector<Camera> cameras = circle(5);
+  const Points truth = person(0);
+  Keypoints2d rows(5, 3);
+  for (Index i = 0; i < 5; ++i) {
+    rows.row(i) = exact(cameras[static_cast<std::size_t>(i)], truth).row(3);
+  }
+  const SpacePoint point = triangulate_point(cameras, rows);
+  EXPECT_LT((point.place - truth.row(3).transpose()).norm(), 1e-7);
+  EXPECT_EQ(point.views, 5);
+  EXPECT_LT(point.error, 1e-4);
+}
+
+TEST(TriangulatePoint, OutliersDoNotMoveIt) {
+  const std::vector<Camera> cameras = circle(8);
+  const Points truth = person(0);
+  Keypoints2d rows(8, 3);
+  for (Index i = 0; i < 8; ++i) {
+    rows.row(i) = exact(cameras[static_cast<std::size_t>(i)], truth).row(3);
+  }
+  rows(1, 0) += 200;
+  rows(4, 1) -= 90;
+  rows(5, 0) -= 300;
+  const SpacePoint point = triangulate_point(cameras, rows);
+  EXPECT_LT((point.place - truth.row(3).transpose()).norm(), 0.0005);
+  EXPECT_EQ(point.views, 5);
+}
+
+TEST(TriangulatePoint, CovarianceIsThatOfTheErrors) {
+  const std::vector<Camera> cameras = circle(6);
+  const Points truth = person(0);
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d said = Eigen::Matrix3d::Zero();
+  constexpr int kTrials = 1000;
+  Random random{4, 0, 0};
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Keypoints2d rows(6, 3);
+    for (Index i = 0; i < 6; ++i) {
+      rows.row(i) = exact(cameras[static_cast<std::size_t>(i)], truth).row(7);
+      rows(i, 0) += 3 / std::sqrt(0.9) * normal(random);
+      rows(i, 1) += 3 / std::sqrt(0.9) * normal(random);
+    }
+    const SpacePoint point = triangulate_point(cameras, rows);
+    const Eigen::Vector3d off = point.place - truth.row(7).transpose();
+    spread += off * off.transpose() / kTrials;
+    said += point.covariance / kTrials;
+  }
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(std::sqrt(said(i, i) / spread(i, i)), 1.1, 0.2);
+  }
+}
+
+TEST(TriangulatePoint, OneViewOrParallelRaysAreNotEnough) {
+  const std::vector<Camera> cameras = circle(4);
+  Keypoints2d rows = Keypoints2d::Zero(4, 3);
+  rows.row(2) << 400, 500, 1;
+  EXPECT_EQ(triangulate_point(cameras, rows).confidence, 0);
+  const std::vector<Camera> twins(2, cameras[0]);
+  Keypoints2d same(2, 3);
+  same << 400, 500, 1, 400, 500, 1;
+  EXPECT_EQ(triangulate_point(twins, same).confidence, 0);
+}
+
+TEST(Triangulate, NoisyDetectionsWithinTheTarget) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const Recording recording(4, {.noise = 3, .outliers = 0.1}, seed);
+    EXPECT_LT(recording.mean_error(recording.triangulated()), 0.005);
+  }
+}
+
+TEST(Triangulate, ACameraThatIsOffIsNamedAndCountsLess) {
+  Recording recording(4, {.noise = 3, .outliers = 0.1});
+  for (auto& frame : recording.detections) {
+    frame[5].col(0).array() += 12;
+  }
+  const Triangulation found = recording.triangulated();
+  ASSERT_EQ(found.findings.size(), 1u);
+  EXPECT_EQ(found.findings[0].code, "camera-off");
+  EXPECT_EQ(found.findings[0].place, "cam5");
+  EXPECT_LT(recording.mean_error(found), 0.005);
+}
+
+TEST(Triangulate, GoodCamerasAreNotNamed) {
+  const Recording recording(4, {.noise = 3, .outliers = 0.1});
+  EXPECT_THAT(recording.triangulated().findings, IsEmpty());
+}
+
+TEST(Triangulate, SwappedLimbsAreFoundAndSwappedBack) {
+  Recording recording(2, {.perfect = true});
+  const KeypointSchema& schema = body_25_schema();
+  Keypoints2d& view = recording.detections[1][3];
+  for (const char* name : {"hip", "knee", "ankle", "heel", "big_toe", "small_toe"}) {
+    view.row(find_keypoint(schema, std::string("left_") + name))
+        .swap(view.row(find_keypoint(schema, std::string("right_") + name)));
+  }
+  const Triangulation found = recording.triangulated();
+  EXPECT_THAT(found.frames[0].swapped, IsEmpty());
+  EXPECT_THAT(found.frames[1].swapped, ::testing::ElementsAre(3));
+  EXPECT_EQ(
+      found.frames[1].points[static_cast<std::size_t>(find_keypoint(schema, "left_knee"))].views,
+      14);
+}
+
+TEST(Triangulate, ShortGapsAreBridgedAndFlaggedLongOnesStay) {
+  Recording recording(8, {.perfect = true});
+  for (std::size_t i = 0; i < recording.cameras.size(); ++i) {
+    recording.detections[2][i].row(4).setZero();
+    for (int f = 1; f < 7; ++f) {
+      recording.detections[static_cast<std::size_t>(f)][i].row(9).setZero();
+    }
+  }
+  const Triangulation found = recording.triangulated();
+  const SpacePoint& bridged = found.frames[2].points[4];
+  EXPECT_TRUE(bridged.bridged);
+  EXPECT_LT(bridged.confidence, 0.2);
+  EXPECT_LT((bridged.place - recording.truth[2].row(4).transpose()).norm(), 0.01);
+  EXPECT_GT(bridged.covariance(0, 0), found.frames[1].points[4].covariance(0, 0));
+  EXPECT_EQ(found.frames[3].points[9].confidence, 0);
+}
+
+TEST(Triangulate, RefusesSizesThatDiffer) {
+  const Recording recording(1, {.perfect = true});
+  auto detections = recording.detections;
+  detections[0].pop_back();
+  EXPECT_THROW(triangulate(recording.cameras, detections, body_25_schema(), 12), LogicError);
+  detections = recording.detections;
+  detections[0][0].conservativeResize(7, 3);
+  EXPECT_THROW(triangulate(recording.cameras, detections, body_25_schema(), 12), LogicError);
+  EXPECT_THROW(triangulate(recording.cameras, recording.detections, body_25_schema(), 0),
+               LogicError);
+  EXPECT_THROW(triangulate_point(recording.cameras, Keypoints2d::Zero(3, 3)), LogicError);
+}
+
+}  // namespace
+}  // namespace atelier::testing
