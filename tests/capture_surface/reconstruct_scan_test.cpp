@@ -1,0 +1,114 @@
+#include "capture/surface/reconstruct_scan.h"
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/mesh_statistics.h"
+#include "tests/capture_stereo/textured_ball.h"
+
+namespace atelier::testing {
+namespace {
+
+/// Fourteen narrow views all around a textured ball, label 3 above and 4 below.
+std::vector<InstantView> views_of_ball() {
+  const TexturedBall ball;
+  std::vector<InstantView> views;
+  for (const StereoView& stereo : ball.views(14, 0.448798951, 120, 120)) {
+    InstantView view;
+    view.camera = stereo.camera;
+    view.image = Image(120, 120, 3);
+    view.mask = ByteImage(120, 120, 1);
+    view.labels = ByteImage(120, 120, 1);
+    for (int y = 0; y < 120; ++y) {
+      for (int x = 0; x < 120; ++x) {
+        const float value = std::pow(std::max(stereo.image.at(x, y), 0.0f), 2.2f);
+        for (int c = 0; c < 3; ++c) {
+          view.image.at(x, y, c) = value;
+        }
+        const auto depth = ball.depth(stereo.camera, x + 0.5, y + 0.5);
+        if (depth) {
+          view.mask.at(x, y) = 255;
+          view.labels.at(x, y) =
+              TexturedBall::place(stereo.camera, x + 0.5, y + 0.5, *depth).y() > 0 ? 3 : 4;
+        }
+      }
+    }
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+ReconstructOptions small_options() {
+  ReconstructOptions options;
+  options.stereo.iterations = 3;
+  options.stereo.refinements = 1;
+  options.surface.octree_depth = 6;
+  options.surface.edge_length = 0.02;
+  return options;
+}
+
+double median_error(const Mesh& scan) {
+  std::vector<double> errors;
+  for (Index i = 0; i < scan.vertices.rows(); ++i) {
+    errors.push_back(std::abs(scan.vertices.row(i).norm() - TexturedBall().radius));
+  }
+  std::nth_element(errors.begin(), errors.begin() + errors.size() / 2, errors.end());
+  return errors[errors.size() / 2];
+}
+
+TEST(ReconstructScan, ABallWithItsLabels) {
+  const ReconstructedScan result = reconstruct_scan(views_of_ball(), small_options());
+  EXPECT_THAT(result.findings, ::testing::IsEmpty());
+  EXPECT_LT(median_error(result.scan), 0.003);
+  EXPECT_GT(mesh_statistics(result.scan).area, 0.7 * 4 * 3.14159265 * 0.09);
+  int right = 0;
+  for (Index i = 0; i < result.scan.vertices.rows(); ++i) {
+    right +=
+        result.scan.labels[static_cast<std::size_t>(i)] == (result.scan.vertices(i, 1) > 0 ? 3 : 4)
+            ? 1
+            : 0;
+  }
+  EXPECT_GT(right, 0.95 * static_cast<double>(result.scan.vertices.rows()));
+}
+
+TEST(ReconstructScan, GainsAreTakenOut) {
+  auto views = views_of_ball();
+  for (std::size_t i = 0; i < views.size(); i += 2) {
+    views[i].camera.gain = {0.8, 0.9, 1.1};
+    for (std::size_t p = 0; p < views[i].image.data.size(); ++p) {
+      views[i].image.data[p] *= static_cast<float>(views[i].camera.gain(static_cast<Index>(p % 3)));
+    }
+  }
+  const ReconstructedScan result = reconstruct_scan(views, small_options());
+  EXPECT_LT((result.points.colors.col(0) - result.points.colors.col(2)).cwiseAbs().maxCoeff(),
+            1e-4);
+}
+
+TEST(ReconstructScan, ABlackViewAndAnEmptyMaskAreLeftOutAndNamed) {
+  auto views = views_of_ball();
+  std::fill(views[3].image.data.begin(), views[3].image.data.end(), 0.0f);
+  std::fill(views[7].mask.data.begin(), views[7].mask.data.end(), std::uint8_t{0});
+  const ReconstructedScan result = reconstruct_scan(views, small_options());
+  ASSERT_EQ(result.findings.size(), 2u);
+  EXPECT_EQ(result.findings[0].code, "view-black");
+  EXPECT_EQ(result.findings[0].place, "cam3");
+  EXPECT_EQ(result.findings[1].code, "view-mask-empty");
+  EXPECT_EQ(result.findings[1].place, "cam7");
+  EXPECT_EQ(result.maps.size(), 12u);
+  EXPECT_LT(median_error(result.scan), 0.003);
+}
+
+TEST(ReconstructScan, RefusesTooFewViewsViewsApartAndOtherSizes) {
+  auto views = views_of_ball();
+  EXPECT_THROW(reconstruct_scan({}, small_options()), DataError);
+  EXPECT_THROW(reconstruct_scan({views[0]}, small_options()), DataError);
+  EXPECT_THROW(reconstruct_scan({views[0], views[7]}, small_options()), DataError);
+  views[2].image = Image(80, 120, 3);
+  EXPECT_THROW(reconstruct_scan(views, small_options()), LogicError);
+}
+
+}  // namespace
+}  // namespace atelier::testing
