@@ -1,6 +1,7 @@
 #include "capture/capture_info.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -9,6 +10,8 @@
 #include "core/io/file_bytes.h"
 #include "core/io/json_place.h"
 #include "core/io/toml.h"
+#include "core/store/consent_file.h"
+#include "core/utf8.h"
 
 namespace atelier {
 namespace {
@@ -50,20 +53,6 @@ void refuse_unknown_keys(const JsonPlace& table, const std::set<std::string>& kn
   }
 }
 
-std::vector<Consent> consent_of(const JsonPlace& root) {
-  std::vector<Consent> all;
-  const std::optional<JsonPlace> found = root.find("consent");
-  if (!found) {
-    return all;
-  }
-  const std::vector<JsonPlace> tables =
-      found->value().is_array() ? found->items() : std::vector<JsonPlace>{*found};
-  for (const JsonPlace& table : tables) {
-    all.push_back({table.at("who").text(), table.at("scope").text(), table.text_or("until", "")});
-  }
-  return all;
-}
-
 }  // namespace
 
 bool is_plain_name(const std::string& name) {
@@ -79,6 +68,20 @@ void check_capture_info(const CaptureInfo& info, const std::string& file) {
                           const std::string& expected) {
     throw DataError(file, where, found, expected);
   };
+  if (!is_printable_utf8(info.subject)) {
+    refuse("subject", "no printable text", "a name or pseudonym");
+  }
+  for (const std::string& name : {info.keypoint_schema, info.label_taxonomy}) {
+    if (!is_plain_name(name)) {
+      refuse("keypoint_schema, label_taxonomy", "'" + name + "'", "names of docs/formats.md");
+    }
+  }
+  for (const Consent& consent : info.consent) {
+    if (consent.who.empty() || consent.scope.empty() ||
+        !is_printable_utf8(consent.who + consent.scope + consent.until)) {
+      refuse("consent", "no who or no scope, or no printable text", "whose consent, and for what");
+    }
+  }
   if (info.sequences.empty()) {
     refuse("sequence", "none", "at least one [[sequence]]");
   }
@@ -92,7 +95,7 @@ void check_capture_info(const CaptureInfo& info, const std::string& file) {
     if (sequence.kind != "minimal" && sequence.kind != "clothed") {
       refuse(where, "kind '" + sequence.kind + "'", "minimal or clothed");
     }
-    if (!(sequence.fps > 0)) {
+    if (!(sequence.fps > 0) || !std::isfinite(sequence.fps)) {
       refuse(where, "fps " + std::to_string(sequence.fps), "a number above 0");
     }
     if (sequence.frame_ids.empty()) {
@@ -177,7 +180,7 @@ CaptureInfo parse_capture_toml(const std::string& text, const std::string& file,
     info.sequences.push_back({table.at("name").text(), table.at("kind").text(),
                               table.at("fps").number(), ids_of(table.at("frame_ids"), limits)});
   }
-  info.consent = consent_of(root);
+  info.consent = parse_consent(text, file);
   check_capture_info(info, file);
   return info;
 }

@@ -1,9 +1,12 @@
 #include "capture/truth_archive.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <set>
 
 #include "capture/cameras_file.h"
+#include "capture/capture_info.h"
 #include "core/error.h"
 #include "core/sequence_archive.h"
 #include "core/tensor.h"
@@ -75,22 +78,64 @@ template <class Matrix>
 Matrix rows_at(const Archive& archive, const std::string& name, Index columns, Index rows,
                const std::string& file) {
   const Tensor* tensor = find(archive, name);
-  if (tensor == nullptr) {
-    return Matrix(0, columns < 0 ? 0 : columns);
-  }
-  const RowMatrix matrix = matrix_of(*tensor, columns, file, name);
+  const Matrix matrix =
+      tensor == nullptr
+          ? Matrix(0, columns < 0 ? 0 : columns)
+          : Matrix(
+                matrix_of(*tensor, columns, file, name).template cast<typename Matrix::Scalar>());
   if (rows >= 0 && matrix.rows() != rows) {
     throw DataError(file, name, std::to_string(matrix.rows()) + " rows", std::to_string(rows));
   }
-  return matrix.template cast<typename Matrix::Scalar>();
+  return matrix;
 }
 
-template <class Array>
-void check_range(const Array& indices, Index count, const std::string& file,
+/// Indices into `count` things, in the order of the file.
+std::vector<int> indices_of(const Tensor& tensor, Index count, const std::string& file,
+                            const std::string& name) {
+  std::vector<int> indices;
+  for (const std::int64_t index : integers_of(tensor, file, name)) {
+    if (index < 0 || index >= count) {
+      throw DataError(file, name, "index " + std::to_string(index),
+                      "indices in [0, " + std::to_string(count) + ")");
+    }
+    indices.push_back(static_cast<int>(index));
+  }
+  return indices;
+}
+
+/// [N,columns] of indices into `count` things; no rows where it is absent. `columns` below 0: any.
+template <class Matrix>
+Matrix index_rows_at(const Archive& archive, const std::string& name, Index columns, Index count,
+                     const std::string& file) {
+  const Tensor* tensor = find(archive, name);
+  if (tensor == nullptr) {
+    return Matrix(0, columns < 0 ? 0 : columns);
+  }
+  if (tensor->shape.size() != 2 || (columns >= 0 && tensor->shape[1] != columns)) {
+    throw DataError(file, name, shape_text(tensor->shape), "rows of indices");
+  }
+  const std::vector<int> indices = indices_of(*tensor, count, file, name);
+  return Eigen::Map<const Matrix>(indices.data(), tensor->shape[0], tensor->shape[1]);
+}
+
+/// Names of groups in the archive: none twice, none that is two.
+std::vector<std::string> group_names_at(const Archive& archive, const std::string& name,
+                                        const std::string& file) {
+  std::vector<std::string> names = texts_at(archive, name, file);
+  std::set<std::string> seen;
+  for (const std::string& group : names) {
+    if (!is_plain_name(group) || !seen.insert(group).second) {
+      throw DataError(file, name, "'" + group + "'",
+                      "letters, digits, '.', '_' and '-', each name once");
+    }
+  }
+  return names;
+}
+
+void check_count(std::size_t found, Index expected, const std::string& file,
                  const std::string& name) {
-  if (indices.size() > 0 && (indices.minCoeff() < 0 || indices.maxCoeff() >= count)) {
-    throw DataError(file, name, "an index outside [0, " + std::to_string(count) + ")",
-                    "indices of what it refers to");
+  if (static_cast<Index>(found) != expected) {
+    throw DataError(file, name, std::to_string(found), std::to_string(expected));
   }
 }
 
@@ -127,22 +172,21 @@ TruthGarment garment_at(const Archive& archive, const std::string& group, const 
   garment.name = name;
   garment.mesh = mesh_at(archive, group, file);
   garment.rest = rows_at<Points2>(archive, group + "/pattern/rest", 2, -1, file);
-  garment.rest_faces = rows_at<Triangles>(archive, group + "/pattern/rest_faces", 3, -1, file);
-  check_range(garment.rest_faces, garment.rest.rows(), file, group + "/pattern/rest_faces");
-  if (const Tensor* panels = find(archive, group + "/pattern/panels")) {
-    for (const std::int64_t panel : integers_of(*panels, file, group + "/pattern/panels")) {
-      garment.panels.push_back(static_cast<int>(panel));
-    }
-  }
+  garment.rest_faces = index_rows_at<Triangles>(archive, group + "/pattern/rest_faces", 3,
+                                                garment.rest.rows(), file);
   garment.panel_names = texts_at(archive, group + "/pattern/panel_names", file);
+  if (const Tensor* panels = find(archive, group + "/pattern/panels")) {
+    garment.panels = indices_of(*panels, static_cast<Index>(garment.panel_names.size()), file,
+                                group + "/pattern/panels");
+  }
   for (const std::string& seam : texts_at(archive, group + "/pattern/seam_names", file)) {
     truth.seams.push_back({seam, {}, {}});
   }
-  const auto pairs = rows_at<IntRows>(archive, group + "/pattern/seams", 3, -1, file);
+  const auto seams = static_cast<Index>(truth.seams.size());
+  const auto pairs = index_rows_at<IntRows>(archive, group + "/pattern/seams", 3,
+                                            std::max(seams, garment.rest.rows()), file);
   for (Index i = 0; i < pairs.rows(); ++i) {
-    if (pairs(i, 0) < 0 || pairs(i, 0) >= static_cast<int>(truth.seams.size()) ||
-        std::min(pairs(i, 1), pairs(i, 2)) < 0 ||
-        std::max(pairs(i, 1), pairs(i, 2)) >= garment.rest.rows()) {
+    if (pairs(i, 0) >= seams || std::max(pairs(i, 1), pairs(i, 2)) >= garment.rest.rows()) {
       throw DataError(file, group + "/pattern/seams", "row " + std::to_string(i),
                       "a seam and two rows of rest");
     }
@@ -167,9 +211,26 @@ void append(std::vector<double>& values, const Vector& vector) {
   }
 }
 
+/// Light of three channels as the renderer takes it.
+Eigen::Vector3f radiance(const Eigen::Vector3d& light, const std::string& file,
+                         const std::string& name) {
+  constexpr double kMost = 1e12;  // far from where products of floats overflow
+  if (light.minCoeff() < 0 || light.maxCoeff() > kMost) {
+    throw DataError(file, name, "a radiance below 0 or beyond reason", "0 to 1e12");
+  }
+  return light.cast<float>();
+}
+
+/// Points of a frame: one for each of `rows` things, or none where they were not there.
 Points points_frame(const Archive& archive, const std::string& name, Index rows,
-                    const std::string& file) {
-  return rows_at<Points>(archive, name, 3, find(archive, name) == nullptr ? -1 : rows, file);
+                    const std::string& file, bool always = false) {
+  const bool absent = find(archive, name) == nullptr;
+  const auto points = rows_at<Points>(archive, name, 3, absent && !always ? -1 : rows, file);
+  const double most = Limits{}.mesh_coordinate;
+  if (points.size() > 0 && points.cwiseAbs().maxCoeff() > most) {
+    throw DataError(file, name, "a coordinate beyond reason", "metres");
+  }
+  return points;
 }
 
 ByteImage seen_at(const Archive& archive, const std::string& name, Index vertices, Index cameras,
@@ -273,25 +334,36 @@ CaptureTruth truth_of(const Archive& archive, const std::string& file) {
     }
     check_skeleton(skeleton, file);
   }
-  truth.skin_joints = rows_at<IntRows>(archive, "skin/joints", -1, -1, file);
-  check_range(truth.skin_joints, static_cast<Index>(skeleton.names.size()), file, "skin/joints");
+  truth.skin_joints = index_rows_at<IntRows>(archive, "skin/joints", -1,
+                                             static_cast<Index>(skeleton.names.size()), file);
   truth.skin_weights = rows_at<RowMatrix>(archive, "skin/weights", -1, -1, file);
+  if (truth.skin_weights.rows() != truth.skin_joints.rows() ||
+      truth.skin_weights.cols() != truth.skin_joints.cols() ||
+      (truth.skin_joints.rows() > 0 && truth.skin_joints.rows() != truth.body.vertices.rows())) {
+    throw DataError(file, "skin", "joints and weights of other shapes", "one row for each vertex");
+  }
   truth.shape_names = texts_at(archive, "shape/names", file);
   if (const Tensor* shape = find(archive, "shape/values")) {
+    check_finite(*shape, file, "shape/values");
     const std::vector<double> values = doubles_of(*shape, file, "shape/values");
     truth.shape =
         Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Index>(values.size()));
   }
-  truth.layer_names = texts_at(archive, "layer_names", file);
+  check_count(truth.shape_names.size(), truth.shape.size(), file, "shape/names");
+  truth.layer_names = group_names_at(archive, "layer_names", file);
   for (const std::string& name : truth.layer_names) {
     truth.layers.push_back(mesh_at(archive, "layers/" + name, file));
   }
+  const std::vector<std::string> garments = group_names_at(archive, "garment_names", file);
   const std::vector<std::string> labels = texts_at(archive, "garment_labels", file);
-  for (const std::string& name : texts_at(archive, "garment_names", file)) {
-    truth.garments.push_back(garment_at(archive, "garments/" + name, name, file));
-    const std::size_t i = truth.garments.size() - 1;
-    truth.garments[i].label =
-        i < labels.size() ? label_of(labels[i]).value_or(Label::Unknown) : Label::Unknown;
+  check_count(labels.size(), static_cast<Index>(garments.size()), file, "garment_labels");
+  for (std::size_t i = 0; i < garments.size(); ++i) {
+    truth.garments.push_back(garment_at(archive, "garments/" + garments[i], garments[i], file));
+    const std::optional<Label> label = label_of(labels[i]);
+    if (!label) {
+      throw DataError(file, "garment_labels", "'" + labels[i] + "'", "a label of docs/formats.md");
+    }
+    truth.garments[i].label = *label;
   }
   truth.keypoint_names = texts_at(archive, "keypoint_names", file);
   const auto lights = rows_at<RowMatrix>(archive, "lights/rectangles", 12, -1, file);
@@ -299,13 +371,14 @@ CaptureTruth truth_of(const Archive& archive, const std::string& file) {
     const auto part = [&](int first) -> Eigen::Vector3d {
       return lights.block<1, 3>(i, first).transpose();
     };
-    truth.lights.push_back({part(0), part(3), part(6), part(9).cast<float>()});
+    truth.lights.push_back(
+        {part(0), part(3), part(6), radiance(part(9), file, "lights/rectangles")});
   }
-  const auto sky = rows_at<RowMatrix>(archive, "lights/environment", 3, 3, file);
-  if (sky.rows() == 3) {
-    truth.environment.zenith = sky.row(0).transpose().cast<float>();
-    truth.environment.horizon = sky.row(1).transpose().cast<float>();
-    truth.environment.nadir = sky.row(2).transpose().cast<float>();
+  if (find(archive, "lights/environment") != nullptr) {
+    const auto sky = rows_at<RowMatrix>(archive, "lights/environment", 3, 3, file);
+    truth.environment.zenith = radiance(sky.row(0).transpose(), file, "lights/environment");
+    truth.environment.horizon = radiance(sky.row(1).transpose(), file, "lights/environment");
+    truth.environment.nadir = radiance(sky.row(2).transpose(), file, "lights/environment");
   }
   return truth;
 }
@@ -343,7 +416,8 @@ TruthFrame truth_frame_of(const Archive& archive, const CaptureTruth& truth,
                           const std::string& file) {
   TruthFrame frame;
   const auto id = archive.numbers.find("frame_id");
-  if (id == archive.numbers.end() || id->second < 0 || id->second > 999'999'999) {
+  if (id == archive.numbers.end() || id->second < 0 || id->second > 999'999'999 ||
+      id->second != std::floor(id->second)) {
     throw DataError(file, "frame_id", "missing or out of range", "the frame's number");
   }
   frame.frame_id = static_cast<int>(id->second);
@@ -352,15 +426,15 @@ TruthFrame truth_frame_of(const Archive& archive, const CaptureTruth& truth,
   frame.joints = points_frame(archive, "joints", joints, file);
   if (find(archive, "pose/rotations") != nullptr) {
     frame.pose.rotations = points_frame(archive, "pose/rotations", joints, file);
-    const std::vector<double> t = doubles_of(at(archive, "pose/root_translation", file), file);
-    if (t.size() != 3) {
-      throw DataError(file, "pose/root_translation", std::to_string(t.size()), "3 numbers");
-    }
+    const Tensor& translation = at(archive, "pose/root_translation", file);
+    check_finite(translation, file, "pose/root_translation");
+    const std::vector<double> t = doubles_of(translation, file, "pose/root_translation");
+    check_count(t.size(), 3, file, "pose/root_translation");
     frame.pose.root_translation = {t[0], t[1], t[2]};
   }
-  frame.keypoints =
-      points_frame(archive, "keypoints", static_cast<Index>(truth.keypoint_names.size()), file);
-  frame.body = points_frame(archive, "body", truth.body.vertices.rows(), file);
+  frame.keypoints = points_frame(archive, "keypoints",
+                                 static_cast<Index>(truth.keypoint_names.size()), file, true);
+  frame.body = points_frame(archive, "body", truth.body.vertices.rows(), file, true);
   frame.body_seen = seen_at(archive, "seen/body", truth.body.vertices.rows(), cameras, file);
   for (std::size_t i = 0; i < truth.layers.size(); ++i) {
     frame.layers.push_back(points_frame(archive, "layers/" + truth.layer_names[i],

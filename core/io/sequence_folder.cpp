@@ -48,8 +48,11 @@ Sequence read_sequence_folder(const std::filesystem::path& path, const MeshConve
     for (; !error && walk != std::filesystem::directory_iterator(); walk.increment(error)) {
       const std::filesystem::path& file = walk->path();
       if (file.filename().string().starts_with(".") || !is_mesh_name(file) ||
-          !walk->is_regular_file(error)) {
+          walk->symlink_status(error).type() == std::filesystem::file_type::directory) {
         continue;
+      }
+      if (!walk->is_regular_file(error)) {
+        throw DataError(file.string(), "", "a name that leads to no file", "a mesh");
       }
       const auto frame_id = frame_number(file.stem().string());
       if (!frame_id) {

@@ -14,8 +14,8 @@ namespace atelier {
 /// of frame 0. Frames are read when asked for; each may have a topology of its own; the frames per
 /// second are unknown (0). `otherwise` is the unit and axis of files that do not say.
 ///
-/// Throws DataError if there is no mesh, a mesh's name has no number, two have the same, or there
-/// are more than `limits.frames`.
+/// Throws DataError if there is no mesh, a mesh's name has no number or leads to no file (a link to
+/// nothing, a pipe), two have the same, or there are more than `limits.frames`.
 Sequence read_sequence_folder(const std::filesystem::path& path,
                               const MeshConvention& otherwise = {.metres_per_unit = 1, .up = 'y'},
                               const Limits& limits = {});

@@ -194,6 +194,8 @@ TEST(TruthArchive, RefusesWhatDoesNotFit) {
   broken.datasets["skeleton/parents"] = tensor_of(std::vector<int>{-1, 5});
   EXPECT_THROW(truth_of(broken), DataError);
   TruthFrame frame;
+  frame.keypoints = Points::Random(1, 3);
+  frame.body = Points::Random(4, 3);
   frame.garments = {Points(0, 3)};
   Archive other = archive_of(frame, truth);
   other.datasets["body"] = tensor_of(Points(Points::Random(9, 3)));
