@@ -32,8 +32,9 @@ void put(Archive& archive, const std::string& name, Tensor tensor) {
 }
 
 void put_mesh(Archive& archive, const std::string& group, const Mesh& mesh) {
+  const std::string folder = group + "/";
   for (auto& [name, tensor] : archive_of(mesh).datasets) {
-    archive.datasets[group + "/" + name] = tensor;
+    archive.datasets[folder + name] = tensor;
   }
 }
 
@@ -78,7 +79,7 @@ template <class Matrix>
 Matrix rows_at(const Archive& archive, const std::string& name, Index columns, Index rows,
                const std::string& file) {
   const Tensor* tensor = find(archive, name);
-  const Matrix matrix =
+  Matrix matrix =
       tensor == nullptr
           ? Matrix(0, columns < 0 ? 0 : columns)
           : Matrix(
@@ -225,7 +226,7 @@ Eigen::Vector3f radiance(const Eigen::Vector3d& light, const std::string& file,
 Points points_frame(const Archive& archive, const std::string& name, Index rows,
                     const std::string& file, bool always = false) {
   const bool absent = find(archive, name) == nullptr;
-  const auto points = rows_at<Points>(archive, name, 3, absent && !always ? -1 : rows, file);
+  auto points = rows_at<Points>(archive, name, 3, absent && !always ? -1 : rows, file);
   const double most = Limits{}.mesh_coordinate;
   if (points.size() > 0 && points.cwiseAbs().maxCoeff() > most) {
     throw DataError(file, name, "a coordinate beyond reason", "metres");

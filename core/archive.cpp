@@ -138,6 +138,7 @@ Archive read_from(const Source& source, const std::string& schema, int newest_ve
 Archive read_archive(const std::filesystem::path& path, const std::string& schema,
                      int newest_version, const Limits& limits) {
   const RegularFile file(path);
+  file.check_size(limits.tensor_bytes, path);
   return read_from(source_of(file, path), schema, newest_version, path.string(), limits);
 }
 
@@ -152,6 +153,7 @@ Archive parse_archive(std::span<const std::byte> bytes, const std::string& schem
 
 Archive archive_contents(const std::filesystem::path& path, const Limits& limits) {
   const RegularFile file(path);
+  file.check_size(limits.tensor_bytes, path);
   ArchiveIndex index = index_of(source_of(file, path), path.string(), limits);
   for (const ArchivedDataset& entry : index.datasets) {
     index.head.datasets.emplace(entry.name, Tensor{entry.type, entry.shape, {}, {}});

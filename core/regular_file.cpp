@@ -44,4 +44,11 @@ RegularFile::~RegularFile() {
   close(descriptor_);
 }
 
+void RegularFile::check_size(std::int64_t max_bytes, const std::filesystem::path& path) const {
+  if (size_ > max_bytes) {
+    throw DataError(path.string(), "", std::to_string(size_) + " bytes",
+                    "at most " + std::to_string(max_bytes) + " bytes");
+  }
+}
+
 }  // namespace atelier

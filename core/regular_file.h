@@ -19,6 +19,9 @@ class RegularFile {
   int descriptor() const { return descriptor_; }
   std::int64_t size() const { return size_; }  ///< bytes, when it was opened
 
+  /// Throws DataError if it is larger. @param path  for the error
+  void check_size(std::int64_t max_bytes, const std::filesystem::path& path) const;
+
  private:
   int descriptor_ = -1;
   std::int64_t size_ = 0;

@@ -1,5 +1,6 @@
 #include "core/io/file_bytes.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <system_error>
 
@@ -11,15 +12,11 @@
 namespace atelier {
 namespace {
 
+/// The first `bytes` of a file, fewer if it has become shorter.
 template <class Buffer>
-Buffer read_whole(const std::filesystem::path& path, std::int64_t max_bytes) {
-  const RegularFile file(path);
-  if (file.size() > max_bytes) {
-    throw DataError(path.string(), "", std::to_string(file.size()) + " bytes",
-                    "at most " + std::to_string(max_bytes) + " bytes");
-  }
+Buffer read_first(const RegularFile& file, std::int64_t bytes, const std::filesystem::path& path) {
   Buffer buffer;
-  buffer.resize(static_cast<std::size_t>(file.size()));
+  buffer.resize(static_cast<std::size_t>(bytes));
   std::size_t filled = 0;
   while (filled < buffer.size()) {
     const ssize_t count = read(file.descriptor(), buffer.data() + filled, buffer.size() - filled);
@@ -42,11 +39,23 @@ Buffer read_whole(const std::filesystem::path& path, std::int64_t max_bytes) {
 }  // namespace
 
 std::vector<std::byte> read_file_bytes(const std::filesystem::path& path, std::int64_t max_bytes) {
-  return read_whole<std::vector<std::byte>>(path, max_bytes);
+  const RegularFile file(path);
+  file.check_size(max_bytes, path);
+  return read_first<std::vector<std::byte>>(file, file.size(), path);
 }
 
 std::string read_file_text(const std::filesystem::path& path, std::int64_t max_bytes) {
-  return read_whole<std::string>(path, max_bytes);
+  const RegularFile file(path);
+  file.check_size(max_bytes, path);
+  return read_first<std::string>(file, file.size(), path);
+}
+
+FileStart read_file_start(const std::filesystem::path& path, std::int64_t start_bytes,
+                          std::int64_t max_bytes) {
+  const RegularFile file(path);
+  file.check_size(max_bytes, path);
+  return {read_first<std::vector<std::byte>>(file, std::min(start_bytes, file.size()), path),
+          static_cast<std::uint64_t>(file.size())};
 }
 
 }  // namespace atelier

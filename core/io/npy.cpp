@@ -304,11 +304,19 @@ std::string text_item(std::span<const std::byte> item, bool unicode, const std::
   return text;
 }
 
-}  // namespace
+/// What the beginning of a file says of all of it.
+struct Layout {
+  Header header;
+  ItemType item;
+  std::size_t count = 0;       ///< items
+  std::size_t data_at = 0;     ///< byte where the items begin
+  std::size_t data_bytes = 0;  ///< up to the end of the file
+};
 
-Tensor parse_npy(std::span<const std::byte> bytes, const std::string& file, const Limits& limits) {
-  static_assert(std::endian::native == std::endian::little);
-  ByteReader reader(bytes, file);
+/// @param start  the file, or so much of it that the longest header is in it
+Layout layout_of(std::span<const std::byte> start, std::uint64_t file_bytes,
+                 const std::string& file, const Limits& limits) {
+  ByteReader reader(start, file);
   if (reader.remaining() < kMagic.size() || reader.text(kMagic.size(), "magic") != kMagic) {
     throw DataError(file, "byte 0", "not an npy file", "\\x93NUMPY");
   }
@@ -339,20 +347,30 @@ Tensor parse_npy(std::span<const std::byte> bytes, const std::string& file, cons
                 "at most " + std::to_string(most) + " elements");
   }
   const std::size_t data_bytes = static_cast<std::size_t>(*count) * item.bytes;
-  if (data_bytes != reader.remaining()) {
+  const std::size_t data_at = start.size() - reader.remaining();
+  if (data_bytes != file_bytes - data_at) {
     reader.fail(
-        std::to_string(reader.remaining()) + " bytes of data",
+        std::to_string(file_bytes - data_at) + " bytes of data",
         std::to_string(data_bytes) + " bytes for " + header.type + " " + shape_text(header.shape));
   }
+  return {header, item, static_cast<std::size_t>(*count), data_at, data_bytes};
+}
+
+}  // namespace
+
+Tensor parse_npy(std::span<const std::byte> bytes, const std::string& file, const Limits& limits) {
+  static_assert(std::endian::native == std::endian::little);
+  const auto [header, item, count, data_at, data_bytes] =
+      layout_of(bytes, bytes.size(), file, limits);
   Tensor tensor{item.type, header.shape, {}, {}};
   std::vector<std::byte> data(data_bytes);
-  copy_row_major(reader.take(data_bytes, "data"), header, item.bytes, data.data());
+  copy_row_major(bytes.subspan(data_at), header, item.bytes, data.data());
   if (item.big_endian && item.number > 1) {
     swap_bytes(data, item.number);
   }
   if (item.type == ElementType::Text) {
-    tensor.strings.reserve(static_cast<std::size_t>(*count));
-    for (std::size_t i = 0; i < static_cast<std::size_t>(*count); ++i) {
+    tensor.strings.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) {
       tensor.strings.push_back(
           text_item(std::span<const std::byte>(data).subspan(i * item.bytes, item.bytes),
                     item.unicode, file, i));
@@ -361,13 +379,16 @@ Tensor parse_npy(std::span<const std::byte> bytes, const std::string& file, cons
   }
   if (item.type == ElementType::Bool &&
       std::any_of(data.begin(), data.end(), [](std::byte b) { return b > std::byte{1}; })) {
-    reader.fail("a bool that is neither 0 nor 1", "0 or 1");
+    throw DataError(file, "data", "a bool that is neither 0 nor 1", "0 or 1");
   }
   tensor.data = std::move(data);
   return tensor;
 }
 
 Tensor read_npy(const std::filesystem::path& path, const Limits& limits) {
+  constexpr std::int64_t kStart = 12 + static_cast<std::int64_t>(kLongestHeader);
+  const FileStart start = read_file_start(path, kStart, limits.tensor_bytes);
+  layout_of(start.bytes, start.file_bytes, path.string(), limits);
   return parse_npy(read_file_bytes(path, limits.tensor_bytes), path.string(), limits);
 }
 

@@ -147,11 +147,17 @@ void append(std::vector<std::byte>& bytes, std::string_view text) {
   bytes.insert(bytes.end(), view.begin(), view.end());
 }
 
-}  // namespace
+/// What the beginning of a file says of all of it.
+struct Layout {
+  std::map<std::string, std::string> metadata;
+  std::vector<Entry> entries;  ///< sorted; the file's bytes from `data_at` on, without a gap
+  std::size_t data_at = 0;
+};
 
-Safetensors parse_safetensors(std::span<const std::byte> bytes, const std::string& file,
-                              const Limits& limits) {
-  ByteReader reader(bytes, file);
+/// @param start  the file, or so much of it that the longest header is in it
+Layout layout_of(std::span<const std::byte> start, std::uint64_t file_bytes,
+                 const std::string& file, const Limits& limits) {
+  ByteReader reader(start, file);
   const auto header_bytes = reader.little<std::uint64_t>("the header's length");
   if (header_bytes > static_cast<std::uint64_t>(limits.safetensors_header_bytes)) {
     reader.fail("a header of " + std::to_string(header_bytes) + " bytes",
@@ -167,12 +173,12 @@ Safetensors parse_safetensors(std::span<const std::byte> bytes, const std::strin
     reader.fail(std::to_string(header.size()) + " tensors",
                 "at most " + std::to_string(limits.safetensors_entries));
   }
-  Safetensors content;
-  std::vector<Entry> entries;
+  Layout layout;
+  std::vector<Entry>& entries = layout.entries;
   const HeaderReader header_reader(file, limits);
   for (const auto& [name, value] : header.items()) {
     if (name == kMetadata) {
-      content.metadata = header_reader.metadata(value);
+      layout.metadata = header_reader.metadata(value);
     } else {
       entries.push_back(header_reader.entry(name, value));
     }
@@ -180,7 +186,8 @@ Safetensors parse_safetensors(std::span<const std::byte> bytes, const std::strin
   std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
     return std::pair(a.begin, a.end) < std::pair(b.begin, b.end);
   });
-  const std::uint64_t data_bytes = reader.remaining();
+  layout.data_at = start.size() - reader.remaining();
+  const std::uint64_t data_bytes = file_bytes - layout.data_at;
   std::uint64_t at = 0;
   for (const Entry& entry : entries) {
     // Also for tensors of no bytes: they may not point just anywhere.
@@ -200,12 +207,23 @@ Safetensors parse_safetensors(std::span<const std::byte> bytes, const std::strin
     throw DataError(file, "", std::to_string(data_bytes - at) + " bytes after the last tensor",
                     "none");
   }
-  for (const Entry& entry : entries) {
+  return layout;
+}
+
+}  // namespace
+
+Safetensors parse_safetensors(std::span<const std::byte> bytes, const std::string& file,
+                              const Limits& limits) {
+  const Layout layout = layout_of(bytes, bytes.size(), file, limits);
+  Safetensors content;
+  content.metadata = layout.metadata;
+  for (const Entry& entry : layout.entries) {
     Tensor tensor{entry.type, entry.shape, {}, {}};
-    const auto data = reader.take(static_cast<std::size_t>(entry.end - entry.begin), entry.name);
+    const auto data = bytes.subspan(layout.data_at + static_cast<std::size_t>(entry.begin),
+                                    static_cast<std::size_t>(entry.end - entry.begin));
     if (entry.type == ElementType::Bool &&
         std::any_of(data.begin(), data.end(), [](std::byte b) { return b > std::byte{1}; })) {
-      header_reader.fail(entry.name, "a bool that is neither 0 nor 1", "0 or 1");
+      HeaderReader(file, limits).fail(entry.name, "a bool that is neither 0 nor 1", "0 or 1");
     }
     tensor.data.assign(data.begin(), data.end());
     content.tensors.emplace(entry.name, std::move(tensor));
@@ -214,6 +232,9 @@ Safetensors parse_safetensors(std::span<const std::byte> bytes, const std::strin
 }
 
 Safetensors read_safetensors(const std::filesystem::path& path, const Limits& limits) {
+  const FileStart start =
+      read_file_start(path, 8 + limits.safetensors_header_bytes, limits.tensor_bytes);
+  layout_of(start.bytes, start.file_bytes, path.string(), limits);
   return parse_safetensors(read_file_bytes(path, limits.tensor_bytes), path.string(), limits);
 }
 

@@ -17,6 +17,7 @@
 namespace atelier {
 namespace {
 
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 std::string refusal(const std::function<std::vector<std::byte>()>& work,
@@ -55,15 +56,17 @@ TEST(Worker, ACrashIsADataError) {
 TEST(Worker, AnEndlessLoopIsADataError) {
   Limits limits;
   limits.worker_cpu_seconds = 1;
-  EXPECT_THAT(refusal(
-                  []() -> std::vector<std::byte> {
-                    volatile bool forever = true;
-                    while (forever) {
-                    }
-                    return {};
-                  },
-                  limits),
-              HasSubstr("more than 1 s of processor time"));
+  EXPECT_THAT(
+      refusal(
+          []() -> std::vector<std::byte> {
+            volatile bool forever = true;
+            while (forever) {
+            }
+            return {};
+          },
+          limits),
+      // On a busy machine the clock ends it before it has had its second.
+      AnyOf(HasSubstr("more than 1 s of processor time"), HasSubstr("did not come to an end")));
 }
 
 TEST(Worker, TooMuchMemoryIsADataError) {
