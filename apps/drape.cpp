@@ -1,18 +1,25 @@
 #if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION) && \
-    defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
+    defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER) && \
+    defined(ATELIER_HAS_CAPTURE)
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <iostream>
 #include <memory>
 
 #include "apps/command.h"
+#include "apps/dressing.h"
 #include "apps/exit_code.h"
+#include "apps/fitting.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "apps/tailor.h"
 #include "apps/usage_error.h"
+#include "bodymodel/body_file.h"
 #include "bodymodel/default_human.h"
+#include "bodymodel/measure.h"
+#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
@@ -20,106 +27,213 @@
 #include "core/render/studio.h"
 #include "core/render/video.h"
 #include "core/sequence_archive.h"
-#include "registration/pattern_garment.h"
-#include "simulation/weld_seams.h"
+#include "simulation/crossings.h"
 #include "simulation/xpbd.h"
 
 namespace atelier {
 namespace {
 
-// What a seamstress does: the seams are closed slowly and with little weight, then the cloth hangs.
-constexpr int kSewingFrames = 60;
-constexpr int kFramesPerStitch = 2;   // the threads are shortened evenly, this often
-constexpr double kSewingGravity = 2;  // m/s2, keeps a skirt down while its sides are drawn together
-constexpr double kSewingDamping = 15;  // 1/s, so that sewing springs do not throw the cloth about
-constexpr double kHangingDamping = 2;  // 1/s, to come to rest sooner
+constexpr double kAtRest = 0.01;        // m/s at most, that 99 of 100 vertices move
+constexpr double kSettlingDamping = 2;  // 1/s, to come to rest sooner
+constexpr int kPicturesOfDressing = 3;
 
 struct DrapeOptions {
-  std::string garment = "dress";
   std::string body = "female";
-  int frames = 150;   ///< 60 a second
+  std::string fit = "garment";
+  int frames = 240;   ///< at most, 60 a second, once the garment is on
   bool video = true;  ///< a turntable, which takes as long as the rest
+  double rest_speed = kAtRest;
   Device device = Device::Cpu;
-  PatternGarmentOptions pattern;
+  OutfitOptions outfit;
+  DefaultHumanOptions human;
 };
 
 OptionTable describe(DrapeOptions& options) {
   OptionTable table;
-  table.add("garment", options.garment, {"tee", "skirt", "dress", "trousers"},
-            "Pattern, drafted to the body's measures");
-  table.add("body", options.body, {"female", "male"}, "Default human");
-  table.add("frames", options.frames, kSewingFrames + 1, 10000, "",
-            "60 a second; the first " + std::to_string(kSewingFrames) + " sew");
+  table.add("body", options.body, std::vector<std::string>{},
+            "female or male, the default human, or a body model's file");
+  table.add("fit", options.fit, {"garment", "body"},
+            "What gives way where a pattern file is too tight: garment refuses it with advice, "
+            "body slims the default human");
+  table.add("frames", options.frames, 1, 10000, "",
+            "60 a second, at most, for the dressed cloth to come to rest");
+  table.add("rest_speed", options.rest_speed, 1e-4, 10, "m/s",
+            "Of 99 vertices in 100, below which the cloth is at rest");
   table.add("video", options.video, "A turntable beside the pictures");
   table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
             "Where the cloth moves");
-  table.add("pattern", describe(options.pattern));
-  return table;
+  OptionTable human = describe(options.human);
+  std::erase_if(human.fields, [](const OptionField& field) {
+    return field.name == "male" || field.name == "shape_basis";
+  });
+  table.add("human", human);
+  OptionTable outfit = describe(options.outfit);
+  std::erase_if(outfit.fields, [](const OptionField& field) {
+    return field.name == "rate" || field.name == "substeps";
+  });
+  return table.add(outfit);
 }
 
-SewingPattern pattern_of(const std::string& name, const TailorMeasures& measures) {
-  if (name == "tee") {
-    return tee_pattern(measures);
-  }
-  if (name == "skirt") {
-    return skirt_pattern(measures);
-  }
-  return name == "dress" ? dress_pattern(measures) : trousers_pattern(measures);
+bool is_default_human(const DrapeOptions& options) {
+  return options.body == "female" || options.body == "male";
 }
+
+/// The wearer; a default human is sized to what it is to wear if `fit` says so.
+BodyModel wearer_of(const DrapeOptions& options) {
+  if (!is_default_human(options)) {
+    return read_body_file(options.body).model;
+  }
+  DefaultHumanOptions human = options.human;
+  human.male = options.body == "male" ? 1 : 0;
+  human.shape_basis = false;
+  const std::string problem = human_options_problem(human);
+  if (!problem.empty()) {
+    throw UsageError("--human." + problem);
+  }
+  BodyModel body = default_human(human);
+  if (options.fit != "body") {
+    return body;
+  }
+  for (const auto& [name, label] : outfit_garments(options.outfit.garment)) {
+    if (!name.ends_with(".json")) {
+      continue;
+    }
+    Garment panels = cut_panels(name, body, options.outfit);
+    place_round_body(panels, body, body.mesh.vertices);
+    const std::vector<GirthFit> fits = girth_fits(panels, body);
+    if (!what_is_tight(fits).empty()) {
+      human = human_that_fits(fits, human);
+      body = default_human(human);
+    }
+  }
+  return body;
+}
+
+/// Speed that 99 vertices in 100 do not exceed.
+double speed_of(const ClothState& state) {
+  std::vector<double> speeds;
+  for (Index v = 0; v < state.velocities.rows(); ++v) {
+    speeds.push_back(state.velocities.row(v).norm());
+  }
+  const auto at = static_cast<std::ptrdiff_t>(speeds.size() - 1 - speeds.size() / 100);
+  std::nth_element(speeds.begin(), speeds.begin() + at, speeds.end());
+  return speeds[static_cast<std::size_t>(at)];
+}
+
+/// How a garment was put on, a picture's worth at a time.
+struct Snapshot {
+  std::string caption;
+  Mesh cloth;
+  Points body;
+};
 
 struct Draped {
-  std::vector<Mesh> frames;  ///< sewing in panels, then hanging as one piece
-  int sewing_frames = 0;
+  BodyModel body;
+  Outfit outfit;
+  std::vector<Snapshot> dressing;
+  std::vector<Mesh> frames;  ///< of the dressed cloth coming to rest
+  double speed = 0;          ///< m/s at the end
   FrameReport last;
 };
 
-Draped sew_and_drape(const Garment& panels, const Mesh& body, int frames, Device device) {
-  Control control;
-  control.body_start = control.body_end = body.vertices;
-  XpbdOptions options;
-  options.thickness = 0.005;  // more than a triangle of 2 cm sinks into the round of a chest
+Draped dress_and_settle(const DrapeOptions& options) {
   Draped draped;
-  const auto run = [&](const Cloth& cloth, ClothState state, int count) {
-    ClothSolver solver(cloth, body.faces, options, device);
-    solver.set_state(state);
-    for (int i = 0; i < count; ++i) {
-      draped.last = solver.advance(control);
-      Mesh mesh = panels.mesh;
-      mesh.faces = cloth.faces;
-      mesh.vertices = solver.state().positions;
-      draped.frames.push_back(std::move(mesh));
-    }
-    return solver.state();
-  };
-
-  Cloth cloth = make_cloth(panels);
-  ClothState state = rest_state(cloth);
-  std::vector<double> gaps;
-  const auto sewing_begin = static_cast<std::size_t>(cloth.sewing_begin);
-  for (std::size_t i = sewing_begin; i < cloth.springs.size(); ++i) {
-    const ClothSpring& thread = cloth.springs[i];
-    gaps.push_back((state.positions.row(thread.a) - state.positions.row(thread.b)).norm());
+  draped.body = wearer_of(options);
+  std::vector<Snapshot> seen;
+  draped.outfit =
+      dress_body(draped.body, options.outfit, options.body, options.device,
+                 [&](const Mesh& cloth, const Points& body) {
+                   if (seen.size() % 30 == 0) {
+                     std::cout << "dressing: frame " << seen.size() << std::endl;
+                   }
+                   seen.push_back({"dressing " + std::to_string(seen.size()), cloth, body});
+                 });
+  for (int i = 0; i < kPicturesOfDressing && !seen.empty(); ++i) {
+    const std::size_t at = (seen.size() - 1) * static_cast<std::size_t>(i) / kPicturesOfDressing;
+    draped.dressing.push_back(seen[at]);
   }
-  options.velocity_damping = kSewingDamping;
-  control.gravity = {0, -kSewingGravity, 0};
-  const int steps = std::min(kSewingFrames, frames) / kFramesPerStitch;
-  for (int step = 1; step <= steps; ++step) {
-    for (std::size_t i = 0; i < gaps.size(); ++i) {
-      cloth.springs[sewing_begin + i].rest = gaps[i] * (steps - step) / steps;
+  XpbdOptions solver = draped.outfit.solver;
+  solver.time_step = 1.0 / 60;
+  solver.velocity_damping = kSettlingDamping;
+  ClothSolver hang(draped.outfit.cloth, draped.body.mesh.faces, solver, options.device);
+  hang.set_state(draped.outfit.state);
+  Control control;
+  control.body_start = control.body_end = draped.body.mesh.vertices;
+  Mesh mesh;
+  mesh.faces = draped.outfit.cloth.faces;
+  for (int i = 0; i < options.frames; ++i) {
+    draped.last = hang.advance(control);
+    const ClothState state = hang.state();
+    mesh.vertices = state.positions;
+    draped.frames.push_back(mesh);
+    draped.speed = speed_of(state);
+    if (draped.speed < options.rest_speed) {
+      break;
     }
-    state = run(cloth, state, kFramesPerStitch);
   }
-
-  Garment sewn = panels;
-  sewn.mesh.vertices = state.positions;
-  sewn = weld_seams(sewn);
-  draped.sewing_frames = static_cast<int>(draped.frames.size());
-  options.velocity_damping = kHangingDamping;
-  options.self_contact = true;
-  control.gravity = {0, -9.81, 0};
-  cloth = make_cloth(sewn);
-  run(cloth, rest_state(cloth), frames - draped.sewing_frames);
   return draped;
+}
+
+/// The rows of one garment of the outfit, with its own faces and atlas.
+Mesh garment_in(const Draped& draped, std::size_t garment, const Mesh& all) {
+  Mesh mesh = draped.outfit.garments[garment].garment.mesh;
+  mesh.vertices = all.vertices.middleRows(draped.outfit.first[garment], mesh.vertices.rows());
+  return mesh;
+}
+
+void write_garments(const std::filesystem::path& out, const Draped& draped) {
+  const bool one = draped.outfit.garments.size() == 1;
+  for (std::size_t g = 0; g < draped.outfit.garments.size(); ++g) {
+    const std::string name = one ? "garment" : draped.outfit.garments[g].garment.name;
+    std::vector<Mesh> frames;
+    for (const Mesh& all : draped.frames) {
+      frames.push_back(garment_in(draped, g, all));
+    }
+    write_mesh(out / (name + ".obj"), frames.back());
+    write_sequence(out / name, sequence_of(std::move(frames), 60));
+  }
+}
+
+void write_pictures(const std::filesystem::path& out, const Draped& draped, bool video) {
+  constexpr std::array<std::array<float, 3>, 3> kColors = {
+      {{0.16F, 0.24F, 0.42F}, {0.45F, 0.16F, 0.14F}, {0.14F, 0.34F, 0.20F}}};
+  PictureOptions picture;
+  picture.width = 400;
+  picture.height = 600;
+  const auto look = [&](std::size_t garment) {
+    Look cloth = clay_look();
+    const auto& color = kColors[garment % kColors.size()];
+    cloth.color = {color[0], color[1], color[2]};
+    return cloth;
+  };
+  std::vector<CaptionedImage> cells;
+  for (const Snapshot& snapshot : draped.dressing) {
+    Mesh body = draped.body.mesh;
+    body.vertices = snapshot.body;
+    const std::vector<RenderMesh> scene{{body, clay_look()}, {snapshot.cloth, look(0)}};
+    cells.push_back({picture_of(scene, kThreeQuarter, picture), snapshot.caption});
+  }
+  std::vector<RenderMesh> dressed{{draped.body.mesh, clay_look()}};
+  for (std::size_t g = 0; g < draped.outfit.garments.size(); ++g) {
+    dressed.push_back({garment_in(draped, g, draped.frames.back()), look(g)});
+  }
+  cells.push_back({picture_of(dressed, kThreeQuarter, picture),
+                   "at rest, frame " + std::to_string(draped.frames.size())});
+  cells.push_back({picture_of(dressed, kFront, picture), "front"});
+  cells.push_back({picture_of(dressed, kSide, picture), "side"});
+  cells.push_back({picture_of(dressed, kBack, picture), "back"});
+  std::string names;
+  for (const TruthGarment& one : draped.outfit.garments) {
+    names += (names.empty() ? "" : " and ") + one.garment.name;
+  }
+  write_image(out / "drape.png",
+              contact_sheet(cells, {.columns = 4, .title = names + ", sewn and draped"}));
+  if (video) {
+    constexpr int kTurn = 36;
+    const std::vector<Image> turn = turntable_of(dressed, kTurn, kFront, picture);
+    write_video(out / "turntable.mp4", kTurn,
+                [&](Index i) { return turn[static_cast<std::size_t>(i)]; }, {.fps = 12});
+  }
 }
 
 int run(const std::filesystem::path& out, const DrapeOptions& options) {
@@ -131,48 +245,29 @@ int run(const std::filesystem::path& out, const DrapeOptions& options) {
                      "': it is there already; name a new folder");
   }
   require_folder_place(out);
-  const BodyModel human = default_human(options.body == "male" ? male_human() : female_human());
-  const SewingPattern pattern = pattern_of(options.garment, tailor_measures(human));
-  const Garment garment = garment_from_pattern(pattern, options.pattern);
-  std::cout << pattern.name << ": " << pattern.panels.size() << " panels, " << pattern.seams.size()
-            << " seams, " << garment.mesh.faces.rows() << " triangles\n";
-
-  const Draped draped = sew_and_drape(garment, human.mesh, options.frames, options.device);
-  std::cout << "draped: strain p50 " << draped.last.strain_p50 << ", p95 " << draped.last.strain_p95
-            << "; " << draped.last.penetrating << " vertices inside the body, "
-            << 1000 * draped.last.penetration_depth << " mm at most\n";
-
-  const auto hanging = draped.frames.begin() + draped.sewing_frames;
-  write_sequence(out / "garment", sequence_of({hanging, draped.frames.end()}, 60));
-  write_mesh(out / "body.obj", human.mesh);
-  write_mesh(out / "garment.obj", draped.frames.back());
-
-  Look cloth = clay_look();
-  cloth.color = {0.16f, 0.24f, 0.42f};
-  PictureOptions picture;
-  picture.width = 400;
-  picture.height = 600;
-  const auto dressed = [&](std::size_t frame) {
-    return std::vector<RenderMesh>{{human.mesh, clay_look()}, {draped.frames[frame], cloth}};
-  };
-  const std::size_t last = draped.frames.size() - 1;
-  std::vector<CaptionedImage> cells;
-  for (const std::size_t frame : {std::size_t{0}, last / 5, last * 2 / 5, last}) {
-    cells.push_back(
-        {picture_of(dressed(frame), kThreeQuarter, picture), "frame " + std::to_string(frame)});
+  const Draped draped = dress_and_settle(options);
+  const BodyMeasurements measures = measure_body(draped.body);
+  char text[400];
+  std::snprintf(text, sizeof text, "body: %.2f m, %.1f kg, chest %.2f m, waist %.2f m, hips %.2f m",
+                measures.stature, measures.mass, measures.chest_girth, measures.waist_girth,
+                measures.hip_girth);
+  std::cout << text << "\n";
+  for (const TruthGarment& one : draped.outfit.garments) {
+    std::cout << one.garment.name << ": " << one.garment.panel_names.size() << " panels, "
+              << one.seams.size() << " seams, " << one.garment.mesh.faces.rows() << " triangles\n";
   }
-  cells.push_back({picture_of(dressed(last), kFront, picture), "front"});
-  cells.push_back({picture_of(dressed(last), kSide, picture), "side"});
-  cells.push_back({picture_of(dressed(last), kBack, picture), "back"});
-  write_image(
-      out / "drape.png",
-      contact_sheet(cells, {.columns = 4, .title = "A " + pattern.name + ", sewn and draped"}));
-  if (options.video) {
-    constexpr int kTurn = 36;
-    const std::vector<Image> turn = turntable_of(dressed(last), kTurn, kFront, picture);
-    write_video(out / "turntable.mp4", kTurn,
-                [&](Index i) { return turn[static_cast<std::size_t>(i)]; }, {.fps = 12});
-  }
+  const int crossings = count_crossings(draped.frames.back().vertices, draped.outfit.cloth.faces);
+  std::snprintf(text, sizeof text,
+                "%s after %zu frames (%.3f m/s): strain p50 %.2f%%, p95 %.2f%%; %d vertices inside "
+                "the body, %.2f mm at most; %d crossings of cloth with itself",
+                draped.speed < options.rest_speed ? "at rest" : "NOT at rest", draped.frames.size(),
+                draped.speed, 100 * draped.last.strain_p50, 100 * draped.last.strain_p95,
+                draped.last.penetrating, 1000 * draped.last.penetration_depth, crossings);
+  std::cout << text << "\n";
+  make_private_directory(out);
+  write_garments(out, draped);
+  write_mesh(out / "body.obj", draped.body.mesh);
+  write_pictures(out, draped, options.video);
   std::cout << (out / "drape.png").string() << "\n";
   return kExitDone;
 }

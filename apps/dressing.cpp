@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <set>
 
+#include "apps/fitting.h"
 #include "apps/tailor.h"
 #include "bodymodel/makehuman.h"
 #include "bodymodel/mhclo.h"
+#include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
@@ -25,12 +28,13 @@ namespace atelier {
 namespace {
 
 constexpr int kSewingFrames = 60;
-constexpr int kFramesPerStitch = 2;   // the threads are shortened evenly, this often
-constexpr double kSewingGravity = 2;  // m/s2, keeps a skirt down while its sides are drawn together
-constexpr double kBeltedGravity = 0.3;  // m/s2, of what slides down while its waist is still open
+constexpr int kFramesPerStitch = 2;     // the threads are shortened evenly, this often
+constexpr double kLittleGravity = 0.3;  // m/s2, of what slides down while it is still open
 constexpr double kSewingDamping = 15;   // 1/s, so that sewing springs do not throw the cloth about
 constexpr double kHangingDamping = 2;   // 1/s, to come to rest sooner
 constexpr int kHangingFrames = 60;
+constexpr double kOpenSeam = 0.05;         // m; what is more does not close by welding
+constexpr int kLoweringFrames = 60;        // of the arms, from straight out to the rest pose
 constexpr double kWaistband = 0.90;        // of the body's girth
 constexpr double kWaistbandStiffness = 3;  // times the cloth's
 constexpr double kMakeHumanRoom = 0.006;   // m that a MakeHuman garment is lifted before it hangs
@@ -141,6 +145,24 @@ void draw_in_waist(Cloth& cloth, const Garment& garment, double girth) {
   }
 }
 
+/// Threads that the body or tight cloth keeps from closing: welding them would tear the cloth
+/// through the body.
+void check_closed(const Garment& sewn) {
+  for (const Seam& seam : sewn.seams) {
+    double gap = 0;
+    for (std::size_t i = 0; i < seam.a.size(); ++i) {
+      gap = std::max(
+          gap, (sewn.mesh.vertices.row(seam.a[i]) - sewn.mesh.vertices.row(seam.b[i])).norm());
+    }
+    if (gap > kOpenSeam) {
+      throw DataError(sewn.name, seam.name,
+                      "stays " + std::to_string(static_cast<int>(std::lround(1000 * gap))) +
+                          " mm open when it is sewn on the body",
+                      "a pattern that fits this body: a larger size, or panels that lie nearer");
+    }
+  }
+}
+
 void check_worn(const std::string& name, const Garment& garment, const TailorMeasures& measures,
                 const FrameReport& report, Label label) {
   const auto refuse = [&](const std::string& found) {
@@ -173,6 +195,8 @@ OptionTable describe(OutfitOptions& options) {
   table
       .add("garment", options.garment, std::vector<std::string>{},
            "Joined by +: dress, tee, skirt, trousers, pattern files (.json); or mhclo:FILE.")
+      .add("pattern_scale", options.pattern_scale, 0.2, 5, "",
+           "Of pattern files: a larger or smaller size.")
       .add("edge_length", options.edge_length, 0.006, 0.1, "m", "Of the cloth's triangles.")
       .add("density", options.density, 0.02, 2, "kg/m2", "Weight of the cloth.")
       .add("stretch", options.stretch, 50, 1e5, "N/m", "Stiffness against stretching.")
@@ -208,17 +232,16 @@ std::vector<std::pair<std::string, Label>> outfit_garments(const std::string& ga
   return result;
 }
 
-Garment sewn_on(const Garment& panels, const Mesh& body, XpbdOptions solver_options,
-                double waist_girth) {
+Garment sewn_on(const Garment& panels, const Mesh& body, const SewingOptions& options) {
   Control control;
   control.body_start = control.body_end = body.vertices;
-  control.gravity = {0, -kSewingGravity, 0};
+  control.gravity = {0, -options.gravity, 0};
+  XpbdOptions solver_options = options.solver;
   solver_options.velocity_damping = kSewingDamping;
   solver_options.self_contact = false;
   Cloth cloth = make_cloth(panels);
-  if (waist_girth > 0) {
-    draw_in_waist(cloth, panels, waist_girth);
-    control.gravity.y() = -kBeltedGravity;
+  if (options.waist_girth > 0) {
+    draw_in_waist(cloth, panels, options.waist_girth);
   }
   ClothState state = rest_state(cloth);
   std::vector<double> gaps;
@@ -227,20 +250,26 @@ Garment sewn_on(const Garment& panels, const Mesh& body, XpbdOptions solver_opti
     const ClothSpring& thread = cloth.springs[i];
     gaps.push_back((state.positions.row(thread.a) - state.positions.row(thread.b)).norm());
   }
+  Mesh seen = panels.mesh;
   const int steps = kSewingFrames / kFramesPerStitch;
   for (int step = 1; step <= steps; ++step) {
     for (std::size_t i = 0; i < gaps.size(); ++i) {
       cloth.springs[sewing_begin + i].rest = gaps[i] * (steps - step) / steps;
     }
-    ClothSolver solver(cloth, body.faces, solver_options);
+    ClothSolver solver(cloth, body.faces, solver_options, options.device);
     solver.set_state(state);
     for (int i = 0; i < kFramesPerStitch; ++i) {
       solver.advance(control);
+      if (options.watch) {
+        seen.vertices = solver.state().positions;
+        options.watch(seen, body.vertices);
+      }
     }
     state = solver.state();
   }
   Garment sewn = panels;
   sewn.mesh.vertices = state.positions;
+  check_closed(sewn);
   return weld_seams(sewn);
 }
 
@@ -286,29 +315,114 @@ void set_material(Material& material, const OutfitOptions& options) {
   material.thickness = 0.002;
 }
 
-/// Cuts, sews and drapes one garment of a pattern, `room` metres off the body.
-TruthGarment sewn_garment(const std::pair<std::string, Label>& garment, const BodyModel& body,
-                          const TailorMeasures& measures, const OutfitOptions& options,
-                          XpbdOptions sewing, double room) {
-  const SewingPattern pattern = pattern_of(garment.first, measures);
-  Garment panels = garment_from_pattern(pattern, {.edge_length = options.edge_length});
-  panels.name = plain_name(pattern.name);
-  set_material(panels.material, options);
-  sewing.substeps = 10;
-  sewing.time_step = 1.0 / 60;
+/// Where a garment is put on, and with what.
+struct Fitting {
+  const BodyModel& body;
+  const TailorMeasures& measures;
+  const OutfitOptions& options;
+  XpbdOptions sewing;
+  double room = 0;  ///< m off the body, for what is worn below
+  Device device = Device::Cpu;
+  const DressingWatch& watch;
+};
+
+/// A sewn garment while the arms come down from straight out to the rest pose.
+Garment with_arms_lowered(Garment garment, const Pose& arms_out, const Fitting& fitting) {
+  const ShapedBody shaped = shape_body(fitting.body);
+  const auto posed = [&](int frame) {
+    const double t = static_cast<double>(frame) / kLoweringFrames;
+    Pose pose = arms_out;
+    pose.rotations *= 1 - t * t * (3 - 2 * t);
+    return Points(skin_vertices(fitting.body, shaped, pose));
+  };
+  XpbdOptions options = fitting.sewing;
+  options.velocity_damping = kHangingDamping;
+  options.self_contact = true;
+  const Cloth cloth = make_cloth(garment);
+  ClothSolver solver(cloth, fitting.body.mesh.faces, options, fitting.device);
+  Control control;
+  control.body_end = posed(0);
+  for (int frame = 1; frame <= kLoweringFrames; ++frame) {
+    control.body_start = control.body_end;
+    control.body_end = posed(frame);
+    solver.advance(control);
+    if (fitting.watch) {
+      Mesh seen = garment.mesh;
+      seen.vertices = solver.state().positions;
+      fitting.watch(seen, control.body_end);
+    }
+  }
+  garment.mesh.vertices = solver.state().positions;
+  return garment;
+}
+
+/// Sews and drapes one garment of a pattern.
+TruthGarment sewn_garment(const std::pair<std::string, Label>& garment, const Fitting& fitting) {
+  const auto& [name, drafted_label] = garment;
+  Garment panels = cut_panels(name, fitting.body, fitting.options);
+  Label label = drafted_label;
+  Mesh wearer = fitting.body.mesh;
+  Pose arms_out;
+  const bool from_file = label == Label::Unknown;
+  const bool lower_arms = from_file && reaches_shoulders(panels);
+  if (from_file) {
+    label = lower_arms ? label : Label::Lower;
+    if (lower_arms) {
+      arms_out = arms_out_pose(fitting.body);
+      wearer.vertices = skin_vertices(fitting.body, arms_out);
+    }
+    place_round_body(panels, fitting.body, wearer.vertices);
+    const std::vector<GirthFit> fits = girth_fits(panels, fitting.body);
+    const std::string tight = what_is_tight(fits);
+    if (!tight.empty()) {
+      double worst = 1;
+      for (const GirthFit& fit : fits) {
+        worst = std::max(worst, fit.body / fit.garment);
+      }
+      char scale[16];
+      std::snprintf(scale, sizeof scale, "%.2f", std::ceil(100 * worst) / 100);
+      throw DataError(
+          name, "", "too tight: " + tight,
+          "a slimmer body, or a larger size (pattern_scale " + std::string(scale) + ")");
+    }
+  }
+  SewingOptions sewing{.solver = fitting.sewing, .device = fitting.device, .watch = fitting.watch};
+  sewing.waist_girth = label == Label::Lower ? fitting.measures.waist_girth : 0;
+  sewing.gravity = lower_arms || label == Label::Lower ? kLittleGravity : sewing.gravity;
   TruthGarment truth;
   truth.seams = panels.seams;
-  truth.garment = sewn_on(panels, inflated(body.mesh, room), sewing,
-                          garment.second == Label::Lower ? measures.waist_girth : 0);
-  truth.label = garment.second == Label::Unknown ? label_of_pattern(truth.garment.mesh, measures)
-                                                 : garment.second;
+  truth.garment = sewn_on(panels, inflated(wearer, fitting.room), sewing);
+  if (lower_arms) {
+    truth.garment = with_arms_lowered(std::move(truth.garment), arms_out, fitting);
+  }
+  truth.label =
+      label == Label::Unknown ? label_of_pattern(truth.garment.mesh, fitting.measures) : label;
   return truth;
 }
 
 }  // namespace
 
-Outfit dress_body(const BodyModel& body, const OutfitOptions& options,
-                  const std::string& body_file) {
+Garment cut_panels(const std::string& name, const BodyModel& body, const OutfitOptions& options) {
+  SewingPattern pattern = pattern_of(name, tailor_measures(body));
+  if (name.ends_with(".json")) {
+    for (Panel& panel : pattern.panels) {
+      panel.corners *= options.pattern_scale;
+      panel.placement.origin *= options.pattern_scale;
+      for (PanelEdge& edge : panel.edges) {
+        for (Eigen::Vector2d& control : edge.controls) {
+          control *= options.pattern_scale;
+        }
+      }
+    }
+  }
+  Garment panels = garment_from_pattern(pattern, {.edge_length = options.edge_length});
+  panels.name = plain_name(std::filesystem::path(pattern.name).stem().string());
+  set_material(panels.material, options);
+  return panels;
+}
+
+Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std::string& body_file,
+                  Device device, const DressingWatch& watch) {
   const TailorMeasures measures = tailor_measures(body);
   Outfit outfit;
   XpbdOptions& solver = outfit.solver;
@@ -323,10 +437,14 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options,
   const auto names = outfit_garments(options.garment);
   std::vector<Cloth> cloths;
   for (std::size_t g = 0; g < names.size(); ++g) {
-    const double room = kLayerRoom * static_cast<double>(g);
-    TruthGarment truth = names[g].first.starts_with("mhclo:")
-                             ? makehuman_garment(names[g].first.substr(6), body_file, body)
-                             : sewn_garment(names[g], body, measures, options, solver, room);
+    XpbdOptions sewing = solver;
+    sewing.substeps = 10;
+    sewing.time_step = 1.0 / 60;
+    TruthGarment truth =
+        names[g].first.starts_with("mhclo:")
+            ? makehuman_garment(names[g].first.substr(6), body_file, body)
+            : sewn_garment(names[g], {body, measures, options, sewing,
+                                      kLayerRoom * static_cast<double>(g), device, watch});
     set_material(truth.garment.material, options);
     for (const TruthGarment& other : outfit.garments) {
       if (other.garment.name == truth.garment.name) {
@@ -349,12 +467,18 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options,
   hanging.time_step = 1.0 / 60;
   hanging.substeps = 10;
   hanging.velocity_damping = kHangingDamping;
-  ClothSolver hang(outfit.cloth, body.mesh.faces, hanging);
+  ClothSolver hang(outfit.cloth, body.mesh.faces, hanging, device);
   Control control;
   control.body_start = control.body_end = body.mesh.vertices;
   FrameReport report;
   for (int i = 0; i < kHangingFrames; ++i) {
     report = hang.advance(control);
+    if (watch) {
+      Mesh seen;
+      seen.faces = outfit.cloth.faces;
+      seen.vertices = hang.state().positions;
+      watch(seen, body.mesh.vertices);
+    }
   }
   outfit.state = hang.state();
   outfit.state.frame = 0;
