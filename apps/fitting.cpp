@@ -252,7 +252,8 @@ DefaultHumanOptions human_that_fits(const std::vector<GirthFit>& fits,
       return fitting;
     }
   }
-  throw DataError("", "garment", "too tight for any body of this stature",
+  throw DataError("", "garment",
+                  "too tight for any body of this stature (" + what_is_tight(fits) + ")",
                   "a larger garment (--pattern_scale) or a smaller --human.stature");
 }
 

@@ -13,8 +13,8 @@ namespace atelier {
 /// garment as a sequence.
 void run_simulate(StageRun& run);
 
-/// The command alone: --garment, --body, --motion, --out (a folder), --format, --grid.
-/// Every frame is in the folder as soon as it is done.
+/// The command alone: --garment, --body, --motion, --out (a folder, or a file T.h5 or T.usda),
+/// --format, --grid. Every frame is in the folder (T.h5.frames) as soon as it is done.
 int simulate_alone(const std::map<std::string, std::string>& values, const OptionSet& options,
                    Device device, bool json);
 

@@ -17,6 +17,9 @@
 #include "core/tree.h"
 #include "simulation/fabric.h"
 #include "simulation/weld_seams.h"
+#ifdef ATELIER_HAS_CAPTURE
+#include "apps/mesh_sequence_file.h"
+#endif
 #ifdef ATELIER_HAS_BODYMODEL
 #include "bodymodel/body_file.h"
 #include "bodymodel/default_human.h"
@@ -134,6 +137,19 @@ BodyTrack moving_body(const ScenePaths& paths, double fps, double fall_in,
 }
 #endif
 
+/// A mesh, a folder of meshes, a sequence of ours, or one file of a sequence (.h5).
+Sequence body_sequence(const std::filesystem::path& body) {
+  if (std::filesystem::exists(body / "sequence.h5")) {
+    return open_sequence(body);
+  }
+#ifdef ATELIER_HAS_CAPTURE
+  if (lower_extension(body) == ".h5") {
+    return read_mesh_sequence(body, false).sequence;
+  }
+#endif
+  return read_sequence_folder(body);
+}
+
 BodyTrack read_body_track(const ScenePaths& paths, const SimulateOptions& options,
                           std::vector<std::string>& notes) {
 #ifdef ATELIER_HAS_BODYMODEL
@@ -144,7 +160,7 @@ BodyTrack read_body_track(const ScenePaths& paths, const SimulateOptions& option
     return moving_body(paths, options.fps, options.fall_in, notes);
   }
   const std::string extension = lower_extension(paths.body);
-  if (named_human(paths.body) || extension == ".h5" || extension == ".npz") {
+  if (named_human(paths.body) || extension == ".npz") {
     return track_of(sequence_of({posable_body(paths.body, notes).mesh}, 1), paths.body.string(), 1);
   }
 #else
@@ -152,8 +168,11 @@ BodyTrack read_body_track(const ScenePaths& paths, const SimulateOptions& option
     throw UsageError("--motion needs a build with body models");
   }
 #endif
-  const bool archive = std::filesystem::exists(paths.body / "sequence.h5");
-  const Sequence sequence = archive ? open_sequence(paths.body) : read_sequence_folder(paths.body);
+  const Sequence sequence = body_sequence(paths.body);
+  if (options.body_fps > 0 && sequence.fps > 0 && sequence.fps != options.body_fps) {
+    notes.push_back(paths.body.string() + " says " + std::to_string(sequence.fps) +
+                    " frames a second; --body_fps is taken instead");
+  }
   const double fps = options.body_fps > 0 ? options.body_fps
                      : sequence.fps > 0   ? sequence.fps
                                           : options.fps;
@@ -214,28 +233,51 @@ OptionTable describe(SimulateOptions& options) {
   table.add("wind", options.wind, -200, 200, "m/s", "Three numbers, or none for still air");
   table.add("material.name", options.material.name, fabric_names(),
             "A fabric from published measurements; other material options then change it");
-  table.add("material", describe(options.material));
+  Material custom;
+  const OptionTable defaults = describe(custom);
+  OptionTable material = describe(options.material);
+  for (std::size_t i = 0; i < material.fields.size(); ++i) {
+    OptionField& field = material.fields[i];
+    field.min = kFabricsOwn;
+    field.help += "; -1 for the fabric's own (custom: " + option_text(defaults.fields[i]) + ")";
+  }
+  table.add("material", material);
   OptionTable xpbd = describe(options.xpbd);
   std::erase_if(xpbd.fields, [](const OptionField& field) { return field.name == "time_step"; });
   return table.add("xpbd", xpbd);
 }
 
+Material fabrics_own_material() {
+  Material material;
+  material.name = "custom";
+  for (const OptionField& field : describe(material).fields) {
+    *std::get<double*>(field.target) = kFabricsOwn;
+  }
+  return material;
+}
+
 Material material_of(const SimulateOptions& options) {
-  Material set = options.material;
-  if (set.name.empty() || set.name == "custom") {
-    return set;
+  Material said = options.material;
+  Material material;
+  material.name = said.name;
+  if (!said.name.empty() && said.name != "custom") {
+    material = fabric_material(said.name);
   }
-  Material fabric = fabric_material(set.name);
-  Material unset;
-  OptionTable to = describe(fabric);
-  const OptionTable from = describe(set);
-  const OptionTable defaults = describe(unset);
+  const OptionTable to = describe(material);
+  const OptionTable from = describe(said);
   for (std::size_t i = 0; i < from.fields.size(); ++i) {
-    if (option_text(from.fields[i]) != option_text(defaults.fields[i])) {
-      set_option(to, from.fields[i].name, option_text(from.fields[i]));
+    const double value = *std::get<double*>(from.fields[i].target);
+    if (value == kFabricsOwn) {
+      continue;
     }
+    if (value < to.fields[i].min) {
+      throw UsageError("material." + to.fields[i].name + " cannot be " +
+                       option_text(from.fields[i]) + ": it takes " + option_range(to.fields[i]) +
+                       ", or -1 for the fabric's own");
+    }
+    *std::get<double*>(to.fields[i].target) = value;
   }
-  return fabric;
+  return material;
 }
 
 ScenePaths scene_in(const std::filesystem::path& folder) {

@@ -13,6 +13,10 @@
 
 namespace atelier {
 
+/// A material of which nothing is said: the fabric "custom", every number kFabricsOwn.
+Material fabrics_own_material();
+constexpr double kFabricsOwn = -1;
+
 /// What `simulate` needs beside the files; the same for the stage and for the command alone.
 struct SimulateOptions {
   double fps = 60;                   ///< simulated frames a second, 1 to 10000
@@ -28,13 +32,14 @@ struct SimulateOptions {
   bool sewn = true;                  ///< seams of the garment are closed before it moves
   std::string membrane = "springs";  ///< see ClothOptions
   std::vector<double> wind;          ///< m/s, three numbers, or none
-  Material material{.name = "custom"};
+  Material material = fabrics_own_material();  ///< what is said of it, see material_of
   XpbdOptions xpbd;
 };
 OptionTable describe(SimulateOptions& options);
 
-/// The material that the options say: a fabric's, where one is named, with every value that is not
-/// the default of Material in its place.
+/// The material that the options say: the named fabric's, of "custom" the defaults of Material,
+/// with every value that was said in its place. Throws UsageError for a value below its range that
+/// is not kFabricsOwn.
 Material material_of(const SimulateOptions& options);
 
 /// Files of a scene. Empty: none.

@@ -40,9 +40,10 @@ constexpr std::array kSimulateFlags = {
     StandAlone::Flag{"body", "FILE",
                      "Mesh, folder of meshes one a frame, sequence, body model, female or male"},
     StandAlone::Flag{"motion", "FILE", "Moves a body model: .bvh, .amc, .npz, .trc, .glb"},
-    StandAlone::Flag{"out", "FOLDER",
-                     "For frames, pictures and videos; each frame once it is done"},
-    StandAlone::Flag{"format", "h5|ply|obj|usda", "Of the frames [h5]"},
+    StandAlone::Flag{"out", "FOLDER|FILE",
+                     "Folder for frames, pictures and videos, each frame once it is done; or one "
+                     "file, .h5 or .usda, of all frames, with pictures and videos beside it"},
+    StandAlone::Flag{"format", "h5|ply|obj|usda", "Of the frames in a folder [h5]"},
     StandAlone::Flag{"material", "NAME", "The same as --material.name"},
     StandAlone::Flag{"grid", "", "Instead: grid.png over bending and stretching stiffness"},
     StandAlone::Flag{"no-pictures", "", "Leave out sheet.png, turntable.mp4 and motion.mp4"},

@@ -131,10 +131,132 @@ void turn_round(Panel& panel, std::vector<int>& edge_order) {
   }
 }
 
-// Panels lie in 3D as the file places them; a panel turned over shows its other side outside, which
-// is the same cloth.
+// Shows the panel's other side outside, where it lies: the cloth is the same.
+void turn_over(Panel& panel, std::vector<int>& edge_order) {
+  panel.corners.col(0) *= -1;
+  for (PanelEdge& edge : panel.edges) {
+    for (Vector2& control : edge.controls) {
+      control.x() *= -1;
+    }
+  }
+  turn_round(panel, edge_order);
+  const double angle = panel.placement.rotation.norm();
+  const Eigen::Matrix3d rotation =
+      angle > 0 ? Eigen::AngleAxisd(angle, panel.placement.rotation / angle).toRotationMatrix()
+                : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  const Eigen::AngleAxisd turned(rotation *
+                                 Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitY()));
+  panel.placement.rotation = turned.angle() * turned.axis();
+}
+
 Eigen::Vector3d placed_corner(const Panel& panel, int corner) {
   return place(panel.placement, panel.corners.row(corner).transpose());
+}
+
+// Two edges that are sewn together, by the file's own numbers.
+struct Stitch {
+  int panel[2] = {0, 0};
+  int edge[2] = {0, 0};
+};
+
+SewnEdges seam_of(const SewingPattern& pattern, const std::vector<std::vector<int>>& edge_orders,
+                  const Stitch& stitch) {
+  int edges[2] = {0, 0};
+  for (int side = 0; side < 2; ++side) {
+    const std::vector<int>& order = edge_orders[static_cast<std::size_t>(stitch.panel[side])];
+    edges[side] =
+        static_cast<int>(std::find(order.begin(), order.end(), stitch.edge[side]) - order.begin());
+  }
+  SewnEdges seam{"", stitch.panel[0], edges[0], stitch.panel[1], edges[1]};
+  const Panel& a = pattern.panels[static_cast<std::size_t>(seam.panel_a)];
+  const Panel& b = pattern.panels[static_cast<std::size_t>(seam.panel_b)];
+  const PanelEdge& edge_a = a.edges[static_cast<std::size_t>(seam.edge_a)];
+  const PanelEdge& edge_b = b.edges[static_cast<std::size_t>(seam.edge_b)];
+  const Eigen::Vector3d a0 = placed_corner(a, edge_a.start);
+  const Eigen::Vector3d a1 = placed_corner(a, edge_a.end);
+  const Eigen::Vector3d b0 = placed_corner(b, edge_b.start);
+  const Eigen::Vector3d b1 = placed_corner(b, edge_b.end);
+  seam.reversed = (a0 - b1).norm() + (a1 - b0).norm() <= (a0 - b0).norm() + (a1 - b1).norm();
+  return seam;
+}
+
+// How far a panel shows its outside away from the wearer's axis, in m2.
+double outwardness(const Panel& panel) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (Index i = 0; i < panel.corners.rows(); ++i) {
+    middle += placed_corner(panel, static_cast<int>(i)) / static_cast<double>(panel.corners.rows());
+  }
+  const Eigen::Vector3d here = place(panel.placement, {0, 0});
+  const Eigen::Vector3d normal =
+      (place(panel.placement, {1, 0}) - here).cross(place(panel.placement, {0, 1}) - here);
+  const Eigen::Vector3d outwards(middle.x(), 0, middle.z());
+  return outwards.norm() > 0 ? std::abs(loop_area(panel)) * normal.dot(outwards.normalized()) : 0;
+}
+
+// How clearly a stitch says which way round its edges meet: 0 not at all, 1 as two edges that lie
+// on each other.
+double clarity(const SewingPattern& pattern, const std::vector<std::vector<int>>& edge_orders,
+               const Stitch& stitch) {
+  const SewnEdges seam = seam_of(pattern, edge_orders, stitch);
+  const Panel& a = pattern.panels[static_cast<std::size_t>(seam.panel_a)];
+  const Panel& b = pattern.panels[static_cast<std::size_t>(seam.panel_b)];
+  const PanelEdge& edge_a = a.edges[static_cast<std::size_t>(seam.edge_a)];
+  const PanelEdge& edge_b = b.edges[static_cast<std::size_t>(seam.edge_b)];
+  const Eigen::Vector3d along_a = placed_corner(a, edge_a.end) - placed_corner(a, edge_a.start);
+  const Eigen::Vector3d along_b = placed_corner(b, edge_b.end) - placed_corner(b, edge_b.start);
+  const double lengths = along_a.norm() * along_b.norm();
+  return lengths > 0 ? std::abs(along_a.dot(along_b)) / lengths : 0;
+}
+
+// Panels that are sewn together show the same side: two loops that both run counter-clockwise meet
+// the other way round along a seam. Sides are told from the clearest seams on (Prim's tree), for a
+// seam whose edges lie across each other may be read either way. Each connected piece shows outside
+// what lies further from the wearer.
+void show_one_side_outside(SewingPattern& pattern, std::vector<std::vector<int>>& edge_orders,
+                           const std::vector<Stitch>& stitches) {
+  const std::size_t count = pattern.panels.size();
+  std::vector<int> side(count, 0);  // 1 as it is, -1 turned over
+  for (std::size_t first = 0; first < count; ++first) {
+    if (side[first] != 0) {
+      continue;
+    }
+    std::vector<std::size_t> piece{first};
+    side[first] = 1;
+    for (bool grown = true; grown;) {
+      grown = false;
+      double clearest = -1;
+      std::size_t next = 0;
+      int next_side = 0;
+      for (const Stitch& stitch : stitches) {
+        for (int end = 0; end < 2; ++end) {
+          const auto one = static_cast<std::size_t>(stitch.panel[end]);
+          const auto other = static_cast<std::size_t>(stitch.panel[1 - end]);
+          const bool reaches_on =
+              std::find(piece.begin(), piece.end(), one) != piece.end() && side[other] == 0;
+          if (!reaches_on || clarity(pattern, edge_orders, stitch) <= clearest) {
+            continue;
+          }
+          clearest = clarity(pattern, edge_orders, stitch);
+          next = other;
+          next_side = side[one] * (seam_of(pattern, edge_orders, stitch).reversed ? 1 : -1);
+          grown = true;
+        }
+      }
+      if (grown) {
+        side[next] = next_side;
+        piece.push_back(next);
+      }
+    }
+    double outward = 0;
+    for (const std::size_t panel : piece) {
+      outward += side[panel] * outwardness(pattern.panels[panel]);
+    }
+    for (const std::size_t panel : piece) {
+      if (side[panel] * (outward < 0 ? -1 : 1) < 0) {
+        turn_over(pattern.panels[panel], edge_orders[panel]);
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -178,36 +300,31 @@ SewingPattern garment_pattern_from_json(std::string_view text, const std::string
   if (!stitches.is_array()) {
     reader.refuse("stitches", stitches.type_name(), "a list");
   }
+  std::vector<Stitch> sewn;
   for (std::size_t i = 0; i < stitches.size(); ++i) {
     const std::string where = "stitch " + std::to_string(i);
     if (!stitches[i].is_array() || stitches[i].size() != 2) {
       reader.refuse(where, stitches[i].dump().substr(0, 40), "two sides");
     }
-    int sides[2][2];  // [side][panel, edge]
+    Stitch stitch;
     for (std::size_t side = 0; side < 2; ++side) {
       const json& end = stitches[i][side];
       const json& name = reader.member(end, "panel", where);
       if (!name.is_string() || panel_idx.count(name.get<std::string>()) == 0) {
         reader.refuse(where, name.dump().substr(0, 40), "the name of a panel");
       }
-      const int panel = panel_idx[name.get<std::string>()];
-      const std::vector<int>& order = edge_orders[static_cast<std::size_t>(panel)];
-      const int number = reader.index(reader.member(end, "edge", where), order.size(), where);
-      sides[side][0] = panel;
-      sides[side][1] =
-          static_cast<int>(std::find(order.begin(), order.end(), number) - order.begin());
+      stitch.panel[side] = panel_idx[name.get<std::string>()];
+      stitch.edge[side] =
+          reader.index(reader.member(end, "edge", where),
+                       edge_orders[static_cast<std::size_t>(stitch.panel[side])].size(), where);
     }
-    SewnEdges seam{where, sides[0][0], sides[0][1], sides[1][0], sides[1][1]};
-    const Panel& a = pattern.panels[static_cast<std::size_t>(seam.panel_a)];
-    const Panel& b = pattern.panels[static_cast<std::size_t>(seam.panel_b)];
-    const PanelEdge& edge_a = a.edges[static_cast<std::size_t>(seam.edge_a)];
-    const PanelEdge& edge_b = b.edges[static_cast<std::size_t>(seam.edge_b)];
-    const Eigen::Vector3d a0 = placed_corner(a, edge_a.start);
-    const Eigen::Vector3d a1 = placed_corner(a, edge_a.end);
-    const Eigen::Vector3d b0 = placed_corner(b, edge_b.start);
-    const Eigen::Vector3d b1 = placed_corner(b, edge_b.end);
-    seam.reversed = (a0 - b1).norm() + (a1 - b0).norm() <= (a0 - b0).norm() + (a1 - b1).norm();
-    pattern.seams.push_back(std::move(seam));
+    sewn.push_back(stitch);
+  }
+  show_one_side_outside(pattern, edge_orders, sewn);
+  for (std::size_t i = 0; i < sewn.size(); ++i) {
+    pattern.seams.push_back(seam_of(pattern, edge_orders, sewn[i]));
+    pattern.seams.back().name = "stitch " + std::to_string(i);
+    pattern.seams.back().reversed = true;  // of panels that show the same side, always
   }
   check_sewing_pattern(pattern, file);
   return pattern;

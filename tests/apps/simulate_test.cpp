@@ -131,6 +131,29 @@ TEST_F(Simulate, WritesUsdAndItsOwnSequences) {
   EXPECT_TRUE(std::filesystem::exists(out() / "garment" / "frames" / "000005.h5"));
 }
 
+// A value that is given counts, also where it is the default of a material without a name.
+TEST_F(Simulate, GivenValuesChangeAFabricAndOthersStayItsOwn) {
+  const auto material = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all{"--json", "--settle", "1"};
+    all.insert(all.end(), more.begin(), more.end());
+    const ChildResult result = alone(all);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(result.out.substr(0, result.out.find('\n')))["material"];
+  };
+  nlohmann::json found = material({"--material", "denim"});
+  EXPECT_EQ(found["name"], "denim");
+  EXPECT_EQ(found["density"], 0.324);
+  EXPECT_EQ(found["stretch_warp"], 1059);
+  found = material({"--material", "denim", "--material.density", "0.15", "--material.damping=0"});
+  EXPECT_EQ(found["density"], 0.15);
+  EXPECT_EQ(found["damping"], 0);
+  EXPECT_EQ(found["stretch_warp"], 1059);
+  found = material({"--material.bending", "0"});
+  EXPECT_EQ(found["name"], "custom");
+  EXPECT_EQ(found["density"], 0.15);
+  EXPECT_EQ(found["bending"], 0);
+}
+
 TEST_F(Simulate, StageEndedAndContinuedGivesTheSameBits) {
   ASSERT_EQ(stage("whole").exit_code, 0);
   ChildResult result = stage("parts", {"--frames", "1:4"});
@@ -180,6 +203,7 @@ TEST_F(Simulate, RefusesMaterialsAndOptionsThatCannotBe) {
   };
   refused({"--material.density", "0"}, "density");
   refused({"--material.stretch_warp", "-5"}, "stretch_warp");
+  refused({"--material.stretch_warp", "-0.5"}, "material.stretch_warp cannot be -0.5");
   refused({"--material", "cheese"}, "cheese");
   refused({"--format", "fbx"}, "fbx");
   refused({"--wind", "[1, 2]"}, "three numbers");

@@ -39,11 +39,26 @@ std::string replaced(const std::string& from, const std::string& to) {
 TEST(GarmentPatternJson, ReadsUnitsCurvesAndStitches) {
   const SewingPattern pattern = parse(good());
   ASSERT_EQ(pattern.panels.size(), 2U);
-  EXPECT_DOUBLE_EQ(pattern.panels[0].corners.col(0).maxCoeff(), 0.4);
-  EXPECT_EQ(pattern.panels[0].edges[1].controls.size(), 1U);
+  for (const Panel& panel : pattern.panels) {
+    EXPECT_DOUBLE_EQ(panel.corners.col(0).maxCoeff() - panel.corners.col(0).minCoeff(), 0.4);
+    std::size_t controls = 0;
+    for (const PanelEdge& edge : panel.edges) {
+      controls += edge.controls.size();
+    }
+    EXPECT_EQ(controls, 1U);
+  }
   EXPECT_DOUBLE_EQ(pattern.panels[1].placement.origin.z(), 0.2);  // panels are sorted by name
   ASSERT_EQ(pattern.seams.size(), 1U);
-  EXPECT_FALSE(pattern.seams[0].reversed);  // both edges run upward at the same place
+  // Both edges of the file run upward at the same place: one panel is turned over, where it lies.
+  EXPECT_TRUE(pattern.seams[0].reversed);
+  for (const Panel& panel : pattern.panels) {
+    for (Index i = 0; i < panel.corners.rows(); ++i) {
+      const Eigen::Vector3d p = place(panel.placement, panel.corners.row(i).transpose());
+      EXPECT_NEAR(p.z(), panel.placement.origin.z(), 1e-12);
+      EXPECT_GE(p.x(), -1e-12);
+      EXPECT_LE(p.x(), 0.4 + 1e-12);
+    }
+  }
 }
 
 TEST(GarmentPatternJson, EveryRealPatternBecomesAGarment) {
@@ -55,11 +70,23 @@ TEST(GarmentPatternJson, EveryRealPatternBecomesAGarment) {
     }
     std::ifstream file(entry.path(), std::ios::binary);
     const std::string text((std::istreambuf_iterator<char>(file)), {});
-    const SewingPattern pattern =
-        garment_pattern_from_json(text, entry.path().filename().string());
+    const SewingPattern pattern = garment_pattern_from_json(text, entry.path().filename().string());
     const Garment garment = garment_from_pattern(pattern, {.edge_length = 0.03});
     EXPECT_NO_THROW(check_garment(garment)) << entry.path();
     EXPECT_EQ(garment.seams.size(), pattern.seams.size());
+    for (const Seam& seam : garment.seams) {
+      // Sewn the right way round, no thread is much longer than the way between the panels.
+      double longest = 0;
+      double mean = 0;
+      for (std::size_t i = 0; i < seam.a.size(); ++i) {
+        const double thread =
+            (garment.mesh.vertices.row(seam.a[i]) - garment.mesh.vertices.row(seam.b[i])).norm();
+        longest = std::max(longest, thread);
+        mean += thread / static_cast<double>(seam.a.size());
+      }
+      EXPECT_LT(longest, 0.6) << entry.path() << " " << seam.name;
+      EXPECT_LT(mean, 0.45) << entry.path() << " " << seam.name;
+    }
     ++count;
   }
   EXPECT_GE(count, 15);

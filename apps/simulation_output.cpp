@@ -1,0 +1,195 @@
+#if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_SIMULATION)
+
+#include "apps/simulation_output.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "apps/output_place.h"
+#include "apps/usage_error.h"
+#include "core/archive.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/image_file.h"
+#include "core/io/lower_extension.h"
+#include "core/io/mesh_file.h"
+#include "core/io/usd_sequence.h"
+#include "core/render/video.h"
+
+namespace atelier {
+
+std::filesystem::path OutputPlace::beside(const std::string& name) const {
+  return one_file ? path.parent_path() / (path.stem().string() + "_" + name) : path / name;
+}
+
+OutputPlace output_place(const std::string& out, const std::string& format) {
+  if (!format.empty() && format != "h5" && format != "ply" && format != "obj" && format != "usda") {
+    throw UsageError("--format cannot be '" + format + "': it takes h5, ply, obj or usda");
+  }
+  OutputPlace place{out, format.empty() ? "h5" : format, false};
+  const std::string extension = lower_extension(place.path);
+  if (extension == ".h5" || extension == ".usda") {
+    if (!format.empty() && "." + format != extension) {
+      throw UsageError("--format " + format + " and --out '" + out +
+                       "' contradict each other: name a folder, or a file that ends in ." + format);
+    }
+    place.format = extension.substr(1);
+    place.one_file = true;
+    if (std::filesystem::is_directory(place.path)) {
+      throw UsageError("--out cannot be '" + out + "': that is a folder; name another file");
+    }
+    require_file_place(place.path);
+    return place;
+  }
+  if (extension == ".obj" || extension == ".ply") {
+    throw UsageError("--out cannot be '" + out + "': " + extension.substr(1) +
+                     " is one file a frame; name a folder and --format " + extension.substr(1));
+  }
+  require_folder_place(place.path);
+  return place;
+}
+
+FrameWriter::FrameWriter(OutputPlace place, double fps, Index count, const Triangles& faces)
+    : place_(std::move(place)) {
+  header_.fps = fps;
+  for (Index i = 1; i <= count; ++i) {
+    header_.frame_ids.push_back(static_cast<int>(i));
+  }
+  header_.shared.faces = faces;
+  if (place_.one_file) {
+    // What an earlier run left there would be taken for this one's.
+    std::filesystem::remove_all(gathered());
+  } else {
+    make_private_directory(place_.path);
+  }
+  if (in_archive()) {
+    write_sequence_header(gathered(), header_);
+  }
+}
+
+std::filesystem::path FrameWriter::gathered() const {
+  return place_.one_file ? std::filesystem::path(place_.path.string() + ".frames")
+                         : place_.path / "garment";
+}
+
+void FrameWriter::write(int frame, const Mesh& mesh) {
+  if (in_archive()) {
+    write_sequence_frame(gathered(), header_, frame, mesh);
+  } else {
+    char name[40];
+    std::snprintf(name, sizeof name, "garment_%06d.%s", frame, place_.format.c_str());
+    write_mesh(place_.path / name, mesh);
+  }
+  ++written_;
+}
+
+void FrameWriter::write_one_archive(const Sequence& sequence) const {
+  const Index vertices = frame(sequence, 0).vertices.rows();
+  std::vector<float> values;
+  values.reserve(static_cast<std::size_t>(written_ * vertices * 3));
+  for (Index i = 0; i < frame_count(sequence); ++i) {
+    const Points x = frame(sequence, i).vertices;
+    for (Index v = 0; v < x.rows(); ++v) {
+      for (int c = 0; c < 3; ++c) {
+        values.push_back(static_cast<float>(x(v, c)));
+      }
+    }
+  }
+  Archive archive;
+  archive.schema = "atelier.mesh_sequence";
+  archive.datasets["vertices"] =
+      tensor_of(values, {frame_count(sequence), static_cast<std::int64_t>(vertices), 3});
+  archive.datasets["faces"] = tensor_of(sequence.faces);
+  archive.datasets["fps"] = tensor_of(std::vector<double>{sequence.fps}, {1});
+  archive.datasets["frame_ids"] =
+      tensor_of(sequence.frame_ids, {static_cast<std::int64_t>(sequence.frame_ids.size())});
+  write_archive(place_.path, archive);
+}
+
+void FrameWriter::finish() {
+  if (!in_archive() || written_ == 0) {
+    return;
+  }
+  if (written_ < static_cast<int>(header_.frame_ids.size())) {
+    header_.frame_ids.resize(static_cast<std::size_t>(written_));
+    write_sequence_header(gathered(), header_);
+  }
+  if (place_.format == "usda") {
+    write_usd_sequence(place_.one_file ? place_.path : place_.path / "garment.usda",
+                       open_sequence(gathered()));
+  } else if (place_.one_file) {
+    write_one_archive(open_sequence(gathered()));
+  }
+  if (place_.one_file) {
+    std::filesystem::remove_all(gathered());
+  }
+}
+
+std::vector<RenderMesh> dressed(const Mesh& garment, const SimulationScene& scene,
+                                const Points& body) {
+  Look cloth = clay_look();
+  cloth.color = {0.16f, 0.24f, 0.42f};
+  std::vector<RenderMesh> meshes;
+  meshes.push_back({garment, cloth});
+  if (scene.body_faces.rows() > 0) {
+    Mesh wearer;
+    wearer.vertices = body;
+    wearer.faces = scene.body_faces;
+    meshes.push_back({wearer, clay_look()});
+  }
+  return meshes;
+}
+
+PictureOptions simulation_picture() {
+  PictureOptions options;
+  options.width = 360;
+  options.height = 540;
+  return options;
+}
+
+Album::Album(OutputPlace place, Index count, double fps)
+    : place_(std::move(place)),
+      every_(std::max<Index>(1, count / 8)),
+      film_every_(std::max<Index>(1, static_cast<Index>(std::lround(fps / 15)))),
+      count_(count),
+      film_fps_(fps / static_cast<double>(film_every_)) {}
+
+void Album::add(Index frame, const Mesh& garment, const SimulationScene& scene) {
+  const bool last = frame == count_;
+  if (frame % every_ != 0 && frame % film_every_ != 0 && frame != 1 && !last) {
+    return;
+  }
+  std::vector<RenderMesh> meshes =
+      dressed(garment, scene, scene.body ? scene.body(frame) : Points(0, 3));
+  if (frame % every_ == 0 || frame == 1 || last) {
+    pictures_.push_back({picture_of(meshes, kThreeQuarter, simulation_picture()),
+                         "frame " + std::to_string(frame)});
+  }
+  if (frame % film_every_ == 0) {
+    film_.push_back(meshes);
+  }
+  if (last) {
+    end_ = std::move(meshes);
+  }
+}
+
+void Album::finish() const {
+  ContactSheetOptions sheet;
+  sheet.columns = 5;
+  write_image(place_.beside("sheet.png"), contact_sheet(pictures_, sheet));
+  constexpr int kTurn = 36;
+  const std::vector<Image> turn = turntable_of(end_, kTurn, kFront, simulation_picture());
+  write_video(place_.beside("turntable.mp4"), kTurn,
+              [&](Index i) { return turn[static_cast<std::size_t>(i)]; }, {.fps = 12});
+  write_video(place_.beside("motion.mp4"), static_cast<Index>(film_.size()),
+              [&](Index i) {
+                return picture_of(film_[static_cast<std::size_t>(i)], kThreeQuarter,
+                                  simulation_picture());
+              },
+              {.fps = film_fps_});
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/simulation_scene.h"
+#include "core/render/contact_sheet.h"
+#include "core/render/studio.h"
+#include "core/sequence_archive.h"
+
+namespace atelier {
+
+/// Where a simulation's results go: into a folder, or into one file with the others beside it.
+struct OutputPlace {
+  std::filesystem::path path;  ///< as the user named it
+  std::string format;          ///< of the frames: "h5", "ply", "obj" or "usda"
+  bool one_file = false;       ///< `path` is a file: "T.h5" or "T.usda"
+
+  /// "sheet.png" in the folder, or "T_sheet.png" beside T.h5.
+  std::filesystem::path beside(const std::string& name) const;
+};
+
+/// Reads the place off --out and --format: a name that ends in .h5 or .usda is one file. Throws
+/// UsageError for formats that there are not or that contradict each other.
+OutputPlace output_place(const std::string& out, const std::string& format);
+
+/// Writes frames as they come, in the format asked for; what is one file gathers them first in a
+/// folder beside it, which is removed once the file is whole.
+class FrameWriter {
+ public:
+  FrameWriter(OutputPlace place, double fps, Index count, const Triangles& faces);
+  void write(int frame, const Mesh& mesh);
+  /// Closes the sequence after the frames that were written, all of them or the first few.
+  void finish();
+
+ private:
+  std::filesystem::path gathered() const;
+  bool in_archive() const { return place_.format == "h5" || place_.format == "usda"; }
+  void write_one_archive(const Sequence& sequence) const;
+
+  OutputPlace place_;
+  SequenceHeader header_;
+  int written_ = 0;
+};
+
+/// The garment, and what wears it, as they are rendered.
+std::vector<RenderMesh> dressed(const Mesh& garment, const SimulationScene& scene,
+                                const Points& body);
+PictureOptions simulation_picture();
+
+/// Pictures along the way, and two videos: of the motion and once round the end.
+class Album {
+ public:
+  Album(OutputPlace place, Index count, double fps);
+  void add(Index frame, const Mesh& garment, const SimulationScene& scene);
+  void finish() const;
+
+ private:
+  OutputPlace place_;
+  Index every_;
+  Index film_every_;
+  Index count_;
+  double film_fps_;
+  std::vector<CaptionedImage> pictures_;
+  std::vector<std::vector<RenderMesh>> film_;
+  std::vector<RenderMesh> end_;
+};
+
+}  // namespace atelier
