@@ -24,6 +24,7 @@ constexpr double kSmplHips = -0.32;          // m down to the hip joints
 constexpr double kSmplArmpits = 0.12;        // m; what reaches above it hangs on the shoulders
 constexpr double kSmplTrunkMiddle = 0.0165;  // m, half way between the patterns' fronts and backs
 constexpr double kSinking = 0.02;            // m that cloth sinks while it is sewn
+constexpr double kHemRidesUp = 0.15;         // m; what ends less below the hips can stay above them
 constexpr double kLeastShareOfMass = 0.7;    // of the average, of a person who is not ill
 
 /// First and one past the last vertex of every panel: vertices of a panel are consecutive.
@@ -80,16 +81,19 @@ double girth_near(const Garment& panels, double height, double half_width) {
   return 0;
 }
 
+/// Of a loop through several unsewn panels. Its points are evenly spaced, and the way from one
+/// panel to the next counts as one step of those within them.
 double opening_length(const Garment& panels, const std::vector<int>& loop) {
   double length = 0;
+  int steps = 0;
   for (std::size_t i = 0; i < loop.size(); ++i) {
-    const auto a = panels.mesh.vertices.row(loop[i]);
-    const auto b = panels.mesh.vertices.row(loop[(i + 1) % loop.size()]);
-    // Neighbours of one panel are an edge; across a seam they will be one point.
-    const double step = (a - b).norm();
-    length += std::abs(loop[i] - loop[(i + 1) % loop.size()]) <= 1 ? step : 0;
+    const int next = loop[(i + 1) % loop.size()];
+    if (std::abs(loop[i] - next) == 1) {
+      length += (panels.mesh.vertices.row(loop[i]) - panels.mesh.vertices.row(next)).norm();
+      ++steps;
+    }
   }
-  return length;
+  return steps > 0 ? length * static_cast<double>(loop.size()) / steps : 0;
 }
 
 /// Sewing threads that a body is in the way of.
@@ -210,7 +214,7 @@ std::vector<GirthFit> girth_fits(const Garment& panels, const BodyModel& body) {
     }
     compare("waist_girth", length, measures.waist_girth);
   }
-  if (panels.mesh.vertices.col(1).minCoeff() < measures.hip.y() - 0.05) {
+  if (panels.mesh.vertices.col(1).minCoeff() < measures.hip.y() - kHemRidesUp) {
     // A skirt below a bodice lies lower than it will hang.
     double widest = 0;
     for (const double lower : {0.0, 0.03, 0.06, 0.09}) {

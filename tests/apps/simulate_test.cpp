@@ -143,11 +143,11 @@ TEST_F(Simulate, GivenValuesChangeAFabricAndOthersStayItsOwn) {
   nlohmann::json found = material({"--material", "denim"});
   EXPECT_EQ(found["name"], "denim");
   EXPECT_EQ(found["density"], 0.324);
-  EXPECT_EQ(found["stretch_warp"], 1059);
+  EXPECT_EQ(found["stretch_warp"], 1060);
   found = material({"--material", "denim", "--material.density", "0.15", "--material.damping=0"});
   EXPECT_EQ(found["density"], 0.15);
   EXPECT_EQ(found["damping"], 0);
-  EXPECT_EQ(found["stretch_warp"], 1059);
+  EXPECT_EQ(found["stretch_warp"], 1060);
   found = material({"--material.bending", "0"});
   EXPECT_EQ(found["name"], "custom");
   EXPECT_EQ(found["density"], 0.15);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <string>
@@ -157,6 +159,39 @@ inline bool soaking() {
   const char* soak = std::getenv("ATELIER_SOAK");
   return soak != nullptr && std::string(soak) == "1";
 }
+
+/// Frames of a test that goes on for as long as anyone likes: a few, or in scripts/soak 100,000 or
+/// ATELIER_SOAK_FRAMES.
+inline int frames_or_soak(int few) {
+  if (!soaking()) {
+    return few;
+  }
+  const char* frames = std::getenv("ATELIER_SOAK_FRAMES");
+  return frames != nullptr ? std::max(few, std::atoi(frames)) : 100000;
+}
+
+/// The largest of a figure in each tenth of a run, to see whether it grows.
+class Tenths {
+ public:
+  explicit Tenths(int frames) : frames_(frames) {}
+  void add(int frame, double value) {
+    double& most = most_[static_cast<std::size_t>(10LL * frame / frames_)];
+    most = std::max(most, value);
+  }
+  double early() const { return *std::max_element(most_.begin(), most_.begin() + 5); }
+  double late() const { return *std::max_element(most_.begin() + 5, most_.end()); }
+  std::string text() const {
+    std::string out;
+    for (const double most : most_) {
+      out += (out.empty() ? "" : " ") + std::to_string(most).substr(0, 6);
+    }
+    return out;
+  }
+
+ private:
+  int frames_;
+  std::array<double, 10> most_{};
+};
 
 /// The devices that this machine can run.
 inline std::vector<Device> devices() {

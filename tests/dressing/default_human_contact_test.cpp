@@ -1,0 +1,160 @@
+// Cloth on the default human itself: what tests/simulation does with spheres and capsules.
+
+#include <gtest/gtest.h>
+
+#include "core/normals.h"
+#include "simulation/crossings.h"
+#include "tests/dressing/human_fixture.h"
+
+namespace atelier {
+namespace {
+
+using testing::woman;
+constexpr double kPi = 3.14159265358979323846;
+
+/// 0 to 1 between two frames, slow at both ends.
+double ramp(int frame, int from, int to) {
+  const double t = std::clamp((frame - from) / double(to - from), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+TEST(ClothOnAHuman, DroppedOnHerHeadItHangsOutside) {
+  const double top = woman().mesh.vertices.col(1).maxCoeff();
+  const Cloth cloth = make_cloth(testing::square(20, 0.8, {0, top + 0.02, 0}));
+  for (const Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, woman().mesh.faces, options, device);
+    int most = 0;
+    const testing::Course course =
+        testing::run_on(solver, woman().mesh.faces, 90, 10, [&](int frame) {
+          if (frame % 10 == 9) {
+            most = std::max(most, count_crossings(solver.state().positions, cloth.faces));
+          }
+          return woman().mesh.vertices;
+        });
+    EXPECT_LT(course.deepest, testing::kDeepest);
+    EXPECT_LT(course.most_strain, 0.2);
+    EXPECT_GT(course.end.positions.col(1).maxCoeff(), top - 0.01) << "it stays on her head";
+    EXPECT_LT(course.end.positions.col(1).minCoeff(), top - 0.3) << "its corners hang";
+    // The corners slam into folds that cross and come half apart again: bounded, not none.
+    const int crossings = count_crossings(course.end.positions, cloth.faces);
+    EXPECT_LE(crossings, std::max(most / 2, 40)) << "of 3,600 edges";
+    EXPECT_LT(most, 400);
+    RecordProperty(std::string("crossings_most_") + device_name(device), most);
+    RecordProperty(std::string("crossings_end_") + device_name(device), crossings);
+  }
+}
+
+TEST(ClothOnAHuman, PinchedInAnArmpitItComesOutWhole) {
+  // A towel over the left shoulder; the arm goes from straight out to the side and back.
+  const Eigen::Vector3d shoulder = testing::rest_joint("left_shoulder");
+  const Garment towel =
+      testing::square(16, 0.36, {shoulder.x() + 0.06, shoulder.y() + 0.10, shoulder.z()});
+  const Cloth cloth = make_cloth(towel);
+  const auto at = [&](int frame) {
+    const double down = ramp(frame, 30, 60) - ramp(frame, 80, 110);
+    return testing::posed_woman({{"left_shoulder", {0, 0, (45 - 85 * down) * kPi / 180}}});
+  };
+  for (const Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, woman().mesh.faces, options, device);
+    const testing::Course course = testing::run_on(solver, woman().mesh.faces, 130, 10, at);
+    EXPECT_LT(course.deepest, testing::kDeepest);
+    EXPECT_LT(course.most_strain, 0.3);
+    EXPECT_EQ(course.excused, 0) << "nothing is left between arm and trunk";
+    EXPECT_TRUE(course.end.positions.allFinite());
+  }
+}
+
+TEST(ClothOnAHuman, PinchedBehindAKneeItComesOutWhole) {
+  // A cloth hangs behind the left knee, held at its upper edge; the shank swings up and back.
+  const Eigen::Vector3d knee = testing::rest_joint("left_knee");
+  Garment hanging = testing::square(14, 0.34, {0, 0, 0});
+  for (Index v = 0; v < hanging.mesh.vertices.rows(); ++v) {
+    const Eigen::RowVector3d p = hanging.mesh.vertices.row(v);
+    hanging.mesh.vertices.row(v) << knee.x() + p.x(), knee.y() + 0.04 - p.z(), knee.z() - 0.12;
+  }
+  const double top = hanging.mesh.vertices.col(1).maxCoeff();
+  const Cloth cloth = make_cloth(
+      hanging, testing::vertices_where(hanging.mesh.vertices,
+                                       [&](double, double y, double) { return y > top - 1e-6; }));
+  const auto at = [&](int frame) {
+    const double bent = ramp(frame, 10, 55) - ramp(frame, 70, 115);
+    return testing::posed_woman({{"left_knee", {130 * bent * kPi / 180, 0, 0}}});
+  };
+  for (const Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, woman().mesh.faces, options, device);
+    const testing::Course course = testing::run_on(solver, woman().mesh.faces, 130, 10, at);
+    EXPECT_LT(course.deepest, testing::kDeepest);
+    EXPECT_LT(course.most_strain, 0.3);
+    EXPECT_EQ(course.excused, 0);
+    EXPECT_TRUE(course.end.positions.allFinite());
+  }
+}
+
+TEST(ClothOnAHuman, AStartACentimetreInsideHerIsResolvedGently) {
+  // Her own skin from the waist to the chest as a garment, a centimetre too deep.
+  const double low = testing::rest_joint("pelvis").y() + 0.05;
+  const double high = testing::rest_joint("left_shoulder").y() - 0.15;
+  const Points& skin = woman().mesh.vertices;
+  const Points inner = skin - 0.01 * vertex_normals(skin, woman().mesh.faces);
+  std::vector<int> place(static_cast<std::size_t>(skin.rows()), -1);
+  std::vector<Eigen::RowVector3d> points;
+  std::vector<Eigen::RowVector3i> faces;
+  for (Index f = 0; f < woman().mesh.faces.rows(); ++f) {
+    const Eigen::RowVector3i face = woman().mesh.faces.row(f);
+    bool taken = true;
+    for (const int v : {face[0], face[1], face[2]}) {
+      taken = taken && skin(v, 1) > low && skin(v, 1) < high && std::abs(skin(v, 0)) < 0.2;
+    }
+    if (!taken) {
+      continue;
+    }
+    Eigen::RowVector3i mine;
+    for (int c = 0; c < 3; ++c) {
+      int& at = place[static_cast<std::size_t>(face[c])];
+      if (at < 0) {
+        at = static_cast<int>(points.size());
+        points.emplace_back(inner.row(face[c]));
+      }
+      mine[c] = at;
+    }
+    faces.push_back(mine);
+  }
+  Garment garment;
+  garment.name = "too deep";
+  garment.mesh.vertices.resize(static_cast<Index>(points.size()), 3);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    garment.mesh.vertices.row(static_cast<Index>(i)) = points[i];
+  }
+  garment.mesh.faces.resize(static_cast<Index>(faces.size()), 3);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    garment.mesh.faces.row(static_cast<Index>(i)) = faces[i];
+  }
+  garment.material.thickness = 3e-3;
+  ClothOptions cloth_options;
+  cloth_options.min_rest_angle = 0.5;
+  const Cloth cloth = make_cloth(garment, {}, cloth_options);
+  ASSERT_GT(cloth.rest_positions.rows(), 300);
+  for (const Device device : testing::devices()) {
+    ClothSolver solver(cloth, woman().mesh.faces, {}, device);
+    double fastest = 0;
+    Control control;
+    control.body_start = control.body_end = skin;
+    for (int i = 0; i < 60; ++i) {
+      solver.advance(control);
+      fastest = std::max(fastest, solver.state().velocities.rowwise().norm().maxCoeff());
+    }
+    const testing::Guard guard =
+        testing::contact_guard(solver.state().positions, skin, woman().mesh.faces, 3e-3);
+    EXPECT_LT(guard.deepest, testing::kDeepest);
+    EXPECT_LT(fastest, 2.0) << "no explosion";
+  }
+}
+
+}  // namespace
+}  // namespace atelier

@@ -1,0 +1,184 @@
+// Clothes on the default human: drafted ones in layers, patterns of the data, an extreme motion.
+
+#include "apps/dressing.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/fitting.h"
+#include "core/error.h"
+#include "simulation/crossings.h"
+#include "tests/dressing/human_fixture.h"
+#include "tests/support/test_data.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::woman;
+
+OutfitOptions coarse(const std::string& garment) {
+  OutfitOptions options;
+  options.garment = garment;
+  options.edge_length = 0.035;
+  return options;
+}
+
+std::string refusal(const BodyModel& body, const OutfitOptions& options) {
+  try {
+    dress_body(body, options);
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// The default woman, slimmed to what a pattern file is cut for.
+BodyModel fitting_woman(const OutfitOptions& options) {
+  Garment panels = cut_panels(options.garment, woman(), options);
+  place_round_body(panels, woman(), woman().mesh.vertices);
+  DefaultHumanOptions human = female_human();
+  human.shape_basis = false;
+  const std::vector<GirthFit> fits = girth_fits(panels, woman());
+  return what_is_tight(fits).empty() ? woman() : default_human(human_that_fits(fits, human));
+}
+
+struct RealGarment {
+  const char* name;
+  const char* file;
+  Label label;
+  double lowest_top, highest_top;  ///< m, where its upper edge hangs
+};
+
+class RealGarments : public ::testing::TestWithParam<RealGarment> {};
+
+TEST_P(RealGarments, DrapeOnABodyThatTheyFit) {
+  ATELIER_TEST_FILE(root, "garments/pattern_generator/Patterns");
+  const OutfitOptions options = coarse((root / GetParam().file).string());
+  const BodyModel body = fitting_woman(options);
+  const Outfit outfit = dress_body(body, options);
+  ASSERT_EQ(outfit.garments.size(), 1U);
+  EXPECT_EQ(outfit.garments[0].label, GetParam().label);
+  const double top = outfit.state.positions.col(1).maxCoeff();
+  EXPECT_GT(top, GetParam().lowest_top);
+  EXPECT_LT(top, GetParam().highest_top);
+  EXPECT_LT(testing::contact_guard(outfit.state.positions, body.mesh.vertices, body.mesh.faces,
+                                   outfit.solver.thickness)
+                .deepest,
+            testing::kDeepest);
+  EXPECT_LT(count_crossings(outfit.state.positions, outfit.cloth.faces), 30);
+  // It is one piece: seams are points of both panels.
+  EXPECT_GT(outfit.garments[0].seams.size(), 3U);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OfTheData, RealGarments,
+    ::testing::Values(RealGarment{"dress", "combos/dress.json", Label::Dress, 1.30, 1.45},
+                      RealGarment{"tee", "basic tee/tee.json", Label::Upper, 1.30, 1.45},
+                      RealGarment{"skirt", "skirts/skirt_4_panels.json", Label::Lower, 0.9, 1.15}),
+    [](const auto& one) { return std::string(one.param.name); });
+
+TEST(RealGarmentsRefused, ATightOneWithAdvice) {
+  ATELIER_TEST_FILE(root, "garments/pattern_generator/Patterns");
+  const std::string said = refusal(woman(), coarse((root / "combos/dress.json").string()));
+  EXPECT_THAT(said, HasSubstr("too tight: chest_girth of 0.8"));
+  EXPECT_THAT(said, HasSubstr("pattern_scale 1."));
+}
+
+TEST(RealGarmentsRefused, OneThatNoAdultFits) {
+  const std::vector<GirthFit> fits{{"chest_girth", 0.5, 0.91}};
+  try {
+    human_that_fits(fits, female_human());
+    FAIL() << "a chest of half a metre";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("too tight for any body"));
+  }
+}
+
+TEST(DressingRefused, SeamsThatTheBodyKeepsOpen) {
+  // Two squares before and behind her, sewn together straight through the trunk.
+  const auto panel = [](double z) {
+    Garment one = testing::square(4, 0.2, {0, 0, 0});
+    for (Index v = 0; v < one.mesh.vertices.rows(); ++v) {
+      const Eigen::RowVector3d p = one.mesh.vertices.row(v);
+      one.mesh.vertices.row(v) << p.x(), 1.1 - p.z(), z;
+    }
+    return one;
+  };
+  Garment panels = panel(0.2);
+  const Garment behind = panel(-0.2);
+  const Index n = panels.mesh.vertices.rows();
+  Points vertices(2 * n, 3);
+  vertices << panels.mesh.vertices, behind.mesh.vertices;
+  Triangles faces(2 * panels.mesh.faces.rows(), 3);
+  faces << panels.mesh.faces, (behind.mesh.faces.array() + static_cast<int>(n)).matrix();
+  panels.mesh.vertices = vertices;
+  panels.mesh.faces = faces;
+  Seam seam{"middle", {}, {}};
+  for (int i = 0; i < 5; ++i) {
+    seam.a.push_back(10 + i);
+    seam.b.push_back(static_cast<int>(n) + 10 + i);
+  }
+  panels.seams.push_back(seam);
+  try {
+    sewn_on(panels, woman().mesh, {});
+    FAIL() << "sewn through her";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("mm open when it is sewn"));
+  }
+}
+
+TEST(Layers, ATeeOverASkirtStaysOutside) {
+  const Outfit outfit = dress_body(woman(), coarse("tee+skirt"));
+  ASSERT_EQ(outfit.garments.size(), 2U);
+  EXPECT_EQ(outfit.garments[0].label, Label::Lower) << "the inner layer first";
+  EXPECT_EQ(outfit.garments[1].label, Label::Upper);
+  EXPECT_LT(testing::contact_guard(outfit.state.positions, woman().mesh.vertices,
+                                   woman().mesh.faces, outfit.solver.thickness)
+                .deepest,
+            testing::kDeepest);
+  const Mesh& skirt = outfit.garments[0].garment.mesh;
+  const Mesh& tee = outfit.garments[1].garment.mesh;
+  EXPECT_LT(tee.vertices.col(1).minCoeff(), skirt.vertices.col(1).maxCoeff()) << "they overlap";
+  EXPECT_EQ(count_crossings(tee.vertices, tee.faces, skirt.vertices, skirt.faces), 0);
+}
+
+// 300 frames of a dress on an extreme motion: kicks, a squat, arms thrown up, spins.
+TEST(ExtremeMotion, ADressOutlastsIt) {
+  OutfitOptions options_of_dress = coarse("dress");
+  options_of_dress.edge_length = 0.045;
+  const Outfit outfit = dress_body(woman(), options_of_dress);
+  const auto at = [](int frame) {
+    const double t = frame / 60.0;
+    const double kick = std::pow(std::sin(2.5 * t), 2);
+    const double squat = std::pow(std::sin(1.3 * t), 2);
+    const double arms = std::pow(std::sin(1.9 * t), 2);
+    return testing::posed_woman({{"pelvis", {0, 1.5 * std::sin(2.1 * t), 0}},
+                                 {"left_hip", {-1.2 * kick, 0, 0.2 * kick}},
+                                 {"left_knee", {0.6 * kick, 0, 0}},
+                                 {"right_hip", {-0.5 * squat, 0, 0}},
+                                 {"right_knee", {0.9 * squat, 0, 0}},
+                                 {"spine2", {0.3 * std::sin(3 * t), 0.3 * std::sin(2 * t), 0}},
+                                 {"left_shoulder", {0, 0, 0.9 * arms}},
+                                 {"right_shoulder", {0, 0, -0.9 * arms}}});
+  };
+  const int frames = testing::frames_or_soak(300);
+  for (const Device device : testing::devices()) {
+    XpbdOptions options = outfit.solver;
+    options.substeps = 10;
+    ClothSolver solver(outfit.cloth, woman().mesh.faces, options, device);
+    solver.set_state(outfit.state);
+    const testing::Course course = testing::run_on(solver, woman().mesh.faces, frames, 30, at);
+    EXPECT_TRUE(course.end.positions.allFinite());
+    EXPECT_LT(course.most_strain, 0.35);
+    EXPECT_LT(course.deepest, testing::kDeepest);
+    EXPECT_GT(course.end.positions.col(1).maxCoeff(), 1.2) << "it is still on her shoulders";
+    RecordProperty(std::string("deepest_um_") + device_name(device),
+                   static_cast<int>(1e6 * course.deepest));
+    RecordProperty(std::string("crossings_") + device_name(device),
+                   count_crossings(course.end.positions, outfit.cloth.faces));
+  }
+}
+
+}  // namespace
+}  // namespace atelier
