@@ -104,6 +104,11 @@ BodyModel posable_body(const std::filesystem::path& body, std::vector<std::strin
 /// From the rest pose into the motion, then along it.
 BodyTrack moving_body(const ScenePaths& paths, double fps, double fall_in,
                       std::vector<std::string>& notes) {
+  if (std::filesystem::is_directory(paths.body) &&
+      !std::filesystem::exists(paths.body / "base.obj")) {
+    throw UsageError("--motion moves a body model; '" + paths.body.string() +
+                     "' is a folder of meshes, which move by themselves");
+  }
   auto model = std::make_shared<BodyModel>(posable_body(paths.body, notes));
   const MotionClip clip = read_motion_file(paths.motion);
   RetargetOptions options;

@@ -131,6 +131,57 @@ TEST_F(Simulate, WritesUsdAndItsOwnSequences) {
   EXPECT_TRUE(std::filesystem::exists(out() / "garment" / "frames" / "000005.h5"));
 }
 
+TEST_F(Simulate, WritesOneFileThatIsReadBackAsABody) {
+  ASSERT_EQ(run({"simulate", "--garment", (scene() / "garment.obj").string(), "--body",
+                 (scene() / "body.obj").string(), "--out", (root_.path() / "T.h5").string(),
+                 "--settle", "4", "--no-pictures"})
+                .exit_code,
+            0);
+  EXPECT_TRUE(std::filesystem::is_regular_file(root_.path() / "T.h5"));
+  EXPECT_FALSE(std::filesystem::exists(root_.path() / "T.h5.frames")) << "gathered, then removed";
+  const ChildResult shown = run({"inspect", (root_.path() / "T.h5").string()});
+  EXPECT_THAT(shown.out, HasSubstr("float32 [4,49,3]"));
+  EXPECT_THAT(shown.out, HasSubstr("frame_ids"));
+  const ChildResult worn = alone({"--body", (root_.path() / "T.h5").string(), "--length", "2"});
+  EXPECT_EQ(worn.exit_code, 0) << worn.err;
+  ASSERT_EQ(run({"simulate", "--garment", (scene() / "garment.obj").string(), "--out",
+                 (root_.path() / "T.usda").string(), "--settle", "3", "--no-pictures"})
+                .exit_code,
+            0);
+  EXPECT_THAT(read_file_text(root_.path() / "T.usda", 1 << 20), HasSubstr("endTimeCode = 3\n"));
+}
+
+TEST_F(Simulate, KeepsTheFramesBeforeAnErrorInOneFileToo) {
+  std::filesystem::create_directories(scene() / "jumps");
+  write_body(scene() / "jumps" / "b_0.obj", 0);
+  write_body(scene() / "jumps" / "b_1.obj", 5);
+  const ChildResult result =
+      run({"simulate", "--garment", (scene() / "garment.obj").string(), "--body",
+           (scene() / "jumps").string(), "--out", (root_.path() / "T.h5").string(), "--settle", "3",
+           "--no-pictures"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("frames before it are in"));
+  EXPECT_THAT(run({"inspect", (root_.path() / "T.h5").string()}).out,
+              HasSubstr("float32 [3,49,3]"));
+}
+
+TEST_F(Simulate, RefusesPlacesThatContradictTheirFormat) {
+  const auto refused = [&](const std::vector<std::string>& more, const char* words) {
+    std::vector<std::string> all{"simulate", "--garment", (scene() / "garment.obj").string(),
+                                 "--settle", "1"};
+    all.insert(all.end(), more.begin(), more.end());
+    const ChildResult result = run(all);
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+  };
+  refused({"--out", (root_.path() / "T.ply").string()}, "ply is one file a frame");
+  refused({"--out", (root_.path() / "T.h5").string(), "--format", "obj"}, "contradict");
+  std::filesystem::create_directories(root_.path() / "F.h5");
+  refused({"--out", (root_.path() / "F.h5").string()}, "that is a folder");
+  refused({"--out", out().string(), "--body", scene().string(), "--motion", "walk.bvh"},
+          "a folder of meshes");
+}
+
 // A value that is given counts, also where it is the default of a material without a name.
 TEST_F(Simulate, GivenValuesChangeAFabricAndOthersStayItsOwn) {
   const auto material = [&](const std::vector<std::string>& more) {
