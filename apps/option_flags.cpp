@@ -19,13 +19,16 @@ struct OptionTexts {
 };
 
 void set_options(OptionTable& table, const OptionTexts& texts) {
-  std::string problems;
+  std::vector<std::string> problems;
   const auto note = [&](const std::string& problem) {
     if (!problem.empty()) {
-      problems += (problems.empty() ? "" : "\n") + problem;
+      problems.push_back(problem);
     }
   };
   for (const std::string& file : texts.config_files) {
+    if (file.empty()) {
+      throw UsageError("--config cannot be '': it takes a TOML file");
+    }
     const std::string text = read_file_text(file, Limits{}.text_file_bytes);
     for (const std::string& problem : set_options_from_toml(table, text, file)) {
       note(problem);

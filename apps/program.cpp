@@ -55,9 +55,15 @@ std::string see(const std::string& question, const std::string& where) {
   return question + (question.empty() ? "; see " : " See ") + where;
 }
 
-/// What a command did not understand, as one sentence.
-[[noreturn]] void refuse_extras(const CLI::App& parser) {
-  const std::string extra = parser.remaining().front();
+/// Refuses what a command did not understand, in one sentence.
+void refuse_extras(const CLI::App& parser) {
+  const std::vector<std::string> extras = parser.remaining();
+  const auto first = std::find_if(extras.begin(), extras.end(),
+                                  [](const std::string& extra) { return extra != "--"; });
+  if (first == extras.end()) {
+    return;  // "--" itself only says that what follows are no options
+  }
+  const std::string extra = *first;
   const std::string shown = "'" + extra.substr(0, 60) + "'";
   if (extra.starts_with("-")) {
     throw UsageError(parser.get_name() + " has no option " + shown +
@@ -70,7 +76,10 @@ std::string see(const std::string& question, const std::string& where) {
 
 }  // namespace
 
-int run_program(const std::vector<std::string>& arguments) {
+int run_program(std::vector<std::string> arguments) {
+  if (arguments.size() == 2 && arguments[0] == "help") {
+    arguments = {arguments[1], "--help"};
+  }
   if (arguments.empty() || arguments[0] == "--help" || arguments[0] == "-h" ||
       arguments[0] == "help") {
     std::cout << help();
@@ -97,8 +106,8 @@ int run_program(const std::vector<std::string>& arguments) {
   }
   const auto action = actions.find(arguments[0]);
   if (action == actions.end()) {
-    std::vector<std::string> names;
-    names.reserve(actions.size());
+    std::vector<std::string> names = {"--help", "--version"};
+    names.reserve(names.size() + actions.size());
     for (const auto& known : actions) {
       names.push_back(known.first);
     }
@@ -118,9 +127,7 @@ int run_program(const std::vector<std::string>& arguments) {
     option->required(false);
   }
   command->parse(rest);
-  if (!command->remaining().empty()) {
-    refuse_extras(*command);
-  }
+  refuse_extras(*command);
   return action->second();
 }
 

@@ -7,6 +7,6 @@ namespace atelier {
 
 /// Runs the program with its arguments (without its own name) and returns the exit code. Throws
 /// UsageError, DataError, EnvironmentError and LogicError, which main turns into theirs.
-int run_program(const std::vector<std::string>& arguments);
+int run_program(std::vector<std::string> arguments);
 
 }  // namespace atelier

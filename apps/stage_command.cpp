@@ -6,6 +6,7 @@
 #include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
@@ -23,8 +24,8 @@ namespace {
 struct StageArguments {
   StageRequest request;
   OptionReader options;
-  std::string frames;
-  std::string shard;
+  std::optional<std::string> frames;
+  std::optional<std::string> shard;
   std::string device = "cpu";
   bool dry_run = false;
   bool json = false;
@@ -99,11 +100,11 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
         "WORKSPACE cannot be '" + request.workspace.string() +
         "': a workspace inside its own input would change it; name a folder elsewhere");
   }
-  if (!arguments.frames.empty()) {
-    require(set_frames(request.selection, arguments.frames));
+  if (arguments.frames) {
+    require(set_frames(request.selection, *arguments.frames));
   }
-  if (!arguments.shard.empty()) {
-    require(set_shard(request.selection, arguments.shard));
+  if (arguments.shard) {
+    require(set_shard(request.selection, *arguments.shard));
   }
   StageConsole console(stage, arguments.json);
   try {

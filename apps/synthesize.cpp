@@ -27,10 +27,7 @@ SynthesisOptions chosen(const std::string& preset, const OptionSet& set) {
       set_option(table, field.name, option_text(field), field.source);
     }
   }
-  std::string problems;
-  for (const std::string& problem : impossible_options(options)) {
-    problems += (problems.empty() ? "" : "\n") + problem;
-  }
+  const std::vector<std::string> problems = impossible_options(options);
   if (!problems.empty()) {
     throw UsageError(problems);
   }

@@ -30,6 +30,11 @@ std::size_t alignment_distance(std::string_view a, std::string_view b) {
   return above[b.size()];
 }
 
+/// "unit" of "--unit".
+std::string_view without_dashes(std::string_view name) {
+  return name.substr(std::min(name.find_first_not_of('-'), name.size()));
+}
+
 /// "unit" of "input.unit", "--input.unit" and "--unit".
 std::string_view last_word(std::string_view name) {
   const std::size_t dot = name.rfind('.');
@@ -50,7 +55,10 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
       continue;
     }
     const std::size_t distance = alignment_distance(name, candidate);
-    if (distance < best_distance && 3 * distance <= std::max(name.size(), candidate.size())) {
+    // Dashes that all flags have make no two of them alike.
+    const std::size_t length =
+        std::max(without_dashes(name).size(), without_dashes(candidate).size());
+    if (distance < best_distance && 3 * distance <= length) {
       best = candidate;
       best_distance = distance;
     }

@@ -12,6 +12,9 @@
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #endif
+#ifdef ATELIER_TELL_TSAN
+#include <sanitizer/tsan_interface.h>
+#endif
 
 namespace atelier {
 
@@ -30,6 +33,38 @@ ThreadLimit& thread_limit() {
   return limit;
 }
 
+/// Tells ThreadSanitizer what a loop promises: each chunk comes after what was before the loop, and
+/// before what comes after it. oneTBB's library is built without the sanitizer, which therefore
+/// does not see how it hands work over, and would find a race wherever a loop reads or writes. For
+/// the same reason this file, into which oneTBB's headers are compiled, is not instrumented: the
+/// loops' bodies are.
+class LoopOrder {
+#ifdef ATELIER_TELL_TSAN
+ public:
+  LoopOrder() {
+    __tsan_release(&before_);
+  }
+  void begin_chunk() {
+    __tsan_acquire(&before_);
+  }
+  void end_chunk() {
+    __tsan_release(&after_);
+  }
+  void end_loop() {
+    __tsan_acquire(&after_);
+  }
+
+ private:
+  char before_ = 0;
+  char after_ = 0;
+#else
+ public:
+  void begin_chunk() {}
+  void end_chunk() {}
+  void end_loop() {}
+#endif
+};
+
 }  // namespace
 #endif
 
@@ -45,7 +80,9 @@ void parallel_for(Index n, Index grain, const std::function<void(Index, Index)>&
     std::mutex mutex;
     Index failed_chunk = chunks;
     std::exception_ptr failure;
+    LoopOrder order;
     tbb::parallel_for(Index{0}, chunks, [&](Index chunk) {
+      order.begin_chunk();
       {
         const std::lock_guard<std::mutex> lock(mutex);
         if (chunk > failed_chunk) {
@@ -61,7 +98,9 @@ void parallel_for(Index n, Index grain, const std::function<void(Index, Index)>&
           failure = std::current_exception();
         }
       }
+      order.end_chunk();
     });
+    order.end_loop();
     if (failure) {
       std::rethrow_exception(failure);
     }

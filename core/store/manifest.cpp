@@ -274,7 +274,7 @@ void check_canonical_options(const Manifest& manifest, const std::string& file) 
   }
   if (parse_json(manifest.canonical_options, file) != keyed) {
     throw DataError(file, "canonical_options", "other values than under options",
-                    "the keyed options; run the stage again");
+                    "the keyed options");
   }
 }
 
@@ -351,16 +351,21 @@ Manifest parse_manifest(std::string_view text, const std::string& file, const Li
     if (reader.text("schema") != kSchema) {
       reader.refuse("schema", "'" + reader.text("schema").substr(0, 80) + "'", kSchema);
     }
+    if (reader.count("schema_version") > kSchemaVersion) {
+      throw NewerManifestError(
+          file, "schema_version", std::to_string(reader.count("schema_version")),
+          std::to_string(kSchemaVersion) +
+              "; a newer atelier wrote it: use that one, or another workspace");
+    }
     if (reader.count("schema_version") != kSchemaVersion) {
       reader.refuse("schema_version", std::to_string(reader.count("schema_version")),
-                    std::to_string(kSchemaVersion) + "; a newer atelier may have written it");
+                    std::to_string(kSchemaVersion));
     }
     const Digest self = reader.digest(kSelf);
     nlohmann::json rest = json;
     rest.erase(kSelf);
     if (sha256(rest.dump()) != self) {
-      reader.refuse(kSelf, "another digest than that of the content",
-                    "an unchanged manifest; run the stage again");
+      reader.refuse(kSelf, "another digest than that of the content", "an unchanged manifest");
     }
     manifest.stage = reader.text("stage");
     const std::int64_t version = reader.count("stage_version");
@@ -387,7 +392,7 @@ Manifest parse_manifest(std::string_view text, const std::string& file, const Li
   if (stage_key(manifest.stage, manifest.stage_version, manifest.device, manifest.canonical_options,
                 manifest.inputs) != manifest.key) {
     throw DataError(file, "key", "another key than that of the stage, options and inputs named",
-                    "a manifest that agrees with itself; run the stage again");
+                    "a manifest that agrees with itself");
   }
   return manifest;
 }

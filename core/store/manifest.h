@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/error.h"
 #include "core/limits.h"
 #include "core/sha256.h"
 #include "core/store/consent.h"
@@ -76,9 +77,14 @@ bool is_safe_output_path(std::string_view path);
 /// The text of manifest.json. Throws LogicError if a metric is not finite.
 std::string manifest_text(const Manifest& manifest);
 
-/// Reads what `manifest_text` writes. Throws DataError for text that is damaged anywhere (it holds
-/// its own digest), of another schema, with unsafe or colliding paths, with counts beyond `limits`,
-/// or whose key is not the hash of what it says.
+/// A manifest of a later schema: no damage, and nothing that this program may replace.
+struct NewerManifestError : DataError {
+  using DataError::DataError;
+};
+
+/// Reads what `manifest_text` writes. Throws NewerManifestError for a later schema, DataError for
+/// text that is damaged anywhere (it holds its own digest), of another schema, with unsafe or
+/// colliding paths, with counts beyond `limits`, or whose key is not the hash of what it says.
 Manifest parse_manifest(std::string_view text, const std::string& file = "",
                         const Limits& limits = {});
 

@@ -97,7 +97,8 @@ std::string change(const std::string& what, const std::string& before, const std
   return what + ": " + before + " -> " + now;
 }
 
-/// The manifest of the stage's current result; nothing if there is none that can be read.
+/// The manifest of the stage's current result; nothing if there is none that can be read. What a
+/// newer program wrote is refused, so that no older one replaces it.
 std::optional<Manifest> current_manifest(const StagePlan& plan) {
   const auto name = current_name(plan.stage_folder);
   if (!name) {
@@ -105,6 +106,8 @@ std::optional<Manifest> current_manifest(const StagePlan& plan) {
   }
   try {
     return read_manifest(plan.stage_folder / *name, plan.manifest.stage);
+  } catch (const NewerManifestError&) {
+    throw;
   } catch (const DataError&) {
     return std::nullopt;
   }
@@ -124,6 +127,8 @@ std::string result_problem(const std::filesystem::path& folder, const Manifest& 
       }
     }
     return "";
+  } catch (const NewerManifestError&) {
+    throw;
   } catch (const DataError& error) {
     return error.what();
   }

@@ -23,6 +23,10 @@ void judge_result(StageStatus& status, const std::filesystem::path& folder, Chec
   status.state = StageStatus::State::Damaged;
   try {
     status.manifest = read_manifest(folder, status.stage);
+  } catch (const NewerManifestError& error) {
+    status.findings.push_back({Severity::Error, "manifest-newer", folder.string(), error.what(),
+                               "it is not damaged: a newer atelier reads it"});
+    return;
   } catch (const DataError& error) {
     status.findings.push_back({Severity::Error, "manifest-damaged", folder.string(), error.what(),
                                "run the stage again"});

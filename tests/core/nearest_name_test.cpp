@@ -27,6 +27,12 @@ TEST(NearestName, FindsTheLastWordOfADottedName) {
   EXPECT_EQ(nearest_name("--", {"--input.unit"}), "");
 }
 
+TEST(NearestName, DashesMakeNoFlagsAlike) {
+  EXPECT_EQ(nearest_name("--keep", {"--help"}), "");
+  EXPECT_EQ(nearest_name("--hlep", {"--help"}), "--help");
+  EXPECT_EQ(nearest_name("-help", {"--help"}), "--help");
+}
+
 TEST(NearestName, FindsNothingFarAway) {
   EXPECT_EQ(nearest_name("banana", kNames), "");
   EXPECT_EQ(nearest_name("", kNames), "");

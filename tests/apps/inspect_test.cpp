@@ -1,0 +1,144 @@
+// `inspect`: what a file is.
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/exit_code.h"
+#include "core/io/mesh_gltf.h"
+#include "core/io/npz.h"
+#include "core/io/safetensors.h"
+#include "tests/apps/program_fixture.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+using Inspect = Program;
+
+TEST_F(Inspect, SaysWhatAFileIs) {
+  write_boxes(input(), 1);
+  const ChildResult mesh = run({"inspect", (input() / "box_000.obj").string()});
+  EXPECT_EQ(mesh.exit_code, 0) << mesh.err;
+  EXPECT_THAT(mesh.out, AllOf(HasSubstr("vertices          8"), HasSubstr("1 m3")));
+  run_statistics({});
+  const ChildResult manifest =
+      run({"inspect", (stage_folder() / "current/manifest.json").string()});
+  EXPECT_THAT(manifest.out, HasSubstr("manifest of a result of 'statistics'"));
+  const auto json =
+      nlohmann::json::parse(run({"inspect", (input() / "box_000.obj").string(), "--json"}).out);
+  EXPECT_EQ(json["vertices"], 8);
+  EXPECT_EQ(json["area"], 6.0);
+  EXPECT_EQ(json["units"]["area"], "m2");
+  EXPECT_EQ(json["highest"], nlohmann::json({1.0, 1.0, 1.0}));
+}
+
+TEST_F(Inspect, ShowsTensorsAndNoControlCharacters) {
+  const std::vector<float> values = {1, -2.5f, 3, std::nanf("")};
+  Safetensors content;
+  content.tensors["weights\x1b[31m"] = tensor_of(values, {2, 2});
+  write_safetensors(root_ / "net.safetensors", content);
+  write_npz(root_ / "data.npz", {{"weights", tensor_of(values, {2, 2})}});
+  const ChildResult net = run({"inspect", (root_ / "net.safetensors").string()});
+  EXPECT_EQ(net.exit_code, 0) << net.err;
+  EXPECT_THAT(net.out, HasSubstr("weights?[31m"));
+  EXPECT_THAT(net.out, Not(HasSubstr("\x1b")));
+  EXPECT_THAT(net.out, HasSubstr("float32 [2,2], -2.5 to 3, 1 not finite"));
+  EXPECT_THAT(run({"inspect", (root_ / "data.npz").string()}).out,
+              HasSubstr("float32 [2,2], -2.5 to 3, 1 not finite"));
+}
+
+TEST_F(Inspect, MembersOverwriteNoFacts) {
+  const std::vector<float> values = {1, 2};
+  write_npz(root_ / "data.npz",
+            {{"kind", tensor_of(values, {2})}, {"file", tensor_of(values, {2})}});
+  const auto json =
+      nlohmann::json::parse(run({"inspect", (root_ / "data.npz").string(), "--json"}).out);
+  EXPECT_EQ(json["kind"], "npz");
+  EXPECT_EQ(json["arrays"], 2);
+  EXPECT_EQ(json["members"]["kind"]["shape"], nlohmann::json({2}));
+  EXPECT_EQ(json["members"]["file"]["most"], 2.0);
+}
+
+TEST_F(Inspect, ShowsTheHdf5OfOthersThroughAWorker) {
+  const std::filesystem::path corpus =
+      std::filesystem::path(ATELIER_SOURCE_DIR) / "fuzz/corpus/foreign_hdf5";
+  int shown = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(corpus)) {
+    const std::filesystem::path copy = root_ / "foreign.h5";
+    std::filesystem::copy_file(entry.path(), copy,
+                               std::filesystem::copy_options::overwrite_existing);
+    const ChildResult result = run({"inspect", copy.string(), "--json"});
+    if (result.exit_code == 0) {
+      const auto json = nlohmann::json::parse(result.out);
+      EXPECT_EQ(json["kind"], "HDF5 of another program");
+      EXPECT_TRUE(json["datasets"].is_number());
+      ++shown;
+    } else {
+      EXPECT_EQ(result.exit_code, kExitBadData) << result.err;
+    }
+  }
+  EXPECT_GT(shown, 0);
+}
+
+TEST_F(Inspect, ShowsSkinsAnimationsAndMorphTargetsOfGltf) {
+  GltfScene scene;
+  Mesh mesh;
+  mesh.vertices = Points::Random(3, 3);
+  mesh.faces.resize(1, 3);
+  mesh.faces << 0, 1, 2;
+  scene = gltf_scene(mesh, "cape");
+  scene.meshes[0].primitives[0].targets = {{Points::Ones(3, 3), Points(0, 3)}};
+  scene.meshes[0].target_names = {"billow"};
+  GltfChannel channel;
+  channel.node = 0;
+  channel.path = GltfPath::Translation;
+  channel.times = {0, 1.5};
+  channel.values = Eigen::MatrixXd::Zero(2, 3);
+  scene.animations.push_back({"sway", {channel}});
+  write_gltf(root_ / "cape.glb", scene);
+  const auto json =
+      nlohmann::json::parse(run({"inspect", (root_ / "cape.glb").string(), "--json"}).out);
+  EXPECT_EQ(json["vertices"], 3);
+  EXPECT_EQ(json["skins"], 0);
+  EXPECT_EQ(json["members"]["mesh 0"]["morph_targets"], 1);
+  EXPECT_EQ(json["members"]["mesh 0"]["morph_target_names"][0], "billow");
+  EXPECT_EQ(json["members"]["animation 0"]["seconds"], 1.5);
+  EXPECT_EQ(json["members"]["animation 0"]["channels"]["translation"], 1);
+}
+
+TEST_F(Inspect, ShowsFoldersAndToml) {
+  write_boxes(input(), 3);
+  EXPECT_THAT(run({"inspect", input().string()}).out,
+              AllOf(HasSubstr("meshes, one a frame"), HasSubstr("frames            3")));
+  run_statistics({});
+  EXPECT_THAT(run({"inspect", (stage_folder() / "current").string()}).out,
+              HasSubstr("manifest of a result of 'statistics'"));
+  std::ofstream(input() / "capture.toml")
+      << "[consent]\nwho = 'P. Doe'\nscope = 'research'\nuntil = 2030-12-31\n";
+  EXPECT_THAT(run({"inspect", input().string()}).out,
+              AllOf(HasSubstr("a capture's description"), HasSubstr("P. Doe, research"),
+                    HasSubstr("cameras.json      none")));
+  std::ofstream(root_ / "options.toml") << "[input]\nunit = 'cm'\n";
+  EXPECT_THAT(run({"inspect", (root_ / "options.toml").string()}).out,
+              HasSubstr("input.unit      cm"));
+}
+
+TEST_F(Inspect, FindsWhatIsDamaged) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  std::filesystem::remove(stage_folder() / "current/statistics.json");
+  EXPECT_THAT(run({"inspect", (stage_folder() / "current/manifest.json").string()}).out,
+              HasSubstr("output-missing"));
+  EXPECT_EQ(run({"inspect", (stage_folder() / "current/manifest.json").string()}).exit_code,
+            kExitBadData);
+}
+
+}  // namespace
+}  // namespace atelier::testing

@@ -1,0 +1,74 @@
+// `convert` and `render`.
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/exit_code.h"
+#include "tests/apps/program_fixture.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+using MeshCommand = Program;
+
+TEST_F(MeshCommand, AFolderIsNoMesh) {
+  expect_refusal(run({"convert", root_.path().string(), "b.obj"}), 3,
+                 "a folder; expected a mesh file");
+}
+
+TEST_F(MeshCommand, ConvertKeepsTheMesh) {
+  write_boxes(input(), 1);
+  const std::string ply = (root_ / "box.ply").string();
+  const ChildResult result =
+      run({"convert", (input() / "box_000.obj").string(), ply, "--input.unit", "cm"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("8 vertices, 12 faces"));
+  EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("highest           0.01 0.01 0.01"));
+}
+
+TEST_F(MeshCommand, RenderMakesAPicture) {
+  if (run({"--help"}).out.find("render") == std::string::npos) {
+    GTEST_SKIP() << "built without core_render";
+  }
+  write_boxes(input(), 1);
+  const std::string png = (root_ / "box.png").string();
+  const ChildResult result = run({"render", (input() / "box_000.obj").string(), "--out", png,
+                                  "--width", "64", "--height", "48", "--samples", "1"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(run({"inspect", png}).out,
+              AllOf(HasSubstr("width             64 px"), HasSubstr("height            48 px")));
+  const std::string jpg = (root_ / "box.JPG").string();
+  EXPECT_EQ(run({"render", (input() / "box_000.obj").string(), "--out", jpg, "--width", "64",
+                 "--height", "48", "--samples", "1"})
+                .exit_code,
+            0);
+  EXPECT_THAT(run({"inspect", jpg}).out, HasSubstr("image, JPEG"));
+  expect_refusal(run({"render", (input() / "box_000.obj").string(), "--out", "box.gif"}),
+                 kExitUsage, "it takes a name with .png, .jpg");
+  expect_refusal(
+      run({"render", (input() / "box_000.obj").string(), "--out", "box.png", "--azimuth", "nan"}),
+      kExitUsage, "azimuth cannot be 'nan': it takes a number in [-360, 360] (degrees)");
+}
+
+TEST_F(MeshCommand, ConvertTakesItsOptionsFromFilesAndFlagsAsStagesDo) {
+  write_boxes(input(), 1);
+  const std::string box = (input() / "box_000.obj").string();
+  const std::string file = (root_ / "box.toml").string();
+  const std::string ply = (root_ / "box.ply").string();
+  std::ofstream(file) << "[input]\nunit = \"mm\"\n";
+  ASSERT_EQ(run({"convert", box, ply, "--config", file}).exit_code, 0);
+  EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("highest           0.001 0.001 0.001"));
+  ASSERT_EQ(run({"convert", box, ply, "--config", file, "--input.unit=dm"}).exit_code, 0);
+  EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("highest           0.1 0.1 0.1"));
+  std::ofstream(file) << "[input]\nunits = \"mm\"\n";
+  expect_refusal(run({"convert", box, ply, "--config", file}), kExitUsage,
+                 "box.toml:2: there is no option 'input.units', did you mean 'input.unit'?");
+}
+
+}  // namespace
+}  // namespace atelier::testing

@@ -1,0 +1,276 @@
+// What is refused on the command line: one readable line and the documented exit code.
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "apps/exit_code.h"
+#include "tests/apps/program_fixture.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+// --- refusals of the command line
+
+struct BadCommand {
+  const char* name;
+  std::vector<std::string> arguments;
+  int code;
+  const char* words;
+};
+
+void PrintTo(const BadCommand& bad, std::ostream* out) {
+  *out << bad.name;
+}
+
+class Refused : public Program, public ::testing::WithParamInterface<BadCommand> {};
+
+INSTANTIATE_TEST_SUITE_P(
+    All, Refused,
+    ::testing::Values(
+        BadCommand{"UnknownCommand", {"statistcs"}, 2, "did you mean 'statistics'?"},
+        BadCommand{"UnknownCommandFarAway", {"qqqqq"}, 2, "there is no command 'qqqqq'; see"},
+        BadCommand{"FlagInsteadOfCommand", {"--workspace"}, 2, "there is no command"},
+        BadCommand{"EmptyCommand", {""}, 2, "there is no command ''"},
+        BadCommand{"NoInput", {"statistics"}, 2, "it takes an INPUT and a WORKSPACE"},
+        BadCommand{"NoWorkspace", {"statistics", "IN"}, 2, "it takes an INPUT and a WORKSPACE"},
+        BadCommand{"OneTooMany", {"statistics", "IN", "WS", "x"}, 2, "does not take 'x' as well"},
+        BadCommand{
+            "UnknownFlag",
+            {"statistics", "IN", "WS", "--forse"},
+            2,
+            "has no option '--forse', did you mean '--force'? See atelier statistics --help"},
+        BadCommand{"UnknownOption",
+                   {"statistics", "IN", "WS", "--statistics.edge_quantile", "1"},
+                   2,
+                   "did you mean '--statistics.edge_quantiles'?"},
+        BadCommand{"UnknownOptionWithEquals",
+                   {"statistics", "IN", "WS", "--input.units=m"},
+                   2,
+                   "did you mean '--input.unit'?"},
+        BadCommand{"OptionOutOfRange",
+                   {"statistics", "IN", "WS", "--statistics.edge_quantiles", "2"},
+                   2,
+                   "it takes a list of numbers in [0, 1]"},
+        BadCommand{"OptionNotANumber",
+                   {"statistics", "IN", "WS", "--statistics.edge_quantiles", "half"},
+                   2,
+                   "statistics.edge_quantiles cannot be 'half'"},
+        BadCommand{"OptionNaN",
+                   {"statistics", "IN", "WS", "--statistics.edge_quantiles", "nan"},
+                   2,
+                   "cannot be 'nan'"},
+        BadCommand{"UnknownChoice",
+                   {"statistics", "IN", "WS", "--input.unit", "km"},
+                   2,
+                   "input.unit cannot be 'km': it takes m, dm, cm, mm, in, ft"},
+        BadCommand{
+            "OptionWithoutValue", {"statistics", "IN", "WS", "--input.unit"}, 2, "--input.unit"},
+        BadCommand{"BadJobs", {"statistics", "IN", "WS", "--jobs", "-1"}, 2, "--jobs"},
+        BadCommand{"JobsNoNumber", {"statistics", "IN", "WS", "--jobs", "many"}, 2, "--jobs"},
+        BadCommand{"TooManyJobs", {"statistics", "IN", "WS", "--jobs", "1000000"}, 2, "--jobs"},
+        BadCommand{"BadDevice", {"statistics", "IN", "WS", "--device", "tpu"}, 2, "--device"},
+        BadCommand{"JobsNoWholeNumber",
+                   {"statistics", "IN", "WS", "--jobs", "1.5"},
+                   2,
+                   "'1.5' is no whole number"},
+        BadCommand{"CudaWithoutTwin",
+                   {"statistics", "IN", "WS", "--device", "cuda"},
+                   2,
+                   "works on the processor alone"},
+        BadCommand{
+            "LongName", {"statistics", std::string(300, 'n'), "WS"}, 5, "File name too long"},
+        BadCommand{
+            "LongWorkspace", {"statistics", "IN", std::string(300, 'w')}, 5, "File name too long"},
+        BadCommand{"LoopOfLinks", {"statistics", "loop", "WS"}, 3, "not a regular file"},
+        BadCommand{"InspectALoop", {"inspect", "loop"}, 3, "not a regular file"},
+        BadCommand{"InspectAPipe", {"inspect", "pipe.obj"}, 3, "not a regular file"},
+        BadCommand{"InspectADevice", {"inspect", "/dev/null"}, 3, "not a regular file"},
+        BadCommand{"ConvertAPipe", {"convert", "pipe.obj", "x.ply"}, 3, "not a regular file"},
+        BadCommand{"ConvertALoop", {"convert", "loop.obj", "x.ply"}, 3, "not a regular file"},
+        BadCommand{"ConvertADevice", {"convert", "null.obj", "x.ply"}, 3, "not a regular file"},
+        BadCommand{"StatisticsOfAPipe", {"statistics", "pipe.obj", "WS"}, 3, "not a regular file"},
+        BadCommand{"StatusOfALongName", {"status", std::string(300, 'w')}, 5, "File name too long"},
+        BadCommand{"GcOfALoop", {"gc", "loop"}, 3, "no folder"},
+        BadCommand{"StatusOfNoWorkspace", {"status", "IN"}, 3, "no stage has run"},
+        BadCommand{"ConvertAFolder", {"convert", "IN", "x.ply"}, 3, "a folder"},
+        BadCommand{"TerminalEscape", {"no\x1b[31m"}, 2, "'no?[31m'"},
+        BadCommand{"BadFrames",
+                   {"statistics", "IN", "WS", "--frames", "5:3"},
+                   2,
+                   "--frames cannot be '5:3'"},
+        BadCommand{
+            "BadShard", {"statistics", "IN", "WS", "--shard", "2/2"}, 2, "--shard cannot be '2/2'"},
+        BadCommand{"FramesOfNothing",
+                   {"statistics", "IN", "WS", "--frames", "100:200"},
+                   3,
+                   "expected some of frames 100:200"},
+        BadCommand{"MissingConfig",
+                   {"statistics", "IN", "WS", "--config", "nothing.toml"},
+                   3,
+                   "nothing.toml"},
+        BadCommand{"MissingInput", {"statistics", "nothing", "WS"}, 3, "nothing there"},
+        BadCommand{"WorkspaceInInput",
+                   {"statistics", "IN", "IN/work"},
+                   2,
+                   "a workspace inside its own input"},
+        BadCommand{"WorkspaceIsAFile", {"statistics", "IN", "IN/../file"}, 5, "file"},
+        BadCommand{"WorkspaceInProc", {"statistics", "IN", "/proc/atelier"}, 5, "/proc"},
+        BadCommand{"StatusOfNothing", {"status"}, 2, "it takes a WORKSPACE"},
+        BadCommand{"StatusMissing", {"status", "nothing"}, 3, "no folder"},
+        BadCommand{
+            "StatusUnknownFlag", {"status", "WS", "--digest"}, 2, "did you mean '--digests'?"},
+        BadCommand{"InspectNothing", {"inspect"}, 2, "it takes a FILE"},
+        BadCommand{"InspectMissing", {"inspect", "nothing.obj"}, 3, "nothing there"},
+        BadCommand{"InspectABareFolder", {"inspect", "bare"}, 3, "a folder of none of these"},
+        BadCommand{"InspectNoToml", {"inspect", "no.toml"}, 3, "no.toml"},
+        BadCommand{"InspectNoForeignHdf5", {"inspect", "half.h5"}, 3, "half.h5"},
+        BadCommand{"InspectNoGltf", {"inspect", "no.glb"}, 3, "no.glb"},
+        BadCommand{
+            "InspectUnknownKind", {"inspect", "file"}, 3, "a kind of file that is not known"},
+        BadCommand{"InspectNoImage", {"inspect", "no.png"}, 3, "no.png"},
+        BadCommand{"InspectNoJson", {"inspect", "no.json"}, 3, "no.json"},
+        BadCommand{"InspectNoArchive", {"inspect", "no.h5"}, 3, "no HDF5 file"},
+        BadCommand{"InspectNoMesh", {"inspect", "no.ply"}, 3, "no.ply"},
+        BadCommand{"InspectNoNpz", {"inspect", "no.npz"}, 3, "no.npz"},
+        BadCommand{"GcOfNothing", {"gc"}, 2, "it takes a WORKSPACE"},
+        BadCommand{"GcOfNoWorkspace", {"gc", "IN"}, 3, "no stage has run"},
+        BadCommand{"GcMissing", {"gc", "nothing"}, 3, "no folder"},
+        BadCommand{"ConvertNothing", {"convert"}, 2, "it takes two files"},
+        BadCommand{"ConvertToUnknown",
+                   {"convert", "IN/box_000.obj", "x.fbx"},
+                   2,
+                   "it takes a name with .obj, .ply or .glb"},
+        BadCommand{"ConvertMissing", {"convert", "nothing.obj", "x.ply"}, 3, "nothing.obj"},
+        BadCommand{"ConvertBadUnit",
+                   {"convert", "a.obj", "b.obj", "--input.unit", "km"},
+                   2,
+                   "input.unit cannot be 'km'"},
+        BadCommand{
+            "ConvertIntoNothing", {"convert", "IN/box_000.obj", "no/where/x.ply"}, 5, "no/where"},
+        BadCommand{"ConvertIntoNoFolder",
+                   {"convert", "IN/box_000.obj", "nodir/x.obj"},
+                   5,
+                   "make the folder first"},
+        BadCommand{"RenderIntoNoFolder",
+                   {"render", "nothing.obj", "--out", "nodir/x.png"},
+                   5,
+                   "make the folder first"},
+        BadCommand{"DrapeIntoAFile", {"drape", "--out", "file/x"}, 5, "name a"},
+        BadCommand{"ShowIntoNoFolder",
+                   {"body-model", "show", "default", "--out", "nodir/x.png"},
+                   5,
+                   "make the folder first"},
+        BadCommand{
+            "RenderTooManyPixels",
+            {"render", "nothing.obj", "--out", "x.png", "--width", "16384", "--height", "16384"},
+            2,
+            "268435456 pixels: at most 64000000"},
+        BadCommand{"ShowTooManyPixels",
+                   {"body-model", "show", "default", "--out", "x.png", "--width", "6000",
+                    "--height", "6000"},
+                   2,
+                   "144000000 pixels: at most 64000000"},
+        BadCommand{"EmptyList",
+                   {"statistics", "IN", "WS", "--statistics.edge_quantiles", ""},
+                   2,
+                   "statistics.edge_quantiles cannot be ''"},
+        BadCommand{"TypoOfHelp", {"--hlep"}, 2, "did you mean '--help'?"},
+        BadCommand{"LineEndInACommand", {"in\nspect"}, 2, "'in spect', did you mean 'inspect'?"},
+        BadCommand{"HelpOfNoCommand", {"help", "insepct"}, 2, "did you mean 'inspect'?"},
+        BadCommand{
+            "NoFrames", {"statistics", "IN", "WS", "--frames", ""}, 2, "--frames cannot be ''"},
+        BadCommand{"NegativeFrames",
+                   {"statistics", "IN", "WS", "--frames", "-1:5"},
+                   2,
+                   "--frames cannot be '-1:5'"},
+        BadCommand{"NoShard", {"statistics", "IN", "WS", "--shard", ""}, 2, "--shard cannot be ''"},
+        BadCommand{"NegativeJobs",
+                   {"statistics", "IN", "WS", "--jobs", "-3"},
+                   2,
+                   "'-3' is no whole number from 0 to 1024"},
+        BadCommand{
+            "NoConfig", {"statistics", "IN", "WS", "--config", ""}, 2, "--config cannot be ''"},
+        BadCommand{
+            "ConfigOfAFolder", {"statistics", "IN", "WS", "--config", "IN"}, 3, "boxes: a folder"},
+        BadCommand{
+            "ADashAlone", {"inspect", "--", "-nothing.obj"}, 3, "-nothing.obj: nothing there"},
+        BadCommand{"CompletionOfAnotherShell", {"completion", "fish"}, 2, "of which there is bash"},
+        BadCommand{"OptionsWithArgument", {"options", "x"}, 2, "does not take 'x' as well"}),
+    [](const ::testing::TestParamInfo<BadCommand>& bad) { return bad.param.name; });
+
+TEST_P(Refused, IsOneLineAndItsCode) {
+  write_boxes(input(), 1);
+  std::ofstream(root_ / "file") << "x";
+  std::filesystem::create_symlink("loop", root_ / "loop");
+  std::filesystem::create_symlink("loop.obj", root_ / "loop.obj");
+  std::filesystem::create_symlink("/dev/null", root_ / "null.obj");
+  ASSERT_EQ(mkfifo((root_ / "pipe.obj").c_str(), 0600), 0);
+  std::filesystem::create_directory(root_ / "bare");
+  std::ofstream(root_ / "half.h5") << "\x89HDF\r\n\x1a\n and no more";
+  for (const char* name : {"no.png", "no.json", "no.h5", "no.ply", "no.npz", "no.toml", "no.glb"}) {
+    std::ofstream(root_ / name) << "this is something else";
+  }
+  std::vector<std::string> arguments = GetParam().arguments;
+  std::string command =
+      "cd " + root_.path().string() + " && exec " +
+      (arguments.empty() || arguments[0] == "statistics" || arguments[0] == "status"
+           ? ATELIER_SMALL_PROGRAM
+           : ATELIER_PROGRAM);
+  for (std::string& argument : arguments) {
+    if (argument.starts_with("IN")) {
+      argument.replace(0, 2, "boxes");
+    } else if (argument == "WS") {
+      argument = "work";
+    }
+    command += " '" + argument + "'";
+  }
+  expect_refusal(run_child({"bash", "-c", command}), GetParam().code, GetParam().words);
+  EXPECT_FALSE(std::filesystem::exists(stage_folder() / "current"));
+}
+
+// Files that cannot be used: one line with the file, code 3, no result.
+
+struct BadInput {
+  const char* name;
+  const char* file;
+  const char* text;
+  const char* words;
+};
+
+void PrintTo(const BadInput& bad, std::ostream* out) {
+  *out << bad.name;
+}
+
+class BadMeshes : public Program, public ::testing::WithParamInterface<BadInput> {};
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadMeshes,
+    ::testing::Values(
+        BadInput{"NaN", "box_001.obj", "v nan 0 0\n", "box_001.obj"},
+        BadInput{"Infinity", "box_001.obj", "v inf 0 0\n", "box_001.obj"},
+        BadInput{"IndexOutOfRange", "box_001.obj", "v 0 0 0\nf 1 2 3\n", "box_001.obj"},
+        BadInput{"NoNumber", "box.obj", "v 0 0 0\n", "no frame number at its end"},
+        BadInput{"SameNumber", "shape_0.obj", "v 0 0 0\n", "one file for each frame"},
+        BadInput{"HugeNumber", "box_99999999999.obj", "v 0 0 0\n", "no frame number at its end"},
+        BadInput{"NoPly", "box_001.ply", "hello", "box_001.ply"},
+        BadInput{"NoToml", "capture.toml", "[consent", "capture.toml"},
+        BadInput{"BadConsent", "capture.toml", "consent = 1", "capture.toml"}),
+    [](const ::testing::TestParamInfo<BadInput>& bad) { return bad.param.name; });
+
+TEST_P(BadMeshes, AreRefusedByName) {
+  write_boxes(input(), 1);
+  std::ofstream(input() / GetParam().file) << GetParam().text;
+  const ChildResult result = run_statistics({"--jobs", "1"});
+  EXPECT_EQ(result.exit_code, kExitBadData) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("atelier: "));
+  EXPECT_THAT(result.err, HasSubstr(GetParam().words));
+  EXPECT_FALSE(std::filesystem::exists(stage_folder() / "current"));
+}
+
+}  // namespace
+}  // namespace atelier::testing

@@ -1,0 +1,179 @@
+// A stage on the command line: what it does, what it says, what it leaves.
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/exit_code.h"
+#include "core/sequence_archive.h"
+#include "core/store/file_lock.h"
+#include "tests/apps/program_fixture.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+using StageCommand = Program;
+
+TEST_F(StageCommand, HelpOfAStageHasItsOptionsWithRangeAndDefault) {
+  const ChildResult result = run({"statistics", "--help"});
+  EXPECT_THAT(result.out, HasSubstr("--statistics.edge_quantiles"));
+  EXPECT_THAT(result.out, HasSubstr("list of numbers in [0, 1]"));
+  EXPECT_THAT(result.out, HasSubstr("[0, 0.05, 0.5, 0.95, 1]"));
+}
+
+TEST_F(StageCommand, RunsAStage) {
+  write_boxes(input(), 4);
+  const ChildResult result = run({"statistics", input().string(), workspace().string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("statistics done: "));
+  EXPECT_THAT(result.out, HasSubstr("frames 4"));
+  EXPECT_THAT(result.out, HasSubstr("consent: none recorded"));
+  EXPECT_THAT(result.err, HasSubstr("statistics  4/4 frames"));
+  const auto text = read_file_text(stage_folder() / "current/statistics.json", 1 << 20);
+  const nlohmann::json json = nlohmann::json::parse(text);
+  EXPECT_EQ(json["frames"].size(), 4u);
+  EXPECT_EQ(json["ranges"]["vertices"]["mean"], 8.0);
+  EXPECT_NEAR(json["frames"][3]["volume"].get<double>(), 1.03, 1e-12);
+  EXPECT_EQ(json["frames"][0]["boundary_loops"], 0);
+}
+
+TEST_F(StageCommand, JsonEventsAreOnePerLine) {
+  write_boxes(input(), 3);
+  const ChildResult result = run_statistics({"--json"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, IsEmpty());
+  std::istringstream lines(result.out);
+  std::string last;
+  for (std::string line; std::getline(lines, line); last = line) {
+    EXPECT_TRUE(nlohmann::json::accept(line)) << line;
+  }
+  const nlohmann::json end = nlohmann::json::parse(last);
+  EXPECT_EQ(end["event"], "end");
+  EXPECT_EQ(end["end"], "done");
+  EXPECT_EQ(end["metrics"]["frames"], 3);
+}
+
+TEST_F(StageCommand, ADryRunSaysWhyAndDoesNothing) {
+  write_boxes(input(), 2);
+  const ChildResult first = run_statistics({"--dry-run"});
+  EXPECT_EQ(first.exit_code, 0);
+  EXPECT_THAT(first.out, HasSubstr("it has no result in this workspace"));
+  EXPECT_FALSE(std::filesystem::exists(workspace()));
+  run_statistics({});
+  EXPECT_THAT(run_statistics({"--dry-run"}).out, HasSubstr("would do nothing"));
+  EXPECT_THAT(run_statistics({"--dry-run", "--statistics.edge_quantiles", "0.5"}).out,
+              HasSubstr("option statistics.edge_quantiles: [0,0.05,0.5,0.95,1] -> [0.5]"));
+  write_boxes(input(), 3);
+  EXPECT_THAT(run_statistics({"--dry-run"}).out, HasSubstr("input meshes changed (2 files"));
+}
+
+TEST_F(StageCommand, OptionsComeFromFilesAndFlagsAndTheManifestSaysWhich) {
+  write_boxes(input(), 1);
+  const std::string file = (root_ / "outfit.toml").string();
+  std::ofstream(file) << "[statistics]\nedge_quantiles = [0.25]\n[input]\nunit = \"cm\"\n";
+  ASSERT_EQ(run_statistics({"--config", file, "--input.unit", "mm"}).exit_code, 0);
+  const nlohmann::json manifest =
+      nlohmann::json::parse(read_file_text(stage_folder() / "current/manifest.json", 1 << 20));
+  for (const auto& option : manifest["options"]) {
+    if (option["name"] == "input.unit") {
+      EXPECT_EQ(option["source"], "flag");
+      EXPECT_EQ(option["value"], "mm");
+    } else if (option["name"] == "statistics.edge_quantiles") {
+      EXPECT_EQ(option["source"], file + ":2");
+    } else {
+      EXPECT_EQ(option["source"], "default");
+    }
+  }
+}
+
+TEST_F(StageCommand, UnitsOfTheInputCount) {
+  write_boxes(input(), 1);
+  run_statistics({"--input.unit", "cm"});
+  const nlohmann::json json =
+      nlohmann::json::parse(read_file_text(stage_folder() / "current/statistics.json", 1 << 20));
+  EXPECT_NEAR(json["frames"][0]["volume"].get<double>(), 1e-6, 1e-15);
+}
+
+TEST_F(StageCommand, AFailureIsAnEventForMachines) {
+  write_boxes(input(), 2);
+  std::ofstream(input() / "box_001.obj") << "v nan 0 0\n";
+  const ChildResult result = run_statistics({"--json", "--jobs", "1"});
+  EXPECT_EQ(result.exit_code, kExitBadData);
+  ASSERT_GT(result.out.size(), 2u);
+  const nlohmann::json event =
+      nlohmann::json::parse(result.out.substr(result.out.rfind('\n', result.out.size() - 2) + 1));
+  EXPECT_EQ(event["event"], "error");
+  EXPECT_EQ(event["stage"], "statistics");
+  EXPECT_THAT(event["file"].get<std::string>(), HasSubstr("box_001.obj"));
+  EXPECT_NE(event["where"], "");
+  EXPECT_NE(event["found"], "");
+  EXPECT_NE(event["expected"], "");
+  EXPECT_EQ(event["exit_code"], kExitBadData);
+}
+
+TEST_F(StageCommand, ASplitForceSaysWhatIsDoneAndWhatIsNot) {
+  write_boxes(input(), 6);
+  ASSERT_EQ(run_statistics({}).exit_code, 0);
+  EXPECT_THAT(run_statistics({"--shard", "0/2", "--force"}).out,
+              HasSubstr("3 of 6 frames are done again; the rest is left to other runs"));
+  EXPECT_THAT(run_statistics({}).out, HasSubstr("beside it lies unfinished work of 3 frames"));
+  EXPECT_THAT(run_statistics({"--shard", "1/2", "--force"}).out, HasSubstr("statistics done: "));
+  EXPECT_THAT(run_statistics({}).out, Not(HasSubstr("unfinished work")));
+}
+
+TEST_F(StageCommand, ShardsOnTheCommandLine) {
+  write_boxes(input(), 5);
+  EXPECT_THAT(run_statistics({"--shard", "0/2"}).out, HasSubstr("3 of 5 frames are done"));
+  EXPECT_THAT(run_statistics({"--shard", "1/2"}).out, HasSubstr("statistics done"));
+}
+
+TEST_F(StageCommand, ALockedWorkspaceIsRefused) {
+  write_boxes(input(), 1);
+  std::filesystem::create_directories(stage_folder());
+  const auto lock = FileLock::try_lock(stage_folder() / ".lock", FileLock::Mode::Exclusive);
+  expect_refusal(run_statistics({}), kExitEnvironment,
+                 "another run is working on 'statistics' here");
+}
+
+TEST_F(StageCommand, ConsentIsShown) {
+  write_boxes(input(), 1);
+  std::ofstream(input() / "capture.toml")
+      << "[consent]\nwho = 'P. Doe'\nscope = 'research'\nuntil = 2030-12-31\n";
+  EXPECT_THAT(run_statistics({}).out, HasSubstr("consent: P. Doe, research, until 2030-12-31"));
+  EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr("consent: P. Doe, research"));
+}
+
+TEST_F(StageCommand, ConsentThatEndedIsAWarning) {
+  write_boxes(input(), 1);
+  std::ofstream(input() / "capture.toml")
+      << "[consent]\nwho = 'P. Doe'\nscope = 'research'\nuntil = 2001-12-31\n";
+  const std::string words = "the consent of P. Doe (research) ended with 2001-12-31";
+  EXPECT_THAT(run_statistics({}).out, HasSubstr("warning: " + words));
+  EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr(words));
+  EXPECT_THAT(run({"inspect", (stage_folder() / "current/manifest.json").string()}).out,
+              HasSubstr(words));
+}
+
+TEST_F(StageCommand, ReadsAteliersOwnSequences) {
+  Mesh mesh;
+  mesh.vertices = Points::Random(3, 3);
+  mesh.faces.resize(1, 3);
+  mesh.faces << 0, 1, 2;
+  write_sequence(input(), sequence_of({mesh, mesh, mesh}, 30, {4, 5, 9}));
+  const ChildResult result = run({"statistics", input().string(), workspace().string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("frames 3"));
+  EXPECT_TRUE(std::filesystem::exists(stage_folder() / "current/frames/000009.json"));
+  const ChildResult frame = run({"inspect", (input() / "frames/000009.h5").string()});
+  EXPECT_THAT(frame.out, HasSubstr("archive of schema 'atelier.mesh'"));
+}
+
+}  // namespace
+}  // namespace atelier::testing

@@ -1,0 +1,67 @@
+// `status` and `gc`, and what a workspace of a newer program gets.
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/exit_code.h"
+#include "tests/apps/program_fixture.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+using WorkspaceCommand = Program;
+
+TEST_F(WorkspaceCommand, StatusChecks) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  EXPECT_EQ(run({"status", workspace().string(), "--check", "--digests"}).exit_code, 0);
+  const auto json = nlohmann::json::parse(run({"status", workspace().string(), "--json"}).out);
+  EXPECT_EQ(json[0]["stage"], "statistics");
+  EXPECT_EQ(json[0]["state"], "done");
+  std::ofstream(stage_folder() / "current/statistics.json") << "x";
+  const ChildResult damaged = run({"status", workspace().string(), "--check"});
+  EXPECT_EQ(damaged.exit_code, kExitCheckFailed);
+  EXPECT_THAT(damaged.out, HasSubstr("output-size"));
+}
+
+TEST_F(WorkspaceCommand, WhatANewerProgramWroteIsLeftAlone) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  const std::filesystem::path path = stage_folder() / "current/manifest.json";
+  std::string text = read_file_text(path, 1 << 20);
+  const std::string version = "\"schema_version\": 1";
+  ASSERT_NE(text.find(version), std::string::npos);
+  text.replace(text.find(version), version.size(), "\"schema_version\": 2");
+  std::ofstream(path) << text;
+  const ChildResult status = run({"status", workspace().string(), "--check"});
+  EXPECT_EQ(status.exit_code, kExitCheckFailed);
+  EXPECT_THAT(status.out, HasSubstr("it is not damaged: a newer atelier reads it"));
+  for (const char* force : {"--dry-run", "--force", "--json"}) {
+    const ChildResult again = run_statistics({force, "--jobs", "1"});
+    EXPECT_EQ(again.exit_code, kExitBadData) << force;
+    EXPECT_THAT(again.err, HasSubstr("a newer atelier wrote it: use that one, or another"))
+        << force;
+  }
+  expect_refusal(run_statistics({"--statistics.edge_quantiles", "0.5"}), kExitBadData,
+                 "a newer atelier wrote it");
+  expect_refusal(run({"inspect", path.string()}), kExitBadData, "a newer atelier wrote it");
+  EXPECT_THAT(run({"gc", workspace().string()}).out, HasSubstr("nothing to remove"));
+  EXPECT_EQ(read_file_text(path, 1 << 20), text);
+}
+
+TEST_F(WorkspaceCommand, GcRemovesOlderResults) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  run_statistics({"--statistics.edge_quantiles", "0.5"});
+  EXPECT_THAT(run({"gc", workspace().string(), "--dry-run"}).out, HasSubstr("would remove"));
+  EXPECT_THAT(run({"gc", workspace().string()}).out, HasSubstr("removed"));
+  EXPECT_THAT(run({"gc", workspace().string()}).out, HasSubstr("nothing to remove"));
+}
+
+}  // namespace
+}  // namespace atelier::testing
