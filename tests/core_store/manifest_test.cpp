@@ -152,7 +152,7 @@ TEST(Manifest, RefusesAnotherSchema) {
 
 TEST(Manifest, RefusesANewerSchemaVersion) {
   EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 2; })),
-              HasSubstr("a newer atelier may have written it"));
+              HasSubstr("a newer atelier wrote it"));
 }
 
 TEST(Manifest, RefusesAStaleKey) {
