@@ -63,7 +63,7 @@ void refuse_extras(const CLI::App& parser) {
   if (first == extras.end()) {
     return;  // "--" itself only says that what follows are no options
   }
-  const std::string extra = *first;
+  const std::string& extra = *first;
   const std::string shown = "'" + extra.substr(0, 60) + "'";
   if (extra.starts_with("-")) {
     throw UsageError(parser.get_name() + " has no option " + shown +
