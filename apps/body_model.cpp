@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -384,7 +385,74 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   return kExitDone;
 }
 
-int run(const BodyArguments& arguments, const BodyOptions& options) {
+bool is_motion_name(const std::string& name) {
+  const std::string extension = lower_extension(name);
+  return extension == ".bvh" || extension == ".amc" || extension == ".trc";
+}
+
+// What a flag is for, "" where it has its effect here.
+std::string use_of(const std::string& flag, const BodyArguments& arguments) {
+  const bool poses = arguments.action == "pose";
+  const bool motion =
+      poses || (arguments.action == "convert" &&
+                (is_motion_name(arguments.body) || lower_extension(arguments.out) == ".bvh"));
+  const std::string moved = poses ? arguments.motion : arguments.body;
+  const std::string extension = lower_extension(arguments.out);
+  const auto belongs = [&](const std::string& section) {
+    return flag == section || flag.starts_with(section + ".");
+  };
+  if (flag == "four_influences") {
+    return "";
+  }
+  if (belongs("macros") || flag == "rig" || flag == "weights") {
+    const bool makehuman =
+        !is_generated(arguments) && (lower_extension(arguments.body) == ".obj" ||
+                                     std::filesystem::is_directory(arguments.body));
+    const std::string instead =
+        is_generated(arguments) ? "; " + arguments.body + " takes --shape stature=1.8,mass=70" : "";
+    return makehuman ? "" : "is for MakeHuman's base.obj" + instead;
+  }
+  if (belongs("motion")) {
+    return motion ? "" : "is for a motion";
+  }
+  if (belongs("asf")) {
+    return motion && lower_extension(moved) == ".amc" ? "" : "is for a motion in an .amc";
+  }
+  if (belongs("markers")) {
+    return motion && lower_extension(moved) == ".trc" ? "" : "is for markers in a .trc";
+  }
+  if (belongs("retarget")) {
+    return poses ? "" : "is for pose";
+  }
+  const bool picture = image_format_of_name(arguments.out).has_value();
+  if (flag == "pictures") {
+    return poses && picture ? "" : "is for pose with a contact sheet as --out";
+  }
+  return picture || extension == ".mp4" ? "" : "is for pictures and videos";
+}
+
+// A flag that changes nothing is a mistake of who gave it. A file of options may serve several
+// commands.
+void refuse_flags_without_effect(const BodyArguments& arguments, const OptionTable& table) {
+  for (const OptionField& field : table.fields) {
+    const std::string use = field.source == "flag" ? use_of(field.name, arguments) : "";
+    if (!use.empty()) {
+      throw UsageError("--" + field.name + " has no effect here: it " + use);
+    }
+  }
+  if (arguments.json && arguments.action != "measure") {
+    throw UsageError("--json has no effect here: it is for measure");
+  }
+  if (!arguments.out.empty() && arguments.action == "measure") {
+    throw UsageError("--out has no effect here: measure prints, as JSON with --json");
+  }
+  if (!arguments.shape.empty() && is_motion_name(arguments.body)) {
+    throw UsageError("--shape has no effect here: it is for bodies, and " + arguments.body +
+                     " is a motion");
+  }
+}
+
+int run(const BodyArguments& arguments, const OptionTable& given, const BodyOptions& options) {
   const bool poses = arguments.action == "pose";
   if (arguments.action.empty() || arguments.body.empty()) {
     throw UsageError(
@@ -397,6 +465,7 @@ int run(const BodyArguments& arguments, const BodyOptions& options) {
   if (arguments.out.empty() && arguments.action != "measure") {
     throw UsageError("it takes --out FILE");
   }
+  refuse_flags_without_effect(arguments, given);
   if (!arguments.out.empty()) {
     require_file_place(arguments.out);
   }
@@ -437,7 +506,10 @@ Action add_body_model(CLI::App& parser) {
       ->type_name("NAME=VALUE,...");
   parser.add_flag("--json", a.json, "measure: as JSON");
   const OptionReader options = add_option_flags(parser, body_model_options());
-  return [arguments, options] { return run(*arguments, options_of<BodyOptions>(options())); };
+  return [arguments, options] {
+    const OptionSet given = options();
+    return run(*arguments, given.table, options_of<BodyOptions>(given));
+  };
 }
 
 }  // namespace atelier

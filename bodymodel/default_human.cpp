@@ -150,8 +150,20 @@ struct Solved {
   Matrix jacobian;  ///< near the solution
 };
 
-// Newton on the logarithms, with steps held back and one Jacobian for several steps.
-Solved solve_build(const Maker& maker, double male, const BodyMeasurements& wanted) {
+std::string with_unit(double value, const char* unit) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3g %s", value, unit);
+  return text;
+}
+
+// What is left of the mass may make half-widths where no girth is taken thinner or thicker by these
+// factors: bodies between the 0.1st and 99.9th percentiles need no more.
+constexpr double kLeastFullness = 0.70;
+constexpr double kMostFullness = 1.45;
+
+// Newton on the logarithms, with steps held back and one Jacobian for several steps. `likely` is
+// the mass that the girths speak for, for the message.
+Solved solve_build(const Maker& maker, double male, const BodyMeasurements& wanted, double likely) {
   Solved solved;
   solved.build.male = male;
   solved.build.stature = wanted.stature;
@@ -188,16 +200,18 @@ Solved solve_build(const Maker& maker, double male, const BodyMeasurements& want
   }
   Index worst = 0;
   const double error = gap.cwiseAbs().maxCoeff(&worst);
-  const bool plausible =
-      solved.build.neck_length > 0.45 && solved.build.fullness > 0.6 && solved.build.fullness < 1.7;
+  const double fullness = solved.build.fullness;
+  const bool full = fullness >= kLeastFullness && fullness <= kMostFullness;
+  const bool plausible = solved.build.neck_length > 0.45 && full;
   if (!(error <= kHumanMeasureError) || !plausible) {
     if (!plausible) {
-      worst = solved.build.fullness > 0.6 && solved.build.fullness < 1.7 ? 0 : 1;
+      worst = full ? 0 : 1;
     }
     const Parameter& p = kParameters[worst];
     throw DataError("", p.name,
-                    "no body has " + std::to_string(wanted.*p.measure) + " " + p.unit +
-                        " together with the other measures",
+                    "no body has " + with_unit(wanted.*p.measure, p.unit) +
+                        " together with the other measures; the girths that are given speak for " +
+                        with_unit(likely, "kg"),
                     "measures of one person, or 0 to let them follow from sex, stature and mass");
   }
   return solved;
@@ -210,6 +224,41 @@ double mix(double female, double male, double share) {
 void check_human_options(const DefaultHumanOptions& options) {
   const std::string problem = human_options_problem(options);
   ATELIER_CHECK(problem.empty(), "default human: " + problem);
+}
+
+// What no adult has: refused before the solver bends a body to it.
+void check_plausible(const DefaultHumanOptions& options, const BodyMeasurements& wanted) {
+  const double index = wanted.mass / (wanted.stature * wanted.stature);
+  if (!(index >= kLeastMassIndex && index <= kMostMassIndex)) {
+    throw DataError("", "mass",
+                    with_unit(wanted.mass, "kg") + " at a stature of " +
+                        with_unit(wanted.stature, "m") + ": a body mass index of " +
+                        with_unit(index, "kg/m^2"),
+                    with_unit(kLeastMassIndex, "") + "to " + with_unit(kMostMassIndex, "kg/m^2"));
+  }
+  DefaultHumanOptions others = options;
+  for (const Parameter& p : kParameters) {
+    if (p.by_bulk > 0) {
+      others.*p.option = 0;
+    }
+  }
+  others.stature = wanted.stature;
+  others.mass = wanted.mass;
+  const BodyMeasurements usual = expected_measures(others);
+  for (const Parameter& p : kParameters) {
+    const double spread = kPlausibleSpreads * p.residual;
+    const double expected = usual.*p.measure;
+    if (p.by_bulk > 0 && std::abs(std::log(wanted.*p.measure / expected)) > spread) {
+      throw DataError("", p.name,
+                      with_unit(wanted.*p.measure, p.unit) + " at a stature of " +
+                          with_unit(wanted.stature, "m") + " and a mass of " +
+                          with_unit(wanted.mass, "kg"),
+                      with_unit(expected * std::exp(-spread), "") + "to " +
+                          with_unit(expected * std::exp(spread), p.unit) +
+                          " there; the girths that are given speak for " +
+                          with_unit(likely_mass(options), "kg"));
+    }
+  }
 }
 
 }  // namespace
@@ -257,6 +306,28 @@ DefaultHumanOptions male_human() {
   return options;
 }
 
+double likely_mass(const DefaultHumanOptions& options) {
+  check_human_options(options);
+  // Every girth given tells the bulk, with its spread; so does the average person, with the mass's.
+  const Parameter& of_stature = kParameters[0];
+  const Parameter& of_mass = kParameters[1];
+  const double average_stature = mix(of_stature.female, of_stature.male, options.male);
+  const double tall = options.stature > 0 ? std::log(options.stature / average_stature) : 0;
+  const double mean = (of_mass.by_stature - 1) * tall / 2;
+  double information = 4 / (of_mass.residual * of_mass.residual);
+  double bulk = information * mean;
+  for (const Parameter& p : kParameters) {
+    if (p.by_bulk > 0 && options.*p.option > 0) {
+      const double average = mix(p.female, p.male, options.male);
+      const double found = std::log(options.*p.option / average) - p.by_stature * tall;
+      const double weight = p.by_bulk / (p.residual * p.residual);
+      bulk += weight * found;
+      information += weight * p.by_bulk;
+    }
+  }
+  return mix(of_mass.female, of_mass.male, options.male) * std::exp(tall + 2 * bulk / information);
+}
+
 BodyMeasurements expected_measures(const DefaultHumanOptions& options) {
   check_human_options(options);
   BodyMeasurements m;
@@ -265,9 +336,11 @@ BodyMeasurements expected_measures(const DefaultHumanOptions& options) {
   for (std::size_t i = 0; i < kCount; ++i) {
     const Parameter& p = kParameters[i];
     const double average = mix(p.female, p.male, options.male);
-    const double value = options.*p.option > 0
-                             ? options.*p.option
-                             : average * std::pow(tall, p.by_stature) * std::pow(bulk, p.by_bulk);
+    double value = options.*p.option;
+    if (value == 0) {
+      value = i == 1 ? likely_mass(options)
+                     : average * std::pow(tall, p.by_stature) * std::pow(bulk, p.by_bulk);
+    }
     m.*p.measure = value;
     if (i == 0) {
       tall = value / average;
@@ -334,8 +407,9 @@ DefaultHumanOptions random_human(Random& random, double male, double low, double
 
 BodyModel default_human(const DefaultHumanOptions& options) {
   const BodyMeasurements wanted = expected_measures(options);
+  check_plausible(options, wanted);
   const Maker maker;
-  const Solved solved = solve_build(maker, options.male, wanted);
+  const Solved solved = solve_build(maker, options.male, wanted, likely_mass(options));
   const HumanAnatomy anatomy = human_anatomy(solved.build);
 
   BodyModel model;

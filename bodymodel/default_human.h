@@ -39,6 +39,12 @@ DefaultHumanOptions male_human();
 /// The measures of the options with the averages of sex, stature and mass where they are 0.
 BodyMeasurements expected_measures(const DefaultHumanOptions& options);
 
+/// Mass that the girths given (those above 0) speak for at the options' sex and stature, kilograms:
+/// the most likely one when every girth and the mass have their spreads (docs/default_human.md);
+/// the average of sex and stature where no girth is given. `mass` itself is not looked at, and 0
+/// there takes this.
+double likely_mass(const DefaultHumanOptions& options);
+
 /// A body whose measures lie at percentiles (0.05 is the 5th) of their spreads at the measures that
 /// they depend on: one for each of the twelve, stature and mass first, in the order of
 /// DefaultHumanOptions. Whose girths are above the average of its mass weighs more.
@@ -57,9 +63,19 @@ DefaultHumanOptions random_human(Random& random, double male, double low = 0.05,
 /// `kHumanMeasureError`. Made by our own code from anthropometric tables (docs/default_human.md):
 /// no licence gate.
 ///
-/// Throws LogicError for options out of range (see `describe`) and DataError for measures that no
-/// body of this build can have together. Cost: about 0.5 s, most of it for the shape basis.
+/// Mass is the mesh's volume times `kBodyDensity`, girths are its girths: both are met, and what
+/// the girths leave of the mass goes where no girth is taken. Throws LogicError for options out of
+/// range (see `describe`) and DataError for measures that no adult has together: a body mass index
+/// or a girth beyond the limits below, or no body found. Cost: about 0.5 s, most of it for the
+/// shape basis.
 BodyModel default_human(const DefaultHumanOptions& options = {});
+
+/// Adults outside these body mass indices, kg/m^2, are refused.
+constexpr double kLeastMassIndex = 12;
+constexpr double kMostMassIndex = 60;
+
+/// A girth or breadth further than this many spreads from what stature and mass predict is refused.
+constexpr double kPlausibleSpreads = 8;
 
 /// Largest relative error of a measure that `default_human` returns a body with.
 constexpr double kHumanMeasureError = 0.002;

@@ -186,6 +186,15 @@ double trunk_factor(const HumanBuild& b, double y) {
   return between(knots, y);
 }
 
+// Beside the armpit a thicker chest grows to front and back: the arm's root does not move away.
+double side_factor(double girth, double y) {
+  const double beside = smooth_step(y, 715, 750) * (1 - smooth_step(y, 805, 830));
+  const double more = girth - 1;
+  const double softness = 0.05;  // of the bend between thinner, which is free, and thicker
+  const double growth = (more + std::hypot(more, softness) - softness) / 2;
+  return girth - 0.6 * beside * growth;
+}
+
 double leg_factor(const HumanBuild& b, double t) {
   const double calf = std::pow(b.thigh, 0.7) * b.fullness;
   const FactorKnot knots[] = {{0.0, std::sqrt(b.hip * b.thigh)},
@@ -293,7 +302,7 @@ HumanAnatomy human_anatomy(const HumanBuild& build) {
     const TrunkRow& m = kTrunkMale[i];
     const double y = mix(f.y, m.y, male);
     const double girth = trunk_factor(build, y);
-    const double side = girth * k * mix(f.side, m.side, male) +
+    const double side = side_factor(girth, y) * k * mix(f.side, m.side, male) +
                         spread * smooth_step(y, 700, 790) * (1 - smooth_step(y, 825, 850));
     const double front = k * mix(f.front, m.front, male);
     const double back = k * mix(f.back, m.back, male);
@@ -307,8 +316,8 @@ HumanAnatomy human_anatomy(const HumanBuild& build) {
       const double t = mix(female[i].t, m[i].t, male);
       const Vec3d p = (t <= 1 ? along(a, b, t) : along(b, c, t - 1)) - tube.origin;
       const double girth = k * (leg ? leg_factor(build, t) : arm_factor(build, t));
-      // The inner thighs stay apart: a thicker thigh grows to the other sides.
-      const double inner = leg ? smooth_step(t, 0.45, 0.8) : 1.0;
+      // Inner thighs stay apart, and so do arm and flank: thicker limbs grow to the other sides.
+      const double inner = leg ? smooth_step(t, 0.45, 0.8) : smooth_step(t, 0.2, 0.5);
       const double front = girth * mix(female[i].front, m[i].front, male);
       const double back = girth * mix(female[i].back, m[i].back, male);
       // The calf's widest place is behind the bone: its section is centred in its depth.

@@ -144,6 +144,28 @@ TEST_F(BodyModelCommand, RefusesWrongWords) {
   refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh or .npz");
 }
 
+TEST_F(BodyModelCommand, RefusesFlagsThatHaveNoEffect) {
+  refused({"measure", "default", "--macros.gender", "1"}, 2,
+          "--macros.gender has no effect here: it is for MakeHuman's base.obj; default takes "
+          "--shape stature=1.8");
+  refused({"measure", "female", "--rig", "a.mhskel"}, 2, "--rig has no effect");
+  refused({"measure", "body.npz", "--weights", "a.mhw"}, 2, "for MakeHuman's base.obj");
+  refused({"measure", "female", "--motion.up", "z"}, 2, "it is for a motion");
+  refused({"measure", "female", "--retarget.fps", "30"}, 2, "it is for pose");
+  refused({"measure", "female", "--width", "100"}, 2, "it is for pictures and videos");
+  refused({"measure", "female", "--out", "a.json"}, 2, "measure prints");
+  refused({"show", "female", "--json", "--out", "a.png"}, 2, "it is for measure");
+  refused({"show", "female", "--pictures", "4", "--out", "a.png"}, 2, "for pose with a contact");
+  refused({"pose", "female", still_bvh(), "--asf", "a.asf", "--out", "a.png"}, 2, "in an .amc");
+  refused({"convert", still_bvh(), "--shape", "stature=1.8", "--out", "a.npz"}, 2, "is a motion");
+}
+
+TEST_F(BodyModelCommand, RefusesMeasuresThatNoAdultHas) {
+  refused({"measure", "female", "--shape", "mass=90,waist_girth=0.5"}, 3,
+          "0.5 m at a stature of 1.63 m and a mass of 90 kg");
+  refused({"measure", "female", "--shape", "stature=2.1,mass=35"}, 3, "a body mass index of 7.94");
+}
+
 TEST_F(BodyModelCommand, RefusesWrongFiles) {
   refused({"measure", "nobody.xyz"}, 3, "default, female, male");
   refused({"measure", (folder_ / "none.npz").string()}, 3, "none.npz");

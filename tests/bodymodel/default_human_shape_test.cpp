@@ -1,5 +1,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <set>
 
@@ -83,19 +84,28 @@ void expect_no_crossing(const BodyModel& model, const std::string& body) {
       << "T-pose, " << body;
 }
 
+// How many bodies a test looks at: all of them in the long counts (scripts/soak body).
+int bodies(int sampled, int soaked) {
+  return std::getenv("ATELIER_SOAK") == nullptr ? sampled : soaked;
+}
+
 TEST(DefaultHumanShape, NoSelfIntersectionInAPoseAndTPose) {
   Random random{21, 1, 0};
-  for (int i = 0; i < 8; ++i) {
-    expect_no_crossing(default_human(without_basis(random_human(random, i % 2))),
+  const int count = bodies(12, 600);
+  for (int i = 0; i < count; ++i) {
+    const double male = i % 5 == 4 ? uniform(random, 0, 1) : i % 2;
+    expect_no_crossing(default_human(without_basis(random_human(random, male))),
                        "random " + std::to_string(i));
   }
+  RecordProperty("bodies", count);
 }
 
 // All measures at the 5th percentile, all at the 95th, and corners where each is at the one or the
 // other by a coin.
 TEST(DefaultHumanShape, NoSelfIntersectionAtTheCornersOfTheShapeSpace) {
   Random random{22, 1, 0};
-  for (int i = 0; i < 20; ++i) {
+  const int count = bodies(28, 600);
+  for (int i = 0; i < count; ++i) {
     std::vector<double> percentiles(12, i < 2 ? 0.05 : 0.95);
     std::string body = i % 2 == 0 ? "woman" : "man";
     for (double& one : percentiles) {
@@ -103,6 +113,22 @@ TEST(DefaultHumanShape, NoSelfIntersectionAtTheCornersOfTheShapeSpace) {
       body += one < 0.5 ? " low" : " high";
     }
     expect_no_crossing(default_human(without_basis(percentile_human(i % 2, percentiles))), body);
+  }
+  RecordProperty("bodies", count);
+}
+
+// What crossed before the arm's root kept its distance from the flank: wide chests beside thick or
+// short arms.
+TEST(DefaultHumanShape, NoSelfIntersectionInTheArmpitOfAWideChest) {
+  const std::vector<double> corners[] = {
+      {.95, .95, .95, .05, .05, .05, .05, .95, .95, .95, .05, .05},
+      {.95, .95, .95, .95, .95, .05, .95, .95, .05, .95, .95, .95},
+      {.95, .95, .05, .05, .05, .05, .05, .95, .95, .95, .95, .95},
+      {.95, .95, .05, .95, .05, .05, .95, .95, .95, .95, .95, .05},
+      {.95, .95, .05, .05, .95, .05, .05, .95, .05, .95, .95, .95}};
+  for (const std::vector<double>& percentiles : corners) {
+    expect_no_crossing(default_human(without_basis(percentile_human(1, percentiles))),
+                       "man with a wide chest");
   }
 }
 

@@ -200,5 +200,74 @@ TEST(DefaultHumanOptions, NamesTheMeasureThatFitsNobody) {
   }
 }
 
+void expect_refused(const DefaultHumanOptions& options, const char* where, const char* words) {
+  try {
+    default_human(options);
+    FAIL() << words;
+  } catch (const DataError& error) {
+    EXPECT_EQ(error.where, where);
+    EXPECT_THAT(error.what(), ::testing::HasSubstr(words));
+  }
+}
+
+TEST(DefaultHumanOptions, RefusesAGirthThatDoesNotBelongToTheMass) {
+  DefaultHumanOptions options = female_human();
+  options.mass = 90;
+  options.waist_girth = 0.5;
+  expect_refused(options, "waist_girth", "0.5 m at a stature of 1.63 m and a mass of 90 kg");
+  options = male_human();
+  options.neck_girth = 0.55;
+  options.mass = 60;
+  expect_refused(options, "neck_girth", "the girths that are given speak for");
+}
+
+TEST(DefaultHumanOptions, RefusesAMassThatDoesNotBelongToTheStature) {
+  DefaultHumanOptions options = female_human();
+  options.stature = 2.1;
+  options.mass = 35;
+  expect_refused(options, "mass", "a body mass index of 7.94 kg/m^2");
+  options.stature = 1.5;
+  options.mass = 180;
+  expect_refused(options, "mass", "12 to 60 kg/m^2");
+}
+
+// Each girth alone could be someone's; all of them together hold too little or too much.
+TEST(DefaultHumanOptions, RefusesGirthsThatTogetherDoNotHoldTheMass) {
+  DefaultHumanOptions options = female_human();
+  options.shape_basis = false;
+  options.mass = 61.5;
+  options.chest_girth = 1.0;
+  options.waist_girth = 0.85;
+  options.hip_girth = 1.1;
+  options.thigh_girth = 0.66;
+  options.upper_arm_girth = 0.31;
+  expect_refused(options, "mass", "no body has 61.5 kg");
+  expect_refused(options, "mass", "the girths that are given speak for 72.1 kg");
+}
+
+TEST(DefaultHumanOptions, MassFollowsTheGirthsWhereItIsNotGiven) {
+  DefaultHumanOptions options = female_human();
+  EXPECT_DOUBLE_EQ(likely_mass(options), 61.5);
+  EXPECT_DOUBLE_EQ(expected_measures(options).mass, 61.5);
+  options.waist_girth = 1.1;
+  const BodyMeasurements measures = expected_measures(options);
+  EXPECT_GT(measures.mass, 85);
+  EXPECT_LT(measures.mass, 100);
+  EXPECT_DOUBLE_EQ(measures.mass, likely_mass(options));
+  EXPECT_GT(measures.hip_girth, 1.15);
+  EXPECT_DOUBLE_EQ(measures.waist_girth, 1.1);
+  // What stature and mass predict speaks for that mass.
+  options = male_human();
+  options.mass = 95;
+  const BodyMeasurements heavy = expected_measures(options);
+  options.waist_girth = heavy.waist_girth;
+  options.chest_girth = heavy.chest_girth;
+  options.hip_girth = heavy.hip_girth;
+  options.thigh_girth = heavy.thigh_girth;
+  EXPECT_NEAR(likely_mass(options), 95, 1);
+  options.male = 2;
+  EXPECT_THROW(likely_mass(options), LogicError);
+}
+
 }  // namespace
 }  // namespace atelier

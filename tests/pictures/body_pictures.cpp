@@ -206,7 +206,7 @@ void shapes(const std::filesystem::path& folder) {
                        view.azimuth < 1 ? name : ""});
     }
   }
-  save(folder / "default_human_shapes.png", tiles, 6);
+  save(folder / "default_human_shapes.jpg", tiles, 6);
 }
 
 void poses(const std::filesystem::path& folder) {
@@ -247,7 +247,7 @@ void poses(const std::filesystem::path& folder) {
     }
     tiles.push_back({picture_of(meshes, View{0.6, 0.12}, tile(360, 520)), name});
   }
-  save(folder / "default_human_poses.png", tiles, 4);
+  save(folder / "default_human_poses.jpg", tiles, 4);
 }
 
 // The part of a body whose vertices pass a test.
@@ -307,16 +307,16 @@ void details(const std::filesystem::path& folder) {
     const double ankle = at("left_ankle").y() + 0.09;
     const Mesh foot =
         part(model, [&](const Eigen::Vector3d& p) { return p.y() < ankle && p.x() > 0; });
-    const PictureOptions size = tile(330, 330);
+    const PictureOptions size = tile(400, 400);
     const std::string who = male > 0 ? "man" : "woman";
     tiles.push_back({picture_of(head, View{0, 0.02}, size), who + ", front"});
     tiles.push_back({picture_of(head, View{0.75, 0.05}, size), "three quarters"});
     tiles.push_back({picture_of(head, View{1.57, 0.02}, size), "side"});
     tiles.push_back({picture_of(hand, View{1.2, 0.3}, size), "hand"});
     tiles.push_back({picture_of(hand, View{-1.3, -0.1}, size), "palm"});
-    tiles.push_back({picture_of(foot, View{-0.6, 0.4}, size), "foot"});
+    tiles.push_back({picture_of(foot, View{0.5, 0.7}, size), "foot"});
   }
-  save(folder / "default_human_details.png", tiles, 6);
+  save(folder / "default_human_details.jpg", tiles, 6);
 }
 
 }  // namespace
