@@ -1,0 +1,79 @@
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/device.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/support/test_data.h"
+
+namespace atelier {
+namespace {
+
+using testing::ChildResult;
+using ::testing::HasSubstr;
+using testing::run_child;
+
+// What it drapes is tested in tests/dressing; here is what it refuses, before any work is done.
+class DrapeRefuses : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (run({"--help"}).out.find("--pattern_scale") == std::string::npos) {
+      GTEST_SKIP() << "built without drape";
+    }
+  }
+  static ChildResult run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {ATELIER_PROGRAM, "drape"});
+    return run_child(arguments);
+  }
+  void refused(std::vector<std::string> arguments, int code, const std::string& words) const {
+    arguments.insert(arguments.end(), {"--out", (root_.path() / "out").string()});
+    const ChildResult result = run(arguments);
+    EXPECT_EQ(result.exit_code, code) << words << "\n" << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+    EXPECT_FALSE(std::filesystem::exists(root_.path() / "out")) << words;
+  }
+  testing::TemporaryDirectory root_;
+};
+
+TEST_F(DrapeRefuses, PlacesThatAreMissingOrTaken) {
+  EXPECT_EQ(run({"--garment", "tee"}).exit_code, 2);
+  const ChildResult taken = run({"--out", root_.path().string()});
+  EXPECT_EQ(taken.exit_code, 2);
+  EXPECT_THAT(taken.err, HasSubstr("it is there already"));
+}
+
+TEST_F(DrapeRefuses, GarmentsThatAreNone) {
+  refused({"--garment", "cape"}, 3, "dress, tee, skirt, trousers");
+  refused({"--garment", "tee+"}, 3, "''");
+  refused({"--garment", "nothere.json"}, 3, "nothere.json");
+  const std::string bad = (root_.path() / "bad.json").string();
+  std::ofstream(bad) << "{\"panels\": 1}";
+  refused({"--garment", bad}, 3, "no 'properties'");
+}
+
+TEST_F(DrapeRefuses, BodiesAndOptionsThatCannotBe) {
+  refused({"--body", "nobody.glb"}, 3, "nobody.glb");
+  refused({"--human.stature", "0.9"}, 2, "--human.stature must be 0 or at least 1.4 m");
+  refused({"--human.waist_girth", "3"}, 2, "waist_girth");
+  refused({"--pattern_scale", "9"}, 2, "pattern_scale");
+  refused({"--edge_length", "0"}, 2, "edge_length");
+  refused({"--frames", "0"}, 2, "frames");
+  refused({"--fit", "belt"}, 2, "garment");
+  if (!cuda_available()) {
+    refused({"--device", "cuda"}, 5, "CUDA");
+  }
+}
+
+TEST_F(DrapeRefuses, GarmentsThatAreTooTightWithTheSizeThatWouldDo) {
+  ATELIER_TEST_FILE(root, "garments/pattern_generator/Patterns");
+  const std::string dress = (root / "combos/dress.json").string();
+  refused({"--garment", dress}, 3, "too tight: chest_girth of 0.8");
+  refused({"--garment", dress}, 3, "pattern_scale 1.");
+  refused({"--garment", dress, "--fit", "body", "--pattern_scale", "0.5"}, 3,
+          "too tight for any body");
+}
+
+}  // namespace
+}  // namespace atelier
