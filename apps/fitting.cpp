@@ -25,6 +25,7 @@ constexpr double kSmplArmpits = 0.12;        // m; what reaches above it hangs o
 constexpr double kSmplTrunkMiddle = 0.0165;  // m, half way between the patterns' fronts and backs
 constexpr double kSinking = 0.02;            // m that cloth sinks while it is sewn
 constexpr double kHemRidesUp = 0.15;         // m; what ends less below the hips can stay above them
+constexpr double kEase = 0.03;               // m of girth: cloth keeps off the skin, and breath
 constexpr double kLeastShareOfMass = 0.7;    // of the average, of a person who is not ill
 
 /// First and one past the last vertex of every panel: vertices of a panel are consecutive.
@@ -250,7 +251,7 @@ DefaultHumanOptions human_that_fits(const std::vector<GirthFit>& fits,
       const auto name =
           std::find_if(names.begin(), names.end(),
                        [&](const NamedMeasurement& known) { return known.name == one.measure; });
-      return measures.*name->value <= one.garment;
+      return measures.*name->value + kEase <= one.garment;
     });
     if (fit) {
       return fitting;

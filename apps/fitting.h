@@ -41,7 +41,7 @@ constexpr double kGirthGive = 1.04;
 std::string what_is_tight(const std::vector<GirthFit>& fits);
 
 /// The default human that the panels fit: of the same sex and stature with less mass, a kilogram at
-/// a time, until the girths of such people are no wider than the panels'. Throws DataError where
+/// a time, until the girths of such people are 3 cm less than the panels'. Throws DataError where
 /// that would be no adult, or where fixed measures are in the way.
 DefaultHumanOptions human_that_fits(const std::vector<GirthFit>& fits,
                                     const DefaultHumanOptions& human);
