@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "capture/keypoint_schema.h"
+#include "capture/keypoints2d.h"
 #include "core/camera.h"
 #include "core/image.h"
 #include "core/options.h"
@@ -10,9 +11,6 @@
 #include "core/types.h"
 
 namespace atelier {
-
-/// One person's keypoints in one image: pixels and confidence; what was not found is 0, 0, 0.
-using Keypoints2d = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 /// How a keypoint detector errs. Pixels are those of a picture 1000 rows high; others scale.
 struct DetectorOptions {

@@ -1,8 +1,13 @@
 #include "capture/keypoint_schema.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 
 namespace atelier {
 namespace {
@@ -66,13 +71,42 @@ KeypointSchema make_schema(std::string name, std::vector<std::string> points) {
   return schema;
 }
 
+/// What a person's outline is joined by in every schema that has both ends.
+constexpr std::array<std::pair<const char*, const char*>, 15> kLimbs = {{
+    {"left_shoulder", "left_elbow"},
+    {"left_elbow", "left_wrist"},
+    {"right_shoulder", "right_elbow"},
+    {"right_elbow", "right_wrist"},
+    {"left_shoulder", "left_hip"},
+    {"right_shoulder", "right_hip"},
+    {"left_hip", "left_knee"},
+    {"left_knee", "left_ankle"},
+    {"right_hip", "right_knee"},
+    {"right_knee", "right_ankle"},
+    {"left_shoulder", "right_shoulder"},
+    {"left_hip", "right_hip"},
+    {"nose", "left_eye"},
+    {"nose", "right_eye"},
+    {"left_ankle", "left_heel"},
+}};
+
+std::vector<std::string> coco_points() {
+  return {"nose",          "left_eye",       "right_eye",  "left_ear",    "right_ear",
+          "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist",
+          "right_wrist",   "left_hip",       "right_hip",  "left_knee",   "right_knee",
+          "left_ankle",    "right_ankle"};
+}
+
+std::vector<std::string> with(std::vector<std::string> points,
+                              const std::vector<std::string>& more) {
+  points.insert(points.end(), more.begin(), more.end());
+  return points;
+}
+
 std::vector<std::string> wholebody_points() {
-  std::vector<std::string> points = {
-      "nose",          "left_eye",        "right_eye",    "left_ear",       "right_ear",
-      "left_shoulder", "right_shoulder",  "left_elbow",   "right_elbow",    "left_wrist",
-      "right_wrist",   "left_hip",        "right_hip",    "left_knee",      "right_knee",
-      "left_ankle",    "right_ankle",     "left_big_toe", "left_small_toe", "left_heel",
-      "right_big_toe", "right_small_toe", "right_heel"};
+  std::vector<std::string> points =
+      with(coco_points(), {"left_big_toe", "left_small_toe", "left_heel", "right_big_toe",
+                           "right_small_toe", "right_heel"});
   for (int i = 0; i < 68; ++i) {
     points.push_back("face_" + std::to_string(i));
   }
@@ -85,6 +119,31 @@ std::vector<std::string> wholebody_points() {
     }
   }
   return points;
+}
+
+/// In the order in which a number of points alone decides.
+const std::vector<KeypointSchema>& all_schemas() {
+  static const std::vector<KeypointSchema> schemas = {
+      body_25_schema(),
+      make_schema("body_25b", with(coco_points(), {"upper_neck", "head_top", "left_big_toe",
+                                                   "left_small_toe", "left_heel", "right_big_toe",
+                                                   "right_small_toe", "right_heel"})),
+      make_schema("coco_17", coco_points()),
+      make_schema("coco_18", {"nose", "neck", "right_shoulder", "right_elbow", "right_wrist",
+                              "left_shoulder", "left_elbow", "left_wrist", "right_hip",
+                              "right_knee", "right_ankle", "left_hip", "left_knee", "left_ankle",
+                              "right_eye", "left_eye", "right_ear", "left_ear"}),
+      make_schema("halpe_26",
+                  with(coco_points(), {"head_top", "neck", "mid_hip", "left_big_toe",
+                                       "right_big_toe", "left_small_toe", "right_small_toe",
+                                       "left_heel", "right_heel"})),
+      coco_wholebody_schema(),
+      make_schema("coco_19", {"neck", "nose", "mid_hip", "left_shoulder", "left_elbow",
+                              "left_wrist", "left_hip", "left_knee", "left_ankle",
+                              "right_shoulder", "right_elbow", "right_wrist", "right_hip",
+                              "right_knee", "right_ankle", "left_eye", "left_ear", "right_eye",
+                              "right_ear"})};
+  return schemas;
 }
 
 }  // namespace
@@ -105,20 +164,112 @@ const KeypointSchema& coco_wholebody_schema() {
   return schema;
 }
 
+const std::vector<std::string>& keypoint_schema_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> result;
+    for (const KeypointSchema& schema : all_schemas()) {
+      result.push_back(schema.name);
+    }
+    return result;
+  }();
+  return names;
+}
+
 const KeypointSchema& keypoint_schema(std::string_view name) {
-  if (name == "body_25") {
-    return body_25_schema();
+  for (const KeypointSchema& schema : all_schemas()) {
+    if (schema.name == name) {
+      return schema;
+    }
   }
-  if (name == "coco_wholebody") {
-    return coco_wholebody_schema();
+  std::string known;
+  for (const std::string& other : keypoint_schema_names()) {
+    known += (known.empty() ? "" : ", ") + other;
   }
-  throw DataError("", "keypoint_schema", "'" + std::string(name) + "'",
-                  "body_25 or coco_wholebody");
+  throw DataError("", "keypoint_schema", "'" + std::string(name.substr(0, 60)) + "'",
+                  "one of " + known + did_you_mean(name, keypoint_schema_names()));
 }
 
 int find_keypoint(const KeypointSchema& schema, std::string_view point) {
   const auto found = std::find(schema.points.begin(), schema.points.end(), point);
   return found == schema.points.end() ? -1 : static_cast<int>(found - schema.points.begin());
+}
+
+std::optional<double> limb_stretch(const KeypointSchema& schema, const Keypoints2d& points,
+                                   double least) {
+  ATELIER_CHECK(points.rows() == static_cast<Index>(schema.points.size()),
+                "points of another schema");
+  Eigen::AlignedBox2d box;
+  for (Index i = 0; i < points.rows(); ++i) {
+    if (points(i, 2) > least) {
+      box.extend(Eigen::Vector2d(points(i, 0), points(i, 1)));
+    }
+  }
+  double sum = 0;
+  int count = 0;
+  for (const auto& [from, to] : kLimbs) {
+    const int a = find_keypoint(schema, from);
+    const int b = find_keypoint(schema, to);
+    if (a >= 0 && b >= 0 && points(a, 2) > least && points(b, 2) > least) {
+      sum += (points.block<1, 2>(a, 0) - points.block<1, 2>(b, 0)).norm();
+      ++count;
+    }
+  }
+  constexpr int kEnough = 4;
+  if (count < kEnough || !(box.diagonal().norm() > 0)) {
+    return std::nullopt;
+  }
+  return sum / count / box.diagonal().norm();
+}
+
+std::string guess_keypoint_schema(Index points, const std::vector<Keypoints2d>& people) {
+  std::string best;
+  double best_stretch = std::numeric_limits<double>::infinity();
+  for (const KeypointSchema& schema : all_schemas()) {
+    if (static_cast<Index>(schema.points.size()) != points) {
+      continue;
+    }
+    double sum = 0;
+    int count = 0;
+    for (const Keypoints2d& person : people) {
+      if (person.rows() == points) {
+        if (const std::optional<double> stretch = limb_stretch(schema, person)) {
+          sum += *stretch;
+          ++count;
+        }
+      }
+    }
+    const double stretch = count > 0 ? sum / count : std::numeric_limits<double>::max();
+    if (stretch < best_stretch) {
+      best_stretch = stretch;
+      best = schema.name;
+    }
+  }
+  return best;
+}
+
+Keypoints2d in_schema(const Keypoints2d& points, const KeypointSchema& from,
+                      const KeypointSchema& to) {
+  ATELIER_CHECK(points.rows() == static_cast<Index>(from.points.size()),
+                "points of another schema");
+  Keypoints2d result = Keypoints2d::Zero(static_cast<Index>(to.points.size()), 3);
+  for (std::size_t i = 0; i < to.points.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    const int source = find_keypoint(from, to.points[i]);
+    if (source >= 0) {
+      result.row(row) = points.row(source);
+      continue;
+    }
+    const std::string pair = to.points[i] == "neck"      ? "shoulder"
+                             : to.points[i] == "mid_hip" ? "hip"
+                                                         : "";
+    const int left = find_keypoint(from, "left_" + pair);
+    const int right = find_keypoint(from, "right_" + pair);
+    if (left >= 0 && right >= 0 && points(left, 2) > 0 && points(right, 2) > 0) {
+      result.row(row) = 0.5 * (points.row(left) + points.row(right));
+      result(row, 2) = std::min(points(left, 2), points(right, 2));
+    }
+  }
+  return result;
 }
 
 }  // namespace atelier

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "capture/dataset.h"
+
 namespace atelier {
 
 /// What a capture looks like in another layout: where it went, and what that layout cannot hold.
@@ -12,15 +14,23 @@ struct LayoutReport {
   std::vector<std::string> lost;               ///< one sentence each
 };
 
-/// "easymocap", "colmap", "panoptic", "dna", "actorshq", "nerfstudio".
+/// Every layout that is read and written: "native", "easymocap", "colmap", ...
 const std::vector<std::string>& layout_names();
 
-/// Writes a finished native capture in another layout, a folder for each sequence under `out`
-/// (new). Units, axes, pixel origins and distortion orders are those of the layout
-/// (docs/formats.md); images are hard links where the disk allows, else copies. Calibrations come
-/// last, so that what was interrupted has none. Throws DataError for a capture that is not whole,
-/// LogicError for a layout that is none of the above, EnvironmentError for a folder that is there
-/// or a disk that fails.
+/// One line on a layout: "COLMAP, text: sparse/0/cameras.txt, images.txt". Throws LogicError for a
+/// name that is none.
+std::string layout_summary(const std::string& layout);
+
+/// Writes a capture in another layout, a folder for each sequence under `out` (new); the native
+/// layout, which holds several sequences, is `out` itself. Units, axes, pixel origins and distortion
+/// orders are those of the layout (docs/formats.md). Pictures keep their bytes (hard links where the
+/// disk allows); frames of videos become PNG. Calibrations come last, so that what was interrupted
+/// has none. Throws DataError for frames that cannot be read, LogicError for a layout that is none,
+/// EnvironmentError for a folder that is there or a disk that fails.
+LayoutReport write_layout(const Dataset& dataset, const std::string& layout,
+                          const std::filesystem::path& out);
+
+/// The same of a finished native capture.
 LayoutReport write_layout(const std::filesystem::path& capture, const std::string& layout,
                           const std::filesystem::path& out);
 

@@ -1,30 +1,15 @@
 #include "core/io/npz.h"
 
-#include <algorithm>
-#include <optional>
 #include <set>
-
-#include <sys/stat.h>
-#include <zip.h>
 
 #include "core/atomic_file.h"
 #include "core/io/npy.h"
+#include "core/io/zip_archive.h"
 
 namespace atelier {
 namespace {
 
 constexpr std::string_view kSuffix = ".npy";
-
-std::string reason_of(zip_error_t* error) {
-  std::string text = zip_error_strerror(error);
-  zip_error_fini(error);
-  return text;
-}
-
-struct Close {
-  void operator()(zip_file_t* file) const { zip_fclose(file); }
-  void operator()(zip_t* archive) const { zip_discard(archive); }
-};
 
 std::string without_suffix(std::string name) {
   if (name.ends_with(kSuffix)) {
@@ -36,151 +21,28 @@ std::string without_suffix(std::string name) {
 }  // namespace
 
 struct Npz::State {
-  std::string file;
+  ZipArchive archive;
   Limits limits;
-  std::int64_t file_bytes = 0;
-  std::vector<std::byte> bytes;  ///< of a file in memory; outlives `archive`
-  std::unique_ptr<zip_t, Close> archive;
-  std::vector<std::string> names;
-  std::map<std::string, zip_uint64_t, std::less<>> index;
+  std::vector<std::string> names;                             ///< of the arrays
+  std::map<std::string, std::string, std::less<>> members{};  ///< by array
 
-  void open(zip_source_t* source);
-  std::vector<std::byte> inflate(zip_uint64_t member, const std::string& name) const;
-  [[noreturn]] void fail(const std::string& name, const std::string& found,
-                         const std::string& expected) const {
-    throw DataError(file, name.empty() ? "" : "member " + name, found, expected);
+  State(ZipArchive zip, const Limits& ceilings) : archive(std::move(zip)), limits(ceilings) {
+    for (const std::string& member : archive.names()) {
+      names.push_back(without_suffix(member));
+      if (!members.emplace(names.back(), member).second) {
+        throw DataError(archive.file(), "member " + names.back(), "two members of this name",
+                        "one");
+      }
+    }
   }
 };
 
-void Npz::State::open(zip_source_t* source) {
-  zip_error_t error;
-  zip_error_init(&error);
-  archive.reset(zip_open_from_source(source, ZIP_RDONLY, &error));
-  if (!archive) {
-    zip_source_free(source);
-    fail("", "no readable zip: " + reason_of(&error), "an npz file");
-  }
-  zip_error_fini(&error);
-  const zip_int64_t count = zip_get_num_entries(archive.get(), 0);
-  if (count > limits.archive_entries) {
-    fail("", std::to_string(count) + " members",
-         "at most " + std::to_string(limits.archive_entries));
-  }
-  for (zip_int64_t i = 0; i < count; ++i) {
-    const auto member = static_cast<zip_uint64_t>(i);
-    const char* raw = zip_get_name(archive.get(), member, ZIP_FL_ENC_RAW);
-    if (raw == nullptr) {
-      fail("", "member " + std::to_string(i) + " without a name", "a name");
-    }
-    const std::string name = without_suffix(raw);
-    if (!index.emplace(name, member).second) {
-      fail(name, "two members of this name", "one");
-    }
-    names.push_back(name);
-  }
-}
-
-std::vector<std::byte> Npz::State::inflate(zip_uint64_t member, const std::string& name) const {
-  zip_stat_t status;
-  zip_stat_init(&status);
-  if (zip_stat_index(archive.get(), member, 0, &status) != 0) {
-    fail(name, zip_strerror(archive.get()), "a readable member");
-  }
-  constexpr zip_uint64_t kNeeded =
-      ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE | ZIP_STAT_COMP_METHOD | ZIP_STAT_ENCRYPTION_METHOD;
-  if ((status.valid & kNeeded) != kNeeded) {
-    fail(name, "no sizes", "sizes and method");
-  }
-  if (status.encryption_method != ZIP_EM_NONE) {
-    fail(name, "an encrypted member", "no encryption");
-  }
-  if (status.comp_method != ZIP_CM_STORE && status.comp_method != ZIP_CM_DEFLATE) {
-    fail(name, "compression method " + std::to_string(status.comp_method), "stored or deflated");
-  }
-  const auto declared = static_cast<std::int64_t>(status.size);
-  const auto stored = static_cast<std::int64_t>(status.comp_size);
-  if (declared < 0 || stored < 0 || declared > limits.tensor_bytes) {
-    fail(name, std::to_string(status.size) + " bytes",
-         "at most " + std::to_string(limits.tensor_bytes));
-  }
-  if (stored > file_bytes) {
-    fail(name, std::to_string(stored) + " stored bytes in a file of " + std::to_string(file_bytes),
-         "fewer");
-  }
-  if (declared > limits.inflate_free_bytes && declared / limits.inflate_ratio > stored) {
-    fail(name, std::to_string(declared) + " bytes out of " + std::to_string(stored),
-         "at most " + std::to_string(limits.inflate_ratio) + " times the stored bytes");
-  }
-  const std::unique_ptr<zip_file_t, Close> source(zip_fopen_index(archive.get(), member, 0));
-  if (!source) {
-    fail(name, zip_strerror(archive.get()), "a readable member");
-  }
-  std::vector<std::byte> content(static_cast<std::size_t>(declared));
-  std::size_t filled = 0;
-  // One byte more is asked for: only at the end of the member the checksum is compared.
-  std::byte beyond{};
-  for (;;) {
-    const bool full = filled == content.size();
-    const zip_int64_t count = zip_fread(source.get(), full ? &beyond : content.data() + filled,
-                                        full ? 1 : content.size() - filled);
-    if (count < 0) {
-      fail(name, zip_file_strerror(source.get()), "an undamaged member");
-    }
-    if (count == 0) {
-      break;
-    }
-    if (full) {
-      fail(name, "more bytes than the " + std::to_string(declared) + " declared", "as many");
-    }
-    filled += static_cast<std::size_t>(count);
-  }
-  if (filled != content.size()) {
-    fail(name, std::to_string(filled) + " bytes", std::to_string(declared) + ", as declared");
-  }
-  return content;
-}
-
 Npz::Npz(const std::filesystem::path& path, const Limits& limits)
-    : state_(std::make_unique<State>()) {
-  state_->file = path.string();
-  state_->limits = limits;
-  struct stat status {};
-  if (stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) {
-    state_->fail("", "no such file", "an npz file");
-  }
-  if (status.st_size == 0) {
-    state_->fail("", "a file of no bytes", "an npz file");  // libzip takes it for an empty zip
-  }
-  state_->file_bytes = status.st_size;
-  zip_error_t error;
-  zip_error_init(&error);
-  zip_source_t* source = zip_source_file_create(path.c_str(), 0, -1, &error);
-  if (source == nullptr) {
-    state_->fail("", reason_of(&error), "an npz file");
-  }
-  zip_error_fini(&error);
-  state_->open(source);
-}
+    : state_(std::make_unique<State>(ZipArchive(path, limits), limits)) {}
 
 Npz::Npz(std::vector<std::byte> bytes, std::string name, const Limits& limits)
-    : state_(std::make_unique<State>()) {
-  state_->file = std::move(name);
-  state_->limits = limits;
-  state_->bytes = std::move(bytes);
-  state_->file_bytes = static_cast<std::int64_t>(state_->bytes.size());
-  if (state_->bytes.empty()) {
-    state_->fail("", "a file of no bytes", "an npz file");
-  }
-  zip_error_t error;
-  zip_error_init(&error);
-  zip_source_t* source =
-      zip_source_buffer_create(state_->bytes.data(), state_->bytes.size(), 0, &error);
-  if (source == nullptr) {
-    state_->fail("", reason_of(&error), "an npz file");
-  }
-  zip_error_fini(&error);
-  state_->open(source);
-}
+    : state_(
+          std::make_unique<State>(ZipArchive(std::move(bytes), std::move(name), limits), limits)) {}
 
 Npz::~Npz() = default;
 Npz::Npz(Npz&&) noexcept = default;
@@ -191,16 +53,16 @@ const std::vector<std::string>& Npz::names() const {
 }
 
 bool Npz::contains(std::string_view name) const {
-  return state_->index.find(name) != state_->index.end();
+  return state_->members.find(name) != state_->members.end();
 }
 
 const std::string& Npz::file() const {
-  return state_->file;
+  return state_->archive.file();
 }
 
 Tensor Npz::read(std::string_view name) const {
-  const auto found = state_->index.find(name);
-  if (found == state_->index.end()) {
+  const auto found = state_->members.find(name);
+  if (found == state_->members.end()) {
     std::string known;
     for (const std::string& other : state_->names) {
       known += (known.empty() ? "" : ", ") + other;
@@ -209,63 +71,20 @@ Tensor Npz::read(std::string_view name) const {
         break;
       }
     }
-    state_->fail("", "no array \"" + std::string(name) + "\"", "one of: " + known);
+    throw DataError(file(), "", "no array \"" + std::string(name) + "\"", "one of: " + known);
   }
-  return parse_npy(state_->inflate(found->second, found->first), state_->file + ": " + found->first,
-                   state_->limits);
+  return parse_npy(state_->archive.read(found->second, state_->limits.tensor_bytes),
+                   file() + ": " + found->first, state_->limits);
 }
 
 std::vector<std::byte> npz_bytes(const std::map<std::string, Tensor>& arrays, bool deflate) {
-  zip_error_t error;
-  zip_error_init(&error);
-  zip_source_t* target = zip_source_buffer_create(nullptr, 0, 0, &error);
-  if (target == nullptr) {
-    throw EnvironmentError("zip", reason_of(&error));
-  }
-  zip_source_keep(target);
-  const std::unique_ptr<zip_source_t, decltype(&zip_source_free)> kept(target, zip_source_free);
-  std::unique_ptr<zip_t, Close> archive(zip_open_from_source(target, ZIP_TRUNCATE, &error));
-  if (!archive) {
-    zip_source_free(target);
-    throw EnvironmentError("zip", reason_of(&error));
-  }
-  zip_error_fini(&error);
-  std::vector<std::vector<std::byte>> members;  // must live until the archive is closed
+  std::vector<std::pair<std::string, std::vector<std::byte>>> members;
   members.reserve(arrays.size());
   for (const auto& [name, tensor] : arrays) {
     ATELIER_CHECK(!name.empty(), "an array needs a name");
-    members.push_back(npy_bytes(tensor));
-    zip_source_t* source =
-        zip_source_buffer(archive.get(), members.back().data(), members.back().size(), 0);
-    const zip_int64_t member = zip_file_add(archive.get(), (name + std::string(kSuffix)).c_str(),
-                                            source, ZIP_FL_ENC_UTF_8);
-    if (member < 0) {
-      zip_source_free(source);
-      throw EnvironmentError("zip", zip_strerror(archive.get()));
-    }
-    const auto added = static_cast<zip_uint64_t>(member);
-    // A fixed date, the first that zip knows: the bytes depend on the arrays alone.
-    if (zip_set_file_compression(archive.get(), added, deflate ? ZIP_CM_DEFLATE : ZIP_CM_STORE,
-                                 0) != 0 ||
-        zip_file_set_dostime(archive.get(), added, 0, 0x21, 0) != 0) {
-      throw EnvironmentError("zip", zip_strerror(archive.get()));
-    }
+    members.emplace_back(name + std::string(kSuffix), npy_bytes(tensor));
   }
-  if (zip_close(archive.get()) != 0) {
-    throw EnvironmentError("zip", zip_strerror(archive.get()));
-  }
-  static_cast<void>(archive.release());  // zip_close has freed it
-  if (zip_source_open(target) != 0) {
-    return {};  // no arrays: libzip writes no bytes at all
-  }
-  std::vector<std::byte> bytes;
-  zip_source_seek(target, 0, SEEK_END);
-  bytes.resize(static_cast<std::size_t>(zip_source_tell(target)));
-  zip_source_seek(target, 0, SEEK_SET);
-  const zip_int64_t count = zip_source_read(target, bytes.data(), bytes.size());
-  zip_source_close(target);
-  ATELIER_CHECK(count == static_cast<zip_int64_t>(bytes.size()), "a buffer is read whole");
-  return bytes;
+  return zip_bytes(members, deflate);
 }
 
 void write_npz(const std::filesystem::path& path, const std::map<std::string, Tensor>& arrays,

@@ -1,0 +1,140 @@
+#include "capture/camera_conventions.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kHalfPixel = 0.5;
+
+}  // namespace
+
+Camera camera_of(const OpencvCamera& source, const std::string& file) {
+  const auto refuse = [&](const std::string& found, const std::string& expected) {
+    throw DataError(file, "camera '" + source.id + "'", found, expected);
+  };
+  const Eigen::Matrix3d& k = source.matrix;
+  // Written so that NaN is refused as well.
+  constexpr double kSkew = 1e-6;
+  const double focal = std::max(std::abs(k(0, 0)), std::abs(k(1, 1)));
+  if (!k.allFinite() || !(std::abs(k(0, 1)) <= kSkew * focal) || k(1, 0) != 0 || k(2, 0) != 0 ||
+      k(2, 1) != 0 || k(2, 2) != 1) {
+    refuse("K is no matrix of focal lengths and principal point",
+           "[fx 0 cx; 0 fy cy; 0 0 1] (a transposed K has cx and cy in its last row)");
+  }
+  Camera camera;
+  camera.id = source.id;
+  camera.width = source.width;
+  camera.height = source.height;
+  camera.fx = k(0, 0);
+  camera.fy = k(1, 1);
+  camera.cx = k(0, 2) + kHalfPixel;
+  camera.cy = k(1, 2) + kHalfPixel;
+  const std::vector<double>& d = source.distortion;
+  if (source.fisheye
+          ? d.size() != 4
+          : (d.size() != 0 && d.size() != 2 && d.size() != 4 && d.size() != 5 && d.size() != 8)) {
+    refuse(std::to_string(d.size()) + " coefficients of distortion",
+           source.fisheye ? "4 (fisheye)" : "0, 2, 4, 5 or 8, as OpenCV has them");
+  }
+  if (source.fisheye) {
+    camera.distortion_model = Distortion::Fisheye;
+  } else if (std::any_of(d.begin(), d.end(), [](double value) { return value != 0; })) {
+    camera.distortion_model = Distortion::Brown;
+  }
+  std::copy(d.begin(), d.end(), camera.distortion.begin());
+  camera.camera_from_world_rotation = source.rotation;
+  camera.camera_from_world_translation = source.translation;
+  return camera;
+}
+
+OpencvCamera opencv_of(const Camera& camera) {
+  OpencvCamera result;
+  result.id = camera.id;
+  result.width = camera.width;
+  result.height = camera.height;
+  result.matrix << camera.fx, 0, camera.cx - kHalfPixel, 0, camera.fy, camera.cy - kHalfPixel, 0, 0,
+      1;
+  const auto& d = camera.distortion;
+  result.fisheye = camera.distortion_model == Distortion::Fisheye;
+  if (result.fisheye) {
+    result.distortion.assign(d.begin(), d.begin() + 4);
+  } else if (camera.distortion_model == Distortion::Brown) {
+    const bool rational = d[5] != 0 || d[6] != 0 || d[7] != 0;
+    result.distortion.assign(d.begin(), d.begin() + (rational ? 8 : 5));
+  }
+  result.rotation = camera.camera_from_world_rotation;
+  result.translation = camera.camera_from_world_translation;
+  return result;
+}
+
+std::array<double, 5> five_distortion(const Camera& camera, std::vector<std::string>& lost) {
+  const auto& d = camera.distortion;
+  if (camera.distortion_model == Distortion::Fisheye) {
+    lost.emplace_back("fisheye distortion is left out: the layout has none");
+    return {};
+  }
+  if (camera.distortion_model == Distortion::None) {
+    return {};
+  }
+  if (d[5] != 0 || d[6] != 0 || d[7] != 0) {
+    lost.emplace_back("k4 to k6 of the rational distortion are left out");
+  }
+  return {d[0], d[1], d[2], d[3], d[4]};
+}
+
+Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& vector) {
+  const double angle = vector.norm();
+  return angle > 0 ? Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix()
+                   : Eigen::Matrix3d::Identity();
+}
+
+Eigen::Vector3d vector_of_rotation(const Eigen::Matrix3d& rotation) {
+  const Eigen::AngleAxisd turn(rotation);
+  return turn.angle() * turn.axis();
+}
+
+Eigen::Matrix3d y_up_from(const std::string& up) {
+  static const std::map<std::string, std::array<double, 9>> rows = {
+      {"y", {1, 0, 0, 0, 1, 0, 0, 0, 1}},  {"-y", {1, 0, 0, 0, -1, 0, 0, 0, -1}},
+      {"z", {1, 0, 0, 0, 0, 1, 0, -1, 0}}, {"-z", {1, 0, 0, 0, 0, -1, 0, 1, 0}},
+      {"x", {0, -1, 0, 1, 0, 0, 0, 0, 1}}, {"-x", {0, 1, 0, -1, 0, 0, 0, 0, 1}}};
+  const auto found = rows.find(up);
+  ATELIER_CHECK(found != rows.end(), "no axis is called '" + up + "'");
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(found->second.data());
+}
+
+Camera in_our_world(Camera camera, const FileWorld& world) {
+  // The axes only change places and signs, so that no rounding comes in.
+  camera.camera_from_world_rotation =
+      (camera.camera_from_world_rotation * y_up_from(world.up).transpose()).eval();
+  camera.camera_from_world_translation *= world.metres_per_unit;
+  return camera;
+}
+
+Camera in_file_world(Camera camera, const FileWorld& world) {
+  camera.camera_from_world_rotation =
+      (camera.camera_from_world_rotation * y_up_from(world.up)).eval();
+  camera.camera_from_world_translation /= world.metres_per_unit;
+  return camera;
+}
+
+Camera scaled_camera(Camera camera, int width, int height) {
+  ATELIER_CHECK(camera.width > 0 && camera.height > 0, "a camera of no size");
+  const double x = static_cast<double>(width) / camera.width;
+  const double y = static_cast<double>(height) / camera.height;
+  camera.fx *= x;
+  camera.cx *= x;
+  camera.fy *= y;
+  camera.cy *= y;
+  camera.width = width;
+  camera.height = height;
+  return camera;
+}
+
+}  // namespace atelier

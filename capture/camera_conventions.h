@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "capture/dataset.h"
+#include "core/camera.h"
+
+namespace atelier {
+
+/// A camera in OpenCV's terms, which most layouts share: x right, y down, z forward, the first
+/// pixel's centre at (0, 0), world in the layout's own unit and axes.
+struct OpencvCamera {
+  std::string id;
+  int width = 0;  ///< pixels; 0: the layout does not say
+  int height = 0;
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  ///< K
+  std::vector<double>
+      distortion;  ///< k1 k2 p1 p2 k3 k4 k5 k6, or a beginning of it; fisheye: k1..k4
+  bool fisheye = false;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< camera from world
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();   ///< camera from world
+};
+
+/// Ours, still in the layout's world. Throws DataError (`file`, camera) for a K that is no matrix
+/// of focal lengths and principal point (skew beyond 1e-6 of the focal length, another last row)
+/// and for a number of coefficients that OpenCV does not have.
+Camera camera_of(const OpencvCamera& camera, const std::string& file);
+
+/// A camera of ours in OpenCV's terms. `distortion` has 0 (none), 5 or 8 (brown), or 4 numbers.
+OpencvCamera opencv_of(const Camera& camera);
+
+/// The five numbers k1 k2 p1 p2 k3 that most layouts hold, and one sentence for what they leave
+/// out.
+std::array<double, 5> five_distortion(const Camera& camera, std::vector<std::string>& lost);
+
+/// Rotation vector (axis times angle, radians) and back.
+Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& vector);
+Eigen::Vector3d vector_of_rotation(const Eigen::Matrix3d& rotation);
+
+/// Rotation that takes a world whose `up` ("x", "-z", ...) points up to ours. Throws LogicError for
+/// another name.
+Eigen::Matrix3d y_up_from(const std::string& up);
+
+/// A point of the layout's world in ours (metres, Y up), and cameras from one world to the other.
+Camera in_our_world(Camera camera, const FileWorld& world);
+Camera in_file_world(Camera camera, const FileWorld& world);
+
+/// The same camera for pictures of another size: everything in pixels times the factor, which is
+/// exact where the first pixel's centre is at (0.5, 0.5).
+Camera scaled_camera(Camera camera, int width, int height);
+
+}  // namespace atelier

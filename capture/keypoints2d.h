@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/limits.h"
+#include "core/types.h"
+
+namespace atelier {
+
+/// One person's keypoints in one image: pixels and confidence; what was not found is 0, 0, 0.
+using Keypoints2d = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+/// One person's keypoints in space: metres and confidence; what was not found is 0, 0, 0, 0.
+using Keypoints3d = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
+
+/// What a detector found of one person in one image.
+struct PersonKeypoints {
+  int id = -1;         ///< the file's number of the person; -1: none, the order means nothing
+  Keypoints2d points;  ///< [K,3] px (the first pixel's centre at (0.5, 0.5)) and confidence
+};
+
+/// One person in space.
+struct PersonPoints {
+  int id = -1;         ///< as above
+  Keypoints3d points;  ///< [K,4] metres and confidence
+};
+
+/// The people of one OpenPose JSON (doc/02_output.md; also what pose2sim and rtmlib write):
+/// `people`, each with `pose_keypoints_2d` and `person_id`. Face and hands, which BODY_25 files hold
+/// in arrays of their own, are read where `whole_body` is set and the body is COCO's. Throws
+/// DataError for anything that is no such JSON, arrays that are no triples, people with different
+/// numbers of points, points at 1e6 px or beyond. Confidences are read as they are.
+/// @param shift  px, added to what was found: 0.5 where the file counts from the first pixel's
+/// centre
+std::vector<PersonKeypoints> parse_openpose(std::string_view text, const std::string& file = "",
+                                            double shift = 0, const Limits& limits = {});
+
+/// The people of one EasyMocap annotation (`annots/<camera>/<frame>.json`): `annots`, or the bare
+/// list, each with `keypoints` and `personID` or `id`. Throws as parse_openpose.
+std::vector<PersonKeypoints> parse_easymocap_annotation(std::string_view text,
+                                                        const std::string& file = "",
+                                                        double shift = 0.5,
+                                                        const Limits& limits = {});
+
+/// OpenPose's JSON of these people, shortest numbers that read back to the same.
+/// @param shift  px, taken off what was found
+std::string openpose_json(const std::vector<PersonKeypoints>& people, double shift = 0);
+
+}  // namespace atelier
