@@ -28,6 +28,7 @@ struct Command {
 std::span<const Command> all_commands();
 
 OptionSet convert_options();
+OptionSet convert_capture_options();
 OptionSet render_options();
 OptionSet body_model_options();
 OptionSet drape_options();
@@ -37,6 +38,7 @@ Action add_status(CLI::App& parser);
 Action add_inspect(CLI::App& parser);
 Action add_gc(CLI::App& parser);
 Action add_convert(CLI::App& parser);
+Action add_convert_capture(CLI::App& parser);
 Action add_render(CLI::App& parser);  // only with core_render
 Action add_body_model(CLI::App& parser);
 Action add_drape(CLI::App& parser);

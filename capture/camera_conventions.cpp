@@ -50,7 +50,23 @@ Camera camera_of(const OpencvCamera& source, const std::string& file) {
   std::copy(d.begin(), d.end(), camera.distortion.begin());
   camera.camera_from_world_rotation = source.rotation;
   camera.camera_from_world_translation = source.translation;
+  check_numbers(camera, file);
   return camera;
+}
+
+void check_numbers(const Camera& camera, const std::string& file) {
+  bool finite = camera.camera_from_world_rotation.allFinite() &&
+                camera.camera_from_world_translation.allFinite();
+  for (const double value : {camera.fx, camera.fy, camera.cx, camera.cy}) {
+    finite = finite && std::isfinite(value);
+  }
+  for (const double value : camera.distortion) {
+    finite = finite && std::isfinite(value);
+  }
+  if (!finite) {
+    throw DataError(file, "camera '" + camera.id + "'", "a number that is not finite",
+                    "finite numbers, rotations of a few turns");
+  }
 }
 
 OpencvCamera opencv_of(const Camera& camera) {

@@ -29,6 +29,10 @@ struct OpencvCamera {
 /// and for a number of coefficients that OpenCV does not have.
 Camera camera_of(const OpencvCamera& camera, const std::string& file);
 
+/// DataError (`file`, camera) for a number that is not finite, as computing with hostile ones
+/// gives.
+void check_numbers(const Camera& camera, const std::string& file);
+
 /// A camera of ours in OpenCV's terms. `distortion` has 0 (none), 5 or 8 (brown), or 4 numbers.
 OpencvCamera opencv_of(const Camera& camera);
 

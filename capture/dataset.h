@@ -10,6 +10,7 @@
 #include "core/finding.h"
 #include "core/limits.h"
 #include "core/options.h"
+#include "core/types.h"
 
 namespace atelier {
 
@@ -51,9 +52,9 @@ struct Dataset {
   CaptureInfo info;            ///< subject, sequences (fps, frame ids), schemas, held-out, consent
   bool calibrated = true;      ///< false: cameras have ids and sizes alone (fx, fy are 0)
   std::vector<Camera> cameras;
-  std::vector<CameraFrames> frames;        ///< one for each camera
-  std::map<int, DataPlace> keypoints3d;    ///< optional, by frame id
-  std::string keypoint_schema_3d;          ///< of keypoints3d
+  std::vector<CameraFrames> frames;      ///< one for each camera
+  std::map<int, DataPlace> keypoints3d;  ///< optional, by frame id
+  std::string keypoint_schema_3d;        ///< of keypoints3d
   KeypointFile keypoint_file = KeypointFile::OpenPose;
   double keypoint_shift = 0;  ///< px, added to what the files say: 0.5 where centres are integers
   FileWorld file_world;       ///< what the files' own world was taken for
@@ -62,13 +63,14 @@ struct Dataset {
 
 /// What the files do not say, or say wrongly.
 struct DatasetOptions {
-  std::string layout = "auto";         ///< "auto": told by the files; else one of layout_names()
-  double metres_per_unit = 0;          ///< length of the calibration's unit, (0, 1e6]; 0: as the layout
-  std::string up = "auto";             ///< axis of the calibration that points up; "auto": as the layout
-  double fps = 0;                      ///< frames per second, (0, 10000]; 0: what the files say
-  std::string keypoint_schema = "auto";  ///< order of the 2D keypoints; "auto": told by their number
-  std::string label_taxonomy = "auto";   ///< numbers of label images; "auto": as the layout
-  std::string subject = "auto";          ///< of layouts with several (Human3.6M); "auto": the first
+  std::string layout = "auto";  ///< "auto": told by the files; else one of layout_names()
+  double metres_per_unit = 0;   ///< length of the calibration's unit, (0, 1e6]; 0: as the layout
+  std::string up = "auto";      ///< axis of the calibration that points up; "auto": as the layout
+  double fps = 0;               ///< frames per second, (0, 10000]; 0: what the files say
+  std::string keypoint_schema =
+      "auto";                           ///< order of the 2D keypoints; "auto": told by their number
+  std::string label_taxonomy = "auto";  ///< numbers of label images; "auto": as the layout
+  std::string subject = "auto";         ///< of layouts with several (Human3.6M); "auto": the first
 };
 OptionTable describe(DatasetOptions& options);
 

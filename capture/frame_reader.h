@@ -9,6 +9,7 @@
 #include "capture/dataset.h"
 #include "capture/keypoints2d.h"
 #include "core/image.h"
+#include "core/io/image_file.h"
 
 namespace atelier {
 
@@ -34,6 +35,8 @@ class FrameReader {
 
   const Dataset& dataset() const;
 
+  /// What the picture's file says of itself; of a video, width, height and 3 channels.
+  std::optional<ImageHeader> image_header(Index camera_idx, int frame_id);
   /// The picture as sRGB bytes, 1 or 3 channels, distorted as taken, gain not removed.
   std::optional<ByteImage> byte_image(Index camera_idx, int frame_id);
   /// The same in linear light.

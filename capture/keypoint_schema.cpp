@@ -129,20 +129,18 @@ const std::vector<KeypointSchema>& all_schemas() {
                                                    "left_small_toe", "left_heel", "right_big_toe",
                                                    "right_small_toe", "right_heel"})),
       make_schema("coco_17", coco_points()),
-      make_schema("coco_18", {"nose", "neck", "right_shoulder", "right_elbow", "right_wrist",
-                              "left_shoulder", "left_elbow", "left_wrist", "right_hip",
-                              "right_knee", "right_ankle", "left_hip", "left_knee", "left_ankle",
-                              "right_eye", "left_eye", "right_ear", "left_ear"}),
-      make_schema("halpe_26",
-                  with(coco_points(), {"head_top", "neck", "mid_hip", "left_big_toe",
-                                       "right_big_toe", "left_small_toe", "right_small_toe",
-                                       "left_heel", "right_heel"})),
+      make_schema("coco_18",
+                  {"nose", "neck", "right_shoulder", "right_elbow", "right_wrist", "left_shoulder",
+                   "left_elbow", "left_wrist", "right_hip", "right_knee", "right_ankle", "left_hip",
+                   "left_knee", "left_ankle", "right_eye", "left_eye", "right_ear", "left_ear"}),
+      make_schema("halpe_26", with(coco_points(), {"head_top", "neck", "mid_hip", "left_big_toe",
+                                                   "right_big_toe", "left_small_toe",
+                                                   "right_small_toe", "left_heel", "right_heel"})),
       coco_wholebody_schema(),
       make_schema("coco_19", {"neck", "nose", "mid_hip", "left_shoulder", "left_elbow",
-                              "left_wrist", "left_hip", "left_knee", "left_ankle",
-                              "right_shoulder", "right_elbow", "right_wrist", "right_hip",
-                              "right_knee", "right_ankle", "left_eye", "left_ear", "right_eye",
-                              "right_ear"})};
+                              "left_wrist", "left_hip", "left_knee", "left_ankle", "right_shoulder",
+                              "right_elbow", "right_wrist", "right_hip", "right_knee",
+                              "right_ankle", "left_eye", "left_ear", "right_eye", "right_ear"})};
   return schemas;
 }
 

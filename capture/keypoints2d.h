@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,10 +28,11 @@ struct PersonPoints {
 };
 
 /// The people of one OpenPose JSON (doc/02_output.md; also what pose2sim and rtmlib write):
-/// `people`, each with `pose_keypoints_2d` and `person_id`. Face and hands, which BODY_25 files hold
-/// in arrays of their own, are read where `whole_body` is set and the body is COCO's. Throws
-/// DataError for anything that is no such JSON, arrays that are no triples, people with different
-/// numbers of points, points at 1e6 px or beyond. Confidences are read as they are.
+/// `people`, each with `pose_keypoints_2d` and `person_id`. Face and hands,
+/// which BODY_25 files hold in arrays of their own, are not read; 133 points of COCO-WholeBody
+/// stand in `pose_keypoints_2d`. Throws DataError for anything that is no such JSON, arrays that
+/// are no triples, people with different numbers of points, points at 1e6 px or beyond. Confidences
+/// are read as they are.
 /// @param shift  px, added to what was found: 0.5 where the file counts from the first pixel's
 /// centre
 std::vector<PersonKeypoints> parse_openpose(std::string_view text, const std::string& file = "",

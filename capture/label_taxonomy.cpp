@@ -24,13 +24,14 @@ constexpr Label kOther = Label::Other;
 
 /// LIP, or CIHP, which is the same but for number 10.
 LabelTaxonomy lip_like(std::string name, const std::string& tenth, Label tenth_label) {
-  return {std::move(name),
-          {"background", "hat",   "hair",       "glove",    "sunglasses", "upper-clothes", "dress",
-           "coat",       "socks", "pants",      tenth,      "scarf",      "skirt",         "face",
-           "left-arm",   "right-arm", "left-leg", "right-leg", "left-shoe", "right-shoe"},
-          {kBackground, kOther, kHair, kOther,      kOther, kUpper, kDress, kOuter, kShoes, kLower,
-           tenth_label, kOther, kLower, kSkin, kSkin, kSkin, kSkin, kSkin, kShoes, kShoes},
-          {}};
+  return {
+      std::move(name),
+      {"background", "hat",       "hair",     "glove",     "sunglasses", "upper-clothes", "dress",
+       "coat",       "socks",     "pants",    tenth,       "scarf",      "skirt",         "face",
+       "left-arm",   "right-arm", "left-leg", "right-leg", "left-shoe",  "right-shoe"},
+      {kBackground, kOther, kHair,  kOther, kOther, kUpper, kDress, kOuter, kShoes, kLower,
+       tenth_label, kOther, kLower, kSkin,  kSkin,  kSkin,  kSkin,  kSkin,  kShoes, kShoes},
+      {}};
 }
 
 LabelTaxonomy atelier_taxonomy() {
@@ -47,28 +48,32 @@ const std::vector<LabelTaxonomy>& all_taxonomies() {
       lip_like("lip", "jumpsuits", kDress),
       lip_like("cihp", "torso-skin", kSkin),
       {"atr",
-       {"background", "hat",        "hair", "sunglasses", "upper-clothes", "skirt",
-        "pants",      "dress",      "belt", "left-shoe",  "right-shoe",    "face",
-        "left-leg",   "right-leg",  "left-arm", "right-arm", "bag",        "scarf"},
+       {"background", "hat", "hair", "sunglasses", "upper-clothes", "skirt", "pants", "dress",
+        "belt", "left-shoe", "right-shoe", "face", "left-leg", "right-leg", "left-arm", "right-arm",
+        "bag", "scarf"},
        {kBackground, kOther, kHair, kOther, kUpper, kLower, kLower, kDress, kOther, kShoes, kShoes,
         kSkin, kSkin, kSkin, kSkin, kSkin, kOther, kOther},
        {}},
       {"goliath_28",
-       {"Background",      "Apparel",         "Face_Neck",       "Hair",
-        "Left_Foot",       "Left_Hand",       "Left_Lower_Arm",  "Left_Lower_Leg",
-        "Left_Shoe",       "Left_Sock",       "Left_Upper_Arm",  "Left_Upper_Leg",
-        "Lower_Clothing",  "Right_Foot",      "Right_Hand",      "Right_Lower_Arm",
-        "Right_Lower_Leg", "Right_Shoe",      "Right_Sock",      "Right_Upper_Arm",
-        "Right_Upper_Leg", "Torso",           "Upper_Clothing",  "Lower_Lip",
-        "Upper_Lip",       "Lower_Teeth",     "Upper_Teeth",     "Tongue"},
-       {kBackground, kOther, kSkin,  kHair,  kSkin,  kSkin, kSkin, kSkin,  kShoes, kShoes,
-        kSkin,       kSkin,  kLower, kSkin,  kSkin,  kSkin, kSkin, kShoes, kShoes, kSkin,
-        kSkin,       kSkin,  kUpper, kSkin,  kSkin,  kSkin, kSkin, kSkin},
+       {"Background",      "Apparel",         "Face_Neck",      "Hair",       "Left_Foot",
+        "Left_Hand",       "Left_Lower_Arm",  "Left_Lower_Leg", "Left_Shoe",  "Left_Sock",
+        "Left_Upper_Arm",  "Left_Upper_Leg",  "Lower_Clothing", "Right_Foot", "Right_Hand",
+        "Right_Lower_Arm", "Right_Lower_Leg", "Right_Shoe",     "Right_Sock", "Right_Upper_Arm",
+        "Right_Upper_Leg", "Torso",           "Upper_Clothing", "Lower_Lip",  "Upper_Lip",
+        "Lower_Teeth",     "Upper_Teeth",     "Tongue"},
+       {kBackground, kOther, kSkin,  kHair, kSkin, kSkin, kSkin, kSkin,  kShoes, kShoes,
+        kSkin,       kSkin,  kLower, kSkin, kSkin, kSkin, kSkin, kShoes, kShoes, kSkin,
+        kSkin,       kSkin,  kUpper, kSkin, kSkin, kSkin, kSkin, kSkin},
        {}},
       {"4d_dress",
        {"skin", "hair", "shoe", "upper", "lower", "outer"},
        {kSkin, kHair, kShoes, kUpper, kLower, kOuter},
-       {{128, 128, 128}, {255, 128, 0}, {128, 0, 255}, {180, 50, 50}, {50, 180, 50}, {0, 128, 255}}}};
+       {{128, 128, 128},
+        {255, 128, 0},
+        {128, 0, 255},
+        {180, 50, 50},
+        {50, 180, 50},
+        {0, 128, 255}}}};
   return taxonomies;
 }
 
@@ -140,12 +145,11 @@ ByteImage to_atelier_labels(const ByteImage& labels, const LabelTaxonomy& taxono
         label = taxonomy.labels[number];
       } else if (number != static_cast<std::uint8_t>(Label::Unknown)) {
         const auto width = static_cast<std::size_t>(labels.width);
-        throw DataError(file,
-                        "pixel (" + std::to_string(i % width) + ", " + std::to_string(i / width) +
-                            ")",
-                        "label " + std::to_string(number),
-                        "numbers below " + std::to_string(taxonomy.labels.size()) +
-                            ", those of the taxonomy " + taxonomy.name + ", or 255");
+        throw DataError(
+            file, "pixel (" + std::to_string(i % width) + ", " + std::to_string(i / width) + ")",
+            "label " + std::to_string(number),
+            "numbers below " + std::to_string(taxonomy.labels.size()) + ", those of the taxonomy " +
+                taxonomy.name + ", or 255");
       }
     } else {
       const std::array<std::uint8_t, 3> color = {labels.data[3 * i], labels.data[3 * i + 1],

@@ -55,9 +55,9 @@ const std::vector<std::string>& label_taxonomy_names();
 /// By name. Throws DataError for an unknown one, with the nearest.
 const LabelTaxonomy& label_taxonomy(std::string_view name);
 
-/// A label image in our taxonomy. One channel: numbers; 255 stays Unknown; numbers that the taxonomy
-/// does not have throw DataError (`file` in it) with the number and pixel. Three channels: colours of
-/// taxonomies that have some; white is background, any other colour Unknown.
+/// A label image in our taxonomy. One channel: numbers; 255 stays Unknown; numbers that the
+/// taxonomy does not have throw DataError (`file` in it) with the number and pixel. Three channels:
+/// colours of taxonomies that have some; white is background, any other colour Unknown.
 ByteImage to_atelier_labels(const ByteImage& labels, const LabelTaxonomy& taxonomy,
                             const std::string& file = "");
 

@@ -22,11 +22,11 @@ const std::vector<std::string>& layout_names();
 std::string layout_summary(const std::string& layout);
 
 /// Writes a capture in another layout, a folder for each sequence under `out` (new); the native
-/// layout, which holds several sequences, is `out` itself. Units, axes, pixel origins and distortion
-/// orders are those of the layout (docs/formats.md). Pictures keep their bytes (hard links where the
-/// disk allows); frames of videos become PNG. Calibrations come last, so that what was interrupted
-/// has none. Throws DataError for frames that cannot be read, LogicError for a layout that is none,
-/// EnvironmentError for a folder that is there or a disk that fails.
+/// layout, which holds several sequences, is `out` itself. Units, axes, pixel origins and
+/// distortion orders are those of the layout (docs/formats.md). Pictures keep their bytes (hard
+/// links where the disk allows); frames of videos become PNG. Calibrations come last, so that what
+/// was interrupted has none. Throws DataError for frames that cannot be read, LogicError for a
+/// layout that is none, EnvironmentError for a folder that is there or a disk that fails.
 LayoutReport write_layout(const Dataset& dataset, const std::string& layout,
                           const std::filesystem::path& out);
 

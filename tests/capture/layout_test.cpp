@@ -1,24 +1,19 @@
-// A native capture in other layouts: what they store projects points to the same pixels.
+// Every layout: what is written reads back to the same projections, pictures, masks and detections.
 
 #include "capture/layout.h"
 
-#include <Eigen/Geometry>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include <gtest/gtest.h>
 
-#include "capture/cameras_file.h"
-#include "capture/capture_info.h"
-#include "capture/dome.h"
-#include "capture/truth_archive.h"
-#include "core/archive.h"
-#include "core/atomic_file.h"
+#include "capture/frame_reader.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
-#include "core/io/image_file.h"
 #include "core/io/json.h"
+#include "tests/capture/small_capture.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_directory.h"
 
@@ -27,32 +22,232 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const Eigen::Vector3d kPoint(0.2, 1.3, -0.1);
+/// What a layout holds beside poses, focal lengths and pictures.
+struct Holds {
+  const char* layout;
+  bool distortion = true;  ///< the five numbers
+  bool masks = true;
+  bool detections = false;
+  bool ids = true;        ///< names of cameras
+  bool frame_ids = true;  ///< else they begin at 0
+  bool gain = false;
+  bool fisheye = false;
+  bool first_person = false;  ///< of the detections, only the first
+};
+
+std::ostream& operator<<(std::ostream& out, const Holds& holds) {
+  return out << holds.layout;
+}
+
+const Holds kLayouts[] = {
+    {.layout = "native", .detections = true, .gain = true, .fisheye = true},
+    {.layout = "easymocap", .detections = true, .frame_ids = false},
+    {.layout = "goliath", .masks = false},
+    {.layout = "actorshq", .distortion = false, .ids = false},
+    {.layout = "dna",
+     .detections = true,
+     .ids = false,
+     .frame_ids = false,
+     .gain = true,
+     .first_person = true},
+    {.layout = "mvhumannet", .detections = true},
+    {.layout = "avatarrex"},
+    {.layout = "panoptic", .masks = false, .ids = false},
+    {.layout = "human36m", .masks = false},
+    {.layout = "colmap", .fisheye = true},
+    {.layout = "colmap_binary", .fisheye = true},
+    {.layout = "nerfstudio", .fisheye = true},
+    {.layout = "caliscope", .masks = false, .detections = true, .fisheye = true},
+    {.layout = "pose2sim", .masks = false, .detections = true, .fisheye = true},
+    {.layout = "qualisys", .masks = false, .detections = true},
+    {.layout = "anipose", .masks = false, .detections = true, .fisheye = true},
+    {.layout = "thuman4"},
+};
+
+/// Points all over the room, not on any axis.
+std::vector<Eigen::Vector3d> room() {
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 27; ++i) {
+    points.emplace_back(0.4 * (i % 3 - 1) + 0.01, 0.9 + 0.5 * (i / 3 % 3 - 1),
+                        0.3 * (i / 9 - 1) - 0.02);
+  }
+  return points;
+}
+
+double worst_projection(const Camera& a, const Camera& b) {
+  double worst = 0;
+  int seen = 0;
+  for (const Eigen::Vector3d& point : room()) {
+    const auto x = project(a, point);
+    const auto y = project(b, point);
+    EXPECT_EQ(x.has_value(), y.has_value());
+    if (x && y) {
+      worst = std::max(worst, (*x - *y).norm());
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 10);
+  return worst;
+}
+
+class EveryLayout : public ::testing::TestWithParam<Holds> {
+ protected:
+  /// The small capture in the layout and back.
+  Dataset there_and_back(const testing::SmallCapture& capture) {
+    testing::write_small_capture(folder_ / "capture", capture);
+    const LayoutReport report =
+        write_layout(folder_ / "capture", GetParam().layout, folder_ / "out");
+    EXPECT_EQ(report.folders.size(), 1U);
+    report_ = report;
+    DatasetOptions options;
+    options.metres_per_unit = unit_;
+    Dataset dataset = open_dataset(report.folders.front(), options);
+    EXPECT_EQ(dataset.layout, GetParam().layout);
+    EXPECT_FALSE(dataset.evidence.empty());
+    return dataset;
+  }
+
+  testing::TemporaryDirectory folder_;
+  LayoutReport report_;
+  double unit_ = 0;
+};
+
+INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayout, ::testing::ValuesIn(kLayouts),
+                         [](const auto& layout) { return std::string(layout.param.layout); });
+
+TEST_P(EveryLayout, KeepsProjectionsPicturesAndWhatElseItHolds) {
+  testing::SmallCapture capture;
+  for (Camera& camera : capture.cameras) {
+    if (GetParam().distortion) {
+      camera.distortion_model = Distortion::Brown;
+      camera.distortion = {-0.2, 0.05, 0.001, -0.002, 0.003};
+    } else {
+      camera.distortion_model = Distortion::None;
+      camera.distortion = {};
+    }
+    if (GetParam().gain) {
+      camera.gain = {1.25, 1, 0.8};
+    }
+  }
+  const Dataset dataset = there_and_back(capture);
+  ASSERT_EQ(dataset.cameras.size(), 3U);
+  EXPECT_FALSE(has_errors(dataset.findings));
+  FrameReader reader(dataset);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Camera& expected = capture.cameras[c];
+    const Camera& camera = dataset.cameras[c];
+    SCOPED_TRACE(camera.id);
+    if (GetParam().ids) {
+      EXPECT_EQ(camera.id, expected.id);
+    }
+    EXPECT_EQ(camera.width, expected.width);
+    EXPECT_EQ(camera.height, expected.height);
+    EXPECT_LT(worst_projection(expected, camera), 1e-9);
+    if (GetParam().gain) {
+      EXPECT_LT((camera.gain - expected.gain).norm(), 1e-12);
+    }
+    for (const int frame : {3, 4}) {
+      const int id = GetParam().frame_ids ? frame : frame - 3;
+      const auto index = static_cast<Index>(c);
+      const std::optional<ByteImage> picture = reader.byte_image(index, id);
+      ASSERT_TRUE(picture.has_value());
+      EXPECT_EQ(picture->at(7, 9, 0), 100 + static_cast<int>(c));
+      EXPECT_EQ(picture->at(7, 9, 1), frame);
+      const std::optional<ByteImage> mask = reader.mask(index, id);
+      ASSERT_EQ(mask.has_value(), GetParam().masks);
+      if (mask) {
+        EXPECT_EQ(mask->at(5, 6), 255);
+        EXPECT_EQ(mask->at(6, 5), 0);
+      }
+      const std::vector<PersonKeypoints> people = reader.keypoints(index, id);
+      const std::vector<PersonKeypoints> expected_people = testing::small_people(frame);
+      ASSERT_EQ(people.size(), !GetParam().detections ? 0U : GetParam().first_person ? 1U : 2U);
+      for (std::size_t i = 0; i < people.size(); ++i) {
+        EXPECT_LT((people[i].points - expected_people[i].points).cwiseAbs().maxCoeff(), 1e-9);
+      }
+    }
+  }
+  EXPECT_EQ(frame_ids(dataset).size(), 2U);
+}
+
+TEST_P(EveryLayout, KeepsFisheyeOrSaysThatItIsLost) {
+  testing::SmallCapture capture;
+  for (Camera& camera : capture.cameras) {
+    camera.distortion_model = Distortion::Fisheye;
+    camera.distortion = {0.02, -0.003, 0.001, 0.0005};
+  }
+  const Dataset dataset = there_and_back(capture);
+  bool said = false;
+  for (const std::string& sentence : report_.lost) {
+    said = said || sentence.find("distortion") != std::string::npos;
+  }
+  EXPECT_EQ(said, !GetParam().fisheye);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double worst = worst_projection(capture.cameras[c], dataset.cameras[c]);
+    EXPECT_EQ(worst < 1e-9, GetParam().fisheye) << worst;
+  }
+}
+
+TEST_P(EveryLayout, SaysWhatOfAGainIsLost) {
+  testing::SmallCapture capture;
+  capture.cameras[1].gain = {1.1, 1, 0.9};
+  there_and_back(capture);
+  bool said = false;
+  for (const std::string& sentence : report_.lost) {
+    said = said || sentence.find("gains") != std::string::npos;
+  }
+  EXPECT_EQ(said, !GetParam().gain);
+}
+
+TEST_P(EveryLayout, TakesJpegBytesAsTheyAre) {
+  testing::SmallCapture capture;
+  capture.extension = ".jpg";
+  const Dataset dataset = there_and_back(capture);
+  FrameReader reader(dataset);
+  const fs::path source =
+      folder_ / "capture" / "images" / capture.cameras[0].id / (frame_name(3) + ".jpg");
+  const auto image = reader.encoded_image(0, GetParam().frame_ids ? 3 : 0);
+  ASSERT_TRUE(image.has_value());
+  EXPECT_EQ(image->bytes, read_file_bytes(source, 1 << 20));
+  EXPECT_EQ(image->extension, ".jpg");
+}
+
+TEST_P(EveryLayout, RefusesAFolderWithoutItsFiles) {
+  fs::create_directory(folder_ / "empty");
+  DatasetOptions options;
+  options.layout = GetParam().layout;
+  EXPECT_THROW(open_dataset(folder_ / "empty", options), DataError);
+}
+
+TEST_P(EveryLayout, IsRefusedWhereItsCalibrationIsCutOff) {
+  testing::write_small_capture(folder_ / "capture");
+  const fs::path out =
+      write_layout(folder_ / "capture", GetParam().layout, folder_ / "out").folders.front();
+  // The largest file that is no picture: the calibration.
+  fs::path calibration;
+  std::uintmax_t most = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out)) {
+    const std::string extension = entry.path().extension().string();
+    const std::string path = entry.path().string();
+    if (entry.is_regular_file() && extension != ".png" && extension != ".zip" &&
+        path.find("annots/") == std::string::npos && path.find("pose") == std::string::npos &&
+        path.find("keypoints2d") == std::string::npos && entry.file_size() >= most) {
+      most = entry.file_size();
+      calibration = entry.path();
+    }
+  }
+  ASSERT_FALSE(calibration.empty());
+  fs::resize_file(calibration, most / 2);
+  DatasetOptions options;
+  options.layout = GetParam().layout;
+  EXPECT_THROW(open_dataset(out, options), DataError) << calibration;
+}
 
 class Layout : public ::testing::Test {
  protected:
   void SetUp() override {
-    cameras_ =
-        dome_cameras({.cameras = 2, .pairs = false, .width = 64, .height = 80, .gain = 0}, {1, 1});
-    CaptureInfo info;
-    info.sequences = {{"clothed", "clothed", 12, {3, 4}}};
-    for (const Camera& camera : cameras_) {
-      for (const int frame : {3, 4}) {
-        const std::string name = frame_name(frame);
-        for (const char* part : {"images", "labels", "keypoints2d"}) {
-          make_private_directory(capture() / part / camera.id);
-        }
-        write_image(capture() / "images" / camera.id / (name + ".png"),
-                    ByteImage(64, 80, 3, static_cast<std::uint8_t>(frame)));
-        ByteImage labels(64, 80, 1);
-        labels.at(5, 6) = 3;
-        write_labels(capture() / "labels" / camera.id / (name + ".png"), labels);
-        write_file_atomically(capture() / "keypoints2d" / camera.id / (name + ".json"),
-                              R"({"people":[{"pose_keypoints_2d":[10.5,20.5,0.9,0,0,0]}]})");
-      }
-    }
-    write_file_atomically(capture() / "cameras.json", cameras_json(cameras_));
-    write_file_atomically(capture() / "capture.toml", capture_toml(info));
+    testing::write_small_capture(capture(), small_);
+    cameras_ = small_.cameras;
   }
 
   fs::path capture() const { return folder_ / "capture"; }
@@ -63,66 +258,23 @@ class Layout : public ::testing::Test {
   nlohmann::json json(const fs::path& path) const { return parse_json(text(path)); }
 
   testing::TemporaryDirectory folder_;
+  testing::SmallCapture small_;
   std::vector<Camera> cameras_;
 };
 
-TEST_F(Layout, ColmapProjectsToTheSamePixel) {
-  write_layout(capture(), "colmap", out());
-  std::istringstream cameras(text("sparse/0/cameras.txt"));
-  std::istringstream images(text("sparse/0/images.txt"));
-  std::string line;
-  std::vector<Camera> read;
-  while (std::getline(cameras, line)) {
-    if (line.front() == '#') {
-      continue;
-    }
-    std::istringstream words(line);
-    int id = 0;
-    std::string model;
-    Camera camera;
-    camera.distortion_model = Distortion::Brown;
-    words >> id >> model >> camera.width >> camera.height >> camera.fx >> camera.fy >> camera.cx >>
-        camera.cy >> camera.distortion[0] >> camera.distortion[1] >> camera.distortion[2] >>
-        camera.distortion[3];
-    EXPECT_EQ(model, "OPENCV");
-    read.push_back(camera);
-  }
-  ASSERT_EQ(read.size(), 2U);
-  int count = 0;
-  while (std::getline(images, line)) {
-    if (line.empty() || line.front() == '#') {
-      continue;
-    }
-    std::istringstream words(line);
-    int id = 0;
-    int camera_id = 0;
-    Eigen::Quaterniond q;
-    Eigen::Vector3d t;
-    std::string name;
-    words >> id >> q.w() >> q.x() >> q.y() >> q.z() >> t.x() >> t.y() >> t.z() >> camera_id >> name;
-    Camera camera = read[static_cast<std::size_t>(camera_id - 1)];
-    camera.camera_from_world_rotation = q.toRotationMatrix();
-    camera.camera_from_world_translation = t;
-    const auto expected = project(cameras_[static_cast<std::size_t>(camera_id - 1)], kPoint);
-    EXPECT_LT((*project(camera, kPoint) - *expected).norm(), 1e-9);
-    EXPECT_TRUE(fs::exists(out() / "clothed" / "images" / name));
-    EXPECT_TRUE(fs::exists(out() / "clothed" / "masks" / (name + ".png")));
-    ++count;
-  }
-  EXPECT_EQ(count, 4);
-}
+const Eigen::Vector3d kPoint(0.2, 1.3, -0.1);
 
-TEST_F(Layout, PanopticIsInCentimetresWithPixelCentresAtZero) {
+TEST_F(Layout, PanopticIsInCentimetresYDownWithPixelCentresAtZero) {
   write_layout(capture(), "panoptic", out());
   const nlohmann::json root = json("calibration_clothed.json");
+  const Eigen::Vector3d theirs = 100 * Eigen::Vector3d(kPoint.x(), -kPoint.y(), -kPoint.z());
   for (std::size_t c = 0; c < 2; ++c) {
     const nlohmann::json& entry = root["cameras"][c];
     Eigen::Vector3d x;
     for (std::size_t i = 0; i < 3; ++i) {
       x[static_cast<Index>(i)] = entry["t"][i][0].get<double>();
       for (std::size_t j = 0; j < 3; ++j) {
-        x[static_cast<Index>(i)] +=
-            entry["R"][i][j].get<double>() * 100 * kPoint[static_cast<Index>(j)];
+        x[static_cast<Index>(i)] += entry["R"][i][j].get<double>() * theirs[static_cast<Index>(j)];
       }
     }
     EXPECT_LT((x / 100 - camera_from_world(cameras_[c], kPoint)).norm(), 1e-12);
@@ -134,7 +286,7 @@ TEST_F(Layout, PanopticIsInCentimetresWithPixelCentresAtZero) {
 TEST_F(Layout, NerfstudioIsZUpAndLooksBackwards) {
   write_layout(capture(), "nerfstudio", out());
   const nlohmann::json root = json("transforms.json");
-  EXPECT_EQ(root["frames"].size(), 4U);
+  EXPECT_EQ(root["frames"].size(), 6U);
   const nlohmann::json& entry = root["frames"][0];
   const auto at = [&](std::size_t i, std::size_t j) {
     return entry["transform_matrix"][i][j].get<double>();
@@ -148,21 +300,26 @@ TEST_F(Layout, NerfstudioIsZUpAndLooksBackwards) {
   EXPECT_DOUBLE_EQ(root["frames"][1]["time"].get<double>(), 1.0 / 12);
 }
 
-TEST_F(Layout, EasyMocapShiftsPixelsAndCountsFromZero) {
+TEST_F(Layout, EasyMocapShiftsPixelsCountsFromZeroAndHasZUp) {
   const LayoutReport report = write_layout(capture(), "easymocap", out());
   EXPECT_FALSE(report.lost.empty());
-  EXPECT_TRUE(fs::exists(out() / "clothed/images/00/000000.png"));
-  const nlohmann::json annotation = json("annots/00/000001.json");
-  EXPECT_EQ(annotation["annots"][0]["keypoints"][0][0], 10.0);
-  EXPECT_EQ(annotation["annots"][0]["keypoints"][1][2], 0.0);
-  EXPECT_NE(text("extri.yml").find("Rot_00"), std::string::npos);
+  EXPECT_TRUE(fs::exists(out() / "clothed/images" / cameras_[0].id / "000000.png"));
+  const nlohmann::json annotation = json("annots/" + cameras_[0].id + "/000001.json");
+  EXPECT_EQ(annotation["annots"][0]["keypoints"][0][0], 10.25 + 4 - 0.5);
+  EXPECT_EQ(annotation["annots"][0]["keypoints"][24][2], 0.0);
+  EXPECT_EQ(annotation["annots"].size(), 2U);
+  EXPECT_NE(text("extri.yml").find("Rot_" + cameras_[0].id), std::string::npos);
   EXPECT_EQ(text("intri.yml").rfind("%YAML:1.0", 0), 0U);
-  const ByteImage mask = read_labels(out() / "clothed/mask/00/000000.png");
-  EXPECT_EQ(mask.at(5, 6), 255);
-  EXPECT_EQ(mask.at(0, 0), 0);
+  DatasetOptions untouched;
+  untouched.up = "y";
+  const Dataset z_up = open_dataset(report.folders.front(), untouched);
+  const Eigen::Vector3d center = camera_center(cameras_[0]);
+  EXPECT_LT((camera_center(z_up.cameras[0]) - Eigen::Vector3d(center.x(), -center.z(), center.y()))
+                .norm(),
+            1e-12);
 }
 
-TEST_F(Layout, ActorsHqStoresSharesOfTheSize) {
+TEST_F(Layout, ActorsHqStoresSharesOfTheSizeAndCameraToWorld) {
   write_layout(capture(), "actorshq", out());
   std::istringstream csv(text("1x/calibration.csv"));
   std::string header;
@@ -176,25 +333,37 @@ TEST_F(Layout, ActorsHqStoresSharesOfTheSize) {
     values.push_back(std::stod(word));
   }
   ASSERT_EQ(values.size(), 12U);
-  const Eigen::Vector3d r(values[2], values[3], values[4]);
-  const Eigen::Matrix3d world_from_camera =
-      Eigen::AngleAxisd(r.norm(), r.normalized()).toRotationMatrix();
-  EXPECT_LT((world_from_camera.transpose() - cameras_[0].camera_from_world_rotation).norm(), 1e-12);
+  EXPECT_LT((Eigen::Vector3d(values[5], values[6], values[7]) - camera_center(cameras_[0])).norm(),
+            1e-12);
   EXPECT_NEAR(values[8] * 64, cameras_[0].fx, 1e-12);
   EXPECT_TRUE(fs::exists(out() / "clothed/1x/rgbs/Cam001/Cam001_rgb000003.png"));
 }
 
-TEST_F(Layout, DnaHoldsEncodedImagesAndWorldFromCamera) {
-  write_layout(capture(), "dna", out());
-  const Archive images = read_archive(out() / "clothed/main/clothed.smc", "dna.main", 1);
-  const Tensor& first = images.datasets.at("Camera_5mp/0/color/0");
-  const ByteImage image =
-      read_byte_image(std::span<const std::byte>(first.data.data(), first.data.size()), "first");
-  EXPECT_EQ(image.at(0, 0, 0), 3);
-  const Archive annotations =
-      read_archive(out() / "clothed/annotations/clothed_annots.smc", "dna.annotations", 1);
-  const RowMatrix rt = matrix_of(annotations.datasets.at("Camera_Parameter/01/RT"), 4);
-  EXPECT_LT((rt.block<3, 1>(0, 3) - camera_center(cameras_[1])).norm(), 1e-12);
+TEST_F(Layout, GoliathStoresMatricesTransposedInMillimetres) {
+  write_layout(capture(), "goliath", out());
+  const nlohmann::json entry = json("camera_calibration.json")["KRT"][0];
+  EXPECT_EQ(entry["K"][0][2], 0.0);
+  EXPECT_DOUBLE_EQ(entry["K"][2][0].get<double>(), cameras_[0].cx - 0.5);
+  EXPECT_NEAR(entry["T"][3][2].get<double>(), 1000 * cameras_[0].camera_from_world_translation.z(),
+              1e-9);
+  EXPECT_TRUE(fs::exists(out() / "clothed/image" / ("cam" + cameras_[0].id + ".zip")));
+}
+
+TEST_F(Layout, FromEveryLayoutToEveryOtherNothingMoves) {
+  // One after the other through all that hold the lens: errors would add up.
+  Dataset dataset = open_dataset(capture());
+  int step = 0;
+  for (const char* layout :
+       {"easymocap", "colmap", "panoptic", "qualisys", "goliath", "nerfstudio", "dna", "caliscope",
+        "mvhumannet", "pose2sim", "colmap_binary", "avatarrex", "anipose", "human36m", "native"}) {
+    const fs::path out = folder_ / ("step" + std::to_string(step++));
+    dataset = open_dataset(write_layout(dataset, layout, out).folders.front());
+    EXPECT_EQ(dataset.layout, layout);
+    ASSERT_EQ(dataset.cameras.size(), 3U) << layout;
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_LT(worst_projection(cameras_[c], dataset.cameras[c]), 1e-9);
+  }
 }
 
 TEST_F(Layout, RefusesUnfinishedCapturesAndFoldersThatAreThere) {
@@ -205,6 +374,16 @@ TEST_F(Layout, RefusesUnfinishedCapturesAndFoldersThatAreThere) {
   fs::remove(capture() / "capture.toml");
   ATELIER_EXPECT_REFUSED(write_layout(capture(), "colmap", folder_ / "y"), DataError,
                          "finished native capture");
+}
+
+TEST_F(Layout, RefusesToWriteCalibrationsOfPicturesAlone) {
+  fs::remove(capture() / "capture.toml");
+  fs::remove(capture() / "cameras.json");
+  const Dataset dataset = open_dataset(capture());
+  EXPECT_EQ(dataset.layout, "images");
+  EXPECT_FALSE(dataset.calibrated);
+  ATELIER_EXPECT_REFUSED(write_layout(dataset, "colmap", out()), DataError, "without calibration");
+  EXPECT_EQ(write_layout(dataset, "images", out()).folders.size(), 1U);
 }
 
 }  // namespace

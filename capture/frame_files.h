@@ -1,0 +1,74 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/dataset.h"
+#include "core/limits.h"
+
+namespace atelier {
+
+/// The last number of a file's name without its extension: 81 of "cam01.0081.json", 3 of
+/// "Cam001_rgb000003.jpg", 12 of "000012_keypoints.json". Nothing without digits or beyond 9
+/// digits.
+std::optional<int> frame_number(std::string_view file_name);
+
+/// The files of a folder by frame_number, of the given extensions (small letters, with dot; any of
+/// the pictures that we read where none is given). None if there is no such folder. Throws
+/// DataError for two files of one number and for more files than `limits.frames`.
+std::map<int, DataPlace> numbered_files(const std::filesystem::path& folder,
+                                        const std::vector<std::string>& extensions = {},
+                                        const Limits& limits = {});
+
+/// The pictures of one camera: of the folder `base`/`name`, else of the zip `base`/`name`.zip, else
+/// of the video `base`/`name`.mp4 (.mov, .avi, .mkv). None if nothing is there. Throws as
+/// numbered_files, ZipArchive and VideoFile.
+std::map<int, DataPlace> camera_pictures(const std::filesystem::path& base, const std::string& name,
+                                         const Limits& limits = {});
+
+/// Names of the cameras that have a folder, a zip or a video in `base`, sorted; none if there is no
+/// such folder. Hidden names are left out.
+std::vector<std::string> camera_names(const std::filesystem::path& base, const Limits& limits = {});
+
+/// Files of a folder whose name ends in `suffix` (any case), sorted.
+std::vector<std::filesystem::path> files_ending(const std::filesystem::path& folder,
+                                                std::string_view suffix, const Limits& limits = {});
+
+/// Which of `names` each camera's files go by: the same name; else the one with the same last
+/// number
+/// ("1", "01", "cam1", "Camera_B1"); else, where as many names are left as cameras, in sorted
+/// order.
+struct MatchedNames {
+  std::vector<std::string> names;  ///< one for each id; "": none
+  bool by_number = false;          ///< some were matched by number
+  bool by_order = false;           ///< some were matched by order alone
+};
+MatchedNames matched_names(const std::vector<std::string>& ids,
+                           const std::vector<std::string>& names);
+
+/// A data set with the pictures of `base` (camera_pictures) as its images, masks or labels; cameras
+/// that have some already keep them. Findings say how names were matched.
+Dataset with_pictures(Dataset dataset, std::map<int, DataPlace> CameraFrames::*kind,
+                      const std::filesystem::path& base, const Limits& limits = {});
+
+/// The same with the JSON files of `base`/<camera> as its keypoints.
+Dataset with_keypoints(Dataset dataset, const std::filesystem::path& base,
+                       const Limits& limits = {});
+
+/// A data set without the cameras that have no pictures, where some have: calibrations often list
+/// more cameras than were downloaded. A finding says how many.
+Dataset with_pictured_cameras(Dataset dataset);
+
+/// A path that a file names, under `root`. Throws DataError (`file`, `where`) unless it is
+/// relative, without "..", empty parts and control characters, at most 1,024 bytes.
+std::filesystem::path path_under(const std::filesystem::path& root, const std::string& name,
+                                 const std::string& file, const std::string& where);
+
+/// An id of the letters that the native layout allows (is_plain_name): others become '_'.
+std::string plain_name(std::string_view name);
+
+}  // namespace atelier

@@ -1,0 +1,80 @@
+#include "capture/keypoints3d_file.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/io/json.h"
+#include "core/io/json_place.h"
+
+namespace atelier {
+namespace {
+
+Keypoints3d points_of(const JsonPlace& place, const std::vector<double>& values, double farthest) {
+  if (values.size() % 4 != 0 || values.empty()) {
+    place.fail(std::to_string(values.size()) + " numbers", "x, y, z and confidence of points");
+  }
+  Keypoints3d points(static_cast<Index>(values.size() / 4), 4);
+  for (Index i = 0; i < points.rows(); ++i) {
+    for (Index j = 0; j < 4; ++j) {
+      points(i, j) = values[static_cast<std::size_t>(4 * i + j)];
+      if (!(std::abs(points(i, j)) < farthest)) {
+        place.fail("point " + std::to_string(i) + " is far beyond any capture", "coordinates");
+      }
+    }
+    if (points(i, 3) <= 0) {
+      points.row(i).setZero();
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::string& file,
+                                            const Limits& limits) {
+  const nlohmann::json parsed = parse_json(text, file, limits);
+  const JsonPlace root(parsed, file);
+  std::vector<PersonPoints> people;
+  constexpr std::int64_t kMostPeople = 1'000'000;
+  if (parsed.is_array()) {
+    for (const JsonPlace& entry : root.items()) {
+      std::vector<double> values;
+      const JsonPlace rows = entry.at("keypoints3d");
+      for (const JsonPlace& row : rows.items()) {
+        const std::vector<double> four = row.numbers();
+        if (four.size() != 4) {
+          row.fail(std::to_string(four.size()) + " numbers", "x, y, z and confidence");
+        }
+        values.insert(values.end(), four.begin(), four.end());
+      }
+      people.push_back({static_cast<int>(entry.integer_or("id", -1, -1, kMostPeople)),
+                        points_of(rows, values, limits.mesh_coordinate)});
+    }
+  } else {
+    for (const JsonPlace& body : root.at("bodies").items()) {
+      const JsonPlace joints = body.at("joints19");
+      people.push_back({static_cast<int>(body.integer_or("id", -1, -1, kMostPeople)),
+                        points_of(joints, joints.numbers(), limits.mesh_coordinate)});
+    }
+  }
+  return people;
+}
+
+std::string keypoints3d_json(const std::vector<PersonPoints>& people) {
+  nlohmann::ordered_json root = nlohmann::ordered_json::array();
+  for (const PersonPoints& person : people) {
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    for (Index i = 0; i < person.points.rows(); ++i) {
+      rows.push_back(
+          {person.points(i, 0), person.points(i, 1), person.points(i, 2), person.points(i, 3)});
+    }
+    nlohmann::ordered_json entry;
+    entry["id"] = person.id;
+    entry["keypoints3d"] = rows;
+    root.push_back(entry);
+  }
+  return root.dump() + "\n";
+}
+
+}  // namespace atelier

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/keypoints2d.h"
+#include "core/limits.h"
+
+namespace atelier {
+
+/// The people of one JSON of keypoints in space, in the file's own unit and axes: EasyMocap's
+/// `keypoints3d/<frame>.json` (a list of {id, keypoints3d: [[x, y, z, c], ...]}) or CMU Panoptic's
+/// `body3DScene_<frame>.json` ({bodies: [{id, joints19: [x, y, z, c, ...]}]}). Confidences of
+/// points that were not found are -1 there and 0 here. Throws DataError for anything else and for
+/// points at 1e9 or beyond.
+std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::string& file = "",
+                                            const Limits& limits = {});
+
+/// EasyMocap's form.
+std::string keypoints3d_json(const std::vector<PersonPoints>& people);
+
+}  // namespace atelier

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "core/image.h"
+#include "core/limits.h"
+
+namespace atelier {
+
+/// A video (MP4 and MOV, AVI, Matroska), decoded frame by frame through OpenCV and FFmpeg.
+///
+/// Only files that begin as those containers do are opened: FFmpeg also reads play lists that name
+/// other files and addresses. Throws DataError for another file, no or more frames than
+/// `limits.frames`, pictures beyond `limits`, and a frame that cannot be decoded. Turned videos (a
+/// phone's) come as a player shows them.
+class VideoFile {
+ public:
+  explicit VideoFile(const std::filesystem::path& path, const Limits& limits = {});
+  ~VideoFile();
+  VideoFile(VideoFile&&) noexcept;
+  VideoFile& operator=(VideoFile&&) noexcept;
+
+  int width() const;   ///< pixels
+  int height() const;  ///< pixels
+  int frames() const;  ///< as the container says
+  double fps() const;  ///< frames per second; 0 if the container does not say
+
+  /// Frame from 0, sRGB, 3 channels. Forward it decodes what lies between; backward it starts again
+  /// from the beginning, so that the frame is exact in every codec.
+  ByteImage frame(int index);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace atelier

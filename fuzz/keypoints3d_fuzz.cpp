@@ -1,0 +1,9 @@
+#include "capture/keypoints3d_file.h"
+#include "core/io/text_scanner.h"
+#include "fuzz/reader.h"
+
+ATELIER_FUZZ_READER(keypoints3d) {
+  for (const PersonPoints& person : parse_keypoints3d(as_text(bytes), "keypoints3d")) {
+    ATELIER_CHECK(person.points.allFinite(), "points that are not finite");
+  }
+}

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "capture/cameras_file.h"
+#include "capture/capture_info.h"
+#include "capture/dome.h"
+#include "capture/keypoint_schema.h"
+#include "capture/keypoints2d.h"
+#include "capture/truth_archive.h"
+#include "core/atomic_file.h"
+#include "core/io/image_file.h"
+
+namespace atelier::testing {
+
+/// What a small native capture is made with.
+struct SmallCapture {
+  std::vector<Camera> cameras =
+      dome_cameras({.cameras = 3, .pairs = false, .width = 64, .height = 80, .gain = 0}, {1, 1});
+  std::vector<int> frames = {3, 4};
+  std::string extension = ".png";
+  bool detections = true;  ///< two people in each picture
+};
+
+/// Two people's points: no two are alike, the last of each is not found.
+inline std::vector<PersonKeypoints> small_people(int frame) {
+  std::vector<PersonKeypoints> people;
+  for (int person = 0; person < 2; ++person) {
+    Keypoints2d points = Keypoints2d::Zero(25, 3);
+    for (Index i = 0; i < 24; ++i) {
+      points.row(i) << 10.25 + static_cast<double>(i) + frame,
+          20.125 + 2 * static_cast<double>(i) - person, 0.5 + 0.01 * static_cast<double>(i);
+    }
+    people.push_back({person, points});
+  }
+  return people;
+}
+
+/// Writes it; a pixel of every picture tells its camera and frame, labels have an upper garment.
+inline void write_small_capture(const std::filesystem::path& folder,
+                                const SmallCapture& capture = {}) {
+  CaptureInfo info;
+  info.subject = "somebody";
+  info.image_format = capture.extension.substr(1);
+  info.sequences = {{"clothed", "clothed", 12, capture.frames}};
+  for (std::size_t c = 0; c < capture.cameras.size(); ++c) {
+    const Camera& camera = capture.cameras[c];
+    for (const int frame : capture.frames) {
+      const std::string name = frame_name(frame);
+      for (const char* part : {"images", "labels", "keypoints2d"}) {
+        make_private_directory(folder / part / camera.id);
+      }
+      ByteImage picture(camera.width, camera.height, 3, 40);
+      picture.at(7, 9, 0) = static_cast<std::uint8_t>(100 + c);
+      picture.at(7, 9, 1) = static_cast<std::uint8_t>(frame);
+      write_image(folder / "images" / camera.id / (name + capture.extension), picture);
+      ByteImage labels(camera.width, camera.height, 1);
+      labels.at(5, 6) = 3;
+      write_labels(folder / "labels" / camera.id / (name + ".png"), labels);
+      if (capture.detections) {
+        write_file_atomically(folder / "keypoints2d" / camera.id / (name + ".json"),
+                              openpose_json(small_people(frame)));
+      }
+    }
+  }
+  write_file_atomically(folder / "cameras.json", cameras_json(capture.cameras));
+  write_file_atomically(folder / "capture.toml", capture_toml(info));
+}
+
+}  // namespace atelier::testing
