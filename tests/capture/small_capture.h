@@ -24,14 +24,19 @@ struct SmallCapture {
   bool detections = true;  ///< two people in each picture
 };
 
-/// Two people's points: no two are alike, the last of each is not found.
+/// Two standing people in BODY_25: no two points are alike, the last of each is not found.
 inline std::vector<PersonKeypoints> small_people(int frame) {
+  // nose neck rsho relb rwri lsho lelb lwri hip rhip rkne rank lhip lkne lank eyes ears feet
+  constexpr double kX[] = {0,   0.5, -6, -7, -8, 6, 7, 8, 0.25, -3, -3.5, -4, 3,
+                           3.5, 4,   -1, 1,  -2, 2, 5, 6, 3.75, -5, -6,   0};
+  constexpr double kY[] = {0,    6,    7,  15,    23,   7.5, 15.5, 23.5, 24, 24.5, 36,    48, 24.25,
+                           36.5, 48.5, -1, -1.25, 0.25, 0.5, 51,   50.5, 50, 51.5, 51.25, 0};
   std::vector<PersonKeypoints> people;
   for (int person = 0; person < 2; ++person) {
     Keypoints2d points = Keypoints2d::Zero(25, 3);
     for (Index i = 0; i < 24; ++i) {
-      points.row(i) << 10.25 + static_cast<double>(i) + frame,
-          20.125 + 2 * static_cast<double>(i) - person, 0.5 + 0.01 * static_cast<double>(i);
+      points.row(i) << 10.25 + kX[i] + frame + 20 * person, 20.125 + kY[i] - person,
+          0.5 + 0.01 * static_cast<double>(i);
     }
     people.push_back({person, points});
   }

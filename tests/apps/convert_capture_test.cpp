@@ -1,0 +1,62 @@
+// `atelier convert-capture`: there and back, what it says, what it refuses.
+#ifdef ATELIER_HAS_CAPTURE
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture/cameras_file.h"
+#include "tests/capture/small_capture.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+ChildResult convert(const std::vector<std::string>& arguments) {
+  std::vector<std::string> command = {ATELIER_PROGRAM, "convert-capture"};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  return run_child(command);
+}
+
+TEST(ConvertCapture, GoesThereAndBack) {
+  const TemporaryDirectory folder;
+  const SmallCapture small;
+  write_small_capture(folder / "capture", small);
+  const std::string out = (folder / "colmap").string();
+  const ChildResult there = convert({(folder / "capture").string(), out, "--to", "colmap_binary"});
+  ASSERT_EQ(there.exit_code, 0) << there.err;
+  EXPECT_THAT(there.out, HasSubstr("native (capture.toml and cameras.json), 3 cameras, 2 frames"));
+  EXPECT_THAT(there.out, HasSubstr("colmap_binary: frame rate"));
+  const std::string back = (folder / "back").string();
+  const ChildResult here =
+      convert({out + "/clothed", back, "--metres-per-unit", "1", "--up", "y", "--fps", "12"});
+  ASSERT_EQ(here.exit_code, 0) << here.err;
+  const std::vector<Camera> cameras = read_cameras(back);
+  ASSERT_EQ(cameras.size(), 3U);
+  const Eigen::Vector3d point(0.1, 1, 0.2);
+  EXPECT_LT((*project(cameras[1], point) - *project(small.cameras[1], point)).norm(), 1e-9);
+}
+
+TEST(ConvertCapture, RefusesWhatIsNoCaptureOrNoPlace) {
+  const TemporaryDirectory folder;
+  fs::create_directory(folder / "empty");
+  const std::string empty = (folder / "empty").string();
+  const ChildResult none = convert({empty, (folder / "out").string()});
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_THAT(none.err, HasSubstr("no layout that is known"));
+  write_small_capture(folder / "capture");
+  const std::string capture = (folder / "capture").string();
+  EXPECT_EQ(convert({capture, empty}).exit_code, 5);  // it is there already
+  const ChildResult layout = convert({capture, (folder / "x").string(), "--to", "colmapp"});
+  EXPECT_EQ(layout.exit_code, 2);
+  const ChildResult up = convert({capture, (folder / "x").string(), "--up", "w"});
+  EXPECT_EQ(up.exit_code, 2);
+}
+
+}  // namespace
+}  // namespace atelier::testing
+
+#endif

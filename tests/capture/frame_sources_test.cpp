@@ -1,0 +1,238 @@
+// Where pictures come from: folders, zips, videos; keypoints and labels of every kind.
+
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "capture/dataset.h"
+#include "capture/frame_reader.h"
+#include "capture/keypoint_schema.h"
+#include "capture/keypoints2d.h"
+#include "capture/keypoints3d_file.h"
+#include "capture/label_taxonomy.h"
+#include "capture/layout.h"
+#include "capture/layout_mvhumannet.h"
+#include "capture/video_file.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/zip_archive.h"
+#include "core/render/video.h"
+#include "tests/capture/small_capture.h"
+#include "tests/support/refusals.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/support/test_data.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A grey video whose frame i has the level 20 + 20 i.
+void write_grey_video(const fs::path& path, Index count) {
+  write_video(path, count,
+              [](Index i) { return ByteImage(64, 80, 3, static_cast<std::uint8_t>(20 + 20 * i)); });
+}
+
+TEST(FrameSources, AZipOfPicturesIsACamera) {
+  const testing::TemporaryDirectory folder;
+  testing::write_small_capture(folder / "capture");
+  std::vector<std::pair<std::string, std::vector<std::byte>>> members = {{"00/", {}},
+                                                                         {"00/notes.txt", {}}};
+  for (const int frame : {3, 4}) {
+    const std::string name = frame_name(frame) + ".png";
+    members.emplace_back("00/" + name,
+                         read_file_bytes(folder / "capture/images/00" / name, 1 << 20));
+  }
+  make_private_directory(folder / "zips/images");
+  AtomicFile file(folder / "zips/images/cam00.zip");
+  file.write(zip_bytes(members, true));
+  file.commit();
+  const Dataset dataset = open_dataset(folder / "zips");
+  EXPECT_EQ(dataset.layout, "images");
+  EXPECT_FALSE(dataset.calibrated);
+  ASSERT_EQ(dataset.cameras.size(), 1U);
+  EXPECT_EQ(dataset.cameras[0].id, "cam00");
+  EXPECT_EQ(dataset.cameras[0].width, 64);
+  FrameReader reader(dataset);
+  EXPECT_EQ(reader.byte_image(0, 4)->at(7, 9, 1), 4);
+  EXPECT_EQ(reader.encoded_image(0, 3)->extension, ".png");
+}
+
+TEST(FrameSources, AVideoIsReadInAnyOrder) {
+  const testing::TemporaryDirectory folder;
+  make_private_directory(folder / "videos");
+  write_grey_video(folder / "videos/a.mp4", 6);
+  const Dataset dataset = open_dataset(folder.path());
+  ASSERT_EQ(dataset.cameras.size(), 1U);
+  EXPECT_EQ(frame_ids(dataset).size(), 6U);
+  EXPECT_GT(dataset.info.sequences.front().fps, 0);
+  FrameReader reader(dataset);
+  for (const int frame : {0, 3, 5, 1, 1}) {
+    EXPECT_NEAR(reader.byte_image(0, frame)->at(20, 20, 1), 20 + 20 * frame, 6) << frame;
+  }
+  const std::optional<EncodedImage> png = reader.encoded_image(0, 2);
+  EXPECT_EQ(png->extension, ".png");
+  EXPECT_NEAR(read_byte_image(png->bytes, "png").at(5, 5, 0), 60, 6);
+}
+
+TEST(FrameSources, VideosThatAreNoneAreRefused) {
+  const testing::TemporaryDirectory folder;
+  write_grey_video(folder / "good.mp4", 3);
+  std::vector<std::byte> bytes = read_file_bytes(folder / "good.mp4", 1 << 24);
+  const auto refused = [&](const char* name, const std::string& content, const char* words) {
+    std::ofstream(folder / name, std::ios::binary) << content;
+    ATELIER_EXPECT_REFUSED(VideoFile(folder / name), DataError, words);
+  };
+  refused("list.mp4", "#EXTM3U\n#EXTINF:1,\nfile:///etc/passwd\n", "no video that is read");
+  refused("concat.mp4", "ffconcat version 1.0\nfile /etc/passwd\n", "no video that is read");
+  refused("empty.mp4", "", "no video that is read");
+  refused("head.mp4", std::string(reinterpret_cast<const char*>(bytes.data()), 40), "cannot open");
+  ATELIER_EXPECT_REFUSED(VideoFile(folder / "none.mp4"), DataError, "none.mp4");
+  VideoFile good(folder / "good.mp4");
+  ATELIER_EXPECT_REFUSED(good.frame(3), LogicError, "does not have");
+  ATELIER_EXPECT_REFUSED(VideoFile(folder / "good.mp4", Limits{.image_side = 32}), DataError,
+                         "beyond the limits");
+  ATELIER_EXPECT_REFUSED(VideoFile(folder / "good.mp4", Limits{.frames = 2}), DataError,
+                         "no number of frames");
+}
+
+TEST(FrameSources, ADamagedZipIsRefused) {
+  const testing::TemporaryDirectory folder;
+  make_private_directory(folder / "images");
+  write_file_atomically(folder / "images/a.zip", "no zip at all");
+  ATELIER_EXPECT_REFUSED(open_dataset(folder.path()), DataError, "no readable zip");
+}
+
+TEST(Keypoints, SeveralPeopleWithTheirNumbersReadBack) {
+  const std::vector<PersonKeypoints> people = testing::small_people(1);
+  const std::vector<PersonKeypoints> back =
+      parse_openpose(openpose_json(people, 0.5), "people.json", 0.5);
+  ASSERT_EQ(back.size(), 2U);
+  EXPECT_EQ(back[1].id, 1);
+  EXPECT_TRUE(back[1].points.row(24).isZero(0));  // not found stays so
+  EXPECT_LT((back[1].points - people[1].points).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_TRUE(parse_openpose(R"({"people":[]})").empty());
+  EXPECT_TRUE(parse_openpose(R"({"people":[{"pose_keypoints_2d":[]}]})").empty());
+}
+
+TEST(Keypoints, EveryOrderHasItsNumberOfPointsAndMirrorsItself) {
+  const std::map<std::string, std::size_t> sizes = {
+      {"body_25", 25},  {"body_25b", 25},        {"coco_17", 17}, {"coco_18", 18},
+      {"halpe_26", 26}, {"coco_wholebody", 133}, {"coco_19", 19}};
+  EXPECT_EQ(keypoint_schema_names().size(), sizes.size());
+  for (const auto& [name, size] : sizes) {
+    const KeypointSchema& schema = keypoint_schema(name);
+    EXPECT_EQ(schema.points.size(), size) << name;
+    for (std::size_t i = 0; i < size; ++i) {
+      ASSERT_GE(schema.mirror[i], 0) << name << " " << schema.points[i];
+      EXPECT_EQ(schema.mirror[static_cast<std::size_t>(schema.mirror[i])], static_cast<int>(i));
+    }
+  }
+  ATELIER_EXPECT_REFUSED(keypoint_schema("halpe"), DataError, "halpe_26");
+  EXPECT_EQ(find_keypoint(keypoint_schema("body_25b"), "right_heel"), 24);
+  EXPECT_EQ(find_keypoint(keypoint_schema("halpe_26"), "right_big_toe"), 21);
+  EXPECT_EQ(find_keypoint(keypoint_schema("coco_19"), "left_eye"), 15);
+  ATELIER_EXPECT_REFUSED(
+      in_schema(Keypoints2d::Zero(3, 3), keypoint_schema("coco_17"), body_25_schema()), LogicError,
+      "another schema");
+}
+
+TEST(Keypoints, PointsInSpaceReadBackInTheirWorld) {
+  PersonPoints person;
+  person.id = 4;
+  person.points = Keypoints3d::Zero(2, 4);
+  person.points.row(0) << 0.1, 0.2, 1.7, 0.9;
+  const std::vector<PersonPoints> back = parse_keypoints3d(keypoints3d_json({person}));
+  ASSERT_EQ(back.size(), 1U);
+  EXPECT_EQ(back[0].id, 4);
+  EXPECT_EQ(back[0].points, person.points);
+  // In a data set they are metres, Y up: EasyMocap has Z up.
+  const testing::TemporaryDirectory folder;
+  testing::write_small_capture(folder / "capture");
+  const fs::path out =
+      write_layout(folder / "capture", "easymocap", folder / "out").folders.front();
+  make_private_directory(out / "keypoints3d");
+  write_file_atomically(out / "keypoints3d/000000.json", keypoints3d_json({person}));
+  FrameReader reader(open_dataset(out));
+  ASSERT_EQ(reader.keypoints3d(0).size(), 1U);
+  EXPECT_TRUE(reader.keypoints3d(0)[0].points.row(0).isApprox(
+      Eigen::RowVector4d(0.1, 1.7, -0.2, 0.9), 1e-12));
+  EXPECT_TRUE(reader.keypoints3d(1).empty());
+}
+
+TEST(Labels, EveryTaxonomyBecomesOurs) {
+  const auto one = [](const std::string& name, int number) {
+    return static_cast<Label>(
+        to_atelier_labels(ByteImage(1, 1, 1, static_cast<std::uint8_t>(number)),
+                          label_taxonomy(name))
+            .at(0, 0));
+  };
+  for (const std::string& name : label_taxonomy_names()) {
+    EXPECT_EQ(label_taxonomy(name).names.size(), label_taxonomy(name).labels.size()) << name;
+    EXPECT_EQ(one(name, 255), Label::Unknown);
+  }
+  EXPECT_EQ(one("lip", 10), Label::Dress);  // jumpsuits
+  EXPECT_EQ(one("cihp", 10), Label::Skin);  // the torso's
+  EXPECT_EQ(one("lip", 7), Label::Outer);
+  EXPECT_EQ(one("lip", 19), Label::Shoes);
+  EXPECT_EQ(one("atr", 5), Label::Lower);  // skirt
+  EXPECT_EQ(one("atr", 11), Label::Skin);  // face
+  EXPECT_EQ(one("goliath_28", 12), Label::Lower);
+  EXPECT_EQ(one("goliath_28", 22), Label::Upper);
+  EXPECT_EQ(one("goliath_28", 27), Label::Skin);
+  EXPECT_EQ(one("4d_dress", 0), Label::Skin);
+  EXPECT_EQ(label_taxonomy("goliath_28").labels.size(), 28U);
+  EXPECT_EQ(label_taxonomy("atr").labels.size(), 18U);
+  ByteImage color(3, 1, 3, 255);
+  color.data = {180, 50, 50, 255, 255, 255, 1, 2, 3};
+  const ByteImage labels = to_atelier_labels(color, label_taxonomy("4d_dress"));
+  EXPECT_EQ(labels.data, (std::vector<std::uint8_t>{3, 0, 255}));
+}
+
+TEST(Labels, NumbersAndNamesThatATaxonomyLacksAreRefused) {
+  ByteImage labels(4, 2, 1);
+  labels.at(3, 1) = 20;
+  ATELIER_EXPECT_REFUSED(to_atelier_labels(labels, label_taxonomy("lip"), "a.png"), DataError,
+                         "pixel (3, 1)");
+  ATELIER_EXPECT_REFUSED(label_taxonomy("chip"), DataError, "cihp");
+  ATELIER_EXPECT_REFUSED(to_atelier_labels(ByteImage(1, 1, 3), label_taxonomy("lip")), DataError,
+                         "3 channels");
+}
+
+TEST(Labels, RealLabelImagesBecomeOurs) {
+  ATELIER_TEST_FILE(lip, "human_parsing_labels/demo_lip.png");
+  ATELIER_TEST_FILE(atr, "human_parsing_labels/demo_atr.png");
+  // The same person by two networks: skin and hair must cover about the same pixels.
+  std::map<std::string, std::map<int, int>> counts;
+  for (const auto& [path, taxonomy] : {std::pair{lip, "lip"}, {atr, "atr"}}) {
+    const ByteImage labels =
+        to_atelier_labels(read_labels(path), label_taxonomy(taxonomy), path.string());
+    for (const std::uint8_t label : labels.data) {
+      ++counts[taxonomy][label];
+    }
+  }
+  for (const Label label : {Label::Skin, Label::Hair}) {
+    const double a = counts["lip"][static_cast<int>(label)];
+    const double b = counts["atr"][static_cast<int>(label)];
+    EXPECT_GT(a, 1000);
+    EXPECT_NEAR(a / b, 1, 0.15) << label_name(label);
+  }
+}
+
+TEST(Pickles, OnlyOnePlainNumberIsRead) {
+  const auto read = [](const std::string& text) {
+    return pickled_number(std::as_bytes(std::span(text)));
+  };
+  using namespace std::string_literals;
+  EXPECT_EQ(read("\x80\x02G\x3f\xf0\0\0\0\0\0\0."s), 1.0);
+  EXPECT_EQ(read("\x80\x04\x95\x0a\0\0\0\0\0\0\0G\x40\0\0\0\0\0\0\0."s), 2.0);
+  EXPECT_EQ(read("\x80\x02"s
+                 "cos\nsystem\n(S'true'\ntR."s),
+            std::nullopt);
+  EXPECT_EQ(read("\x80\x02G\x7f\xf0\0\0\0\0\0\0."s), std::nullopt);  // infinity
+  EXPECT_EQ(read("\x80\x02G\x3f\xf0"s), std::nullopt);
+  EXPECT_EQ(read(""s), std::nullopt);
+}
+
+}  // namespace
+}  // namespace atelier
