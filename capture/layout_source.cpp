@@ -1,6 +1,5 @@
 #include "capture/layout_source.h"
 
-#include <charconv>
 #include <system_error>
 
 #include "capture/camera_conventions.h"
@@ -74,13 +73,6 @@ std::vector<Camera> cameras_in(const LayoutSource& source, const FileWorld& worl
     cameras.push_back(in_file_world(camera, world));
   }
   return cameras;
-}
-
-std::string number_text(double value) {
-  char text[32];
-  const auto [end, error] = std::to_chars(text, text + sizeof(text), value);
-  ATELIER_CHECK(error == std::errc(), "a number that has no text");
-  return {text, end};
 }
 
 }  // namespace atelier

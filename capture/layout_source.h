@@ -6,6 +6,7 @@
 
 #include "capture/dataset.h"
 #include "capture/frame_reader.h"
+#include "core/io/text_writer.h"
 
 namespace atelier {
 
@@ -52,8 +53,5 @@ bool write_keypoints(const LayoutSource& source, Index camera_idx, int frame_id,
 
 /// The cameras in the world of a layout.
 std::vector<Camera> cameras_in(const LayoutSource& source, const FileWorld& world);
-
-/// Shortest text that reads back to the same number.
-std::string number_text(double value);
 
 }  // namespace atelier
