@@ -433,7 +433,11 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
     dataset.info.consent = read_consent(dataset.root);
   }
   if (!dataset.info.sequences.empty()) {
-    check_capture_info(dataset.info, dataset.root.string());
+    CaptureInfo info = dataset.info;
+    if (info.keypoint_schema.empty()) {
+      info.keypoint_schema = "body_25";  // there are no detections that could tell
+    }
+    check_capture_info(info, dataset.root.string());
   }
   return dataset;
 }

@@ -29,8 +29,10 @@ namespace fs = std::filesystem;
 
 /// A grey video whose frame i has the level 20 + 20 i.
 void write_grey_video(const fs::path& path, Index count) {
-  write_video(path, count,
-              [](Index i) { return ByteImage(64, 80, 3, static_cast<std::uint8_t>(20 + 20 * i)); });
+  write_video(path, count, [](Index i) {
+    const auto level = static_cast<std::uint8_t>(20 + 20 * i);
+    return linear_from_srgb(ByteImage(64, 80, 3, level));
+  });
 }
 
 TEST(FrameSources, AZipOfPicturesIsACamera) {
