@@ -18,33 +18,38 @@ double ramp(int frame, int from, int to) {
   return t * t * (3 - 2 * t);
 }
 
-TEST(ClothOnAHuman, DroppedOnHerHeadItHangsOutside) {
+/// A square dropped on her head, and how many crossings of its folds are left at most.
+struct Drop {
+  int cells;
+  double size;  ///< m
+  int crossings;
+};
+
+class DroppedOnAHuman : public ::testing::TestWithParam<Drop> {};
+
+TEST_P(DroppedOnAHuman, HangsOutside) {
   const double top = woman().mesh.vertices.col(1).maxCoeff();
-  const Cloth cloth = make_cloth(testing::square(20, 0.8, {0, top + 0.02, 0}));
+  const Cloth cloth =
+      make_cloth(testing::square(GetParam().cells, GetParam().size, {0, top + 0.02, 0}));
   for (const Device device : testing::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, woman().mesh.faces, options, device);
-    int most = 0;
-    const testing::Course course =
-        testing::run_on(solver, woman().mesh.faces, 90, 10, [&](int frame) {
-          if (frame % 10 == 9) {
-            most = std::max(most, count_crossings(solver.state().positions, cloth.faces));
-          }
-          return woman().mesh.vertices;
-        });
+    const testing::Course course = testing::run_on(solver, woman().mesh.faces, 90, 15,
+                                                   [](int) { return woman().mesh.vertices; });
     EXPECT_LT(course.deepest, testing::kDeepest);
     EXPECT_LT(course.most_strain, 0.2);
     EXPECT_GT(course.end.positions.col(1).maxCoeff(), top - 0.01) << "it stays on her head";
     EXPECT_LT(course.end.positions.col(1).minCoeff(), top - 0.3) << "its corners hang";
-    // The corners slam into folds that cross and come half apart again: bounded, not none.
     const int crossings = count_crossings(course.end.positions, cloth.faces);
-    EXPECT_LE(crossings, std::max(most / 2, 40)) << "of 3,600 edges";
-    EXPECT_LT(most, 400);
-    RecordProperty(std::string("crossings_most_") + device_name(device), most);
-    RecordProperty(std::string("crossings_end_") + device_name(device), crossings);
+    EXPECT_LE(crossings, GetParam().crossings);
+    RecordProperty(std::string("crossings_") + device_name(device), crossings);
   }
 }
+
+// The larger one's corners slam into folds that cross and come only partly apart: a known gap.
+INSTANTIATE_TEST_SUITE_P(Squares, DroppedOnAHuman,
+                         ::testing::Values(Drop{20, 0.8, 0}, Drop{24, 0.9, 60}));
 
 TEST(ClothOnAHuman, PinchedInAnArmpitItComesOutWhole) {
   // A towel over the left shoulder; the arm goes from straight out to the side and back.
