@@ -3,32 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bodymodel/human_head.h"
+#include "bodymodel/human_shapes.h"
+
 namespace atelier {
 namespace {
-
-// Quadratic smooth minimum: rounds the crease where two fields meet over a width k (Quilez).
-double smooth_min(double a, double b, double k) {
-  const double h = std::max(k - std::abs(a - b), 0.0) / k;
-  return std::min(a, b) - h * h * k / 4;
-}
-
-double smooth_max(double a, double b, double k) {
-  return -smooth_min(-a, -b, k);
-}
-
-double cone_distance(const HumanCone& c, Vec3d p) {
-  const Vec3d d = c.b - c.a;
-  const double t = std::clamp(dot(p - c.a, d) / squared_norm(d), 0.0, 1.0);
-  return norm(p - c.a - t * d) - (c.ra + t * (c.rb - c.ra));
-}
-
-double ellipsoid_distance(Vec3d p, Vec3d centre, Vec3d radii) {
-  const Vec3d q = {(p.x - centre.x) / radii.x, (p.y - centre.y) / radii.y,
-                   (p.z - centre.z) / radii.z};
-  const Vec3d g = {q.x / radii.x, q.y / radii.y, q.z / radii.z};
-  const double n = norm(q);
-  return n < 1e-9 ? -std::min({radii.x, radii.y, radii.z}) : n * (n - 1) / norm(g);
-}
 
 double tube_distance(const HumanTube& tube, Vec3d p) {
   const Vec3d q = p - tube.origin;
@@ -81,56 +60,27 @@ double cones(const std::vector<HumanCone>& list, std::size_t first, std::size_t 
 }
 
 double head_value(const HumanField& f, Vec3d p) {
-  const double k = f.anatomy.build.stature / 1000;
-  const auto at = [&](double x, double y, double z) { return Vec3d{k * x, k * y, k * z}; };
-  double d = tube_distance(f.head, p);
-  if (d > 0.06) {
-    return d;
-  }
-  // 0 brow, 1 nose bridge, 2 nose wing, 3 chin, 4 upper lip, 5 lower lip, 6 between the lips.
-  d = smooth_min(d, cone_distance(f.face[0], p), 9 * k);
-  d = smooth_max(d, -ellipsoid_distance(p, at(18.5, 934, 77), at(13, 8.5, 13)), 8 * k);
-  d = smooth_min(d, norm(p - at(18.0, 934.5, 57.8)) - 8.1 * k, 2.5 * k);
-  // Lids: a shell over the eyeball with a slit.
-  const double lid =
-      smooth_max(norm(p - at(18.0, 934.5, 57.8)) - 9.2 * k,
-                 -ellipsoid_distance(p, at(18.6, 934.2, 66), at(8.8, 3.1, 9)), 0.8 * k);
-  d = smooth_min(d, lid, 1.5 * k);
-  // The dental arch carries the lips.
-  d = smooth_min(d, ellipsoid_distance(p, at(0, 896, 53), at(21, 16, 20.5)), 6 * k);
-  d = smooth_min(d, cone_distance(f.face[1], p), 7 * k);
-  d = smooth_min(d, cone_distance(f.face[2], p), 4.5 * k);
-  d = smooth_min(d, cone_distance(f.face[3], p), 10 * k);
-  double lips = smooth_min(cone_distance(f.face[4], p), cone_distance(f.face[5], p), 1.0 * k);
-  d = smooth_min(d, lips, 1.3 * k);
-  d = smooth_max(d, -cone_distance(f.face[6], p), 1.2 * k);
-  // Ear: a shell with a shallow hollow, leaning back and standing off.
-  const double lean = 0.25;
-  const Vec3d q = p - at(42.8, 924, 6);
-  const Vec3d e = {q.x + 0.3 * q.z, std::cos(lean) * q.y + std::sin(lean) * q.z,
-                   -std::sin(lean) * q.y + std::cos(lean) * q.z};
-  double ear = ellipsoid_distance(e, {0, 0, 0}, at(5.2, 17.0, 10.0));
-  ear = smooth_max(ear, -ellipsoid_distance(e, at(8.2, 1.0, 1.5), at(4.6, 10.5, 5.5)), 3.0 * k);
-  return smooth_min(d, ear, 3.5 * k);
+  const double skull = tube_distance(f.head, p);
+  return skull > 0.06 ? skull : head_features(skull, p, f.anatomy.build.stature / 1000);
 }
 
 double hand_value(const HumanField& f, Vec3d p) {
-  const double k = f.anatomy.build.stature / 1700;  // metres of a hand of 184 mm
+  const double k = f.anatomy.build.stature / 1.7;
   double d = tube_distance(f.palm, p);
   for (std::size_t finger = 0; finger < 5; ++finger) {
-    d = smooth_min(d, cones(f.fingers, 3 * finger, 3, p, 0.002 * k),
-                   (finger == 0 ? 0.012 : 0.005) * k);
+    d = smooth_min(d, cones(f.fingers, 3 * finger, 3, p, 0.0005 * k),
+                   (finger == 0 ? 0.012 : 0.004) * k);
   }
   return d;
 }
 
 double foot_value(const HumanField& f, Vec3d p) {
-  const double k = f.anatomy.build.stature / 1700;
-  double d = tube_distance(f.foot, p);
-  for (std::size_t toe = 0; toe < 5; ++toe) {
-    d = smooth_min(d, cones(f.toes, toe, 1, p, 0.001 * k), 0.006 * k);
-  }
-  return d;
+  const double k = f.anatomy.build.stature / 1.7;
+  // The webs between the toes lie on a slant.
+  const Vec3d q = p - f.foot.origin;
+  const double slant = dot(q, f.foot.axis) + 0.5 * dot(q, f.foot.u) - 0.156 * k;
+  const double sole = smooth_max(tube_distance(f.foot, p), slant / std::hypot(1, 0.5), 0.010 * k);
+  return smooth_min(sole, cones(f.toes, 0, 5, p, 0.001 * k), 0.009 * k);
 }
 
 }  // namespace
@@ -140,33 +90,14 @@ HumanField human_field(const HumanAnatomy& anatomy) {
   f.anatomy = anatomy;
   const HumanJoints& j = anatomy.joints;
   const double k = anatomy.build.stature / 1000;
-  const auto at = [&](double x, double y, double z) { return Vec3d{k * x, k * y, k * z}; };
-
-  f.head = {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}, {}};
-  const double head[][5] = {
-      {868, 10, 58, 16, 2.0},    {877, 21, 68, -2, 2.3},      {890, 30.5, 72, -6, 2.6},
-      {905, 36, 71.5, -18, 2.7}, {920, 39.5, 70, -31, 2.7},   {935, 42, 71, -38, 2.5},
-      {950, 42.7, 73, -41, 2.3}, {965, 41.5, 69.5, -39, 2.2}, {978, 37.5, 62, -32, 2.1},
-      {988, 30, 51, -21, 2.0},   {995, 20, 37, -7, 2.0},      {999, 9, 22, 7, 2.0},
-      {1000, 3, 17, 13, 2.0}};
-  for (const auto& row : head) {
-    f.head.sections.push_back({k * row[0], 0, k * (row[2] + row[3]) / 2, k * row[1], k * row[1],
-                               k * (row[2] - row[3]) / 2, k * (row[2] - row[3]) / 2, row[4], 2.1});
-  }
-  f.face = {{at(9, 944, 67), at(28, 945, 57), 4.0 * k, 3.4 * k},
-            {at(0, 939, 66.5), at(0, 916.5, 77), 3.4 * k, 5.2 * k},
-            {at(2, 913, 74), at(8.5, 912.5, 69), 4.4 * k, 3.8 * k},
-            {at(0, 881, 60), at(7, 881.5, 57), 11 * k, 9 * k},
-            {at(0, 899.2, 73.8), at(16.5, 895.2, 66.2), 3.1 * k, 1.6 * k},
-            {at(0, 889.9, 73.2), at(15.5, 893.2, 66.4), 3.7 * k, 1.8 * k},
-            {at(0, 894.9, 77.0), at(16.5, 894.3, 69.2), 2.4 * k, 1.6 * k}};
-
+  f.head = human_skull(k);
   const double hand = k * 108 / 182;
   const double h = std::sqrt(0.5);
   f.palm = {j.wrist, {h, -h, 0}, {h, h, 0}, {0, 0, 1}, {}};
-  const double palm[][5] = {{-10, 15, 16.5, 23, 23},  {8, 15, 17, 25, 26},  {28, 14, 18.5, 30, 30},
-                            {50, 12.5, 18.5, 34, 34}, {70, 11, 16, 37, 37}, {84, 9.5, 13, 37.5, 38},
-                            {98, 8.5, 11.5, 36, 36}};
+  const double palm[][5] = {
+      {-20, 11, 12, 16, 16},   {-10, 14, 15.5, 22, 22},     {8, 15, 17, 25, 26},
+      {28, 14, 18.5, 30, 30},  {50, 12.5, 18.5, 34, 34},    {70, 11, 16, 37, 37},
+      {84, 9.5, 13, 37.5, 38}, {96, 8.5, 11.5, 36.5, 36.5}, {104, 6, 8, 34, 34}};
   for (const auto& row : palm) {
     f.palm.sections.push_back({hand * row[0], 0, 0, hand * row[1], hand * row[2], hand * row[3],
                                hand * row[4], 2.5, 2.5});
@@ -194,20 +125,22 @@ HumanField human_field(const HumanAnatomy& anatomy) {
   const Vec3d side = {std::cos(toe_out), 0, -std::sin(toe_out)};
   const Vec3d under = {j.ankle.x, 0, j.ankle.z};
   f.foot = {under, forward, side, {0, 1, 0}, {}};
-  const double foot[][4] = {{-30, 1, 6, 24},  {-26, 1, 11, 32},     {-14, 1.5, 16, 42},
-                            {5, 2, 18.5, 52}, {25, 1.5, 20, 50},    {45, 0, 24, 36},
-                            {62, -1, 27, 25}, {76, -1.5, 27, 18.5}, {86, -2, 25, 15}};
+  const double foot[][4] = {{-30, 1, 6, 24},    {-26, 1, 11, 32},   {-14, 1.5, 16, 42},
+                            {5, 2, 18.5, 52},   {25, 1.5, 20, 50},  {45, 0, 24, 36},
+                            {62, -1, 27, 25},   {76, -1.5, 27, 19}, {86, -2, 26.5, 15},
+                            {96, -2, 25.5, 11}, {106, -2, 24, 9}};
   for (const auto& row : foot) {
     const double bottom = row[0] < -30 ? 8 : row[0] < -20 ? 3 : 0.5;
     f.foot.sections.push_back({k * row[0], k * row[1], k * (row[3] * 0.35 + bottom * 0.65),
                                k * row[2], k * row[2], k * (row[3] - bottom) * 0.65,
                                k * (row[3] - bottom) * 0.35, 2.0, 3.5});
   }
-  const double toes[5][6] = {{-16, 78, -17, 107, 11, 9.2},
-                             {-3.5, 80, -4, 109, 8, 6.2},
-                             {6, 78, 6, 102, 7.4, 5.8},
-                             {14.5, 74, 15, 94, 7, 5.6},
-                             {21.5, 68, 23, 85, 6.8, 5.4}};
+  // Big toe to little toe: base and tip (side, forward), radii.
+  const double toes[5][6] = {{-15.5, 78, -17.0, 106, 10, 8.4},
+                             {-1.4, 80, -1.0, 109, 5.4, 3.9},
+                             {8.2, 78, 9.8, 103, 5.2, 3.7},
+                             {17.0, 74, 19.8, 95, 5.0, 3.6},
+                             {24.5, 67, 28.0, 85, 5.0, 3.6}};
   for (const auto& row : toes) {
     const auto place = [&](double u, double s, double r) {
       return under + (k * u) * side + (k * s) * forward + Vec3d{0, k * (r + 0.5), 0};

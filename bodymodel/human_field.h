@@ -9,7 +9,7 @@ namespace atelier {
 struct HumanField {
   HumanAnatomy anatomy;
   HumanTube head, palm, foot;
-  std::vector<HumanCone> face, fingers, toes;
+  std::vector<HumanCone> fingers, toes;
 };
 
 HumanField human_field(const HumanAnatomy& anatomy);

@@ -146,18 +146,20 @@ double target_edge(const HumanField& field, Vec3d p) {
   const double to_hand = p.x > j.elbow.x ? dot(p - j.wrist, field.anatomy.arm.axis) / k : -1.0;
   edge += (0.0088 - edge) * ramp(to_hand, -0.08, 0.03);
   edge += (0.0060 - edge) * ramp(to_hand, 0.05, 0.11);
-  edge += (0.0092 - edge) * ramp(-p.y / k, -0.16, -0.05);
+  edge += (0.0100 - edge) * ramp(-p.y / k, -0.16, -0.05);
+  const double ahead = (p.z - j.ankle.z + 0.09 * (p.x - j.ankle.x)) / k;
+  edge += (0.0055 - edge) * ramp(-p.y / k, -0.08, -0.04) * ramp(ahead, 0.120, 0.150);
   const double head = ramp(p.y / k, 1.40, 1.50);
   const double face = ramp(p.z / k, 0.02, 0.09);
-  const double ear =
-      std::exp(-squared_norm(p - Vec3d{0.075 * k, 1.57 * k, 0.008 * k}) / (0.04 * 0.04 * k * k));
-  const double mouth =
-      std::exp(-squared_norm(p - Vec3d{0, 1.522 * k, 0.12 * k}) / (0.032 * 0.032 * k * k));
-  const double eye =
-      std::exp(-squared_norm(p - Vec3d{0.031 * k, 1.588 * k, 0.108 * k}) / (0.022 * 0.022 * k * k));
-  edge += ((0.0140 - 0.0083 * face - 0.0090 * ear * (1 - face) - 0.0018 * std::max(mouth, eye)) -
-           edge) *
-          head;
+  const auto near = [&](Vec3d place, double all, double none) {
+    return 1 - ramp(norm((1 / k) * p - place), all, none);
+  };
+  double of_head = 0.0140 - 0.0083 * face;
+  of_head += (0.0039 - of_head) * near({0.078, 1.570, 0.005}, 0.024, 0.050);  // ear
+  of_head += (0.0034 - of_head) * near({0, 1.555, 0.130}, 0.014, 0.040);      // nose
+  of_head += (0.0028 - of_head) * near({0.010, 1.522, 0.120}, 0.016, 0.042);  // mouth
+  of_head += (0.0023 - of_head) * near({0.031, 1.589, 0.108}, 0.015, 0.042);  // eye
+  edge += (of_head - edge) * head;
   return edge * k;
 }
 

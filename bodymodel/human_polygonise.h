@@ -6,7 +6,7 @@
 namespace atelier {
 
 struct HumanPolygoniseOptions {
-  double grid = 0.006;    ///< cell of the marching grid, metres, 0.003 to 0.02
+  double grid = 0.003;    ///< cell of the marching grid, metres, 0.002 to 0.02; toes are 3 mm apart
   int rounds = 18;        ///< rounds of splitting, collapsing, flipping and relaxing
   double edge_scale = 1;  ///< target edge lengths times this: 1 gives about 10k vertices
 };

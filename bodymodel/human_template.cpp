@@ -2,8 +2,11 @@
 
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "bodymodel/human_polygonise.h"
+#include "core/error.h"
+#include "core/intersection.h"
 
 namespace atelier {
 namespace {
@@ -33,6 +36,54 @@ HumanTemplate human_template() {
   return body;
 }
 
+HumanTemplate without_crossings(HumanTemplate body) {
+  const std::size_t n = body.points.size();
+  Triangles faces(static_cast<Index>(body.faces.size()), 3);
+  for (std::size_t f = 0; f < body.faces.size(); ++f) {
+    faces.row(static_cast<Index>(f)) << body.faces[f][0], body.faces[f][1], body.faces[f][2];
+  }
+  for (int round = 0; round < 100; ++round) {
+    Points points(static_cast<Index>(n), 3);
+    for (std::size_t v = 0; v < n; ++v) {
+      for (double* x : {&body.points[v].x, &body.points[v].y, &body.points[v].z}) {
+        *x = kStep * static_cast<double>(std::lround(*x / kStep));  // as it will be committed
+      }
+      points.row(static_cast<Index>(v)) << body.points[v].x, body.points[v].y, body.points[v].z;
+    }
+    const std::vector<std::array<int, 2>> crossing = self_intersections(points, faces);
+    if (crossing.empty()) {
+      return body;
+    }
+    std::vector<char> moves(n, 0);
+    for (const std::array<int, 2>& pair : crossing) {
+      for (int f : pair) {
+        for (int v : body.faces[static_cast<std::size_t>(f)]) {
+          moves[static_cast<std::size_t>(v)] = 1;
+        }
+      }
+    }
+    std::vector<Vec3d> sum(n, {0, 0, 0});
+    std::vector<double> count(n, 0);
+    for (const auto& face : body.faces) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto v = static_cast<std::size_t>(face[c]);
+        for (std::size_t other = 1; other < 3; ++other) {
+          sum[v] += body.points[static_cast<std::size_t>(face[(c + other) % 3])];
+          ++count[v];
+        }
+      }
+    }
+    for (std::size_t v = 0; v < n; ++v) {
+      if (moves[v] != 0) {
+        const Vec3d mean = (1 / count[v]) * sum[v];
+        body.points[v] = 0.5 * (body.points[v] + mean);
+        body.points[v].x = v < static_cast<std::size_t>(body.middle) ? 0 : body.points[v].x;
+      }
+    }
+  }
+  throw LogicError("the template's skin crosses itself after 100 rounds of smoothing");
+}
+
 HumanTemplate make_human_template() {
   const Mesh half = polygonise_human(human_field(human_anatomy({})));
   HumanTemplate body;
@@ -54,7 +105,7 @@ HumanTemplate make_human_template() {
                           index[static_cast<std::size_t>(half.faces(f, 1))],
                           index[static_cast<std::size_t>(half.faces(f, 2))]});
   }
-  return body;
+  return without_crossings(std::move(body));
 }
 
 std::string human_template_source(const HumanTemplate& body) {

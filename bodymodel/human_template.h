@@ -20,8 +20,13 @@ struct HumanTemplate {
 /// The committed template. Cost: 5 ms.
 HumanTemplate human_template();
 
-/// Makes the template anew from the field (some 10 s). What is committed is its output, written by
-/// `human_template_source`.
+/// The template with the skin round triangles that cross smoothed until none does, as in the crease
+/// between two toes, where triangles are larger than the gap. Throws LogicError if 100 rounds are
+/// not enough.
+HumanTemplate without_crossings(HumanTemplate body);
+
+/// Makes the template anew from the field (about a minute). What is committed is its output,
+/// written by `human_template_source`.
 HumanTemplate make_human_template();
 
 /// The text of bodymodel/human_template_data.cpp for a template.

@@ -132,6 +132,9 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
       return dot(n, hand_up) > 0 ? HandBack : Palm;
     }
     if (p.y < k * 52) {
+      if (p.z > k * 76) {  // round toes: cut half way up
+        return n.y > 0 ? FootTop : Sole;
+      }
       return n.y > 0.25 * norm(n) || p.y > k * 14 ? FootTop : Sole;
     }
     if (count(3) >= 2 && p.y > k * 866) {

@@ -27,6 +27,31 @@ TEST(DefaultHumanTemplate, LiesOnTheFieldOfTheMiddleBuild) {
   EXPECT_LT(off, 0.01 * static_cast<double>(body.points.size()));
 }
 
+// Two fans of triangles with a common border: the tip of one is pushed through the other.
+TEST(DefaultHumanTemplate, CrossingSkinIsSmoothed) {
+  HumanTemplate body;
+  body.middle = 0;
+  for (int y = 0; y < 5; ++y) {
+    for (int x = 0; x < 5; ++x) {
+      body.points.push_back({0.01 * (x + 1), 0.01 * y, 0});
+    }
+  }
+  for (int y = 0; y < 4; ++y) {
+    for (int x = 0; x < 4; ++x) {
+      const int a = 5 * y + x;
+      body.faces.push_back({a, a + 1, a + 6});
+      body.faces.push_back({a, a + 6, a + 5});
+    }
+  }
+  const HumanTemplate same = without_crossings(body);
+  EXPECT_NEAR(same.points[12].z, 0, 0);
+  body.points[12] = {0.0475, 0.0325, 0.001};  // over its neighbours
+  body.points[18].z = 0.002;
+  const HumanTemplate smooth = without_crossings(body);
+  EXPECT_LT(smooth.points[12].x, 0.04);
+  EXPECT_EQ(smooth.points[0].x, body.points[0].x);
+}
+
 TEST(DefaultHumanTemplate, SourceTextKeepsEveryNumber) {
   HumanTemplate small;
   small.middle = 2;
