@@ -21,13 +21,13 @@ struct StereoView {
 };
 
 struct StereoOptions {
-  int sources = 4;  ///< views compared with each, 1 to 8; more is slower, and surer where cameras
+  int sources = 3;  ///< views compared with each, 1 to 8; more is slower, and surer where cameras
                     ///< are many
   int levels = 2;   ///< resolutions, each half of the next; more for large smooth surfaces
   int iterations = 4;         ///< red and black sweeps on the coarsest level, 1 to 16
   int refinements = 3;        ///< sweeps on every level, 1 to 16, with the other views' depths
-  double colour_sigma = 0.2;  ///< difference of values at which a pixel of the window counts less
-  double geometric_weight = 0.2;  ///< cost of one pixel of disagreement with another view's depth
+  double colour_sigma = 0.1;  ///< difference of values at which a pixel of the window counts less
+  double geometric_weight = 0.6;  ///< cost of one pixel of disagreement with another view's depth
   std::string vectors = "auto";   ///< CPU vector code: auto, scalar, avx2; the same bits
   std::int64_t seed = 1;          ///< of the random planes
 };
