@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kTransition = 0.9;    // s from the rest pose to where the motion begins
 constexpr double kHold = 0.25;         // s for the cloth to calm down there
+constexpr double kLead = 1.0;          // s of motion that is simulated before the first frame
+constexpr double kRamp = 0.5;          // s in which a motion that is entered midway gains its speed
 constexpr double kMinimalSeconds = 4;  // the minimal sequence is spread over its whole motion
 
 double eased(double t) {
@@ -73,24 +75,38 @@ std::string motion_of(const SynthesisOptions& options) {
   return flies ? "spin" : "stride";
 }
 
-/// Steps of the simulation, each `1 / rate` seconds: first the transition, then the motion.
+/// Steps of the simulation, each `1 / rate` seconds: first the transition, then the motion, of
+/// which what lies more than `kLead` before the first frame is left out.
 struct Timeline {
   const Performance& performance;
   double step_seconds;
   Pose rest;
 
+  /// Where in the motion it is entered.
+  double begin() const { return std::max(0.0, performance.start - kLead); }
+  /// Seconds since then that gaining speed costs.
+  double delay() const { return begin() > 0 ? kRamp / 2 : 0; }
   double seconds(std::int64_t step) const {
     return static_cast<double>(step) * step_seconds - kTransition - kHold;
   }
+  /// Place in the motion, `t` seconds after it was entered.
+  double place(double t) const {
+    t = std::max(t, 0.0);
+    if (begin() <= 0) {
+      return t;
+    }
+    return begin() + (t < kRamp ? t * t / (2 * kRamp) : t - kRamp / 2);
+  }
   Pose pose(std::int64_t step) const {
     const double t = seconds(step);
-    const Pose first = performance.clothed.pose(std::max(t, 0.0));
+    const Pose first = performance.clothed.pose(place(t));
     const double share = eased((t + kTransition + kHold) / kTransition);
     return share < 1 ? blended(rest, first, share) : first;
   }
   /// The step whose end is the i-th frame of the sequence.
   std::int64_t step_of(int frame, double fps) const {
-    return std::llround((kTransition + kHold + performance.start + frame / fps) / step_seconds);
+    const double after = performance.start - begin() + delay() + frame / fps;
+    return std::llround((kTransition + kHold + after) / step_seconds);
   }
 };
 

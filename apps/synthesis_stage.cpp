@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/synthetic_studio.h"
+#include "capture/stitching.h"
 #include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -202,6 +204,7 @@ PreparedScene prepared(const Scene& scene, const SynthesisOptions& options) {
   PrepareOptions prepare_options;
   prepare_options.ambient = Ambient::PerVertex;
   prepare_options.vertex_samples = 96;
+  prepare_options.ground_reach = kStudioFloor;
   prepare_options.seed = options.seed;
   return prepare(scene, prepare_options);
 }
@@ -214,7 +217,7 @@ SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layer
   SynthesisStage stage;
   stage.cameras = dome_cameras(options.dome, {seed, kCameras});
   stage.written = written_cameras(stage.cameras, options);
-  stage.surroundings = studio_surroundings();
+  stage.surroundings = studio_surroundings(stage.cameras);
   truth.cameras = stage.cameras;
   truth.lights = stage.surroundings.area_lights;
   truth.environment = stage.surroundings.environment;
@@ -243,8 +246,9 @@ SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layer
       continue;
     }
     const FabricOptions fabric = fabric_of(options, truth, g);
-    stage.cloths.push_back(cloth_look(
-        fabric_image(texture_metres(mesh), fabric, seed * 977 + kFabric + 7 * g), fabric.kind));
+    const double metres = texture_metres(mesh);
+    const Image cloth = fabric_image(metres, fabric, seed * 977 + kFabric + 7 * g);
+    stage.cloths.push_back(cloth_look(with_stitching(cloth, mesh, metres), fabric.kind));
   }
   stage.truth = std::move(truth);
   return stage;

@@ -53,6 +53,12 @@ struct Painter {
       color *= static_cast<float>(1 - 0.9 * (speck - 0.75));  // freckles
     }
     paint_face(color, p);
+    // Roots of hair through the scalp, so that the hairline is no edge.
+    if (p.y() > head.joint.y() - 0.05) {
+      const double root = value_noise(p.x() * 500, p.y() * 120, p.z() * 500, seed + 4);
+      const double roots = step(0.000, 0.013, above_hairline(head, p) + 0.006 * root);
+      color = mixed(color, 0.8F * head.hair, 0.9 * roots);
+    }
     // Tight clothing: shorts, and a top for who wears one.
     const bool trunk = std::abs(p.x()) < half_width;
     const bool shorts =
@@ -138,18 +144,6 @@ Painter painter_of(const BodyModel& body, std::uint64_t seed) {
   return painter;
 }
 
-AreaLight softbox(const Eigen::Vector3d& from, const Eigen::Vector3d& at, double half_width,
-                  double half_height, float radiance) {
-  const Eigen::Vector3d forward = (at - from).normalized();
-  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitY()).normalized();
-  AreaLight light;
-  light.center = from;
-  light.half_u = half_width * right;
-  light.half_v = -half_height * right.cross(forward);
-  light.radiance = Color(radiance, 0.97F * radiance, 0.92F * radiance);
-  return light;
-}
-
 }  // namespace
 
 Look skin_look(const BodyModel& body, Mesh& mesh, int resolution, std::uint64_t seed) {
@@ -192,19 +186,6 @@ Look cloth_look(const Image& albedo, FabricKind kind) {
   look.specular = 0.25F;
   look.sheen = kind == FabricKind::Coded ? 0.05F : 0.2F;
   return look;
-}
-
-Scene studio_surroundings() {
-  Scene scene;
-  const Eigen::Vector3d subject(0, 1.0, 0);
-  scene.area_lights.push_back(softbox({2.4, 3.5, 2.8}, subject, 1.2, 0.9, 7.5F));
-  scene.area_lights.push_back(softbox({-2.6, 3.4, -2.4}, subject, 1.2, 0.9, 5.5F));
-  scene.environment.zenith = Color(0.62F, 0.64F, 0.67F);
-  scene.environment.horizon = Color(0.46F, 0.465F, 0.48F);
-  scene.environment.nadir = Color(0.16F, 0.16F, 0.16F);
-  scene.background.kind = Background::Kind::Environment;
-  scene.ground = Ground{0, Color(0.34F, 0.335F, 0.33F), false};
-  return scene;
 }
 
 }  // namespace atelier

@@ -35,7 +35,4 @@ Look skin_look(const BodyModel& body, Mesh& mesh, int resolution, std::uint64_t 
 /// Cloth as the eye sees it: `albedo` is on the garment's uvs.
 Look cloth_look(const Image& albedo, FabricKind kind);
 
-/// Lights, floor and background of a capture studio.
-Scene studio_surroundings();
-
 }  // namespace atelier

@@ -14,6 +14,7 @@
 #include "bodymodel/kinematics.h"
 #include "core/error.h"
 #include "core/normals.h"
+#include "core/parallel.h"
 
 namespace atelier {
 namespace {
@@ -206,6 +207,9 @@ HeadPlaces head_places(const BodyModel& body, std::uint64_t seed) {
       places.front = std::max(places.front, p.z());
       places.back = std::min(places.back, p.z());
     }
+    if (p.y() > places.joint.y() + 0.10) {  // above the ears
+      places.half_width = std::max(places.half_width, std::abs(p.x()));
+    }
   }
   const SubjectKeypoints points = subject_keypoints(body);
   const auto at = [&](const char* name) {
@@ -220,51 +224,123 @@ HeadPlaces head_places(const BodyModel& body, std::uint64_t seed) {
                 : t < 0.65 ? Color(0.060F, 0.030F, 0.014F)
                 : t < 0.85 ? Color(0.16F, 0.080F, 0.030F)
                            : Color(0.32F, 0.21F, 0.090F);
+  places.long_hair = uniform(random) < 0.5;
   return places;
 }
 
-WornLayer hair_cap(const BodyModel& body, std::uint64_t seed) {
-  const HeadPlaces head = head_places(body, seed);
-  const int joint = recognised_humanoid(body.skeleton).neck.back();
-  const std::vector<bool> on_head = descends_from(body.skeleton, {joint});
+double above_hairline(const HeadPlaces& head, const Eigen::Vector3d& place) {
   const double height = head.top.y() - head.joint.y();
   const double middle = (head.front + head.back) / 2;
   const double depth = (head.front - head.back) / 2;
-  // Above 0 is hair: the hairline runs over the forehead, round the ears, down to the nape.
-  const auto inside = [&](const Eigen::Vector3d& p) {
-    const double y = (p.y() - head.top.y()) / height;  // 0 at the top, -1 at the skull's base
-    const double z = (p.z() - middle) / depth;         // 1 in front, -1 at the back
-    const double line =
-        -0.16 - 0.24 * (1 - step(0.25, 0.85, z)) - 0.42 * (1 - step(-0.55, -0.05, z));
-    return (y - line) * height;
-  };
+  const double y = (place.y() - head.top.y()) / height;  // 0 at the top, -1 at the skull's base
+  const double z = (place.z() - middle) / depth;         // 1 in front, -1 at the back
+  const double sides =
+      head.long_hair ? 0.85 * (1 - step(0.05, 0.35, z)) : 0.42 * (1 - step(-0.55, -0.05, z));
+  const double line = -0.16 - 0.24 * (1 - step(0.25, 0.85, z)) - sides;
+  return (y - line) * height;
+}
+
+namespace {
+
+/// Strands that run from the crown down: columns of the texture go round the head.
+Image strands(const Color& hair, int resolution, std::uint64_t seed) {
+  Image image(resolution, resolution, 3);
+  parallel_for(resolution, 8, [&](Index begin, Index end) {
+    for (Index row = begin; row < end; ++row) {
+      const double down = (static_cast<double>(row) + 0.5) / resolution;
+      for (int x = 0; x < resolution; ++x) {
+        // On a circle the noise closes; strands wander a little on their way down.
+        const double turn = (x + 0.5) / resolution;
+        const double bend = 0.03 * value_noise(7 * turn, 3 * down, 0.5, seed + 3);
+        const double angle = 2 * std::numbers::pi * (turn + bend);
+        const auto at = [&](double radius, double speed, std::uint64_t stream) {
+          return value_noise(radius * std::cos(angle), radius * std::sin(angle), speed * down,
+                             seed + stream);
+        };
+        const double shade = 1 + 0.20 * at(9, 5, 0) + 0.38 * at(38, 6, 1) + 0.45 * at(110, 9, 2);
+        const double tips = 1 + 0.25 * step(0.4, 1.0, down);  // lighter where the sun got them
+        for (int c = 0; c < 3; ++c) {
+          image.at(x, static_cast<int>(row), c) =
+              std::clamp(static_cast<float>(std::max(0.12, shade) * tips) * hair[c], 0.003F, 0.9F);
+        }
+      }
+    }
+  });
+  return image;
+}
+
+/// Texture coordinates round the crown, a row for each corner: those beside the seam go on past 1.
+void wrap_strands(Mesh& mesh, const Eigen::Vector3d& crown, double reach) {
+  mesh.uvs.resize(3 * mesh.faces.rows(), 2);
+  mesh.uv_faces.resize(mesh.faces.rows(), 3);
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    double first = 0;
+    for (int c = 0; c < 3; ++c) {
+      const Eigen::Vector3d d = mesh.vertices.row(mesh.faces(f, c)).transpose() - crown;
+      double turn = std::atan2(d.x(), d.z()) / (2 * std::numbers::pi) + 0.5;
+      first = c == 0 ? turn : first;
+      turn += std::round(first - turn);
+      mesh.uvs.row(3 * f + c) << turn, 1 - std::min(0.999, d.norm() / reach);
+      mesh.uv_faces(f, c) = static_cast<int>(3 * f) + c;
+    }
+  }
+}
+
+}  // namespace
+
+WornLayer hair_cap(const BodyModel& body, std::uint64_t seed) {
+  const HeadPlaces head = head_places(body, seed);
+  const Humanoid person = recognised_humanoid(body.skeleton);
+  const std::vector<bool> on_head =
+      descends_from(body.skeleton, {head.long_hair ? person.neck.front() : person.neck.back()});
+  const double height = head.top.y() - head.joint.y();
+  const double middle = (head.front + head.back) / 2;
+  // A margin on every side, which dives into the skin: the hairline is where it comes out.
   Part part = part_of(body, [&](Index v) {
+    const Eigen::Vector3d p = body.mesh.vertices.row(v).transpose();
     return share_of(body, v, on_head) > 0.3 &&
-           inside(body.mesh.vertices.row(v).transpose()) > -0.03;
+           (above_hairline(head, p) > -0.03 ||
+            (head.long_hair && above_hairline(head, p - Eigen::Vector3d(0, 0, 0.03)) > -0.03));
   });
   ATELIER_CHECK(part.faces.rows() > 0, "a head without a scalp");
   part = refined(refined(part));
   smooth(part, Eigen::VectorXd::Constant(part.vertices.rows(), 0.5), 6);
-  Colors colors(part.vertices.rows(), 3);
   for (Index v = 0; v < part.vertices.rows(); ++v) {
-    const Eigen::Vector3d p = part.vertices.row(v).transpose();
-    const double in = inside(p);
+    Eigen::Vector3d p = part.vertices.row(v).transpose();
+    const double in = above_hairline(head, p);
     const double angle = std::atan2(p.x(), p.z() - middle);
-    const double strands = value_noise(26 * angle, 14 * p.y(), 0.5, seed + 91) +
-                           0.6 * value_noise(60 * angle, 20 * p.y(), 0.5, seed + 92);
-    const double lift = -0.006 +
-                        std::min(0.30 * std::max(0.0, in), 0.012 + 0.011 * step(0.0, 0.09, in)) +
-                        0.0016 * strands * step(0, 0.02, in) + std::min(0.0, in) * 0.2;
-    part.vertices.row(v) += lift * part.normals.row(v);
-    const auto shade = static_cast<float>(1 + 0.35 * strands);
-    colors.row(v) = (shade * head.hair).cwiseMax(0.003F).cwiseMin(0.9F).transpose();
+    const double locks =
+        value_noise(7 * std::cos(angle), 7 * std::sin(angle), 9 * p.y(), seed + 91);
+    // At the forehead hair rises slowly out of the skin; elsewhere it is cut.
+    const double front = step(0.2, 0.7, (p.z() - middle) / (head.front - middle));
+    const double rise = (0.30 - 0.16 * front) * std::max(0.0, in);
+    const double lift = -0.002 + std::min(rise, 0.012 + 0.011 * step(0.0, 0.09, in)) +
+                        0.0022 * locks * step(0, 0.02, in) + 0.3 * std::clamp(in, -0.05, 0.0);
+    const double y = (p.y() - head.top.y()) / height;
+    const double before_ears = step(-0.30, 0.08, (p.z() - middle) / (head.front - middle));
+    const double hanging = head.long_hair ? (1 - step(-0.65, -0.30, y)) * (1 - before_ears) : 0;
+    const Eigen::Vector2d outward(p.x(), p.z() - middle);
+    p += (1 - hanging) * lift * part.normals.row(v).transpose();
+    if (hanging > 0 && outward.norm() > 1e-6) {
+      // Below the ears hair hangs as a curtain as wide as the skull, cut at one height.
+      const Eigen::Vector2d way = outward.normalized();
+      const double wide = 1 / std::hypot(way.x() / (head.half_width + 0.019),
+                                         way.y() / ((head.front - head.back) / 2 + 0.014));
+      const double reach = std::max(outward.norm() + 0.004, wide * (1 + 0.05 * locks));
+      p.x() += hanging * (way.x() * reach - outward.x());
+      p.z() += hanging * (way.y() * reach - outward.y());
+      p.y() += hanging * std::max(0.0, -in);
+    }
+    part.vertices.row(v) = p.transpose();
   }
   WornLayer layer;
   layer.name = "hair";
   layer.model = worn_model(body, layer.name, part);
-  layer.model.mesh.colors = colors;
+  const Eigen::Vector3d crown(0.012, head.top.y(), middle - 0.35 * (head.front - middle));
+  wrap_strands(layer.model.mesh, crown, 1.7 * height);
   layer.label = Label::Hair;
   layer.in_minimal = true;
+  layer.look.texture = std::make_shared<const Image>(strands(head.hair, 1024, seed + 92));
   layer.look.color = Color(1, 1, 1);
   layer.look.roughness = 0.42F;
   layer.look.specular = 0.6F;
@@ -283,14 +359,14 @@ WornLayer plain_shoes(const BodyModel& body, std::uint64_t seed) {
     return share_of(body, v, on_foot) > 0.02 && body.mesh.vertices(v, 1) < collar + 0.03;
   });
   ATELIER_CHECK(part.faces.rows() > 0, "a body without feet");
-  part = refined(part);
+  part = refined(refined(part));
   // Toes grow together; the heel stays.
   Eigen::VectorXd share(part.vertices.rows());
   for (Index v = 0; v < share.size(); ++v) {
     const double ankle = joints(person.legs[part.vertices(v, 0) > 0 ? 0 : 1].ankle, 2);
     share[v] = 0.15 + 0.6 * step(ankle + 0.02, ankle + 0.09, part.vertices(v, 2));
   }
-  smooth(part, share, 14);
+  smooth(part, share, 40);
   const Points normals = vertex_normals(part.vertices, part.faces);
   Random random{seed, 79};
   const Color upper =
@@ -302,11 +378,14 @@ WornLayer plain_shoes(const BodyModel& body, std::uint64_t seed) {
     const double toe = step(0.04, 0.14, part.vertices(v, 2) - joints(person.legs[0].ankle, 2));
     const double lift = 0.007 + 0.006 * toe - 0.016 * step(collar - 0.012, collar + 0.012, y);
     part.vertices.row(v) += lift * normals.row(v);
-    const double height = part.vertices(v, 1) - floor;
+    double height = part.vertices(v, 1) - floor;
     if (height < 0.010) {
       part.vertices(v, 1) = floor - kSoleHeight * (1 - step(0.004, 0.010, height));
+    } else if (height < 0.016) {
+      height = 0.013;  // the rim of the sole is straight, wherever the triangles lie
+      part.vertices(v, 1) = floor + height;
     }
-    colors.row(v) = (height < 0.013 ? sole : upper).transpose();
+    colors.row(v) = (height <= 0.013 ? sole : upper).transpose();
   }
   WornLayer layer;
   layer.name = "shoes";

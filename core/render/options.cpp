@@ -24,6 +24,8 @@ OptionTable describe(PrepareOptions& options) {
   OptionTable table;
   table.add("vertex_samples", options.vertex_samples, 1, 65536, "",
             "environment rays per vertex and side; more where soft shading looks blotchy");
+  table.add("ground_reach", options.ground_reach, 0, 1000, "m",
+            "half side of the square in which the ground's occlusion is resolved; 0: all of it");
   table.add("seed", options.seed, 0, 9e15, "", "of the random numbers");
   return table;
 }

@@ -142,7 +142,10 @@ void gather_ground(PreparedScene::Data& scene, const Bounds& bounds,
                    const PrepareOptions& options) {
   const float height = static_cast<float>(scene.ground->height);
   const float reach = std::max(0.1f, 1.5f * (bounds.max.y - height));
-  const float side = std::max(bounds.max.x - bounds.min.x, bounds.max.z - bounds.min.z) + 2 * reach;
+  const float side =
+      options.ground_reach > 0
+          ? 2 * static_cast<float>(options.ground_reach)
+          : std::max(bounds.max.x - bounds.min.x, bounds.max.z - bounds.min.z) + 2 * reach;
   GroundIrradiance& grid = scene.ground_irradiance;
   grid.cell = side / (kGroundCells - 1);
   grid.min_x = 0.5f * (bounds.min.x + bounds.max.x - side);
@@ -201,6 +204,8 @@ Vec3f gathered_irradiance(const PreparedScene::Data& scene, Vec3f point, Vec3f n
 PreparedScene prepare(const Scene& scene, const PrepareOptions& options) {
   ATELIER_CHECK(options.vertex_samples >= 1 && options.vertex_samples <= 65536,
                 "vertex_samples must lie in [1, 65536]");
+  ATELIER_CHECK(options.ground_reach >= 0 && options.ground_reach <= 1000,
+                "ground_reach must lie in [0, 1000]");
   check_scene(scene);
   prepare_reflectance_tables();
   auto data = std::make_shared<PreparedScene::Data>();

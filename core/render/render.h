@@ -33,6 +33,8 @@ OptionTable describe(RenderOptions& options);
 struct PrepareOptions {
   Ambient ambient = Ambient::PerPixel;  ///< not in describe: the caller knows its meshes
   int vertex_samples = 128;  ///< environment rays per vertex and side (PerVertex only), [1, 65536]
+  double ground_reach = 0;   ///< m, half side of the square round the meshes' middle in which the
+                             ///< ground's occlusion is resolved (PerVertex only); 0: all they shade
   std::int64_t seed = 0;     ///< of the random numbers
 };
 

@@ -219,6 +219,7 @@ TEST(Refusal, NoAmbientSamples) {
 
 TEST(Refusal, NoVertexSamples) {
   EXPECT_THROW(prepare(good_scene(), {.vertex_samples = 0}), LogicError);
+  EXPECT_THROW(prepare(good_scene(), {.ground_reach = -1}), LogicError);
 }
 
 TEST(Refusal, CameraWithoutPixels) {
