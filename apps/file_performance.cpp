@@ -36,6 +36,24 @@ std::vector<std::pair<std::string, Index>> named_keypoints(const MeshSequenceFil
   return result;
 }
 
+/// Velocities by the difference to the next frame of the file, or from the one before the last.
+void add_velocities(PerformedFrame& result, const FilePerformance& performance,
+                    const SynthesisOptions& options, Index at) {
+  const auto velocity = [&](const Sequence& sequence, Index rows) -> Points {
+    const Index count = frame_count(sequence);
+    if (count < 2 || rows == 0) {
+      return Points::Zero(rows, 3);
+    }
+    const Index first = std::min(at, count - 2);
+    const double rate = sequence.fps > 0 ? sequence.fps : options.fps;
+    return rate * (frame(sequence, first + 1).vertices - frame(sequence, first).vertices);
+  };
+  result.body_velocity = velocity(performance.body.sequence, result.truth.body.rows());
+  for (const Points& garment : result.truth.garments) {
+    result.garment_velocities.push_back(velocity(performance.cloth.sequence, garment.rows()));
+  }
+}
+
 Label label_by_place(const Points& cloth, const Points& body) {
   const double floor = body.col(1).minCoeff();
   const double height = body.col(1).maxCoeff() - floor;
@@ -109,6 +127,9 @@ PerformedFrame performed_frame(const FilePerformance& performance, const Synthes
       result.truth.garments[0] = frame(performance.cloth.sequence, at).vertices;
       result.truth.garments[0].rowwise() += performance.shift;
     }
+  }
+  if (options.shutter > 0) {
+    add_velocities(result, performance, options, at);
   }
   const auto named = named_keypoints(performance.body);
   result.truth.keypoints.resize(static_cast<Index>(named.size()), 3);

@@ -140,8 +140,9 @@ MeshSequenceFile read_mesh_sequence(const fs::path& path, bool is_body, const Li
   if (extension == ".npz" || extension == ".h5" || extension == ".hdf5") {
     result = from_arrays(path, limits);
   } else {
-    result.sequence = fs::exists(path / "sequence.h5") ? open_sequence(path, limits)
-                                                       : read_sequence_folder(path, {}, limits);
+    result.sequence = fs::exists(path / "sequence.h5")
+                          ? open_sequence(path, limits)
+                          : read_sequence_folder(path, {.metres_per_unit = 1, .up = 'y'}, limits);
     result.shared = frame(result.sequence, 0);
     for (Index i = 1; i < frame_count(result.sequence) && result.sequence.faces.rows() == 0; ++i) {
       if (!equal_arrays(frame(result.sequence, i).faces, result.shared.faces)) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
@@ -109,6 +110,19 @@ struct Timeline {
     return std::llround((kTransition + kHold + after) / step_seconds);
   }
 };
+
+/// Throws where cloth is torn apart, as when limbs pinch it or a motion leaps.
+void check_simulated(const FrameReport& report, double seconds, int frame_id) {
+  constexpr double kTorn = 0.5;  // of an edge's length: no cloth stretches like that
+  if (!(report.strain_p95 < kTorn)) {
+    char found[120];
+    std::snprintf(found, sizeof(found), "cloth stretched by %.0f%% at %.2f s of the motion",
+                  100 * report.strain_p95, seconds);
+    throw DataError("simulation", "frame " + std::to_string(frame_id), found,
+                    "a motion that cloth follows: another --motion or --start, a slower one, or "
+                    "more --substeps");
+  }
+}
 
 }  // namespace
 
@@ -241,7 +255,8 @@ void perform_clothed(
       Control control;
       control.body_start = last_body;
       control.body_end = with_soft_tissue(performance.subject, skinned, state.flesh, amplitude);
-      solver.advance(control);
+      check_simulated(solver.advance(control), timeline.place(timeline.seconds(state.step + 1)),
+                      state.next_frame);
       last_body = control.body_end;
       ++state.step;
       if (state.step == last) {

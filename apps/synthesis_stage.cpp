@@ -47,9 +47,10 @@ std::vector<Camera> written_cameras(const std::vector<Camera>& cameras,
   const double rms = options.perfect ? 0 : options.calibration_error * options.dome.height / 1000;
   std::vector<Camera> written = calibrated_cameras(cameras, rms, {seed, kCalibration});
   Random random{seed, kWrongCamera};
+  const std::size_t first = uniform_index(random, written.size());
   for (int i = 0; i < options.miscalibrated; ++i) {
     // Two degrees about its own centre: somebody leaned on it after the calibration.
-    Camera& camera = written[(uniform_index(random, written.size()) + i) % written.size()];
+    Camera& camera = written[(first + static_cast<std::size_t>(i)) % written.size()];
     const double angle = 2 * 3.14159265358979 * uniform(random);
     const Eigen::Vector3d axis(std::cos(angle), std::sin(angle), 0);
     const Eigen::Vector3d center = camera_center(camera);

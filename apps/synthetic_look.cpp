@@ -62,7 +62,7 @@ struct Painter {
     // Tight clothing: shorts, and a top for who wears one.
     const bool trunk = std::abs(p.x()) < half_width;
     const bool shorts =
-        std::abs(p.x()) < 2.3 * half_width && p.y() < waist - 0.02 && p.y() > crotch - 0.09;
+        std::abs(p.x()) < 1.5 * half_width && p.y() < waist - 0.02 && p.y() > crotch - 0.09;
     const double neckline = shoulder - 0.05 - 0.5 * std::abs(p.x());
     const bool shirt = top && trunk && p.y() > waist + 0.09 && p.y() < neckline + 0.05;
     if (shorts || shirt) {

@@ -127,7 +127,10 @@ std::vector<double> joint_values(const Skeleton& skeleton, double trunk, double 
   return values;
 }
 
-/// A sum of plane waves of 5 to 20 cm along the normals, whose rms over the area is `rms`.
+/// m. A surface that cuts a plane wave aslant sees a longer one: these make 5 to 20 cm on the skin.
+constexpr double kLongestWave = 0.17;
+
+/// A sum of plane waves along the normals, whose rms over the area is `rms`.
 void displace(BodyModel& model, double rms, Random random) {
   struct Wave {
     Eigen::Vector3d k;
@@ -135,7 +138,7 @@ void displace(BodyModel& model, double rms, Random random) {
   };
   std::vector<Wave> waves;
   for (int i = 0; i < 32; ++i) {
-    const double length = uniform(random, 0.05, 0.20);
+    const double length = uniform(random, 0.05, kLongestWave);
     Eigen::Vector3d direction;
     do {
       for (double& c : direction) {
@@ -157,12 +160,20 @@ void displace(BodyModel& model, double rms, Random random) {
     }
     height[v] = share[v] * sum;
   }
-  const double now = std::sqrt(height.cwiseAbs2().dot(areas) / areas.sum());
-  height *= rms / now;
-  // A wave of 25 mm against its own slope folds thin limbs: the largest are rounded off.
-  for (Index v = 0; v < height.size(); ++v) {
-    height[v] = 2.5 * rms * std::tanh(height[v] / (2.5 * rms));
+  // A wave of 25 mm against its own slope folds thin limbs: the largest are rounded off, and the
+  // whole is drawn larger until its rms is what was asked.
+  const double most = 2.5 * rms;
+  const auto rounded = [&](double factor) -> Eigen::VectorXd {
+    return most * (factor / most * height.array()).tanh();
+  };
+  const auto rms_of = [&](const Eigen::VectorXd& values) {
+    return std::sqrt(values.cwiseAbs2().dot(areas) / areas.sum());
+  };
+  double factor = rms / rms_of(height);
+  for (int i = 0; i < 20; ++i) {
+    factor *= rms / rms_of(rounded(factor));
   }
+  height = rounded(factor);
   model.mesh.vertices += (normals.array().colwise() * height.array()).matrix();
 }
 

@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
 
@@ -34,10 +35,11 @@ using ::testing::HasSubstr;
 std::vector<std::string> small(const fs::path& out, std::vector<std::string> more = {}) {
   std::vector<std::string> command = {ATELIER_PROGRAM, "synthesize", out.string()};
   const std::vector<std::string> sizes = {
-      "--dome.cameras",    "2",    "--dome.width",     "120", "--dome.height",       "160",
-      "--frames",          "2",    "--minimal_frames", "1",   "--held_out_cameras",  "0",
-      "--edge_length",     "0.04", "--substeps",       "8",   "--fabric.resolution", "256",
-      "--skin_resolution", "256",  "--samples",        "2",   "--truth_maps",        "true"};
+      "--dome.cameras", "2",    "--dome.width",      "120", "--dome.height",       "160",
+      "--frames",       "2",    "--minimal_frames",  "1",   "--held_out_cameras",  "0",
+      "--edge_length",  "0.05", "--substeps",        "6",   "--fabric.resolution", "256",
+      "--start",        "0",    "--skin_resolution", "256", "--samples",           "2",
+      "--truth_maps",   "true"};
   command.insert(command.end(), sizes.begin(), sizes.end());
   command.insert(command.end(), more.begin(), more.end());
   return command;
@@ -239,25 +241,104 @@ TEST_F(Synthesize, EvaluatePrintsAndChecks) {
       3);
 }
 
-TEST_F(Synthesize, GoesOnAfterAKillWithTheSameBytes) {
-  const fs::path other = folder_->path() / "killed";
-  for (const int wait_ms : {1200, 2500}) {
-    ChildProcess child(small(other));
-    usleep(static_cast<useconds_t>(wait_ms) * 1000);
-    child.kill(SIGKILL);
-    child.wait();
-    if (!fs::exists(other / "capture.toml")) {
-      EXPECT_THROW(read_capture_info(other), DataError);
-    }
-  }
-  const ChildResult result = run_child(small(other));
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const std::map<std::string, std::string> expected = digests(capture());
-  const std::map<std::string, std::string> found = digests(other);
+void expect_same_files(const fs::path& found_in, const fs::path& expected_in) {
+  const std::map<std::string, std::string> expected = digests(expected_in);
+  const std::map<std::string, std::string> found = digests(found_in);
   EXPECT_EQ(found.size(), expected.size());
   for (const auto& [file, digest] : expected) {
     EXPECT_TRUE(found.contains(file) && found.at(file) == digest) << file;
   }
+}
+
+TEST_F(Synthesize, GivesTheSameBytesOnOneThread) {
+  cpu_set_t all;
+  ASSERT_EQ(sched_getaffinity(0, sizeof(all), &all), 0);
+  if (CPU_COUNT(&all) < 2) {
+    GTEST_SKIP() << "one processor: the capture was made on one thread";
+  }
+  int first = 0;
+  while (!CPU_ISSET(first, &all)) {
+    ++first;
+  }
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(first, &one);
+  ASSERT_EQ(sched_setaffinity(0, sizeof(one), &one), 0);  // the program counts what it may use
+  const ChildResult result = run_child(small(folder_->path() / "one_thread"));
+  ASSERT_EQ(sched_setaffinity(0, sizeof(all), &all), 0);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  expect_same_files(folder_->path() / "one_thread", capture());
+}
+
+TEST_F(Synthesize, GoesOnAfterAKillWithTheSameBytes) {
+  const fs::path other = folder_->path() / "killed";
+  {
+    // Killed as soon as the second clothed frame is being simulated.
+    ChildProcess child(small(other));
+    for (int i = 0; i < 60000 && !fs::exists(other / ".unfinished/state.h5"); ++i) {
+      usleep(1000);
+    }
+    child.kill(SIGKILL);
+    child.wait();
+  }
+  ASSERT_FALSE(fs::exists(other / "capture.toml")) << "it was finished before it was killed";
+  EXPECT_THROW(read_capture_info(other), DataError);
+  {
+    // And again among the photographs.
+    ChildProcess child(small(other));
+    const fs::path photographed = other / "truth/frames/000000.h5";
+    for (int i = 0; i < 60000 && !fs::exists(photographed); ++i) {
+      usleep(1000);
+    }
+    child.kill(SIGKILL);
+    child.wait();
+  }
+  const ChildResult result = run_child(small(other));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  expect_same_files(other, capture());
+}
+
+/// A sequence of meshes as other programs write it.
+void write_obj(const fs::path& file, const Points& vertices, const Triangles& faces) {
+  fs::create_directories(file.parent_path());
+  std::ofstream out(file);
+  out.precision(9);
+  for (Index v = 0; v < vertices.rows(); ++v) {
+    out << "v " << vertices.row(v) << "\n";
+  }
+  for (Index f = 0; f < faces.rows(); ++f) {
+    out << "f " << (faces.row(f).array() + 1) << "\n";
+  }
+}
+
+TEST_F(Synthesize, TakesMeshSequencesOfOtherPrograms) {
+  const CaptureTruth truth = read_capture_truth(capture());
+  for (const int id : {0, 1}) {
+    const TruthFrame frame = read_truth_frame(capture(), truth, id);
+    const std::string name = "frame" + std::to_string(id) + ".obj";
+    write_obj(folder_->path() / "bodies" / name, frame.body, truth.body.faces);
+    write_obj(folder_->path() / "cloths" / name, frame.garments[0],
+              truth.garments[0].garment.mesh.faces);
+  }
+  const fs::path out = folder_->path() / "from_files";
+  const std::string bodies = (folder_->path() / "bodies").string();
+  const std::string cloths = (folder_->path() / "cloths").string();
+  const ChildResult result = run_child(
+      small(out, {"--body_sequence", bodies, "--cloth_sequence", cloths, "--shutter", "0.02"}));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const CaptureTruth taken = read_capture_truth(out);
+  ASSERT_EQ(taken.garments.size(), 1U);
+  EXPECT_EQ(taken.garments[0].label, Label::Dress);
+  const TruthFrame frame = read_truth_frame(out, taken, 1);
+  EXPECT_EQ(frame.garments[0].rows(), truth.garments[0].garment.mesh.vertices.rows());
+  const std::string camera = taken.cameras[0].id;
+  EXPECT_TRUE(fs::exists(out / "images" / camera / "000001.png"));
+
+  const ChildResult longer =
+      run_child(small(folder_->path() / "longer",
+                      {"--body_sequence", bodies, "--cloth_sequence", cloths, "--frames", "3"}));
+  EXPECT_EQ(longer.exit_code, 3);
+  EXPECT_THAT(longer.err, HasSubstr("2 frames"));
 }
 
 TEST_F(Synthesize, RefusesAFolderOfOtherOptionsOrOtherThings) {
@@ -292,6 +373,29 @@ TEST(SynthesizeRefuses, ImpossibleOptions) {
   refused({"--motion", "nowhere.bvh"}, 3, "nowhere.bvh");
   refused({"--body", "nowhere.npz"}, 3, "nowhere.npz");
   refused({"--body_sequence", "nowhere.npz"}, 3, "nowhere.npz");
+}
+
+TEST(SynthesizeRefuses, AGarmentThatCannotBePutOn) {
+  // A tube of 30 cm round, where the body is a metre.
+  const TemporaryDirectory folder;
+  const fs::path pattern = folder.path() / "tube.json";
+  std::ofstream(pattern) << R"({"properties": {"curvature_coords": "relative",
+      "units_in_meter": 100}, "pattern": {"panels": {
+      "front": {"translation": [-7.5, 70, 20], "rotation": [0, 0, 0],
+        "vertices": [[0, 0], [15, 0], [15, 30], [0, 30]], "edges": [{"endpoints": [0, 1]},
+        {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]},
+      "back": {"translation": [-7.5, 70, -20], "rotation": [0, 0, 0],
+        "vertices": [[0, 0], [15, 0], [15, 30], [0, 30]], "edges": [{"endpoints": [0, 1]},
+        {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]}},
+      "stitches": [[{"panel": "front", "edge": 1}, {"panel": "back", "edge": 1}],
+                   [{"panel": "front", "edge": 3}, {"panel": "back", "edge": 3}]]}})";
+  const fs::path out = folder.path() / "out";
+  const ChildResult result = run_child(small(out, {"--garment", pattern.string()}));
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("tube.json"));
+  EXPECT_THAT(result.err, HasSubstr("too tight"));
+  EXPECT_FALSE(fs::exists(out / "capture.toml"));
+  EXPECT_FALSE(fs::exists(out / "images"));
 }
 
 TEST(SynthesizeRefuses, AFullDiskLeavesNothingThatLooksWhole) {
