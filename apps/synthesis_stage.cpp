@@ -25,19 +25,17 @@ namespace fs = std::filesystem;
 constexpr int kAtOnce = 2;  // cameras whose pictures are in memory together
 
 // Streams of random numbers, one per purpose.
-enum Stream : std::uint64_t {
-  kCameras = 100,
-  kCalibration = 101,
-  kWrongCamera = 102,
-  kFabric = 103,
-  kDetections = 1000,
-  kLabels = 1001,
-  kNoise = 1002,
-};
+constexpr std::uint64_t kCameras = 100;
+constexpr std::uint64_t kCalibration = 101;
+constexpr std::uint64_t kWrongCamera = 102;
+constexpr std::uint64_t kFabric = 103;
+constexpr std::uint64_t kDetections = 1000;
+constexpr std::uint64_t kLabels = 1001;
+constexpr std::uint64_t kNoise = 1002;
 
 /// One stream for each purpose, frame and camera.
-std::uint64_t stream_of(Stream purpose, int frame_id, std::size_t camera) {
-  return static_cast<std::uint64_t>(purpose) +
+std::uint64_t stream_of(std::uint64_t purpose, int frame_id, std::size_t camera) {
+  return purpose +
          4096 * (static_cast<std::uint64_t>(frame_id) * 2048 + static_cast<std::uint64_t>(camera));
 }
 
@@ -345,6 +343,7 @@ bool photograph_instant(const fs::path& folder, const SynthesisStage& stage,
     Photograph taken = photograph(instant, scene, camera, rays);
     if (!shutter.empty()) {
       std::vector<Image> parts;
+      parts.reserve(shutter.size());
       for (const PreparedScene& part : shutter) {
         parts.push_back(render(part, camera, rays));
       }
