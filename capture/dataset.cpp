@@ -413,6 +413,9 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   }
   const Choice choice = choose(path, options);
   Dataset dataset = choice.layout->read(path, options, limits);
+  if (dataset.root.empty()) {
+    dataset.root = ".";  // a calibration file named without its folder
+  }
   dataset.layout = choice.layout->name;
   dataset.evidence = choice.evidence;
   dataset.findings.insert(dataset.findings.begin(), choice.findings.begin(), choice.findings.end());

@@ -114,7 +114,9 @@ std::vector<std::string> wholebody_points() {
     points.push_back(side + "_hand_root");
     for (const std::string finger : {"thumb", "index", "middle", "ring", "little"}) {
       for (int i = 1; i <= 4; ++i) {
-        points.push_back(side + "_" + finger + "_" + std::to_string(i));
+        std::string point = side;
+        point.append("_").append(finger).append("_").append(std::to_string(i));
+        points.push_back(std::move(point));
       }
     }
   }

@@ -105,7 +105,7 @@ fs::path caliscope_file(const fs::path& path) {
   if (fs::is_regular_file(path)) {
     return path.filename() == "camera_array.toml" ? path : fs::path();
   }
-  const fs::path file = first_existing({path / "camera_array.toml"});
+  fs::path file = first_existing({path / "camera_array.toml"});
   if (!file.empty()) {
     return file;
   }
@@ -146,18 +146,7 @@ Dataset read_file(const fs::path& file, const FileWorld& world, const Limits& li
   dataset.findings = std::move(toml.findings);
   dataset.frames.resize(dataset.cameras.size());
   dataset.file_world = world;
-  dataset.keypoint_shift = 0.5;
-  dataset.info.keypoint_schema.clear();
-  for (const char* base : {"images", "videos", "recordings", "videos-raw"}) {
-    dataset = with_pictures(std::move(dataset), &CameraFrames::images, dataset.root / base, limits);
-  }
-  // Pose2Sim: pose/, older ones pose-2d/; ours of the demo: pose_openpose_body25b/.
-  for (const std::string& name : camera_names(dataset.root, limits)) {
-    if (name.starts_with("pose") && !name.starts_with("pose-3d")) {
-      dataset = with_keypoints(std::move(dataset), dataset.root / name, limits);
-    }
-  }
-  return dataset;
+  return with_pose2sim_frames(std::move(dataset), limits);
 }
 
 /// QTM counts in sixty-fourths of a pixel; some converters also divide the distortion by 64, which
@@ -335,6 +324,22 @@ CameraToml parse_camera_toml(std::string_view text, const std::string& file, con
     root.fail("no camera", "tables with size, matrix, distortions, rotation, translation");
   }
   return result;
+}
+
+Dataset with_pose2sim_frames(Dataset dataset, const Limits& limits) {
+  const fs::path root = dataset.root;
+  dataset.keypoint_shift = 0.5;
+  dataset.info.keypoint_schema.clear();
+  for (const char* base : {"images", "videos", "recordings", "videos-raw"}) {
+    dataset = with_pictures(std::move(dataset), &CameraFrames::images, root / base, limits);
+  }
+  // pose/, in older projects pose-2d/.
+  for (const std::string& name : camera_names(root, limits)) {
+    if (name.starts_with("pose") && !name.starts_with("pose-3d")) {
+      dataset = with_keypoints(std::move(dataset), root / name, limits);
+    }
+  }
+  return dataset;
 }
 
 std::string recognize_pose2sim(const fs::path& path) {

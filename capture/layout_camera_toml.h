@@ -27,6 +27,10 @@ std::vector<std::string> write_caliscope(const LayoutSource& source,
 std::vector<std::string> write_anipose(const LayoutSource& source,
                                        const std::filesystem::path& out);
 
+/// A data set with the frames that Pose2Sim's folders hold beside its calibration: images/ or
+/// videos/ (recordings/), and the detections of pose*/.
+Dataset with_pose2sim_frames(Dataset dataset, const Limits& limits = {});
+
 /// The cameras of such a file, in its world.
 struct CameraToml {
   std::vector<Camera> cameras;

@@ -304,6 +304,7 @@ std::map<std::uint32_t, Camera> parse_colmap_cameras_text(std::string_view text,
     const std::int64_t height = scanner.integer("HEIGHT");
     check_size(width, height, fail);
     std::vector<double> values;
+    values.reserve(static_cast<std::size_t>(model->parameters));
     for (int i = 0; i < model->parameters; ++i) {
       values.push_back(scanner.number("a parameter"));
     }

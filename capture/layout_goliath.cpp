@@ -90,19 +90,20 @@ Dataset read_goliath(const fs::path& path, const DatasetOptions& /*options*/,
   if (file.empty()) {
     throw DataError(path.string(), "", "no camera_calibration.json", "the file of KRT");
   }
+  const fs::path root = file.parent_path();
   Dataset dataset;
-  dataset.root = file.parent_path();
+  dataset.root = root;
   dataset.cameras =
       parse_goliath_cameras(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
   dataset.file_world = kWorld;
   dataset.info.keypoint_schema.clear();
   dataset.info.label_taxonomy = "goliath_28";
-  dataset = with_zips(std::move(dataset), &CameraFrames::images, dataset.root / "image", limits);
-  dataset = with_zips(std::move(dataset), &CameraFrames::labels,
-                      dataset.root / "segmentation_parts", limits);
+  dataset = with_zips(std::move(dataset), &CameraFrames::images, root / "image", limits);
+  dataset =
+      with_zips(std::move(dataset), &CameraFrames::labels, root / "segmentation_parts", limits);
   dataset = with_pictured_cameras(std::move(dataset));
-  const std::string name = dataset.root.string();
+  const std::string name = root.string();
   const bool minimal = name.find("MinimalBody") != std::string::npos;
   // 30 frames per second were taken; released are 5 (minimal) and 10 (clothed) of them.
   const bool goliath = minimal || name.find("ClothedBody") != std::string::npos;

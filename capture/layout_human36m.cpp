@@ -84,8 +84,9 @@ Dataset read_human36m(const fs::path& path, const DatasetOptions& options, const
   if (file.empty()) {
     throw DataError(path.string(), "", "no camera-parameters.json", "the calibration");
   }
+  const fs::path root = file.parent_path();
   Dataset dataset;
-  dataset.root = file.parent_path();
+  dataset.root = root;
   dataset.cameras = parse_human36m_cameras(read_file_text(file, limits.text_file_bytes),
                                            options.subject, file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
@@ -93,7 +94,7 @@ Dataset read_human36m(const fs::path& path, const DatasetOptions& options, const
   dataset.info.keypoint_schema.clear();
   dataset.info.subject = options.subject == "auto" ? "" : options.subject;
   for (const char* base : {"images", "videos"}) {
-    dataset = with_pictures(std::move(dataset), &CameraFrames::images, dataset.root / base, limits);
+    dataset = with_pictures(std::move(dataset), &CameraFrames::images, root / base, limits);
   }
   dataset.info.sequences.push_back({"capture", "clothed", kFps, {}});
   return dataset;

@@ -4,6 +4,7 @@
 
 #include "capture/camera_conventions.h"
 #include "capture/frame_files.h"
+#include "capture/layout_camera_toml.h"
 #include "capture/truth_archive.h"
 #include "capture/xml_elements.h"
 #include "core/atomic_file.h"
@@ -155,17 +156,7 @@ Dataset read_qualisys(const fs::path& path, const DatasetOptions& /*options*/,
       parse_qualisys(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
   dataset.file_world = kWorld;
-  dataset.keypoint_shift = 0.5;
-  dataset.info.keypoint_schema.clear();
-  for (const char* base : {"images", "videos"}) {
-    dataset = with_pictures(std::move(dataset), &CameraFrames::images, dataset.root / base, limits);
-  }
-  for (const std::string& name : camera_names(dataset.root, limits)) {
-    if (name.starts_with("pose") && !name.starts_with("pose-3d")) {
-      dataset = with_keypoints(std::move(dataset), dataset.root / name, limits);
-    }
-  }
-  return dataset;
+  return with_pose2sim_frames(std::move(dataset), limits);
 }
 
 std::vector<std::string> write_qualisys(const LayoutSource& source, const fs::path& out) {
