@@ -29,6 +29,7 @@ std::span<const Command> all_commands();
 
 OptionSet convert_options();
 OptionSet convert_capture_options();
+OptionSet validate_options();
 OptionSet render_options();
 OptionSet body_model_options();
 OptionSet drape_options();
@@ -39,6 +40,7 @@ Action add_inspect(CLI::App& parser);
 Action add_gc(CLI::App& parser);
 Action add_convert(CLI::App& parser);
 Action add_convert_capture(CLI::App& parser);
+Action add_validate(CLI::App& parser);
 Action add_render(CLI::App& parser);  // only with core_render
 Action add_body_model(CLI::App& parser);
 Action add_drape(CLI::App& parser);

@@ -29,6 +29,8 @@ constexpr std::array kCommands = {
 #ifdef ATELIER_HAS_CAPTURE
     Command{"convert-capture", "a capture into another layout: any of those that are read",
             add_convert_capture, convert_capture_options},
+    Command{"validate", "what is wrong with a capture, and what to do about it", add_validate,
+            validate_options},
     Command{"evaluate", "results against the truth of a synthetic capture", add_evaluate},
 #endif
     Command{"export", "results of a workspace as files that other programs open", add_export},

@@ -1,0 +1,194 @@
+#include "capture/check_cameras.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace atelier {
+namespace {
+
+constexpr double kDegrees = 3.14159265358979323846 / 180;
+
+template <class... Values>
+std::string sentence(const char* format, Values... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+Eigen::Vector3d axis_of(const Camera& camera) {
+  return camera.camera_from_world_rotation.row(2).transpose();
+}
+
+void check_lens(const Camera& camera, std::vector<Finding>& findings) {
+  const double angle = 2 * std::atan(0.5 * camera.width / camera.fx) / kDegrees;
+  if (camera.distortion_model != Distortion::Fisheye && (angle < 2 || angle > 150)) {
+    findings.push_back({Severity::Error, "camera-focal", camera.id,
+                        sentence("fx %.1f over %d px is a field of view of %.1f degrees", camera.fx,
+                                 camera.width, angle),
+                        "are the intrinsics those of this image size, in pixels?"});
+  }
+  if (std::abs(camera.fx / camera.fy - 1) > 0.1) {
+    findings.push_back(
+        {Severity::Warning, "camera-aspect", camera.id,
+         sentence("fx %.1f and fy %.1f differ by more than a tenth", camera.fx, camera.fy),
+         "pixels of today's cameras are square"});
+  }
+  const double off_x = camera.cx / camera.width - 0.5;
+  const double off_y = camera.cy / camera.height - 0.5;
+  if (std::max(std::abs(off_x), std::abs(off_y)) > 0.25) {
+    findings.push_back({Severity::Warning, "camera-principal-point", camera.id,
+                        sentence("the principal point (%.1f, %.1f) is far from the middle of "
+                                 "%d x %d px",
+                                 camera.cx, camera.cy, camera.width, camera.height),
+                        "is the image cropped, turned, or of another size than when calibrated?"});
+  }
+  // Every pixel of the rim must have a ray, and the ray must come back to it.
+  int lost = 0;
+  constexpr int kSteps = 16;
+  for (int i = 0; i < 4 * kSteps; ++i) {
+    const double t = static_cast<double>(i % kSteps) / kSteps;
+    const double x = i < 2 * kSteps ? t * camera.width : (i < 3 * kSteps ? 0.0 : camera.width);
+    const double y = i < kSteps       ? 0.0
+                     : i < 2 * kSteps ? static_cast<double>(camera.height)
+                                      : t * camera.height;
+    const auto ray = ray_direction(camera, {x, y});
+    const auto back = ray ? project(camera, camera_center(camera) + *ray) : std::nullopt;
+    lost += back && (*back - Eigen::Vector2d(x, y)).norm() < 0.5 ? 0 : 1;
+  }
+  if (lost > 0) {
+    findings.push_back({lost > kSteps ? Severity::Error : Severity::Warning, "camera-distortion",
+                        camera.id,
+                        sentence("the distortion folds over at %d of %d places of the image's rim",
+                                 lost, 4 * kSteps),
+                        "are the coefficients in OpenCV's order (k1 k2 p1 p2 k3), not scaled?"});
+  }
+}
+
+/// Where most cameras look: of all pairs the place that most axes pass.
+struct Gaze {
+  Eigen::Vector3d place;
+  std::vector<double> angle;  ///< of each camera off it
+  int agreeing = 0;
+};
+
+constexpr double kLooksAt = 35 * kDegrees;
+
+double angle_off(const Camera& camera, const Eigen::Vector3d& place) {
+  const Eigen::Vector3d to = place - camera_center(camera);
+  return std::atan2(axis_of(camera).cross(to).norm(), axis_of(camera).dot(to));
+}
+
+Gaze gaze_of(const std::vector<Camera>& cameras) {
+  Gaze best;
+  double best_sum = 1e300;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    for (std::size_t j = i + 1; j < cameras.size(); ++j) {
+      const Eigen::Vector3d a = axis_of(cameras[i]);
+      const Eigen::Vector3d b = axis_of(cameras[j]);
+      const Eigen::Vector3d offset = camera_center(cameras[j]) - camera_center(cameras[i]);
+      const double cosine = a.dot(b);
+      const double sine2 = 1 - cosine * cosine;
+      if (sine2 < 0.01) {
+        continue;
+      }
+      const double s = (offset.dot(a) - offset.dot(b) * cosine) / sine2;
+      const double t = (offset.dot(a) * cosine - offset.dot(b)) / sine2;
+      if (s <= 0 || t <= 0) {
+        continue;
+      }
+      const Eigen::Vector3d place =
+          0.5 * (camera_center(cameras[i]) + s * a + camera_center(cameras[j]) + t * b);
+      Gaze gaze{place, {}, 0};
+      double sum = 0;
+      for (const Camera& camera : cameras) {
+        gaze.angle.push_back(angle_off(camera, place));
+        gaze.agreeing += gaze.angle.back() < kLooksAt ? 1 : 0;
+        sum += std::min(gaze.angle.back(), kLooksAt);
+      }
+      if (sum < best_sum) {
+        best_sum = sum;
+        best = std::move(gaze);
+      }
+    }
+  }
+  return best;
+}
+
+void check_gaze(const std::vector<Camera>& cameras, std::vector<Finding>& findings) {
+  const Gaze gaze = gaze_of(cameras);
+  if (cameras.size() < 3) {
+    return;
+  }
+  if (gaze.agreeing * 2 <= static_cast<int>(cameras.size())) {
+    findings.push_back({Severity::Error, "cameras-apart", "", "the cameras look at no common place",
+                        "are extrinsics world-to-camera (or is the layout's convention another)? "
+                        "try --layout, or look at a transposed or inverted matrix"});
+    return;
+  }
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    if (gaze.angle[i] >= kLooksAt) {
+      findings.push_back({Severity::Warning, "camera-looks-away", cameras[i].id,
+                          sentence("it looks %.0f degrees past the place that %d of %zu cameras "
+                                   "look at",
+                                   gaze.angle[i] / kDegrees, gaze.agreeing, cameras.size()),
+                          "is its extrinsic inverted or transposed, or its translation the "
+                          "camera's position?"});
+    }
+  }
+  std::vector<double> distances;
+  for (const Camera& camera : cameras) {
+    distances.push_back((camera_center(camera) - gaze.place).norm());
+  }
+  std::nth_element(distances.begin(), distances.begin() + distances.size() / 2, distances.end());
+  const double distance = distances[distances.size() / 2];
+  if (distance < 0.3 || distance > 100) {
+    findings.push_back({Severity::Error, "stage-size", "",
+                        sentence("the cameras are %.3g m from what they look at", distance),
+                        distance > 100 ? "is the calibration in millimetres? --metres_per_unit "
+                                         "0.001 says so, 0.01 centimetres"
+                                       : "which unit is the calibration in? --metres_per_unit "
+                                         "says so"});
+  }
+}
+
+void check_up(const std::vector<Camera>& cameras, std::vector<Finding>& findings) {
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  for (const Camera& camera : cameras) {
+    up -= camera.camera_from_world_rotation.row(1).transpose();
+  }
+  if (up.norm() < 0.5 * static_cast<double>(cameras.size())) {
+    return;  // cameras above and below, or turned: they do not say
+  }
+  const double off = std::acos(std::clamp(up.normalized().y(), -1.0, 1.0)) / kDegrees;
+  if (off > 45) {
+    findings.push_back({Severity::Error, "stage-up", "",
+                        sentence("the cameras' mean up direction is %.0f degrees off Y", off),
+                        "which axis of the calibration points up? --up says so"});
+  }
+}
+
+}  // namespace
+
+std::vector<Finding> check_cameras(const std::vector<Camera>& cameras) {
+  std::vector<Finding> findings;
+  for (const Camera& camera : cameras) {
+    check_lens(camera, findings);
+  }
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    for (std::size_t j = i + 1; j < cameras.size(); ++j) {
+      if ((camera_center(cameras[i]) - camera_center(cameras[j])).norm() < 1e-4) {
+        findings.push_back({Severity::Error, "camera-twins", cameras[j].id,
+                            "it stands where " + cameras[i].id + " stands",
+                            "is one camera's calibration copied, or are both at the origin?"});
+      }
+    }
+  }
+  check_gaze(cameras, findings);
+  check_up(cameras, findings);
+  return findings;
+}
+
+}  // namespace atelier

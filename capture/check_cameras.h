@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "core/camera.h"
+#include "core/finding.h"
+
+namespace atelier {
+
+/// What a set of cameras gives away about itself, without an image: focal lengths that no lens has,
+/// principal points far off, distortion that folds within the image ("camera-distortion"), two
+/// cameras in one place ("camera-twins"), cameras that look away from where the others look
+/// ("camera-looks-away": an inverted or transposed extrinsic, a position in place of a
+/// translation), a stage whose size is no stage's ("stage-size": millimetres), an up axis that no
+/// camera agrees with ("stage-up"). O(cameras^2 + cameras x pixels of the rim).
+std::vector<Finding> check_cameras(const std::vector<Camera>& cameras);
+
+}  // namespace atelier

@@ -1,0 +1,264 @@
+#include "capture/check_frames.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "capture/label_taxonomy.h"
+#include "core/error.h"
+#include "core/sha256.h"
+
+namespace atelier {
+namespace {
+
+/// The same finding of many frames of one camera becomes one.
+class Gathered {
+ public:
+  void add(Severity severity, const std::string& code, const std::string& camera, int frame,
+           const std::string& what, const std::string& advice) {
+    Entry& entry = entries_[{camera, code}];
+    if (entry.count++ == 0) {
+      entry.finding = {severity, code, camera + " frame " + std::to_string(frame), what, advice};
+    }
+  }
+  std::vector<Finding> findings() const {
+    std::vector<Finding> all;
+    for (const auto& [key, entry] : entries_) {
+      all.push_back(entry.finding);
+      if (entry.count > 1) {
+        all.back().what += " (and " + std::to_string(entry.count - 1) + " more of its frames)";
+      }
+    }
+    return all;
+  }
+
+ private:
+  struct Entry {
+    Finding finding;
+    int count = 0;
+  };
+  std::map<std::pair<std::string, std::string>, Entry> entries_;
+};
+
+struct PictureFacts {
+  int frame_id = 0;
+  double mean = 0;       ///< of sRGB in [0,1]
+  double saturated = 0;  ///< share
+  double sharpness = 0;  ///< variance of the Laplacian over the variance
+  Digest digest{};
+};
+
+PictureFacts facts_of(const ByteImage& image, int frame_id) {
+  PictureFacts facts;
+  facts.frame_id = frame_id;
+  facts.digest =
+      sha256(std::string_view(reinterpret_cast<const char*>(image.data.data()), image.data.size()));
+  const int c = image.channels;
+  double sum = 0;
+  double squares = 0;
+  double edges = 0;
+  double top = 0;
+  int count = 0;
+  const auto value = [&](int x, int y) { return image.at(x, y, c > 1 ? 1 : 0) / 255.0; };
+  for (int y = 1; y + 1 < image.height; y += 2) {
+    for (int x = 1; x + 1 < image.width; x += 2) {
+      const double v = value(x, y);
+      const double laplacian =
+          value(x - 1, y) + value(x + 1, y) + value(x, y - 1) + value(x, y + 1) - 4 * v;
+      sum += v;
+      squares += v * v;
+      edges += laplacian * laplacian;
+      top += image.at(x, y, c > 1 ? 1 : 0) >= 254 ? 1 : 0;
+      ++count;
+    }
+  }
+  if (count > 0) {
+    facts.mean = sum / count;
+    const double variance = squares / count - facts.mean * facts.mean;
+    facts.sharpness = edges / count / std::max(variance, 1e-6);
+    facts.saturated = top / count;
+  }
+  return facts;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) {
+    return 0;
+  }
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.0f%%", 100 * share);
+  return text;
+}
+
+void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& pictures,
+                    const FrameCheckOptions& options, Gathered& gathered) {
+  std::vector<double> sharpness;
+  for (const PictureFacts& picture : pictures) {
+    sharpness.push_back(picture.sharpness);
+  }
+  const double usual = median(sharpness);
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const PictureFacts& picture = pictures[i];
+    if (picture.mean < options.black) {
+      gathered.add(Severity::Error, "image-black", camera, picture.frame_id, "the picture is black",
+                   "was the camera covered or off? leave the frame out");
+      continue;
+    }
+    if (picture.saturated > options.saturated) {
+      gathered.add(Severity::Warning, "image-saturated", camera, picture.frame_id,
+                   percent(picture.saturated) + " of the pixels are at the top of their range",
+                   "shorten the exposure");
+    }
+    if (pictures.size() >= 5 && picture.sharpness < options.blur * usual) {
+      gathered.add(Severity::Warning, "image-blurred", camera, picture.frame_id,
+                   "the picture is less sharp than the camera's others",
+                   "is it out of focus, moved, or scaled?");
+    }
+    if (i == 0) {
+      continue;
+    }
+    const PictureFacts& before = pictures[i - 1];
+    if (picture.digest == before.digest) {
+      gathered.add(Severity::Warning, "frame-duplicate", camera, picture.frame_id,
+                   "the picture is that of frame " + std::to_string(before.frame_id),
+                   "did the recorder drop a frame? then later frames may be out of step");
+    } else if (before.mean > options.black &&
+               std::abs(picture.mean - before.mean) > options.jump * before.mean) {
+      gathered.add(Severity::Warning, "exposure-jump", camera, picture.frame_id,
+                   "the mean changes by " +
+                       percent(std::abs(picture.mean - before.mean) / before.mean) +
+                       " from the frame before",
+                   "is automatic exposure off?");
+    }
+  }
+}
+
+double set_share(const ByteImage& mask, bool rim) {
+  double set = 0;
+  double all = 0;
+  const int band = std::max(1, std::min(mask.width, mask.height) / 50);
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      const bool at_rim = x < band || y < band || x >= mask.width - band || y >= mask.height - band;
+      if (!rim || at_rim) {
+        set += mask.at(x, y) != 0 ? 1 : 0;
+        all += 1;
+      }
+    }
+  }
+  return all > 0 ? set / all : 0;
+}
+
+void judge_mask(const std::string& camera, int frame, const ByteImage& mask, Gathered& gathered) {
+  const double inside = set_share(mask, false);
+  const double rim = set_share(mask, true);
+  if (inside == 0) {
+    gathered.add(Severity::Warning, "mask-empty", camera, frame, "the mask shows nobody",
+                 "if somebody is there, make it anew");
+  } else if (inside > 0.98) {
+    gathered.add(Severity::Error, "mask-full", camera, frame, "the mask is set nearly everywhere",
+                 "is it a mask? 0 is the background");
+  } else if (rim > 0.8 && inside > 0.4) {
+    gathered.add(Severity::Error, "mask-inverted", camera, frame,
+                 "the mask is set along " + percent(rim) + " of the image's rim",
+                 "is it inverted? the person is what is not 0");
+  }
+}
+
+/// Calls `read` and turns what cannot be read into a finding.
+template <class Read>
+auto guarded(const Read& read, const char* code, const std::string& camera, int frame,
+             Gathered& gathered) -> decltype(read()) {
+  try {
+    return read();
+  } catch (const DataError& error) {
+    gathered.add(Severity::Error, code, camera, frame, error.what(),
+                 "write it again, or leave the frame out");
+    return {};
+  }
+}
+
+}  // namespace
+
+OptionTable describe(FrameCheckOptions& options) {
+  OptionTable table;
+  table.add("every", options.every, 1, 1000000, "", "Frames apart that are decoded.");
+  table.add("black", options.black, 0, 1, "", "Mean below which a picture is black.");
+  table.add("saturated", options.saturated, 0, 1, "",
+            "Share of pixels at the top above which a picture is saturated.");
+  table.add("jump", options.jump, 0, 10, "",
+            "Change of the mean from frame to frame that is an exposure jump.");
+  table.add("blur", options.blur, 0, 1, "",
+            "Sharpness against the camera's median below which a picture is blurred.");
+  return table;
+}
+
+std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& options,
+                                  const std::function<void(int done, int total)>& told) {
+  const Dataset& dataset = reader.dataset();
+  Gathered gathered;
+  std::set<int> all_frames;
+  int total = 0;
+  for (const CameraFrames& frames : dataset.frames) {
+    for (const auto& [frame, place] : frames.images) {
+      all_frames.insert(frame);
+    }
+    total += static_cast<int>(frames.images.size());
+  }
+  int done = 0;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const Camera& camera = dataset.cameras[c];
+    const CameraFrames& frames = dataset.frames[c];
+    const auto index = static_cast<Index>(c);
+    std::vector<PictureFacts> pictures;
+    int turn = 0;
+    for (const int frame : all_frames) {
+      if (!frames.images.empty() && !frames.images.contains(frame)) {
+        gathered.add(Severity::Warning, "frame-missing", camera.id, frame,
+                     "other cameras have a picture of this frame",
+                     "did the recorder drop it? then later frames may be out of step");
+        continue;
+      }
+      if (turn++ % options.every != 0) {
+        continue;
+      }
+      const auto image = guarded([&] { return reader.byte_image(index, frame); }, "image-damaged",
+                                 camera.id, frame, gathered);
+      if (image) {
+        // The first picture's size against the calibration's is told where the data set is opened.
+        if (image->width != frames.image_width || image->height != frames.image_height) {
+          gathered.add(Severity::Error, "frame-size", camera.id, frame,
+                       std::to_string(image->width) + " x " + std::to_string(image->height) +
+                           " px, the camera's first picture has " +
+                           std::to_string(frames.image_width) + " x " +
+                           std::to_string(frames.image_height),
+                       "take pictures of one size");
+        }
+        pictures.push_back(facts_of(*image, frame));
+      }
+      if (frames.masks.contains(frame) || frames.labels.contains(frame)) {
+        const auto mask = guarded([&] { return reader.mask(index, frame); }, "mask-damaged",
+                                  camera.id, frame, gathered);
+        if (mask) {
+          judge_mask(camera.id, frame, *mask, gathered);
+        }
+      }
+      if (told) {
+        told(++done, total);
+      }
+    }
+    judge_pictures(camera.id, pictures, options, gathered);
+  }
+  return gathered.findings();
+}
+
+}  // namespace atelier
