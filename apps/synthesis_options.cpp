@@ -77,6 +77,7 @@ SynthesisOptions preset_options(const std::string& preset) {
   options.frames = 12;
   options.minimal_frames = 4;
   options.outfit.edge_length = 0.022;
+  options.outfit.substeps = 30;  // from 15 to 30 a spinning skirt moves by 32 mm
   options.fabric.resolution = 2048;
   options.skin_resolution = 2048;
   if (preset == "demo") {
