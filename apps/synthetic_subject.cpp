@@ -20,7 +20,9 @@ namespace atelier {
 namespace {
 
 // Streams of random numbers, one per purpose, so that a change in one leaves the others alone.
-enum Stream : std::uint64_t { kShape = 1, kDisplacement = 2, kWeights = 3 };
+constexpr std::uint64_t kShape = 1;
+constexpr std::uint64_t kDisplacement = 2;
+constexpr std::uint64_t kWeights = 3;
 
 Eigen::VectorXd drawn_shape(const BodyModel& model, Random& random) {
   Eigen::VectorXd shape = neutral_shape(model);

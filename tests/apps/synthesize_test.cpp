@@ -35,7 +35,7 @@ using ::testing::HasSubstr;
 std::vector<std::string> small(const fs::path& out, std::vector<std::string> more = {}) {
   std::vector<std::string> command = {ATELIER_PROGRAM, "synthesize", out.string()};
   const std::vector<std::string> sizes = {
-      "--dome.cameras", "2",    "--dome.width",      "180", "--dome.height",       "240",
+      "--dome.cameras", "2",    "--dome.width",      "240", "--dome.height",       "320",
       "--frames",       "2",    "--minimal_frames",  "1",   "--held_out_cameras",  "0",
       "--edge_length",  "0.05", "--substeps",        "6",   "--fabric.resolution", "256",
       "--start",        "0",    "--skin_resolution", "256", "--samples",           "2",
@@ -89,8 +89,8 @@ TEST_F(Synthesize, WritesAWholePrivateCapture) {
     for (const int id : {0, 1, 2}) {
       const std::string name = frame_name(id);
       const ByteImage image = read_byte_image(capture() / "images" / camera.id / (name + ".png"));
-      EXPECT_EQ(image.width, 180);
-      EXPECT_EQ(image.height, 240);
+      EXPECT_EQ(image.width, 240);
+      EXPECT_EQ(image.height, 320);
       EXPECT_TRUE(fs::exists(capture() / "keypoints2d" / camera.id / (name + ".json")));
       EXPECT_TRUE(fs::exists(capture() / "labels" / camera.id / (name + ".png")));
     }
@@ -137,7 +137,7 @@ TEST_F(Synthesize, TruthAgreesWithItself) {
         ASSERT_TRUE(pixel.has_value());
         const double z = camera_from_world(camera, frame.body.row(v).transpose()).z();
         ++seen;
-        // A pixel spans 10 mm here: the vertex's own, or one beside it at an outline.
+        // A pixel spans 8 mm here: the vertex's own, or one beside it at an outline.
         bool agrees = false;
         for (int j = -1; j <= 1; ++j) {
           for (int i = -1; i <= 1; ++i) {
@@ -225,7 +225,7 @@ TEST_F(Synthesize, ClothIsOutsideTheBodyAndSeamsAreEqual) {
   }
   EXPECT_LE(values.at("capture.cloth_depth_mm"), 0.1);
   EXPECT_LE(values.at("capture.seam_mismatch"), 0.003);
-  EXPECT_NEAR(values.at("capture.calibration_px"), 0.2 * 240 / 1000, 0.002);
+  EXPECT_NEAR(values.at("capture.calibration_px"), 0.2 * 320 / 1000, 0.002);
   EXPECT_GT(values.at("capture.label_miou"), 0.7);
   EXPECT_LT(values.at("capture.label_miou"), 1);
   EXPECT_GT(values.at("capture.keypoint_found"), 0.5);
