@@ -128,9 +128,12 @@ std::vector<Camera> parse_qualisys(std::string_view text, const std::string& fil
       camera.translation = -(camera.rotation * Eigen::Vector3d(value("x"), value("y"), value("z")));
     } else if (element.name == "intrinsic") {
       take(element, 4);
-      camera.matrix << value("focalLengthU") / kSubPixels, value("skew") / kSubPixels,
-          value("centerPointU") / kSubPixels, 0, value("focalLengthV") / kSubPixels,
-          value("centerPointV") / kSubPixels, 0, 0, 1;
+      // One by one: Eigen's comma aborts where a number in the middle is refused.
+      camera.matrix(0, 0) = value("focalLengthU") / kSubPixels;
+      camera.matrix(1, 1) = value("focalLengthV") / kSubPixels;
+      camera.matrix(0, 1) = value("skew") / kSubPixels;
+      camera.matrix(0, 2) = value("centerPointU") / kSubPixels;
+      camera.matrix(1, 2) = value("centerPointV") / kSubPixels;
       camera.distortion = {value("radialDistortion1"), value("radialDistortion2"),
                            value("tangentalDistortion1"), value("tangentalDistortion2"),
                            value("radialDistortion3")};
