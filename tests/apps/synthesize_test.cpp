@@ -381,10 +381,10 @@ TEST(SynthesizeRefuses, AGarmentThatCannotBePutOn) {
   const fs::path pattern = folder.path() / "tube.json";
   std::ofstream(pattern) << R"({"properties": {"curvature_coords": "relative",
       "units_in_meter": 100}, "pattern": {"panels": {
-      "front": {"translation": [-7.5, 70, 20], "rotation": [0, 0, 0],
+      "front": {"translation": [-7.5, -25, 20], "rotation": [0, 0, 0],
         "vertices": [[0, 0], [15, 0], [15, 30], [0, 30]], "edges": [{"endpoints": [0, 1]},
         {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]},
-      "back": {"translation": [-7.5, 70, -20], "rotation": [0, 0, 0],
+      "back": {"translation": [-7.5, -25, -20], "rotation": [0, 0, 0],
         "vertices": [[0, 0], [15, 0], [15, 30], [0, 30]], "edges": [{"endpoints": [0, 1]},
         {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]}},
       "stitches": [[{"panel": "front", "edge": 1}, {"panel": "back", "edge": 1}],
@@ -392,8 +392,8 @@ TEST(SynthesizeRefuses, AGarmentThatCannotBePutOn) {
   const fs::path out = folder.path() / "out";
   const ChildResult result = run_child(small(out, {"--garment", pattern.string()}));
   EXPECT_EQ(result.exit_code, 3) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("tube.json"));
-  EXPECT_THAT(result.err, HasSubstr("too tight"));
+  EXPECT_THAT(result.err, HasSubstr("tube"));
+  EXPECT_THAT(result.err, HasSubstr("expected"));  // says what would do instead
   EXPECT_FALSE(fs::exists(out / "capture.toml"));
   EXPECT_FALSE(fs::exists(out / "images"));
 }
