@@ -86,18 +86,17 @@ Dataset read_panoptic(const fs::path& path, const DatasetOptions& /*options*/,
   dataset.frames.resize(dataset.cameras.size());
   dataset.file_world = kWorld;
   dataset.info.keypoint_schema.clear();
-  const std::pair<const char*, const char*> kinds[] = {
-      {"hdImgs", "hdVideos"}, {"vgaImgs", "vgaVideos"}, {"kinectImgs", "kinectVideos"}};
-  for (const auto& [pictures, videos] : kinds) {
+  for (const std::string kind : {"hd", "vga", "kinect"}) {
     for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
       std::map<int, DataPlace>& images = dataset.frames[c].images;
       const std::string& id = dataset.cameras[c].id;
       if (images.empty()) {
-        images = camera_pictures(dataset.root / pictures, id, limits);
+        images = camera_pictures(dataset.root / (kind + "Imgs"), id, limits);
       }
       if (images.empty()) {
-        const std::string kind = std::string(videos).substr(0, std::string(videos).find('V'));
-        images = camera_pictures(dataset.root / videos, kind + "_" + id, limits);
+        std::string video = kind;
+        video.append("_").append(id);  // hd_00_05.mp4
+        images = camera_pictures(dataset.root / (kind + "Videos"), video, limits);
       }
     }
   }
