@@ -8,6 +8,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/reconstruct_stage.h"
 #include "apps/usage_error.h"
 #include "capture/capture_measures.h"
 #include "core/error.h"
@@ -35,7 +36,11 @@ std::vector<Measure> of_capture(const fs::path& /*workspace*/, const fs::path& t
   return measure_capture(truth);
 }
 
-constexpr Evaluation kEvaluations[] = {{"the capture itself", of_capture}};
+constexpr Evaluation kEvaluations[] = {{"the capture itself", of_capture},
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
+                                       {"reconstruct", measure_reconstruct}
+#endif
+};
 
 int run(const EvaluateArguments& arguments) {
   if (!fs::is_directory(arguments.workspace)) {

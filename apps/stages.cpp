@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "apps/reconstruct_stage.h"
 #include "apps/stage_command.h"
 #include "apps/statistics_stage.h"
 #ifdef ATELIER_HAS_SIMULATION
@@ -20,6 +21,18 @@ constexpr std::array kStages = {
           .options = option_set<StatisticsStageOptions>,
           .run = run_statistics,
           .frame_wise = true},
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
+    Stage{.name = "reconstruct",
+          .version = 1,
+          .summary = "labelled surfaces and 3D keypoints from the images of a capture",
+          .inputs = {"capture"},
+          .outputs = {"scans", "keypoints3d"},
+          .options = option_set<ReconstructStageOptions>,
+          .run = run_reconstruct,
+          .frame_wise = true,
+          .has_cuda = true,
+          .device_keyed = true},
+#endif
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",
           .version = 1,

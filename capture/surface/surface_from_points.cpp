@@ -1,6 +1,7 @@
 #include "capture/surface/surface_from_points.h"
 
 #include <Eigen/Geometry>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,9 @@ Mesh chosen_points(const Mesh& points, const std::vector<int>& rows) {
 }
 
 Mesh poisson(const Mesh& points, const SurfaceOptions& options) {
+  // PCL's octree keeps its nodes in static storage: one surface at a time.
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
   pcl::Poisson<pcl::PointNormal> reconstruction;
   reconstruction.setInputCloud(cloud_of(points));
   reconstruction.setDepth(options.octree_depth);

@@ -62,11 +62,15 @@ bool ActiveRun::each_frame(const std::string& folder, const std::string& extensi
                            const std::function<void(int, const std::filesystem::path&)>& write,
                            std::int64_t bytes_per_frame) {
   ATELIER_CHECK(stage_.frame_wise, std::string(stage_.name) + " is not said to be frame-wise");
-  ATELIER_CHECK(frames_total_ == 0, "each_frame is called once");
-  ATELIER_CHECK(!frame_ids.empty() && frame_ids.front() >= 0 &&
+  ATELIER_CHECK(!asked_for_frames_, "each_frame is called once");
+  asked_for_frames_ = true;
+  if (frame_ids.empty()) {
+    return true;
+  }
+  ATELIER_CHECK(frame_ids.front() >= 0 &&
                     std::adjacent_find(frame_ids.begin(), frame_ids.end(),
                                        [](int a, int b) { return a >= b; }) == frame_ids.end(),
-                "frame numbers are increasing, not negative and not none");
+                "frame numbers are increasing and not negative");
   const Clock::time_point start = Clock::now();
   frames_total_ = static_cast<std::int64_t>(frame_ids.size());
   const std::vector<int> mine = selected_frames(request_.selection, frame_ids);

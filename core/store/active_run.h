@@ -42,6 +42,7 @@ class ActiveRun : public StageRun {
   bool frames_missing() const { return frames_missing_; }
   std::int64_t frames_done() const { return static_cast<std::int64_t>(frames_.size()); }
   std::int64_t frames_total() const { return frames_total_; }
+  bool asked_for_frames() const { return asked_for_frames_; }
 
   /// The plan's manifest with outputs, metrics, times and memory filled in.
   Manifest finished_manifest() const;
@@ -77,6 +78,7 @@ class ActiveRun : public StageRun {
   std::mutex mutex_;       ///< of everything below while threads work
   bool stopped_ = false;
   bool frames_missing_ = false;
+  bool asked_for_frames_ = false;
   std::int64_t frames_total_ = 0;
   std::map<int, FrameRecord> frames_;
   std::unique_ptr<FrameLog> log_;

@@ -205,7 +205,7 @@ void work_on(std::span<const Stage> stages, const Stage& stage, const StageReque
     end_partial(request, events, report);
     return;
   }
-  ATELIER_CHECK(!stage.frame_wise || run.frames_total() > 0,
+  ATELIER_CHECK(!stage.frame_wise || run.asked_for_frames(),
                 std::string(stage.name) + " is said to be frame-wise, but has no each_frame");
   require_same_inputs(report.plan);
   report.manifest = run.finished_manifest();

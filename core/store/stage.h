@@ -35,7 +35,8 @@ class StageRun {
   /// renames it, so that a kill costs no more than the frames in work. Frames that an earlier run
   /// has finished are not asked for again, nor those that --frames and --shard leave to others.
   /// `write` is called from up to --jobs threads at once. `frame_ids` must be increasing and not
-  /// negative; `bytes_per_frame`, if known, is checked against the free space first.
+  /// negative; none are fine, where an input has nothing for them; `bytes_per_frame`, if known, is
+  /// checked against the free space first.
   ///
   /// Returns true if now every frame is there, so that the function goes on to write what joins
   /// them; false if others are still to come or the run was told to stop: the function returns.

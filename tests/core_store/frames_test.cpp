@@ -78,6 +78,12 @@ class Frames : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
+TEST_F(Frames, AnInputWithoutFramesIsDone) {
+  behaviour().frame_ids = {};
+  EXPECT_EQ(run(request()).end, End::Done);
+  EXPECT_EQ(result(), "");
+}
+
 TEST_F(Frames, EveryFrameIsAFile) {
   const StageReport report = run(request());
   EXPECT_EQ(report.end, End::Done);

@@ -196,11 +196,13 @@ struct FrameMisuse {
 
 class StageFrameMisuse : public RunStage, public ::testing::WithParamInterface<FrameMisuse> {};
 
-INSTANTIATE_TEST_SUITE_P(
-    All, StageFrameMisuse,
-    ::testing::Values(FrameMisuse{"None", {}}, FrameMisuse{"Negative", {-1, 2}},
-                      FrameMisuse{"Twice", {1, 1}}, FrameMisuse{"Backwards", {3, 2}}),
-    [](const ::testing::TestParamInfo<FrameMisuse>& misuse) { return misuse.param.name; });
+INSTANTIATE_TEST_SUITE_P(All, StageFrameMisuse,
+                         ::testing::Values(FrameMisuse{"Negative", {-1, 2}},
+                                           FrameMisuse{"Twice", {1, 1}},
+                                           FrameMisuse{"Backwards", {3, 2}}),
+                         [](const ::testing::TestParamInfo<FrameMisuse>& misuse) {
+                           return misuse.param.name;
+                         });
 
 TEST_P(StageFrameMisuse, IsRefused) {
   behaviour().frame_ids = GetParam().frame_ids;
