@@ -358,13 +358,21 @@ struct BodyContactRule {
   T old_overlap;  ///< m at most taken off an overlap that was there before, per substep
 };
 
-/// Moves a particle out of the body and lets friction hold it (Coulomb: exact stick inside the
-/// cone). `held` carries, over the iterations of one substep, the tangential correction so far
-/// (xyz) and the normal one (w). An overlap that was there at the start moves `start` along, so
-/// that it does not become speed.
+/// A particle that meets the body in a substep.
 template <class T>
-ATELIER_HOST_DEVICE inline void resolve_touch(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
-                                              const BodyTouch<T>& touch,
+struct BodyParticle {
+  Vec4<T> x;
+  Vec4<T> start;  ///< of the substep; moves along with an overlap that was there before, so that
+                  ///< it does not become speed
+  Vec4<T> held;   ///< over the iterations of a substep: the tangential correction so far (xyz) and
+                  ///< the normal one (w)
+  Vec3<T> moved;  ///< how the body moved in the substep where the particle touches it
+};
+
+/// Moves a particle out of the body and lets friction hold it (Coulomb: exact stick inside the
+/// cone).
+template <class T>
+ATELIER_HOST_DEVICE inline void resolve_touch(BodyParticle<T>& p, const BodyTouch<T>& touch,
                                               const BodyContactRule<T>& rule, bool with_friction) {
   const T wanted = rule.thickness - touch.distance;
   if (!(wanted > T(0))) {
@@ -374,31 +382,30 @@ ATELIER_HOST_DEVICE inline void resolve_touch(Vec4<T>& x, Vec4<T>& start, Vec4<T
   const T correction = min_of(wanted, fresh + rule.old_overlap);
   const T old = max_of(T(0), correction - fresh);
   const Vec3<T> n = touch.normal;
-  x = with_w(xyz(x) + correction * n, x.w);
-  start = with_w(xyz(start) + old * n, start.w);
+  p.x = with_w(xyz(p.x) + correction * n, p.x.w);
+  p.start = with_w(xyz(p.start) + old * n, p.start.w);
   if (!with_friction) {
     return;
   }
-  held.w += correction - old;
-  const Vec3<T> relative = (xyz(x) - xyz(start)) - touch.moved;
+  p.held.w += correction - old;
+  const Vec3<T> relative = (xyz(p.x) - xyz(p.start)) - touch.moved;
   const Vec3<T> slip = relative - dot(relative, n) * n;
-  Vec3<T> hold = xyz(held) - slip;
+  Vec3<T> hold = xyz(p.held) - slip;
   const T size = norm(hold);
-  const T most = rule.friction * held.w;
+  const T most = rule.friction * p.held.w;
   if (size > most) {
     hold = (most / size) * hold;
   }
-  x = with_w(xyz(x) + (hold - xyz(held)), x.w);
-  held = with_w(hold, held.w);
+  p.x = with_w(xyz(p.x) + (hold - xyz(p.held)), p.x.w);
+  p.held = with_w(hold, p.held.w);
 }
 
 /// Acts on the choice: first what would be passed through, else the nearest face. Returns true if
 /// it touched; then the nearest face is to be looked for once more (a corner between two surfaces)
 /// and given to touch_again.
 template <class T>
-ATELIER_HOST_DEVICE inline bool touch_choice(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
-                                             const BodyView<T>& body, T t0, T t1,
-                                             const BodyContactRule<T>& rule,
+ATELIER_HOST_DEVICE inline bool touch_choice(BodyParticle<T>& p, const BodyView<T>& body, T t0,
+                                             T t1, const BodyContactRule<T>& rule,
                                              const FaceChoice<T>& choice) {
   BodyTouch<T> touch;
   if (choice.first.time <= T(1)) {
@@ -406,29 +413,29 @@ ATELIER_HOST_DEVICE inline bool touch_choice(Vec4<T>& x, Vec4<T>& start, Vec4<T>
     const FaceCorners<T> t = corners_at(body, face, t1);
     Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
     normal = (T(1) / norm(normal)) * normal;
-    touch = touch_at(body, face, choice.first.hit, normal, xyz(x), xyz(start), t0, t1);
+    touch = touch_at(body, face, choice.first.hit, normal, xyz(p.x), xyz(p.start), t0, t1);
   } else {
-    touch = touch_nearest(body, choice.nearest, xyz(x), xyz(start), t0, t1, rule.thickness);
+    touch = touch_nearest(body, choice.nearest, xyz(p.x), xyz(p.start), t0, t1, rule.thickness);
   }
   if (touch.valid) {
-    resolve_touch(x, start, held, touch, rule, true);
+    p.moved = touch.moved;
+    resolve_touch(p, touch, rule, true);
   }
   return touch.valid;
 }
 
 template <class T>
-ATELIER_HOST_DEVICE inline void touch_again(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
-                                            const BodyView<T>& body, T t0, T t1,
+ATELIER_HOST_DEVICE inline void touch_again(BodyParticle<T>& p, const BodyView<T>& body, T t0, T t1,
                                             const BodyContactRule<T>& rule,
                                             const FaceOffer<T>& nearest) {
   const BodyTouch<T> touch =
-      touch_nearest(body, nearest, xyz(x), xyz(start), t0, t1, rule.thickness);
+      touch_nearest(body, nearest, xyz(p.x), xyz(p.start), t0, t1, rule.thickness);
   if (touch.valid) {
-    resolve_touch(x, start, held, touch, rule, false);
+    resolve_touch(p, touch, rule, false);
   }
 }
 
-/// Faces that a particle may meet during a frame: as many as a warp has lanes.
+/// Faces that a particle may meet during a frame, at most.
 constexpr int kBodyCandidates = 32;
 constexpr int kSearchTree = -1;  ///< instead of a count: too many, ask the tree in every substep
 constexpr int kSearchDeep = -2;  ///< it starts inside: ask the tree as deep as `reach`
@@ -525,35 +532,113 @@ ATELIER_HOST_DEVICE inline BodySearch body_search(const BodyOutlook<T>& outlook,
   return outlook.count == kSearchTree ? BodySearch::Tree : BodySearch::Candidates;
 }
 
+/// The nearest face and the first face passed among `candidates`; the choice does not depend on
+/// their order.
+template <class T>
+ATELIER_HOST_DEVICE inline FaceChoice<T> choose_candidate(const BodyView<T>& body,
+                                                          const int* candidates, int count,
+                                                          Vec3<T> p0, Vec3<T> p1, T t0, T t1,
+                                                          T reach, bool swept) {
+  FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
+  T least = reach * reach;
+  bool found = false;
+  for (int c = 0; c < count; ++c) {
+    const FaceOffer<T> offer = offer_of(body, candidates[c], p0, p1, t0, t1, swept);
+    if (passed_before(offer, choice.first)) {
+      choice.first = offer;
+    }
+    if (offer.face >= 0 && offer.squared_distance <= least) {
+      least = offer.squared_distance;
+      found = true;
+    }
+  }
+  if (!found || choice.first.time <= T(1)) {
+    return choice;
+  }
+  const T near = as_near(least);
+  for (int c = 0; c < count; ++c) {
+    const FaceOffer<T> offer = offer_of(body, candidates[c], p0, p1, t0, t1, false);
+    if (offer.face >= 0 && offer.squared_distance <= near &&
+        knows_side_better(offer, choice.nearest)) {
+      choice.nearest = offer;
+    }
+  }
+  return choice;
+}
+
+/// Contact of one free particle with its candidates in the substep [t0, t1] of the frame.
+template <class T>
+ATELIER_HOST_DEVICE inline bool contact_by_candidates(BodyParticle<T>& p, const BodyView<T>& body,
+                                                      T t0, T t1, const BodyContactRule<T>& rule,
+                                                      const int* candidates, int count) {
+  for (int pass = 0; pass < 2; ++pass) {
+    const FaceChoice<T> choice = choose_candidate(body, candidates, count, xyz(p.start), xyz(p.x),
+                                                  t0, t1, rule.reach, pass == 0);
+    if (pass == 0) {
+      if (!touch_choice(p, body, t0, t1, rule, choice)) {
+        return false;
+      }
+    } else {
+      touch_again(p, body, t0, t1, rule, choice.nearest);
+    }
+  }
+  return true;
+}
+
 /// Contact of one free particle with the body in the substep [t0, t1] of the frame, asking the
 /// tree.
 template <class T>
-ATELIER_HOST_DEVICE inline bool contact_by_tree(Vec4<T>& x, Vec4<T>& start, Vec4<T>& held,
-                                                const BodyView<T>& body, T t0, T t1,
-                                                const BodyContactRule<T>& rule,
+ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyView<T>& body, T t0,
+                                                T t1, const BodyContactRule<T>& rule,
                                                 const BodyOutlook<T>& outlook, BodySearch search) {
   if (search == BodySearch::WayOut) {
-    FaceChoice<T> choice{nearest_way_out(body, xyz(x), t1, min_of(rule.reach, outlook.gap)),
+    FaceChoice<T> choice{nearest_way_out(body, xyz(p.x), t1, min_of(rule.reach, outlook.gap)),
                          no_offer(rule.reach)};
-    return touch_choice(x, start, held, body, t0, t1, rule, choice);
+    return touch_choice(p, body, t0, t1, rule, choice);
   }
   const bool deep = search == BodySearch::DeepTree;
-  Box<T> box{xyz(x), xyz(x)};
-  grow(box, xyz(start));
+  Box<T> box{xyz(p.x), xyz(p.x)};
+  grow(box, xyz(p.start));
   // Who is outside needs to look no deeper than what it touches or passes through.
   const Box<T> query = inflated(box, deep ? rule.reach : rule.thickness + T(1e-3));
   for (int pass = 0; pass < 2; ++pass) {
     const FaceChoice<T> choice =
-        choose_in_tree(body, query, xyz(start), xyz(x), t0, t1, rule.reach, pass == 0);
+        choose_in_tree(body, query, xyz(p.start), xyz(p.x), t0, t1, rule.reach, pass == 0);
     if (pass == 0) {
-      if (!touch_choice(x, start, held, body, t0, t1, rule, choice)) {
+      if (!touch_choice(p, body, t0, t1, rule, choice)) {
         return false;
       }
     } else {
-      touch_again(x, start, held, body, t0, t1, rule, choice.nearest);
+      touch_again(p, body, t0, t1, rule, choice.nearest);
     }
   }
   return true;
+}
+
+/// A particle that cloth around it keeps back from where it would go: where it `rides`, it goes
+/// from `origin`, where the substep began, along with the body within `reach`; else it stays where
+/// it is, carried by its neighbours. The body gives way to what is carried: it keeps a quarter of
+/// its distance alone, then hardly any. True if it touches.
+template <class T>
+ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>& origin,
+                                               const BodyView<T>& body, T t0, T t1,
+                                               BodyContactRule<T> rule, bool rides) {
+  const Vec3<T> at = xyz(origin);
+  if (rides) {
+    const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{at, at}, rule.reach), at, at,
+                                                t0, t0, rule.reach, false)
+                                     .nearest;
+    if (nearest.face >= 0) {
+      const Vec3<T> ride = weighted(corners_at(body, nearest.face, t1), nearest.barycentric) -
+                           weighted(corners_at(body, nearest.face, t0), nearest.barycentric);
+      p.x = with_w(at + ride, p.x.w);
+    }
+  }
+  rule.thickness = (rides ? T(0.25) : T(0.02)) * rule.thickness;
+  const bool touches = contact_by_tree(
+      p, body, t0, t1, rule, BodyOutlook<T>{T(0), T(0), T(0), kSearchTree}, BodySearch::Tree);
+  p.moved = xyz(p.x) - at;
+  return touches;
 }
 
 /// Depth of a particle inside the body at time 1, 0 outside [m].

@@ -1,15 +1,10 @@
 #pragma once
 
+#include "simulation/cuda_frame_kernels.cuh"
 #include "simulation/cuda_self_pairs.cuh"
 #include "simulation/cuda_sweep.cuh"
 
 namespace atelier {
-
-constexpr int kFrameThreads = 512;
-
-/// What a frame can meet: undamped springs and hinges alone, all but contact of the cloth with
-/// itself, or all. Fewer registers where there is less.
-enum class FrameKind { Plain, Full, Self };
 
 /// One frame of one scene, as one block does it.
 template <class T, FrameKind kKind>
@@ -32,8 +27,11 @@ struct FrameWork : BlockWork<T> {
     }
   }
 
+  /// Contacts of the cloth with itself go on with the body by themselves.
   __device__ void contacts(int vertex_begin, int vertex_end, int s) const {
-    touch_body(frame, blocks, memory, vertex_begin, vertex_end, s);
+    if constexpr (kKind == FrameKind::Full) {
+      touch_body(frame, blocks, memory, vertex_begin, vertex_end, s);
+    }
   }
 
   /// Velocity of particle `i` after a substep.
@@ -52,13 +50,10 @@ struct FrameWork : BlockWork<T> {
     const int first = offset + patch.vertex_begin;
     if constexpr (kFull) {
       for (int v = static_cast<int>(threadIdx.x); v < patch.vertex_count; v += threads) {
-        Vec4<T> xi = load_shared_cache(frame.x + first + v);
+        x[v] = load_shared_cache(frame.x + first + v);
         if (ends && frame.keeps_starts != 0) {
-          Vec4<T> si = load_shared_cache(frame.start + first + v);
-          this->settle(first + v, xi, si);
-          start[v] = si;
+          start[v] = load_shared_cache(frame.start + first + v);
         }
-        x[v] = xi;
       }
       if (ends) {
         contacts(patch.vertex_begin, patch.vertex_begin + patch.vertex_count, s - 1);
@@ -100,7 +95,11 @@ struct FrameWork : BlockWork<T> {
       store_shared_cache(frame.start + i, si);
       frame.velocity[i] = with_w(vi, T(0));
       if (kFull && frame.held != nullptr) {
-        frame.held[i] = Vec4<T>{};
+        store_shared_cache(frame.held + i, Vec4<T>{});
+      }
+      if constexpr (kKind == FrameKind::Self) {
+        store_shared_cache(frame.self.origin + i, si);
+        store_shared_cache(frame.self.carry + i, Vec4<T>{});
       }
     }
   }
@@ -178,7 +177,7 @@ struct FrameWork : BlockWork<T> {
 
   /// Tethers; anchors are fixed, so nobody moves them here.
   __device__ void tethers() const {
-    this->owned_patches(false, [&](const Schedule::Patch& patch) {
+    this->owned_patches([&](const Schedule::Patch& patch) {
       for (int v = patch.vertex_begin + static_cast<int>(threadIdx.x); v < patch.vertex_end;
            v += static_cast<int>(blockDim.x)) {
         const int anchor = frame.tether_anchor[v];
@@ -194,7 +193,7 @@ struct FrameWork : BlockWork<T> {
 
   /// Body contact between iterations; after the last one it is part of begin and finish.
   __device__ void touch(int s) const {
-    this->owned_patches(true, [&](const Schedule::Patch& patch) {
+    this->owned_patches([&](const Schedule::Patch& patch) {
       contacts(patch.vertex_begin, patch.vertex_end, s);
       const int count = patch.vertex_end - patch.vertex_begin;
       for (int v = static_cast<int>(threadIdx.x); v < count; v += static_cast<int>(blockDim.x)) {
@@ -205,7 +204,7 @@ struct FrameWork : BlockWork<T> {
   }
 
   __device__ void finish() const {
-    this->owned_patches(true, [&](const Schedule::Patch& patch) {
+    this->owned_patches([&](const Schedule::Patch& patch) {
       if constexpr (kFull) {
         contacts(patch.vertex_begin, patch.vertex_end, frame.last_substep - 1);
       }
@@ -241,34 +240,31 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
         work.phase(s, iteration, p, at);
         wait();
       }
-      if constexpr (kKind != FrameKind::Plain) {
-        const bool again = iteration + 1 < frame.iterations;
+      const bool again = iteration + 1 < frame.iterations;
+      if constexpr (kKind == FrameKind::Full) {
         if (frame.tether_anchor != nullptr) {
           work.tethers();
           wait();
         }
-        if constexpr (kKind == FrameKind::Self) {
-          // What lies on the body has to be known before cloth pushes cloth.
-          touch_before_pairs(frame, blocks, s, iteration == 0, clock);
-          wait();
-          push_apart_all<T, kBarrier>(frame, blocks, s, s + 1 == frame.substeps && !again, clock,
-                                      arrived, goal);
-        }
-        if (again && (frame.body.face_count > 0 || frame.self.sums != nullptr)) {
+        if (again && frame.body.face_count > 0) {
           work.touch(s);
           wait();
         }
+      }
+      if constexpr (kKind == FrameKind::Self) {
+        // What lies on the body has to be known before cloth pushes cloth. In the end nothing
+        // passes, neither cloth nor body; where both cannot be, the body wins.
+        touch_before_pairs(frame, blocks, s, iteration == 0, clock);
+        wait();
+        push_apart_all<T, kBarrier>(frame, blocks, s, s + 1 == frame.substeps && !again, clock,
+                                    arrived, goal);
+        keep_all_back<T, kBarrier>(frame, blocks, s, clock, arrived, goal);
       }
     }
   }
   work.finish();
   leave_scene<kBarrier>(arrived, static_cast<unsigned>(blocks));
 }
-
-/// The same, one step per launch: for a CUDA graph, where the graph's edges are the barriers, and
-/// for sweeps of another kind. Not with contact of the cloth with itself, whose passes are counted
-/// on the device.
-enum class FrameStep { Begin, Phase, Tethers, Touch, Finish };
 
 template <class T>
 __global__ void __launch_bounds__(kFrameThreads, 1)
@@ -295,6 +291,18 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
       work.finish();
       break;
   }
+}
+
+template <class T, FrameKind kKind>
+FrameKernel<T> frame_kernel_of(CudaBarrier barrier) {
+  return barrier == CudaBarrier::Block     ? frame_kernel<T, CudaBarrier::Block, kKind>
+         : barrier == CudaBarrier::Cluster ? frame_kernel<T, CudaBarrier::Cluster, kKind>
+                                           : frame_kernel<T, CudaBarrier::Grid, kKind>;
+}
+
+template <class T>
+FrameStepKernel<T> frame_step_kernel_of() {
+  return frame_step_kernel<T>;
 }
 
 }  // namespace atelier

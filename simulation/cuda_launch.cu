@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cstring>
 
-#include "simulation/cuda_frame_kernel.cuh"
+#include "simulation/cuda_block.cuh"
+#include "simulation/cuda_frame_kernels.cuh"
 #include "simulation/cuda_launch.cuh"
+#include "simulation/cuda_sweep.cuh"
 
 namespace atelier {
 namespace {
@@ -46,15 +48,6 @@ std::size_t largest_plan(const PreparedCloth<T>& prepared) {
 }
 
 template <class T>
-using FrameKernel = void (*)(CudaFrame<T>, int);
-
-template <class T, FrameKind kKind>
-FrameKernel<T> frame_kernel_of(CudaBarrier barrier) {
-  return barrier == CudaBarrier::Block     ? frame_kernel<T, CudaBarrier::Block, kKind>
-         : barrier == CudaBarrier::Cluster ? frame_kernel<T, CudaBarrier::Cluster, kKind>
-                                           : frame_kernel<T, CudaBarrier::Grid, kKind>;
-}
-template <class T>
 FrameKernel<T> frame_kernel_of(bool full, bool self, CudaBarrier barrier) {
   return self   ? frame_kernel_of<T, FrameKind::Self>(barrier)
          : full ? frame_kernel_of<T, FrameKind::Full>(barrier)
@@ -95,7 +88,7 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
   int capacity = 0;
   ATELIER_CUDA_CHECK(
       cudaDeviceGetAttribute(&capacity, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
-  const std::size_t base = BlockWork<T>::room(prepared.max_patch_particles, keeps_starts_, body);
+  const std::size_t base = BlockWork<T>::room(prepared.max_patch_particles, keeps_starts_);
   // On chip beside the particles: the plans of all patches that a block works on, with their
   // edges where they fit, else of one at a time.
   const bool one_each = jacobi_ == nullptr && scene_count == 1 && patches <= multiprocessors &&
@@ -118,7 +111,7 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
        {reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Block)),
         reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Cluster)),
         reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Grid)),
-        reinterpret_cast<const void*>(&frame_step_kernel<T>)}) {
+        reinterpret_cast<const void*>(frame_step_kernel_of<T>())}) {
     ATELIER_CUDA_CHECK(
         cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, capacity));
   }
@@ -226,7 +219,8 @@ void CudaLaunch<T>::run(const CudaFrame<T>& frame) {
 template <class T>
 void CudaLaunch<T>::run_jacobi(const CudaFrame<T>& frame) {
   const auto add = [&](FrameStep step, int s, int iteration, int p) {
-    frame_step_kernel<T><<<grid_, threads_, shared_bytes_>>>(frame, blocks_, step, s, iteration, p);
+    frame_step_kernel_of<T>()<<<grid_, threads_, shared_bytes_>>>(frame, blocks_, step, s,
+                                                                  iteration, p);
     ATELIER_CUDA_LAUNCHED(frame_step_kernel);
   };
   for (int s = frame.first_substep; s < frame.last_substep; ++s) {
@@ -249,8 +243,8 @@ void CudaLaunch<T>::run_graph(const CudaFrame<T>& frame) {
       graph_ = nullptr;
     }
     const auto add = [&](FrameStep step, int s, int iteration, int p) {
-      frame_step_kernel<T>
-          <<<grid_, threads_, shared_bytes_, capture_>>>(frame, blocks_, step, s, iteration, p);
+      frame_step_kernel_of<T>()<<<grid_, threads_, shared_bytes_, capture_>>>(frame, blocks_, step,
+                                                                              s, iteration, p);
       ATELIER_CUDA_LAUNCHED(frame_step_kernel);
     };
     ATELIER_CUDA_CHECK(cudaStreamBeginCapture(capture_, cudaStreamCaptureModeThreadLocal));

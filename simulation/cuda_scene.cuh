@@ -2,7 +2,7 @@
 
 #include "simulation/body_contact_math.h"
 #include "simulation/edge_math.h"
-#include "simulation/self_contact_math.h"
+#include "simulation/self_push_math.h"
 #include "simulation/sweep_math.h"
 
 namespace atelier {
@@ -22,6 +22,7 @@ struct SelfCounts {
   int most;     ///< room that the longest lists of the frame needed
   int stale;    ///< pass in which a particle had left its flight
   int pressed;  ///< pass after which another is needed
+  int kept;     ///< pass that kept something back
 };
 
 /// Contact of the cloth with itself: arrays of scene 0, those of the others follow.
@@ -38,9 +39,9 @@ struct CudaSelfFrame {
   unsigned* arrivals;
   int inner;                ///< nodes of a scene
   PushSum* sums;            ///< [particles], or null: no contact with itself
-  Vec4<T>* calm;            ///< pushes of the substep that do not become speed
+  Vec4<T>* origin;          ///< where the substep began
+  Vec4<T>* carry;           ///< see SelfParticle
   int* support;             ///< levels of particles, see PushSum
-  int* moved;               ///< 1: pushed since it touched the body
   SelfPair<T>* face_pairs;  ///< [scenes][room]
   SelfPair<T>* edge_pairs;
   int2* crossings;  ///< edge, face

@@ -32,10 +32,10 @@ CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
   const std::size_t n = s * static_cast<std::size_t>(particles_);
   start_ = CudaBuffer<Vec4<T>>(n);
   end_ = CudaBuffer<Vec4<T>>(n);
-  calm_ = CudaBuffer<Vec4<T>>(n);
+  origin_ = CudaBuffer<Vec4<T>>(n);
+  carry_ = CudaBuffer<Vec4<T>>(n);
   tangled_ = CudaBuffer<int>(n);
   support_ = CudaBuffer<int>(n);
-  moved_ = CudaBuffer<int>(n);
   sums_ = CudaBuffer<PushSum>(n);
   sums_.clear();
   counts_ = CudaBuffer<SelfCounts>(s);
@@ -78,9 +78,9 @@ void CudaSelf<T>::describe(CudaFrame<T>& frame) {
   self.arrivals = arrivals_.data();
   self.inner = static_cast<int>(nodes_.size()) / scenes_;
   self.sums = sums_.data();
-  self.calm = calm_.data();
+  self.origin = origin_.data();
+  self.carry = carry_.data();
   self.support = support_.data();
-  self.moved = moved_.data();
   self.face_pairs = face_pairs_.data();
   self.edge_pairs = edge_pairs_.data();
   self.crossings = crossings_.data();

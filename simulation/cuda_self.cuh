@@ -41,8 +41,8 @@ class CudaSelf {
   CudaBuffer<TreeParent> node_parent_;
   CudaBuffer<TreeParent> leaf_parent_;
   CudaBuffer<unsigned> arrivals_;
-  CudaBuffer<Vec4<T>> start_, end_, calm_;
-  CudaBuffer<int> tangled_, support_, moved_;
+  CudaBuffer<Vec4<T>> start_, end_, origin_, carry_;
+  CudaBuffer<int> tangled_, support_;
   CudaBuffer<PushSum> sums_;
   CudaBuffer<SelfPair<T>> face_pairs_, edge_pairs_;
   CudaBuffer<int2> crossings_;

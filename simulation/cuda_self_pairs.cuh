@@ -4,6 +4,8 @@
 
 #include "simulation/cuda_contacts.cuh"
 #include "simulation/cuda_refit.cuh"
+#include "simulation/self_crossing_math.h"
+#include "simulation/self_search_math.h"
 
 namespace atelier {
 
@@ -13,6 +15,26 @@ struct SelfClock {
   int ahead = 1;   ///< substeps that the search looked ahead
   int serial = 0;  ///< of the pass
 };
+
+__device__ inline PushSum load_sum(const PushSum* place) {
+  static_assert(sizeof(PushSum) == 4 * sizeof(int4));
+  PushSum out;
+  int4* const words = reinterpret_cast<int4*>(&out);
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    words[k] = __ldcg(reinterpret_cast<const int4*>(place) + k);
+  }
+  return out;
+}
+__device__ inline void clear_sum(PushSum* place, int used) {
+  PushSum none{};
+  none.used = used;
+  const int4* const words = reinterpret_cast<const int4*>(&none);
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    __stcg(reinterpret_cast<int4*>(place) + k, words[k]);
+  }
+}
 
 /// Appends to a list that many threads write; what is beyond `room` is counted alone.
 template <class Item>
@@ -50,10 +72,11 @@ struct SelfWork {
   SelfCounts* counts;
   Vec4<T>* x;
   Vec4<T>* start;
+  Vec4<T>* origin;
+  Vec4<T>* carry;
   PushSum* sums;
-  Vec4<T>* calm;
   int* support;
-  const int* touched;  ///< null: no body
+  int* touched;  ///< null: no body
   SelfPair<T>* face_pairs;
   SelfPair<T>* edge_pairs;
   int2* crossings;
@@ -70,20 +93,32 @@ struct SelfWork {
     counts = s.counts + scene;
     x = f.x + n;
     start = f.start + n;
+    origin = s.origin + n;
+    carry = s.carry + n;
     sums = s.sums + n;
-    calm = s.calm + n;
     support = s.support + n;
     touched = f.body.face_count > 0 ? f.touched + n : nullptr;
     face_pairs = s.face_pairs + static_cast<std::int64_t>(scene) * s.room;
     edge_pairs = s.edge_pairs + static_cast<std::int64_t>(scene) * s.edge_room();
     crossings = s.crossings + static_cast<std::int64_t>(scene) * s.crossing_room();
+    // Neighbouring warps in different blocks, so that little work is spread over all of them.
     const int block = static_cast<int>(blockIdx.x) % blocks;
-    thread = block * static_cast<int>(blockDim.x) + static_cast<int>(threadIdx.x);
+    const int warp = static_cast<int>(threadIdx.x) / 32;
+    thread = (warp * blocks + block) * 32 + static_cast<int>(threadIdx.x) % 32;
     threads = blocks * static_cast<int>(blockDim.x);
   }
 
   __device__ Vec4<T> load(int i) const { return load_shared_cache(x + i); }
-  __device__ Vec4<T> load_start(int i) const { return load_shared_cache(start + i); }
+  __device__ Vec4<T> load_origin(int i) const { return load_shared_cache(origin + i); }
+  __device__ Vec3<T> load_carry(int i) const { return xyz(load_shared_cache(carry + i)); }
+  __device__ SelfParticle<T> load_particle(int i) const {
+    return {load(i), load_shared_cache(start + i), load_carry(i)};
+  }
+  __device__ void store(int i, const SelfParticle<T>& p) const {
+    store_shared_cache(x + i, p.x);
+    store_shared_cache(start + i, p.start);
+    store_shared_cache(carry + i, with_w(p.carry, T(0)));
+  }
 
   /// Level of a particle that lies on the body, or what its contacts gave it.
   __device__ int supported(int i, int given) const {
@@ -106,7 +141,7 @@ struct SelfWork {
     int* const tangled = frame.self.tangled + static_cast<std::int64_t>(scene) * frame.count;
     for (int i = thread; i < frame.count; i += threads) {
       const Vec4<T> xi = load(i);
-      const Vec4<T> si = load_start(i);
+      const Vec4<T> si = load_origin(i);
       from[i] = si;
       to[i] = with_w(xyz(si) + static_cast<T>(clock.ahead) * (xyz(xi) - xyz(si)), xi.w);
       tangled[i] = 0;
@@ -169,6 +204,17 @@ struct SelfWork {
     }
   }
 
+  /// Calls `work(pair, edges)` for the pairs of the list that are this thread's.
+  template <class Work>
+  __device__ void visit_pairs(const Work& work) const {
+    const CudaSelfFrame<T>& s = frame.self;
+    const int faces = min(__ldcg(&counts->face_pairs), s.room);
+    const int edges = min(__ldcg(&counts->edge_pairs), s.edge_room());
+    for (int k = thread; k < faces + edges; k += threads) {
+      work(k < faces ? face_pairs[k] : edge_pairs[k - faces], k >= faces);
+    }
+  }
+
   __device__ void push_pairs(int pass, const SelfClock& clock, bool counted) const {
     SelfRule<T> rule = frame.self.rule;
     if (pass > 0) {  // old overlaps and crossings are worked at once a substep
@@ -176,7 +222,7 @@ struct SelfWork {
       rule.untangle = T(0);
     }
     const auto load_x = [&](int i) { return load(i); };
-    const auto load_s = [&](int i) { return load_start(i); };
+    const auto load_o = [&](int i) { return load_origin(i); };
     const auto level = [&](int i) { return __ldcg(support + i); };
     const auto add = [&](int i, Vec3<T> fresh, Vec3<T> off, int given) {
       PushSum* const sum = sums + i;
@@ -187,40 +233,26 @@ struct SelfWork {
         atomicMax(&sum->support, given);
       }
     };
-    const auto stay = [&](int i) {
-      __stcg(&sums[i].used, 1);
-      __stcg(&sums[i].stay, 1);
-    };
-    const CudaSelfFrame<T>& s = frame.self;
-    const int faces = min(__ldcg(&counts->face_pairs), s.room);
-    const int edges = min(__ldcg(&counts->edge_pairs), s.edge_room());
-    const int crossed = min(__ldcg(&counts->crossings), s.crossing_room());
-    const bool pushes = pass < kSelfPushes;
     int active = 0;
     bool presses = false;
-    for (int k = thread; k < faces + edges + crossed; k += threads) {
-      PairState state = PairState::Apart;
-      if (k < faces) {
-        const SelfPair<T> pair = face_pairs[k];
-        state = pushes ? push_vertex_face(cloth, pair, rule, load_x, load_s, level, add)
-                       : keep_back(cloth, pair, false, load_x, load_s, stay);
-      } else if (k < faces + edges) {
-        const SelfPair<T> pair = edge_pairs[k - faces];
-        state = pushes ? push_edge_edge(cloth, pair, rule, load_x, load_s, level, add)
-                       : keep_back(cloth, pair, true, load_x, load_s, stay);
-      } else if (pushes) {
-        const int2 c = crossings[k - faces - edges];
-        state =
-            pull_out(cloth, c.x, c.y, rule, load_x, add) ? PairState::Touches : PairState::Apart;
-      }
+    visit_pairs([&](const SelfPair<T>& pair, bool edges) {
+      const PairState state = edges
+                                  ? push_edge_edge(cloth, pair, rule, load_x, load_o, level, add)
+                                  : push_vertex_face(cloth, pair, rule, load_x, load_o, level, add);
       active += state != PairState::Apart ? 1 : 0;
       presses = presses || state == PairState::Presses;
+    });
+    if (pass == 0) {
+      const int crossed = min(__ldcg(&counts->crossings), frame.self.crossing_room());
+      for (int k = thread; k < crossed; k += threads) {
+        active += pull_out(cloth, crossings[k].x, crossings[k].y, rule, load_x, add) ? 1 : 0;
+      }
+      if (counted && active > 0) {
+        atomicAdd(&counts->pushes, active);
+      }
     }
     if (presses) {
       atomicMax(&counts->pressed, clock.serial);
-    }
-    if (counted && pass == 0 && active > 0) {
-      atomicAdd(&counts->pushes, active);
     }
   }
 
@@ -231,21 +263,70 @@ struct SelfWork {
       if (__ldcg(&sums[i].used) != 0) {
         const PushSum sum = load_sum(sums + i);
         given = sum.support;
-        Vec4<T> xi = load(i);
-        Vec4<T> off = load_shared_cache(calm + i);
-        take_push(sum, xi, load_start(i), off);
-        store_shared_cache(x + i, xi);
-        store_shared_cache(calm + i, off);
+        SelfParticle<T> p = load_particle(i);
+        take_push(sum, load_origin(i), p);
+        store(i, p);
         clear_sum(sums + i, 1);
-        watch(i, xyz(xi), clock);
+        watch(i, xyz(p.x), clock);
       }
       __stcg(support + i, supported(i, given));
     }
   }
+
+  __device__ void keep_pairs(const SelfClock& clock) const {
+    const auto load_x = [&](int i) { return load(i); };
+    const auto load_o = [&](int i) { return load_origin(i); };
+    const auto carried = [&](int i) { return load_carry(i); };
+    const auto stay = [&](int i, Vec3<T> held) {
+      __stcg(&sums[i].used, 1);
+      __stcg(&sums[i].stay, 1);
+      widen(sums[i].fresh, held);
+    };
+    bool kept = false;
+    visit_pairs([&](const SelfPair<T>& pair, bool edges) {
+      kept = keep_back(cloth, pair, edges, load_x, load_o, carried, stay) || kept;
+    });
+    if (kept) {
+      atomicMax(&counts->kept, clock.serial);
+    }
+  }
 };
 
-/// Touches the body and gets ready for the passes: all blocks of the scene share the particles out,
-/// a warp takes 32 and works on one after the other.
+/// How a particle that contacts moved meets the body.
+enum class Meeting { Touches, Rides, Stays };
+
+/// Gives particle `i` what its pairs want of it, then the body. True if it was moved.
+template <class T>
+__device__ inline bool move_particle(const SelfWork<T>& work, int i, int s, Meeting meeting,
+                                     const SelfClock& clock) {
+  const CudaFrame<T>& frame = work.frame;
+  if (__ldcg(&work.sums[i].used) == 0) {
+    return false;
+  }
+  const Vec4<T> origin = work.load_origin(i);
+  SelfParticle<T> p = work.load_particle(i);
+  take_push(load_sum(work.sums + i), origin, p);
+  clear_sum(work.sums + i, 0);
+  if (frame.body.face_count > 0) {
+    const int at = work.scene * frame.count + i;
+    const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
+    const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
+    const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
+    BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), p.carry};
+    const bool touches =
+        meeting == Meeting::Touches
+            ? touch_particle(frame, rule, at, b, t0, t1)
+            : stay_with_body(b, origin, frame.body, t0, t1, rule, meeting == Meeting::Rides);
+    p = {b.x, b.start, b.moved};
+    store_shared_cache(frame.held + at, b.held);
+    __stcg(work.touched + i, touches ? 1 : 0);
+  }
+  work.store(i, p);
+  work.watch(i, xyz(p.x), clock);
+  return true;
+}
+
+/// Tethers, then the body, before cloth meets cloth.
 template <class T>
 __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int blocks, int s,
                                                 bool first, SelfClock& clock) {
@@ -254,97 +335,97 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
   if (first && clock.age >= 0 && ++clock.age > clock.ahead) {
     clock.age = -1;
   }
-  BodyContactRule<T> rule = frame.body_rule;
-  rule.friction = frame.rules[work.scene].friction;
+  const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
   const int offset = work.scene * frame.count;
   const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
   const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
-  const int lane = static_cast<int>(threadIdx.x) % 32;
-  for (int base = work.thread - lane; base < frame.count; base += work.threads) {
-    const int i = base + lane;
-    const bool mine = i < frame.count;
-    const int at = offset + min(i, frame.count - 1);
-    Vec4<T> xi = load_shared_cache(frame.x + at);
+  for (int i = work.thread; i < frame.count; i += work.threads) {
+    Vec4<T> xi = work.load(i);
+    const int anchor = frame.tether_anchor != nullptr ? frame.tether_anchor[i] : -1;
+    if (anchor >= 0) {
+      project_tether(xi, xyz(work.load(anchor)), frame.tether_length[i]);
+      store_shared_cache(work.x + i, xi);
+    }
     bool touches = false;
     if (frame.body.face_count > 0) {
-      Vec4<T> si = load_shared_cache(frame.start + at);
-      Vec4<T> held = frame.held[at];
-      const BodySearch search =
-          mine && xi.w > T(0) ? search_of(frame, at, xi, t1) : BodySearch::Nothing;
-      if (search != BodySearch::Nothing && search != BodySearch::Candidates) {
-        touches =
-            contact_by_tree(xi, si, held, frame.body, t0, t1, rule, frame.outlook[at], search);
+      BodyParticle<T> p{xi, load_shared_cache(work.start + i),
+                        load_shared_cache(frame.held + offset + i), work.load_carry(i)};
+      touches = touch_particle(frame, rule, offset + i, p, t0, t1);
+      if (touches) {
+        work.store(i, {p.x, p.start, p.moved});
+        store_shared_cache(frame.held + offset + i, p.held);
+        xi = p.x;
       }
-      __syncwarp();
-      unsigned left = __ballot_sync(kWholeWarp, search == BodySearch::Candidates);
-      while (left != 0) {
-        const int turn = __ffs(static_cast<int>(left)) - 1;
-        left &= left - 1;
-        const auto of_turn = [&](const Vec4<T>& v) {
-          return with_w(from_lane(xyz(v), turn), __shfl_sync(kWholeWarp, v.w, turn));
-        };
-        const int j = __shfl_sync(kWholeWarp, at, turn);
-        Vec4<T> xj = of_turn(xi);
-        Vec4<T> sj = of_turn(si);
-        Vec4<T> hj = of_turn(held);
-        const int face =
-            lane < frame.outlook[j].count
-                ? frame.candidates[static_cast<std::int64_t>(j) * kBodyCandidates + lane]
-                : -1;
-        const bool hit = contact_by_warp(xj, sj, hj, frame.body, t0, t1, rule, face);
-        if (lane == turn) {
-          xi = xj;
-          si = sj;
-          held = hj;
-          touches = hit;
-        }
-        __syncwarp();
-      }
-      if (mine) {
-        if (touches) {
-          store_shared_cache(frame.x + at, xi);
-          store_shared_cache(frame.start + at, si);
-          frame.held[at] = held;
-        }
-        __stcg(frame.touched + at, touches ? 1 : 0);
-      }
+      __stcg(work.touched + i, touches ? 1 : 0);
     }
-    if (mine) {
-      const int before = s == 0 && first ? 0 : work.support[i];
-      __stcg(work.support + i, touches ? kSupportLevels : before);
-      store_shared_cache(work.calm + i, Vec4<T>{});
-      work.watch(i, xyz(xi), clock);
-    }
+    const int before = s == 0 && first ? 0 : __ldcg(work.support + i);
+    __stcg(work.support + i, touches ? kSupportLevels : before);
+    work.watch(i, xyz(xi), clock);
   }
 }
 
-/// Pushes pairs apart until none is pressed. The last pushes are taken up when the substep ends
-/// (see BlockWork::settle).
+/// A new search where the list of pairs does not hold.
+template <class T, class Wait>
+__device__ inline void renew_pairs(const SelfWork<T>& work, int s, SelfClock& clock,
+                                   const Wait& wait) {
+  if (clock.age >= 0 && __ldcg(&work.counts->stale) != clock.serial) {
+    return;
+  }
+  clock.age = 1;
+  clock.ahead = min(work.frame.self.rule.horizon, work.frame.substeps - s);
+  work.begin_search(clock);
+  wait();
+  work.refit();
+  wait();
+  work.collect();
+  wait();
+  work.end_search();
+}
+
+/// Pushes pairs apart until none is pressed; then the body again.
 template <class T, CudaBarrier kBarrier>
 __device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int blocks, int s,
                                             bool counted, SelfClock& clock, unsigned* arrived,
                                             unsigned& goal) {
   const SelfWork<T> work(frame, blocks);
   const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
-  for (int pass = 0; pass < kSelfPasses; ++pass) {
-    if (clock.age < 0 || __ldcg(&work.counts->stale) == clock.serial) {
-      clock.age = 1;
-      clock.ahead = min(frame.self.rule.horizon, frame.substeps - s);
-      work.begin_search(clock);
-      wait();
-      work.refit();
-      wait();
-      work.collect();
-      wait();
-      work.end_search();
-    }
+  for (int pass = 0;; ++pass) {
+    renew_pairs(work, s, clock, wait);
     work.push_pairs(pass, clock, counted);
     wait();
-    if (__ldcg(&work.counts->pressed) != clock.serial) {
+    const bool pressed = __ldcg(&work.counts->pressed) == clock.serial;
+    ++clock.serial;
+    if (!pressed || pass + 1 == kSelfPushes) {
+      break;
+    }
+    work.apply(clock);
+    wait();
+  }
+  for (int i = work.thread; i < frame.count; i += work.threads) {
+    const int level = work.supported(i, __ldcg(&work.sums[i].support));
+    move_particle(work, i, s, Meeting::Touches, clock);
+    __stcg(work.support + i, level);
+  }
+  wait();
+}
+
+/// Keeps back what would pass, with the body, until nothing would.
+template <class T, CudaBarrier kBarrier>
+__device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks, int s,
+                                           SelfClock& clock, unsigned* arrived, unsigned& goal) {
+  const SelfWork<T> work(frame, blocks);
+  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
+  for (int pass = 0; pass < kSelfKeeps; ++pass) {
+    renew_pairs(work, s, clock, wait);
+    work.keep_pairs(clock);
+    wait();
+    if (__ldcg(&work.counts->kept) != clock.serial) {
       return;
     }
     ++clock.serial;
-    work.apply(clock);
+    for (int i = work.thread; i < frame.count; i += work.threads) {
+      move_particle(work, i, s, pass < kSelfRides ? Meeting::Rides : Meeting::Stays, clock);
+    }
     wait();
   }
 }

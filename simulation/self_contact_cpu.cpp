@@ -4,6 +4,8 @@
 #include <atomic>
 
 #include "core/parallel.h"
+#include "simulation/self_crossing_math.h"
+#include "simulation/self_search_math.h"
 
 namespace atelier {
 namespace {
@@ -65,7 +67,6 @@ SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& pr
   end_.resize(n);
   tangled_.resize(n);
   support_.resize(n);
-  calm_.resize(n);
   moved_.resize(n);
   sums_.assign(n, PushSum{});
   view_.surface = {surface_.faces.data(), start_.data(), end_.data(), surface_.tree.nodes.data(),
@@ -114,13 +115,14 @@ bool SelfContactCpu<T>::holds(const std::vector<Vec4<T>>& x) const {
 }
 
 template <class T>
-void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start) {
+void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& origin) {
   ++searches_;
   age_ = 1;
   ahead_ = std::min(rule_.horizon, left_);
-  start_ = start;
+  start_ = origin;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    end_[i] = with_w(xyz(start[i]) + static_cast<T>(ahead_) * (xyz(x[i]) - xyz(start[i])), x[i].w);
+    end_[i] =
+        with_w(xyz(origin[i]) + static_cast<T>(ahead_) * (xyz(x[i]) - xyz(origin[i])), x[i].w);
   }
   std::vector<Box<T>> boxes(surface_.faces.size());
   parallel_for(static_cast<Index>(boxes.size()), 8 * kGrain, [&](Index begin, Index end) {
@@ -168,15 +170,44 @@ void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<
 }
 
 template <class T>
-bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start,
-                             int pass, bool every) {
+bool SelfContactCpu<T>::renew(const SelfMotion<T>& motion) {
+  if (holds(motion.x)) {
+    return false;
+  }
+  search(motion.x, motion.origin);
+  return true;
+}
+
+template <class T>
+template <class Work>
+void SelfContactCpu<T>::visit_pairs(int pass, bool every, const Work& work) const {
+  // A pair of which nothing moved since the last pass has nothing new to say.
+  const auto stirred = [&](int i) { return moved_[i] == pass; };
+  const auto visit = [&](const std::vector<SelfPair<T>>& list, bool edges) {
+    parallel_for(static_cast<Index>(list.size()), 4 * kGrain, [&](Index begin, Index end) {
+      for (Index k = begin; k < end; ++k) {
+        int particle[4];
+        pair_particles(view_, list[k], edges, particle);
+        if (every || stirred(particle[0]) || stirred(particle[1]) || stirred(particle[2]) ||
+            stirred(particle[3])) {
+          work(list[k], edges);
+        }
+      }
+    });
+  };
+  visit(face_pairs_, false);
+  visit(edge_pairs_, true);
+}
+
+template <class T>
+bool SelfContactCpu<T>::push_once(const SelfMotion<T>& motion, int pass, bool every) {
   SelfRule<T> rule = rule_;
   if (pass > 0) {  // old overlaps and crossings are worked at once a substep
     rule.old_overlap = T(0);
     rule.untangle = T(0);
   }
-  const auto load = [&](int i) { return x[i]; };
-  const auto load_start = [&](int i) { return start[i]; };
+  const auto load = [&](int i) { return motion.x[i]; };
+  const auto load_origin = [&](int i) { return motion.origin[i]; };
   const auto support = [&](int i) { return support_[i]; };
   const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
     raise_to(sums_[i].used, 1);
@@ -185,107 +216,97 @@ bool SelfContactCpu<T>::push(const std::vector<Vec4<T>>& x, const std::vector<Ve
     raise_to(sums_[i].support, level);
   };
   std::atomic<int> active{0};
-  std::atomic<int> pressed{0};
-  // A pair of which nothing moved since the last pass has nothing new to say.
-  const auto stirred = [&](int i) { return moved_[i] == pass; };
-  const auto worth_looking = [&](const SelfPair<T>& pair, bool edges) {
-    int particle[4];
-    pair_particles(view_, pair, edges, particle);
-    return every || stirred(particle[0]) || stirred(particle[1]) || stirred(particle[2]) ||
-           stirred(particle[3]);
-  };
-  const auto look_again = [&](const SelfPair<T>& pair, bool edges, PairState state) {
+  std::atomic<bool> pressed{false};
+  const auto count = [&](PairState state) {
+    if (state != PairState::Apart) {
+      active.fetch_add(1, std::memory_order_relaxed);
+    }
     if (state == PairState::Presses) {
-      int particle[4];
-      pair_particles(view_, pair, edges, particle);
-      for (int i : particle) {
-        raise_to(sums_[i].used, 1);
-      }
+      pressed.store(true, std::memory_order_relaxed);
     }
-    return state;
   };
-  const auto all = [&](const auto& list, const auto& work) {
-    parallel_for(static_cast<Index>(list.size()), 4 * kGrain, [&](Index begin, Index end) {
-      int touching = 0;
-      int pressing = 0;
-      for (Index k = begin; k < end; ++k) {
-        const PairState state = work(list[k]);
-        touching += state != PairState::Apart;
-        pressing += state == PairState::Presses;
-      }
-      active += touching;
-      pressed += pressing;
-    });
-  };
-  if (pass >= kSelfPushes) {
-    const auto stay = [&](int i) {
-      raise_to(sums_[i].used, 1);
-      raise_to(sums_[i].stay, 1);
-    };
-    all(face_pairs_, [&](const SelfPair<T>& pair) {
-      return worth_looking(pair, false) ? keep_back(view_, pair, false, load, load_start, stay)
-                                        : PairState::Apart;
-    });
-    all(edge_pairs_, [&](const SelfPair<T>& pair) {
-      return worth_looking(pair, true) ? keep_back(view_, pair, true, load, load_start, stay)
-                                       : PairState::Apart;
-    });
-    return pressed > 0;
-  }
-  all(face_pairs_, [&](const SelfPair<T>& pair) {
-    if (!worth_looking(pair, false)) {
-      return PairState::Apart;
-    }
-    return look_again(pair, false,
-                      push_vertex_face(view_, pair, rule, load, load_start, support, add));
-  });
-  all(edge_pairs_, [&](const SelfPair<T>& pair) {
-    if (!worth_looking(pair, true)) {
-      return PairState::Apart;
-    }
-    return look_again(pair, true,
-                      push_edge_edge(view_, pair, rule, load, load_start, support, add));
-  });
-  all(crossings_, [&](const Crossing& c) {
-    return pull_out(view_, c.edge, c.face, rule, load, add) ? PairState::Touches : PairState::Apart;
+  visit_pairs(pass, every, [&](const SelfPair<T>& pair, bool edges) {
+    count(edges ? push_edge_edge(view_, pair, rule, load, load_origin, support, add)
+                : push_vertex_face(view_, pair, rule, load, load_origin, support, add));
   });
   if (pass == 0) {
+    for (const Crossing& c : crossings_) {
+      count(pull_out(view_, c.edge, c.face, rule, load, add) ? PairState::Touches
+                                                             : PairState::Apart);
+    }
     active_ = active;
   }
-  return pressed > 0;
+  return pressed;
 }
 
 template <class T>
-void SelfContactCpu<T>::solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& start,
-                              const std::vector<char>& touched) {
-  std::fill(calm_.begin(), calm_.end(), Vec4<T>{});
-  std::fill(moved_.begin(), moved_.end(), 0);
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    support_[i] = touched[i] != 0 ? kSupportLevels : support_[i];
-  }
-  for (int pass = 0; pass < kSelfPasses; ++pass) {
-    const bool anew = !holds(x);
-    if (anew) {
-      search(x, start);
+bool SelfContactCpu<T>::keep_once(const SelfMotion<T>& motion, int pass, bool every) {
+  const auto load = [&](int i) { return motion.x[i]; };
+  const auto load_origin = [&](int i) { return motion.origin[i]; };
+  const auto carry = [&](int i) { return xyz(motion.carry[i]); };
+  const auto stay = [&](int i, Vec3<T> held) {
+    raise_to(sums_[i].used, 1);
+    raise_to(sums_[i].stay, 1);
+    widen(sums_[i].fresh, held);
+  };
+  std::atomic<bool> kept{false};
+  visit_pairs(pass, every, [&](const SelfPair<T>& pair, bool edges) {
+    if (atelier::keep_back(view_, pair, edges, load, load_origin, carry, stay)) {
+      kept.store(true, std::memory_order_relaxed);
     }
-    const bool pressed = push(x, start, pass, anew || pass == 0 || pass == kSelfPushes);
-    parallel_for(static_cast<Index>(x.size()), 8 * kGrain, [&](Index begin, Index end) {
-      for (Index i = begin; i < end; ++i) {
-        support_[i] = touched[i] != 0 ? kSupportLevels : sums_[i].support;
-        if (sums_[i].used != 0) {
-          moved_[i] = static_cast<char>(pass + 1);
-          take_push(sums_[i], x[i], start[i], calm_[i]);
-          sums_[i] = {};
-        }
+  });
+  return kept;
+}
+
+template <class T>
+void SelfContactCpu<T>::take(const SelfMotion<T>& motion, int pass) {
+  parallel_for(static_cast<Index>(motion.x.size()), 8 * kGrain, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      if (sums_[i].used != 0) {
+        moved_[i] = static_cast<char>(pass + 1);
+        SelfParticle<T> p{motion.x[i], motion.start[i], xyz(motion.carry[i])};
+        take_push(sums_[i], motion.origin[i], p);
+        motion.x[i] = p.x;
+        motion.start[i] = p.start;
+        motion.carry[i] = with_w(p.carry, T(0));
       }
-    });
+    }
+  });
+}
+
+template <class T>
+void SelfContactCpu<T>::push(const SelfMotion<T>& motion) {
+  std::fill(moved_.begin(), moved_.end(), 0);
+  moved_from_ = 1;
+  const auto support = [&](bool first) {
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      const int given = first ? support_[i] : sums_[i].support;
+      support_[i] = motion.touched[i] != 0 ? kSupportLevels : given;
+      sums_[i] = {};
+    }
+  };
+  support(true);
+  for (int pass = 0; pass < kSelfPushes; ++pass) {
+    const bool anew = renew(motion);
+    const bool pressed = push_once(motion, pass, anew || pass == 0);
+    take(motion, pass);
+    support(false);
     if (!pressed) {
       break;
     }
   }
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    start[i] = with_w(xyz(start[i]) + xyz(calm_[i]), start[i].w);
+}
+
+template <class T>
+bool SelfContactCpu<T>::keep_back(const SelfMotion<T>& motion, int pass) {
+  const bool anew = renew(motion);
+  moved_from_ = kSelfPushes + pass + 1;
+  if (!keep_once(motion, kSelfPushes + pass, anew || pass == 0)) {
+    return false;
   }
+  take(motion, kSelfPushes + pass);
+  std::fill(sums_.begin(), sums_.end(), PushSum{});
+  return true;
 }
 
 template class SelfContactCpu<float>;

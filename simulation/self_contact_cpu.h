@@ -3,8 +3,19 @@
 #include <vector>
 
 #include "simulation/prepared_surface.h"
+#include "simulation/self_push_math.h"
 
 namespace atelier {
+
+/// The particles of a substep, as contacts move them.
+template <class T>
+struct SelfMotion {
+  std::vector<Vec4<T>>& x;
+  std::vector<Vec4<T>>& start;         ///< from which the speed follows
+  std::vector<Vec4<T>>& carry;         ///< see SelfParticle
+  const std::vector<Vec4<T>>& origin;  ///< where the substep began
+  const std::vector<char>& touched;    ///< 1: lies on the body
+};
 
 /// Contact of the cloth with itself on the CPU (see self_contact_math.h).
 template <class T>
@@ -16,12 +27,16 @@ class SelfContactCpu {
   void begin_frame();
   /// Begins a substep; `left` substeps of the frame are to come, this one included.
   void begin_substep(int left);
-  /// Pushes pairs apart until none is pressed. `touched` tells which particles lie on the body.
-  void solve(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& start,
-             const std::vector<char>& touched);
+  /// Pushes pairs apart until none is pressed.
+  void push(const SelfMotion<T>& motion);
+  /// Keeps back what would pass; `pass` counts from 0. True if there was something: then the body
+  /// has to be looked at again, and this.
+  bool keep_back(const SelfMotion<T>& motion, int pass);
 
-  /// True if particle `i` was pushed in the last solve.
-  bool moved(int i) const { return moved_[i] != 0; }
+  /// True if particle `i` was pushed in the last `push`, or kept back in the last `keep_back`.
+  bool moved(int i) const { return moved_[i] >= moved_from_; }
+  /// True if it was kept back in this substep.
+  bool stays(int i) const { return moved_[i] > kSelfPushes; }
   int candidate_count() const { return static_cast<int>(face_pairs_.size() + edge_pairs_.size()); }
   int search_count() const { return searches_; }
   int active_count() const { return active_; }
@@ -32,10 +47,19 @@ class SelfContactCpu {
   };
 
   bool holds(const std::vector<Vec4<T>>& x) const;
-  void search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start);
-  /// One pass over the pairs; `every`: also over those of which nothing moved since the last one.
-  /// True if another is needed.
-  bool push(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& start, int pass, bool every);
+  /// A new search where the list does not hold; true if there was one.
+  bool renew(const SelfMotion<T>& motion);
+  void search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& origin);
+  /// One pass of pushes over the pairs; `every`: also over those of which nothing moved since the
+  /// last one. True if another is needed.
+  bool push_once(const SelfMotion<T>& motion, int pass, bool every);
+  /// One pass over the pairs; true if something was kept back.
+  bool keep_once(const SelfMotion<T>& motion, int pass, bool every);
+  /// Calls `work(pair, edges)` for the pairs worth looking at.
+  template <class Work>
+  void visit_pairs(int pass, bool every, const Work& work) const;
+  /// Gives every particle what its pairs want; remembers in which pass.
+  void take(const SelfMotion<T>& motion, int pass);
 
   PreparedSurface<T> surface_;
   SelfRule<T> rule_;
@@ -46,11 +70,11 @@ class SelfContactCpu {
   std::vector<int> tangled_;
   std::vector<int> support_;
   std::vector<char> moved_;  ///< the last pass in which a particle was pushed, from 1; 0: none
+  int moved_from_ = 1;
   std::vector<PushSum> sums_;
-  std::vector<Vec4<T>> calm_;  ///< pushes of the substep that do not become speed
-  int age_ = -1;               ///< substeps since the search, this one included; -1: none
-  int left_ = 0;               ///< substeps to come in the frame
-  int ahead_ = 1;              ///< substeps that the search looked ahead
+  int age_ = -1;   ///< substeps since the search, this one included; -1: none
+  int left_ = 0;   ///< substeps to come in the frame
+  int ahead_ = 1;  ///< substeps that the search looked ahead
   int searches_ = 0;
   int active_ = 0;
 };

@@ -146,6 +146,7 @@ class CpuBackend final : public ClothSolver::Backend {
   /// Takes over the body's motion of the frame and collects what each particle may meet.
   void begin_body(const Control& control) {
     touched_.assign(x_.size(), 0);
+    carry_.resize(x_.size());
     body_ = {};
     if (faces_.empty() || control.body_start.rows() == 0) {
       return;
@@ -195,57 +196,37 @@ class CpuBackend final : public ClothSolver::Backend {
     });
   }
 
-  /// `again`: only who was pushed since.
-  void touch_body(int s, bool again) {
+  /// `again`: only who was pushed since; `rides`: see stay_with_body.
+  void touch_body(int s, bool again, bool rides) {
     const T t0 = static_cast<T>(s) / static_cast<T>(options_.substeps);
     const T t1 = static_cast<T>(s + 1) / static_cast<T>(options_.substeps);
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        if (!again || self_ == nullptr || self_->moved(static_cast<int>(i))) {
-          touched_[i] = x_[i].w > T(0) && touch_particle(i, t0, t1);
+        if (!again || self_->moved(static_cast<int>(i))) {
+          BodyParticle<T> p{x_[i], start_[i], held_[i], xyz(carry_[i])};
+          touched_[i] = again && self_->stays(static_cast<int>(i))
+                            ? stay_with_body(p, origin_[i], body_, t0, t1, rule_, rides)
+                            : x_[i].w > T(0) && touch_particle(i, p, t0, t1);
+          x_[i] = p.x;
+          start_[i] = p.start;
+          held_[i] = p.held;
+          carry_[i] = with_w(p.moved, T(0));
         }
       }
     });
   }
 
-  /// Contact of particle `i`: the choice does not depend on the order of its candidates.
-  bool touch_particle(Index i, T t0, T t1) {
+  bool touch_particle(Index i, BodyParticle<T>& p, T t0, T t1) const {
     const BodySearch search =
-        body_search(outlook_[i], xyz(x_[i]), xyz(frame_start_[i]), flight_[i], t1);
+        body_search(outlook_[i], xyz(p.x), xyz(frame_start_[i]), flight_[i], t1);
     if (search == BodySearch::Nothing) {
       return false;
     }
     if (search != BodySearch::Candidates) {
-      return contact_by_tree(x_[i], start_[i], held_[i], body_, t0, t1, rule_, outlook_[i], search);
+      return contact_by_tree(p, body_, t0, t1, rule_, outlook_[i], search);
     }
-    const int* faces = &candidates_[i * kBodyCandidates];
-    const int count = outlook_[i].count;
-    FaceOffer<T> offers[kBodyCandidates];
-    for (int pass = 0; pass < 2; ++pass) {
-      FaceChoice<T> choice{no_offer(rule_.reach), no_offer(rule_.reach)};
-      T least = choice.nearest.squared_distance;
-      for (int c = 0; c < count; ++c) {
-        offers[c] = offer_of(body_, faces[c], xyz(start_[i]), xyz(x_[i]), t0, t1, pass == 0);
-        least = min_of(least, offers[c].squared_distance);
-        if (passed_before(offers[c], choice.first)) {
-          choice.first = offers[c];
-        }
-      }
-      for (int c = 0; c < count; ++c) {
-        if (offers[c].face >= 0 && offers[c].squared_distance <= as_near(least) &&
-            knows_side_better(offers[c], choice.nearest)) {
-          choice.nearest = offers[c];
-        }
-      }
-      if (pass == 0) {
-        if (!touch_choice(x_[i], start_[i], held_[i], body_, t0, t1, rule_, choice)) {
-          return false;
-        }
-      } else {
-        touch_again(x_[i], start_[i], held_[i], body_, t0, t1, rule_, choice.nearest);
-      }
-    }
-    return true;
+    return contact_by_candidates(p, body_, t0, t1, rule_, &candidates_[i * kBodyCandidates],
+                                 outlook_[i].count);
   }
 
   void measure_penetration(FrameReport& report) const {
@@ -274,6 +255,10 @@ class CpuBackend final : public ClothSolver::Backend {
     std::fill(lambda_.begin(), lambda_.end(), EdgeMultipliers<T>{});
     std::fill(strain_lambda_.begin(), strain_lambda_.end(), T(0));
     std::fill(held_.begin(), held_.end(), Vec4<T>{});
+    if (self_ != nullptr) {
+      origin_ = start_;
+      std::fill(carry_.begin(), carry_.end(), Vec4<T>{});
+    }
     const SubstepScale<T> scale = substep_scale(h, static_cast<T>(cloth_.material.damping),
                                                 static_cast<T>(1 / variation_.stretch),
                                                 static_cast<T>(1 / variation_.bending));
@@ -291,15 +276,26 @@ class CpuBackend final : public ClothSolver::Backend {
           }
         }
       }
-      if (self_ != nullptr) {
-        // What lies on the body has to be known before cloth pushes cloth.
+      if (self_ == nullptr) {
         if (body_.face_count > 0) {
-          touch_body(s, false);
+          touch_body(s, false, false);
         }
-        self_->solve(x_, start_, touched_);
+        continue;
       }
+      // What lies on the body has to be known before cloth pushes cloth. In the end nothing passes,
+      // neither cloth nor body; where both cannot be, the body wins.
       if (body_.face_count > 0) {
-        touch_body(s, true);
+        touch_body(s, false, false);
+      }
+      const SelfMotion<T> motion{x_, start_, carry_, origin_, touched_};
+      self_->push(motion);
+      for (int pass = 0;; ++pass) {
+        if (body_.face_count > 0) {
+          touch_body(s, true, pass <= kSelfRides);
+        }
+        if (pass == kSelfKeeps || !self_->keep_back(motion, pass)) {
+          break;
+        }
       }
     }
     const T keep = static_cast<T>(1 / (1 + options_.velocity_damping * static_cast<double>(h)));
@@ -444,6 +440,8 @@ class CpuBackend final : public ClothSolver::Backend {
   std::vector<int> candidates_;
   std::vector<Vec4<T>> held_;  ///< friction of the substep, see resolve_touch
   std::vector<char> touched_;
+  std::vector<Vec4<T>> origin_;  ///< where a substep began, see SelfMotion
+  std::vector<Vec4<T>> carry_;
   std::unique_ptr<SelfContactCpu<T>> self_;  ///< null: no contact with itself
 };
 

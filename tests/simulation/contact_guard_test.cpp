@@ -188,9 +188,7 @@ TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
       return at(frame);
     });
     EXPECT_EQ(resting, 0);
-    // Where the spin flings the sheets off and the ball presses them, the ball wins.
-    EXPECT_LT(spinning, 60) << "of 1,100 edges";
-    RecordProperty(std::string("crossings_") + device_name(device), spinning);
+    EXPECT_EQ(spinning, 0);
     EXPECT_LT(course.deepest, kDeepest);
     EXPECT_LT(course.most_strain, 0.1);
   }
@@ -268,8 +266,9 @@ TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
       }
     }
     EXPECT_LT(std::max(strain.early(), strain.late()), 0.3);
-    // Where the leg squeezes two folds the body wins; such crossings come and go.
-    EXPECT_LT(std::max(crossings.early(), crossings.late()), 60) << "of 1,000 edges";
+    // Where the leg squeezes folds against the hip, which it overlaps, the body wins; such crossings
+    // come and go.
+    EXPECT_LT(std::max(crossings.early(), crossings.late()), 30) << "of 1,000 edges";
     EXPECT_LT(strain.late(), 1.2 * strain.early() + 0.02) << "strain must not grow";
     if (frames >= 2000) {
       EXPECT_LE(crossings.late(), 1.5 * crossings.early() + 10) << "crossings must not grow";

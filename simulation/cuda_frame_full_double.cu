@@ -1,0 +1,7 @@
+#include "simulation/cuda_frame_kernel.cuh"
+
+namespace atelier {
+
+template FrameKernel<double> frame_kernel_of<double, FrameKind::Full>(CudaBarrier);
+
+}  // namespace atelier

@@ -1,0 +1,7 @@
+#include "simulation/cuda_frame_kernel.cuh"
+
+namespace atelier {
+
+template FrameKernel<float> frame_kernel_of<float, FrameKind::Plain>(CudaBarrier);
+
+}  // namespace atelier

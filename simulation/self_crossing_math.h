@@ -1,0 +1,231 @@
+#pragma once
+
+#include "simulation/self_push_math.h"
+
+namespace atelier {
+
+/// Six times the volume that four particles span at `share` of the substep.
+template <class T>
+ATELIER_HOST_DEVICE inline T spanned_volume(const Vec4<T>* start, const Vec4<T>* x, T share,
+                                            Vec3<T>* at) {
+  for (int k = 0; k < 4; ++k) {
+    at[k] = between(xyz(start[k]), xyz(x[k]), share);
+  }
+  return dot(cross(at[1] - at[0], at[2] - at[0]), at[3] - at[0]);
+}
+
+/// True if the four particles come into one plane between start and end, changing sides; `at` is
+/// then where they meet. The cubic is solved by bisection and regula falsi in turns between its
+/// signs; passing and coming back within one substep leaves nothing crossed.
+template <class T>
+ATELIER_HOST_DEVICE inline bool becomes_flat(const Vec4<T>* start, const Vec4<T>* x, Vec3<T>* at) {
+  T low = T(0);
+  T high = T(1);
+  T at_low = spanned_volume(start, x, low, at);
+  T at_high = spanned_volume(start, x, high, at);
+  if (!((at_low > T(0) && at_high < T(0)) || (at_low < T(0) && at_high > T(0)))) {
+    return false;
+  }
+  for (int i = 0; i < 8; ++i) {
+    const T time =
+        i % 2 == 0 ? low + (high - low) * (at_low / (at_low - at_high)) : T(0.5) * (low + high);
+    const T value = spanned_volume(start, x, time, at);
+    if ((value > T(0)) == (at_low > T(0))) {
+      low = time;
+      at_low = value;
+    } else {
+      high = time;
+      at_high = value;
+    }
+    if (!(std::fabs(at_low - at_high) > T(0))) {
+      break;
+    }
+  }
+  spanned_volume(start, x, T(0.5) * (low + high), at);
+  return true;
+}
+
+/// True if a pair passes through itself in the substep: a particle (last of four, the face before
+/// it) or, where `edges`, two edges.
+template <class T>
+ATELIER_HOST_DEVICE inline bool passes(const Vec4<T>* start, const Vec4<T>* x, bool edges) {
+  Vec3<T> at[4];
+  if (!becomes_flat(start, x, at)) {
+    return false;
+  }
+  const T room = T(1e-3);
+  if (!edges) {
+    const Vec3<T> n = cross(at[1] - at[0], at[2] - at[0]);
+    const T nn = squared_norm(n);
+    if (!(nn > T(0))) {
+      return false;
+    }
+    const T v = dot(n, cross(at[3] - at[0], at[2] - at[0])) / nn;
+    const T w = dot(n, cross(at[1] - at[0], at[3] - at[0])) / nn;
+    return v > -room && w > -room && v + w < T(1) + room;
+  }
+  // In their plane: both ends of each lie on different sides of the other.
+  const Vec3<T> d1 = at[1] - at[0];
+  const Vec3<T> d2 = at[3] - at[2];
+  const Vec3<T> n = cross(d1, d2);
+  const T nn = squared_norm(n);
+  if (!(nn > T(1e-6) * squared_norm(d1) * squared_norm(d2))) {
+    return false;
+  }
+  const Vec3<T> r = at[2] - at[0];
+  const T s = dot(cross(r, d2), n) / nn;
+  const T t = dot(cross(r, d1), n) / nn;
+  return s > -room && s < T(1) + room && t > -room && t < T(1) + room;
+}
+
+/// True if edge a b passes through a face at the substep's start; not where they share a corner.
+template <class T, class LoadStart>
+ATELIER_HOST_DEVICE inline bool crosses_at_start(const SelfView<T>& cloth, int a, int b, int face,
+                                                 const LoadStart& load_start) {
+  const FaceIndices f = cloth.surface.faces[face];
+  if (f.a == a || f.b == a || f.c == a || f.a == b || f.b == b || f.c == b) {
+    return false;
+  }
+  return crosses(xyz(load_start(a)), xyz(load_start(b)),
+                 FaceCorners<T>{xyz(load_start(f.a)), xyz(load_start(f.b)), xyz(load_start(f.c))});
+}
+
+/// True if a pair that passes takes away as many crossings as it makes (where a particle passes a
+/// face, each of its edges changes whether it crosses it; where two edges pass, each of them and
+/// the other's faces do). So tangles only grow smaller.
+template <class T, class LoadStart>
+ATELIER_HOST_DEVICE inline bool untangles(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                          bool edges, const LoadStart& load_start) {
+  int crossed = 0;
+  int changed = 0;
+  if (!edges) {
+    const int i = pair.first;
+    for (int k = cloth.ring_begin[i]; k < cloth.ring_begin[i + 1]; ++k) {
+      ++changed;
+      crossed += crosses_at_start(cloth, i, cloth.ring[k], pair.second, load_start) ? 1 : 0;
+    }
+    return 2 * crossed >= changed;
+  }
+  const ClothEdge a = cloth.edges[pair.first];
+  const ClothEdge b = cloth.edges[pair.second];
+  for (int side = 0; side < 2; ++side) {
+    if (b.face[side] >= 0) {
+      ++changed;
+      crossed += crosses_at_start(cloth, a.a, a.b, b.face[side], load_start) ? 1 : 0;
+    }
+    if (a.face[side] >= 0) {
+      ++changed;
+      crossed += crosses_at_start(cloth, b.a, b.b, a.face[side], load_start) ? 1 : 0;
+    }
+  }
+  return 2 * crossed >= changed;
+}
+
+/// Keeps a pair that would pass where the substep began: `stay(particle, carry)` for each of the
+/// free ones with the carry of each of the four (`carry(particle)`). True if it would.
+template <class T, class Load, class LoadStart, class Carry, class Stay>
+ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                          bool edges, const Load& load, const LoadStart& load_start,
+                                          const Carry& carry, const Stay& stay) {
+  int particle[4];
+  pair_particles(cloth, pair, edges, particle);
+  Vec4<T> start[4];
+  Vec4<T> x[4];
+  for (int k = 0; k < 4; ++k) {
+    start[k] = load_start(particle[k]);
+    x[k] = load(particle[k]);
+  }
+  if (!passes(start, x, edges)) {
+    return false;
+  }
+  Vec3<T> before{};
+  if (edges) {
+    const SegmentShares<T> near =
+        nearest_on_segments(xyz(start[0]), xyz(start[1]), xyz(start[2]), xyz(start[3]));
+    before = between(xyz(start[0]), xyz(start[1]), near.s) -
+             between(xyz(start[2]), xyz(start[3]), near.t);
+  } else {
+    const FaceCorners<T> t{xyz(start[0]), xyz(start[1]), xyz(start[2])};
+    before = xyz(start[3]) - weighted(t, nearest_on_triangle(xyz(start[3]), t));
+  }
+  if (side_is_doubtful(cloth, pair, edges, before, load_start) &&
+      (!same_layer(cloth, particle[0], particle[3]) || untangles(cloth, pair, edges, load_start))) {
+    return false;
+  }
+  for (int j = 0; j < 4; ++j) {
+    const Vec3<T> held = x[j].w > T(0) ? carry(particle[j]) : xyz(x[j]) - xyz(start[j]);
+    for (int k = 0; k < 4; ++k) {
+      if (x[k].w > T(0)) {
+        stay(particle[k], held);
+      }
+    }
+  }
+  return true;
+}
+
+/// Pulls an edge out of a face that it passes through: along the gradient that shortens the line in
+/// which its faces meet the other one. These pushes are calm.
+template <class T, class Load, class Add>
+ATELIER_HOST_DEVICE inline bool pull_out(const SelfView<T>& cloth, int e, int face,
+                                         const SelfRule<T>& rule, const Load& load,
+                                         const Add& add) {
+  const ClothEdge edge = cloth.edges[e];
+  const FaceIndices f = cloth.surface.faces[face];
+  const Vec4<T> p4 = load(edge.a);
+  const Vec4<T> q4 = load(edge.b);
+  const Vec4<T> a4 = load(f.a);
+  const Vec4<T> b4 = load(f.b);
+  const Vec4<T> c4 = load(f.c);
+  const Vec3<T> p = xyz(p4);
+  const Vec3<T> q = xyz(q4);
+  const FaceCorners<T> t{xyz(a4), xyz(b4), xyz(c4)};
+  if (!crosses(p, q, t)) {
+    return false;
+  }
+  Vec3<T> n = cross(t.b - t.a, t.c - t.a);
+  const T nn = squared_norm(n);
+  if (!(nn > T(0))) {
+    return false;
+  }
+  n = (T(1) / std::sqrt(nn)) * n;
+  const Vec3<T> along = q - p;
+  const T length = norm(along);
+  const Vec3<T> direction = (T(1) / length) * along;
+  const T rise = dot(direction, n);
+  Vec3<T> gradient{};
+  for (int k = 0; k < 2; ++k) {
+    if (edge.face[k] < 0) {
+      continue;
+    }
+    const Vec3<T> inwards = xyz(load(edge.opposite[k])) - p;
+    Vec3<T> line = cross(n, cross(along, inwards));
+    const T size = norm(line);
+    if (!(size > T(0))) {
+      continue;
+    }
+    line = (T(1) / size) * line;
+    if (dot(line, inwards - dot(inwards, direction) * direction) < T(0)) {
+      line = -line;
+    }
+    gradient += line;
+    if (std::fabs(rise) > T(0.05)) {
+      gradient -= (dot(direction, line) / rise) * n;
+    }
+  }
+  const T size = norm(gradient);
+  if (!(size > T(1e-3))) {
+    return false;
+  }
+  const Vec3<T> pull = (rule.untangle / size) * gradient;
+  const T share = dot(n, t.a - p) / dot(n, along);
+  const Vec3<T> none{};
+  add(edge.a, none, (p4.w > T(0) ? (T(1) - share) : T(0)) * pull, 0);
+  add(edge.b, none, (q4.w > T(0) ? share : T(0)) * pull, 0);
+  const Vec3<T> back = T(-1.0 / 3) * pull;
+  add(f.a, none, (a4.w > T(0) ? T(1) : T(0)) * back, 0);
+  add(f.b, none, (b4.w > T(0) ? T(1) : T(0)) * back, 0);
+  add(f.c, none, (c4.w > T(0) ? T(1) : T(0)) * back, 0);
+  return true;
+}
+
+}  // namespace atelier
