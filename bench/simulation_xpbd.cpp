@@ -51,8 +51,9 @@ Mesh square(int side, double size = 1) {
 }
 
 /// A skirt: rings of vertices with every second one turned by half a step, jittered so that no two
-/// triangles are alike, flaring from `top` to `bottom` radius over a metre.
-Mesh skirt(int around, int rings, double top, double bottom) {
+/// triangles are alike, flaring from `top` to `bottom` radius over a metre. Without `turned`,
+/// straight columns.
+Mesh skirt(int around, int rings, double top, double bottom, bool turned = true) {
   Mesh mesh;
   mesh.vertices.resize(around * rings, 3);
   mesh.faces.resize(2 * around * (rings - 1), 3);
@@ -62,7 +63,8 @@ Mesh skirt(int around, int rings, double top, double bottom) {
       const double wiggle =
           r == 0 ? 0 : 0.2 * std::sin(12.9898 * (r * around + i)) * std::cos(78.233 * i + r);
       const double share = (r + 0.5 * wiggle) / (rings - 1);
-      const double angle = 2 * kPi * (i + 0.5 * (r % 2) + wiggle) / around;
+      const double angle =
+          2 * kPi * (i + (turned ? 0.5 * (r % 2) + wiggle : 0.1 * wiggle)) / around;
       const double radius = top + (bottom - top) * share;
       mesh.vertices.row(r * around + i) << radius * std::cos(angle), 0.5 - share,
           radius * std::sin(angle);
@@ -284,7 +286,7 @@ Case hanging_skirt(int around, int rings, int iterations) {
 /// The skirt rides on the swaying body by its waist.
 Case dressed(int around, int rings, bool self_contact) {
   Case c;
-  Garment garment = garment_of(skirt(around, rings, 0.19, 0.4));
+  Garment garment = garment_of(skirt(around, rings, 0.19, 0.4, false));
   c.body = body_mesh();
   for (int i = 0; i < around; ++i) {
     const Eigen::RowVector3d p = garment.mesh.vertices.row(i);
@@ -309,8 +311,8 @@ Case dressed(int around, int rings, bool self_contact) {
     }
     garment.attachments.push_back(a);
   }
-  // Ten substeps do not carry a metre of cloth: tethers keep it from stretching, so that the times
-  // are of cloth that hangs in folds.
+  // Ten substeps do not carry a metre of cloth: tethers (along the columns) keep it from
+  // stretching, so that the times are of cloth that hangs in folds.
   ClothOptions options;
   options.tether_stretch = 1.01;
   c.cloth = make_cloth(garment, {}, options);

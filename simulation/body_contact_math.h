@@ -622,7 +622,8 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyVi
 template <class T>
 ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>& origin,
                                                const BodyView<T>& body, T t0, T t1,
-                                               BodyContactRule<T> rule, bool rides) {
+                                               BodyContactRule<T> rule,
+                                               const BodyOutlook<T>& outlook, bool rides) {
   const Vec3<T> at = xyz(origin);
   if (rides) {
     const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{at, at}, rule.reach), at, at,
@@ -635,8 +636,10 @@ ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>
     }
   }
   rule.thickness = (rides ? T(0.25) : T(0.02)) * rule.thickness;
-  const bool touches = contact_by_tree(
-      p, body, t0, t1, rule, BodyOutlook<T>{T(0), T(0), T(0), kSearchTree}, BodySearch::Tree);
+  const BodySearch search = outlook.count == kSearchDeep     ? BodySearch::DeepTree
+                            : outlook.count == kSearchBuried ? BodySearch::WayOut
+                                                             : BodySearch::Tree;
+  const bool touches = contact_by_tree(p, body, t0, t1, rule, outlook, search);
   p.moved = xyz(p.x) - at;
   return touches;
 }

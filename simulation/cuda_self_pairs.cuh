@@ -276,6 +276,7 @@ struct SelfWork {
   __device__ void keep_pairs(const SelfClock& clock) const {
     const auto load_x = [&](int i) { return load(i); };
     const auto load_o = [&](int i) { return load_origin(i); };
+    const auto level = [&](int i) { return __ldcg(support + i); };
     const auto carried = [&](int i) { return load_carry(i); };
     const auto stay = [&](int i, Vec3<T> held) {
       __stcg(&sums[i].used, 1);
@@ -284,7 +285,7 @@ struct SelfWork {
     };
     bool kept = false;
     visit_pairs([&](const SelfPair<T>& pair, bool edges) {
-      kept = keep_back(cloth, pair, edges, load_x, load_o, carried, stay) || kept;
+      kept = keep_back(cloth, pair, edges, load_x, load_o, level, carried, stay) || kept;
     });
     if (kept) {
       atomicMax(&counts->kept, clock.serial);
@@ -313,10 +314,10 @@ __device__ inline bool move_particle(const SelfWork<T>& work, int i, int s, Meet
     const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
     const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
     BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), p.carry};
-    const bool touches =
-        meeting == Meeting::Touches
-            ? touch_particle(frame, rule, at, b, t0, t1)
-            : stay_with_body(b, origin, frame.body, t0, t1, rule, meeting == Meeting::Rides);
+    const bool touches = meeting == Meeting::Touches
+                             ? touch_particle(frame, rule, at, b, t0, t1)
+                             : stay_with_body(b, origin, frame.body, t0, t1, rule,
+                                              frame.outlook[at], meeting == Meeting::Rides);
     p = {b.x, b.start, b.moved};
     store_shared_cache(frame.held + at, b.held);
     __stcg(work.touched + i, touches ? 1 : 0);
@@ -424,7 +425,11 @@ __device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks
     }
     ++clock.serial;
     for (int i = work.thread; i < frame.count; i += work.threads) {
-      move_particle(work, i, s, pass < kSelfRides ? Meeting::Rides : Meeting::Stays, clock);
+      move_particle(work, i, s,
+                    pass + 1 == kSelfKeeps ? Meeting::Touches
+                    : pass < kSelfRides    ? Meeting::Rides
+                                           : Meeting::Stays,
+                    clock);
     }
     wait();
   }

@@ -90,43 +90,39 @@ ATELIER_HOST_DEVICE inline bool crosses_at_start(const SelfView<T>& cloth, int a
                  FaceCorners<T>{xyz(load_start(f.a)), xyz(load_start(f.b)), xyz(load_start(f.c))});
 }
 
-/// True if a pair that passes takes away as many crossings as it makes (where a particle passes a
-/// face, each of its edges changes whether it crosses it; where two edges pass, each of them and
-/// the other's faces do). So tangles only grow smaller.
+/// True if a pair that passes takes a crossing away: one of the particle's edges passes through the
+/// face, or one of two edges through a face of the other. On the body only such pairs may pass, so
+/// that a tangle does not spread where the body presses; away from it all that are tangled may.
 template <class T, class LoadStart>
 ATELIER_HOST_DEVICE inline bool untangles(const SelfView<T>& cloth, const SelfPair<T>& pair,
                                           bool edges, const LoadStart& load_start) {
-  int crossed = 0;
-  int changed = 0;
   if (!edges) {
     const int i = pair.first;
     for (int k = cloth.ring_begin[i]; k < cloth.ring_begin[i + 1]; ++k) {
-      ++changed;
-      crossed += crosses_at_start(cloth, i, cloth.ring[k], pair.second, load_start) ? 1 : 0;
+      if (crosses_at_start(cloth, i, cloth.ring[k], pair.second, load_start)) {
+        return true;
+      }
     }
-    return 2 * crossed >= changed;
+    return false;
   }
   const ClothEdge a = cloth.edges[pair.first];
   const ClothEdge b = cloth.edges[pair.second];
   for (int side = 0; side < 2; ++side) {
-    if (b.face[side] >= 0) {
-      ++changed;
-      crossed += crosses_at_start(cloth, a.a, a.b, b.face[side], load_start) ? 1 : 0;
-    }
-    if (a.face[side] >= 0) {
-      ++changed;
-      crossed += crosses_at_start(cloth, b.a, b.b, a.face[side], load_start) ? 1 : 0;
+    if ((b.face[side] >= 0 && crosses_at_start(cloth, a.a, a.b, b.face[side], load_start)) ||
+        (a.face[side] >= 0 && crosses_at_start(cloth, b.a, b.b, a.face[side], load_start))) {
+      return true;
     }
   }
-  return 2 * crossed >= changed;
+  return false;
 }
 
 /// Keeps a pair that would pass where the substep began: `stay(particle, carry)` for each of the
 /// free ones with the carry of each of the four (`carry(particle)`). True if it would.
-template <class T, class Load, class LoadStart, class Carry, class Stay>
+template <class T, class Load, class LoadStart, class Support, class Carry, class Stay>
 ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPair<T>& pair,
                                           bool edges, const Load& load, const LoadStart& load_start,
-                                          const Carry& carry, const Stay& stay) {
+                                          const Support& support, const Carry& carry,
+                                          const Stay& stay) {
   int particle[4];
   pair_particles(cloth, pair, edges, particle);
   Vec4<T> start[4];
@@ -148,9 +144,18 @@ ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPa
     const FaceCorners<T> t{xyz(start[0]), xyz(start[1]), xyz(start[2])};
     before = xyz(start[3]) - weighted(t, nearest_on_triangle(xyz(start[3]), t));
   }
-  if (side_is_doubtful(cloth, pair, edges, before, load_start) &&
-      (!same_layer(cloth, particle[0], particle[3]) || untangles(cloth, pair, edges, load_start))) {
-    return false;
+  if (side_is_doubtful(cloth, pair, edges, before, load_start)) {
+    bool on_body = same_layer(cloth, particle[0], particle[3]);
+    if (on_body) {
+      int best = 0;
+      for (int k = 0; k < 4; ++k) {
+        best = max_of(best, support(particle[k]));
+      }
+      on_body = best == kSupportLevels;
+    }
+    if (!on_body || untangles(cloth, pair, edges, load_start)) {
+      return false;
+    }
   }
   for (int j = 0; j < 4; ++j) {
     const Vec3<T> held = x[j].w > T(0) ? carry(particle[j]) : xyz(x[j]) - xyz(start[j]);

@@ -49,9 +49,10 @@ ATELIER_HOST_DEVICE inline bool overlap(const Box<T>& a, const Box<T>& b) {
 }
 
 /// A node of a binary tree over boxes with the boxes of both children, so that one load decides
-/// about both. A child below 0 is the primitive ~child.
+/// about both; aligned, so that it comes in a few wide ones. A child below 0 is the primitive
+/// ~child.
 template <class T>
-struct BoxNode {
+struct alignas(16) BoxNode {
   Box<T> box[2];
   int child[2];
 };
@@ -142,7 +143,7 @@ ATELIER_HOST_DEVICE inline void visit_tree(const BoxNode<T>* nodes, const Box<T>
   int top = 0;
   stack[top++] = 0;
   while (top > 0) {
-    const BoxNode<T>& node = nodes[stack[--top]];
+    const BoxNode<T> node = nodes[stack[--top]];
     for (int side = 0; side < 2; ++side) {
       if (overlap(node.box[side], query)) {
         const int child = node.child[side];

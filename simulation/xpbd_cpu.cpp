@@ -196,17 +196,19 @@ class CpuBackend final : public ClothSolver::Backend {
     });
   }
 
-  /// `again`: only who was pushed since; `rides`: see stay_with_body.
-  void touch_body(int s, bool again, bool rides) {
+  /// `again`: only who was pushed since; `stays`: the body gives way to who is kept back, see
+  /// stay_with_body (there also `rides`).
+  void touch_body(int s, bool again, bool stays, bool rides) {
     const T t0 = static_cast<T>(s) / static_cast<T>(options_.substeps);
     const T t1 = static_cast<T>(s + 1) / static_cast<T>(options_.substeps);
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         if (!again || self_->moved(static_cast<int>(i))) {
           BodyParticle<T> p{x_[i], start_[i], held_[i], xyz(carry_[i])};
-          touched_[i] = again && self_->stays(static_cast<int>(i))
-                            ? stay_with_body(p, origin_[i], body_, t0, t1, rule_, rides)
-                            : x_[i].w > T(0) && touch_particle(i, p, t0, t1);
+          touched_[i] =
+              stays && self_->stays(static_cast<int>(i))
+                  ? stay_with_body(p, origin_[i], body_, t0, t1, rule_, outlook_[i], rides)
+                  : x_[i].w > T(0) && touch_particle(i, p, t0, t1);
           x_[i] = p.x;
           start_[i] = p.start;
           held_[i] = p.held;
@@ -278,20 +280,20 @@ class CpuBackend final : public ClothSolver::Backend {
       }
       if (self_ == nullptr) {
         if (body_.face_count > 0) {
-          touch_body(s, false, false);
+          touch_body(s, false, false, false);
         }
         continue;
       }
       // What lies on the body has to be known before cloth pushes cloth. In the end nothing passes,
       // neither cloth nor body; where both cannot be, the body wins.
       if (body_.face_count > 0) {
-        touch_body(s, false, false);
+        touch_body(s, false, false, false);
       }
       const SelfMotion<T> motion{x_, start_, carry_, origin_, touched_};
       self_->push(motion);
       for (int pass = 0;; ++pass) {
         if (body_.face_count > 0) {
-          touch_body(s, true, pass <= kSelfRides);
+          touch_body(s, true, pass < kSelfKeeps, pass <= kSelfRides);
         }
         if (pass == kSelfKeeps || !self_->keep_back(motion, pass)) {
           break;

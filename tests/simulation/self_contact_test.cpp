@@ -203,6 +203,27 @@ TEST(SelfContact, LayersThatStartCrossedComeApart) {
   }
 }
 
+// Small enough for every sanitizer: scripts/gpu runs it under all of them.
+TEST(SelfContact, ShortTwinsAgree) {
+  const Mesh floor = testing::incline(0, 2);
+  const Cloth cloth =
+      join_cloths({make_cloth(square(3, 0.06, 0.003)), make_cloth(square(2, 0.05, 0.0045))});
+  std::vector<Points> ends;
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    options.substeps = 4;
+    ClothSolver solver(cloth, floor.faces, options, device);
+    FrameReport report;
+    for (int i = 0; i < 2; ++i) {
+      report = solver.advance(floor_control(floor));
+    }
+    EXPECT_GT(report.self_contacts, 0);
+    ends.push_back(solver.state().positions);
+    EXPECT_LT((ends.back() - ends.front()).cwiseAbs().maxCoeff(), 1e-5) << device_name(device);
+  }
+}
+
 TEST(SelfContact, RepeatsBitForBit) {
   const Mesh floor = testing::incline(0, 2);
   const Cloth cloth =
