@@ -510,6 +510,12 @@ ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& 
   return out;
 }
 
+/// True for a particle that began the frame inside the body.
+template <class T>
+ATELIER_HOST_DEVICE inline bool began_inside(const BodyOutlook<T>& outlook) {
+  return outlook.count == kSearchDeep || outlook.count == kSearchBuried;
+}
+
 /// How a particle finds its contacts in a substep that ends at time t1 of the frame.
 enum class BodySearch { Nothing, Candidates, Tree, DeepTree, WayOut };
 
@@ -635,10 +641,10 @@ ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>
       p.x = with_w(at + ride, p.x.w);
     }
   }
-  rule.thickness = (rides ? T(0.25) : T(0.02)) * rule.thickness;
-  const BodySearch search = outlook.count == kSearchDeep     ? BodySearch::DeepTree
-                            : outlook.count == kSearchBuried ? BodySearch::WayOut
-                                                             : BodySearch::Tree;
+  rule.thickness = (rides ? T(1) : T(0.5)) * rule.thickness;
+  // As deep as `reach`: who is carried may be deeper than who moves by itself.
+  const BodySearch search =
+      outlook.count == kSearchBuried ? BodySearch::WayOut : BodySearch::DeepTree;
   const bool touches = contact_by_tree(p, body, t0, t1, rule, outlook, search);
   p.moved = xyz(p.x) - at;
   return touches;

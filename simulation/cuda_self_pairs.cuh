@@ -110,14 +110,14 @@ struct SelfWork {
 
   __device__ Vec4<T> load(int i) const { return load_shared_cache(x + i); }
   __device__ Vec4<T> load_origin(int i) const { return load_shared_cache(origin + i); }
-  __device__ Vec3<T> load_carry(int i) const { return xyz(load_shared_cache(carry + i)); }
+  __device__ Vec4<T> load_carry(int i) const { return load_shared_cache(carry + i); }
   __device__ SelfParticle<T> load_particle(int i) const {
     return {load(i), load_shared_cache(start + i), load_carry(i)};
   }
   __device__ void store(int i, const SelfParticle<T>& p) const {
     store_shared_cache(x + i, p.x);
     store_shared_cache(start + i, p.start);
-    store_shared_cache(carry + i, with_w(p.carry, T(0)));
+    store_shared_cache(carry + i, p.carry);
   }
 
   /// Level of a particle that lies on the body, or what its contacts gave it.
@@ -313,12 +313,12 @@ __device__ inline bool move_particle(const SelfWork<T>& work, int i, int s, Meet
     const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
     const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
     const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
-    BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), p.carry};
+    BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), xyz(p.carry)};
     const bool touches = meeting == Meeting::Touches
                              ? touch_particle(frame, rule, at, b, t0, t1)
                              : stay_with_body(b, origin, frame.body, t0, t1, rule,
                                               frame.outlook[at], meeting == Meeting::Rides);
-    p = {b.x, b.start, b.moved};
+    p = {b.x, b.start, with_w(b.moved, p.carry.w)};
     store_shared_cache(frame.held + at, b.held);
     __stcg(work.touched + i, touches ? 1 : 0);
   }
@@ -349,11 +349,12 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
     }
     bool touches = false;
     if (frame.body.face_count > 0) {
+      const T inside = comes_out(work.cloth, frame.outlook + offset, i) ? T(1) : T(0);
       BodyParticle<T> p{xi, load_shared_cache(work.start + i),
-                        load_shared_cache(frame.held + offset + i), work.load_carry(i)};
+                        load_shared_cache(frame.held + offset + i), xyz(work.load_carry(i))};
       touches = touch_particle(frame, rule, offset + i, p, t0, t1);
-      if (touches) {
-        work.store(i, {p.x, p.start, p.moved});
+      if (touches || inside > T(0)) {
+        work.store(i, {p.x, p.start, with_w(p.moved, inside)});
         store_shared_cache(frame.held + offset + i, p.held);
         xi = p.x;
       }

@@ -244,7 +244,7 @@ bool SelfContactCpu<T>::keep_once(const SelfMotion<T>& motion, int pass, bool ev
   const auto load = [&](int i) { return motion.x[i]; };
   const auto load_origin = [&](int i) { return motion.origin[i]; };
   const auto support = [&](int i) { return support_[i]; };
-  const auto carry = [&](int i) { return xyz(motion.carry[i]); };
+  const auto carry = [&](int i) { return motion.carry[i]; };
   const auto stay = [&](int i, Vec3<T> held) {
     raise_to(sums_[i].used, 1);
     raise_to(sums_[i].stay, 1);
@@ -265,11 +265,11 @@ void SelfContactCpu<T>::take(const SelfMotion<T>& motion, int pass) {
     for (Index i = begin; i < end; ++i) {
       if (sums_[i].used != 0) {
         moved_[i] = static_cast<char>(pass + 1);
-        SelfParticle<T> p{motion.x[i], motion.start[i], xyz(motion.carry[i])};
+        SelfParticle<T> p{motion.x[i], motion.start[i], motion.carry[i]};
         take_push(sums_[i], motion.origin[i], p);
         motion.x[i] = p.x;
         motion.start[i] = p.start;
-        motion.carry[i] = with_w(p.carry, T(0));
+        motion.carry[i] = p.carry;
       }
     }
   });

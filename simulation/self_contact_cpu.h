@@ -35,6 +35,9 @@ class SelfContactCpu {
 
   /// True if particle `i` was pushed in the last `push`, or kept back in the last `keep_back`.
   bool moved(int i) const { return moved_[i] >= moved_from_; }
+  bool comes_out(const std::vector<BodyOutlook<T>>& outlook, int i) const {
+    return atelier::comes_out(view_, outlook.data(), i);
+  }
   /// True if it was kept back in this substep.
   bool stays(int i) const { return moved_[i] > kSelfPushes; }
   int candidate_count() const { return static_cast<int>(face_pairs_.size() + edge_pairs_.size()); }

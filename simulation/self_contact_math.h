@@ -85,6 +85,18 @@ ATELIER_HOST_DEVICE inline bool same_layer(const SelfView<T>& cloth, int first, 
   return cloth.layer == nullptr || cloth.layer[first] == cloth.layer[second];
 }
 
+/// True if particle `i` or a neighbour began the frame inside the body: it has to come out, and
+/// cloth does not keep it back. `outlook`: of the particles.
+template <class T>
+ATELIER_HOST_DEVICE inline bool comes_out(const SelfView<T>& cloth, const BodyOutlook<T>* outlook,
+                                          int i) {
+  bool inside = began_inside(outlook[i]);
+  for (int k = cloth.ring_begin[i]; k < cloth.ring_begin[i + 1]; ++k) {
+    inside = inside || began_inside(outlook[cloth.ring[k]]);
+  }
+  return inside;
+}
+
 /// Shares along two segments of their nearest points (Ericson 2005, 5.1.9).
 template <class T>
 struct SegmentShares {

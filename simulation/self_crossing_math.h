@@ -144,25 +144,31 @@ ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPa
     const FaceCorners<T> t{xyz(start[0]), xyz(start[1]), xyz(start[2])};
     before = xyz(start[3]) - weighted(t, nearest_on_triangle(xyz(start[3]), t));
   }
-  if (side_is_doubtful(cloth, pair, edges, before, load_start)) {
-    bool on_body = same_layer(cloth, particle[0], particle[3]);
-    if (on_body) {
-      int best = 0;
-      for (int k = 0; k < 4; ++k) {
-        best = max_of(best, support(particle[k]));
-      }
-      on_body = best == kSupportLevels;
+  if (!same_layer(cloth, particle[0], particle[3]) &&
+      side_is_doubtful(cloth, pair, edges, before, load_start)) {
+    return false;
+  }
+  if (both_tangled(cloth, pair, edges)) {
+    int best = 0;
+    for (int k = 0; k < 4; ++k) {
+      best = max_of(best, support(particle[k]));
     }
-    if (!on_body || untangles(cloth, pair, edges, load_start)) {
+    if (best < kSupportLevels || untangles(cloth, pair, edges, load_start)) {
       return false;
     }
   }
-  for (int j = 0; j < 4; ++j) {
-    const Vec3<T> held = x[j].w > T(0) ? carry(particle[j]) : xyz(x[j]) - xyz(start[j]);
-    for (int k = 0; k < 4; ++k) {
-      if (x[k].w > T(0)) {
-        stay(particle[k], held);
-      }
+  // Who has to come out of the body is not kept in it.
+  Vec3<T> held[4];
+  for (int k = 0; k < 4; ++k) {
+    const Vec4<T> carried = carry(particle[k]);
+    held[k] = x[k].w > T(0) ? xyz(carried) : xyz(x[k]) - xyz(start[k]);
+    if (carried.w > T(0)) {
+      return false;
+    }
+  }
+  for (int k = 0; k < 4; ++k) {
+    for (int j = 0; j < 4 && x[k].w > T(0); ++j) {
+      stay(particle[k], held[j]);
     }
   }
   return true;

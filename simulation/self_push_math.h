@@ -51,7 +51,8 @@ template <class T>
 struct SelfParticle {
   Vec4<T> x;
   Vec4<T> start;  ///< from which the speed follows
-  Vec3<T> carry;  ///< how the body or a pin moves what stays with it in the substep
+  Vec4<T> carry;  ///< how the body or a pin moves what stays with it in the substep (xyz); w: 1
+                  ///< where it comes out of the body
 };
 
 /// Gives a particle what pairs want of it. `origin`: where the substep began.
@@ -59,8 +60,8 @@ template <class T>
 ATELIER_HOST_DEVICE inline void take_push(const PushSum& sum, const Vec4<T>& origin,
                                           SelfParticle<T>& p) {
   if (sum.stay != 0) {
-    p.carry = push_of<T>(sum.fresh);
-    p.x = with_w(xyz(origin) + p.carry, p.x.w);
+    p.carry = with_w(push_of<T>(sum.fresh), p.carry.w);
+    p.x = with_w(xyz(origin) + xyz(p.carry), p.x.w);
     p.start = with_w(xyz(origin), p.start.w);
     return;
   }
@@ -173,25 +174,34 @@ ATELIER_HOST_DEVICE inline bool is_nearest_piece(const SelfView<T>& cloth, int f
   return beyond < 0 || !leans_towards(direction, at, xyz(load_start(beyond)));
 }
 
+/// True if both pieces of a pair are crossed by something.
+template <class T>
+ATELIER_HOST_DEVICE inline bool both_tangled(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                             bool edges) {
+  const auto tangled = [&](int i) { return cloth.tangled[i] != 0; };
+  if (edges) {
+    const ClothEdge a = cloth.edges[pair.first];
+    const ClothEdge b = cloth.edges[pair.second];
+    return (tangled(a.a) || tangled(a.b)) && (tangled(b.a) || tangled(b.b));
+  }
+  const FaceIndices f = cloth.surface.faces[pair.second];
+  return tangled(pair.first) && (tangled(f.a) || tangled(f.b) || tangled(f.c));
+}
+
 /// True if the side on which a pair was at the substep's start may be the wrong one: pieces that
 /// are crossed, layers in the wrong order. `before` is the pair's difference there.
 template <class T, class LoadStart>
 ATELIER_HOST_DEVICE inline bool side_is_doubtful(const SelfView<T>& cloth, const SelfPair<T>& pair,
                                                  bool edges, Vec3<T> before,
                                                  const LoadStart& load_start) {
-  const auto tangled = [&](int i) { return cloth.tangled[i] != 0; };
-  const ClothEdge b = edges ? cloth.edges[pair.second] : ClothEdge{};
-  const int face = edges ? b.face[0] : pair.second;
+  const int face = edges ? cloth.edges[pair.second].face[0] : pair.second;
   const int first = edges ? cloth.edges[pair.first].a : pair.first;
-  const FaceIndices f = cloth.surface.faces[face];
-  if (!same_layer(cloth, first, f.a)) {
-    return dot(layer_direction(cloth, first, f.a, start_normal(cloth, face, load_start)), before) <
-           T(0);
+  const int second = cloth.surface.faces[face].a;
+  if (same_layer(cloth, first, second)) {
+    return both_tangled(cloth, pair, edges);
   }
-  const bool first_tangled = tangled(first) || (edges && tangled(cloth.edges[pair.first].b));
-  const bool second_tangled =
-      edges ? tangled(b.a) || tangled(b.b) : tangled(f.a) || tangled(f.b) || tangled(f.c);
-  return first_tangled && second_tangled;
+  return dot(layer_direction(cloth, first, second, start_normal(cloth, face, load_start)), before) <
+         T(0);
 }
 
 /// Pushes a particle and a face apart. `load(i)` and `load_start(i)` give particles now and at the

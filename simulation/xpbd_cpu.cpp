@@ -212,7 +212,10 @@ class CpuBackend final : public ClothSolver::Backend {
           x_[i] = p.x;
           start_[i] = p.start;
           held_[i] = p.held;
-          carry_[i] = with_w(p.moved, T(0));
+          if (self_ != nullptr) {
+            const bool out = self_->comes_out(outlook_, static_cast<int>(i));
+            carry_[i] = with_w(p.moved, out ? T(1) : T(0));
+          }
         }
       }
     });
