@@ -9,6 +9,10 @@
 
 namespace atelier {
 
+/// PushSum::used, 0 before: a pair wants something of the particle, or did in this substep.
+constexpr int kPushed = 1;
+constexpr int kWasPushed = 2;
+
 /// How far the contacts of a scene with itself are: the same numbers in each of its blocks.
 struct SelfClock {
   int age = -1;    ///< substeps since the search for pairs, this one included; -1: none
@@ -226,7 +230,7 @@ struct SelfWork {
     const auto level = [&](int i) { return __ldcg(support + i); };
     const auto add = [&](int i, Vec3<T> fresh, Vec3<T> off, int given) {
       PushSum* const sum = sums + i;
-      __stcg(&sum->used, 1);
+      __stcg(&sum->used, kPushed);
       widen(sum->fresh, fresh);
       widen(sum->calm, off);
       if (given > 0) {
@@ -266,7 +270,7 @@ struct SelfWork {
         SelfParticle<T> p = load_particle(i);
         take_push(sum, load_origin(i), p);
         store(i, p);
-        clear_sum(sums + i, 1);
+        clear_sum(sums + i, kPushed);
         watch(i, xyz(p.x), clock);
       }
       __stcg(support + i, supported(i, given));
@@ -276,16 +280,15 @@ struct SelfWork {
   __device__ void keep_pairs(const SelfClock& clock) const {
     const auto load_x = [&](int i) { return load(i); };
     const auto load_o = [&](int i) { return load_origin(i); };
-    const auto level = [&](int i) { return __ldcg(support + i); };
     const auto carried = [&](int i) { return load_carry(i); };
     const auto stay = [&](int i, Vec3<T> held) {
-      __stcg(&sums[i].used, 1);
+      __stcg(&sums[i].used, kPushed);
       __stcg(&sums[i].stay, 1);
       widen(sums[i].fresh, held);
     };
     bool kept = false;
     visit_pairs([&](const SelfPair<T>& pair, bool edges) {
-      kept = keep_back(cloth, pair, edges, load_x, load_o, level, carried, stay) || kept;
+      kept = keep_back(cloth, pair, edges, load_x, load_o, carried, stay) || kept;
     });
     if (kept) {
       atomicMax(&counts->kept, clock.serial);
@@ -296,35 +299,42 @@ struct SelfWork {
 /// How a particle that contacts moved meets the body.
 enum class Meeting { Touches, Rides, Stays };
 
-/// Gives particle `i` what its pairs want of it, then the body. True if it was moved.
+/// The body moves particle `i`, which contacts moved.
 template <class T>
-__device__ inline bool move_particle(const SelfWork<T>& work, int i, int s, Meeting meeting,
-                                     const SelfClock& clock) {
+__device__ inline void meet_body(const SelfWork<T>& work, int i, int s, Meeting meeting,
+                                 const Vec4<T>& origin, SelfParticle<T>& p) {
   const CudaFrame<T>& frame = work.frame;
-  if (__ldcg(&work.sums[i].used) == 0) {
-    return false;
+  if (frame.body.face_count == 0) {
+    return;
+  }
+  const int at = work.scene * frame.count + i;
+  const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
+  const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
+  const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
+  BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), xyz(p.carry)};
+  const bool touches = meeting == Meeting::Touches
+                           ? touch_particle(frame, rule, at, b, t0, t1)
+                           : stay_with_body(b, origin, frame.body, t0, t1, rule, frame.outlook[at],
+                                            meeting == Meeting::Rides);
+  p = {b.x, b.start, with_w(b.moved, p.carry.w)};
+  store_shared_cache(frame.held + at, b.held);
+  __stcg(work.touched + i, touches ? 1 : 0);
+}
+
+/// Gives particle `i` what its pairs want of it, then the body.
+template <class T>
+__device__ inline void move_particle(const SelfWork<T>& work, int i, int s, Meeting meeting,
+                                     const SelfClock& clock) {
+  if (__ldcg(&work.sums[i].used) != kPushed) {
+    return;
   }
   const Vec4<T> origin = work.load_origin(i);
   SelfParticle<T> p = work.load_particle(i);
   take_push(load_sum(work.sums + i), origin, p);
-  clear_sum(work.sums + i, 0);
-  if (frame.body.face_count > 0) {
-    const int at = work.scene * frame.count + i;
-    const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
-    const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
-    const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
-    BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), xyz(p.carry)};
-    const bool touches = meeting == Meeting::Touches
-                             ? touch_particle(frame, rule, at, b, t0, t1)
-                             : stay_with_body(b, origin, frame.body, t0, t1, rule,
-                                              frame.outlook[at], meeting == Meeting::Rides);
-    p = {b.x, b.start, with_w(b.moved, p.carry.w)};
-    store_shared_cache(frame.held + at, b.held);
-    __stcg(work.touched + i, touches ? 1 : 0);
-  }
+  clear_sum(work.sums + i, kWasPushed);
+  meet_body(work, i, s, meeting, origin, p);
   work.store(i, p);
   work.watch(i, xyz(p.x), clock);
-  return true;
 }
 
 /// Tethers, then the body, before cloth meets cloth.
@@ -360,6 +370,7 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
       }
       __stcg(work.touched + i, touches ? 1 : 0);
     }
+    __stcg(&work.sums[i].used, 0);
     const int before = s == 0 && first ? 0 : __ldcg(work.support + i);
     __stcg(work.support + i, touches ? kSupportLevels : before);
     work.watch(i, xyz(xi), clock);
@@ -411,7 +422,7 @@ __device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int block
   wait();
 }
 
-/// Keeps back what would pass, with the body, until nothing would.
+/// Keeps back what would pass, with the body, until nothing would; then the body once more.
 template <class T, CudaBarrier kBarrier>
 __device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks, int s,
                                            SelfClock& clock, unsigned* arrived, unsigned& goal) {
@@ -422,18 +433,25 @@ __device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks
     work.keep_pairs(clock);
     wait();
     if (__ldcg(&work.counts->kept) != clock.serial) {
-      return;
+      if (pass == 0) {
+        return;
+      }
+      break;
     }
     ++clock.serial;
     for (int i = work.thread; i < frame.count; i += work.threads) {
-      move_particle(work, i, s,
-                    pass + 1 == kSelfKeeps ? Meeting::Touches
-                    : pass < kSelfRides    ? Meeting::Rides
-                                           : Meeting::Stays,
-                    clock);
+      move_particle(work, i, s, pass < kSelfRides ? Meeting::Rides : Meeting::Stays, clock);
     }
     wait();
   }
+  for (int i = work.thread; i < frame.count; i += work.threads) {
+    if (__ldcg(&work.sums[i].used) == kWasPushed) {
+      SelfParticle<T> p = work.load_particle(i);
+      meet_body(work, i, s, Meeting::Touches, work.load_origin(i), p);
+      work.store(i, p);
+    }
+  }
+  wait();
 }
 
 }  // namespace atelier

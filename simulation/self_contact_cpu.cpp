@@ -243,7 +243,6 @@ template <class T>
 bool SelfContactCpu<T>::keep_once(const SelfMotion<T>& motion, int pass, bool every) {
   const auto load = [&](int i) { return motion.x[i]; };
   const auto load_origin = [&](int i) { return motion.origin[i]; };
-  const auto support = [&](int i) { return support_[i]; };
   const auto carry = [&](int i) { return motion.carry[i]; };
   const auto stay = [&](int i, Vec3<T> held) {
     raise_to(sums_[i].used, 1);
@@ -252,7 +251,7 @@ bool SelfContactCpu<T>::keep_once(const SelfMotion<T>& motion, int pass, bool ev
   };
   std::atomic<bool> kept{false};
   visit_pairs(pass, every, [&](const SelfPair<T>& pair, bool edges) {
-    if (atelier::keep_back(view_, pair, edges, load, load_origin, support, carry, stay)) {
+    if (atelier::keep_back(view_, pair, edges, load, load_origin, carry, stay)) {
       kept.store(true, std::memory_order_relaxed);
     }
   });

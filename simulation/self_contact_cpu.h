@@ -38,6 +38,8 @@ class SelfContactCpu {
   bool comes_out(const std::vector<BodyOutlook<T>>& outlook, int i) const {
     return atelier::comes_out(view_, outlook.data(), i);
   }
+  /// From now on `moved` is of the whole substep.
+  void all_moved() { moved_from_ = 1; }
   /// True if it was kept back in this substep.
   bool stays(int i) const { return moved_[i] > kSelfPushes; }
   int candidate_count() const { return static_cast<int>(face_pairs_.size() + edge_pairs_.size()); }

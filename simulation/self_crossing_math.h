@@ -78,51 +78,12 @@ ATELIER_HOST_DEVICE inline bool passes(const Vec4<T>* start, const Vec4<T>* x, b
   return s > -room && s < T(1) + room && t > -room && t < T(1) + room;
 }
 
-/// True if edge a b passes through a face at the substep's start; not where they share a corner.
-template <class T, class LoadStart>
-ATELIER_HOST_DEVICE inline bool crosses_at_start(const SelfView<T>& cloth, int a, int b, int face,
-                                                 const LoadStart& load_start) {
-  const FaceIndices f = cloth.surface.faces[face];
-  if (f.a == a || f.b == a || f.c == a || f.a == b || f.b == b || f.c == b) {
-    return false;
-  }
-  return crosses(xyz(load_start(a)), xyz(load_start(b)),
-                 FaceCorners<T>{xyz(load_start(f.a)), xyz(load_start(f.b)), xyz(load_start(f.c))});
-}
-
-/// True if a pair that passes takes a crossing away: one of the particle's edges passes through the
-/// face, or one of two edges through a face of the other. On the body only such pairs may pass, so
-/// that a tangle does not spread where the body presses; away from it all that are tangled may.
-template <class T, class LoadStart>
-ATELIER_HOST_DEVICE inline bool untangles(const SelfView<T>& cloth, const SelfPair<T>& pair,
-                                          bool edges, const LoadStart& load_start) {
-  if (!edges) {
-    const int i = pair.first;
-    for (int k = cloth.ring_begin[i]; k < cloth.ring_begin[i + 1]; ++k) {
-      if (crosses_at_start(cloth, i, cloth.ring[k], pair.second, load_start)) {
-        return true;
-      }
-    }
-    return false;
-  }
-  const ClothEdge a = cloth.edges[pair.first];
-  const ClothEdge b = cloth.edges[pair.second];
-  for (int side = 0; side < 2; ++side) {
-    if ((b.face[side] >= 0 && crosses_at_start(cloth, a.a, a.b, b.face[side], load_start)) ||
-        (a.face[side] >= 0 && crosses_at_start(cloth, b.a, b.b, a.face[side], load_start))) {
-      return true;
-    }
-  }
-  return false;
-}
-
 /// Keeps a pair that would pass where the substep began: `stay(particle, carry)` for each of the
 /// free ones with the carry of each of the four (`carry(particle)`). True if it would.
-template <class T, class Load, class LoadStart, class Support, class Carry, class Stay>
+template <class T, class Load, class LoadStart, class Carry, class Stay>
 ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPair<T>& pair,
                                           bool edges, const Load& load, const LoadStart& load_start,
-                                          const Support& support, const Carry& carry,
-                                          const Stay& stay) {
+                                          const Carry& carry, const Stay& stay) {
   int particle[4];
   pair_particles(cloth, pair, edges, particle);
   Vec4<T> start[4];
@@ -148,14 +109,8 @@ ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPa
       side_is_doubtful(cloth, pair, edges, before, load_start)) {
     return false;
   }
-  if (both_tangled(cloth, pair, edges)) {
-    int best = 0;
-    for (int k = 0; k < 4; ++k) {
-      best = max_of(best, support(particle[k]));
-    }
-    if (best < kSupportLevels || untangles(cloth, pair, edges, load_start)) {
-      return false;
-    }
+  if (both_tangled(cloth, pair, edges)) {  // free to come apart
+    return false;
   }
   // Who has to come out of the body is not kept in it.
   Vec3<T> held[4];

@@ -294,13 +294,19 @@ class CpuBackend final : public ClothSolver::Backend {
       }
       const SelfMotion<T> motion{x_, start_, carry_, origin_, touched_};
       self_->push(motion);
-      for (int pass = 0;; ++pass) {
+      bool kept = false;
+      for (int pass = 0; pass < kSelfKeeps; ++pass) {
         if (body_.face_count > 0) {
-          touch_body(s, true, pass < kSelfKeeps, pass <= kSelfRides);
+          touch_body(s, true, kept, pass <= kSelfRides);
         }
-        if (pass == kSelfKeeps || !self_->keep_back(motion, pass)) {
+        if (!self_->keep_back(motion, pass)) {
           break;
         }
+        kept = true;
+      }
+      if (kept && body_.face_count > 0) {
+        self_->all_moved();
+        touch_body(s, true, false, false);
       }
     }
     const T keep = static_cast<T>(1 / (1 + options_.velocity_damping * static_cast<double>(h)));
