@@ -294,15 +294,15 @@ class CpuBackend final : public ClothSolver::Backend {
       }
       const SelfMotion<T> motion{x_, start_, carry_, origin_, touched_};
       self_->push(motion);
+      if (body_.face_count > 0) {
+        touch_body(s, true, false, false);
+      }
       bool kept = false;
-      for (int pass = 0; pass < kSelfKeeps; ++pass) {
-        if (body_.face_count > 0) {
-          touch_body(s, true, kept, pass <= kSelfRides);
-        }
-        if (!self_->keep_back(motion, pass)) {
-          break;
-        }
+      for (int pass = 0; pass < kSelfKeeps && self_->keep_back(motion, pass); ++pass) {
         kept = true;
+        if (body_.face_count > 0) {
+          touch_body(s, true, true, pass < kSelfRides);
+        }
       }
       if (kept && body_.face_count > 0) {
         self_->all_moved();
