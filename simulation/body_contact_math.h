@@ -367,6 +367,7 @@ struct BodyParticle {
   Vec4<T> held;   ///< over the iterations of a substep: the tangential correction so far (xyz) and
                   ///< the normal one (w)
   Vec3<T> moved;  ///< how the body moved in the substep where the particle touches it
+  Vec3<T> touched = {T(0), T(0), T(0)};  ///< normal of the first touch
 };
 
 /// Moves a particle out of the body and lets friction hold it (Coulomb: exact stick inside the
@@ -419,6 +420,7 @@ ATELIER_HOST_DEVICE inline bool touch_choice(BodyParticle<T>& p, const BodyView<
   }
   if (touch.valid) {
     p.moved = touch.moved;
+    p.touched = touch.normal;
     resolve_touch(p, touch, rule, true);
   }
   return touch.valid;
@@ -426,11 +428,15 @@ ATELIER_HOST_DEVICE inline bool touch_choice(BodyParticle<T>& p, const BodyView<
 
 template <class T>
 ATELIER_HOST_DEVICE inline void touch_again(BodyParticle<T>& p, const BodyView<T>& body, T t0, T t1,
-                                            const BodyContactRule<T>& rule,
-                                            const FaceOffer<T>& nearest) {
+                                            BodyContactRule<T> rule, const FaceOffer<T>& nearest) {
   const BodyTouch<T> touch =
       touch_nearest(body, nearest, xyz(p.x), xyz(p.start), t0, t1, rule.thickness);
   if (touch.valid) {
+    // Between two surfaces that face each other there may be no room for both distances: the
+    // particle goes where it is as far from the one as from the other.
+    const T against = max_of(T(0), -dot(touch.normal, p.touched));
+    const T wanted = (rule.thickness - touch.distance) / (T(1) + against);
+    rule.thickness = touch.distance + wanted;
     resolve_touch(p, touch, rule, false);
   }
 }
