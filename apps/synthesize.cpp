@@ -83,7 +83,9 @@ Action add_synthesize(CLI::App& parser) {
   parser.add_option("--preset", *preset, "Size of the capture [tiny]")
       ->check(one_of(synthesis_presets()))
       ->type_name("tiny|demo|accuracy|studio");
-  parser.add_option("--layout", *layout, "Another layout as well, in OUT/LAYOUT; convert-capture lists them")
+  parser
+      .add_option("--layout", *layout,
+                  "Another layout as well, in OUT/LAYOUT; convert-capture lists them")
       ->check(one_of(layout_names()))
       ->type_name("LAYOUT");
   const OptionReader options = add_option_flags(parser, synthesize_options());

@@ -136,7 +136,7 @@ class Reader {
 
   // [N+1] increasing from 0 to `count`.
   std::vector<int> starts(const std::string& name, std::size_t rows, std::size_t count) const {
-    const std::vector<int> values = integers(name);
+    std::vector<int> values = integers(name);
     bool good = values.size() == rows + 1 && values.front() == 0 &&
                 values.back() == static_cast<int>(count);
     for (std::size_t i = 1; good && i < values.size(); ++i) {

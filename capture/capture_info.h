@@ -30,9 +30,9 @@ struct CaptureInfo {
   std::vector<Consent> consent;
 };
 
-/// Throws DataError (with `file` as its file) unless names are of [A-Za-z0-9._-], texts can be shown,
-/// kinds are known, rates positive, frame ids increasing and unique, held-out frames exist, consent
-/// says whose and for what, and there is a sequence.
+/// Throws DataError (with `file` as its file) unless names are of [A-Za-z0-9._-], texts can be
+/// shown, kinds are known, rates positive, frame ids increasing and unique, held-out frames exist,
+/// consent says whose and for what, and there is a sequence.
 void check_capture_info(const CaptureInfo& info, const std::string& file = "");
 
 /// The text of capture.toml, and back. Throws DataError for what check_capture_info refuses,

@@ -266,8 +266,8 @@ TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
       }
     }
     EXPECT_LT(std::max(strain.early(), strain.late()), 0.3);
-    // Where the leg squeezes folds against the hip, which it overlaps, the body wins; such crossings
-    // come and go.
+    // Where the leg squeezes folds against the hip, which it overlaps, the body wins; such
+    // crossings come and go.
     EXPECT_LT(std::max(crossings.early(), crossings.late()), 30) << "of 1,000 edges";
     EXPECT_LT(strain.late(), 1.2 * strain.early() + 0.02) << "strain must not grow";
     if (frames >= 2000) {
