@@ -9,6 +9,7 @@
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/printable.h"
+#include "apps/usage_error.h"
 #include "capture/layout.h"
 
 namespace atelier {
@@ -29,6 +30,9 @@ std::string layout_choices() {
 }
 
 int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options) {
+  if (arguments.in.empty() || arguments.out.empty()) {
+    throw UsageError("it takes two folders: atelier convert-capture IN OUT");
+  }
   require_folder_place(std::filesystem::absolute(arguments.out).parent_path());
   const Dataset dataset = open_dataset(arguments.in, options);
   std::cout << arguments.in << ": " << dataset.layout << " (" << printable(dataset.evidence)

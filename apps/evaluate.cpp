@@ -43,6 +43,10 @@ constexpr Evaluation kEvaluations[] = {{"the capture itself", of_capture},
 };
 
 int run(const EvaluateArguments& arguments) {
+  if (arguments.workspace.empty() || arguments.truth.empty()) {
+    throw UsageError(
+        "it takes a WORKSPACE and a capture: atelier evaluate WORKSPACE --truth CAPTURE");
+  }
   if (!fs::is_directory(arguments.workspace)) {
     throw DataError(arguments.workspace, "", "no such folder", "a workspace");
   }

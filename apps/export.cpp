@@ -87,6 +87,13 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
   const Manifest& manifest = *status.manifest;
   const fs::path result = workspace / status.stage / folder_name(manifest.key);
   const fs::path place = out / status.stage;
+  if (fs::exists(place)) {
+    throw UsageError(place.string() +
+                     " is there already; remove it, or name another folder for the export");
+  }
+  const std::string consent = to_string(manifest.consent);
+  make_private_directory(place);
+  write_file_atomically(place / "consent.txt", "consent: " + consent + "\n");
   const std::vector<fs::path> sequences = sequences_of(manifest);
   for (const fs::path& folder : sequences) {
     std::cout << printable(export_sequence(result / folder, place / folder, format)) << "\n";
@@ -104,9 +111,15 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
   if (copied > 0) {
     std::cout << printable(place.string()) << ", " << counted(copied, "file") << " as they are\n";
   }
-  const std::string consent = to_string(manifest.consent);
-  write_file_atomically(place / "consent.txt", "consent: " + consent + "\n");
   std::cout << "  consent: " << printable(consent) << "\n";
+}
+
+/// Results are not written among results.
+void refuse_inside(const fs::path& out, const fs::path& workspace) {
+  const fs::path relative = fs::weakly_canonical(out).lexically_relative(fs::canonical(workspace));
+  if (!relative.empty() && *relative.begin() != "..") {
+    throw UsageError("OUT lies in the WORKSPACE; name a folder outside of it");
+  }
 }
 
 int run(const ExportArguments& arguments) {
@@ -125,6 +138,7 @@ int run(const ExportArguments& arguments) {
   const std::vector<StageStatus> all =
       workspace_status(all_stages(), arguments.workspace, Check::Digests);
   require_folder_place(arguments.out);
+  refuse_inside(arguments.out, arguments.workspace);
   int exported = 0;
   for (const StageStatus& status : all) {
     if (!arguments.stage.empty() && status.stage != arguments.stage) {

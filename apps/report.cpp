@@ -32,6 +32,9 @@ int run(const ReportArguments& arguments) {
     make_private_directory(workspace / "report");
     page = workspace / "report" / "index.html";
   }
+  if (page.extension() != ".html") {
+    throw UsageError("--out takes a name with .html");
+  }
   require_file_place(page);
   write_file_atomically(page, report_page(stages, workspace));
   std::cout << printable(page.string()) << "\n";
@@ -39,6 +42,8 @@ int run(const ReportArguments& arguments) {
     if (status.manifest) {
       std::cout << status.stage << ": " << state_name(status.state)
                 << ", consent: " << printable(to_string(status.manifest->consent)) << "\n";
+    } else if (status.state != StageStatus::State::None) {
+      std::cout << status.stage << ": " << state_name(status.state) << "\n";
     }
   }
   return kExitDone;

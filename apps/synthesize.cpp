@@ -50,6 +50,9 @@ void write_other_layout(const std::filesystem::path& capture, const std::string&
 }
 
 int run(const std::string& out, const SynthesisOptions& options, const std::string& layout) {
+  if (out.empty()) {
+    throw UsageError("it takes a folder: atelier synthesize OUT");
+  }
   catch_interrupts();
   const auto begin = std::chrono::steady_clock::now();
   const auto say = [&](const std::string& line) {

@@ -11,6 +11,7 @@
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/printable.h"
+#include "apps/usage_error.h"
 #include "core/store/consent.h"
 
 namespace atelier {
@@ -35,6 +36,9 @@ OptionTable describe(ValidateCommandOptions& options) {
 }
 
 int run(const ValidateArguments& arguments, const ValidateCommandOptions& options) {
+  if (arguments.capture.empty()) {
+    throw UsageError("it takes a CAPTURE: atelier validate CAPTURE");
+  }
   FrameReader reader(open_dataset(arguments.capture, options.capture));
   const Dataset& dataset = reader.dataset();
   const std::vector<Finding> findings = validate(reader, options.checks);

@@ -48,22 +48,22 @@ const Parameter kParameters[] = {
      &BodyMeasurements::shoulder_breadth, &HumanBuild::shoulder, 0.365, 0.42, 0.032, 0.6, 0.05,
      0.15, 0.28, 0.52},
     {"neck_girth", "m", "neck, half way up", &DefaultHumanOptions::neck_girth,
-     &BodyMeasurements::neck_girth, &HumanBuild::neck, 0.32, 0.39, 0.035, 0.5, 0.04, 0.7, 0.25,
-     0.55},
+     &BodyMeasurements::neck_girth, &HumanBuild::neck, 0.32, 0.39, 0.035, 0, 0.04, 0.7, 0.25, 0.55},
     {"chest_girth", "m", "chest at the bust", &DefaultHumanOptions::chest_girth,
-     &BodyMeasurements::chest_girth, &HumanBuild::chest, 0.91, 1.01, 0.026, 0.5, 0.4, 1.15, 0.65,
+     &BodyMeasurements::chest_girth, &HumanBuild::chest, 0.91, 1.01, 0.026, -0.1, 0.4, 1.15, 0.65,
      1.6},
     {"waist_girth", "m", "natural waist", &DefaultHumanOptions::waist_girth,
-     &BodyMeasurements::waist_girth, &HumanBuild::waist, 0.755, 0.875, 0.036, 0.5, 0.4, 1.55, 0.5,
+     &BodyMeasurements::waist_girth, &HumanBuild::waist, 0.755, 0.875, 0.036, -0.1, 0.4, 1.55, 0.5,
      1.6},
     {"hip_girth", "m", "at the hip joints", &DefaultHumanOptions::hip_girth,
-     &BodyMeasurements::hip_girth, &HumanBuild::hip, 1.015, 1.02, 0.022, 0.5, 0.45, 1.12, 0.7, 1.7},
+     &BodyMeasurements::hip_girth, &HumanBuild::hip, 1.015, 1.02, 0.022, -0.1, 0.45, 1.12, 0.7,
+     1.7},
     {"thigh_girth", "m", "upper thigh", &DefaultHumanOptions::thigh_girth,
-     &BodyMeasurements::thigh_girth, &HumanBuild::thigh, 0.595, 0.6, 0.03, 0.3, 0.35, 1.15, 0.35,
+     &BodyMeasurements::thigh_girth, &HumanBuild::thigh, 0.595, 0.6, 0.03, -0.1, 0.35, 1.15, 0.35,
      1.0},
     {"upper_arm_girth", "m", "upper arm, relaxed", &DefaultHumanOptions::upper_arm_girth,
-     &BodyMeasurements::upper_arm_girth, &HumanBuild::upper_arm, 0.275, 0.318, 0.035, 0.2, 0.1, 1.2,
-     0.18, 0.6}};
+     &BodyMeasurements::upper_arm_girth, &HumanBuild::upper_arm, 0.275, 0.318, 0.035, -0.1, 0.1,
+     1.2, 0.18, 0.6}};
 constexpr std::size_t kCount = std::size(kParameters);
 
 // A body's half with everything that does not change with its shape.

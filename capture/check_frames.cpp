@@ -102,6 +102,7 @@ std::string percent(double share) {
 void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& pictures,
                     const FrameCheckOptions& options, Gathered& gathered) {
   std::vector<double> sharpness;
+  sharpness.reserve(pictures.size());
   for (const PictureFacts& picture : pictures) {
     sharpness.push_back(picture.sharpness);
   }
@@ -206,8 +207,12 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
                                   const std::function<void(int done, int total)>& told) {
   const Dataset& dataset = reader.dataset();
   Gathered gathered;
+  std::vector<Finding> camera_findings;
   std::set<int> all_frames;
   int total = 0;
+  for (const CaptureSequence& sequence : dataset.info.sequences) {
+    all_frames.insert(sequence.frame_ids.begin(), sequence.frame_ids.end());
+  }
   for (const CameraFrames& frames : dataset.frames) {
     for (const auto& [frame, place] : frames.images) {
       all_frames.insert(frame);
@@ -220,6 +225,11 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
     const CameraFrames& frames = dataset.frames[c];
     const auto index = static_cast<Index>(c);
     std::vector<PictureFacts> pictures;
+    if (frames.images.empty() && !all_frames.empty()) {
+      camera_findings.push_back({total == 0 ? Severity::Warning : Severity::Error,
+                                 "camera-without-pictures", camera.id, "it has no picture",
+                                 "where are its pictures? without them it serves keypoints alone"});
+    }
     int turn = 0;
     for (const int frame : all_frames) {
       if (!frames.images.empty() && !frames.images.contains(frame)) {
@@ -258,7 +268,9 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
     }
     judge_pictures(camera.id, pictures, options, gathered);
   }
-  return gathered.findings();
+  std::vector<Finding> findings = gathered.findings();
+  findings.insert(findings.begin(), camera_findings.begin(), camera_findings.end());
+  return findings;
 }
 
 }  // namespace atelier

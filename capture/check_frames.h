@@ -19,9 +19,9 @@ struct FrameCheckOptions {
 OptionTable describe(FrameCheckOptions& options);
 
 /// Pictures, masks and labels, one frame of one camera at a time: what does not decode
-/// ("image-damaged"), has another size ("image-size"), is missing where other cameras have it
-/// ("frame-missing"), is the picture before once more ("frame-duplicate"), black, saturated,
-/// blurred, or exposed otherwise than before; masks that are empty, full or inverted
+/// ("image-damaged"), has another size ("image-size"), is missing ("frame-missing",
+/// "camera-without-pictures"), is the picture before once more ("frame-duplicate"), black,
+/// saturated, blurred, or exposed otherwise than before; masks that are empty, full or inverted
 /// ("mask-inverted"), labels that no taxonomy has. What is said of many frames of a camera is said
 /// once, with the first and the number. `told(done, total)` is called after each picture.
 std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& options = {},

@@ -125,7 +125,8 @@ double shifted_error(const Camera& camera, const Frames& detections, std::size_t
   const auto frames = static_cast<int>(found.frames.size());
   for (int f = kLongestShift; f < frames - kLongestShift; ++f) {
     const Keypoints2d& rows = detections[static_cast<std::size_t>(f)][c];
-    const SpacePose& pose = found.frames[static_cast<std::size_t>(f + shift)];
+    const int then = f + shift;
+    const SpacePose& pose = found.frames[static_cast<std::size_t>(then)];
     for (Index k = 0; k < rows.rows(); ++k) {
       const SpacePoint& point = pose.points[static_cast<std::size_t>(k)];
       if (rows(k, 2) < 0.3 || point.confidence <= 0 || point.bridged) {
@@ -221,16 +222,27 @@ std::vector<Finding> check_keypoints(FrameReader& reader, const TriangulationOpt
   std::vector<double> errors = found.camera_error;
   const double usual = median(std::move(errors));
   int seen = 0;
-  for (const SpacePose& pose : found.frames) {
-    for (const SpacePoint& point : pose.points) {
-      seen += point.confidence > 0 && !point.bridged ? 1 : 0;
+  double wanted = 0;  // points that enough cameras have found
+  for (std::size_t f = 0; f < found.frames.size(); ++f) {
+    for (std::size_t k = 0; k < schema.points.size(); ++k) {
+      int views = 0;
+      for (const Keypoints2d& rows : detections[f]) {
+        views += rows.rows() > 0 && rows(static_cast<Index>(k), 2) > 0.3 ? 1 : 0;
+      }
+      if (views >= options.least_views) {
+        const SpacePoint& point = found.frames[f].points[k];
+        wanted += 1;
+        seen += point.confidence > 0 && !point.bridged ? 1 : 0;
+      }
     }
   }
-  const auto wanted = static_cast<double>(found.frames.size() * schema.points.size());
+  if (wanted < 20) {
+    return findings;
+  }
   if (usual > kWorstError || seen < 0.2 * wanted) {
     findings.push_back({Severity::Error, "calibration-error", "",
                         sentence("%.0f%% of the keypoints meet in space, with %.1f px of error",
-                                 100 * seen / std::max(wanted, 1.0), usual),
+                                 100 * seen / wanted, usual),
                         "are calibration and pictures of the same day, size and layout? is the "
                         "distortion in OpenCV's order?"});
     return findings;

@@ -39,6 +39,18 @@ Pose t_pose(const BodyModel& model) {
   return pose;
 }
 
+TEST(DefaultHumanShape, TallAndShortPeopleAreScaledNotDeformed) {
+  for (const double male : {0.0, 0.5, 1.0}) {
+    const BodyMeasurements average = measure_body(default_human({.male = male}));
+    for (const double stature : {1.4, 1.5, 1.7, 1.9, 2.15}) {
+      const BodyMeasurements body = measure_body(default_human({.male = male, .stature = stature}));
+      EXPECT_NEAR(body.stature, stature, 0.005);
+      const double ratio = body.calf_girth / body.thigh_girth;
+      EXPECT_NEAR(ratio / (average.calf_girth / average.thigh_girth), 1, 0.1) << stature;
+    }
+  }
+}
+
 TEST(DefaultHumanShape, MeasuresWhatWasAskedFor) {
   Random random{20, 1, 0};
   double worst = 0;

@@ -229,6 +229,20 @@ TEST_F(CheckFrames, MissingRepeatedAndBrighterFrames) {
   EXPECT_TRUE(has(found, "exposure-jump", "cam2 frame 5"));
 }
 
+TEST_F(CheckFrames, ACameraWithoutPictures) {
+  dataset_.frames[1].images.clear();
+  EXPECT_TRUE(has(findings(), "camera-without-pictures", "cam1"));
+}
+
+TEST_F(CheckFrames, NoPicturesAtAll) {
+  CaptureSequence sequence{.name = "a", .kind = "clothed", .fps = 30, .frame_ids = {0, 1}};
+  dataset_.info.sequences.push_back(sequence);
+  for (CameraFrames& frames : dataset_.frames) {
+    frames.images.clear();
+  }
+  EXPECT_EQ(codes(findings()), std::vector<std::string>(3, "camera-without-pictures"));
+}
+
 TEST_F(CheckFrames, APictureOfAnotherSize) {
   put_image(0, 1, ByteImage(30, 50, 3, 90));
   EXPECT_TRUE(has(findings(), "frame-size", "cam0 frame 1"));
