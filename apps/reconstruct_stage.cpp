@@ -164,6 +164,7 @@ Mesh joined_truth(const CaptureTruth& truth, const TruthFrame& frame) {
 void measure_keypoints(const std::filesystem::path& result, const std::filesystem::path& capture,
                        const CaptureTruth& truth, const CaptureInfo& info,
                        std::vector<Measure>& measures) {
+  const KeypointSchema& schema = keypoint_schema(info.keypoint_schema);
   double sum = 0;
   double found = 0;
   double wanted = 0;
@@ -175,11 +176,16 @@ void measure_keypoints(const std::filesystem::path& result, const std::filesyste
       }
       const auto people = parse_keypoints3d(read_file_text(file, 1 << 24), file.string());
       const TruthFrame frame = read_truth_frame(capture, truth, id);
-      for (Index k = 0; k < frame.keypoints.rows(); ++k) {
+      for (std::size_t row = 0; row < truth.keypoint_names.size(); ++row) {
+        const Index k = find_keypoint(schema, truth.keypoint_names[row]);
+        if (k < 0) {
+          continue;  // the truth has more points than detectors look for
+        }
         wanted += 1;
         if (!people.empty() && people[0].points.rows() > k && people[0].points(k, 3) > 0) {
           found += 1;
-          sum += (people[0].points.row(k).head<3>() - frame.keypoints.row(k)).norm();
+          sum += (people[0].points.row(k).head<3>() - frame.keypoints.row(static_cast<Index>(row)))
+                     .norm();
         }
       }
     }
