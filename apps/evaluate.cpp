@@ -8,7 +8,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
-#include "apps/reconstruct_stage.h"
+#include "apps/reconstruct_measures.h"
 #include "apps/usage_error.h"
 #include "capture/capture_measures.h"
 #include "core/error.h"

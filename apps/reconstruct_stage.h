@@ -2,10 +2,6 @@
 
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
 
-#include <filesystem>
-#include <vector>
-
-#include "capture/capture_measures.h"
 #include "capture/dataset.h"
 #include "capture/surface/reconstruct_scan.h"
 #include "capture/triangulation.h"
@@ -24,11 +20,6 @@ OptionTable describe(ReconstructStageOptions& options);
 /// keypoints3d/<frame>.json (EasyMocap's form). Held-out cameras are not opened. Without masks
 /// there are no scans, without detections no keypoints; it says so.
 void run_reconstruct(StageRun& run);
-
-/// keypoints.* and surface.*, labels.* of a workspace's result against a synthetic capture's truth;
-/// none where there is no result.
-std::vector<Measure> measure_reconstruct(const std::filesystem::path& workspace,
-                                         const std::filesystem::path& truth);
 
 }  // namespace atelier
 

@@ -114,7 +114,6 @@ struct Dome {
           }
           depths[p] = static_cast<float>((-b - std::sqrt(root)) / a);
           const Eigen::Vector3d at = centre + static_cast<double>(depths[p]) * ray;
-          // About eight texels a pixel's width would blur: the map is stretched to the ball.
           const double u = (std::atan2(at.x(), at.z()) / std::numbers::pi + 1) * 0.5 * kTexture * 2;
           const double v = (at.y() / radius + 1) * 0.5 * kTexture;
           const auto cu = static_cast<int>(u);
