@@ -1,5 +1,7 @@
 #include <algorithm>
-#include <cstring>
+#include <cstddef>
+#include <cstdint>
+#include <span>
 
 #include "capture/layout_colmap.h"
 #include "fuzz/finite_cameras.h"
@@ -8,8 +10,10 @@
 // The first four bytes say how many bytes of cameras.bin follow; the rest is images.bin.
 ATELIER_FUZZ_READER(colmap_binary) {
   std::uint32_t cameras_bytes = 0;
-  std::memcpy(&cameras_bytes, bytes.data(), std::min(bytes.size(), sizeof(cameras_bytes)));
-  bytes = bytes.subspan(std::min(bytes.size(), sizeof(cameras_bytes)));
+  const std::size_t head = std::min(bytes.size(), sizeof(cameras_bytes));
+  std::ranges::copy(bytes.first(head),
+                    std::as_writable_bytes(std::span(&cameras_bytes, 1)).begin());
+  bytes = bytes.subspan(head);
   const std::size_t count = std::min<std::size_t>(cameras_bytes, bytes.size());
   for (const auto& [id, camera] : parse_colmap_cameras_binary(bytes.first(count), "cameras.bin")) {
     check_finite_cameras({camera});
