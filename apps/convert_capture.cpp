@@ -10,7 +10,8 @@
 #include "apps/output_place.h"
 #include "apps/printable.h"
 #include "apps/usage_error.h"
-#include "capture/layout.h"
+#include "capture/layouts/open_dataset.h"
+#include "capture/layouts/write_layout.h"
 
 namespace atelier {
 namespace {

@@ -2,7 +2,7 @@
 
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
 
-#include "capture/dataset.h"
+#include "capture/layouts/open_dataset.h"
 #include "capture/surface/reconstruct_scan.h"
 #include "capture/triangulation.h"
 #include "core/store/stage.h"

@@ -13,7 +13,7 @@
 #include "apps/option_flags.h"
 #include "apps/synthesis.h"
 #include "apps/usage_error.h"
-#include "capture/layout.h"
+#include "capture/layouts/write_layout.h"
 
 namespace atelier {
 namespace {

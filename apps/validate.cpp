@@ -12,6 +12,7 @@
 #include "apps/option_flags.h"
 #include "apps/printable.h"
 #include "apps/usage_error.h"
+#include "capture/layouts/open_dataset.h"
 #include "core/store/consent.h"
 
 namespace atelier {

@@ -8,8 +8,6 @@
 #include "capture/capture_info.h"
 #include "core/camera.h"
 #include "core/finding.h"
-#include "core/limits.h"
-#include "core/options.h"
 #include "core/types.h"
 
 namespace atelier {
@@ -43,11 +41,12 @@ struct FileWorld {
 };
 
 /// A capture as its files describe it, in any layout: an index. Nothing but calibrations and the
-/// headers of a few pictures is read; `FrameReader` (frame_reader.h) opens the frames. Cameras are
+/// headers of a few pictures is read (`open_dataset`, layouts/open_dataset.h); `FrameReader`
+/// (frame_reader.h) opens the frames. Cameras are
 /// in our conventions (core/camera.h): metres, Y up, first pixel's centre at (0.5, 0.5).
 struct Dataset {
-  std::string layout;          ///< "native", "easymocap", ...: layout_names()
-  std::string evidence;        ///< what the layout was told by, one sentence
+  std::string layout;    ///< "native", "easymocap", ...: layout_names() (layouts/write_layout.h)
+  std::string evidence;  ///< what the layout was told by, one sentence
   std::filesystem::path root;  ///< its folder
   CaptureInfo info;            ///< subject, sequences (fps, frame ids), schemas, held-out, consent
   bool calibrated = true;      ///< false: cameras have ids and sizes alone (fx, fy are 0)
@@ -60,30 +59,6 @@ struct Dataset {
   FileWorld file_world;       ///< what the files' own world was taken for
   std::vector<Finding> findings;  ///< what the layout contradicts, leaves open or leaves out
 };
-
-/// What the files do not say, or say wrongly.
-struct DatasetOptions {
-  std::string layout = "auto";  ///< "auto": told by the files; else one of layout_names()
-  double metres_per_unit = 0;   ///< length of the calibration's unit, (0, 1e6]; 0: as the layout
-  std::string up = "auto";      ///< axis of the calibration that points up; "auto": as the layout
-  double fps = 0;               ///< frames per second, (0, 10000]; 0: what the files say
-  std::string keypoint_schema =
-      "auto";                           ///< order of the 2D keypoints; "auto": told by their number
-  std::string label_taxonomy = "auto";  ///< numbers of label images; "auto": as the layout
-  std::string subject = "auto";         ///< of layouts with several (Human3.6M); "auto": the first
-};
-OptionTable describe(DatasetOptions& options);
-
-/// Opens a capture: a folder, or a calibration file with its folder around it. The layout is told
-/// by the files that are there; where two fit, the more specific is taken and a finding names the
-/// other. A camera whose numbers are no camera is left out with a finding; a camera whose pictures
-/// are an exact scale of the calibrated size has its intrinsics scaled, with a finding.
-///
-/// Throws DataError where no layout fits (with the layouts that were tried), or where the files of
-/// the layout are truncated, contradict each other or go beyond `limits`; EnvironmentError if they
-/// cannot be read.
-Dataset open_dataset(const std::filesystem::path& path, const DatasetOptions& options = {},
-                     const Limits& limits = {});
 
 /// Place of the camera of that id; -1 if there is none.
 Index camera_index(const Dataset& dataset, const std::string& id);

@@ -1,4 +1,4 @@
-#include "capture/layout_actorshq.h"
+#include "capture/layouts/actorshq.h"
 #include "core/io/text_scanner.h"
 #include "fuzz/finite_cameras.h"
 #include "fuzz/reader.h"

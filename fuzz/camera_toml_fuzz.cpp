@@ -1,4 +1,4 @@
-#include "capture/layout_camera_toml.h"
+#include "capture/layouts/camera_toml.h"
 #include "core/io/text_scanner.h"
 #include "fuzz/finite_cameras.h"
 #include "fuzz/reader.h"

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include "capture/layout_colmap.h"
+#include "capture/layouts/colmap.h"
 #include "fuzz/finite_cameras.h"
 #include "fuzz/reader.h"
 

@@ -1,4 +1,4 @@
-#include "capture/layout_goliath.h"
+#include "capture/layouts/goliath.h"
 #include "core/io/text_scanner.h"
 #include "fuzz/finite_cameras.h"
 #include "fuzz/reader.h"

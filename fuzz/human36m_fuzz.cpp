@@ -1,4 +1,4 @@
-#include "capture/layout_human36m.h"
+#include "capture/layouts/human36m.h"
 #include "core/io/text_scanner.h"
 #include "fuzz/finite_cameras.h"
 #include "fuzz/reader.h"

@@ -1,4 +1,4 @@
-#include "capture/layout_mvhumannet.h"
+#include "capture/layouts/mvhumannet.h"
 #include "fuzz/finite_cameras.h"
 #include "fuzz/reader.h"
 #include "fuzz/two_texts.h"

@@ -1,4 +1,4 @@
-#include "capture/layout_panoptic.h"
+#include "capture/layouts/panoptic.h"
 #include "core/io/text_scanner.h"
 #include "fuzz/finite_cameras.h"
 #include "fuzz/reader.h"

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
-#include "capture/dataset.h"
-#include "capture/layout.h"
+#include "capture/layouts/open_dataset.h"
+#include "capture/layouts/write_layout.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/temporary_directory.h"
 

@@ -1,14 +1,13 @@
 // What open_dataset settles for all layouts: world, sizes, names, frame rates, broken parts.
 
-#include "capture/dataset.h"
-
 #include <algorithm>
 
 #include <gtest/gtest.h>
 
-#include "capture/frame_files.h"
 #include "capture/frame_reader.h"
-#include "capture/layout.h"
+#include "capture/layouts/frame_files.h"
+#include "capture/layouts/open_dataset.h"
+#include "capture/layouts/write_layout.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "tests/capture/small_capture.h"

@@ -4,14 +4,14 @@
 
 #include <gtest/gtest.h>
 
-#include "capture/dataset.h"
 #include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints2d.h"
 #include "capture/keypoints3d_file.h"
 #include "capture/label_taxonomy.h"
-#include "capture/layout.h"
-#include "capture/layout_mvhumannet.h"
+#include "capture/layouts/mvhumannet.h"
+#include "capture/layouts/open_dataset.h"
+#include "capture/layouts/write_layout.h"
 #include "capture/video_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"

@@ -1,7 +1,5 @@
 // Every layout: what is written reads back to the same projections, pictures, masks and detections.
 
-#include "capture/layout.h"
-
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -10,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "capture/frame_reader.h"
+#include "capture/layouts/open_dataset.h"
+#include "capture/layouts/write_layout.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"

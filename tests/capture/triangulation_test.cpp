@@ -9,34 +9,12 @@
 
 #include "core/error.h"
 #include "core/random.h"
+#include "tests/capture/circle_of_cameras.h"
 
 namespace atelier::testing {
 namespace {
 
 using ::testing::IsEmpty;
-
-/// Cameras in a circle that look at the middle of a person.
-std::vector<Camera> circle(int count) {
-  std::vector<Camera> cameras;
-  for (int i = 0; i < count; ++i) {
-    const double azimuth = 6.283185307 * i / count;
-    const Eigen::Vector3d centre(3 * std::sin(azimuth), i % 2 == 0 ? 0.7 : 1.9,
-                                 3 * std::cos(azimuth));
-    Camera camera;
-    camera.id = "cam" + std::to_string(i);
-    camera.width = 800;
-    camera.height = 1000;
-    camera.fx = camera.fy = 1250;
-    camera.cx = 400;
-    camera.cy = 500;
-    const Eigen::Vector3d z = (Eigen::Vector3d(0, 1, 0) - centre).normalized();
-    const Eigen::Vector3d x = Eigen::Vector3d(0, -1, 0).cross(z).normalized();
-    camera.camera_from_world_rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-    camera.camera_from_world_translation = -camera.camera_from_world_rotation * centre;
-    cameras.push_back(camera);
-  }
-  return cameras;
-}
 
 /// A person of points, left and right apart.
 Points person(double shift) {
@@ -62,7 +40,7 @@ Keypoints2d exact(const Camera& camera, const Points& points) {
 }
 
 struct Recording {
-  std::vector<Camera> cameras = circle(14);
+  std::vector<Camera> cameras = circle_of_cameras({.count = 14});
   std::vector<Points> truth;
   std::vector<std::vector<Keypoints2d>> detections;
 
@@ -98,7 +76,7 @@ struct Recording {
 };
 
 TEST(TriangulatePoint, ExactDetectionsGiveTheExactPoint) {
-  const std::vector<Camera> cameras = circle(5);
+  const std::vector<Camera> cameras = circle_of_cameras({.count = 5});
   const Points truth = person(0);
   Keypoints2d rows(5, 3);
   for (Index i = 0; i < 5; ++i) {
@@ -111,7 +89,7 @@ TEST(TriangulatePoint, ExactDetectionsGiveTheExactPoint) {
 }
 
 TEST(TriangulatePoint, OutliersDoNotMoveIt) {
-  const std::vector<Camera> cameras = circle(8);
+  const std::vector<Camera> cameras = circle_of_cameras({.count = 8});
   const Points truth = person(0);
   Keypoints2d rows(8, 3);
   for (Index i = 0; i < 8; ++i) {
@@ -126,7 +104,7 @@ TEST(TriangulatePoint, OutliersDoNotMoveIt) {
 }
 
 TEST(TriangulatePoint, CovarianceIsThatOfTheErrors) {
-  const std::vector<Camera> cameras = circle(6);
+  const std::vector<Camera> cameras = circle_of_cameras({.count = 6});
   const Points truth = person(0);
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d said = Eigen::Matrix3d::Zero();
@@ -150,7 +128,7 @@ TEST(TriangulatePoint, CovarianceIsThatOfTheErrors) {
 }
 
 TEST(TriangulatePoint, OneViewOrParallelRaysAreNotEnough) {
-  const std::vector<Camera> cameras = circle(4);
+  const std::vector<Camera> cameras = circle_of_cameras({.count = 4});
   Keypoints2d rows = Keypoints2d::Zero(4, 3);
   rows.row(2) << 400, 500, 1;
   EXPECT_EQ(triangulate_point(cameras, rows).confidence, 0);

@@ -14,6 +14,7 @@
 #include "capture/label_taxonomy.h"
 #include "core/io/image_file.h"
 #include "core/random.h"
+#include "tests/capture/circle_of_cameras.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier::testing {
@@ -40,25 +41,7 @@ bool has(const std::vector<Finding>& findings, const std::string& code,
 }
 
 std::vector<Camera> stage(int count = 8) {
-  std::vector<Camera> cameras;
-  for (int i = 0; i < count; ++i) {
-    const double azimuth = 6.283185307 * i / count;
-    const Eigen::Vector3d centre(3 * std::sin(azimuth), i % 2 == 0 ? 0.6 : 1.8,
-                                 3 * std::cos(azimuth));
-    Camera camera;
-    camera.id = "cam" + std::to_string(i);
-    camera.width = 200;
-    camera.height = 250;
-    camera.fx = camera.fy = 300;
-    camera.cx = 100;
-    camera.cy = 125;
-    const Eigen::Vector3d z = (Eigen::Vector3d(0, 1, 0) - centre).normalized();
-    const Eigen::Vector3d x = Eigen::Vector3d(0, -1, 0).cross(z).normalized();
-    camera.camera_from_world_rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-    camera.camera_from_world_translation = -camera.camera_from_world_rotation * centre;
-    cameras.push_back(camera);
-  }
-  return cameras;
+  return circle_of_cameras({.count = count, .width = 200, .height = 250, .focal = 300});
 }
 
 TEST(CheckCameras, AGoodStageHasNoFinding) {

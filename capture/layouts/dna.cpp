@@ -1,0 +1,293 @@
+#include "capture/layouts/dna.h"
+
+#include <algorithm>
+#include <optional>
+#include <span>
+
+#include "capture/camera_conventions.h"
+#include "capture/layouts/frame_files.h"
+#include "capture/truth_archive.h"
+#include "core/archive.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/foreign_hdf5.h"
+#include "core/io/image_file.h"
+#include "core/tensor.h"
+
+namespace atelier {
+namespace fs = std::filesystem;
+namespace {
+
+const FileWorld kWorld = {1, ""};
+const FileWorld kWritten = {1, "y"};
+constexpr double kFps = 15;
+
+/// main/<id>.smc and its annotations; empty if there are none.
+struct Files {
+  fs::path main;
+  fs::path annotations;
+};
+
+Files files_of(const fs::path& path) {
+  const auto annotations_of = [](const fs::path& main) {
+    const std::string name = main.stem().string() + "_annots.smc";
+    for (const fs::path& folder : {main.parent_path(), main.parent_path() / ".." / "annotations"}) {
+      if (fs::is_regular_file(folder / name)) {
+        return (folder / name).lexically_normal();
+      }
+    }
+    return fs::path();
+  };
+  std::vector<fs::path> candidates;
+  if (fs::is_regular_file(path)) {
+    candidates = {path};
+  } else {
+    for (const fs::path& folder : {path / "main", path}) {
+      const std::vector<fs::path> found = files_ending(folder, ".smc");
+      candidates.insert(candidates.end(), found.begin(), found.end());
+    }
+  }
+  for (const fs::path& main : candidates) {
+    const fs::path annotations = annotations_of(main);
+    if (!annotations.empty()) {
+      return {main, annotations};
+    }
+  }
+  return {};
+}
+
+/// "3" of "03": ids appear in both forms.
+std::string short_id(const std::string& id) {
+  std::size_t zeros = 0;
+  while (zeros + 1 < id.size() && id[zeros] == '0') {
+    ++zeros;
+  }
+  return id.substr(zeros);
+}
+
+std::vector<std::string> parts_of(const std::string& name) {
+  std::vector<std::string> parts(1);
+  for (const char c : name) {
+    if (c == '/') {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+Tensor bytes_tensor(std::span<const std::byte> bytes) {
+  Tensor tensor;
+  tensor.type = ElementType::UInt8;
+  tensor.shape = {static_cast<std::int64_t>(bytes.size())};
+  tensor.data.assign(bytes.begin(), bytes.end());
+  return tensor;
+}
+
+std::string two_digits(std::size_t i) {
+  return (i < 10 ? "0" : "") + std::to_string(i);
+}
+
+Eigen::Matrix4d rigid_of(const Tensor& tensor, const std::string& file, const std::string& name) {
+  const RowMatrix matrix = matrix_of(tensor, 4, file, name);
+  if ((matrix.rows() != 4 && matrix.rows() != 3) ||
+      (matrix.rows() == 4 && matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1))) {
+    throw DataError(file, name, "no rigid transform", "4 x 4 with the last row 0 0 0 1");
+  }
+  Eigen::Matrix4d rigid = Eigen::Matrix4d::Identity();
+  rigid.topRows(matrix.rows()) = matrix;
+  return rigid;
+}
+
+}  // namespace
+
+std::string recognize_dna(const fs::path& path) {
+  const Files files = files_of(path);
+  return files.main.empty()
+             ? ""
+             : files.main.filename().string() + " and " + files.annotations.filename().string();
+}
+
+Dataset read_dna(const fs::path& path, const DatasetOptions& /*options*/, const Limits& limits) {
+  const Files files = files_of(path);
+  if (files.main.empty()) {
+    throw DataError(path.string(), "", "no pair of *.smc and *_annots.smc",
+                    "main/<id>.smc and annotations/<id>_annots.smc");
+  }
+  Dataset dataset;
+  dataset.root = path;
+  dataset.file_world = kWorld;
+  dataset.keypoint_file = KeypointFile::Rows;
+  dataset.keypoint_shift = 0.5;
+  dataset.info.keypoint_schema.clear();
+  const ForeignHdf5Contents main = foreign_hdf5_contents(files.main, limits);
+  const ForeignHdf5Contents notes = foreign_hdf5_contents(files.annotations, limits);
+  // Calibrations, all in one reading.
+  std::vector<std::string> names;
+  std::map<int, std::string> ids;  // by number, as the calibration writes them
+  for (const auto& [name, tensor] : notes.datasets) {
+    const std::vector<std::string> parts = parts_of(name);
+    if (parts.size() == 3 && parts[0] == "Camera_Parameter") {
+      const std::optional<int> number = frame_number(parts[1]);
+      if (!number || (ids.contains(*number) && ids[*number] != parts[1])) {
+        throw DataError(files.annotations.string(), name, "a camera '" + plain_name(parts[1]) + "'",
+                        "a number, each once");
+      }
+      ids[*number] = parts[1];
+      if (parts[2] == "K" || parts[2] == "D" || parts[2] == "RT" ||
+          parts[2] == "Color_Calibration") {
+        names.push_back(name);
+      }
+    }
+  }
+  if (ids.empty()) {
+    throw DataError(files.annotations.string(), "Camera_Parameter", "no camera",
+                    "groups of K, D and RT");
+  }
+  const std::map<std::string, Tensor> parameters =
+      read_foreign_hdf5(files.annotations, names, limits);
+  std::map<std::string, std::size_t> index;  // by short id
+  for (const auto& [number, id] : ids) {
+    const std::string group = "Camera_Parameter/" + id + "/";
+    const auto tensor = [&](const std::string& key) -> const Tensor& {
+      const auto found = parameters.find(group + key);
+      if (found == parameters.end()) {
+        throw DataError(files.annotations.string(), group + key, "nothing", "K, D and RT");
+      }
+      return found->second;
+    };
+    OpencvCamera camera;
+    camera.id = id;
+    const RowMatrix k = matrix_of(tensor("K"), 3, files.annotations.string(), group + "K");
+    if (k.rows() != 3) {
+      throw DataError(files.annotations.string(), group + "K", std::to_string(k.rows()) + " rows",
+                      "3");
+    }
+    camera.matrix = k;
+    check_finite(tensor("D"), files.annotations.string(), group + "D");
+    camera.distortion = doubles_of(tensor("D"), files.annotations.string(), group + "D");
+    const Eigen::Matrix4d rt = rigid_of(tensor("RT"), files.annotations.string(), group + "RT");
+    camera.rotation = rt.topLeftCorner<3, 3>().transpose();
+    camera.translation = -(camera.rotation * rt.topRightCorner<3, 1>());
+    index[short_id(id)] = dataset.cameras.size();
+    dataset.cameras.push_back(camera_of(camera, files.annotations.string()));
+    const auto color = parameters.find(group + "Color_Calibration");
+    if (color != parameters.end()) {
+      const RowMatrix matrix =
+          matrix_of(color->second, 3, files.annotations.string(), color->first);
+      // What brings colours to the common ones undoes the gain; only its diagonal is ours.
+      if (matrix.rows() == 3 && matrix.diagonal().minCoeff() > 0) {
+        dataset.cameras.back().gain = matrix.diagonal().cwiseInverse();
+      }
+    }
+  }
+  dataset.frames.resize(dataset.cameras.size());
+  for (const auto& [name, tensor] : main.datasets) {  // Camera_5mp/<id>/color/<frame>
+    const std::vector<std::string> parts = parts_of(name);
+    if (parts.size() == 4 && parts[0].starts_with("Camera_") && parts[2] == "color") {
+      const auto camera = index.find(short_id(parts[1]));
+      const std::optional<int> frame = frame_number(parts[3]);
+      if (camera != index.end() && frame) {
+        dataset.frames[camera->second].images[*frame] = {files.main, name, -1};
+      }
+    }
+  }
+  const auto rows = [](const Tensor& tensor, const fs::path& file, const std::string& name) {
+    std::map<int, DataPlace> places;
+    for (int i = 0; tensor.shape.size() == 3 && i < tensor.shape[0]; ++i) {
+      places[i] = {file, name, i};
+    }
+    return places;
+  };
+  for (const auto& [name, tensor] : notes.datasets) {
+    const std::vector<std::string> parts = parts_of(name);
+    const auto camera = parts.size() > 1 ? index.find(short_id(parts[1])) : index.end();
+    if (parts.size() == 4 && parts[0] == "Mask" && parts[2] == "mask") {
+      const std::optional<int> frame = frame_number(parts[3]);
+      if (camera != index.end() && frame) {
+        dataset.frames[camera->second].masks[*frame] = {files.annotations, name, -1};
+      }
+    } else if (parts.size() == 2 && parts[0] == "Keypoints_2D" && camera != index.end()) {
+      dataset.frames[camera->second].keypoints = rows(tensor, files.annotations, name);
+    } else if (name == "Keypoints_3D/keypoints3d") {
+      dataset.keypoints3d = rows(tensor, files.annotations, name);
+      dataset.keypoint_schema_3d = "coco_wholebody";
+    }
+  }
+  for (const auto& [name, why] : main.left_out) {
+    dataset.findings.push_back({Severity::Warning, "hdf5-left-out",
+                                files.main.string() + ": " + name, why,
+                                "nothing, if it is not needed"});
+  }
+  dataset.info.sequences.push_back({"capture", "clothed", kFps, {}});
+  return dataset;
+}
+
+std::vector<std::string> write_dna(const LayoutSource& source, const fs::path& out) {
+  std::vector<std::string> lost = {
+      "frame numbers begin at 0 in each sequence; labels, consent and people but the first are "
+      "left "
+      "out (masks of the person are kept)",
+      "attributes of the groups (actor, number of devices and frames) are left out",
+      "the frame rate of the layout is 15"};
+  Archive images;
+  images.schema = "dna.main";
+  Archive annotations;
+  annotations.schema = "dna.annotations";
+  const std::vector<Camera> cameras = cameras_in(source, kWritten);
+  const auto frame_count = static_cast<std::int64_t>(source.sequence.frame_ids.size());
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& camera = cameras[c];
+    const auto index = static_cast<Index>(c);
+    const std::string parameters = "Camera_Parameter/" + two_digits(c);
+    const std::array<double, 5> d = five_distortion(camera, lost);
+    annotations.datasets[parameters + "/K"] = tensor_of(RowMatrix(opencv_of(camera).matrix));
+    annotations.datasets[parameters + "/D"] = tensor_of(std::vector<double>(d.begin(), d.end()));
+    RowMatrix world_from_camera = RowMatrix::Identity(4, 4);
+    world_from_camera.topLeftCorner(3, 3) = camera.camera_from_world_rotation.transpose();
+    world_from_camera.topRightCorner(3, 1) = camera_center(camera);
+    annotations.datasets[parameters + "/RT"] = tensor_of(world_from_camera);
+    RowMatrix color = RowMatrix::Zero(3, 3);
+    color.diagonal() = camera.gain.cwiseInverse();
+    annotations.datasets[parameters + "/Color_Calibration"] = tensor_of(color);
+    std::vector<double> points;  // [F,K,3]
+    std::int64_t point_count = 0;
+    int number = 0;
+    for (const int frame : source.sequence.frame_ids) {
+      const std::string name = std::to_string(number);
+      if (const auto image = source.reader->encoded_image(index, frame)) {
+        images.datasets["Camera_5mp/" + std::to_string(c) + "/color/" + name] =
+            bytes_tensor(image->bytes);
+      }
+      if (const auto mask = source.reader->mask(index, frame)) {
+        const std::string png = image_bytes(*mask, ImageFormat::Png);
+        annotations.datasets["Mask/" + two_digits(c) + "/mask/" + name] =
+            bytes_tensor(std::as_bytes(std::span(png)));
+      }
+      const std::vector<PersonKeypoints> people = source.reader->keypoints(index, frame);
+      if (!people.empty() && (point_count == 0 || people.front().points.rows() == point_count)) {
+        const Keypoints2d& person = people.front().points;
+        point_count = person.rows();
+        points.resize(static_cast<std::size_t>(number * point_count * 3));
+        for (Index i = 0; i < person.rows(); ++i) {
+          const double shift = person.row(i).isZero(0) ? 0 : 0.5;
+          points.insert(points.end(), {person(i, 0) - shift, person(i, 1) - shift, person(i, 2)});
+        }
+      }
+      ++number;
+    }
+    if (point_count > 0) {
+      points.resize(static_cast<std::size_t>(frame_count * point_count * 3));
+      annotations.datasets["Keypoints_2D/" + two_digits(c)] =
+          tensor_of(points, {frame_count, point_count, 3});
+    }
+  }
+  make_private_directory(out / "main");
+  make_private_directory(out / "annotations");
+  write_archive(out / "main" / (source.sequence.name + ".smc"), images);
+  write_archive(out / "annotations" / (source.sequence.name + "_annots.smc"), annotations);
+  return lost;
+}
+
+}  // namespace atelier

@@ -1,0 +1,68 @@
+#include "capture/layouts/json_numbers.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace atelier {
+namespace {
+
+std::vector<double> exactly(const JsonPlace& place, std::size_t count) {
+  std::vector<double> values = all_numbers(place);
+  if (values.size() != count) {
+    place.fail(std::to_string(values.size()) + " numbers", std::to_string(count));
+  }
+  return values;
+}
+
+}  // namespace
+
+std::vector<double> all_numbers(const JsonPlace& place) {
+  if (!place.value().is_array()) {
+    return {place.number()};
+  }
+  std::vector<double> values;
+  for (const JsonPlace& item : place.items()) {
+    const std::vector<double> part =
+        item.value().is_array() ? item.numbers() : std::vector<double>{item.number()};
+    values.insert(values.end(), part.begin(), part.end());
+  }
+  return values;
+}
+
+Eigen::Matrix3d matrix3_of(const JsonPlace& place) {
+  const std::vector<double> values = exactly(place, 9);
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
+}
+
+Eigen::Vector3d vector3_of(const JsonPlace& place) {
+  const std::vector<double> values = exactly(place, 3);
+  return {values[0], values[1], values[2]};
+}
+
+Eigen::Matrix4d matrix4_of(const JsonPlace& place) {
+  const std::vector<double> values = exactly(place, 16);
+  return Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
+}
+
+int pixels_of(const JsonPlace& place) {
+  const double value = place.number();
+  constexpr double kLargest = 65536;
+  if (!(value >= 1 && value <= kLargest) || value != std::floor(value)) {
+    place.fail("no number of pixels", "a whole number from 1 to 65536");
+  }
+  return static_cast<int>(value);
+}
+
+nlohmann::ordered_json rows_json(const Eigen::MatrixXd& matrix) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    nlohmann::ordered_json row = nlohmann::ordered_json::array();
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
+      row.push_back(matrix(i, j));
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace atelier

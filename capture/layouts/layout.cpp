@@ -1,0 +1,78 @@
+#include "capture/layouts/layout.h"
+
+#include <system_error>
+
+#include "capture/camera_conventions.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
+
+namespace atelier {
+namespace fs = std::filesystem;
+
+void link_file(const fs::path& from, const fs::path& to) {
+  make_private_directory(to.parent_path());
+  std::error_code error;
+  // A link to a symbolic link would still point out of the copy.
+  if (!fs::is_symlink(from)) {
+    fs::create_hard_link(from, to, error);
+    if (!error) {
+      return;
+    }
+  }
+  const std::vector<std::byte> bytes = read_file_bytes(from, Limits{}.image_file_bytes);
+  AtomicFile file(to);
+  file.write(bytes);
+  file.commit();
+}
+
+std::string write_picture(const LayoutSource& source, Index camera_idx, int frame_id,
+                          const fs::path& stem) {
+  const std::optional<EncodedImage> image = source.reader->encoded_image(camera_idx, frame_id);
+  if (!image) {
+    return "";
+  }
+  const fs::path path = stem.string() + image->extension;
+  const DataPlace& place =
+      source.dataset().frames[static_cast<std::size_t>(camera_idx)].images.at(frame_id);
+  if (place.member.empty() && place.index < 0) {
+    link_file(place.file, path);
+  } else {
+    make_private_directory(path.parent_path());
+    AtomicFile file(path);
+    file.write(image->bytes);
+    file.commit();
+  }
+  return image->extension;
+}
+
+bool write_mask(const LayoutSource& source, Index camera_idx, int frame_id, const fs::path& path) {
+  const std::optional<ByteImage> mask = source.reader->mask(camera_idx, frame_id);
+  if (!mask) {
+    return false;
+  }
+  make_private_directory(path.parent_path());
+  write_image(path, *mask);
+  return true;
+}
+
+bool write_keypoints(const LayoutSource& source, Index camera_idx, int frame_id,
+                     const fs::path& path, double shift) {
+  if (!source.dataset().frames[static_cast<std::size_t>(camera_idx)].keypoints.contains(frame_id)) {
+    return false;
+  }
+  make_private_directory(path.parent_path());
+  write_file_atomically(path, openpose_json(source.reader->keypoints(camera_idx, frame_id), shift));
+  return true;
+}
+
+std::vector<Camera> cameras_in(const LayoutSource& source, const FileWorld& world) {
+  std::vector<Camera> cameras;
+  for (const Camera& camera : source.cameras()) {
+    cameras.push_back(in_file_world(camera, world));
+  }
+  return cameras;
+}
+
+}  // namespace atelier

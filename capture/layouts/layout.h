@@ -1,0 +1,58 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "capture/frame_reader.h"
+#include "capture/layouts/open_dataset.h"
+#include "core/io/text_writer.h"
+
+namespace atelier {
+
+/// One sequence of a data set, for who writes it in another layout.
+struct LayoutSource {
+  FrameReader* reader = nullptr;
+  CaptureSequence sequence;  ///< of the native layout: the frames of all sequences
+
+  const Dataset& dataset() const { return reader->dataset(); }
+  const std::vector<Camera>& cameras() const { return reader->dataset().cameras; }
+};
+
+/// One layout: how it is told, read and written. Each header of capture/layouts has
+/// the three functions of a row of the table in layout_table.cpp, and what of its files is read
+/// from memory.
+struct Layout {
+  const char* name;
+  const char* summary;
+  /// What of the layout is at `path`, one sentence; "" if nothing is.
+  std::string (*recognize)(const std::filesystem::path& path);
+  /// Cameras in the layout's own world (Dataset::file_world), with width 0 where the layout does
+  /// not say, and what there is of each; open_dataset does the rest, which is the same for all.
+  Dataset (*read)(const std::filesystem::path& path, const DatasetOptions& options,
+                  const Limits& limits);
+  /// Writes under `out`, which is there and empty; returns what is lost.
+  std::vector<std::string> (*write)(const LayoutSource& source, const std::filesystem::path& out);
+};
+
+/// A file under another name: a hard link, or a copy where links cannot be. The folder is made.
+void link_file(const std::filesystem::path& from, const std::filesystem::path& to);
+
+/// Writes the picture of a frame to `stem` with the extension of its bytes, linked where it is a
+/// file of its own; returns that extension, "" if there is none.
+std::string write_picture(const LayoutSource& source, Index camera_idx, int frame_id,
+                          const std::filesystem::path& stem);
+
+/// Writes 255 where the person is, 0 elsewhere, as PNG; false if there is neither mask nor labels.
+bool write_mask(const LayoutSource& source, Index camera_idx, int frame_id,
+                const std::filesystem::path& path);
+
+/// Writes the detections as OpenPose JSON; false if there is no file of them.
+/// @param shift  px, taken off: 0.5 where the layout counts from the first pixel's centre
+bool write_keypoints(const LayoutSource& source, Index camera_idx, int frame_id,
+                     const std::filesystem::path& path, double shift);
+
+/// The cameras in the world of a layout.
+std::vector<Camera> cameras_in(const LayoutSource& source, const FileWorld& world);
+
+}  // namespace atelier

@@ -1,0 +1,266 @@
+#include "capture/layouts/nerfstudio.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "capture/camera_conventions.h"
+#include "capture/layouts/frame_files.h"
+#include "capture/layouts/json_numbers.h"
+#include "capture/layouts/posed_images.h"
+#include "capture/truth_archive.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
+#include "core/io/json.h"
+
+namespace atelier {
+namespace fs = std::filesystem;
+namespace {
+
+const FileWorld kWorld = {0, "z"};
+const FileWorld kWritten = {1, "z"};
+
+/// From their camera (x right, y up, z back) to ours and back.
+const Eigen::DiagonalMatrix<double, 3> kAxes(1, -1, -1);
+
+fs::path transforms_file(const fs::path& path) {
+  if (fs::is_regular_file(path)) {
+    return path.filename().string().starts_with("transforms") && path.extension() == ".json"
+               ? path
+               : fs::path();
+  }
+  for (const char* name : {"transforms.json", "transforms_train.json"}) {
+    if (fs::is_regular_file(path / name)) {
+      return path / name;
+    }
+  }
+  return {};
+}
+
+/// A camera whose focal length is in widths, for pictures of a size.
+Camera with_size(Camera camera, int width, int height) {
+  camera.width = width;
+  camera.height = height;
+  camera.fx *= width;
+  camera.fy *= width;
+  camera.cx = 0.5 * width;
+  camera.cy = 0.5 * height;
+  return camera;
+}
+
+/// A field of the frame, or else of the whole file.
+std::optional<JsonPlace> find(const JsonPlace& frame, const JsonPlace& root,
+                              const std::string& key) {
+  const std::optional<JsonPlace> own = frame.find(key);
+  return own ? own : root.find(key);
+}
+
+Camera intrinsics_of(const JsonPlace& frame, const JsonPlace& root) {
+  Camera camera;
+  const auto number = [&](const std::string& key, double fallback) {
+    const std::optional<JsonPlace> place = find(frame, root, key);
+    return place ? place->number() : fallback;
+  };
+  if (const std::optional<JsonPlace> width = find(frame, root, "w")) {
+    camera.width = pixels_of(*width);
+    const std::optional<JsonPlace> height = find(frame, root, "h");
+    if (!height) {
+      frame.fail("w without h", "both");
+    }
+    camera.height = pixels_of(*height);
+  }
+  camera.fx = number("fl_x", 0);
+  camera.fy = number("fl_y", camera.fx);
+  camera.cx = number("cx", 0.5 * camera.width);
+  camera.cy = number("cy", 0.5 * camera.height);
+  if (camera.fx == 0 && find(frame, root, "camera_angle_x")) {
+    const double half = 0.5 * number("camera_angle_x", 0);
+    constexpr double kRight = 1.5707963267948966;
+    if (!(half > 0 && half < kRight)) {
+      frame.fail("camera_angle_x of no camera", "radians below pi");
+    }
+    // Where the size is not said, all is in widths until a picture tells it.
+    camera.fx = 0.5 * (camera.width > 0 ? camera.width : 1) / std::tan(half);
+    camera.fy = camera.fx;
+  } else if (camera.width == 0 && !find(frame, root, "cx")) {
+    frame.fail("neither w nor cx", "the size, or the principal point");
+  }
+  if (!(camera.fx > 0) || !(camera.fy > 0)) {
+    frame.fail("no focal length", "fl_x (and fl_y), or camera_angle_x");
+  }
+  std::string model = "OPENCV";
+  if (const std::optional<JsonPlace> place = find(frame, root, "camera_model")) {
+    model = place->text();
+    if (model != "OPENCV" && model != "OPENCV_FISHEYE" && model != "PINHOLE" &&
+        model != "SIMPLE_PINHOLE") {
+      place->fail("'" + model.substr(0, 40) + "'", "OPENCV, OPENCV_FISHEYE or PINHOLE");
+    }
+  }
+  auto& d = camera.distortion;
+  if (model == "OPENCV_FISHEYE") {
+    camera.distortion_model = Distortion::Fisheye;
+    d = {number("k1", 0), number("k2", 0), number("k3", 0), number("k4", 0)};
+  } else if (model == "OPENCV") {
+    d = {number("k1", 0), number("k2", 0), number("p1", 0),
+         number("p2", 0), number("k3", 0), number("k4", 0)};
+    for (const double value : d) {
+      camera.distortion_model = value != 0 ? Distortion::Brown : camera.distortion_model;
+    }
+  }
+  return camera;
+}
+
+}  // namespace
+
+std::string recognize_nerfstudio(const fs::path& path) {
+  const fs::path file = transforms_file(path);
+  return file.empty() ? "" : file.filename().string();
+}
+
+std::vector<NerfFrame> parse_transforms(std::string_view text, const std::string& file,
+                                        const Limits& limits) {
+  const nlohmann::json parsed = parse_json(text, file, limits);
+  const JsonPlace root(parsed, file);
+  const std::vector<JsonPlace> items = root.at("frames").items();
+  if (static_cast<std::int64_t>(items.size()) > limits.frames) {
+    root.fail(std::to_string(items.size()) + " frames", "at most " + std::to_string(limits.frames));
+  }
+  std::vector<NerfFrame> frames;
+  std::size_t masks = 0;
+  for (const JsonPlace& item : items) {
+    NerfFrame frame;
+    frame.file_path = item.at("file_path").text();
+    frame.mask_path = item.text_or("mask_path", "");
+    masks += frame.mask_path.empty() ? 0 : 1;
+    frame.camera = intrinsics_of(item, root);
+    const JsonPlace place = item.at("transform_matrix");
+    const Eigen::Matrix4d world_from_camera = matrix4_of(place);
+    if (world_from_camera.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
+      place.fail("a last row that is not 0 0 0 1",
+                 "world from camera (a transposed matrix has its translation there)");
+    }
+    const Eigen::Matrix3d rotation = world_from_camera.topLeftCorner<3, 3>();
+    frame.camera.camera_from_world_rotation = kAxes * rotation.transpose();
+    frame.camera.camera_from_world_translation =
+        -(frame.camera.camera_from_world_rotation * world_from_camera.topRightCorner<3, 1>());
+    check_numbers(frame.camera, file);
+    frames.push_back(std::move(frame));
+  }
+  if (frames.empty()) {
+    root.fail("no frames", "at least one");
+  }
+  if (masks != 0 && masks != frames.size()) {
+    root.fail(
+        "masks of " + std::to_string(masks) + " of " + std::to_string(frames.size()) + " frames",
+        "mask_path for all or for none");
+  }
+  return frames;
+}
+
+Dataset read_nerfstudio(const fs::path& path, const DatasetOptions& /*options*/,
+                        const Limits& limits) {
+  const fs::path file = transforms_file(path);
+  if (file.empty()) {
+    throw DataError(path.string(), "", "no transforms.json", "the file of poses");
+  }
+  const fs::path root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
+  std::vector<PosedImage> posed;
+  ImageHeader first;  // NeRF's pictures all have one size
+  for (NerfFrame& frame :
+       parse_transforms(read_file_text(file, limits.text_file_bytes), file.string(), limits)) {
+    PosedImage entry;
+    if (frame.file_path.starts_with("./")) {
+      frame.file_path.erase(0, 2);
+    }
+    entry.name = frame.file_path;
+    entry.camera = frame.camera;
+    entry.image.file = path_under(root, frame.file_path, file.string(), "file_path");
+    if (!fs::exists(entry.image.file) && entry.image.file.extension().empty()) {
+      entry.image.file += ".png";  // NeRF's own files leave it out
+    }
+    if (entry.camera.width == 0 && entry.camera.cx == 0) {
+      first = first.width > 0 ? first : read_image_header(entry.image.file, limits);
+      entry.camera = with_size(entry.camera, first.width, first.height);
+    }
+    if (!frame.mask_path.empty()) {
+      if (frame.mask_path.starts_with("./")) {
+        frame.mask_path.erase(0, 2);
+      }
+      entry.mask.file = path_under(root, frame.mask_path, file.string(), "mask_path");
+    }
+    posed.push_back(std::move(entry));
+  }
+  Dataset dataset = dataset_of(posed, file.string());
+  dataset.root = root;
+  dataset.file_world = kWorld;
+  return dataset;
+}
+
+std::vector<std::string> write_nerfstudio(const LayoutSource& source, const fs::path& out) {
+  std::vector<std::string> lost = {
+      "keypoints, labels and consent are left out (masks of the person are kept)"};
+  nlohmann::ordered_json root;
+  root["frames"] = nlohmann::ordered_json::array();
+  const std::vector<Camera> cameras = cameras_in(source, kWritten);
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& camera = cameras[c];
+    Eigen::Matrix4d world_from_camera = Eigen::Matrix4d::Identity();
+    world_from_camera.topLeftCorner<3, 3>() = camera.camera_from_world_rotation.transpose() * kAxes;
+    world_from_camera.topRightCorner<3, 1>() = camera_center(camera);
+    if (camera.gain != Eigen::Vector3d::Ones()) {
+      lost.emplace_back("gains of the cameras are left out");
+    }
+    std::vector<int> frames = source.sequence.frame_ids;
+    if (frames.empty()) {
+      frames = {0};  // the pose has no other place
+    }
+    std::size_t number = 0;
+    for (const int frame : frames) {
+      const auto index = static_cast<Index>(c);
+      const std::string stem = camera.id + "_" + frame_name(frame);
+      const std::string extension = write_picture(source, index, frame, out / "images" / stem);
+      if (extension.empty() && !source.sequence.frame_ids.empty()) {
+        continue;
+      }
+      nlohmann::ordered_json entry;
+      entry["file_path"] = "images/" + stem + (extension.empty() ? ".png" : extension);
+      if (write_mask(source, index, frame, out / "masks" / (stem + ".png"))) {
+        entry["mask_path"] = "masks/" + stem + ".png";
+      }
+      const auto& d = camera.distortion;
+      const bool fisheye = camera.distortion_model == Distortion::Fisheye;
+      entry["camera_model"] = fisheye ? "OPENCV_FISHEYE" : "OPENCV";
+      entry["w"] = camera.width;
+      entry["h"] = camera.height;
+      entry["fl_x"] = camera.fx;
+      entry["fl_y"] = camera.fy;
+      entry["cx"] = camera.cx;
+      entry["cy"] = camera.cy;
+      if (fisheye) {
+        for (std::size_t i = 0; i < 4; ++i) {
+          entry["k" + std::to_string(i + 1)] = d[i];
+        }
+      } else if (camera.distortion_model == Distortion::Brown) {
+        entry["k1"] = d[0];
+        entry["k2"] = d[1];
+        entry["p1"] = d[2];
+        entry["p2"] = d[3];
+        entry["k3"] = d[4];
+        entry["k4"] = d[5];
+        if (d[6] != 0 || d[7] != 0) {
+          lost.emplace_back("k5 and k6 of the rational distortion are left out");
+        }
+      }
+      entry["transform_matrix"] = rows_json(world_from_camera);
+      if (source.sequence.fps > 0) {
+        entry["time"] = static_cast<double>(number++) / source.sequence.fps;
+      }
+      root["frames"].push_back(entry);
+    }
+  }
+  write_file_atomically(out / "transforms.json", root.dump(1) + "\n");
+  return lost;
+}
+
+}  // namespace atelier

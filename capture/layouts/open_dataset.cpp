@@ -1,0 +1,448 @@
+#include "capture/layouts/open_dataset.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "capture/camera_conventions.h"
+#include "capture/frame_reader.h"
+#include "capture/keypoint_schema.h"
+#include "capture/label_taxonomy.h"
+#include "capture/layouts/frame_files.h"
+#include "capture/layouts/layout_table.h"
+#include "capture/layouts/write_layout.h"
+#include "capture/video_file.h"
+#include "core/error.h"
+#include "core/store/consent_file.h"
+
+namespace atelier {
+namespace fs = std::filesystem;
+namespace {
+
+const std::vector<std::string> kUps = {"auto", "x", "y", "z", "-x", "-y", "-z"};
+
+std::vector<std::string> auto_or(const std::vector<std::string>& names) {
+  std::vector<std::string> choices = {"auto"};
+  choices.insert(choices.end(), names.begin(), names.end());
+  return choices;
+}
+
+/// The layout to read `path` by, and what told it.
+struct Choice {
+  const Layout* layout = nullptr;
+  std::string evidence;
+  std::vector<Finding> findings;
+};
+
+Choice choose(const fs::path& path, const DatasetOptions& options) {
+  Choice choice;
+  if (options.layout != "auto") {
+    choice.layout = &find_layout(options.layout);
+    choice.evidence = "asked for by --layout";
+    return choice;
+  }
+  for (const Layout& layout : all_layouts()) {
+    // Pictures alone are what remains: every other layout has some as well.
+    if (choice.layout != nullptr && std::string(layout.name) == "images") {
+      break;
+    }
+    const std::string evidence = layout.recognize(path);
+    if (evidence.empty()) {
+      continue;
+    }
+    if (choice.layout == nullptr) {
+      choice.layout = &layout;
+      choice.evidence = evidence;
+    } else {
+      choice.findings.push_back({Severity::Note, "layout-ambiguous", path.string(),
+                                 "it could also be " + std::string(layout.name) + " (" + evidence +
+                                     "); read as " + choice.layout->name + " (" + choice.evidence +
+                                     ")",
+                                 "--layout " + std::string(layout.name) + " reads the other"});
+    }
+  }
+  if (choice.layout == nullptr) {
+    std::string tried;
+    for (const std::string& name : layout_names()) {
+      tried += (tried.empty() ? "" : ", ") + name;
+    }
+    throw DataError(
+        path.string(), "", "no layout that is known",
+        "the files of one of: " + tried + "; --layout says which, docs/formats.md what");
+  }
+  return choice;
+}
+
+void settle_world(Dataset& dataset, const DatasetOptions& options) {
+  FileWorld& world = dataset.file_world;
+  const std::string& root = dataset.root.string();
+  if (options.metres_per_unit > 0) {
+    world.metres_per_unit = options.metres_per_unit;
+  } else if (!(world.metres_per_unit > 0)) {
+    world.metres_per_unit = 1;
+    if (dataset.calibrated) {
+      dataset.findings.push_back({Severity::Warning, "unit-unknown", root,
+                                  "the layout does not say the unit of its translations; metres "
+                                  "are taken",
+                                  "set --metres-per-unit"});
+    }
+  }
+  if (options.up != "auto") {
+    world.up = options.up;
+  } else if (world.up.empty()) {
+    world.up = "y";
+    if (dataset.calibrated) {
+      dataset.findings.push_back({Severity::Note, "up-unknown", root,
+                                  "the layout does not say which axis points up; y is taken",
+                                  "set --up"});
+    }
+  }
+  for (Camera& camera : dataset.cameras) {
+    camera = in_our_world(camera, world);
+  }
+}
+
+/// Size of the pictures that the principal point belongs to, of a layout that does not say it: the
+/// pictures' own, or 2, 4 or 8 times that, whichever has the principal point nearest to its middle.
+int calibrated_scale(const Camera& camera, int width, int height) {
+  int best = 1;
+  double least = std::numeric_limits<double>::infinity();
+  for (const int scale : {1, 2, 4, 8}) {
+    const double off =
+        std::abs(camera.cx / (scale * width) - 0.5) + std::abs(camera.cy / (scale * height) - 0.5);
+    if (off < least) {
+      least = off;
+      best = scale;
+    }
+  }
+  return best;
+}
+
+std::string size_text(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
+
+void fit_to_pictures(Camera& camera, const CameraFrames& frames, std::vector<Finding>& findings) {
+  const int width = frames.image_width;
+  const int height = frames.image_height;
+  if (width == 0) {
+    if (camera.width == 0) {
+      camera.width = static_cast<int>(std::clamp(std::round(2 * camera.cx), 1.0, 65536.0));
+      camera.height = static_cast<int>(std::clamp(std::round(2 * camera.cy), 1.0, 65536.0));
+      findings.push_back({Severity::Warning, "image-size-unknown", camera.id,
+                          "neither the calibration nor a picture says the size; " +
+                              size_text(camera.width, camera.height) +
+                              " is twice the principal point",
+                          "put the pictures beside the calibration"});
+    }
+    return;
+  }
+  const bool unsaid = camera.width == 0;
+  if (unsaid) {
+    const int scale = calibrated_scale(camera, width, height);
+    camera.width = scale * width;
+    camera.height = scale * height;
+  }
+  if (camera.width == width && camera.height == height) {
+    return;
+  }
+  const std::string both = "calibrated for " + size_text(camera.width, camera.height) +
+                           ", pictures are " + size_text(width, height);
+  const auto cross = [](int a, int b) { return static_cast<std::int64_t>(a) * b; };
+  if (cross(camera.width, height) == cross(camera.height, width)) {
+    camera = scaled_camera(camera, width, height);
+    findings.push_back({Severity::Note, "image-scale", camera.id,
+                        both + ": intrinsics are scaled" +
+                            (unsaid ? " (the principal point tells the calibrated size)" : ""),
+                        "nothing, if the pictures were scaled"});
+  } else {
+    const int off = std::max(std::abs(camera.width - width), std::abs(camera.height - height));
+    findings.push_back({Severity::Warning, "image-size", camera.id,
+                        both + ": no scale of each other; projections may be off by up to " +
+                            std::to_string(off) + " px",
+                        "find out whether the pictures were cropped or padded, and where, and move "
+                        "the principal point accordingly"});
+  }
+}
+
+/// Nearest rotation, for matrices that were written with few digits.
+void settle_rotation(Camera& camera, std::vector<Finding>& findings) {
+  constexpr double kExact = 1e-7;
+  constexpr double kRounded = 1e-2;
+  Eigen::Matrix3d& rotation = camera.camera_from_world_rotation;
+  const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm();
+  if (!(off > kExact) || !(off < kRounded) || !(rotation.determinant() > 0)) {
+    return;  // good, or for check_camera to refuse
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  rotation = svd.matrixU() * svd.matrixV().transpose();
+  constexpr double kNoted = 1e-5;
+  findings.push_back(
+      {off > kNoted ? Severity::Warning : Severity::Note, "camera-rotation", camera.id,
+       "the rotation is off a rotation by " + std::to_string(off) + "; the nearest one is taken",
+       "write calibrations with all digits"});
+}
+
+void measure_pictures(Dataset& dataset, const Limits& limits) {
+  FrameReader reader(dataset, limits);
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    CameraFrames& frames = dataset.frames[c];
+    if (frames.images.empty()) {
+      continue;
+    }
+    try {
+      const std::optional<ImageHeader> header =
+          reader.image_header(static_cast<Index>(c), frames.images.begin()->first);
+      frames.image_width = header->width;
+      frames.image_height = header->height;
+    } catch (const DataError& error) {
+      dataset.findings.push_back(
+          {Severity::Error, "image-broken", error.file, error.what(), "replace the file"});
+    }
+  }
+}
+
+void settle_cameras(Dataset& dataset) {
+  std::vector<Camera> cameras;
+  std::vector<CameraFrames> frames;
+  std::set<std::string> ids;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    Camera camera = dataset.cameras[c];
+    camera.id = plain_name(camera.id);
+    if (!ids.insert(camera.id).second) {
+      throw DataError(dataset.root.string(), "camera '" + camera.id + "'", "twice",
+                      "each camera once");
+    }
+    if (dataset.calibrated) {
+      try {
+        settle_rotation(camera, dataset.findings);
+        fit_to_pictures(camera, dataset.frames[c], dataset.findings);
+        check_camera(camera, dataset.root.string());
+      } catch (const DataError& error) {
+        dataset.findings.push_back({Severity::Error, "camera-left-out", camera.id,
+                                    std::string(error.what()) + "; the camera is left out",
+                                    "correct its calibration"});
+        continue;
+      }
+    } else {
+      camera.width = dataset.frames[c].image_width;
+      camera.height = dataset.frames[c].image_height;
+    }
+    cameras.push_back(camera);
+    frames.push_back(std::move(dataset.frames[c]));
+  }
+  if (cameras.empty()) {
+    std::string first;
+    for (const Finding& finding : dataset.findings) {
+      first = first.empty() && finding.code == "camera-left-out" ? finding.what : first;
+    }
+    throw DataError(dataset.root.string(), "cameras", first.empty() ? "none" : first,
+                    "at least one camera");
+  }
+  dataset.cameras = std::move(cameras);
+  dataset.frames = std::move(frames);
+}
+
+double video_fps(const Dataset& dataset, const Limits& limits) {
+  for (const CameraFrames& frames : dataset.frames) {
+    if (!frames.images.empty()) {
+      const DataPlace& place = frames.images.begin()->second;
+      if (place.member.empty() && place.index >= 0) {
+        return VideoFile(place.file, limits).fps();
+      }
+    }
+  }
+  return 0;
+}
+
+void settle_sequences(Dataset& dataset, const DatasetOptions& options, const Limits& limits) {
+  std::vector<CaptureSequence>& sequences = dataset.info.sequences;
+  if (sequences.empty()) {
+    sequences.push_back({"capture", "clothed", 0, {}});
+  }
+  if (sequences.size() == 1 && sequences.front().frame_ids.empty()) {
+    std::set<int> ids;
+    const auto collect = [&](std::map<int, DataPlace> CameraFrames::*kind) {
+      for (const CameraFrames& frames : dataset.frames) {
+        for (const auto& [frame, place] : frames.*kind) {
+          ids.insert(frame);
+        }
+      }
+    };
+    collect(&CameraFrames::images);
+    if (ids.empty()) {
+      collect(&CameraFrames::keypoints);
+    }
+    sequences.front().frame_ids.assign(ids.begin(), ids.end());
+  }
+  for (CaptureSequence& sequence : sequences) {
+    if (options.fps > 0) {
+      sequence.fps = options.fps;
+    } else if (!(sequence.fps > 0)) {
+      sequence.fps = video_fps(dataset, limits);
+      if (!(sequence.fps > 0) && !sequence.frame_ids.empty()) {
+        constexpr double kUsualFps = 30;
+        sequence.fps = kUsualFps;
+        dataset.findings.push_back({Severity::Warning, "fps-unknown", dataset.root.string(),
+                                    "nothing says the frame rate; 30 frames per second are taken",
+                                    "set --fps"});
+      }
+    }
+  }
+  if (sequences.size() == 1 && sequences.front().frame_ids.empty()) {
+    sequences.clear();
+    dataset.findings.push_back({Severity::Note, "no-frames", dataset.root.string(),
+                                "there is a calibration but no picture and no detection",
+                                "put pictures where the layout has them (docs/formats.md)"});
+  }
+}
+
+/// Some people of every camera.
+std::vector<Keypoints2d> some_people(const Dataset& dataset, const Limits& limits) {
+  FrameReader reader(dataset, limits);
+  constexpr std::size_t kSamples = 12;  // of each camera
+  std::vector<Keypoints2d> people;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const std::map<int, DataPlace>& places = dataset.frames[c].keypoints;
+    const std::size_t step = std::max<std::size_t>(1, places.size() / kSamples);
+    std::size_t i = 0;
+    for (const auto& [frame, place] : places) {
+      if (i++ % step != 0) {
+        continue;
+      }
+      try {
+        for (PersonKeypoints& person : reader.keypoints(static_cast<Index>(c), frame)) {
+          people.push_back(std::move(person.points));
+        }
+      } catch (const DataError&) {
+        continue;  // a broken frame is found where it is read
+      }
+    }
+  }
+  return people;
+}
+
+double mean_stretch(const std::string& schema, const std::vector<Keypoints2d>& people) {
+  double sum = 0;
+  int count = 0;
+  for (const Keypoints2d& person : people) {
+    const KeypointSchema& order = keypoint_schema(schema);
+    if (person.rows() == static_cast<Index>(order.points.size())) {
+      if (const std::optional<double> stretch = limb_stretch(order, person)) {
+        sum += *stretch;
+        ++count;
+      }
+    }
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+/// What the layout claims of the order of keypoints, held against the detections.
+void settle_keypoints(Dataset& dataset, const DatasetOptions& options, const Limits& limits) {
+  std::string& schema = dataset.info.keypoint_schema;
+  if (options.keypoint_schema != "auto") {
+    schema = keypoint_schema(options.keypoint_schema).name;
+    return;
+  }
+  const std::vector<Keypoints2d> people = some_people(dataset, limits);
+  if (people.empty()) {
+    return;
+  }
+  const Index points = people.front().rows();
+  const std::string guess = guess_keypoint_schema(points, people);
+  const auto add = [&](Severity severity, const std::string& what, const std::string& advice) {
+    dataset.findings.push_back({severity, "keypoint-schema", dataset.root.string(), what, advice});
+  };
+  const std::string those = "detections of " + std::to_string(points) + " points";
+  if (guess.empty()) {
+    add(Severity::Error, those + ", which no known order has",
+        "detect with BODY_25, COCO or HALPE models");
+  } else if (schema.empty()) {
+    add(Severity::Note,
+        those + " are in the order " + guess +
+            ", which joins limbs best of the orders of as many points",
+        "--keypoint-schema says it otherwise");
+    schema = guess;
+  } else if (static_cast<Index>(keypoint_schema(schema).points.size()) != points) {
+    add(Severity::Warning,
+        "the settings say " + schema + ", but there are " + those + "; " + guess +
+            " is taken, which joins limbs best",
+        "--keypoint-schema says it otherwise");
+    schema = guess;
+  } else if (guess != schema) {
+    // A claim counts more than a guess, unless limbs go across the body.
+    constexpr double kAcross = 1.3;
+    const double claimed = mean_stretch(schema, people);
+    const double guessed = mean_stretch(guess, people);
+    if (guessed > 0 && claimed > kAcross * guessed) {
+      add(Severity::Warning,
+          "the order " + schema + " joins limbs across the body (" +
+              number_text(std::round(100 * claimed / guessed) / 100) + " times as long as " +
+              guess + " does)",
+          "if that is right: --keypoint-schema " + guess);
+    }
+  }
+}
+
+}  // namespace
+
+OptionTable describe(DatasetOptions& options) {
+  OptionTable table;
+  table
+      .add("layout", options.layout, auto_or(layout_names()),
+           "layout of the capture; auto: told by its files")
+      .add("metres_per_unit", options.metres_per_unit, 0, 1e6, "m",
+           "length of the calibration's unit; 0: as the layout has it")
+      .add("up", options.up, kUps,
+           "axis of the calibration that points up; auto: as the layout has it")
+      .add("fps", options.fps, 0, 10000, "1/s", "frame rate; 0: what the files say")
+      .add("keypoint_schema", options.keypoint_schema, auto_or(keypoint_schema_names()),
+           "order of the 2D keypoints; auto: told by their number and by how limbs join")
+      .add("label_taxonomy", options.label_taxonomy, auto_or(label_taxonomy_names()),
+           "numbers of the label images; auto: as the layout has them")
+      .add("subject", options.subject, std::vector<std::string>{},
+           "which person, of layouts with several; auto: the first");
+  return table;
+}
+
+Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const Limits& limits) {
+  if (!fs::exists(path)) {
+    throw DataError(path.string(), "", "nothing is there", "a folder of a capture");
+  }
+  const Choice choice = choose(path, options);
+  Dataset dataset = choice.layout->read(path, options, limits);
+  if (dataset.root.empty()) {
+    dataset.root = ".";  // a calibration file named without its folder
+  }
+  dataset.layout = choice.layout->name;
+  dataset.evidence = choice.evidence;
+  dataset.findings.insert(dataset.findings.begin(), choice.findings.begin(), choice.findings.end());
+  ATELIER_CHECK(dataset.frames.size() == dataset.cameras.size(), "frames of other cameras");
+  if (static_cast<std::int64_t>(dataset.cameras.size()) > limits.cameras) {
+    throw DataError(dataset.root.string(), "cameras", std::to_string(dataset.cameras.size()),
+                    "at most " + std::to_string(limits.cameras));
+  }
+  settle_world(dataset, options);
+  measure_pictures(dataset, limits);
+  settle_cameras(dataset);
+  settle_sequences(dataset, options, limits);
+  settle_keypoints(dataset, options, limits);
+  if (options.label_taxonomy != "auto") {
+    dataset.info.label_taxonomy = label_taxonomy(options.label_taxonomy).name;
+  }
+  if (dataset.info.consent.empty()) {
+    dataset.info.consent = read_consent(dataset.root);
+  }
+  if (!dataset.info.sequences.empty()) {
+    CaptureInfo info = dataset.info;
+    if (info.keypoint_schema.empty()) {
+      info.keypoint_schema = "body_25";  // there are no detections that could tell
+    }
+    check_capture_info(info, dataset.root.string());
+  }
+  return dataset;
+}
+
+}  // namespace atelier

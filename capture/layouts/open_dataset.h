@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "capture/dataset.h"
+#include "core/limits.h"
+#include "core/options.h"
+
+namespace atelier {
+
+/// What the files do not say, or say wrongly.
+struct DatasetOptions {
+  std::string layout = "auto";  ///< "auto": told by the files; else one of layout_names()
+  double metres_per_unit = 0;   ///< length of the calibration's unit, (0, 1e6]; 0: as the layout
+  std::string up = "auto";      ///< axis of the calibration that points up; "auto": as the layout
+  double fps = 0;               ///< frames per second, (0, 10000]; 0: what the files say
+  std::string keypoint_schema =
+      "auto";                           ///< order of the 2D keypoints; "auto": told by their number
+  std::string label_taxonomy = "auto";  ///< numbers of label images; "auto": as the layout
+  std::string subject = "auto";         ///< of layouts with several (Human3.6M); "auto": the first
+};
+OptionTable describe(DatasetOptions& options);
+
+/// Opens a capture: a folder, or a calibration file with its folder around it. The layout is told
+/// by the files that are there; where two fit, the more specific is taken and a finding names the
+/// other. A camera whose numbers are no camera is left out with a finding; a camera whose pictures
+/// are an exact scale of the calibrated size has its intrinsics scaled, with a finding.
+///
+/// Throws DataError where no layout fits (with the layouts that were tried), or where the files of
+/// the layout are truncated, contradict each other or go beyond `limits`; EnvironmentError if they
+/// cannot be read.
+Dataset open_dataset(const std::filesystem::path& path, const DatasetOptions& options = {},
+                     const Limits& limits = {});
+
+}  // namespace atelier

@@ -1,0 +1,67 @@
+#include "capture/layouts/write_layout.h"
+
+#include <algorithm>
+
+#include "capture/layouts/layout_table.h"
+#include "capture/layouts/open_dataset.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+
+namespace atelier {
+namespace fs = std::filesystem;
+
+const std::vector<std::string>& layout_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> result;
+    for (const Layout& layout : all_layouts()) {
+      result.emplace_back(layout.name);
+    }
+    return result;
+  }();
+  return names;
+}
+
+std::string layout_summary(const std::string& layout) {
+  return find_layout(layout).summary;
+}
+
+LayoutReport write_layout(const Dataset& dataset, const std::string& layout, const fs::path& out) {
+  const Layout& target = find_layout(layout);
+  if (!dataset.calibrated && layout != "images") {
+    throw DataError(dataset.root.string(), "", "a capture without calibration",
+                    "cameras; calibrate it first, or write the layout images");
+  }
+  if (fs::exists(out)) {
+    throw EnvironmentError(out.string(), "it is there already; name a new folder");
+  }
+  FrameReader reader(dataset);
+  LayoutReport report;
+  const auto write = [&](const CaptureSequence& sequence, const fs::path& folder) {
+    make_private_directory(folder);
+    for (const std::string& sentence : target.write({&reader, sequence}, folder)) {
+      if (std::find(report.lost.begin(), report.lost.end(), sentence) == report.lost.end()) {
+        report.lost.push_back(sentence);
+      }
+    }
+    report.folders.push_back(folder);
+  };
+  if (layout == "native" || dataset.info.sequences.empty()) {
+    CaptureSequence all;
+    all.name = "all";
+    all.frame_ids = frame_ids(dataset);
+    write(all, out);
+    return report;
+  }
+  for (const CaptureSequence& sequence : dataset.info.sequences) {
+    write(sequence, out / sequence.name);
+  }
+  return report;
+}
+
+LayoutReport write_layout(const fs::path& capture, const std::string& layout, const fs::path& out) {
+  DatasetOptions options;
+  options.layout = "native";
+  return write_layout(open_dataset(capture, options), layout, out);
+}
+
+}  // namespace atelier

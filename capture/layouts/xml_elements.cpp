@@ -1,0 +1,237 @@
+#include "capture/layouts/xml_elements.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/io/text_scanner.h"
+
+namespace atelier {
+namespace {
+
+bool is_space(char c) {
+  return c == ' ' || c == '\t' || c == '\n' || c == '\r';
+}
+
+bool is_name(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+         c == '-' || c == '.' || c == ':';
+}
+
+class Parser {
+ public:
+  Parser(std::string_view text, const std::string& file, const Limits& limits)
+      : text_(text), file_(file), limits_(limits) {}
+
+  std::vector<XmlElement> parse() {
+    if (text_.starts_with("\xef\xbb\xbf")) {
+      at_ = 3;
+    }
+    while (skip_to_tag()) {
+      if (rest().starts_with("<?")) {
+        skip_past("?>");
+      } else if (rest().starts_with("<!--")) {
+        skip_past("-->");
+      } else if (rest().starts_with("<!")) {
+        fail(in_quotes(rest().substr(0, 12)), "elements, without DOCTYPE or CDATA");
+      } else if (rest().starts_with("</")) {
+        end_tag();
+      } else {
+        begin_tag();
+      }
+    }
+    if (!open_.empty()) {
+      fail("the end of the text", "</" + open_.back() + ">");
+    }
+    if (elements_.empty()) {
+      fail("no element", "XML");
+    }
+    return std::move(elements_);
+  }
+
+ private:
+  std::string_view rest() const { return text_.substr(at_); }
+
+  [[noreturn]] void fail(const std::string& found, const std::string& expected) const {
+    const auto lines =
+        1 + std::count(text_.begin(),
+                       text_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, text_.size())),
+                       '\n');
+    throw DataError(file_, "line " + std::to_string(lines), found, expected);
+  }
+
+  bool skip_to_tag() {
+    const std::size_t tag = text_.find('<', at_);
+    if (tag == std::string_view::npos) {
+      if (open_.empty() &&
+          !std::all_of(text_.begin() + static_cast<std::ptrdiff_t>(at_), text_.end(), is_space)) {
+        fail("text behind the last element", "the end");
+      }
+      at_ = text_.size();
+      return false;
+    }
+    if (open_.empty() && !std::all_of(text_.begin() + static_cast<std::ptrdiff_t>(at_),
+                                      text_.begin() + static_cast<std::ptrdiff_t>(tag), is_space)) {
+      fail("text outside of elements", "XML");
+    }
+    line_ += std::count(text_.begin() + static_cast<std::ptrdiff_t>(at_),
+                        text_.begin() + static_cast<std::ptrdiff_t>(tag), '\n');
+    at_ = tag;
+    return true;
+  }
+
+  void skip_past(std::string_view end) {
+    const std::size_t found = text_.find(end, at_);
+    if (found == std::string_view::npos) {
+      fail("no " + std::string(end), "the end of what began here");
+    }
+    advance(found + end.size());
+  }
+
+  void advance(std::size_t to) {
+    line_ += std::count(text_.begin() + static_cast<std::ptrdiff_t>(at_),
+                        text_.begin() + static_cast<std::ptrdiff_t>(to), '\n');
+    at_ = to;
+  }
+
+  void skip_space() {
+    std::size_t to = at_;
+    while (to < text_.size() && is_space(text_[to])) {
+      ++to;
+    }
+    advance(to);
+  }
+
+  std::string name() {
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && is_name(text_[at_])) {
+      ++at_;
+    }
+    check_length(at_ - begin);
+    if (at_ == begin) {
+      fail(in_quotes(rest().substr(0, 12)), "a name");
+    }
+    return std::string(text_.substr(begin, at_ - begin));
+  }
+
+  void check_length(std::size_t bytes) const {
+    if (static_cast<std::int64_t>(bytes) > limits_.text_string_bytes) {
+      fail("a text of " + std::to_string(bytes) + " bytes",
+           "at most " + std::to_string(limits_.text_string_bytes));
+    }
+  }
+
+  std::string value() {
+    const char quote = at_ < text_.size() ? text_[at_] : '\0';
+    const std::size_t end =
+        quote == '"' || quote == '\'' ? text_.find(quote, at_ + 1) : std::string_view::npos;
+    if (end == std::string_view::npos) {
+      fail("a value without quotes", "\"...\"");
+    }
+    const std::string_view raw = text_.substr(at_ + 1, end - at_ - 1);
+    check_length(raw.size());
+    std::string result;
+    for (std::size_t i = 0; i < raw.size(); ++i) {
+      if (raw[i] == '<' || raw[i] == '\0') {
+        fail("'<' or NUL in a value", "&lt;");
+      }
+      if (raw[i] != '&') {
+        result += raw[i];
+        continue;
+      }
+      bool known = false;
+      for (const auto& [entity, c] : {std::pair{"&lt;", '<'},
+                                      {"&gt;", '>'},
+                                      {"&amp;", '&'},
+                                      {"&quot;", '"'},
+                                      {"&apos;", '\''}}) {
+        if (raw.substr(i).starts_with(entity)) {
+          result += c;
+          i += std::string_view(entity).size() - 1;
+          known = true;
+          break;
+        }
+      }
+      if (!known) {
+        fail("the entity " + in_quotes(raw.substr(i, 12)), "one of the five of XML");
+      }
+    }
+    advance(end + 1);
+    return result;
+  }
+
+  void begin_tag() {
+    XmlElement element;
+    element.line = line_;
+    ++at_;
+    element.name = name();
+    if (open_.empty() && !elements_.empty()) {
+      fail("a second root, <" + element.name.substr(0, 40) + ">", "one");
+    }
+    element.depth = static_cast<int>(open_.size());
+    if (element.depth >= limits_.text_depth ||
+        static_cast<std::int64_t>(elements_.size()) >= limits_.text_values) {
+      fail("too many elements or too deep", "at most " + std::to_string(limits_.text_depth) +
+                                                " levels and " +
+                                                std::to_string(limits_.text_values) + " elements");
+    }
+    for (;;) {
+      skip_space();
+      if (rest().starts_with("/>")) {
+        advance(at_ + 2);
+        break;
+      }
+      if (rest().starts_with(">")) {
+        advance(at_ + 1);
+        open_.push_back(element.name);
+        break;
+      }
+      const std::string key = name();
+      skip_space();
+      if (!rest().starts_with("=")) {
+        fail("the attribute " + in_quotes(key) + " without a value", "= and a value");
+      }
+      ++at_;
+      skip_space();
+      if (!element.attributes.emplace(key, value()).second) {
+        fail("the attribute " + in_quotes(key) + " a second time", "each once");
+      }
+    }
+    elements_.push_back(std::move(element));
+  }
+
+  void end_tag() {
+    at_ += 2;
+    const std::string closed = name();
+    if (open_.empty() || open_.back() != closed) {
+      fail("</" + closed.substr(0, 40) + ">",
+           open_.empty() ? "nothing" : "</" + open_.back() + ">");
+    }
+    open_.pop_back();
+    skip_space();
+    if (!rest().starts_with(">")) {
+      fail("more in an end tag", ">");
+    }
+    advance(at_ + 1);
+  }
+
+  std::string_view text_;
+  const std::string& file_;
+  const Limits& limits_;
+  std::size_t at_ = 0;
+  std::int64_t line_ = 1;
+  std::vector<std::string> open_;
+  std::vector<XmlElement> elements_;
+};
+
+}  // namespace
+
+std::vector<XmlElement> parse_xml_elements(std::string_view text, const std::string& file,
+                                           const Limits& limits) {
+  if (static_cast<std::int64_t>(text.size()) > limits.text_file_bytes) {
+    throw DataError(file, "", std::to_string(text.size()) + " bytes",
+                    "at most " + std::to_string(limits.text_file_bytes));
+  }
+  return Parser(text, file, limits).parse();
+}
+
+}  // namespace atelier
