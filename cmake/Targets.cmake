@@ -126,7 +126,10 @@ function(atelier_tests name)
   endif()
   add_executable(${name} ${sources} "${CMAKE_SOURCE_DIR}/tests/main.cpp")
   atelier_settings(${name})
-  target_compile_options(${name} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-Wno-conversion>")
+  # -O1: a test is compiled more often than its loops are run.
+  target_compile_options(${name} PRIVATE
+    "$<$<COMPILE_LANGUAGE:CXX>:-Wno-conversion>"
+    "$<$<AND:$<CONFIG:RelWithDebInfo>,$<COMPILE_LANGUAGE:CXX>>:-O1>")
   target_compile_definitions(${name} PRIVATE ATELIER_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
   # Only test_apps runs the program; the others can be built without it.
   if(TARGET atelier AND name STREQUAL "test_apps")
