@@ -2,15 +2,12 @@
 #ifdef ATELIER_HAS_CORE_RENDER
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <variant>
 
+#include "apps/body_model_input.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
@@ -19,14 +16,12 @@
 #include "apps/picture_size.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_archive.h"
-#include "bodymodel/body_file.h"
-#include "bodymodel/default_human.h"
+#include "bodymodel/body_pieces.h"
 #include "bodymodel/gltf_body.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/measure.h"
 #include "bodymodel/motion_file.h"
 #include "bodymodel/retarget.h"
-#include "bodymodel/skin_weights.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
@@ -41,162 +36,6 @@
 namespace atelier {
 namespace {
 
-struct BodyArguments {
-  std::string action;
-  std::string body;
-  std::string motion;
-  std::string out;
-  std::vector<std::string> shape;  ///< name=value
-  bool json = false;
-};
-
-struct BodyOptions {
-  MakeHumanMacros macros;
-  std::string rig;      ///< of a MakeHuman body; "": the one beside it
-  std::string weights;  ///< of a MakeHuman body; "": those beside it
-  std::string asf;      ///< skeleton of an .amc; "": the .asf beside it
-  MotionOptions motion;
-  MarkerFitOptions markers;
-  RetargetOptions retarget;
-  bool four_influences = false;
-  int pictures = 12;
-  PictureOptions picture{.width = 360, .height = 540, .samples = 8, .framing = {}};
-};
-
-OptionTable describe(BodyOptions& options) {
-  OptionTable table;
-  table.add("four_influences", options.four_influences,
-            "Keep four joints a vertex, as viewers and game engines expect");
-  table.add("rig", options.rig, {},
-            "MakeHuman: .mhskel or MPFB2 rig.*.json; none: beside the body");
-  table.add("weights", options.weights, {},
-            "MakeHuman: .mhw or weights.*.json; none: beside the body");
-  table.add("macros", describe(options.macros));
-  table.add("asf", options.asf, {}, "Skeleton of an .amc; none: the .asf beside it");
-  table.add("motion", describe(options.motion));
-  table.add("markers", describe(options.markers));
-  table.add("retarget", describe(options.retarget));
-  table.add("pictures", options.pictures, 1, 400, "", "pose: how many the contact sheet has");
-  return table.add(describe(options.picture));
-}
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
-
-void print(const std::vector<Finding>& findings) {
-  for (const Finding& finding : findings) {
-    std::cerr << to_string(finding) << "\n";
-  }
-}
-
-std::pair<std::string, double> assignment(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  std::size_t used = 0;
-  double value = 0;
-  try {
-    value = std::stod(text.substr(equals == std::string::npos ? text.size() : equals + 1), &used);
-  } catch (const std::logic_error&) {
-    used = 0;
-  }
-  if (equals == std::string::npos || used == 0 || equals + 1 + used != text.size()) {
-    throw UsageError("'" + text.substr(0, 80) + "' is no NAME=NUMBER");
-  }
-  return {text.substr(0, equals), value};
-}
-
-bool is_generated(const BodyArguments& arguments) {
-  return arguments.body == "default" || arguments.body == "female" || arguments.body == "male";
-}
-
-// The default human is made anew with the measures asked for, so that what is not asked for follows
-// from them; nothing for other bodies.
-std::optional<BodyModel> generated(const BodyArguments& arguments) {
-  if (!is_generated(arguments)) {
-    return std::nullopt;
-  }
-  DefaultHumanOptions human = arguments.body == "female" ? female_human()
-                              : arguments.body == "male" ? male_human()
-                                                         : DefaultHumanOptions{};
-  OptionTable table = describe(human);
-  for (const std::string& text : arguments.shape) {
-    const auto [name, value] = assignment(text);
-    std::string known;
-    bool found = false;
-    for (const OptionField& field : table.fields) {
-      if (std::holds_alternative<double*>(field.target)) {
-        known += (known.empty() ? "" : ", ") + field.name;
-        found = found || field.name == name;
-      }
-    }
-    if (!found) {
-      throw UsageError("the body has no shape parameter '" + name.substr(0, 80) + "'; it has " +
-                       known);
-    }
-    const std::string problem = set_option(table, name, text.substr(text.find('=') + 1));
-    if (!problem.empty()) {
-      throw UsageError(problem);
-    }
-  }
-  const std::string problem = human_options_problem(human);
-  if (!problem.empty()) {
-    throw UsageError(problem);
-  }
-  return default_human(human);
-}
-
-BodyModel read(const BodyArguments& arguments, const BodyOptions& options) {
-  const MakeHumanMacros& macros = options.macros;
-  const double shares = macros.african + macros.asian + macros.caucasian;
-  if (!(std::abs(shares - 1) <= 1e-6)) {
-    throw UsageError("macros.african, macros.asian and macros.caucasian add up to " +
-                     number(shares) + ": they are shares of 1");
-  }
-  BodyFileOptions files;
-  files.makehuman.macros = macros;
-  files.rig = options.rig;
-  files.weights = options.weights;
-  std::optional<BodyModel> human = generated(arguments);
-  BodyFile body = human ? BodyFile{std::move(*human), {}} : read_body_file(arguments.body, files);
-  print(body.findings);
-  if (options.four_influences) {
-    SkinPackOptions pack;
-    pack.max_slots = 4;
-    body.model.skin =
-        repair_skin_weights(body.model.skin, joint_count(body.model), pack, arguments.body).skin;
-  }
-  return std::move(body.model);
-}
-
-Eigen::VectorXd shape_of(const BodyArguments& arguments, const BodyModel& model) {
-  Eigen::VectorXd shape = neutral_shape(model);
-  if (is_generated(arguments)) {
-    return shape;  // it was made with the measures asked for
-  }
-  for (const std::string& text : arguments.shape) {
-    const auto [name, value] = assignment(text);
-    const int index = find_shape(model, name);
-    if (index < 0) {
-      std::string known;
-      for (const ShapeParameter& parameter : model.shape) {
-        known += (known.empty() ? "" : ", ") + parameter.name;
-      }
-      throw UsageError("the body has no shape parameter '" + name.substr(0, 80) + "'; it has " +
-                       (known.empty() ? "none" : known));
-    }
-    const ShapeParameter& parameter = model.shape[static_cast<std::size_t>(index)];
-    if (!(value >= parameter.min && value <= parameter.max)) {
-      throw UsageError(name + " cannot be " + number(value) + ": it is in [" +
-                       number(parameter.min) + ", " + number(parameter.max) + "] " +
-                       parameter.unit);
-    }
-    shape[index] = value;
-  }
-  return shape;
-}
-
 Mesh shown(const BodyModel& model, Points vertices) {
   Mesh mesh;
   mesh.vertices = std::move(vertices);
@@ -209,8 +48,8 @@ int show(const BodyArguments& arguments, const BodyOptions& options) {
     throw UsageError("--out takes a name with " + std::string(kPictureNames));
   }
   require_picture_size(options.picture, 4);
-  const BodyModel model = read(arguments, options);
-  const Mesh mesh = shown(model, shape_body(model, shape_of(arguments, model)).vertices);
+  const auto [model, shape] = read_body_input(arguments, options);
+  const Mesh mesh = shown(model, shape_body(model, shape).vertices);
   // From one distance, so that the pictures have one scale.
   const std::vector<Camera> cameras =
       turntable_cameras(mesh.vertices, kFront, 4, options.picture.width, options.picture.height,
@@ -234,14 +73,20 @@ int show(const BodyArguments& arguments, const BodyOptions& options) {
 }
 
 int measure(const BodyArguments& arguments, const BodyOptions& options) {
-  BodyModel model = read(arguments, options);
+  auto [model, shape] = read_body_input(arguments, options);
   model.skeleton =
       with_smpl_names(model.skeleton, recognised_humanoid(model.skeleton, arguments.body));
   if (find_joint(model.skeleton, "neck") < 0) {
     throw DataError(arguments.body, "skeleton", "no joint between chest and head",
                     "a neck, which lengths and girths are measured from");
   }
-  const BodyMeasurements found = measure_body(model, shape_of(arguments, model));
+  const int pieces = main_piece(model.mesh.vertices, model.mesh.faces).pieces;
+  if (pieces > 1) {
+    print({{Severity::Warning, "measure-pieces", arguments.body,
+            std::to_string(pieces) + " pieces of skin, none with four fifths of the volume",
+            "all are measured as one: take a body without clothes and hair"}});
+  }
+  const BodyMeasurements found = measure_body(model, shape);
   nlohmann::ordered_json json;
   for (const NamedMeasurement& row : measurement_names()) {
     const double value = found.*row.value;
@@ -257,41 +102,64 @@ int measure(const BodyArguments& arguments, const BodyOptions& options) {
   return kExitDone;
 }
 
-int convert(const BodyArguments& arguments, const BodyOptions& options) {
+bool is_gltf(const std::string& extension) {
+  return extension == ".glb" || extension == ".gltf";
+}
+
+// What convert takes a file for: what --as says or, without it, what the file holds.
+bool converts_motion(const BodyArguments& arguments) {
+  return arguments.as.empty() ? holds_motion(arguments.body) : arguments.as == "motion";
+}
+
+int convert_motion(const BodyArguments& arguments, const BodyOptions& options) {
   const std::string extension = lower_extension(arguments.out);
-  const std::string from = lower_extension(arguments.body);
-  if (from == ".bvh" || from == ".amc" || from == ".trc" || extension == ".bvh") {
-    if (extension != ".bvh" && extension != ".npz") {
-      throw UsageError("a motion becomes .bvh or .npz; body-model pose puts it on a body");
-    }
-    const MotionClip clip =
-        read_motion_file(arguments.body, options.motion, options.asf, options.markers);
-    print(clip.findings);
-    write_motion_file(arguments.out, clip);
-    std::cout << arguments.out << ": " << clip.skeleton.names.size() << " joints, "
-              << clip.motion.poses.size() << " frames at " << number(clip.motion.fps)
-              << " per second\n";
-    return kExitDone;
+  if (extension != ".bvh" && extension != ".npz" && !is_gltf(extension)) {
+    throw UsageError(
+        "a motion becomes .bvh, .npz, .glb or .gltf; body-model pose puts it on a body");
   }
-  const BodyModel model = read(arguments, options);
-  const Eigen::VectorXd shape = shape_of(arguments, model);
+  const MotionClip clip =
+      read_motion_file(arguments.body, options.motion, options.asf, options.markers);
+  print(clip.findings);
+  write_motion_file(arguments.out, clip);
+  std::cout << arguments.out << ": " << clip.skeleton.names.size() << " joints, "
+            << clip.motion.poses.size() << " frames at " << short_number(clip.motion.fps)
+            << " per second\n";
+  return kExitDone;
+}
+
+int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
+  const std::string extension = lower_extension(arguments.out);
+  if (extension == ".bvh") {
+    throw UsageError(
+        arguments.body +
+        " is a body: it becomes .npz, .glb, .gltf, .obj or .ply; body-model pose BODY MOTION "
+        "--out a.bvh writes a motion on its skeleton" +
+        (is_gltf(lower_extension(arguments.body)) ? "; --as motion takes the file's own" : ""));
+  }
+  if (extension != ".npz" && !is_gltf(extension) && extension != ".obj" && extension != ".ply") {
+    throw UsageError(
+        "--out takes a name with .npz, .glb, .gltf, .obj, .ply (bodies), .bvh, .npz, .glb or "
+        ".gltf (motions)");
+  }
+  const auto [model, shape] = read_body_input(arguments, options);
   if (extension == ".npz") {
-    write_body(arguments.out, model);
-  } else if (extension == ".glb" || extension == ".gltf") {
+    write_body(arguments.out, at_shape(model, shape));
+  } else if (is_gltf(extension)) {
     write_gltf(arguments.out, gltf_body(model, shape));
-  } else if (extension == ".obj" || extension == ".ply") {
+  } else {
     Mesh mesh = model.mesh;
     mesh.vertices = shape_body(model, shape).vertices;
     mesh.normals.resize(0, 3);
     write_mesh(arguments.out, mesh);
-  } else {
-    throw UsageError(
-        "--out takes a name with .npz, .glb, .gltf, .obj, .ply (bodies), .bvh or .npz "
-        "(motions)");
   }
   std::cout << arguments.out << ": " << vertex_count(model) << " vertices, " << joint_count(model)
             << " joints\n";
   return kExitDone;
+}
+
+int convert(const BodyArguments& arguments, const BodyOptions& options) {
+  return converts_motion(arguments) ? convert_motion(arguments, options)
+                                    : convert_body(arguments, options);
 }
 
 /// Everything that a posed body passes through, so that a camera sees it all.
@@ -319,8 +187,8 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
         std::string(kPictureNames));
   }
   require_picture_size(options.picture, sheet_wanted ? options.pictures : 1);
-  const BodyModel model = read(arguments, options);
-  const Eigen::VectorXd shape = shape_of(arguments, model);
+  const auto [read_model, shape] = read_body_input(arguments, options);
+  const BodyModel& model = read_model;  // lambdas take no structured bindings
   const MotionClip clip =
       read_motion_file(arguments.motion, options.motion, options.asf, options.markers);
   print(clip.findings);
@@ -380,37 +248,33 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   } else {
     write_gltf(arguments.out, gltf_body(model, shape, motion));
   }
-  std::cout << arguments.out << ": " << frames << " frames at " << number(motion.fps)
-            << " per second, steps scaled by " << number(moved.scale) << "\n";
+  std::cout << arguments.out << ": " << frames << " frames at " << short_number(motion.fps)
+            << " per second, steps scaled by " << short_number(moved.scale) << "\n";
   return kExitDone;
-}
-
-bool is_motion_name(const std::string& name) {
-  const std::string extension = lower_extension(name);
-  return extension == ".bvh" || extension == ".amc" || extension == ".trc";
 }
 
 // What a flag is for, "" where it has its effect here.
 std::string use_of(const std::string& flag, const BodyArguments& arguments) {
   const bool poses = arguments.action == "pose";
-  const bool motion =
-      poses || (arguments.action == "convert" &&
-                (is_motion_name(arguments.body) || lower_extension(arguments.out) == ".bvh"));
+  const bool motion = poses || (arguments.action == "convert" && converts_motion(arguments));
+  const bool body = poses || !motion;
   const std::string moved = poses ? arguments.motion : arguments.body;
   const std::string extension = lower_extension(arguments.out);
   const auto belongs = [&](const std::string& section) {
     return flag == section || flag.starts_with(section + ".");
   };
   if (flag == "four_influences") {
-    return "";
+    return body ? "" : "is for bodies";
+  }
+  if (flag == "metres_per_unit") {
+    const std::string from = lower_extension(arguments.body);
+    const bool scaled = body && (is_gltf(from) || from == ".npz");
+    return scaled ? "" : "is for bodies in .glb, .gltf and .npz; motions have --motion." + flag;
   }
   if (belongs("macros") || flag == "rig" || flag == "weights") {
-    const bool makehuman =
-        !is_generated(arguments) && (lower_extension(arguments.body) == ".obj" ||
-                                     std::filesystem::is_directory(arguments.body));
     const std::string instead =
         is_generated(arguments) ? "; " + arguments.body + " takes --shape stature=1.8,mass=70" : "";
-    return makehuman ? "" : "is for MakeHuman's base.obj" + instead;
+    return is_makehuman(arguments) ? "" : "is for MakeHuman's base.obj" + instead;
   }
   if (belongs("motion")) {
     return motion ? "" : "is for a motion";
@@ -419,7 +283,8 @@ std::string use_of(const std::string& flag, const BodyArguments& arguments) {
     return motion && lower_extension(moved) == ".amc" ? "" : "is for a motion in an .amc";
   }
   if (belongs("markers")) {
-    return motion && lower_extension(moved) == ".trc" ? "" : "is for markers in a .trc";
+    const std::string from = lower_extension(moved);
+    return motion && (from == ".trc" || from == ".c3d") ? "" : "is for markers in a .trc or .c3d";
   }
   if (belongs("retarget")) {
     return poses ? "" : "is for pose";
@@ -446,7 +311,13 @@ void refuse_flags_without_effect(const BodyArguments& arguments, const OptionTab
   if (!arguments.out.empty() && arguments.action == "measure") {
     throw UsageError("--out has no effect here: measure prints, as JSON with --json");
   }
-  if (!arguments.shape.empty() && is_motion_name(arguments.body)) {
+  if (!arguments.as.empty() && arguments.action != "convert") {
+    throw UsageError("--as has no effect here: it is for convert");
+  }
+  if (!arguments.target.empty() && !is_makehuman(arguments)) {
+    throw UsageError("--target has no effect here: it is for MakeHuman's base.obj");
+  }
+  if (!arguments.shape.empty() && arguments.action == "convert" && converts_motion(arguments)) {
     throw UsageError("--shape has no effect here: it is for bodies, and " + arguments.body +
                      " is a motion");
   }
@@ -491,15 +362,27 @@ Action add_body_model(CLI::App& parser) {
   auto arguments = std::make_shared<BodyArguments>();
   BodyArguments& a = *arguments;
   parser
-      .add_option("ACTION", a.action,
-                  "show: pictures from four sides; measure: lengths, girths, mass; convert: a body "
-                  "into .npz, .glb, .obj, .ply, a motion into .bvh, .npz; pose: a motion on a body "
-                  "as contact sheet, video, .glb, .bvh or .npz")
+      .add_option(
+          "ACTION", a.action,
+          "show: pictures from four sides; measure: lengths, girths, mass; convert: a body "
+          "into .npz, .glb, .gltf, .obj, .ply, a motion into .bvh, .npz, .glb, .gltf; pose: "
+          "a motion on a body as contact sheet, video, .glb, .gltf, .bvh or .npz")
       ->check(one_of({"show", "measure", "convert", "pose"}))
       ->type_name("show|measure|convert|pose");
   parser.add_option("BODY", a.body, kBodyHelp);
-  parser.add_option("MOTION", a.motion, "pose: .bvh, .amc, .trc, .npz (ours, AMASS), .glb, .gltf");
+  parser.add_option("MOTION", a.motion,
+                    "pose: .bvh, .amc, .trc, .c3d, .npz (ours, AMASS), .glb, .gltf");
   parser.add_option("--out", a.out, "File to write; its extension says what")->type_name("FILE");
+  parser
+      .add_option("--as", a.as,
+                  "convert: what to take of a glTF file that holds both; without it a body")
+      ->check(one_of({"body", "motion"}))
+      ->type_name("body|motion");
+  parser
+      .add_option("--target", a.target,
+                  "MakeHuman: a .target file and its weight, 0 to 1; once for each")
+      ->allow_extra_args(false)
+      ->type_name("FILE=WEIGHT");
   parser.add_option("--shape", a.shape, "Shape parameters in their own units: stature=1.8")
       ->delimiter(',')
       ->allow_extra_args(false)

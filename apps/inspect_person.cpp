@@ -5,8 +5,10 @@
 #include "apps/inspection.h"
 #include "bodymodel/body_archive.h"
 #include "bodymodel/body_file.h"
+#include "bodymodel/motion_c3d.h"
 #include "bodymodel/motion_file.h"
 #include "bodymodel/motion_trc.h"
+#include "core/io/lower_extension.h"
 #include "core/io/npz.h"
 
 namespace atelier {
@@ -43,7 +45,7 @@ void inspect_motion(const std::filesystem::path& path, Inspection& inspection) {
 }
 
 void inspect_markers(const std::filesystem::path& path, Inspection& inspection) {
-  const MarkerClip clip = read_trc(path);
+  const MarkerClip clip = lower_extension(path) == ".c3d" ? read_c3d(path) : read_trc(path);
   inspection.add("kind", "markers");
   inspection.add("markers", clip.markers.size());
   inspection.add("frames", clip.positions.size());

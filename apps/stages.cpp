@@ -52,7 +52,7 @@ constexpr std::array kSimulateFlags = {
     StandAlone::Flag{"garment", "MESH", "Without a workspace: the garment, a mesh"},
     StandAlone::Flag{"body", "FILE",
                      "Mesh, folder of meshes one a frame, sequence, body model, female or male"},
-    StandAlone::Flag{"motion", "FILE", "Moves a body model: .bvh, .amc, .npz, .trc, .glb"},
+    StandAlone::Flag{"motion", "FILE", "Moves a body model: .bvh, .amc, .npz, .trc, .c3d, .glb"},
     StandAlone::Flag{"out", "FOLDER|FILE",
                      "Folder for frames, pictures and videos, each frame once it is done; or one "
                      "file, .h5 or .usda, of all frames, with pictures and videos beside it"},

@@ -193,6 +193,19 @@ void expect_schema(const Npz& npz, const char* schema) {
   }
 }
 
+// What the numbers mean: a file in another unit or with another axis up is not taken as metres.
+void expect_frame(const Reader& reader) {
+  const std::pair<const char*, const char*> words[] = {{"unit", "m"}, {"up", "y"}};
+  for (const auto& [name, word] : words) {
+    const std::vector<std::string> found = reader.strings(name);
+    if (found.size() != 1 || found[0] != word) {
+      reader.fail(name, found.empty() ? "nothing" : "'" + found[0].substr(0, 20) + "'",
+                  std::string("'") + word +
+                      "': archives are in metres, Y up; turn the numbers before writing one");
+    }
+  }
+}
+
 void read_shapes(const Reader& reader, BodyModel& model) {
   const std::vector<std::string> names = reader.strings("shape_names");
   const std::vector<std::string> units = reader.strings("shape_units");
@@ -363,6 +376,7 @@ std::map<std::string, Tensor> body_arrays(const BodyModel& model) {
 BodyModel body_of_arrays(const Npz& npz, const Limits& limits) {
   expect_schema(npz, kBodySchema);
   const Reader reader(npz, limits.mesh_coordinate);
+  expect_frame(reader);
   BodyModel model;
   const std::vector<std::string> name = reader.strings("name");
   model.name = name.empty() ? "" : name[0];
@@ -416,6 +430,7 @@ std::map<std::string, Tensor> motion_arrays(const MotionClip& clip) {
 MotionClip motion_of_arrays(const Npz& npz, const Limits& limits) {
   expect_schema(npz, kMotionSchema);
   const Reader reader(npz, limits.mesh_coordinate);
+  expect_frame(reader);
   MotionClip clip;
   const std::vector<std::string> name = reader.strings("name");
   clip.name = name.empty() ? "" : name[0];

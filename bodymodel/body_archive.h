@@ -13,9 +13,9 @@ namespace atelier {
 
 class Npz;
 
-/// Body models and motions as npz of our own, which numpy opens as they are. Metres, Y up; the
-/// array "schema" says "atelier-body-1" or "atelier-motion-1". Everything reads back to the same
-/// bits.
+/// Body models and motions as npz of our own, which numpy opens as they are. Metres, Y up, which
+/// the arrays "unit" ("m") and "up" ("y") say and reading insists on; the array "schema" says
+/// "atelier-body-1" or "atelier-motion-1". Everything reads back to the same bits.
 ///
 /// Body: joint_names, parents, offsets, rest_rotations, limits_min, limits_max, vertices, faces,
 /// uvs, uv_faces, skin_joints, skin_weights, shape_names, shape_units, shape_ranges [S,3] (neutral,

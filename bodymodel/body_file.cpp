@@ -3,6 +3,7 @@
 #include <cctype>
 
 #include "bodymodel/body_archive.h"
+#include "bodymodel/body_size.h"
 #include "bodymodel/default_human.h"
 #include "bodymodel/gltf_body.h"
 #include "bodymodel/smpl.h"
@@ -23,6 +24,7 @@ BodyFile read_makehuman_file(const std::filesystem::path& base, const BodyFileOp
   if (std::filesystem::is_directory(macros)) {
     files.macros = macros;
   }
+  files.targets = options.targets;
   MakeHumanBody body = read_makehuman(files, options.makehuman, limits);
   return {std::move(body.model), std::move(body.findings)};
 }
@@ -69,6 +71,10 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
   }
   if (extension == ".glb" || extension == ".gltf") {
     GltfBody body = read_gltf_body(path, limits);
+    if (options.metres_per_unit != 1) {
+      body.model = scaled_body(std::move(body.model), options.metres_per_unit);
+    }
+    check_body_size(body.model, path.string());
     return {std::move(body.model), std::move(body.findings)};
   }
   if (extension == ".npz") {
@@ -78,16 +84,26 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
                       "the body's mesh and skin as .glb; its correctives are the output of a "
                       "network, not linear in the pose, and are not read");
     }
-    return {archive_schema(npz).empty() ? read_smpl(npz, {}, limits) : body_of_arrays(npz, limits),
-            {}};
+    if (!archive_schema(npz).empty() && options.metres_per_unit != 1) {
+      throw DataError(path.string(), "array 'unit'", "'m'",
+                      "metres_per_unit = 1: an archive says its unit");
+    }
+    SmplOptions smpl;
+    smpl.metres_per_unit = options.metres_per_unit;
+    BodyModel model =
+        archive_schema(npz).empty() ? read_smpl(npz, smpl, limits) : body_of_arrays(npz, limits);
+    check_body_size(model, path.string());
+    return {std::move(model), {}};
   }
   for (const Refusal& refusal : kRefusals) {
     if (extension == refusal.extension) {
       throw DataError(path.string(), "file name", refusal.found, refusal.advice);
     }
   }
-  throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
-                  "default, female, male, .npz, .glb, .gltf or MakeHuman's base.obj");
+  throw DataError(path.string(), "file name",
+                  extension.empty() ? "no body of that name, and no extension"
+                                    : "extension '" + extension.substr(0, 20) + "'",
+                  "default, female, male, .npz, .glb, .gltf or MakeHuman's base.obj or its folder");
 }
 
 }  // namespace atelier

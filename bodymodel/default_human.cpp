@@ -163,9 +163,10 @@ constexpr double kMostFullness = 1.45;
 
 // Newton on the logarithms, with steps held back and one Jacobian for several steps. `likely` is
 // the mass that the girths speak for, for the message.
-Solved solve_build(const Maker& maker, double male, const BodyMeasurements& wanted, double likely) {
+Solved solve_build(const Maker& maker, const DefaultHumanOptions& options,
+                   const BodyMeasurements& wanted, double likely) {
   Solved solved;
-  solved.build.male = male;
+  solved.build.male = options.male;
   solved.build.stature = wanted.stature;
   const Vector target = log_measures(wanted);
   Vector gap = target - log_measures(maker.measure(solved.build));
@@ -208,11 +209,21 @@ Solved solve_build(const Maker& maker, double male, const BodyMeasurements& want
       worst = full ? 0 : 1;
     }
     const Parameter& p = kParameters[worst];
-    throw DataError("", p.name,
-                    "no body has " + with_unit(wanted.*p.measure, p.unit) +
-                        " together with the other measures; the girths that are given speak for " +
-                        with_unit(likely, "kg"),
-                    "measures of one person, or 0 to let them follow from sex, stature and mass");
+    std::string together;
+    bool girths = false;
+    for (const Parameter& q : kParameters) {
+      if (&q != &p && options.*q.option > 0) {
+        together += (together.empty() ? "" : ", ") + std::string(q.name) + " " +
+                    with_unit(wanted.*q.measure, q.unit);
+        girths = girths || q.by_bulk > 0;
+      }
+    }
+    throw DataError(
+        "", p.name,
+        "no body has " + with_unit(wanted.*p.measure, p.unit) + " together with " +
+            (together.empty() ? "the averages of the rest" : together) +
+            (girths ? "; the girths that are given speak for " + with_unit(likely, "kg") : ""),
+        "measures of one person, or none, which lets them follow from sex, stature and mass");
   }
   return solved;
 }
@@ -286,8 +297,9 @@ std::string human_options_problem(const DefaultHumanOptions& options) {
   for (const Parameter& p : kParameters) {
     const double value = options.*p.option;
     if (!(value == 0 || value >= p.low)) {
-      char text[80];
-      std::snprintf(text, sizeof text, "%s must be 0 or at least %g %s", p.name, p.low, p.unit);
+      char text[120];
+      std::snprintf(text, sizeof text, "%s cannot be %.6g: it is in [%g, %g] %s, or 0 (average)",
+                    p.name, value, p.low, p.high, p.unit);
       return text;
     }
   }
@@ -409,7 +421,7 @@ BodyModel default_human(const DefaultHumanOptions& options) {
   const BodyMeasurements wanted = expected_measures(options);
   check_plausible(options, wanted);
   const Maker maker;
-  const Solved solved = solve_build(maker, options.male, wanted, likely_mass(options));
+  const Solved solved = solve_build(maker, options, wanted, likely_mass(options));
   const HumanAnatomy anatomy = human_anatomy(solved.build);
 
   BodyModel model;

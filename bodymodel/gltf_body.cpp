@@ -141,38 +141,83 @@ GltfBody read_gltf_body(const std::filesystem::path& path, const Limits& limits)
   return body;
 }
 
-GltfScene gltf_body(const BodyModel& model, const Eigen::VectorXd& shape, const Motion& motion) {
-  const ShapedBody body = shape_body(model, shape);
-  GltfScene scene;
-  const Index joints = joint_count(model);
-  for (Index j = 0; j < joints; ++j) {
+namespace {
+
+// A node for each joint, at rest.
+void add_joint_nodes(const Skeleton& skeleton, GltfScene& scene) {
+  for (Index j = 0; j < static_cast<Index>(skeleton.names.size()); ++j) {
     GltfNode node;
-    node.name = model.skeleton.names[static_cast<std::size_t>(j)];
-    node.parent = model.skeleton.parents[static_cast<std::size_t>(j)];
-    node.translation = body.skeleton.offsets.row(j);
-    if (body.skeleton.rest_rotations.rows() > 0) {
-      node.rotation = quaternion_of_matrix(rotation_matrix(body.skeleton.rest_rotations.row(j)));
+    node.name = skeleton.names[static_cast<std::size_t>(j)];
+    node.parent = skeleton.parents[static_cast<std::size_t>(j)];
+    node.translation = skeleton.offsets.row(j);
+    if (skeleton.rest_rotations.rows() > 0) {
+      node.rotation = quaternion_of_matrix(rotation_matrix(skeleton.rest_rotations.row(j)));
     }
     scene.nodes.push_back(node);
   }
+}
+
+GltfSkin skin_of_joints(const Points& joints, const std::vector<Eigen::Matrix3d>& rotations) {
+  GltfSkin skin;
+  for (Index j = 0; j < joints.rows(); ++j) {
+    skin.joints.push_back(static_cast<int>(j));
+    const Eigen::Matrix3d inverse = rotations[static_cast<std::size_t>(j)].transpose();
+    Eigen::Matrix4d bind = Eigen::Matrix4d::Identity();
+    bind.topLeftCorner<3, 3>() = inverse;
+    bind.topRightCorner<3, 1>() = -inverse * joints.row(j).transpose();
+    skin.inverse_binds.push_back(bind);
+  }
+  return skin;
+}
+
+GltfAnimation animation_of(const Skeleton& skeleton, const Motion& motion) {
+  ATELIER_CHECK(motion.fps > 0, "frame rate is positive");
+  const Index joints = static_cast<Index>(skeleton.names.size());
+  GltfAnimation animation;
+  animation.name = "motion";
+  std::vector<double> times;
+  for (std::size_t i = 0; i < motion.poses.size(); ++i) {
+    ATELIER_CHECK(motion.poses[i].rotations.rows() == joints, "poses of another skeleton");
+    times.push_back(static_cast<double>(i) / motion.fps);
+  }
+  const Index count = static_cast<Index>(times.size());
+  GltfChannel path{0, GltfPath::Translation, GltfInterpolation::Linear, times, {}};
+  path.values.resize(count, 3);
+  for (Index i = 0; i < count; ++i) {
+    path.values.row(i) = skeleton.offsets.row(0) +
+                         motion.poses[static_cast<std::size_t>(i)].root_translation.transpose();
+  }
+  animation.channels.push_back(std::move(path));
+  for (Index j = 0; j < joints; ++j) {
+    GltfChannel turn{static_cast<int>(j), GltfPath::Rotation, GltfInterpolation::Linear, times, {}};
+    turn.values.resize(count, 4);
+    Eigen::Matrix3d rest = Eigen::Matrix3d::Identity();
+    if (skeleton.rest_rotations.rows() > 0) {
+      rest = rotation_matrix(skeleton.rest_rotations.row(j));
+    }
+    for (Index i = 0; i < count; ++i) {
+      turn.values.row(i) = quaternion_of_matrix(
+          rest * rotation_matrix(motion.poses[static_cast<std::size_t>(i)].rotations.row(j)));
+    }
+    animation.channels.push_back(std::move(turn));
+  }
+  return animation;
+}
+
+}  // namespace
+
+GltfScene gltf_body(const BodyModel& model, const Eigen::VectorXd& shape, const Motion& motion) {
+  const ShapedBody body = shape_body(model, shape);
+  GltfScene scene;
+  add_joint_nodes(body.skeleton, scene);
   GltfNode mesh_node;
   mesh_node.name = model.name;
   mesh_node.mesh = 0;
   mesh_node.skin = 0;
   scene.roots = {0, static_cast<int>(scene.nodes.size())};
   scene.nodes.push_back(mesh_node);
-
-  GltfSkin skin;
-  skin.name = model.name;
-  for (Index j = 0; j < joints; ++j) {
-    skin.joints.push_back(static_cast<int>(j));
-    const Eigen::Matrix3d inverse = body.rest_rotations[static_cast<std::size_t>(j)].transpose();
-    Eigen::Matrix4d bind = Eigen::Matrix4d::Identity();
-    bind.topLeftCorner<3, 3>() = inverse;
-    bind.topRightCorner<3, 1>() = -inverse * body.joints.row(j).transpose();
-    skin.inverse_binds.push_back(bind);
-  }
-  scene.skins.push_back(skin);
+  scene.skins.push_back(skin_of_joints(body.joints, body.rest_rotations));
+  scene.skins.back().name = model.name;
 
   GltfPrimitive primitive;
   primitive.mesh.vertices = body.vertices;
@@ -185,40 +230,21 @@ GltfScene gltf_body(const BodyModel& model, const Eigen::VectorXd& shape, const 
   primitive.joints.leftCols(model.skin.joints.cols()) = model.skin.joints;
   primitive.weights.leftCols(model.skin.weights.cols()) = model.skin.weights;
   scene.meshes.push_back({model.name, {primitive}, {}, {}});
-
   if (!motion.poses.empty()) {
-    ATELIER_CHECK(motion.fps > 0, "frame rate is positive");
-    GltfAnimation animation;
-    animation.name = "motion";
-    std::vector<double> times;
-    for (std::size_t i = 0; i < motion.poses.size(); ++i) {
-      ATELIER_CHECK(motion.poses[i].rotations.rows() == joints, "poses of another skeleton");
-      times.push_back(static_cast<double>(i) / motion.fps);
-    }
-    const Index count = static_cast<Index>(times.size());
-    GltfChannel path{0, GltfPath::Translation, GltfInterpolation::Linear, times, {}};
-    path.values.resize(count, 3);
-    for (Index i = 0; i < count; ++i) {
-      path.values.row(i) = body.skeleton.offsets.row(0) +
-                           motion.poses[static_cast<std::size_t>(i)].root_translation.transpose();
-    }
-    animation.channels.push_back(std::move(path));
-    for (Index j = 0; j < joints; ++j) {
-      GltfChannel turn{
-          static_cast<int>(j), GltfPath::Rotation, GltfInterpolation::Linear, times, {}};
-      turn.values.resize(count, 4);
-      Eigen::Matrix3d rest = Eigen::Matrix3d::Identity();
-      if (body.skeleton.rest_rotations.rows() > 0) {
-        rest = rotation_matrix(body.skeleton.rest_rotations.row(j));
-      }
-      for (Index i = 0; i < count; ++i) {
-        turn.values.row(i) = quaternion_of_matrix(
-            rest * rotation_matrix(motion.poses[static_cast<std::size_t>(i)].rotations.row(j)));
-      }
-      animation.channels.push_back(std::move(turn));
-    }
-    scene.animations.push_back(std::move(animation));
+    scene.animations.push_back(animation_of(body.skeleton, motion));
   }
+  return scene;
+}
+
+GltfScene gltf_motion(const MotionClip& clip) {
+  check_motion_clip(clip);
+  GltfScene scene;
+  add_joint_nodes(clip.skeleton, scene);
+  scene.roots = {0};
+  const JointFrames rest = forward_kinematics(clip.skeleton, rest_pose(clip.skeleton));
+  scene.skins.push_back(skin_of_joints(rest.positions, rest.rotations));
+  scene.skins.back().name = clip.name;
+  scene.animations.push_back(animation_of(clip.skeleton, clip.motion));
   return scene;
 }
 

@@ -23,10 +23,11 @@ struct GltfBody {
 GltfBody read_gltf_body(const GltfScene& scene, const std::string& file = "");
 GltfBody read_gltf_body(const std::filesystem::path& path, const Limits& limits = {});
 
-/// Samples an animation of a glTF scene at `options.fps` (30 if 0), on the skeleton of its first
-/// skin. Step, linear (rotations the short way) and cubic spline keys. A skeleton has fixed bones:
-/// what animated translations and scales move them is dropped with a finding ("motion-stretch").
-/// Throws DataError for a scene without skin or animations, or an animation that moves no joint.
+/// Samples an animation of a glTF scene at `options.fps`, if 0 at the rate of its keys where these
+/// are even (30 where they are not), on the skeleton of its first skin. Step, linear (rotations the
+/// short way) and cubic spline keys. A skeleton has fixed bones: what animated translations and
+/// scales move them is dropped with a finding ("motion-stretch"). Throws DataError for a scene
+/// without skin or animations, or an animation that moves no joint.
 MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file = "",
                             std::size_t animation = 0, const MotionOptions& options = {},
                             const Limits& limits = {});
@@ -39,5 +40,10 @@ MotionClip read_gltf_motion(const std::filesystem::path& path, const MotionOptio
 /// for those. Throws LogicError for poses of another skeleton.
 GltfScene gltf_body(const BodyModel& model, const Eigen::VectorXd& shape = {},
                     const Motion& motion = {});
+
+/// A motion without a body as a glTF scene: a node for each joint, a skin that names them (so that
+/// readers know the rest pose), an animation with linear keys. End sites have no place in it.
+/// Throws DataError for what check_motion_clip refuses.
+GltfScene gltf_motion(const MotionClip& clip);
 
 }  // namespace atelier

@@ -10,6 +10,7 @@ namespace atelier {
 namespace {
 
 constexpr double kDefaultRate = 30;
+constexpr double kMostRate = 1000;
 constexpr double kStretch = 0.01;  // metres a bone may move unsaid
 
 Eigen::VectorXd key(const GltfChannel& channel, Index k) {
@@ -55,6 +56,27 @@ Eigen::VectorXd sampled(const GltfChannel& channel, double time) {
   return value;
 }
 
+// The rate of the keys where those of the channel with the most are even, else the default.
+double natural_rate(const GltfAnimation& animation) {
+  const std::vector<double>* times = nullptr;
+  for (const GltfChannel& channel : animation.channels) {
+    if (times == nullptr || channel.times.size() > times->size()) {
+      times = &channel.times;
+    }
+  }
+  if (times == nullptr || times->size() < 3) {
+    return kDefaultRate;
+  }
+  const double step = (times->back() - times->front()) / static_cast<double>(times->size() - 1);
+  for (std::size_t i = 1; i < times->size(); ++i) {
+    if (std::abs((*times)[i] - (*times)[i - 1] - step) > 0.02 * step) {
+      return kDefaultRate;
+    }
+  }
+  const double rate = frame_rate(step);
+  return rate >= 1 && rate <= kMostRate ? rate : kDefaultRate;
+}
+
 }  // namespace
 
 MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std::size_t index,
@@ -95,7 +117,7 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std
   clip.name = animation.name.empty() ? file : animation.name;
   clip.skeleton = tree.skeleton;
   clip.findings = tree.findings;
-  clip.motion.fps = options.fps > 0 ? options.fps : kDefaultRate;
+  clip.motion.fps = options.fps > 0 ? options.fps : natural_rate(animation);
   const double frames = std::floor((last - first) * clip.motion.fps + 1e-6) + 1;
   if (!(frames >= 1 && frames <= static_cast<double>(limits.frames))) {
     throw DataError(file, "animation " + animation.name, std::to_string(last - first) + " seconds",

@@ -7,9 +7,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "bodymodel/human_anatomy.h"
 #include "bodymodel/human_rig.h"
+#include "bodymodel/marker_head.h"
 #include "bodymodel/marker_names.h"
 #include "bodymodel/marker_pose.h"
 #include "bodymodel/rotation.h"
@@ -22,6 +24,8 @@ constexpr int kBodyJoints = 22;  // of the default human: what comes before jaw,
 constexpr int kFewest = 6;       // markers that make a pose
 constexpr double kLengthSpread = 0.06;  // of a bone's length about the body's mean scale
 constexpr double kSeenSpread = 0.002;   // of one seen between two joint centres
+constexpr double kAslant = 0.17;        // radians of a band on the head that is levelled
+constexpr double kBandHeight = 0.085;   // m above the head's joint, where no face is
 constexpr double kBad = 0.04;           // m rms above which a frame is tried from other starts
 
 // Bones that share one length factor, by the joint at their end.
@@ -462,6 +466,30 @@ MarkerClip in_our_axes(MarkerClip clip, const Subject& subject, const MotionOpti
   return clip;
 }
 
+// Turns the named places of a band of markers round the head so that it looks ahead on average.
+void level_head(const Recorded& all, const std::string& name, Subject& subject,
+                std::vector<Finding>& findings) {
+  Points& places = subject.nominal_markers.offsets;
+  std::vector<std::size_t> band;
+  for (std::size_t m = 0; m < subject.centre.size(); ++m) {
+    if (subject.nominal_markers.joints[m] == find_joint(subject.nominal, "head")) {
+      if (places(static_cast<Index>(m), 1) < kBandHeight) {
+        return;  // markers on the face say themselves where it looks
+      }
+      band.push_back(m);
+    }
+  }
+  const double pitch = head_pitch(places, band, all.targets, all.seen);
+  if (std::abs(pitch) >= kAslant) {
+    places = levelled(places, band, pitch);
+    findings.push_back({Severity::Note, "motion-markers-head", name,
+                        "the markers on the head are aslant by " +
+                            formatted(std::abs(pitch) * 180 / std::numbers::pi, "%.0f") +
+                            " degrees on average",
+                        "taken as worn so, by a person who looks ahead"});
+  }
+}
+
 }  // namespace
 
 OptionTable describe(MarkerFitOptions& options) {
@@ -486,6 +514,7 @@ MarkerFit fit_markers(const MarkerClip& original, const MotionOptions& motion,
   Subject subject = recognised_subject(original, fit);
   const MarkerClip clip = in_our_axes(original, subject, motion, fit.clip.findings);
   const Recorded all = recorded(clip, subject);
+  level_head(all, clip.name, subject, fit.clip.findings);
   const std::vector<std::size_t> frames = calibration_frames(all, options.calibration_frames);
   if (frames.empty()) {
     throw DataError(clip.name, "markers", "no frame that sees six of them", "a person's markers");

@@ -42,6 +42,7 @@ const Table& middle_table() {
       {"sternum", {"spine3", 0, 60, 45}},
       {"rbak", {"spine3", -50, 46, -68}},
       {"rback", {"spine3", -50, 46, -68}},
+      {"rbac", {"spine3", -50, 46, -68}},
       {"sacr", sacrum},
       {"vsac", sacrum},
       {"vsacral", sacrum},
@@ -131,6 +132,10 @@ const Table& side_table() {
       {"fin", finger},
       {"fhd", {"head", 32, 60, 55}},
       {"bhd", {"head", 32, 60, -50}},
+      // CMU: a belt instead of the hip bones, shins.
+      {"fwt", asis},
+      {"bwt", psis},
+      {"shn", shank},
       // OpenSim: gait2392 and Rajagopal.
       {"acromium", acromion},
       {"acromion", acromion},

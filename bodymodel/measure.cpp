@@ -5,10 +5,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <unordered_map>
 
+#include "bodymodel/body_pieces.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
@@ -114,23 +114,6 @@ double ray_length(const Points& vertices, const Triangles& faces, const Vector3d
     }
   }
   return nearest;
-}
-
-// The faces with vertices of one place made one: files that split vertices at the seams of their
-// atlas (glTF) have a closed surface in open pieces.
-Triangles joined_faces(const Points& vertices, const Triangles& faces) {
-  std::map<std::array<double, 3>, int> first;
-  std::vector<int> index(static_cast<std::size_t>(vertices.rows()));
-  for (Index v = 0; v < vertices.rows(); ++v) {
-    index[static_cast<std::size_t>(v)] =
-        first.try_emplace({vertices(v, 0), vertices(v, 1), vertices(v, 2)}, static_cast<int>(v))
-            .first->second;
-  }
-  Triangles joined = faces;
-  for (Index i = 0; i < joined.size(); ++i) {
-    joined.data()[i] = index[static_cast<std::size_t>(faces.data()[i])];
-  }
-  return joined;
 }
 
 Vector3d joint(const Skeleton& skeleton, const Points& positions, const std::string& name) {
@@ -240,8 +223,13 @@ BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton) {
   const Vector3d head = at("head");
 
   BodyMeasurements m;
-  const double ground = vertices.col(1).minCoeff();
-  m.stature = vertices.col(1).maxCoeff() - ground;
+  double ground = std::numeric_limits<double>::infinity();
+  double top = -ground;
+  for (Index i = 0; i < faces.size(); ++i) {
+    ground = std::min(ground, vertices(faces.data()[i], 1));
+    top = std::max(top, vertices(faces.data()[i], 1));
+  }
+  m.stature = top - ground;
   m.mass = kBodyDensity * mesh_volume(vertices, faces);
 
   double crotch = std::numeric_limits<double>::infinity();
@@ -306,7 +294,7 @@ BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& sha
   const ShapedBody body = shape_body(model, shape);
   Mesh mesh;
   mesh.vertices = body.vertices;
-  mesh.faces = joined_faces(mesh.vertices, model.mesh.faces);
+  mesh.faces = main_piece(mesh.vertices, model.mesh.faces).faces;
   return measure_body(mesh, body.skeleton);
 }
 

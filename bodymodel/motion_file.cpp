@@ -2,17 +2,23 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 
 #include "bodymodel/body_archive.h"
 #include "bodymodel/gltf_body.h"
+#include "bodymodel/humanoid.h"
 #include "bodymodel/motion_amass.h"
 #include "bodymodel/motion_amc.h"
 #include "bodymodel/motion_bvh.h"
+#include "bodymodel/motion_c3d.h"
 #include "core/error.h"
 #include "core/io/npz.h"
 
 namespace atelier {
 namespace {
+
+constexpr double kLeastLegs = 0.15;  // metres, hip to knee to ankle
+constexpr double kMostLegs = 1.5;
 
 std::string extension_of(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -48,6 +54,17 @@ std::filesystem::path skeleton_of(const std::filesystem::path& amc) {
   return best;
 }
 
+// A clip of a format that is in metres, Y up, with what `options` say instead.
+MotionClip as_said(MotionClip clip, MotionOptions options) {
+  const std::optional<Humanoid> person = find_humanoid(clip.skeleton);
+  const double legs = person ? leg_length(clip.skeleton, *person) : 1;
+  if (options.metres_per_unit == 0 && legs > kLeastLegs && legs < kMostLegs) {
+    options.metres_per_unit = 1;
+  }
+  options.up = options.up == 0 ? 'y' : options.up;
+  return in_metres_y_up(std::move(clip), options);
+}
+
 }  // namespace
 
 MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptions& options,
@@ -61,27 +78,35 @@ MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptio
     return read_amc(asf.empty() ? skeleton_of(path) : asf, path, options, limits);
   }
   if (extension == ".glb" || extension == ".gltf") {
-    return read_gltf_motion(path, options, limits);
+    MotionOptions sampled = options;
+    sampled.fps = 0;
+    return as_said(read_gltf_motion(path, options, limits), sampled);
   }
-  if (extension == ".trc") {
-    return fit_markers(read_trc(path, limits), options, markers).clip;
+  if (extension == ".trc" || extension == ".c3d") {
+    return fit_markers(extension == ".trc" ? read_trc(path, limits) : read_c3d(path, limits),
+                       options, markers)
+        .clip;
   }
   if (extension == ".npz") {
     const Npz npz(path, limits);
-    return archive_schema(npz).empty() ? read_amass(path, nullptr, limits)
-                                       : motion_of_arrays(npz, limits);
+    return as_said(archive_schema(npz).empty() ? read_amass(path, nullptr, limits)
+                                               : motion_of_arrays(npz, limits),
+                   options);
   }
   throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
-                  "a motion: .bvh, .amc, .trc, .npz, .glb or .gltf");
+                  "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb or .gltf");
 }
 
 void write_motion_file(const std::filesystem::path& path, const MotionClip& clip) {
   const std::string extension = extension_of(path);
-  ATELIER_CHECK(extension == ".bvh" || extension == ".npz", "motions are written as .bvh or .npz");
   if (extension == ".bvh") {
     write_bvh(path, clip);
-  } else {
+  } else if (extension == ".npz") {
     write_motion(path, clip);
+  } else {
+    ATELIER_CHECK(extension == ".glb" || extension == ".gltf",
+                  "motions are written as .bvh, .npz, .glb or .gltf");
+    write_gltf(path, gltf_motion(clip));
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
@@ -15,8 +16,9 @@
 namespace atelier {
 namespace {
 
-constexpr double kSole = 0.03;     // metres above the floor in which rest vertices are soles
-constexpr Index kTouching = 1000;  // vertices sampled for the lowest point, half of them soles
+constexpr double kMostScale = 2.5;  // of steps, unsaid: from an adult to a small child
+constexpr double kSole = 0.03;      // metres above the floor in which rest vertices are soles
+constexpr Index kTouching = 1000;   // vertices sampled for the lowest point, half of them soles
 
 double mean_turn(const Pose& a, const Pose& b) {
   double sum = 0;
@@ -52,6 +54,21 @@ Eigen::Matrix3d followed_turn(const Follow& follow, const JointFrames& now,
     return a;
   }
   return a * rotation_matrix(follow.share * rotation_vector(a.transpose() * turn(follow.b)));
+}
+
+// A motion of a person half or twice as large is still one; beyond that a unit is wrong.
+void add_scale_finding(double motion_legs, double body_legs, const std::string& name,
+                       std::vector<Finding>& findings) {
+  const double scale = body_legs / motion_legs;
+  if (scale > kMostScale || scale < 1 / kMostScale) {
+    char text[160];
+    std::snprintf(
+        text, sizeof text,
+        "legs of %.3g m in the motion and of %.3g m on the body: steps are scaled by %.3g",
+        motion_legs, body_legs, scale);
+    findings.push_back({Severity::Warning, "retarget-scale", name, text,
+                        "if a unit is wrong, set metres_per_unit of the motion or of the body"});
+  }
 }
 
 // The target's pose that follows the source's frames; the root stays where it is.
@@ -174,6 +191,8 @@ Retargeted retarget(const MotionClip& original, const BodyModel& model,
   const std::vector<Follow> follows = correspondence(clip.skeleton, from, skeleton, to);
   const std::vector<Eigen::Matrix3d> aligned = aligned_rotations(reference, from, skeleton, to);
   result.scale = leg_length(skeleton, to) / leg_length(clip.skeleton, from);
+  add_scale_finding(leg_length(clip.skeleton, from), leg_length(skeleton, to), clip.name,
+                    result.findings);
   // Which reference each target joint turns away from: feet have their own.
   std::vector<const JointFrames*> away(skeleton.names.size(), &reference.frames);
   for (std::size_t side = 0; side < 2; ++side) {

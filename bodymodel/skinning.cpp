@@ -1,5 +1,7 @@
 #include "bodymodel/skinning.h"
 
+#include <algorithm>
+
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning_device.h"
 #include "core/error.h"
@@ -45,6 +47,20 @@ ShapedBody shape_body(const BodyModel& model, const Eigen::VectorXd& shape) {
   body.joints = rest.positions;
   body.rest_rotations = rest.rotations;
   return body;
+}
+
+BodyModel at_shape(const BodyModel& model, const Eigen::VectorXd& shape) {
+  ShapedBody body = shape_body(model, shape);
+  BodyModel result = model;
+  result.mesh.vertices = std::move(body.vertices);
+  result.skeleton = std::move(body.skeleton);
+  for (Index s = 0; s < shape.size(); ++s) {
+    ShapeParameter& parameter = result.shape[static_cast<std::size_t>(s)];
+    parameter.neutral = shape[s];
+    parameter.min = std::min(parameter.min, shape[s]);
+    parameter.max = std::max(parameter.max, shape[s]);
+  }
+  return result;
 }
 
 Eigen::VectorXd pose_features(const BodyModel& model, const Pose& pose) {

@@ -36,6 +36,11 @@ struct ShapedBody {
 /// throws LogicError otherwise. O(V S).
 ShapedBody shape_body(const BodyModel& model, const Eigen::VectorXd& shape = {});
 
+/// The model with `shape` as its neutral shape: what formats without a shape space get, and what
+/// keeps a shape for good. Every shape of it is that of the model. Throws LogicError for a shape of
+/// another length; ranges widen to hold the new neutral values. O(V S).
+BodyModel at_shape(const BodyModel& model, const Eigen::VectorXd& shape);
+
 /// The features of all correctives at a pose, [C], and their derivatives by the rotation of the
 /// joint that each one follows, [C,3]. Throws LogicError if the pose has another number of joints.
 Eigen::VectorXd pose_features(const BodyModel& model, const Pose& pose);

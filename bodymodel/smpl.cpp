@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bodymodel/body_size.h"
 #include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/io/npz.h"
@@ -140,11 +141,12 @@ Points regressed(const std::vector<JointRegressor>& regressor, const Points& ver
   return joints;
 }
 
-void check_height(const Points& vertices, const std::string& file) {
-  const double height = vertices.col(1).maxCoeff() - vertices.col(1).minCoeff();
+void check_height(const Points& vertices, double metres_per_unit, const std::string& file) {
+  const double height = metres_per_unit * (vertices.col(1).maxCoeff() - vertices.col(1).minCoeff());
   if (!(height > kLeastHeight && height < kMostHeight)) {
     throw DataError(file, "array 'v_template'", "a body " + std::to_string(height) + " tall",
-                    "metres, Y up: 0.3 to 3 (scale or turn the file's vertices)");
+                    "metres, Y up: 0.3 to 3 (set metres_per_unit, 0.01 for centimetres, or turn "
+                    "the file's vertices)");
   }
 }
 
@@ -231,6 +233,7 @@ void add_correctives(const Npz& npz, const Limits& limits, BodyModel& model) {
 
 BodyModel read_smpl(const Npz& npz, const SmplOptions& options, const Limits& limits) {
   ATELIER_CHECK(options.betas >= 0 && options.expressions >= 0, "numbers of directions");
+  ATELIER_CHECK(options.metres_per_unit > 0, "metres per unit are positive");
   BodyModel model;
   const Tensor rest = read(npz, "v_template", {-1, 3}, "shape [V,3]");
   check_bounded(rest, limits.mesh_coordinate, npz.file(), "v_template");
@@ -240,7 +243,7 @@ BodyModel read_smpl(const Npz& npz, const SmplOptions& options, const Limits& li
     throw DataError(npz.file(), "array 'v_template'", "shape " + shape_text(rest.shape),
                     "a body's vertices");
   }
-  check_height(model.mesh.vertices, npz.file());
+  check_height(model.mesh.vertices, options.metres_per_unit, npz.file());
   model.mesh.faces = triangles_of(read(npz, "f", {-1, 3}, "shape [F,3]"), vertices, npz, "f");
   if (npz.contains("vt") && npz.contains("ft")) {
     const Tensor uvs = read(npz, "vt", {-1, 2}, "shape [T,2]");
@@ -278,7 +281,8 @@ BodyModel read_smpl(const Npz& npz, const SmplOptions& options, const Limits& li
       !model.correctives.empty() && model.correctives[0].feature == PoseFeature::QuaternionEntry;
   model.name = star ? "star" : joints == 24 ? "smpl" : joints == 52 ? "smplh" : "smplx";
   check_body_model(model, npz.file());
-  return model;
+  return options.metres_per_unit == 1 ? model
+                                      : scaled_body(std::move(model), options.metres_per_unit);
 }
 
 BodyModel read_smpl(const std::filesystem::path& path, const SmplOptions& options,

@@ -14,6 +14,7 @@ class Npz;
 struct SmplOptions {
   int betas = 10;       ///< shape directions taken, the first ones; at most what the file has
   int expressions = 0;  ///< SMPL-X: expression directions taken, as parameters "expression_0", ...
+  double metres_per_unit = 1;  ///< of the file's lengths; 0.01 for centimetres
 };
 
 /// Reads SMPL, SMPL-H, SMPL-X (Loper et al. 2015, Romero et al. 2017, Pavlakos et al. 2019) and

@@ -7,6 +7,7 @@
 
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/test_data.h"
 
 namespace atelier::testing {
 namespace {
@@ -82,9 +83,115 @@ TEST_F(BodyModelCommand, AMotionBecomesNpzAndBvhAgain) {
   EXPECT_EQ(back.exit_code, 0) << back.err;
 }
 
+TEST_F(BodyModelCommand, AMotionBecomesGltfAndBack) {
+  const std::string glb = (folder_ / "still.glb").string();
+  ASSERT_EQ(run({"convert", still_bvh(), "--out", glb}).exit_code, 0);
+  for (const char* name : {"back.bvh", "back.npz", "back.gltf"}) {
+    const ChildResult back = run({"convert", glb, "--out", (folder_ / name).string()});
+    EXPECT_EQ(back.exit_code, 0) << back.err;
+    EXPECT_THAT(back.out, HasSubstr("18 joints, 3 frames at 30 per second")) << name;
+  }
+}
+
+TEST_F(BodyModelCommand, ABodyWithAMotionIsTakenAsEither) {
+  const std::string glb = (folder_ / "posed.glb").string();
+  ASSERT_EQ(run({"pose", "female", still_bvh(), "--out", glb}).exit_code, 0);
+  const std::string npz = (folder_ / "taken.npz").string();
+  const ChildResult body = run({"convert", glb, "--out", npz});
+  EXPECT_THAT(body.out, HasSubstr("vertices, 55 joints"));
+  const ChildResult motion = run({"convert", glb, "--as", "motion", "--out", npz});
+  EXPECT_THAT(motion.out, HasSubstr("55 joints, 3 frames")) << motion.err;
+  refused({"convert", glb, "--out", (folder_ / "a.bvh").string()}, 2, "--as motion takes");
+  refused({"convert", glb, "--as", "dance", "--out", npz}, 2, "dance");
+  refused({"measure", "female", "--as", "motion"}, 2, "it is for convert");
+}
+
+TEST_F(BodyModelCommand, ShowAndPoseMakePictures) {
+  const auto png = [&](const char* name) { return (folder_ / name).string(); };
+  const std::vector<std::string> small = {"--width", "64", "--height", "96", "--samples", "1"};
+  const auto with_small = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), small.begin(), small.end());
+    return run(std::move(arguments));
+  };
+  const ChildResult shown = with_small({"show", "female", "--out", png("body.png")});
+  ASSERT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_THAT(shown.out, HasSubstr("55 joints, 13 shape parameters"));
+  const ChildResult posed =
+      with_small({"pose", "female", still_bvh(), "--pictures", "3", "--out", png("still.png")});
+  ASSERT_EQ(posed.exit_code, 0) << posed.err;
+  EXPECT_THAT(posed.out, HasSubstr("3 frames at 30 per second, steps scaled by 0."));
+  for (const char* name : {"body.png", "still.png"}) {
+    const ChildResult picture = run_child({ATELIER_PROGRAM, "inspect", png(name), "--json"});
+    ASSERT_EQ(picture.exit_code, 0) << picture.err;
+    const auto json = nlohmann::json::parse(picture.out);
+    EXPECT_GE(json["width"], 3 * 64) << name;
+    EXPECT_GE(json["height"], 96) << name;
+  }
+  const ChildResult film = with_small({"pose", "female", still_bvh(), "--out", png("still.mp4")});
+  ASSERT_EQ(film.exit_code, 0) << film.err;
+  EXPECT_GT(std::filesystem::file_size(png("still.mp4")), 500u);
+}
+
+TEST_F(BodyModelCommand, AShapeIsKeptWhenABodyIsConverted) {
+  const std::string body = (folder_ / "body.npz").string();
+  const std::string tall = (folder_ / "tall.npz").string();
+  ASSERT_EQ(run({"convert", "female", "--out", body}).exit_code, 0);
+  const ChildResult made = run({"convert", body, "--shape", "stature=1.66", "--out", tall});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const ChildResult measured = run({"measure", tall, "--json"});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  EXPECT_NEAR(nlohmann::json::parse(measured.out)["stature"]["value"].get<double>(), 1.66, 0.002);
+}
+
+TEST_F(BodyModelCommand, TargetsShapeAMakeHumanBody) {
+  ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
+  const std::string longer =
+      (testing::test_data_root() / "makehuman/targets/measure/measure-neck-circ-incr.target")
+          .string();
+  const auto neck = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"measure", base.string(), "--json"});
+    const ChildResult result = run(std::move(more));
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(result.out)["neck_girth"]["value"].get<double>();
+  };
+  const double plain = neck({});
+  EXPECT_GT(neck({"--target", longer + "=1"}), plain + 0.02);
+  EXPECT_NEAR(neck({"--target", longer + "=0"}), plain, 1e-9);
+  refused({"measure", base.string(), "--target", longer + "=2"}, 2,
+          "measure-neck-circ-incr cannot be 2: it is in [0, 1]");
+  refused({"measure", base.string(), "--target", longer}, 2, "FILE=WEIGHT");
+  refused({"measure", base.string(), "--target", longer + "=1", "--target", longer + "=0.5"}, 2,
+          "is given twice");
+  refused({"measure", base.string(), "--target", "none.target=1"}, 3, "none.target");
+  refused({"measure", "female", "--target", longer + "=1"}, 2, "it is for MakeHuman's base.obj");
+}
+
+TEST_F(BodyModelCommand, BodiesInCentimetresAreRefusedUntilItIsSaid) {
+  ATELIER_TEST_FILE(fox, "gltf_skinned/bevy_fox/Fox.glb");
+  refused({"measure", fox.string()}, 3, "set metres_per_unit = 0.01");
+  EXPECT_EQ(run({"convert", fox.string(), "--metres_per_unit", "0.01", "--out",
+                 (folder_ / "fox.npz").string()})
+                .exit_code,
+            0);
+  refused({"measure", "female", "--metres_per_unit", "0.01"}, 2, "is for bodies in .glb");
+  const std::string npz = (folder_ / "still.npz").string();
+  ASSERT_EQ(run({"convert", still_bvh(), "--out", npz}).exit_code, 0);
+  refused({"convert", npz, "--metres_per_unit", "0.01", "--out", npz}, 2,
+          "motions have --motion.metres_per_unit");
+}
+
+TEST_F(BodyModelCommand, ADressedFigureIsMeasuredWithAWarning) {
+  ATELIER_TEST_FILE(figure, "gltf_skinned/mesh2motion/human-sophia.glb");
+  const ChildResult result = run({"measure", figure.string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("warning measure-pieces"));
+  ATELIER_TEST_FILE(naked, "gltf_skinned/mesh2motion/human-male.glb");
+  EXPECT_THAT(run({"measure", naked.string()}).err, ::testing::IsEmpty());
+}
+
 TEST_F(BodyModelCommand, ShapesDoNotSwallowTheArgumentsBehindThem) {
   const ChildResult result =
-      run({"--shape", "stature=1.6,weight=0.1", "--shape", "stature=1.7", "measure", "female"});
+      run({"--shape", "stature=1.6,weight=0.1", "--shape", "mass=70", "measure", "female"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("no shape parameter 'weight'"));
   const ChildResult measured = run({"--shape", "stature=1.7", "measure", "female", "--json"});
@@ -141,7 +248,13 @@ TEST_F(BodyModelCommand, RefusesWrongWords) {
   refused({"measure", "female", "--shape", "stature=nan"}, 2, "stature cannot be 'nan'");
   refused({"measure", "female", "--shape", "wings=1"}, 2, "no shape parameter 'wings'");
   refused({"pose", "female", "a.bvh", "--motion.up", "x", "--out", "a.png"}, 2, "auto, y, z");
-  refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh or .npz");
+  refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh, .npz, .glb");
+  refused({"convert", "default", "--out", "a.bvh"}, 2, "default is a body: it becomes .npz");
+  refused({"convert", "default", "--out", "a.xyz"}, 2, ".obj, .ply (bodies)");
+  refused({"measure", "female", "--shape", "stature=1.7", "--shape", "stature=1.8"}, 2,
+          "stature is given twice");
+  refused({"measure", "female", "--shape", "stature=1.2"}, 2,
+          "stature cannot be 1.2: it is in [1.4, 2.15] m");
 }
 
 TEST_F(BodyModelCommand, RefusesFlagsThatHaveNoEffect) {
@@ -164,10 +277,15 @@ TEST_F(BodyModelCommand, RefusesMeasuresThatNoAdultHas) {
   refused({"measure", "female", "--shape", "mass=90,waist_girth=0.5"}, 3,
           "0.5 m at a stature of 1.63 m and a mass of 90 kg");
   refused({"measure", "female", "--shape", "stature=2.1,mass=35"}, 3, "a body mass index of 7.94");
+  const ChildResult legs = run({"measure", "female", "--shape", "stature=1.8,leg_length=1.05"});
+  EXPECT_EQ(legs.exit_code, 3);
+  EXPECT_THAT(legs.err, HasSubstr("together with"));
+  EXPECT_THAT(legs.err, ::testing::Not(HasSubstr("girths that are given")));
 }
 
 TEST_F(BodyModelCommand, RefusesWrongFiles) {
   refused({"measure", "nobody.xyz"}, 3, "default, female, male");
+  refused({"show", "nobody", "--out", (folder_ / "a.png").string()}, 3, "no body of that name");
   refused({"measure", (folder_ / "none.npz").string()}, 3, "none.npz");
   const std::filesystem::path cut = folder_ / "cut.bvh";
   std::ofstream(cut) << "HIERARCHY\nROOT hips\n{\nOFFSET 0 0 0\n";

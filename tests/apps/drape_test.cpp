@@ -55,7 +55,7 @@ TEST_F(DrapeRefuses, GarmentsThatAreNone) {
 
 TEST_F(DrapeRefuses, BodiesAndOptionsThatCannotBe) {
   refused({"--body", "nobody.glb"}, 3, "nobody.glb");
-  refused({"--human.stature", "0.9"}, 2, "--human.stature must be 0 or at least 1.4 m");
+  refused({"--human.stature", "0.9"}, 2, "--human.stature cannot be 0.9: it is in [1.4, 2.15] m");
   refused({"--human.waist_girth", "3"}, 2, "waist_girth");
   refused({"--pattern_scale", "9"}, 2, "pattern_scale");
   refused({"--edge_length", "0"}, 2, "edge_length");

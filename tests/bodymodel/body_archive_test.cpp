@@ -68,6 +68,24 @@ TEST(BodyArchive, AMotionReadsBackToTheSameBits) {
   EXPECT_EQ(back.motion.poses[3].root_translation, clip.motion.poses[3].root_translation);
 }
 
+TEST(BodyArchive, RefusesOtherUnitsAndAxes) {
+  const std::pair<const char*, const char*> frames[] = {{"unit", "cm"}, {"up", "z"}};
+  for (const auto& [name, word] : frames) {
+    const std::string said = std::string("array '") + name + "': '" + word + "'; expected";
+    Arrays body = body_arrays(whole_body());
+    body[name].strings[0] = word;
+    EXPECT_THAT([&] { body_of_arrays(Npz(npz_bytes(body), "b.npz")); },
+                ThrowsMessage<DataError>(AllOf(HasSubstr(said), HasSubstr("metres, Y up"))));
+    Arrays motion = motion_arrays(testing::person_clip());
+    motion[name].strings[0] = word;
+    EXPECT_THAT([&] { motion_of_arrays(Npz(npz_bytes(motion), "m.npz")); },
+                ThrowsMessage<DataError>(AllOf(HasSubstr(said), HasSubstr("metres, Y up"))));
+    motion.erase(name);
+    EXPECT_THAT([&] { motion_of_arrays(Npz(npz_bytes(motion), "m.npz")); },
+                ThrowsMessage<DataError>(HasSubstr("missing")));
+  }
+}
+
 TEST(BodyArchive, RefusesNumbersBeyondTheCeiling) {
   for (const char* name : {"vertices", "offsets", "shape_joints"}) {
     Arrays arrays = body_arrays(whole_body());

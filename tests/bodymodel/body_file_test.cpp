@@ -6,8 +6,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/body_size.h"
 #include "bodymodel/gltf_body.h"
 #include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
 #include "bodymodel/retarget.h"
 #include "core/error.h"
 #include "core/io/npz.h"
@@ -43,6 +45,38 @@ TEST(BodyFile, AnMhrBodyComesAsGltfAndIsMoved) {
   EXPECT_EQ(model.skeleton.names[static_cast<std::size_t>(person.neck.back())], "c_head");
   EXPECT_EQ(model.skeleton.names[static_cast<std::size_t>(person.arms[0].elbow)], "l_lowarm");
   EXPECT_EQ(retarget(person_clip(), model).motion.poses.size(), 5u);
+  fs::remove(path);
+}
+
+// What Blender makes of an FBX in centimetres, as MHR's are: an armature of scale 0.01 above the
+// joints, whose bind matrices are in centimetres.
+TEST(BodyFile, AnArmatureInCentimetresIsAPersonInMetres) {
+  const BodyModel person = person_body(person_skeleton(mhr_names()));
+  GltfScene scene = gltf_body(scaled_body(person, 100));
+  GltfNode armature;
+  armature.name = "body_armature";
+  armature.scale.setConstant(0.01);
+  const int above = static_cast<int>(scene.nodes.size());
+  for (const int root : scene.roots) {
+    scene.nodes[static_cast<std::size_t>(root)].parent = above;
+  }
+  scene.roots = {above};
+  scene.nodes.push_back(armature);
+  GltfMorphTarget taller;
+  taller.positions = 100 * Points::Constant(vertex_count(person), 3, 0.01);
+  scene.meshes[0].primitives[0].targets = {taller};
+  scene.meshes[0].target_names = {"identity_0"};
+  const fs::path path = file("mhr_cm.glb");
+  write_gltf(path, scene);
+  const BodyModel model = read_body_file(path).model;
+  EXPECT_LT((model.mesh.vertices - person.mesh.vertices).cwiseAbs().maxCoeff(), 1e-5);
+  EXPECT_LT((rest_positions(model.skeleton) - rest_positions(person.skeleton)).norm(), 1e-5);
+  ASSERT_EQ(model.shape.size(), 1u);
+  EXPECT_EQ(model.shape[0].name, "identity_0");
+  EXPECT_NEAR(model.shape[0].surface.offsets(7, 1), 0.01, 1e-6);
+  const Retargeted moved = retarget(person_clip(), model);
+  EXPECT_NEAR(moved.scale, 1, 1e-5);
+  EXPECT_TRUE(moved.findings.empty());
   fs::remove(path);
 }
 

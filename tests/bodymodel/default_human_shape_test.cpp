@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include <gmock/gmock.h>
@@ -408,6 +409,63 @@ TEST(DefaultHumanAtlas, IslandsAreNamedAndFillTheSquareWithoutMirrors) {
   std::printf("flipped %d of %d, area %.2f\n", flipped, static_cast<int>(mesh.uv_faces.rows()),
               area);
   EXPECT_EQ(flipped, 0);
+  EXPECT_GT(area, 0.45);
+}
+
+// No texel's centre is inside triangles of two islands, and hardly any in two of one: the web of
+// the thumb and the shoulder fold a little over the border of theirs.
+TEST(DefaultHumanAtlas, IslandsDoNotOverlap) {
+  const Mesh mesh = default_human(without_basis({})).mesh;
+  constexpr int kSide = 2048;
+  std::vector<int> owner(static_cast<std::size_t>(kSide) * kSide, -1);
+  int between = 0;
+  int within = 0;
+  int filled = 0;
+  // Islands: what hangs together by texture coordinates.
+  std::vector<int> island(static_cast<std::size_t>(mesh.uvs.rows()));
+  std::iota(island.begin(), island.end(), 0);
+  const auto root = [&](int v) {
+    while (island[static_cast<std::size_t>(v)] != v) {
+      v = island[static_cast<std::size_t>(v)] =
+          island[static_cast<std::size_t>(island[static_cast<std::size_t>(v)])];
+    }
+    return v;
+  };
+  for (Index f = 0; f < mesh.uv_faces.rows(); ++f) {
+    island[static_cast<std::size_t>(root(mesh.uv_faces(f, 0)))] = root(mesh.uv_faces(f, 1));
+    island[static_cast<std::size_t>(root(mesh.uv_faces(f, 1)))] = root(mesh.uv_faces(f, 2));
+  }
+  for (Index f = 0; f < mesh.uv_faces.rows(); ++f) {
+    Eigen::Matrix<double, 3, 2> p;
+    for (int c = 0; c < 3; ++c) {
+      p.row(c) = kSide * mesh.uvs.row(mesh.uv_faces(f, c));
+    }
+    const Eigen::RowVector2d low = p.colwise().minCoeff();
+    const Eigen::RowVector2d high = p.colwise().maxCoeff();
+    const auto side = [&](int c, const Eigen::RowVector2d& q) {
+      const Eigen::RowVector2d a = p.row((c + 1) % 3) - p.row(c);
+      const Eigen::RowVector2d b = q - p.row(c);
+      return a.x() * b.y() - a.y() * b.x();
+    };
+    for (int y = std::max(0, static_cast<int>(low.y())); y < std::min(kSide + 0.0, high.y()); ++y) {
+      for (int x = std::max(0, static_cast<int>(low.x())); x < std::min(kSide + 0.0, high.x());
+           ++x) {
+        const Eigen::RowVector2d q(x + 0.5, y + 0.5);
+        if (side(0, q) > 1e-9 && side(1, q) > 1e-9 && side(2, q) > 1e-9) {
+          int& one = owner[static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x)];
+          const int here = root(mesh.uv_faces(f, 0));
+          between += one >= 0 && one != here;
+          within += one == here;
+          filled += one < 0;
+          one = here;
+        }
+      }
+    }
+  }
+  std::printf("filled %.1f%%; texels in two islands %d, twice in one %d (%.4f%% of the filled)\n",
+              100.0 * filled / kSide / kSide, between, within, 100.0 * within / filled);
+  EXPECT_EQ(between, 0);
+  EXPECT_LT(within, 3e-4 * filled);
 }
 
 TEST(DefaultHumanLimits, AllowTheRestPoseAndMirror) {

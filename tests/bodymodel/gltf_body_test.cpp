@@ -38,6 +38,24 @@ Motion short_motion(const Skeleton& skeleton) {
   return motion;
 }
 
+TEST(GltfMotion, AMotionWithoutABodyReadsBack) {
+  MotionClip clip = testing::person_clip();
+  clip.skeleton.rest_rotations = Points::Zero(21, 3);
+  clip.skeleton.rest_rotations.row(14) << 0, 0.2, -0.7;
+  const std::string bytes = glb_bytes(gltf_motion(clip));
+  const MotionClip back =
+      read_gltf_motion(read_gltf(std::as_bytes(std::span(bytes)), "m.glb"), "m.glb");
+  EXPECT_EQ(back.skeleton.names, clip.skeleton.names);
+  ASSERT_EQ(back.motion.poses.size(), clip.motion.poses.size());
+  for (std::size_t i = 0; i < clip.motion.poses.size(); ++i) {
+    const Points was = forward_kinematics(clip.skeleton, clip.motion.poses[i]).positions;
+    const Points is = forward_kinematics(back.skeleton, back.motion.poses[i]).positions;
+    EXPECT_LT((is - was).cwiseAbs().maxCoeff(), 1e-5);  // float in the file
+  }
+  clip.motion.fps = 0;
+  EXPECT_THROW(gltf_motion(clip), DataError);
+}
+
 TEST(GltfBody, WhatIsWrittenReadsBack) {
   const BodyModel model = plain_body();
   const Motion motion = short_motion(model.skeleton);

@@ -5,8 +5,10 @@
 
 #include "bodymodel/default_human.h"
 #include "bodymodel/humanoid.h"
+#include "bodymodel/marker_head.h"
 #include "bodymodel/motion_file.h"
 #include "bodymodel/retarget.h"
+#include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "tests/bodymodel/synthetic_markers.h"
@@ -247,6 +249,26 @@ TEST(MarkerFit, TheRealTrialPosesADefaultHuman) {
     EXPECT_GT(posed.col(1).minCoeff(), -0.1);
     EXPECT_LT(posed.col(1).maxCoeff(), 2.2);
   }
+}
+
+TEST(MarkerHead, APitchIsMeasuredAndLevelled) {
+  Points places(5, 3);
+  places << 0.05, 0.1, 0.09, -0.05, 0.1, 0.09, 0.05, 0.1, -0.08, -0.05, 0.1, -0.08, 0, 0, 0;
+  const std::vector<std::size_t> band = {0, 1, 2, 3};
+  std::vector<Points> recorded;
+  for (int i = 0; i < 5; ++i) {  // turns, and looks up by 0.4
+    const Eigen::Matrix3d turn = rotation_matrix({0, 0.5 * i, 0}) * rotation_matrix({-0.4, 0, 0});
+    recorded.push_back(places * turn.transpose());
+  }
+  std::vector<std::vector<bool>> seen(5, std::vector<bool>(5, true));
+  seen[2] = {true, true, false, false, true};
+  EXPECT_NEAR(head_pitch(places, band, recorded, seen), 0.4, 1e-9);
+  const Points worn = levelled(places, band, 0.4);
+  EXPECT_NEAR(head_pitch(worn, band, recorded, seen), 0, 1e-9);
+  EXPECT_EQ(worn.row(4), places.row(4));
+  EXPECT_EQ(head_pitch(places, {0, 1}, recorded, seen), 0);
+  seen.pop_back();
+  EXPECT_THROW(head_pitch(places, band, recorded, seen), LogicError);
 }
 
 TEST(MarkerFit, RefusesMarkersOfNobody) {

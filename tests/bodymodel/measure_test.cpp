@@ -6,8 +6,11 @@
 #include <gtest/gtest.h>
 
 #include "bodymodel/default_human.h"
+#include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
+#include "bodymodel/mhclo.h"
 #include "core/error.h"
+#include "tests/support/test_data.h"
 
 namespace atelier {
 namespace {
@@ -82,6 +85,61 @@ TEST(MeasureBody, IsTheSameWhereverTheBodyStands) {
   for (const NamedMeasurement& name : measurement_names()) {
     EXPECT_NEAR(here.*name.value, there.*name.value, 1e-9 * std::max(1.0, here.*name.value))
         << name.name;
+  }
+}
+
+// A copy of some faces' surface inside or beside the body, as eyes, teeth and hair are.
+void add_piece(BodyModel& model, const Mesh& piece, const Eigen::RowVector3d& place) {
+  const Index n = model.mesh.vertices.rows();
+  Points vertices(n + piece.vertices.rows(), 3);
+  vertices << model.mesh.vertices, piece.vertices.rowwise() + place;
+  Triangles faces(model.mesh.faces.rows() + piece.faces.rows(), 3);
+  faces << model.mesh.faces, piece.faces.array() + static_cast<int>(n);
+  model.mesh.vertices = vertices;
+  model.mesh.faces = faces;
+  const Index slots = model.skin.joints.cols();
+  model.skin.joints.conservativeResize(vertices.rows(), slots);
+  model.skin.weights.conservativeResize(vertices.rows(), slots);
+  model.skin.joints.bottomRows(piece.vertices.rows()).setZero();
+  model.skin.weights.bottomRows(piece.vertices.rows()).setZero();
+  model.skin.weights.col(0).tail(piece.vertices.rows()).setOnes();
+}
+
+TEST(MeasureBody, EyesTeethAndHairAreNotMeasured) {
+  BodyModel model = human();
+  model.shape.clear();
+  const BodyMeasurements plain = measure_body(model);
+  const double top = model.mesh.vertices.col(1).maxCoeff();
+  const double neck = rest_positions(model.skeleton)(find_joint(model.skeleton, "neck"), 1);
+  Mesh ball = tube(0.012, 0.012, 0, 24);
+  ball.vertices.col(1) *= 0.024;
+  add_piece(model, ball, {0.03, top - 0.12, 0.07});  // an eye
+  add_piece(model, ball, {0, neck + 0.04, -0.01});   // something round the bone of the neck
+  Mesh hair = tube(0.09, 0.1, 0, 24);                // above the head and down to the neck
+  hair.vertices.col(1) *= 0.2;
+  add_piece(model, hair, {0, top - 0.1, 0});
+  const BodyMeasurements found = measure_body(model);
+  for (const NamedMeasurement& name : measurement_names()) {
+    EXPECT_DOUBLE_EQ(found.*name.value, plain.*name.value) << name.name;
+  }
+}
+
+// MakeHuman's body with the eyes that hang on its base mesh: measured as the body alone.
+TEST(MeasureBody, MakeHumanWithEyesIsMeasuredAsItsSkin) {
+  ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
+  ATELIER_TEST_FILE(eyes, "makehuman/eyes/high-poly.mhclo");
+  const MakeHumanBody body = read_makehuman({base,
+                                             base.parent_path() / "default.mhskel",
+                                             base.parent_path() / "default_weights.mhw",
+                                             {},
+                                             {}});
+  BodyModel model = body.model;
+  model.skeleton = with_smpl_names(model.skeleton, recognised_humanoid(model.skeleton));
+  const BodyMeasurements skin = measure_body(model);
+  add_piece(model, read_makehuman_garment(eyes, body).mesh, Eigen::RowVector3d::Zero());
+  const BodyMeasurements found = measure_body(model);
+  for (const NamedMeasurement& name : measurement_names()) {
+    EXPECT_DOUBLE_EQ(found.*name.value, skin.*name.value) << name.name;
   }
 }
 

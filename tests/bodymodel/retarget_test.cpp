@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/default_human.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/makehuman.h"
@@ -197,30 +198,67 @@ MakeHumanBody makehuman(const std::filesystem::path& root) {
   return read_makehuman(files);
 }
 
-TEST(Retarget, EveryRealMotionOnMakeHuman) {
+// Every BVH of the data: captures, and MakeHuman's poses and animations.
+TEST(Retarget, EveryRealMotionOnMakeHumanAndTheDefaultHuman) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   const std::filesystem::path root = testing::test_data_root();
-  const MakeHumanBody body = makehuman(root);
+  DefaultHumanOptions human = female_human();
+  human.shape_basis = false;
+  const BodyModel bodies[] = {makehuman(root).model, default_human(human)};
   RetargetOptions options;
-  options.fps = 10;  // keeps the test short
+  options.fps = 5;  // keeps the test short
+  int files = 0;
   for (const char* folder : {"mocap_bvh", "makehuman"}) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
       if (entry.path().extension() != ".bvh") {
         continue;
       }
-      const Retargeted result = retarget(read_bvh(entry.path()), body.model, {}, options);
-      ASSERT_FALSE(result.motion.poses.empty()) << entry.path();
-      EXPECT_GT(result.scale, 0.7) << entry.path();
-      EXPECT_LT(result.scale, 1.4) << entry.path();
-      const Points posed = skin_vertices(body.model, result.motion.poses[0]);
-      EXPECT_TRUE(posed.allFinite()) << entry.path();
-      EXPECT_GT(posed.col(1).minCoeff(), -0.12) << entry.path();
-      EXPECT_LT(posed.col(1).maxCoeff(), 2.3) << entry.path();
+      ++files;
+      const MotionClip clip = read_bvh(entry.path());
+      for (const BodyModel& model : bodies) {
+        SCOPED_TRACE(entry.path().string() + " on " + model.name);
+        const Retargeted result = retarget(clip, model, {}, options);
+        const std::vector<Pose>& poses = result.motion.poses;
+        ASSERT_FALSE(poses.empty());
+        EXPECT_GT(result.scale, 0.6);
+        EXPECT_LT(result.scale, 1.4);
+        for (const Finding& finding : result.findings) {
+          EXPECT_NE(finding.code, "retarget-scale");
+        }
+        for (const std::size_t frame : {std::size_t{0}, poses.size() / 2, poses.size() - 1}) {
+          const Points posed = skin_vertices(model, poses[frame]);
+          EXPECT_TRUE(posed.allFinite());
+          EXPECT_GT(posed.col(1).minCoeff(), -0.12);
+          const double height = posed.col(1).maxCoeff() - posed.col(1).minCoeff();
+          EXPECT_GT(height, 0.3);
+          EXPECT_LT(height, 2.3);  // arms up
+        }
+      }
     }
   }
+  EXPECT_GE(files, 31);
+  RecordProperty("files", files);
 }
 
-TEST(Retarget, TheCmuWalkKeepsItsFeetOnTheGround) {
+TEST(Retarget, AnAbsurdScaleIsSaidWithItsNumber) {
+  MotionClip clip = person_clip();
+  clip.skeleton.offsets *= 100;  // centimetres that nobody said
+  for (Pose& pose : clip.motion.poses) {
+    pose.root_translation *= 100;
+  }
+  const Retargeted result = retarget(clip, person_body(person_skeleton()), {}, plain());
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_EQ(result.findings[0].severity, Severity::Warning);
+  EXPECT_EQ(result.findings[0].code, "retarget-scale");
+  EXPECT_THAT(result.findings[0].what,
+              HasSubstr("legs of 83 m in the motion and of 0.83 m on the body: steps are scaled by "
+                        "0.01"));
+  EXPECT_THAT(result.findings[0].advice, HasSubstr("metres_per_unit"));
+  EXPECT_TRUE(
+      retarget(person_clip(), person_body(person_skeleton()), {}, plain()).findings.empty());
+}
+
+TEST(Retarget, AWalkKeepsItsFeetOnTheGround) {
   ATELIER_TEST_FILE(path, "mocap_bvh/bvh_python/test_freebvh.bvh");
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   const MakeHumanBody body = makehuman(testing::test_data_root());

@@ -78,6 +78,20 @@ TEST(Skinning, ShapeIsLinearInPhysicalValues) {
   EXPECT_LT((moved - 0.2 * model.shape[0].surface.offsets).norm(), 1e-14);
 }
 
+TEST(Skinning, AModelAtAShapeHasTheSameShapesFromThere) {
+  const BodyModel model = testing::synthetic_body();
+  const Eigen::Vector2d here(1.9, 0.7);
+  const BodyModel moved = at_shape(model, here);
+  EXPECT_EQ(neutral_shape(moved), here);
+  const Pose pose = testing::random_pose(model.skeleton, 5);
+  EXPECT_LT((skin_vertices(moved, pose) - skin_vertices(model, pose, here)).norm(), 1e-12);
+  const Eigen::Vector2d other(1.6, -0.2);
+  EXPECT_LT((skin_vertices(moved, pose, other) - skin_vertices(model, pose, other)).norm(), 1e-12);
+  const Eigen::Vector2d far(2.5, 0);  // beyond the plausible range: it widens
+  check_body_model(at_shape(model, far));
+  EXPECT_THROW(at_shape(model, Eigen::Vector3d(1, 2, 3)), LogicError);
+}
+
 TEST(Skinning, SparseDirectionsTouchOnlyTheirVertices) {
   const BodyModel model = synthetic_body();
   const Points moved = shape_body(model, Eigen::Vector2d(1.7, 2)).vertices - model.mesh.vertices;

@@ -1,7 +1,9 @@
 // Makes the pictures of docs/default_human.md anew: body_pictures FOLDER.
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -142,6 +144,36 @@ Mesh skin(const BodyModel& model, const Points& vertices) {
   return mesh;
 }
 
+// Bends a leg until both feet are on the ground, where some bend of its knee does that.
+void stand(const BodyModel& model, Pose& pose, const std::string& knee) {
+  const int joint = find_joint(model.skeleton, knee);
+  const double side = knee.starts_with("left") ? 1 : -1;
+  // How much higher the foot of that leg is than the other.
+  const auto gap = [&](double bend) {
+    pose.rotations(joint, 0) = bend;
+    const Points posed = skin_vertices(model, pose);
+    double low[2] = {10, 10};
+    for (Index v = 0; v < posed.rows(); ++v) {
+      if (model.mesh.vertices(v, 1) < 0.15) {
+        double& lowest = low[side * model.mesh.vertices(v, 0) > 0 ? 0 : 1];
+        lowest = std::min(lowest, posed(v, 1));
+      }
+    }
+    return low[0] - low[1];
+  };
+  const double before = pose.rotations(joint, 0);
+  double a = 0.02;
+  double b = 1.6;
+  if (gap(a) > 0 || gap(b) < 0) {
+    gap(before);
+    return;
+  }
+  for (int i = 0; i < 20; ++i) {
+    const double c = (a + b) / 2;
+    (gap(c) < 0 ? a : b) = c;
+  }
+}
+
 // A block to sit on, whose top is at the lowest point of the seat.
 Mesh block(double x, double top, double bottom, double back, double front) {
   Points corners(8, 3);
@@ -230,6 +262,11 @@ void poses(const std::filesystem::path& folder) {
     const BodyModel& model = bodies[count++ % 2];
     Pose pose = rest_pose(model.skeleton);
     make(model.skeleton, pose);
+    const std::string bent = name == std::string("reaching") ? "left_knee" : "right_knee";
+    if (name == std::string("walking") || name == std::string("lunge") ||
+        name == std::string("guard") || name == std::string("reaching")) {
+      stand(model, pose, bent);
+    }
     const Points vertices = skin_vertices(model, pose);
     std::vector<RenderMesh> meshes = {{skin(model, vertices), clay_look()}};
     if (std::string(name) == "sitting") {
@@ -250,42 +287,74 @@ void poses(const std::filesystem::path& folder) {
   save(folder / "default_human_poses.jpg", tiles, 4);
 }
 
-// The part of a body whose vertices pass a test.
-Mesh part(const BodyModel& model, const std::function<bool(const Eigen::Vector3d&)>& in) {
-  Mesh mesh = skin(model, model.mesh.vertices);
-  std::vector<Index> keep;
-  for (Index f = 0; f < mesh.faces.rows(); ++f) {
-    bool all = true;
-    for (int c = 0; c < 3; ++c) {
-      all = all && in(mesh.vertices.row(mesh.faces(f, c)).transpose());
-    }
-    if (all) {
-      keep.push_back(f);
-    }
-  }
-  Triangles faces(static_cast<Index>(keep.size()), 3);
-  for (std::size_t i = 0; i < keep.size(); ++i) {
-    faces.row(static_cast<Index>(i)) = mesh.faces.row(keep[i]);
-  }
-  mesh.faces = faces;
-  // Only what is left is framed.
-  std::vector<int> index(static_cast<std::size_t>(mesh.vertices.rows()), -1);
-  Points points(0, 3);
-  std::vector<Index> rows;
-  for (Index i = 0; i < faces.size(); ++i) {
-    int& at = index[static_cast<std::size_t>(faces.data()[i])];
+// What of a closed mesh is on the side of a plane that its normal points to, closed by a fan from
+// the middle of the cut. Corners of the fan are its own, so that its edge is sharp.
+Mesh cut(const Mesh& mesh, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
+  const Eigen::VectorXd height = (mesh.vertices.rowwise() - point.transpose()) * normal;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<int, 3>> faces;
+  std::vector<std::array<Eigen::Vector3d, 2>> edge;
+  std::vector<int> kept(static_cast<std::size_t>(mesh.vertices.rows()), -1);
+  std::map<std::pair<int, int>, int> crossing;
+  const auto vertex = [&](int v) {
+    int& at = kept[static_cast<std::size_t>(v)];
     if (at < 0) {
-      at = static_cast<int>(rows.size());
-      rows.push_back(faces.data()[i]);
+      at = static_cast<int>(points.size());
+      points.emplace_back(mesh.vertices.row(v));
     }
-    mesh.faces.data()[i] = at;
+    return at;
+  };
+  const auto between = [&](int a, int b) {
+    const auto [it, fresh] =
+        crossing.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<int>(points.size()));
+    if (fresh) {
+      const double t = height[a] / (height[a] - height[b]);
+      points.emplace_back(mesh.vertices.row(a) + t * (mesh.vertices.row(b) - mesh.vertices.row(a)));
+    }
+    return it->second;
+  };
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    std::vector<int> corners;
+    std::vector<int> border;
+    for (int c = 0; c < 3; ++c) {
+      const int v = mesh.faces(f, c);
+      const int w = mesh.faces(f, (c + 1) % 3);
+      if (height[v] >= 0) {
+        corners.push_back(vertex(v));
+      }
+      if ((height[v] >= 0) != (height[w] >= 0)) {
+        corners.push_back(between(v, w));
+        border.push_back(corners.back());
+      }
+    }
+    for (std::size_t i = 2; i < corners.size(); ++i) {
+      faces.push_back({corners[0], corners[i - 1], corners[i]});
+    }
+    if (border.size() == 2) {
+      edge.push_back({points[static_cast<std::size_t>(border[0])],
+                      points[static_cast<std::size_t>(border[1])]});
+    }
   }
-  points.resize(static_cast<Index>(rows.size()), 3);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    points.row(static_cast<Index>(i)) = mesh.vertices.row(rows[i]);
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const auto& one : edge) {
+    middle += 0.5 * (one[0] + one[1]) / static_cast<double>(edge.size());
   }
-  mesh.vertices = points;
-  return mesh;
+  for (const auto& one : edge) {
+    const bool right = (one[0] - middle).cross(one[1] - middle).dot(normal) < 0;
+    const int n = static_cast<int>(points.size());
+    points.insert(points.end(), {one[right ? 0 : 1], one[right ? 1 : 0], middle});
+    faces.push_back({n, n + 1, n + 2});
+  }
+  Mesh result;
+  result.vertices.resize(static_cast<Index>(points.size()), 3);
+  result.faces.resize(static_cast<Index>(faces.size()), 3);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    result.vertices.row(static_cast<Index>(i)) = points[i];
+  }
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    result.faces.row(static_cast<Index>(i)) << faces[i][0], faces[i][1], faces[i][2];
+  }
+  return result;
 }
 
 void details(const std::filesystem::path& folder) {
@@ -296,17 +365,16 @@ void details(const std::filesystem::path& folder) {
     const auto at = [&](const char* name) {
       return Eigen::Vector3d(joints.row(find_joint(model.skeleton, name)));
     };
-    const double neck = at("neck").y() - 0.02;
-    const Mesh head = part(
-        model, [&](const Eigen::Vector3d& p) { return p.y() > neck && std::abs(p.x()) < 0.13; });
+    const Mesh all = skin(model, model.mesh.vertices);
+    Mesh head = cut(all, at("neck") - Eigen::Vector3d(0, 0.04, 0), Eigen::Vector3d::UnitY());
+    head = cut(head, {0.14, 0, 0}, -Eigen::Vector3d::UnitX());
+    head = cut(head, {-0.14, 0, 0}, Eigen::Vector3d::UnitX());
     const Eigen::Vector3d wrist = at("left_wrist");
     const Eigen::Vector3d along = (wrist - at("left_elbow")).normalized();
-    const Mesh hand = part(model, [&](const Eigen::Vector3d& p) {
-      return (p - wrist).dot(along) > -0.08 && p.x() > 0.3;
-    });
-    const double ankle = at("left_ankle").y() + 0.09;
-    const Mesh foot =
-        part(model, [&](const Eigen::Vector3d& p) { return p.y() < ankle && p.x() > 0; });
+    const Mesh hand = cut(cut(all, {0.3, 0, 0}, Eigen::Vector3d::UnitX()), wrist - 0.08 * along, along);
+    const Mesh leg =
+        cut(all, at("left_ankle") + Eigen::Vector3d(0, 0.09, 0), -Eigen::Vector3d::UnitY());
+    const Mesh foot = cut(leg, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX());
     const PictureOptions size = tile(400, 400);
     const std::string who = male > 0 ? "man" : "woman";
     tiles.push_back({picture_of(head, View{0, 0.02}, size), who + ", front"});
