@@ -277,18 +277,23 @@ struct SelfWork {
     }
   }
 
-  __device__ void keep_pairs(const SelfClock& clock) const {
+  __device__ void keep_pairs(int pass, const SelfClock& clock) const {
     const auto load_x = [&](int i) { return load(i); };
     const auto load_o = [&](int i) { return load_origin(i); };
     const auto carried = [&](int i) { return load_carry(i); };
-    const auto stay = [&](int i, Vec3<T> held) {
+    const auto slide = [&](int i, Vec3<T> push) {
       __stcg(&sums[i].used, kPushed);
+      widen(sums[i].fresh, push);
+    };
+    const auto stay = [&](int i, Vec3<T> held) {
       __stcg(&sums[i].stay, 1);
-      widen(sums[i].fresh, held);
+      slide(i, held);
     };
     bool kept = false;
     visit_pairs([&](const SelfPair<T>& pair, bool edges) {
-      kept = keep_back(cloth, pair, edges, load_x, load_o, carried, stay) || kept;
+      kept =
+          keep_back(cloth, pair, edges, pass < kSelfSlides, load_x, load_o, carried, slide, stay) ||
+          kept;
     });
     if (kept) {
       atomicMax(&counts->kept, clock.serial);
@@ -430,7 +435,7 @@ __device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks
   const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
   for (int pass = 0; pass < kSelfKeeps; ++pass) {
     renew_pairs(work, s, clock, wait);
-    work.keep_pairs(clock);
+    work.keep_pairs(pass, clock);
     wait();
     if (__ldcg(&work.counts->kept) != clock.serial) {
       if (pass == 0) {
@@ -439,8 +444,11 @@ __device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks
       break;
     }
     ++clock.serial;
+    const Meeting meeting = pass < kSelfSlides                ? Meeting::Touches
+                            : pass < kSelfSlides + kSelfRides ? Meeting::Rides
+                                                              : Meeting::Stays;
     for (int i = work.thread; i < frame.count; i += work.threads) {
-      move_particle(work, i, s, pass < kSelfRides ? Meeting::Rides : Meeting::Stays, clock);
+      move_particle(work, i, s, meeting, clock);
     }
     wait();
   }

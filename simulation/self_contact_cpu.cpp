@@ -244,14 +244,18 @@ bool SelfContactCpu<T>::keep_once(const SelfMotion<T>& motion, int pass, bool ev
   const auto load = [&](int i) { return motion.x[i]; };
   const auto load_origin = [&](int i) { return motion.origin[i]; };
   const auto carry = [&](int i) { return motion.carry[i]; };
-  const auto stay = [&](int i, Vec3<T> held) {
+  const auto slide = [&](int i, Vec3<T> push) {
     raise_to(sums_[i].used, 1);
-    raise_to(sums_[i].stay, 1);
-    widen(sums_[i].fresh, held);
+    widen(sums_[i].fresh, push);
   };
+  const auto stay = [&](int i, Vec3<T> held) {
+    raise_to(sums_[i].stay, 1);
+    slide(i, held);
+  };
+  const bool slides = pass < kSelfPushes + kSelfSlides;
   std::atomic<bool> kept{false};
   visit_pairs(pass, every, [&](const SelfPair<T>& pair, bool edges) {
-    if (atelier::keep_back(view_, pair, edges, load, load_origin, carry, stay)) {
+    if (atelier::keep_back(view_, pair, edges, slides, load, load_origin, carry, slide, stay)) {
       kept.store(true, std::memory_order_relaxed);
     }
   });

@@ -40,8 +40,8 @@ class SelfContactCpu {
   }
   /// From now on `moved` is of the whole substep.
   void all_moved() { moved_from_ = 1; }
-  /// True if it was kept back in this substep.
-  bool stays(int i) const { return moved_[i] > kSelfPushes; }
+  /// True if it was kept where this substep began.
+  bool stays(int i) const { return moved_[i] > kSelfPushes + kSelfSlides; }
   int candidate_count() const { return static_cast<int>(face_pairs_.size() + edge_pairs_.size()); }
   int search_count() const { return searches_; }
   int active_count() const { return active_; }

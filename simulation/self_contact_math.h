@@ -61,9 +61,10 @@ struct SelfRule {
   int horizon;    ///< substeps for which a search looks ahead
 };
 
-constexpr int kSelfPushes = 10;     ///< passes of pushes in a substep, at most
-constexpr int kSelfKeeps = 24;      ///< and of keeping back what would pass
-constexpr int kSelfRides = 8;       ///< of these, in which who is kept rides on the body near it
+constexpr int kSelfPushes = 10;  ///< passes of pushes in a substep, at most
+constexpr int kSelfKeeps = 30;   ///< and of keeping back what would pass
+constexpr int kSelfSlides = 6;   ///< of these the first, in which a pair may slide on itself
+constexpr int kSelfRides = 8;    ///< and the next, in which who is kept rides on the body near it
 constexpr double kSelfRest = 0.02;  ///< of the gap: a push below it needs no further pass
 constexpr int kSelfCrossings = 2;   ///< faces that an edge passes through
 constexpr int kSupportLevels = 64;  ///< of particles that rest on one another, see PushSum

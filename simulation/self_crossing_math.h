@@ -78,12 +78,44 @@ ATELIER_HOST_DEVICE inline bool passes(const Vec4<T>* start, const Vec4<T>* x, b
   return s > -room && s < T(1) + room && t > -room && t < T(1) + room;
 }
 
-/// Keeps a pair that would pass where the substep began: `stay(particle, carry)` for each of the
-/// free ones with the carry of each of the four (`carry(particle)`). True if it would.
-template <class T, class Load, class LoadStart, class Carry, class Stay>
+/// Lets a pair move as one along the direction `before` that it had at the substep's start, and
+/// freely across it: `slide(particle, push)` for each of the free ones. What stayed where it was
+/// would stick there, whatever pulled at it, for as long as it would pass.
+template <class T, class Slide>
+ATELIER_HOST_DEVICE inline void slide_as_one(const int* particle, const Vec4<T>* start,
+                                             const Vec4<T>* x, Vec3<T> before, const Slide& slide) {
+  T along[4];
+  T fixed = T(0);
+  T together = T(0);
+  int fixed_count = 0;
+  const T size = norm(before);
+  const Vec3<T> n = size > T(1e-7) ? (T(1) / size) * before : Vec3<T>{};
+  for (int k = 0; k < 4; ++k) {
+    along[k] = dot(n, xyz(x[k]) - xyz(start[k]));
+    together += T(0.25) * along[k];
+    if (!(x[k].w > T(0))) {
+      fixed += along[k];
+      ++fixed_count;
+    }
+  }
+  if (fixed_count > 0) {
+    together = fixed / static_cast<T>(fixed_count);
+  }
+  for (int k = 0; k < 4; ++k) {
+    if (x[k].w > T(0)) {
+      slide(particle[k], (together - along[k]) * n);
+    }
+  }
+}
+
+/// Keeps a pair back that would pass; true if it would. Where `slides`, see slide_as_one; else it
+/// is kept where the substep began: `stay(particle, carry)` for each of the free ones with the
+/// carry of each of the four (`carry(particle)`).
+template <class T, class Load, class LoadStart, class Carry, class Slide, class Stay>
 ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPair<T>& pair,
-                                          bool edges, const Load& load, const LoadStart& load_start,
-                                          const Carry& carry, const Stay& stay) {
+                                          bool edges, bool slides, const Load& load,
+                                          const LoadStart& load_start, const Carry& carry,
+                                          const Slide& slide, const Stay& stay) {
   int particle[4];
   pair_particles(cloth, pair, edges, particle);
   Vec4<T> start[4];
@@ -120,6 +152,10 @@ ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPa
     if (carried.w > T(0)) {
       return false;
     }
+  }
+  if (slides) {
+    slide_as_one(particle, start, x, before, slide);
+    return true;
   }
   for (int k = 0; k < 4; ++k) {
     for (int j = 0; j < 4 && x[k].w > T(0); ++j) {

@@ -301,7 +301,7 @@ class CpuBackend final : public ClothSolver::Backend {
       for (int pass = 0; pass < kSelfKeeps && self_->keep_back(motion, pass); ++pass) {
         kept = true;
         if (body_.face_count > 0) {
-          touch_body(s, true, true, pass < kSelfRides);
+          touch_body(s, true, true, pass < kSelfSlides + kSelfRides);
         }
       }
       if (kept && body_.face_count > 0) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "simulation/crossings.h"
+#include "simulation/self_crossing_math.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/test_bodies.h"
 
@@ -38,6 +39,31 @@ TEST(Crossings, CountsThePassesOfEdgesThroughTriangles) {
   x.row(4) << 0.2, 0.2, -0.5;
   x.row(5) << 3, 3, -3;
   EXPECT_EQ(count_crossings(x, faces), 0);
+}
+
+// A pair that sticks where it was holds cloth that is pulled out sideways; one that slides lets it
+// go.
+TEST(SelfContact, APairThatWouldPassSlidesOnItself) {
+  const int particle[4] = {0, 1, 2, 3};
+  const Vec4<double> start[4] = {{0, 0, 0, 1}, {1, 0, 0, 1}, {0, 0, 1, 1}, {0.2, 0.01, 0.2, 1}};
+  Vec4<double> x[4] = {{0, 0, 0, 1}, {1, 0, 0, 1}, {0, 0, 1, 1}, {0.5, -0.05, 0.2, 1}};
+  ASSERT_TRUE(passes(start, x, false));
+  const Vec3<double> before{0, 0.01, 0};
+  const auto slide = [&](int k, Vec3<double> push) {
+    x[k] = {x[k].x + push.x, x[k].y + push.y, x[k].z + push.z, x[k].w};
+  };
+  slide_as_one(particle, start, x, before, slide);
+  EXPECT_FALSE(passes(start, x, false));
+  EXPECT_NEAR(x[3].x, 0.5, 1e-12) << "across its direction it goes on";
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_NEAR(x[k].y - start[k].y, -0.06 / 4, 1e-12) << "along it all go as one";
+  }
+  // What is pinned leads.
+  Vec4<double> pinned[4] = {{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 0, 1, 0}, {0.5, -0.05, 0.2, 1}};
+  slide_as_one(particle, start, pinned, before, [&](int k, Vec3<double> push) {
+    EXPECT_EQ(k, 3);
+    EXPECT_NEAR(push.y, 0.06, 1e-12);
+  });
 }
 
 TEST(SelfContact, ASheetFallingOnAnotherLandsOnIt) {
