@@ -1,6 +1,6 @@
 #pragma once
 
-#include "simulation/body_contact_math.h"
+#include "simulation/body_surface_math.h"
 
 namespace atelier {
 

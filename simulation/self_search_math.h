@@ -52,12 +52,21 @@ ATELIER_HOST_DEVICE inline void collect_edges(const SelfView<T>& cloth, int e,
   grow(box, p + vp);
   grow(box, q + vq);
   const T reach = rule.thickness + T(2) * rule.slack;
-  visit_tree(cloth.surface.nodes, inflated(box, reach), [&](int face) {
+  const Box<T> query = inflated(box, reach);
+  Box<T> now{p, p};
+  grow(now, q);
+  visit_tree(cloth.surface.nodes, query, [&](int face) {
     const FaceIndices f = cloth.surface.faces[face];
     const bool a_in = f.a == edge.a || f.b == edge.a || f.c == edge.a;
     const bool b_in = f.a == edge.b || f.b == edge.b || f.c == edge.b;
-    if (!a_in && !b_in && crosses(p, q, corners_at(cloth.surface, face, T(0)))) {
-      crossing(face);
+    if (!a_in && !b_in) {
+      const FaceCorners<T> t = corners_at(cloth.surface, face, T(0));
+      Box<T> around{t.a, t.a};
+      grow(around, t.b);
+      grow(around, t.c);
+      if (overlap(now, around) && crosses(p, q, t)) {
+        crossing(face);
+      }
     }
     for (int k = 0; k < 3; ++k) {
       const int o = cloth.face_edges[3 * face + k];
@@ -70,6 +79,13 @@ ATELIER_HOST_DEVICE inline void collect_edges(const SelfView<T>& cloth, int e,
       }
       const Vec3<T> r = xyz(cloth.surface.start[other.a]);
       const Vec3<T> s = xyz(cloth.surface.start[other.b]);
+      Box<T> swept{r, r};
+      grow(swept, s);
+      grow(swept, xyz(cloth.surface.end[other.a]));
+      grow(swept, xyz(cloth.surface.end[other.b]));
+      if (!overlap(query, swept)) {
+        continue;
+      }
       const SegmentShares<T> near = nearest_on_segments(p, q, r, s);
       const T squared = squared_norm(between(p, q, near.s) - between(r, s, near.t));
       const Vec3<T> vr = flight(cloth, other.a);
