@@ -424,7 +424,7 @@ struct SideShare {
   double depth = 0;
 };
 SideShare side_share(const std::string& name) {
-  return name.ends_with("shoulder") ? SideShare{1, 0.38, -0.28, 0.6}
+  return name.ends_with("shoulder") ? SideShare{1, 0.38, -0.2, 0.6}
          : name.ends_with("hip")    ? SideShare{0.4, 0.15, 0.15, 0}
                                     : SideShare{};
 }

@@ -145,6 +145,18 @@ TEST(DefaultHumanShape, NoSelfIntersectionInTheArmpitOfAWideChest) {
   }
 }
 
+// What crossed in T-pose while a raised arm pushed the top of the shoulder out by more: thick arms
+// on narrow shoulders of short, heavy men.
+TEST(DefaultHumanShape, NoSelfIntersectionOnTopOfANarrowShoulder) {
+  const std::vector<double> corners[] = {
+      {.05, .95, .05, .95, .05, .05, .95, .05, .95, .05, .95, .95},
+      {.05, .95, .95, .05, .05, .05, .95, .95, .95, .95, .95, .95}};
+  for (const std::vector<double>& percentiles : corners) {
+    expect_no_crossing(default_human(without_basis(percentile_human(1, percentiles))),
+                       "man with narrow shoulders");
+  }
+}
+
 TEST(DefaultHumanShape, LinearBasisMeasuresItsParameters) {
   const BodyModel model = default_human(female_human());
   EXPECT_EQ(model.shape.size(), 13u);

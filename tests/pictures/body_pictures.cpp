@@ -1,4 +1,5 @@
 // Makes the pictures of docs/default_human.md anew: body_pictures FOLDER.
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -371,7 +372,8 @@ void details(const std::filesystem::path& folder) {
     head = cut(head, {-0.14, 0, 0}, Eigen::Vector3d::UnitX());
     const Eigen::Vector3d wrist = at("left_wrist");
     const Eigen::Vector3d along = (wrist - at("left_elbow")).normalized();
-    const Mesh hand = cut(cut(all, {0.3, 0, 0}, Eigen::Vector3d::UnitX()), wrist - 0.08 * along, along);
+    const Mesh hand =
+        cut(cut(all, {0.3, 0, 0}, Eigen::Vector3d::UnitX()), wrist - 0.08 * along, along);
     const Mesh leg =
         cut(all, at("left_ankle") + Eigen::Vector3d(0, 0.09, 0), -Eigen::Vector3d::UnitY());
     const Mesh foot = cut(leg, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX());
