@@ -25,6 +25,11 @@ struct Parameter {
 };
 using Parameters = std::map<std::string, Parameter>;  // "POINT:LABELS"
 
+int signed_byte(ByteReader& in, std::string_view what) {
+  const int byte = in.little<std::uint8_t>(what);
+  return byte < 128 ? byte : byte - 256;
+}
+
 std::string upper(std::string_view text) {
   std::string result(text);
   for (char& c : result) {
@@ -69,8 +74,8 @@ Parameters read_parameters(std::span<const std::byte> bytes, const std::string& 
   std::map<int, std::string> groups;
   std::vector<std::pair<int, std::pair<std::string, Parameter>>> found;
   while (in.remaining() > 2) {
-    const int letters = std::abs(static_cast<int>(in.little<std::int8_t>("a parameter's name")));
-    const int id = in.little<std::int8_t>("a parameter's group");
+    const int letters = std::abs(signed_byte(in, "a parameter's name"));
+    const int id = signed_byte(in, "a parameter's group");
     if (letters == 0 || id == 0) {
       break;
     }
@@ -81,7 +86,7 @@ Parameters read_parameters(std::span<const std::byte> bytes, const std::string& 
       groups[-id] = word;
     } else {
       Parameter parameter;
-      parameter.type = in.little<std::int8_t>("a type");
+      parameter.type = signed_byte(in, "a type");
       const int rank = in.little<std::uint8_t>("a number of dimensions");
       std::size_t count = 1;
       for (int d = 0; d < rank; ++d) {
