@@ -1,6 +1,7 @@
 #include "core/store/consent_file.h"
 
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -71,13 +72,35 @@ std::vector<Consent> read_consent(const std::filesystem::path& input) {
   std::filesystem::path folder =
       file_kind(input) == std::filesystem::file_type::directory ? input : input.parent_path();
   for (int i = 0; i <= kFoldersAbove && !folder.empty(); ++i, folder = folder.parent_path()) {
-    const std::filesystem::path path = folder / "capture.toml";
-    if (file_kind(path) != std::filesystem::file_type::not_found) {
+    bool is_capture = false;
+    for (const char* name : {"capture.toml", kConsentFile}) {
+      const std::filesystem::path path = folder / name;
+      if (file_kind(path) == std::filesystem::file_type::not_found) {
+        continue;
+      }
+      is_capture = true;
       const std::string text = read_file_text(path, Limits{}.text_file_bytes);
-      return parse_consent(text, path.string());
+      if (std::vector<Consent> consent = parse_consent(text, path.string()); !consent.empty()) {
+        return consent;
+      }
+    }
+    if (is_capture) {
+      break;
     }
   }
   return {};
+}
+
+std::string consent_toml(const std::vector<Consent>& consent) {
+  const auto quoted = [](const std::string& text) {
+    return nlohmann::json(text).dump();  // JSON's escapes are TOML's
+  };
+  std::string text;
+  for (const Consent& one : consent) {
+    text += (text.empty() ? "[[consent]]\nwho = " : "\n[[consent]]\nwho = ") + quoted(one.who) +
+            "\nscope = " + quoted(one.scope) + "\nuntil = " + quoted(one.until) + "\n";
+  }
+  return text;
 }
 
 }  // namespace atelier

@@ -91,6 +91,7 @@ class Reader {
     }
     return value;
   }
+  bool has(const char* name) const { return object_.contains(name); }
   const nlohmann::json& field(const char* name) {
     asked_.insert(name);
     const auto found = object_.find(name);
@@ -137,7 +138,8 @@ nlohmann::json to_json(const Manifest& manifest) {
                               {"digest", hex(input.digest)},
                               {"files", input.files},
                               {"bytes", input.bytes},
-                              {"stage", input.stage}});
+                              {"stage", input.stage},
+                              {"stamp", hex(input.stamp)}});
   }
   json["outputs"] = nlohmann::json::array();
   for (const ManifestOutput& output : manifest.outputs) {
@@ -211,6 +213,9 @@ std::vector<ManifestInput> read_inputs(Reader& manifest, const std::string& file
     input.files = reader.count("files");
     input.bytes = reader.count("bytes");
     input.stage = reader.text("stage");
+    if (reader.has("stamp")) {  // older manifests have none
+      input.stamp = reader.digest("stamp");
+    }
     return input;
   });
 }

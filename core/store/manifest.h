@@ -21,6 +21,7 @@ struct ManifestInput {
   std::int64_t files = 0;  ///< how many
   std::int64_t bytes = 0;  ///< all together
   std::string stage;       ///< the stage that made it, "" if it came from outside
+  Digest stamp{};  ///< of its files' names, sizes and times: where it is the same, so is the digest
 };
 
 /// One option of a run.

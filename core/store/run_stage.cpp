@@ -1,5 +1,6 @@
 #include "core/store/run_stage.h"
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <system_error>
@@ -18,24 +19,26 @@
 namespace atelier {
 namespace {
 
-/// Removes what a run of a stage without frames leaves when it does not commit: half a result is
-/// worth nothing. Frames are kept: the next run goes on from them.
+/// Removes what a run leaves that does not commit, unless a frame is finished: the next run goes on
+/// from frames, half a result is worth nothing. Shards are not alone there, and leave everything.
 class StagingGuard {
  public:
-  StagingGuard(const Stage& stage, const std::filesystem::path& staging)
-      : staging_(stage.frame_wise ? std::filesystem::path() : staging) {}
+  StagingGuard(const ActiveRun& run, const StagePlan& plan, bool alone)
+      : run_(run), plan_(plan), armed_(alone) {}
   ~StagingGuard() {
-    if (!staging_.empty()) {
+    if (armed_ && plan_.frames_kept == 0 && run_.frames_done() == 0) {
       std::error_code ignored;
-      std::filesystem::remove_all(staging_, ignored);
+      std::filesystem::remove_all(plan_.staging_folder, ignored);
     }
   }
   StagingGuard(const StagingGuard&) = delete;
   StagingGuard& operator=(const StagingGuard&) = delete;
-  void release() { staging_.clear(); }
+  void release() { armed_ = false; }
 
  private:
-  std::filesystem::path staging_;
+  const ActiveRun& run_;
+  const StagePlan& plan_;
+  bool armed_;
 };
 
 FileLock lock_stage(const Stage& stage, const StageRequest& request, const StagePlan& plan) {
@@ -89,7 +92,7 @@ std::optional<Manifest> complete_staging(const StagePlan& plan, const StageEvent
 
 void require_same_inputs(const StagePlan& plan) {
   for (std::size_t i = 0; i < plan.input_paths.size(); ++i) {
-    if (stamp_of_input(plan.input_paths[i]) != plan.input_stamps[i]) {
+    if (stamp_of_input(plan.input_paths[i]) != plan.manifest.inputs[i].stamp) {
       throw DataError(plan.input_paths[i].string(), "", "files that changed while the stage ran",
                       "an input that rests; run the stage again");
     }
@@ -105,24 +108,31 @@ void make_current(const StagePlan& plan) {
   }
 }
 
-/// Consent is no part of the key: where it was changed at the input, the result learns it here.
-void renew_consent(StageReport& report) {
+/// What is no part of the key: consent, where the inputs lie and when they were written. Where it
+/// has changed, the result learns it here.
+void renew_account(StageReport& report) {
   const StagePlan& plan = report.plan;
+  const auto same_place = [](const ManifestInput& a, const ManifestInput& b) {
+    return a.path == b.path && a.stamp == b.stamp;
+  };
   report.manifest = read_manifest(plan.result_folder, plan.manifest.stage);
-  if (report.manifest.consent == plan.manifest.consent) {
+  if (report.manifest.consent == plan.manifest.consent &&
+      std::equal(report.manifest.inputs.begin(), report.manifest.inputs.end(),
+                 plan.manifest.inputs.begin(), plan.manifest.inputs.end(), same_place)) {
     return;
   }
   const FileLock moment =
       FileLock::wait(plan.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
   report.manifest = read_manifest(plan.result_folder, plan.manifest.stage);
   report.manifest.consent = plan.manifest.consent;
+  report.manifest.inputs = plan.manifest.inputs;
   replace_manifest(plan.result_folder, report.manifest);
 }
 
 void end_already_done(StageReport& report) {
   make_current(report.plan);
   report.end = StageReport::End::AlreadyDone;
-  renew_consent(report);
+  renew_account(report);
   // Of a split run with --force that never came to its end.
   report.plan.frames_kept =
       static_cast<std::int64_t>(read_frame_logs(report.plan.staging_folder).size());
@@ -138,6 +148,7 @@ bool open_staging(const Stage& stage, const StageRequest& request, const StageEv
     if (!request.force) {
       if (auto manifest = complete_staging(plan, events)) {
         manifest->consent = plan.manifest.consent;  // as it is stated now
+        manifest->inputs = plan.manifest.inputs;
         commit_result(plan.staging_folder, plan.result_folder, *manifest);
         report.manifest = *manifest;
         return true;
@@ -192,8 +203,8 @@ void work_on(std::span<const Stage> stages, const Stage& stage, const StageReque
     report.end = StageReport::End::Done;
     return;
   }
-  StagingGuard guard(stage, report.plan.staging_folder);
   ActiveRun run(stage, request, report.plan, events);
+  StagingGuard guard(run, report.plan, request.selection.everything());
   stage.run(run);
   report.frames_done = run.frames_done();
   report.frames_total = run.frames_total();

@@ -50,9 +50,9 @@ void add_outside_input(StagePlan& plan, std::string_view kind, const StageReques
   }
   const InputDigest digest = digest_of_input(path, events);
   plan.manifest.inputs.push_back(
-      {std::string(kind), path.string(), digest.digest, digest.files, digest.bytes, ""});
+      {std::string(kind), path.string(), digest.digest, digest.files, digest.bytes, "",
+       digest.stamp});
   plan.input_paths.push_back(path);
-  plan.input_stamps.push_back(digest.stamp);
   add_consent(plan.manifest.consent, read_consent(path));
 }
 
@@ -83,13 +83,13 @@ void add_stage_input(StagePlan& plan, std::string_view kind, const Stage& maker,
                       outputs_digest(manifest),
                       static_cast<std::int64_t>(manifest.outputs.size()),
                       0,
-                      std::string(maker.name)};
+                      std::string(maker.name),
+                      stamp_of_input(result)};
   for (const ManifestOutput& output : manifest.outputs) {
     input.bytes += output.size;
   }
   plan.manifest.inputs.push_back(std::move(input));
   plan.input_paths.push_back(result);
-  plan.input_stamps.push_back(stamp_of_input(result));
   add_consent(plan.manifest.consent, manifest.consent);
 }
 
@@ -134,7 +134,16 @@ std::string result_problem(const std::filesystem::path& folder, const Manifest& 
   }
 }
 
+std::string amount(const ManifestInput& input) {
+  return std::to_string(input.files) + (input.files == 1 ? " file, " : " files, ") +
+         std::to_string(input.bytes) + " bytes";
+}
+
 }  // namespace
+
+std::string input_change(const ManifestInput& before, const ManifestInput& now) {
+  return "input " + now.kind + " changed (" + amount(before) + " -> " + amount(now) + ")";
+}
 
 bool is_inside_input(const StageRequest& request) {
   const std::filesystem::path input = real_path(request.input);
@@ -248,11 +257,7 @@ std::vector<std::string> request_changes(const Manifest& before, const Manifest&
     if (i >= before.inputs.size() || before.inputs[i].kind != input.kind) {
       changes.push_back("input " + input.kind + " is new");
     } else if (before.inputs[i].digest != input.digest) {
-      const ManifestInput& old = before.inputs[i];
-      changes.push_back("input " + input.kind + " changed (" + std::to_string(old.files) +
-                        " files, " + std::to_string(old.bytes) + " bytes -> " +
-                        std::to_string(input.files) + " files, " + std::to_string(input.bytes) +
-                        " bytes)");
+      changes.push_back(input_change(before.inputs[i], input));
     }
   }
   if (before.inputs.size() > now.inputs.size()) {

@@ -38,7 +38,6 @@ struct StagePlan {
   std::int64_t frames_kept = 0;      ///< that an interrupted or split run finished
   Manifest manifest;  ///< as far as it follows from the request: key, options, inputs
   std::vector<std::filesystem::path> input_paths;  ///< beside `manifest.inputs`
-  std::vector<Digest> input_stamps;                ///< beside `manifest.inputs`
   std::vector<FileLock> input_locks;  ///< keep results that are read from being removed
   std::filesystem::path stage_folder;
   std::filesystem::path result_folder;
@@ -59,8 +58,11 @@ bool is_inside_input(const StageRequest& request);
 /// Looks again at what is there: another run may have worked since. Throws StopRequested.
 void judge_state(StagePlan& plan, bool force, const StageEvents& events = {});
 
+/// "input meshes changed (100 files, 40960 bytes -> 101 files, 41370 bytes)".
+std::string input_change(const ManifestInput& before, const ManifestInput& now);
+
 /// In what two manifests of a stage differ that follows from the request: "option
-/// solver.substeps: 8 -> 20", "input meshes changed (100 -> 101 files)", "stage version 1 -> 2".
+/// solver.substeps: 8 -> 20", `input_change`, "stage version 1 -> 2".
 std::vector<std::string> request_changes(const Manifest& before, const Manifest& now);
 
 }  // namespace atelier

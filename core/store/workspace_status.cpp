@@ -6,6 +6,8 @@
 #include "core/store/file_kind.h"
 #include "core/store/file_lock.h"
 #include "core/store/frame_log.h"
+#include "core/store/input_digest.h"
+#include "core/store/stage_plan.h"
 
 namespace atelier {
 namespace {
@@ -38,8 +40,32 @@ void judge_result(StageStatus& status, const std::filesystem::path& folder, Chec
   }
 }
 
+/// Compares what came from outside with what is there now. Files are read only if names, sizes or
+/// times differ from those that the stage saw, or if every byte is to be compared.
+void judge_outside_input(StageStatus& status, const ManifestInput& input, Check check) {
+  try {
+    if (check == Check::Sizes && stamp_of_input(input.path) == input.stamp) {
+      return;
+    }
+    const InputDigest now = digest_of_input(input.path);
+    if (now.digest != input.digest) {
+      status.reasons.push_back(input_change(
+          input, {input.kind, input.path, now.digest, now.files, now.bytes, "", now.stamp}));
+    }
+  } catch (const DataError& error) {  // moved or removed: the result is as sound as it was
+    status.findings.push_back({Severity::Warning, "input-gone", input.path,
+                               "input " + input.kind + " cannot be compared: " + error.found,
+                               "whether it has changed is not known"});
+  } catch (const EnvironmentError& error) {
+    status.findings.push_back({Severity::Warning, "input-unreadable", input.path,
+                               "input " + input.kind + " cannot be compared: " + error.what(),
+                               "whether it has changed is not known"});
+  }
+}
+
 /// What has changed under a sound result.
-void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageStatus>& earlier) {
+void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageStatus>& earlier,
+               Check check) {
   if (status.state != StageStatus::State::Done) {
     return;
   }
@@ -48,6 +74,10 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
                              " of the stage, now " + std::to_string(stage.version));
   }
   for (const ManifestInput& input : status.manifest->inputs) {
+    if (input.stage.empty()) {
+      judge_outside_input(status, input, check);
+      continue;
+    }
     const auto maker = std::find_if(earlier.begin(), earlier.end(), [&](const StageStatus& other) {
       return other.stage == input.stage;
     });
@@ -112,7 +142,7 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
                 [](const UnfinishedWork& a, const UnfinishedWork& b) { return a.key16 < b.key16; });
       if (current) {
         judge_result(status, folder / *current, check);
-        judge_age(status, stage, all);
+        judge_age(status, stage, all, check);
       } else if (!status.unfinished.empty()) {
         status.state = StageStatus::State::Unfinished;
       }

@@ -26,7 +26,7 @@ struct StageStatus {
     None,        ///< no result
     Unfinished,  ///< no result yet, but frames of an interrupted or split run
     Done,        ///< a sound result
-    Outdated,    ///< sound, but made by another version or from results that have changed
+    Outdated,    ///< sound, but made by another version or from files or results that have changed
     Damaged,     ///< the result does not agree with its manifest
   };
 
@@ -43,7 +43,9 @@ struct StageStatus {
 /// "none", "unfinished", "done", "outdated" or "damaged".
 const char* state_name(StageStatus::State state);
 
-/// Every stage of the table in its order. Changes nothing. Throws DataError if the workspace is
+/// Every stage of the table in its order. Changes nothing. Inputs from outside are compared by
+/// names, sizes and times, and read where one of these differs; with `Check::Digests`, always. One
+/// that is gone is a warning: the result is as sound as it was. Throws DataError if the workspace is
 /// missing, no folder, or holds no stage's folder; EnvironmentError if it cannot be looked at.
 std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
                                           const std::filesystem::path& workspace,

@@ -320,6 +320,13 @@ TEST_F(Frames, TheFirstErrorByFrameIsReportedAndTheRestKept) {
   EXPECT_EQ(plan().frames_kept, 2);
 }
 
+TEST_F(Frames, ARunWithoutAFinishedFrameLeavesNothing) {
+  die_at(0);
+  const StageStatus status = workspace_status(kTestStages, root_ / "work").back();
+  EXPECT_EQ(status.state, StageStatus::State::None);
+  EXPECT_TRUE(status.unfinished.empty());
+}
+
 TEST_F(Frames, StopsBetweenFramesAndGoesOn) {
   StageEvents events;
   events.stop = [] { return behaviour().written.size() == 3; };

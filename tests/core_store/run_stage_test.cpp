@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/store/collect_garbage.h"
+#include "core/store/commit.h"
 #include "core/store/result.h"
 #include "core/store/workspace_status.h"
 #include "tests/core_store/run_stage_fixture.h"
@@ -98,7 +99,7 @@ TEST_F(RunStage, AnInputChangesTheKey) {
   const StageReport second = run("count");
   EXPECT_EQ(second.end, End::Done);
   EXPECT_EQ(read(current("count") / "count.txt"), "2 files");
-  EXPECT_THAT(second.plan.reasons, ElementsAre(HasSubstr("input texts changed (1 files, 1 bytes -> "
+  EXPECT_THAT(second.plan.reasons, ElementsAre(HasSubstr("input texts changed (1 file, 1 bytes -> "
                                                          "2 files, 2 bytes)")));
 }
 
@@ -179,6 +180,48 @@ TEST_F(RunStage, AChainShowsWhatIsOutdated) {
                                   [](const StageStatus& s) { return s.stage == "double"; });
   EXPECT_EQ(found->state, StageStatus::State::Outdated);
   EXPECT_THAT(found->reasons, ElementsAre(HasSubstr("'count' has changed since")));
+}
+
+TEST_F(RunStage, StatusSeesThatAnInputHasChanged) {
+  run("count");
+  const auto first = [&](Check check = Check::Sizes) {
+    return workspace_status(kTestStages, root_ / "work", check)[0];
+  };
+  EXPECT_EQ(first().state, StageStatus::State::Done);
+  write(root_ / "in/a.txt", "4");  // the same size
+  EXPECT_EQ(first().state, StageStatus::State::Outdated);
+  EXPECT_THAT(first().reasons,
+              ElementsAre("input texts changed (1 file, 1 bytes -> 1 file, 1 bytes)"));
+  write(root_ / "in/a.txt", "3");  // as it was, later
+  EXPECT_EQ(first().state, StageStatus::State::Done);
+  write(root_ / "in/b.txt", "1");
+  EXPECT_THAT(first().reasons,
+              ElementsAre("input texts changed (1 file, 1 bytes -> 2 files, 2 bytes)"));
+  EXPECT_THAT(first(Check::Digests).reasons, ::testing::SizeIs(1));
+}
+
+TEST_F(RunStage, StatusSaysThatAnInputIsGone) {
+  run("count");
+  std::filesystem::rename(root_ / "in", root_ / "elsewhere");
+  const StageStatus status = workspace_status(kTestStages, root_ / "work")[0];
+  EXPECT_EQ(status.state, StageStatus::State::Done);
+  ASSERT_EQ(status.findings.size(), 1u);
+  EXPECT_EQ(status.findings[0].code, "input-gone");
+  EXPECT_EQ(status.findings[0].severity, Severity::Warning);
+  StageRequest moved = request("count");
+  moved.input = root_ / "elsewhere";
+  EXPECT_EQ(run("count", moved).end, End::AlreadyDone);  // which learns the place
+  EXPECT_THAT(workspace_status(kTestStages, root_ / "work")[0].findings, ::testing::IsEmpty());
+}
+
+TEST_F(RunStage, ManifestsWithoutAStampAreComparedByBytes) {
+  run("count");
+  Manifest manifest = read_manifest(current("count"), "count");
+  manifest.inputs[0].stamp = {};
+  replace_manifest(current("count"), manifest);
+  EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].state, StageStatus::State::Done);
+  write(root_ / "in/a.txt", "5");
+  EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].state, StageStatus::State::Outdated);
 }
 
 TEST_F(RunStage, ConsentTravelsDownTheChain) {
