@@ -34,6 +34,8 @@ OptionSet render_options();
 OptionSet body_model_options();
 OptionSet drape_options();
 OptionSet synthesize_options();
+OptionSet export_options();
+OptionSet report_options();
 
 Action add_status(CLI::App& parser);
 Action add_inspect(CLI::App& parser);

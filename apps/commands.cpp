@@ -33,8 +33,10 @@ constexpr std::array kCommands = {
             validate_options},
     Command{"evaluate", "results against the truth of a synthetic capture", add_evaluate},
 #endif
-    Command{"export", "results of a workspace as files that other programs open", add_export},
-    Command{"report", "one HTML page on a workspace: warnings, figures, pictures", add_report},
+    Command{"export", "results of a workspace as files that other programs open", add_export,
+            export_options},
+    Command{"report", "one HTML page on a workspace: warnings, figures, pictures", add_report,
+            report_options},
     Command{"options", "every option of every stage and command", add_options},
     Command{"completion", "a completion script for bash", add_completion},
 };

@@ -12,6 +12,7 @@
 #include "apps/usage_error.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/layouts/write_layout.h"
+#include "core/store/file_kind.h"
 
 namespace atelier {
 namespace {
@@ -30,15 +31,26 @@ std::string layout_choices() {
   return text;
 }
 
+/// The folder that a calibration file is in, or the capture's own.
+std::filesystem::path capture_folder(const std::string& in) {
+  return file_kind(in) == std::filesystem::file_type::regular
+             ? std::filesystem::absolute(in).parent_path()
+             : std::filesystem::path(in);
+}
+
 int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options) {
   if (arguments.in.empty() || arguments.out.empty()) {
     throw UsageError("it takes two folders: atelier convert-capture IN OUT");
   }
+  if (is_inside(arguments.out, capture_folder(arguments.in))) {
+    throw UsageError(
+        "OUT lies in the capture IN, which is not changed; name a folder outside of it");
+  }
   require_folder_place(std::filesystem::absolute(arguments.out).parent_path());
   const Dataset dataset = open_dataset(arguments.in, options);
   std::cout << arguments.in << ": " << dataset.layout << " (" << printable(dataset.evidence)
-            << "), " << dataset.cameras.size() << " cameras, " << frame_ids(dataset).size()
-            << " frames\n";
+            << "), " << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << ", "
+            << counted(static_cast<std::int64_t>(frame_ids(dataset).size()), "frame") << "\n";
   for (const Finding& finding : dataset.findings) {
     std::cout << "  " << printable(to_string(finding)) << "\n";
   }
@@ -46,6 +58,8 @@ int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options)
   for (const std::string& sentence : report.lost) {
     std::cout << "  " << arguments.to << ": " << sentence << "\n";
   }
+  std::cout << "  consent: " << printable(to_string(dataset.info.consent))
+            << (report.consent.empty() ? "" : "; kept in " + report.consent.string()) << "\n";
   for (const std::filesystem::path& folder : report.folders) {
     std::cout << folder.string() << "\n";
   }

@@ -9,9 +9,10 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/reconstruct_measures.h"
+#include "apps/stages.h"
 #include "apps/usage_error.h"
 #include "capture/capture_measures.h"
-#include "core/error.h"
+#include "core/store/result.h"
 
 namespace atelier {
 namespace {
@@ -47,9 +48,7 @@ int run(const EvaluateArguments& arguments) {
     throw UsageError(
         "it takes a WORKSPACE and a capture: atelier evaluate WORKSPACE --truth CAPTURE");
   }
-  if (!fs::is_directory(arguments.workspace)) {
-    throw DataError(arguments.workspace, "", "no such folder", "a workspace");
-  }
+  require_workspace(all_stages(), arguments.workspace);
   std::vector<Measure> all;
   for (const Evaluation& evaluation : kEvaluations) {
     const std::vector<Measure> measures = evaluation.measure(arguments.workspace, arguments.truth);

@@ -1,22 +1,28 @@
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <array>
+#include <cerrno>
+#include <cstdio>
 #include <iostream>
 #include <memory>
+#include <set>
+#include <system_error>
+
+#include <unistd.h>
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/io/file_bytes.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/usd_sequence.h"
+#include "core/regular_file.h"
 #include "core/sequence_archive.h"
 #include "core/store/workspace_status.h"
 
@@ -26,45 +32,62 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kHeader = "sequence.h5";
-constexpr std::int64_t kLargestCopy = std::int64_t{1} << 32;
+constexpr const char* kMeshSchema = "atelier.mesh";
+constexpr const char* kEveryStage = "all";
+
+enum class ExportFormat { Ply, Obj, Glb, Usda };
 
 struct ExportArguments {
   std::string workspace;
   std::string out;
-  std::string stage;
-  std::string format = "ply";
 };
 
-/// The folders of mesh sequences in a result, relative to it.
-std::vector<fs::path> sequences_of(const Manifest& manifest) {
-  std::vector<fs::path> folders;
-  for (const ManifestOutput& output : manifest.outputs) {
-    if (fs::path(output.path).filename() == kHeader) {
-      folders.push_back(fs::path(output.path).parent_path());
-    }
+struct ExportOptions {
+  std::string stage = kEveryStage;
+  ExportFormat format = ExportFormat::Ply;
+};
+
+OptionTable describe(ExportOptions& options) {
+  std::vector<std::string> stages = {kEveryStage};
+  for (const Stage& stage : all_stages()) {
+    stages.emplace_back(stage.name);
   }
-  return folders;
+  return OptionTable()
+      .add("stage", options.stage, std::move(stages),
+           "Whose results: one stage's, or all there are")
+      .add("format", options.format,
+           {{"ply", ExportFormat::Ply},
+            {"obj", ExportFormat::Obj},
+            {"glb", ExportFormat::Glb},
+            {"usda", ExportFormat::Usda}},
+           "Of meshes: ply and obj, a file a frame; glb and usda, one animated file for a sequence "
+           "over one topology (usda leaves single meshes as ply)");
 }
 
-bool is_below(const fs::path& path, const fs::path& folder) {
-  const fs::path relative = path.lexically_relative(folder);
-  return !relative.empty() && *relative.begin() != "..";
+/// Of single meshes, which USD files are not written of.
+const char* mesh_extension(ExportFormat format) {
+  switch (format) {
+    case ExportFormat::Obj:
+      return ".obj";
+    case ExportFormat::Glb:
+      return ".glb";
+    case ExportFormat::Ply:
+    case ExportFormat::Usda:
+      break;
+  }
+  return ".ply";
 }
 
-std::string export_sequence(const fs::path& folder, const fs::path& out,
-                            const std::string& format) {
-  const Sequence sequence = open_sequence(folder);
+/// Writes one sequence, `out` with an extension or as a folder; says what it wrote.
+std::string export_sequence(const Sequence& sequence, const fs::path& out, ExportFormat format) {
   const Index count = frame_count(sequence);
-  if ((format == "glb" || format == "usda") && sequence.faces.rows() == 0) {
-    throw UsageError("--format " + format +
-                     " cannot hold frames that differ in topology; take ply or obj");
-  }
+  const bool one_topology = sequence.faces.rows() > 0;
   make_private_directory(out.parent_path());
-  if (format == "usda") {
+  if (format == ExportFormat::Usda && one_topology) {
     write_usd_sequence(out.string() + ".usda", sequence, out.filename().string());
     return out.string() + ".usda, " + counted(count, "frame");
   }
-  if (format == "glb") {
+  if (format == ExportFormat::Glb && one_topology) {
     std::vector<Mesh> frames;
     for (Index i = 0; i < count; ++i) {
       frames.push_back(frame(sequence, i));
@@ -72,18 +95,63 @@ std::string export_sequence(const fs::path& folder, const fs::path& out,
     write_gltf(out.string() + ".glb", gltf_morph_sequence(frames, sequence.fps));
     return out.string() + ".glb, " + counted(count, "frame");
   }
+  const std::string extension = mesh_extension(format);
   make_private_directory(out);
   for (Index i = 0; i < count; ++i) {
     char name[32];
-    std::snprintf(name, sizeof name, "%06d.", sequence.frame_ids[static_cast<std::size_t>(i)]);
-    write_mesh(out / (name + format), frame(sequence, i));
+    std::snprintf(name, sizeof name, "%06d", sequence.frame_ids[static_cast<std::size_t>(i)]);
+    write_mesh(out / (name + extension), frame(sequence, i));
   }
-  return out.string() + ", " + counted(count, format + " file");
+  return out.string() + ", " + counted(count, extension + " file");
+}
+
+/// Exports every sequence of a result, and takes its files from `rest`.
+void export_sequences(const fs::path& result, const fs::path& place, ExportFormat format,
+                      std::set<fs::path>& rest) {
+  const std::set<fs::path> all = rest;
+  for (const fs::path& header : all) {
+    if (header.filename() != kHeader) {
+      continue;
+    }
+    const fs::path folder = header.parent_path();
+    const Sequence sequence = open_sequence(result / folder);
+    rest.erase(header);
+    for (const int frame_id : sequence.frame_ids) {
+      rest.erase(sequence_frame_path(folder, frame_id));
+    }
+    // One that lies at the result's root has no name of its own.
+    const fs::path out = place / (folder.empty() ? fs::path("sequence") : folder);
+    std::cout << printable(export_sequence(sequence, out, format)) << "\n";
+  }
+}
+
+bool is_mesh_archive(const fs::path& path) {
+  return path.extension() == ".h5" && archive_contents(path).schema == kMeshSchema;
+}
+
+/// The same bytes under another name, a piece at a time: results may be larger than memory.
+void copy_file(const fs::path& from, const fs::path& to) {
+  constexpr std::size_t kPiece = std::size_t{1} << 20;
+  const RegularFile source(from);
+  AtomicFile copy(to);
+  std::vector<std::byte> piece(kPiece);
+  while (true) {
+    const ssize_t got = read(source.descriptor(), piece.data(), piece.size());
+    if (got == 0) {
+      break;
+    }
+    if (got < 0 && errno != EINTR) {
+      throw EnvironmentError(from.string(),
+                             "cannot read: " + std::generic_category().message(errno));
+    }
+    copy.write(std::span(piece).first(static_cast<std::size_t>(std::max<ssize_t>(got, 0))));
+  }
+  copy.commit();
 }
 
 /// Exports one sound result; says what it wrote.
 void export_result(const StageStatus& status, const fs::path& workspace, const fs::path& out,
-                   const std::string& format) {
+                   ExportFormat format) {
   const Manifest& manifest = *status.manifest;
   const fs::path result = workspace / status.stage / folder_name(manifest.key);
   const fs::path place = out / status.stage;
@@ -94,54 +162,47 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
   const std::string consent = to_string(manifest.consent);
   make_private_directory(place);
   write_file_atomically(place / "consent.txt", "consent: " + consent + "\n");
-  const std::vector<fs::path> sequences = sequences_of(manifest);
-  for (const fs::path& folder : sequences) {
-    std::cout << printable(export_sequence(result / folder, place / folder, format)) << "\n";
-  }
-  std::int64_t copied = 0;
+  std::set<fs::path> rest;
   for (const ManifestOutput& output : manifest.outputs) {
-    if (std::any_of(sequences.begin(), sequences.end(),
-                    [&](const fs::path& folder) { return is_below(output.path, folder); })) {
-      continue;
+    rest.insert(output.path);
+  }
+  export_sequences(result, place, format, rest);
+  std::int64_t meshes = 0;
+  for (const fs::path& file : rest) {
+    fs::path to = place / file;
+    make_private_directory(to.parent_path());
+    if (is_mesh_archive(result / file)) {
+      write_mesh(to.replace_extension(mesh_extension(format)), read_mesh_archive(result / file));
+      ++meshes;
+    } else {
+      copy_file(result / file, to);
     }
-    make_private_directory((place / output.path).parent_path());
-    write_file_atomically(place / output.path, read_file_text(result / output.path, kLargestCopy));
-    ++copied;
+  }
+  const std::int64_t copied = static_cast<std::int64_t>(rest.size()) - meshes;
+  if (meshes > 0) {
+    std::cout << printable(place.string()) << ", "
+              << counted(meshes, std::string(mesh_extension(format)) + " file") << "\n";
   }
   if (copied > 0) {
-    std::cout << printable(place.string()) << ", " << counted(copied, "file") << " as they are\n";
+    std::cout << printable(place.string()) << ", " << counted(copied, "file")
+              << (copied == 1 ? " as it is\n" : " as they are\n");
   }
   std::cout << "  consent: " << printable(consent) << "\n";
 }
 
-/// Results are not written among results.
-void refuse_inside(const fs::path& out, const fs::path& workspace) {
-  const fs::path relative = fs::weakly_canonical(out).lexically_relative(fs::canonical(workspace));
-  if (!relative.empty() && *relative.begin() != "..") {
-    throw UsageError("OUT lies in the WORKSPACE; name a folder outside of it");
-  }
-}
-
-int run(const ExportArguments& arguments) {
+int run(const ExportArguments& arguments, const ExportOptions& options) {
   if (arguments.workspace.empty() || arguments.out.empty()) {
     throw UsageError("it takes a WORKSPACE and a folder: atelier export WORKSPACE OUT");
-  }
-  constexpr std::array kFormats = {"ply", "obj", "glb", "usda"};
-  if (std::find(kFormats.begin(), kFormats.end(), arguments.format) == kFormats.end()) {
-    throw UsageError("--format is '" + arguments.format.substr(0, 40) +
-                     "': it takes ply, obj, glb or usda");
-  }
-  if (!arguments.stage.empty() && find_stage(all_stages(), arguments.stage) == nullptr) {
-    throw UsageError("--stage is '" + arguments.stage.substr(0, 40) +
-                     "': there is no such stage; atelier --help lists them");
   }
   const std::vector<StageStatus> all =
       workspace_status(all_stages(), arguments.workspace, Check::Digests);
   require_folder_place(arguments.out);
-  refuse_inside(arguments.out, arguments.workspace);
+  if (is_inside(arguments.out, arguments.workspace)) {
+    throw UsageError("OUT lies in the WORKSPACE; name a folder outside of it");
+  }
   int exported = 0;
   for (const StageStatus& status : all) {
-    if (!arguments.stage.empty() && status.stage != arguments.stage) {
+    if (options.stage != kEveryStage && status.stage != options.stage) {
       continue;
     }
     if (status.state == StageStatus::State::Damaged) {
@@ -155,28 +216,29 @@ int run(const ExportArguments& arguments) {
     for (const std::string& reason : status.reasons) {
       std::cout << status.stage << " is outdated: " << printable(reason) << "\n";
     }
-    export_result(status, arguments.workspace, arguments.out, arguments.format);
+    export_result(status, arguments.workspace, arguments.out, options.format);
     ++exported;
   }
   if (exported == 0) {
-    throw DataError(arguments.workspace, arguments.stage, "no finished result",
-                    "one; atelier status lists what there is");
+    throw DataError(arguments.workspace, options.stage == kEveryStage ? "" : options.stage,
+                    "no finished result", "one; atelier status lists what there is");
   }
   return kExitDone;
 }
 
 }  // namespace
 
+OptionSet export_options() {
+  return option_set<ExportOptions>();
+}
+
 Action add_export(CLI::App& parser) {
   auto arguments = std::make_shared<ExportArguments>();
   parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
   parser.add_option("OUT", arguments->out, "Folder to write to, one folder in it a stage")
       ->required();
-  parser.add_option("--stage", arguments->stage, "Of this stage only [all that are done]");
-  parser.add_option(
-      "--format", arguments->format,
-      "Of mesh sequences: ply, obj (a file a frame), glb (morph targets), usda [ply]");
-  return [arguments] { return run(*arguments); };
+  const OptionReader options = add_option_flags(parser, export_options());
+  return [arguments, options] { return run(*arguments, options_of<ExportOptions>(options())); };
 }
 
 }  // namespace atelier

@@ -84,7 +84,7 @@ FilePerformance read_performance(const SynthesisOptions& options) {
   const Index want =
       options.frames > 0 ? file_frame(performance, options, options.frames - 1, true) + 1 : 1;
   if (want > have) {
-    throw DataError(options.body_sequence, "", std::to_string(have) + " frames",
+    throw DataError(options.body_sequence, "", counted(have, "frame"),
                     "at least " + std::to_string(want) + ", or a smaller --frames");
   }
   return performance;

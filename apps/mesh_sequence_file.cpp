@@ -101,7 +101,8 @@ MeshSequenceFile from_arrays(const fs::path& path, const Limits& limits) {
   if (const auto joints = arrays.find("joints"); joints != arrays.end()) {
     result.joints = frames_of(joints->second, file, "joints", limits);
     if (result.joints.size() != vertices->size()) {
-      throw DataError(file, "joints", std::to_string(result.joints.size()) + " frames",
+      throw DataError(file, "joints",
+                      counted(static_cast<std::int64_t>(result.joints.size()), "frame"),
                       std::to_string(vertices->size()));
     }
     const auto names = arrays.find("joint_names");

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "apps/usage_error.h"
+#include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
 #include "core/nearest_name.h"
@@ -29,9 +30,13 @@ void set_options(OptionTable& table, const OptionTexts& texts) {
     if (file.empty()) {
       throw UsageError("--config cannot be '': it takes a TOML file");
     }
-    const std::string text = read_file_text(file, Limits{}.text_file_bytes);
-    for (const std::string& problem : set_options_from_toml(table, text, file)) {
-      note(problem);
+    try {
+      const std::string text = read_file_text(file, Limits{}.text_file_bytes);
+      for (const std::string& problem : set_options_from_toml(table, text, file)) {
+        note(problem);
+      }
+    } catch (const DataError& error) {  // part of the command line: a wrong one is wrong usage
+      note(std::string("--config ") + error.what());
     }
   }
   for (const auto& [name, text] : texts.flags) {

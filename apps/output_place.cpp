@@ -1,5 +1,6 @@
 #include "apps/output_place.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <string>
 #include <system_error>
@@ -45,6 +46,12 @@ void require_folder_place(const std::filesystem::path& folder) {
     there = there.parent_path();
   }
   require_writable(there);
+}
+
+bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  const std::filesystem::path real = std::filesystem::weakly_canonical(path);
+  const std::filesystem::path root = std::filesystem::weakly_canonical(folder);
+  return std::mismatch(root.begin(), root.end(), real.begin(), real.end()).first == root.end();
 }
 
 }  // namespace atelier

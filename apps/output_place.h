@@ -11,4 +11,7 @@ void require_file_place(const std::filesystem::path& file);
 /// The same of a folder that is made if it is missing, with those above it.
 void require_folder_place(const std::filesystem::path& folder);
 
+/// True if a path that may not be there yet lies in a folder, or is that folder.
+bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder);
+
 }  // namespace atelier

@@ -21,4 +21,8 @@ std::string printable(const std::string& text, bool lines) {
   return shown;
 }
 
+std::string counted(std::int64_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
 }  // namespace atelier

@@ -17,6 +17,33 @@
 namespace atelier {
 namespace {
 
+/// Advice that names options of a capture, as this stage spells them: "--up" is "--capture.up".
+std::string in_section(const std::string& advice) {
+  DatasetOptions options;
+  std::string text = advice;
+  for (const OptionField& field : describe(options).fields) {
+    std::string flag = "--" + field.name;
+    std::replace(flag.begin() + 2, flag.end(), '_', '-');
+    const std::size_t at = text.find(flag);
+    if (at != std::string::npos) {
+      text.insert(at + 2, "capture.");
+    }
+  }
+  return text;
+}
+
+Dataset open_input(const std::filesystem::path& path, const DatasetOptions& options) {
+  try {
+    Dataset dataset = open_dataset(path, options);
+    for (Finding& finding : dataset.findings) {
+      finding.advice = in_section(finding.advice);
+    }
+    return dataset;
+  } catch (const DataError& error) {
+    throw DataError(error.file, error.where, error.found, in_section(error.expected));
+  }
+}
+
 /// Without the cameras that no stage may open.
 Dataset without_held_out(Dataset dataset) {
   const std::set<std::string> held(dataset.info.held_out_cameras.begin(),
@@ -130,7 +157,7 @@ OptionTable describe(ReconstructStageOptions& options) {
 
 void run_reconstruct(StageRun& run) {
   const auto& options = run.options<ReconstructStageOptions>();
-  const Dataset dataset = without_held_out(open_dataset(run.input("capture"), options.capture));
+  const Dataset dataset = without_held_out(open_input(run.input("capture"), options.capture));
   if (!dataset.calibrated) {
     throw DataError(run.input("capture").string(), "", "cameras without calibration",
                     "calibrated ones; atelier validate says more");

@@ -4,6 +4,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/printable.h"
 #include "apps/report_page.h"
@@ -19,24 +20,30 @@ struct ReportArguments {
   std::string out;
 };
 
-int run(const ReportArguments& arguments) {
+int run(const ReportArguments& arguments, const ReportOptions& options) {
   if (arguments.workspace.empty()) {
     throw UsageError("it takes a WORKSPACE: atelier report WORKSPACE");
   }
   const std::filesystem::path workspace =
       std::filesystem::path(arguments.workspace + "/").lexically_normal().parent_path();
-  // Every byte is compared: a picture that is shown as a result must be that result's.
-  const std::vector<StageStatus> stages = workspace_status(all_stages(), workspace, Check::Digests);
-  std::filesystem::path page = arguments.out;
-  if (page.empty()) {
-    make_private_directory(workspace / "report");
-    page = workspace / "report" / "index.html";
-  }
+  const std::filesystem::path page =
+      arguments.out.empty() ? workspace / "report" / "index.html" : arguments.out;
   if (page.extension() != ".html") {
     throw UsageError("--out takes a name with .html");
   }
+  for (const Stage& stage : all_stages()) {
+    if (is_inside(page, workspace / stage.name)) {
+      throw UsageError("--out lies among the results of '" + std::string(stage.name) +
+                       "'; name a place outside of them");
+    }
+  }
+  // Every byte is compared: a picture that is shown as a result must be that result's.
+  const std::vector<StageStatus> stages = workspace_status(all_stages(), workspace, Check::Digests);
+  if (arguments.out.empty()) {
+    make_private_directory(page.parent_path());
+  }
   require_file_place(page);
-  write_file_atomically(page, report_page(stages, workspace));
+  write_file_atomically(page, report_page(stages, workspace, options));
   std::cout << printable(page.string()) << "\n";
   for (const StageStatus& status : stages) {
     if (status.manifest) {
@@ -51,12 +58,17 @@ int run(const ReportArguments& arguments) {
 
 }  // namespace
 
+OptionSet report_options() {
+  return option_set<ReportOptions>();
+}
+
 Action add_report(CLI::App& parser) {
   auto arguments = std::make_shared<ReportArguments>();
   parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
   parser.add_option("--out", arguments->out, "The page to write [WORKSPACE/report/index.html]")
       ->type_name("FILE");
-  return [arguments] { return run(*arguments); };
+  const OptionReader options = add_option_flags(parser, report_options());
+  return [arguments, options] { return run(*arguments, options_of<ReportOptions>(options())); };
 }
 
 }  // namespace atelier

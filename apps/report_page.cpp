@@ -16,9 +16,6 @@
 namespace atelier {
 namespace {
 
-constexpr std::int64_t kLargestPicture = 4'000'000;  // bytes; a page of tens of megabytes opens
-constexpr int kPicturesOfAStage = 24;
-
 constexpr const char* kStyle = R"(
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 64rem; margin: 2rem auto;
        padding: 0 1rem; }
@@ -111,29 +108,31 @@ std::string attention_of(const StageStatus& status) {
 }
 
 std::string picture(const std::filesystem::path& file, const std::string& name,
-                    const std::string& type) {
-  const std::string data =
-      "data:" + type + ";base64," + base64(read_file_bytes(file, kLargestPicture));
+                    const std::string& type, std::int64_t size) {
+  const std::string data = "data:" + type + ";base64," + base64(read_file_bytes(file, size));
   const std::string shown = type.starts_with("video")
                                 ? "<video controls loop muted src=\"" + data + "\"></video>"
                                 : "<img alt=\"" + html_text(name) + "\" src=\"" + data + "\">";
   return "<figure>" + shown + "<figcaption>" + html_text(name) + "</figcaption></figure>\n";
 }
 
-std::string pictures_of(const StageStatus& status, const std::filesystem::path& folder) {
+std::string pictures_of(const StageStatus& status, const std::filesystem::path& folder,
+                        const ReportOptions& options) {
   std::string html;
   int count = 0;
   for (const ManifestOutput& output : status.manifest->outputs) {
     const std::string type = media_type(output.path);
-    if (type.empty() || output.size > kLargestPicture || ++count > kPicturesOfAStage) {
+    if (type.empty() || static_cast<double>(output.size) > options.picture_bytes ||
+        ++count > options.pictures) {
       continue;
     }
-    html += picture(folder / output.path, output.path, type);
+    html += picture(folder / output.path, output.path, type, output.size);
   }
   return html;
 }
 
-std::string section_of(const StageStatus& status, const std::filesystem::path& workspace) {
+std::string section_of(const StageStatus& status, const std::filesystem::path& workspace,
+                       const ReportOptions& options) {
   std::string html =
       "<h2 id=\"" + html_text(status.stage) + "\">" + html_text(status.stage) + "</h2>\n";
   if (!status.manifest) {
@@ -158,16 +157,16 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
   }
   html += in_table(figures);
   if (status.state != StageStatus::State::Damaged) {
-    html += pictures_of(status, workspace / status.stage / folder_name(manifest.key));
+    html += pictures_of(status, workspace / status.stage / folder_name(manifest.key), options);
   }
-  std::string options;
+  std::string set_options;
   for (const ManifestOption& option : manifest.options) {
     if (option.source != "default") {
-      options += row(option.name, option.json + "  (" + option.source + ")");
+      set_options += row(option.name, option.json + "  (" + option.source + ")");
     }
   }
-  html += options.empty() ? "<p class=\"quiet\">Every option has its default.</p>\n"
-                          : "<p>Options that were set:</p>\n" + in_table(options);
+  html += set_options.empty() ? "<p class=\"quiet\">Every option has its default.</p>\n"
+                              : "<p>Options that were set:</p>\n" + in_table(set_options);
   std::string inputs;
   for (const ManifestInput& input : manifest.inputs) {
     inputs += row(input.kind, input.path + ", " + counted(input.files, "file") + ", " +
@@ -184,6 +183,13 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
 }
 
 }  // namespace
+
+OptionTable describe(ReportOptions& options) {
+  return OptionTable()
+      .add("pictures", options.pictures, 0, 1000, "", "Most pictures and videos shown of one stage")
+      .add("picture_bytes", options.picture_bytes, 0, 1e8, "bytes",
+           "Largest picture or video shown; every byte makes the page larger");
+}
 
 std::string html_text(std::string_view text) {
   std::string html;
@@ -211,8 +217,8 @@ std::string html_text(std::string_view text) {
   return html;
 }
 
-std::string report_page(std::span<const StageStatus> stages,
-                        const std::filesystem::path& workspace) {
+std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
+                        const ReportOptions& options) {
   const std::string title = "Atelier: " + workspace.filename().string();
   std::string attention;
   std::string overview;
@@ -222,7 +228,7 @@ std::string report_page(std::span<const StageStatus> stages,
     overview += "<tr><th><a href=\"#" + html_text(status.stage) + "\">" + html_text(status.stage) +
                 "</a></th><td>" + html_text(state_name(status.state)) +
                 (status.running ? ", running when this was written" : "") + "</td></tr>\n";
-    sections += section_of(status, workspace);
+    sections += section_of(status, workspace, options);
   }
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "

@@ -4,19 +4,27 @@
 #include <span>
 #include <string>
 
+#include "core/options.h"
 #include "core/store/workspace_status.h"
 
 namespace atelier {
+
+struct ReportOptions {
+  int pictures = 24;           ///< of a stage, most that are shown
+  double picture_bytes = 4e6;  ///< largest that is shown, bytes; a page of tens of megabytes opens
+};
+
+OptionTable describe(ReportOptions& options);
 
 /// The report on a workspace as one HTML page that needs no other file: what asks for attention
 /// first (damage, outdated results, ended or missing consent, findings), then for each stage its
 /// figures, pictures, videos, the options that somebody set, its inputs and files. Every text that
 /// came from a file is escaped; the page runs no script and loads nothing.
 ///
-/// Pictures and videos of sound results up to 4 MB each and 24 a stage are shown, the others only
+/// Pictures and videos of sound results are shown as far as the options allow, the others only
 /// named. Throws EnvironmentError or DataError if a picture cannot be read.
-std::string report_page(std::span<const StageStatus> stages,
-                        const std::filesystem::path& workspace);
+std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
+                        const ReportOptions& options = {});
 
 /// The text as HTML shows it literally, in content and in quoted attributes.
 std::string html_text(std::string_view text);

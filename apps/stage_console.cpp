@@ -8,6 +8,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "apps/printable.h"
 #include "core/store/digest_meter.h"
 #include "core/store/result.h"
 
@@ -253,10 +254,6 @@ std::string duration_text(double seconds) {
          : seconds < 7200  ? format("%.0f min", seconds / 60)
          : seconds < 86400 ? format("%.1f h", seconds / 3600)
                            : format("%.1f days", seconds / 86400);
-}
-
-std::string counted(std::int64_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
 std::string bytes_text(double bytes) {

@@ -45,7 +45,4 @@ std::string duration_text(double seconds);
 /// "12 B", "3.4 MB".
 std::string bytes_text(double bytes);
 
-/// "1 file", "2 files".
-std::string counted(std::int64_t count, const std::string& noun);
-
 }  // namespace atelier

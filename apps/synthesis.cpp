@@ -7,6 +7,7 @@
 
 #include "apps/file_performance.h"
 #include "apps/performance.h"
+#include "apps/printable.h"
 #include "apps/synthesis_stage.h"
 #include "apps/usage_error.h"
 #include "capture/cameras_file.h"
@@ -282,7 +283,7 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
   try {
     const SynthesisStage stage = options.body_sequence.empty() ? played(work, options, events)
                                                                : taken_from_files(work, options);
-    events.say("performed " + std::to_string(options.frames + options.minimal_frames) + " frames");
+    events.say("performed " + counted(options.frames + options.minimal_frames, "frame"));
     make_folders(work, stage.cameras, options);
     write_archive(folder / "truth" / "truth.h5", archive_of(stage.truth));
     for (std::size_t g = 0; g < stage.cloths.size(); ++g) {

@@ -60,8 +60,10 @@ int run(const ValidateArguments& arguments, const ValidateCommandOptions& option
     std::cout << json.dump(1) << "\n";
   } else {
     std::cout << printable(arguments.capture) << ": " << dataset.layout << " ("
-              << printable(dataset.evidence) << "), " << dataset.cameras.size() << " cameras, "
-              << frame_ids(dataset).size() << " frames\n  consent: " << printable(consent) << "\n";
+              << printable(dataset.evidence) << "), "
+              << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << ", "
+              << counted(static_cast<std::int64_t>(frame_ids(dataset).size()), "frame")
+              << "\n  consent: " << printable(consent) << "\n";
     for (const Finding& finding : findings) {
       std::cout << "  " << printable(to_string(finding)) << "\n";
     }

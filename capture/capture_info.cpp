@@ -139,10 +139,7 @@ std::string capture_toml(const CaptureInfo& info) {
         << "\nkind = " << quoted(sequence.kind) << "\nfps = " << nlohmann::json(sequence.fps).dump()
         << "\nframe_ids = " << listed(sequence.frame_ids) << "\n";
   }
-  for (const Consent& consent : info.consent) {
-    out << "\n[[consent]]\nwho = " << quoted(consent.who) << "\nscope = " << quoted(consent.scope)
-        << "\nuntil = " << quoted(consent.until) << "\n";
-  }
+  out << (info.consent.empty() ? "" : "\n") << consent_toml(info.consent);
   return out.str();
 }
 

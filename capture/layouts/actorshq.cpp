@@ -152,7 +152,7 @@ Dataset read_actorshq(const fs::path& path, const DatasetOptions& /*options*/,
 
 std::vector<std::string> write_actorshq(const LayoutSource& source, const fs::path& out) {
   std::vector<std::string> lost = {
-      "frame rate, consent, keypoints and labels are left out (masks of the person are kept)",
+      "frame rate, keypoints and labels are left out (masks of the person are kept)",
       "the background is not removed", "cameras are called Cam001, Cam002, ..."};
   std::string csv = "name,w,h,rx,ry,rz,tx,ty,tz,fx,fy,px,py\n";
   const fs::path scale = out / "1x";

@@ -53,7 +53,7 @@ template <class Picture, class Mask>
 std::vector<std::string> write_files(const LayoutSource& source, const fs::path& file,
                                      const Picture& picture, const Mask& mask) {
   std::vector<std::string> lost = {
-      "frame rate, consent, keypoints and labels are left out (masks of the person are kept)"};
+      "frame rate, keypoints and labels are left out (masks of the person are kept)"};
   nlohmann::ordered_json root;
   const std::vector<Camera> cameras = cameras_in(source, kWritten);
   for (std::size_t c = 0; c < cameras.size(); ++c) {

@@ -263,7 +263,7 @@ void write_frames(const LayoutSource& source, const fs::path& out) {
 }
 
 const char* const kLost =
-    "frame rate, consent, masks and labels are left out (detections are kept)";
+    "frame rate, masks and labels are left out (detections are kept)";
 
 }  // namespace
 

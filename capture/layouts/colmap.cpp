@@ -230,7 +230,7 @@ WrittenModel write_pictures(const LayoutSource& source, const fs::path& out) {
 
 std::vector<std::string> losses(const LayoutSource& source) {
   std::vector<std::string> lost = {
-      "frame rate, consent, keypoints and labels are left out (masks of the person are kept)"};
+      "frame rate, keypoints and labels are left out (masks of the person are kept)"};
   for (const Camera& camera : source.cameras()) {
     if (camera.gain != Eigen::Vector3d::Ones()) {
       lost.emplace_back("gains of the cameras are left out");

@@ -226,8 +226,7 @@ Dataset read_dna(const fs::path& path, const DatasetOptions& /*options*/, const 
 
 std::vector<std::string> write_dna(const LayoutSource& source, const fs::path& out) {
   std::vector<std::string> lost = {
-      "frame numbers begin at 0 in each sequence; labels, consent and people but the first are "
-      "left "
+      "frame numbers begin at 0 in each sequence; labels and people but the first are left "
       "out (masks of the person are kept)",
       "attributes of the groups (actor, number of devices and frames) are left out",
       "the frame rate of the layout is 15"};

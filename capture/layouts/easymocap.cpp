@@ -259,7 +259,7 @@ std::vector<std::string> write_easymocap(const LayoutSource& source, const fs::p
   if (!source.sequence.frame_ids.empty() && source.sequence.frame_ids.front() != 0) {
     lost.emplace_back("frame numbers begin at 0 in each sequence");
   }
-  lost.emplace_back("frame rate and consent are left out; labels become masks of the person");
+  lost.emplace_back("the frame rate is left out; labels become masks of the person");
   write_file_atomically(out / "intri.yml", intrinsics);
   write_file_atomically(out / "extri.yml", extrinsics);
   return lost;

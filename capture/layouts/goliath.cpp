@@ -116,7 +116,7 @@ Dataset read_goliath(const fs::path& path, const DatasetOptions& /*options*/,
 
 std::vector<std::string> write_goliath(const LayoutSource& source, const fs::path& out) {
   std::vector<std::string> lost = {
-      "frame rate, consent, keypoints, masks and labels are left out (its 28 classes are finer "
+      "frame rate, keypoints, masks and labels are left out (its 28 classes are finer "
       "than "
       "ours)"};
   nlohmann::ordered_json root;

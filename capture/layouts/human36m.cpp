@@ -112,7 +112,7 @@ Dataset read_human36m(const fs::path& path, const DatasetOptions& options, const
 
 std::vector<std::string> write_human36m(const LayoutSource& source, const fs::path& out) {
   std::vector<std::string> lost = {
-      "sizes of pictures, consent, keypoints, masks and labels are left out; the frame rate of the "
+      "sizes of pictures, keypoints, masks and labels are left out; the frame rate of the "
       "layout is 50"};
   nlohmann::ordered_json root;
   const std::string subject =

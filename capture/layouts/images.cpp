@@ -79,7 +79,7 @@ std::vector<std::string> write_images(const LayoutSource& source, const fs::path
                       out / "keypoints2d" / id / (frame_name(frame) + ".json"), 0.5);
     }
   }
-  return {"the calibration, frame rate, consent and labels are left out"};
+  return {"the calibration, frame rate and labels are left out"};
 }
 
 }  // namespace atelier

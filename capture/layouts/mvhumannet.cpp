@@ -152,7 +152,7 @@ Dataset read_mvhumannet(const fs::path& path, const DatasetOptions& options, con
 
 std::vector<std::string> write_mvhumannet(const LayoutSource& source, const fs::path& out) {
   std::vector<std::string> lost = {
-      "frame rate, consent and labels are left out (masks of the person are kept)",
+      "frame rate and labels are left out (masks of the person are kept)",
       "one intrinsics file holds a matrix for each camera, which the layout's own tools do not "
       "expect"};
   nlohmann::ordered_json intrinsics;

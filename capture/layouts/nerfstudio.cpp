@@ -199,7 +199,7 @@ Dataset read_nerfstudio(const fs::path& path, const DatasetOptions& /*options*/,
 
 std::vector<std::string> write_nerfstudio(const LayoutSource& source, const fs::path& out) {
   std::vector<std::string> lost = {
-      "keypoints, labels and consent are left out (masks of the person are kept)"};
+      "keypoints and labels are left out (masks of the person are kept)"};
   nlohmann::ordered_json root;
   root["frames"] = nlohmann::ordered_json::array();
   const std::vector<Camera> cameras = cameras_in(source, kWritten);

@@ -110,7 +110,7 @@ Dataset read_panoptic(const fs::path& path, const DatasetOptions& /*options*/,
 
 std::vector<std::string> write_panoptic(const LayoutSource& source, const fs::path& out) {
   std::vector<std::string> lost = {
-      "detected keypoints, masks, labels and consent are left out; the frame rate of the layout is "
+      "detected keypoints, masks and labels are left out; the frame rate of the layout is "
       "29.97",
       "cameras are called 00_00, 00_01, ..."};
   nlohmann::ordered_json root;

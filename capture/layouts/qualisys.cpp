@@ -164,7 +164,7 @@ Dataset read_qualisys(const fs::path& path, const DatasetOptions& /*options*/,
 
 std::vector<std::string> write_qualisys(const LayoutSource& source, const fs::path& out) {
   std::vector<std::string> lost = {
-      "frame rate, consent, masks and labels are left out (detections are kept)"};
+      "frame rate, masks and labels are left out (detections are kept)"};
   std::string text =
       "<?xml version='1.0' encoding='UTF-8'?>\n<calibration type=\"regular\" "
       "source=\"atelier\">\n  <cameras>\n";

@@ -6,6 +6,7 @@
 #include "capture/layouts/open_dataset.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/store/consent_file.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -50,10 +51,14 @@ LayoutReport write_layout(const Dataset& dataset, const std::string& layout, con
     all.name = "all";
     all.frame_ids = frame_ids(dataset);
     write(all, out);
-    return report;
+  } else {
+    for (const CaptureSequence& sequence : dataset.info.sequences) {
+      write(sequence, out / sequence.name);
+    }
   }
-  for (const CaptureSequence& sequence : dataset.info.sequences) {
-    write(sequence, out / sequence.name);
+  if (layout != "native" && !dataset.info.consent.empty()) {
+    report.consent = out / kConsentFile;
+    write_file_atomically(report.consent, consent_toml(dataset.info.consent));
   }
   return report;
 }

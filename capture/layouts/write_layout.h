@@ -12,6 +12,8 @@ namespace atelier {
 struct LayoutReport {
   std::vector<std::filesystem::path> folders;  ///< one for each sequence
   std::vector<std::string> lost;               ///< one sentence each
+  std::filesystem::path consent;  ///< consent.toml under `out`; empty: there is none to keep, or
+                                  ///< the layout itself (native) holds it
 };
 
 /// Every layout that is read and written: "native", "easymocap", "colmap", ...
@@ -25,8 +27,10 @@ std::string layout_summary(const std::string& layout);
 /// layout, which holds several sequences, is `out` itself. Units, axes, pixel origins and
 /// distortion orders are those of the layout (docs/formats.md). Pictures keep their bytes (hard
 /// links where the disk allows); frames of videos become PNG. Calibrations come last, so that what
-/// was interrupted has none. Throws DataError for frames that cannot be read, LogicError for a
-/// layout that is none, EnvironmentError for a folder that is there or a disk that fails.
+/// was interrupted has none. Consent, which no other layout has a place for, goes to consent.toml
+/// under `out`, where every reader of captures looks for it. Throws DataError for frames that
+/// cannot be read, LogicError for a layout that is none, EnvironmentError for a folder that is
+/// there or a disk that fails.
 LayoutReport write_layout(const Dataset& dataset, const std::string& layout,
                           const std::filesystem::path& out);
 

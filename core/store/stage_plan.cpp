@@ -49,9 +49,8 @@ void add_outside_input(StagePlan& plan, std::string_view kind, const StageReques
                     "a folder elsewhere: what is written there would change the input");
   }
   const InputDigest digest = digest_of_input(path, events);
-  plan.manifest.inputs.push_back(
-      {std::string(kind), path.string(), digest.digest, digest.files, digest.bytes, "",
-       digest.stamp});
+  plan.manifest.inputs.push_back({std::string(kind), path.string(), digest.digest, digest.files,
+                                  digest.bytes, "", digest.stamp});
   plan.input_paths.push_back(path);
   add_consent(plan.manifest.consent, read_consent(path));
 }

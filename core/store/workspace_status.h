@@ -45,8 +45,8 @@ const char* state_name(StageStatus::State state);
 
 /// Every stage of the table in its order. Changes nothing. Inputs from outside are compared by
 /// names, sizes and times, and read where one of these differs; with `Check::Digests`, always. One
-/// that is gone is a warning: the result is as sound as it was. Throws DataError if the workspace is
-/// missing, no folder, or holds no stage's folder; EnvironmentError if it cannot be looked at.
+/// that is gone is a warning: the result is as sound as it was. Throws DataError if the workspace
+/// is missing, no folder, or holds no stage's folder; EnvironmentError if it cannot be looked at.
 std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
                                           const std::filesystem::path& workspace,
                                           Check check = Check::Sizes);

@@ -1,0 +1,124 @@
+// The table of dependencies names every shared library that the program needs.
+#ifdef ATELIER_PROGRAM
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace atelier {
+namespace {
+
+using ::testing::Contains;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+std::string output_of(const std::string& command) {
+  std::string text;
+  std::array<char, 4096> buffer{};
+  FILE* pipe = popen(command.c_str(), "r");
+  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe)) {
+    text.append(buffer.data(), count);
+  }
+  pclose(pipe);
+  return text;
+}
+
+/// "libvtkCommonCore" of "libvtkCommonCore-9.1.so.1": without versions.
+std::string stem_of(const std::string& soname) {
+  const std::string name = soname.substr(0, soname.find(".so"));
+  const std::size_t dash = name.rfind('-');
+  const bool version = dash != std::string::npos && dash + 1 < name.size() &&
+                       name.find_first_not_of("0123456789._", dash + 1) == std::string::npos;
+  const std::string stem = version ? name.substr(0, dash) : name;
+  return stem.ends_with("-3_1") ? stem.substr(0, stem.size() - 4) : stem;
+}
+
+/// The libraries that a file asks the loader for, but the compiler's and the system's own.
+std::set<std::string> needed_by(const std::string& file) {
+  static const std::set<std::string> own = {"libc",     "libm",         "libstdc++",
+                                            "libgcc_s", "ld-linux-x86", "ld-linux-x86-64"};
+  std::set<std::string> needed;
+  std::istringstream lines(output_of("readelf -d '" + file + "' 2>/dev/null"));
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t open = line.find('[');
+    if (line.find("(NEEDED)") != std::string::npos && open != std::string::npos) {
+      const std::string stem = stem_of(line.substr(open + 1, line.find(']') - open - 1));
+      if (!own.contains(stem)) {
+        needed.insert(stem);
+      }
+    }
+  }
+  return needed;
+}
+
+/// Every word of the tables' last columns that names a shared library.
+std::set<std::string> listed_libraries() {
+  std::ifstream document(ATELIER_SOURCE_DIR "/docs/dependencies.md");
+  std::set<std::string> listed;
+  for (std::string line; std::getline(document, line);) {
+    if (!line.starts_with("| ") || !line.ends_with("|")) {
+      continue;
+    }
+    const std::size_t last = line.rfind('|', line.size() - 2);
+    std::string files = line.substr(last + 1, line.size() - last - 2);
+    for (char& c : files) {
+      c = c == ',' ? ' ' : c;
+    }
+    std::istringstream words(files);
+    for (std::string word; words >> word;) {
+      if (word.starts_with("lib")) {
+        listed.insert(word);
+      }
+    }
+  }
+  return listed;
+}
+
+TEST(Dependencies, StemsHaveNoVersions) {
+  EXPECT_EQ(stem_of("libvtkCommonCore-9.1.so.1"), "libvtkCommonCore");
+  EXPECT_EQ(stem_of("libglib-2.0.so.0"), "libglib");
+  EXPECT_EQ(stem_of("libOpenEXR-3_1.so.30"), "libOpenEXR");
+  EXPECT_EQ(stem_of("libavcodec.so.59"), "libavcodec");
+}
+
+TEST(Dependencies, WhatTheProgramNeedsIsInTheTable) {
+  const std::set<std::string> listed = listed_libraries();
+  const std::set<std::string> needed = needed_by(ATELIER_PROGRAM);
+  ASSERT_THAT(needed, Not(IsEmpty())) << "readelf says nothing of " ATELIER_PROGRAM;
+  for (const std::string& library : needed) {
+    EXPECT_THAT(listed, Contains(library));
+  }
+}
+
+TEST(Dependencies, WhatThoseNeedIsInTheTable) {
+  const std::set<std::string> listed = listed_libraries();
+  const std::set<std::string> direct = needed_by(ATELIER_PROGRAM);
+  std::istringstream lines(output_of("ldd '" ATELIER_PROGRAM "' 2>/dev/null"));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string soname;
+    std::string arrow;
+    std::string path;
+    words >> soname >> arrow >> path;
+    const std::string stem = stem_of(soname);
+    // The codecs of FFmpeg and libavif are some sixty: the document says so.
+    if (!direct.contains(stem) || stem.starts_with("libav")) {
+      continue;
+    }
+    for (const std::string& library : needed_by(path)) {
+      EXPECT_THAT(listed, Contains(library)) << "needed by " << stem;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace atelier
+
+#endif
