@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -52,6 +53,19 @@ TEST(MalformedFiles, EveryFileIsInItsIndexOnce) {
   }
   std::sort(present.begin(), present.end());
   EXPECT_EQ(listed, present);
+}
+
+TEST(MalformedFiles, EveryReaderHasFifteen) {
+  std::map<std::string, int> files;
+  for (const Reader& reader : all_readers()) {
+    files[reader.name] = 0;
+  }
+  for (const MalformedFile& file : all_malformed_files()) {
+    ++files[file.reader];
+  }
+  for (const auto& [reader, count] : files) {
+    EXPECT_GE(count, 15) << reader;
+  }
 }
 
 }  // namespace
