@@ -14,6 +14,7 @@
 #include "apps/output_place.h"
 #include "apps/picture_names.h"
 #include "apps/picture_size.h"
+#include "apps/printable.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_archive.h"
 #include "bodymodel/body_pieces.h"
@@ -93,7 +94,10 @@ int measure(const BodyArguments& arguments, const BodyOptions& options) {
     if (arguments.json) {
       json[row.name] = {{"value", value}, {"unit", row.unit}};
     } else {
-      std::printf("%-18s %8.3f %s\n", row.name.c_str(), value, row.unit.c_str());
+      char line[160];
+      std::snprintf(line, sizeof line, "%-18s %8.3f %s\n", row.name.c_str(), value,
+                    row.unit.c_str());
+      std::cout << line;
     }
   }
   if (arguments.json) {

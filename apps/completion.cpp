@@ -31,7 +31,7 @@ std::string bash_script() {
   };
   for (const Stage& stage : all_stages()) {
     CLI::App parser;
-    add_stage(parser, stage);
+    add_stage(parser, stage, stand_alone(stage.name));
     add(stage.name, parser);
   }
   for (const Command& command : all_commands()) {

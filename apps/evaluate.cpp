@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
@@ -48,7 +49,10 @@ int run(const EvaluateArguments& arguments) {
     throw UsageError(
         "it takes a WORKSPACE and a capture: atelier evaluate WORKSPACE --truth CAPTURE");
   }
-  require_workspace(all_stages(), arguments.workspace);
+  std::error_code missing;
+  if (!fs::equivalent(arguments.workspace, arguments.truth, missing)) {
+    require_workspace(all_stages(), arguments.workspace);
+  }
   std::vector<Measure> all;
   for (const Evaluation& evaluation : kEvaluations) {
     const std::vector<Measure> measures = evaluation.measure(arguments.workspace, arguments.truth);
@@ -83,7 +87,10 @@ int run(const EvaluateArguments& arguments) {
 
 Action add_evaluate(CLI::App& parser) {
   auto arguments = std::make_shared<EvaluateArguments>();
-  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
+  parser
+      .add_option("WORKSPACE", arguments->workspace,
+                  "Folder of results; the capture itself measures its detections alone")
+      ->required();
   parser.add_option("--truth", arguments->truth, "Synthetic capture that they were made from")
       ->type_name("CAPTURE")
       ->required();

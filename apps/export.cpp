@@ -130,7 +130,7 @@ bool is_mesh_archive(const fs::path& path) {
 }
 
 /// The same bytes under another name, a piece at a time: results may be larger than memory.
-void copy_file(const fs::path& from, const fs::path& to) {
+void copy_bytes(const fs::path& from, const fs::path& to) {
   constexpr std::size_t kPiece = std::size_t{1} << 20;
   const RegularFile source(from);
   AtomicFile copy(to);
@@ -175,7 +175,7 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
       write_mesh(to.replace_extension(mesh_extension(format)), read_mesh_archive(result / file));
       ++meshes;
     } else {
-      copy_file(result / file, to);
+      copy_bytes(result / file, to);
     }
   }
   const std::int64_t copied = static_cast<std::int64_t>(rest.size()) - meshes;

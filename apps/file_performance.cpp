@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/printable.h"
 #include "capture/keypoint_schema.h"
 #include "core/error.h"
 

@@ -13,6 +13,7 @@
 #include "apps/exit_code.h"
 #include "apps/printable.h"
 #include "apps/program.h"
+#include "apps/standard_output.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
 
@@ -31,6 +32,7 @@ int main(int argc, char** argv) {
   using namespace atelier;
   // A file beyond the limit of file sizes is a failing disk (EFBIG), no reason to die.
   std::signal(SIGXFSZ, SIG_IGN);
+  const StandardOutput output;
   try {
     spdlog::set_default_logger(spdlog::stderr_color_mt("atelier"));
     spdlog::set_pattern("%v");

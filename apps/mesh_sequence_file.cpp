@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 
+#include "apps/printable.h"
 #include "core/error.h"
 #include "core/io/foreign_hdf5.h"
 #include "core/io/lower_extension.h"

@@ -17,25 +17,30 @@
 namespace atelier {
 namespace {
 
-constexpr std::size_t kNameColumn = 14;
-
-std::string row(std::string_view name, std::string_view summary) {
+std::string row(std::string_view name, std::string_view summary, std::size_t name_width) {
   std::string line = "  " + std::string(name);
-  line.resize(std::max(line.size() + 1, kNameColumn), ' ');
+  line.resize(name_width + 4, ' ');
   return line + std::string(summary) + "\n";
 }
 
 std::string help() {
+  std::size_t width = 0;
+  for (const Stage& stage : all_stages()) {
+    width = std::max(width, stage.name.size());
+  }
+  for (const Command& command : all_commands()) {
+    width = std::max(width, command.name.size());
+  }
   std::string text =
       "atelier: a multi-view capture of a clothed person becomes an avatar whose clothing is "
       "simulated\n\nUsage: atelier COMMAND ...        (atelier COMMAND --help says more)\n\n"
       "Stages, in their order: atelier STAGE INPUT WORKSPACE --section.field value\n";
   for (const Stage& stage : all_stages()) {
-    text += row(stage.name, stage.summary);
+    text += row(stage.name, stage.summary, width);
   }
   text += "\nCommands:\n";
   for (const Command& command : all_commands()) {
-    text += row(command.name, command.summary);
+    text += row(command.name, command.summary, width);
   }
   return text + "\n" + kExitCodeHelp;
 }

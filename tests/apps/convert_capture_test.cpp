@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "capture/cameras_file.h"
+#include "capture/layouts/open_dataset.h"
+#include "core/store/consent_file.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_directory.h"
@@ -40,6 +42,33 @@ TEST(ConvertCapture, GoesThereAndBack) {
   EXPECT_LT((*project(cameras[1], point) - *project(small.cameras[1], point)).norm(), 1e-9);
 }
 
+TEST(ConvertCapture, KeepsConsentInEveryLayout) {
+  const TemporaryDirectory folder;
+  SmallCapture small;
+  small.consent = {{"P. Doe", "research", "2999-12-31"}};
+  write_small_capture(folder / "capture", small);
+  const std::string capture = (folder / "capture").string();
+  for (const char* layout : {"native", "easymocap", "colmap_text", "images"}) {
+    const fs::path out = folder / layout;
+    const ChildResult there = convert({capture, out.string(), "--to", layout});
+    ASSERT_EQ(there.exit_code, 0) << there.err;
+    EXPECT_THAT(there.out, HasSubstr("consent: P. Doe, research, until 2999-12-31"));
+    const fs::path read = std::string(layout) == "native" ? out : out / "clothed";
+    EXPECT_EQ(read_consent(read), small.consent) << layout;
+    EXPECT_EQ(open_dataset(read).info.consent, small.consent) << layout;
+    EXPECT_EQ(fs::exists(out / "consent.toml"), std::string(layout) != "native");
+  }
+}
+
+TEST(ConvertCapture, SaysThatThereIsNoConsent) {
+  const TemporaryDirectory folder;
+  write_small_capture(folder / "capture");
+  const ChildResult there =
+      convert({(folder / "capture").string(), (folder / "out").string(), "--to", "images"});
+  EXPECT_THAT(there.out, HasSubstr("consent: none recorded"));
+  EXPECT_FALSE(fs::exists(folder / "out" / "consent.toml"));
+}
+
 TEST(ConvertCapture, RefusesWhatIsNoCaptureOrNoPlace) {
   const TemporaryDirectory folder;
   fs::create_directory(folder / "empty");
@@ -52,6 +81,11 @@ TEST(ConvertCapture, RefusesWhatIsNoCaptureOrNoPlace) {
   EXPECT_EQ(convert({capture, empty}).exit_code, 5);  // it is there already
   const ChildResult layout = convert({capture, (folder / "x").string(), "--to", "colmapp"});
   EXPECT_EQ(layout.exit_code, 2);
+  const ChildResult inside = convert({capture, capture + "/colmap", "--to", "colmap_text"});
+  EXPECT_EQ(inside.exit_code, 2);
+  EXPECT_THAT(inside.err, HasSubstr("OUT lies in the capture IN"));
+  EXPECT_EQ(convert({capture + "/cameras.json", capture + "/out"}).exit_code, 2);
+  EXPECT_FALSE(fs::exists(capture + "/colmap"));
   const ChildResult up = convert({capture, (folder / "x").string(), "--up", "w"});
   EXPECT_EQ(up.exit_code, 2);
 }

@@ -1,6 +1,7 @@
 // The command line as a whole: help, version, completion, options, the last resort.
 
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -121,6 +122,63 @@ TEST_F(Program, CompletionCompletes) {
   EXPECT_EQ(complete("atelier gc --j", 2), "--json\n");
   EXPECT_THAT(complete("atelier inspect " + (root_ / "compl").string(), 2), HasSubstr(script));
   EXPECT_EQ(complete("atelier nonsense --x", 2), "\n");
+}
+
+/// The words that begin with "--" in front of a help's lines.
+std::set<std::string> flags_in(const std::string& help) {
+  std::set<std::string> flags;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t begin = line.find_first_not_of(' ');
+    if (begin == std::string::npos || begin == 0 || line[begin] != '-') {
+      continue;
+    }
+    std::istringstream words(line);
+    for (std::string word; words >> word && word.starts_with("-");) {
+      word = word.substr(0, word.find_first_of(",="));
+      if (word.starts_with("--")) {
+        flags.insert(word);
+      }
+    }
+  }
+  return flags;
+}
+
+TEST_F(Program, CompletionKnowsEveryCommandStageAndFlag) {
+  const std::string script = run({"completion", "bash"}).out;
+  std::istringstream lines(run({"--help"}).out);
+  int names = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("  ") || line[2] < 'a' || line[2] > 'z') {
+      continue;
+    }
+    const std::string name = line.substr(2, line.find(' ', 2) - 2);
+    EXPECT_THAT(script, ::testing::ContainsRegex("compgen -W '([a-z -]* )?" + name + " "));
+    const std::size_t at = script.find("\n    " + name + ") words='");
+    ASSERT_NE(at, std::string::npos) << name;
+    const std::size_t begin = script.find('\'', at) + 1;
+    std::istringstream words(script.substr(begin, script.find('\'', begin) - begin));
+    std::set<std::string> completed;
+    for (std::string word; words >> word;) {
+      completed.insert(word);
+    }
+    EXPECT_EQ(completed, flags_in(run({name, "--help"}).out)) << name;
+    ++names;
+  }
+  EXPECT_GE(names, 12);
+}
+
+TEST_F(Program, HelpHasOneColumnOfSummaries) {
+  std::istringstream lines(run({"--help"}).out);
+  std::set<std::size_t> columns;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("  ") && line[2] >= 'a' && line[2] <= 'z') {
+      const std::size_t gap = line.find("  ", 2);
+      ASSERT_NE(gap, std::string::npos) << line;
+      columns.insert(line.find_first_not_of(' ', gap));
+    }
+  }
+  EXPECT_EQ(columns.size(), 1U);
 }
 
 TEST_F(Program, AFullStandardOutputIsAnError) {

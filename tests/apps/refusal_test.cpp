@@ -111,8 +111,12 @@ INSTANTIATE_TEST_SUITE_P(
                    "expected some of frames 100:200"},
         BadCommand{"MissingConfig",
                    {"statistics", "IN", "WS", "--config", "nothing.toml"},
-                   3,
-                   "nothing.toml"},
+                   2,
+                   "--config nothing.toml: nothing there"},
+        BadCommand{"MalformedConfig",
+                   {"statistics", "IN", "WS", "--config", "IN/box_000.obj"},
+                   2,
+                   "box_000.obj"},
         BadCommand{"MissingInput", {"statistics", "nothing", "WS"}, 3, "nothing there"},
         BadCommand{"WorkspaceInInput",
                    {"statistics", "IN", "IN/work"},
@@ -196,7 +200,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{
             "NoConfig", {"statistics", "IN", "WS", "--config", ""}, 2, "--config cannot be ''"},
         BadCommand{
-            "ConfigOfAFolder", {"statistics", "IN", "WS", "--config", "IN"}, 3, "boxes: a folder"},
+            "ConfigOfAFolder", {"statistics", "IN", "WS", "--config", "IN"}, 2, "boxes: a folder"},
         BadCommand{
             "ADashAlone", {"inspect", "--", "-nothing.obj"}, 3, "-nothing.obj: nothing there"},
         BadCommand{"CompletionOfAnotherShell", {"completion", "fish"}, 2, "of which there is bash"},

@@ -5,6 +5,9 @@
 #include "apps/report_page.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
+#include "core/sequence_archive.h"
+#include "core/store/commit.h"
+#include "core/store/input_digest.h"
 #include "tests/apps/statistics_fixture.h"
 
 namespace atelier::testing {
@@ -161,9 +164,8 @@ TEST_F(Report, ExportSaysThatNoConsentIsRecorded) {
 
 TEST_F(Report, ExportRefusesDamageUnknownNamesAndPlacesThatAreNotThere) {
   EXPECT_EQ(run({"export", workspace().string()}).exit_code, 2);
-  EXPECT_THAT(export_to(root_ / "out", {"--format", "fbx"}).err,
-              HasSubstr("ply, obj, glb or usda"));
-  EXPECT_THAT(export_to(root_ / "out", {"--stage", "spline"}).err, HasSubstr("no such stage"));
+  EXPECT_THAT(export_to(root_ / "out", {"--format", "fbx"}).err, HasSubstr("ply, obj, glb, usda"));
+  EXPECT_THAT(export_to(root_ / "out", {"--stage", "spline"}).err, HasSubstr("'spline'"));
   EXPECT_EQ(export_to("/proc/nowhere").exit_code, 5);
   std::ofstream(fs::canonical(stage_folder() / "current") / "statistics.json", std::ios::app)
       << "x";
@@ -171,6 +173,77 @@ TEST_F(Report, ExportRefusesDamageUnknownNamesAndPlacesThatAreNotThere) {
   EXPECT_EQ(damaged.exit_code, 3);
   EXPECT_THAT(damaged.err, HasSubstr("a result that is damaged"));
   EXPECT_FALSE(fs::exists(root_ / "out" / "statistics"));
+}
+
+TEST_F(Report, PagesAreNotWrittenAmongResults) {
+  const fs::path result = fs::canonical(stage_folder() / "current");
+  for (const fs::path& file : {result / "page.html", stage_folder() / "page.html"}) {
+    const ChildResult refused = run({"report", workspace().string(), "--out", file.string()});
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("among the results of 'statistics'"));
+  }
+  EXPECT_TRUE(is_clean());
+  EXPECT_EQ(run({"report", workspace().string(), "--out", (workspace() / "page.html").string()})
+                .exit_code,
+            0);
+}
+
+TEST_F(Report, ShowsAsManyPicturesAsItIsTold) {
+  EXPECT_EQ(run({"report", workspace().string(), "--pictures", "0"}).exit_code, 0);
+  EXPECT_EQ(run({"report", workspace().string(), "--pictures", "-1"}).exit_code, 2);
+}
+
+/// A result of `statistics` that holds other files: a sequence at its root with a note beside it,
+/// and two meshes by themselves.
+void make_result_of_meshes(const fs::path& stage_folder) {
+  Mesh mesh;
+  mesh.vertices.resize(3, 3);
+  mesh.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
+  mesh.faces.resize(1, 3);
+  mesh.faces << 0, 1, 2;
+  const fs::path staging = stage_folder / ".staging-0";
+  fs::create_directories(staging / "scans");
+  write_sequence(staging, sequence_of({mesh, mesh}, 30, {4, 7}));
+  std::ofstream(staging / "frames" / "note.txt") << "by hand";
+  write_mesh_archive(staging / "scans" / "000001.h5", mesh);
+  write_mesh_archive(staging / "scans" / "000002.h5", mesh);
+  Manifest manifest;
+  manifest.stage = "statistics";
+  manifest.stage_version = 1;
+  manifest.canonical_options = "{}";
+  manifest.key = stage_key("statistics", 1, "", "{}", {});
+  manifest.started = manifest.finished = "2026-01-01T00:00:00Z";
+  for (const char* path : {"frames/000004.h5", "frames/000007.h5", "frames/note.txt",
+                           "scans/000001.h5", "scans/000002.h5", "sequence.h5"}) {
+    const FileDigest digest = digest_of_file(staging / path);
+    manifest.outputs.push_back({path, digest.size, digest.digest});
+  }
+  commit_result(staging, stage_folder / folder_name(manifest.key), manifest);
+}
+
+TEST_F(Report, ExportsMeshesOfArchivesAndASequenceAtTheRoot) {
+  make_result_of_meshes(stage_folder());
+  for (const std::string format : {"ply", "obj"}) {
+    const fs::path out = root_ / format / "statistics";
+    const ChildResult result = export_to(root_ / format, {"--format", format});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(read_mesh(out / "sequence" / ("000004." + format)).faces.rows(), 1);
+    EXPECT_EQ(read_mesh(out / "sequence" / ("000007." + format)).faces.rows(), 1);
+    EXPECT_EQ(read_mesh(out / "scans" / ("000002." + format)).faces.rows(), 1);
+    EXPECT_EQ(read_file_text(out / "frames" / "note.txt", 100), "by hand");
+    EXPECT_FALSE(fs::exists(out / "sequence.h5"));
+    EXPECT_FALSE(fs::exists(out / "frames" / "000004.h5"));
+  }
+  ASSERT_EQ(export_to(root_ / "usd", {"--format", "usda"}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(root_ / "usd" / "statistics" / "sequence.usda"));
+  EXPECT_TRUE(fs::exists(root_ / "usd" / "statistics" / "scans" / "000001.ply"));
+}
+
+TEST_F(Report, ExportTakesItsOptionsFromAFile) {
+  const std::string file = (root_ / "export.toml").string();
+  std::ofstream(file) << "stage = 'reconstruct'\n";
+  EXPECT_EQ(export_to(root_ / "out", {"--config", file}).exit_code, 3);  // it has no result
+  EXPECT_EQ(export_to(root_ / "out", {"--config", file, "--stage", "all"}).exit_code, 0);
 }
 
 TEST_F(Report, ExportsASimulatedSequenceInEveryFormat) {

@@ -239,6 +239,11 @@ TEST_F(Synthesize, EvaluatePrintsAndChecks) {
   EXPECT_EQ(
       run_child({ATELIER_PROGRAM, "evaluate", "/nowhere", "--truth", capture().string()}).exit_code,
       3);
+  // Another folder that is no workspace holds no results to measure.
+  const ChildResult truth = run_child(
+      {ATELIER_PROGRAM, "evaluate", (capture() / "truth").string(), "--truth", capture().string()});
+  EXPECT_EQ(truth.exit_code, 3);
+  EXPECT_THAT(truth.err, HasSubstr("expected a workspace"));
 }
 
 void expect_same_files(const fs::path& found_in, const fs::path& expected_in) {

@@ -22,6 +22,7 @@ struct SmallCapture {
   std::vector<int> frames = {3, 4};
   std::string extension = ".png";
   bool detections = true;  ///< two people in each picture
+  std::vector<Consent> consent;
 };
 
 /// Two standing people in BODY_25: no two points are alike, the last of each is not found.
@@ -50,6 +51,7 @@ inline void write_small_capture(const std::filesystem::path& folder,
   info.subject = "somebody";
   info.image_format = capture.extension.substr(1);
   info.sequences = {{"clothed", "clothed", 12, capture.frames}};
+  info.consent = capture.consent;
   for (std::size_t c = 0; c < capture.cameras.size(); ++c) {
     const Camera& camera = capture.cameras[c];
     for (const int frame : capture.frames) {
