@@ -26,8 +26,8 @@ int run(const ReportArguments& arguments, const ReportOptions& options) {
   }
   const std::filesystem::path workspace =
       std::filesystem::path(arguments.workspace + "/").lexically_normal().parent_path();
-  const std::filesystem::path page =
-      arguments.out.empty() ? workspace / "report" / "index.html" : arguments.out;
+  const std::filesystem::path page = arguments.out.empty() ? workspace / "report" / "index.html"
+                                                           : std::filesystem::path(arguments.out);
   if (page.extension() != ".html") {
     throw UsageError("--out takes a name with .html");
   }
