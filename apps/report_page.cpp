@@ -108,8 +108,8 @@ std::string attention_of(const StageStatus& status) {
 }
 
 std::string picture(const std::filesystem::path& file, const std::string& name,
-                    const std::string& type, std::int64_t size) {
-  const std::string data = "data:" + type + ";base64," + base64(read_file_bytes(file, size));
+                    const std::string& type, std::int64_t most_bytes) {
+  const std::string data = "data:" + type + ";base64," + base64(read_file_bytes(file, most_bytes));
   const std::string shown = type.starts_with("video")
                                 ? "<video controls loop muted src=\"" + data + "\"></video>"
                                 : "<img alt=\"" + html_text(name) + "\" src=\"" + data + "\">";
@@ -126,7 +126,8 @@ std::string pictures_of(const StageStatus& status, const std::filesystem::path& 
         ++count > options.pictures) {
       continue;
     }
-    html += picture(folder / output.path, output.path, type, output.size);
+    html += picture(folder / output.path, output.path, type,
+                    static_cast<std::int64_t>(options.picture_bytes));
   }
   return html;
 }

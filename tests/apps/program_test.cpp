@@ -1,5 +1,6 @@
 // The command line as a whole: help, version, completion, options, the last resort.
 
+#include <algorithm>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -133,9 +134,9 @@ std::set<std::string> flags_in(const std::string& help) {
     if (begin == std::string::npos || begin == 0 || line[begin] != '-') {
       continue;
     }
+    std::replace(line.begin(), line.end(), ',', ' ');  // "-h,--help"
     std::istringstream words(line);
     for (std::string word; words >> word && word.starts_with("-");) {
-      word = word.substr(0, word.find_first_of(",="));
       if (word.starts_with("--")) {
         flags.insert(word);
       }

@@ -112,7 +112,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"MissingConfig",
                    {"statistics", "IN", "WS", "--config", "nothing.toml"},
                    2,
-                   "--config nothing.toml: nothing there"},
+                   "--config nothing.toml: No such file or directory"},
         BadCommand{"MalformedConfig",
                    {"statistics", "IN", "WS", "--config", "IN/box_000.obj"},
                    2,
