@@ -126,8 +126,8 @@ int convert_motion(const BodyArguments& arguments, const BodyOptions& options) {
   print(clip.findings);
   write_motion_file(arguments.out, clip);
   std::cout << arguments.out << ": " << clip.skeleton.names.size() << " joints, "
-            << clip.motion.poses.size() << " frames at " << short_number(clip.motion.fps)
-            << " per second\n";
+            << counted(static_cast<std::int64_t>(clip.motion.poses.size()), "frame") << " at "
+            << short_number(clip.motion.fps) << " per second\n";
   return kExitDone;
 }
 
@@ -252,8 +252,9 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   } else {
     write_gltf(arguments.out, gltf_body(model, shape, motion));
   }
-  std::cout << arguments.out << ": " << frames << " frames at " << short_number(motion.fps)
-            << " per second, steps scaled by " << short_number(moved.scale) << "\n";
+  std::cout << arguments.out << ": " << counted(frames, "frame") << " at "
+            << short_number(motion.fps) << " per second, steps scaled by "
+            << short_number(moved.scale) << "\n";
   return kExitDone;
 }
 
