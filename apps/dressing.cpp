@@ -209,6 +209,10 @@ OptionTable describe(OutfitOptions& options) {
   return table;
 }
 
+int search_interval(int substeps) {
+  return std::max(2, substeps / 3);
+}
+
 std::vector<std::pair<std::string, Label>> outfit_garments(const std::string& garment) {
   std::vector<std::pair<std::string, Label>> result;
   for (const std::string& name : split(garment)) {
@@ -428,6 +432,7 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std
   XpbdOptions& solver = outfit.solver;
   solver.time_step = 1 / options.rate;
   solver.substeps = options.substeps;
+  solver.self_interval = search_interval(options.substeps);
   // The round of a chest rises into a triangle by the square of its edge: keep off by that.
   const double thickness = options.thickness > 0
                                ? options.thickness

@@ -39,6 +39,11 @@ struct Outfit {
   XpbdOptions solver;                  ///< to go on with
 };
 
+/// Substeps that a search for pairs of cloth that may touch looks ahead (XpbdOptions): a third of a
+/// simulated frame. Cloth that leaves its flight sooner is searched for anew, so that this is a
+/// matter of speed alone.
+int search_interval(int substeps);
+
 /// Names of the garments of an outfit, with their labels. Throws DataError for an unknown one.
 std::vector<std::pair<std::string, Label>> outfit_garments(const std::string& garment);
 

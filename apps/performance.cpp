@@ -14,7 +14,8 @@
 namespace atelier {
 namespace {
 
-constexpr double kTransition = 0.9;    // s from the rest pose to where the motion begins
+constexpr double kTransition = 0.9;    // s at least from the rest pose to where the motion begins
+constexpr double kQuickest = 2.0;      // m/s, of any joint on that way
 constexpr double kHold = 0.25;         // s for the cloth to calm down there
 constexpr double kLead = 1.0;          // s of motion that is simulated before the first frame
 constexpr double kRamp = 0.5;          // s in which a motion that is entered midway gains its speed
@@ -27,16 +28,21 @@ double eased(double t) {
 
 /// Everything but cloth at one pose.
 PerformedFrame posed(const Performance& performance, const SynthesisOptions& options,
-                     const Pose& pose, const SoftTissue& flesh, const Points& skinned,
+                     const Pose& simulated, const SoftTissue& flesh, const Points& skinned,
                      bool clothed) {
   PerformedFrame frame;
   const BodyModel& model = performance.subject.model;
+  const Eigen::Vector3d shift = clothed ? performance.shift : Eigen::Vector3d::Zero();
+  Pose pose = simulated;
+  pose.root_translation += shift;
   frame.truth.pose = pose;
   frame.truth.joints = forward_kinematics(model.skeleton, pose).positions;
   frame.truth.keypoints = posed_points(model, performance.keypoints.places, pose);
   frame.truth.body =
       with_soft_tissue(performance.subject, skinned, flesh,
-                       options.subject.subject == "real" ? options.subject.soft_tissue : 0);
+                       options.subject.subject == "real" ? options.subject.soft_tissue : 0)
+          .rowwise() +
+      shift.transpose();
   for (const WornLayer& layer : performance.layers) {
     frame.truth.layers.push_back(clothed || layer.in_minimal ? skin_vertices(layer.model, pose)
                                                              : Points(0, 3));
@@ -82,13 +88,26 @@ struct Timeline {
   const Performance& performance;
   double step_seconds;
   Pose rest;
+  double transition = kTransition;  ///< s
+
+  Timeline(const Performance& performance_, double step_seconds_)
+      : performance(performance_),
+        step_seconds(step_seconds_),
+        rest(rest_pose(performance_.subject.model.skeleton)) {
+    // The quickest joint is at eased()'s greatest slope, 15/8, half way.
+    const Skeleton& skeleton = performance.subject.model.skeleton;
+    const Points way = forward_kinematics(skeleton, performance.clothed.pose(begin())).positions -
+                       rest_positions(skeleton);
+    transition = std::max(kTransition,
+                          1.875 * std::sqrt(way.rowwise().squaredNorm().maxCoeff()) / kQuickest);
+  }
 
   /// Where in the motion it is entered.
   double begin() const { return std::max(0.0, performance.start - kLead); }
   /// Seconds since then that gaining speed costs.
   double delay() const { return begin() > 0 ? kRamp / 2 : 0; }
   double seconds(std::int64_t step) const {
-    return static_cast<double>(step) * step_seconds - kTransition - kHold;
+    return static_cast<double>(step) * step_seconds - transition - kHold;
   }
   /// Place in the motion, `t` seconds after it was entered.
   double place(double t) const {
@@ -101,13 +120,13 @@ struct Timeline {
   Pose pose(std::int64_t step) const {
     const double t = seconds(step);
     const Pose first = performance.clothed.pose(place(t));
-    const double share = eased((t + kTransition + kHold) / kTransition);
+    const double share = eased((t + transition + kHold) / transition);
     return share < 1 ? blended(rest, first, share) : first;
   }
   /// The step whose end is the i-th frame of the sequence.
   std::int64_t step_of(int frame, double fps) const {
     const double after = performance.start - begin() + delay() + frame / fps;
-    return std::llround((kTransition + kHold + after) / step_seconds);
+    return std::llround((transition + kHold + after) / step_seconds);
   }
 };
 
@@ -142,9 +161,23 @@ Performance cast_performance(const SynthesisOptions& options) {
     const double taken = (options.frames - 1) / options.fps;
     performance.clothed =
         continuous_motion(body, motion_of(options), options.motion.duration, kSoleHeight);
+    if (options.motion.start > performance.clothed.duration) {
+      char found[80];
+      std::snprintf(found, sizeof(found), "--start %.2f, after the motion's end",
+                    options.motion.start);
+      char expected[80];
+      std::snprintf(expected, sizeof(expected), "at most its %.2f s", performance.clothed.duration);
+      throw DataError(motion_of(options), "motion", found, expected);
+    }
     performance.start = options.motion.start >= 0
                             ? options.motion.start
                             : std::max(0.0, (performance.clothed.duration - taken) / 2);
+    if (!is_procedural(motion_of(options))) {
+      performance.clothed =
+          facing_as_at_rest(body, performance.clothed, std::max(0.0, performance.start - kLead));
+      performance.shift = -performance.clothed.pose(performance.start + taken / 2).root_translation;
+      performance.shift.y() = 0;
+    }
   }
   return performance;
 }
@@ -213,7 +246,7 @@ void perform_clothed(
   const Outfit& outfit = performance.outfit;
   const ShapedBody body = shape_body(model);
   const double step_seconds = 1 / simulation_rate(options);
-  const Timeline timeline{performance, step_seconds, rest_pose(model.skeleton)};
+  const Timeline timeline(performance, step_seconds);
   PerformanceState state;
   if (from != nullptr) {
     state = *from;
@@ -228,7 +261,8 @@ void perform_clothed(
   const auto with_cloth = [&](PerformedFrame frame, const Points& cloth) {
     for (std::size_t g = 0; g < outfit.garments.size(); ++g) {
       frame.truth.garments[g] =
-          cloth.middleRows(outfit.first[g], outfit.first[g + 1] - outfit.first[g]);
+          cloth.middleRows(outfit.first[g], outfit.first[g + 1] - outfit.first[g]).rowwise() +
+          performance.shift.transpose();
     }
     return frame;
   };

@@ -29,6 +29,9 @@ struct Performance {
   ContinuousMotion clothed;  ///< feet on their soles
   ContinuousMotion minimal;
   double start = 0;  ///< s into the clothed motion of its first frame
+  /// m, added to everything that is photographed clothed, so that who walks through a recorded
+  /// motion passes the middle of the dome half way through the frames.
+  Eigen::Vector3d shift{0, 0, 0};
 };
 
 /// Draws the subject, drapes the clothes, chooses the motions. Throws as make_subject, dress_body

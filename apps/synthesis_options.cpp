@@ -47,7 +47,8 @@ OptionTable describe(SynthesisOptions& options) {
            "Cameras that no stage opens.")
       .add("held_out_share", options.held_out_share, 0, 0.9, "",
            "Last share of the clothed frames, that no training sees.")
-      .add("perfect", options.perfect, "No noise, exact detections, labels and calibration.")
+      .add("perfect", options.perfect,
+           "No noise, exact detections, labels and calibration, cameras of equal exposure.")
       .add("truth_images", options.truth_images, "Write noise-free images.")
       .add("truth_maps", options.truth_maps, "Write depth and surface position of every pixel.")
       .add("image_format", options.image_format, std::vector<std::string>{"png", "jpg"},

@@ -37,9 +37,9 @@ struct SynthesisOptions {
   int miscalibrated = 0;           ///< cameras whose calibration is off by 2 degrees
   int held_out_cameras = 1;        ///< spread over the dome
   double held_out_share = 0.25;    ///< last share of the clothed frames
-  bool perfect = false;            ///< no noise, perfect detections and calibration
-  bool truth_images = true;        ///< noise-free images
-  bool truth_maps = false;         ///< depth and surface position of every pixel
+  bool perfect = false;      ///< no noise, perfect detections and calibration, equal exposures
+  bool truth_images = true;  ///< noise-free images
+  bool truth_maps = false;   ///< depth and surface position of every pixel
   std::string image_format = "png";
   int samples = 4;             ///< rays a pixel
   double shutter = 0;          ///< s of motion blur

@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/parallel.h"
+#include "core/render/interreflection.h"
 #include "core/render/surface_maps.h"
 #include "core/tree.h"
 
@@ -205,7 +206,7 @@ PreparedScene prepared(const Scene& scene, const SynthesisOptions& options) {
   prepare_options.vertex_samples = 96;
   prepare_options.ground_reach = kStudioFloor;
   prepare_options.seed = options.seed;
-  return prepare(scene, prepare_options);
+  return prepare_with_bounce(scene, prepare_options);
 }
 
 }  // namespace
@@ -214,7 +215,11 @@ SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layer
                          const SynthesisOptions& options) {
   const auto seed = static_cast<std::uint64_t>(options.seed);
   SynthesisStage stage;
-  stage.cameras = dome_cameras(options.dome, {seed, kCameras});
+  DomeOptions dome = options.dome;
+  if (options.perfect) {
+    dome.gain = 0;  // cameras.json has no gains: who wants no errors wants equal exposures
+  }
+  stage.cameras = dome_cameras(dome, {seed, kCameras});
   stage.written = written_cameras(stage.cameras, options);
   stage.surroundings = studio_surroundings(stage.cameras);
   truth.cameras = stage.cameras;

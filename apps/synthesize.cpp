@@ -40,12 +40,17 @@ void write_other_layout(const std::filesystem::path& capture, const std::string&
     std::cout << out.string() << " is there already\n";
     return;
   }
-  const LayoutReport report = write_layout(capture, layout, out);
+  // Under another name until it is whole: a layout that was interrupted is made anew.
+  const std::filesystem::path unfinished = capture / ("." + layout + ".unfinished");
+  std::filesystem::remove_all(unfinished);
+  const LayoutReport report = write_layout(capture, layout, unfinished);
+  std::filesystem::rename(unfinished, out);
   for (const std::string& sentence : report.lost) {
     std::cout << "  " << layout << ": " << sentence << "\n";
   }
   for (const std::filesystem::path& folder : report.folders) {
-    std::cout << folder.string() << "\n";
+    const std::filesystem::path inside = folder.lexically_relative(unfinished);
+    std::cout << (inside == "." ? out : out / inside).string() << "\n";
   }
 }
 

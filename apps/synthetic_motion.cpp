@@ -207,11 +207,6 @@ Stance stance_of(const std::string& motion, double t) {
   return stance;
 }
 
-bool is_procedural(const std::string& motion) {
-  return motion == "stride" || motion == "squat" || motion == "raise" || motion == "twist" ||
-         motion == "spin" || motion == "range";
-}
-
 ContinuousMotion file_motion(const BodyModel& model, const std::string& path, double ground) {
   constexpr double kRate = 120;  // poses a second between which is interpolated
   const MotionClip clip = read_motion_file(path);
@@ -222,11 +217,7 @@ ContinuousMotion file_motion(const BodyModel& model, const std::string& path, do
   if (poses->empty()) {
     throw DataError(path, "", "no frames", "a motion with at least one frame");
   }
-  // Start over the origin: the cameras look there.
-  const Eigen::Vector3d first = poses->front().root_translation;
   for (Pose& pose : *poses) {
-    pose.root_translation.x() -= first.x();
-    pose.root_translation.z() -= first.z();
     pose.root_translation.y() += ground;
   }
   ContinuousMotion motion;
@@ -246,7 +237,20 @@ ContinuousMotion file_motion(const BodyModel& model, const std::string& path, do
   return motion;
 }
 
+/// From the right hip to the left one, along the ground.
+Eigen::Vector3d across_hips(const Humanoid& person, const Points& joints) {
+  Eigen::Vector3d across =
+      (joints.row(person.legs[0].hip) - joints.row(person.legs[1].hip)).transpose();
+  across.y() = 0;
+  return across;
+}
+
 }  // namespace
+
+bool is_procedural(const std::string& motion) {
+  return motion == "stride" || motion == "squat" || motion == "raise" || motion == "twist" ||
+         motion == "spin" || motion == "range";
+}
 
 OptionTable describe(MotionChoice& choice) {
   OptionTable table;
@@ -257,6 +261,34 @@ OptionTable describe(MotionChoice& choice) {
       .add("start", choice.start, -1, 1e6, "s",
            "Where in the motion frames begin; below 0: so that they lie in its middle.");
   return table;
+}
+
+ContinuousMotion facing_as_at_rest(const BodyModel& model, const ContinuousMotion& motion,
+                                   double entry) {
+  const Humanoid person = recognised_humanoid(model.skeleton);
+  const JointFrames rest = forward_kinematics(model.skeleton, rest_pose(model.skeleton));
+  const JointFrames then = forward_kinematics(model.skeleton, motion.pose(entry));
+  const Eigen::Vector3d to = across_hips(person, rest.positions);
+  const Eigen::Vector3d from = across_hips(person, then.positions);
+  // Lying on the side hips have no direction along the ground.
+  const double angle = from.norm() < 1e-3
+                           ? 0
+                           : std::atan2(from.cross(to).dot(Eigen::Vector3d::UnitY()), from.dot(to));
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const Eigen::Vector3d root = rest.positions.row(0).transpose();
+  Eigen::Vector3d shift = root - turn * then.positions.row(0).transpose();
+  shift.y() = 0;
+  const Eigen::Matrix3d basis = rest.rotations.front();
+  return {[pose_of = motion.pose, turn, shift, basis, root](double seconds) {
+            Pose pose = pose_of(seconds);
+            pose.root_translation = turn * (root + pose.root_translation) + shift - root;
+            const Eigen::Matrix3d turned = basis.transpose() * turn * basis *
+                                           rotation_matrix(pose.rotations.row(0).transpose());
+            pose.rotations.row(0) = rotation_vector(turned).transpose();
+            return pose;
+          },
+          motion.duration};
 }
 
 Pose blended(const Pose& from, const Pose& to, double share) {

@@ -31,6 +31,15 @@ struct ContinuousMotion {
 ContinuousMotion continuous_motion(const BodyModel& model, const std::string& motion,
                                    double duration, double ground);
 
+/// One of the motions that need no file.
+bool is_procedural(const std::string& motion);
+
+/// The motion turned about the vertical and shifted so that at `entry` seconds its body faces as in
+/// the rest pose and stands where it does: who enters a recorded motion midway need not cross the
+/// room. Heights stay.
+ContinuousMotion facing_as_at_rest(const BodyModel& model, const ContinuousMotion& motion,
+                                   double entry);
+
 /// From one pose to another, rotation vectors along the straight line, `share` in [0, 1].
 Pose blended(const Pose& from, const Pose& to, double share);
 

@@ -1,3 +1,5 @@
+#include "core/render/prepare.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -10,7 +12,6 @@
 #include "core/normals.h"
 #include "core/parallel.h"
 #include "core/random.h"
-#include "core/render/prepared_scene.h"
 #include "core/render/reflectance.h"
 
 namespace atelier {
@@ -201,7 +202,8 @@ Vec3f gathered_irradiance(const PreparedScene::Data& scene, Vec3f point, Vec3f n
   return (1 / static_cast<float>(count)) * sum;
 }
 
-PreparedScene prepare(const Scene& scene, const PrepareOptions& options) {
+std::shared_ptr<PreparedScene::Data> prepared_data(const Scene& scene,
+                                                   const PrepareOptions& options) {
   ATELIER_CHECK(options.vertex_samples >= 1 && options.vertex_samples <= 65536,
                 "vertex_samples must lie in [1, 65536]");
   ATELIER_CHECK(options.ground_reach >= 0 && options.ground_reach <= 1000,
@@ -253,7 +255,11 @@ PreparedScene prepare(const Scene& scene, const PrepareOptions& options) {
       gather_ground(*data, bounds, options);
     }
   }
-  return PreparedScene(data);
+  return data;
+}
+
+PreparedScene prepare(const Scene& scene, const PrepareOptions& options) {
+  return PreparedScene(prepared_data(scene, options));
 }
 
 }  // namespace atelier

@@ -174,48 +174,72 @@ TEST_F(Synthesize, TruthAgreesWithItself) {
   }
 }
 
-TEST_F(Synthesize, UvLookupGivesThePicturesColour) {
-  const CaptureTruth truth = read_capture_truth(capture());
-  const Camera& camera = truth.cameras[0];
-  const Image light = read_image(capture() / "truth/images" / camera.id / "000000.png");
-  const Image albedo = read_image(capture() / "truth/albedo/dress.png");
-  const ByteImage labels = read_labels(capture() / "truth/labels" / camera.id / "000000.png");
+/// Redness of the dress as a camera sees it and as its albedo says at the surface map's uvs, both
+/// as means over 3x3 pixels: one pixel is a texel wide here, so that single ones alias. Only where
+/// all nine are cloth of one piece that faces the camera: at a slant gloss and sheen, which have
+/// the lamps' colour, outweigh the cloth's. `shift` displaces the lookup, in uv.
+struct Redness {
+  std::vector<double> seen, looked_up;
+};
+
+Redness redness_of_dress(const fs::path& capture, const Camera& camera, double shift) {
+  const Image light = read_image(capture / "truth/images" / camera.id / "000000.png");
+  const Image albedo = read_image(capture / "truth/albedo/dress.png");
+  const ByteImage labels = read_labels(capture / "truth/labels" / camera.id / "000000.png");
   const Archive maps =
-      read_archive(capture() / "truth/maps" / camera.id / "000000.h5", "atelier.truth.maps", 1);
+      read_archive(capture / "truth/maps" / camera.id / "000000.h5", "atelier.truth.maps", 1);
   const std::span<const float> uv = values_of<float>(maps.datasets.at("uv"));
-  // Hue and not brightness: light differs, the cloth's blueness does not.
-  double with = 0;
-  double squares_a = 0;
-  double squares_b = 0;
-  int count = 0;
-  std::vector<double> seen;
-  std::vector<double> looked_up;
-  for (std::size_t p = 0; p < labels.data.size(); ++p) {
-    if (labels.data[p] != static_cast<std::uint8_t>(Label::Dress)) {
-      continue;
+  const std::span<const float> normal = values_of<float>(maps.datasets.at("normal"));
+  const Eigen::Vector3d forward = camera.camera_from_world_rotation.row(2).transpose();
+  const auto redness = [](const float* c) { return c[0] / (c[0] + c[1] + c[2] + 1e-4F); };
+  Redness result;
+  for (int y = 1; y + 1 < camera.height; ++y) {
+    for (int x = 1; x + 1 < camera.width; ++x) {
+      const auto middle = static_cast<std::size_t>(y * camera.width + x);
+      double seen = 0;
+      double looked_up = 0;
+      bool whole = true;
+      for (int k = 0; k < 9 && whole; ++k) {
+        const auto p = static_cast<std::size_t>((y + k / 3 - 1) * camera.width + x + k % 3 - 1);
+        const Eigen::Vector3d n(normal[3 * p], normal[3 * p + 1], normal[3 * p + 2]);
+        whole = labels.data[p] == static_cast<std::uint8_t>(Label::Dress) &&
+                n.dot(forward) < -0.5 &&
+                std::hypot(uv[2 * p] - uv[2 * middle], uv[2 * p + 1] - uv[2 * middle + 1]) < 0.04;
+        const int u = std::clamp(static_cast<int>((uv[2 * p] + shift) * 256), 0, 255);
+        const int v = std::clamp(static_cast<int>((1 - uv[2 * p + 1]) * 256), 0, 255);
+        seen += redness(&light.data[3 * p]) / 9;
+        looked_up += redness(&albedo.at(u, v)) / 9;
+      }
+      if (whole) {
+        result.seen.push_back(seen);
+        result.looked_up.push_back(looked_up);
+      }
     }
-    const int x = std::clamp(static_cast<int>(uv[2 * p] * 256), 0, 255);
-    const int y = std::clamp(static_cast<int>((1 - uv[2 * p + 1]) * 256), 0, 255);
-    const auto redness = [](float r, float g, float b) { return r / (r + g + b + 1e-4F); };
-    seen.push_back(redness(light.data[3 * p], light.data[3 * p + 1], light.data[3 * p + 2]));
-    looked_up.push_back(redness(albedo.at(x, y, 0), albedo.at(x, y, 1), albedo.at(x, y, 2)));
-    ++count;
   }
-  ASSERT_GT(count, 300);
-  double mean_a = 0;
-  double mean_b = 0;
-  for (int i = 0; i < count; ++i) {
-    mean_a += seen[static_cast<std::size_t>(i)] / count;
-    mean_b += looked_up[static_cast<std::size_t>(i)] / count;
-  }
-  for (int i = 0; i < count; ++i) {
-    const double a = seen[static_cast<std::size_t>(i)] - mean_a;
-    const double b = looked_up[static_cast<std::size_t>(i)] - mean_b;
-    with += a * b;
-    squares_a += a * a;
-    squares_b += b * b;
-  }
-  EXPECT_GT(with / std::sqrt(squares_a * squares_b), 0.5);
+  return result;
+}
+
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  const auto n = static_cast<Index>(a.size());
+  const Eigen::Map<const Eigen::ArrayXd> x(a.data(), n);
+  const Eigen::Map<const Eigen::ArrayXd> y(b.data(), n);
+  const Eigen::ArrayXd dx = x - x.mean();
+  const Eigen::ArrayXd dy = y - y.mean();
+  return (dx * dy).sum() / std::sqrt(dx.square().sum() * dy.square().sum());
+}
+
+TEST_F(Synthesize, UvLookupGivesThePicturesColour) {
+  // Hue and not brightness: light differs from place to place, the cloth's redness does not.
+  const Camera camera = read_capture_truth(capture()).cameras[0];
+  const Redness right = redness_of_dress(capture(), camera, 0);
+  ASSERT_GT(right.seen.size(), 300U);
+  const double agree = correlation(right.seen, right.looked_up);
+  RecordProperty("correlation", std::to_string(agree));
+  EXPECT_GT(agree, 0.9);
+  // And a lookup that misses by four texels, two flowers' radius, does not agree.
+  const Redness wrong = redness_of_dress(capture(), camera, 4.0 / 256);
+  RecordProperty("displaced", std::to_string(correlation(wrong.seen, wrong.looked_up)));
+  EXPECT_LT(correlation(wrong.seen, wrong.looked_up), 0.5);
 }
 
 TEST_F(Synthesize, ClothIsOutsideTheBodyAndSeamsAreEqual) {
@@ -244,6 +268,62 @@ TEST_F(Synthesize, EvaluatePrintsAndChecks) {
       {ATELIER_PROGRAM, "evaluate", (capture() / "truth").string(), "--truth", capture().string()});
   EXPECT_EQ(truth.exit_code, 3);
   EXPECT_THAT(truth.err, HasSubstr("expected a workspace"));
+}
+
+TEST_F(Synthesize, OtherLayoutsAreOpenedAgainByOurReaders) {
+  for (const std::string layout :
+       {"easymocap", "colmap", "panoptic", "dna", "actorshq", "nerfstudio"}) {
+    // The capture is whole: the same command adds the layout.
+    const ChildResult added = run_child(small(capture(), {"--layout", layout}));
+    ASSERT_EQ(added.exit_code, 0) << layout << ": " << added.err;
+    EXPECT_FALSE(fs::exists(capture() / ("." + layout + ".unfinished")));
+    for (const char* sequence : {"clothed", "minimal"}) {
+      const fs::path folder = capture() / layout / sequence;
+      EXPECT_THAT(added.out, HasSubstr(folder.string()));
+      const ChildResult opened = run_child({ATELIER_PROGRAM, "validate", folder.string()});
+      EXPECT_EQ(opened.exit_code, 0) << layout << ": " << opened.out << opened.err;
+      EXPECT_THAT(opened.out, HasSubstr("2 cameras")) << layout;
+    }
+    fs::remove_all(capture() / layout);
+  }
+}
+
+TEST_F(Synthesize, AnInterruptedLayoutIsMadeAnew) {
+  const fs::path unfinished = capture() / ".easymocap.unfinished";
+  fs::create_directories(unfinished / "clothed");
+  std::ofstream(unfinished / "clothed" / "half.txt") << "x";
+  const ChildResult added = run_child(small(capture(), {"--layout", "easymocap"}));
+  EXPECT_EQ(added.exit_code, 0) << added.err;
+  EXPECT_FALSE(fs::exists(unfinished));
+  EXPECT_FALSE(fs::exists(capture() / "easymocap" / "clothed" / "half.txt"));
+  EXPECT_TRUE(fs::exists(capture() / "easymocap" / "clothed" / "intri.yml"));
+  fs::remove_all(capture() / "easymocap");
+}
+
+TEST_F(Synthesize, PerfectMeansNoErrorAtAll) {
+  const fs::path out = folder_->path() / "perfect";
+  const ChildResult result =
+      run_child(small(out, {"--perfect", "true", "--frames", "0", "--truth_maps", "false"}));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::map<std::string, double> values;
+  for (const Measure& measure : measure_capture(out)) {
+    values[measure.key] = measure.value;
+  }
+  EXPECT_LT(values.at("capture.calibration_px"), 1e-9);
+  EXPECT_LT(values.at("capture.keypoint_median_px"), 0.01);
+  EXPECT_EQ(values.at("capture.keypoint_found"), 1);
+  EXPECT_EQ(values.at("capture.label_miou"), 1);
+  const CaptureTruth truth = read_capture_truth(out);
+  for (const Camera& camera : truth.cameras) {
+    EXPECT_EQ(camera.gain, Eigen::Vector3d::Ones());
+    // Without noise the picture is the noise-free one.
+    const std::string name = frame_name(0) + ".png";
+    EXPECT_EQ(read_byte_image(out / "images" / camera.id / name).data,
+              read_byte_image(out / "truth/images" / camera.id / name).data);
+  }
+  // The shot, the rig and the calibration alone, where the rest is to stay.
+  const CaptureTruth noisy = read_capture_truth(capture());
+  EXPECT_NE(noisy.cameras[0].gain, Eigen::Vector3d(Eigen::Vector3d::Ones()));
 }
 
 void expect_same_files(const fs::path& found_in, const fs::path& expected_in) {
@@ -376,6 +456,7 @@ TEST(SynthesizeRefuses, ImpossibleOptions) {
   refused({"--garment", "cape"}, 3, "cape");
   refused({"--garment", "nowhere.json"}, 3, "nowhere.json");
   refused({"--motion", "nowhere.bvh"}, 3, "nowhere.bvh");
+  refused({"--minimal_frames", "0", "--start", "3"}, 3, "after the motion's end");
   refused({"--body", "nowhere.npz"}, 3, "nowhere.npz");
   refused({"--body_sequence", "nowhere.npz"}, 3, "nowhere.npz");
 }
@@ -401,6 +482,21 @@ TEST(SynthesizeRefuses, AGarmentThatCannotBePutOn) {
   EXPECT_THAT(result.err, HasSubstr("expected"));  // says what would do instead
   EXPECT_FALSE(fs::exists(out / "capture.toml"));
   EXPECT_FALSE(fs::exists(out / "images"));
+}
+
+TEST(SynthesizeRefuses, PlacesThatCannotBeWritten) {
+  const TemporaryDirectory folder;
+  std::ofstream(folder.path() / "file") << "x";
+  const ChildResult below_a_file = run_child(small(folder.path() / "file" / "capture"));
+  EXPECT_EQ(below_a_file.exit_code, 5) << below_a_file.err;
+  EXPECT_THAT(below_a_file.err, HasSubstr((folder.path() / "file").string()));
+  const ChildResult on_a_file = run_child(small(folder.path() / "file"));
+  EXPECT_NE(on_a_file.exit_code, 0);
+  EXPECT_THAT(on_a_file.err, HasSubstr((folder.path() / "file").string()));
+  // Where even root may not write.
+  const ChildResult read_only = run_child(small("/proc/atelier_capture"));
+  EXPECT_EQ(read_only.exit_code, 5) << read_only.err;
+  EXPECT_THAT(read_only.err, HasSubstr("/proc/atelier_capture"));
 }
 
 TEST(SynthesizeRefuses, AFullDiskLeavesNothingThatLooksWhole) {

@@ -169,6 +169,45 @@ TEST(SubjectRefused, FilesThatAreNoBody) {
   EXPECT_THROW(make_subject({.body = "nowhere.npz"}, 1), DataError);
 }
 
+TEST(MotionsOfFiles, BeginFacingAsAtRestWhereverTheyAreEntered) {
+  const SyntheticSubject subject = make_subject({.subject = "exact"}, 1);
+  const Skeleton& skeleton = subject.model.skeleton;
+  // Somebody who walks in a circle about (3, 0, -2), two metres off it, from a recording.
+  const ContinuousMotion circling{[&](double seconds) {
+                                    Pose pose = rest_pose(skeleton);
+                                    pose.rotations.row(0) << 0, 1.3 * seconds, 0;
+                                    pose.rotations.row(1) << -0.3 * std::sin(4 * seconds), 0, 0;
+                                    pose.root_translation << 3 + 2 * std::cos(1.3 * seconds), 0.05,
+                                        -2 - 2 * std::sin(1.3 * seconds);
+                                    return pose;
+                                  },
+                                  10};
+  const double entry = 2.2;
+  const ContinuousMotion staged = facing_as_at_rest(subject.model, circling, entry);
+  EXPECT_EQ(staged.duration, circling.duration);
+  const Points rest = rest_positions(skeleton);
+  const Points first = forward_kinematics(skeleton, staged.pose(entry)).positions;
+  EXPECT_NEAR(first(0, 0), rest(0, 0), 1e-9);
+  EXPECT_NEAR(first(0, 2), rest(0, 2), 1e-9);
+  const int left = find_joint(skeleton, "left_hip");
+  const int right = find_joint(skeleton, "right_hip");
+  ASSERT_GE(left, 0);
+  const Eigen::RowVector3d across = first.row(left) - first.row(right);
+  EXPECT_GT(across.x(), 0.05);
+  EXPECT_NEAR(across.z(), (rest.row(left) - rest.row(right)).z(), 1e-6);
+  // It is the same motion, moved rigidly about the vertical: heights and distances stay.
+  for (const double t : {0.0, 3.7, 9.0}) {
+    const Points a = forward_kinematics(skeleton, circling.pose(t)).positions;
+    const Points b = forward_kinematics(skeleton, staged.pose(t)).positions;
+    EXPECT_LT((a.col(1) - b.col(1)).cwiseAbs().maxCoeff(), 1e-9);
+    const Points before = forward_kinematics(skeleton, circling.pose(entry)).positions;
+    const Points after = forward_kinematics(skeleton, staged.pose(entry)).positions;
+    for (Index j = 0; j < a.rows(); ++j) {
+      EXPECT_NEAR((a.row(j) - before.row(0)).norm(), (b.row(j) - after.row(0)).norm(), 1e-9);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace atelier
 

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <memory>
+
+#include "core/render/prepared_scene.h"
+
+namespace atelier {
+
+/// What `prepare` makes, while it may still be changed. Private to core/render.
+std::shared_ptr<PreparedScene::Data> prepared_data(const Scene& scene,
+                                                   const PrepareOptions& options);
+
+}  // namespace atelier
