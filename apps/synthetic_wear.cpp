@@ -1,7 +1,6 @@
-// Hair and shoes: parts of the body's own surface, refined, smoothed and lifted off the skin.
+// Hair: a part of the body's own surface, refined, smoothed and lifted off the skin.
 #if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_CAPTURE)
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -346,111 +345,6 @@ WornLayer hair_cap(const BodyModel& body, std::uint64_t seed) {
   layer.look.roughness = 0.42F;
   layer.look.specular = 0.6F;
   layer.look.sheen = 0.15F;
-  return layer;
-}
-
-namespace {
-
-/// Canvas shoes: a rim and a cap of rubber, laces over a tongue.
-struct ShoePaint {
-  struct Foot {
-    Eigen::Vector3d ankle{0, 0, 0}, along{0, 0, 1}, across{1, 0, 0};
-    double toes = 0;  ///< m, from the ankle to the shoe's tip
-  };
-  std::array<Foot, 2> feet;  ///< left, right
-  Color upper, rubber{0.62F, 0.61F, 0.58F}, lace{0.70F, 0.69F, 0.66F};
-
-  const Foot& foot_of(const Eigen::Vector3d& p) const { return feet[p.x() > 0 ? 0 : 1]; }
-
-  Color at(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, double height) const {
-    const Foot& foot = foot_of(p);
-    const double along = (p - foot.ankle).dot(foot.along);
-    const double across = (p - foot.ankle).dot(foot.across);
-    if (height <= 0.013 || (along > foot.toes - 0.036 && height < 0.040)) {
-      return rubber;
-    }
-    const bool laced = along > 0.030 && along < foot.toes - 0.062 && normal.y() > 0.35;
-    if (laced && std::abs(across) < 0.021) {
-      return std::fmod(along, 0.014) < 0.0065 ? lace : Color(0.55F * upper);
-    }
-    return along < -0.035 && height > 0.035 ? Color(0.7F * upper) : upper;
-  }
-};
-
-ShoePaint shoe_paint(const Part& shoes, const Humanoid& person, const Points& joints,
-                     Random& random) {
-  ShoePaint paint;
-  for (std::size_t s = 0; s < 2; ++s) {
-    ShoePaint::Foot& foot = paint.feet[s];
-    const Leg& leg = person.legs[s];
-    foot.ankle = joints.row(leg.ankle).transpose();
-    if (leg.toe >= 0) {
-      Eigen::Vector3d way = joints.row(leg.toe).transpose() - foot.ankle;
-      way.y() = 0;
-      foot.along = way.norm() > 1e-3 ? Eigen::Vector3d(way.normalized()) : foot.along;
-    }
-    foot.across = Eigen::Vector3d::UnitY().cross(foot.along);
-  }
-  for (Index v = 0; v < shoes.vertices.rows(); ++v) {
-    const Eigen::Vector3d p = shoes.vertices.row(v).transpose();
-    ShoePaint::Foot& foot = paint.feet[p.x() > 0 ? 0 : 1];
-    foot.toes = std::max(foot.toes, (p - foot.ankle).dot(foot.along));
-  }
-  const double t = uniform(random);
-  paint.upper = t < 0.30   ? Color(0.05F, 0.05F, 0.06F)
-                : t < 0.55 ? Color(0.50F, 0.49F, 0.47F)
-                : t < 0.80 ? Color(0.06F, 0.09F, 0.20F)
-                           : Color(0.35F, 0.05F, 0.05F);
-  return paint;
-}
-
-}  // namespace
-
-WornLayer plain_shoes(const BodyModel& body, std::uint64_t seed) {
-  const Humanoid person = recognised_humanoid(body.skeleton);
-  const Points joints = rest_positions(body.skeleton);
-  const std::vector<bool> on_foot =
-      descends_from(body.skeleton, {person.legs[0].ankle, person.legs[1].ankle});
-  const double floor = body.mesh.vertices.col(1).minCoeff();
-  const double collar = floor + 0.92 * (joints(person.legs[0].ankle, 1) - floor);
-  Part part = part_of(body, [&](Index v) {
-    return share_of(body, v, on_foot) > 0.02 && body.mesh.vertices(v, 1) < collar + 0.03;
-  });
-  ATELIER_CHECK(part.faces.rows() > 0, "a body without feet");
-  part = refined(refined(part));
-  // Toes grow together; the heel stays.
-  Eigen::VectorXd share(part.vertices.rows());
-  for (Index v = 0; v < share.size(); ++v) {
-    const double ankle = joints(person.legs[part.vertices(v, 0) > 0 ? 0 : 1].ankle, 2);
-    share[v] = 0.15 + 0.6 * step(ankle + 0.02, ankle + 0.09, part.vertices(v, 2));
-  }
-  smooth(part, share, 40);
-  const Points normals = vertex_normals(part.vertices, part.faces);
-  Random random{seed, 79};
-  const ShoePaint paint = shoe_paint(part, person, joints, random);
-  Colors colors(part.vertices.rows(), 3);
-  for (Index v = 0; v < part.vertices.rows(); ++v) {
-    const double y = part.vertices(v, 1);
-    const double toe = step(0.04, 0.14, part.vertices(v, 2) - joints(person.legs[0].ankle, 2));
-    const double lift = 0.007 + 0.006 * toe - 0.016 * step(collar - 0.012, collar + 0.012, y);
-    part.vertices.row(v) += lift * normals.row(v);
-    double height = part.vertices(v, 1) - floor;
-    if (height < 0.010) {
-      part.vertices(v, 1) = floor - kSoleHeight * (1 - step(0.004, 0.010, height));
-    } else if (height < 0.016) {
-      height = 0.013;  // the rim of the sole is straight, wherever the triangles lie
-      part.vertices(v, 1) = floor + height;
-    }
-    colors.row(v) =
-        paint.at(part.vertices.row(v).transpose(), normals.row(v).transpose(), height).transpose();
-  }
-  WornLayer layer;
-  layer.name = "shoes";
-  layer.model = worn_model(body, layer.name, part);
-  layer.model.mesh.colors = colors;
-  layer.label = Label::Shoes;
-  layer.look.color = Color(1, 1, 1);
-  layer.look.roughness = 0.55F;
   return layer;
 }
 
