@@ -172,7 +172,7 @@ void add_shoe(BodyModel& shoes, const Foot& foot, double floor, const Paint& pai
   for (int i = 0; i < kStations; ++i) {
     const auto s = static_cast<std::size_t>(i);
     const double along = foot.station(i);
-    const double share = std::max(0.05, kept(foot, i));
+    const double share = std::max(0.3, kept(foot, i));
     const double middle = (foot.left[s] + foot.right[s]) / 2;
     const double half = share * (foot.left[s] - foot.right[s]) / 2;
     const double top = kRim + share * (foot.top[s] - kRim);
