@@ -374,9 +374,9 @@ void details(const std::filesystem::path& folder) {
     const Eigen::Vector3d along = (wrist - at("left_elbow")).normalized();
     const Mesh hand =
         cut(cut(all, {0.3, 0, 0}, Eigen::Vector3d::UnitX()), wrist - 0.08 * along, along);
-    const Mesh leg =
-        cut(all, at("left_ankle") + Eigen::Vector3d(0, 0.09, 0), -Eigen::Vector3d::UnitY());
-    const Mesh foot = cut(leg, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX());
+    const Mesh half = cut(all, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX());
+    const Eigen::Vector3d above = at("left_ankle") + Eigen::Vector3d(0, 0.09, 0);
+    const Mesh foot = cut(half, above, -Eigen::Vector3d::UnitY());
     const PictureOptions size = tile(400, 400);
     const std::string who = male > 0 ? "man" : "woman";
     tiles.push_back({picture_of(head, View{0, 0.02}, size), who + ", front"});
