@@ -31,6 +31,18 @@ constexpr std::array kCommands = {
             add_convert_capture, convert_capture_options},
     Command{"validate", "what is wrong with a capture, and what to do about it", add_validate,
             validate_options},
+#ifdef ATELIER_HAS_CAPTURE_CALIBRATION
+    Command{"calibrate", "cameras from pictures of a board: lenses, poses, how sure they are",
+            add_calibrate, calibrate_options},
+#endif
+#if defined(ATELIER_HAS_CAPTURE_CALIBRATION) && defined(ATELIER_HAS_CAPTURE_SURFACE)
+    Command{"calibrate-color", "gain and white balance between the cameras of a capture",
+            add_calibrate_color, calibrate_color_options},
+#endif
+#ifdef ATELIER_HAS_CAPTURE_MASKS
+    Command{"masks", "who is in the pictures: from plates, a coloured screen, or over time",
+            add_masks, masks_options},
+#endif
     Command{"evaluate", "results against the truth of a synthetic capture", add_evaluate},
 #endif
     Command{"export", "results of a workspace as files that other programs open", add_export,

@@ -60,53 +60,6 @@ Dataset without_held_out(Dataset dataset) {
   return rest;
 }
 
-/// Frames of which at least two cameras have a picture with a mask.
-std::vector<int> frames_with_masks(const Dataset& dataset) {
-  std::vector<int> frames;
-  for (const int frame : frame_ids(dataset)) {
-    int views = 0;
-    for (const CameraFrames& camera : dataset.frames) {
-      views += camera.images.contains(frame) &&
-                       (camera.masks.contains(frame) || camera.labels.contains(frame))
-                   ? 1
-                   : 0;
-    }
-    if (views >= 2) {
-      frames.push_back(frame);
-    }
-  }
-  return frames;
-}
-
-std::vector<InstantView> instant(const Dataset& dataset, int frame) {
-  FrameReader reader(dataset);
-  std::vector<InstantView> views;
-  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-    const auto index = static_cast<Index>(c);
-    auto image = reader.image(index, frame);
-    auto mask = reader.mask(index, frame);
-    if (!image || !mask) {
-      continue;
-    }
-    if (image->channels == 1) {
-      Image colour(image->width, image->height, 3);
-      for (std::size_t i = 0; i < colour.data.size(); ++i) {
-        colour.data[i] = image->data[i / 3];
-      }
-      image = std::move(colour);
-    }
-    InstantView view;
-    view.camera = dataset.cameras[c];
-    view.image = std::move(*image);
-    view.mask = std::move(*mask);
-    if (auto labels = reader.labels(index, frame)) {
-      view.labels = std::move(*labels);
-    }
-    views.push_back(std::move(view));
-  }
-  return views;
-}
-
 void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
                            const TriangulationOptions& options) {
   const bool any = std::any_of(dataset.frames.begin(), dataset.frames.end(),
@@ -147,6 +100,52 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
 
 }  // namespace
 
+std::vector<int> frames_with_masks(const Dataset& dataset) {
+  std::vector<int> frames;
+  for (const int frame : frame_ids(dataset)) {
+    int views = 0;
+    for (const CameraFrames& camera : dataset.frames) {
+      views += camera.images.contains(frame) &&
+                       (camera.masks.contains(frame) || camera.labels.contains(frame))
+                   ? 1
+                   : 0;
+    }
+    if (views >= 2) {
+      frames.push_back(frame);
+    }
+  }
+  return frames;
+}
+
+std::vector<InstantView> instant_of(const Dataset& dataset, int frame) {
+  FrameReader reader(dataset);
+  std::vector<InstantView> views;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const auto index = static_cast<Index>(c);
+    auto image = reader.image(index, frame);
+    auto mask = reader.mask(index, frame);
+    if (!image || !mask) {
+      continue;
+    }
+    if (image->channels == 1) {
+      Image colour(image->width, image->height, 3);
+      for (std::size_t i = 0; i < colour.data.size(); ++i) {
+        colour.data[i] = image->data[i / 3];
+      }
+      image = std::move(colour);
+    }
+    InstantView view;
+    view.camera = dataset.cameras[c];
+    view.image = std::move(*image);
+    view.mask = std::move(*mask);
+    if (auto labels = reader.labels(index, frame)) {
+      view.labels = std::move(*labels);
+    }
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
 OptionTable describe(ReconstructStageOptions& options) {
   OptionTable table;
   table.add("capture", describe(options.capture));
@@ -171,7 +170,7 @@ void run_reconstruct(StageRun& run) {
   }
   if (!run.each_frame("scans", ".h5", frames, [&](int frame, const std::filesystem::path& file) {
         const ReconstructedScan scan =
-            reconstruct_scan(instant(dataset, frame), options.scan, run.device());
+            reconstruct_scan(instant_of(dataset, frame), options.scan, run.device());
         for (const Finding& finding : scan.findings) {
           run.say("frame " + std::to_string(frame) + ": " + to_string(finding));
         }

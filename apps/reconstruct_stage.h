@@ -2,6 +2,8 @@
 
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
 
+#include <vector>
+
 #include "capture/layouts/open_dataset.h"
 #include "capture/surface/reconstruct_scan.h"
 #include "capture/triangulation.h"
@@ -15,6 +17,12 @@ struct ReconstructStageOptions {
   ReconstructOptions scan;
 };
 OptionTable describe(ReconstructStageOptions& options);
+
+/// What every camera of a capture saw at one frame, of those that have a picture and a mask.
+std::vector<InstantView> instant_of(const Dataset& dataset, int frame);
+
+/// Frames of which at least two cameras have a picture with a mask.
+std::vector<int> frames_with_masks(const Dataset& dataset);
 
 /// A capture -> scans/<frame>.h5 (schema "atelier.mesh": a coloured, labelled surface) and
 /// keypoints3d/<frame>.json (EasyMocap's form). Held-out cameras are not opened. Without masks

@@ -32,6 +32,12 @@ if(OpenCV_FOUND)
   atelier_system_alias(opencv "${OpenCV_INCLUDE_DIRS}" "${OpenCV_LIBS}")
 endif()
 
+# Calibration's bundle adjustment.
+find_package(Ceres 2.1 QUIET)
+if(Ceres_FOUND)
+  atelier_alias(ceres Ceres::ceres)
+endif()
+
 find_package(JPEG QUIET)
 if(JPEG_FOUND)
   atelier_alias(jpeg JPEG::JPEG)

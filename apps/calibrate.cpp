@@ -1,0 +1,131 @@
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CAPTURE_CALIBRATION)
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "apps/board_pictures.h"
+#include "apps/command.h"
+#include "apps/exit_code.h"
+#include "apps/option_flags.h"
+#include "apps/output_place.h"
+#include "apps/printable.h"
+#include "apps/usage_error.h"
+#include "capture/calibration/calibration_report.h"
+#include "capture/cameras_file.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CalibrateArguments {
+  std::string pictures;
+  std::string out;
+  std::string lenses;
+  bool json = false;
+};
+
+struct CalibrateCommandOptions {
+  BoardOptions board;
+  CalibrateOptions calibration;
+  int every = 1;
+  int ground_frame = -1;
+};
+
+OptionTable describe(CalibrateCommandOptions& options) {
+  OptionTable table;
+  table.add("board", describe(options.board));
+  table.add("calibration", describe(options.calibration));
+  table.add("every", options.every, 1, 100000, "",
+            "Frames of videos of which one is looked at; 1 looks at all");
+  table.add("ground_frame", options.ground_frame, -1, 1000000000, "",
+            "Frame in which the board lies on the ground, its middle at the origin; -1: up is the "
+            "cameras' mean, the origin where they look");
+  return table;
+}
+
+/// Cameras whose pose is known.
+std::vector<Camera> cameras_of(const Calibration& calibration) {
+  std::vector<Camera> cameras;
+  for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
+    if (calibration.quality[c].in_rig) {
+      cameras.push_back(calibration.cameras[c]);
+    }
+  }
+  return cameras;
+}
+
+int run(const CalibrateArguments& arguments, const CalibrateCommandOptions& options) {
+  if (arguments.pictures.empty() || arguments.out.empty()) {
+    throw UsageError("it takes pictures of a board: atelier calibrate PICTURES --out FOLDER");
+  }
+  const fs::path out = arguments.out;
+  if (fs::exists(out)) {
+    throw UsageError("--out cannot be '" + out.string() +
+                     "': it is there already; name a new folder");
+  }
+  require_folder_place(out);
+  BoardPictures pictures =
+      find_boards(open_board_pictures(arguments.pictures), options.board, options.every);
+  for (const Finding& finding : pictures.findings) {
+    if (finding.code == "board-nearby") {
+      throw DataError(arguments.pictures, finding.place, finding.what, finding.advice);
+    }
+  }
+  if (!arguments.lenses.empty()) {
+    pictures.rig = with_lenses(std::move(pictures.rig), open_dataset(arguments.lenses));
+  }
+  Calibration calibration =
+      calibrate(pictures.rig, pictures.views, options.board, options.calibration);
+  calibration.rejected.insert(calibration.rejected.begin(), pictures.rejected.begin(),
+                              pictures.rejected.end());
+  calibration.findings.insert(calibration.findings.begin(), pictures.findings.begin(),
+                              pictures.findings.end());
+  calibration = stand_up(std::move(calibration), options.board, options.ground_frame);
+  const std::string json = calibration_json(calibration);
+  make_private_directory(out);
+  write_file_atomically(out / "calibration.json", json + "\n");
+  write_file_atomically(out / "cameras.json", cameras_json(cameras_of(calibration)));
+  if (arguments.json) {
+    std::cout << json << "\n";
+  } else {
+    std::cout << calibration_text(calibration) << (out / "cameras.json").string() << "\n";
+  }
+  if (has_errors(calibration.findings)) {
+    return kExitBadData;
+  }
+  return calibration.converged ? kExitDone : kExitNotConverged;
+}
+
+}  // namespace
+
+OptionSet calibrate_options() {
+  return option_set<CalibrateCommandOptions>();
+}
+
+Action add_calibrate(CLI::App& parser) {
+  auto arguments = std::make_shared<CalibrateArguments>();
+  parser
+      .add_option("PICTURES", arguments->pictures,
+                  "Of the board: a folder, zip or video for each camera, or a folder of pictures "
+                  "like left01.jpg")
+      ->required();
+  parser.add_option("--out", arguments->out, "New folder: cameras.json, calibration.json")
+      ->type_name("FOLDER");
+  parser
+      .add_option("--lenses", arguments->lenses,
+                  "Capture or calibration file whose lenses are kept; poses alone are found")
+      ->type_name("CAPTURE");
+  parser.add_flag("--json", arguments->json, "The report for machines");
+  const OptionReader options = add_option_flags(parser, calibrate_options());
+  return [arguments, options] {
+    return run(*arguments, options_of<CalibrateCommandOptions>(options()));
+  };
+}
+
+}  // namespace atelier
+
+#endif

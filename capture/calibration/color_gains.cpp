@@ -1,0 +1,234 @@
+#include "capture/calibration/color_gains.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+/// One usable sample.
+struct LogSample {
+  int camera = 0;
+  Eigen::Vector3d value;
+  double weight = 1;
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) {
+    return 0;
+  }
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Cameras that hang together through places that both see, numbered by group; -1: none.
+std::vector<int> groups_of(int cameras, const std::vector<std::vector<LogSample>>& places) {
+  std::vector<int> group(static_cast<std::size_t>(cameras));
+  for (int c = 0; c < cameras; ++c) {
+    group[static_cast<std::size_t>(c)] = c;
+  }
+  const auto root = [&](int c) {
+    while (group[static_cast<std::size_t>(c)] != c) {
+      c = group[static_cast<std::size_t>(c)];
+    }
+    return c;
+  };
+  for (const auto& place : places) {
+    for (const LogSample& sample : place) {
+      const int a = root(place.front().camera);
+      const int b = root(sample.camera);
+      group[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    }
+  }
+  for (int c = 0; c < cameras; ++c) {
+    group[static_cast<std::size_t>(c)] = root(c);
+  }
+  return group;
+}
+
+}  // namespace
+
+OptionTable describe(ColorGainOptions& options) {
+  OptionTable table;
+  table.add("darkest", options.darkest, 0, 1, "", "Linear value below which a sample is noise");
+  table.add("brightest", options.brightest, 0, 1, "",
+            "Linear value above which a sample may be clipped");
+  table.add("least_points", options.least_points, 1, 1e6, "",
+            "That a camera must share with others; with fewer its gain stays 1");
+  return table;
+}
+
+ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
+                       const ColorGainOptions& options) {
+  ColorGains result;
+  const auto count = static_cast<std::size_t>(cameras);
+  result.gain.assign(count, Eigen::Vector3d::Ones());
+  result.deviation.assign(count, Eigen::Vector3d::Zero());
+  result.points.assign(count, 0);
+  std::map<int, std::vector<LogSample>> by_point;
+  for (const ColorSample& sample : samples) {
+    ATELIER_CHECK(sample.camera >= 0 && sample.camera < cameras && sample.weight > 0,
+                  "a sample of a camera that is not there, or without weight");
+    if (sample.color.allFinite() && sample.color.minCoeff() > std::max(options.darkest, 1e-6) &&
+        sample.color.maxCoeff() < options.brightest) {
+      by_point[sample.point].push_back(
+          {sample.camera, sample.color.array().log().matrix(), sample.weight});
+    }
+  }
+  const auto shared_places = [&](const std::set<int>& left_out) {
+    std::vector<std::vector<LogSample>> places;
+    for (const auto& [point, all] : by_point) {
+      std::vector<LogSample> place;
+      std::set<int> seen;
+      for (const LogSample& sample : all) {
+        if (!left_out.contains(sample.camera)) {
+          place.push_back(sample);
+          seen.insert(sample.camera);
+        }
+      }
+      if (seen.size() > 1) {
+        places.push_back(std::move(place));
+      }
+    }
+    return places;
+  };
+  std::set<int> left_out;
+  std::vector<std::vector<LogSample>> places;
+  for (;;) {
+    places = shared_places(left_out);
+    std::fill(result.points.begin(), result.points.end(), 0);
+    for (const auto& place : places) {
+      for (const LogSample& sample : place) {
+        result.points[static_cast<std::size_t>(sample.camera)] += 1;
+      }
+    }
+    const std::size_t before = left_out.size();
+    for (int c = 0; c < cameras; ++c) {
+      if (!left_out.contains(c) &&
+          result.points[static_cast<std::size_t>(c)] < options.least_points) {
+        left_out.insert(c);
+        result.findings.push_back(
+            {Severity::Warning, "color-few-points", std::to_string(c),
+             std::to_string(result.points[static_cast<std::size_t>(c)]) +
+                 " places that other cameras see too",
+             "its gain stays 1; more frames give more places"});
+      }
+    }
+    if (left_out.size() == before) {
+      break;
+    }
+  }
+  if (left_out.size() == count) {
+    throw DataError("", "samples", "no two cameras that share " +
+                                       std::to_string(options.least_points) + " places",
+                    "more frames, or cameras whose views overlap");
+  }
+  const std::vector<int> groups = groups_of(cameras, places);
+  std::map<int, int> sizes;
+  for (int c = 0; c < cameras; ++c) {
+    sizes[groups[static_cast<std::size_t>(c)]] += left_out.contains(c) ? 0 : 1;
+  }
+  const int main_group =
+      std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) {
+        return a.second < b.second;
+      })->first;
+  std::vector<int> column(count, -1);
+  int columns = 0;
+  for (int c = 0; c < cameras; ++c) {
+    const auto i = static_cast<std::size_t>(c);
+    if (left_out.contains(c)) {
+      continue;
+    }
+    if (groups[i] != main_group) {
+      result.findings.push_back({Severity::Warning, "color-unconnected", std::to_string(c),
+                                 "it shares no places with the largest group of cameras",
+                                 "its gain stays 1"});
+      continue;
+    }
+    column[i] = columns++;
+  }
+
+  Eigen::MatrixXd log_gain = Eigen::MatrixXd::Zero(columns, 3);
+  Eigen::MatrixXd deviation = Eigen::MatrixXd::Zero(columns, 3);
+  std::vector<double> spreads;
+  constexpr int kRounds = 30;
+  for (int channel = 0; channel < 3; ++channel) {
+    double scale = 0.1;
+    Eigen::VectorXd solution = Eigen::VectorXd::Zero(columns);
+    for (int round = 0; round < kRounds; ++round) {
+      // Schur complement over the places: each contributes w_i w_j / sum w.
+      Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(columns, columns);
+      Eigen::VectorXd right = Eigen::VectorXd::Zero(columns);
+      std::vector<double> residuals;
+      std::vector<double> values;
+      std::vector<double> weights;
+      for (const auto& place : places) {
+        if (column[static_cast<std::size_t>(place.front().camera)] < 0) {
+          continue;
+        }
+        values.clear();
+        for (const LogSample& sample : place) {
+          values.push_back(sample.value[channel] -
+                           solution[column[static_cast<std::size_t>(sample.camera)]]);
+        }
+        // Of two samples the mean is all there is; of more the median is not pulled by one.
+        const double middle = place.size() > 2 ? median(values)
+                                               : 0.5 * (values.front() + values.back());
+        weights.clear();
+        double sum = 0;
+        double mean = 0;
+        for (std::size_t i = 0; i < place.size(); ++i) {
+          const double off = (values[i] - middle) / (2.4 * scale);
+          residuals.push_back(std::abs(values[i] - middle));
+          weights.push_back(place[i].weight / (1 + off * off));
+          sum += weights[i];
+          mean += weights[i] * place[i].value[channel];
+        }
+        mean /= sum;
+        for (std::size_t i = 0; i < place.size(); ++i) {
+          const int a = column[static_cast<std::size_t>(place[i].camera)];
+          normal(a, a) += weights[i];
+          right[a] += weights[i] * (place[i].value[channel] - mean);
+          for (std::size_t j = 0; j < place.size(); ++j) {
+            normal(a, column[static_cast<std::size_t>(place[j].camera)]) -=
+                weights[i] * weights[j] / sum;
+          }
+        }
+      }
+      // The gauge: a weak pull of the mean to 0 makes it exactly 0, since nothing opposes it.
+      normal.array() += normal.trace() / columns;
+      const Eigen::LDLT<Eigen::MatrixXd> factor(normal);
+      const Eigen::VectorXd next = factor.solve(right);
+      const double moved = (next - solution).cwiseAbs().maxCoeff();
+      solution = next;
+      scale = std::max(1.4826 * median(residuals), 1e-4);
+      if (moved < 1e-9 || round + 1 == kRounds) {
+        // Without the gauge's own part.
+        const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(columns, columns));
+        deviation.col(channel) = scale * inverse.diagonal().cwiseMax(0).cwiseSqrt();
+        spreads.push_back(scale);
+        break;
+      }
+    }
+    solution.array() -= solution.mean();
+    log_gain.col(channel) = solution;
+  }
+  for (std::size_t c = 0; c < count; ++c) {
+    if (column[c] >= 0) {
+      result.gain[c] = log_gain.row(column[c]).transpose().array().exp();
+      result.deviation[c] = deviation.row(column[c]).transpose();
+    }
+  }
+  result.spread = median(spreads);
+  return result;
+}
+
+}  // namespace atelier

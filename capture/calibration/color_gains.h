@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/finding.h"
+#include "core/options.h"
+
+namespace atelier {
+
+/// The light of one place of a surface as one camera's picture has it.
+struct ColorSample {
+  int camera = 0;
+  int point = 0;                                   ///< place; any number, the same for all cameras
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();  ///< linear RGB
+  double weight = 1;                               ///< above 0
+};
+
+struct ColorGainOptions {
+  double darkest = 0.02;   ///< samples with a channel below are noise, [0, 1]
+  double brightest = 0.9;  ///< samples with a channel above may be clipped, [0, 1]
+  int least_points = 50;   ///< that a camera shares with others; fewer: its gain stays 1, 1 to 1e6
+};
+OptionTable describe(ColorGainOptions& options);
+
+/// What makes the cameras of a rig agree.
+struct ColorGains {
+  std::vector<Eigen::Vector3d> gain;       ///< of each camera; geometric mean 1 in each channel
+  std::vector<Eigen::Vector3d> deviation;  ///< standard deviation of each, relative
+  std::vector<int> points;                 ///< places that each camera shares with others
+  double spread = 0;  ///< relative deviation of one sample from its place's colour, robust
+  std::vector<Finding> findings;  ///< "color-few-points", "color-unconnected"
+};
+
+/// Gains by which each camera multiplies the same light: log sample = log gain + log colour of the
+/// place, least squares by iterated reweighting (Cauchy), places eliminated, each channel by
+/// itself. Only ratios can be known: the geometric mean over the cameras that were found is 1 in
+/// each channel. Highlights and wrong correspondences are outliers to it. Our choice throughout.
+/// Throws LogicError for cameras out of range, DataError where no two cameras share
+/// `least_points` places.
+ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
+                       const ColorGainOptions& options = {});
+
+}  // namespace atelier

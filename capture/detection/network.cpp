@@ -1,0 +1,142 @@
+#include "capture/detection/network.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/dnn.hpp>
+
+#include "core/error.h"
+#include "core/io/byte_reader.h"
+#include "core/io/worker.h"
+
+namespace atelier {
+namespace {
+
+constexpr int kMostDimensions = 6;
+
+void append(std::vector<std::byte>& bytes, const void* from, std::size_t count) {
+  const auto* first = static_cast<const std::byte*>(from);
+  bytes.insert(bytes.end(), first, first + count);
+}
+
+void append_number(std::vector<std::byte>& bytes, std::uint32_t number) {
+  append(bytes, &number, sizeof number);
+}
+
+/// The first line of what OpenCV says, without its place in OpenCV's sources.
+std::string reason_of(const cv::Exception& error) {
+  std::string text = error.err.empty() ? error.what() : error.err;
+  text = text.substr(0, text.find('\n'));
+  constexpr std::size_t kMost = 200;
+  return text.substr(0, kMost);
+}
+
+int quiet(int /*status*/, const char* /*function*/, const char* /*message*/, const char* /*file*/,
+          int /*line*/, void* /*data*/) {
+  return 0;
+}
+
+/// What the child does.
+std::vector<std::byte> outputs_of(std::span<const std::byte> model,
+                                  const std::vector<NetworkInput>& inputs,
+                                  const std::string& file) {
+  cv::setNumThreads(1);  // the process may start none
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  cv::redirectError(quiet);
+  std::vector<std::byte> bytes;
+  std::string step = "reading the network";
+  try {
+    cv::dnn::Net network = cv::dnn::readNetFromONNX(reinterpret_cast<const char*>(model.data()),
+                                                    model.size());
+    if (network.empty()) {
+      throw DataError(file, "", "a network without layers", "an ONNX network");
+    }
+    network.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
+    network.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+    const std::vector<cv::String> names = network.getUnconnectedOutLayersNames();
+    for (const NetworkInput& input : inputs) {
+      step = "running the network on " + std::to_string(input.pixels.width) + " x " +
+             std::to_string(input.pixels.height) + " pixels";
+      const cv::Mat picture(input.pixels.height, input.pixels.width, CV_32FC3,
+                            const_cast<float*>(input.pixels.data.data()));
+      network.setInput(cv::dnn::blobFromImage(picture));
+      std::vector<cv::Mat> outputs;
+      network.forward(outputs, names);
+      append_number(bytes, static_cast<std::uint32_t>(outputs.size()));
+      for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const cv::Mat& output = outputs[i];
+        if (output.depth() != CV_32F || output.dims < 2 || output.dims > kMostDimensions ||
+            output.size[0] != 1) {
+          throw DataError(file, "output '" + names[i] + "'",
+                          "a shape or type that is no picture's result",
+                          "float32 [1, ...] of at most " + std::to_string(kMostDimensions) +
+                              " dimensions");
+        }
+        append_number(bytes, static_cast<std::uint32_t>(names[i].size()));
+        append(bytes, names[i].data(), names[i].size());
+        append_number(bytes, static_cast<std::uint32_t>(output.dims - 1));
+        for (int d = 1; d < output.dims; ++d) {
+          append_number(bytes, static_cast<std::uint32_t>(output.size[d]));
+        }
+        const cv::Mat dense = output.isContinuous() ? output : output.clone();
+        append(bytes, dense.ptr<float>(), dense.total() * sizeof(float));
+      }
+    }
+  } catch (const cv::Exception& error) {
+    throw DataError(file, "", step + " failed: " + reason_of(error),
+                    "an ONNX network that OpenCV " CV_VERSION " runs, and the size of its input");
+  }
+  return bytes;
+}
+
+}  // namespace
+
+std::vector<std::vector<NetworkOutput>> run_network(std::span<const std::byte> model,
+                                                    const std::vector<NetworkInput>& inputs,
+                                                    const std::string& file,
+                                                    const Limits& limits) {
+  for (const NetworkInput& input : inputs) {
+    ATELIER_CHECK(!input.pixels.data.empty() && input.pixels.channels == 3,
+                  "a network's picture has pixels of three channels");
+  }
+  if (model.empty()) {
+    throw DataError(file, "", "an empty file", "an ONNX network");
+  }
+  const std::vector<std::byte> bytes =
+      run_in_worker([&] { return outputs_of(model, inputs, file); }, file, limits);
+  ByteReader reader(bytes, file);
+  std::vector<std::vector<NetworkOutput>> all;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    std::vector<NetworkOutput> outputs;
+    const std::size_t count =
+        reader.paid(reader.little<std::uint32_t>("outputs"), 3 * sizeof(std::uint32_t), "outputs");
+    for (std::size_t o = 0; o < count; ++o) {
+      NetworkOutput output;
+      output.name = std::string(reader.text(reader.little<std::uint32_t>("name"), "name"));
+      const auto rank = reader.little<std::uint32_t>("rank");
+      std::uint64_t total = 1;
+      for (std::uint32_t d = 0; d < rank && d < kMostDimensions; ++d) {
+        const auto side = reader.little<std::uint32_t>("side");
+        // Every side is paid for at once, so that their product cannot overflow.
+        total = reader.paid(total * reader.paid(side, sizeof(float), "side"), sizeof(float), "size");
+        output.shape.push_back(static_cast<int>(side));
+      }
+      const auto values = reader.take(static_cast<std::size_t>(total) * sizeof(float), "values");
+      output.values.resize(static_cast<std::size_t>(total));
+      if (!output.values.empty()) {
+        std::memcpy(output.values.data(), values.data(), values.size());
+      }
+      if (!std::all_of(output.values.begin(), output.values.end(),
+                       [](float value) { return std::isfinite(value); })) {
+        throw DataError(file, "output '" + output.name + "'", "a number that is not finite",
+                        "finite ones; check the mean and deviation of the input");
+      }
+      outputs.push_back(std::move(output));
+    }
+    all.push_back(std::move(outputs));
+  }
+  return all;
+}
+
+}  // namespace atelier

@@ -1,0 +1,316 @@
+#include "capture/masks/background.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+constexpr float kGamma = 1 / 2.2F;  // noise is then nearly even over brightness
+
+float coded(float value) {
+  return std::pow(std::clamp(value, 0.0F, 1.0F), kGamma);
+}
+
+std::array<float, 3> coded_pixel(const Image& image, std::size_t pixel) {
+  const float* at = image.data.data() + pixel * static_cast<std::size_t>(image.channels);
+  if (image.channels == 1) {
+    const float value = coded(at[0]);
+    return {value, value, value};
+  }
+  return {coded(at[0]), coded(at[1]), coded(at[2])};
+}
+
+float distance(const std::array<float, 3>& a, const std::array<float, 3>& b) {
+  return std::sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
+                   (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+void check_sizes(const std::vector<Image>& images) {
+  for (const Image& image : images) {
+    if (image.width != images.front().width || image.height != images.front().height) {
+      throw DataError("", "", std::to_string(image.width) + " x " + std::to_string(image.height) +
+                                  " pixels beside " + std::to_string(images.front().width) + " x " +
+                                  std::to_string(images.front().height),
+                      "pictures of one size");
+    }
+  }
+}
+
+float median_of(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Deviation of gamma-coded noise that a picture shows: neighbours' second differences (Immerkaer
+/// 1996), by their median.
+float noise_of(const Image& image) {
+  std::vector<float> differences;
+  for (int y = 1; y + 1 < image.height; y += 2) {
+    for (int x = 1; x + 1 < image.width; x += 2) {
+      const int green = image.channels > 1 ? 1 : 0;
+      const auto at = [&](int dx, int dy) { return coded(image.at(x + dx, y + dy, green)); };
+      const float laplacian = at(-1, -1) + at(1, -1) + at(-1, 1) + at(1, 1) + 4 * at(0, 0) -
+                              2 * (at(-1, 0) + at(1, 0) + at(0, -1) + at(0, 1));
+      differences.push_back(std::abs(laplacian) / 6);
+    }
+  }
+  return differences.empty() ? 0.01F : 1.4826F * median_of(differences);
+}
+
+/// Median and spread (by median deviation) of each pixel over pictures.
+Background medians(const std::vector<Image>& images) {
+  const Image& first = images.front();
+  Background background;
+  background.mean = Image(first.width, first.height, 3);
+  background.spread = Image(first.width, first.height, 1);
+  std::vector<float> values(images.size());
+  for (std::size_t p = 0; p < background.spread.data.size(); ++p) {
+    for (int c = 0; c < 3; ++c) {
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        const int channels = images[i].channels;
+        values[i] = images[i].data[p * static_cast<std::size_t>(channels) +
+                                   static_cast<std::size_t>(channels == 1 ? 0 : c)];
+      }
+      background.mean.data[3 * p + static_cast<std::size_t>(c)] = median_of(values);
+    }
+    const std::array<float, 3> middle = coded_pixel(background.mean, p);
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      values[i] = distance(coded_pixel(images[i], p), middle);
+    }
+    // The length of three even deviations has its median at 1.54 of one.
+    background.spread.data[p] = median_of(values) / 1.54F;
+  }
+  return background;
+}
+
+float luminance(const float* rgb) {
+  return 0.2126F * rgb[0] + 0.7152F * rgb[1] + 0.0722F * rgb[2];
+}
+
+/// The background's colour with less light: how much, or nothing.
+bool is_shadow(const Image& image, std::size_t p, const Background& background,
+               const MaskOptions& options) {
+  if (options.shadow_darkest >= 1 || image.channels != 3) {
+    return false;
+  }
+  const float* now = image.data.data() + 3 * p;
+  const float* then = background.mean.data.data() + 3 * p;
+  const float light_now = now[0] + now[1] + now[2];
+  const float light_then = then[0] + then[1] + then[2];
+  const float ratio = light_now / std::max(light_then, 1e-6F);
+  if (ratio < static_cast<float>(options.shadow_darkest) || ratio > 1) {
+    return false;
+  }
+  for (int c = 0; c < 3; ++c) {
+    const float hue = now[c] / std::max(light_now, 1e-6F) - then[c] / std::max(light_then, 1e-6F);
+    if (std::abs(hue) > static_cast<float>(options.shadow_hue)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+cv::Mat disc(double radius) {
+  const int r = static_cast<int>(std::lround(radius));
+  return cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(2 * r + 1, 2 * r + 1));
+}
+
+}  // namespace
+
+OptionTable describe(MaskOptions& options) {
+  OptionTable table;
+  table.add("threshold", options.threshold, 1, 100, "",
+            "Deviations from the background that make foreground; more where noise gets in");
+  table.add("least_difference", options.least_difference, 0, 1, "",
+            "Difference of gamma-coded values that is foreground at least");
+  table.add("shadow_darkest", options.shadow_darkest, 0.01, 1, "",
+            "A pixel of the background's colour with at least this share of its light is a "
+            "shadow; 1 counts shadows as foreground");
+  table.add("shadow_hue", options.shadow_hue, 0, 1, "",
+            "How far a shadow's chromaticity may be off; less where clothes are grey");
+  table.add("opening", options.opening, 0, 50, "px", "Of a picture 1000 rows high; specks and threads thinner than twice this go");
+  table.add("closing", options.closing, 0, 50, "px", "Of a picture 1000 rows high; gaps narrower than twice this are filled");
+  table.add("least_part", options.least_part, 0, 1, "",
+            "Parts smaller than this share of the largest go");
+  table.add("largest_hole", options.largest_hole, 0, 1, "",
+            "Holes smaller than this share of the picture are filled");
+  return table;
+}
+
+OptionTable describe(ChromaOptions& options) {
+  OptionTable table;
+  table.add("key", options.key, 0, 1, "",
+            "Linear RGB of the screen; [0, 0, 0]: told from the picture's borders");
+  table.add("tolerance", options.tolerance, 1e-3, 1, "",
+            "How far the screen's chromaticity may be off; more for uneven light");
+  table.add("darkest", options.darkest, 0, 1, "", "Luminance below which a pixel has no hue");
+  return table;
+}
+
+Background background_of_plates(const std::vector<Image>& plates) {
+  if (plates.empty()) {
+    throw DataError("", "plates", "none", "a picture of the empty stage");
+  }
+  check_sizes(plates);
+  Background background = medians(plates);
+  float noise = 0;
+  for (const Image& plate : plates) {
+    noise = std::max(noise, noise_of(plate));
+  }
+  constexpr std::size_t kEnough = 8;  // fewer say too little about a pixel's spread
+  for (float& spread : background.spread.data) {
+    spread = plates.size() < kEnough ? noise : std::max(spread, 0.5F * noise);
+  }
+  return background;
+}
+
+MovingBackground background_over_time(const std::vector<Image>& frames) {
+  constexpr std::size_t kLeast = 5;
+  if (frames.size() < kLeast) {
+    throw DataError("", "frames", std::to_string(frames.size()), "5 at least, or clean plates");
+  }
+  check_sizes(frames);
+  MovingBackground moving;
+  moving.background = medians(frames);
+  // Where the person stays, values fall apart: the spread is far above the picture's noise.
+  std::vector<float> spreads = moving.background.spread.data;
+  const float usual = std::max(median_of(spreads), 1e-3F);
+  std::size_t apart = 0;
+  for (float& spread : moving.background.spread.data) {
+    apart += spread > 8 * usual ? 1 : 0;
+    spread = std::clamp(spread, 0.5F * usual, 2 * usual);
+  }
+  moving.still_share =
+      static_cast<double>(apart) / static_cast<double>(moving.background.spread.data.size());
+  return moving;
+}
+
+ByteImage mask_from_background(const Image& image, const Background& background,
+                               const MaskOptions& options) {
+  ATELIER_CHECK(image.width == background.mean.width && image.height == background.mean.height,
+                "a picture of another size than its background");
+  ByteImage mask(image.width, image.height, 1);
+  for (std::size_t p = 0; p < mask.data.size(); ++p) {
+    const float difference = distance(coded_pixel(image, p), coded_pixel(background.mean, p));
+    const float allowed =
+        std::max(static_cast<float>(options.least_difference),
+                 static_cast<float>(options.threshold) * background.spread.data[p]);
+    mask.data[p] = difference > allowed && !is_shadow(image, p, background, options) ? 255 : 0;
+  }
+  return clean_mask(mask, options);
+}
+
+ByteImage mask_by_chroma(const Image& image, const ChromaOptions& chroma,
+                         const MaskOptions& options) {
+  ATELIER_CHECK(image.channels == 3, "a chroma key of a picture without colours");
+  ATELIER_CHECK(chroma.key.size() == 3, "a key of three numbers");
+  std::array<float, 3> key{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    key[c] = static_cast<float>(chroma.key[c]);
+  }
+  if (key[0] + key[1] + key[2] <= 0) {
+    // Most of a picture's borders is screen: their median.
+    std::array<std::vector<float>, 3> borders;
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        if (x == 0 || x == image.width - 1 || y == 0) {
+          for (int c = 0; c < 3; ++c) {
+            borders[static_cast<std::size_t>(c)].push_back(image.at(x, y, c));
+          }
+        }
+      }
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      key[c] = median_of(borders[c]);
+    }
+  }
+  const float sum = key[0] + key[1] + key[2];
+  const float strongest = *std::max_element(key.begin(), key.end()) / std::max(sum, 1e-6F);
+  if (strongest < 0.42F) {
+    throw DataError("", "key", "a screen that is nearly grey", "a coloured one, or clean plates");
+  }
+  ByteImage mask(image.width, image.height, 1);
+  for (std::size_t p = 0; p < mask.data.size(); ++p) {
+    const float* rgb = image.data.data() + 3 * p;
+    const float light = rgb[0] + rgb[1] + rgb[2];
+    float off = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      off = std::max(off, std::abs(rgb[c] / std::max(light, 1e-6F) - key[c] / sum));
+    }
+    const bool dark = luminance(rgb) < static_cast<float>(chroma.darkest);
+    mask.data[p] = dark || off > static_cast<float>(chroma.tolerance) ? 255 : 0;
+  }
+  return clean_mask(mask, options);
+}
+
+ByteImage clean_mask(const ByteImage& mask, const MaskOptions& options) {
+  if (mask.data.empty()) {
+    return mask;
+  }
+  ATELIER_CHECK(mask.channels == 1, "a mask of one channel");
+  const double scale = mask.height / 1000.0;
+  cv::Mat bits(mask.height, mask.width, CV_8UC1);
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      bits.at<std::uint8_t>(y, x) = mask.at(x, y) != 0 ? 255 : 0;
+    }
+  }
+  if (scale * options.opening >= 0.5) {
+    cv::morphologyEx(bits, bits, cv::MORPH_OPEN, disc(scale * options.opening));
+  }
+  if (scale * options.closing >= 0.5) {
+    cv::morphologyEx(bits, bits, cv::MORPH_CLOSE, disc(scale * options.closing));
+  }
+  const auto each_part = [](const cv::Mat& of, const auto& keep) {
+    cv::Mat numbers;
+    cv::Mat statistics;
+    cv::Mat centres;
+    const int count = cv::connectedComponentsWithStats(of, numbers, statistics, centres, 8);
+    int largest = 0;
+    for (int i = 1; i < count; ++i) {
+      largest = std::max(largest, statistics.at<int>(i, cv::CC_STAT_AREA));
+    }
+    cv::Mat result = cv::Mat::zeros(of.size(), CV_8UC1);
+    for (int y = 0; y < of.rows; ++y) {
+      for (int x = 0; x < of.cols; ++x) {
+        const int i = numbers.at<int>(y, x);
+        if (i > 0 && keep(statistics.at<int>(i, cv::CC_STAT_AREA), largest)) {
+          result.at<std::uint8_t>(y, x) = 255;
+        }
+      }
+    }
+    return result;
+  };
+  bits = each_part(bits, [&](int area, int largest) { return area >= options.least_part * largest; });
+  const double hole = options.largest_hole * mask.width * mask.height;
+  cv::Mat around;
+  cv::bitwise_not(bits, around);
+  around = each_part(around, [&](int area, int) { return area >= hole; });
+  ByteImage clean(mask.width, mask.height, 1);
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      clean.at(x, y) = around.at<std::uint8_t>(y, x) != 0 ? 0 : 255;
+    }
+  }
+  return clean;
+}
+
+double mask_iou(const ByteImage& a, const ByteImage& b) {
+  ATELIER_CHECK(a.width == b.width && a.height == b.height && a.channels == 1 && b.channels == 1,
+                "masks of two sizes");
+  std::size_t both = 0;
+  std::size_t either = 0;
+  for (std::size_t p = 0; p < a.data.size(); ++p) {
+    both += a.data[p] != 0 && b.data[p] != 0 ? 1 : 0;
+    either += a.data[p] != 0 || b.data[p] != 0 ? 1 : 0;
+  }
+  return either == 0 ? 1 : static_cast<double>(both) / static_cast<double>(either);
+}
+
+}  // namespace atelier

@@ -1,0 +1,146 @@
+#include "capture/surface/color_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+/// A view with every `factor` x `factor` pixels made one.
+InstantView shrunk(const InstantView& view, int factor) {
+  if (factor <= 1) {
+    return view;
+  }
+  InstantView small;
+  small.camera = view.camera;
+  const int width = view.image.width / factor;
+  const int height = view.image.height / factor;
+  small.camera.width = width;
+  small.camera.height = height;
+  small.camera.fx /= factor;
+  small.camera.fy /= factor;
+  small.camera.cx /= factor;
+  small.camera.cy /= factor;
+  small.image = Image(width, height, 3);
+  small.mask = ByteImage(width, height, 1);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        float sum = 0;
+        for (int dy = 0; dy < factor; ++dy) {
+          for (int dx = 0; dx < factor; ++dx) {
+            sum += view.image.at(factor * x + dx, factor * y + dy, c);
+          }
+        }
+        small.image.at(x, y, c) = sum / static_cast<float>(factor * factor);
+      }
+      small.mask.at(x, y) = view.mask.at(factor * x + factor / 2, factor * y + factor / 2);
+    }
+  }
+  return small;
+}
+
+/// Between four pixels; nothing within a pixel of the border.
+std::optional<Eigen::Vector3d> color_at(const Image& image, const Eigen::Vector2d& pixel) {
+  const double x = pixel.x() - 0.5;
+  const double y = pixel.y() - 0.5;
+  if (!(x >= 1 && y >= 1 && x < image.width - 2 && y < image.height - 2)) {
+    return std::nullopt;
+  }
+  const int x0 = static_cast<int>(x);
+  const int y0 = static_cast<int>(y);
+  Eigen::Vector3d color;
+  for (int c = 0; c < 3; ++c) {
+    const double top = image.at(x0, y0, c) + (x - x0) * (image.at(x0 + 1, y0, c) - image.at(x0, y0, c));
+    const double low =
+        image.at(x0, y0 + 1, c) + (x - x0) * (image.at(x0 + 1, y0 + 1, c) - image.at(x0, y0 + 1, c));
+    color[c] = top + (y - y0) * (low - top);
+  }
+  return color;
+}
+
+/// True if the map has the place there and on all sides.
+bool has_place(const DepthMap& map, const Eigen::Vector3d& place, double error) {
+  const auto pixel = project(map.camera, place);
+  if (!pixel) {
+    return false;
+  }
+  const double depth = camera_from_world(map.camera, place).z();
+  const int x = static_cast<int>(pixel->x());
+  const int y = static_cast<int>(pixel->y());
+  if (x < 1 || y < 1 || x + 1 >= map.depth.width || y + 1 >= map.depth.height) {
+    return false;
+  }
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      // Neighbours may slope away, and must not be another surface.
+      const double allowed = (dx == 0 && dy == 0 ? 1 : 4) * error * depth;
+      if (!(std::abs(static_cast<double>(map.depth.at(x + dx, y + dy)) - depth) < allowed)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+OptionTable describe(ColorSampleOptions& options) {
+  OptionTable table;
+  table.add("longest_side", options.longest_side, 64, 4096, "px",
+            "That pictures are shrunk to before stereo; larger is slower");
+  table.add("steepest", options.steepest, 0.1, 1.5, "rad",
+            "Between normal and view beyond which a view is not asked");
+  table.add("depth_error", options.depth_error, 1e-4, 0.2, "",
+            "Relative difference to a view's own depth that is still the place");
+  table.add("most_points", options.most_points, 100, 1000000, "", "Places of one instant");
+  return table;
+}
+
+std::vector<ColorSample> color_samples(const std::vector<InstantView>& views,
+                                       const ReconstructOptions& reconstruct,
+                                       const ColorSampleOptions& options, Device device) {
+  std::vector<InstantView> small;
+  for (const InstantView& view : views) {
+    const int side = std::max(view.image.width, view.image.height);
+    small.push_back(shrunk(view, (side + options.longest_side - 1) / options.longest_side));
+    small.back().camera.gain.setOnes();
+  }
+  const ReconstructedScan scan = reconstruct_scan(small, reconstruct, device);
+  std::vector<std::size_t> view_of_map;
+  for (const DepthMap& map : scan.maps) {
+    const auto found = std::find_if(small.begin(), small.end(), [&](const InstantView& view) {
+      return view.camera.id == map.camera.id;
+    });
+    ATELIER_CHECK(found != small.end(), "a depth map of no view");
+    view_of_map.push_back(static_cast<std::size_t>(found - small.begin()));
+  }
+  std::vector<ColorSample> samples;
+  const Index count = scan.points.vertices.rows();
+  const Index step = std::max<Index>(1, count / options.most_points);
+  for (Index p = 0; p < count; p += step) {
+    const Eigen::Vector3d place = scan.points.vertices.row(p).transpose();
+    const Eigen::Vector3d normal = scan.points.normals.row(p).transpose();
+    for (std::size_t m = 0; m < scan.maps.size(); ++m) {
+      const InstantView& view = small[view_of_map[m]];
+      const double cosine = (camera_center(view.camera) - place).normalized().dot(normal);
+      if (cosine < std::cos(options.steepest) ||
+          !has_place(scan.maps[m], place, options.depth_error)) {
+        continue;
+      }
+      const auto pixel = project(view.camera, place);
+      const auto color = pixel ? color_at(view.image, *pixel) : std::nullopt;
+      if (color) {
+        samples.push_back(
+            {static_cast<int>(view_of_map[m]), static_cast<int>(p), *color, cosine});
+      }
+    }
+  }
+  return samples;
+}
+
+}  // namespace atelier

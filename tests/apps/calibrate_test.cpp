@@ -1,0 +1,88 @@
+// `atelier calibrate`: real boards to cameras.json, lenses that are kept, and what it refuses.
+#ifdef ATELIER_HAS_CAPTURE
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture/cameras_file.h"
+#include "core/io/image_file.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/support/test_data.h"
+
+namespace atelier::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+ChildResult calibrate(const std::vector<std::string>& arguments) {
+  std::vector<std::string> command = {ATELIER_PROGRAM, "calibrate"};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  return run_child(command);
+}
+
+TEST(CalibrateCommand, StereoChessboardsBecomeCameras) {
+  ATELIER_TEST_FILE(pictures, "opencv_stereo_chessboard");
+  const TemporaryDirectory folder;
+  const fs::path out = folder / "rig";
+  const std::vector<std::string> arguments = {pictures.string(), "--out", out.string(),
+                                              "--board.square", "0.025"};
+  const ChildResult done = calibrate(arguments);
+  ASSERT_EQ(done.exit_code, 0) << done.err << done.out;
+  EXPECT_THAT(done.out, HasSubstr("13 of 13 views"));
+  const std::vector<Camera> cameras = read_cameras(out);
+  ASSERT_EQ(cameras.size(), 2U);
+  EXPECT_EQ(cameras[0].id, "left");
+  EXPECT_NEAR((camera_center(cameras[0]) - camera_center(cameras[1])).norm(), 0.083, 0.002);
+  EXPECT_TRUE(fs::exists(out / "calibration.json"));
+  EXPECT_EQ(calibrate(arguments).exit_code, 2);  // it is there already
+
+  // The lenses that were found, given back, are kept to the bit.
+  std::vector<std::string> again = {pictures.string(),       "--out",
+                                    (folder / "b").string(), "--board.square",
+                                    "0.025",                 "--json"};
+  fs::copy_file(out / "cameras.json", folder / "cameras.json");
+  const ChildResult json = calibrate(again);
+  ASSERT_EQ(json.exit_code, 0) << json.err;
+  EXPECT_THAT(json.out, HasSubstr("\"schema\": \"atelier-calibration\""));
+  EXPECT_THAT(json.out, HasSubstr("\"deviation\""));
+}
+
+TEST(CalibrateCommand, AWrongBoardIsRefusedWithTheRightOne) {
+  ATELIER_TEST_FILE(pictures, "opencv_stereo_chessboard");
+  const TemporaryDirectory folder;
+  const ChildResult wrong = calibrate({pictures.string(), "--out", (folder / "x").string(),
+                                       "--board.columns", "9", "--board.rows", "6", "--every",
+                                       "5"});
+  EXPECT_EQ(wrong.exit_code, 3);
+  EXPECT_THAT(wrong.err, HasSubstr("one of 10 x 7"));
+  EXPECT_FALSE(fs::exists(folder / "x"));
+}
+
+TEST(CalibrateCommand, RefusesNoPicturesNoBoardAndNoPlace) {
+  const TemporaryDirectory folder;
+  fs::create_directories(folder / "empty");
+  const ChildResult none =
+      calibrate({(folder / "empty").string(), "--out", (folder / "x").string()});
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_THAT(none.err, HasSubstr("no pictures of a board"));
+  EXPECT_EQ(calibrate({(folder / "empty").string()}).exit_code, 2);
+  // Pictures of two sizes without a board.
+  fs::create_directories(folder / "grey" / "a");
+  write_image(folder / "grey" / "a" / "000001.png", ByteImage(64, 48, 3, 90));
+  write_image(folder / "grey" / "a" / "000002.png", ByteImage(48, 64, 3, 90));
+  const ChildResult grey =
+      calibrate({(folder / "grey").string(), "--out", (folder / "x").string()});
+  EXPECT_EQ(grey.exit_code, 3);
+  EXPECT_THAT(grey.err, HasSubstr("no picture shows the board"));
+  EXPECT_EQ(calibrate({(folder / "grey").string(), "--out", (folder / "x").string(),
+                       "--board.columns", "1"})
+                .exit_code,
+            2);
+}
+
+}  // namespace
+}  // namespace atelier::testing
+
+#endif

@@ -1,0 +1,199 @@
+// Masks of drawn scenes whose truth is known: plates, a coloured screen, statistics over time.
+
+#include "capture/masks/background.h"
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include <Eigen/Core>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "tests/support/refusals.h"
+
+namespace atelier::testing {
+namespace {
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 200;
+
+struct Shot {
+  Image image;
+  ByteImage truth;
+};
+
+/// A stage: a wall that darkens upwards and a floor, or a screen of one colour.
+Eigen::Vector3f stage_color(int x, int y, bool screen) {
+  const float shade = 0.7F + 0.3F * static_cast<float>(y) / kHeight + 0.02F * std::sin(0.3F * x);
+  if (screen) {
+    return shade * Eigen::Vector3f(0.03F, 0.45F, 0.08F);
+  }
+  return shade * (y < 150 ? Eigen::Vector3f(0.35F, 0.36F, 0.40F)
+                          : Eigen::Vector3f(0.30F, 0.24F, 0.18F));
+}
+
+/// A person of ellipses at `centre`, with a shadow on the floor beside her; noise in everything.
+Shot shot(float centre, bool person, std::uint64_t seed, bool screen = false,
+          float noise = 0.004F) {
+  Random random{seed, 1};
+  Shot shot{Image(kWidth, kHeight, 3), ByteImage(kWidth, kHeight, 1)};
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      Eigen::Vector3f color = stage_color(x, y, screen);
+      const auto inside = [&](float cx, float cy, float rx, float ry) {
+        const float dx = (static_cast<float>(x) - cx) / rx;
+        const float dy = (static_cast<float>(y) - cy) / ry;
+        return dx * dx + dy * dy < 1;
+      };
+      if (person && y > 165 && inside(centre + 22, 183, 26, 7)) {
+        color *= 0.6F;  // her shadow
+      }
+      if (person) {
+        const bool head = inside(centre, 38, 10, 13);
+        const bool torso = inside(centre, 85, 19, 36);
+        const bool legs = inside(centre - 9, 145, 8, 40) || inside(centre + 9, 145, 8, 40);
+        if (head) {
+          color = {0.55F, 0.35F, 0.25F};
+        } else if (torso) {
+          color = Eigen::Vector3f(0.5F, 0.06F, 0.08F) * (0.8F + 0.2F * std::sin(0.5F * y));
+        } else if (legs) {
+          color = {0.05F, 0.07F, 0.2F};
+        }
+        shot.truth.at(x, y) = head || torso || legs ? 1 : 0;
+      }
+      for (int c = 0; c < 3; ++c) {
+        shot.image.at(x, y, c) = std::max(
+            0.0F, color[c] + noise * std::sqrt(color[c] * 10) * static_cast<float>(normal(random)));
+      }
+    }
+  }
+  return shot;
+}
+
+TEST(Masks, FromPlatesLeaveOutTheShadow) {
+  const Background background =
+      background_of_plates({shot(0, false, 1).image, shot(0, false, 2).image});
+  double iou = 0;
+  for (const float centre : {50.0F, 80.0F, 110.0F}) {
+    const Shot one = shot(centre, true, 7);
+    iou += mask_iou(mask_from_background(one.image, background), one.truth) / 3;
+  }
+  std::printf("plates: IoU %.4f\n", iou);
+  EXPECT_GT(iou, 0.97);
+  MaskOptions with_shadow;
+  with_shadow.shadow_darkest = 1;
+  const Shot one = shot(80, true, 7);
+  EXPECT_LT(mask_iou(mask_from_background(one.image, background, with_shadow), one.truth),
+            mask_iou(mask_from_background(one.image, background), one.truth) - 0.02);
+}
+
+TEST(Masks, OnePlateDoesAndManySayTheNoise) {
+  const Shot one = shot(80, true, 7, false, 0.02F);
+  const Background single = background_of_plates({shot(0, false, 1, false, 0.02F).image});
+  EXPECT_GT(mask_iou(mask_from_background(one.image, single), one.truth), 0.9);
+  std::vector<Image> plates;
+  for (std::uint64_t i = 0; i < 10; ++i) {
+    plates.push_back(shot(0, false, 20 + i, false, 0.02F).image);
+  }
+  EXPECT_GT(mask_iou(mask_from_background(one.image, background_of_plates(plates)), one.truth),
+            0.93);
+}
+
+TEST(Masks, OfAnEmptyStageAreEmpty) {
+  const Background background = background_of_plates({shot(0, false, 1).image});
+  const ByteImage mask = mask_from_background(shot(0, false, 5).image, background);
+  EXPECT_EQ(std::count(mask.data.begin(), mask.data.end(), 0), kWidth * kHeight);
+}
+
+TEST(Masks, FromAColouredScreen) {
+  const Shot one = shot(80, true, 7, true);
+  const double given = mask_iou(mask_by_chroma(one.image, {.key = {0.03, 0.45, 0.08}}), one.truth);
+  const double told = mask_iou(mask_by_chroma(one.image, {.key = {0, 0, 0}}), one.truth);
+  std::printf("chroma: IoU %.4f with the key given, %.4f told from the borders\n", given, told);
+  EXPECT_GT(given, 0.97);
+  EXPECT_GT(told, 0.97);
+}
+
+TEST(Masks, FromWhatEachPixelIsMostOfTheTime) {
+  std::vector<Image> frames;
+  for (int i = 0; i < 15; ++i) {
+    frames.push_back(shot(20.0F + 8.0F * static_cast<float>(i), true,
+                          static_cast<std::uint64_t>(40 + i))
+                         .image);
+  }
+  const MovingBackground moving = background_over_time(frames);
+  EXPECT_LT(moving.still_share, 0.1);
+  const Shot one = shot(76, true, 90);
+  const double iou = mask_iou(mask_from_background(one.image, moving.background), one.truth);
+  std::printf("over time: IoU %.4f, doubtful share %.3f\n", iou, moving.still_share);
+  EXPECT_GT(iou, 0.95);
+}
+
+TEST(Masks, OfAPersonWhoHardlyMovesAreSaidToBeDoubtful) {
+  std::vector<Image> frames;
+  for (int i = 0; i < 12; ++i) {
+    frames.push_back(
+        shot(80.0F + (i % 2 == 0 ? 12.0F : -12.0F), true, static_cast<std::uint64_t>(i)).image);
+  }
+  EXPECT_GT(background_over_time(frames).still_share, 0.05);
+}
+
+TEST(CleanMask, OpensClosesKeepsTheLargeAndFillsSmallHoles) {
+  ByteImage mask(60, 60, 1);
+  for (int y = 10; y < 40; ++y) {
+    for (int x = 10; x < 40; ++x) {
+      mask.at(x, y) = 1;
+    }
+  }
+  mask.at(20, 20) = 0;  // a hole
+  mask.at(50, 50) = 1;  // a speck
+  for (int y = 20; y < 35; ++y) {
+    mask.at(26, y) = 0;  // a crack
+  }
+  const MaskOptions options{.opening = 16, .closing = 50, .largest_hole = 0.001};  // 1 and 3 px
+  const ByteImage clean = clean_mask(mask, options);
+  EXPECT_EQ(clean.at(20, 20), 255);
+  EXPECT_EQ(clean.at(50, 50), 0);
+  EXPECT_EQ(clean.at(26, 27), 255);
+  EXPECT_EQ(clean.at(5, 5), 0);
+  ByteImage ring = mask;
+  for (int y = 15; y < 35; ++y) {
+    for (int x = 15; x < 35; ++x) {
+      ring.at(x, y) = 0;  // between an arm and the body
+    }
+  }
+  EXPECT_EQ(clean_mask(ring, options).at(25, 25), 0);
+}
+
+TEST(Masks, RefuseBadInput) {
+  ATELIER_EXPECT_REFUSED(background_of_plates({}), DataError, "a picture of the empty stage");
+  ATELIER_EXPECT_REFUSED(background_of_plates({Image(4, 4, 3), Image(5, 4, 3)}), DataError,
+                         "pictures of one size");
+  ATELIER_EXPECT_REFUSED(background_over_time(std::vector<Image>(4, Image(8, 8, 3))), DataError,
+                         "5 at least, or clean plates");
+  const Background background = background_of_plates({Image(8, 8, 3)});
+  ATELIER_EXPECT_REFUSED(mask_from_background(Image(9, 8, 3), background), LogicError,
+                         "another size");
+  ATELIER_EXPECT_REFUSED(mask_by_chroma(Image(8, 8, 3, 0.4F), {.key = {0.5, 0.5, 0.5}}), DataError,
+                         "nearly grey");
+  ATELIER_EXPECT_REFUSED(mask_by_chroma(Image(8, 8, 3, 0.4F), {.key = {0, 0, 0}}), DataError,
+                         "nearly grey");
+  ATELIER_EXPECT_REFUSED(mask_by_chroma(Image(8, 8, 1), {}), LogicError, "without colours");
+  ATELIER_EXPECT_REFUSED(mask_iou(ByteImage(2, 2, 1), ByteImage(3, 2, 1)), LogicError,
+                         "two sizes");
+}
+
+TEST(Masks, StandNoiseNanAndEmptyPictures) {
+  Image image(16, 16, 3, 0.3F);
+  image.at(3, 3, 1) = std::numeric_limits<float>::quiet_NaN();
+  const Background background = background_of_plates({Image(16, 16, 3, 0.3F)});
+  EXPECT_EQ(mask_from_background(image, background).data.size(), 256U);
+  EXPECT_TRUE(clean_mask(ByteImage()).data.empty());
+}
+
+}  // namespace
+}  // namespace atelier::testing
