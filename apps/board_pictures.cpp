@@ -6,10 +6,11 @@
 #include <cmath>
 #include <string>
 
-#include "capture/frame_files.h"
 #include "capture/frame_reader.h"
-#include "capture/layout_images.h"
-#include "capture/posed_images.h"
+#include "capture/layouts/frame_files.h"
+#include "capture/layouts/images.h"
+#include "capture/layouts/open_dataset.h"
+#include "capture/layouts/posed_images.h"
 #include "core/error.h"
 #include "core/parallel.h"
 

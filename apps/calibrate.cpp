@@ -13,6 +13,7 @@
 #include "apps/usage_error.h"
 #include "capture/calibration/calibration_report.h"
 #include "capture/cameras_file.h"
+#include "capture/layouts/open_dataset.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 

@@ -15,6 +15,7 @@
 #include "apps/usage_error.h"
 #include "capture/calibration/color_gains.h"
 #include "capture/cameras_file.h"
+#include "capture/layouts/open_dataset.h"
 #include "capture/surface/color_samples.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -61,7 +62,8 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
   }
   const std::vector<int> all = frames_with_masks(dataset);
   if (all.empty()) {
-    throw DataError(arguments.capture, "", "no masks and no labels", "some; atelier masks makes them");
+    throw DataError(arguments.capture, "", "no masks and no labels",
+                    "some; atelier masks makes them");
   }
   std::vector<ColorSample> samples;
   const auto wanted = std::min<std::size_t>(all.size(), static_cast<std::size_t>(options.frames));
@@ -73,8 +75,8 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
     for (ColorSample sample : color_samples(views, options.reconstruct, options.samples)) {
       last_point = std::max(last_point, sample.point + 1);
       sample.point += first_point;
-      sample.camera = static_cast<int>(camera_index(
-          dataset, views[static_cast<std::size_t>(sample.camera)].camera.id));
+      sample.camera = static_cast<int>(
+          camera_index(dataset, views[static_cast<std::size_t>(sample.camera)].camera.id));
       samples.push_back(sample);
     }
     first_point += last_point;

@@ -33,6 +33,7 @@ OptionSet validate_options();
 OptionSet calibrate_options();
 OptionSet calibrate_color_options();
 OptionSet masks_options();
+OptionSet detect_options();
 OptionSet render_options();
 OptionSet body_model_options();
 OptionSet drape_options();
@@ -49,6 +50,7 @@ Action add_validate(CLI::App& parser);
 Action add_calibrate(CLI::App& parser);
 Action add_calibrate_color(CLI::App& parser);
 Action add_masks(CLI::App& parser);
+Action add_detect(CLI::App& parser);
 Action add_render(CLI::App& parser);  // only with core_render
 Action add_body_model(CLI::App& parser);
 Action add_drape(CLI::App& parser);

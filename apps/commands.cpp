@@ -43,6 +43,10 @@ constexpr std::array kCommands = {
     Command{"masks", "who is in the pictures: from plates, a coloured screen, or over time",
             add_masks, masks_options},
 #endif
+#ifdef ATELIER_HAS_CAPTURE_DETECTION
+    Command{"detect", "keypoints or labels of pictures by a network of your own (ONNX)", add_detect,
+            detect_options},
+#endif
     Command{"evaluate", "results against the truth of a synthetic capture", add_evaluate},
 #endif
     Command{"export", "results of a workspace as files that other programs open", add_export,

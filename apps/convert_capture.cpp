@@ -1,6 +1,7 @@
 #ifdef ATELIER_HAS_CAPTURE
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -10,8 +11,12 @@
 #include "apps/output_place.h"
 #include "apps/printable.h"
 #include "apps/usage_error.h"
+#include "capture/cameras_file.h"
+#include "capture/layouts/frame_files.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/layouts/write_layout.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
 #include "core/store/file_kind.h"
 
 namespace atelier {
@@ -21,6 +26,7 @@ struct ConvertCaptureArguments {
   std::string in;
   std::string out;
   std::string to = "native";
+  std::string cameras;
 };
 
 std::string layout_choices() {
@@ -38,6 +44,53 @@ std::filesystem::path capture_folder(const std::string& in) {
              : std::filesystem::path(in);
 }
 
+/// The capture with the cameras of a calibration, by name; those it does not have are left out.
+Dataset with_cameras(Dataset dataset, const std::string& file) {
+  const std::vector<Camera> cameras =
+      parse_cameras_json(read_file_text(file, Limits{}.text_file_bytes), file);
+  std::vector<std::string> there;
+  std::vector<std::string> wanted;
+  for (const Camera& camera : cameras) {
+    there.push_back(camera.id);
+  }
+  for (const Camera& camera : dataset.cameras) {
+    wanted.push_back(camera.id);
+  }
+  const MatchedNames matched = matched_names(wanted, there);
+  Dataset result = dataset;
+  result.cameras.clear();
+  result.frames.clear();
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const auto found = std::find_if(cameras.begin(), cameras.end(), [&](const Camera& camera) {
+      return camera.id == matched.names[c];
+    });
+    const CameraFrames& frames = dataset.frames[c];
+    if (found == cameras.end()) {
+      result.findings.push_back({Severity::Warning, "camera-left-out", dataset.cameras[c].id,
+                                 "the calibration does not have it", "calibrate it too"});
+      continue;
+    }
+    if (frames.image_width > 0 &&
+        (frames.image_width != found->width || frames.image_height != found->height)) {
+      throw DataError(
+          file, "camera '" + found->id + "'",
+          std::to_string(found->width) + " x " + std::to_string(found->height) + " pixels",
+          "the pictures' " + std::to_string(frames.image_width) + " x " +
+              std::to_string(frames.image_height));
+    }
+    result.cameras.push_back(*found);
+    result.cameras.back().id = dataset.cameras[c].id;
+    result.frames.push_back(frames);
+  }
+  if (result.cameras.empty()) {
+    throw DataError(file, "", "no camera of the capture", "those that it has pictures of");
+  }
+  std::erase_if(result.findings,
+                [](const Finding& finding) { return finding.code == "not-calibrated"; });
+  result.calibrated = true;
+  return result;
+}
+
 int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options) {
   if (arguments.in.empty() || arguments.out.empty()) {
     throw UsageError("it takes two folders: atelier convert-capture IN OUT");
@@ -47,7 +100,10 @@ int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options)
         "OUT lies in the capture IN, which is not changed; name a folder outside of it");
   }
   require_folder_place(std::filesystem::absolute(arguments.out).parent_path());
-  const Dataset dataset = open_dataset(arguments.in, options);
+  Dataset dataset = open_dataset(arguments.in, options);
+  if (!arguments.cameras.empty()) {
+    dataset = with_cameras(std::move(dataset), arguments.cameras);
+  }
   std::cout << arguments.in << ": " << dataset.layout << " (" << printable(dataset.evidence)
             << "), " << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << ", "
             << counted(static_cast<std::int64_t>(frame_ids(dataset).size()), "frame") << "\n";
@@ -80,6 +136,10 @@ Action add_convert_capture(CLI::App& parser) {
   parser.add_option("--to", arguments->to, "Layout to write [native]")
       ->check(one_of(layout_names()))
       ->type_name(layout_choices());
+  parser
+      .add_option("--cameras", arguments->cameras,
+                  "Calibration to take instead of IN's: cameras.json as calibrate writes it")
+      ->type_name("FILE");
   const OptionReader options = add_option_flags(parser, convert_capture_options());
   return [arguments, options] { return run(*arguments, options_of<DatasetOptions>(options())); };
 }

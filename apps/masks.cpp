@@ -13,8 +13,9 @@
 #include "apps/output_place.h"
 #include "apps/printable.h"
 #include "apps/usage_error.h"
-#include "capture/frame_files.h"
 #include "capture/frame_reader.h"
+#include "capture/layouts/frame_files.h"
+#include "capture/layouts/open_dataset.h"
 #include "capture/masks/background.h"
 #include "capture/truth_archive.h"
 #include "core/atomic_file.h"
@@ -73,7 +74,8 @@ Image three_channels(Image image) {
   return colour;
 }
 
-/// The empty stage as one camera sees it: PLATES/<camera>.png, or every picture of PLATES/<camera>/.
+/// The empty stage as one camera sees it: PLATES/<camera>.png, or every picture of
+/// PLATES/<camera>/.
 std::vector<Image> plates_of(const fs::path& folder, const std::string& camera) {
   std::vector<Image> plates;
   for (const char* extension : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}) {
@@ -147,8 +149,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
       image = reader.image(index, frame);
     } catch (const DataError& error) {
       result.findings.push_back({Severity::Warning, "mask-picture-broken",
-                                 id + " " + std::to_string(frame), error.what(),
-                                 "it has no mask"});
+                                 id + " " + std::to_string(frame), error.what(), "it has no mask"});
       continue;
     }
     const Image picture = three_channels(std::move(*image));
@@ -172,8 +173,8 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
     result.covered += static_cast<double>(set) / static_cast<double>(mask.data.size());
     write_labels(folder / (frame_name(frame) + ".png"), mask);
     if (!arguments.truth.empty()) {
-      const fs::path truth = fs::path(arguments.truth) / "truth" / "labels" / id /
-                             (frame_name(frame) + ".png");
+      const fs::path truth =
+          fs::path(arguments.truth) / "truth" / "labels" / id / (frame_name(frame) + ".png");
       result.iou += mask_iou(mask, read_labels(truth));
       ++result.judged;
     }

@@ -10,6 +10,7 @@
 #include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints3d_file.h"
+#include "capture/label_taxonomy.h"
 #include "capture/truth_archive.h"
 #include "core/error.h"
 #include "core/sequence_archive.h"
@@ -58,6 +59,21 @@ Dataset without_held_out(Dataset dataset) {
     }
   }
   return rest;
+}
+
+/// True if a camera's label image says of a pixel what it is; masks say only where the person is.
+bool has_labels(const Dataset& dataset, int frame) {
+  FrameReader reader(dataset);
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const auto labels = reader.labels(static_cast<Index>(c), frame);
+    if (labels && std::any_of(labels->data.begin(), labels->data.end(), [](std::uint8_t label) {
+          return label != static_cast<std::uint8_t>(Label::Background) &&
+                 label != static_cast<std::uint8_t>(Label::Unknown);
+        })) {
+      return true;
+    }
+  }
+  return false;
 }
 
 void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
@@ -151,6 +167,9 @@ OptionTable describe(ReconstructStageOptions& options) {
   table.add("capture", describe(options.capture));
   table.add("keypoints", describe(options.keypoints));
   table.add(describe(options.scan));
+  table.add("label_by_color", options.label_by_color,
+            "Where no label image says what is what, skin and clothing are told by colour");
+  table.add("split", describe(options.split));
   return table;
 }
 
@@ -168,17 +187,30 @@ void run_reconstruct(StageRun& run) {
   if (frames.empty()) {
     run.say("no masks and no labels: no surfaces");
   }
+  const bool by_color =
+      options.label_by_color && !frames.empty() && !has_labels(dataset, frames[0]);
   if (!run.each_frame("scans", ".h5", frames, [&](int frame, const std::filesystem::path& file) {
         const ReconstructedScan scan =
             reconstruct_scan(instant_of(dataset, frame), options.scan, run.device());
         for (const Finding& finding : scan.findings) {
           run.say("frame " + std::to_string(frame) + ": " + to_string(finding));
         }
+        if (by_color) {
+          Mesh labelled = scan.scan;
+          ColorSplit split = split_by_color(labelled, options.split);
+          for (const Finding& finding : split.findings) {
+            run.say("frame " + std::to_string(frame) + ": " + to_string(finding));
+          }
+          labelled.labels = std::move(split.labels);
+          write_mesh_archive(file, labelled);
+          return;
+        }
         write_mesh_archive(file, scan.scan);
       })) {
     return;
   }
   reconstruct_keypoints(run, dataset, options.keypoints);
+  run.metric("labels_by_color", by_color ? 1 : 0);
   run.metric("scans", static_cast<double>(frames.size()));
   run.metric("cameras", static_cast<double>(dataset.cameras.size()));
 }

@@ -6,6 +6,7 @@
 
 #include "capture/layouts/open_dataset.h"
 #include "capture/surface/reconstruct_scan.h"
+#include "capture/surface/split_by_color.h"
 #include "capture/triangulation.h"
 #include "core/store/stage.h"
 
@@ -15,6 +16,8 @@ struct ReconstructStageOptions {
   DatasetOptions capture;
   TriangulationOptions keypoints;
   ReconstructOptions scan;
+  bool label_by_color = true;  ///< where no label image says what is what
+  ColorSplitOptions split;
 };
 OptionTable describe(ReconstructStageOptions& options);
 
@@ -25,7 +28,8 @@ std::vector<InstantView> instant_of(const Dataset& dataset, int frame);
 std::vector<int> frames_with_masks(const Dataset& dataset);
 
 /// A capture -> scans/<frame>.h5 (schema "atelier.mesh": a coloured, labelled surface) and
-/// keypoints3d/<frame>.json (EasyMocap's form). Held-out cameras are not opened. Without masks
+/// keypoints3d/<frame>.json (EasyMocap's form). Labels come from label images, else from colours
+/// alone, which the metric `labels_by_color` says. Held-out cameras are not opened. Without masks
 /// there are no scans, without detections no keypoints; it says so.
 void run_reconstruct(StageRun& run);
 

@@ -91,8 +91,8 @@ std::vector<BoardPose> board_poses(const Camera& camera, const BoardView& view,
   std::vector<cv::Mat> rotations;
   std::vector<cv::Mat> translations;
   try {
-    cv::solvePnPGeneric(object, flat, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), rotations, translations,
-                        false, cv::SOLVEPNP_IPPE);
+    cv::solvePnPGeneric(object, flat, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), rotations,
+                        translations, false, cv::SOLVEPNP_IPPE);
   } catch (const cv::Exception&) {
     return {};  // corners that lie on a line
   }
@@ -116,10 +116,9 @@ std::vector<BoardPose> board_poses(const Camera& camera, const BoardView& view,
   // The second choice counts only where the first is not much better, and is another one.
   constexpr double kOpen = 4;
   constexpr double kNoise = 0.5;  // px that no detector is below
-  if (poses.size() > 1 && (poses[1].rms > kOpen * (poses[0].rms + kNoise) ||
-                           (poses[0].camera_from_board - poses[1].camera_from_board)
-                                   .head<3>()
-                                   .norm() < 1e-3)) {
+  if (poses.size() > 1 &&
+      (poses[1].rms > kOpen * (poses[0].rms + kNoise) ||
+       (poses[0].camera_from_board - poses[1].camera_from_board).head<3>().norm() < 1e-3)) {
     poses.pop_back();
   }
   return poses;

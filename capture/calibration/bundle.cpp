@@ -1,10 +1,11 @@
 #include "capture/calibration/bundle.h"
 
-#include <ceres/ceres.h>
 #include <cmath>
-#include <glog/logging.h>
 #include <limits>
 #include <memory>
+
+#include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include "core/error.h"
 
@@ -201,9 +202,8 @@ Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> reprojection_errors(
   for (std::size_t i = 0; i < bundle.sights.size(); ++i) {
     const Bundle::Sight& sight = bundle.sights[i];
     const Bundle::Eye& eye = bundle.eyes[static_cast<std::size_t>(sight.eye)];
-    const Vector3 in_world =
-        moved(bundle.world_from_board[static_cast<std::size_t>(sight.board)],
-              board_point(bundle, sight.point));
+    const Vector3 in_world = moved(bundle.world_from_board[static_cast<std::size_t>(sight.board)],
+                                   board_point(bundle, sight.point));
     const auto pixel = lens_pixel(eye.model, eye.lens, moved(eye.camera_from_world, in_world));
     errors.row(static_cast<Index>(i)) =
         pixel ? Vector2(*pixel - sight.pixel)

@@ -19,7 +19,7 @@ struct Bundle {
   struct Eye {
     Distortion model = Distortion::Brown;
     LensNumbers lens = LensNumbers::Zero();
-    LensMask free{};                                         ///< of the lens
+    LensMask free{};  ///< of the lens
     RigidNumbers camera_from_world = RigidNumbers::Zero();
     bool fixed_pose = false;  ///< one camera at least: it is the world
     double centre_prior = 0;  ///< px: weak pull of cx, cy to `centre`; 0: none
@@ -60,7 +60,7 @@ Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> reprojection_errors(co
 /// matrix, robust weights included), for measurements with a deviation of `sigma` px in x and y.
 struct BundleDeviations {
   bool full_rank = false;  ///< false: the measurements leave something open; the rest is zero
-  std::vector<LensNumbers> lens;                        ///< of each eye
+  std::vector<LensNumbers> lens;                             ///< of each eye
   std::vector<Eigen::Matrix<double, 6, 6>> pose_covariance;  ///< of camera_from_world's numbers
 };
 BundleDeviations bundle_deviations(const Bundle& bundle, double sigma,

@@ -140,9 +140,9 @@ std::map<std::pair<int, int>, double> errors_of_views(const std::vector<Camera>&
     const auto c = static_cast<std::size_t>(view.view.camera_idx);
     const auto board = chain.world_from_board.find(view.view.frame_id);
     if (chain.in_rig[c] && board != chain.world_from_board.end()) {
-      errors[{view.view.camera_idx, view.view.frame_id}] = std::min(
-          1e6, pose_rms(cameras[c], view.view, points,
-                        chained(chain.camera_from_world[c], board->second)));
+      errors[{view.view.camera_idx, view.view.frame_id}] =
+          std::min(1e6, pose_rms(cameras[c], view.view, points,
+                                 chained(chain.camera_from_world[c], board->second)));
     }
   }
   return errors;
@@ -259,10 +259,10 @@ Calibration calibrate(const std::vector<RigCamera>& rig, const std::vector<Board
   for (std::size_t c = 0; c < rig.size(); ++c) {
     result.quality[c].in_rig = chain.in_rig[c];
     if (has_lens[c] && !chain.in_rig[c]) {
-      result.findings.push_back(
-          error_of("unconnected", rig[c].camera.id, "it shares no view of the board with the others",
-                   "carry the board where this camera and another see it at once; its lens is "
-                   "calibrated, its pose is not"));
+      result.findings.push_back(error_of(
+          "unconnected", rig[c].camera.id, "it shares no view of the board with the others",
+          "carry the board where this camera and another see it at once; its lens is "
+          "calibrated, its pose is not"));
     }
   }
   if (std::none_of(chain.in_rig.begin(), chain.in_rig.end(), [](bool in) { return in; })) {
@@ -275,8 +275,7 @@ Calibration calibrate(const std::vector<RigCamera>& rig, const std::vector<Board
   // The first camera of the group is the world.
   const RigidNumbers first_from_world = chain.camera_from_world[fixed];
   for (std::size_t c = 0; c < rig.size(); ++c) {
-    chain.camera_from_world[c] =
-        chained(chain.camera_from_world[c], inverse_of(first_from_world));
+    chain.camera_from_world[c] = chained(chain.camera_from_world[c], inverse_of(first_from_world));
   }
   for (auto& [frame, pose] : chain.world_from_board) {
     pose = chained(first_from_world, pose);
@@ -326,9 +325,9 @@ Calibration calibrate(const std::vector<RigCamera>& rig, const std::vector<Board
             own.push_back(view.view);
           }
         }
-        const SingleLens lens = lens_given_boards(posed_camera(result.cameras[c], chain, c),
-                                                  models[c], own, chain.world_from_board, board,
-                                                  loss);
+        const SingleLens lens =
+            lens_given_boards(posed_camera(result.cameras[c], chain, c), models[c], own,
+                              chain.world_from_board, board, loss);
         if (lens.found && lens.model.choice != models[c].choice) {
           models[c] = lens.model;
           result.quality[c].lens = lens.model.name;
@@ -395,8 +394,7 @@ Calibration calibrate(const std::vector<RigCamera>& rig, const std::vector<Board
     }
   }
   result.sigma = cauchy_sigma(round.errors, unknowns, loss);
-  const BundleDeviations deviations =
-      bundle_deviations(round.bundle, result.sigma, {loss, 0});
+  const BundleDeviations deviations = bundle_deviations(round.bundle, result.sigma, {loss, 0});
   if (!deviations.full_rank) {
     result.findings.push_back({Severity::Warning, "calibration-open", "",
                                "the views leave a number open, so that no deviations are known",
@@ -420,8 +418,10 @@ Calibration calibrate(const std::vector<RigCamera>& rig, const std::vector<Board
       }
       errors.push_back(round.errors[i]);
       frames.insert(sight.board);
-      const int x = std::clamp(static_cast<int>(kGrid * sight.pixel.x() / camera.width), 0, kGrid - 1);
-      const int y = std::clamp(static_cast<int>(kGrid * sight.pixel.y() / camera.height), 0, kGrid - 1);
+      const int x =
+          std::clamp(static_cast<int>(kGrid * sight.pixel.x() / camera.width), 0, kGrid - 1);
+      const int y =
+          std::clamp(static_cast<int>(kGrid * sight.pixel.y() / camera.height), 0, kGrid - 1);
       cells.insert(y * kGrid + x);
     }
     quality.views_used = static_cast<int>(frames.size());
@@ -446,16 +446,19 @@ Calibration calibrate(const std::vector<RigCamera>& rig, const std::vector<Board
         (by_pose * covariance * by_pose.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
     const double open = quality.lens_deviation[0] / camera.fx;
     if (!rig[c].known_lens && open > options.largest_deviation) {
-      result.findings.push_back(error_of("focal-open", camera.id, "the views leave its focal length open by " +
-               std::to_string(static_cast<int>(std::lround(100 * open))) + "%",
-               "show it the board from more sides, tilted by 30 degrees and more, or give its lens by --lenses"));
+      result.findings.push_back(
+          error_of("focal-open", camera.id,
+                   "the views leave its focal length open by " +
+                       std::to_string(static_cast<int>(std::lround(100 * open))) + "%",
+                   "show it the board from more sides, tilted by 30 degrees and more, or give its "
+                   "lens by --lenses"));
     }
     if (!rig[c].known_lens && quality.coverage < 0.3) {
-      result.findings.push_back(
-          {Severity::Warning, "calibration-coverage", camera.id,
-           "corners fall in " + std::to_string(static_cast<int>(100 * quality.coverage)) +
-               "% of the picture's cells",
-           "show the board near the borders and corners of the picture too"});
+      result.findings.push_back({Severity::Warning, "calibration-coverage", camera.id,
+                                 "corners fall in " +
+                                     std::to_string(static_cast<int>(100 * quality.coverage)) +
+                                     "% of the picture's cells",
+                                 "show the board near the borders and corners of the picture too"});
     }
     if (!rig[c].known_lens && !is_invertible(camera)) {
       result.findings.push_back({Severity::Warning, "calibration-lens-folds", camera.id,

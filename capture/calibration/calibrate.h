@@ -20,12 +20,12 @@ enum class LensChoice { Auto, None, Radial1, Radial2, Brown4, Brown5, Rational, 
 
 struct CalibrateOptions {
   LensChoice lens = LensChoice::Auto;
-  double loss = 1;            ///< px beyond which a corner counts less (Cauchy), (0, 100]; at least
-                              ///< 2.4 deviations of what the corners turn out to be
-  double reject = 4;          ///< views worse than this times the median view are left out, [1.5, 1000]
+  double loss = 1;    ///< px beyond which a corner counts less (Cauchy), (0, 100]; at least
+                      ///< 2.4 deviations of what the corners turn out to be
+  double reject = 4;  ///< views worse than this times the median view are left out, [1.5, 1000]
   double least_rejected = 1;  ///< px rms that is never left out, whatever the others are, [0, 1000]
   int least_views = 4;        ///< of a camera whose lens is not known, 3 to 1000
-  int most_views = 60;        ///< of one camera that its lens is found from (spread evenly), 4 to 100000
+  int most_views = 60;  ///< of one camera that its lens is found from (spread evenly), 4 to 100000
   double largest_deviation = 0.03;  ///< of the focal length, relative; beyond: not determined
 };
 OptionTable describe(CalibrateOptions& options);
@@ -38,14 +38,14 @@ struct RigCamera {
 
 /// How well one camera is known.
 struct CameraQuality {
-  std::string lens;               ///< "brown4", ...: what was taken
-  bool in_rig = false;            ///< it shares views with the others: its pose is known
-  int views_seen = 0;             ///< in which the board was found
+  std::string lens;     ///< "brown4", ...: what was taken
+  bool in_rig = false;  ///< it shares views with the others: its pose is known
+  int views_seen = 0;   ///< in which the board was found
   int views_used = 0;
-  int corners = 0;                ///< used
-  double rms = 0, p95 = 0;        ///< px, over both coordinates together
-  double coverage = 0;            ///< share of an 8 x 8 grid over the picture that corners fall in
-  LensNumbers lens_deviation = LensNumbers::Zero();             ///< standard deviations
+  int corners = 0;          ///< used
+  double rms = 0, p95 = 0;  ///< px, over both coordinates together
+  double coverage = 0;      ///< share of an 8 x 8 grid over the picture that corners fall in
+  LensNumbers lens_deviation = LensNumbers::Zero();              ///< standard deviations
   Eigen::Vector3d rotation_deviation = Eigen::Vector3d::Zero();  ///< rad, of the rotation vector
   Eigen::Vector3d centre_deviation = Eigen::Vector3d::Zero();    ///< m, against the first camera
   std::map<std::string, double> candidates;  ///< of Auto: information criterion of each model
@@ -59,8 +59,8 @@ struct RejectedView {
 };
 
 struct Calibration {
-  std::vector<Camera> cameras;          ///< all, in the order given; a pose only where in_rig
-  std::vector<CameraQuality> quality;   ///< of each
+  std::vector<Camera> cameras;         ///< all, in the order given; a pose only where in_rig
+  std::vector<CameraQuality> quality;  ///< of each
   std::map<int, RigidNumbers> world_from_board;  ///< of each frame that was used
   std::vector<RejectedView> rejected;
   std::vector<Finding> findings;
@@ -77,8 +77,8 @@ struct Calibration {
 /// done again. World: that of the first camera of the largest group, until `stand_up` turns it.
 ///
 /// Findings: "calibration-no-board", "-few-views", "-unconnected", "-focal-open", "-converged",
-/// "-coverage", "-residual", "-lens-folds". Cameras that cannot be calibrated are left as they came,
-/// with an error among the findings; nothing that works is lost for them.
+/// "-coverage", "-residual", "-lens-folds". Cameras that cannot be calibrated are left as they
+/// came, with an error among the findings; nothing that works is lost for them.
 ///
 /// Throws DataError if no camera can be calibrated, or several cameras look at a board that
 /// is_symmetric; LogicError for views of cameras that are not there, or of two sizes of arrays.

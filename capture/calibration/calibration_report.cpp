@@ -55,16 +55,16 @@ std::string calibration_text(const Calibration& calibration) {
                       q.views_seen);
       continue;
     }
-    text += text_of("%-12s %-8s fx %.2f +- %.2f  fy %.2f +- %.2f  cx %.2f +- %.2f  cy %.2f +- %.2f\n",
-                    camera.id.c_str(), q.lens.c_str(), camera.fx, q.lens_deviation[0], camera.fy,
-                    q.lens_deviation[1], camera.cx, q.lens_deviation[2], camera.cy,
-                    q.lens_deviation[3]);
+    text += text_of(
+        "%-12s %-8s fx %.2f +- %.2f  fy %.2f +- %.2f  cx %.2f +- %.2f  cy %.2f +- %.2f\n",
+        camera.id.c_str(), q.lens.c_str(), camera.fx, q.lens_deviation[0], camera.fy,
+        q.lens_deviation[1], camera.cx, q.lens_deviation[2], camera.cy, q.lens_deviation[3]);
     const Eigen::Vector3d centre = camera_center(camera);
-    text += text_of("%-12s %d of %d views, %d corners: rms %.3f px, p95 %.3f px; coverage %.0f%%; at "
-                    "(%.3f, %.3f, %.3f) m +- %.1f mm, %.3f mrad\n",
-                    "", q.views_used, q.views_seen, q.corners, q.rms, q.p95, 100 * q.coverage,
-                    centre.x(), centre.y(), centre.z(), 1e3 * q.centre_deviation.norm(),
-                    1e3 * q.rotation_deviation.norm());
+    text += text_of(
+        "%-12s %d of %d views, %d corners: rms %.3f px, p95 %.3f px; coverage %.0f%%; at "
+        "(%.3f, %.3f, %.3f) m +- %.1f mm, %.3f mrad\n",
+        "", q.views_used, q.views_seen, q.corners, q.rms, q.p95, 100 * q.coverage, centre.x(),
+        centre.y(), centre.z(), 1e3 * q.centre_deviation.norm(), 1e3 * q.rotation_deviation.norm());
   }
   text += text_of("all: rms %.3f px, p95 %.3f px over %zu boards%s\n", calibration.rms,
                   calibration.p95, calibration.world_from_board.size(),
@@ -87,17 +87,23 @@ std::string calibration_text(const Calibration& calibration) {
 }
 
 std::string calibration_json(const Calibration& calibration) {
-  Json root = {{"schema", "atelier-calibration"}, {"version", 1},
-               {"rms_px", calibration.rms},       {"p95_px", calibration.p95},
-               {"sigma_px", calibration.sigma},   {"converged", calibration.converged},
+  Json root = {{"schema", "atelier-calibration"},
+               {"version", 1},
+               {"rms_px", calibration.rms},
+               {"p95_px", calibration.p95},
+               {"sigma_px", calibration.sigma},
+               {"converged", calibration.converged},
                {"boards", calibration.world_from_board.size()}};
   Json cameras = Json::array();
   for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
     const Camera& camera = calibration.cameras[c];
     const CameraQuality& q = calibration.quality[c];
-    Json one = {{"id", camera.id},           {"in_rig", q.in_rig},
-                {"views_seen", q.views_seen}, {"views_used", q.views_used},
-                {"corners", q.corners},       {"lens", q.lens}};
+    Json one = {{"id", camera.id},
+                {"in_rig", q.in_rig},
+                {"views_seen", q.views_seen},
+                {"views_used", q.views_used},
+                {"corners", q.corners},
+                {"lens", q.lens}};
     if (q.in_rig) {
       one["rms_px"] = q.rms;
       one["p95_px"] = q.p95;

@@ -23,8 +23,8 @@ double transfer_rms(const Camera& camera_a, const PosedView& a, const PosedView&
                     const RigidNumbers& a_from_b, const BoardPoints& points) {
   double least = std::numeric_limits<double>::infinity();
   for (const BoardPose& pose : b.poses) {
-    least = std::min(least, pose_rms(camera_a, a.view, points,
-                                     chained(a_from_b, pose.camera_from_board)));
+    least = std::min(least,
+                     pose_rms(camera_a, a.view, points, chained(a_from_b, pose.camera_from_board)));
   }
   return least;
 }
@@ -44,8 +44,7 @@ Link link_of(const Camera& camera_a, const Camera& camera_b,
         for (std::size_t voter = 0; voter < both.size(); voter += step) {
           const auto& [a, b] = both[voter];
           const double there = transfer_rms(camera_a, *a, *b, link.a_from_b, points);
-          const double back =
-              transfer_rms(camera_b, *b, *a, inverse_of(link.a_from_b), points);
+          const double back = transfer_rms(camera_b, *b, *a, inverse_of(link.a_from_b), points);
           const double rms = std::max(there, back);
           if (rms < tolerance) {
             link.frames += 1;
@@ -179,8 +178,7 @@ PoseChain chain_poses(const std::vector<Camera>& cameras, const std::vector<Pose
     if (from == count) {
       break;
     }
-    chain.camera_from_world[to] =
-        chained(links[to][from].a_from_b, chain.camera_from_world[from]);
+    chain.camera_from_world[to] = chained(links[to][from].a_from_b, chain.camera_from_world[from]);
     placed[to] = true;
   }
   for (const auto& [frame, seen] : by_frame) {

@@ -15,10 +15,10 @@ struct PosedView {
 
 /// Where cameras and boards are, to start from.
 struct PoseChain {
-  std::vector<bool> in_rig;                          ///< of each camera
-  std::vector<RigidNumbers> camera_from_world;       ///< of each camera; zero outside the rig
-  std::map<int, RigidNumbers> world_from_board;      ///< of each frame that the rig saw
-  std::vector<std::vector<int>> shared;              ///< [C,C] frames that two cameras agree on
+  std::vector<bool> in_rig;                      ///< of each camera
+  std::vector<RigidNumbers> camera_from_world;   ///< of each camera; zero outside the rig
+  std::map<int, RigidNumbers> world_from_board;  ///< of each frame that the rig saw
+  std::vector<std::vector<int>> shared;          ///< [C,C] frames that two cameras agree on
 };
 
 /// Pairwise chaining. For two cameras each frame that both saw proposes their relative pose (up to

@@ -115,11 +115,10 @@ ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
       if (!left_out.contains(c) &&
           result.points[static_cast<std::size_t>(c)] < options.least_points) {
         left_out.insert(c);
-        result.findings.push_back(
-            {Severity::Warning, "color-few-points", std::to_string(c),
-             std::to_string(result.points[static_cast<std::size_t>(c)]) +
-                 " places that other cameras see too",
-             "its gain stays 1; more frames give more places"});
+        result.findings.push_back({Severity::Warning, "color-few-points", std::to_string(c),
+                                   std::to_string(result.points[static_cast<std::size_t>(c)]) +
+                                       " places that other cameras see too",
+                                   "its gain stays 1; more frames give more places"});
       }
     }
     if (left_out.size() == before) {
@@ -127,8 +126,8 @@ ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
     }
   }
   if (left_out.size() == count) {
-    throw DataError("", "samples", "no two cameras that share " +
-                                       std::to_string(options.least_points) + " places",
+    throw DataError("", "samples",
+                    "no two cameras that share " + std::to_string(options.least_points) + " places",
                     "more frames, or cameras whose views overlap");
   }
   const std::vector<int> groups = groups_of(cameras, places);
@@ -180,8 +179,8 @@ ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
                            solution[column[static_cast<std::size_t>(sample.camera)]]);
         }
         // Of two samples the mean is all there is; of more the median is not pulled by one.
-        const double middle = place.size() > 2 ? median(values)
-                                               : 0.5 * (values.front() + values.back());
+        const double middle =
+            place.size() > 2 ? median(values) : 0.5 * (values.front() + values.back());
         weights.clear();
         double sum = 0;
         double mean = 0;

@@ -11,9 +11,9 @@ namespace atelier {
 /// The light of one place of a surface as one camera's picture has it.
 struct ColorSample {
   int camera = 0;
-  int point = 0;                                   ///< place; any number, the same for all cameras
+  int point = 0;                                    ///< place; any number, the same for all cameras
   Eigen::Vector3d color = Eigen::Vector3d::Zero();  ///< linear RGB
-  double weight = 1;                               ///< above 0
+  double weight = 1;                                ///< above 0
 };
 
 struct ColorGainOptions {

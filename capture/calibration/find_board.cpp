@@ -15,13 +15,13 @@ namespace atelier {
 namespace {
 
 constexpr int kDictionaries[] = {
-    cv::aruco::DICT_4X4_50,         cv::aruco::DICT_4X4_100,        cv::aruco::DICT_4X4_250,
-    cv::aruco::DICT_4X4_1000,       cv::aruco::DICT_5X5_50,         cv::aruco::DICT_5X5_100,
-    cv::aruco::DICT_5X5_250,        cv::aruco::DICT_5X5_1000,       cv::aruco::DICT_6X6_50,
-    cv::aruco::DICT_6X6_100,        cv::aruco::DICT_6X6_250,        cv::aruco::DICT_6X6_1000,
-    cv::aruco::DICT_7X7_50,         cv::aruco::DICT_7X7_100,        cv::aruco::DICT_7X7_250,
-    cv::aruco::DICT_7X7_1000,       cv::aruco::DICT_ARUCO_ORIGINAL, cv::aruco::DICT_APRILTAG_16h5,
-    cv::aruco::DICT_APRILTAG_25h9,  cv::aruco::DICT_APRILTAG_36h10, cv::aruco::DICT_APRILTAG_36h11};
+    cv::aruco::DICT_4X4_50,        cv::aruco::DICT_4X4_100,        cv::aruco::DICT_4X4_250,
+    cv::aruco::DICT_4X4_1000,      cv::aruco::DICT_5X5_50,         cv::aruco::DICT_5X5_100,
+    cv::aruco::DICT_5X5_250,       cv::aruco::DICT_5X5_1000,       cv::aruco::DICT_6X6_50,
+    cv::aruco::DICT_6X6_100,       cv::aruco::DICT_6X6_250,        cv::aruco::DICT_6X6_1000,
+    cv::aruco::DICT_7X7_50,        cv::aruco::DICT_7X7_100,        cv::aruco::DICT_7X7_250,
+    cv::aruco::DICT_7X7_1000,      cv::aruco::DICT_ARUCO_ORIGINAL, cv::aruco::DICT_APRILTAG_16h5,
+    cv::aruco::DICT_APRILTAG_25h9, cv::aruco::DICT_APRILTAG_36h10, cv::aruco::DICT_APRILTAG_36h11};
 
 cv::Ptr<cv::aruco::Dictionary> dictionary_of(const std::string& name) {
   const auto& names = marker_dictionaries();
@@ -50,8 +50,8 @@ cv::Mat grey_of(const ByteImage& image, bool inverted) {
 double square_brightness(const cv::Mat& grey, const std::vector<cv::Point2f>& corners, int across,
                          int column, int row) {
   const auto at = [&](int x, int y) { return corners[static_cast<std::size_t>(y * across + x)]; };
-  const cv::Point2f middle = 0.25F * (at(column, row) + at(column + 1, row) +
-                                      at(column, row + 1) + at(column + 1, row + 1));
+  const cv::Point2f middle = 0.25F * (at(column, row) + at(column + 1, row) + at(column, row + 1) +
+                                      at(column + 1, row + 1));
   cv::Mat patch;
   cv::getRectSubPix(grey, cv::Size(3, 3), middle, patch);
   return cv::mean(patch)[0];
@@ -89,9 +89,9 @@ void refine(const cv::Mat& grey, std::vector<cv::Point2f>& corners, double share
 
 std::vector<cv::Point2f> chessboard_corners(const cv::Mat& grey, cv::Size inner) {
   std::vector<cv::Point2f> corners;
-  if (cv::findChessboardCorners(grey, inner, corners,
-                                cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE |
-                                    cv::CALIB_CB_FAST_CHECK)) {
+  if (cv::findChessboardCorners(
+          grey, inner, corners,
+          cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK)) {
     refine(grey, corners, 0.3);
     return corners;
   }
@@ -152,8 +152,8 @@ FoundBoard of_charuco(const cv::Mat& grey, const BoardOptions& board) {
       static_cast<float>(board.square * board.marker), dictionary_of(board.dictionary));
   const int most = static_cast<int>(charuco->ids.size());
   // A marker that is not the board's is a mistake of the detector, unless there are many.
-  const int known = static_cast<int>(std::count_if(markers.ids.begin(), markers.ids.end(),
-                                                   [&](int id) { return id < most; }));
+  const int known = static_cast<int>(
+      std::count_if(markers.ids.begin(), markers.ids.end(), [&](int id) { return id < most; }));
   const auto stranger =
       std::find_if(markers.ids.begin(), markers.ids.end(), [&](int id) { return id >= most; });
   if (stranger != markers.ids.end() && 2 * known <= static_cast<int>(markers.ids.size())) {
@@ -181,7 +181,8 @@ FoundBoard of_charuco(const cv::Mat& grey, const BoardOptions& board) {
   refine(grey, corners, 0.8 * (1 - board.marker) / 2);
   std::vector<std::size_t> order(ids.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return ids[a] < ids[b]; });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return ids[a] < ids[b]; });
   found.view.pixels.resize(static_cast<Eigen::Index>(ids.size()), 2);
   for (std::size_t i = 0; i < order.size(); ++i) {
     found.view.ids.push_back(ids[order[i]]);
@@ -211,12 +212,12 @@ FoundBoard of_marker(const cv::Mat& grey, const BoardOptions& board) {
     }
   }
   if (wanted.size() != 1) {
-    found.rejected = wanted.empty() ? "no marker of the dictionary " + board.dictionary +
-                                          (board.marker_id < 0 ? std::string()
-                                                               : " with the number " +
-                                                                     std::to_string(board.marker_id))
-                                    : std::to_string(wanted.size()) +
-                                          " markers: say which by its number";
+    found.rejected =
+        wanted.empty()
+            ? "no marker of the dictionary " + board.dictionary +
+                  (board.marker_id < 0 ? std::string()
+                                       : " with the number " + std::to_string(board.marker_id))
+            : std::to_string(wanted.size()) + " markers: say which by its number";
     return found;
   }
   found.view.ids = {0, 1, 2, 3};

@@ -21,12 +21,14 @@ struct BoardView {
 /// The board in one picture, or why it is not taken.
 struct FoundBoard {
   BoardView view;
-  std::string rejected;  ///< "" if it was found; else one clause: "no board", "3 markers alone", ...
+  std::string
+      rejected;  ///< "" if it was found; else one clause: "no board", "3 markers alone", ...
 };
 
 /// Looks for the board (OpenCV: findChessboardCorners with cornerSubPix, then
-/// findChessboardCornersSB; detectMarkers and interpolateCornersCharuco with cornerSubPix). A chessboard is found whole or not
-/// at all, its first corner beside a dark inner square, so that all cameras number alike.
+/// findChessboardCornersSB; detectMarkers and interpolateCornersCharuco with cornerSubPix). A
+/// chessboard is found whole or not at all, its first corner beside a dark inner square, so that
+/// all cameras number alike.
 /// @param image  sRGB bytes, 1 or 3 channels
 FoundBoard find_board(const ByteImage& image, const BoardOptions& board);
 

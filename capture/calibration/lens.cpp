@@ -162,8 +162,8 @@ Eigen::Vector3d moved(const RigidNumbers& a_from_b, const Eigen::Vector3d& point
 Eigen::Matrix<double, 3, 6> moved_jacobian(const RigidNumbers& a_from_b,
                                            const Eigen::Vector3d& point_in_b) {
   Eigen::Matrix<double, 3, 6> jacobian;
-  jacobian.leftCols<3>() = -rotation_of(a_from_b) * cross_matrix(point_in_b) *
-                           right_jacobian(a_from_b.head<3>());
+  jacobian.leftCols<3>() =
+      -rotation_of(a_from_b) * cross_matrix(point_in_b) * right_jacobian(a_from_b.head<3>());
   jacobian.rightCols<3>().setIdentity();
   return jacobian;
 }

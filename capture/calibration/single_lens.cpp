@@ -102,8 +102,7 @@ double cost_of(const Bundle& bundle, double loss) {
 
 /// Bayesian information criterion of a fit with this cost, over `count` numbers measured.
 double criterion_of(double cost, double count, const LensModel& model) {
-  return count * std::log(std::max(cost, 1e-12) / count) +
-         free_count(model.free) * std::log(count);
+  return count * std::log(std::max(cost, 1e-12) / count) + free_count(model.free) * std::log(count);
 }
 
 struct Fit {
@@ -157,7 +156,8 @@ std::vector<BoardView> spread(const std::vector<BoardView>& views, int most) {
   }
   std::vector<BoardView> some;
   for (int i = 0; i < most; ++i) {
-    some.push_back(views[static_cast<std::size_t>(i) * views.size() / static_cast<std::size_t>(most)]);
+    some.push_back(
+        views[static_cast<std::size_t>(i) * views.size() / static_cast<std::size_t>(most)]);
   }
   return some;
 }
@@ -299,18 +299,23 @@ SingleLens single_lens(const Camera& camera, const std::vector<BoardView>& all,
   const Bundle bundle = bundle_of(lens.camera, lens.model, posed_views, chosen.poses, points);
   const auto errors = reprojection_errors(bundle);
   lens.rms = std::sqrt(errors.rowwise().squaredNorm().mean());
-  const double sigma = std::sqrt(cost_of(bundle, options.loss) / (2.0 * static_cast<double>(errors.rows())));
-  const BundleDeviations deviations = bundle_deviations(bundle, std::max(sigma, 1e-3), {options.loss, 0});
+  const double sigma =
+      std::sqrt(cost_of(bundle, options.loss) / (2.0 * static_cast<double>(errors.rows())));
+  const BundleDeviations deviations =
+      bundle_deviations(bundle, std::max(sigma, 1e-3), {options.loss, 0});
   lens.focal_deviation = deviations.full_rank ? deviations.lens[0][0] / lens.camera.fx
                                               : std::numeric_limits<double>::infinity();
   // Other cameras may settle what these views leave open: the verdict is the joint adjustment's.
   constexpr double kHopeless = 10;
   if (lens.focal_deviation > kHopeless * options.largest_deviation) {
-    const std::string by = std::isfinite(lens.focal_deviation)
-                               ? "open by " + std::to_string(static_cast<int>(std::min(
-                                                  999.0, 100 * lens.focal_deviation))) + "%"
-                               : "open";
-    lens.why_not = "the views leave the focal length " + by + ": tilt the board by 30 degrees and "
+    const std::string by =
+        std::isfinite(lens.focal_deviation)
+            ? "open by " +
+                  std::to_string(static_cast<int>(std::min(999.0, 100 * lens.focal_deviation))) +
+                  "%"
+            : "open";
+    lens.why_not = "the views leave the focal length " + by +
+                   ": tilt the board by 30 degrees and "
                    "more, in several directions";
     return lens;
   }
@@ -363,8 +368,7 @@ SingleLens lens_given_boards(const Camera& start, const LensModel& model,
         best.model = candidate;
         best.camera = camera;
         best.camera.camera_from_world_rotation = rotation_of(bundle.eyes[0].camera_from_world);
-        best.camera.camera_from_world_translation =
-            bundle.eyes[0].camera_from_world.tail<3>();
+        best.camera.camera_from_world_translation = bundle.eyes[0].camera_from_world.tail<3>();
       }
     }
   }

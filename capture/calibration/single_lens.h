@@ -27,8 +27,8 @@ struct SingleLens {
   std::string why_not;  ///< one clause
   Camera camera;        ///< with the lens
   LensModel model;
-  double rms = 0;            ///< px
-  double focal_deviation = 0;  ///< relative standard deviation of fx
+  double rms = 0;                            ///< px
+  double focal_deviation = 0;                ///< relative standard deviation of fx
   std::map<std::string, double> candidates;  ///< information criterion of each model tried
 };
 

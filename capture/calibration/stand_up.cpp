@@ -41,8 +41,8 @@ Calibration stand_up(Calibration calibration, const BoardOptions& board, int gro
   const Eigen::Vector3d board_middle(points.col(0).mean(), points.col(1).mean(), 0);
   Eigen::Vector3d mean_board = Eigen::Vector3d::Zero();
   for (const auto& [frame, pose] : calibration.world_from_board) {
-    mean_board += moved(pose, board_middle) /
-                  static_cast<double>(calibration.world_from_board.size());
+    mean_board +=
+        moved(pose, board_middle) / static_cast<double>(calibration.world_from_board.size());
   }
   Eigen::Vector3d up = Eigen::Vector3d::Zero();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -59,8 +59,8 @@ Calibration stand_up(Calibration calibration, const BoardOptions& board, int gro
   if (ground_frame >= 0) {
     const auto found = calibration.world_from_board.find(ground_frame);
     if (found == calibration.world_from_board.end()) {
-      throw DataError("", "frame " + std::to_string(ground_frame),
-                      "no board of it was used", "a frame in which the board lies on the ground");
+      throw DataError("", "frame " + std::to_string(ground_frame), "no board of it was used",
+                      "a frame in which the board lies on the ground");
     }
     up = rotation_of(found->second).col(2);
     origin = moved(found->second, board_middle);

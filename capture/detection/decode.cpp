@@ -75,10 +75,23 @@ struct Limb {
   int to;
   int field;  ///< of x; y follows
 };
-constexpr std::array<Limb, 17> kLimbs = {
-    {{1, 2, 31},  {1, 5, 39},  {2, 3, 33},   {3, 4, 35},   {5, 6, 41},   {6, 7, 43},
-     {1, 8, 19},  {8, 9, 21},  {9, 10, 23},  {1, 11, 25},  {11, 12, 27}, {12, 13, 29},
-     {1, 0, 47},  {0, 14, 49}, {14, 16, 53}, {0, 15, 51},  {15, 17, 55}}};
+constexpr std::array<Limb, 17> kLimbs = {{{1, 2, 31},
+                                          {1, 5, 39},
+                                          {2, 3, 33},
+                                          {3, 4, 35},
+                                          {5, 6, 41},
+                                          {6, 7, 43},
+                                          {1, 8, 19},
+                                          {8, 9, 21},
+                                          {9, 10, 23},
+                                          {1, 11, 25},
+                                          {11, 12, 27},
+                                          {12, 13, 29},
+                                          {1, 0, 47},
+                                          {0, 14, 49},
+                                          {14, 16, 53},
+                                          {0, 15, 51},
+                                          {15, 17, 55}}};
 
 struct Candidate {
   int x;
@@ -166,8 +179,9 @@ DetectedPoints decode_simcc(const NetworkOutput& x, const NetworkOutput& y, int 
   }
   if (y.shape.size() != 2 || y.shape[0] != x.shape[0] || y.shape[1] < input_height ||
       y.shape[1] % input_height != 0) {
-    refuse(y, "SimCC rows [1," + std::to_string(x.shape[0]) + ",n x " +
-                  std::to_string(input_height) + "]",
+    refuse(y,
+           "SimCC rows [1," + std::to_string(x.shape[0]) + ",n x " + std::to_string(input_height) +
+               "]",
            file);
   }
   DetectedPoints result(x.shape[0], 3);
@@ -231,25 +245,26 @@ std::vector<DetectedPoints> decode_openpose_people(const NetworkOutput& output, 
       used_a[static_cast<std::size_t>(link.a)] = true;
       used_b[static_cast<std::size_t>(link.b)] = true;
       const auto owner = [&](std::size_t point, int number) {
-        return std::find_if(people.begin(), people.end(), [&](const std::array<int, kPoints>& p) {
-          return p[point] == number;
-        });
+        const auto at = std::find_if(people.begin(), people.end(),
+                                     [&](const auto& p) { return p[point] == number; });
+        return at - people.begin();
       };
-      auto person = owner(from, link.a);
-      const auto other = owner(to, link.b);
-      if (person == people.end() && other == people.end()) {
-        people.emplace_back();
-        people.back().fill(-1);
-        person = people.end() - 1;
-      } else if (person == people.end()) {
+      const auto nobody = static_cast<std::ptrdiff_t>(people.size());
+      std::ptrdiff_t person = owner(from, link.a);
+      const std::ptrdiff_t other = owner(to, link.b);
+      if (person != nobody && other != nobody && person != other) {
+        continue;  // the limb joins two people: one of them is wrong, and neither is changed
+      }
+      if (person == nobody) {
         person = other;
       }
-      if ((*person)[from] < 0) {
-        (*person)[from] = link.a;
+      if (person == nobody) {
+        people.emplace_back();
+        people.back().fill(-1);
       }
-      if ((*person)[to] < 0 && (other == people.end() || other == person)) {
-        (*person)[to] = link.b;
-      }
+      auto& joints = people[static_cast<std::size_t>(person)];
+      joints[from] = joints[from] < 0 ? link.a : joints[from];
+      joints[to] = joints[to] < 0 ? link.b : joints[to];
     }
   }
   std::vector<DetectedPoints> result;
@@ -283,8 +298,7 @@ ByteImage decode_parsing(const NetworkOutput& logits, int width, int height,
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const Map first = map_of(logits, 0);
-      const double fx =
-          std::clamp((x + 0.5) * first.width / width - 0.5, 0.0, first.width - 1.0);
+      const double fx = std::clamp((x + 0.5) * first.width / width - 0.5, 0.0, first.width - 1.0);
       const double fy =
           std::clamp((y + 0.5) * first.height / height - 0.5, 0.0, first.height - 1.0);
       const int x0 = static_cast<int>(fx);
@@ -295,10 +309,9 @@ ByteImage decode_parsing(const NetworkOutput& logits, int width, int height,
       double most = 0;
       for (int c = 0; c < classes; ++c) {
         const Map map = map_of(logits, c);
-        const double value = (1 - (fy - y0)) * ((1 - (fx - x0)) * map.at(x0, y0) +
-                                                (fx - x0) * map.at(x1, y0)) +
-                             (fy - y0) * ((1 - (fx - x0)) * map.at(x0, y1) +
-                                          (fx - x0) * map.at(x1, y1));
+        const double value =
+            (1 - (fy - y0)) * ((1 - (fx - x0)) * map.at(x0, y0) + (fx - x0) * map.at(x1, y0)) +
+            (fy - y0) * ((1 - (fx - x0)) * map.at(x0, y1) + (fx - x0) * map.at(x1, y1));
         if (c == 0 || value > most) {
           most = value;
           best = c;

@@ -47,8 +47,8 @@ std::vector<std::byte> outputs_of(std::span<const std::byte> model,
   std::vector<std::byte> bytes;
   std::string step = "reading the network";
   try {
-    cv::dnn::Net network = cv::dnn::readNetFromONNX(reinterpret_cast<const char*>(model.data()),
-                                                    model.size());
+    cv::dnn::Net network =
+        cv::dnn::readNetFromONNX(reinterpret_cast<const char*>(model.data()), model.size());
     if (network.empty()) {
       throw DataError(file, "", "a network without layers", "an ONNX network");
     }
@@ -68,10 +68,9 @@ std::vector<std::byte> outputs_of(std::span<const std::byte> model,
         const cv::Mat& output = outputs[i];
         if (output.depth() != CV_32F || output.dims < 2 || output.dims > kMostDimensions ||
             output.size[0] != 1) {
-          throw DataError(file, "output '" + names[i] + "'",
-                          "a shape or type that is no picture's result",
-                          "float32 [1, ...] of at most " + std::to_string(kMostDimensions) +
-                              " dimensions");
+          throw DataError(
+              file, "output '" + names[i] + "'", "a shape or type that is no picture's result",
+              "float32 [1, ...] of at most " + std::to_string(kMostDimensions) + " dimensions");
         }
         append_number(bytes, static_cast<std::uint32_t>(names[i].size()));
         append(bytes, names[i].data(), names[i].size());
@@ -94,8 +93,7 @@ std::vector<std::byte> outputs_of(std::span<const std::byte> model,
 
 std::vector<std::vector<NetworkOutput>> run_network(std::span<const std::byte> model,
                                                     const std::vector<NetworkInput>& inputs,
-                                                    const std::string& file,
-                                                    const Limits& limits) {
+                                                    const std::string& file, const Limits& limits) {
   for (const NetworkInput& input : inputs) {
     ATELIER_CHECK(!input.pixels.data.empty() && input.pixels.channels == 3,
                   "a network's picture has pixels of three channels");
@@ -119,7 +117,8 @@ std::vector<std::vector<NetworkOutput>> run_network(std::span<const std::byte> m
       for (std::uint32_t d = 0; d < rank && d < kMostDimensions; ++d) {
         const auto side = reader.little<std::uint32_t>("side");
         // Every side is paid for at once, so that their product cannot overflow.
-        total = reader.paid(total * reader.paid(side, sizeof(float), "side"), sizeof(float), "size");
+        total =
+            reader.paid(total * reader.paid(side, sizeof(float), "side"), sizeof(float), "size");
         output.shape.push_back(static_cast<int>(side));
       }
       const auto values = reader.take(static_cast<std::size_t>(total) * sizeof(float), "values");

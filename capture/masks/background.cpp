@@ -33,9 +33,10 @@ float distance(const std::array<float, 3>& a, const std::array<float, 3>& b) {
 void check_sizes(const std::vector<Image>& images) {
   for (const Image& image : images) {
     if (image.width != images.front().width || image.height != images.front().height) {
-      throw DataError("", "", std::to_string(image.width) + " x " + std::to_string(image.height) +
-                                  " pixels beside " + std::to_string(images.front().width) + " x " +
-                                  std::to_string(images.front().height),
+      throw DataError("", "",
+                      std::to_string(image.width) + " x " + std::to_string(image.height) +
+                          " pixels beside " + std::to_string(images.front().width) + " x " +
+                          std::to_string(images.front().height),
                       "pictures of one size");
     }
   }
@@ -134,10 +135,14 @@ OptionTable describe(MaskOptions& options) {
             "shadow; 1 counts shadows as foreground");
   table.add("shadow_hue", options.shadow_hue, 0, 1, "",
             "How far a shadow's chromaticity may be off; less where clothes are grey");
-  table.add("opening", options.opening, 0, 50, "px", "Of a picture 1000 rows high; specks and threads thinner than twice this go");
-  table.add("closing", options.closing, 0, 50, "px", "Of a picture 1000 rows high; gaps narrower than twice this are filled");
+  table.add("opening", options.opening, 0, 50, "px",
+            "Of a picture 1000 rows high; specks and threads thinner than twice this go, and "
+            "single pixels unless it is 0");
+  table.add("closing", options.closing, 0, 50, "px",
+            "Of a picture 1000 rows high; gaps narrower than twice this are filled");
   table.add("least_part", options.least_part, 0, 1, "",
-            "Parts smaller than this share of the largest go");
+            "Parts smaller than this share of the largest go, and those smaller than holes that "
+            "are filled");
   table.add("largest_hole", options.largest_hole, 0, 1, "",
             "Holes smaller than this share of the picture are filled");
   return table;
@@ -261,8 +266,8 @@ ByteImage clean_mask(const ByteImage& mask, const MaskOptions& options) {
       bits.at<std::uint8_t>(y, x) = mask.at(x, y) != 0 ? 255 : 0;
     }
   }
-  if (scale * options.opening >= 0.5) {
-    cv::morphologyEx(bits, bits, cv::MORPH_OPEN, disc(scale * options.opening));
+  if (options.opening > 0) {
+    cv::morphologyEx(bits, bits, cv::MORPH_OPEN, disc(std::max(1.0, scale * options.opening)));
   }
   if (scale * options.closing >= 0.5) {
     cv::morphologyEx(bits, bits, cv::MORPH_CLOSE, disc(scale * options.closing));
@@ -287,8 +292,10 @@ ByteImage clean_mask(const ByteImage& mask, const MaskOptions& options) {
     }
     return result;
   };
-  bits = each_part(bits, [&](int area, int largest) { return area >= options.least_part * largest; });
   const double hole = options.largest_hole * mask.width * mask.height;
+  bits = each_part(bits, [&](int area, int largest) {
+    return area >= std::max(options.least_part * largest, hole);
+  });
   cv::Mat around;
   cv::bitwise_not(bits, around);
   around = each_part(around, [&](int area, int) { return area >= hole; });

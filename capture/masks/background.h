@@ -11,7 +11,8 @@ namespace atelier {
 /// What a camera sees without the person: mean and spread of each pixel.
 struct Background {
   Image mean;    ///< [H,W,3] linear RGB
-  Image spread;  ///< [H,W,1] standard deviation of the difference in shade (see MaskOptions::threshold)
+  Image spread;  ///< [H,W,1] standard deviation of the difference in shade (see
+                 ///< MaskOptions::threshold)
 };
 
 /// From clean plates: pictures of the empty stage, of one camera. One alone does; the spread is
@@ -29,15 +30,18 @@ struct MovingBackground {
 MovingBackground background_over_time(const std::vector<Image>& frames);
 
 struct MaskOptions {
-  double threshold = 6;         ///< deviations from the background that make foreground, [1, 100]
+  double threshold = 6;  ///< deviations from the background that make foreground, [1, 100]
   double least_difference = 0.03;  ///< of gamma-coded values, that is foreground at least, [0, 1]
   double shadow_darkest = 0.4;  ///< a pixel with the background's colour and at least this share of
                                 ///< its light is a shadow, (0, 1]; 1: shadows count as foreground
   double shadow_hue = 0.03;     ///< how far a shadow's chromaticity may be off, [0, 1]
-  double opening = 1;           ///< px of a picture 1000 rows high: thinner than twice this goes, [0, 50]
-  double closing = 3;           ///< px of the same: gaps narrower than twice this are filled, [0, 50]
-  double least_part = 0.05;     ///< parts smaller than this share of the largest go, [0, 1]
-  double largest_hole = 0.0005; ///< holes smaller than this share of the picture are filled, [0, 1]
+  double opening = 1;        ///< px of a picture 1000 rows high: thinner than twice this goes, and
+                             ///< single pixels unless it is 0, [0, 50]
+  double closing = 3;        ///< px of the same: gaps narrower than twice this are filled, [0, 50]
+  double least_part = 0.05;  ///< parts smaller than this share of the largest go, and those
+                             ///< smaller than holes that are filled, [0, 1]
+  double largest_hole =
+      0.0005;  ///< holes smaller than this share of the picture are filled, [0, 1]
 };
 OptionTable describe(MaskOptions& options);
 
@@ -48,10 +52,11 @@ ByteImage mask_from_background(const Image& image, const Background& background,
                                const MaskOptions& options = {});
 
 struct ChromaOptions {
-  std::vector<double> key = {0, 0.6, 0.1};  ///< linear RGB of the screen; [0,0,0]: told from the borders
-  double tolerance = 0.12;  ///< how far its chromaticity may be off, (0, 1]
-  double darkest = 0.02;    ///< linear luminance below which a pixel has no hue and counts as screen
-                            ///< if its surroundings do, [0, 1]
+  std::vector<double> key = {0, 0.6,
+                             0.1};  ///< linear RGB of the screen; [0,0,0]: told from the borders
+  double tolerance = 0.12;          ///< how far its chromaticity may be off, (0, 1]
+  double darkest = 0.02;  ///< linear luminance below which a pixel has no hue and counts as screen
+                          ///< if its surroundings do, [0, 1]
 };
 OptionTable describe(ChromaOptions& options);
 

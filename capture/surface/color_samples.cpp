@@ -55,9 +55,10 @@ std::optional<Eigen::Vector3d> color_at(const Image& image, const Eigen::Vector2
   const int y0 = static_cast<int>(y);
   Eigen::Vector3d color;
   for (int c = 0; c < 3; ++c) {
-    const double top = image.at(x0, y0, c) + (x - x0) * (image.at(x0 + 1, y0, c) - image.at(x0, y0, c));
-    const double low =
-        image.at(x0, y0 + 1, c) + (x - x0) * (image.at(x0 + 1, y0 + 1, c) - image.at(x0, y0 + 1, c));
+    const double top =
+        image.at(x0, y0, c) + (x - x0) * (image.at(x0 + 1, y0, c) - image.at(x0, y0, c));
+    const double low = image.at(x0, y0 + 1, c) +
+                       (x - x0) * (image.at(x0 + 1, y0 + 1, c) - image.at(x0, y0 + 1, c));
     color[c] = top + (y - y0) * (low - top);
   }
   return color;
@@ -135,8 +136,7 @@ std::vector<ColorSample> color_samples(const std::vector<InstantView>& views,
       const auto pixel = project(view.camera, place);
       const auto color = pixel ? color_at(view.image, *pixel) : std::nullopt;
       if (color) {
-        samples.push_back(
-            {static_cast<int>(view_of_map[m]), static_cast<int>(p), *color, cosine});
+        samples.push_back({static_cast<int>(view_of_map[m]), static_cast<int>(p), *color, cosine});
       }
     }
   }

@@ -8,10 +8,10 @@
 namespace atelier {
 
 struct ColorSampleOptions {
-  int longest_side = 400;    ///< px that pictures are shrunk to before stereo, 64 to 4096
-  double steepest = 1;       ///< rad between normal and view beyond which a view is not asked
-  double depth_error = 0.01; ///< relative difference to a view's own depth that is still the place
-  int most_points = 20000;   ///< of one instant, spread evenly, 100 to 1e6
+  int longest_side = 400;     ///< px that pictures are shrunk to before stereo, 64 to 4096
+  double steepest = 1;        ///< rad between normal and view beyond which a view is not asked
+  double depth_error = 0.01;  ///< relative difference to a view's own depth that is still the place
+  int most_points = 20000;    ///< of one instant, spread evenly, 100 to 1e6
 };
 OptionTable describe(ColorSampleOptions& options);
 

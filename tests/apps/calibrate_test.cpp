@@ -39,9 +39,8 @@ TEST(CalibrateCommand, StereoChessboardsBecomeCameras) {
   EXPECT_EQ(calibrate(arguments).exit_code, 2);  // it is there already
 
   // The lenses that were found, given back, are kept to the bit.
-  std::vector<std::string> again = {pictures.string(),       "--out",
-                                    (folder / "b").string(), "--board.square",
-                                    "0.025",                 "--json"};
+  std::vector<std::string> again = {pictures.string(), "--out", (folder / "b").string(),
+                                    "--board.square",  "0.025", "--json"};
   fs::copy_file(out / "cameras.json", folder / "cameras.json");
   const ChildResult json = calibrate(again);
   ASSERT_EQ(json.exit_code, 0) << json.err;
@@ -52,9 +51,9 @@ TEST(CalibrateCommand, StereoChessboardsBecomeCameras) {
 TEST(CalibrateCommand, AWrongBoardIsRefusedWithTheRightOne) {
   ATELIER_TEST_FILE(pictures, "opencv_stereo_chessboard");
   const TemporaryDirectory folder;
-  const ChildResult wrong = calibrate({pictures.string(), "--out", (folder / "x").string(),
-                                       "--board.columns", "9", "--board.rows", "6", "--every",
-                                       "5"});
+  const ChildResult wrong =
+      calibrate({pictures.string(), "--out", (folder / "x").string(), "--board.columns", "9",
+                 "--board.rows", "6", "--every", "5"});
   EXPECT_EQ(wrong.exit_code, 3);
   EXPECT_THAT(wrong.err, HasSubstr("one of 10 x 7"));
   EXPECT_FALSE(fs::exists(folder / "x"));

@@ -22,8 +22,7 @@ constexpr BoardOptions kBoard{.columns = 9, .rows = 6, .square = 0.06};
 bool has(const Calibration& calibration, const std::string& code, const std::string& place = "") {
   return std::any_of(calibration.findings.begin(), calibration.findings.end(),
                      [&](const Finding& finding) {
-                       return finding.code == code &&
-                              (place.empty() || finding.place == place);
+                       return finding.code == code && (place.empty() || finding.place == place);
                      });
 }
 
@@ -46,9 +45,7 @@ TEST(Lens, DerivativesAreThoseOfDifferences) {
                                   uniform(random, 0.8, 2));
       const LensJacobian jacobian = lens_jacobian(model, lens, point);
       const auto by_point = finite_difference_jacobian(
-          [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-            return *lens_pixel(model, lens, x);
-          },
+          [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return *lens_pixel(model, lens, x); },
           point);
       const auto by_lens = finite_difference_jacobian(
           [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
@@ -67,11 +64,11 @@ TEST(Lens, IsTheOneOfCamera) {
   for (Camera camera : cameras) {
     camera.distortion[4] = 0.01;
     camera.distortion[6] = 0.02;
-    EXPECT_LT((*lens_pixel(camera.distortion_model, lens_of(camera),
-                           camera_from_world(camera, point)) -
-               *project(camera, point))
-                  .norm(),
-              1e-9);
+    EXPECT_LT(
+        (*lens_pixel(camera.distortion_model, lens_of(camera), camera_from_world(camera, point)) -
+         *project(camera, point))
+            .norm(),
+        1e-9);
   }
 }
 
@@ -103,8 +100,8 @@ TEST(Bundle, DerivativesThatTheSolverGetsAreThoseOfDifferences) {
   bundle.points = board_points(kBoard);
   Bundle::Eye eye;
   eye.lens = lens_of(cameras[0]);
-  eye.camera_from_world = rigid_of(cameras[0].camera_from_world_rotation,
-                                   cameras[0].camera_from_world_translation);
+  eye.camera_from_world =
+      rigid_of(cameras[0].camera_from_world_rotation, cameras[0].camera_from_world_translation);
   bundle.eyes = {eye};
   bundle.world_from_board = {held_board(kBoard, random, 0)};
   const Bundle::Sight sight{0, 0, 11, {600, 500}};
@@ -277,9 +274,7 @@ TEST(Calibrate, FindingsNameWhatIsMissing) {
     view.frame_id += view.camera_idx == 3 ? 1000 : 0;
   }
   int kept = 0;
-  std::erase_if(views, [&](const BoardView& view) {
-    return view.camera_idx == 2 && ++kept > 2;
-  });
+  std::erase_if(views, [&](const BoardView& view) { return view.camera_idx == 2 && ++kept > 2; });
   const Calibration found = calibrate(unknown_rig(truth), views, kBoard);
   EXPECT_TRUE(has(found, "calibration-unconnected", "cam3"));
   EXPECT_TRUE(has(found, "calibration-few-views", "cam2"));

@@ -58,8 +58,7 @@ Scene ring(int cameras, int places, double noise, double outliers, std::uint64_t
 double largest_error(const ColorGains& found, const std::vector<Eigen::Vector3d>& truth) {
   double error = 0;
   for (std::size_t c = 0; c < truth.size(); ++c) {
-    error = std::max(error,
-                     (found.gain[c].array() / truth[c].array() - 1).abs().maxCoeff());
+    error = std::max(error, (found.gain[c].array() / truth[c].array() - 1).abs().maxCoeff());
   }
   return error;
 }

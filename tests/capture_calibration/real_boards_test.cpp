@@ -5,16 +5,16 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
+#include <opencv2/aruco/charuco.hpp>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <opencv2/aruco/charuco.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "capture/calibration/calibrate.h"
 #include "capture/calibration/calibration_report.h"
-#include "capture/dataset.h"
+#include "capture/layouts/open_dataset.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "tests/capture_calibration/synthetic_boards.h"
@@ -101,11 +101,10 @@ Camera plain_camera() {
 RigidNumbers before_camera(const BoardOptions& board, double turn) {
   const auto points = board_points(board);
   const Eigen::Vector3d middle(points.col(0).mean(), points.col(1).mean(), 0);
-  const Eigen::Matrix3d rotation =
-      (Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY()) *
-       Eigen::AngleAxisd(-0.3, Eigen::Vector3d::UnitX()) *
-       Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()))
-          .toRotationMatrix();
+  const Eigen::Matrix3d rotation = (Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY()) *
+                                    Eigen::AngleAxisd(-0.3, Eigen::Vector3d::UnitX()) *
+                                    Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()))
+                                       .toRotationMatrix();
   return rigid_of(rotation, Eigen::Vector3d(0.02, -0.01, 0.9) - rotation * middle);
 }
 
@@ -273,8 +272,8 @@ TEST(RealBoards, OpencvStereoIsNoWorseThanWhatWasShipped) {
         own.push_back(view);
       }
     }
-    const Camera shipped = shipped_lens(folder / "intrinsics.yml", c == 0 ? "M1" : "M2",
-                                        c == 0 ? "D1" : "D2");
+    const Camera shipped =
+        shipped_lens(folder / "intrinsics.yml", c == 0 ? "M1" : "M2", c == 0 ? "D1" : "D2");
     Camera ours = both.cameras[static_cast<std::size_t>(c)];
     ours.camera_from_world_rotation.setIdentity();
     ours.camera_from_world_translation.setZero();
@@ -292,9 +291,10 @@ TEST(RealBoards, OpencvStereoIsNoWorseThanWhatWasShipped) {
       left_camera.camera_from_world_translation.setZero();
       const double alone_rms = root_mean_square(board_errors({alone}, own, board));
       const double left_rms = root_mean_square(board_errors({left_camera}, own, board));
-      std::printf("left alone: shipped left_intrinsics.yml %.4f px rms (0.393 as it says itself), ours "
-                  "%.4f px rms\n",
-                  alone_rms, left_rms);
+      std::printf(
+          "left alone: shipped left_intrinsics.yml %.4f px rms (0.393 as it says itself), ours "
+          "%.4f px rms\n",
+          alone_rms, left_rms);
       EXPECT_LE(left_rms, alone_rms);
     }
   }
@@ -404,10 +404,11 @@ TEST(RealBoards, CaliscopeCharucoIsNoWorseThanWhatWasShipped) {
   EXPECT_LE(root_mean_square(our_boards), root_mean_square(shipped_boards));
   const auto shipped_points = point_errors(shipped, views);
   const auto our_points = point_errors(found.cameras, views);
-  std::printf("single points: shipped %.3f px rms (median %.3f, p95 %.3f), ours %.3f (%.3f, %.3f)\n",
-              root_mean_square(shipped_points), percentile(shipped_points, 0.5),
-              percentile(shipped_points, 0.95), root_mean_square(our_points),
-              percentile(our_points, 0.5), percentile(our_points, 0.95));
+  std::printf(
+      "single points: shipped %.3f px rms (median %.3f, p95 %.3f), ours %.3f (%.3f, %.3f)\n",
+      root_mean_square(shipped_points), percentile(shipped_points, 0.5),
+      percentile(shipped_points, 0.95), root_mean_square(our_points), percentile(our_points, 0.5),
+      percentile(our_points, 0.95));
   EXPECT_LE(root_mean_square(our_points), root_mean_square(shipped_points));
   EXPECT_LE(percentile(our_points, 0.5), percentile(shipped_points, 0.5));
 }

@@ -1,9 +1,8 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <vector>
-
-#include <Eigen/Geometry>
 
 #include "capture/calibration/calibrate.h"
 #include "capture/calibration/lens.h"
@@ -68,8 +67,7 @@ inline std::vector<BoardView> views_of(const std::vector<Camera>& cameras,
       bool whole = true;
       for (Eigen::Index i = 0; i < points.rows(); ++i) {
         const auto pixel = project(
-            cameras[c],
-            moved(world_from_board[f], Eigen::Vector3d(points(i, 0), points(i, 1), 0)));
+            cameras[c], moved(world_from_board[f], Eigen::Vector3d(points(i, 0), points(i, 1), 0)));
         const double x = normal(random);
         const double y = normal(random);
         whole = whole && pixel && pixel->x() > 0 && pixel->y() > 0 &&

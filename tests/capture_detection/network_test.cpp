@@ -25,8 +25,8 @@ void put_blob(Image& image, int channel, double x, double y, double top = 0.9) {
   for (int py = 0; py < image.height; ++py) {
     for (int px = 0; px < image.width; ++px) {
       const double d2 = std::pow(px + 0.5 - x, 2) + std::pow(py + 0.5 - y, 2);
-      image.at(px, py, channel) = std::max(
-          image.at(px, py, channel), static_cast<float>(std::max(0.0, top - 0.02 * d2)));
+      image.at(px, py, channel) =
+          std::max(image.at(px, py, channel), static_cast<float>(std::max(0.0, top - 0.02 * d2)));
     }
   }
 }

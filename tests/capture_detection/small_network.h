@@ -29,7 +29,8 @@ inline std::string bytes_field(int field, const std::string& bytes) {
   return varint((static_cast<std::uint64_t>(field) << 3) | 2) + varint(bytes.size()) + bytes;
 }
 
-inline std::string ints_attribute(const std::string& name, const std::vector<std::int64_t>& values) {
+inline std::string ints_attribute(const std::string& name,
+                                  const std::vector<std::int64_t>& values) {
   std::string text = bytes_field(1, name);
   for (const std::int64_t value : values) {
     text += number_field(8, static_cast<std::uint64_t>(value));
@@ -130,12 +131,12 @@ inline SmallNetwork simcc_network(const std::vector<std::vector<float>>& weights
   const auto count = static_cast<std::int64_t>(weights.size());
   network.initializers.push_back(int_tensor("shape_x", {1, count, width}));
   network.initializers.push_back(int_tensor("shape_y", {1, count, height}));
-  network.nodes.push_back(node("MaxPool", {"maps"}, "columns",
-                               ints_attribute("kernel_shape", {height, 1}) +
-                                   ints_attribute("strides", {height, 1})));
-  network.nodes.push_back(node("MaxPool", {"maps"}, "rows",
-                               ints_attribute("kernel_shape", {1, width}) +
-                                   ints_attribute("strides", {1, width})));
+  network.nodes.push_back(
+      node("MaxPool", {"maps"}, "columns",
+           ints_attribute("kernel_shape", {height, 1}) + ints_attribute("strides", {height, 1})));
+  network.nodes.push_back(
+      node("MaxPool", {"maps"}, "rows",
+           ints_attribute("kernel_shape", {1, width}) + ints_attribute("strides", {1, width})));
   network.nodes.push_back(node("Reshape", {"columns", "shape_x"}, "simcc_x"));
   network.nodes.push_back(node("Reshape", {"rows", "shape_y"}, "simcc_y"));
   network.outputs = {{"simcc_x", {1, count, width}}, {"simcc_y", {1, count, height}}};

@@ -1,0 +1,187 @@
+// What a user with nothing but pictures needs: masks, a network of one's own, cameras put to
+// pictures, as commands; and what they refuse.
+#ifdef ATELIER_HAS_CAPTURE
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture/cameras_file.h"
+#include "capture/capture_info.h"
+#include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
+#include "tests/capture/small_capture.h"
+#include "tests/capture_detection/small_network.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+ChildResult atelier(const std::vector<std::string>& arguments) {
+  std::vector<std::string> command = {ATELIER_PROGRAM};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  return run_child(command);
+}
+
+/// A capture of three frames: a bright block that walks over grey, no labels, no detections.
+void write_walker(const fs::path& folder, bool detections = false) {
+  SmallCapture small;
+  small.frames = {1, 2, 3, 4, 5, 6};
+  small.detections = detections;
+  write_small_capture(folder, small);
+  fs::remove_all(folder / "labels");
+  fs::remove_all(folder / "keypoints2d");
+  for (const Camera& camera : small.cameras) {
+    for (const int frame : small.frames) {
+      ByteImage picture(camera.width, camera.height, 3, 90);
+      for (int y = 20; y < 60; ++y) {
+        for (int x = 9 * (frame - 1); x < 9 * (frame - 1) + 10; ++x) {
+          picture.at(x, y, 0) = 220;
+          picture.at(x, y, 1) = 60;
+        }
+      }
+      write_image(folder / "images" / camera.id / (frame_name(frame) + ".png"), picture);
+    }
+  }
+}
+
+TEST(MasksCommand, WalkersAreFoundByPlatesAndOverTime) {
+  const TemporaryDirectory folder;
+  write_walker(folder / "capture");
+  const std::string capture = (folder / "capture").string();
+  const ChildResult time = atelier({"masks", capture});
+  ASSERT_EQ(time.exit_code, 0) << time.err;
+  const std::string camera = SmallCapture{}.cameras[0].id;
+  const ByteImage mask = read_labels(folder / "capture" / "labels" / camera / "000002.png");
+  EXPECT_EQ(mask.at(13, 40), 255);
+  EXPECT_EQ(mask.at(40, 40), 0);
+  EXPECT_EQ(atelier({"masks", capture}).exit_code, 5);  // there are labels now
+  fs::create_directory(folder / "plates");
+  for (const Camera& one : SmallCapture{}.cameras) {
+    write_image(folder / "plates" / (one.id + ".png"), ByteImage(one.width, one.height, 3, 90));
+  }
+  const ChildResult plates = atelier({"masks", capture, "--plates", (folder / "plates").string(),
+                                      "--out", (folder / "out").string(), "--json"});
+  ASSERT_EQ(plates.exit_code, 0) << plates.err;
+  EXPECT_THAT(plates.out, HasSubstr("\"masks\": 6"));
+  EXPECT_EQ(read_labels(folder / "out" / "labels" / camera / "000002.png").at(13, 40), 255);
+}
+
+TEST(MasksCommand, RefusesMissingPlatesSmallPlatesAndGreyScreens) {
+  const TemporaryDirectory folder;
+  write_walker(folder / "capture");
+  const std::string capture = (folder / "capture").string();
+  EXPECT_EQ(atelier({"masks", capture, "--way", "plates"}).exit_code, 2);
+  fs::create_directory(folder / "plates");
+  const ChildResult none = atelier({"masks", capture, "--plates", (folder / "plates").string(),
+                                    "--out", (folder / "a").string()});
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_THAT(none.err, HasSubstr("no plate"));
+  for (const Camera& one : SmallCapture{}.cameras) {
+    write_image(folder / "plates" / (one.id + ".png"), ByteImage(8, 8, 3, 90));
+  }
+  const ChildResult small = atelier({"masks", capture, "--plates", (folder / "plates").string(),
+                                     "--out", (folder / "b").string()});
+  EXPECT_EQ(small.exit_code, 3);
+  EXPECT_THAT(small.err, HasSubstr("a background of 8 x 8 pixels"));
+  const ChildResult grey = atelier({"masks", capture, "--way", "chroma", "--chroma.key",
+                                    "[0, 0, 0]", "--out", (folder / "c").string()});
+  EXPECT_EQ(grey.exit_code, 3);
+  EXPECT_THAT(grey.err, HasSubstr("nearly grey"));
+}
+
+void write_network(const fs::path& file, const SmallNetwork& network) {
+  const std::vector<std::byte> bytes = onnx_bytes(network);
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+}
+
+TEST(DetectCommand, ANetworkOfOnesOwnFillsTheCapture) {
+  const TemporaryDirectory folder;
+  write_walker(folder / "capture");
+  const std::string capture = (folder / "capture").string();
+  // 17 points, all where the picture is reddest.
+  write_network(folder / "points.onnx",
+                mixing_network(std::vector<std::vector<float>>(17, {1, -1, 0}), 64, 80));
+  const ChildResult done = atelier({"detect", capture, "--model", (folder / "points.onnx").string(),
+                                    "--kind", "heatmap", "--width", "64", "--height", "80",
+                                    "--mean", "[0, 0, 0]", "--deviation", "[255, 255, 255]"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("18 pictures, 18 people, points in the order coco_17"));
+  EXPECT_EQ(read_capture_info(folder / "capture").keypoint_schema, "coco_17");
+  const std::string camera = SmallCapture{}.cameras[0].id;
+  const auto people = parse_openpose(
+      read_file_text(folder / "capture" / "keypoints2d" / camera / "000003.json", 1 << 20));
+  ASSERT_EQ(people.size(), 1U);
+  EXPECT_GT(people[0].points(0, 0), 18);
+  EXPECT_LT(people[0].points(0, 0), 28);
+  // Classes: background, and one more where it is red.
+  std::vector<std::vector<float>> classes(28, {-1, -1, -1});
+  classes[0] = {0.3F, 0.3F, 0.3F};
+  classes[22] = {1, -0.5F, 0};
+  write_network(folder / "classes.onnx", mixing_network(classes, 64, 80));
+  const ChildResult parsed = atelier(
+      {"detect", capture, "--model", (folder / "classes.onnx").string(), "--kind", "parsing",
+       "--width", "64", "--height", "80", "--mean", "[0, 0, 0]", "--deviation", "[255, 255, 255]"});
+  ASSERT_EQ(parsed.exit_code, 0) << parsed.err;
+  EXPECT_THAT(parsed.out, HasSubstr("classes of goliath_28"));
+  const ByteImage labels = read_labels(folder / "capture" / "labels" / camera / "000003.png");
+  EXPECT_EQ(labels.at(22, 40), 3);  // an upper garment
+  EXPECT_EQ(labels.at(5, 5), 0);
+}
+
+TEST(DetectCommand, RefusesHostileNetworksAndWrongOrders) {
+  const TemporaryDirectory folder;
+  write_walker(folder / "capture");
+  const std::string capture = (folder / "capture").string();
+  const std::string out = (folder / "out").string();
+  std::ofstream(folder / "bad.onnx", std::ios::binary) << std::string(4096, '\xFF');
+  const ChildResult bad =
+      atelier({"detect", capture, "--model", (folder / "bad.onnx").string(), "--out", out});
+  EXPECT_EQ(bad.exit_code, 3);
+  EXPECT_THAT(bad.err, HasSubstr("bad.onnx"));
+  EXPECT_EQ(atelier({"detect", capture, "--model", (folder / "none.onnx").string()}).exit_code, 3);
+  EXPECT_EQ(atelier({"detect", capture}).exit_code, 2);
+  write_network(folder / "five.onnx",
+                mixing_network(std::vector<std::vector<float>>(5, {1, 0, 0}), 64, 80));
+  const std::vector<std::string> five = {
+      "detect",   capture,   "--model", (folder / "five.onnx").string(),
+      "--kind",   "heatmap", "--width", "64",
+      "--height", "80",      "--out",   out};
+  const ChildResult unknown = atelier(five);
+  EXPECT_EQ(unknown.exit_code, 3);
+  EXPECT_THAT(unknown.err, HasSubstr("5 points"));
+}
+
+TEST(ConvertCaptureCommand, TakesCamerasOfACalibration) {
+  const TemporaryDirectory folder;
+  write_walker(folder / "capture");
+  fs::create_directories(folder / "pictures");
+  fs::copy(folder / "capture" / "images", folder / "pictures" / "images",
+           fs::copy_options::recursive);
+  const std::string cameras = (folder / "capture" / "cameras.json").string();
+  const ChildResult done =
+      atelier({"convert-capture", (folder / "pictures").string(), (folder / "out").string(),
+               "--cameras", cameras, "--fps", "12"});
+  ASSERT_EQ(done.exit_code, 0) << done.err << done.out;
+  EXPECT_EQ(read_cameras(folder / "out").size(), 3U);
+  EXPECT_EQ(read_cameras(folder / "out")[1].fx, SmallCapture{}.cameras[1].fx);
+  fs::remove_all(folder / "pictures" / "images" / SmallCapture{}.cameras[0].id);
+  write_image(folder / "pictures" / "images" / SmallCapture{}.cameras[1].id / "000001.png",
+              ByteImage(9, 9, 3, 90));
+  const ChildResult sizes = atelier({"convert-capture", (folder / "pictures").string(),
+                                     (folder / "x").string(), "--cameras", cameras, "--fps", "12"});
+  EXPECT_EQ(sizes.exit_code, 3);
+  EXPECT_THAT(sizes.err, HasSubstr("the pictures' 9 x 9"));
+}
+
+}  // namespace
+}  // namespace atelier::testing
+
+#endif
