@@ -16,6 +16,7 @@
 #include "capture/layouts/open_dataset.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/io/file_bytes.h"
 
 namespace atelier {
 namespace {
@@ -59,6 +60,18 @@ std::vector<Camera> cameras_of(const Calibration& calibration) {
   return cameras;
 }
 
+/// A capture, a calibration file of any layout, or cameras.json alone, as `calibrate` writes it.
+Dataset lenses_of(const fs::path& path) {
+  if (path.filename() != "cameras.json") {
+    return open_dataset(path);
+  }
+  Dataset dataset;
+  dataset.root = path;
+  dataset.cameras =
+      parse_cameras_json(read_file_text(path, Limits{}.text_file_bytes), path.string());
+  return dataset;
+}
+
 int run(const CalibrateArguments& arguments, const CalibrateCommandOptions& options) {
   if (arguments.pictures.empty() || arguments.out.empty()) {
     throw UsageError("it takes pictures of a board: atelier calibrate PICTURES --out FOLDER");
@@ -77,7 +90,7 @@ int run(const CalibrateArguments& arguments, const CalibrateCommandOptions& opti
     }
   }
   if (!arguments.lenses.empty()) {
-    pictures.rig = with_lenses(std::move(pictures.rig), open_dataset(arguments.lenses));
+    pictures.rig = with_lenses(std::move(pictures.rig), lenses_of(arguments.lenses));
   }
   Calibration calibration =
       calibrate(pictures.rig, pictures.views, options.board, options.calibration);

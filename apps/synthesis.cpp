@@ -305,6 +305,9 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
       events.say("frame " + std::to_string(id) + ": " + std::to_string(stage.cameras.size()) +
                  " pictures");
     }
+    if (options.plates) {
+      photograph_plates(folder, stage, options);
+    }
     write_file_atomically(folder / "cameras.json", cameras_json(stage.written));
     fs::remove_all(work.hidden);
     write_file_atomically(folder / "capture.toml", capture_toml(info_of(options, stage.truth)));

@@ -50,6 +50,7 @@ OptionTable describe(SynthesisOptions& options) {
       .add("perfect", options.perfect,
            "No noise, exact detections, labels and calibration, cameras of equal exposure.")
       .add("truth_images", options.truth_images, "Write noise-free images.")
+      .add("plates", options.plates, "Write pictures of the empty stage, plates/<camera>.png.")
       .add("truth_maps", options.truth_maps, "Write depth and surface position of every pixel.")
       .add("image_format", options.image_format, std::vector<std::string>{"png", "jpg"},
            "Of the images; JPEG at quality 95.")

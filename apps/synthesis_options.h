@@ -39,6 +39,7 @@ struct SynthesisOptions {
   double held_out_share = 0.25;    ///< last share of the clothed frames
   bool perfect = false;      ///< no noise, perfect detections and calibration, equal exposures
   bool truth_images = true;  ///< noise-free images
+  bool plates = false;       ///< pictures of the empty stage: plates/<camera>.png
   bool truth_maps = false;   ///< depth and surface position of every pixel
   std::string image_format = "png";
   int samples = 4;             ///< rays a pixel

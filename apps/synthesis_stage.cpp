@@ -290,6 +290,30 @@ StageInstant instant_of(const SynthesisStage& stage, const PerformedFrame& frame
   return instant;
 }
 
+void photograph_plates(const fs::path& folder, const SynthesisStage& stage,
+                       const SynthesisOptions& options) {
+  const PreparedScene scene = prepared(stage.surroundings, options);
+  RenderOptions rays;
+  rays.samples = options.samples;
+  rays.penumbra_samples = 2;
+  rays.seed = options.seed;
+  SensorOptions sensor = options.sensor;
+  if (options.perfect) {
+    sensor.shot_noise = sensor.read_noise = 0;
+  }
+  make_private_directory(folder / "plates");
+  parallel_for(static_cast<Index>(stage.cameras.size()), 1, [&](Index first, Index last) {
+    for (Index i = first; i < last; ++i) {
+      const auto c = static_cast<std::size_t>(i);
+      const Camera& camera = stage.cameras[c];
+      constexpr int kNoFrame = 999'999;  // a number that no frame of a capture has
+      write_image(folder / "plates" / (camera.id + ".png"),
+                  noisy(exposed(render(scene, camera, rays), camera.gain, sensor), sensor,
+                        static_cast<std::uint64_t>(options.seed), stream_of(kNoise, kNoFrame, c)));
+    }
+  });
+}
+
 bool photograph_instant(const fs::path& folder, const SynthesisStage& stage,
                         const PerformedFrame& frame, const SynthesisOptions& options,
                         const std::function<bool()>& stop) {

@@ -29,6 +29,10 @@ SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layer
 /// One instant before the cameras, `shift` seconds after the frame (for blur).
 StageInstant instant_of(const SynthesisStage& stage, const PerformedFrame& frame, double shift = 0);
 
+/// Writes what the cameras see of the empty stage: plates/<camera>.png.
+void photograph_plates(const std::filesystem::path& folder, const SynthesisStage& stage,
+                       const SynthesisOptions& options);
+
 /// Writes what the cameras saw at one instant into the capture's folder: images, detections,
 /// labels, truth. Files that are there are left as they are; the frame's truth comes last, so that
 /// it says that all of them are. `stop` is asked between cameras; false comes back if it said so.

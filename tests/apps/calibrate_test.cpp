@@ -38,14 +38,21 @@ TEST(CalibrateCommand, StereoChessboardsBecomeCameras) {
   EXPECT_TRUE(fs::exists(out / "calibration.json"));
   EXPECT_EQ(calibrate(arguments).exit_code, 2);  // it is there already
 
-  // The lenses that were found, given back, are kept to the bit.
-  std::vector<std::string> again = {pictures.string(), "--out", (folder / "b").string(),
-                                    "--board.square",  "0.025", "--json"};
-  fs::copy_file(out / "cameras.json", folder / "cameras.json");
-  const ChildResult json = calibrate(again);
+  // The lenses that were found, given back, are kept to the bit; a picture of another size is left
+  // out and said.
+  fs::copy(pictures, folder / "more", fs::copy_options::recursive);
+  write_image(folder / "more" / "left99.png", ByteImage(32, 24, 3, 90));
+  const ChildResult json =
+      calibrate({(folder / "more").string(), "--out", (folder / "b").string(), "--board.square",
+                 "0.025", "--lenses", (out / "cameras.json").string(), "--json"});
   ASSERT_EQ(json.exit_code, 0) << json.err;
   EXPECT_THAT(json.out, HasSubstr("\"schema\": \"atelier-calibration\""));
   EXPECT_THAT(json.out, HasSubstr("\"deviation\""));
+  EXPECT_THAT(json.out, HasSubstr("32 x 24 pixels, and the first had 640 x 480"));
+  EXPECT_THAT(json.out, HasSubstr("picture-sizes"));
+  const std::vector<Camera> kept = read_cameras(folder / "b");
+  EXPECT_EQ(kept[1].fx, cameras[1].fx);
+  EXPECT_EQ(kept[1].distortion, cameras[1].distortion);
 }
 
 TEST(CalibrateCommand, AWrongBoardIsRefusedWithTheRightOne) {
