@@ -118,7 +118,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
   if (frames.empty()) {
     return result;
   }
-  Background background;
+  EmptyStage background;
   if (way == MaskWay::Plates) {
     background = background_of_plates(plates_of(arguments.plates, id));
   } else if (way == MaskWay::Time) {

@@ -65,9 +65,9 @@ float noise_of(const Image& image) {
 }
 
 /// Median and spread (by median deviation) of each pixel over pictures.
-Background medians(const std::vector<Image>& images) {
+EmptyStage medians(const std::vector<Image>& images) {
   const Image& first = images.front();
-  Background background;
+  EmptyStage background;
   background.mean = Image(first.width, first.height, 3);
   background.spread = Image(first.width, first.height, 1);
   std::vector<float> values(images.size());
@@ -95,7 +95,7 @@ float luminance(const float* rgb) {
 }
 
 /// The background's colour with less light: how much, or nothing.
-bool is_shadow(const Image& image, std::size_t p, const Background& background,
+bool is_shadow(const Image& image, std::size_t p, const EmptyStage& background,
                const MaskOptions& options) {
   if (options.shadow_darkest >= 1 || image.channels != 3) {
     return false;
@@ -158,12 +158,12 @@ OptionTable describe(ChromaOptions& options) {
   return table;
 }
 
-Background background_of_plates(const std::vector<Image>& plates) {
+EmptyStage background_of_plates(const std::vector<Image>& plates) {
   if (plates.empty()) {
     throw DataError("", "plates", "none", "a picture of the empty stage");
   }
   check_sizes(plates);
-  Background background = medians(plates);
+  EmptyStage background = medians(plates);
   float noise = 0;
   for (const Image& plate : plates) {
     noise = std::max(noise, noise_of(plate));
@@ -196,7 +196,7 @@ MovingBackground background_over_time(const std::vector<Image>& frames) {
   return moving;
 }
 
-ByteImage mask_from_background(const Image& image, const Background& background,
+ByteImage mask_from_background(const Image& image, const EmptyStage& background,
                                const MaskOptions& options) {
   ATELIER_CHECK(image.width == background.mean.width && image.height == background.mean.height,
                 "a picture of another size than its background");

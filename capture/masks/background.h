@@ -9,7 +9,7 @@
 namespace atelier {
 
 /// What a camera sees without the person: mean and spread of each pixel.
-struct Background {
+struct EmptyStage {
   Image mean;    ///< [H,W,3] linear RGB
   Image spread;  ///< [H,W,1] standard deviation of the difference in shade (see
                  ///< MaskOptions::threshold)
@@ -17,14 +17,14 @@ struct Background {
 
 /// From clean plates: pictures of the empty stage, of one camera. One alone does; the spread is
 /// then that of the whole picture's noise. Throws DataError for none, or plates of two sizes.
-Background background_of_plates(const std::vector<Image>& plates);
+EmptyStage background_of_plates(const std::vector<Image>& plates);
 
 /// From the frames themselves: the median of each pixel over time, its spread by the median
 /// deviation. Right where the person leaves each pixel for more than half of the frames, so that
 /// she must walk about; `still_share` says for how much of the picture that is in doubt (pixels
 /// that take two values). Throws DataError for fewer than five frames, or frames of two sizes.
 struct MovingBackground {
-  Background background;
+  EmptyStage background;
   double still_share = 0;  ///< share of pixels whose values over time fall apart
 };
 MovingBackground background_over_time(const std::vector<Image>& frames);
@@ -48,7 +48,7 @@ OptionTable describe(MaskOptions& options);
 /// 255 where the picture is not the background, 0 elsewhere; shadows are told by their colour
 /// (Horprasert 1999: same chromaticity, less light). Cleaned by `clean_mask`. Throws LogicError
 /// for sizes that differ.
-ByteImage mask_from_background(const Image& image, const Background& background,
+ByteImage mask_from_background(const Image& image, const EmptyStage& background,
                                const MaskOptions& options = {});
 
 struct ChromaOptions {

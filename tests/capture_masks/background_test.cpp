@@ -74,7 +74,7 @@ Shot shot(float centre, bool person, std::uint64_t seed, bool screen = false,
 }
 
 TEST(Masks, FromPlatesLeaveOutTheShadow) {
-  const Background background =
+  const EmptyStage background =
       background_of_plates({shot(0, false, 1).image, shot(0, false, 2).image});
   double iou = 0;
   for (const float centre : {50.0F, 80.0F, 110.0F}) {
@@ -92,7 +92,7 @@ TEST(Masks, FromPlatesLeaveOutTheShadow) {
 
 TEST(Masks, OnePlateDoesAndManySayTheNoise) {
   const Shot one = shot(80, true, 7, false, 0.02F);
-  const Background single = background_of_plates({shot(0, false, 1, false, 0.02F).image});
+  const EmptyStage single = background_of_plates({shot(0, false, 1, false, 0.02F).image});
   EXPECT_GT(mask_iou(mask_from_background(one.image, single), one.truth), 0.9);
   std::vector<Image> plates;
   for (std::uint64_t i = 0; i < 10; ++i) {
@@ -103,7 +103,7 @@ TEST(Masks, OnePlateDoesAndManySayTheNoise) {
 }
 
 TEST(Masks, OfAnEmptyStageAreEmpty) {
-  const Background background = background_of_plates({shot(0, false, 1).image});
+  const EmptyStage background = background_of_plates({shot(0, false, 1).image});
   const ByteImage mask = mask_from_background(shot(0, false, 5).image, background);
   EXPECT_EQ(std::count(mask.data.begin(), mask.data.end(), 0), kWidth * kHeight);
 }
@@ -173,7 +173,7 @@ TEST(Masks, RefuseBadInput) {
                          "pictures of one size");
   ATELIER_EXPECT_REFUSED(background_over_time(std::vector<Image>(4, Image(8, 8, 3))), DataError,
                          "5 at least, or clean plates");
-  const Background background = background_of_plates({Image(8, 8, 3)});
+  const EmptyStage background = background_of_plates({Image(8, 8, 3)});
   ATELIER_EXPECT_REFUSED(mask_from_background(Image(9, 8, 3), background), LogicError,
                          "another size");
   ATELIER_EXPECT_REFUSED(mask_by_chroma(Image(8, 8, 3, 0.4F), {.key = {0.5, 0.5, 0.5}}), DataError,
@@ -187,7 +187,7 @@ TEST(Masks, RefuseBadInput) {
 TEST(Masks, StandNoiseNanAndEmptyPictures) {
   Image image(16, 16, 3, 0.3F);
   image.at(3, 3, 1) = std::numeric_limits<float>::quiet_NaN();
-  const Background background = background_of_plates({Image(16, 16, 3, 0.3F)});
+  const EmptyStage background = background_of_plates({Image(16, 16, 3, 0.3F)});
   EXPECT_EQ(mask_from_background(image, background).data.size(), 256U);
   EXPECT_TRUE(clean_mask(ByteImage()).data.empty());
 }
