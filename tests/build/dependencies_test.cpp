@@ -42,8 +42,8 @@ std::string stem_of(const std::string& soname) {
 
 /// The libraries that a file asks the loader for, but the compiler's and the system's own.
 std::set<std::string> needed_by(const std::string& file) {
-  static const std::set<std::string> own = {"libc",     "libm",         "libstdc++",
-                                            "libgcc_s", "ld-linux-x86", "ld-linux-x86-64"};
+  static const std::set<std::string> own = {
+      "libc", "libm", "libstdc++", "libgcc_s", "libpthread", "ld-linux-x86", "ld-linux-x86-64"};
   std::set<std::string> needed;
   std::istringstream lines(output_of("readelf -d '" + file + "' 2>/dev/null"));
   for (std::string line; std::getline(lines, line);) {
