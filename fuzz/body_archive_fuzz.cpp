@@ -25,6 +25,8 @@ atelier::Npz archive_of(std::span<const std::byte> bytes) {
   };
   text("schema", {arrays.contains("fps") ? "atelier-motion-1" : "atelier-body-1"});
   text("name", {"small"});
+  text("unit", {"m"});
+  text("up", {"y"});
   text("joint_names", {"hips", "chest"});
   text("shape_names", {"stature"});
   text("shape_units", {"m"});

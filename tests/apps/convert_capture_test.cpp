@@ -48,7 +48,7 @@ TEST(ConvertCapture, KeepsConsentInEveryLayout) {
   small.consent = {{"P. Doe", "research", "2999-12-31"}};
   write_small_capture(folder / "capture", small);
   const std::string capture = (folder / "capture").string();
-  for (const char* layout : {"native", "easymocap", "colmap_text", "images"}) {
+  for (const char* layout : {"native", "easymocap", "colmap", "images"}) {
     const fs::path out = folder / layout;
     const ChildResult there = convert({capture, out.string(), "--to", layout});
     ASSERT_EQ(there.exit_code, 0) << there.err;
@@ -81,7 +81,7 @@ TEST(ConvertCapture, RefusesWhatIsNoCaptureOrNoPlace) {
   EXPECT_EQ(convert({capture, empty}).exit_code, 5);  // it is there already
   const ChildResult layout = convert({capture, (folder / "x").string(), "--to", "colmapp"});
   EXPECT_EQ(layout.exit_code, 2);
-  const ChildResult inside = convert({capture, capture + "/colmap", "--to", "colmap_text"});
+  const ChildResult inside = convert({capture, capture + "/colmap", "--to", "colmap"});
   EXPECT_EQ(inside.exit_code, 2);
   EXPECT_THAT(inside.err, HasSubstr("OUT lies in the capture IN"));
   EXPECT_EQ(convert({capture + "/cameras.json", capture + "/out"}).exit_code, 2);
