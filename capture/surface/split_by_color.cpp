@@ -180,9 +180,11 @@ ColorSplit split_by_color(const Mesh& scan, const ColorSplitOptions& options) {
   split.findings.push_back({Severity::Warning, "labels-by-color", "",
                             "skin and clothing are told by colour alone",
                             "give label images: atelier detect runs a parsing network"});
+  // Of what is like skin on the head, hair is darker.
+  const auto faceness = [&](std::size_t k) { return share[k][0] * clusters.color[k].sum(); };
   std::size_t face = kinds;
   for (std::size_t k = 0; k < kinds; ++k) {
-    if (like_skin(clusters.color[k]) && (face == kinds || share[k][0] > share[face][0])) {
+    if (like_skin(clusters.color[k]) && (face == kinds || faceness(k) > faceness(face))) {
       face = k;
     }
   }
@@ -193,10 +195,12 @@ ColorSplit split_by_color(const Mesh& scan, const ColorSplitOptions& options) {
                               "everything counts as clothing; give label images"});
     face = kinds;
   } else {
+    constexpr double kHairShare = 0.35;  // of the face's light: hair, not a shaded limb
     for (std::size_t k = 0; k < kinds; ++k) {
       const double off =
           (chromaticity(clusters.color[k]) - chromaticity(clusters.color[face])).norm();
-      skin[k] = k == face || (like_skin(clusters.color[k]) && off < options.skin_distance);
+      const bool hair = clusters.color[k].sum() < kHairShare * clusters.color[face].sum();
+      skin[k] = k == face || (like_skin(clusters.color[k]) && off < options.skin_distance && !hair);
     }
   }
   // Is what is worn above the waist the same as below?

@@ -29,7 +29,8 @@ struct ColorSplit {
 /// chromaticity. Other clusters are hair on the head, shoes on the lowest 6%, and clothing between:
 /// one garment (Dress) if one cluster is most of it above and below the waist, else Upper and
 /// Lower, each cluster by its height. Neighbours are smoothed (smooth_labels). A guess for those
-/// who have no labels: skin-coloured cloth is taken for skin, and a print's colours for garments'.
+/// who have no labels: skin-coloured cloth is taken for skin, dark hair on dark skin too, and a
+/// print's colours for garments'.
 /// Our choice throughout.
 ///
 /// @param scan  with a colour for each vertex, Y up, standing. Throws LogicError without colours or
