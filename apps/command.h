@@ -29,7 +29,6 @@ std::span<const Command> all_commands();
 
 OptionSet convert_options();
 OptionSet convert_capture_options();
-OptionSet validate_options();
 OptionSet calibrate_options();
 OptionSet calibrate_color_options();
 OptionSet masks_options();
@@ -46,7 +45,6 @@ Action add_inspect(CLI::App& parser);
 Action add_gc(CLI::App& parser);
 Action add_convert(CLI::App& parser);
 Action add_convert_capture(CLI::App& parser);
-Action add_validate(CLI::App& parser);
 Action add_calibrate(CLI::App& parser);
 Action add_calibrate_color(CLI::App& parser);
 Action add_masks(CLI::App& parser);

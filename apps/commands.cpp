@@ -29,8 +29,6 @@ constexpr std::array kCommands = {
 #ifdef ATELIER_HAS_CAPTURE
     Command{"convert-capture", "a capture into another layout: any of those that are read",
             add_convert_capture, convert_capture_options},
-    Command{"validate", "what is wrong with a capture, and what to do about it", add_validate,
-            validate_options},
 #ifdef ATELIER_HAS_CAPTURE_CALIBRATION
     Command{"calibrate", "cameras from pictures of a board: lenses, poses, how sure they are",
             add_calibrate, calibrate_options},

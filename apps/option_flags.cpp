@@ -71,14 +71,27 @@ const CLI::Option* option_named(const CLI::App& parser, const std::string& argum
   return found == options.end() ? nullptr : *found;
 }
 
-/// "--truth-maps", as command lines often say it, for "--truth_maps", as files do.
-std::string with_underscores(const CLI::App& parser, const std::string& argument) {
-  const std::size_t end = std::min(argument.find('='), argument.size());
-  std::string renamed = argument;
-  if (argument.starts_with("--") && option_named(parser, argument.substr(0, end)) == nullptr) {
-    std::replace(renamed.begin() + 2, renamed.begin() + static_cast<std::ptrdiff_t>(end), '-', '_');
+/// The option of this parser that an argument means: "--truth-maps", as command lines often say it,
+/// for "--truth_maps", as files do; and with or without "capture.", so that what one command finds
+/// wrong with a capture can be told to every other.
+std::string as_declared(const CLI::App& parser, const std::string& argument) {
+  if (!argument.starts_with("--")) {
+    return argument;
   }
-  return option_named(parser, renamed.substr(0, end)) == nullptr ? argument : renamed;
+  const std::size_t end = std::min(argument.find('='), argument.size());
+  const std::string value = argument.substr(end);
+  const std::string said = argument.substr(0, end);
+  std::string name = said.substr(2);
+  std::replace(name.begin(), name.end(), '-', '_');
+  constexpr std::string_view kSection = "capture.";
+  const std::string other =
+      name.starts_with(kSection) ? name.substr(kSection.size()) : std::string(kSection) + name;
+  for (const std::string& candidate : {said, "--" + name, "--" + other}) {
+    if (option_named(parser, candidate) != nullptr) {
+      return candidate + value;
+    }
+  }
+  return argument;
 }
 
 bool is_switch(const CLI::Option* option) {
@@ -99,7 +112,7 @@ std::vector<std::string> with_switches(const CLI::App& parser,
       out.insert(out.end(), arguments.begin() + static_cast<std::ptrdiff_t>(i), arguments.end());
       break;
     }
-    out.push_back(with_underscores(parser, arguments[i]));
+    out.push_back(as_declared(parser, arguments[i]));
     const CLI::Option* option = option_named(parser, out.back());
     if (is_switch(option)) {
       const bool told =

@@ -6,7 +6,8 @@
 #include <set>
 #include <string>
 
-#include "capture/check_keypoints.h"
+#include "capture/associate_people.h"
+#include "capture/detections.h"
 #include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints3d_file.h"
@@ -89,26 +90,48 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
   double found = 0;
   double wanted = 0;
   for (const CaptureSequence& sequence : dataset.info.sequences) {
-    const auto detections = main_person(reader, sequence.frame_ids);
-    const Triangulation result =
-        triangulate(dataset.cameras, detections, schema, std::max(sequence.fps, 1.0), options);
-    for (const Finding& finding : result.findings) {
+    const Detections detections = read_detections(reader, sequence.frame_ids);
+    for (const Finding& finding : detections.findings) {
       run.say(sequence.name + ": " + to_string(finding));
     }
-    for (std::size_t f = 0; f < result.frames.size(); ++f) {
-      PersonPoints person;
-      person.id = 0;
-      person.points = Keypoints3d::Zero(static_cast<Index>(schema.points.size()), 4);
-      for (std::size_t k = 0; k < schema.points.size(); ++k) {
-        const SpacePoint& point = result.frames[f].points[k];
-        wanted += 1;
-        if (point.confidence > 0) {
-          found += 1;
-          person.points.row(static_cast<Index>(k)) << point.place.transpose(), point.confidence;
+    std::vector<std::vector<std::vector<Keypoints2d>>> people = {main_person(detections)};
+    if (most_people(detections) > 1) {
+      auto apart = associate_people(dataset.cameras, detections, schema, options);
+      run.say(sequence.name + ": " + std::to_string(apart.size()) + " people");
+      if (!apart.empty()) {
+        people = std::move(apart);
+      }
+    }
+    std::vector<std::vector<PersonPoints>> frames(sequence.frame_ids.size());
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      const Triangulation result =
+          triangulate(dataset.cameras, people[p], schema, std::max(sequence.fps, 1.0), options);
+      for (const Finding& finding : result.findings) {
+        run.say(sequence.name + ": " + to_string(finding));
+      }
+      for (std::size_t f = 0; f < result.frames.size(); ++f) {
+        PersonPoints person;
+        person.id = static_cast<int>(p);
+        person.points = Keypoints3d::Zero(static_cast<Index>(schema.points.size()), 4);
+        for (std::size_t k = 0; k < schema.points.size(); ++k) {
+          const SpacePoint& point = result.frames[f].points[k];
+          if (point.confidence > 0) {
+            person.points.row(static_cast<Index>(k)) << point.place.transpose(), point.confidence;
+          }
+        }
+        const double there = (person.points.col(3).array() > 0).cast<double>().sum();
+        if (p == 0) {
+          wanted += static_cast<double>(schema.points.size());
+          found += there;
+        }
+        if (p == 0 || there > 0) {
+          frames[f].push_back(std::move(person));
         }
       }
+    }
+    for (std::size_t f = 0; f < frames.size(); ++f) {
       run.output_text("keypoints3d/" + frame_name(sequence.frame_ids[f]) + ".json",
-                      keypoints3d_json({person}));
+                      keypoints3d_json(frames[f]));
     }
   }
   run.metric("keypoints_found", wanted > 0 ? found / wanted : 0);

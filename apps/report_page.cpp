@@ -30,24 +30,6 @@ figcaption, .quiet { color: #666; } .error { color: #a40000; } .warning { color:
 details { margin: .5rem 0; } summary { cursor: pointer; }
 )";
 
-std::string base64(const std::vector<std::byte>& bytes) {
-  constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t there = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8U | (k < there ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= there ? kDigits[group >> (18U - 6U * k) & 63U] : '=';
-    }
-  }
-  return text;
-}
-
 /// The media type of what a browser shows, "" of everything else.
 std::string media_type(const std::filesystem::path& path) {
   constexpr std::array<std::array<const char*, 2>, 6> kTypes = {{{".png", "image/png"},
@@ -109,7 +91,8 @@ std::string attention_of(const StageStatus& status) {
 
 std::string picture(const std::filesystem::path& file, const std::string& name,
                     const std::string& type, std::int64_t most_bytes) {
-  const std::string data = "data:" + type + ";base64," + base64(read_file_bytes(file, most_bytes));
+  const std::string data =
+      "data:" + type + ";base64," + base64_text(read_file_bytes(file, most_bytes));
   const std::string shown = type.starts_with("video")
                                 ? "<video controls loop muted src=\"" + data + "\"></video>"
                                 : "<img alt=\"" + html_text(name) + "\" src=\"" + data + "\">";
@@ -190,6 +173,24 @@ OptionTable describe(ReportOptions& options) {
       .add("pictures", options.pictures, 0, 1000, "", "Most pictures and videos shown of one stage")
       .add("picture_bytes", options.picture_bytes, 0, 1e8, "bytes",
            "Largest picture or video shown; every byte makes the page larger");
+}
+
+std::string base64_text(std::span<const std::byte> bytes) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t there = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8U | (k < there ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += k <= there ? kDigits[group >> (18U - 6U * k) & 63U] : '=';
+    }
+  }
+  return text;
 }
 
 std::string html_text(std::string_view text) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -28,5 +29,8 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
 
 /// The text as HTML shows it literally, in content and in quoted attributes.
 std::string html_text(std::string_view text);
+
+/// Bytes as base64, for "data:" addresses.
+std::string base64_text(std::span<const std::byte> bytes);
 
 }  // namespace atelier

@@ -74,6 +74,11 @@ int work(const Stage& stage, const StageRequest& request, bool dry_run, StageCon
 
 int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) {
   StageRequest& request = arguments.request;
+  if (alone != nullptr && alone->takes_input && !request.input.empty() &&
+      request.workspace.empty()) {
+    arguments.alone["INPUT"] = request.input.string();
+    return alone->run(arguments.alone, arguments.options(), Device::Cpu, arguments.json);
+  }
   if (alone != nullptr && !arguments.alone.empty()) {
     if (!request.input.empty()) {
       throw UsageError("it takes INPUT and WORKSPACE, or --" + arguments.alone.begin()->first +
@@ -85,9 +90,10 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
   if (request.input.empty() || request.workspace.empty()) {
     throw UsageError("it takes an INPUT and a WORKSPACE: atelier " + std::string(stage.name) +
                      " INPUT WORKSPACE" +
-                     (alone != nullptr
-                          ? "; or --" + std::string(alone->flags.front().name) + " and files"
-                          : std::string()));
+                     (alone == nullptr ? std::string()
+                      : alone->takes_input
+                          ? "; or INPUT alone"
+                          : "; or --" + std::string(alone->flags.front().name) + " and files"));
   }
   request.options = arguments.options();
   request.device = arguments.device == "cuda" ? Device::Cuda : Device::Cpu;

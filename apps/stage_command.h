@@ -20,6 +20,7 @@ struct StandAlone {
   std::span<const Flag> flags;  ///< the first of them is what tells that it is wanted
   int (*run)(const std::map<std::string, std::string>& values, const OptionSet& options,
              Device device, bool json);
+  bool takes_input = false;  ///< INPUT without WORKSPACE is its work too: values["INPUT"]
 };
 
 /// The command of a stage: `atelier <stage> INPUT WORKSPACE --section.field value`, and what it

@@ -5,6 +5,10 @@
 #include "apps/reconstruct_stage.h"
 #include "apps/stage_command.h"
 #include "apps/statistics_stage.h"
+#ifdef ATELIER_HAS_CAPTURE
+#include "apps/validate.h"
+#include "apps/validate_stage.h"
+#endif
 #ifdef ATELIER_HAS_SIMULATION
 #include "apps/simulate.h"
 #endif
@@ -21,6 +25,15 @@ constexpr std::array kStages = {
           .options = option_set<StatisticsStageOptions>,
           .run = run_statistics,
           .frame_wise = true},
+#ifdef ATELIER_HAS_CAPTURE
+    Stage{.name = "validate",
+          .version = 1,
+          .summary = "what is wrong with a capture, and what to do about it",
+          .inputs = {"capture"},
+          .outputs = {"findings"},
+          .options = option_set<ValidateStageOptions>,
+          .run = run_validate},
+#endif
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
     Stage{.name = "reconstruct",
           .version = 1,
@@ -64,6 +77,15 @@ constexpr std::array kSimulateFlags = {
 constexpr StandAlone kSimulateAlone{kSimulateFlags, simulate_alone};
 #endif
 
+#ifdef ATELIER_HAS_CAPTURE
+constexpr std::array kValidateFlags = {
+    StandAlone::Flag{"html", "FILE",
+                     "Without a workspace: also one page with contact sheets, camera layout and "
+                     "error plots"},
+};
+constexpr StandAlone kValidateAlone{kValidateFlags, validate_alone, true};
+#endif
+
 }  // namespace
 
 std::span<const Stage> all_stages() {
@@ -74,6 +96,11 @@ const StandAlone* stand_alone([[maybe_unused]] std::string_view stage) {
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
   if (stage == "simulate") {
     return &kSimulateAlone;
+  }
+#endif
+#ifdef ATELIER_HAS_CAPTURE
+  if (stage == "validate") {
+    return &kValidateAlone;
   }
 #endif
   return nullptr;

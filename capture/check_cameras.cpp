@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
+
+#include "capture/camera_conventions.h"
 
 namespace atelier {
 namespace {
@@ -117,7 +120,20 @@ Gaze gaze_of(const std::vector<Camera>& cameras) {
   return best;
 }
 
-void check_gaze(const std::vector<Camera>& cameras, std::vector<Finding>& findings) {
+/// The one unit among the usual that makes it some metres, or no setting.
+std::string unit_setting(double distance) {
+  std::string setting;
+  for (const char* unit : {"0.001", "0.01"}) {
+    const double then = distance * std::strtod(unit, nullptr);
+    if (then > 1 && then < 10) {
+      setting = std::string("--capture.metres_per_unit ") + unit;
+    }
+  }
+  return setting;
+}
+
+void check_gaze(const std::vector<Camera>& cameras, const FileWorld& world,
+                std::vector<Finding>& findings) {
   const Gaze gaze = gaze_of(cameras);
   if (cameras.size() < 3) {
     return;
@@ -125,7 +141,8 @@ void check_gaze(const std::vector<Camera>& cameras, std::vector<Finding>& findin
   if (gaze.agreeing * 2 <= static_cast<int>(cameras.size())) {
     findings.push_back({Severity::Error, "cameras-apart", "", "the cameras look at no common place",
                         "are extrinsics world-to-camera (or is the layout's convention another)? "
-                        "try --layout, or look at a transposed or inverted matrix"});
+                        "try --capture.layout, or --capture.extrinsics all=inverse, transposed, "
+                        "position, opengl"});
     return;
   }
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -147,14 +164,21 @@ void check_gaze(const std::vector<Camera>& cameras, std::vector<Finding>& findin
   if (distance < 0.3 || distance > 100) {
     findings.push_back({Severity::Error, "stage-size", "",
                         sentence("the cameras are %.3g m from what they look at", distance),
-                        distance > 100 ? "is the calibration in millimetres? --metres_per_unit "
-                                         "0.001 says so, 0.01 centimetres"
-                                       : "which unit is the calibration in? --metres_per_unit "
-                                         "says so"});
+                        "which unit is the calibration in? --capture.metres_per_unit says so",
+                        unit_setting(distance / world.metres_per_unit)});
   }
 }
 
-void check_up(const std::vector<Camera>& cameras, std::vector<Finding>& findings) {
+/// The axis of the files' world that is nearest to a direction of ours.
+std::string axis_name(const Eigen::Vector3d& direction, const FileWorld& world) {
+  const Eigen::Vector3d in_file = y_up_from(world.up).transpose() * direction;
+  Eigen::Index axis = 0;
+  in_file.cwiseAbs().maxCoeff(&axis);
+  return std::string(in_file[axis] < 0 ? "-" : "") + "xyz"[axis];
+}
+
+void check_up(const std::vector<Camera>& cameras, const FileWorld& world,
+              std::vector<Finding>& findings) {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();
   for (const Camera& camera : cameras) {
     up -= camera.camera_from_world_rotation.row(1).transpose();
@@ -166,13 +190,14 @@ void check_up(const std::vector<Camera>& cameras, std::vector<Finding>& findings
   if (off > 45) {
     findings.push_back({Severity::Error, "stage-up", "",
                         sentence("the cameras' mean up direction is %.0f degrees off Y", off),
-                        "which axis of the calibration points up? --up says so"});
+                        "which axis of the calibration points up?",
+                        "--capture.up " + axis_name(up, world)});
   }
 }
 
 }  // namespace
 
-std::vector<Finding> check_cameras(const std::vector<Camera>& cameras) {
+std::vector<Finding> check_cameras(const std::vector<Camera>& cameras, const FileWorld& world) {
   std::vector<Finding> findings;
   for (const Camera& camera : cameras) {
     check_lens(camera, findings);
@@ -186,8 +211,8 @@ std::vector<Finding> check_cameras(const std::vector<Camera>& cameras) {
       }
     }
   }
-  check_gaze(cameras, findings);
-  check_up(cameras, findings);
+  check_gaze(cameras, world, findings);
+  check_up(cameras, world, findings);
   return findings;
 }
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "capture/dataset.h"
 #include "core/camera.h"
 #include "core/finding.h"
 
@@ -13,6 +14,8 @@ namespace atelier {
 /// ("camera-looks-away": an inverted or transposed extrinsic, a position in place of a
 /// translation), a stage whose size is no stage's ("stage-size": millimetres), an up axis that no
 /// camera agrees with ("stage-up"). O(cameras^2 + cameras x pixels of the rim).
-std::vector<Finding> check_cameras(const std::vector<Camera>& cameras);
+/// @param world  in which the calibrations were written, for the settings that are advised
+std::vector<Finding> check_cameras(const std::vector<Camera>& cameras,
+                                   const FileWorld& world = {1, "y"});
 
 }  // namespace atelier

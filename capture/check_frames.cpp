@@ -1,6 +1,8 @@
 #include "capture/check_frames.h"
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -19,10 +21,11 @@ namespace {
 class Gathered {
  public:
   void add(Severity severity, const std::string& code, const std::string& camera, int frame,
-           const std::string& what, const std::string& advice) {
+           const std::string& what, const std::string& advice, const std::string& setting = "") {
     Entry& entry = entries_[{camera, code}];
     if (entry.count++ == 0) {
-      entry.finding = {severity, code, camera + " frame " + std::to_string(frame), what, advice};
+      entry.finding = {severity, code,   camera + " frame " + std::to_string(frame),
+                       what,     advice, setting};
     }
   }
   std::vector<Finding> findings() const {
@@ -49,6 +52,7 @@ struct PictureFacts {
   double mean = 0;       ///< of sRGB in [0,1]
   double saturated = 0;  ///< share
   double sharpness = 0;  ///< variance of the Laplacian over the variance
+  Eigen::Vector3d person = Eigen::Vector3d::Zero();  ///< mean of red, green, blue on the mask
   Digest digest{};
 };
 
@@ -143,6 +147,92 @@ void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& 
   }
 }
 
+/// Mean colour of the person, as if the camera had no gain; nothing (0) of grey pictures.
+Eigen::Vector3d colour_on(const ByteImage& image, const ByteImage& mask, const Camera& camera) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0;
+  if (image.channels < 3 || mask.width != image.width || mask.height != image.height) {
+    return sum;
+  }
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      if (mask.at(x, y) != 0) {
+        for (int c = 0; c < 3; ++c) {
+          sum[c] += std::pow(image.at(x, y, c) / 255.0, 2.2) / camera.gain[c];
+        }
+        count += 1;
+      }
+    }
+  }
+  constexpr double kFew = 50;
+  return count < kFew ? Eigen::Vector3d::Zero() : Eigen::Vector3d(sum / count);
+}
+
+/// Pictures of two cameras that are one picture, and cameras whose colours are not the others'.
+void compare_cameras(const std::vector<Camera>& cameras,
+                     const std::vector<std::vector<PictureFacts>>& pictures,
+                     std::vector<Finding>& findings) {
+  std::map<std::pair<int, Digest>, std::size_t> first;
+  std::set<std::pair<std::size_t, std::size_t>> told;
+  std::vector<Eigen::Vector3d> colours;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    std::array<std::vector<double>, 3> values;  // green; red and blue over green
+    for (const PictureFacts& picture : pictures[c]) {
+      const auto [there, is_new] = first.emplace(std::pair(picture.frame_id, picture.digest), c);
+      if (!is_new && told.emplace(there->second, c).second) {
+        findings.push_back({Severity::Error, "picture-twins",
+                            cameras[c].id + " frame " + std::to_string(picture.frame_id),
+                            "it has the very picture of " + cameras[there->second].id,
+                            "was a camera's folder copied under another name?",
+                            "--capture.leave_out " + cameras[c].id});
+      }
+      if (picture.person.y() > 0) {
+        values[0].push_back(picture.person.y());
+        values[1].push_back(picture.person.x() / picture.person.y());
+        values[2].push_back(picture.person.z() / picture.person.y());
+      }
+    }
+    colours.emplace_back(median(values[0]), median(values[1]), median(values[2]));
+  }
+  Eigen::Vector3d usual;
+  for (int i = 0; i < 3; ++i) {
+    std::vector<double> all;
+    for (const Eigen::Vector3d& colour : colours) {
+      if (colour.x() > 0) {
+        all.push_back(colour[i]);
+      }
+    }
+    if (all.size() < 3) {
+      return;
+    }
+    usual[i] = median(all);
+  }
+  const auto off = [](double a, double b) {
+    return std::max(a, b) / std::max(std::min(a, b), 1e-6);
+  };
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Eigen::Vector3d& colour = colours[c];
+    if (colour.x() <= 0) {
+      continue;
+    }
+    constexpr double kTint = 1.6;
+    constexpr double kBright = 2;
+    const double tint = std::max(off(colour.y(), usual.y()), off(colour.z(), usual.z()));
+    if (tint > kTint) {
+      findings.push_back(
+          {Severity::Warning, "camera-colour", cameras[c].id,
+           "red or blue of the person is " + percent(tint - 1) + " off what the other cameras see",
+           "is its white balance automatic? atelier calibrate finds gains"});
+    } else if (off(colour.x(), usual.x()) > kBright) {
+      findings.push_back({Severity::Warning, "camera-exposure", cameras[c].id,
+                          "the person is " +
+                              std::string(colour.x() > usual.x() ? "brighter" : "darker") +
+                              " by a factor of two and more than in the other cameras",
+                          "is its exposure another? atelier calibrate finds gains"});
+    }
+  }
+}
+
 double set_share(const ByteImage& mask, bool rim) {
   double set = 0;
   double all = 0;
@@ -171,7 +261,8 @@ void judge_mask(const std::string& camera, int frame, const ByteImage& mask, Gat
   } else if (rim > 0.8 && inside > 0.4) {
     gathered.add(Severity::Error, "mask-inverted", camera, frame,
                  "the mask is set along " + percent(rim) + " of the image's rim",
-                 "is it inverted? the person is what is not 0");
+                 "is it inverted? the person is what is not 0",
+                 "--capture.masks " + camera + "=inverted");
   }
 }
 
@@ -182,8 +273,12 @@ auto guarded(const Read& read, const char* code, const std::string& camera, int 
   try {
     return read();
   } catch (const DataError& error) {
-    gathered.add(Severity::Error, code, camera, frame, error.what(),
-                 "write it again, or leave the frame out");
+    // A number that no label has is not damage.
+    const bool unknown = error.expected.find("taxonomy") != std::string::npos ||
+                         error.expected.find("0 to") != std::string::npos;
+    gathered.add(Severity::Error, unknown ? "label-unknown" : code, camera, frame, error.what(),
+                 unknown ? "which taxonomy are they of? --capture.label_taxonomy says"
+                         : "write it again, or leave the frame out");
     return {};
   }
 }
@@ -220,6 +315,7 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
     total += static_cast<int>(frames.images.size());
   }
   int done = 0;
+  std::vector<std::vector<PictureFacts>> all_pictures(dataset.cameras.size());
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     const Camera& camera = dataset.cameras[c];
     const CameraFrames& frames = dataset.frames[c];
@@ -261,14 +357,30 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
         if (mask) {
           judge_mask(camera.id, frame, *mask, gathered);
         }
+        if (mask && image) {
+          pictures.back().person = colour_on(*image, *mask, camera);
+          if (mask->width != image->width || mask->height != image->height) {
+            gathered.add(Severity::Error, "mask-size", camera.id, frame,
+                         std::to_string(mask->width) + " x " + std::to_string(mask->height) +
+                             " px, the picture has " + std::to_string(image->width) + " x " +
+                             std::to_string(image->height),
+                         "make masks of the pictures' size");
+          }
+        }
+      }
+      if (frames.masks.contains(frame) && frames.labels.contains(frame)) {
+        guarded([&] { return reader.labels(index, frame); }, "labels-damaged", camera.id, frame,
+                gathered);
       }
       if (told) {
         told(++done, total);
       }
     }
     judge_pictures(camera.id, pictures, options, gathered);
+    all_pictures[c] = std::move(pictures);
   }
   std::vector<Finding> findings = gathered.findings();
+  compare_cameras(dataset.cameras, all_pictures, findings);
   findings.insert(findings.begin(), camera_findings.begin(), camera_findings.end());
   return findings;
 }

@@ -1,19 +1,22 @@
 #include "capture/check_keypoints.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <optional>
 #include <string>
 
+#include "capture/associate_people.h"
+#include "capture/detections.h"
+#include "capture/explain_cameras.h"
 #include "capture/keypoint_schema.h"
-#include "core/error.h"
 
 namespace atelier {
 namespace {
 
 constexpr double kWorstError = 12;  // px of a picture 1000 rows high: no detector is so far off
-constexpr int kLongestShift = 5;    // frames by which a camera may be out of step
 
 using Frames = std::vector<std::vector<Keypoints2d>>;
 
@@ -38,12 +41,16 @@ void check_rows(const Dataset& dataset, const Frames& detections, std::vector<Fi
     double outside = 0;
     double found = 0;
     double wrong = 0;
+    double largest = 0;
+    double extent = 0;
     for (const auto& frame : detections) {
       for (Index k = 0; k < frame[c].rows(); ++k) {
         const double confidence = frame[c](k, 2);
         wrong += confidence < 0 || confidence > 1.2 ? 1 : 0;
+        largest = std::max(largest, confidence);
         if (confidence > 0.2) {
           found += 1;
+          extent = std::max({extent, frame[c](k, 0), frame[c](k, 1)});
           outside += frame[c](k, 0) < 0 || frame[c](k, 1) < 0 || frame[c](k, 0) > camera.width ||
                              frame[c](k, 1) > camera.height
                          ? 1
@@ -54,15 +61,24 @@ void check_rows(const Dataset& dataset, const Frames& detections, std::vector<Fi
     if (found == 0) {
       findings.push_back({Severity::Warning, "keypoints-none", camera.id,
                           "no confident keypoint in any frame", "does it see the person?"});
+    } else if (extent < 2) {
+      findings.push_back({Severity::Error, "keypoints-scaled", camera.id,
+                          sentence("no keypoint is beyond %.2f px: they are shares of width and "
+                                   "height",
+                                   extent),
+                          "read them so", "--capture.keypoints " + camera.id + "=shares"});
     } else if (outside > 0.05 * found) {
       findings.push_back({Severity::Error, "keypoints-outside", camera.id,
                           sentence("%.0f%% of the confident points lie outside the picture",
                                    100 * outside / found),
-                          "are they of pictures of another size, or in shares of it?"});
+                          "are they of pictures of another size?"});
     }
     if (wrong > 0) {
+      const bool percent = largest > 10 && largest <= 100;
       findings.push_back({Severity::Warning, "keypoint-confidence", camera.id,
-                          "confidences outside 0 to 1", "what do they mean?"});
+                          sentence("confidences outside 0 to 1, up to %.3g", largest),
+                          percent ? "they are percent" : "what do they mean?",
+                          percent ? "--capture.keypoints " + camera.id + "=percent" : ""});
     }
   }
 }
@@ -92,7 +108,64 @@ double usual_length(const Triangulation& found, const KeypointSchema& schema, co
   return median(std::move(lengths));
 }
 
-void check_person(const Triangulation& found, const KeypointSchema& schema,
+/// The unit in which legs are legs: of millimetres to inches, or no setting.
+std::string unit_setting(double leg, const FileWorld& world) {
+  constexpr std::array kUnits = {0.001, 0.01, 0.1, 0.0254, 0.3048, 1.0, 10.0, 100.0, 1000.0};
+  for (const double unit : kUnits) {
+    const double then = leg * unit / world.metres_per_unit;
+    if (then > 0.55 && then < 1.15) {
+      return sentence("--capture.metres_per_unit %g", unit);
+    }
+  }
+  // Of none: what makes hip to ankle 0.82 m, as most adults have it.
+  return sentence("--capture.metres_per_unit %.3g", 0.82 / leg * world.metres_per_unit);
+}
+
+/// Which way the person faces against which side left is on: from toes and heels, or nose and ears.
+void check_sides(const Triangulation& found, const KeypointSchema& schema,
+                 std::vector<Finding>& findings) {
+  const auto place = [&](const SpacePose& pose,
+                         const char* name) -> std::optional<Eigen::Vector3d> {
+    const int k = find_keypoint(schema, name);
+    if (k < 0 || pose.points[static_cast<std::size_t>(k)].confidence <= 0) {
+      return std::nullopt;
+    }
+    return pose.points[static_cast<std::size_t>(k)].place;
+  };
+  int right_way = 0;
+  int wrong_way = 0;
+  for (const SpacePose& pose : found.frames) {
+    const auto left_hip = place(pose, "left_hip");
+    const auto right_hip = place(pose, "right_hip");
+    const auto left_shoulder = place(pose, "left_shoulder");
+    const auto right_shoulder = place(pose, "right_shoulder");
+    const auto nose = place(pose, "nose");
+    const auto left_ear = place(pose, "left_ear");
+    const auto right_ear = place(pose, "right_ear");
+    if (!left_hip || !right_hip || !left_shoulder || !right_shoulder || !nose || !left_ear ||
+        !right_ear) {
+      continue;
+    }
+    const Eigen::Vector3d up = *left_shoulder + *right_shoulder - *left_hip - *right_hip;
+    const Eigen::Vector3d forward = 2 * *nose - *left_ear - *right_ear;
+    const Eigen::Vector3d left = *left_shoulder - *right_shoulder + *left_hip - *right_hip;
+    const double side = up.cross(forward).dot(left);
+    // Heads turn: only what is clear counts.
+    if (std::abs(side) > 0.3 * up.norm() * forward.norm() * left.norm()) {
+      ++(side > 0 ? right_way : wrong_way);
+    }
+  }
+  constexpr int kFew = 4;
+  if (wrong_way >= kFew && wrong_way > 4 * right_way) {
+    findings.push_back({Severity::Error, "keypoint-sides", "",
+                        sentence("the person's left is on its right in %d of %d frames", wrong_way,
+                                 wrong_way + right_way),
+                        "left and right of the keypoints are in each other's place",
+                        "--capture.keypoints all=swapped_sides"});
+  }
+}
+
+void check_person(const Triangulation& found, const KeypointSchema& schema, const FileWorld& world,
                   std::vector<Finding>& findings) {
   const double thigh = usual_length(found, schema, "left_hip", "left_knee");
   const double shin = usual_length(found, schema, "left_knee", "left_ankle");
@@ -109,148 +182,145 @@ void check_person(const Triangulation& found, const KeypointSchema& schema,
                         sentence("thigh %.2f, shin %.2f, upper arm %.2f, forearm %.2f m are no "
                                  "person's",
                                  thigh, shin, arm, fore),
-                        "is the order of the keypoints another? --keypoint_schema says which"});
+                        "is the order of the keypoints another? --capture.keypoint_schema says"});
   } else if (leg < 0.35 || leg > 1.3) {
     findings.push_back({Severity::Error, "person-size", "", sentence("hip to ankle is %.3g m", leg),
-                        leg > 100  ? "is the calibration in millimetres? --metres_per_unit 0.001"
-                        : leg > 10 ? "is the calibration in centimetres? --metres_per_unit 0.01"
-                                   : "which unit is the calibration in? --metres_per_unit says"});
+                        "which unit is the calibration in?", unit_setting(leg, world)});
   }
 }
 
-/// Median error of a camera against the poses `shift` frames later.
-double shifted_error(const Camera& camera, const Frames& detections, std::size_t c,
-                     const Triangulation& found, int shift) {
-  std::vector<double> errors;
-  const auto frames = static_cast<int>(found.frames.size());
-  for (int f = kLongestShift; f < frames - kLongestShift; ++f) {
-    const Keypoints2d& rows = detections[static_cast<std::size_t>(f)][c];
-    const int then = f + shift;
-    const SpacePose& pose = found.frames[static_cast<std::size_t>(then)];
-    for (Index k = 0; k < rows.rows(); ++k) {
-      const SpacePoint& point = pose.points[static_cast<std::size_t>(k)];
-      if (rows(k, 2) < 0.3 || point.confidence <= 0 || point.bridged) {
-        continue;
-      }
-      if (const auto pixel = project(camera, point.place)) {
-        errors.push_back((*pixel - rows.row(k).head<2>().transpose()).norm() * 1000 /
-                         camera.height);
-      }
-    }
-  }
-  return errors.size() < 50 ? 0 : median(std::move(errors));
-}
+/// Share of the points that two cameras see and that meet in space.
+struct Meeting {
+  double wanted = 0;
+  double met = 0;
+  double unseen = 0;  ///< points that some camera sees, and no second
+};
 
-void check_sync(const std::vector<Camera>& cameras, const Frames& detections,
-                const Triangulation& found, std::vector<Finding>& findings) {
-  if (static_cast<int>(found.frames.size()) < 3 * kLongestShift) {
-    return;
-  }
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const double now = shifted_error(cameras[c], detections, c, found, 0);
-    int best = 0;
-    double least = now;
-    for (int shift = -kLongestShift; shift <= kLongestShift; ++shift) {
-      const double error = shifted_error(cameras[c], detections, c, found, shift);
-      if (error > 0 && error < least) {
-        least = error;
-        best = shift;
-      }
-    }
-    if (best != 0 && least < 0.7 * now && now - least > 1) {
-      findings.push_back({Severity::Error, "camera-out-of-sync", cameras[c].id,
-                          sentence("its picture of a frame fits %d frames %s (error %.1f px, then "
-                                   "%.1f)",
-                                   std::abs(best), best > 0 ? "later" : "earlier", now, least),
-                          sentence("shift its frames by %d", best)});
-    }
-  }
-}
-
-}  // namespace
-
-std::vector<std::vector<Keypoints2d>> main_person(FrameReader& reader,
-                                                  const std::vector<int>& frames) {
-  const Dataset& dataset = reader.dataset();
-  Frames all;
-  for (const int frame : frames) {
-    std::vector<Keypoints2d>& views = all.emplace_back(dataset.cameras.size(), Keypoints2d(0, 3));
-    for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-      double most = 0;
-      for (const PersonKeypoints& person : reader.keypoints(static_cast<Index>(c), frame)) {
-        const double sum = person.points.col(2).sum();
-        if (sum > most) {
-          most = sum;
-          views[c] = person.points;
-        }
-      }
-    }
-  }
-  return all;
-}
-
-std::vector<Finding> check_keypoints(FrameReader& reader, const TriangulationOptions& options) {
-  const Dataset& dataset = reader.dataset();
-  std::vector<Finding> findings;
-  bool any = false;
-  for (const CameraFrames& frames : dataset.frames) {
-    any = any || !frames.keypoints.empty();
-  }
-  if (!any || !dataset.calibrated) {
-    return findings;
-  }
-  const KeypointSchema& schema = keypoint_schema(dataset.info.keypoint_schema);
-  const Frames detections = main_person(reader, frame_ids(dataset));
-  for (const auto& frame : detections) {
-    for (const Keypoints2d& rows : frame) {
-      if (rows.rows() != 0 && rows.rows() != static_cast<Index>(schema.points.size())) {
-        findings.push_back({Severity::Error, "keypoint-count", dataset.root.string(),
-                            sentence("%d points, %s has %zu", static_cast<int>(rows.rows()),
-                                     schema.name.c_str(), schema.points.size()),
-                            "--keypoint_schema says which order they are in"});
-        return findings;
-      }
-    }
-  }
-  check_rows(dataset, detections, findings);
-  if (dataset.cameras.size() < 2 || detections.empty()) {
-    return findings;
-  }
-  const double fps =
-      dataset.info.sequences.empty() ? 30 : std::max(dataset.info.sequences[0].fps, 1.0);
-  const Triangulation found = triangulate(dataset.cameras, detections, schema, fps, options);
-  std::vector<double> errors = found.camera_error;
-  const double usual = median(std::move(errors));
-  int seen = 0;
-  double wanted = 0;  // points that enough cameras have found
+Meeting meeting_of(const Frames& detections, const Triangulation& found, std::size_t points,
+                   int least_views) {
+  Meeting meeting;
   for (std::size_t f = 0; f < found.frames.size(); ++f) {
-    for (std::size_t k = 0; k < schema.points.size(); ++k) {
+    for (std::size_t k = 0; k < points; ++k) {
       int views = 0;
       for (const Keypoints2d& rows : detections[f]) {
         views += rows.rows() > 0 && rows(static_cast<Index>(k), 2) > 0.3 ? 1 : 0;
       }
-      if (views >= options.least_views) {
-        const SpacePoint& point = found.frames[f].points[k];
-        wanted += 1;
-        seen += point.confidence > 0 && !point.bridged ? 1 : 0;
+      const SpacePoint& point = found.frames[f].points[k];
+      meeting.unseen += views > 0 && views < least_views ? 1 : 0;
+      if (views >= least_views) {
+        meeting.wanted += 1;
+        // Two of many views meet by chance; a person is where half of them do.
+        meeting.met += !point.bridged && point.confidence > 0 && 2 * point.views >= views ? 1 : 0;
       }
     }
   }
-  if (wanted < 20) {
-    return findings;
+  return meeting;
+}
+
+void check_half_pixel(const SeenPerson& seen, const Triangulation& found,
+                      std::vector<Finding>& findings) {
+  const auto common = common_shift(seen, found);
+  // Cameras of one height let the points take up a shift down, so that sideways must do.
+  constexpr double kKnown = 0.08;  // px
+  if (!common || common->deviation.x() > kKnown || std::abs(common->shift.x()) < 0.3 ||
+      std::abs(common->shift.x()) > 0.7) {
+    return;
   }
-  if (usual > kWorstError || seen < 0.2 * wanted) {
-    findings.push_back({Severity::Error, "calibration-error", "",
-                        sentence("%.0f%% of the keypoints meet in space, with %.1f px of error",
-                                 100 * seen / wanted, usual),
-                        "are calibration and pictures of the same day, size and layout? is the "
-                        "distortion in OpenCV's order?"});
-    return findings;
+  findings.push_back(
+      {Severity::Warning, "half-pixel", "",
+       sentence("all keypoints lie %.2f px beside all calibrations (give or take %.2f): one "
+                "counts from the first pixel's corner, the other from its centre",
+                common->shift.x(), common->deviation.x()),
+       "shift the principal points",
+       std::string("--capture.pixel_shift all=") + (common->shift.x() > 0 ? "0.5" : "-0.5")});
+}
+
+}  // namespace
+
+KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& options) {
+  const Dataset& dataset = reader.dataset();
+  KeypointCheck check;
+  const bool any =
+      std::any_of(dataset.frames.begin(), dataset.frames.end(),
+                  [](const CameraFrames& frames) { return !frames.keypoints.empty(); });
+  if (!any || !dataset.calibrated) {
+    return check;
   }
-  findings.insert(findings.end(), found.findings.begin(), found.findings.end());
-  check_person(found, schema, findings);
-  check_sync(dataset.cameras, detections, found, findings);
-  return findings;
+  std::vector<Finding>& findings = check.findings;
+  SeenPerson seen;
+  seen.cameras = dataset.cameras;
+  seen.file_world = dataset.file_world;
+  seen.schema = &keypoint_schema(dataset.info.keypoint_schema);
+  seen.fps = dataset.info.sequences.empty() ? 30 : std::max(dataset.info.sequences[0].fps, 1.0);
+  const Detections all = read_detections(reader, frame_ids(dataset));
+  findings = all.findings;
+  check.frame_ids = seen.frame_ids = all.frame_ids;
+  seen.detections = main_person(all);
+  if (most_people(all) > 1 && dataset.cameras.size() > 1) {
+    const auto people = associate_people(dataset.cameras, all, *seen.schema, options);
+    if (!people.empty()) {
+      seen.detections = people.front();
+    }
+  }
+  check.detections = seen.detections;
+  check_rows(dataset, seen.detections, findings);
+  if (dataset.cameras.size() < 2 || seen.detections.empty()) {
+    return check;
+  }
+  Triangulation found = triangulate(seen.cameras, seen.detections, *seen.schema, seen.fps, options);
+  std::vector<double> errors = found.camera_error;
+  const double usual = median(std::move(errors));
+  const Meeting meeting =
+      meeting_of(seen.detections, found, seen.schema->points.size(), options.least_views);
+  constexpr double kFew = 20;
+  if (meeting.wanted < kFew) {
+    return check;
+  }
+  check.found = found;
+  // Half of the cameras can agree although all are misread: a circle is symmetric.
+  constexpr double kMostMeet = 0.8;
+  constexpr double kMet = 0.5;
+  const double met = meeting.met / meeting.wanted;
+  if (usual > kWorstError || met < kMostMeet) {
+    if (const auto explained = explain_all(seen, options)) {
+      std::erase_if(findings, [&](const Finding& f) { return f.code == "keypoints-outside"; });
+      findings.push_back(*explained);
+      return check;
+    }
+  }
+  if (usual > kWorstError || met < kMet) {
+    findings.push_back(
+        {Severity::Error, "calibration-error", "",
+         sentence("%.0f%% of the keypoints meet in space, with %.1f px of error", 100 * met, usual),
+         "are calibration and pictures of the same day, size and layout?"});
+    return check;
+  }
+  check.calibration_fits = true;
+  const auto distortion = explain_distortion(seen, options);
+  if (distortion) {
+    findings.push_back(*distortion);
+  }
+  const std::vector<Finding> off = explain_cameras(seen, found);
+  std::erase_if(findings, [&](const Finding& finding) {
+    return finding.code == "keypoints-outside" &&
+           std::any_of(off.begin(), off.end(), [&](const Finding& other) {
+             return other.severity == Severity::Error && other.place == finding.place;
+           });
+  });
+  findings.insert(findings.end(), off.begin(), off.end());
+  check_person(found, *seen.schema, dataset.file_world, findings);
+  check_sides(found, *seen.schema, findings);
+  if (off.empty() && !distortion) {
+    check_half_pixel(seen, found, findings);
+  }
+  constexpr double kUnseen = 0.3;
+  if (meeting.unseen > kUnseen * (meeting.unseen + meeting.wanted)) {
+    findings.push_back({Severity::Warning, "coverage-low", "",
+                        sentence("%.0f%% of the keypoints are seen by one camera alone",
+                                 100 * meeting.unseen / (meeting.unseen + meeting.wanted)),
+                        "two cameras must see each part of the person; add some, or turn them"});
+  }
+  return check;
 }
 
 }  // namespace atelier

@@ -8,17 +8,23 @@
 
 namespace atelier {
 
-/// The person with the most confident points of each camera and frame: [frame][camera], in the
-/// order of `frames`; no rows where nobody was found.
-std::vector<std::vector<Keypoints2d>> main_person(FrameReader& reader,
-                                                  const std::vector<int>& frames);
+/// What detections say of a capture, for the page of `validate` and for other checks.
+struct KeypointCheck {
+  std::vector<Finding> findings;
+  std::vector<int> frame_ids;                        ///< [F] of what follows
+  std::vector<std::vector<Keypoints2d>> detections;  ///< [F][camera], of the person that counts
+  Triangulation found;            ///< of that person; no frames where nothing could be said
+  bool calibration_fits = false;  ///< the points meet in space: `found` can be built on
+};
 
-/// What detections say of themselves and of the calibration: points outside their picture,
-/// confidences outside [0,1], cameras that see nobody ("keypoints-none"); then, triangulated, a
-/// reprojection error that no detector has ("calibration-error"), the cameras it comes from
-/// ("camera-off"), a person of a size that nobody has ("person-size": the unit), a camera that fits
-/// another moment better ("camera-out-of-sync": how many frames), and an order of points whose
-/// limbs are of no length ("keypoint-order"). Nothing is said of what there is too little of.
-std::vector<Finding> check_keypoints(FrameReader& reader, const TriangulationOptions& options = {});
+/// What detections say of themselves and of the calibration: files that are damaged, points outside
+/// their picture, confidences outside [0,1], cameras that see nobody ("keypoints-none"); then,
+/// triangulated, how all cameras or one of them were misread and the setting that mends it
+/// (explain_cameras.h), a person of a size that nobody has ("person-size": the unit), left and
+/// right of it in each other's place ("keypoint-sides"), an order of points whose limbs are of no
+/// length ("keypoint-order"), half a pixel between calibration and detections ("half-pixel"),
+/// points that hardly two cameras see ("coverage-low"). Nothing is said of what there is too little
+/// of. Where several people are seen, the one who is found best.
+KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& options = {});
 
 }  // namespace atelier

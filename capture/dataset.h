@@ -21,12 +21,26 @@ struct DataPlace {
   bool operator==(const DataPlace&) const = default;
 };
 
+/// How a camera's detections are meant where files say it wrongly (layouts/corrections.h).
+struct KeypointReading {
+  double scale_x = 1;          ///< px of the picture for each of the file's
+  double scale_y = 1;          ///< the same down
+  double confidence = 1;       ///< factor
+  bool mirrored = false;       ///< the picture was mirrored when it was looked at
+  bool upside_down = false;    ///< rows were counted from below
+  bool swapped_sides = false;  ///< left is right
+
+  bool operator==(const KeypointReading&) const = default;
+};
+
 /// What there is of one camera, by frame id.
 struct CameraFrames {
   std::map<int, DataPlace> images;
   std::map<int, DataPlace> masks;      ///< of the person
   std::map<int, DataPlace> labels;     ///< of CaptureInfo::label_taxonomy
   std::map<int, DataPlace> keypoints;  ///< of CaptureInfo::keypoint_schema
+  KeypointReading reading;             ///< of the keypoints
+  bool inverted_masks = false;         ///< the masks are set where nobody is
   int image_width = 0;                 ///< pixels of the first picture; 0: there is none
   int image_height = 0;
 };

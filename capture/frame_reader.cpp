@@ -4,6 +4,8 @@
 #include <span>
 
 #include "capture/camera_conventions.h"
+#include "capture/camera_readings.h"
+#include "capture/keypoint_schema.h"
 #include "capture/keypoints3d_file.h"
 #include "capture/label_taxonomy.h"
 #include "capture/video_file.h"
@@ -54,6 +56,18 @@ const char* extension_of(ImageFormat format) {
 const DataPlace* find_place(const std::map<int, DataPlace>& places, int frame_id) {
   const auto found = places.find(frame_id);
   return found == places.end() ? nullptr : &found->second;
+}
+
+PersonKeypoints as_meant(PersonKeypoints person, const Dataset& dataset, std::size_t camera) {
+  const KeypointReading& reading = dataset.frames[camera].reading;
+  if (reading != KeypointReading{}) {
+    // While the order is still guessed there is none; sides say nothing of it.
+    const std::string& order = dataset.info.keypoint_schema;
+    person.points =
+        read_as(person.points, reading, order.empty() ? body_25_schema() : keypoint_schema(order),
+                dataset.cameras[camera].width, dataset.cameras[camera].height);
+  }
+  return person;
 }
 
 /// 255 where a mask's pixel says person: palettes by index, pictures by their brightest channel,
@@ -248,8 +262,14 @@ std::optional<ByteImage> FrameReader::mask(Index camera_idx, int frame_id) {
   const DataPlace* place =
       find_place(state_->dataset.frames[state_->camera(camera_idx)].masks, frame_id);
   if (place != nullptr) {
-    return binary_mask(state_->bytes(*place, &CameraFrames::masks, frame_id), name_of(*place),
-                       state_->limits);
+    ByteImage read = binary_mask(state_->bytes(*place, &CameraFrames::masks, frame_id),
+                                 name_of(*place), state_->limits);
+    if (state_->dataset.frames[state_->camera(camera_idx)].inverted_masks) {
+      for (std::uint8_t& value : read.data) {
+        value = static_cast<std::uint8_t>(255 - value);
+      }
+    }
+    return read;
   }
   std::optional<ByteImage> mask = labels(camera_idx, frame_id);
   if (mask) {
@@ -291,14 +311,19 @@ std::vector<PersonKeypoints> FrameReader::keypoints(Index camera_idx, int frame_
         person.points.block<1, 2>(i, 0).array() += dataset.keypoint_shift;
       }
     }
-    return {person};
+    return {as_meant(std::move(person), dataset, state_->camera(camera_idx))};
   }
   const std::vector<std::byte> bytes = state_->bytes(*place, nullptr, frame_id);
   const std::string_view text = as_text(bytes);
-  return dataset.keypoint_file == KeypointFile::EasyMocap
-             ? parse_easymocap_annotation(text, name_of(*place), dataset.keypoint_shift,
-                                          state_->limits)
-             : parse_openpose(text, name_of(*place), dataset.keypoint_shift, state_->limits);
+  std::vector<PersonKeypoints> people =
+      dataset.keypoint_file == KeypointFile::EasyMocap
+          ? parse_easymocap_annotation(text, name_of(*place), dataset.keypoint_shift,
+                                       state_->limits)
+          : parse_openpose(text, name_of(*place), dataset.keypoint_shift, state_->limits);
+  for (PersonKeypoints& person : people) {
+    person = as_meant(std::move(person), dataset, state_->camera(camera_idx));
+  }
+  return people;
 }
 
 std::vector<PersonPoints> FrameReader::keypoints3d(int frame_id) {

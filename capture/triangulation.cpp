@@ -356,6 +356,51 @@ std::vector<double> camera_errors(const std::vector<Camera>& cameras, const Fram
   return errors;
 }
 
+/// The same of one camera against what the others alone say, over some frames: where cameras are
+/// few, those that agree by chance make the rest look wrong.
+double error_left_out(const std::vector<Camera>& cameras, const Frames& detections, std::size_t c,
+                      Index count, const TriangulationOptions& options) {
+  constexpr std::size_t kSamples = 24;
+  const std::size_t step = std::max<std::size_t>(1, detections.size() / kSamples);
+  std::vector<std::vector<Keypoints2d>> some;
+  std::vector<SpacePose> poses;
+  for (std::size_t f = 0; f < detections.size(); f += step) {
+    some.push_back(detections[f]);
+    std::vector<Keypoints2d> others = detections[f];
+    others[c] = Keypoints2d(0, 3);
+    poses.push_back(pose_of(cameras, others, count, options, {}));
+  }
+  return camera_errors(cameras, some, poses)[c];
+}
+
+/// Cameras whose error stands out: by how much more than the others'; 1 of all others.
+std::vector<double> standing_out(const std::vector<Camera>& cameras, const Frames& detections,
+                                 const std::vector<double>& errors, Index count,
+                                 const TriangulationOptions& options) {
+  std::vector<double> sorted = errors;
+  const double usual = std::max(median_of(sorted), 0.1);
+  std::vector<double> ratios;
+  bool any = false;
+  for (const double error : errors) {
+    ratios.push_back(error > kOffFactor * usual ? error / usual : 1);
+    any = any || ratios.back() > 1;
+  }
+  constexpr std::size_t kFewCameras = 6;
+  if (!any || cameras.size() > kFewCameras) {
+    return ratios;
+  }
+  std::vector<double> left_out;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    left_out.push_back(error_left_out(cameras, detections, c, count, options));
+  }
+  sorted = left_out;
+  const double usual_left_out = std::max(median_of(sorted), 0.1);
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    ratios[c] = left_out[c] > kOffFactor * usual_left_out ? ratios[c] : 1;
+  }
+  return ratios;
+}
+
 void bridge_gaps(std::vector<SpacePose>& frames, std::size_t k, double fps, double longest) {
   constexpr double kAcceleration = 20;  // m/s2 of a limb: how far a straight line may be wrong
   std::optional<std::size_t> before;
@@ -417,9 +462,11 @@ Triangulation triangulate(const std::vector<Camera>& cameras, const Frames& dete
   std::vector<double> sorted = result.camera_error;
   const double usual = std::max(median_of(sorted), 0.1);
   scale.assign(cameras.size(), 1);
+  const std::vector<double> ratios =
+      standing_out(cameras, used, result.camera_error, count, options);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const double ratio = result.camera_error[i] / usual;
-    if (ratio > kOffFactor) {
+    const double ratio = ratios[i];
+    if (ratio > 1) {
       scale[i] = ratio * ratio;
       char what[128];
       std::snprintf(what, sizeof what, "reprojection error %.1f px, %.1f in the median camera",

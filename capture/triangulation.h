@@ -58,9 +58,9 @@ struct Triangulation {
 };
 
 /// All keypoints of one person over a sequence. A camera whose error stands out from the others'
-/// (more than twice their median) is named and counts less in a second pass; limbs that fit better
-/// mirrored are swapped back; gaps are bridged by a straight line, with the covariance that such a
-/// line deserves, and flagged.
+/// (more than twice their median; of six cameras and fewer also against what the others alone say)
+/// is named and counts less in a second pass; limbs that fit better mirrored are swapped back; gaps
+/// are bridged by a straight line, with the covariance that such a line deserves, and flagged.
 /// @param detections  [frame][camera], [K,3] each, or no rows where nothing was found
 /// Throws LogicError for sizes that differ.
 Triangulation triangulate(const std::vector<Camera>& cameras,

@@ -31,6 +31,9 @@ std::string to_string(const Finding& finding) {
   if (!finding.advice.empty()) {
     text += "; " + finding.advice;
   }
+  if (!finding.setting.empty()) {
+    text += " -> " + finding.setting;
+  }
   return text;
 }
 

@@ -13,7 +13,10 @@ struct Finding {
   std::string code;    ///< stable short name, e.g. "camera-rotation"; what tests and scripts match
   std::string place;   ///< file, camera, frame, vertex: as precise as known
   std::string what;    ///< what was found, one sentence
-  std::string advice;  ///< what to do about it, with the exact setting where there is one
+  std::string advice;  ///< what to do about it
+  /// The option that would put it right, as it is typed: "--capture.sync cam3=-4"; "" where there
+  /// is none, or where the files themselves must be mended.
+  std::string setting = {};
 };
 
 /// "error", "warning" or "note".
@@ -22,7 +25,7 @@ const char* severity_name(Severity severity);
 /// True if any finding is an error.
 bool has_errors(const std::vector<Finding>& findings);
 
-/// One readable line: "error camera-rotation [cam3]: ...; advice".
+/// One readable line: "error camera-rotation [cam3]: what; advice -> setting".
 std::string to_string(const Finding& finding);
 
 }  // namespace atelier

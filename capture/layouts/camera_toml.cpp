@@ -183,7 +183,7 @@ void compare_with_qualisys(Dataset& dataset, const fs::path& toml, const Limits&
              ": the unit of QTM's pixels was taken off numbers that have none (k1 is " +
              number_text(dataset.cameras.front().distortion[0]) + " instead of " +
              number_text(original.front().distortion[0]) + ")",
-         "read the QTM file itself: --layout qualisys"});
+         "read the QTM file itself", "--capture.layout qualisys"});
   }
 }
 

@@ -48,6 +48,7 @@ Dataset read_native(const fs::path& path, const DatasetOptions& /*options*/, con
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     const std::string& id = dataset.cameras[c].id;
     dataset.frames[c].images = numbered_files(path / "images" / id, {}, limits);
+    dataset.frames[c].masks = numbered_files(path / "masks" / id, {".png"}, limits);
     dataset.frames[c].labels = numbered_files(path / "labels" / id, {".png"}, limits);
     dataset.frames[c].keypoints = numbered_files(path / "keypoints2d" / id, {".json"}, limits);
   }

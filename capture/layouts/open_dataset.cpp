@@ -56,11 +56,11 @@ Choice choose(const fs::path& path, const DatasetOptions& options) {
       choice.layout = &layout;
       choice.evidence = evidence;
     } else {
-      choice.findings.push_back({Severity::Note, "layout-ambiguous", path.string(),
-                                 "it could also be " + std::string(layout.name) + " (" + evidence +
-                                     "); read as " + choice.layout->name + " (" + choice.evidence +
-                                     ")",
-                                 "--layout " + std::string(layout.name) + " reads the other"});
+      choice.findings.push_back(
+          {Severity::Note, "layout-ambiguous", path.string(),
+           "it could also be " + std::string(layout.name) + " (" + evidence + "); read as " +
+               choice.layout->name + " (" + choice.evidence + ")",
+           "if that is right, say so", "--capture.layout " + std::string(layout.name)});
     }
   }
   if (choice.layout == nullptr) {
@@ -86,7 +86,7 @@ void settle_world(Dataset& dataset, const DatasetOptions& options) {
       dataset.findings.push_back({Severity::Warning, "unit-unknown", root,
                                   "the layout does not say the unit of its translations; metres "
                                   "are taken",
-                                  "set --metres-per-unit"});
+                                  "--capture.metres_per_unit says it: 1, 0.01, 0.001"});
     }
   }
   if (options.up != "auto") {
@@ -96,7 +96,7 @@ void settle_world(Dataset& dataset, const DatasetOptions& options) {
     if (dataset.calibrated) {
       dataset.findings.push_back({Severity::Note, "up-unknown", root,
                                   "the layout does not say which axis points up; y is taken",
-                                  "set --up"});
+                                  "--capture.up says it: y, z, -y"});
     }
   }
   for (Camera& camera : dataset.cameras) {
@@ -210,7 +210,6 @@ void settle_cameras(Dataset& dataset) {
   std::set<std::string> ids;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     Camera camera = dataset.cameras[c];
-    camera.id = plain_name(camera.id);
     if (!ids.insert(camera.id).second) {
       throw DataError(dataset.root.string(), "camera '" + camera.id + "'", "twice",
                       "each camera once");
@@ -287,7 +286,7 @@ void settle_sequences(Dataset& dataset, const DatasetOptions& options, const Lim
         sequence.fps = kUsualFps;
         dataset.findings.push_back({Severity::Warning, "fps-unknown", dataset.root.string(),
                                     "nothing says the frame rate; 30 frames per second are taken",
-                                    "set --fps"});
+                                    "--capture.fps says it"});
       }
     }
   }
@@ -352,8 +351,10 @@ void settle_keypoints(Dataset& dataset, const DatasetOptions& options, const Lim
   }
   const Index points = people.front().rows();
   const std::string guess = guess_keypoint_schema(points, people);
-  const auto add = [&](Severity severity, const std::string& what, const std::string& advice) {
-    dataset.findings.push_back({severity, "keypoint-schema", dataset.root.string(), what, advice});
+  const auto add = [&](Severity severity, const std::string& what, const std::string& advice,
+                       const std::string& setting = "") {
+    dataset.findings.push_back(
+        {severity, "keypoint-schema", dataset.root.string(), what, advice, setting});
   };
   const std::string those = "detections of " + std::to_string(points) + " points";
   if (guess.empty()) {
@@ -363,13 +364,13 @@ void settle_keypoints(Dataset& dataset, const DatasetOptions& options, const Lim
     add(Severity::Note,
         those + " are in the order " + guess +
             ", which joins limbs best of the orders of as many points",
-        "--keypoint-schema says it otherwise");
+        "--capture.keypoint_schema says it otherwise");
     schema = guess;
   } else if (static_cast<Index>(keypoint_schema(schema).points.size()) != points) {
     add(Severity::Warning,
         "the settings say " + schema + ", but there are " + those + "; " + guess +
             " is taken, which joins limbs best",
-        "--keypoint-schema says it otherwise");
+        "--capture.keypoint_schema says it otherwise");
     schema = guess;
   } else if (guess != schema) {
     // A claim counts more than a guess, unless limbs go across the body.
@@ -381,7 +382,7 @@ void settle_keypoints(Dataset& dataset, const DatasetOptions& options, const Lim
           "the order " + schema + " joins limbs across the body (" +
               number_text(std::round(100 * claimed / guessed) / 100) + " times as long as " +
               guess + " does)",
-          "if that is right: --keypoint-schema " + guess);
+          "if that is right, say so", "--capture.keypoint_schema " + guess);
     }
   }
 }
@@ -403,7 +404,8 @@ OptionTable describe(DatasetOptions& options) {
       .add("label_taxonomy", options.label_taxonomy, auto_or(label_taxonomy_names()),
            "numbers of the label images; auto: as the layout has them")
       .add("subject", options.subject, std::vector<std::string>{},
-           "which person, of layouts with several; auto: the first");
+           "which person, of layouts with several; auto: the first")
+      .add(describe(options.corrections));
   return table;
 }
 
@@ -424,9 +426,14 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
     throw DataError(dataset.root.string(), "cameras", std::to_string(dataset.cameras.size()),
                     "at most " + std::to_string(limits.cameras));
   }
+  for (Camera& camera : dataset.cameras) {
+    camera.id = plain_name(camera.id);
+  }
+  correct_cameras(dataset, options.corrections);
   settle_world(dataset, options);
   measure_pictures(dataset, limits);
   settle_cameras(dataset);
+  correct_frames(dataset, options.corrections);
   settle_sequences(dataset, options, limits);
   settle_keypoints(dataset, options, limits);
   if (options.label_taxonomy != "auto") {

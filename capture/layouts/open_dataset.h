@@ -4,6 +4,7 @@
 #include <string>
 
 #include "capture/dataset.h"
+#include "capture/layouts/corrections.h"
 #include "core/limits.h"
 #include "core/options.h"
 
@@ -19,6 +20,7 @@ struct DatasetOptions {
       "auto";                           ///< order of the 2D keypoints; "auto": told by their number
   std::string label_taxonomy = "auto";  ///< numbers of label images; "auto": as the layout
   std::string subject = "auto";         ///< of layouts with several (Human3.6M); "auto": the first
+  CorrectionOptions corrections;        ///< what is wrong in the files, under names of its own
 };
 OptionTable describe(DatasetOptions& options);
 

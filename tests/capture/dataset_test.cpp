@@ -213,7 +213,7 @@ TEST_F(Datasets, TwoLayoutsInOneFolderAreSaid) {
   EXPECT_EQ(dataset.layout, "easymocap");
   const Finding* finding = find_finding(dataset, "layout-ambiguous");
   ASSERT_NE(finding, nullptr);
-  EXPECT_NE(finding->advice.find("--layout colmap"), std::string::npos);
+  EXPECT_NE(finding->setting.find("--capture.layout colmap"), std::string::npos);
   DatasetOptions options;
   options.layout = "colmap";
   EXPECT_EQ(open_dataset(folder, options).layout, "colmap");

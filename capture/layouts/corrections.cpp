@@ -1,0 +1,196 @@
+#include "capture/layouts/corrections.h"
+
+#include <algorithm>
+#include <charconv>
+#include <set>
+#include <string_view>
+#include <vector>
+
+#include "capture/camera_readings.h"
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+/// "cam3=-4" of an option: the cameras that it names, and the value.
+struct Entry {
+  std::vector<std::size_t> cameras;
+  std::string value;
+};
+
+[[noreturn]] void refuse(const char* option, const std::string& found,
+                         const std::string& expected) {
+  throw DataError(std::string("--capture.") + option, "", found, expected);
+}
+
+std::vector<std::size_t> cameras_named(const Dataset& dataset, const char* option,
+                                       std::string_view name) {
+  std::vector<std::size_t> found;
+  std::string known;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    if (name == "all" || dataset.cameras[c].id == name) {
+      found.push_back(c);
+    }
+    known += (known.empty() ? "" : ", ") + dataset.cameras[c].id;
+  }
+  if (found.empty()) {
+    refuse(option, "'" + std::string(name.substr(0, 60)) + "'", "'all', or one of " + known);
+  }
+  return found;
+}
+
+std::vector<std::string_view> parts_of(std::string_view text) {
+  std::vector<std::string_view> parts;
+  while (!text.empty()) {
+    const std::size_t comma = text.find(',');
+    parts.push_back(text.substr(0, comma));
+    text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
+  }
+  return parts;
+}
+
+std::vector<Entry> entries_of(const Dataset& dataset, const char* option, const std::string& text) {
+  std::vector<Entry> entries;
+  for (const std::string_view part : parts_of(text)) {
+    const std::size_t equals = part.find('=');
+    if (equals == std::string_view::npos || equals + 1 == part.size()) {
+      refuse(option, "'" + std::string(part.substr(0, 60)) + "'", "CAMERA=VALUE,CAMERA=VALUE");
+    }
+    entries.push_back({cameras_named(dataset, option, part.substr(0, equals)),
+                       std::string(part.substr(equals + 1))});
+  }
+  return entries;
+}
+
+int whole_number(const char* option, const std::string& text) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  constexpr int kMost = 1'000'000;
+  if (error != std::errc() || end != text.data() + text.size() || value < -kMost || value > kMost) {
+    refuse(option, "'" + text.substr(0, 60) + "'", "a number of frames");
+  }
+  return value;
+}
+
+/// The same frames under other numbers; those that become negative are left out, and so are those
+/// that no sequence has, where sequences are said.
+void renumber(std::map<int, DataPlace>& places, int by, const std::set<int>& wanted) {
+  std::map<int, DataPlace> moved;
+  for (auto& [frame, place] : places) {
+    const int now = frame + by;
+    if (now >= 0 && (wanted.empty() || wanted.contains(now))) {
+      moved.emplace(now, std::move(place));
+    }
+  }
+  places = std::move(moved);
+}
+
+void leave_out(Dataset& dataset, const std::string& names) {
+  std::set<std::size_t> gone;
+  for (const std::string_view name : parts_of(names)) {
+    const auto cameras = cameras_named(dataset, "leave_out", name);
+    gone.insert(cameras.begin(), cameras.end());
+  }
+  if (gone.size() == dataset.cameras.size() && !gone.empty()) {
+    refuse("leave_out", "every camera", "some that remain");
+  }
+  for (auto camera = gone.rbegin(); camera != gone.rend(); ++camera) {
+    dataset.cameras.erase(dataset.cameras.begin() + static_cast<std::ptrdiff_t>(*camera));
+    dataset.frames.erase(dataset.frames.begin() + static_cast<std::ptrdiff_t>(*camera));
+  }
+}
+
+void exchange_calibrations(Dataset& dataset, const std::string& text) {
+  const std::vector<Camera> as_read = dataset.cameras;
+  for (const Entry& entry : entries_of(dataset, "calibration_of", text)) {
+    const auto source = cameras_named(dataset, "calibration_of", entry.value);
+    if (source.size() != 1 || entry.cameras.size() != 1) {
+      refuse("calibration_of", "'all'", "one camera on each side");
+    }
+    Camera& camera = dataset.cameras[entry.cameras.front()];
+    const std::string id = camera.id;
+    camera = as_read[source.front()];
+    camera.id = id;
+  }
+}
+
+}  // namespace
+
+OptionTable describe(CorrectionOptions& options) {
+  OptionTable table;
+  const std::vector<std::string> anything;
+  table.add("leave_out", options.leave_out, anything, "cameras that are left out: cam3,cam5")
+      .add("sync", options.sync, anything,
+           "frames by which a camera's numbers are moved: cam3=-4,cam5=2")
+      .add("calibration_of", options.calibration_of, anything,
+           "camera whose calibration this one has: cam3=cam5,cam5=cam3")
+      .add("extrinsics", options.extrinsics, anything,
+           "what extrinsics are: cam3=inverse, all=transposed, position, opengl, inverse_opengl")
+      .add("baseline", options.baseline, anything, "factor on translations: cam3=0.001")
+      .add("intrinsics", options.intrinsics, anything,
+           "factor on focal lengths and principal point, or swapped_centre: all=0.5")
+      .add("distortion", options.distortion, anything,
+           "what distortion is: all=k3_third, times_64, by_64, negated, none")
+      .add("pixel_shift", options.pixel_shift, anything, "px on the principal point: all=0.5")
+      .add("keypoints", options.keypoints, anything,
+           "what 2D keypoints are: cam3=mirrored, upside_down, swapped_sides, shares, percent, or "
+           "a factor on pixels")
+      .add("masks", options.masks, anything, "what masks are: all=inverted");
+  return table;
+}
+
+void correct_cameras(Dataset& dataset, const CorrectionOptions& options) {
+  leave_out(dataset, options.leave_out);
+  exchange_calibrations(dataset, options.calibration_of);
+  const std::pair<const char*, const std::string*> readings[] = {
+      {"extrinsics", &options.extrinsics},   {"baseline", &options.baseline},
+      {"intrinsics", &options.intrinsics},   {"distortion", &options.distortion},
+      {"pixel_shift", &options.pixel_shift},
+  };
+  for (const auto& [option, text] : readings) {
+    for (const Entry& entry : entries_of(dataset, option, *text)) {
+      for (const std::size_t camera : entry.cameras) {
+        dataset.cameras[camera] = read_as(dataset.cameras[camera], option, entry.value);
+      }
+    }
+  }
+}
+
+void correct_frames(Dataset& dataset, const CorrectionOptions& options) {
+  std::set<int> wanted;
+  for (const CaptureSequence& sequence : dataset.info.sequences) {
+    wanted.insert(sequence.frame_ids.begin(), sequence.frame_ids.end());
+  }
+  for (const Entry& entry : entries_of(dataset, "sync", options.sync)) {
+    const int by = whole_number("sync", entry.value);
+    for (const std::size_t camera : entry.cameras) {
+      CameraFrames& frames = dataset.frames[camera];
+      for (auto* places : {&frames.images, &frames.masks, &frames.labels, &frames.keypoints}) {
+        renumber(*places, by, wanted);
+      }
+    }
+  }
+  for (const Entry& entry : entries_of(dataset, "masks", options.masks)) {
+    if (entry.value != "inverted") {
+      refuse("masks", "'" + entry.value.substr(0, 60) + "'", "inverted");
+    }
+    for (const std::size_t camera : entry.cameras) {
+      dataset.frames[camera].inverted_masks = true;
+    }
+  }
+  for (const Entry& entry : entries_of(dataset, "keypoints", options.keypoints)) {
+    for (const std::size_t c : entry.cameras) {
+      const Camera& camera = dataset.cameras[c];
+      const KeypointReading more = keypoint_reading(entry.value, camera.width, camera.height);
+      KeypointReading& reading = dataset.frames[c].reading;
+      reading.scale_x *= more.scale_x;
+      reading.scale_y *= more.scale_y;
+      reading.confidence *= more.confidence;
+      reading.mirrored = reading.mirrored || more.mirrored;
+      reading.upside_down = reading.upside_down || more.upside_down;
+      reading.swapped_sides = reading.swapped_sides || more.swapped_sides;
+    }
+  }
+}
+
+}  // namespace atelier

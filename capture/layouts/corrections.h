@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+
+#include "capture/dataset.h"
+#include "core/options.h"
+
+namespace atelier {
+
+/// What a user knows better than the files of a capture, camera by camera: "cam3=-4,cam5=2", or
+/// "all=inverse" of every camera. Findings of `validate` say which of them would put a capture
+/// right. "": as the files say.
+struct CorrectionOptions {
+  std::string leave_out;       ///< cameras that are left out: "cam3,cam5"
+  std::string sync;            ///< frames by which a camera's numbers are moved: "cam3=-4"
+  std::string calibration_of;  ///< camera whose calibration this one has: "cam3=cam5,cam5=cam3"
+  std::string extrinsics;      ///< "cam3=inverse": camera_readings.h has the values of these six
+  std::string baseline;        ///< "cam3=0.001", factor on the translation
+  std::string intrinsics;      ///< "cam3=0.5", factor on focal lengths and principal point
+  std::string distortion;      ///< "cam3=k3_third"
+  std::string pixel_shift;     ///< "all=0.5", px on the principal point
+  std::string keypoints;       ///< "cam3=mirrored"
+  std::string masks;           ///< "all=inverted"
+};
+OptionTable describe(CorrectionOptions& options);
+
+/// Calibrations as they are meant, in the layout's own world; cameras that are left out are gone.
+/// Throws DataError (the option) for cameras that the capture does not have and for values that
+/// there are not.
+void correct_cameras(Dataset& dataset, const CorrectionOptions& options);
+
+/// Frames, masks and detections as they are meant, once pictures and cameras are known. Throws as
+/// above.
+void correct_frames(Dataset& dataset, const CorrectionOptions& options);
+
+}  // namespace atelier

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/capture/seeded_capture.h"
+
+namespace atelier::testing {
+
+/// A good capture that is about to be spoiled.
+struct Spoiled {
+  SeededRig rig;
+  SeededCapture capture;         ///< is written after `spoil`
+  std::filesystem::path folder;  ///< is there for `spoil_files`
+};
+
+/// One thing that goes wrong with captures, and what validate is to say of it.
+struct SeededDefect {
+  const char* what;     ///< for docs/defects.md
+  const char* code;     ///< of the finding
+  const char* place;    ///< its beginning: "cam2", "cam2 frame 5", "" for the whole capture
+  const char* setting;  ///< that it advises and that makes it vanish; "": the files must be mended
+  int rig;              ///< of seeded_rigs()
+  void (*spoil)(Spoiled& spoiled) = nullptr;        ///< before it is written
+  void (*spoil_files)(Spoiled& spoiled) = nullptr;  ///< after
+};
+
+/// Of calibrations, of pictures with masks and labels, of detections.
+std::vector<SeededDefect> calibration_defects();
+std::vector<SeededDefect> picture_defects();
+std::vector<SeededDefect> detection_defects();
+
+}  // namespace atelier::testing
