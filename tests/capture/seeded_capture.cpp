@@ -138,7 +138,7 @@ std::vector<SeededRig> seeded_rigs() {
   lying.seed = 11;
   SeededRig sharp;
   sharp.circle = {.count = 9,
-                  .width = 1600,
+                  .width = 1280,
                   .height = 1000,
                   .focal = 1000,
                   .radius = 2.4,

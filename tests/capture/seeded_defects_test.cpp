@@ -128,7 +128,7 @@ std::string table() {
   std::ostringstream text;
   text << "# Defects that `atelier validate` names\n\n"
           "Seeded one at a time into good synthetic captures (`tests/capture/seeded_*`): 8 cameras "
-          "of 72 x 90, 6 of\n112 x 84 with distortion, 9 of 1600 x 1000 with more of it and "
+          "of 72 x 90, 6 of\n112 x 84 with distortion, 9 of 1280 x 1000 with more of it and "
           "detections alone (2.5 px of noise at 1000\nrows, 4% outliers). The test finds each, at "
           "its place and of no other camera; where a setting puts it\nright, the test sets it and "
           "the finding is gone. Good captures of nine seeds have no finding.\n\n"
