@@ -149,10 +149,12 @@ BoardPictures find_boards(const Dataset& dataset, const BoardOptions& board, int
 
 std::vector<RigCamera> with_lenses(std::vector<RigCamera> rig, const Dataset& lenses) {
   std::vector<std::string> wanted;
+  wanted.reserve(rig.size());
   for (const RigCamera& camera : rig) {
     wanted.push_back(camera.camera.id);
   }
   std::vector<std::string> there;
+  there.reserve(lenses.cameras.size());
   for (const Camera& camera : lenses.cameras) {
     there.push_back(camera.id);
   }

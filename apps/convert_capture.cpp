@@ -50,6 +50,8 @@ Dataset with_cameras(Dataset dataset, const std::string& file) {
       parse_cameras_json(read_file_text(file, Limits{}.text_file_bytes), file);
   std::vector<std::string> there;
   std::vector<std::string> wanted;
+  there.reserve(cameras.size());
+  wanted.reserve(dataset.cameras.size());
   for (const Camera& camera : cameras) {
     there.push_back(camera.id);
   }

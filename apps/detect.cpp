@@ -59,7 +59,7 @@ OptionTable describe(DetectCommandOptions& options) {
 
 /// The order of that many points, unless the user says it.
 std::string schema_of(const std::string& said, Index points, const std::string& model) {
-  const std::string schema = said != "auto" ? said : guess_keypoint_schema(points, {});
+  std::string schema = said != "auto" ? said : guess_keypoint_schema(points, {});
   if (schema.empty() || static_cast<Index>(keypoint_schema(schema).points.size()) != points) {
     throw DataError(model, "", std::to_string(points) + " points",
                     schema.empty() ? "as many as an order that is known; --schema says which"
@@ -81,8 +81,13 @@ std::string taxonomy_of(const std::string& said, int classes, const std::string&
   for (const std::string& name : label_taxonomy_names()) {
     if (static_cast<int>(label_taxonomy(name).labels.size()) == classes) {
       if (!found.empty()) {
-        throw UsageError("--taxonomy must say which: " + found + " and " + name + " both have " +
-                         std::to_string(classes) + " classes");
+        throw UsageError(std::string("--taxonomy must say which: ")
+                             .append(found)
+                             .append(" and ")
+                             .append(name)
+                             .append(" both have ")
+                             .append(std::to_string(classes))
+                             .append(" classes"));
       }
       found = name;
     }
@@ -113,7 +118,7 @@ void note_schema(const fs::path& capture, const std::string& schema) {
   }
 }
 
-int run(DetectArguments arguments, const DetectCommandOptions& options) {
+int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
   if (arguments.capture.empty() || arguments.model.empty()) {
     throw UsageError("it takes a CAPTURE and a network: atelier detect CAPTURE --model FILE.onnx");
   }

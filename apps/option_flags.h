@@ -6,7 +6,7 @@
 
 #include "core/options.h"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): a library's own name
 class App;
 }
 

@@ -4,6 +4,7 @@
 #include "apps/synthesis.h"
 
 #include <cmath>
+#include <numeric>
 
 #include "apps/file_performance.h"
 #include "apps/performance.h"
@@ -196,10 +197,8 @@ CaptureInfo info_of(const SynthesisOptions& options, const CaptureTruth& truth) 
   info.keypoint_schema = options.keypoints;
   info.image_format = options.image_format;
   const auto ids = [](int first, int count) {
-    std::vector<int> result;
-    for (int i = 0; i < count; ++i) {
-      result.push_back(first + i);
-    }
+    std::vector<int> result(static_cast<std::size_t>(count));
+    std::iota(result.begin(), result.end(), first);
     return result;
   };
   if (options.frames > 0) {

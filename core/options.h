@@ -60,6 +60,7 @@ struct OptionTable {
   OptionTable& add(std::string name, Enum& target, std::vector<std::pair<std::string, Enum>> values,
                    std::string help) {
     std::vector<std::string> names;
+    names.reserve(values.size());
     for (const auto& value : values) {
       names.push_back(value.first);
     }
