@@ -27,7 +27,7 @@ OptionTable describe(ConvertOptions& options) {
 
 int run(const ConvertArguments& arguments, const ConvertOptions& options) {
   if (arguments.in.empty() || arguments.out.empty()) {
-    throw UsageError("it takes two files: atelier convert IN OUT");
+    throw UsageError("convert takes two files: atelier convert IN OUT");
   }
   std::string extension = std::filesystem::path(arguments.out).extension().string();
   for (char& c : extension) {
@@ -36,6 +36,11 @@ int run(const ConvertArguments& arguments, const ConvertOptions& options) {
   if (extension != ".obj" && extension != ".ply" && extension != ".glb") {
     throw UsageError("OUT cannot be '" + arguments.out.substr(0, 80) +
                      "': it takes a name with .obj, .ply or .glb");
+  }
+  std::error_code none;  // where one of them is missing they are not the same
+  if (std::filesystem::equivalent(arguments.in, arguments.out, none)) {
+    throw UsageError("OUT cannot be '" + arguments.out.substr(0, 80) +
+                     "': it is IN itself, which would be lost; name another file");
   }
   require_file_place(arguments.out);
   const Mesh mesh = read_mesh(arguments.in, options.input);

@@ -22,6 +22,7 @@
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/usd_sequence.h"
+#include "core/new_folders.h"
 #include "core/regular_file.h"
 #include "core/sequence_archive.h"
 #include "core/store/workspace_status.h"
@@ -149,9 +150,47 @@ void copy_bytes(const fs::path& from, const fs::path& to) {
   copy.commit();
 }
 
+/// Takes away again what an export has made that was refused on its way, so that the next one finds
+/// the place free.
+class ExportGuard {
+ public:
+  explicit ExportGuard(const fs::path& out) : above_(out) {}
+  ~ExportGuard() {
+    if (armed_) {
+      std::error_code ignored;
+      for (const fs::path& place : places_) {
+        fs::remove_all(place, ignored);
+      }
+      above_.remove_empty();
+    }
+  }
+  ExportGuard(const ExportGuard&) = delete;
+  ExportGuard& operator=(const ExportGuard&) = delete;
+
+  /// A folder that is not there yet.
+  void add(const fs::path& place) { places_.push_back(place); }
+  void release() { armed_ = false; }
+
+ private:
+  NewFolders above_;
+  std::vector<fs::path> places_;
+  bool armed_ = true;
+};
+
+/// "warning: ..." for each consent that has ended, a line each.
+std::string ended_consent_lines(const StageStatus& status) {
+  std::string lines;
+  for (const Finding& finding : status.findings) {
+    if (finding.code == "consent-ended") {
+      lines += "warning: " + finding.what + "; " + finding.advice + "\n";
+    }
+  }
+  return lines;
+}
+
 /// Exports one sound result; says what it wrote.
 void export_result(const StageStatus& status, const fs::path& workspace, const fs::path& out,
-                   ExportFormat format) {
+                   ExportFormat format, ExportGuard& guard) {
   const Manifest& manifest = *status.manifest;
   const fs::path result = workspace / status.stage / folder_name(manifest.key);
   const fs::path place = out / status.stage;
@@ -160,8 +199,10 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
                      " is there already; remove it, or name another folder for the export");
   }
   const std::string consent = to_string(manifest.consent);
+  const std::string warnings = ended_consent_lines(status);
+  guard.add(place);
   make_private_directory(place);
-  write_file_atomically(place / "consent.txt", "consent: " + consent + "\n");
+  write_file_atomically(place / "consent.txt", "consent: " + consent + "\n" + warnings);
   std::set<fs::path> rest;
   for (const ManifestOutput& output : manifest.outputs) {
     rest.insert(output.path);
@@ -187,12 +228,12 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
     std::cout << printable(place.string()) << ", " << counted(copied, "file")
               << (copied == 1 ? " as it is\n" : " as they are\n");
   }
-  std::cout << "  consent: " << printable(consent) << "\n";
+  std::cout << "  consent: " << printable(consent) << "\n" << printable(warnings, true);
 }
 
 int run(const ExportArguments& arguments, const ExportOptions& options) {
   if (arguments.workspace.empty() || arguments.out.empty()) {
-    throw UsageError("it takes a WORKSPACE and a folder: atelier export WORKSPACE OUT");
+    throw UsageError("export takes a WORKSPACE and a folder: atelier export WORKSPACE OUT");
   }
   const std::vector<StageStatus> all =
       workspace_status(all_stages(), arguments.workspace, Check::Digests);
@@ -200,6 +241,7 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
   if (is_inside(arguments.out, arguments.workspace)) {
     throw UsageError("OUT lies in the WORKSPACE; name a folder outside of it");
   }
+  ExportGuard guard(arguments.out);
   int exported = 0;
   for (const StageStatus& status : all) {
     if (options.stage != kEveryStage && status.stage != options.stage) {
@@ -216,13 +258,14 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
     for (const std::string& reason : status.reasons) {
       std::cout << status.stage << " is outdated: " << printable(reason) << "\n";
     }
-    export_result(status, arguments.workspace, arguments.out, options.format);
+    export_result(status, arguments.workspace, arguments.out, options.format, guard);
     ++exported;
   }
   if (exported == 0) {
     throw DataError(arguments.workspace, options.stage == kEveryStage ? "" : options.stage,
                     "no finished result", "one; atelier status lists what there is");
   }
+  guard.release();
   return kExitDone;
 }
 

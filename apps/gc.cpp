@@ -10,6 +10,7 @@
 #include "apps/stages.h"
 #include "apps/usage_error.h"
 #include "core/store/collect_garbage.h"
+#include "core/store/result.h"
 
 namespace atelier {
 namespace {
@@ -22,7 +23,7 @@ struct GcArguments {
 
 int run(const GcArguments& arguments) {
   if (arguments.workspace.empty()) {
-    throw UsageError("it takes a WORKSPACE: atelier gc WORKSPACE");
+    throw UsageError("gc takes a WORKSPACE: atelier gc WORKSPACE");
   }
   const std::vector<Garbage> all =
       collect_garbage(all_stages(), arguments.workspace, arguments.dry_run);
@@ -45,10 +46,19 @@ int run(const GcArguments& arguments) {
   }
   if (arguments.json) {
     std::cout << json.dump(1) << "\n";
-  } else if (all.empty()) {
+    return kExitDone;
+  }
+  if (all.empty()) {
     std::cout << "nothing to remove\n";
   } else if (!arguments.dry_run) {
     std::cout << bytes_text(freed) << " freed\n";
+  }
+  for (const Stage& stage : all_stages()) {
+    const std::int64_t results =
+        unlinked_results(std::filesystem::path(arguments.workspace) / stage.name);
+    if (results > 0) {
+      std::cout << "left " << stage.name << ": " << unlinked_text(results) << "\n";
+    }
   }
   return kExitDone;
 }

@@ -72,7 +72,7 @@ Inspection inspect(const std::filesystem::path& path) {
 
 int run(const std::string& file, bool as_json) {
   if (file.empty()) {
-    throw UsageError("it takes a FILE: atelier inspect FILE");
+    throw UsageError("inspect takes a FILE: atelier inspect FILE");
   }
   const Inspection inspection = inspect(file);
   const int code = has_errors(inspection.findings) ? kExitBadData : kExitDone;

@@ -21,7 +21,12 @@ namespace {
 
 int fail(int code, const std::string& what, bool lines = false) {
   std::cout.flush();
-  std::cerr << "atelier: " << atelier::printable(what, lines) << std::endl;
+  std::string text = "atelier: " + atelier::printable(what, lines);
+  for (std::size_t end = text.find('\n'); end != std::string::npos;
+       end = text.find('\n', end + 1)) {
+    text.insert(end + 1, "atelier: ");
+  }
+  std::cerr << text << std::endl;
   return code;
 }
 

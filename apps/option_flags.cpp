@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include "apps/usage_error.h"
 #include "core/error.h"
@@ -107,6 +108,7 @@ bool takes_value(const CLI::Option* option) {
 std::vector<std::string> with_switches(const CLI::App& parser,
                                        const std::vector<std::string>& arguments) {
   std::vector<std::string> out;
+  std::set<const CLI::Option*> seen;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     if (arguments[i] == "--") {  // all that follows are no flags
       out.insert(out.end(), arguments.begin() + static_cast<std::ptrdiff_t>(i), arguments.end());
@@ -119,6 +121,11 @@ std::vector<std::string> with_switches(const CLI::App& parser,
           i + 1 < arguments.size() && (arguments[i + 1] == "true" || arguments[i + 1] == "false");
       out.back() += "=" + (told ? arguments[++i] : "true");
     } else if (takes_value(option)) {
+      const bool once = option->get_items_expected_max() == 1 &&
+                        option->get_multi_option_policy() == CLI::MultiOptionPolicy::Throw;
+      if (once && !seen.insert(option).second) {
+        throw UsageError(arguments[i] + " is given twice");
+      }
       if (i + 1 == arguments.size() || arguments[i + 1] == "--") {
         throw UsageError(arguments[i] + " needs a value behind it: " + option->get_type_name() +
                          "; see atelier " + parser.get_name() + " --help");

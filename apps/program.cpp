@@ -116,7 +116,9 @@ int run_program(std::vector<std::string> arguments) {
     for (const auto& known : actions) {
       names.push_back(known.first);
     }
-    throw UsageError("there is no command '" + arguments[0].substr(0, 60) + "'" +
+    const bool option = arguments[0].starts_with("-");
+    throw UsageError(std::string("there is no ") + (option ? "option" : "command") + " '" +
+                     arguments[0].substr(0, 60) + "'" + (option ? " before the command" : "") +
                      see(did_you_mean(arguments[0], names), "atelier --help"));
   }
   CLI::App* command = parser.get_subcommand(action->first);

@@ -22,7 +22,7 @@ struct ReportArguments {
 
 int run(const ReportArguments& arguments, const ReportOptions& options) {
   if (arguments.workspace.empty()) {
-    throw UsageError("it takes a WORKSPACE: atelier report WORKSPACE");
+    throw UsageError("report takes a WORKSPACE: atelier report WORKSPACE");
   }
   const std::filesystem::path workspace =
       std::filesystem::path(arguments.workspace + "/").lexically_normal().parent_path();

@@ -82,6 +82,9 @@ std::string attention_of(const StageStatus& status) {
     item("warning",
          "unfinished work of " + counted(work.frames, "frame") + "; run the stage again");
   }
+  if (status.unlinked_results > 0) {
+    item("warning", unlinked_text(status.unlinked_results));
+  }
   if (status.manifest && status.manifest->consent.empty()) {
     item("warning",
          "no consent is recorded: state who, scope and until in the [consent] of capture.toml");

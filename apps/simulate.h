@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <string>
 
@@ -12,6 +13,9 @@ namespace atelier {
 /// holds the cloth's state, so that a run that was ended goes on with the same bits; then the
 /// garment as a sequence.
 void run_simulate(StageRun& run);
+
+/// Throws DataError unless it is the folder of a scene.
+void check_simulate_input(const std::filesystem::path& input);
 
 /// The command alone: --garment, --body, --motion, --out (a folder, or a file T.h5 or T.usda),
 /// --format, --grid. Every frame is in the folder (T.h5.frames) as soon as it is done.

@@ -113,6 +113,10 @@ class FrameSource {
 
 }  // namespace
 
+void check_simulate_input(const std::filesystem::path& input) {
+  scene_in(input);
+}
+
 void run_simulate(StageRun& run) {
   const auto& options = run.options<SimulateOptions>();
   const ScenePaths paths = scene_in(run.input("scene"));

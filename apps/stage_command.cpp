@@ -16,6 +16,7 @@
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/store/digest_meter.h"
+#include "core/store/file_kind.h"
 #include "core/store/run_stage.h"
 
 namespace atelier {
@@ -48,9 +49,25 @@ void require(const std::string& problem) {
   }
 }
 
+/// "" unless a path was given as ''.
+std::string empty_problem(const std::string& text) {
+  return text.empty() ? "it cannot be '': it takes a path" : "";
+}
+
+/// Before the stage looks for its results in it.
+void require_folder_or_nothing(const std::filesystem::path& workspace) {
+  const std::filesystem::file_type kind = file_kind(workspace);
+  if (kind != std::filesystem::file_type::directory &&
+      kind != std::filesystem::file_type::not_found) {
+    throw EnvironmentError("WORKSPACE " + workspace.string(),
+                           "not a folder; name a folder, or one that is to be made");
+  }
+}
+
 /// Runs the stage, or says what it would do. Errors are the caller's.
 int work(const Stage& stage, const StageRequest& request, bool dry_run, StageConsole& console) {
   catch_interrupts();
+  require_folder_or_nothing(request.workspace);
   StageEvents events;
   events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };
   events.say = [&](const std::string& line) { console.say(line); };
@@ -81,15 +98,15 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
   }
   if (alone != nullptr && !arguments.alone.empty()) {
     if (!request.input.empty()) {
-      throw UsageError("it takes INPUT and WORKSPACE, or --" + arguments.alone.begin()->first +
-                       " and files, not both");
+      throw UsageError(std::string(stage.name) + " takes INPUT and WORKSPACE, or --" +
+                       arguments.alone.begin()->first + " and files, not both");
     }
     return alone->run(arguments.alone, arguments.options(),
                       arguments.device == "cuda" ? Device::Cuda : Device::Cpu, arguments.json);
   }
   if (request.input.empty() || request.workspace.empty()) {
-    throw UsageError("it takes an INPUT and a WORKSPACE: atelier " + std::string(stage.name) +
-                     " INPUT WORKSPACE" +
+    throw UsageError(std::string(stage.name) + " takes INPUT and WORKSPACE: atelier " +
+                     std::string(stage.name) + " INPUT WORKSPACE" +
                      (alone == nullptr ? std::string()
                       : alone->takes_input
                           ? "; or INPUT alone"
@@ -139,8 +156,11 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
 Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) {
   auto arguments = std::make_shared<StageArguments>();
   StageRequest& request = arguments->request;
-  parser.add_option("INPUT", request.input, "File or folder to read")->required();
+  parser.add_option("INPUT", request.input, "File or folder to read")
+      ->check(empty_problem, "")
+      ->required();
   parser.add_option("WORKSPACE", request.workspace, "Folder of results; made if it is missing")
+      ->check(empty_problem, "")
       ->required();
   parser.add_option("--jobs", request.jobs, "Frames worked on at once; 0: as many as processors")
       ->check(jobs_problem)
@@ -149,8 +169,9 @@ Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) 
       ->check(one_of({"cpu", "cuda"}))
       ->type_name("cpu|cuda");
   if (stage.frame_wise) {
-    parser.add_option("--frames", arguments->frames, "Only frames a <= frame < b")
-        ->type_name("a:b");
+    parser
+        .add_option("--frames", arguments->frames, "Only frames a <= frame < b, or frame a alone")
+        ->type_name("a:b|a:|:b|a");
     parser.add_option("--shard", arguments->shard, "Only every n-th frame, for a cluster")
         ->type_name("i/n");
   }

@@ -248,6 +248,12 @@ void StageConsole::clear_line() {
   }
 }
 
+std::string unlinked_text(std::int64_t results) {
+  return counted(results, "result") +
+         " without a current link; the stage's command, given as then, links " +
+         (results == 1 ? "it" : "one of them") + " again without doing it anew";
+}
+
 std::string duration_text(double seconds) {
   return seconds < 10      ? format("%.2g s", seconds)
          : seconds < 120   ? format("%.0f s", seconds)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <string>
 
 #include "core/store/run_stage.h"
@@ -38,6 +39,9 @@ class StageConsole {
   bool line_shown_ = false;
   std::chrono::steady_clock::time_point last_shown_{};
 };
+
+/// Results that no link names as current, and what to do about it. @param results  1 or more
+std::string unlinked_text(std::int64_t results);
 
 /// "3 s", "12 min", "4.1 h": a duration for people.
 std::string duration_text(double seconds);

@@ -54,6 +54,7 @@ constexpr std::array kStages = {
           .outputs = {"states", "garment"},
           .options = option_set<SimulateOptions>,
           .run = run_simulate,
+          .check_input = check_simulate_input,
           .frame_wise = true,
           .has_cuda = true,
           .device_keyed = true},

@@ -26,7 +26,8 @@ nlohmann::json json_of(const StageStatus& status) {
                          {"state", state_name(status.state)},
                          {"running", status.running},
                          {"reasons", status.reasons},
-                         {"older_results", status.older_results}};
+                         {"older_results", status.older_results},
+                         {"unlinked_results", status.unlinked_results}};
   json["unfinished"] = nlohmann::json::array();
   for (const UnfinishedWork& work : status.unfinished) {
     json["unfinished"].push_back({{"key", work.key16}, {"frames", work.frames}});
@@ -78,11 +79,14 @@ void show(const StageStatus& status) {
     std::cout << "    " << counted(status.older_results, "older result") << "; atelier gc removes "
               << (status.older_results == 1 ? "it" : "them") << "\n";
   }
+  if (status.unlinked_results > 0) {
+    std::cout << "    " << unlinked_text(status.unlinked_results) << "\n";
+  }
 }
 
 int run(const StatusArguments& arguments) {
   if (arguments.workspace.empty()) {
-    throw UsageError("it takes a WORKSPACE: atelier status WORKSPACE");
+    throw UsageError("status takes a WORKSPACE: atelier status WORKSPACE");
   }
   const std::vector<StageStatus> all = workspace_status(
       all_stages(), arguments.workspace, arguments.digests ? Check::Digests : Check::Sizes);

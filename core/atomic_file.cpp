@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include <fcntl.h>
@@ -10,6 +9,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -19,7 +19,7 @@ constexpr std::string_view kSuffix = ".tmp";
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& action) {
   const int error = errno;
-  throw EnvironmentError(path.string(), action + ": " + std::generic_category().message(error));
+  throw EnvironmentError(path.string(), action + ": " + system_reason(error));
 }
 
 std::filesystem::path folder_of(const std::filesystem::path& path) {

@@ -73,12 +73,9 @@ bool ActiveRun::each_frame(const std::string& folder, const std::string& extensi
                 "frame numbers are increasing and not negative");
   const Clock::time_point start = Clock::now();
   frames_total_ = static_cast<std::int64_t>(frame_ids.size());
-  const std::vector<int> mine = selected_frames(request_.selection, frame_ids);
-  if (mine.empty()) {
-    throw DataError(plan_.input_paths.empty() ? "" : plan_.input_paths.front().string(), "frames",
-                    std::to_string(frame_ids.front()) + " to " + std::to_string(frame_ids.back()),
-                    "some of " + to_string(request_.selection));
-  }
+  const std::vector<int> mine =
+      some_selected_frames(request_.selection, frame_ids,
+                           plan_.input_paths.empty() ? "" : plan_.input_paths.front().string());
   if (!open_frames(folder, extension, frame_ids, mine)) {
     frames_missing_ = true;
     return false;

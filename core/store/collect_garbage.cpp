@@ -90,7 +90,12 @@ std::vector<Garbage> collect_garbage(std::span<const Stage> stages,
       continue;
     }
     require_folder(folder);
-    const auto lock = FileLock::try_lock(folder / ".lock", FileLock::Mode::Exclusive);
+    // Who only asks changes nothing, and may be one who is not allowed to write.
+    std::optional<FileLock> lock;
+    if (!dry_run) {
+      lock = FileLock::try_lock(folder / ".lock", FileLock::Mode::Exclusive);
+    }
+    const bool running = dry_run ? FileLock::is_held(folder / ".lock") : !lock;
     const auto current = current_over_older(folder, stage.name);
     std::vector<Garbage> found;
     for (const std::filesystem::path& entry : list_folder(folder)) {
@@ -101,7 +106,7 @@ std::vector<Garbage> collect_garbage(std::span<const Stage> stages,
     }
     for (Garbage& garbage : found) {
       const bool is_folder = link_kind(garbage.path) == file_type::directory;
-      if (!lock) {
+      if (running) {
         garbage.what += "; the stage is running";
       } else if (is_folder && !FileLock::try_lock_folder(garbage.path, FileLock::Mode::Exclusive)) {
         garbage.what += "; it is being read";

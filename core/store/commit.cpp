@@ -1,5 +1,6 @@
 #include "core/store/commit.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <set>
@@ -9,10 +10,14 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/store/file_kind.h"
+#include "core/store/file_lock.h"
 #include "core/store/result.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -51,16 +56,14 @@ void exchange(const std::filesystem::path& staging, const std::filesystem::path&
   }
   const int error = errno;
   if (error != EINVAL && error != ENOSYS) {
-    throw EnvironmentError(result.string(),
-                           "cannot replace it: " + std::generic_category().message(error));
+    throw EnvironmentError(result.string(), "cannot replace it: " + system_reason(error));
   }
   const std::filesystem::path aside =
       result.parent_path() / (".replaced-" + result.filename().string());
   remove_folder(aside);
   if (std::rename(result.c_str(), aside.c_str()) != 0 ||
       std::rename(staging.c_str(), result.c_str()) != 0) {
-    throw EnvironmentError(result.string(),
-                           "cannot replace it: " + std::generic_category().message(errno));
+    throw EnvironmentError(result.string(), "cannot replace it: " + system_reason(errno));
   }
   remove_folder(aside);
 }
@@ -83,8 +86,7 @@ void finish_commit(const std::filesystem::path& staging, const std::filesystem::
   if (replaces) {
     exchange(staging, result);
   } else if (std::rename(staging.c_str(), result.c_str()) != 0) {
-    throw EnvironmentError(result.string(),
-                           "cannot rename to it: " + std::generic_category().message(errno));
+    throw EnvironmentError(result.string(), "cannot rename to it: " + system_reason(errno));
   }
   sync_directory(parent);
   set_current(parent, result.filename().string());
@@ -99,9 +101,32 @@ void replace_manifest(const std::filesystem::path& result, const Manifest& manif
   write_file_atomically(fresh, manifest_text(manifest));
   if (std::rename(fresh.c_str(), (result / "manifest.json").c_str()) != 0) {
     throw EnvironmentError((result / "manifest.json").string(),
-                           "cannot replace it: " + std::generic_category().message(errno));
+                           "cannot replace it: " + system_reason(errno));
   }
   sync_directory(result);
+}
+
+void remove_bare_stage_folder(const std::filesystem::path& stage_folder) {
+  const std::filesystem::path lock_file = stage_folder / ".lock";
+  const std::filesystem::path commit_lock_file = stage_folder / ".commit-lock";
+  const auto is_bare = [&] {
+    const std::vector<std::filesystem::path> entries = list_folder(stage_folder);
+    return std::all_of(entries.begin(), entries.end(), [&](const std::filesystem::path& entry) {
+      return entry == lock_file || entry == commit_lock_file;
+    });
+  };
+  if (link_kind(stage_folder) != std::filesystem::file_type::directory || !is_bare()) {
+    return;
+  }
+  // As long as these are held nobody begins to work; who waits for them finds the files gone, and
+  // makes new ones (`FileLock`).
+  const auto lock = FileLock::try_lock(lock_file, FileLock::Mode::Exclusive);
+  const auto commit_lock = FileLock::try_lock(commit_lock_file, FileLock::Mode::Exclusive);
+  if (lock && commit_lock && is_bare()) {
+    unlink(lock_file.c_str());
+    unlink(commit_lock_file.c_str());
+    rmdir(stage_folder.c_str());
+  }
 }
 
 void remove_folder(const std::filesystem::path& folder) {

@@ -61,13 +61,12 @@ std::vector<Consent> consent_of(const std::vector<TomlEntry>& entries, const std
   return all;
 }
 
-}  // namespace
+struct StatedConsent {
+  std::vector<Consent> consent;
+  std::filesystem::path file;
+};
 
-std::vector<Consent> parse_consent(std::string_view text, const std::string& file) {
-  return consent_of(read_toml_entries(text, file), file);
-}
-
-std::vector<Consent> read_consent(const std::filesystem::path& input) {
+StatedConsent stated_consent(const std::filesystem::path& input) {
   constexpr int kFoldersAbove = 2;
   std::filesystem::path folder =
       file_kind(input) == std::filesystem::file_type::directory ? input : input.parent_path();
@@ -80,8 +79,9 @@ std::vector<Consent> read_consent(const std::filesystem::path& input) {
       }
       is_capture = true;
       const std::string text = read_file_text(path, Limits{}.text_file_bytes);
-      if (std::vector<Consent> consent = parse_consent(text, path.string()); !consent.empty()) {
-        return consent;
+      if (auto consent = consent_of(read_toml_entries(text, path.string()), path.string());
+          !consent.empty()) {
+        return {std::move(consent), path};
       }
     }
     if (is_capture) {
@@ -89,6 +89,20 @@ std::vector<Consent> read_consent(const std::filesystem::path& input) {
     }
   }
   return {};
+}
+
+}  // namespace
+
+std::vector<Consent> parse_consent(std::string_view text, const std::string& file) {
+  return consent_of(read_toml_entries(text, file), file);
+}
+
+std::vector<Consent> read_consent(const std::filesystem::path& input) {
+  return stated_consent(input).consent;
+}
+
+std::filesystem::path consent_file(const std::filesystem::path& input) {
+  return stated_consent(input).file;
 }
 
 std::string consent_toml(const std::vector<Consent>& consent) {

@@ -18,6 +18,9 @@ inline constexpr const char* kConsentFile = "consent.toml";
 /// where there is none. Throws DataError where it is there and wrong.
 std::vector<Consent> read_consent(const std::filesystem::path& input);
 
+/// The file that `read_consent` has it from; "" where there is none.
+std::filesystem::path consent_file(const std::filesystem::path& input);
+
 /// The tables that `parse_consent` reads back; "" for none.
 std::string consent_toml(const std::vector<Consent>& consent);
 

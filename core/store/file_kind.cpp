@@ -25,7 +25,9 @@ file_type kind_of(const std::filesystem::path& path, int (*look)(const char*, st
     }
     throw EnvironmentError(path.string(),
                            std::generic_category().message(error) +
-                               (error == EACCES ? "; name a place that you may look into" : ""));
+                               (error == EACCES    ? "; name a place that you may look into"
+                                : error == ENOTDIR ? "; a file lies where a folder is expected"
+                                                   : ""));
   }
   return S_ISREG(status.st_mode)   ? file_type::regular
          : S_ISDIR(status.st_mode) ? file_type::directory

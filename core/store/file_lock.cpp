@@ -3,20 +3,21 @@
 #include <algorithm>
 #include <cerrno>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& action, int error) {
-  throw EnvironmentError(path.string(), action + ": " + std::generic_category().message(error));
+  throw EnvironmentError(path.string(), action + ": " + system_reason(error));
 }
 
 int open_lock(const std::filesystem::path& path) {
@@ -43,6 +44,15 @@ bool flock_file(int file, const std::filesystem::path& path, int operation) {
   return true;
 }
 
+/// False if the name has gone to another file since it was opened: who holds a lock may remove the
+/// file (`remove_bare_stage_folder`), and a lock on what nobody can find any more locks nothing.
+bool is_still(int file, const std::filesystem::path& path) {
+  struct stat opened {};
+  struct stat there {};
+  return fstat(file, &opened) == 0 && lstat(path.c_str(), &there) == 0 &&
+         opened.st_dev == there.st_dev && opened.st_ino == there.st_ino;
+}
+
 int operation_of(FileLock::Mode mode) {
   return mode == FileLock::Mode::Shared ? LOCK_SH : LOCK_EX;
 }
@@ -50,18 +60,38 @@ int operation_of(FileLock::Mode mode) {
 }  // namespace
 
 std::optional<FileLock> FileLock::try_lock(const std::filesystem::path& path, Mode mode) {
-  const int file = open_lock(path);
-  if (!flock_file(file, path, operation_of(mode) | LOCK_NB)) {
+  while (true) {
+    const int file = open_lock(path);
+    if (!flock_file(file, path, operation_of(mode) | LOCK_NB)) {
+      close(file);
+      return std::nullopt;
+    }
+    if (is_still(file, path)) {
+      return FileLock(file);
+    }
     close(file);
-    return std::nullopt;
   }
-  return FileLock(file);
+}
+
+bool FileLock::is_held(const std::filesystem::path& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  if (file < 0) {
+    return false;
+  }
+  const bool held = !flock_file(file, path, LOCK_EX | LOCK_NB);
+  close(file);
+  return held;
 }
 
 FileLock FileLock::wait(const std::filesystem::path& path, Mode mode) {
-  const int file = open_lock(path);
-  flock_file(file, path, operation_of(mode));
-  return FileLock(file);
+  while (true) {
+    const int file = open_lock(path);
+    flock_file(file, path, operation_of(mode));
+    if (is_still(file, path)) {
+      return FileLock(file);
+    }
+    close(file);
+  }
 }
 
 std::optional<FileLock> FileLock::try_lock_folder(const std::filesystem::path& path, Mode mode) {

@@ -15,6 +15,9 @@ class FileLock {
 
   /// The lock, or nothing if somebody else's stands against it. Throws EnvironmentError.
   static std::optional<FileLock> try_lock(const std::filesystem::path& path, Mode mode);
+  /// True if somebody's lock of either mode stands on the file. Only looks, and needs no more than
+  /// to read: a file that is missing or may not be opened is held by nobody that can be known.
+  static bool is_held(const std::filesystem::path& path);
   /// Waits for it.
   static FileLock wait(const std::filesystem::path& path, Mode mode);
   /// The same on a folder that exists.

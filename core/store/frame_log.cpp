@@ -4,7 +4,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <system_error>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -14,6 +13,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
 #include "core/store/file_kind.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -23,8 +23,7 @@ constexpr std::string_view kSuffix = ".jsonl";
 
 [[noreturn]] void fail(const std::filesystem::path& path, const char* action) {
   const int error = errno;
-  throw EnvironmentError(path.string(),
-                         std::string(action) + ": " + std::generic_category().message(error));
+  throw EnvironmentError(path.string(), std::string(action) + ": " + system_reason(error));
 }
 
 }  // namespace

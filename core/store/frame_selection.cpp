@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include "core/error.h"
+
 namespace atelier {
 namespace {
 
@@ -23,8 +25,8 @@ std::string shown(std::string_view text) {
 }  // namespace
 
 std::string set_frames(FrameSelection& selection, std::string_view text) {
-  const std::string problem =
-      "--frames cannot be " + shown(text) + ": it takes a:b, frame numbers a <= frame < b";
+  const std::string problem = "--frames cannot be " + shown(text) +
+                              ": it takes a:b, a:, :b or a, frame numbers a <= frame < b";
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos) {
     const auto frame = number_of(text);
@@ -72,6 +74,17 @@ std::vector<int> selected_frames(const FrameSelection& selection,
         (!selection.end || frame_ids[i] < *selection.end)) {
       selected.push_back(frame_ids[i]);
     }
+  }
+  return selected;
+}
+
+std::vector<int> some_selected_frames(const FrameSelection& selection,
+                                      const std::vector<int>& frame_ids, const std::string& input) {
+  std::vector<int> selected = selected_frames(selection, frame_ids);
+  if (selected.empty() && !frame_ids.empty()) {
+    throw DataError(input, "frames",
+                    std::to_string(frame_ids.front()) + " to " + std::to_string(frame_ids.back()),
+                    "some of " + to_string(selection));
   }
   return selected;
 }

@@ -28,6 +28,11 @@ std::string set_shard(FrameSelection& selection, std::string_view text);
 std::vector<int> selected_frames(const FrameSelection& selection,
                                  const std::vector<int>& frame_ids);
 
+/// The same, but never none: throws DataError that names `input` where frames are there and none of
+/// them is selected.
+std::vector<int> some_selected_frames(const FrameSelection& selection,
+                                      const std::vector<int>& frame_ids, const std::string& input);
+
 /// "frames 0:10 of shard 1/4"; "every frame".
 std::string to_string(const FrameSelection& selection);
 

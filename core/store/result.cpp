@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/parallel.h"
+#include "core/store/consent_file.h"
 #include "core/store/file_kind.h"
 #include "core/store/input_digest.h"
 #include "core/store/utc_time.h"
@@ -44,6 +45,24 @@ std::map<std::string, struct stat> files_below(const std::filesystem::path& fold
     throw EnvironmentError(folder.string(), "cannot list the folder: " + error.message());
   }
   return files;
+}
+
+/// Where consent is stated today, for who has to renew it.
+std::string consent_place(const Manifest& manifest) {
+  for (const ManifestInput& input : manifest.inputs) {
+    if (!input.stage.empty()) {
+      continue;
+    }
+    try {
+      const std::filesystem::path file = consent_file(input.path);
+      if (!file.empty()) {
+        return file.string();
+      }
+    } catch (const DataError&) {  // it states nothing that can be read now
+    } catch (const EnvironmentError&) {
+    }
+  }
+  return std::string("the capture.toml or ") + kConsentFile + " of the capture";
 }
 
 Finding finding(Severity severity, const char* code, const std::filesystem::path& place,
@@ -131,7 +150,8 @@ std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Ma
   }
   for (const std::string& sentence : ended_consent(manifest.consent, now)) {
     findings.push_back({Severity::Warning, "consent-ended", folder.string(), sentence,
-                        "renew it in the capture.toml, or delete what was made from it"});
+                        "renew it in " + consent_place(manifest) +
+                            " and run the stage again, or delete what was made from it"});
   }
   return findings;
 }
@@ -173,6 +193,17 @@ std::optional<std::string> current_name(const std::filesystem::path& stage_folde
     return std::nullopt;
   }
   return target.string();
+}
+
+std::int64_t unlinked_results(const std::filesystem::path& stage_folder) {
+  if (current_name(stage_folder)) {
+    return 0;
+  }
+  const std::vector<std::filesystem::path> entries = list_folder(stage_folder);
+  return std::count_if(entries.begin(), entries.end(), [](const std::filesystem::path& entry) {
+    return is_folder_name(entry.filename().string()) &&
+           link_kind(entry) == std::filesystem::file_type::directory;
+  });
 }
 
 void set_current(const std::filesystem::path& stage_folder, const std::string& name) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -54,6 +55,9 @@ void require_workspace(std::span<const Stage> stages, const std::filesystem::pat
 /// The name that `<stage>/current` points to; nothing if it is missing or no link to a result
 /// beside it. Links are never followed. Throws EnvironmentError if it cannot be looked at.
 std::optional<std::string> current_name(const std::filesystem::path& stage_folder);
+
+/// How many results of a stage there are if no link says which of them is current; else 0.
+std::int64_t unlinked_results(const std::filesystem::path& stage_folder);
 
 /// Makes `current` point to a result beside it, in one step, and syncs the folder.
 void set_current(const std::filesystem::path& stage_folder, const std::string& name);

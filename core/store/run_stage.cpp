@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/new_folders.h"
 #include "core/store/active_run.h"
 #include "core/store/build_info.h"
 #include "core/store/commit.h"
@@ -39,6 +40,27 @@ class StagingGuard {
   const ActiveRun& run_;
   const StagePlan& plan_;
   bool armed_;
+};
+
+/// Takes away what a run made that came to nothing: a stage's folder in which nothing is but locks,
+/// and the folders above it that were missing before.
+class BareFolderGuard {
+ public:
+  BareFolderGuard(const StageRequest& request, const StagePlan& plan)
+      : stage_folder_(plan.stage_folder), above_(request.workspace) {}
+  ~BareFolderGuard() {
+    try {
+      remove_bare_stage_folder(stage_folder_);
+    } catch (const EnvironmentError&) {  // it stays: the run's own error is what counts
+    }
+    above_.remove_empty();
+  }
+  BareFolderGuard(const BareFolderGuard&) = delete;
+  BareFolderGuard& operator=(const BareFolderGuard&) = delete;
+
+ private:
+  const std::filesystem::path stage_folder_;
+  const NewFolders above_;
 };
 
 FileLock lock_stage(const Stage& stage, const StageRequest& request, const StagePlan& plan) {
@@ -190,6 +212,7 @@ void work_on(std::span<const Stage> stages, const Stage& stage, const StageReque
     end_already_done(report);
     return;
   }
+  const BareFolderGuard bare(request, report.plan);
   open_stage_folder(request, report.plan);
   const FileLock lock = lock_stage(stage, request, report.plan);
   const std::vector<std::string> reasons = report.plan.reasons;

@@ -83,6 +83,9 @@ struct Stage {
   std::array<std::string_view, 6> outputs{};  ///< kinds
   OptionSet (*options)() = nullptr;           ///< its defaults: option_set<ItsOptions>
   void (*run)(StageRun& run) = nullptr;       ///< read -> call -> write
+  /// Throws DataError if an INPUT is of another kind; quick, since every plan asks it. Null: only
+  /// the run finds out.
+  void (*check_input)(const std::filesystem::path& input) = nullptr;
   bool frame_wise = false;    ///< calls `each_frame`, so that it resumes and can be split
   bool has_cuda = false;      ///< has a CUDA twin: without one, --device cuda is refused
   bool device_keyed = false;  ///< its twins differ, so that --device is part of the key

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
+#include <string>
 #include <system_error>
 
 #include "core/error.h"
@@ -41,12 +43,15 @@ void add_consent(std::vector<Consent>& all, const std::vector<Consent>& more) {
 }
 
 /// The INPUT that the user named.
-void add_outside_input(StagePlan& plan, std::string_view kind, const StageRequest& request,
-                       const StageEvents& events) {
+void add_outside_input(StagePlan& plan, std::string_view kind, const Stage& stage,
+                       const StageRequest& request, const StageEvents& events) {
   const std::filesystem::path path = real_path(request.input);
   if (is_inside_input(request)) {
     throw DataError(request.workspace.string(), "", "a workspace inside its own input",
                     "a folder elsewhere: what is written there would change the input");
+  }
+  if (stage.check_input != nullptr && file_kind(path) != std::filesystem::file_type::not_found) {
+    stage.check_input(path);
   }
   const InputDigest digest = digest_of_input(path, events);
   plan.manifest.inputs.push_back({std::string(kind), path.string(), digest.digest, digest.files,
@@ -133,6 +138,21 @@ std::string result_problem(const std::filesystem::path& folder, const Manifest& 
   }
 }
 
+/// The frames that a result has files of, by their names ("frames/000012.json").
+std::vector<int> frames_of(const Manifest& manifest) {
+  constexpr std::size_t kDigits = 6;
+  constexpr std::size_t kMostDigits = 9;
+  std::set<int> frames;
+  for (const ManifestOutput& output : manifest.outputs) {
+    const std::string stem = std::filesystem::path(output.path).stem().string();
+    if (stem.size() >= kDigits && stem.size() <= kMostDigits &&
+        stem.find_first_not_of("0123456789") == std::string::npos) {
+      frames.insert(std::stoi(stem));
+    }
+  }
+  return {frames.begin(), frames.end()};
+}
+
 std::string amount(const ManifestInput& input) {
   return std::to_string(input.files) + (input.files == 1 ? " file, " : " files, ") +
          std::to_string(input.bytes) + " bytes";
@@ -167,7 +187,7 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const St
     }
     const Stage* maker = stage_that_makes(stages, kind);
     if (maker == nullptr) {
-      add_outside_input(plan, kind, request, events);
+      add_outside_input(plan, kind, stage, request, events);
     } else {
       add_stage_input(plan, kind, *maker, request, events);
     }
@@ -178,6 +198,12 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const St
   plan.result_folder = plan.stage_folder / folder_name(plan.manifest.key);
   plan.staging_folder = plan.stage_folder / (".staging-" + folder_name(plan.manifest.key));
   judge_state(plan, request.force, events);
+  if (plan.state == StagePlan::State::Done && !request.selection.everything()) {
+    // What the run would refuse is refused although there is nothing left to do.
+    some_selected_frames(request.selection,
+                         frames_of(read_manifest(plan.result_folder, stage.name)),
+                         plan.input_paths.empty() ? "" : plan.input_paths.front().string());
+  }
   return plan;
 }
 

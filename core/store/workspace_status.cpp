@@ -14,13 +14,6 @@ namespace {
 
 using std::filesystem::file_type;
 
-/// Looks without making the lock file, so that asking changes nothing.
-bool is_running(const std::filesystem::path& stage_folder) {
-  const std::filesystem::path lock = stage_folder / ".lock";
-  return link_kind(lock) == file_type::regular &&
-         !FileLock::try_lock(lock, FileLock::Mode::Exclusive);
-}
-
 void judge_result(StageStatus& status, const std::filesystem::path& folder, Check check) {
   status.state = StageStatus::State::Damaged;
   try {
@@ -124,8 +117,9 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
     const std::filesystem::path folder = workspace / stage.name;
     if (link_kind(folder) != file_type::not_found) {
       require_folder(folder);
-      status.running = is_running(folder);
+      status.running = FileLock::is_held(folder / ".lock");
       const auto current = current_name(folder);
+      status.unlinked_results = unlinked_results(folder);
       for (const std::filesystem::path& entry : list_folder(folder)) {
         const std::string name = entry.filename().string();
         if (link_kind(entry) != file_type::directory) {

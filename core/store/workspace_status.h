@@ -37,7 +37,8 @@ struct StageStatus {
   std::vector<Finding> findings;     ///< how it is damaged
   bool running = false;              ///< a run holds its lock now
   std::vector<UnfinishedWork> unfinished;
-  std::int64_t older_results = 0;  ///< beside a current one; `collect_garbage` removes them
+  std::int64_t older_results = 0;     ///< beside a current one; `collect_garbage` removes them
+  std::int64_t unlinked_results = 0;  ///< where no link says which of them is current
 };
 
 /// "none", "unfinished", "done", "outdated" or "damaged".

@@ -2,19 +2,18 @@
 
 #include <cerrno>
 #include <string>
-#include <system_error>
 
 #include <fcntl.h>
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path, const char* action, int error) {
-  throw EnvironmentError(path.string(),
-                         std::string(action) + ": " + std::generic_category().message(error));
+  throw EnvironmentError(path.string(), std::string(action) + ": " + system_reason(error));
 }
 
 }  // namespace

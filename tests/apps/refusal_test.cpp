@@ -1,6 +1,7 @@
 // What is refused on the command line: one readable line and the documented exit code.
 
 #include <fstream>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,10 +35,19 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         BadCommand{"UnknownCommand", {"statistcs"}, 2, "did you mean 'statistics'?"},
         BadCommand{"UnknownCommandFarAway", {"qqqqq"}, 2, "there is no command 'qqqqq'; see"},
-        BadCommand{"FlagInsteadOfCommand", {"--workspace"}, 2, "there is no command"},
+        BadCommand{"FlagInsteadOfCommand",
+                   {"--workspace"},
+                   2,
+                   "there is no option '--workspace' before the command; see"},
         BadCommand{"EmptyCommand", {""}, 2, "there is no command ''"},
-        BadCommand{"NoInput", {"statistics"}, 2, "it takes an INPUT and a WORKSPACE"},
-        BadCommand{"NoWorkspace", {"statistics", "IN"}, 2, "it takes an INPUT and a WORKSPACE"},
+        BadCommand{"NoInput", {"statistics"}, 2, "statistics takes INPUT and WORKSPACE"},
+        BadCommand{"NoWorkspace", {"statistics", "IN"}, 2, "statistics takes INPUT and WORKSPACE"},
+        BadCommand{"EmptyInput", {"statistics", "", "WS"}, 2, "INPUT: it cannot be ''"},
+        BadCommand{"EmptyWorkspace", {"statistics", "IN", ""}, 2, "WORKSPACE: it cannot be ''"},
+        BadCommand{"FramesTwice",
+                   {"statistics", "IN", "WS", "--frames", "1", "--frames", "2"},
+                   2,
+                   "--frames is given twice"},
         BadCommand{"OneTooMany", {"statistics", "IN", "WS", "x"}, 2, "does not take 'x' as well"},
         BadCommand{
             "UnknownFlag",
@@ -102,7 +112,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"BadFrames",
                    {"statistics", "IN", "WS", "--frames", "5:3"},
                    2,
-                   "--frames cannot be '5:3'"},
+                   "--frames cannot be '5:3': it takes a:b, a:, :b or a,"},
         BadCommand{
             "BadShard", {"statistics", "IN", "WS", "--shard", "2/2"}, 2, "--shard cannot be '2/2'"},
         BadCommand{"FramesOfNothing",
@@ -122,13 +132,20 @@ INSTANTIATE_TEST_SUITE_P(
                    {"statistics", "IN", "IN/work"},
                    2,
                    "a workspace inside its own input"},
-        BadCommand{"WorkspaceIsAFile", {"statistics", "IN", "IN/../file"}, 5, "file"},
+        BadCommand{"WorkspaceIsAFile",
+                   {"statistics", "IN", "IN/../file"},
+                   5,
+                   "WORKSPACE boxes/../file: not a folder; name a folder"},
+        BadCommand{"WorkspaceBelowAFile",
+                   {"statistics", "IN", "file/x"},
+                   5,
+                   "a file lies where a folder is expected"},
         BadCommand{"WorkspaceInProc", {"statistics", "IN", "/proc/atelier"}, 5, "/proc"},
-        BadCommand{"StatusOfNothing", {"status"}, 2, "it takes a WORKSPACE"},
+        BadCommand{"StatusOfNothing", {"status"}, 2, " takes a WORKSPACE"},
         BadCommand{"StatusMissing", {"status", "nothing"}, 3, "no folder"},
         BadCommand{
             "StatusUnknownFlag", {"status", "WS", "--digest"}, 2, "did you mean '--digests'?"},
-        BadCommand{"InspectNothing", {"inspect"}, 2, "it takes a FILE"},
+        BadCommand{"InspectNothing", {"inspect"}, 2, "inspect takes a FILE"},
         BadCommand{"InspectMissing", {"inspect", "nothing.obj"}, 3, "nothing there"},
         BadCommand{"InspectABareFolder", {"inspect", "bare"}, 3, "a folder of none of these"},
         BadCommand{"InspectNoToml", {"inspect", "no.toml"}, 3, "no.toml"},
@@ -141,14 +158,22 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"InspectNoArchive", {"inspect", "no.h5"}, 3, "no HDF5 file"},
         BadCommand{"InspectNoMesh", {"inspect", "no.ply"}, 3, "no.ply"},
         BadCommand{"InspectNoNpz", {"inspect", "no.npz"}, 3, "no.npz"},
-        BadCommand{"GcOfNothing", {"gc"}, 2, "it takes a WORKSPACE"},
+        BadCommand{"GcOfNothing", {"gc"}, 2, " takes a WORKSPACE"},
         BadCommand{"GcOfNoWorkspace", {"gc", "IN"}, 3, "no stage has run"},
         BadCommand{"GcMissing", {"gc", "nothing"}, 3, "no folder"},
-        BadCommand{"ConvertNothing", {"convert"}, 2, "it takes two files"},
+        BadCommand{"ConvertNothing", {"convert"}, 2, "convert takes two files"},
         BadCommand{"ConvertToUnknown",
                    {"convert", "IN/box_000.obj", "x.fbx"},
                    2,
                    "it takes a name with .obj, .ply or .glb"},
+        BadCommand{"ConvertOntoItself",
+                   {"convert", "IN/box_000.obj", "IN/../boxes/box_000.obj"},
+                   2,
+                   "it is IN itself"},
+        BadCommand{"ConvertOntoItselfByALink",
+                   {"convert", "IN/box_000.obj", "same.obj"},
+                   2,
+                   "it is IN itself"},
         BadCommand{"ConvertMissing", {"convert", "nothing.obj", "x.ply"}, 3, "nothing.obj"},
         BadCommand{"ConvertBadUnit",
                    {"convert", "a.obj", "b.obj", "--input.unit", "km"},
@@ -213,6 +238,7 @@ TEST_P(Refused, IsOneLineAndItsCode) {
   std::filesystem::create_symlink("loop", root_ / "loop");
   std::filesystem::create_symlink("loop.obj", root_ / "loop.obj");
   std::filesystem::create_symlink("/dev/null", root_ / "null.obj");
+  std::filesystem::create_symlink("boxes/box_000.obj", root_ / "same.obj");
   ASSERT_EQ(mkfifo((root_ / "pipe.obj").c_str(), 0600), 0);
   std::filesystem::create_directory(root_ / "bare");
   std::ofstream(root_ / "half.h5") << "\x89HDF\r\n\x1a\n and no more";
@@ -234,7 +260,7 @@ TEST_P(Refused, IsOneLineAndItsCode) {
     command += " '" + argument + "'";
   }
   expect_refusal(run_child({"bash", "-c", command}), GetParam().code, GetParam().words);
-  EXPECT_FALSE(std::filesystem::exists(stage_folder() / "current"));
+  EXPECT_FALSE(std::filesystem::exists(workspace())) << "it leaves nothing";
 }
 
 // Files that cannot be used: one line with the file, code 3, no result.
@@ -274,6 +300,28 @@ TEST_P(BadMeshes, AreRefusedByName) {
   EXPECT_THAT(result.err, HasSubstr("atelier: "));
   EXPECT_THAT(result.err, HasSubstr(GetParam().words));
   EXPECT_FALSE(std::filesystem::exists(stage_folder() / "current"));
+}
+
+using BadFiles = Program;
+
+TEST_F(BadFiles, LeaveNoWorkspaceBehind) {
+  std::filesystem::create_directories(input());
+  std::ofstream(input() / "box_000.obj") << "";
+  EXPECT_EQ(run_statistics({}).exit_code, kExitBadData);
+  EXPECT_FALSE(std::filesystem::exists(workspace()));
+}
+
+TEST_F(BadFiles, EveryMistakeOfAnOptionsFileIsALineOfItsOwn) {
+  write_boxes(input(), 1);
+  std::ofstream(root_ / "bad.toml") << "[input]\nunit = 'km'\nupp = 'y'\n";
+  const ChildResult result = run_statistics({"--config", (root_ / "bad.toml").string()});
+  EXPECT_EQ(result.exit_code, kExitUsage);
+  std::istringstream lines(result.err);
+  int count = 0;
+  for (std::string line; std::getline(lines, line); ++count) {
+    EXPECT_THAT(line, ::testing::StartsWith("atelier: "));
+  }
+  EXPECT_EQ(count, 2) << result.err;
 }
 
 }  // namespace

@@ -175,6 +175,22 @@ TEST_F(Report, ExportRefusesDamageUnknownNamesAndPlacesThatAreNotThere) {
   EXPECT_FALSE(fs::exists(root_ / "out" / "statistics"));
 }
 
+TEST_F(Report, AnExportThatFailsLeavesItsPlaceFree) {
+  const fs::path out = root_ / "new" / "out";
+  // Files may hold nothing: the first that is written fails.
+  const ChildResult full =
+      run_child({"bash", "-c",
+                 "ulimit -f 0; exec '" + std::string(ATELIER_PROGRAM) + "' export '" +
+                     workspace().string() + "' '" + out.string() + "'"});
+  EXPECT_EQ(full.exit_code, 5) << full.err;
+  EXPECT_FALSE(fs::exists(root_ / "new"));
+  EXPECT_EQ(export_to(out).exit_code, 0);
+  const ChildResult again = export_to(out);
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("is there already"));
+  EXPECT_TRUE(fs::exists(out / "statistics" / "consent.txt")) << "it was another's";
+}
+
 TEST_F(Report, PagesAreNotWrittenAmongResults) {
   const fs::path result = fs::canonical(stage_folder() / "current");
   for (const fs::path& file : {result / "page.html", stage_folder() / "page.html"}) {

@@ -235,6 +235,16 @@ TEST_F(Simulate, ABodyThatTeleportsEndsItAndKeepsTheFramesBefore) {
   EXPECT_FALSE(std::filesystem::exists(out() / "garment_000005.ply"));
 }
 
+TEST_F(Simulate, ADryRunRefusesWhatTheRunRefuses) {
+  for (const char* how : {"--dry-run", "--force"}) {
+    const ChildResult result =
+        run({"simulate", (scene() / "garment.obj").string(), (root_ / "fresh").string(), how});
+    EXPECT_EQ(result.exit_code, 3) << result.out;
+    EXPECT_THAT(result.err, HasSubstr("scene: no folder"));
+    EXPECT_FALSE(std::filesystem::exists(root_ / "fresh"));
+  }
+}
+
 TEST_F(Simulate, RefusesGarmentsThatAreNoCloth) {
   std::ofstream(scene() / "garment.obj", std::ios::app) << "f 1 8 20\nf 1 8 30\n";
   ChildResult result = on_body();

@@ -159,6 +159,11 @@ TEST_F(StageCommand, ConsentThatEndedIsAWarning) {
   EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr(words));
   EXPECT_THAT(run({"inspect", (stage_folder() / "current/manifest.json").string()}).out,
               HasSubstr(words));
+  const ChildResult exported = run({"export", workspace().string(), (root_ / "out").string()});
+  const std::string warning =
+      "warning: " + words + "; renew it in " + (input() / "capture.toml").string();
+  EXPECT_THAT(exported.out, HasSubstr(warning));
+  EXPECT_THAT(read_file_text(root_ / "out/statistics/consent.txt", 1 << 10), HasSubstr(warning));
 }
 
 TEST_F(StageCommand, ReadsAteliersOwnSequences) {

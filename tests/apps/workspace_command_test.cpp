@@ -54,6 +54,18 @@ TEST_F(WorkspaceCommand, WhatANewerProgramWroteIsLeftAlone) {
   EXPECT_EQ(read_file_text(path, 1 << 20), text);
 }
 
+TEST_F(WorkspaceCommand, ResultsWithoutACurrentLinkAreSpokenOf) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  std::filesystem::remove(stage_folder() / "current");
+  const std::string words = "1 result without a current link; the stage's command";
+  EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr(words));
+  EXPECT_THAT(run({"gc", workspace().string(), "--dry-run"}).out,
+              HasSubstr("left statistics: " + words));
+  EXPECT_THAT(run_statistics({}).out, HasSubstr("is done already"));
+  EXPECT_THAT(run({"status", workspace().string()}).out, ::testing::Not(HasSubstr(words)));
+}
+
 TEST_F(WorkspaceCommand, GcRemovesOlderResults) {
   write_boxes(input(), 1);
   run_statistics({});

@@ -291,6 +291,17 @@ TEST_F(GarbageTest, LocksExcludeAndShare) {
   EXPECT_FALSE(FileLock::try_lock(path, FileLock::Mode::Shared));
 }
 
+TEST_F(GarbageTest, LooksAtLocksWithoutMakingThem) {
+  const auto path = root_ / "lock";
+  EXPECT_FALSE(FileLock::is_held(path));
+  EXPECT_FALSE(std::filesystem::exists(path));
+  for (const auto mode : {FileLock::Mode::Shared, FileLock::Mode::Exclusive}) {
+    const auto lock = FileLock::try_lock(path, mode);
+    EXPECT_TRUE(FileLock::is_held(path));
+  }
+  EXPECT_FALSE(FileLock::is_held(path));
+}
+
 TEST_F(GarbageTest, FrameLocksExcludeByFrame) {
   const auto path = root_ / "frames";
   auto first = FrameLock::try_lock(path, {5, 1, 2, 3});

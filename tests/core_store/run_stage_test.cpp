@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/store/collect_garbage.h"
 #include "core/store/commit.h"
+#include "core/store/file_lock.h"
 #include "core/store/result.h"
 #include "core/store/workspace_status.h"
 #include "tests/core_store/run_stage_fixture.h"
@@ -149,7 +150,7 @@ TEST_F(RunStage, ForceDoesItAgain) {
 TEST_F(RunStage, AFailureLeavesNoStaging) {
   behaviour().during = [] { throw DataError("f", "", "bad", "good"); };
   EXPECT_THROW(run("count"), DataError);
-  EXPECT_THAT(names(folder("count")), ElementsAre(".commit-lock", ".lock"));
+  EXPECT_FALSE(std::filesystem::exists(root_ / "work")) << "the run made it";
 }
 
 TEST_F(RunStage, AChainRunsOnResults) {
@@ -279,12 +280,120 @@ TEST_F(RunStage, WhatMayNotBeLookedAtIsNotAbsent) {
   }
 }
 
+TEST_F(RunStage, AWorkspaceThatMayOnlyBeReadCanBeLookedAt) {
+  constexpr uid_t kNobody = 65534;
+  run("count");
+  run("frames");
+  std::filesystem::remove(folder("frames") / ".lock");
+  ASSERT_EQ(chmod(root_.path().c_str(), 0755), 0);
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(root_.path())) {
+    if (!entry.is_symlink()) {
+      ASSERT_EQ(chmod(entry.path().c_str(), entry.is_directory() ? 0555 : 0444), 0);
+    }
+  }
+  ASSERT_EQ(chmod((folder("count") / ".lock").c_str(), 0000), 0);
+  ASSERT_EQ(chmod((root_ / "work").c_str(), 0555), 0);
+  const bool was_root = geteuid() == 0 && seteuid(kNobody) == 0;
+  const auto all = workspace_status(kTestStages, root_ / "work", Check::Digests);
+  const auto garbage = collect_garbage(kTestStages, root_ / "work", true);
+  const StageReport again = run("count");
+  if (was_root) {
+    ASSERT_EQ(seteuid(0), 0);
+  }
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(root_.path())) {
+    if (entry.is_directory()) {
+      ASSERT_EQ(chmod(entry.path().c_str(), 0700), 0);
+    }
+  }
+  EXPECT_EQ(all[0].state, StageStatus::State::Done);
+  EXPECT_FALSE(all[0].running);
+  EXPECT_THAT(garbage, IsEmpty());
+  EXPECT_EQ(again.end, End::AlreadyDone);
+  EXPECT_FALSE(std::filesystem::exists(folder("frames") / ".lock")) << "looking made it";
+}
+
+TEST_F(RunStage, ASelectionOfNothingIsRefusedOnAFinishedResultToo) {
+  run("frames");
+  StageRequest what = request("frames");
+  ASSERT_EQ(set_frames(what.selection, "100:200"), "");
+  EXPECT_THAT(refusal<DataError>("frames", what), HasSubstr("expected some of frames 100:200"));
+  ASSERT_EQ(set_frames(what.selection, "3:6"), "");
+  EXPECT_EQ(run("frames", what).end, End::AlreadyDone);
+}
+
+TEST_F(RunStage, AnInputOfAnotherKindIsRefusedInThePlan) {
+  Stage picky = *find_stage(kTestStages, "count");
+  picky.check_input = [](const std::filesystem::path& input) {
+    if (!std::filesystem::is_directory(input)) {
+      throw DataError(input.string(), "scene", "no folder", "a folder");
+    }
+  };
+  const std::vector<Stage> stages = {picky};
+  StageRequest what = request("count");
+  EXPECT_EQ(plan_stage(stages, picky, what, {}).state, StagePlan::State::Run);
+  what.input = root_ / "in/a.txt";
+  try {
+    plan_stage(stages, picky, what, {});
+    FAIL() << "it was planned";
+  } catch (const DataError& error) {
+    EXPECT_EQ(error.found, "no folder");
+  }
+  what.input = root_ / "nothing";
+  try {
+    plan_stage(stages, picky, what, {});
+    FAIL() << "it was planned";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("nothing there"));
+  }
+}
+
+TEST_F(RunStage, ResultsWithoutACurrentLinkAreCountedAndFoundAgain) {
+  run("count");
+  const std::filesystem::path result = current("count");
+  std::filesystem::remove(folder("count") / "current");
+  EXPECT_EQ(unlinked_results(folder("count")), 1);
+  EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].unlinked_results, 1);
+  EXPECT_THAT(collect_garbage(kTestStages, root_ / "work", false), IsEmpty());
+  EXPECT_EQ(run("count").end, End::AlreadyDone);
+  EXPECT_EQ(current("count"), result);
+  EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].unlinked_results, 0);
+}
+
+TEST_F(RunStage, ConsentThatEndedNamesTheFileItStandsIn) {
+  write(root_ / "in/consent.toml", "[consent]\nwho = 'A'\nscope = 'b'\nuntil = 2001-12-31\n");
+  const StageReport report = run("count");
+  const auto findings = check_outputs(current("count"), report.manifest, Check::Sizes);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_THAT(findings[0].advice, HasSubstr((root_ / "in/consent.toml").string()));
+  write(root_ / "in/consent.toml", "[consent");
+  EXPECT_THAT(check_outputs(current("count"), report.manifest, Check::Sizes)[0].advice,
+              HasSubstr("the capture.toml or consent.toml of the capture"));
+}
+
+TEST_F(RunStage, ARefusedRunLeavesFoldersThatWereThere) {
+  behaviour().during = [] { throw DataError("f", "", "bad", "good"); };
+  StageRequest what = request("count");
+  what.workspace = root_ / "new/er/work";
+  EXPECT_THROW(run("count", what), DataError);
+  EXPECT_FALSE(std::filesystem::exists(root_ / "new"));
+  std::filesystem::create_directories(root_ / "work");
+  EXPECT_THROW(run("count"), DataError);
+  EXPECT_TRUE(std::filesystem::exists(root_ / "work"));
+  EXPECT_THAT(names(root_ / "work"), IsEmpty());
+  const auto lock = [&] {
+    std::filesystem::create_directories(folder("count"));
+    return FileLock::try_lock(folder("count") / ".lock", FileLock::Mode::Shared);
+  }();
+  remove_bare_stage_folder(folder("count"));
+  EXPECT_TRUE(std::filesystem::exists(folder("count") / ".lock")) << "somebody holds it";
+}
+
 TEST_F(RunStage, AStageThatIsToldToStopLeavesNothing) {
   behaviour().asks_to_stop = true;
   StageEvents events;
   events.stop = [] { return behaviour().count_runs > 0; };
   EXPECT_EQ(run("count", request("count"), events).end, End::Stopped);
-  EXPECT_THAT(names(folder("count")), ElementsAre(".commit-lock", ".lock"));
+  EXPECT_FALSE(std::filesystem::exists(root_ / "work")) << "the run made it";
 }
 
 TEST_F(RunStage, StopsWhileItsInputsAreDigested) {

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/error.h"
 #include "core/store/frame_selection.h"
 #include "core/store/utc_time.h"
 
@@ -36,6 +37,19 @@ TEST(FrameSelection, ShardsPartTheFramesWhateverTheRange) {
     }
   }
   EXPECT_THAT(seen, testing::UnorderedElementsAre(2, 4, 6, 8, 10));
+}
+
+TEST(FrameSelection, NoneOfThemIsRefusedUnlessThereAreNone) {
+  FrameSelection selection;
+  ASSERT_EQ(set_frames(selection, "4:7"), "");
+  EXPECT_THAT(some_selected_frames(selection, {3, 5, 9}, "boxes"), ElementsAre(5));
+  EXPECT_THAT(some_selected_frames(selection, {}, "boxes"), ElementsAre());
+  try {
+    some_selected_frames(selection, {8, 9}, "boxes");
+    FAIL() << "it was taken";
+  } catch (const DataError& error) {
+    EXPECT_STREQ(error.what(), "boxes: frames: 8 to 9; expected some of frames 4:7");
+  }
 }
 
 TEST(FrameSelection, AsText) {

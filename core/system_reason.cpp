@@ -1,0 +1,31 @@
+#include "core/system_reason.h"
+
+#include <cerrno>
+#include <system_error>
+
+namespace atelier {
+namespace {
+
+const char* advice(int error) {
+  switch (error) {
+    case ENOSPC:
+    case EDQUOT:
+      return "; free space and run again: what is finished is kept";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "; name a folder that can be written";
+    case ENOTDIR:
+      return "; a file lies where a folder is expected";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+std::string system_reason(int error) {
+  return std::generic_category().message(error) + advice(error);
+}
+
+}  // namespace atelier

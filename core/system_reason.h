@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+
+namespace atelier {
+
+/// What the system says of an errno and, where the user can do something about it, what to do: "No
+/// space left on device; free space and run again: what is finished is kept".
+std::string system_reason(int error);
+
+}  // namespace atelier
