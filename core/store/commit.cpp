@@ -109,10 +109,14 @@ void replace_manifest(const std::filesystem::path& result, const Manifest& manif
 void remove_bare_stage_folder(const std::filesystem::path& stage_folder) {
   const std::filesystem::path lock_file = stage_folder / ".lock";
   const std::filesystem::path commit_lock_file = stage_folder / ".commit-lock";
+  const auto is_empty_staging = [](const std::filesystem::path& entry) {
+    return !key_behind(".staging-", entry.filename().string()).empty() &&
+           link_kind(entry) == std::filesystem::file_type::directory && list_folder(entry).empty();
+  };
   const auto is_bare = [&] {
     const std::vector<std::filesystem::path> entries = list_folder(stage_folder);
     return std::all_of(entries.begin(), entries.end(), [&](const std::filesystem::path& entry) {
-      return entry == lock_file || entry == commit_lock_file;
+      return entry == lock_file || entry == commit_lock_file || is_empty_staging(entry);
     });
   };
   if (link_kind(stage_folder) != std::filesystem::file_type::directory || !is_bare()) {
@@ -123,6 +127,9 @@ void remove_bare_stage_folder(const std::filesystem::path& stage_folder) {
   const auto lock = FileLock::try_lock(lock_file, FileLock::Mode::Exclusive);
   const auto commit_lock = FileLock::try_lock(commit_lock_file, FileLock::Mode::Exclusive);
   if (lock && commit_lock && is_bare()) {
+    for (const std::filesystem::path& entry : list_folder(stage_folder)) {
+      rmdir(entry.c_str());  // of the locks, which are no folders, nothing
+    }
     unlink(lock_file.c_str());
     unlink(commit_lock_file.c_str());
     rmdir(stage_folder.c_str());

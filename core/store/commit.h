@@ -25,7 +25,8 @@ void replace_manifest(const std::filesystem::path& result, const Manifest& manif
 /// Removes a folder and everything in it; links are removed, not followed. Throws EnvironmentError.
 void remove_folder(const std::filesystem::path& folder);
 
-/// Removes a stage's folder that holds nothing but locks that nobody has. Of any other, nothing.
+/// Removes a stage's folder that holds nothing but locks that nobody has and
+/// work that was not begun. Of any other, nothing.
 /// Throws EnvironmentError if it cannot be looked at.
 void remove_bare_stage_folder(const std::filesystem::path& stage_folder);
 
