@@ -90,10 +90,10 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
     }
     SmplOptions smpl;
     smpl.metres_per_unit = options.metres_per_unit;
-    BodyModel model =
-        archive_schema(npz).empty() ? read_smpl(npz, smpl, limits) : body_of_arrays(npz, limits);
-    check_body_size(model, path.string());
-    return {std::move(model), {}};
+    SmplBody body = archive_schema(npz).empty() ? read_smpl(npz, smpl, limits)
+                                                : SmplBody{body_of_arrays(npz, limits), {}};
+    check_body_size(body.model, path.string());
+    return {std::move(body.model), std::move(body.findings)};
   }
   for (const Refusal& refusal : kRefusals) {
     if (extension == refusal.extension) {

@@ -62,8 +62,7 @@ void check_skin(const SkinWeights& skin, Index vertices, Index joints, const std
     }
     if (!(std::abs(sum - 1) <= kWeightSumTolerance)) {
       throw DataError(file, "skin weights of vertex " + std::to_string(v),
-                      "weights that sum to " + std::to_string(sum),
-                      "a sum of 1 (repair_skin_weights scales them)");
+                      "weights that sum to " + std::to_string(sum), "a sum of 1");
     }
   }
 }

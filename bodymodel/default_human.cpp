@@ -289,21 +289,18 @@ OptionTable describe(DefaultHumanOptions& options) {
 }
 
 std::string human_options_problem(const DefaultHumanOptions& options) {
-  DefaultHumanOptions copy = options;
-  const std::vector<std::string> problems = check_options(describe(copy));
-  if (!problems.empty()) {
-    return problems.front();
-  }
   for (const Parameter& p : kParameters) {
     const double value = options.*p.option;
-    if (!(value == 0 || value >= p.low)) {
+    if (!(value == 0 || (value >= p.low && value <= p.high))) {
       char text[120];
       std::snprintf(text, sizeof text, "%s cannot be %.6g: it is in [%g, %g] %s, or 0 (average)",
                     p.name, value, p.low, p.high, p.unit);
       return text;
     }
   }
-  return "";
+  DefaultHumanOptions copy = options;
+  const std::vector<std::string> problems = check_options(describe(copy));
+  return problems.empty() ? "" : problems.front();
 }
 
 DefaultHumanOptions female_human() {

@@ -8,6 +8,7 @@
 #include "bodymodel/skin_weights.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
+#include "core/normals.h"
 
 namespace atelier {
 namespace {
@@ -222,6 +223,7 @@ GltfScene gltf_body(const BodyModel& model, const Eigen::VectorXd& shape, const 
   GltfPrimitive primitive;
   primitive.mesh.vertices = body.vertices;
   primitive.mesh.faces = model.mesh.faces;
+  primitive.mesh.normals = vertex_normals(body.vertices, model.mesh.faces);
   primitive.mesh.uvs = model.mesh.uvs;
   primitive.mesh.uv_faces = model.mesh.uv_faces;
   const Index slots = 4 * ((model.skin.weights.cols() + 3) / 4);

@@ -56,8 +56,8 @@ Eigen::VectorXd sampled(const GltfChannel& channel, double time) {
   return value;
 }
 
-// The rate of the keys where those of the channel with the most are even, else the default.
-double natural_rate(const GltfAnimation& animation) {
+// The times of the keys where those of the channel with the most are even, else none.
+std::vector<double> even_times(const GltfAnimation& animation) {
   const std::vector<double>* times = nullptr;
   for (const GltfChannel& channel : animation.channels) {
     if (times == nullptr || channel.times.size() > times->size()) {
@@ -65,16 +65,20 @@ double natural_rate(const GltfAnimation& animation) {
     }
   }
   if (times == nullptr || times->size() < 3) {
-    return kDefaultRate;
+    return {};
   }
   const double step = (times->back() - times->front()) / static_cast<double>(times->size() - 1);
   for (std::size_t i = 1; i < times->size(); ++i) {
     if (std::abs((*times)[i] - (*times)[i - 1] - step) > 0.02 * step) {
-      return kDefaultRate;
+      return {};
     }
   }
   const double rate = frame_rate(step);
-  return rate >= 1 && rate <= kMostRate ? rate : kDefaultRate;
+  return rate >= 1 && rate <= kMostRate ? *times : std::vector<double>{};
+}
+
+double rate_of_even(const std::vector<double>& times) {
+  return frame_rate((times.back() - times.front()) / static_cast<double>(times.size() - 1));
 }
 
 }  // namespace
@@ -117,8 +121,16 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std
   clip.name = animation.name.empty() ? file : animation.name;
   clip.skeleton = tree.skeleton;
   clip.findings = tree.findings;
-  clip.motion.fps = options.fps > 0 ? options.fps : natural_rate(animation);
-  const double frames = std::floor((last - first) * clip.motion.fps + 1e-6) + 1;
+  const std::vector<double> keys = even_times(animation);
+  clip.motion.fps = options.fps > 0 ? options.fps
+                    : keys.empty()  ? kDefaultRate
+                                    : rate_of_even(keys);
+  // Frames at the keys themselves where these span the animation; times are rounded to float in the
+  // file, which must not cost the last frame.
+  const bool at_keys =
+      options.fps <= 0 && !keys.empty() && keys.front() == first && keys.back() == last;
+  const double frames = at_keys ? static_cast<double>(keys.size())
+                                : std::floor((last - first) * clip.motion.fps + 1e-2) + 1;
   if (!(frames >= 1 && frames <= static_cast<double>(limits.frames))) {
     throw DataError(file, "animation " + animation.name, std::to_string(last - first) + " seconds",
                     "at most " + std::to_string(limits.frames) + " frames");
@@ -129,7 +141,8 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std
   posed.nodes = scene.nodes;
   posed.roots = scene.roots;
   for (int frame = 0; frame < static_cast<int>(frames); ++frame) {
-    const double time = first + frame / clip.motion.fps;
+    const double time =
+        at_keys ? keys[static_cast<std::size_t>(frame)] : first + frame / clip.motion.fps;
     for (const GltfChannel& channel : animation.channels) {
       if (channel.times.empty() || channel.node < 0 || channel.path == GltfPath::Weights) {
         continue;

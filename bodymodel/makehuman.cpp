@@ -1,6 +1,7 @@
 #include "bodymodel/makehuman.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <map>
 #include <set>
 
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double kMetresPerUnit = 0.1;
 constexpr const char* kBodyGroup = "body";
+constexpr double kMostMissing = 0.25;  // share of a body that macro targets may leave out
 
 // Vertices that the polygons of each group use, increasing.
 VertexGroups vertex_groups(const PolygonMesh& mesh) {
@@ -96,13 +98,23 @@ void apply_macros(const MakeHumanFiles& files, const MakeHumanMacros& macros, Po
   if (files.macros.empty()) {
     return;
   }
+  int missing = 0;
+  double builds = 0;  // weight of those that make a whole body, which add up to 1
+  double races = 0;
+  std::string heaviest;
+  double most = 0;
   for (const MacroTarget& target : macro_targets(macros)) {
     const std::filesystem::path path = files.macros / (target.name + ".target");
     if (!std::filesystem::exists(path)) {
-      findings.push_back(
-          {Severity::Warning, "makehuman-macro", path.string(),
-           "a macro target of weight " + std::to_string(target.weight) + " is not there",
-           "it is left out; take the whole folder of targets, or other sliders"});
+      ++missing;
+      const bool build = target.name.starts_with("universal-");
+      const bool race = !build && target.name.find('/') == std::string::npos;
+      builds += build ? target.weight : 0;
+      races += race ? target.weight : 0;
+      if (target.weight > most) {
+        most = target.weight;
+        heaviest = target.name;
+      }
       continue;
     }
     const Blendshape shape = read_target(path, base.rows(), limits);
@@ -110,6 +122,20 @@ void apply_macros(const MakeHumanFiles& files, const MakeHumanMacros& macros, Po
       base.row(shape.vertices[i]) += target.weight * shape.offsets.row(static_cast<Index>(i));
     }
   }
+  if (missing == 0) {
+    return;
+  }
+  char share[16];
+  std::snprintf(share, sizeof share, "%.0f%%", 100 * std::max(builds, races));
+  const std::string found = std::to_string(missing) + " of the targets of these sliders are not " +
+                            "there, " + share + " of the body; the heaviest is " + heaviest +
+                            ".target";
+  const std::string advice = "the whole folder of targets, or other sliders";
+  if (builds > kMostMissing || races > kMostMissing) {
+    throw DataError(files.macros.string(), "macro targets", found, advice);
+  }
+  findings.push_back({Severity::Warning, "makehuman-macro", files.macros.string(), found,
+                      "they are left out; take " + advice});
 }
 
 Eigen::RowVector3d mean(const Points& points, const std::vector<int>& rows) {
@@ -208,6 +234,11 @@ MakeHumanBody read_makehuman(const MakeHumanFiles& files, const MakeHumanOptions
     body_influences.push_back(influences[static_cast<std::size_t>(vertex)]);
   }
   PackedSkin packed = pack_skin_weights(body_influences, joints, pack, files.weights.string());
+  for (Finding& finding : packed.findings) {
+    if (finding.code == "skin-weights-sum") {
+      finding.severity = Severity::Note;  // so are MakeHuman's own files
+    }
+  }
   body.findings.insert(body.findings.end(), packed.findings.begin(), packed.findings.end());
 
   BodyModel& model = body.model;

@@ -448,12 +448,12 @@ MarkerClip in_our_axes(MarkerClip clip, const Subject& subject, const MotionOpti
     findings.push_back({Severity::Warning, "motion-unit", clip.name,
                         "the header's unit makes a person of " + formatted(1.7 * scale, "%.4g") +
                             " m; positions are multiplied by " + formatted(best, "%.4g"),
-                        "correct Units in the file, or set metres_per_unit"});
+                        "correct Units in the file, or set --motion.metres_per_unit"});
   }
   const char up = motion.up != 0 ? motion.up : guess_up(all, subject);
   if (motion.up == 0 && up != 'y') {
-    findings.push_back(
-        {Severity::Note, "motion-up", clip.name, "z taken as up", "set up = y if that is wrong"});
+    findings.push_back({Severity::Note, "motion-up", clip.name, "z taken as up",
+                        "--motion.up y if that is wrong"});
   }
   for (Points& positions : clip.positions) {
     positions *= factor;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "bodymodel/body_pieces.h"
 #include "bodymodel/kinematics.h"
@@ -15,6 +16,10 @@
 
 namespace atelier {
 namespace {
+
+// Length of an opening's edge, in statures, above which a skin encloses no volume: slits of eyes
+// and lips are less, a missing hand is more. Our choice.
+constexpr double kMostBorder = 0.09;
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -122,6 +127,63 @@ Vector3d joint(const Skeleton& skeleton, const Points& positions, const std::str
   return positions.row(index);
 }
 
+// What is measured from the ground up must stand: trunk and legs within 45 degrees of upright.
+void check_upright(const Skeleton& skeleton, const Points& joints) {
+  const auto at = [&](const std::string& name) { return joint(skeleton, joints, name); };
+  const auto check = [](const char* what, const Vector3d& bone) {
+    if (!(bone.y() > std::sqrt(0.5) * bone.norm())) {
+      throw DataError("", "rest pose", std::string(what) + " that do not stand upright",
+                      "a person who stands: lengths and girths are measured from the ground up");
+    }
+  };
+  check("hips and neck", at("neck") - at("pelvis"));
+  for (const char* side : {"left_", "right_"}) {
+    check("legs", at(std::string(side) + "hip") - at(std::string(side) + "ankle"));
+  }
+}
+
+// Length of the longest opening: edges that only one face has, as they hang together. Vertices of
+// one place must be one.
+double longest_border(const Points& vertices, const Triangles& faces) {
+  std::unordered_set<std::int64_t> sides;
+  const auto side = [](int a, int b) {
+    return (static_cast<std::int64_t>(a) << 32) | static_cast<std::uint32_t>(b);
+  };
+  for (Index f = 0; f < faces.rows(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      sides.insert(side(faces(f, c), faces(f, (c + 1) % 3)));
+    }
+  }
+  std::vector<std::array<int, 2>> border;
+  std::vector<int> above(static_cast<std::size_t>(vertices.rows()));
+  std::iota(above.begin(), above.end(), 0);
+  const auto root = [&](int v) {
+    while (above[static_cast<std::size_t>(v)] != v) {
+      v = above[static_cast<std::size_t>(v)] =
+          above[static_cast<std::size_t>(above[static_cast<std::size_t>(v)])];
+    }
+    return v;
+  };
+  for (Index f = 0; f < faces.rows(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const int a = faces(f, c);
+      const int b = faces(f, (c + 1) % 3);
+      if (!sides.contains(side(b, a))) {
+        border.push_back({a, b});
+        above[static_cast<std::size_t>(root(a))] = root(b);
+      }
+    }
+  }
+  std::unordered_map<int, double> lengths;
+  double longest = 0;
+  for (const std::array<int, 2>& edge : border) {
+    double& length = lengths[root(edge[0])];
+    length += (vertices.row(edge[0]) - vertices.row(edge[1])).norm();
+    longest = std::max(longest, length);
+  }
+  return longest;
+}
+
 }  // namespace
 
 const std::vector<NamedMeasurement>& measurement_names() {
@@ -217,6 +279,7 @@ BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton) {
     }
     return length;
   };
+  check_upright(skeleton, joints);
   const Vector3d up = Vector3d::UnitY();
   const Vector3d pelvis = at("pelvis");
   const Vector3d neck = at("neck");
@@ -230,7 +293,12 @@ BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton) {
     top = std::max(top, vertices(faces.data()[i], 1));
   }
   m.stature = top - ground;
-  m.mass = kBodyDensity * mesh_volume(vertices, faces);
+  const double volume = mesh_volume(vertices, faces);
+  if (!(volume > 0)) {
+    throw DataError("", "skin", "a volume of " + std::to_string(volume) + " m^3",
+                    "a closed skin whose faces are counter-clockwise from outside");
+  }
+  m.mass = kBodyDensity * volume;
 
   double crotch = std::numeric_limits<double>::infinity();
   for (const Vector3d& p : cut_mesh(vertices, faces, pelvis, Vector3d::UnitX()).points) {
@@ -292,9 +360,17 @@ BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton) {
 
 BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& shape) {
   const ShapedBody body = shape_body(model, shape);
+  const MainPiece piece = main_piece(body.vertices, model.mesh.faces);
   Mesh mesh;
   mesh.vertices = body.vertices;
-  mesh.faces = main_piece(mesh.vertices, model.mesh.faces).faces;
+  mesh.faces = piece.faces;
+  const double border = longest_border(mesh.vertices, mesh.faces);
+  const bool open =
+      border > kMostBorder * (mesh.vertices.col(1).maxCoeff() - mesh.vertices.col(1).minCoeff());
+  if (open && piece.pieces == 1) {
+    throw DataError("", "skin", "an opening of " + std::to_string(border) + " m round",
+                    "a closed skin: an open one has no volume");
+  }
   return measure_body(mesh, body.skeleton);
 }
 

@@ -45,13 +45,15 @@ const std::vector<NamedMeasurement>& measurement_names();
 
 /// Measures a closed mesh with the joints of its skeleton at rest. Throws LogicError if the
 /// skeleton lacks a joint that is needed (pelvis, neck, head, and on both sides hip, knee, ankle,
-/// shoulder, elbow, wrist), DataError where a cut meets no closed outline round its bone. O(F).
+/// shoulder, elbow, wrist), DataError where a cut meets no closed outline round its bone, for trunk
+/// or legs that do not stand upright and for a skin that is inside out. O(F).
 BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton);
 
 /// Measures a model at a shape (empty: neutral); vertices of one place count as one, so that files
 /// which split vertices at the seams of their atlas are measured too. Of a skin in several pieces
 /// (eyes, teeth, lashes, hair) the one that holds at least four fifths of their volume is measured
-/// alone; where none does, all are.
+/// alone; where none does, all are. Throws DataError for one piece with
+/// openings larger than slits of eyes and lips, and as above.
 BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& shape = {});
 
 /// Signed volume of a closed mesh, m^3.

@@ -44,8 +44,9 @@ OptionTable describe(MotionOptions& options) {
   OptionTable table;
   table.add("metres_per_unit", options.metres_per_unit, 0, 1000, "m",
             "Of motion files that do not say; 0: guessed by the legs, set it for children");
-  table.add("up", options.up, {{"auto", '\0'}, {"y", 'y'}, {"z", 'z'}},
-            "Up axis of the motion file; auto: guessed by where the head is");
+  table.add(
+      "up", options.up, {{"auto", '\0'}, {"y", 'y'}, {"z", 'z'}},
+      "Up axis of the motion file; auto: guessed by where the head is, set it where that is wrong");
   table.add("fps", options.fps, 0, 1000, "1/s",
             "Frame rate of motion files that do not say; 0: what the file says");
   return table;
@@ -145,13 +146,13 @@ MotionClip in_metres_y_up(MotionClip clip, const MotionOptions& options) {
   const double scale =
       options.metres_per_unit > 0 ? options.metres_per_unit : guess_metres_per_unit(clip, up);
   if (options.up == 0 && up != 'y') {
-    clip.findings.push_back(
-        {Severity::Note, "motion-up", clip.name, "z taken as up", "set up = y if that is wrong"});
+    clip.findings.push_back({Severity::Note, "motion-up", clip.name, "z taken as up",
+                             "--motion.up y if that is wrong"});
   }
   if (options.metres_per_unit == 0 && scale != 1) {
     clip.findings.push_back({Severity::Note, "motion-unit", clip.name,
                              "one unit taken as " + text(scale) + " m",
-                             "set metres_per_unit if that is wrong"});
+                             "--motion.metres_per_unit sets another"});
   }
   clip.skeleton.offsets *= scale;
   for (EndSite& site : clip.end_sites) {

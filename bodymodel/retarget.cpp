@@ -16,9 +16,10 @@
 namespace atelier {
 namespace {
 
-constexpr double kMostScale = 2.5;  // of steps, unsaid: from an adult to a small child
-constexpr double kSole = 0.03;      // metres above the floor in which rest vertices are soles
-constexpr Index kTouching = 1000;   // vertices sampled for the lowest point, half of them soles
+constexpr double kMostScale = 2.5;      // of steps, unsaid: from an adult to a small child
+constexpr double kUprightCosine = 0.5;  // of trunk and legs: below it they lie apart
+constexpr double kSole = 0.03;          // metres above the floor in which rest vertices are soles
+constexpr Index kTouching = 1000;       // vertices sampled for the lowest point, half of them soles
 
 double mean_turn(const Pose& a, const Pose& b) {
   double sum = 0;
@@ -67,7 +68,36 @@ void add_scale_finding(double motion_legs, double body_legs, const std::string& 
         "legs of %.3g m in the motion and of %.3g m on the body: steps are scaled by %.3g",
         motion_legs, body_legs, scale);
     findings.push_back({Severity::Warning, "retarget-scale", name, text,
-                        "if a unit is wrong, set metres_per_unit of the motion or of the body"});
+                        "if a unit is wrong, set --motion.metres_per_unit or, of a body in a file, "
+                        "--metres_per_unit"});
+  }
+}
+
+// Cosine of the angle between trunk and legs: 1 standing, about 0 on all fours.
+double trunk_along_legs(const Points& joints, const Humanoid& person) {
+  const Eigen::RowVector3d trunk =
+      joints.row(person.neck.back()) - joints.row(person.spine.front());
+  const Eigen::RowVector3d legs = joints.row(person.legs[0].hip) + joints.row(person.legs[1].hip) -
+                                  joints.row(person.legs[0].ankle) -
+                                  joints.row(person.legs[1].ankle);
+  return trunk.normalized().dot(legs.normalized());
+}
+
+// An animal has four legs and a head too. A person's rest pose may be anything, and so may be a
+// motion; with trunk and legs at right angles in both, it is hardly a person.
+void add_posture_finding(const MotionClip& clip, const Humanoid& person,
+                         std::vector<Finding>& findings) {
+  double mean = 0;
+  for (const Pose& pose : clip.motion.poses) {
+    mean += trunk_along_legs(forward_kinematics(clip.skeleton, pose).positions, person) /
+            static_cast<double>(clip.motion.poses.size());
+  }
+  const double rest = trunk_along_legs(rest_positions(clip.skeleton), person);
+  if (rest < kUprightCosine && mean < kUprightCosine) {
+    findings.push_back({Severity::Warning, "retarget-posture", clip.name,
+                        "trunk or legs lie level at rest and in the motion",
+                        "nothing to do if it is a person; a four-legged animal's motion does not "
+                        "fit one"});
   }
 }
 
@@ -182,7 +212,7 @@ Retargeted retarget(const MotionClip& original, const BodyModel& model,
     clip.motion.frame_ids.erase(clip.motion.frame_ids.begin());
     result.findings.push_back({Severity::Note, "motion-t-pose", clip.name,
                                "the first frame is a calibration pose",
-                               "it is left out; set drop_t_pose = false to keep it"});
+                               "it is left out; --retarget.drop_t_pose=false keeps it"});
   }
   if (options.fps > 0) {
     clip.motion = resampled(clip.motion, options.fps);
@@ -193,6 +223,7 @@ Retargeted retarget(const MotionClip& original, const BodyModel& model,
   result.scale = leg_length(skeleton, to) / leg_length(clip.skeleton, from);
   add_scale_finding(leg_length(clip.skeleton, from), leg_length(skeleton, to), clip.name,
                     result.findings);
+  add_posture_finding(clip, from, result.findings);
   // Which reference each target joint turns away from: feet have their own.
   std::vector<const JointFrames*> away(skeleton.names.size(), &reference.frames);
   for (std::size_t side = 0; side < 2; ++side) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bodymodel/body_size.h"
+#include "bodymodel/skin_weights.h"
 #include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/io/npz.h"
@@ -89,31 +90,22 @@ std::vector<int> parents_of(const Npz& npz, Index joints) {
   return parents;
 }
 
-SkinWeights skin_of(const Tensor& tensor, const Npz& npz) {
+// Scaled to sums of 1; float32 files are a rounding error away, which is not worth a finding.
+PackedSkin skin_of(const Tensor& tensor, const Npz& npz) {
   const RowMatrix dense = matrix_of(tensor, -1, npz.file(), "weights");
-  Index slots = 1;
+  std::vector<std::vector<Influence>> influences(static_cast<std::size_t>(dense.rows()));
   for (Index v = 0; v < dense.rows(); ++v) {
-    slots = std::max(slots, static_cast<Index>((dense.row(v).array() != 0).count()));
-  }
-  SkinWeights skin;
-  skin.joints.setZero(dense.rows(), slots);
-  skin.weights.setZero(dense.rows(), slots);
-  for (Index v = 0; v < dense.rows(); ++v) {
-    Index k = 0;
     for (Index j = 0; j < dense.cols(); ++j) {
       if (dense(v, j) != 0) {
-        skin.joints(v, k) = static_cast<int>(j);
-        skin.weights(v, k) = dense(v, j);
-        ++k;
+        influences[static_cast<std::size_t>(v)].push_back({static_cast<int>(j), dense(v, j)});
       }
     }
-    // float32 files are a rounding error away from 1.
-    const double sum = skin.weights.row(v).sum();
-    if (sum > 1 - 1e-4 && sum < 1 + 1e-4) {
-      skin.weights.row(v) /= sum;
-    }
   }
-  return skin;
+  SkinPackOptions pack;
+  pack.max_slots = static_cast<int>(dense.cols());
+  pack.smallest = 0;
+  pack.tolerance = 1e-4;
+  return pack_skin_weights(influences, dense.cols(), pack, npz.file());
 }
 
 std::vector<JointRegressor> regressor_of(const Tensor& tensor, const Npz& npz) {
@@ -231,10 +223,11 @@ void add_correctives(const Npz& npz, const Limits& limits, BodyModel& model) {
 
 }  // namespace
 
-BodyModel read_smpl(const Npz& npz, const SmplOptions& options, const Limits& limits) {
+SmplBody read_smpl(const Npz& npz, const SmplOptions& options, const Limits& limits) {
   ATELIER_CHECK(options.betas >= 0 && options.expressions >= 0, "numbers of directions");
   ATELIER_CHECK(options.metres_per_unit > 0, "metres per unit are positive");
-  BodyModel model;
+  SmplBody body;
+  BodyModel& model = body.model;
   const Tensor rest = read(npz, "v_template", {-1, 3}, "shape [V,3]");
   check_bounded(rest, limits.mesh_coordinate, npz.file(), "v_template");
   model.mesh.vertices = points_of(rest, npz, "v_template");
@@ -260,7 +253,9 @@ BodyModel read_smpl(const Npz& npz, const SmplOptions& options, const Limits& li
     throw DataError(npz.file(), "array 'weights'", "shape " + shape_text(weights.shape),
                     "24 joints (SMPL, STAR), 52 (SMPL-H) or 55 (SMPL-X)");
   }
-  model.skin = skin_of(weights, npz);
+  PackedSkin packed = skin_of(weights, npz);
+  model.skin = std::move(packed.skin);
+  body.findings = std::move(packed.findings);
   model.regressor = regressor_of(read(npz, "J_regressor", {joints, vertices},
                                       "shape [J,V] with " + std::to_string(joints) +
                                           " joints and " + std::to_string(vertices) + " vertices"),
@@ -281,12 +276,14 @@ BodyModel read_smpl(const Npz& npz, const SmplOptions& options, const Limits& li
       !model.correctives.empty() && model.correctives[0].feature == PoseFeature::QuaternionEntry;
   model.name = star ? "star" : joints == 24 ? "smpl" : joints == 52 ? "smplh" : "smplx";
   check_body_model(model, npz.file());
-  return options.metres_per_unit == 1 ? model
-                                      : scaled_body(std::move(model), options.metres_per_unit);
+  if (options.metres_per_unit != 1) {
+    model = scaled_body(std::move(model), options.metres_per_unit);
+  }
+  return body;
 }
 
-BodyModel read_smpl(const std::filesystem::path& path, const SmplOptions& options,
-                    const Limits& limits) {
+SmplBody read_smpl(const std::filesystem::path& path, const SmplOptions& options,
+                   const Limits& limits) {
   return read_smpl(Npz(path, limits), options, limits);
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bodymodel/body_model.h"
+#include "core/finding.h"
 #include "core/limits.h"
 
 namespace atelier {
@@ -17,6 +18,12 @@ struct SmplOptions {
   double metres_per_unit = 1;  ///< of the file's lengths; 0.01 for centimetres
 };
 
+/// A body of the family, and what had to be repaired.
+struct SmplBody {
+  BodyModel model;
+  std::vector<Finding> findings;  ///< "skin-weights-sum", "skin-weights-negative"
+};
+
 /// Reads SMPL, SMPL-H, SMPL-X (Loper et al. 2015, Romero et al. 2017, Pavlakos et al. 2019) and
 /// STAR (Osman et al. 2020) from an npz that the user supplies; which one it is follows from the
 /// number of joints and pose directions. Arrays: v_template [V,3], f [F,3], weights [V,J],
@@ -25,11 +32,12 @@ struct SmplOptions {
 ///
 /// Throws DataError, naming array, found and expected shape, for missing arrays, wrong shapes,
 /// numbers that are not finite or beyond `limits.mesh_coordinate`, indices out of range, a tree
-/// with a cycle or two roots, weights that do not sum to 1, and a template that is not in metres
-/// (0.3 to 3 m tall).
-BodyModel read_smpl(const Npz& npz, const SmplOptions& options = {}, const Limits& limits = {});
-BodyModel read_smpl(const std::filesystem::path& path, const SmplOptions& options = {},
-                    const Limits& limits = {});
+/// with a cycle or two roots, a vertex that no joint moves, and a template that is not in metres
+/// (0.3 to 3 m tall). Weights that do not sum to 1 are scaled, negative ones set to 0, with a
+/// finding.
+SmplBody read_smpl(const Npz& npz, const SmplOptions& options = {}, const Limits& limits = {});
+SmplBody read_smpl(const std::filesystem::path& path, const SmplOptions& options = {},
+                   const Limits& limits = {});
 
 /// Joint names of the family by their number: 24 (SMPL, STAR), 52 (SMPL-H) or 55 (SMPL-X). Throws
 /// LogicError for another number.

@@ -52,7 +52,7 @@ TEST_P(BodyModelRefusal, NamesThePlaceAndTheRule) {
 
 const Damage kDamages[] = {
     {"WeightsNotOne", [](BodyModel& m) { m.skin.weights(5, 1) += 0.1; }, "skin weights of vertex 5",
-     "a sum of 1 (repair_skin_weights scales them)"},
+     "a sum of 1"},
     {"NegativeWeight", [](BodyModel& m) { m.skin.weights(4, 2) = -0.1; },
      "skin weights of vertex 4", "not negative"},
     {"NanWeight", [](BodyModel& m) { m.skin.weights(3, 0) = NAN; }, "skin weights of vertex 3",

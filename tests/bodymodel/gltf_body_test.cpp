@@ -1,6 +1,7 @@
 #include "bodymodel/gltf_body.h"
 
 #include <cmath>
+#include <numeric>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,6 +11,7 @@
 #include "bodymodel/retarget.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
+#include "core/normals.h"
 #include "tests/bodymodel/synthetic_body.h"
 #include "tests/bodymodel/synthetic_person.h"
 #include "tests/support/test_data.h"
@@ -56,6 +58,23 @@ TEST(GltfMotion, AMotionWithoutABodyReadsBack) {
   EXPECT_THROW(gltf_motion(clip), DataError);
 }
 
+TEST(GltfMotion, NoFrameIsLostToRoundedTimes) {
+  for (const double fps : {30.0, 40.0, 120.0}) {
+    MotionClip clip = testing::person_clip();
+    clip.motion.fps = fps;
+    const Pose pose = clip.motion.poses.front();
+    clip.motion.poses.assign(1300, pose);
+    clip.motion.frame_ids.resize(1300);
+    std::iota(clip.motion.frame_ids.begin(), clip.motion.frame_ids.end(), 0);
+    const std::string bytes = glb_bytes(gltf_motion(clip));
+    const GltfScene scene = read_gltf(std::as_bytes(std::span(bytes)), "m.glb");
+    const MotionClip back = read_gltf_motion(scene, "m.glb");
+    EXPECT_EQ(back.motion.poses.size(), 1300u) << fps;
+    EXPECT_DOUBLE_EQ(back.motion.fps, fps);
+    EXPECT_EQ(read_gltf_motion(scene, "m.glb", 0, {0, 0, fps}).motion.poses.size(), 1300u) << fps;
+  }
+}
+
 TEST(GltfBody, WhatIsWrittenReadsBack) {
   const BodyModel model = plain_body();
   const Motion motion = short_motion(model.skeleton);
@@ -80,6 +99,15 @@ TEST(GltfBody, ASceneAndItsBodyShowTheSame) {
   const BodyModel model = plain_body();
   const GltfScene scene = gltf_body(model);
   EXPECT_LT((rest_mesh(scene).vertices - model.mesh.vertices).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(GltfBody, NormalsAreWritten) {
+  const BodyModel model = plain_body();
+  const std::string bytes = glb_bytes(gltf_body(model));
+  const GltfScene scene = read_gltf(std::as_bytes(std::span(bytes)), "a.glb");
+  const Points normals = scene.meshes[0].primitives[0].mesh.normals;
+  ASSERT_EQ(normals.rows(), vertex_count(model));
+  EXPECT_LT((normals - vertex_normals(model.mesh.vertices, model.mesh.faces)).norm(), 1e-5);
 }
 
 TEST(GltfBody, AShapeIsBakedIn) {

@@ -249,10 +249,22 @@ TEST(MakeHuman, MissingMacroTargetsAreSaid) {
     GTEST_SKIP() << "every macro target is there";
   }
   MakeHumanOptions options;
-  options.macros.age = 1;
+  options.macros.age = 0.6;
   const MakeHumanBody body = read_makehuman(real_files(), options);
-  EXPECT_TRUE(std::any_of(body.findings.begin(), body.findings.end(),
-                          [](const Finding& f) { return f.code == "makehuman-macro"; }));
+  EXPECT_EQ(std::count_if(body.findings.begin(), body.findings.end(),
+                          [](const Finding& f) { return f.code == "makehuman-macro"; }),
+            1);
+  options.macros.age = 0.2;  // hardly anything of a child is there
+  EXPECT_THAT([&] { read_makehuman(real_files(), options); },
+              ::testing::ThrowsMessage<DataError>(AllOf(::testing::HasSubstr("96% of the body"),
+                                                        ::testing::HasSubstr("whole folder"))));
+}
+
+TEST(MakeHuman, ScaledWeightsAreANote) {
+  ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
+  for (const Finding& finding : read_makehuman(real_files()).findings) {
+    EXPECT_EQ(finding.severity, Severity::Note) << finding.what;
+  }
 }
 
 TEST(MakeHuman, TargetsBecomeShapeParameters) {

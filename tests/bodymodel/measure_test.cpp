@@ -216,6 +216,45 @@ TEST(MeasureBody, RefusesAnOpenSkin) {
   EXPECT_THROW(measure_body(model.mesh, model.skeleton), DataError);
 }
 
+template <class Spoil>
+void expect_refused(const char* words, const Spoil& spoil) {
+  BodyModel model = human();
+  spoil(model);
+  EXPECT_THAT([&] { measure_body(model); },
+              ::testing::ThrowsMessage<DataError>(::testing::HasSubstr(words)));
+}
+
+TEST(MeasureBody, RefusesWhatHasNoVolume) {
+  expect_refused("an opening of 0.", [](BodyModel& m) {  // without a foot
+    const double ankle = rest_positions(m.skeleton)(find_joint(m.skeleton, "left_ankle"), 1);
+    Triangles kept(m.mesh.faces.rows(), 3);
+    Index count = 0;
+    for (Index f = 0; f < m.mesh.faces.rows(); ++f) {
+      const int v = m.mesh.faces(f, 0);
+      if (m.mesh.vertices(v, 1) > ankle || m.mesh.vertices(v, 0) < 0) {
+        kept.row(count++) = m.mesh.faces.row(f);
+      }
+    }
+    m.mesh.faces = kept.topRows(count);
+    m.mesh.uv_faces.resize(0, 3);
+    m.mesh.uvs.resize(0, 2);
+  });
+  expect_refused("counter-clockwise from outside",
+                 [](BodyModel& m) { m.mesh.faces.col(1).swap(m.mesh.faces.col(2)); });
+}
+
+TEST(MeasureBody, RefusesWhoDoesNotStand) {
+  expect_refused("legs that do not stand upright", [](BodyModel& m) {
+    m.skeleton.offsets.row(find_joint(m.skeleton, "left_knee")) << 0, 0, 0.4;
+    m.skeleton.offsets.row(find_joint(m.skeleton, "left_ankle")) << 0, 0, 0.4;
+  });
+  expect_refused("hips and neck that do not stand upright", [](BodyModel& m) {  // a trunk level
+    for (const char* name : {"spine1", "spine2", "spine3", "neck"}) {
+      m.skeleton.offsets.row(find_joint(m.skeleton, name)) << 0, 0, 0.15;
+    }
+  });
+}
+
 TEST(Measure, SplitSeamsAreJoined) {
   DefaultHumanOptions options;
   options.shape_basis = false;

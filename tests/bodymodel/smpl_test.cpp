@@ -81,7 +81,7 @@ Arrays smpl_arrays(std::int64_t joints, std::int64_t shapes, bool star = false) 
 }
 
 BodyModel read(const Arrays& arrays, const SmplOptions& options = {}) {
-  return read_smpl(Npz(npz_bytes(arrays), "body.npz"), options);
+  return read_smpl(Npz(npz_bytes(arrays), "body.npz"), options).model;
 }
 
 TEST(Smpl, TellsTheFamilyByItsJoints) {
@@ -223,6 +223,18 @@ TEST(Smpl, ExpressionsComeAfterTheShapes) {
   EXPECT_NEAR(model.shape[4].surface.offsets(0, 0), shapes[10], 1e-12);
 }
 
+TEST(Smpl, WeightsThatDoNotSumToOneAreScaledAndSaid) {
+  Arrays arrays = smpl_arrays(24, 10);
+  EXPECT_TRUE(read_smpl(Npz(npz_bytes(arrays), "body.npz")).findings.empty());
+  reinterpret_cast<float*>(arrays["weights"].data.data())[0] += 0.2f;
+  const SmplBody body = read_smpl(Npz(npz_bytes(arrays), "body.npz"));
+  EXPECT_NEAR(body.model.skin.weights.row(0).sum(), 1, 1e-12);
+  EXPECT_NEAR(body.model.skin.weights(0, 0), 0.8 / 1.2, 1e-6);
+  ASSERT_EQ(body.findings.size(), 1u);
+  EXPECT_EQ(body.findings[0].code, "skin-weights-sum");
+  EXPECT_THAT(body.findings[0].what, HasSubstr("1 vertices had weights that sum to 1"));
+}
+
 struct SmplDamage {
   const char* name;
   void (*spoil)(Arrays&);
@@ -306,8 +318,13 @@ const SmplDamage kSmplDamages[] = {
        a["kintree_table"] = table_of(parents);
      },
      "parent 24", "[0, 24)"},
-    {"WeightsNotOne", [](Arrays& a) { floats(a["weights"])[0] += 0.2f; },
-     "skin weights of vertex 0", "a sum of 1"},
+    {"NoWeightAtAll",
+     [](Arrays& a) {
+       for (int j = 0; j < 24; ++j) {
+         floats(a["weights"])[j] = 0;
+       }
+     },
+     "skin weights of vertex 0", "no joint that moves it"},
     {"NanTemplate", [](Arrays& a) { floats(a["v_template"])[7] = NAN; }, "v_template", "finite"},
     {"InfDirections", [](Arrays& a) { floats(a["posedirs"])[7] = INFINITY; }, "posedirs", "finite"},
     {"FaceOutOfRange",
