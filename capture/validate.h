@@ -29,7 +29,7 @@ struct Validation {
 /// (check_cameras), pictures, masks and labels (check_frames), keypoints against the calibration
 /// (check_keypoints), masks and labels against keypoints (check_labels).
 Validation validate(FrameReader& reader, const ValidateOptions& options = {},
-                              const std::function<void(int done, int total)>& told = {});
+                    const std::function<void(int done, int total)>& told = {});
 
 /// The settings that the findings advise, one for each option, those of several cameras joined:
 /// "--capture.sync cam3=2,cam5=1".

@@ -262,8 +262,7 @@ void write_frames(const LayoutSource& source, const fs::path& out) {
   }
 }
 
-const char* const kLost =
-    "frame rate, masks and labels are left out (detections are kept)";
+const char* const kLost = "frame rate, masks and labels are left out (detections are kept)";
 
 }  // namespace
 
