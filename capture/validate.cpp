@@ -73,8 +73,9 @@ std::vector<std::string> settings_of(const std::vector<Finding>& findings) {
     }
   }
   std::vector<std::string> lines;
+  lines.reserve(settings.size());
   for (const auto& [option, value] : settings) {
-    lines.push_back(option + " " + value);
+    lines.emplace_back(option).append(" ").append(value);
   }
   return lines;
 }
