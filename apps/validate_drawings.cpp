@@ -14,6 +14,7 @@
 #include "capture/keypoint_schema.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
+#include "core/median.h"
 
 namespace atelier {
 namespace {
@@ -28,14 +29,6 @@ std::string text(const char* format, Values... values) {
   char buffer[512];
   std::snprintf(buffer, sizeof buffer, format, values...);
   return buffer;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) {
-    return 0;
-  }
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 /// What is said of a camera, at worst.

@@ -14,20 +14,12 @@
 #include "core/io/image_file.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
+#include "core/median.h"
 #include "core/winding_number.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
 namespace {
-
-double median(std::vector<double> values) {
-  if (values.empty()) {
-    return 0;
-  }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Measure calibration(const std::vector<Camera>& truth, const std::vector<Camera>& written) {
   if (truth.size() != written.size()) {

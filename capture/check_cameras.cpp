@@ -8,18 +8,12 @@
 #include <string>
 
 #include "capture/camera_conventions.h"
+#include "capture/sentence.h"
 
 namespace atelier {
 namespace {
 
 constexpr double kDegrees = 3.14159265358979323846 / 180;
-
-template <class... Values>
-std::string sentence(const char* format, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 Eigen::Vector3d axis_of(const Camera& camera) {
   return camera.camera_from_world_rotation.row(2).transpose();

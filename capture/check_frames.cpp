@@ -12,6 +12,7 @@
 
 #include "capture/label_taxonomy.h"
 #include "core/error.h"
+#include "core/median.h"
 #include "core/sha256.h"
 
 namespace atelier {
@@ -87,14 +88,6 @@ PictureFacts facts_of(const ByteImage& image, int frame_id) {
     facts.saturated = top / count;
   }
   return facts;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) {
-    return 0;
-  }
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 std::string percent(double share) {

@@ -12,6 +12,8 @@
 #include "capture/detections.h"
 #include "capture/explain_cameras.h"
 #include "capture/keypoint_schema.h"
+#include "capture/sentence.h"
+#include "core/median.h"
 
 namespace atelier {
 namespace {
@@ -19,21 +21,6 @@ namespace {
 constexpr double kWorstError = 12;  // px of a picture 1000 rows high: no detector is so far off
 
 using Frames = std::vector<std::vector<Keypoints2d>>;
-
-template <class... Values>
-std::string sentence(const char* format, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) {
-    return 0;
-  }
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
 
 void check_rows(const Dataset& dataset, const Frames& detections, std::vector<Finding>& findings) {
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {

@@ -9,6 +9,8 @@
 #include "capture/camera_conventions.h"
 #include "capture/camera_readings.h"
 #include "capture/check_cameras.h"
+#include "capture/sentence.h"
+#include "core/median.h"
 
 namespace atelier {
 namespace {
@@ -17,21 +19,6 @@ constexpr double kFits = 12;         // px of a picture 1000 rows high: no detec
 constexpr double kNowhere = 1000;    // px: of a point that has no place in the picture
 constexpr double kConfident = 0.3;   // of detections that are asked
 constexpr std::size_t kSample = 10;  // frames that a reading of all cameras is tried on
-
-template <class... Values>
-std::string sentence(const char* format, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) {
-    return 0;
-  }
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
 
 Camera camera_read_as(const Camera& camera, const FileWorld& world, const Reading& reading) {
   return reading.option == "keypoints"

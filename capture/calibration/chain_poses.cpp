@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/median.h"
 
 namespace atelier {
 namespace {
@@ -60,12 +61,6 @@ Link link_of(const Camera& camera_a, const Camera& camera_b,
   }
   best.frames *= static_cast<int>(step);
   return best;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Cameras that hang together through links, the largest group.

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/median.h"
 
 namespace atelier {
 namespace {
@@ -19,15 +20,6 @@ struct LogSample {
   Eigen::Vector3d value;
   double weight = 1;
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) {
-    return 0;
-  }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Cameras that hang together through places that both see, numbered by group; -1: none.
 std::vector<int> groups_of(int cameras, const std::vector<std::vector<LogSample>>& places) {

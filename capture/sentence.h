@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+namespace atelier {
+
+/// What a finding says, with its numbers put in as printf does; at most 255 bytes.
+template <class... Values>
+std::string sentence(const char* format, Values... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+}  // namespace atelier
