@@ -41,8 +41,9 @@ std::string setting_of(std::string_view option, const std::string& camera, std::
 
 /// How well all cameras fit together.
 struct Fit {
-  double error = kNowhere;  ///< px at 1000 rows, median camera
-  double share = 0;         ///< of the points that two cameras detect, that meet in space
+  double error = kNowhere;          ///< px at 1000 rows, median camera
+  double share = 0;                 ///< of the points that two cameras detect, that meet in space
+  std::vector<double> points = {};  ///< px [frames x K]: error of each that met, else negative
 };
 
 Fit fit_of(const SeenPerson& seen, const TriangulationOptions& options) {
@@ -65,11 +66,33 @@ Fit fit_of(const SeenPerson& seen, const TriangulationOptions& options) {
         // Two of many views always meet somewhere; a point is one where half of them do.
         met += 2 * found.frames[f].points[k].views >= views ? 1 : 0;
       }
+      const SpacePoint& point = found.frames[f].points[k];
+      fit.points.push_back(point.confidence > 0 && !point.bridged ? point.error : -1);
     }
   }
   fit.share = wanted > 0 ? met / wanted : 0;
   fit.error = median(found.camera_error);
   return fit;
+}
+
+/// Whether the points' errors are less by more than chance makes them: the mean of the differences
+/// is beyond four of its standard deviations.
+bool surely_less(const std::vector<double>& then, const std::vector<double>& now) {
+  constexpr double kDeviations = 4;
+  constexpr int kFew = 30;
+  double sum = 0;
+  double squares = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    if (now[i] >= 0 && then[i] >= 0) {
+      const double less = now[i] - then[i];
+      sum += less;
+      squares += less * less;
+      ++count;
+    }
+  }
+  // The sum of differences that are as often for as against deviates by the root of their squares.
+  return count >= kFew && sum > kDeviations * std::sqrt(squares);
 }
 
 SeenPerson some_frames(const SeenPerson& seen) {
@@ -384,7 +407,7 @@ std::optional<Finding> explain_distortion(const SeenPerson& seen,
   for (const Reading& reading : all_readings()) {
     if (reading.option == "distortion") {
       const Fit fit = fit_of(all_read_as(some, reading), options);
-      if (fit.error < least && fit.share >= now.share) {
+      if (fit.error < least && fit.share >= now.share && surely_less(fit.points, now.points)) {
         least = fit.error;
         best = finding_of_all(reading, now, fit);
       }
