@@ -111,11 +111,12 @@ void StageConsole::show_progress(const StageProgress& progress) {
   const auto amount = [&](std::int64_t count) {
     return bytes ? bytes_text(static_cast<double>(count)) : std::to_string(count);
   };
-  const std::string line =
-      stage_ + "  " + amount(progress.done) + "/" + amount(progress.total) + " " +
-      (bytes ? "digested" : progress.unit) + "  " +
-      (bytes ? bytes_text(progress.per_second) : format("%.3g", progress.per_second)) + "/s  " +
-      duration_text(progress.seconds_left) + " left";
+  const std::string per_second =
+      bytes ? bytes_text(progress.per_second)
+            : format(progress.per_second < 100 ? "%.3g" : "%.0f", progress.per_second);
+  const std::string line = stage_ + "  " + amount(progress.done) + "/" + amount(progress.total) +
+                           " " + (bytes ? "digested" : progress.unit) + "  " + per_second + "/s  " +
+                           duration_text(progress.seconds_left) + " left";
   if (terminal_) {
     std::fprintf(stderr, "\r%s\033[K", line.c_str());
     line_shown_ = true;
