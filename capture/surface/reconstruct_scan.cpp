@@ -6,7 +6,9 @@
 
 #include "capture/stereo/choose_sources.h"
 #include "capture/stereo/undistort.h"
+#include "capture/surface/check_masks.h"
 #include "core/error.h"
+#include "core/median.h"
 
 namespace atelier {
 namespace {
@@ -26,7 +28,9 @@ StraightView straightened(const InstantView& view) {
   for (std::size_t i = 0; i < straight.image.data.size(); ++i) {
     straight.image.data[i] /= static_cast<float>(view.camera.gain(static_cast<Index>(i % 3)));
   }
-  straight.mask = undistorted(view.camera, view.mask);
+  if (!view.mask.data.empty()) {
+    straight.mask = undistorted(view.camera, view.mask);
+  }
   if (!view.labels.data.empty()) {
     straight.labels = undistorted(view.camera, view.labels);
   }
@@ -50,9 +54,10 @@ bool is_black(const Image& image) {
                       [](float value) { return value > kBlack; });
 }
 
-std::vector<StraightView> usable_views(const std::vector<InstantView>& views,
-                                       std::vector<Finding>& findings) {
-  std::vector<StraightView> usable;
+/// The views that have an image and a mask with somebody in it.
+std::vector<InstantView> seeing_views(const std::vector<InstantView>& views,
+                                      std::vector<Finding>& findings) {
+  std::vector<InstantView> seeing;
   for (const InstantView& view : views) {
     ATELIER_CHECK(view.image.width == view.camera.width &&
                       view.image.height == view.camera.height && view.image.channels == 3,
@@ -60,17 +65,107 @@ std::vector<StraightView> usable_views(const std::vector<InstantView>& views,
     if (is_black(view.image)) {
       findings.push_back({Severity::Warning, "view-black", view.camera.id, "the image is black",
                           "it is left out"});
-      continue;
-    }
-    if (std::none_of(view.mask.data.begin(), view.mask.data.end(),
-                     [](std::uint8_t pixel) { return pixel != 0; })) {
+    } else if (std::none_of(view.mask.data.begin(), view.mask.data.end(),
+                            [](std::uint8_t pixel) { return pixel != 0; })) {
       findings.push_back({Severity::Warning, "view-mask-empty", view.camera.id,
                           "the mask shows no subject", "it is left out"});
-      continue;
+    } else {
+      seeing.push_back(view);
     }
-    usable.push_back(straightened(view));
   }
-  return usable;
+  return seeing;
+}
+
+/// Turns masks round that are inverted, and takes away those that contradict the others: such a
+/// view then looks at all that the other masks leave.
+void mend_masks(std::vector<InstantView>& views, double reach, std::vector<Finding>& findings) {
+  std::vector<Camera> cameras;
+  std::vector<ByteImage> masks;
+  for (const InstantView& view : views) {
+    cameras.push_back(view.camera);
+    masks.push_back(view.mask);
+  }
+  const std::vector<MaskFit> fits = check_masks(cameras, masks, reach);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    ByteImage& mask = views[i].mask;
+    if (fits[i] == MaskFit::Inverted) {
+      findings.push_back({Severity::Warning, "view-mask-inverted", views[i].camera.id,
+                          "the mask shows background where the others show the subject",
+                          "it is read the other way round"});
+      for (std::uint8_t& pixel : mask.data) {
+        pixel = pixel != 0 ? 0 : 255;
+      }
+    } else if (fits[i] == MaskFit::Off) {
+      findings.push_back({Severity::Warning, "view-mask-off", views[i].camera.id,
+                          "the mask shows little of what the others show as the subject",
+                          "it is not used; check its frame and its calibration"});
+      mask = {};
+    }
+  }
+}
+
+/// Of a map's sure pixels that another view has in its picture, the share on which one agrees.
+/// Every fourth pixel is asked.
+double agreement(const std::vector<DepthMap>& maps, std::size_t view, const FuseOptions& options) {
+  constexpr int kStep = 4;
+  const DepthMap& map = maps[view];
+  int asked = 0;
+  int agreed = 0;
+  for (int y = kStep / 2; y < map.depth.height; y += kStep) {
+    for (int x = kStep / 2; x < map.depth.width; x += kStep) {
+      const double depth = map.depth.at(x, y);
+      const auto ray = ray_direction(map.camera, {x + 0.5, y + 0.5});
+      if (!(depth > 0) || map.confidence.at(x, y) < options.least_confidence || !ray) {
+        continue;
+      }
+      const Eigen::Vector3d axis = map.camera.camera_from_world_rotation.row(2).transpose();
+      const Eigen::Vector3d point = camera_center(map.camera) + depth / axis.dot(*ray) * *ray;
+      bool seen = false;
+      bool agrees = false;
+      for (std::size_t other = 0; other < maps.size() && !agrees; ++other) {
+        const Camera& camera = maps[other].camera;
+        const auto pixel = other == view ? std::nullopt : project(camera, point);
+        if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() >= camera.width ||
+            pixel->y() >= camera.height) {
+          continue;
+        }
+        const double there =
+            maps[other].depth.at(static_cast<int>(pixel->x()), static_cast<int>(pixel->y()));
+        const double expected = camera_from_world(camera, point).z();
+        seen = seen || there > 0;
+        agrees = there > 0 && std::abs(there - expected) <= options.depth_error * expected;
+      }
+      asked += seen ? 1 : 0;
+      agreed += agrees ? 1 : 0;
+    }
+  }
+  return asked == 0 ? 0 : static_cast<double>(agreed) / asked;
+}
+
+/// Empties the maps of views that agree far less with the others than is usual: their calibration
+/// is wrong, and what they see is somewhere else.
+void leave_out_strays(std::vector<DepthMap>& maps, const FuseOptions& options,
+                      std::vector<Finding>& findings) {
+  constexpr std::size_t kFew = 4;  // of three, none can be told from the others
+  if (maps.size() < kFew) {
+    return;
+  }
+  std::vector<double> shares;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    shares.push_back(agreement(maps, i, options));
+  }
+  const double usual = median(shares);
+  constexpr double kLeast = 0.6;  // of what is usual
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    if (shares[i] < kLeast * usual) {
+      findings.push_back({Severity::Warning, "view-disagrees", maps[i].camera.id,
+                          std::to_string(std::lround(100 * shares[i])) +
+                              "% of what it sees is confirmed by another view, " +
+                              std::to_string(std::lround(100 * usual)) + "% is usual",
+                          "its surface is left out; calibrate it again"});
+      std::fill(maps[i].depth.data.begin(), maps[i].depth.data.end(), 0.0f);
+    }
+  }
 }
 
 }  // namespace
@@ -88,10 +183,16 @@ OptionTable describe(ReconstructOptions& options) {
 ReconstructedScan reconstruct_scan(const std::vector<InstantView>& views,
                                    const ReconstructOptions& options, Device device) {
   ReconstructedScan result;
-  const std::vector<StraightView> usable = usable_views(views, result.findings);
-  if (usable.size() < 2) {
-    throw DataError("", "views", std::to_string(usable.size()) + " with a subject in them",
+  std::vector<InstantView> seeing = seeing_views(views, result.findings);
+  if (seeing.size() < 2) {
+    throw DataError("", "views", std::to_string(seeing.size()) + " with a subject in them",
                     "at least two");
+  }
+  mend_masks(seeing, options.hull.reach, result.findings);
+  std::vector<StraightView> usable;
+  usable.reserve(seeing.size());
+  for (const InstantView& view : seeing) {
+    usable.push_back(straightened(view));
   }
   std::vector<Camera> cameras;
   std::vector<ByteImage> masks;
@@ -110,6 +211,7 @@ ReconstructedScan reconstruct_scan(const std::vector<InstantView>& views,
                             std::move(bounds.far_depth), sources[i]});
   }
   result.maps = stereo(stereo_views, options.stereo, device);
+  leave_out_strays(result.maps, options.fuse, result.findings);
   result.points = without_outliers(fuse(result.maps, images, options.fuse), options.surface);
   result.scan = surface_from_points(result.points, options.surface);
   std::vector<LabelView> label_views;

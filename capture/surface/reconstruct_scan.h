@@ -36,12 +36,15 @@ struct ReconstructedScan {
   Mesh scan;                      ///< coloured, labelled (255 where no view says) surface
   Mesh points;                    ///< what the views agree on
   std::vector<DepthMap> maps;     ///< of each view that took part, undistorted
-  std::vector<Finding> findings;  ///< views left out ("view-black", "view-mask-empty")
+  std::vector<Finding> findings;  ///< what was wrong with views, by their cameras' names
 };
 
 /// The surface of one instant: hull from the masks, stereo within it, fusion, Poisson, labels.
-/// Views without a mask take part in the labels alone; views that are black, or whose mask is
-/// empty, are left out with a finding. Throws DataError if fewer than two views are left or the
+/// What is wrong with a view is said and does no harm: it is left out if it is black ("view-black")
+/// or its mask is empty ("view-mask-empty"); a mask that is inverted is turned round
+/// ("view-mask-inverted"), one that contradicts the others is not used ("view-mask-off"); the depth
+/// of a view that others do not confirm, as of one that is calibrated wrongly, is left out
+/// ("view-disagrees"). Throws DataError if fewer than two views are left or the
 /// views agree on fewer than 100 points; LogicError for sizes that differ.
 ReconstructedScan reconstruct_scan(const std::vector<InstantView>& views,
                                    const ReconstructOptions& options = {},

@@ -101,6 +101,48 @@ TEST(ReconstructScan, ABlackViewAndAnEmptyMaskAreLeftOutAndNamed) {
   EXPECT_LT(median_error(result.scan), 0.003);
 }
 
+TEST(ReconstructScan, AnInvertedMaskIsTurnedRound) {
+  auto views = views_of_ball();
+  for (std::uint8_t& pixel : views[5].mask.data) {
+    pixel = pixel != 0 ? 0 : 255;
+  }
+  const ReconstructedScan result = reconstruct_scan(views, small_options());
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_EQ(result.findings[0].code, "view-mask-inverted");
+  EXPECT_EQ(result.findings[0].place, "cam5");
+  // As if nothing had been: the same surface.
+  const ReconstructedScan right = reconstruct_scan(views_of_ball(), small_options());
+  EXPECT_EQ(result.scan.vertices, right.scan.vertices);
+}
+
+TEST(ReconstructScan, AMaskOfAnotherPlaceIsNotUsed) {
+  auto views = views_of_ball();
+  ByteImage& mask = views[5].mask;  // of what stands in the corner
+  std::fill(mask.data.begin(), mask.data.end(), std::uint8_t{0});
+  for (int y = 0; y < 25; ++y) {
+    for (int x = 0; x < 25; ++x) {
+      mask.at(x, y) = 255;
+    }
+  }
+  const ReconstructedScan result = reconstruct_scan(views, small_options());
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_EQ(result.findings[0].code, "view-mask-off");
+  EXPECT_LT(median_error(result.scan), 0.003);
+}
+
+TEST(ReconstructScan, AViewFivePixelsOffDoesNoHarm) {
+  for (const auto& [dx, dy] : {std::pair{5.0, 0.0}, std::pair{0.0, 5.0}}) {
+    auto views = views_of_ball();
+    views[5].camera.cx += dx;
+    views[5].camera.cy += dy;
+    const ReconstructedScan result = reconstruct_scan(views, small_options());
+    ASSERT_EQ(result.findings.size(), 1u) << dx << " " << dy;
+    EXPECT_EQ(result.findings[0].code, "view-disagrees");
+    EXPECT_EQ(result.findings[0].place, "cam5");
+    EXPECT_LT(median_error(result.scan), 0.003);
+  }
+}
+
 TEST(ReconstructScan, RefusesTooFewViewsViewsApartAndOtherSizes) {
   auto views = views_of_ball();
   EXPECT_THROW(reconstruct_scan({}, small_options()), DataError);
