@@ -77,11 +77,14 @@ bool has_labels(const Dataset& dataset, int frame) {
   return false;
 }
 
+bool has_detections(const Dataset& dataset) {
+  return std::any_of(dataset.frames.begin(), dataset.frames.end(),
+                     [](const CameraFrames& f) { return !f.keypoints.empty(); });
+}
+
 void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
                            const TriangulationOptions& options) {
-  const bool any = std::any_of(dataset.frames.begin(), dataset.frames.end(),
-                               [](const CameraFrames& f) { return !f.keypoints.empty(); });
-  if (!any) {
+  if (!has_detections(dataset)) {
     run.say("no detections: no keypoints in space");
     return;
   }
@@ -203,12 +206,22 @@ void run_reconstruct(StageRun& run) {
     throw DataError(run.input("capture").string(), "", "cameras without calibration",
                     "calibrated ones; atelier validate says more");
   }
+  if (dataset.cameras.size() < 2) {
+    throw DataError(run.input("capture").string(), "cameras",
+                    std::to_string(dataset.cameras.size()) + " that a stage may use",
+                    "at least two, held-out and left-out ones not counted");
+  }
   for (const Finding& finding : dataset.findings) {
     run.say(to_string(finding));
   }
   const std::vector<int> frames = frames_with_masks(dataset);
+  if (frames.empty() && !has_detections(dataset)) {
+    throw DataError(run.input("capture").string(), "",
+                    "neither masks nor labels in two views of a frame, and no detections",
+                    "some of them; atelier masks and atelier detect make them");
+  }
   if (frames.empty()) {
-    run.say("no masks and no labels: no surfaces");
+    run.say("no frame has masks or labels in two views: no surfaces");
   }
   const bool by_color =
       options.label_by_color && !frames.empty() && !has_labels(dataset, frames[0]);

@@ -1,0 +1,145 @@
+// The stage `reconstruct` on a small synthetic capture, and on what is left when views fail.
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CAPTURE_SURFACE)
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/archive.h"
+#include "core/io/image_file.h"
+#include "core/sequence_archive.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// A capture of one frame for all tests of this file, and a copy of it for each.
+class Reconstruct : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryDirectory;
+    made_ = run_child({ATELIER_PROGRAM,
+                       "synthesize",
+                       original().string(),
+                       "--dome.cameras",
+                       "8",
+                       "--dome.width",
+                       "180",
+                       "--dome.height",
+                       "240",
+                       "--frames",
+                       "1",
+                       "--minimal_frames",
+                       "0",
+                       "--start",
+                       "0",
+                       "--held_out_cameras",
+                       "0",
+                       "--held_out_share",
+                       "0",
+                       "--edge_length",
+                       "0.05",
+                       "--substeps",
+                       "6",
+                       "--fabric.resolution",
+                       "256",
+                       "--skin_resolution",
+                       "256",
+                       "--samples",
+                       "2"})
+                .exit_code;
+  }
+  static void TearDownTestSuite() { delete folder_; }
+  static fs::path original() { return folder_->path() / "capture"; }
+
+  void SetUp() override {
+    ASSERT_EQ(made_, 0);
+    fs::copy(original(), capture_, fs::copy_options::recursive);
+  }
+  ChildResult reconstruct(std::vector<std::string> more = {}) const {
+    std::vector<std::string> command = {
+        ATELIER_PROGRAM,          "reconstruct", capture_.string(),       workspace_.string(),
+        "--surface.octree_depth", "6",           "--surface.edge_length", "0.03"};
+    command.insert(command.end(), more.begin(), more.end());
+    return run_child(command);
+  }
+  fs::path picture(const std::string& camera) const {
+    return capture_ / "images" / camera / "000000.png";
+  }
+  Mesh scan() const {
+    return read_mesh_archive(workspace_ / "reconstruct" / "current" / "scans" / "000000.h5");
+  }
+
+  static TemporaryDirectory* folder_;
+  static int made_;
+  TemporaryDirectory own_;
+  fs::path capture_ = own_.path() / "capture";
+  fs::path workspace_ = own_.path() / "workspace";
+};
+
+TemporaryDirectory* Reconstruct::folder_ = nullptr;
+int Reconstruct::made_ = -1;
+
+TEST_F(Reconstruct, ScansAndKeypointsAreMeasuredAgainstTheTruth) {
+  const ChildResult result = reconstruct();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err.find("view-"), std::string::npos) << result.err;
+  const Mesh found = scan();
+  EXPECT_GT(found.faces.rows(), 500);
+  EXPECT_EQ(found.colors.rows(), found.vertices.rows());
+  EXPECT_EQ(found.labels.size(), static_cast<std::size_t>(found.vertices.rows()));
+  const ChildResult measured = run_child(
+      {ATELIER_PROGRAM, "evaluate", workspace_.string(), "--truth", capture_.string(), "--json"});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  for (const char* key :
+       {"surface.chamfer_mm", "surface.completeness", "labels.miou", "keypoints.mean_mm"}) {
+    EXPECT_THAT(measured.out, HasSubstr(key));
+  }
+}
+
+TEST_F(Reconstruct, ABlackViewIsNamedAndLeftOut) {
+  ByteImage image = read_byte_image(picture("02"));
+  std::fill(image.data.begin(), image.data.end(), std::uint8_t{0});
+  write_image(picture("02"), image);
+  const ChildResult result = reconstruct();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("view-black [02]"));
+  EXPECT_GT(scan().faces.rows(), 500);
+}
+
+TEST_F(Reconstruct, AMissingPictureLeavesTheOtherViews) {
+  fs::remove(picture("05"));
+  const ChildResult result = reconstruct();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_GT(scan().faces.rows(), 500);
+}
+
+TEST_F(Reconstruct, RefusesATruncatedPicture) {
+  fs::resize_file(picture("01"), fs::file_size(picture("01")) / 2);
+  const ChildResult result = reconstruct();
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("000000.png"));
+  EXPECT_FALSE(fs::exists(workspace_ / "reconstruct" / "current"));
+}
+
+TEST_F(Reconstruct, RefusesOneCameraAndNothingToWorkOn) {
+  const ChildResult one = reconstruct({"--capture.leave_out", "00,01,02,03,04,05,06"});
+  EXPECT_EQ(one.exit_code, 3);
+  EXPECT_THAT(one.err, HasSubstr("at least two"));
+  fs::remove_all(capture_ / "labels");
+  fs::remove_all(capture_ / "keypoints2d");
+  const ChildResult nothing = reconstruct();
+  EXPECT_EQ(nothing.exit_code, 3);
+  EXPECT_THAT(nothing.err, HasSubstr("neither masks nor labels"));
+}
+
+}  // namespace
+}  // namespace atelier::testing
+
+#endif
