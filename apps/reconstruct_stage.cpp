@@ -3,6 +3,7 @@
 #include "apps/reconstruct_stage.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
@@ -12,8 +13,10 @@
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints3d_file.h"
 #include "capture/label_taxonomy.h"
+#include "capture/surface/holes.h"
 #include "capture/truth_archive.h"
 #include "core/error.h"
+#include "core/mesh_statistics.h"
 #include "core/sequence_archive.h"
 
 namespace atelier {
@@ -140,6 +143,29 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
   run.metric("keypoints_found", wanted > 0 ? found / wanted : 0);
 }
 
+/// Where each scan is open: its loops' centres, lengths and areas, the largest first.
+void map_holes(StageRun& run, const std::vector<int>& frames) {
+  if (frames.empty()) {
+    return;
+  }
+  nlohmann::json all = nlohmann::json::object();
+  double surface = 0;
+  double open = 0;
+  for (const int frame : frames) {
+    const Mesh scan = read_mesh_archive(run.frame_file(frame));
+    surface += mesh_statistics(scan).area;
+    nlohmann::json& list = all[frame_name(frame)] = nlohmann::json::array();
+    for (const Hole& hole : find_holes(scan)) {
+      open += hole.area;
+      list.push_back({{"centre", {hole.centre.x(), hole.centre.y(), hole.centre.z()}},
+                      {"length", hole.length},
+                      {"area", hole.area}});
+    }
+  }
+  run.output_text("holes.json", all.dump(1));
+  run.metric("hole_share", surface + open > 0 ? open / (surface + open) : 0);
+}
+
 }  // namespace
 
 std::vector<int> frames_with_masks(const Dataset& dataset) {
@@ -246,6 +272,7 @@ void run_reconstruct(StageRun& run) {
     return;
   }
   reconstruct_keypoints(run, dataset, options.keypoints);
+  map_holes(run, frames);
   run.metric("labels_by_color", by_color ? 1 : 0);
   run.metric("scans", static_cast<double>(frames.size()));
   run.metric("cameras", static_cast<double>(dataset.cameras.size()));

@@ -7,6 +7,7 @@
 #include "capture/stereo/choose_sources.h"
 #include "capture/stereo/undistort.h"
 #include "capture/surface/check_masks.h"
+#include "capture/surface/hull_support.h"
 #include "core/error.h"
 #include "core/median.h"
 
@@ -168,6 +169,22 @@ void leave_out_strays(std::vector<DepthMap>& maps, const FuseOptions& options,
   }
 }
 
+Mesh joined_points(const Mesh& a, const Mesh& b) {
+  if (b.vertices.rows() == 0) {
+    return a;
+  }
+  Mesh both;
+  const auto stack = [](auto& out, const auto& top, const auto& bottom) {
+    out.resize(top.rows() + bottom.rows(), top.cols());
+    out << top, bottom;
+  };
+  stack(both.vertices, a.vertices, b.vertices);
+  stack(both.normals, a.normals, b.normals);
+  stack(both.colors, a.colors, b.colors);
+  stack(both.confidence, a.confidence, b.confidence);
+  return both;
+}
+
 }  // namespace
 
 OptionTable describe(ReconstructOptions& options) {
@@ -177,6 +194,10 @@ OptionTable describe(ReconstructOptions& options) {
   table.add("fuse", describe(options.fuse));
   table.add("surface", describe(options.surface));
   table.add("labels", describe(options.labels));
+  table.add(
+      "hull_support", options.hull_support,
+      "Close what stereo sees nothing of by the hull, with confidence 0. Nearer to a body than "
+      "a hole, but up to centimetres outside it.");
   return table;
 }
 
@@ -213,7 +234,11 @@ ReconstructedScan reconstruct_scan(const std::vector<InstantView>& views,
   result.maps = stereo(stereo_views, options.stereo, device);
   leave_out_strays(result.maps, options.fuse, result.findings);
   result.points = without_outliers(fuse(result.maps, images, options.fuse), options.surface);
-  result.scan = surface_from_points(result.points, options.surface);
+  const Mesh support = options.hull_support
+                           ? hull_support(hull, result.maps, result.points, options.surface.trim,
+                                          options.fuse.least_confidence)
+                           : Mesh{};
+  result.scan = surface_from_points(joined_points(result.points, support), options.surface);
   std::vector<LabelView> label_views;
   for (const StraightView& view : usable) {
     if (!view.labels.data.empty()) {

@@ -28,13 +28,14 @@ struct ReconstructOptions {
   FuseOptions fuse;
   SurfaceOptions surface;
   SurfaceLabelOptions labels;
+  bool hull_support = false;  ///< close what stereo sees nothing of by the hull, with confidence 0
 };
 OptionTable describe(ReconstructOptions& options);
 
 /// A scan and how it came about.
 struct ReconstructedScan {
-  Mesh scan;                      ///< coloured, labelled (255 where no view says) surface
-  Mesh points;                    ///< what the views agree on
+  Mesh scan;    ///< coloured, labelled (255 where no view says) surface; confidence 0: the hull's
+  Mesh points;  ///< what the views agree on
   std::vector<DepthMap> maps;     ///< of each view that took part, undistorted
   std::vector<Finding> findings;  ///< what was wrong with views, by their cameras' names
 };

@@ -2,13 +2,15 @@
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CAPTURE_SURFACE)
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/archive.h"
 #include "core/io/image_file.h"
+#include "core/mesh_statistics.h"
 #include "core/sequence_archive.h"
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_directory.h"
@@ -18,6 +20,12 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+
+std::string read_text(const fs::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
 
 /// A capture of one frame for all tests of this file, and a copy of it for each.
 class Reconstruct : public ::testing::Test {
@@ -94,6 +102,10 @@ TEST_F(Reconstruct, ScansAndKeypointsAreMeasuredAgainstTheTruth) {
   EXPECT_GT(found.faces.rows(), 500);
   EXPECT_EQ(found.colors.rows(), found.vertices.rows());
   EXPECT_EQ(found.labels.size(), static_cast<std::size_t>(found.vertices.rows()));
+  const auto holes =
+      nlohmann::json::parse(read_text(workspace_ / "reconstruct" / "current" / "holes.json"));
+  ASSERT_GT(holes.at("000000").size(), 0U);
+  EXPECT_GT(holes["000000"][0]["area"], 0);
   const ChildResult measured = run_child(
       {ATELIER_PROGRAM, "evaluate", workspace_.string(), "--truth", capture_.string(), "--json"});
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
@@ -101,6 +113,16 @@ TEST_F(Reconstruct, ScansAndKeypointsAreMeasuredAgainstTheTruth) {
        {"surface.chamfer_mm", "surface.completeness", "labels.miou", "keypoints.mean_mm"}) {
     EXPECT_THAT(measured.out, HasSubstr(key));
   }
+}
+
+TEST_F(Reconstruct, TheHullClosesWhatStereoSeesNothingOf) {
+  ASSERT_EQ(reconstruct().exit_code, 0);
+  const Mesh open = scan();
+  ASSERT_EQ(reconstruct({"--hull_support", "true"}).exit_code, 0);
+  const Mesh closed = scan();
+  EXPECT_GT(open.confidence.minCoeff(), 0);
+  EXPECT_EQ(closed.confidence.minCoeff(), 0);
+  EXPECT_GT(mesh_statistics(closed).area, mesh_statistics(open).area);
 }
 
 TEST_F(Reconstruct, ABlackViewIsNamedAndLeftOut) {
