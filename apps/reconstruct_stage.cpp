@@ -7,12 +7,14 @@
 #include <set>
 #include <string>
 
+#include "apps/stage_console.h"
 #include "capture/associate_people.h"
 #include "capture/detections.h"
 #include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints3d_file.h"
 #include "capture/label_taxonomy.h"
+#include "capture/stereo/halved.h"
 #include "capture/surface/holes.h"
 #include "capture/truth_archive.h"
 #include "core/error.h"
@@ -143,6 +145,23 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
   run.metric("keypoints_found", wanted > 0 ? found / wanted : 0);
 }
 
+constexpr double kGibibyte = 1073741824;
+
+/// How often pictures are halved so that a frame's work fits into the memory.
+int halvings_for(const Dataset& dataset, double gibibytes) {
+  constexpr double kBytesPerPixel = 100;  // measured; what does not grow with pictures is little
+  constexpr int kMost = 4;
+  double bytes = 0;
+  for (const Camera& camera : dataset.cameras) {
+    bytes += kBytesPerPixel * camera.width * camera.height;
+  }
+  int halvings = 0;
+  for (; bytes > gibibytes * kGibibyte && halvings < kMost; ++halvings) {
+    bytes /= 4;
+  }
+  return halvings;
+}
+
 /// Where each scan is open: its loops' centres, lengths and areas, the largest first.
 void map_holes(StageRun& run, const std::vector<int>& frames) {
   if (frames.empty()) {
@@ -185,7 +204,7 @@ std::vector<int> frames_with_masks(const Dataset& dataset) {
   return frames;
 }
 
-std::vector<InstantView> instant_of(const Dataset& dataset, int frame) {
+std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvings) {
   FrameReader reader(dataset);
   std::vector<InstantView> views;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
@@ -209,6 +228,12 @@ std::vector<InstantView> instant_of(const Dataset& dataset, int frame) {
     if (auto labels = reader.labels(index, frame)) {
       view.labels = std::move(*labels);
     }
+    for (int i = 0; i < halvings; ++i) {
+      view.camera = halved(view.camera);
+      view.image = halved(view.image);
+      view.mask = halved(view.mask);
+      view.labels = view.labels.data.empty() ? ByteImage{} : halved(view.labels);
+    }
     views.push_back(std::move(view));
   }
   return views;
@@ -222,6 +247,9 @@ OptionTable describe(ReconstructStageOptions& options) {
   table.add("label_by_color", options.label_by_color,
             "Where no label image says what is what, skin and clothing are told by colour");
   table.add("split", describe(options.split));
+  table.add(
+      "memory", options.memory, 0.01, 4096, "GiB",
+      "Pictures are halved until the work on one frame fits; --jobs frames take so much each.");
   return table;
 }
 
@@ -251,9 +279,15 @@ void run_reconstruct(StageRun& run) {
   }
   const bool by_color =
       options.label_by_color && !frames.empty() && !has_labels(dataset, frames[0]);
+  const int halvings = halvings_for(dataset, options.memory);
+  if (halvings > 0) {
+    run.say("pictures are taken at 1/" + std::to_string(1 << halvings) +
+            " of their size, to work on a frame within " + bytes_text(options.memory * kGibibyte) +
+            " (--memory)");
+  }
   if (!run.each_frame("scans", ".h5", frames, [&](int frame, const std::filesystem::path& file) {
         const ReconstructedScan scan =
-            reconstruct_scan(instant_of(dataset, frame), options.scan, run.device());
+            reconstruct_scan(instant_of(dataset, frame, halvings), options.scan, run.device());
         for (const Finding& finding : scan.findings) {
           run.say("frame " + std::to_string(frame) + ": " + to_string(finding));
         }

@@ -18,11 +18,13 @@ struct ReconstructStageOptions {
   ReconstructOptions scan;
   bool label_by_color = true;  ///< where no label image says what is what
   ColorSplitOptions split;
+  double memory = 8;  ///< GiB: pictures are halved until the work on one frame fits
 };
 OptionTable describe(ReconstructStageOptions& options);
 
 /// What every camera of a capture saw at one frame, of those that have a picture and a mask.
-std::vector<InstantView> instant_of(const Dataset& dataset, int frame);
+/// @param halvings  times that pictures and cameras are halved
+std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvings = 0);
 
 /// Frames of which at least two cameras have a picture with a mask.
 std::vector<int> frames_with_masks(const Dataset& dataset);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "capture/stereo/halved.h"
 #include "capture/stereo/stereo_levels.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -52,20 +53,6 @@ void check_views(const std::vector<StereoView>& views, const StereoOptions& opti
     }
   });
 }
-/// Half the size, each pixel the mean of four.
-Image halved(const Image& image) {
-  Image half((image.width + 1) / 2, (image.height + 1) / 2, 1);
-  for (int y = 0; y < half.height; ++y) {
-    const int y1 = std::min(2 * y + 1, image.height - 1);
-    for (int x = 0; x < half.width; ++x) {
-      const int x1 = std::min(2 * x + 1, image.width - 1);
-      half.at(x, y) = 0.25f * (image.at(2 * x, 2 * y) + image.at(x1, 2 * y) + image.at(2 * x, y1) +
-                               image.at(x1, y1));
-    }
-  }
-  return half;
-}
-
 /// Bounds that hold for each of the four pixels; looked at if one of them is.
 void halve_bounds(const StereoLevel& fine, StereoLevel& coarse) {
   coarse.near_depth = Image(coarse.image.width, coarse.image.height, 1);
@@ -81,17 +68,6 @@ void halve_bounds(const StereoLevel& fine, StereoLevel& coarse) {
       }
     }
   }
-}
-
-Camera halved(const Camera& camera) {
-  Camera half = camera;
-  half.width = (camera.width + 1) / 2;
-  half.height = (camera.height + 1) / 2;
-  half.fx /= 2;
-  half.fy /= 2;
-  half.cx /= 2;
-  half.cy /= 2;
-  return half;
 }
 
 Eigen::Matrix3d intrinsics(const Camera& camera) {

@@ -125,6 +125,14 @@ TEST_F(Reconstruct, TheHullClosesWhatStereoSeesNothingOf) {
   EXPECT_GT(mesh_statistics(closed).area, mesh_statistics(open).area);
 }
 
+TEST_F(Reconstruct, LittleMemoryHalvesThePictures) {
+  const ChildResult result = reconstruct({"--memory", "0.02"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("1/2 of their size"));
+  EXPECT_GT(scan().faces.rows(), 100);
+  EXPECT_EQ(reconstruct({"--memory", "0"}).exit_code, 2);
+}
+
 TEST_F(Reconstruct, ABlackViewIsNamedAndLeftOut) {
   ByteImage image = read_byte_image(picture("02"));
   std::fill(image.data.begin(), image.data.end(), std::uint8_t{0});
