@@ -149,7 +149,7 @@ constexpr double kGibibyte = 1073741824;
 
 /// How often pictures are halved so that a frame's work fits into the memory.
 int halvings_for(const Dataset& dataset, double gibibytes) {
-  constexpr double kBytesPerPixel = 100;  // measured; what does not grow with pictures is little
+  constexpr double kBytesPerPixel = 125;  // measured; what does not grow with pictures is little
   constexpr int kMost = 4;
   double bytes = 0;
   for (const Camera& camera : dataset.cameras) {
