@@ -6,6 +6,8 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
 
 #include "apps/body_model_input.h"
 #include "apps/command.h"
@@ -30,12 +32,15 @@
 #include "core/io/mesh_file.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/framing.h"
+#include "core/render/scaled_pictures.h"
 #include "core/render/studio.h"
 #include "core/render/tone.h"
 #include "core/render/video.h"
 
 namespace atelier {
 namespace {
+
+constexpr double kLeastRate = 0.1;  // frames a second
 
 Mesh shown(const BodyModel& model, Points vertices) {
   Mesh mesh;
@@ -73,6 +78,17 @@ int show(const BodyArguments& arguments, const BodyOptions& options) {
   return kExitDone;
 }
 
+// Errors of measuring know no file.
+BodyMeasurements measured(const BodyModel& model, const Eigen::VectorXd& shape,
+                          const std::string& file) {
+  try {
+    return measure_body(model, shape);
+  } catch (const DataError& error) {
+    throw DataError(error.file.empty() ? file : error.file, error.where, error.found,
+                    error.expected);
+  }
+}
+
 int measure(const BodyArguments& arguments, const BodyOptions& options) {
   auto [model, shape] = read_body_input(arguments, options);
   model.skeleton =
@@ -85,12 +101,15 @@ int measure(const BodyArguments& arguments, const BodyOptions& options) {
   if (pieces > 1) {
     print({{Severity::Warning, "measure-pieces", arguments.body,
             std::to_string(pieces) + " pieces of skin, none with four fifths of the volume",
-            "all are measured as one: take a body without clothes and hair"}});
+            "all are measured as one, without mass: take a body without clothes and hair"}});
   }
-  const BodyMeasurements found = measure_body(model, shape);
+  const BodyMeasurements found = measured(model, shape, arguments.body);
   nlohmann::ordered_json json;
   for (const NamedMeasurement& row : measurement_names()) {
     const double value = found.*row.value;
+    if (value == 0) {
+      continue;  // not to be had of this body
+    }
     if (arguments.json) {
       json[row.name] = {{"value", value}, {"unit", row.unit}};
     } else {
@@ -131,6 +150,28 @@ int convert_motion(const BodyArguments& arguments, const BodyOptions& options) {
   return kExitDone;
 }
 
+void say_what_gltf_lacks(const BodyModel& model, const std::string& file) {
+  if (model.shape.empty() && model.correctives.empty()) {
+    return;
+  }
+  print({{Severity::Note, "gltf-left-out", file,
+          "glTF has no place for " + counted(std::ssize(model.shape), "shape parameter") + " and " +
+              counted(std::ssize(model.correctives), "pose corrective"),
+          "the body is written at its shape, without them; .npz holds all"}});
+}
+
+// glTF has one texture coordinate a vertex.
+Index vertices_split_at_seams(const Mesh& mesh) {
+  if (mesh.uv_faces.rows() == 0) {
+    return mesh.vertices.rows();
+  }
+  std::set<std::pair<int, int>> written;
+  for (Index i = 0; i < mesh.faces.size(); ++i) {
+    written.emplace(mesh.faces.data()[i], mesh.uv_faces.data()[i]);
+  }
+  return static_cast<Index>(written.size());
+}
+
 int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
   const std::string extension = lower_extension(arguments.out);
   if (extension == ".bvh") {
@@ -150,14 +191,21 @@ int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
     write_body(arguments.out, at_shape(model, shape));
   } else if (is_gltf(extension)) {
     write_gltf(arguments.out, gltf_body(model, shape));
+    say_what_gltf_lacks(model, arguments.out);
   } else {
     Mesh mesh = model.mesh;
     mesh.vertices = shape_body(model, shape).vertices;
     mesh.normals.resize(0, 3);
     write_mesh(arguments.out, mesh);
   }
-  std::cout << arguments.out << ": " << vertex_count(model) << " vertices, " << joint_count(model)
-            << " joints\n";
+  std::cout << arguments.out << ": "
+            << (is_gltf(extension) ? vertices_split_at_seams(model.mesh) : vertex_count(model))
+            << " vertices, ";
+  if (extension == ".obj" || extension == ".ply") {
+    std::cout << model.mesh.faces.rows() << " triangles\n";
+  } else {
+    std::cout << joint_count(model) << " joints\n";
+  }
   return kExitDone;
 }
 
@@ -210,12 +258,18 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   };
   if (sheet_wanted) {
     std::vector<CaptionedImage> tiles;
+    std::vector<Mesh> meshes;
     const Index count = std::min<Index>(options.pictures, frames);
     for (Index i = 0; i < count; ++i) {
       const Index frame = count > 1 ? i * (frames - 1) / (count - 1) : 0;
+      meshes.push_back(posed(frame));
       tiles.push_back(
-          {picture_of(posed(frame), kThreeQuarter, options.picture),
-           "frame " + std::to_string(motion.frame_ids[static_cast<std::size_t>(frame)])});
+          {{}, "frame " + std::to_string(motion.frame_ids[static_cast<std::size_t>(frame)])});
+    }
+    const std::vector<Image> pictures =
+        pictures_at_one_scale(meshes, kThreeQuarter, options.picture);
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      tiles[i].image = pictures[i];
     }
     ContactSheetOptions sheet;
     sheet.columns = std::min(6, static_cast<int>(count));
@@ -251,6 +305,7 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
     write_motion_file(arguments.out, result);
   } else {
     write_gltf(arguments.out, gltf_body(model, shape, motion));
+    say_what_gltf_lacks(model, arguments.out);
   }
   std::cout << arguments.out << ": " << counted(frames, "frame") << " at "
             << short_number(motion.fps) << " per second, steps scaled by "
@@ -328,6 +383,26 @@ void refuse_flags_without_effect(const BodyArguments& arguments, const OptionTab
   }
 }
 
+// Slower than a frame in ten seconds is no motion: a typing error, and no video takes it.
+void require_frame_rate(const char* name, double fps) {
+  if (fps != 0 && fps < kLeastRate) {
+    throw UsageError(std::string(name) + " cannot be " + short_number(fps) + ": it takes 0 or " +
+                     short_number(kLeastRate) + " to 1000 (1/s)");
+  }
+}
+
+// A body and a motion in each other's place.
+void refuse_the_other_kind(const BodyArguments& arguments) {
+  if (arguments.action != "convert" && holds_motion(arguments.body)) {
+    throw DataError(arguments.body, "file", "this is a motion, not a body",
+                    "a body" + std::string(arguments.action == "pose" ? ", then the motion" : ""));
+  }
+  if (arguments.action == "pose" && holds_body(arguments.motion)) {
+    throw DataError(arguments.motion, "file", "this is a body, not a motion",
+                    "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb or .gltf");
+  }
+}
+
 int run(const BodyArguments& arguments, const OptionTable& given, const BodyOptions& options) {
   const bool poses = arguments.action == "pose";
   if (arguments.action.empty() || arguments.body.empty()) {
@@ -342,9 +417,12 @@ int run(const BodyArguments& arguments, const OptionTable& given, const BodyOpti
     throw UsageError("it takes --out FILE");
   }
   refuse_flags_without_effect(arguments, given);
+  require_frame_rate("motion.fps", options.motion.fps);
+  require_frame_rate("retarget.fps", options.retarget.fps);
   if (!arguments.out.empty()) {
     require_file_place(arguments.out);
   }
+  refuse_the_other_kind(arguments);
   if (poses) {
     return pose(arguments, options);
   }

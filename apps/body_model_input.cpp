@@ -80,9 +80,13 @@ BodyModel generated(const BodyArguments& arguments) {
       throw UsageError("the body has no shape parameter '" + one.name.substr(0, 80) + "'; it has " +
                        known);
     }
-    const std::string problem = set_option(table, one.name, one.text);
-    if (!problem.empty()) {
-      throw UsageError(problem);
+    if (!std::isfinite(one.value)) {
+      throw UsageError(set_option(table, one.name, one.text));
+    }
+    for (const OptionField& field : table.fields) {
+      if (field.name == one.name) {
+        *std::get<double*>(field.target) = one.value;  // human_options_problem says the range
+      }
     }
   }
   const std::string problem = human_options_problem(human);
@@ -191,6 +195,23 @@ bool holds_motion(const std::string& file) {
       skinned = skinned || (node.mesh >= 0 && node.skin >= 0);
     }
     return !skinned && !scene.animations.empty();
+  }
+  return false;
+}
+
+bool holds_body(const std::string& file) {
+  const std::string extension = lower_extension(file);
+  if (file == "default" || file == "female" || file == "male" || extension == ".obj" ||
+      std::filesystem::is_directory(file)) {
+    return true;
+  }
+  if (extension == ".npz") {
+    const Npz npz(file);
+    return archive_schema(npz).starts_with("atelier-body") || npz.contains("v_template");
+  }
+  if (extension == ".glb" || extension == ".gltf") {
+    const GltfScene scene = read_gltf(file);
+    return scene.animations.empty() && !scene.skins.empty();
   }
   return false;
 }

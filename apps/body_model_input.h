@@ -57,6 +57,9 @@ bool is_makehuman(const BodyArguments& arguments);
 /// opened.
 bool holds_motion(const std::string& file);
 
+/// Whether a file, or a name of a generated body, is a body without a motion.
+bool holds_body(const std::string& file);
+
 /// Reads or makes the body; what its reader found goes to standard error. Throws UsageError for
 /// shapes, targets and sliders that are not possible.
 ShapedInput read_body_input(const BodyArguments& arguments, const BodyOptions& options);

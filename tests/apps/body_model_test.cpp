@@ -83,6 +83,12 @@ TEST_F(BodyModelCommand, AMotionBecomesNpzAndBvhAgain) {
   EXPECT_EQ(back.exit_code, 0) << back.err;
 }
 
+TEST_F(BodyModelCommand, AdviceNamesTheFlags) {
+  const ChildResult result = run({"convert", still_bvh(), "--out", (folder_ / "a.npz").string()});
+  EXPECT_THAT(result.err, HasSubstr("--motion.metres_per_unit sets another"));
+  EXPECT_THAT(run({"--help"}).out, HasSubstr("motion.up"));
+}
+
 TEST_F(BodyModelCommand, AMotionBecomesGltfAndBack) {
   const std::string glb = (folder_ / "still.glb").string();
   ASSERT_EQ(run({"convert", still_bvh(), "--out", glb}).exit_code, 0);
@@ -185,6 +191,7 @@ TEST_F(BodyModelCommand, ADressedFigureIsMeasuredWithAWarning) {
   const ChildResult result = run({"measure", figure.string()});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("warning measure-pieces"));
+  EXPECT_THAT(result.out, ::testing::Not(HasSubstr("mass")));   // of clothes over skin: nobody's
   const std::string naked = (folder_ / "female.glb").string();  // split at the seams of its atlas
   ASSERT_EQ(run({"convert", "female", "--out", naked}).exit_code, 0);
   EXPECT_THAT(run({"measure", naked}).err, ::testing::IsEmpty());
@@ -256,6 +263,8 @@ TEST_F(BodyModelCommand, RefusesWrongWords) {
           "stature is given twice");
   refused({"measure", "female", "--shape", "stature=1.2"}, 2,
           "stature cannot be 1.2: it is in [1.4, 2.15] m");
+  refused({"measure", "female", "--shape", "stature=180"}, 2,
+          "stature cannot be 180: it is in [1.4, 2.15] m");
 }
 
 TEST_F(BodyModelCommand, RefusesFlagsThatHaveNoEffect) {
@@ -272,6 +281,48 @@ TEST_F(BodyModelCommand, RefusesFlagsThatHaveNoEffect) {
   refused({"show", "female", "--pictures", "4", "--out", "a.png"}, 2, "for pose with a contact");
   refused({"pose", "female", still_bvh(), "--asf", "a.asf", "--out", "a.png"}, 2, "in an .amc");
   refused({"convert", still_bvh(), "--shape", "stature=1.8", "--out", "a.npz"}, 2, "is a motion");
+}
+
+TEST_F(BodyModelCommand, RefusesFrameRatesThatAreNone) {
+  const std::string film = (folder_ / "a.mp4").string();
+  refused({"pose", "female", still_bvh(), "--retarget.fps", "0.001", "--out", film}, 2,
+          "retarget.fps cannot be 0.001: it takes 0 or 0.1 to 1000");
+  refused({"convert", still_bvh(), "--motion.fps", "0.01", "--out", "a.npz"}, 2,
+          "motion.fps cannot be 0.01");
+}
+
+TEST_F(BodyModelCommand, TellsABodyFromAMotion) {
+  const std::string png = (folder_ / "a.png").string();
+  refused({"measure", still_bvh()}, 3, "this is a motion, not a body");
+  refused({"pose", "female", "male", "--out", png}, 3, "this is a body, not a motion");
+  const std::string glb = (folder_ / "female.glb").string();
+  const ChildResult written = run({"convert", "female", "--out", glb});
+  EXPECT_THAT(written.out, HasSubstr("12728 vertices, 55 joints"));
+  EXPECT_THAT(written.err, HasSubstr("note gltf-left-out"));
+  EXPECT_THAT(written.err, HasSubstr("glTF has no place for 13 shape parameters and"));
+  refused({"pose", "female", glb, "--out", png}, 3, "this is a body, not a motion");
+  const ChildResult mesh = run({"convert", "female", "--out", (folder_ / "f.obj").string()});
+  EXPECT_THAT(mesh.out, HasSubstr("triangles"));
+  EXPECT_THAT(mesh.out, ::testing::Not(HasSubstr("joints")));
+}
+
+TEST_F(BodyModelCommand, WhatCannotBeMeasuredIsRefusedWithItsName) {
+  ATELIER_TEST_FILE(fox, "gltf_skinned/bevy_fox/Fox.glb");
+  const ChildResult result = run({"measure", fox.string(), "--metres_per_unit", "0.01"});
+  EXPECT_EQ(result.exit_code, 3) << result.out;
+  EXPECT_THAT(result.err, HasSubstr("Fox.glb: "));
+  EXPECT_THAT(result.err, HasSubstr("do not stand upright"));
+  EXPECT_THAT(result.out, ::testing::IsEmpty());
+}
+
+TEST_F(BodyModelCommand, AFourLeggedMotionIsNotTakenForAPersonUnsaid) {
+  ATELIER_TEST_FILE(fox, "gltf_skinned/bevy_fox/Fox.glb");
+  const ChildResult result =
+      run({"pose", "female", fox.string(), "--out", (folder_ / "a.bvh").string()});
+  EXPECT_THAT(result.err, HasSubstr("retarget-posture")) << result.exit_code;
+  const ChildResult person =
+      run({"pose", "female", still_bvh(), "--out", (folder_ / "b.bvh").string()});
+  EXPECT_THAT(person.err, ::testing::Not(HasSubstr("retarget-posture")));
 }
 
 TEST_F(BodyModelCommand, RefusesMeasuresThatNoAdultHas) {

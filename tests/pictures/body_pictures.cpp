@@ -14,7 +14,7 @@
 #include "bodymodel/skinning.h"
 #include "core/io/image_file.h"
 #include "core/render/contact_sheet.h"
-#include "core/render/studio.h"
+#include "core/render/scaled_pictures.h"
 
 namespace atelier {
 namespace {
@@ -232,11 +232,15 @@ void shapes(const std::filesystem::path& folder) {
       {"woman, 1.76 m, 61 kg", body(0, 1.76, 61)}, {"woman, 1.60 m, 84 kg", body(0, 1.6, 84)},
       {"man, 1.86 m, athletic", athletic},         {"man, 1.68 m, 98 kg", body(1, 1.68, 98)}};
   std::vector<CaptionedImage> tiles;
+  std::vector<Mesh> meshes;
+  for (const auto& [name, options] : bodies) {
+    const BodyModel model = default_human(options);
+    meshes.push_back(skin(model, model.mesh.vertices));
+  }
   for (const View& view : {View{0.35, 0.1}, View{2.75, 0.1}}) {
-    for (const auto& [name, options] : bodies) {
-      const BodyModel model = default_human(options);
-      tiles.push_back({picture_of(skin(model, model.mesh.vertices), view, tile(300, 460)),
-                       view.azimuth < 1 ? name : ""});
+    const std::vector<Image> pictures = pictures_at_one_scale(meshes, view, tile(300, 460));
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      tiles.push_back({pictures[i], view.azimuth < 1 ? bodies[i].first : ""});
     }
   }
   save(folder / "default_human_shapes.jpg", tiles, 6);
@@ -258,6 +262,7 @@ void poses(const std::filesystem::path& folder) {
                                                    {"reaching", reaching}};
   const BodyModel bodies[2] = {default_human(body(0, 0, 0)), default_human(body(1, 0, 0))};
   std::vector<CaptionedImage> tiles;
+  std::vector<std::vector<RenderMesh>> subjects;
   int count = 0;
   for (const auto& [name, make] : list) {
     const BodyModel& model = bodies[count++ % 2];
@@ -283,7 +288,13 @@ void poses(const std::filesystem::path& folder) {
       meshes.push_back(
           {block(0.24, seat + 0.006, vertices.col(1).minCoeff(), z - 0.22, z + 0.2), wood});
     }
-    tiles.push_back({picture_of(meshes, View{0.6, 0.12}, tile(360, 520)), name});
+    subjects.push_back(std::move(meshes));
+    tiles.push_back({{}, name});
+  }
+  const std::vector<Image> pictures =
+      pictures_at_one_scale(std::move(subjects), View{0.6, 0.12}, tile(360, 520));
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    tiles[i].image = pictures[i];
   }
   save(folder / "default_human_poses.jpg", tiles, 4);
 }
