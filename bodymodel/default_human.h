@@ -55,7 +55,7 @@ DefaultHumanOptions percentile_human(double male, const std::vector<double>& per
 DefaultHumanOptions random_human(Random& random, double male, double low = 0.05,
                                  double high = 0.95);
 
-/// A procedural adult in A-pose: 11.6k vertices, closed, two-manifold and mirror-symmetric
+/// A procedural adult in A-pose: 12k vertices, closed, two-manifold and mirror-symmetric
 /// (left vertices follow the middle's, right ones follow in the same order), 55 joints with
 /// SMPL-X's names and tree, smooth weights, volume-keeping pose correctives, joint limits, a UV
 /// atlas whose islands are vertex groups "uv_*", and a linear shape space round the body in

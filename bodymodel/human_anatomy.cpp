@@ -76,15 +76,19 @@ struct BumpRow {
   bool front;
 };
 constexpr BumpRow kBumps[] = {
-    {55, 733, 27, 34, 20, 25, 0, true},     // breast
-    {50, 748, 38, 36, 28, 0, 9, true},      // pectoral muscle
+    {52, 732, 31, 42, 21, 24, 0, true},     // breast
+    {49, 746, 37, 38, 20, 0, 10, true},     // pectoral muscle
+    {0, 823, 9, 8, 9, -4, -4, true},        // notch over the breastbone
+    {46, 817, 34, 7, 7, 2.5, 3, true},      // collarbone
+    {0, 690, 9, 42, 40, -2, -3, true},      // line down the belly
+    {0, 629, 6.5, 6.5, 6, -5, -5, true},    // navel
+    {0, 870, 9, 8, 10, 0, 3, true},         // larynx
     {0, 478, 11, 34, 40, -26, -24, false},  // cleft between the buttocks
-    {0, 520, 9, 26, 26, -10, -12, false},
-    {0, 775, 24, 60, 60, -9, -15, false},
+    {0, 520, 9, 26, 26, -10, -12, false},  {0, 775, 24, 60, 60, -9, -15, false},
     {0, 580, 16, 28, 22, -3, -7, false},  // sacrum
-    {38, 516, 30, 32, 34, 4, 8, false},   // gluteal muscle  // groove of the spine
-    {0, 640, 12, 60, 60, -4, -3, false},
-    {0, 725, 13, 35, 30, -4, -3, true},  // between the breasts
+    {38, 516, 30, 32, 34, 4, 8, false},   // gluteal muscle
+    {0, 640, 12, 60, 60, -4, -3, false},  // groove of the spine
+    {0, 725, 13, 35, 30, -4, -3, true},   // between the breasts
 };
 
 double mix(double female, double male, double share) {

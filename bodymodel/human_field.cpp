@@ -71,6 +71,9 @@ double hand_value(const HumanField& f, Vec3d p) {
     d = smooth_min(d, cones(f.fingers, 3 * finger, 3, p, 0.0005 * k),
                    (finger == 0 ? 0.012 : 0.004) * k);
   }
+  for (const HumanCone& knuckle : f.knuckles) {
+    d = smooth_min(d, cone_distance(knuckle, p), 0.004 * k);
+  }
   return d;
 }
 
@@ -118,6 +121,24 @@ HumanField human_field(const HumanAnatomy& anatomy) {
       f.fingers.push_back({a, b, hand * radii[finger][i], hand * radii[finger][i + 1]});
     }
   }
+
+  const Vec3d back = {h, h, 0};  // of the hand
+  for (std::size_t finger = 1; finger < 5; ++finger) {
+    const auto& bones = j.fingers[finger];
+    const double r = hand * radii[finger][0];
+    const Vec3d head = bones[0] + (0.36 * r) * back;
+    f.knuckles.push_back({head - (0.4 * r) * f.palm.axis, head, 0.86 * r, 0.9 * r});
+    for (std::size_t i = 1; i < 3; ++i) {
+      const double thick = hand * radii[finger][i];
+      const Vec3d across = Vec3d{0, 0, 0.12 * thick};
+      f.knuckles.push_back({bones[i] - across, bones[i] + across, 0.91 * thick, 0.91 * thick});
+    }
+  }
+  const auto in_hand = [&](double s, double w, double depth) {
+    return j.wrist + hand * (s * f.palm.axis + Vec3d{0, 0, w} - depth * back);
+  };
+  f.knuckles.push_back({in_hand(14, -19, 8), in_hand(62, -27, 9), hand * 12, hand * 8.5});
+  f.knuckles.push_back({in_hand(16, 17, 9), in_hand(48, 36, 15), hand * 15, hand * 12});
 
   // Foot: axis forward from the ankle, in the foot's own direction (toes out by 5 degrees).
   const double toe_out = 0.0873;

@@ -10,6 +10,7 @@ struct HumanField {
   HumanAnatomy anatomy;
   HumanTube head, palm, foot;
   std::vector<HumanCone> fingers, toes;
+  std::vector<HumanCone> knuckles;  ///< and the balls of the palm
 };
 
 HumanField human_field(const HumanAnatomy& anatomy);

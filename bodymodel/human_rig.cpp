@@ -153,7 +153,7 @@ Row vertex_weights(const HumanField& field, Vec3d point) {
   const double up3 = smooth_step(y, 724 - 32, 724 + 32);
   const double to_neck = smooth_step(y + 0.25 * z, 838 - 18, 838 + 22);
   // From under the chin up to the nape: the whole face goes with the head.
-  const double to_head = smooth_step(y + (z > 8 ? 0.6 : 0.25) * (z - 8), 886 - 14, 886 + 14);
+  const double to_head = smooth_step(y + (z > 8 ? 0.75 : 0.25) * (z - 8), 886 - 14, 886 + 14);
   Row trunk;
   trunk.fill(0);
   const std::pair<int, double> chain[] = {

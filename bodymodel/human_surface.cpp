@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bodymodel/human_head.h"
+
 namespace atelier {
 namespace {
+
+constexpr auto kHeadPart = static_cast<std::size_t>(HumanPart::Head);
 
 const HumanTube& tube_of(const HumanAnatomy& anatomy, std::size_t part) {
   return part == 0 ? anatomy.trunk : part == 1 ? anatomy.leg : anatomy.arm;
@@ -105,13 +109,22 @@ HumanCoordinates human_coordinates(const HumanTemplate& body) {
 
 std::vector<Vec3d> human_surface(const HumanTemplate& body, const HumanCoordinates& coordinates,
                                  const HumanAnatomy& anatomy) {
-  const double middle_stature = HumanBuild{}.stature;
+  const HumanAnatomy middle = human_anatomy({});
+  const double middle_stature = middle.build.stature;
   std::vector<Vec3d> points(body.points.size());
   for (std::size_t v = 0; v < points.size(); ++v) {
     Vec3d p = {0, 0, 0};
     for (std::size_t part = 0; part < kHumanParts; ++part) {
       const HumanCoordinates::InPart& in = coordinates.vertices[v][part];
       if (in.weight == 0) {
+        continue;
+      }
+      if (part == kHeadPart) {
+        const double k = middle_stature / 1000;
+        const Vec3d at = (1 / k) * (in.local + middle.joints.head);
+        const Vec3d local = k * head_of_sex(at, anatomy.build.male) - middle.joints.head;
+        p += in.weight *
+             (anatomy.joints.head + (block_size(anatomy, part) / middle_stature) * local);
         continue;
       }
       if (part >= 3) {

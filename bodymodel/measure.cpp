@@ -371,7 +371,11 @@ BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& sha
     throw DataError("", "skin", "an opening of " + std::to_string(border) + " m round",
                     "a closed skin: an open one has no volume");
   }
-  return measure_body(mesh, body.skeleton);
+  BodyMeasurements measures = measure_body(mesh, body.skeleton);
+  if (piece.pieces > 1) {
+    measures.mass = 0;  // clothes over skin count some space twice, some not at all
+  }
+  return measures;
 }
 
 }  // namespace atelier

@@ -52,8 +52,9 @@ BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton);
 /// Measures a model at a shape (empty: neutral); vertices of one place count as one, so that files
 /// which split vertices at the seams of their atlas are measured too. Of a skin in several pieces
 /// (eyes, teeth, lashes, hair) the one that holds at least four fifths of their volume is measured
-/// alone; where none does, all are. Throws DataError for one piece with
-/// openings larger than slits of eyes and lips, and as above.
+/// alone; where none does, all are, and mass is 0: such skins enclose
+/// some space twice. Throws DataError for one piece with openings larger than slits of eyes and
+/// lips, and as above.
 BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& shape = {});
 
 /// Signed volume of a closed mesh, m^3.

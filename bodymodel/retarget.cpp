@@ -17,7 +17,7 @@ namespace atelier {
 namespace {
 
 constexpr double kMostScale = 2.5;      // of steps, unsaid: from an adult to a small child
-constexpr double kUprightCosine = 0.5;  // of trunk and legs: below it they lie apart
+constexpr double kUprightCosine = 0.7;  // of trunk and legs: below it they lie apart
 constexpr double kSole = 0.03;          // metres above the floor in which rest vertices are soles
 constexpr Index kTouching = 1000;       // vertices sampled for the lowest point, half of them soles
 

@@ -131,6 +131,48 @@ TEST(Retarget, ACalibrationPoseIsLeftOutAndSaid) {
   EXPECT_EQ(result.findings[0].code, "motion-t-pose");
 }
 
+// The zombie's actor starts in a T-pose and moves on from there: a pose of the motion, which stays.
+TEST(Retarget, ATPoseThatIsActedStays) {
+  ATELIER_TEST_FILE(path, "mocap_bvh/animated_drawings/fair1/zombie.bvh");
+  const MotionClip clip = read_bvh(path);
+  DefaultHumanOptions human = female_human();
+  human.shape_basis = false;
+  const BodyModel model = default_human(human);
+  RetargetOptions options;
+  options.keep_contacts = false;
+  const Retargeted result = retarget(clip, model, {}, options);
+  EXPECT_EQ(result.motion.poses.size(), clip.motion.poses.size());
+  for (const Finding& finding : result.findings) {
+    EXPECT_NE(finding.code, "motion-t-pose");
+  }
+  const Points joints = forward_kinematics(model.skeleton, result.motion.poses[0]).positions;
+  const auto height = [&](const char* name) { return joints(find_joint(model.skeleton, name), 1); };
+  EXPECT_NEAR(height("left_wrist"), height("left_shoulder"), 0.15);
+  EXPECT_NEAR(height("right_wrist"), height("right_shoulder"), 0.15);
+}
+
+TEST(Retarget, FourLegsAreSaidAndACrawlIsNot) {
+  MotionClip animal = person_clip();
+  for (const int joint : {9, 10, 11}) {  // the trunk lies level
+    std::swap(animal.skeleton.offsets(joint, 1), animal.skeleton.offsets(joint, 2));
+  }
+  animal.skeleton.offsets.row(14) << 0, -0.3, 0;  // forelegs
+  animal.skeleton.offsets.row(18) << 0, -0.3, 0;
+  const Retargeted result = retarget(animal, person_body(person_skeleton()), {}, plain());
+  ASSERT_EQ(result.findings.size(), 1u);
+  EXPECT_EQ(result.findings[0].severity, Severity::Warning);
+  EXPECT_EQ(result.findings[0].code, "retarget-posture");
+  EXPECT_THAT(result.findings[0].advice, HasSubstr("four-legged"));
+
+  MotionClip crawl = person_clip();  // a person at rest, bent at the hips in every frame
+  for (Pose& pose : crawl.motion.poses) {
+    pose.rotations.row(0) << 0.5 * std::numbers::pi, 0, 0;
+    pose.rotations.row(1) << -0.5 * std::numbers::pi, 0, 0;
+    pose.rotations.row(5) << -0.5 * std::numbers::pi, 0, 0;
+  }
+  EXPECT_TRUE(retarget(crawl, person_body(person_skeleton()), {}, plain()).findings.empty());
+}
+
 TEST(Retarget, StandingFeetStayWhereTheyStand) {
   // A clip whose root drifts over a foot that should stand: contacts must come out still.
   MotionClip clip = person_clip();

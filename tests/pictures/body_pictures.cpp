@@ -103,8 +103,8 @@ void lunge(const Skeleton& skeleton, Pose& pose) {
   turn(skeleton, pose, "left_ankle", {{-0.1, 0, 0}});
   turn(skeleton, pose, "right_hip", {{0.42, 0, 0}});
   turn(skeleton, pose, "right_knee", {{0.62, 0, 0}});
-  turn(skeleton, pose, "right_ankle", {{0.0, 0, 0}});
-  turn(skeleton, pose, "right_foot", {{-0.9, 0, 0}});
+  turn(skeleton, pose, "right_ankle", {{-0.33, 0, 0}});
+  turn(skeleton, pose, "right_foot", {{-1.04, 0, 0}});
   relaxed_arms(skeleton, pose, 0.35);
 }
 
@@ -287,6 +287,10 @@ void poses(const std::filesystem::path& folder) {
       Look wood = clay_look();
       meshes.push_back(
           {block(0.24, seat + 0.006, vertices.col(1).minCoeff(), z - 0.22, z + 0.2), wood});
+    }
+    const double ground = vertices.col(1).minCoeff();
+    for (RenderMesh& one : meshes) {
+      one.mesh.vertices.col(1).array() -= ground;
     }
     subjects.push_back(std::move(meshes));
     tiles.push_back({{}, name});
