@@ -83,14 +83,15 @@ void parallel_for(Index n, Index grain, const std::function<void(Index, Index)>&
     LoopOrder order;
     tbb::parallel_for(Index{0}, chunks, [&](Index chunk) {
       order.begin_chunk();
+      bool needed = true;
       {
         const std::lock_guard<std::mutex> lock(mutex);
-        if (chunk > failed_chunk) {
-          return;
-        }
+        needed = chunk <= failed_chunk;
       }
       try {
-        run(chunk);
+        if (needed) {
+          run(chunk);
+        }
       } catch (...) {  // handed over to the caller: the first by chunk order
         const std::lock_guard<std::mutex> lock(mutex);
         if (chunk < failed_chunk) {
