@@ -8,6 +8,7 @@
 #include "capture/capture_info.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints3d_file.h"
+#include "capture/label_taxonomy.h"
 #include "capture/surface/surface_error.h"
 #include "capture/truth_archive.h"
 #include "core/io/file_bytes.h"
@@ -106,6 +107,7 @@ std::vector<Measure> measure_reconstruct(const std::filesystem::path& workspace,
     }
   }
   SurfaceError mean;
+  std::map<std::uint8_t, std::pair<double, int>> of_label;  // sum of shares, scans
   double unseen = 0;
   int count = 0;
   for (const CaptureSequence& sequence : info.sequences) {
@@ -121,6 +123,10 @@ std::vector<Measure> measure_reconstruct(const std::filesystem::path& workspace,
       mean.completeness += error.completeness;
       mean.floating += error.floating;
       mean.label_iou += error.label_iou;
+      for (const auto& [label, share] : error.completeness_of) {
+        of_label[label].first += share;
+        ++of_label[label].second;
+      }
       unseen += 1 - seen.seen_area / seen.area;
       ++count;
     }
@@ -131,6 +137,10 @@ std::vector<Measure> measure_reconstruct(const std::filesystem::path& workspace,
         {"surface.chamfer_mm", 1e3 * mean.chamfer / count, "mm", 2.5, Measure::Side::AtMost, over});
     measures.push_back({"surface.completeness", mean.completeness / count, "", 0.95,
                         Measure::Side::AtLeast, "share within 5 mm of what two cameras see"});
+    for (const auto& [label, sum] : of_label) {
+      measures.push_back({"surface.completeness." + label_name(static_cast<Label>(label)),
+                          sum.first / sum.second, "", 0, Measure::Side::None, "the part of it"});
+    }
     measures.push_back({"surface.floating", mean.floating / count, "", 0, Measure::Side::None,
                         "share of the scans' area more than 2 cm off"});
     measures.push_back({"surface.unseen", unseen / count, "", 0, Measure::Side::None,

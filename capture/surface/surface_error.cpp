@@ -160,10 +160,17 @@ SurfaceError surface_error(const Mesh& scan, const Mesh& truth, const SurfaceSam
   error.floating = floating / scanned;
   const TriangleTree scan_tree = build_tree(scan.vertices, scan.faces);
   std::vector<std::uint8_t> found;
+  std::map<std::uint8_t, double> of_label;
+  std::size_t sample = 0;
   for (const ClosestPoint& nearest : closest_points(scan_tree, seen.points)) {
     const double distance = std::sqrt(nearest.squared_distance);
     error.from_truth += distance;
     error.completeness += distance <= kNear ? 1 : 0;
+    if (!seen.labels.empty()) {
+      const std::uint8_t label = seen.labels[sample++];
+      error.completeness_of[label] += distance <= kNear ? 1 : 0;
+      of_label[label] += 1;
+    }
     if (!scan.labels.empty()) {
       Index corner = 0;
       nearest.barycentric.maxCoeff(&corner);
@@ -173,6 +180,9 @@ SurfaceError surface_error(const Mesh& scan, const Mesh& truth, const SurfaceSam
   const auto samples = static_cast<double>(seen.points.rows());
   error.from_truth /= samples;
   error.completeness /= samples;
+  for (auto& [label, share] : error.completeness_of) {
+    share /= of_label[label];
+  }
   error.chamfer = 0.5 * (error.accuracy + error.from_truth);
   if (!found.empty() && !seen.labels.empty()) {
     error.label_iou = mean_iou(seen.labels, found);

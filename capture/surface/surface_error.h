@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "core/camera.h"
@@ -33,6 +34,7 @@ struct SurfaceError {
   double floating = 0;      ///< share of the scan's area more than 2 cm off the truth
   double label_iou = 0;     ///< mean over labels, of the seen truth by the nearest scan vertex; 0
                             ///< where there are no labels
+  std::map<std::uint8_t, double> completeness_of;  ///< of the true points of each label
 };
 
 /// @param seen  of `truth`
