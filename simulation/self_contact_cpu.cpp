@@ -80,6 +80,8 @@ SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& pr
   view_.rest = surface_.rest.data();
   view_.layer = surface_.layer.empty() ? nullptr : surface_.layer.data();
   view_.tangled = tangled_.data();
+  slack_.assign(n, rule_.slack);
+  view_.slack = slack_.data();
 }
 
 template <class T>
@@ -87,6 +89,7 @@ void SelfContactCpu<T>::begin_frame() {
   age_ = -1;
   searches_ = 0;
   std::fill(support_.begin(), support_.end(), 0);
+  std::fill(slack_.begin(), slack_.end(), rule_.slack);
 }
 
 template <class T>
@@ -127,7 +130,9 @@ void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<
   std::vector<Box<T>> boxes(surface_.faces.size());
   parallel_for(static_cast<Index>(boxes.size()), 8 * kGrain, [&](Index begin, Index end) {
     for (Index f = begin; f < end; ++f) {
-      boxes[f] = swept_box(view_.surface, static_cast<int>(f));
+      const FaceIndices face = surface_.faces[f];
+      const T slack = max_of(slack_[face.a], max_of(slack_[face.b], slack_[face.c]));
+      boxes[f] = inflated(swept_box(view_.surface, static_cast<int>(f)), slack - rule_.slack);
     }
   });
   refit_contact_tree(surface_.tree, boxes);
@@ -170,10 +175,24 @@ void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<
 }
 
 template <class T>
+void SelfContactCpu<T>::give_slack(const std::vector<Vec4<T>>& x) {
+  if (age_ < 0) {
+    return;  // the list is merely old
+  }
+  const T age = static_cast<T>(age_) / static_cast<T>(ahead_);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Vec3<T> away = xyz(x[i]) - xyz(start_[i]) - age * flight(view_, static_cast<int>(i));
+    const T distance = norm(away);
+    slack_[i] = max_of(slack_[i], T(2) * distance);
+  }
+}
+
+template <class T>
 bool SelfContactCpu<T>::renew(const SelfMotion<T>& motion) {
   if (holds(motion.x)) {
     return false;
   }
+  give_slack(motion.x);
   search(motion.x, motion.origin);
   return true;
 }

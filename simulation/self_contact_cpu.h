@@ -52,6 +52,8 @@ class SelfContactCpu {
   };
 
   bool holds(const std::vector<Vec4<T>>& x) const;
+  /// More slack for who left its flight, or is about to.
+  void give_slack(const std::vector<Vec4<T>>& x);
   /// A new search where the list does not hold; true if there was one.
   bool renew(const SelfMotion<T>& motion);
   void search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& origin);
@@ -73,6 +75,7 @@ class SelfContactCpu {
   std::vector<SelfPair<T>> face_pairs_, edge_pairs_;
   std::vector<Crossing> crossings_;
   std::vector<int> tangled_;
+  std::vector<T> slack_;
   std::vector<int> support_;
   std::vector<char> moved_;  ///< the last pass in which a particle was pushed, from 1; 0: none
   int moved_from_ = 1;

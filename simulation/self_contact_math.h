@@ -12,7 +12,8 @@ namespace atelier {
 /// each particle stays within `slack` of a straight flight (the displacement bound of Chen et al.
 /// 2025, "Offset geometric contact", measured from the flight and not from a point, so that cloth
 /// that is carried along keeps its pairs). A particle that leaves it, or a list that has grown too
-/// old, makes a new search: nothing is missed.
+/// old, makes a new search: nothing is missed. On the CPU who left is given more slack until the
+/// frame ends, so that one pinched vertex does not make a search in every substep.
 ///
 /// Pushes (self_push_math.h). In a substep a pair keeps the side on which it was at the substep's
 /// start. Pairs are solved at once (Jacobi); a particle takes in each direction the largest push
@@ -42,13 +43,14 @@ struct SelfView {
   BodyView<T> surface;
   const ClothEdge* edges;
   int edge_count;
-  const int* face_edges;  ///< [3 F] edges that a face owns, or -1
-  const int* across;      ///< [3 F] corner beyond the edge from corner k to k + 1, or -1
-  const int* ring_begin;  ///< [V + 1] into `ring`
-  const int* ring;        ///< neighbours of each particle
-  const Vec4<T>* rest;    ///< template positions: sheets that lie close there may stay close
-  const int* layer;       ///< of particles, or null
-  const int* tangled;     ///< of particles: 1 where a piece around it is crossed
+  const int* face_edges;     ///< [3 F] edges that a face owns, or -1
+  const int* across;         ///< [3 F] corner beyond the edge from corner k to k + 1, or -1
+  const int* ring_begin;     ///< [V + 1] into `ring`
+  const int* ring;           ///< neighbours of each particle
+  const Vec4<T>* rest;       ///< template positions: sheets that lie close there may stay close
+  const int* layer;          ///< of particles, or null
+  const int* tangled;        ///< of particles: 1 where a piece around it is crossed
+  const T* slack = nullptr;  ///< m, of particles, at least the rule's; null: the rule's
 };
 
 template <class T>
@@ -79,6 +81,12 @@ struct SelfPair {
 template <class T>
 ATELIER_HOST_DEVICE inline Vec3<T> flight(const SelfView<T>& cloth, int i) {
   return xyz(cloth.surface.end[i]) - xyz(cloth.surface.start[i]);
+}
+
+/// By how much a particle may leave its flight [m].
+template <class T>
+ATELIER_HOST_DEVICE inline T slack_of(const SelfView<T>& cloth, int i, const SelfRule<T>& rule) {
+  return cloth.slack == nullptr ? rule.slack : cloth.slack[i];
 }
 
 template <class T>

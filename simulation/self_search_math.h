@@ -4,7 +4,8 @@
 
 namespace atelier {
 
-/// Calls `found(pair)` for every face that particle `i` may meet.
+/// Calls `found(pair)` for every face that particle `i` may meet. The tree's boxes hold the faces'
+/// flights, inflated by what their corners' slack exceeds the rule's.
 template <class T, class Found>
 ATELIER_HOST_DEVICE inline void collect_faces(const SelfView<T>& cloth, int i,
                                               const SelfRule<T>& rule, const Found& found) {
@@ -12,12 +13,14 @@ ATELIER_HOST_DEVICE inline void collect_faces(const SelfView<T>& cloth, int i,
   const Vec3<T> v = flight(cloth, i);
   Box<T> box{x, x};
   grow(box, x + v);
-  const T reach = rule.thickness + T(2) * rule.slack;
-  visit_tree(cloth.surface.nodes, inflated(box, reach), [&](int face) {
+  const T own = rule.thickness + slack_of(cloth, i, rule);
+  visit_tree(cloth.surface.nodes, inflated(box, own + rule.slack), [&](int face) {
     const FaceIndices f = cloth.surface.faces[face];
     if (f.a == i || f.b == i || f.c == i) {
       return;
     }
+    const T reach = own + max_of(slack_of(cloth, f.a, rule),
+                                 max_of(slack_of(cloth, f.b, rule), slack_of(cloth, f.c, rule)));
     const FaceCorners<T> t = corners_at(cloth.surface, face, T(0));
     const T squared = squared_norm(x - weighted(t, nearest_on_triangle(x, t)));
     const T motion =
@@ -51,8 +54,9 @@ ATELIER_HOST_DEVICE inline void collect_edges(const SelfView<T>& cloth, int e,
   grow(box, q);
   grow(box, p + vp);
   grow(box, q + vq);
-  const T reach = rule.thickness + T(2) * rule.slack;
-  const Box<T> query = inflated(box, reach);
+  const T own =
+      rule.thickness + max_of(slack_of(cloth, edge.a, rule), slack_of(cloth, edge.b, rule));
+  const Box<T> query = inflated(box, own + rule.slack);
   Box<T> now{p, p};
   grow(now, q);
   visit_tree(cloth.surface.nodes, query, [&](int face) {
@@ -83,7 +87,8 @@ ATELIER_HOST_DEVICE inline void collect_edges(const SelfView<T>& cloth, int e,
       grow(swept, s);
       grow(swept, xyz(cloth.surface.end[other.a]));
       grow(swept, xyz(cloth.surface.end[other.b]));
-      if (!overlap(query, swept)) {
+      const T slack = max_of(slack_of(cloth, other.a, rule), slack_of(cloth, other.b, rule));
+      if (!overlap(query, inflated(swept, slack - rule.slack))) {
         continue;
       }
       const SegmentShares<T> near = nearest_on_segments(p, q, r, s);
@@ -92,7 +97,7 @@ ATELIER_HOST_DEVICE inline void collect_edges(const SelfView<T>& cloth, int e,
       const Vec3<T> vs = flight(cloth, other.b);
       const T motion = max_of(max_of(squared_norm(vp - vr), squared_norm(vp - vs)),
                               max_of(squared_norm(vq - vr), squared_norm(vq - vs)));
-      const T within = reach + std::sqrt(motion);
+      const T within = own + slack + std::sqrt(motion);
       if (squared > within * within) {
         continue;
       }
@@ -116,7 +121,8 @@ template <class T>
 ATELIER_HOST_DEVICE inline bool left_flight(const SelfView<T>& cloth, int i, Vec3<T> x, T age,
                                             const SelfRule<T>& rule) {
   const Vec3<T> away = x - xyz(cloth.surface.start[i]) - age * flight(cloth, i);
-  return squared_norm(away) > rule.slack * rule.slack;
+  const T slack = slack_of(cloth, i, rule);
+  return squared_norm(away) > slack * slack;
 }
 
 }  // namespace atelier
