@@ -32,6 +32,7 @@ std::vector<Image> pictures_at_one_scale(std::vector<std::vector<RenderMesh>> su
   render_options.samples = options.samples;
   render_options.ambient_samples = 4;
   std::vector<Image> pictures;
+  pictures.reserve(subjects.size());
   for (std::vector<RenderMesh>& subject : subjects) {
     pictures.push_back(
         tone_mapped(render(studio_scene(std::move(subject), view.azimuth), camera, render_options),
@@ -43,6 +44,7 @@ std::vector<Image> pictures_at_one_scale(std::vector<std::vector<RenderMesh>> su
 std::vector<Image> pictures_at_one_scale(const std::vector<Mesh>& meshes, const View& view,
                                          const PictureOptions& options) {
   std::vector<std::vector<RenderMesh>> subjects;
+  subjects.reserve(meshes.size());
   for (const Mesh& mesh : meshes) {
     subjects.push_back({{mesh, clay_look()}});
   }
