@@ -1,6 +1,7 @@
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_CAPTURE_CALIBRATION)
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -16,7 +17,9 @@
 #include "capture/calibration/color_gains.h"
 #include "capture/cameras_file.h"
 #include "capture/layouts/open_dataset.h"
+#include "capture/sentence.h"
 #include "capture/surface/color_samples.h"
+#include "capture/truth_archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 
@@ -28,6 +31,7 @@ namespace fs = std::filesystem;
 struct CalibrateColorArguments {
   std::string capture;
   std::string out;
+  std::string truth;
   bool json = false;
 };
 
@@ -47,6 +51,34 @@ OptionTable describe(CalibrateColorOptions& options) {
   table.add("samples", describe(options.samples));
   table.add(describe(options.reconstruct));
   return table;
+}
+
+/// Gains against the true ones, as shares; a factor on all is left free, as it is by the pictures.
+struct GainError {
+  double mean = 0;
+  double largest = 0;
+};
+
+GainError gain_error(const std::vector<Camera>& cameras, const std::vector<Camera>& truth) {
+  std::vector<Eigen::Vector3d> logs;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Camera& camera : cameras) {
+    const auto same = std::find_if(truth.begin(), truth.end(),
+                                   [&](const Camera& other) { return other.id == camera.id; });
+    if (same == truth.end()) {
+      throw DataError("--truth", "camera '" + camera.id + "'", "not in that capture",
+                      "the cameras of the capture");
+    }
+    logs.emplace_back((camera.gain.array() / same->gain.array()).log());
+    middle += logs.back();
+  }
+  middle /= static_cast<double>(std::max<std::size_t>(1, logs.size()));
+  GainError error;
+  for (const Eigen::Vector3d& log : logs) {
+    error.mean += (log - middle).cwiseAbs().mean() / static_cast<double>(logs.size());
+    error.largest = std::max(error.largest, (log - middle).cwiseAbs().maxCoeff());
+  }
+  return error;
 }
 
 int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& options) {
@@ -111,6 +143,15 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
     std::cerr << printable(to_string(named)) << "\n";
   }
   write_file_atomically(arguments.out, cameras_json(cameras));
+  if (!arguments.truth.empty()) {
+    const GainError error = gain_error(cameras, read_capture_truth(arguments.truth).cameras);
+    json["mean_error"] = error.mean;
+    json["largest_error"] = error.largest;
+    if (!arguments.json) {
+      std::cout << sentence("against the true gains: mean error %.2f%%, largest %.2f%%\n",
+                            100 * error.mean, 100 * error.largest);
+    }
+  }
   if (arguments.json) {
     std::cout << json.dump(1) << "\n";
   } else {
@@ -133,6 +174,10 @@ Action add_calibrate_color(CLI::App& parser) {
   auto arguments = std::make_shared<CalibrateColorArguments>();
   parser.add_option("CAPTURE", arguments->capture, "Calibrated, with masks or labels")->required();
   parser.add_option("--out", arguments->out, "cameras.json with the gains")->type_name("FILE");
+  parser
+      .add_option("--truth", arguments->truth,
+                  "Synthetic capture whose true gains they are held against")
+      ->type_name("CAPTURE");
   parser.add_flag("--json", arguments->json, "The report for machines");
   const OptionReader options = add_option_flags(parser, calibrate_color_options());
   return [arguments, options] {

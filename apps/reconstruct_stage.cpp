@@ -110,7 +110,7 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
         people = std::move(apart);
       }
     }
-    std::vector<std::vector<PersonPoints>> frames(sequence.frame_ids.size());
+    std::vector<std::vector<PersonPose>> frames(sequence.frame_ids.size());
     for (std::size_t p = 0; p < people.size(); ++p) {
       const Triangulation result =
           triangulate(dataset.cameras, people[p], schema, std::max(sequence.fps, 1.0), options);
@@ -118,16 +118,10 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
         run.say(sequence.name + ": " + to_string(finding));
       }
       for (std::size_t f = 0; f < result.frames.size(); ++f) {
-        PersonPoints person;
-        person.id = static_cast<int>(p);
-        person.points = Keypoints3d::Zero(static_cast<Index>(schema.points.size()), 4);
-        for (std::size_t k = 0; k < schema.points.size(); ++k) {
-          const SpacePoint& point = result.frames[f].points[k];
-          if (point.confidence > 0) {
-            person.points.row(static_cast<Index>(k)) << point.place.transpose(), point.confidence;
-          }
-        }
-        const double there = (person.points.col(3).array() > 0).cast<double>().sum();
+        PersonPose person{static_cast<int>(p), result.frames[f]};
+        const auto there = static_cast<double>(
+            std::count_if(person.pose.points.begin(), person.pose.points.end(),
+                          [](const SpacePoint& point) { return point.confidence > 0; }));
         if (p == 0) {
           wanted += static_cast<double>(schema.points.size());
           found += there;

@@ -86,7 +86,9 @@ int work(const Stage& stage, const StageRequest& request, bool dry_run, StageCon
     std::cout.flush();
     end_by_signal();
   }
-  return kExitDone;
+  // A stage that judges its input and finds errors has done its work, but the input is no good.
+  const auto errors = report.manifest.metrics.find("errors");
+  return errors != report.manifest.metrics.end() && errors->second > 0 ? kExitBadData : kExitDone;
 }
 
 int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) {

@@ -66,9 +66,10 @@ void check_lens(const Camera& camera, std::vector<Finding>& findings) {
 
 /// Where most cameras look: of all pairs the place that most axes pass.
 struct Gaze {
-  Eigen::Vector3d place;
-  std::vector<double> angle;  ///< of each camera off it
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  std::vector<double> angle = {};  ///< of each camera off it
   int agreeing = 0;
+  bool side_by_side = true;  ///< all look the same way, as cameras on a bar do
 };
 
 constexpr double kLooksAt = 35 * kDegrees;
@@ -88,9 +89,12 @@ Gaze gaze_of(const std::vector<Camera>& cameras) {
       const Eigen::Vector3d offset = camera_center(cameras[j]) - camera_center(cameras[i]);
       const double cosine = a.dot(b);
       const double sine2 = 1 - cosine * cosine;
-      if (sine2 < 0.01) {
+      constexpr double kParallel = 0.01;
+      if (sine2 < kParallel) {
+        best.side_by_side = best.side_by_side && cosine > 0;
         continue;
       }
+      best.side_by_side = false;
       const double s = (offset.dot(a) - offset.dot(b) * cosine) / sine2;
       const double t = (offset.dot(a) * cosine - offset.dot(b)) / sine2;
       if (s <= 0 || t <= 0) {
@@ -98,7 +102,7 @@ Gaze gaze_of(const std::vector<Camera>& cameras) {
       }
       const Eigen::Vector3d place =
           0.5 * (camera_center(cameras[i]) + s * a + camera_center(cameras[j]) + t * b);
-      Gaze gaze{place, {}, 0};
+      Gaze gaze{place, {}, 0, false};
       double sum = 0;
       for (const Camera& camera : cameras) {
         gaze.angle.push_back(angle_off(camera, place));
@@ -129,7 +133,7 @@ std::string unit_setting(double distance) {
 void check_gaze(const std::vector<Camera>& cameras, const FileWorld& world,
                 std::vector<Finding>& findings) {
   const Gaze gaze = gaze_of(cameras);
-  if (cameras.size() < 3) {
+  if (cameras.size() < 3 || gaze.side_by_side) {
     return;
   }
   if (gaze.agreeing * 2 <= static_cast<int>(cameras.size())) {
@@ -150,6 +154,7 @@ void check_gaze(const std::vector<Camera>& cameras, const FileWorld& world,
     }
   }
   std::vector<double> distances;
+  distances.reserve(cameras.size());
   for (const Camera& camera : cameras) {
     distances.push_back((camera_center(camera) - gaze.place).norm());
   }

@@ -249,9 +249,9 @@ void judge_mask(const std::string& camera, int frame, const ByteImage& mask, Gat
     gathered.add(Severity::Warning, "mask-empty", camera, frame, "the mask shows nobody",
                  "if somebody is there, make it anew");
   } else if (inside > 0.98) {
-    gathered.add(Severity::Error, "mask-full", camera, frame, "the mask is set nearly everywhere",
-                 "is it a mask? 0 is the background");
-  } else if (rim > 0.8 && inside > 0.4) {
+    gathered.add(Severity::Warning, "mask-full", camera, frame, "the mask is set nearly everywhere",
+                 "is it a mask? 0 is the background; of a view so close it may be");
+  } else if (rim > 0.8 && inside > 0.4 && inside < rim) {  // of a close view the corners are free
     gathered.add(Severity::Error, "mask-inverted", camera, frame,
                  "the mask is set along " + percent(rim) + " of the image's rim",
                  "is it inverted? the person is what is not 0",

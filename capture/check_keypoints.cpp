@@ -11,6 +11,7 @@
 #include "capture/associate_people.h"
 #include "capture/detections.h"
 #include "capture/explain_cameras.h"
+#include "capture/explain_rig.h"
 #include "capture/keypoint_schema.h"
 #include "capture/sentence.h"
 #include "core/median.h"
@@ -152,27 +153,57 @@ void check_sides(const Triangulation& found, const KeypointSchema& schema,
   }
 }
 
+/// Of one side: median lengths over the frames, 0: never found.
+struct Limb {
+  double thigh = 0;
+  double shin = 0;
+  double arm = 0;
+  double fore = 0;
+};
+
+Limb limb_of(const Triangulation& found, const KeypointSchema& schema, const std::string& side) {
+  const auto length = [&](const char* from, const char* to) {
+    return usual_length(found, schema, (side + from).c_str(), (side + to).c_str());
+  };
+  return {length("_hip", "_knee"), length("_knee", "_ankle"), length("_shoulder", "_elbow"),
+          length("_elbow", "_wrist")};
+}
+
+bool is_nobodys(const Limb& limb) {
+  const auto odd = [](double a, double b, double most) {
+    return a > 0 && b > 0 && (a > most * b || b > most * a);
+  };
+  return odd(limb.thigh, limb.shin, 2) || odd(limb.arm, limb.fore, 2) ||
+         (limb.thigh > 0 && limb.shin > 0 && limb.arm > 0 && limb.fore > 0 &&
+          odd(limb.thigh + limb.shin, limb.arm + limb.fore, 2.5));
+}
+
 void check_person(const Triangulation& found, const KeypointSchema& schema, const FileWorld& world,
                   std::vector<Finding>& findings) {
-  const double thigh = usual_length(found, schema, "left_hip", "left_knee");
-  const double shin = usual_length(found, schema, "left_knee", "left_ankle");
-  const double arm = usual_length(found, schema, "left_shoulder", "left_elbow");
-  const double fore = usual_length(found, schema, "left_elbow", "left_wrist");
-  if (thigh <= 0 || shin <= 0) {
-    return;
+  const Limb left = limb_of(found, schema, "left");
+  const Limb right = limb_of(found, schema, "right");
+  // In few frames chance misplaces a joint, but hardly one on either side.
+  constexpr std::size_t kFew = 5;
+  const bool both = is_nobodys(left) && is_nobodys(right);
+  const bool either = is_nobodys(left) || is_nobodys(right);
+  std::vector<double> legs;
+  for (const Limb& limb : {left, right}) {
+    if (limb.thigh > 0 && limb.shin > 0) {
+      legs.push_back(limb.thigh + limb.shin);
+    }
   }
-  const double leg = thigh + shin;
-  const auto odd = [](double ratio, double most) { return ratio > most || ratio < 1 / most; };
-  if (odd(thigh / shin, 2) ||
-      (arm > 0 && fore > 0 && (odd(arm / fore, 2) || odd(leg / (arm + fore), 2.5)))) {
+  const auto no_leg = [](double leg) { return leg < 0.35 || leg > 1.3; };
+  if (found.frames.size() < kFew ? both : either) {
+    const Limb& odd = is_nobodys(left) ? left : right;
     findings.push_back({Severity::Error, "keypoint-order", "",
                         sentence("thigh %.2f, shin %.2f, upper arm %.2f, forearm %.2f m are no "
                                  "person's",
-                                 thigh, shin, arm, fore),
+                                 odd.thigh, odd.shin, odd.arm, odd.fore),
                         "is the order of the keypoints another? --capture.keypoint_schema says"});
-  } else if (leg < 0.35 || leg > 1.3) {
-    findings.push_back({Severity::Error, "person-size", "", sentence("hip to ankle is %.3g m", leg),
-                        "which unit is the calibration in?", unit_setting(leg, world)});
+  } else if (!legs.empty() && std::all_of(legs.begin(), legs.end(), no_leg)) {
+    findings.push_back({Severity::Error, "person-size", "",
+                        sentence("hip to ankle is %.3g m", legs.front()),
+                        "which unit is the calibration in?", unit_setting(legs.front(), world)});
   }
 }
 
@@ -180,7 +211,9 @@ void check_person(const Triangulation& found, const KeypointSchema& schema, cons
 struct Meeting {
   double wanted = 0;
   double met = 0;
-  double unseen = 0;  ///< points that some camera sees, and no second
+  double unseen = 0;     ///< points that some camera sees, and no second
+  double detected = 0;   ///< by the cameras, of what is wanted
+  double supported = 0;  ///< of these: agree
 };
 
 Meeting meeting_of(const Frames& detections, const Triangulation& found, std::size_t points,
@@ -188,14 +221,13 @@ Meeting meeting_of(const Frames& detections, const Triangulation& found, std::si
   Meeting meeting;
   for (std::size_t f = 0; f < found.frames.size(); ++f) {
     for (std::size_t k = 0; k < points; ++k) {
-      int views = 0;
-      for (const Keypoints2d& rows : detections[f]) {
-        views += rows.rows() > 0 && rows(static_cast<Index>(k), 2) > 0.3 ? 1 : 0;
-      }
+      const int views = confident_views(detections[f], k);
       const SpacePoint& point = found.frames[f].points[k];
       meeting.unseen += views > 0 && views < least_views ? 1 : 0;
       if (views >= least_views) {
         meeting.wanted += 1;
+        meeting.detected += views;
+        meeting.supported += point.bridged ? 0 : std::min(point.views, views);
         // Two of many views meet by chance; a person is where half of them do.
         meeting.met += !point.bridged && point.confidence > 0 && 2 * point.views >= views ? 1 : 0;
       }
@@ -208,9 +240,9 @@ void check_half_pixel(const SeenPerson& seen, const Triangulation& found,
                       std::vector<Finding>& findings) {
   const auto common = common_shift(seen, found);
   // Cameras of one height let the points take up a shift down, so that sideways must do.
-  constexpr double kKnown = 0.08;  // px
-  if (!common || common->deviation.x() > kKnown || std::abs(common->shift.x()) < 0.3 ||
-      std::abs(common->shift.x()) > 0.7) {
+  constexpr double kSure = 5;  // deviations
+  if (!common || std::abs(common->shift.x()) < kSure * common->deviation.x() ||
+      std::abs(common->shift.x()) < 0.3 || std::abs(common->shift.x()) > 0.7) {
     return;
   }
   findings.push_back(
@@ -265,10 +297,10 @@ KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& o
   }
   check.found = found;
   // Half of the cameras can agree although all are misread: a circle is symmetric.
-  constexpr double kMostMeet = 0.8;
+  constexpr double kMostAgree = 0.8;
   constexpr double kMet = 0.5;
   const double met = meeting.met / meeting.wanted;
-  if (usual > kWorstError || met < kMostMeet) {
+  if (usual > kWorstError || meeting.supported < kMostAgree * meeting.detected) {
     if (const auto explained = explain_all(seen, options)) {
       std::erase_if(findings, [&](const Finding& f) { return f.code == "keypoints-outside"; });
       findings.push_back(*explained);

@@ -1,211 +1,79 @@
 #include "capture/explain_cameras.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <optional>
 #include <string>
 
-#include "capture/camera_conventions.h"
 #include "capture/camera_readings.h"
-#include "capture/check_cameras.h"
+#include "capture/explain_rig.h"
+#include "capture/refit_pose.h"
 #include "capture/sentence.h"
 #include "core/median.h"
 
 namespace atelier {
 namespace {
 
-constexpr double kFits = 12;         // px of a picture 1000 rows high: no detector is further off
-constexpr double kNowhere = 1000;    // px: of a point that has no place in the picture
-constexpr double kConfident = 0.3;   // of detections that are asked
-constexpr std::size_t kSample = 10;  // frames that a reading of all cameras is tried on
-
-Camera camera_read_as(const Camera& camera, const FileWorld& world, const Reading& reading) {
-  return reading.option == "keypoints"
-             ? camera
-             : in_our_world(read_as(in_file_world(camera, world), reading.option, reading.value),
-                            world);
-}
-
-Keypoints2d rows_read_as(const Keypoints2d& rows, const SeenPerson& seen, const Camera& camera,
-                         const Reading& reading) {
-  return reading.option == "keypoints"
-             ? read_as(rows, keypoint_reading(reading.value, camera.width, camera.height),
-                       *seen.schema, camera.width, camera.height)
-             : rows;
-}
-
-std::string setting_of(std::string_view option, const std::string& camera, std::string_view value) {
-  return "--capture." + std::string(option) + " " + camera + "=" + std::string(value);
-}
-
-/// How well all cameras fit together.
-struct Fit {
-  double error = kNowhere;          ///< px at 1000 rows, median camera
-  double share = 0;                 ///< of the points that two cameras detect, that meet in space
-  std::vector<double> points = {};  ///< px [frames x K]: error of each that met, else negative
-};
-
-Fit fit_of(const SeenPerson& seen, const TriangulationOptions& options) {
-  TriangulationOptions plain = options;
-  plain.swaps = false;
-  plain.bridge = 0;
-  const Triangulation found =
-      triangulate(seen.cameras, seen.detections, *seen.schema, seen.fps, plain);
-  Fit fit;
-  double met = 0;
-  double wanted = 0;
-  for (std::size_t f = 0; f < found.frames.size(); ++f) {
-    for (std::size_t k = 0; k < seen.schema->points.size(); ++k) {
-      int views = 0;
-      for (const Keypoints2d& rows : seen.detections[f]) {
-        views += rows.rows() > 0 && rows(static_cast<Index>(k), 2) > kConfident ? 1 : 0;
-      }
-      if (views >= options.least_views) {
-        wanted += 1;
-        // Two of many views always meet somewhere; a point is one where half of them do.
-        met += 2 * found.frames[f].points[k].views >= views ? 1 : 0;
-      }
-      const SpacePoint& point = found.frames[f].points[k];
-      fit.points.push_back(point.confidence > 0 && !point.bridged ? point.error : -1);
-    }
-  }
-  fit.share = wanted > 0 ? met / wanted : 0;
-  fit.error = median(found.camera_error);
-  return fit;
-}
-
-/// Whether the points' errors are less by more than chance makes them: the mean of the differences
-/// is beyond four of its standard deviations.
-bool surely_less(const std::vector<double>& then, const std::vector<double>& now) {
-  constexpr double kDeviations = 4;
-  constexpr int kFew = 30;
-  double sum = 0;
-  double squares = 0;
-  int count = 0;
-  for (std::size_t i = 0; i < now.size(); ++i) {
-    if (now[i] >= 0 && then[i] >= 0) {
-      const double less = now[i] - then[i];
-      sum += less;
-      squares += less * less;
-      ++count;
-    }
-  }
-  // The sum of differences that are as often for as against deviates by the root of their squares.
-  return count >= kFew && sum > kDeviations * std::sqrt(squares);
-}
-
-SeenPerson some_frames(const SeenPerson& seen) {
-  SeenPerson some = seen;
-  some.frame_ids.clear();
-  some.detections.clear();
-  const std::size_t step = std::max<std::size_t>(1, seen.detections.size() / kSample);
-  for (std::size_t f = 0; f < seen.detections.size(); f += step) {
-    some.frame_ids.push_back(seen.frame_ids[f]);
-    some.detections.push_back(seen.detections[f]);
-  }
-  return some;
-}
-
-SeenPerson all_read_as(const SeenPerson& seen, const Reading& reading) {
-  SeenPerson meant = seen;
-  for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
-    meant.cameras[c] = camera_read_as(seen.cameras[c], seen.file_world, reading);
-    for (auto& frame : meant.detections) {
-      frame[c] = rows_read_as(frame[c], seen, seen.cameras[c], reading);
-    }
-  }
-  return meant;
-}
-
-/// Intrinsics of half the size and detections of twice the size make the same rays: the one that
-/// leaves the principal point near the middle is meant.
-bool loses_centre(const Camera& before, const Camera& after) {
-  const auto off = [](const Camera& camera) {
-    return std::max(std::abs(camera.cx / camera.width - 0.5),
-                    std::abs(camera.cy / camera.height - 0.5));
-  };
-  constexpr double kFar = 0.2;
-  return off(after) > kFar && off(before) <= kFar;
-}
-
-/// Cameras apart from each other that look at one place, with lenses that there are: some wrong
-/// readings make rays meet by putting all cameras into one.
-bool is_stage(const std::vector<Camera>& cameras) {
-  const std::vector<Finding> findings = check_cameras(cameras);
-  return std::none_of(findings.begin(), findings.end(), [](const Finding& finding) {
-    return finding.code == "camera-twins" || finding.code == "camera-focal" ||
-           finding.code == "cameras-apart";
-  });
-}
-
-Finding finding_of_all(const Reading& reading, const Fit& now, const Fit& then) {
-  std::string what(reading.what);
-  what.replace(0, 3, "each camera's");  // "its ..."
-  return {Severity::Error,
-          std::string(reading.code),
-          "",
-          what + sentence(": %.0f%% of the keypoints meet in space with %.1f px of error, then "
-                          "%.0f%% with %.1f",
-                          100 * now.share, now.error, 100 * then.share, then.error),
-          "read all cameras so, or write the files anew",
-          setting_of(reading.option, "all", reading.value)};
-}
+constexpr double kNowhere = 1000;  // px: of a point that has no place in the picture
+/// Times the usual error of a camera whose detections fit: one that counts less is held against
+/// points that the others alone made, and fits them less well than those do.
+constexpr double kFitsAlone = 2.5;
 
 struct Window {
   int begin = 0;
   int end = 0;
 };
 
-/// Errors, px at 1000 rows, of a camera's detections in one frame against the person of another.
-void append_errors(const Camera& camera, const Keypoints2d& rows, const SpacePose& pose,
-                   std::vector<double>& errors) {
-  for (Index k = 0; k < rows.rows(); ++k) {
-    const SpacePoint& point = pose.points[static_cast<std::size_t>(k)];
-    if (rows(k, 2) < kConfident || point.confidence <= 0 || point.bridged) {
-      continue;
-    }
-    const auto pixel = project(camera, point.place);
-    errors.push_back(pixel ? (*pixel - rows.row(k).head<2>().transpose()).norm() * 1000 /
-                                 camera.height
-                           : kNowhere);
-  }
-}
-
-/// Median error of a camera's detections against the person `shift` frames later, over frames
-/// begin <= f < end, or a hundred of them. 0: too little was seen.
-double error_of(const Camera& camera, const SeenPerson& seen, std::size_t c,
-                const Triangulation& found, const Window& window, int shift = 0,
-                const Reading* reading = nullptr) {
-  constexpr int kEnough = 100;
-  std::vector<double> errors;
+/// Errors, px at 1000 rows, of a camera's detections in a window against the person `shift` frames
+/// later, [frames x K]; negative: not known.
+std::vector<double> point_errors(const Camera& camera, const SeenPerson& seen, std::size_t c,
+                                 const Triangulation& found, const Window& window, int shift = 0,
+                                 const Reading* reading = nullptr) {
+  constexpr int kEnough = 100;  // frames
   const int step = std::max(1, (window.end - window.begin) / kEnough);
+  const std::size_t points = seen.schema->points.size();
+  std::vector<double> errors;
   for (int f = std::max(window.begin, 0); f < window.end; f += step) {
+    errors.resize(errors.size() + points, -1);
     const int then = f + shift;
     if (then < 0 || then >= static_cast<int>(found.frames.size())) {
       continue;
     }
-    const Keypoints2d& rows = seen.detections[static_cast<std::size_t>(f)][c];
-    append_errors(camera, reading == nullptr ? rows : rows_read_as(rows, seen, camera, *reading),
-                  found.frames[static_cast<std::size_t>(then)], errors);
+    const SpacePose& pose = found.frames[static_cast<std::size_t>(then)];
+    const Keypoints2d& as_read = seen.detections[static_cast<std::size_t>(f)][c];
+    const Keypoints2d rows =
+        reading == nullptr ? as_read : rows_read_as(as_read, seen, camera, *reading);
+    for (Index k = 0; k < rows.rows(); ++k) {
+      const SpacePoint& point = pose.points[static_cast<std::size_t>(k)];
+      if (rows(k, 2) < kConfidentDetection || point.confidence <= 0 || point.bridged) {
+        continue;
+      }
+      const auto pixel = project(camera, point.place);
+      errors[errors.size() - points + static_cast<std::size_t>(k)] =
+          pixel
+              ? std::min((*pixel - rows.row(k).head<2>().transpose()).norm() * 1000 / camera.height,
+                         kNowhere)
+              : kNowhere;
+    }
   }
-  constexpr std::size_t kFew = 30;
-  return errors.size() < kFew ? 0 : median(std::move(errors));
+  return errors;
+}
+
+/// Of those that are known; 0: too few.
+double median_error(std::vector<double> errors, std::size_t few = 30) {
+  std::erase_if(errors, [](double error) { return error < 0; });
+  return errors.size() < few ? 0 : median(std::move(errors));
 }
 
 /// Median error of each frame against the person `shift` frames later; negative: too little seen.
 std::vector<double> frame_errors(const SeenPerson& seen, std::size_t c, const Triangulation& found,
                                  int shift) {
-  std::vector<double> all(found.frames.size(), -1);
-  for (std::size_t f = 0; f < all.size(); ++f) {
-    const int then = static_cast<int>(f) + shift;
-    if (then >= 0 && then < static_cast<int>(all.size())) {
-      std::vector<double> errors;
-      append_errors(seen.cameras[c], seen.detections[f][c],
-                    found.frames[static_cast<std::size_t>(then)], errors);
-      constexpr std::size_t kFew = 5;
-      all[f] = errors.size() < kFew ? -1 : median(std::move(errors));
-    }
+  constexpr std::size_t kFew = 5;
+  std::vector<double> all;
+  for (int f = 0; f < static_cast<int>(found.frames.size()); ++f) {
+    const double error =
+        median_error(point_errors(seen.cameras[c], seen, c, found, {f, f + 1}, shift), kFew);
+    all.push_back(error > 0 ? error : -1);
   }
   return all;
 }
@@ -224,11 +92,13 @@ Step best_step(const SeenPerson& seen, std::size_t c, const Triangulation& found
   // The same frames for every shift, where there are enough of them.
   const Window inner{std::max(window.begin, longest), std::min(window.end, frames - longest)};
   const Window& used = inner.end - inner.begin >= 5 ? inner : window;
+  const std::vector<double> now = point_errors(seen.cameras[c], seen, c, found, used);
   Step best;
-  best.now = best.then = error_of(seen.cameras[c], seen, c, found, used);
+  best.now = best.then = median_error(now);
   for (int shift = -longest; shift <= longest; ++shift) {
-    const double error = error_of(seen.cameras[c], seen, c, found, used, shift);
-    if (error > 0 && error < best.then) {
+    const std::vector<double> then = point_errors(seen.cameras[c], seen, c, found, used, shift);
+    const double error = median_error(then);
+    if (error > 0 && error < best.then && surely_less(then, now)) {
       best.then = error;
       best.frames = shift;
     }
@@ -251,7 +121,7 @@ std::optional<Finding> explain_time(const SeenPerson& seen, std::size_t c,
   const Step first = best_step(seen, c, found, {0, frames / 2});
   const Step last = best_step(seen, c, found, {frames / 2, frames});
   // A step explains a camera only if it then fits as well as the others.
-  const double fits = std::max(1.6 * usual, 1.0);
+  const double fits = std::max(kFitsAlone * usual, 1.0);
   if (all.frames != 0 && first.frames == last.frames && all.then < fits) {
     return Finding{
         Severity::Error,
@@ -291,6 +161,28 @@ std::optional<Finding> explain_time(const SeenPerson& seen, std::size_t c,
   return std::nullopt;
 }
 
+/// Whether from another pose a camera would see the person of a window where it found it, within an
+/// error.
+bool fits_elsewhere(const SeenPerson& seen, std::size_t c, const Triangulation& found,
+                    const Window& window, double error) {
+  std::vector<Sighting> sightings;
+  for (int f = window.begin; f < window.end; ++f) {
+    const Keypoints2d& rows = seen.detections[static_cast<std::size_t>(f)][c];
+    for (Index k = 0; k < rows.rows(); ++k) {
+      const SpacePoint& point =
+          found.frames[static_cast<std::size_t>(f)].points[static_cast<std::size_t>(k)];
+      if (rows(k, 2) >= kConfidentDetection && point.confidence > 0 && !point.bridged) {
+        sightings.push_back({point.place, rows.row(k).head<2>().transpose()});
+      }
+    }
+  }
+  const Camera moved = refit_pose(seen.cameras[c], sightings);
+  const std::vector<double> now = point_errors(seen.cameras[c], seen, c, found, window);
+  const std::vector<double> then = point_errors(moved, seen, c, found, window);
+  const double left = median_error(then);
+  return left > 0 && left < error && surely_less(then, now);
+}
+
 std::optional<Finding> explain_move(const SeenPerson& seen, std::size_t c,
                                     const Triangulation& found, double usual) {
   const auto frames = static_cast<int>(found.frames.size());
@@ -308,14 +200,19 @@ std::optional<Finding> explain_move(const SeenPerson& seen, std::size_t c,
   for (int split = kLeast; split + kLeast <= frames; ++split) {
     const double a = part(0, split);
     const double b = part(split, frames);
-    if (a > 0 && b > 0 && std::min(a, b) < 1.5 * usual && std::max(a, b) / std::min(a, b) > most) {
+    if (a > 0 && b > 0 && std::min(a, b) < kFitsAlone * usual &&
+        std::max(a, b) / std::min(a, b) > most) {
       most = std::max(a, b) / std::min(a, b);
       best = split;
       before = a;
       after = b;
     }
   }
-  if (best == 0) {
+  // Errors change from frame to frame for other reasons too: of a camera that was moved, another
+  // pose explains the part that does not fit as well as the first explains the other.
+  const Window part_off = before > after ? Window{0, best} : Window{best, frames};
+  if (best == 0 ||
+      !fits_elsewhere(seen, c, found, part_off, 1.6 * std::max(std::min(before, after), usual))) {
     return std::nullopt;
   }
   const std::string& id = seen.cameras[c].id;
@@ -338,11 +235,13 @@ Explanation explain_calibration(const SeenPerson& seen, std::size_t c, const Tri
                                 double now, double usual) {
   const Window all{0, static_cast<int>(found.frames.size())};
   const std::string& id = seen.cameras[c].id;
+  const std::vector<double> as_read = point_errors(seen.cameras[c], seen, c, found, all);
   Explanation best;
-  const auto offer = [&](double error, Finding finding) {
+  const auto offer = [&](const std::vector<double>& errors, Finding finding) {
+    const double error = median_error(errors);
     // What is asked first is likelier, and wins where it is about as good.
-    if (error > 0 && error < 0.5 * now && error < std::max(2.5 * usual, 1.0) &&
-        error < 0.9 * best.error) {
+    if (error > 0 && error < 0.5 * now && error < std::max(kFitsAlone * usual, 1.0) &&
+        error < 0.9 * best.error && surely_less(errors, as_read)) {
       finding.what += sentence(" (error %.1f px, then %.1f)", std::min(now, 999.0), error);
       best = {error, std::move(finding)};
     }
@@ -352,13 +251,13 @@ Explanation explain_calibration(const SeenPerson& seen, std::size_t c, const Tri
     if (loses_centre(seen.cameras[c], camera)) {
       continue;
     }
-    offer(error_of(camera, seen, c, found, all, 0, &reading),
+    offer(point_errors(camera, seen, c, found, all, 0, &reading),
           {Severity::Error, std::string(reading.code), id, std::string(reading.what),
            "read it so, or write its file anew", setting_of(reading.option, id, reading.value)});
   }
   for (std::size_t d = 0; d < seen.cameras.size(); ++d) {
     if (d != c) {
-      offer(error_of(seen.cameras[d], seen, c, found, all),
+      offer(point_errors(seen.cameras[d], seen, c, found, all),
             {Severity::Error, "camera-mislabelled", id,
              "its pictures are those of the calibration of " + seen.cameras[d].id,
              "give it that calibration, or rename its folder",
@@ -370,57 +269,11 @@ Explanation explain_calibration(const SeenPerson& seen, std::size_t c, const Tri
 
 }  // namespace
 
-std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOptions& options) {
-  const SeenPerson some = some_frames(seen);
-  const Fit now = fit_of(some, options);
-  std::optional<Finding> best;
-  Fit least;
-  least.share = 0;
-  for (const Reading& reading : all_readings()) {
-    if (reading.alone) {
-      continue;
-    }
-    const SeenPerson meant = all_read_as(some, reading);
-    if (!is_stage(meant.cameras) || loses_centre(some.cameras[0], meant.cameras[0])) {
-      continue;
-    }
-    const Fit fit = fit_of(meant, options);
-    constexpr double kMeet = 0.8;
-    constexpr double kMore = 0.1;
-    const bool better = fit.share > least.share + 0.03 ||
-                        (fit.share > least.share - 0.03 && fit.error < 0.9 * least.error);
-    if (fit.share > kMeet && fit.share > now.share + kMore && fit.error < kFits && better) {
-      least = fit;
-      best = finding_of_all(reading, now, fit);
-    }
-  }
-  return best;
-}
-
-std::optional<Finding> explain_distortion(const SeenPerson& seen,
-                                          const TriangulationOptions& options) {
-  const SeenPerson some = some_frames(seen);
-  const Fit now = fit_of(some, options);
-  std::optional<Finding> best;
-  constexpr double kBetter = 0.93;
-  double least = kBetter * now.error;
-  for (const Reading& reading : all_readings()) {
-    if (reading.option == "distortion") {
-      const Fit fit = fit_of(all_read_as(some, reading), options);
-      if (fit.error < least && fit.share >= now.share && surely_less(fit.points, now.points)) {
-        least = fit.error;
-        best = finding_of_all(reading, now, fit);
-      }
-    }
-  }
-  return best;
-}
-
 std::vector<Finding> explain_cameras(const SeenPerson& seen, const Triangulation& found) {
   const Window all{0, static_cast<int>(found.frames.size())};
   std::vector<double> errors;
   for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
-    errors.push_back(error_of(seen.cameras[c], seen, c, found, all));
+    errors.push_back(median_error(point_errors(seen.cameras[c], seen, c, found, all)));
   }
   std::vector<double> known = errors;
   std::erase(known, 0.0);
@@ -460,70 +313,6 @@ std::vector<Finding> explain_cameras(const SeenPerson& seen, const Triangulation
     }
   }
   return findings;
-}
-
-std::optional<CommonShift> common_shift(const SeenPerson& seen, const Triangulation& found) {
-  // Detection = projection + J dX + s: dX is eliminated point by point (Schur complement), s is
-  // what all have in common. Far detections are left out.
-  Eigen::Matrix2d matrix = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d vector = Eigen::Vector2d::Zero();
-  double squares = 0;
-  int count = 0;
-  for (std::size_t f = 0; f < found.frames.size(); ++f) {
-    for (std::size_t k = 0; k < found.frames[f].points.size(); ++k) {
-      const SpacePoint& point = found.frames[f].points[k];
-      if (point.confidence <= 0 || point.bridged || point.views < 3) {
-        continue;
-      }
-      Eigen::Matrix3d points = Eigen::Matrix3d::Zero();
-      Eigen::Matrix<double, 2, 3> mixed = Eigen::Matrix<double, 2, 3>::Zero();
-      Eigen::Vector3d right = Eigen::Vector3d::Zero();
-      Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-      int views = 0;
-      for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
-        const Keypoints2d& rows = seen.detections[f][c];
-        const auto row = static_cast<Index>(k);
-        if (rows.rows() == 0 || rows(row, 2) < kConfident) {
-          continue;
-        }
-        const auto pixel = project(seen.cameras[c], point.place);
-        const auto jacobian = project_jacobian(seen.cameras[c], point.place);
-        if (!pixel || !jacobian) {
-          continue;
-        }
-        const Eigen::Vector2d off = rows.row(row).head<2>().transpose() - *pixel;
-        constexpr double kFar = 10;
-        if (off.norm() * 1000 / seen.cameras[c].height > kFar) {
-          continue;
-        }
-        points += jacobian->transpose() * *jacobian;
-        mixed += *jacobian;
-        right += jacobian->transpose() * off;
-        sum += off;
-        squares += off.squaredNorm();
-        ++views;
-      }
-      if (views < 3) {
-        continue;
-      }
-      const Eigen::Matrix3d inverse = points.inverse();
-      matrix += views * Eigen::Matrix2d::Identity() - mixed * inverse * mixed.transpose();
-      vector += sum - mixed * inverse * right;
-      count += views;
-    }
-  }
-  constexpr int kFew = 200;
-  if (count < kFew) {
-    return std::nullopt;
-  }
-  const Eigen::Matrix2d inverse = matrix.inverse();
-  if (!inverse.allFinite()) {
-    return std::nullopt;
-  }
-  CommonShift common;
-  common.shift = inverse * vector;
-  common.deviation = (inverse.diagonal().cwiseMax(0) * (squares / (2.0 * count))).cwiseSqrt();
-  return common;
 }
 
 }  // namespace atelier

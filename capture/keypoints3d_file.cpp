@@ -29,6 +29,13 @@ Keypoints3d points_of(const JsonPlace& place, const std::vector<double>& values,
   return points;
 }
 
+nlohmann::ordered_json entry_of(int id) {
+  nlohmann::ordered_json entry;
+  entry["id"] = id;
+  entry["keypoints3d"] = nlohmann::ordered_json::array();
+  return entry;
+}
+
 }  // namespace
 
 std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::string& file,
@@ -64,14 +71,33 @@ std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::st
 std::string keypoints3d_json(const std::vector<PersonPoints>& people) {
   nlohmann::ordered_json root = nlohmann::ordered_json::array();
   for (const PersonPoints& person : people) {
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    nlohmann::ordered_json entry = entry_of(person.id);
     for (Index i = 0; i < person.points.rows(); ++i) {
-      rows.push_back(
+      entry["keypoints3d"].push_back(
           {person.points(i, 0), person.points(i, 1), person.points(i, 2), person.points(i, 3)});
     }
-    nlohmann::ordered_json entry;
-    entry["id"] = person.id;
-    entry["keypoints3d"] = rows;
+    root.push_back(entry);
+  }
+  return root.dump() + "\n";
+}
+
+std::string keypoints3d_json(const std::vector<PersonPose>& people) {
+  nlohmann::ordered_json root = nlohmann::ordered_json::array();
+  for (const PersonPose& person : people) {
+    nlohmann::ordered_json entry = entry_of(person.id);
+    entry["bridged"] = nlohmann::ordered_json::array();
+    entry["deviations"] = nlohmann::ordered_json::array();
+    for (std::size_t k = 0; k < person.pose.points.size(); ++k) {
+      const SpacePoint& point = person.pose.points[k];
+      const bool found = point.confidence > 0;
+      const Eigen::Vector3d place = found ? point.place : Eigen::Vector3d::Zero();
+      entry["keypoints3d"].push_back(
+          {place.x(), place.y(), place.z(), found ? point.confidence : 0.0});
+      entry["deviations"].push_back(found ? std::sqrt(point.covariance.trace() / 3) : 0.0);
+      if (found && point.bridged) {
+        entry["bridged"].push_back(k);
+      }
+    }
     root.push_back(entry);
   }
   return root.dump() + "\n";

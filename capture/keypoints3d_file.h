@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "capture/keypoints2d.h"
+#include "capture/triangulation.h"
 #include "core/limits.h"
 
 namespace atelier {
@@ -19,5 +20,16 @@ std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::st
 
 /// EasyMocap's form.
 std::string keypoints3d_json(const std::vector<PersonPoints>& people);
+
+/// One person as `triangulate` gives it.
+struct PersonPose {
+  int id = -1;
+  SpacePose pose;
+};
+
+/// The same form with two lists more for each person: `bridged`, the numbers of the points that no
+/// view saw, and `deviations`, m, of each point (the root of the mean of its variances; 0 where it
+/// was not found).
+std::string keypoints3d_json(const std::vector<PersonPose>& people);
 
 }  // namespace atelier

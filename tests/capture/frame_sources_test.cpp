@@ -1,6 +1,8 @@
 // Where pictures come from: folders, zips, videos; keypoints and labels of every kind.
 
+#include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include <gtest/gtest.h>
 
@@ -15,6 +17,7 @@
 #include "capture/video_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/io/json.h"
 #include "core/io/zip_archive.h"
 #include "core/render/video.h"
 #include "tests/capture/small_capture.h"
@@ -144,7 +147,8 @@ TEST(Keypoints, PointsInSpaceReadBackInTheirWorld) {
   person.id = 4;
   person.points = Keypoints3d::Zero(2, 4);
   person.points.row(0) << 0.1, 0.2, 1.7, 0.9;
-  const std::vector<PersonPoints> back = parse_keypoints3d(keypoints3d_json({person}));
+  const std::vector<PersonPoints> back =
+      parse_keypoints3d(keypoints3d_json(std::vector<PersonPoints>{person}));
   ASSERT_EQ(back.size(), 1U);
   EXPECT_EQ(back[0].id, 4);
   EXPECT_EQ(back[0].points, person.points);
@@ -154,12 +158,37 @@ TEST(Keypoints, PointsInSpaceReadBackInTheirWorld) {
   const fs::path out =
       write_layout(folder / "capture", "easymocap", folder / "out").folders.front();
   make_private_directory(out / "keypoints3d");
-  write_file_atomically(out / "keypoints3d/000000.json", keypoints3d_json({person}));
+  write_file_atomically(out / "keypoints3d/000000.json",
+                        keypoints3d_json(std::vector<PersonPoints>{person}));
   FrameReader reader(open_dataset(out));
   ASSERT_EQ(reader.keypoints3d(0).size(), 1U);
   EXPECT_TRUE(reader.keypoints3d(0)[0].points.row(0).isApprox(
       Eigen::RowVector4d(0.1, 1.7, -0.2, 0.9), 1e-12));
   EXPECT_TRUE(reader.keypoints3d(1).empty());
+}
+
+TEST(Keypoints, PointsInSpaceSayHowSureTheyAreAndWhichWereBridged) {
+  PersonPose person;
+  person.id = 1;
+  person.pose.points.resize(3);
+  person.pose.points[0].place = {0.1, 0.2, 0.3};
+  person.pose.points[0].confidence = 0.9;
+  person.pose.points[0].covariance = Eigen::Vector3d(1e-4, 1e-4, 4e-4).asDiagonal();
+  person.pose.points[1].place = {7, 7, 7};  // not found
+  person.pose.points[2].place = {0.4, 0.5, 0.6};
+  person.pose.points[2].confidence = 0.05;
+  person.pose.points[2].covariance = 0.0025 * Eigen::Matrix3d::Identity();
+  person.pose.points[2].bridged = true;
+  const std::string text = keypoints3d_json(std::vector<PersonPose>{person});
+  const nlohmann::json root = parse_json(text);
+  EXPECT_EQ(root[0]["bridged"], nlohmann::json({2}));
+  EXPECT_NEAR(root[0]["deviations"][0].get<double>(), std::sqrt(2e-4), 1e-12);
+  EXPECT_EQ(root[0]["deviations"][1], 0.0);
+  EXPECT_NEAR(root[0]["deviations"][2].get<double>(), 0.05, 1e-12);
+  const std::vector<PersonPoints> back = parse_keypoints3d(text);
+  ASSERT_EQ(back.size(), 1U);
+  EXPECT_TRUE(back[0].points.row(1).isZero(0));
+  EXPECT_EQ(back[0].points.row(2), Eigen::RowVector4d(0.4, 0.5, 0.6, 0.05));
 }
 
 TEST(Labels, EveryTaxonomyBecomesOurs) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/finding.h"
 #include "tests/capture/seeded_capture.h"
 
 namespace atelier::testing {
@@ -30,5 +31,19 @@ struct SeededDefect {
 std::vector<SeededDefect> calibration_defects();
 std::vector<SeededDefect> picture_defects();
 std::vector<SeededDefect> detection_defects();
+std::vector<SeededDefect> all_defects();
+
+/// The capture with the defect in it, on disk.
+void write_spoiled(const SeededDefect& defect, Spoiled spoiled);
+
+/// What validate says of a capture under a setting ("--capture.sync cam2=3"), or none.
+std::vector<Finding> findings_of(const std::filesystem::path& folder,
+                                 const std::string& setting = "");
+
+/// Whether a finding is the one that the defect is to have.
+bool names(const Finding& finding, const SeededDefect& defect);
+
+/// An error in one camera that is said of another.
+bool blames_another(const Finding& finding, const SeededDefect& defect);
 
 }  // namespace atelier::testing

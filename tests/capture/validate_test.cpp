@@ -12,6 +12,9 @@
 #include "capture/check_keypoints.h"
 #include "capture/detector.h"
 #include "capture/label_taxonomy.h"
+#include "capture/refit_pose.h"
+#include "capture/seen_person.h"
+#include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/random.h"
 #include "tests/capture/circle_of_cameras.h"
@@ -120,6 +123,67 @@ INSTANTIATE_TEST_SUITE_P(
                        c[0].distortion_model = Distortion::Brown;
                        c[0].distortion = {-3};
                      }}));
+
+TEST(CheckCameras, CamerasSideBySideOnABarAreNotApart) {
+  std::vector<Camera> bar = stage(4);
+  for (std::size_t c = 0; c < bar.size(); ++c) {
+    const Eigen::Vector3d centre(0.3 * static_cast<double>(c), 1.2, 3);
+    bar[c].camera_from_world_rotation = bar[0].camera_from_world_rotation;
+    bar[c].camera_from_world_translation = -bar[c].camera_from_world_rotation * centre;
+  }
+  EXPECT_THAT(codes(check_cameras(bar)), IsEmpty());
+}
+
+TEST(RefitPose, FindsWhereACameraStandsAmongWildPixels) {
+  const Camera truth = stage(8)[2];
+  Random random{4, 0, 0};
+  std::vector<Sighting> sightings;
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector3d place(uniform(random, -0.5, 0.5), uniform(random, 0.2, 1.8),
+                                uniform(random, -0.5, 0.5));
+    const bool wild = i % 6 == 0;
+    const double noise = wild ? 200 : 0;
+    sightings.push_back(
+        {place, *project(truth, place) + noise * Eigen::Vector2d(normal(random), normal(random))});
+  }
+  Camera off = truth;
+  off.camera_from_world_rotation = Eigen::AngleAxisd(0.08, Eigen::Vector3d(1, 2, -1).normalized()) *
+                                   off.camera_from_world_rotation;
+  off.camera_from_world_translation += Eigen::Vector3d(0.1, -0.2, 0.1);
+  const Camera found = refit_pose(off, sightings);
+  EXPECT_LT((camera_center(found) - camera_center(truth)).norm(), 0.01);
+  EXPECT_LT((found.camera_from_world_rotation - truth.camera_from_world_rotation).norm(), 0.005);
+}
+
+TEST(RefitPose, LeavesACameraAloneThatSeesTooLittle) {
+  const Camera camera = stage(8)[0];
+  const Eigen::Vector3d behind = 2 * camera_center(camera);
+  for (const std::vector<Sighting>& little :
+       {std::vector<Sighting>{}, std::vector<Sighting>(5, {{0, 1, 0}, {3, 4}}),
+        std::vector<Sighting>(9, {behind, {3, 4}})}) {
+    const Camera found = refit_pose(camera, little);
+    EXPECT_EQ(found.camera_from_world_rotation, camera.camera_from_world_rotation);
+    EXPECT_EQ(found.camera_from_world_translation, camera.camera_from_world_translation);
+  }
+}
+
+TEST(SurelyLess, IsMoreThanChance) {
+  Random random{6, 0, 0};
+  std::vector<double> now;
+  std::vector<double> as_good;
+  std::vector<double> better;
+  for (int i = 0; i < 200; ++i) {
+    now.push_back(std::abs(normal(random)));
+    as_good.push_back(std::abs(normal(random)));
+    better.push_back(0.6 * std::abs(normal(random)));
+  }
+  EXPECT_FALSE(surely_less(as_good, now));
+  EXPECT_TRUE(surely_less(better, now));
+  better.resize(19);
+  now.resize(19);
+  EXPECT_FALSE(surely_less(better, now));  // of too few
+  EXPECT_THROW(surely_less(better, as_good), LogicError);
+}
 
 /// Pictures of noise and masks of a box, on disk, and a data set that lists them.
 class CheckFrames : public ::testing::Test {
@@ -243,6 +307,17 @@ TEST_F(CheckFrames, EmptyFullAndInvertedMasks) {
   EXPECT_TRUE(has(found, "mask-empty", "cam0 frame 1"));
   EXPECT_TRUE(has(found, "mask-full", "cam1 frame 1"));
   EXPECT_TRUE(has(found, "mask-inverted", "cam2 frame 1"));
+}
+
+TEST_F(CheckFrames, TheMaskOfAPersonWhoFillsThePictureIsNotInverted) {
+  ByteImage close(40, 50, 1, 255);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 6; ++x) {
+      close.at(x, y) = close.at(39 - x, y) = 0;
+    }
+  }
+  put_mask(0, 1, close);
+  EXPECT_THAT(codes(findings()), IsEmpty());
 }
 
 TEST_F(CheckFrames, ManyOfACameraAreSaidOnce) {

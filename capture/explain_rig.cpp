@@ -1,0 +1,256 @@
+#include "capture/explain_rig.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "capture/camera_readings.h"
+#include "capture/check_cameras.h"
+#include "capture/sentence.h"
+#include "core/median.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kFits = 12;         // px of a picture 1000 rows high: no detector is further off
+constexpr double kNowhere = 1000;    // px: of a point that has no place in the picture
+constexpr std::size_t kSample = 10;  // frames that a reading of all cameras is tried on
+
+/// How well all cameras fit together.
+struct Fit {
+  double error = kNowhere;               ///< px at 1000 rows, median camera
+  double share = 0;                      ///< of the detections, that support a point in space
+  std::vector<double> unsupported = {};  ///< [frames x K]: share that does not, negative: unseen
+  std::vector<double> points = {};       ///< px [frames x K]: error of each point, else negative
+};
+
+Fit fit_of(const SeenPerson& seen, const TriangulationOptions& options) {
+  TriangulationOptions plain = options;
+  plain.swaps = false;
+  plain.bridge = 0;
+  const Triangulation found =
+      triangulate(seen.cameras, seen.detections, *seen.schema, seen.fps, plain);
+  Fit fit;
+  double supporting = 0;
+  double asked = 0;
+  for (std::size_t f = 0; f < found.frames.size(); ++f) {
+    for (std::size_t k = 0; k < seen.schema->points.size(); ++k) {
+      const SpacePoint& point = found.frames[f].points[k];
+      fit.points.push_back(point.confidence > 0 && !point.bridged ? point.error : -1);
+      const int views = confident_views(seen.detections[f], k);
+      if (views < options.least_views) {
+        fit.unsupported.push_back(-1);
+        continue;
+      }
+      // Two of many views always meet somewhere: what counts is how many do.
+      const int agree = std::min(point.views, views);
+      fit.unsupported.push_back(1 - static_cast<double>(agree) / views);
+      supporting += agree;
+      asked += views;
+    }
+  }
+  fit.share = asked > 0 ? supporting / asked : 0;
+  fit.error = median(found.camera_error);
+  return fit;
+}
+
+SeenPerson some_frames(const SeenPerson& seen) {
+  SeenPerson some = seen;
+  some.frame_ids.clear();
+  some.detections.clear();
+  const std::size_t step = std::max<std::size_t>(1, seen.detections.size() / kSample);
+  for (std::size_t f = 0; f < seen.detections.size(); f += step) {
+    some.frame_ids.push_back(seen.frame_ids[f]);
+    some.detections.push_back(seen.detections[f]);
+  }
+  return some;
+}
+
+SeenPerson all_read_as(const SeenPerson& seen, const Reading& reading) {
+  SeenPerson meant = seen;
+  for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
+    meant.cameras[c] = camera_read_as(seen.cameras[c], seen.file_world, reading);
+    for (auto& frame : meant.detections) {
+      frame[c] = rows_read_as(frame[c], seen, seen.cameras[c], reading);
+    }
+  }
+  return meant;
+}
+
+/// Cameras apart from each other that look at one place, with lenses that there are: some wrong
+/// readings make rays meet by putting all cameras into one.
+bool is_stage(const std::vector<Camera>& cameras) {
+  const std::vector<Finding> findings = check_cameras(cameras);
+  return std::none_of(findings.begin(), findings.end(), [](const Finding& finding) {
+    return finding.code == "camera-twins" || finding.code == "camera-focal" ||
+           finding.code == "cameras-apart";
+  });
+}
+
+Finding finding_of_all(const Reading& reading, const Fit& now, const Fit& then) {
+  std::string what(reading.what);
+  what.replace(0, 3, "each camera's");  // "its ..."
+  return {Severity::Error,
+          std::string(reading.code),
+          "",
+          what + sentence(": %.0f%% of the detections agree, with %.1f px of error, then "
+                          "%.0f%% with %.1f",
+                          100 * now.share, now.error, 100 * then.share, then.error),
+          "read all cameras so, or write the files anew",
+          setting_of(reading.option, "all", reading.value)};
+}
+
+}  // namespace
+
+bool loses_centre(const Camera& before, const Camera& after) {
+  const auto off = [](const Camera& camera) {
+    return std::max(std::abs(camera.cx / camera.width - 0.5),
+                    std::abs(camera.cy / camera.height - 0.5));
+  };
+  constexpr double kFar = 0.2;
+  return off(after) > kFar && off(before) <= kFar;
+}
+
+std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOptions& options) {
+  const SeenPerson some = some_frames(seen);
+  const Fit now = fit_of(some, options);
+  std::optional<Finding> best;
+  Fit least;
+  least.share = 0;
+  for (const Reading& reading : all_readings()) {
+    if (reading.alone) {
+      continue;
+    }
+    const SeenPerson meant = all_read_as(some, reading);
+    if (!is_stage(meant.cameras) || loses_centre(some.cameras[0], meant.cameras[0])) {
+      continue;
+    }
+    const Fit fit = fit_of(meant, options);
+    constexpr double kMeet = 0.8;
+    constexpr double kMore = 0.1;
+    const bool better = fit.share > least.share + 0.03 ||
+                        (fit.share > least.share - 0.03 && fit.error < 0.9 * least.error);
+    if (fit.share > kMeet && fit.share > now.share + kMore && fit.error < kFits && better &&
+        surely_less(fit.unsupported, now.unsupported)) {
+      least = fit;
+      best = finding_of_all(reading, now, fit);
+    }
+  }
+  return best;
+}
+
+std::optional<Finding> explain_distortion(const SeenPerson& seen,
+                                          const TriangulationOptions& options) {
+  const SeenPerson some = some_frames(seen);
+  const Fit now = fit_of(some, options);
+  const Reading straight{"distortion", "none", "", ""};
+  const Fit none = fit_of(all_read_as(some, straight), options);
+  std::optional<Finding> best;
+  constexpr double kBetter = 0.93;
+  double least = kBetter * now.error;
+  for (const Reading& reading : all_readings()) {
+    if (reading.option != "distortion") {
+      continue;
+    }
+    const Fit fit = fit_of(all_read_as(some, reading), options);
+    // Numbers that are read rightly are better than no numbers: else what is less wrong by less
+    // distortion would do.
+    const bool earned = reading.value == straight.value ||
+                        (fit.error < none.error && surely_less(fit.points, none.points));
+    if (fit.error < least && fit.share >= now.share && surely_less(fit.points, now.points) &&
+        earned) {
+      least = fit.error;
+      best = finding_of_all(reading, now, fit);
+    }
+  }
+  return best;
+}
+
+std::optional<CommonShift> common_shift(const SeenPerson& seen, const Triangulation& found) {
+  // Detection = projection + J dX + s: dX is eliminated point by point (Schur complement), s is
+  // what all have in common. Far detections are left out.
+  struct Sums {
+    Eigen::Matrix2d matrix = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d vector = Eigen::Vector2d::Zero();
+  };
+  std::vector<Sums> of_camera(seen.cameras.size());
+  int count = 0;
+  struct View {
+    std::size_t camera;
+    Eigen::Matrix<double, 2, 3> jacobian;
+    Eigen::Vector2d off;
+  };
+  for (std::size_t f = 0; f < found.frames.size(); ++f) {
+    for (std::size_t k = 0; k < found.frames[f].points.size(); ++k) {
+      const SpacePoint& point = found.frames[f].points[k];
+      if (point.confidence <= 0 || point.bridged || point.views < 3) {
+        continue;
+      }
+      std::vector<View> views;
+      for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
+        const Keypoints2d& rows = seen.detections[f][c];
+        const auto row = static_cast<Index>(k);
+        if (rows.rows() == 0 || rows(row, 2) < kConfidentDetection) {
+          continue;
+        }
+        const auto pixel = project(seen.cameras[c], point.place);
+        const auto jacobian = project_jacobian(seen.cameras[c], point.place);
+        if (!pixel || !jacobian) {
+          continue;
+        }
+        const Eigen::Vector2d off = rows.row(row).head<2>().transpose() - *pixel;
+        constexpr double kFar = 10;
+        if (off.norm() * 1000 / seen.cameras[c].height <= kFar) {
+          views.push_back({c, *jacobian, off});
+        }
+      }
+      if (views.size() < 3) {
+        continue;
+      }
+      Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+      Eigen::Matrix<double, 3, 2> mixed = Eigen::Matrix<double, 3, 2>::Zero();
+      Eigen::Vector3d right = Eigen::Vector3d::Zero();
+      for (const View& view : views) {
+        normal += view.jacobian.transpose() * view.jacobian;
+        mixed += view.jacobian.transpose();
+        right += view.jacobian.transpose() * view.off;
+      }
+      const Eigen::Matrix3d inverse = normal.inverse();
+      for (const View& view : views) {
+        Sums& sums = of_camera[view.camera];
+        sums.matrix += Eigen::Matrix2d::Identity() - view.jacobian * inverse * mixed;
+        sums.vector += view.off - view.jacobian * inverse * right;
+      }
+      count += static_cast<int>(views.size());
+    }
+  }
+  Sums all;
+  int cameras = 0;
+  for (const Sums& sums : of_camera) {
+    all.matrix += sums.matrix;
+    all.vector += sums.vector;
+    cameras += sums.matrix.trace() > 0 ? 1 : 0;
+  }
+  constexpr int kFew = 200;
+  constexpr int kFewCameras = 6;
+  const Eigen::Matrix2d inverse = all.matrix.inverse();
+  if (count < kFew || cameras < kFewCameras || !inverse.allFinite()) {
+    return std::nullopt;
+  }
+  CommonShift common;
+  common.shift = inverse * all.vector;
+  // Each calibration is a little off by itself: what counts is how much the cameras differ, not how
+  // many points each has (the sandwich of errors that are alike within a camera).
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (const Sums& sums : of_camera) {
+    const Eigen::Vector2d left = sums.vector - sums.matrix * common.shift;
+    scatter += left * left.transpose();
+  }
+  const Eigen::Matrix2d covariance =
+      inverse * scatter * inverse.transpose() * (cameras / (cameras - 1.0));
+  common.deviation = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  return common;
+}
+
+}  // namespace atelier

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+
+#include "capture/seen_person.h"
+#include "capture/triangulation.h"
+#include "core/finding.h"
+
+namespace atelier {
+
+/// The reading (camera_readings.h) under which all cameras fit together, where they do not as they
+/// were read: triangulates some frames under each. Nothing if none makes them fit.
+/// O(readings x cameras^3).
+std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOptions& options);
+
+/// The reading under which all cameras fit clearly better although they fit as they are: an order
+/// or a scale of distortion that bends the rim alone.
+std::optional<Finding> explain_distortion(const SeenPerson& seen,
+                                          const TriangulationOptions& options);
+
+/// Pixels by which all detections lie off all calibrations together, and how well that is known
+/// (standard deviation): of all that the points in space cannot take up. Half a pixel is the
+/// difference of the two conventions of where pixels begin. The deviation is that between cameras,
+/// so that calibrations that are off by themselves tell nothing. Of six cameras and more.
+struct CommonShift {
+  Eigen::Vector2d shift = Eigen::Vector2d::Zero();      ///< px
+  Eigen::Vector2d deviation = Eigen::Vector2d::Zero();  ///< px
+};
+std::optional<CommonShift> common_shift(const SeenPerson& seen, const Triangulation& found);
+
+/// Intrinsics of half the size and detections of twice the size make the same rays: the reading
+/// that leaves the principal point near the middle is meant; whether one does not.
+bool loses_centre(const Camera& before, const Camera& after);
+
+}  // namespace atelier

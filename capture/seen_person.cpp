@@ -1,0 +1,55 @@
+#include "capture/seen_person.h"
+
+#include <cmath>
+
+#include "capture/camera_conventions.h"
+#include "core/error.h"
+
+namespace atelier {
+
+int confident_views(const std::vector<Keypoints2d>& cameras, std::size_t point) {
+  int views = 0;
+  for (const Keypoints2d& rows : cameras) {
+    views += rows.rows() > 0 && rows(static_cast<Index>(point), 2) > kConfidentDetection ? 1 : 0;
+  }
+  return views;
+}
+
+Camera camera_read_as(const Camera& camera, const FileWorld& world, const Reading& reading) {
+  return reading.option == "keypoints"
+             ? camera
+             : in_our_world(read_as(in_file_world(camera, world), reading.option, reading.value),
+                            world);
+}
+
+Keypoints2d rows_read_as(const Keypoints2d& rows, const SeenPerson& seen, const Camera& camera,
+                         const Reading& reading) {
+  return reading.option == "keypoints"
+             ? read_as(rows, keypoint_reading(reading.value, camera.width, camera.height),
+                       *seen.schema, camera.width, camera.height)
+             : rows;
+}
+
+std::string setting_of(std::string_view option, const std::string& camera, std::string_view value) {
+  return "--capture." + std::string(option) + " " + camera + "=" + std::string(value);
+}
+
+bool surely_less(const std::vector<double>& then, const std::vector<double>& now) {
+  ATELIER_CHECK(then.size() == now.size(), "errors of the same detections");
+  constexpr double kDeviations = 4;
+  constexpr int kFew = 20;
+  double sum = 0;
+  double squares = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    if (now[i] >= 0 && then[i] >= 0) {
+      const double less = now[i] - then[i];
+      sum += less;
+      squares += less * less;
+      ++count;
+    }
+  }
+  return count >= kFew && sum > kDeviations * std::sqrt(squares);
+}
+
+}  // namespace atelier
