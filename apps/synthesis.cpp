@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kSynthesisVersion = 3;  // raised whenever the same options give other bytes
+constexpr int kSynthesisVersion = 4;  // raised whenever the same options give other bytes
 
 std::string key_of(SynthesisOptions options) {
   return "{\"synthesis\":" + std::to_string(kSynthesisVersion) +

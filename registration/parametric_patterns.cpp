@@ -263,9 +263,9 @@ Skirt add_skirt(SewingPattern& pattern, const TailorMeasures& m, const SkirtOpti
   return skirt;
 }
 
-// A leg whose outer side is +x; y = 0 at the hem, x = 0 on the leg's axis.
+// A leg whose outer side is +x; y = 0 at the hem, x = 0 on the leg's axis, the crotch at `fork`.
 Panel leg_panel(const std::string& name, const TailorMeasures& m, const TrousersOptions& options,
-                bool back) {
+                bool back, double fork) {
   const double hip = (m.hip_girth + options.ease) / 4;
   const double waist = (m.waist_girth + options.ease) / 4;
   const double extension = (back ? 0.11 : 0.05) * m.hip_girth / 1.0;  // of the crotch
@@ -278,7 +278,7 @@ Panel leg_panel(const std::string& name, const TailorMeasures& m, const Trousers
                         {half_hem, 0},
                         {center + waist + 0.01, top},
                         {center + 0.01, top},
-                        {center - extension, m.inseam}});
+                        {center - extension, fork}});
   panel.edges = loop_of_edges(kLegEdges);
   panel.edges[LegHem].name = "hem";
   panel.edges[LegWaist].name = "waist";
@@ -288,6 +288,22 @@ Panel leg_panel(const std::string& name, const TailorMeasures& m, const Trousers
   panel.edges[CenterSeam].controls = {{center, seat - 0.02}, {center, m.inseam + 0.01}};
   panel.edges[Inseam].controls = {{-half_hem - 0.01, 0.6 * m.inseam}};
   return panel;
+}
+
+// The height of the back's crotch at which its inseam, which reaches further, is as long as the
+// front's: tailors lower it so.
+double back_fork(const TailorMeasures& m, const TrousersOptions& options) {
+  const auto inseam = [&](bool back, double fork) {
+    return edge_length(leg_panel("leg", m, options, back, fork), Inseam);
+  };
+  const double front = inseam(false, m.inseam);
+  double low = 0.5 * m.inseam;
+  double high = m.inseam;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    (inseam(true, middle) < front ? low : high) = middle;
+  }
+  return (low + high) / 2;
 }
 
 Panel mirror(Panel panel) {
@@ -377,11 +393,12 @@ SewingPattern trousers_pattern(const TailorMeasures& m, const TrousersOptions& o
   ATELIER_CHECK(m.hip_girth > 0.4 && m.waist_girth > 0.3, "trousers without width");
   SewingPattern pattern;
   pattern.name = "trousers";
+  const double fork = back_fork(m, options);
   int panels[2][2];  // [left, right][front, back]
   for (const bool left : {true, false}) {
     for (const bool back : {false, true}) {
       const std::string name = std::string(left ? "left " : "right ") + (back ? "back" : "front");
-      Panel panel = leg_panel(name, m, options, back);
+      Panel panel = leg_panel(name, m, options, back, back ? fork : m.inseam);
       // The outer side is +x of a left front panel and of a right back panel.
       if (left == back) {
         panel = mirror(panel);

@@ -36,11 +36,41 @@ std::map<std::pair<int, int>, int> segment_counts(const SewingPattern& pattern,
   return counts;
 }
 
+double length_of(const Points2& line) {
+  const Index last = line.rows() - 1;
+  return (line.bottomRows(last) - line.topRows(last)).rowwise().norm().sum();
+}
+
+// Chords are shorter than their curve: points between the ends are moved off its inner side until
+// the line is as long, so that a curved edge fits a straighter one at every edge length.
+Points2 as_long_as(double length, const Points2& chords) {
+  const Index inner = chords.rows() - 2;
+  if (inner < 1 || length_of(chords) >= length) {
+    return chords;
+  }
+  const Points2 bends =
+      chords.topRows(inner) + chords.bottomRows(inner) - 2 * chords.middleRows(1, inner);
+  const auto moved = [&](double share) {
+    Points2 line = chords;
+    line.middleRows(1, inner) -= share * bends;
+    return line;
+  };
+  // A circle's points need 1/12 of their bends, the first and last a little more.
+  double low = 0;
+  double high = 0.5;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = (low + high) / 2;
+    (length_of(moved(middle)) < length ? low : high) = middle;
+  }
+  return moved(low);
+}
+
 Points2 sampled_outline(const Panel& panel, int panel_idx,
                         const std::map<std::pair<int, int>, int>& counts) {
   std::vector<Eigen::Vector2d> points;
   for (int edge = 0; edge < static_cast<int>(panel.edges.size()); ++edge) {
-    const Points2 samples = sample_edge(panel, edge, counts.at({panel_idx, edge}));
+    const Points2 samples = as_long_as(edge_length(panel, edge),
+                                       sample_edge(panel, edge, counts.at({panel_idx, edge})));
     for (Index i = 0; i + 1 < samples.rows(); ++i) {
       points.emplace_back(samples.row(i).transpose());
     }
