@@ -216,18 +216,18 @@ struct Meeting {
   double supported = 0;  ///< of these: agree
 };
 
-Meeting meeting_of(const Frames& detections, const Triangulation& found, std::size_t points,
-                   int least_views) {
+Meeting meeting_of(const SeenPerson& seen, const Triangulation& found,
+                   const TriangulationOptions& options) {
   Meeting meeting;
   for (std::size_t f = 0; f < found.frames.size(); ++f) {
-    for (std::size_t k = 0; k < points; ++k) {
-      const int views = confident_views(detections[f], k);
+    for (std::size_t k = 0; k < seen.schema->points.size(); ++k) {
+      const int views = confident_views(seen.detections[f], k);
       const SpacePoint& point = found.frames[f].points[k];
-      meeting.unseen += views > 0 && views < least_views ? 1 : 0;
-      if (views >= least_views) {
+      meeting.unseen += views > 0 && views < options.least_views ? 1 : 0;
+      if (views >= options.least_views) {
         meeting.wanted += 1;
         meeting.detected += views;
-        meeting.supported += point.bridged ? 0 : std::min(point.views, views);
+        meeting.supported += point.bridged ? 0 : agreeing_views(seen, f, k, point, options.inlier);
         // Two of many views meet by chance; a person is where half of them do.
         meeting.met += !point.bridged && point.confidence > 0 && 2 * point.views >= views ? 1 : 0;
       }
@@ -289,8 +289,7 @@ KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& o
   Triangulation found = triangulate(seen.cameras, seen.detections, *seen.schema, seen.fps, options);
   std::vector<double> errors = found.camera_error;
   const double usual = median(std::move(errors));
-  const Meeting meeting =
-      meeting_of(seen.detections, found, seen.schema->points.size(), options.least_views);
+  const Meeting meeting = meeting_of(seen, found, options);
   constexpr double kFew = 20;
   if (meeting.wanted < kFew) {
     return check;

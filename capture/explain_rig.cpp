@@ -44,7 +44,7 @@ Fit fit_of(const SeenPerson& seen, const TriangulationOptions& options) {
         continue;
       }
       // Two of many views always meet somewhere: what counts is how many do.
-      const int agree = std::min(point.views, views);
+      const int agree = agreeing_views(seen, f, k, point, options.inlier);
       fit.unsupported.push_back(1 - static_cast<double>(agree) / views);
       supporting += agree;
       asked += views;
@@ -102,6 +102,24 @@ Finding finding_of_all(const Reading& reading, const Fit& now, const Fit& then) 
 }
 
 }  // namespace
+
+int agreeing_views(const SeenPerson& seen, std::size_t frame, std::size_t point,
+                   const SpacePoint& place, double most) {
+  int agreeing = 0;
+  const auto row = static_cast<Index>(point);
+  for (std::size_t c = 0; c < seen.cameras.size() && place.confidence > 0; ++c) {
+    const Keypoints2d& rows = seen.detections[frame][c];
+    if (rows.rows() == 0 || rows(row, 2) <= kConfidentDetection) {
+      continue;
+    }
+    const auto pixel = project(seen.cameras[c], place.place);
+    agreeing += pixel && (*pixel - rows.row(row).head<2>().transpose()).norm() * 1000 <=
+                             most * seen.cameras[c].height
+                    ? 1
+                    : 0;
+  }
+  return agreeing;
+}
 
 bool loses_centre(const Camera& before, const Camera& after) {
   const auto off = [](const Camera& camera) {

@@ -28,6 +28,11 @@ struct CommonShift {
 };
 std::optional<CommonShift> common_shift(const SeenPerson& seen, const Triangulation& found);
 
+/// Cameras whose confident detections of a point lie within `most` px (of a picture 1000 rows high)
+/// of its place: unlike SpacePoint::views, of a camera that counts less too. 0 of none.
+int agreeing_views(const SeenPerson& seen, std::size_t frame, std::size_t point,
+                   const SpacePoint& place, double most);
+
 /// Intrinsics of half the size and detections of twice the size make the same rays: the reading
 /// that leaves the principal point near the middle is meant; whether one does not.
 bool loses_centre(const Camera& before, const Camera& after);

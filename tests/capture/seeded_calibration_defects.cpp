@@ -78,6 +78,8 @@ std::vector<SeededDefect> calibration_defects() {
        "--capture.extrinsics all=inverse", 0, of_all<invert>},
       {"one rotation transposed", "extrinsic-transposed", "cam5",
        "--capture.extrinsics cam5=transposed", 2, of_one<5, transpose>},
+      {"every rotation transposed", "extrinsic-transposed", "",
+       "--capture.extrinsics all=transposed", 2, of_all<transpose>},
       {"a camera's position in place of its translation", "extrinsic-position", "cam1",
        "--capture.extrinsics cam1=position", 1, of_one<1, place_for_translation>},
       {"every position in place of a translation", "extrinsic-position", "",
