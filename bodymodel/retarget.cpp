@@ -50,7 +50,7 @@ Eigen::Matrix3d followed_turn(const Follow& follow, const JointFrames& now,
     const std::size_t j = static_cast<std::size_t>(joint);
     return now.rotations[j] * reference.rotations[j].transpose();
   };
-  const Eigen::Matrix3d a = turn(follow.a);
+  Eigen::Matrix3d a = turn(follow.a);
   if (follow.share <= 0 || follow.b == follow.a) {
     return a;
   }
