@@ -202,6 +202,7 @@ CaptureTruth truth_of(const Performance& performance, const SynthesisOptions& op
                    {"weight_jitter", options.subject.weight_jitter},
                    {"simulation_rate", simulation_rate(options)},
                    {"simulation_substeps", static_cast<double>(options.outfit.substeps)},
+                   {"contact_thickness", performance.outfit.solver.thickness},
                    {"exposure", options.sensor.exposure},
                    {"seed", static_cast<double>(options.seed)}};
   truth.texts = {{"subject", performance.subject.description},
