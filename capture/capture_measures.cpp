@@ -121,7 +121,7 @@ double seam_mismatch(const CaptureTruth& truth) {
 /// True if the surface overlaps itself within `room` of a point.
 bool overlaps_near(const WindingTree& tree, const Eigen::Vector3d& point, double room) {
   for (int k = 0; k < 27 && room > 0; ++k) {
-    const Eigen::Vector3d way(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+    const Eigen::Vector3d way = Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1).cast<double>();
     for (int part = 1; part <= 4 && k != 13; ++part) {
       if (winding_number(tree, point + room * part / 4 * way.normalized()) > 1.5) {
         return true;
