@@ -45,6 +45,7 @@ Points2 rows(std::initializer_list<Vector2> points) {
 
 std::vector<PanelEdge> loop_of_edges(int count) {
   std::vector<PanelEdge> edges;
+  edges.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     edges.push_back({i, (i + 1) % count, {}, ""});
   }
