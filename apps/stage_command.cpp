@@ -161,9 +161,12 @@ Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) 
   parser.add_option("INPUT", request.input, "File or folder to read")
       ->check(empty_problem, "")
       ->required();
-  parser.add_option("WORKSPACE", request.workspace, "Folder of results; made if it is missing")
-      ->check(empty_problem, "")
-      ->required();
+  CLI::Option* workspace =
+      parser.add_option("WORKSPACE", request.workspace, "Folder of results; made if it is missing")
+          ->check(empty_problem, "");
+  if (alone == nullptr) {
+    workspace->required();
+  }
   parser.add_option("--jobs", request.jobs, "Frames worked on at once; 0: as many as processors")
       ->check(jobs_problem)
       ->type_name("N");

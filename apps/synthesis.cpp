@@ -19,6 +19,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "core/limits.h"
+#include "core/new_folders.h"
 #include "core/store/file_lock.h"
 
 namespace atelier {
@@ -269,17 +270,20 @@ void make_folders(const Work& work, const std::vector<Camera>& cameras,
 bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
                         const SynthesisEvents& events) {
   const Work work{folder, folder / ".unfinished"};
+  const NewFolders made(folder);
   make_private_directory(folder);
-  const auto lock = FileLock::try_lock(folder / ".lock", FileLock::Mode::Exclusive);
+  const fs::path lock_file = folder / ".lock";
+  const auto lock = FileLock::try_lock(lock_file, FileLock::Mode::Exclusive);
   if (!lock) {
     throw EnvironmentError(folder.string(), "another run is making this capture");
   }
-  check_free(work, key_of(options));
-  if (fs::exists(folder / "capture.toml")) {
-    events.say("this capture is whole already");
-    return true;
-  }
   try {
+    check_free(work, key_of(options));
+    if (fs::exists(folder / "capture.toml")) {
+      events.say("this capture is whole already");
+      fs::remove(lock_file);
+      return true;
+    }
     const SynthesisStage stage = options.body_sequence.empty() ? played(work, options, events)
                                                                : taken_from_files(work, options);
     events.say("performed " + counted(options.frames + options.minimal_frames, "frame"));
@@ -310,9 +314,17 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
     write_file_atomically(folder / "cameras.json", cameras_json(stage.written));
     fs::remove_all(work.hidden);
     write_file_atomically(folder / "capture.toml", capture_toml(info_of(options, stage.truth)));
+    fs::remove(lock_file);
     sync_directory(folder);
   } catch (const Stopped&) {
     return false;
+  } catch (const std::exception&) {
+    // What was refused before anything was made leaves nothing.
+    if (!fs::exists(folder / "synthesis.json") || fs::exists(folder / "capture.toml")) {
+      fs::remove(lock_file);
+      made.remove_empty();
+    }
+    throw;
   }
   return true;
 }

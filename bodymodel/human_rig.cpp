@@ -309,20 +309,6 @@ Skeleton human_skeleton(const HumanAnatomy& anatomy) {
   return s;
 }
 
-std::vector<int> mirrored_joints(const Skeleton& skeleton) {
-  std::vector<int> mirror(skeleton.names.size());
-  for (std::size_t i = 0; i < mirror.size(); ++i) {
-    std::string name = skeleton.names[i];
-    mirror[i] = static_cast<int>(i);
-    if (name.rfind("left_", 0) == 0) {
-      mirror[i] = find_joint(skeleton, "right_" + name.substr(5));
-    } else if (name.rfind("right_", 0) == 0) {
-      mirror[i] = find_joint(skeleton, "left_" + name.substr(6));
-    }
-  }
-  return mirror;
-}
-
 SkinWeights human_weights(const HumanTemplate& body) {
   const HumanField field = human_field(human_anatomy({}));
   const std::size_t half = body.points.size();

@@ -20,7 +20,4 @@ SkinWeights human_weights(const HumanTemplate& body);
 std::vector<PoseCorrective> human_correctives(const Skeleton& skeleton, const SkinWeights& skin,
                                               const Points& rest);
 
-/// Index of the mirror image of each joint.
-std::vector<int> mirrored_joints(const Skeleton& skeleton);
-
 }  // namespace atelier

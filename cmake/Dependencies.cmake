@@ -89,9 +89,6 @@ if(spdlog_FOUND)
 endif()
 
 find_package(embree 3 QUIET)
-if(embree_FOUND AND TARGET embree)
-  # The package's own target is already called embree.
-endif()
 
 # Found by its header: CGAL's own package file changes compiler flags.
 find_path(CGAL_INCLUDE CGAL/version.h)

@@ -515,12 +515,4 @@ Cloth join_cloths(const std::vector<Cloth>& cloths, const ScheduleOptions& sched
   return out;
 }
 
-std::vector<double> rest_vertex_areas(const Cloth& cloth) {
-  std::vector<double> out(cloth.mass.size());
-  for (std::size_t v = 0; v < out.size(); ++v) {
-    out[v] = cloth.material.density > 0 ? cloth.mass[v] / cloth.material.density : 0;
-  }
-  return out;
-}
-
 }  // namespace atelier

@@ -107,7 +107,4 @@ Cloth join_cloths(const std::vector<Cloth>& cloths, const ScheduleOptions& sched
 /// Recomputes the schedule after constraints were changed by hand.
 void rebuild_schedule(Cloth& cloth, const ScheduleOptions& options = {});
 
-/// Area of each face in the rest state [m2] and of each vertex (a third of its faces').
-std::vector<double> rest_vertex_areas(const Cloth& cloth);
-
 }  // namespace atelier

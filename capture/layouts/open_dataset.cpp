@@ -413,6 +413,10 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   if (!fs::exists(path)) {
     throw DataError(path.string(), "", "nothing is there", "a folder of a capture");
   }
+  if (fs::exists(path / "synthesis.json") && !fs::exists(path / "capture.toml")) {
+    throw DataError(path.string(), "", "a synthetic capture that was interrupted",
+                    "a finished one: run the same synthesize command again");
+  }
   const Choice choice = choose(path, options);
   Dataset dataset = choice.layout->read(path, options, limits);
   if (dataset.root.empty()) {

@@ -22,10 +22,6 @@ const std::vector<std::string>& layout_names() {
   return names;
 }
 
-std::string layout_summary(const std::string& layout) {
-  return find_layout(layout).summary;
-}
-
 LayoutReport write_layout(const Dataset& dataset, const std::string& layout, const fs::path& out) {
   const Layout& target = find_layout(layout);
   if (!dataset.calibrated && layout != "images") {

@@ -19,10 +19,6 @@ struct LayoutReport {
 /// Every layout that is read and written: "native", "easymocap", "colmap", ...
 const std::vector<std::string>& layout_names();
 
-/// One line on a layout: "COLMAP, text: sparse/0/cameras.txt, images.txt". Throws LogicError for a
-/// name that is none.
-std::string layout_summary(const std::string& layout);
-
 /// Writes a capture in another layout, a folder for each sequence under `out` (new); the native
 /// layout, which holds several sequences, is `out` itself. Units, axes, pixel origins and
 /// distortion orders are those of the layout (docs/formats.md). Pictures keep their bytes (hard

@@ -304,10 +304,6 @@ const JsonPlace& GltfBuffers::accessor(const JsonPlace& place) const {
   return accessors_[static_cast<std::size_t>(place.integer(0, std::ssize(accessors_) - 1))];
 }
 
-std::int64_t GltfBuffers::count_of(const JsonPlace& place) const {
-  return accessor(place).at("count").integer(0, kMost);
-}
-
 void GltfBuffers::pay(const JsonPlace& accessor, std::int64_t count, std::int64_t components) {
   if (count > budget_ / components) {
     accessor.fail(std::to_string(count) + " elements, too many for the bytes of the buffers",

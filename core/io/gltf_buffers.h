@@ -50,9 +50,6 @@ class GltfBuffers {
   Eigen::MatrixXi read_integers(const JsonPlace& place, std::string_view type,
                                 std::int64_t max_count);
 
-  /// Number of rows of the accessor that `place` is the index of.
-  std::int64_t count_of(const JsonPlace& place) const;
-
  private:
   struct View {
     std::span<const std::byte> bytes;

@@ -436,6 +436,17 @@ TEST_F(Synthesize, RefusesAFolderOfOtherOptionsOrOtherThings) {
   EXPECT_EQ(full.exit_code, 2);
   EXPECT_THAT(full.err, HasSubstr("letter.txt"));
   EXPECT_TRUE(fs::exists(folder_->path() / "full" / "letter.txt"));
+  EXPECT_FALSE(fs::exists(folder_->path() / "full" / ".lock"));
+  EXPECT_FALSE(fs::exists(capture() / ".lock"));
+}
+
+TEST_F(Synthesize, AnInterruptedCaptureIsNoCapture) {
+  const fs::path half = folder_->path() / "half";
+  fs::copy(capture(), half, fs::copy_options::recursive);
+  fs::remove(half / "capture.toml");
+  const ChildResult opened = run_child({ATELIER_PROGRAM, "validate", half.string()});
+  EXPECT_EQ(opened.exit_code, 3);
+  EXPECT_THAT(opened.err, HasSubstr("interrupted"));
 }
 
 TEST(SynthesizeRefuses, ImpossibleOptions) {
@@ -444,7 +455,7 @@ TEST(SynthesizeRefuses, ImpossibleOptions) {
     const ChildResult result = run_child(small(folder.path() / "out", std::move(more)));
     EXPECT_EQ(result.exit_code, code) << result.err;
     EXPECT_THAT(result.err, HasSubstr(words));
-    EXPECT_FALSE(fs::exists(folder.path() / "out" / "capture.toml"));
+    EXPECT_FALSE(fs::exists(folder.path() / "out"));
   };
   refused({"--frames", "0", "--minimal_frames", "0"}, 2, "nothing to take");
   refused({"--dome.cameras", "1"}, 2, "dome.cameras");
