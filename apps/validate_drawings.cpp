@@ -492,14 +492,19 @@ std::string contact_sheet_html(FrameReader& reader, const KeypointCheck& keypoin
         }
       }
     }
-    html += "<figure class=\"view\">" +
-            text(
-                "<svg viewBox=\"0 0 %d %d\" xmlns=\"http://www.w3.org/2000/svg\">"
-                "<rect width=\"100%%\" height=\"100%%\" fill=\"#444\"/>\n",
-                std::max(camera.width, 1), std::max(camera.height, 1)) +
-            picture + marks + "</svg><figcaption style=\"color:" + colour_of(camera.id, findings) +
-            "\">" + html_text(camera.id) + (picture.empty() ? " (no picture)" : "") +
-            "</figcaption></figure>\n";
+    html += "<figure class=\"view\">";
+    html += text(
+        "<svg viewBox=\"0 0 %d %d\" xmlns=\"http://www.w3.org/2000/svg\">"
+        "<rect width=\"100%%\" height=\"100%%\" fill=\"#444\"/>\n",
+        std::max(camera.width, 1), std::max(camera.height, 1));
+    html += picture;
+    html += marks;
+    html += "</svg><figcaption style=\"color:";
+    html += colour_of(camera.id, findings);
+    html += "\">";
+    html += html_text(camera.id);
+    html += picture.empty() ? " (no picture)" : "";
+    html += "</figcaption></figure>\n";
   }
   return html;
 }
