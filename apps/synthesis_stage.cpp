@@ -200,13 +200,15 @@ Image mean_of(const std::vector<Image>& images) {
   return mean;
 }
 
-PreparedScene prepared(const Scene& scene, const SynthesisOptions& options) {
+PreparedScene prepared(const Scene& scene, const SynthesisStage& stage,
+                       const SynthesisOptions& options) {
   PrepareOptions prepare_options;
   prepare_options.ambient = Ambient::PerVertex;
   prepare_options.vertex_samples = 96;
   prepare_options.ground_reach = kStudioFloor;
+  prepare_options.ground_shadow_rays = 128;
   prepare_options.seed = options.seed;
-  return prepare_with_bounce(scene, prepare_options);
+  return prepare_with_bounce(scene, prepare_options, {}, stage.textures);
 }
 
 }  // namespace
@@ -255,6 +257,10 @@ SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layer
     stage.cloths.push_back(cloth_look(with_stitching(cloth, mesh, metres), fabric.kind));
   }
   stage.truth = std::move(truth);
+  std::vector<Look> looks = stage.layers;
+  looks.push_back(stage.skin);
+  looks.insert(looks.end(), stage.cloths.begin(), stage.cloths.end());
+  stage.textures = prepare_textures(looks);
   return stage;
 }
 
@@ -292,7 +298,7 @@ StageInstant instant_of(const SynthesisStage& stage, const PerformedFrame& frame
 
 void photograph_plates(const fs::path& folder, const SynthesisStage& stage,
                        const SynthesisOptions& options) {
-  const PreparedScene scene = prepared(stage.surroundings, options);
+  const PreparedScene scene = prepared(stage.surroundings, stage, options);
   RenderOptions rays;
   rays.samples = options.samples;
   rays.penumbra_samples = 2;
@@ -325,11 +331,11 @@ bool photograph_instant(const fs::path& folder, const SynthesisStage& stage,
     return true;
   }
   const StageInstant instant = instant_of(stage, frame);
-  const PreparedScene scene = prepared(scene_of(instant), options);
+  const PreparedScene scene = prepared(scene_of(instant), stage, options);
   std::vector<PreparedScene> shutter;
   for (int i = 0; options.shutter > 0 && i < options.shutter_samples; ++i) {
     const double shift = options.shutter * ((i + 0.5) / options.shutter_samples - 0.5);
-    shutter.push_back(prepared(scene_of(instant_of(stage, frame, shift)), options));
+    shutter.push_back(prepared(scene_of(instant_of(stage, frame, shift)), stage, options));
   }
   const TriangleTree body = build_tree(frame.truth.body, stage.truth.body.faces);
   const KeypointSchema& schema = keypoint_schema(options.keypoints);

@@ -18,6 +18,7 @@ struct SynthesisStage {
   std::vector<Look> layers;
   std::vector<Label> layer_labels;
   std::vector<Look> cloths;
+  PreparedTextures textures;  ///< of all these looks
   Scene surroundings;
 };
 

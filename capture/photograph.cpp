@@ -46,24 +46,9 @@ Photograph photograph(const StageInstant& instant, const PreparedScene& prepared
                       const Camera& camera, const RenderOptions& options) {
   Photograph result;
   result.light = render(prepared, camera, options);
-  result.maps = surface_maps(prepared, camera);
+  // Surroundings are background, also for depth.
+  result.maps = surface_maps(prepared, camera, instant.layers.size());
   result.labels = label_image(instant, result.maps);
-  const auto layers = static_cast<int>(instant.layers.size());
-  for (std::size_t p = 0; p < result.maps.mesh.data.size(); ++p) {
-    if (result.maps.mesh.data[p] < layers) {
-      continue;
-    }
-    // Surroundings are background, also for depth.
-    result.maps.mesh.data[p] = -1;
-    result.maps.face.data[p] = -1;
-    result.maps.depth.data[p] = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      result.maps.barycentric.data[3 * p + c] = 0;
-      result.maps.position.data[3 * p + c] = 0;
-      result.maps.normal.data[3 * p + c] = 0;
-    }
-    result.maps.uv.data[2 * p] = result.maps.uv.data[2 * p + 1] = 0;
-  }
   return result;
 }
 

@@ -213,14 +213,14 @@ std::vector<Vec3f> smoothed(const PreparedMesh& mesh, const std::vector<Vec3f>& 
 }  // namespace
 
 PreparedScene prepare_with_bounce(const Scene& scene, const PrepareOptions& options,
-                                  const BounceOptions& bounce) {
+                                  const BounceOptions& bounce, const PreparedTextures& textures) {
   ATELIER_CHECK(options.ambient == Ambient::PerVertex, "a bounce needs Ambient::PerVertex");
   ATELIER_CHECK(bounce.rays >= 1 && bounce.rays <= 65536, "rays must lie in [1, 65536]");
   ATELIER_CHECK(bounce.light_rays >= 1 && bounce.light_rays <= 256,
                 "light_rays must lie in [1, 256]");
   ATELIER_CHECK(bounce.smoothings >= 0 && bounce.smoothings <= 100,
                 "smoothings must lie in [0, 100]");
-  const std::shared_ptr<PreparedScene::Data> data = prepared_data(scene, options);
+  const std::shared_ptr<PreparedScene::Data> data = prepared_data(scene, options, textures);
   std::vector<std::vector<Vec3f>> normals;
   for (const PreparedMesh& mesh : data->meshes) {
     normals.push_back(normals_of(mesh));

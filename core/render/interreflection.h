@@ -21,6 +21,7 @@ struct BounceOptions {
 /// of range. O(vertices x (rays + lights x light_rays)) rays; the same bytes on any number of
 /// threads.
 PreparedScene prepare_with_bounce(const Scene& scene, const PrepareOptions& options,
-                                  const BounceOptions& bounce = {});
+                                  const BounceOptions& bounce = {},
+                                  const PreparedTextures& textures = {});
 
 }  // namespace atelier

@@ -26,6 +26,10 @@ OptionTable describe(PrepareOptions& options) {
             "environment rays per vertex and side; more where soft shading looks blotchy");
   table.add("ground_reach", options.ground_reach, 0, 1000, "m",
             "half side of the square in which the ground's occlusion is resolved; 0: all of it");
+  table.add("ground_shadow_rays", options.ground_shadow_rays, 0, 1024, "",
+            "rays to each area light from points of a seamless ground; 0: from every pixel");
+  table.add("ground_shadow_reach", options.ground_shadow_reach, 1, 50, "m",
+            "half side of the square in which these points lie");
   table.add("seed", options.seed, 0, 9e15, "", "of the random numbers");
   return table;
 }

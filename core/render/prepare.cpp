@@ -5,13 +5,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "core/render/gather_ground_shadows.h"
 #include "core/render/reflectance.h"
 
 namespace atelier {
@@ -93,6 +93,15 @@ Bounds bounds_of(const std::vector<PreparedMesh>& meshes) {
   return b;
 }
 
+std::shared_ptr<const MipPyramid> filtered_texture(PreparedTextures::Data& known,
+                                                   const std::shared_ptr<const Image>& source) {
+  PreparedTextures::Data::Texture& texture = known.textures[source.get()];
+  if (!texture.pyramid) {
+    texture = {source, std::make_shared<const MipPyramid>(mip_pyramid(*source))};
+  }
+  return texture.pyramid;
+}
+
 std::uint32_t stream_seed(std::int64_t seed, std::uint64_t stream, std::uint64_t counter) {
   return random_words(static_cast<std::uint64_t>(seed), stream, counter).word[0];
 }
@@ -171,6 +180,14 @@ void gather_ground(PreparedScene::Data& scene, const Bounds& bounds,
   });
 }
 
+// True if no light reaches below the ground: then its form factor is that of all of it.
+bool lights_are_above(const PreparedScene::Data& scene) {
+  const auto height = static_cast<float>(scene.ground->height);
+  return std::all_of(scene.lights.begin(), scene.lights.end(), [&](const RectangleLight& light) {
+    return light.center.y - std::abs(light.half_u.y) - std::abs(light.half_v.y) > height;
+  });
+}
+
 }  // namespace
 
 Vec3f gathered_irradiance(const PreparedScene::Data& scene, Vec3f point, Vec3f normal, int count,
@@ -203,11 +220,16 @@ Vec3f gathered_irradiance(const PreparedScene::Data& scene, Vec3f point, Vec3f n
 }
 
 std::shared_ptr<PreparedScene::Data> prepared_data(const Scene& scene,
-                                                   const PrepareOptions& options) {
+                                                   const PrepareOptions& options,
+                                                   const PreparedTextures& textures) {
   ATELIER_CHECK(options.vertex_samples >= 1 && options.vertex_samples <= 65536,
                 "vertex_samples must lie in [1, 65536]");
   ATELIER_CHECK(options.ground_reach >= 0 && options.ground_reach <= 1000,
                 "ground_reach must lie in [0, 1000]");
+  ATELIER_CHECK(options.ground_shadow_rays >= 0 && options.ground_shadow_rays <= kMostRays,
+                "ground_shadow_rays must lie in [0, 1024]");
+  ATELIER_CHECK(options.ground_shadow_reach >= 1 && options.ground_shadow_reach <= 50,
+                "ground_shadow_reach must lie in [1, 50]");
   check_scene(scene);
   prepare_reflectance_tables();
   auto data = std::make_shared<PreparedScene::Data>();
@@ -218,15 +240,14 @@ std::shared_ptr<PreparedScene::Data> prepared_data(const Scene& scene,
     data->lights.push_back(rectangle_light(light));
   }
 
-  std::map<const Image*, std::shared_ptr<const MipPyramid>> textures;
+  PreparedTextures::Data filtered;
+  if (textures.data() != nullptr) {
+    filtered = *textures.data();
+  }
   for (const RenderMesh& mesh : scene.meshes) {
     data->meshes.push_back(prepared_mesh(mesh));
     if (mesh.look.texture) {
-      auto& texture = textures[mesh.look.texture.get()];
-      if (!texture) {
-        texture = std::make_shared<MipPyramid>(mip_pyramid(*mesh.look.texture));
-      }
-      data->meshes.back().texture = texture;
+      data->meshes.back().texture = filtered_texture(filtered, mesh.look.texture);
     }
   }
   for (const PreparedMesh& mesh : data->meshes) {
@@ -255,11 +276,28 @@ std::shared_ptr<PreparedScene::Data> prepared_data(const Scene& scene,
       gather_ground(*data, bounds, options);
     }
   }
+  if (options.ground_shadow_rays > 0 && scene.ground && scene.ground->seamless &&
+      lights_are_above(*data)) {
+    data->ground_shadows = gathered_ground_shadows(
+        *data, 0.5f * (bounds.min.x + bounds.max.x), 0.5f * (bounds.min.z + bounds.max.z),
+        static_cast<float>(options.ground_shadow_reach), options.ground_shadow_rays);
+  }
   return data;
 }
 
-PreparedScene prepare(const Scene& scene, const PrepareOptions& options) {
-  return PreparedScene(prepared_data(scene, options));
+PreparedTextures prepare_textures(const std::vector<Look>& looks) {
+  auto data = std::make_shared<PreparedTextures::Data>();
+  for (const Look& look : looks) {
+    if (look.texture) {
+      filtered_texture(*data, look.texture);
+    }
+  }
+  return PreparedTextures(std::move(data));
+}
+
+PreparedScene prepare(const Scene& scene, const PrepareOptions& options,
+                      const PreparedTextures& textures) {
+  return PreparedScene(prepared_data(scene, options, textures));
 }
 
 }  // namespace atelier

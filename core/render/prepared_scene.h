@@ -1,10 +1,12 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/render/environment_light.h"
+#include "core/render/ground_shadows.h"
 #include "core/render/mip_pyramid.h"
 #include "core/render/ray_tree.h"
 #include "core/render/rectangle_light.h"
@@ -39,6 +41,14 @@ struct GroundIrradiance {
   Image values;    ///< empty: not gathered
 };
 
+struct PreparedTextures::Data {
+  struct Texture {
+    std::shared_ptr<const Image> source;  ///< kept, so that no other image gets its address
+    std::shared_ptr<const MipPyramid> pyramid;
+  };
+  std::map<const Image*, Texture> textures;
+};
+
 struct PreparedScene::Data {
   std::vector<PreparedMesh> meshes;
   std::vector<RectangleLight> lights;
@@ -46,6 +56,7 @@ struct PreparedScene::Data {
   Background background;
   std::optional<Ground> ground;
   GroundIrradiance ground_irradiance;
+  GroundShadows ground_shadows;
   Vec3f open_ground_irradiance{0, 0, 0};  ///< of the environment, nothing in the way
   Ambient ambient = Ambient::PerPixel;
   float epsilon = 0;  ///< metres: how far rays start off the surface that they leave

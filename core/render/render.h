@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "core/camera.h"
 #include "core/image.h"
@@ -35,7 +36,12 @@ struct PrepareOptions {
   int vertex_samples = 128;  ///< environment rays per vertex and side (PerVertex only), [1, 65536]
   double ground_reach = 0;   ///< m, half side of the square round the meshes' middle in which the
                              ///< ground's occlusion is resolved (PerVertex only); 0: all they shade
-  std::int64_t seed = 0;     ///< of the random numbers
+  /// rays to each area light from every point of a grid on a seamless ground, where shadows are
+  /// soft: they are then shared by all cameras and free of noise, [0, 1024]; 0: every picture asks
+  /// from its own pixels
+  int ground_shadow_rays = 0;
+  double ground_shadow_reach = 6;  ///< m, half side of that grid round the meshes' middle, [1, 50]
+  std::int64_t seed = 0;           ///< of the random numbers
 };
 
 OptionTable describe(PrepareOptions& options);
@@ -53,10 +59,30 @@ class PreparedScene {
   std::shared_ptr<const Data> data_;
 };
 
+/// Textures filtered once for all scenes that wear them: the instants of one performance. Cheap to
+/// copy.
+class PreparedTextures {
+ public:
+  struct Data;  ///< private to core/render
+  PreparedTextures() = default;
+  explicit PreparedTextures(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
+  const Data* data() const { return data_.get(); }  ///< null: none
+
+ private:
+  std::shared_ptr<const Data> data_;
+};
+
+/// Filters the textures of `looks` and keeps them. LogicError for one without pixels or with other
+/// than 3 channels.
+PreparedTextures prepare_textures(const std::vector<Look>& looks);
+
+/// Textures that `textures` has are not filtered again; a texture is known by its address.
+///
 /// Throws DataError for a scene that check_scene refuses, LogicError for options out of range,
 /// EnvironmentError if Embree cannot start. O(n log n) in the triangles, plus
 /// O(vertices x vertex_samples) rays for Ambient::PerVertex.
-PreparedScene prepare(const Scene& scene, const PrepareOptions& options = {});
+PreparedScene prepare(const Scene& scene, const PrepareOptions& options = {},
+                      const PreparedTextures& textures = {});
 
 /// Linear RGB [height, width, 3] (RGBA with `alpha`) of the scene as the camera sees it, through
 /// its lens distortion; `Camera::gain` is not applied (that is the sensor's doing).

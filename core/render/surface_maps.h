@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "core/camera.h"
@@ -20,9 +21,11 @@ struct SurfaceMaps {
   Image uv;           ///< 2 channels, v up; 0 for meshes without uvs
 };
 
-/// One ray through each pixel's centre, exactly through the lens. The same bytes on any number of
+/// One ray through each pixel's centre, exactly through the lens. Of the scene's first `meshes`
+/// alone: the others hide them, but are themselves nothing. The same bytes on any number of
 /// threads. Throws DataError for a camera that check_camera refuses.
-SurfaceMaps surface_maps(const PreparedScene& scene, const Camera& camera);
+SurfaceMaps surface_maps(const PreparedScene& scene, const Camera& camera,
+                         std::size_t meshes = static_cast<std::size_t>(-1));
 
 /// For each point whether the camera sees it: it projects into the picture and nothing lies between
 /// it and the camera but within `tolerance` metres of it. O(points) rays.

@@ -20,6 +20,7 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr int kFirstRun = 4;  // samples of each pixel that are shaded together: first these, which
 constexpr int kNextRun = 16;  // may show that a tile is empty, then as many as stay in cache
+constexpr int kEmptyRun = 1;  // the first where no mesh is seen: all is smooth but sharp shadows
 
 constexpr float kSharpRoughness = 0.5f;  // below, gloss is also sampled by its lobe (our choice)
 
@@ -28,9 +29,11 @@ struct Shaded {
   ShadingPoint point;
   Vec3f light;          // towards the viewer
   Vec3f missing;        // at a seamless ground: the irradiance that something blocks
+  Vec3f open;           // there, of the area lights with nothing in the way, where `mapped`
   std::uint32_t pixel;  // within the tile
   std::uint32_t index;  // of the sample within its pixel
   bool ground;
+  bool mapped;  // the scene knows the area lights' shadow here
 };
 
 // Visibility of one light from one sample, summed over its shadow rays.
@@ -97,7 +100,9 @@ class Tile {
   Image render() {
     int taken = 0;
     do {
-      const int run = taken == 0 ? kFirstRun : kNextRun;
+      const int run = taken > 0                            ? kNextRun
+                      : occupied_ || detailed_background() ? kFirstRun
+                                                           : kEmptyRun;
       const int last = std::min(options_.samples, taken + run);
       shoot(taken, last);
       taken = last;
@@ -114,7 +119,7 @@ class Tile {
     const float share = 1 / static_cast<float>(taken);
     for (int y = 0; y < image.height; ++y) {
       for (int x = 0; x < image.width; ++x) {
-        const auto pixel = static_cast<std::size_t>(y * kTile + x);
+        const auto pixel = static_cast<std::size_t>(y) * kTile + static_cast<std::size_t>(x);
         const Vec3f color = share * color_[pixel];
         image.at(x, y, 0) = color.x;
         image.at(x, y, 1) = color.y;
@@ -129,6 +134,11 @@ class Tile {
 
  private:
   bool on_paper(const Shaded& s) const { return s.ground && scene_.ground->seamless; }
+
+  bool detailed_background() const {
+    return scene_.background.kind == Background::Kind::Environment &&
+           scene_.environment.source.image != nullptr;
+  }
 
   // Direction through a point of a pixel: the lens inverted at 3 x 3 points of the tile, and the
   // parabola through them between, which is off by some 1e-5 pixels for the strongest lenses.
@@ -233,6 +243,11 @@ class Tile {
         s.point = ground_point(scene_, eye_ + to_ground * direction, direction);
         if (scene_.ground->seamless) {
           s.light = background(y, direction);
+          if (const auto known = scene_.ground_shadows.at(s.point.position.x, s.point.position.z)) {
+            s.mapped = true;
+            s.open = known->open;
+            s.missing = known->missing;
+          }
         } else {
           detailed_ = true;
         }
@@ -354,6 +369,9 @@ class Tile {
     const RectangleLight& light = scene_.lights[l];
     sums_.assign(shaded_.size(), LightSum{});
     for (std::uint32_t i = 0; i < shaded_.size(); ++i) {
+      if (shaded_[i].mapped) {
+        continue;
+      }
       // Unshadowed paper never asks for the form factor: it waits until a ray is blocked.
       if (!on_paper(shaded_[i])) {
         sums_[i].form = form_factor(light, shaded_[i].point.position, shaded_[i].point.normal);
@@ -373,6 +391,9 @@ class Tile {
     for (std::size_t i = 0; i < shaded_.size(); ++i) {
       LightSum& sum = sums_[i];
       Shaded& s = shaded_[i];
+      if (s.mapped) {
+        continue;
+      }
       if (on_paper(s)) {
         if (sum.visible >= sum.weight * (1 - 1e-5f)) {
           continue;
@@ -510,6 +531,13 @@ class Tile {
     }
   }
 
+  static Vec3f shares(Vec3f missing, Vec3f all) {
+    const auto share = [](float a, float b) {
+      return b > 0 ? std::clamp(1 - a / b, 0.0f, 1.0f) : 1.0f;
+    };
+    return {share(missing.x, all.x), share(missing.y, all.y), share(missing.z, all.z)};
+  }
+
   // The share of its light that paper gets, channel by channel.
   Vec3f kept_light(const Shaded& s) const {
     if (s.missing.x == 0 && s.missing.y == 0 && s.missing.z == 0) {
@@ -519,13 +547,13 @@ class Tile {
     if (scene_.ambient != Ambient::None) {
       open = scene_.open_ground_irradiance;
     }
+    if (s.mapped) {
+      return shares(s.missing, open + s.open);
+    }
     for (const RectangleLight& light : scene_.lights) {
       open += (kPi * form_factor(light, s.point.position, s.point.normal).value) * light.radiance;
     }
-    const auto share = [](float missing, float all) {
-      return all > 0 ? std::clamp(1 - missing / all, 0.0f, 1.0f) : 1.0f;
-    };
-    return {share(s.missing.x, open.x), share(s.missing.y, open.y), share(s.missing.z, open.z)};
+    return shares(s.missing, open);
   }
 
   const PreparedScene::Data& scene_;
