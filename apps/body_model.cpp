@@ -51,7 +51,8 @@ Mesh shown(const BodyModel& model, Points vertices) {
 
 int show(const BodyArguments& arguments, const BodyOptions& options) {
   if (!image_format_of_name(arguments.out)) {
-    throw UsageError("--out takes a name with " + std::string(kPictureNames));
+    throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
+                     "': show takes a name with " + kPictureNames);
   }
   require_picture_size(options.picture, 4);
   const auto [model, shape] = read_body_input(arguments, options);
@@ -137,8 +138,9 @@ bool converts_motion(const BodyArguments& arguments) {
 int convert_motion(const BodyArguments& arguments, const BodyOptions& options) {
   const std::string extension = lower_extension(arguments.out);
   if (extension != ".bvh" && extension != ".npz" && !is_gltf(extension)) {
-    throw UsageError(
-        "a motion becomes .bvh, .npz, .glb or .gltf; body-model pose puts it on a body");
+    throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
+                     "': a motion becomes .bvh, .npz, .glb or .gltf; body-model pose puts it on a "
+                     "body");
   }
   const MotionClip clip =
       read_motion_file(arguments.body, options.motion, options.asf, options.markers);
@@ -176,15 +178,15 @@ int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
   const std::string extension = lower_extension(arguments.out);
   if (extension == ".bvh") {
     throw UsageError(
-        arguments.body +
+        "--out cannot be '" + arguments.out.substr(0, 80) + "': " + arguments.body +
         " is a body: it becomes .npz, .glb, .gltf, .obj or .ply; body-model pose BODY MOTION "
         "--out a.bvh writes a motion on its skeleton" +
         (is_gltf(lower_extension(arguments.body)) ? "; --as motion takes the file's own" : ""));
   }
   if (extension != ".npz" && !is_gltf(extension) && extension != ".obj" && extension != ".ply") {
-    throw UsageError(
-        "--out takes a name with .npz, .glb, .gltf, .obj, .ply (bodies), .bvh, .npz, .glb or "
-        ".gltf (motions)");
+    throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
+                     "': convert takes a name with .npz, .glb, .gltf, .obj or .ply for a body, "
+                     ".bvh, .npz, .glb or .gltf for a motion");
   }
   const auto [model, shape] = read_body_input(arguments, options);
   if (extension == ".npz") {
@@ -235,8 +237,9 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   if (!sheet_wanted && extension != ".mp4" && extension != ".glb" && extension != ".gltf" &&
       extension != ".bvh" && extension != ".npz") {
     throw UsageError(
-        "--out takes a name with .mp4, .glb, .gltf, .bvh, .npz or, for a contact sheet, " +
-        std::string(kPictureNames));
+        "--out cannot be '" + arguments.out.substr(0, 80) +
+        "': pose takes a name with .mp4, .glb, .gltf, .bvh, .npz or, for a contact sheet, " +
+        kPictureNames);
   }
   require_picture_size(options.picture, sheet_wanted ? options.pictures : 1);
   const auto [read_model, shape] = read_body_input(arguments, options);
@@ -362,7 +365,7 @@ void refuse_flags_without_effect(const BodyArguments& arguments, const OptionTab
   for (const OptionField& field : table.fields) {
     const std::string use = field.source == "flag" ? use_of(field.name, arguments) : "";
     if (!use.empty()) {
-      throw UsageError("--" + field.name + " has no effect here: it " + use);
+      throw UsageError(flag_of(field.name) + " has no effect here: it " + use);
     }
   }
   if (arguments.json && arguments.action != "measure") {
@@ -407,14 +410,18 @@ int run(const BodyArguments& arguments, const OptionTable& given, const BodyOpti
   const bool poses = arguments.action == "pose";
   if (arguments.action.empty() || arguments.body.empty()) {
     throw UsageError(
-        "it takes an action and a body: atelier body-model show default --out body.png");
+        "body-model takes an ACTION (show, measure, convert, pose) and a BODY: atelier body-model "
+        "show default --out body.png");
   }
   if (poses == arguments.motion.empty()) {
-    throw UsageError(poses ? "it takes a motion: atelier body-model pose BODY MOTION --out walk.png"
-                           : "only pose takes a motion");
+    throw UsageError(
+        poses ? "body-model pose takes a MOTION: atelier body-model pose BODY MOTION --out walk.png"
+              : "body-model " + arguments.action + " takes no MOTION: only pose takes a motion");
   }
   if (arguments.out.empty() && arguments.action != "measure") {
-    throw UsageError("it takes --out FILE");
+    throw UsageError("body-model " + arguments.action +
+                     " takes --out FILE; its extension says what "
+                     "is written");
   }
   refuse_flags_without_effect(arguments, given);
   require_frame_rate("motion.fps", options.motion.fps);

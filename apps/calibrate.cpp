@@ -74,13 +74,11 @@ Dataset lenses_of(const fs::path& path) {
 
 int run(const CalibrateArguments& arguments, const CalibrateCommandOptions& options) {
   if (arguments.pictures.empty() || arguments.out.empty()) {
-    throw UsageError("it takes pictures of a board: atelier calibrate PICTURES --out FOLDER");
+    throw UsageError(
+        "calibrate takes PICTURES of a board and --out: atelier calibrate PICTURES --out FOLDER");
   }
   const fs::path out = arguments.out;
-  if (fs::exists(out)) {
-    throw UsageError("--out cannot be '" + out.string() +
-                     "': it is there already; name a new folder");
-  }
+  require_new_place(out, "--out");
   require_folder_place(out);
   BoardPictures pictures =
       find_boards(open_board_pictures(arguments.pictures), options.board, options.every);

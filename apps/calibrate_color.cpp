@@ -84,7 +84,8 @@ GainError gain_error(const std::vector<Camera>& cameras, const std::vector<Camer
 int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& options) {
   if (arguments.capture.empty() || arguments.out.empty()) {
     throw UsageError(
-        "it takes a CAPTURE and a file: atelier calibrate-color CAPTURE --out cameras.json");
+        "calibrate-color takes a CAPTURE and --out: atelier calibrate-color CAPTURE --out "
+        "cameras.json");
   }
   require_file_place(arguments.out);
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
@@ -129,13 +130,18 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
     json["cameras"].push_back({{"id", cameras[c].id},
                                {"gain", {g[0], g[1], g[2]}},
                                {"deviation", {d[0], d[1], d[2]}},
+                               {"measured", static_cast<bool>(gains.measured[c])},
                                {"points", gains.points[c]}});
-    if (!arguments.json) {
-      char text[200];
-      std::snprintf(text, sizeof text, "%-12s gain %.4f %.4f %.4f +- %.2f%%, %d places\n",
-                    cameras[c].id.c_str(), g[0], g[1], g[2], 100 * d.maxCoeff(), gains.points[c]);
-      std::cout << text;
+    if (arguments.json) {
+      continue;
     }
+    std::cout << (gains.measured[c]
+                      ? sentence("%-12s gain %.4f %.4f %.4f +- %.2f%%, from %d places\n",
+                                 cameras[c].id.c_str(), g[0], g[1], g[2], 100 * d.maxCoeff(),
+                                 gains.points[c])
+                      : sentence(
+                            "%-12s gain not measured, left at 1 (%d places shared, %d needed)\n",
+                            cameras[c].id.c_str(), gains.points[c], options.gains.least_points));
   }
   for (const Finding& finding : gains.findings) {
     Finding named = finding;

@@ -1,6 +1,10 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <iostream>
 #include <memory>
+#include <string>
+#include <string_view>
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
@@ -11,23 +15,111 @@
 namespace atelier {
 namespace {
 
-/// "    status) words='--check --json' ;;" of the options that a command declares.
-std::string flag_case(std::string_view name, const CLI::App& parser) {
+/// What files an argument takes, by their extensions.
+struct FileArgument {
+  std::string_view command;     ///< "" for every one
+  std::string_view flag;        ///< "" for what is given without a flag
+  std::string_view extensions;  ///< with a space between them
+};
+
+constexpr std::array kFileArguments = {
+    FileArgument{"", "--config", "toml"},
+    FileArgument{"convert", "", "obj ply glb gltf"},
+    FileArgument{"render", "", "obj ply glb gltf"},
+    FileArgument{"render", "--out", "png jpg tif webp avif"},
+    FileArgument{"body-model", "", "npz glb gltf obj bvh amc trc c3d"},
+    FileArgument{"body-model", "--target", "target"},
+    FileArgument{"simulate", "--garment", "obj ply glb gltf"},
+    FileArgument{"simulate", "--body", "obj ply glb gltf npz h5"},
+    FileArgument{"simulate", "--motion", "bvh amc npz trc c3d glb gltf"},
+    FileArgument{"drape", "--garment", "json"},
+    FileArgument{"drape", "--body", "npz glb gltf obj"},
+    FileArgument{"synthesize", "--garment", "json"},
+    FileArgument{"synthesize", "--motion", "bvh amc npz trc c3d glb gltf"},
+    FileArgument{"convert-capture", "--cameras", "json"},
+    FileArgument{"calibrate", "--lenses", "json toml yml"},
+    FileArgument{"calibrate-color", "--out", "json"},
+    FileArgument{"detect", "--model", "onnx"},
+    FileArgument{"validate", "--html", "html"},
+    FileArgument{"report", "--out", "html"},
+};
+
+/// "cpu cuda" of an option whose type is "cpu|cuda"; "" of one that takes anything else.
+std::string choices_of(const CLI::Option& option) {
+  std::string words = option.get_type_name();
+  if (words.find('|') == std::string::npos ||
+      words.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.-|") != std::string::npos) {
+    return "";
+  }
+  std::replace(words.begin(), words.end(), '|', ' ');
+  return words;
+}
+
+/// What a command declares, for the shell:
+///     gc) words='--help --dry-run --json'
+///       case $before in
+///         --device) values='cpu cuda' ;;
+///       esac ;;
+std::string command_case(std::string_view name, const CLI::App& parser) {
   std::string words = "--help";
+  std::string values;
+  const auto answer = [&](const std::string& before, const std::string& what,
+                          std::string_view choices) {
+    values += "        " + before + ") " + what + "='" + std::string(choices) + "' ;;\n";
+  };
   for (const CLI::Option* option : parser.get_options()) {
+    const std::string choices = choices_of(*option);
     for (const std::string& flag : option->get_lnames()) {
       words += flag == "help" ? "" : " --" + flag;
+      if (!choices.empty()) {
+        answer("--" + flag, "values", choices);
+      }
+    }
+    if (option->get_positional() && !choices.empty()) {
+      answer(std::string(name), "values", choices);
     }
   }
-  return "    " + std::string(name) + ") words='" + words + "' ;;\n";
+  std::string rest;
+  for (const FileArgument& file : kFileArguments) {
+    if (file.command == name ||
+        (file.command.empty() && parser.get_option_no_throw(std::string(file.flag)) != nullptr)) {
+      (file.flag.empty() ? rest : values) += "        " +
+                                             (file.flag.empty() ? "*" : std::string(file.flag)) +
+                                             ") files='" + std::string(file.extensions) + "' ;;\n";
+    }
+  }
+  return "    " + std::string(name) + ") words='" + words + "'" +
+         (values.empty() && rest.empty()
+              ? std::string(" ;;\n")
+              : "\n      case $before in\n" + values + rest + "      esac ;;\n");
 }
+
+// Bash splits "--flag=value" at the "=". Flags may be typed with "_" for "-". Where the kind of
+// file is known, folders lead to it.
+constexpr const char* kReply =
+    "  case ${COMP_WORDS[1]}:$word in\n"
+    "    completion:*) COMPREPLY=($(compgen -W 'bash' -- \"$word\")) ;;\n"
+    "    *:-*) COMPREPLY=($(compgen -W \"$words\" -- \"$word\")) ;;\n"
+    "    *)\n"
+    "      if [ -n \"$values\" ]; then\n"
+    "        COMPREPLY=($(compgen -W \"$values\" -- \"$word\"))\n"
+    "      elif [ -n \"$files\" ]; then\n"
+    "        local IFS=$'\\n' kind\n"
+    "        COMPREPLY=($(compgen -d -- \"$word\"))\n"
+    "        for kind in ${files// /$'\\n'}; do\n"
+    "          COMPREPLY+=($(compgen -f -X \"!*.$kind\" -- \"$word\"))\n"
+    "        done\n"
+    "      else\n"
+    "        COMPREPLY=($(compgen -f -- \"$word\"))\n"
+    "      fi ;;\n"
+    "  esac\n";
 
 std::string bash_script() {
   std::string commands;
   std::string cases;
   const auto add = [&](std::string_view name, const CLI::App& parser) {
     commands += (commands.empty() ? "" : " ") + std::string(name);
-    cases += flag_case(name, parser);
+    cases += command_case(name, parser);
   };
   for (const Stage& stage : all_stages()) {
     CLI::App parser;
@@ -43,21 +135,22 @@ std::string bash_script() {
   }
   return "# Completion for bash: source <(atelier completion bash)\n"
          "_atelier() {\n"
-         "  local word=${COMP_WORDS[COMP_CWORD]} words=\n"
+         "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}\n"
+         "  local words= values= files=\n"
          "  if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
          "    COMPREPLY=($(compgen -W '" +
          commands +
          " --help --version' -- \"$word\"))\n"
          "    return\n"
          "  fi\n"
+         "  if [ \"$word\" = = ]; then\n"
+         "    word=\n"
+         "  elif [ \"$before\" = = ]; then\n"
+         "    before=${COMP_WORDS[COMP_CWORD-2]}\n"
+         "  fi\n"
+         "  before=${before//_/-}\n"
          "  case ${COMP_WORDS[1]} in\n" +
-         cases +
-         "  esac\n"
-         "  case ${COMP_WORDS[1]}:$word in\n"
-         "    completion:*) COMPREPLY=($(compgen -W 'bash' -- \"$word\")) ;;\n"
-         "    *:-*) COMPREPLY=($(compgen -W \"$words\" -- \"$word\")) ;;\n"
-         "    *) COMPREPLY=($(compgen -f -- \"$word\")) ;;\n"
-         "  esac\n"
+         cases + "  esac\n" + kReply +
          "}\n"
          "complete -o filenames -F _atelier atelier\n";
 }
@@ -65,7 +158,7 @@ std::string bash_script() {
 int run(const std::string& shell) {
   if (shell != "bash") {
     throw UsageError(
-        "it takes the name of a shell, of which there is bash: atelier completion bash");
+        "completion takes the name of a shell, of which there is bash: atelier completion bash");
   }
   std::cout << bash_script();
   return kExitDone;

@@ -95,12 +95,13 @@ Dataset with_cameras(Dataset dataset, const std::string& file) {
 
 int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options) {
   if (arguments.in.empty() || arguments.out.empty()) {
-    throw UsageError("it takes two folders: atelier convert-capture IN OUT");
+    throw UsageError("convert-capture takes IN and OUT: atelier convert-capture IN OUT");
   }
   if (is_inside(arguments.out, capture_folder(arguments.in))) {
     throw UsageError(
         "OUT lies in the capture IN, which is not changed; name a folder outside of it");
   }
+  require_new_place(arguments.out, "OUT");
   require_folder_place(std::filesystem::absolute(arguments.out).parent_path());
   Dataset dataset = open_dataset(arguments.in, options);
   if (!arguments.cameras.empty()) {

@@ -120,21 +120,22 @@ void note_schema(const fs::path& capture, const std::string& schema) {
 
 int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
   if (arguments.capture.empty() || arguments.model.empty()) {
-    throw UsageError("it takes a CAPTURE and a network: atelier detect CAPTURE --model FILE.onnx");
+    throw UsageError(
+        "detect takes a CAPTURE and --model: atelier detect CAPTURE --model FILE.onnx");
   }
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
   const bool in_place = arguments.out.empty();
   if (in_place && dataset.layout != "native") {
-    throw UsageError("of a capture in the layout " + dataset.layout +
-                     " it takes --out FOLDER; convert-capture makes it native");
+    throw UsageError("CAPTURE has the layout " + dataset.layout +
+                     ", which takes no detections: give --out FOLDER, or make it native with "
+                     "atelier convert-capture");
   }
   const fs::path out = in_place ? arguments.capture : arguments.out;
   require_folder_place(out);
   for (const char* part : {"keypoints2d", "labels"}) {
     const bool mine = (options.network.kind == NetworkKind::Parsing) == (part[0] == 'l');
-    if (mine && fs::exists(out / part)) {
-      throw EnvironmentError((out / part).string(),
-                             "it is there already; name another --out, or take it away");
+    if (mine) {
+      require_new_place(out / part, "--out");
     }
   }
   const std::vector<std::byte> model = read_file_bytes(arguments.model, kMostModelBytes);

@@ -238,12 +238,9 @@ void write_pictures(const std::filesystem::path& out, const Draped& draped, bool
 
 int run(const std::filesystem::path& out, const DrapeOptions& options) {
   if (out.empty()) {
-    throw UsageError("it takes a folder: atelier drape --garment dress --out FOLDER");
+    throw UsageError("drape takes --out: atelier drape --garment dress --out FOLDER");
   }
-  if (std::filesystem::exists(out)) {
-    throw UsageError("--out cannot be '" + out.string() +
-                     "': it is there already; name a new folder");
-  }
+  require_new_place(out, "--out");
   require_folder_place(out);
   const Draped draped = dress_and_settle(options);
   const BodyMeasurements measures = measure_body(draped.body);

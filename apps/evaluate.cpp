@@ -47,7 +47,7 @@ constexpr Evaluation kEvaluations[] = {{"the capture itself", of_capture},
 int run(const EvaluateArguments& arguments) {
   if (arguments.workspace.empty() || arguments.truth.empty()) {
     throw UsageError(
-        "it takes a WORKSPACE and a capture: atelier evaluate WORKSPACE --truth CAPTURE");
+        "evaluate takes a WORKSPACE and --truth: atelier evaluate WORKSPACE --truth CAPTURE");
   }
   std::error_code missing;
   if (!fs::equivalent(arguments.workspace, arguments.truth, missing)) {

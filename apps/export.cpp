@@ -26,6 +26,7 @@
 #include "core/regular_file.h"
 #include "core/sequence_archive.h"
 #include "core/store/workspace_status.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -142,8 +143,7 @@ void copy_bytes(const fs::path& from, const fs::path& to) {
       break;
     }
     if (got < 0 && errno != EINTR) {
-      throw EnvironmentError(from.string(),
-                             "cannot read: " + std::generic_category().message(errno));
+      throw EnvironmentError(from.string(), "cannot read: " + system_reason(errno));
     }
     copy.write(std::span(piece).first(static_cast<std::size_t>(std::max<ssize_t>(got, 0))));
   }
@@ -194,10 +194,7 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
   const Manifest& manifest = *status.manifest;
   const fs::path result = workspace / status.stage / folder_name(manifest.key);
   const fs::path place = out / status.stage;
-  if (fs::exists(place)) {
-    throw UsageError(place.string() +
-                     " is there already; remove it, or name another folder for the export");
-  }
+  require_new_place(place, "OUT");
   const std::string consent = to_string(manifest.consent);
   const std::string warnings = ended_consent_lines(status);
   guard.add(place);
@@ -248,9 +245,9 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
       continue;
     }
     if (status.state == StageStatus::State::Damaged) {
-      throw DataError(
-          arguments.workspace, status.stage, "a result that is damaged",
-          "a sound one; atelier status says more, the stage with --force makes it anew");
+      throw DataError(arguments.workspace, status.stage, "a result that is damaged",
+                      "a sound one: atelier status says what is damaged, atelier " + status.stage +
+                          " INPUT WORKSPACE, given as then, makes it anew");
     }
     if (!status.manifest) {
       continue;

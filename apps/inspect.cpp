@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/io/lower_extension.h"
 #include "core/store/file_kind.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -36,7 +37,7 @@ std::uintmax_t size_of(const std::filesystem::path& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
   if (error) {
-    throw EnvironmentError(path.string(), error.message());
+    throw EnvironmentError(path.string(), system_reason(error.value()));
   }
   return size;
 }

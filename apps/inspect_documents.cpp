@@ -1,5 +1,6 @@
 #include "apps/inspection.h"
 #include "apps/stage_console.h"
+#include "apps/stages.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
@@ -12,6 +13,7 @@
 #include "core/store/manifest.h"
 #include "core/store/result.h"
 #include "core/store/toml_entries.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -43,7 +45,10 @@ void inspect_manifest(const std::filesystem::path& path, Inspection& inspection)
                            {"source", option.source}});
   }
   for (const auto& [name, value] : manifest.metrics) {
-    inspection.add_member("metric " + name, value);
+    const Stage* stage = find_stage(all_stages(), manifest.stage);
+    const StageMetric* metric = stage == nullptr ? nullptr : find_metric(*stage, name);
+    inspection.add_member("metric " + name, value,
+                          metric == nullptr ? "" : std::string(metric->unit));
   }
   inspection.findings = check_outputs(folder, manifest, Check::Digests);
 }
@@ -116,7 +121,7 @@ void inspect_folder(const std::filesystem::path& path, Inspection& inspection) {
     }
   }
   if (error) {
-    throw EnvironmentError(path.string(), error.message());
+    throw EnvironmentError(path.string(), system_reason(error.value()));
   }
   throw DataError(path.string(), "", "a folder of none of these",
                   "a result, a sequence, a capture or meshes that are numbered; atelier status "

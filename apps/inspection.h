@@ -26,8 +26,9 @@ struct Inspection {
   void add(const std::string& name, nlohmann::ordered_json value, const std::string& unit = "") {
     facts.push_back({name, std::move(value), unit});
   }
-  void add_member(const std::string& name, nlohmann::ordered_json value) {
-    members.push_back({name, std::move(value), ""});
+  void add_member(const std::string& name, nlohmann::ordered_json value,
+                  const std::string& unit = "") {
+    members.push_back({name, std::move(value), unit});
   }
 };
 

@@ -16,6 +16,7 @@
 #include "apps/standard_output.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
+#include "core/system_reason.h"
 
 namespace {
 
@@ -56,7 +57,8 @@ int main(int argc, char** argv) {
   } catch (const EnvironmentError& error) {
     return fail(kExitEnvironment, error.what());
   } catch (const std::filesystem::filesystem_error& error) {
-    return fail(kExitEnvironment, error.path1().string() + ": " + error.code().message());
+    return fail(kExitEnvironment,
+                error.path1().string() + ": " + system_reason(error.code().value()));
   } catch (const std::bad_alloc&) {
     return fail(kExitEnvironment, "memory: there is not enough; use fewer --jobs or smaller data");
   } catch (const LogicError& error) {

@@ -185,12 +185,9 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
 
 void check_places(const Dataset& dataset, const MasksArguments& arguments, MaskWay way) {
   if (way == MaskWay::Plates && arguments.plates.empty()) {
-    throw UsageError("--way plates takes --plates FOLDER");
+    throw UsageError("--way plates takes --plates FOLDER, pictures of the empty stage");
   }
-  if (fs::exists(fs::path(arguments.out) / "labels")) {
-    throw EnvironmentError((fs::path(arguments.out) / "labels").string(),
-                           "it is there already; name another --out, or take it away");
-  }
+  require_new_place(fs::path(arguments.out) / "labels", "--out");
   require_folder_place(arguments.out);
   const bool any = std::any_of(dataset.frames.begin(), dataset.frames.end(),
                                [](const CameraFrames& f) { return !f.images.empty(); });
@@ -201,13 +198,14 @@ void check_places(const Dataset& dataset, const MasksArguments& arguments, MaskW
 
 int run(MasksArguments arguments, const MasksOptions& options) {
   if (arguments.capture.empty()) {
-    throw UsageError("it takes a CAPTURE: atelier masks CAPTURE --plates FOLDER");
+    throw UsageError("masks takes a CAPTURE: atelier masks CAPTURE --plates FOLDER");
   }
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
   if (arguments.out.empty()) {
     if (dataset.layout != "native") {
-      throw UsageError("of a capture in the layout " + dataset.layout +
-                       " it takes --out FOLDER; convert-capture makes it native");
+      throw UsageError("CAPTURE has the layout " + dataset.layout +
+                       ", which takes no masks: give --out FOLDER, or make it native with atelier "
+                       "convert-capture");
     }
     arguments.out = arguments.capture;
   }

@@ -55,7 +55,7 @@ void add_flag(CLI::App& parser, const OptionField& field,
   const auto note = [texts, name = field.name](const std::string& text) {
     texts->flags.emplace_back(name, text);
   };
-  parser.add_option_function<std::string>("--" + field.name, note, help)
+  parser.add_option_function<std::string>(flag_of(field.name), note, help)
       ->type_name(option_range(field) + (field.unit.empty() ? "" : " " + field.unit))
       ->group("Options")
       ->take_last();
@@ -72,8 +72,8 @@ const CLI::Option* option_named(const CLI::App& parser, const std::string& argum
   return found == options.end() ? nullptr : *found;
 }
 
-/// The option of this parser that an argument means: "--truth-maps", as command lines often say it,
-/// for "--truth_maps", as files do; and with or without "capture.", so that what one command finds
+/// The option of this parser that an argument means: with dashes, as flags are shown, or with
+/// underscores, as files have it; and with or without "capture.", so that what one command finds
 /// wrong with a capture can be told to every other.
 std::string as_declared(const CLI::App& parser, const std::string& argument) {
   if (!argument.starts_with("--")) {
@@ -81,13 +81,11 @@ std::string as_declared(const CLI::App& parser, const std::string& argument) {
   }
   const std::size_t end = std::min(argument.find('='), argument.size());
   const std::string value = argument.substr(end);
-  const std::string said = argument.substr(0, end);
-  std::string name = said.substr(2);
-  std::replace(name.begin(), name.end(), '-', '_');
-  constexpr std::string_view kSection = "capture.";
-  const std::string other =
-      name.starts_with(kSection) ? name.substr(kSection.size()) : std::string(kSection) + name;
-  for (const std::string& candidate : {said, "--" + name, "--" + other}) {
+  const std::string flag = flag_of(argument.substr(2, end - 2));
+  constexpr std::string_view kSection = "--capture.";
+  const std::string other = flag.starts_with(kSection) ? "--" + flag.substr(kSection.size())
+                                                       : std::string(kSection) + flag.substr(2);
+  for (const std::string& candidate : {flag, other}) {
     if (option_named(parser, candidate) != nullptr) {
       return candidate + value;
     }
@@ -134,6 +132,12 @@ std::vector<std::string> with_switches(const CLI::App& parser,
     }
   }
   return out;
+}
+
+std::string flag_of(const std::string& option) {
+  std::string flag = "--" + option;
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return flag;
 }
 
 std::function<std::string(const std::string&)> one_of(std::vector<std::string> choices) {

@@ -20,14 +20,18 @@ std::function<std::string(const std::string&)> one_of(std::vector<std::string> c
 /// with a line for every mistake.
 using OptionReader = std::function<OptionSet()>;
 
+/// The flag of an option: "--held-out-cameras" of "held_out_cameras". Flags are shown with dashes,
+/// TOML fields with underscores; whoever types a flag may use either (as_declared).
+std::string flag_of(const std::string& option);
+
 /// Declares `--config FILE` and a flag for every field of a table, for stages and commands alike:
-/// "--section.field value"; what is true or false also as "--field" alone (with_switches). Files
-/// count first, in their order, then flags: the later wins.
+/// "--section.the-field value"; what is true or false also as "--field" alone (with_switches).
+/// Files count first, in their order, then flags: the later wins.
 OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults);
 
-/// The arguments with "--field" and "--field true" of what is true or false as "--field=true", so
-/// that it never takes the argument behind it for its value. Throws UsageError for an option that
-/// takes a value and is the last.
+/// The arguments with flags as they are declared, and with "--field" and "--field true" of what is
+/// true or false as "--field=true", so that it never takes the argument behind it for its value.
+/// Throws UsageError for an option that takes a value and is the last.
 std::vector<std::string> with_switches(const CLI::App& parser,
                                        const std::vector<std::string>& arguments);
 

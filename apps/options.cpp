@@ -14,7 +14,8 @@ int run(bool markdown) {
     std::cout << "# Options\n\nMade by `atelier options --markdown`. Give one as a flag "
                  "(`--section.field value`; of what is true or\nfalse, `--field` alone says true) "
                  "or in a TOML file named by `--config` (`[section]`,\n`field = value`); flags win "
-                 "over files.\n";
+                 "over files. A flag is shown with dashes (`--the-field`) where\nTOML has "
+                 "underscores (`the_field = value`); either may be typed.\n";
   }
   const auto show = [&](std::string_view name, const OptionSet& options) {
     if (markdown) {

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <string>
 #include <system_error>
 
 #include <unistd.h>
 
+#include "apps/usage_error.h"
 #include "core/error.h"
+#include "core/store/file_kind.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -22,8 +24,7 @@ void require_writable(const std::filesystem::path& folder) {
     throw EnvironmentError(folder.string(), "no folder: name a place in a folder");
   }
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    throw EnvironmentError(folder.string(), std::generic_category().message(errno) +
-                                                "; name a folder that you may write into");
+    throw EnvironmentError(folder.string(), system_reason(errno));
   }
 }
 
@@ -46,6 +47,13 @@ void require_folder_place(const std::filesystem::path& folder) {
     there = there.parent_path();
   }
   require_writable(there);
+}
+
+void require_new_place(const std::filesystem::path& place, const std::string& argument) {
+  if (link_kind(place) != std::filesystem::file_type::not_found) {
+    throw UsageError(place.string() + " is there already, and no flag replaces it; name another " +
+                     argument + ", or remove it first");
+  }
 }
 
 bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace atelier {
 
@@ -10,6 +11,11 @@ void require_file_place(const std::filesystem::path& file);
 
 /// The same of a folder that is made if it is missing, with those above it.
 void require_folder_place(const std::filesystem::path& folder);
+
+/// Refuses a place that is taken: folders that a command makes, and what it adds to a capture or an
+/// export, are never mixed with what is there. `argument` is what names the place: "OUT", "--out".
+/// Throws UsageError if anything is there; EnvironmentError if it cannot be looked at.
+void require_new_place(const std::filesystem::path& place, const std::string& argument);
 
 /// True if a path that may not be there yet lies in a folder, or is that folder.
 bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder);

@@ -2,6 +2,7 @@
 
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
 
+#include <array>
 #include <vector>
 
 #include "capture/layouts/open_dataset.h"
@@ -28,6 +29,14 @@ std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvi
 
 /// Frames of which at least two cameras have a picture with a mask.
 std::vector<int> frames_with_masks(const Dataset& dataset);
+
+inline constexpr std::array kReconstructMetrics = {
+    StageMetric{"keypoints_found", "of those in the pictures"},
+    StageMetric{"hole_share", "of the surface"},
+    StageMetric{"labels_by_color", ""},
+    StageMetric{"scans", ""},
+    StageMetric{"cameras", ""},
+};
 
 /// A capture -> scans/<frame>.h5 (schema "atelier.mesh": a coloured, labelled surface) and
 /// keypoints3d/<frame>.json (EasyMocap's form). Labels come from label images, else from colours

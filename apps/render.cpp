@@ -42,7 +42,7 @@ OptionTable describe(RenderCommandOptions& options) {
 
 int run(const RenderArguments& arguments, const RenderCommandOptions& options) {
   if (arguments.mesh.empty() || arguments.out.empty()) {
-    throw UsageError("it takes a mesh and a name: atelier render MESH --out PICTURE");
+    throw UsageError("render takes a MESH and --out: atelier render MESH --out picture.png");
   }
   if (!image_format_of_name(arguments.out)) {
     throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +

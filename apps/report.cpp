@@ -29,7 +29,8 @@ int run(const ReportArguments& arguments, const ReportOptions& options) {
   const std::filesystem::path page = arguments.out.empty() ? workspace / "report" / "index.html"
                                                            : std::filesystem::path(arguments.out);
   if (page.extension() != ".html") {
-    throw UsageError("--out takes a name with .html");
+    throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
+                     "': it takes a name with .html");
   }
   for (const Stage& stage : all_stages()) {
     if (is_inside(page, workspace / stage.name)) {

@@ -87,7 +87,7 @@ std::string attention_of(const StageStatus& status) {
   }
   if (status.manifest && status.manifest->consent.empty()) {
     item("warning",
-         "no consent is recorded: state who, scope and until in the [consent] of capture.toml");
+         "no consent is recorded: state who, scope and until in a [[consent]] of capture.toml");
   }
   return items;
 }
@@ -138,9 +138,7 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
   html += in_table(facts);
   std::string figures;
   for (const auto& [name, value] : manifest.metrics) {
-    char number[32];
-    std::snprintf(number, sizeof number, "%.6g", value);
-    figures += row(name, number, "number");
+    figures += row(name, metric_text(status.row, name, value), "number");
   }
   html += in_table(figures);
   if (status.state != StageStatus::State::Damaged) {

@@ -137,8 +137,8 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   const ScenePaths paths{value("garment"), value("body"), value("motion")};
   if (paths.garment.empty() || value("out").empty()) {
     throw UsageError(
-        "it takes a garment and a place: atelier simulate --garment MESH --out FOLDER (or FILE.h5, "
-        "FILE.usda)");
+        "simulate without a workspace takes --garment and --out: atelier simulate --garment MESH "
+        "--out FOLDER (or FILE.h5, FILE.usda)");
   }
   const OutputPlace place = output_place(value("out"), value("format"));
   if (!value("material").empty()) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -8,6 +9,12 @@
 #include "core/store/stage.h"
 
 namespace atelier {
+
+inline constexpr std::array kSimulateMetrics = {
+    StageMetric{"frames", ""},
+    StageMetric{"strain_p95", "of rest length"},
+    StageMetric{"penetration_depth", "m"},
+};
 
 /// The stage: INPUT is a folder with a garment, a body and a motion (scene_in). One file a frame
 /// holds the cloth's state, so that a run that was ended goes on with the same bits; then the

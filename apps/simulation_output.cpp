@@ -46,6 +46,7 @@ OutputPlace output_place(const std::string& out, const std::string& format) {
     throw UsageError("--out cannot be '" + out + "': " + extension.substr(1) +
                      " is one file a frame; name a folder and --format " + extension.substr(1));
   }
+  require_new_place(place.path, "--out");
   require_folder_place(place.path);
   return place;
 }

@@ -18,6 +18,8 @@
 #include "core/store/digest_meter.h"
 #include "core/store/file_kind.h"
 #include "core/store/run_stage.h"
+#include "core/store/workspace_folder.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -87,8 +89,7 @@ int work(const Stage& stage, const StageRequest& request, bool dry_run, StageCon
     end_by_signal();
   }
   // A stage that judges its input and finds errors has done its work, but the input is no good.
-  const auto errors = report.manifest.metrics.find("errors");
-  return errors != report.manifest.metrics.end() && errors->second > 0 ? kExitBadData : kExitDone;
+  return report.input_errors ? kExitBadData : kExitDone;
 }
 
 int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) {
@@ -125,6 +126,11 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
         "WORKSPACE cannot be '" + request.workspace.string() +
         "': a workspace inside its own input would change it; name a folder elsewhere");
   }
+  if (const std::string problem = workspace_problem(all_stages(), request.workspace);
+      !problem.empty()) {
+    throw UsageError("WORKSPACE cannot be '" + request.workspace.string() + "': " + problem +
+                     "; name a new or an empty folder");
+  }
   if (arguments.frames) {
     require(set_frames(request.selection, *arguments.frames));
   }
@@ -141,7 +147,8 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
     console.show_error({"", "", error.what(), ""}, kExitEnvironment);
     throw;
   } catch (const std::filesystem::filesystem_error& error) {
-    console.show_error({error.path1().string(), "", error.code().message(), ""}, kExitEnvironment);
+    console.show_error({error.path1().string(), "", system_reason(error.code().value()), ""},
+                       kExitEnvironment);
     throw;
   } catch (const std::bad_alloc&) {
     console.show_error({"", "memory", "there is not enough", "fewer --jobs or smaller data"},

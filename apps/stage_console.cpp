@@ -57,21 +57,40 @@ nlohmann::json consent_json(const std::vector<Consent>& consent) {
   return json;
 }
 
-std::vector<std::string> warnings_of(const std::vector<Consent>& consent) {
-  return ended_consent(consent, static_cast<double>(std::time(nullptr)));
+std::vector<std::string> warnings_of(const StagePlan& plan) {
+  std::vector<std::string> warnings =
+      ended_consent(plan.manifest.consent, static_cast<double>(std::time(nullptr)));
+  warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
+  return warnings;
 }
 
-void show_consent(const std::vector<Consent>& consent) {
-  std::cout << "  consent: " << to_string(consent) << "\n";
-  for (const std::string& warning : warnings_of(consent)) {
+void show_consent(const StagePlan& plan) {
+  std::cout << "  consent: " << to_string(plan.manifest.consent) << "\n";
+  for (const std::string& warning : warnings_of(plan)) {
     std::cout << "  warning: " << warning << "\n";
   }
+}
+
+/// Finished frames that lie in work that is not, for the next run to go on from: what the text says
+/// are kept.
+std::int64_t frames_kept(const StageReport& report) {
+  switch (report.end) {
+    case StageReport::End::AlreadyDone:
+      return report.plan.frames_kept;  // by --force, beside the result
+    case StageReport::End::Done:
+      return 0;
+    case StageReport::End::Partial:
+      return report.frames_done;
+    case StageReport::End::Stopped:
+      return report.frames_total == 0 ? report.plan.frames_kept : report.frames_done;
+  }
+  return 0;
 }
 
 }  // namespace
 
 StageConsole::StageConsole(const Stage& stage, bool json)
-    : stage_(stage.name), json_(json), terminal_(!json && isatty(STDERR_FILENO) == 1) {}
+    : stage_(stage), json_(json), terminal_(!json && isatty(STDERR_FILENO) == 1) {}
 
 StageConsole::~StageConsole() {
   clear_line();
@@ -79,12 +98,12 @@ StageConsole::~StageConsole() {
 
 void StageConsole::say(const std::string& line) {
   if (json_) {
-    std::cout << nlohmann::json{{"event", "say"}, {"stage", stage_}, {"line", line}}.dump()
+    std::cout << nlohmann::json{{"event", "say"}, {"stage", stage_.name}, {"line", line}}.dump()
               << std::endl;
     return;
   }
   clear_line();
-  spdlog::info("{}: {}", stage_, line);
+  spdlog::info("{}: {}", stage_.name, line);
 }
 
 void StageConsole::show_progress(const StageProgress& progress) {
@@ -97,7 +116,7 @@ void StageConsole::show_progress(const StageProgress& progress) {
   last_shown_ = Clock::now();
   if (json_) {
     std::cout << nlohmann::json{{"event", "progress"},
-                                {"stage", stage_},
+                                {"stage", stage_.name},
                                 {"unit", progress.unit},
                                 {"done", progress.done},
                                 {"total", progress.total},
@@ -114,9 +133,10 @@ void StageConsole::show_progress(const StageProgress& progress) {
   const std::string per_second =
       bytes ? bytes_text(progress.per_second)
             : format(progress.per_second < 100 ? "%.3g" : "%.0f", progress.per_second);
-  const std::string line = stage_ + "  " + amount(progress.done) + "/" + amount(progress.total) +
-                           " " + (bytes ? "digested" : progress.unit) + "  " + per_second + "/s  " +
-                           duration_text(progress.seconds_left) + " left";
+  const std::string line = std::string(stage_.name) + "  " + amount(progress.done) + "/" +
+                           amount(progress.total) + " " + (bytes ? "digested" : progress.unit) +
+                           "  " + per_second + "/s  " + duration_text(progress.seconds_left) +
+                           " left";
   if (terminal_) {
     std::fprintf(stderr, "\r%s\033[K", line.c_str());
     line_shown_ = true;
@@ -128,22 +148,24 @@ void StageConsole::show_progress(const StageProgress& progress) {
 void StageConsole::show_plan(const StagePlan& plan) {
   if (json_) {
     std::cout << nlohmann::json{{"event", "plan"},
-                                {"stage", stage_},
+                                {"stage", stage_.name},
                                 {"state", plan_name(plan.state)},
                                 {"reasons", plan.reasons},
                                 {"frames_kept", plan.frames_kept},
                                 {"key", hex(plan.manifest.key)},
                                 {"result", plan.result_folder.string()},
                                 {"consent", consent_json(plan.manifest.consent)},
-                                {"warnings", warnings_of(plan.manifest.consent)}}
+                                {"warnings", warnings_of(plan)}}
                      .dump()
               << std::endl;
     return;
   }
   if (plan.state == StagePlan::State::Done) {
-    std::cout << stage_ << " would do nothing: " << plan.result_folder.string() << " is sound\n";
+    std::cout << stage_.name << " would do nothing: " << plan.result_folder.string()
+              << " is sound\n";
   } else {
-    std::cout << stage_ << (plan.state == StagePlan::State::Resume ? " would go on" : " would run")
+    std::cout << stage_.name
+              << (plan.state == StagePlan::State::Resume ? " would go on" : " would run")
               << ", since\n";
     for (const std::string& reason : plan.reasons) {
       std::cout << "  " << reason << "\n";
@@ -159,7 +181,7 @@ void StageConsole::show_plan(const StagePlan& plan) {
               << counted(input.files, "file") << ", "
               << bytes_text(static_cast<double>(input.bytes)) << "\n";
   }
-  show_consent(plan.manifest.consent);
+  show_consent(plan);
 }
 
 void StageConsole::show_report(const StageReport& report) {
@@ -167,15 +189,15 @@ void StageConsole::show_report(const StageReport& report) {
       report.end == StageReport::End::Done || report.end == StageReport::End::AlreadyDone;
   if (json_) {
     nlohmann::json json = {{"event", "end"},
-                           {"stage", stage_},
+                           {"stage", stage_.name},
                            {"end", end_name(report.end)},
                            {"reasons", report.plan.reasons},
                            {"key", hex(report.plan.manifest.key)},
                            {"frames_done", report.frames_done},
                            {"frames_total", report.frames_total},
-                           {"frames_kept", report.plan.frames_kept},
+                           {"frames_kept", frames_kept(report)},
                            {"consent", consent_json(report.plan.manifest.consent)},
-                           {"warnings", warnings_of(report.plan.manifest.consent)}};
+                           {"warnings", warnings_of(report.plan)}};
     if (finished) {
       json["result"] = report.plan.result_folder.string();
       json["metrics"] = report.manifest.metrics;
@@ -189,23 +211,23 @@ void StageConsole::show_report(const StageReport& report) {
   clear_line();
   switch (report.end) {
     case StageReport::End::AlreadyDone:
-      std::cout << stage_ << " is done already: " << report.plan.result_folder.string() << "\n";
-      if (report.plan.frames_kept > 0) {
-        std::cout << "  beside it lies unfinished work of "
-                  << counted(report.plan.frames_kept, "frame")
+      std::cout << stage_.name << " is done already: " << report.plan.result_folder.string()
+                << "\n";
+      if (frames_kept(report) > 0) {
+        std::cout << "  beside it lies unfinished work of " << counted(frames_kept(report), "frame")
                   << " by --force: --force with the other frames finishes it, atelier gc removes "
                      "it\n";
       }
       break;
     case StageReport::End::Done:
-      std::cout << stage_ << " done: " << report.plan.result_folder.string() << ", "
+      std::cout << stage_.name << " done: " << report.plan.result_folder.string() << ", "
                 << counted(static_cast<std::int64_t>(report.manifest.outputs.size()), "file")
                 << ", " << duration_text(report.manifest.work_seconds) << " of work, "
                 << bytes_text(static_cast<double>(report.manifest.peak_memory_bytes))
                 << " of memory\n";
       break;
     case StageReport::End::Partial:
-      std::cout << stage_ << ": " << report.frames_done << " of " << report.frames_total
+      std::cout << stage_.name << ": " << report.frames_done << " of " << report.frames_total
                 << " frames are done" << (report.again ? " again" : "")
                 << "; the rest is left to other runs\n";
       if (report.again) {
@@ -215,25 +237,25 @@ void StageConsole::show_report(const StageReport& report) {
       break;
     case StageReport::End::Stopped:
       if (report.frames_total == 0) {
-        std::cout << stage_ << " stopped before its work began; nothing was changed\n";
+        std::cout << stage_.name << " stopped before its work began; nothing was changed\n";
         return;
       }
-      std::cout << stage_ << " stopped: " << report.frames_done << " of " << report.frames_total
-                << " frames are kept; the same command goes on from there\n";
+      std::cout << stage_.name << " stopped: " << frames_kept(report) << " of "
+                << report.frames_total << " frames are kept; the same command goes on from there\n";
       break;
   }
   if (finished) {
     for (const auto& [name, value] : report.manifest.metrics) {
-      std::cout << "  " << name << " " << format("%.6g", value) << "\n";
+      std::cout << "  " << name << " " << metric_text(&stage_, name, value) << "\n";
     }
   }
-  show_consent(report.plan.manifest.consent);
+  show_consent(report.plan);
 }
 
 void StageConsole::show_error(const Failure& failure, int exit_code) {
   if (json_) {
     // Names of files may be any bytes.
-    std::cout << nlohmann::json{{"event", "error"},       {"stage", stage_},
+    std::cout << nlohmann::json{{"event", "error"},       {"stage", stage_.name},
                                 {"file", failure.file},   {"where", failure.where},
                                 {"found", failure.found}, {"expected", failure.expected},
                                 {"exit_code", exit_code}}

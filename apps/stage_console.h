@@ -12,6 +12,7 @@ namespace atelier {
 /// lines of JSON on standard output for machines.
 class StageConsole {
  public:
+  /// @param stage  outlives it
   StageConsole(const Stage& stage, bool json);
   ~StageConsole();
   StageConsole(const StageConsole&) = delete;
@@ -33,7 +34,7 @@ class StageConsole {
  private:
   void clear_line();
 
-  std::string stage_;
+  const Stage& stage_;
   bool json_;
   bool terminal_;
   bool line_shown_ = false;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "core/io/polygon_mesh.h"
 #include "core/mesh_statistics.h"
 #include "core/store/stage.h"
@@ -12,6 +14,15 @@ struct StatisticsStageOptions {
 };
 
 OptionTable describe(StatisticsStageOptions& options);
+
+inline constexpr std::array kStatisticsMetrics = {
+    StageMetric{"frames", ""},
+    StageMetric{"vertices_mean", ""},
+    StageMetric{"faces_mean", ""},
+    StageMetric{"area_mean", "m2"},
+    StageMetric{"boundary_loops_mean", ""},
+    StageMetric{"non_manifold_edges_mean", ""},
+};
 
 /// A mesh sequence -> frames/<frame>.json (one mesh each) and statistics.json (all of them, and
 /// their ranges).

@@ -9,6 +9,7 @@
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#include "core/store/workspace_folder.h"
 #include "core/store/workspace_status.h"
 
 namespace atelier {
@@ -103,6 +104,9 @@ int run(const StatusArguments& arguments) {
   }
   if (arguments.json) {
     std::cout << json.dump(1) << "\n";
+  }
+  if (const std::string openness = openness_of(arguments.workspace); !openness.empty()) {
+    (arguments.json ? std::cerr : std::cout) << "warning: " << printable(openness) << "\n";
   }
   return arguments.check && !sound ? kExitCheckFailed : kExitDone;
 }

@@ -2,6 +2,7 @@
 
 #ifdef ATELIER_HAS_CAPTURE
 
+#include <array>
 #include <string>
 
 #include "capture/frame_reader.h"
@@ -21,6 +22,11 @@ OptionTable describe(ValidateStageOptions& options);
 /// What was found, for machines: capture, layout, cameras, frames, consent, findings, settings.
 std::string validation_json(const std::string& name, const Dataset& dataset,
                             const Validation& validation);
+
+inline constexpr std::array kValidateMetrics = {
+    StageMetric{.name = "errors", .unit = "", .input_errors = true},
+    StageMetric{"warnings", ""},
+};
 
 /// A capture -> findings.json and validation.html (validate_page.h).
 void run_validate(StageRun& run);

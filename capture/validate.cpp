@@ -14,7 +14,7 @@ namespace {
 std::vector<Finding> check_consent(const Dataset& dataset) {
   if (dataset.info.consent.empty()) {
     return {{Severity::Warning, "consent-none", dataset.root.string(), "no consent is recorded",
-             "state who, scope and until in the [consent] of capture.toml"}};
+             "state who, scope and until in a [[consent]] of capture.toml"}};
   }
   const double now =
       std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();

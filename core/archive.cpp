@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cstring>
 #include <functional>
-#include <system_error>
 
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include "core/error.h"
 #include "core/regular_file.h"
 #include "core/sha256.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -35,8 +35,7 @@ Source source_of(const RegularFile& file, const std::filesystem::path& path) {
                 continue;
               }
               if (count < 0) {
-                throw EnvironmentError(path.string(),
-                                       "cannot read: " + std::generic_category().message(errno));
+                throw EnvironmentError(path.string(), "cannot read: " + system_reason(errno));
               }
               if (count == 0) {
                 throw DataError(path.string(), "byte " + std::to_string(offset),

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 
@@ -28,7 +29,7 @@ RegularFile::RegularFile(const std::filesystem::path& path, int flags)
     // What this run may not read, or cannot now, says nothing of the file.
     if (error == EACCES || error == EPERM || error == EIO || error == ENOMEM || error == EMFILE ||
         error == ENFILE) {
-      throw EnvironmentError(path.string(), "cannot open: " + reason);
+      throw EnvironmentError(path.string(), "cannot open: " + system_reason(error));
     }
     throw DataError(path.string(), "", reason, "a readable file");
   }

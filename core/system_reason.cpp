@@ -13,8 +13,11 @@ const char* advice(int error) {
       return "; free space and run again: what is finished is kept";
     case EACCES:
     case EPERM:
+      return "; ask whom it belongs to, or name a place that you may use";
     case EROFS:
       return "; name a folder that can be written";
+    case ENAMETOOLONG:
+      return "; give it a shorter name";
     case ENOTDIR:
       return "; a file lies where a folder is expected";
     default:

@@ -65,6 +65,7 @@ ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
   result.gain.assign(count, Eigen::Vector3d::Ones());
   result.deviation.assign(count, Eigen::Vector3d::Zero());
   result.points.assign(count, 0);
+  result.measured.assign(count, false);
   std::map<int, std::vector<LogSample>> by_point;
   for (const ColorSample& sample : samples) {
     ATELIER_CHECK(sample.camera >= 0 && sample.camera < cameras && sample.weight > 0,
@@ -109,8 +110,10 @@ ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
         left_out.insert(c);
         result.findings.push_back({Severity::Warning, "color-few-points", std::to_string(c),
                                    std::to_string(result.points[static_cast<std::size_t>(c)]) +
-                                       " places that other cameras see too",
-                                   "its gain stays 1; more frames give more places"});
+                                       " places that other cameras see too, " +
+                                       std::to_string(options.least_points) + " are needed",
+                                   "its gain stays 1; more frames give more places, and its "
+                                   "pictures must overlap with others'"});
       }
     }
     if (left_out.size() == before) {
@@ -145,6 +148,7 @@ ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
       continue;
     }
     column[i] = columns++;
+    result.measured[i] = true;
   }
 
   Eigen::MatrixXd log_gain = Eigen::MatrixXd::Zero(columns, 3);

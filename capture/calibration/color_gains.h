@@ -28,6 +28,7 @@ struct ColorGains {
   std::vector<Eigen::Vector3d> gain;       ///< of each camera; geometric mean 1 in each channel
   std::vector<Eigen::Vector3d> deviation;  ///< standard deviation of each, relative
   std::vector<int> points;                 ///< places that each camera shares with others
+  std::vector<bool> measured;              ///< false: too few places, its gain stays 1
   double spread = 0;  ///< relative deviation of one sample from its place's colour, robust
   std::vector<Finding> findings;  ///< "color-few-points", "color-unconnected"
 };

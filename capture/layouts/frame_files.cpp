@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/io/lower_extension.h"
 #include "core/io/zip_archive.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -46,7 +47,7 @@ std::vector<fs::path> entries(const fs::path& folder, const Limits& limits) {
     }
   }
   if (error) {
-    throw EnvironmentError(folder.string(), error.message());
+    throw EnvironmentError(folder.string(), system_reason(error.value()));
   }
   std::sort(paths.begin(), paths.end());
   return paths;

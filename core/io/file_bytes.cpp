@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <system_error>
 
 #include <unistd.h>
 
 #include "core/error.h"
 #include "core/regular_file.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -24,8 +24,7 @@ Buffer read_first(const RegularFile& file, std::int64_t bytes, const std::filesy
       if (errno == EINTR) {
         continue;
       }
-      throw EnvironmentError(path.string(),
-                             "cannot read: " + std::generic_category().message(errno));
+      throw EnvironmentError(path.string(), "cannot read: " + system_reason(errno));
     }
     if (count == 0) {
       break;  // became shorter meanwhile

@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -52,12 +53,15 @@ Sequence read_sequence_folder(const std::filesystem::path& path, const MeshConve
         continue;
       }
       if (!walk->is_regular_file(error)) {
-        throw DataError(file.string(), "", "a name that leads to no file", "a mesh");
+        throw DataError(file.string(), "", "a name that leads to no file",
+                        "a mesh; remove it, or put a dot before its name to leave it out");
       }
       const auto frame_id = frame_number(file.stem().string());
       if (!frame_id) {
         throw DataError(file.string(), "name", "no frame number at its end",
-                        "a name like frame_000012" + file.extension().string());
+                        "a name like frame_000012" + file.extension().string() +
+                            " (digits, at most 2147483647); rename it, or put a dot before its "
+                            "name to leave it out");
       }
       const auto [other, fresh] = files.emplace(*frame_id, file);
       if (!fresh) {
@@ -72,6 +76,10 @@ Sequence read_sequence_folder(const std::filesystem::path& path, const MeshConve
       }
     }
     if (error) {
+      if (error == std::errc::permission_denied) {
+        throw EnvironmentError(path.string(),
+                               "cannot list the folder: " + system_reason(error.value()));
+      }
       throw DataError(path.string(), "", error.message(), "a mesh or a folder of meshes");
     }
   }

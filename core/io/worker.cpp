@@ -27,6 +27,7 @@
 #include "core/error.h"
 #include "core/hdf5_lock.h"
 #include "core/io/byte_reader.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -193,7 +194,7 @@ std::vector<std::byte> run_in_worker(const std::function<std::vector<std::byte>(
                                      const std::string& file, const Limits& limits) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) {
-    throw EnvironmentError(file, "no pipe for a worker: " + std::generic_category().message(errno));
+    throw EnvironmentError(file, "no pipe for a worker: " + system_reason(errno));
   }
   pid_t child = -1;
   {
@@ -205,7 +206,7 @@ std::vector<std::byte> run_in_worker(const std::function<std::vector<std::byte>(
     const int error = errno;
     close(ends[0]);
     close(ends[1]);
-    throw EnvironmentError(file, "no worker: " + std::generic_category().message(error));
+    throw EnvironmentError(file, "no worker: " + system_reason(error));
   }
   if (child == 0) {
     live(ends[1], work, file, limits);

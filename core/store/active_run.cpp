@@ -18,6 +18,7 @@
 #include "core/store/input_digest.h"
 #include "core/store/utc_time.h"
 #include "core/store/write_text.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -247,7 +248,7 @@ ManifestOutput ActiveRun::write_file(
       std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, error);
   if (error) {
     throw EnvironmentError((plan_.staging_folder / path).string(),
-                           "cannot set its mode: " + error.message());
+                           "cannot set its mode: " + system_reason(error.value()));
   }
   const FileDigest digest = digest_of_file(file.temporary_path());
   file.commit();
@@ -275,6 +276,8 @@ void ActiveRun::output_text(const std::string& path, std::string_view text) {
 
 void ActiveRun::metric(const std::string& name, double value) {
   ATELIER_CHECK(std::isfinite(value), "metric " + name + " is not finite");
+  ATELIER_CHECK(find_metric(stage_, name) != nullptr,
+                std::string(stage_.name) + " declares no metric " + name);
   metrics_[name] = value;
 }
 

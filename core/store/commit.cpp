@@ -45,7 +45,8 @@ void sweep(const std::filesystem::path& staging, const Manifest& manifest) {
     }
   }
   if (error) {
-    throw EnvironmentError(staging.string(), "cannot remove temporary files: " + error.message());
+    throw EnvironmentError(staging.string(),
+                           "cannot remove temporary files: " + system_reason(error.value()));
   }
 }
 
@@ -140,7 +141,7 @@ void remove_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::remove_all(folder, error);
   if (error) {
-    throw EnvironmentError(folder.string(), "cannot remove it: " + error.message());
+    throw EnvironmentError(folder.string(), "cannot remove it: " + system_reason(error.value()));
   }
 }
 

@@ -45,7 +45,7 @@ std::vector<Consent> consent_of(const std::vector<TomlEntry>& entries, const std
     }
     if (dot == std::string::npos) {
       throw DataError(file, "line " + std::to_string(entry.line), "a consent that is no table",
-                      "[consent] with who, scope and until");
+                      "[[consent]] with who, scope and until, once for each consent");
     }
     const std::size_t last = entry.name.rfind('.');
     const std::string which = last == dot ? "" : entry.name.substr(dot + 1, last - dot - 1);

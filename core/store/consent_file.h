@@ -13,9 +13,9 @@ namespace atelier {
 inline constexpr const char* kConsentFile = "consent.toml";
 
 /// The consent that a capture's `capture.toml` states, or else its `consent.toml`: a table
-/// `[consent]` (or tables `[[consent]]`) with who, scope, until. `input` is a file or a folder; the
-/// file read is in it or, for a file or a sequence inside a capture, up to two folders above. Empty
-/// where there is none. Throws DataError where it is there and wrong.
+/// `[[consent]]` for each, or one `[consent]`, with who, scope, until. `input` is a file or a
+/// folder; the file read is in it or, for a file or a sequence inside a capture, up to two folders
+/// above. Empty where there is none. Throws DataError where it is there and wrong.
 std::vector<Consent> read_consent(const std::filesystem::path& input);
 
 /// The file that `read_consent` has it from; "" where there is none.

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "core/error.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -23,11 +24,7 @@ file_type kind_of(const std::filesystem::path& path, int (*look)(const char*, st
     if (error == ELOOP) {
       return file_type::unknown;  // links that lead nowhere, neither file nor folder
     }
-    throw EnvironmentError(path.string(),
-                           std::generic_category().message(error) +
-                               (error == EACCES    ? "; name a place that you may look into"
-                                : error == ENOTDIR ? "; a file lies where a folder is expected"
-                                                   : ""));
+    throw EnvironmentError(path.string(), system_reason(error));
   }
   return S_ISREG(status.st_mode)   ? file_type::regular
          : S_ISDIR(status.st_mode) ? file_type::directory
@@ -54,7 +51,8 @@ std::vector<std::filesystem::path> list_folder(const std::filesystem::path& fold
     walk.increment(error);
   }
   if (error && error != std::errc::no_such_file_or_directory) {
-    throw EnvironmentError(folder.string(), "cannot list the folder: " + error.message());
+    throw EnvironmentError(folder.string(),
+                           "cannot list the folder: " + system_reason(error.value()));
   }
   std::sort(paths.begin(), paths.end());
   return paths;

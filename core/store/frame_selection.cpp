@@ -82,9 +82,13 @@ std::vector<int> some_selected_frames(const FrameSelection& selection,
                                       const std::vector<int>& frame_ids, const std::string& input) {
   std::vector<int> selected = selected_frames(selection, frame_ids);
   if (selected.empty() && !frame_ids.empty()) {
-    throw DataError(input, "frames",
-                    std::to_string(frame_ids.front()) + " to " + std::to_string(frame_ids.back()),
-                    "some of " + to_string(selection));
+    throw DataError(input, to_string(selection),
+                    frame_ids.size() == 1
+                        ? "there is frame " + std::to_string(frame_ids.front()) + " alone"
+                        : "there are " + std::to_string(frame_ids.size()) + " frames, from " +
+                              std::to_string(frame_ids.front()) + " to " +
+                              std::to_string(frame_ids.back()),
+                    "a choice that holds one of them");
   }
   return selected;
 }
@@ -94,12 +98,14 @@ std::string to_string(const FrameSelection& selection) {
     return "every frame";
   }
   std::string text;
-  if (selection.begin || selection.end) {
-    text = "frames " + (selection.begin ? std::to_string(*selection.begin) : "") + ":" +
+  if (selection.begin && selection.end && *selection.end == *selection.begin + 1) {
+    text = "--frames " + std::to_string(*selection.begin);
+  } else if (selection.begin || selection.end) {
+    text = "--frames " + (selection.begin ? std::to_string(*selection.begin) : "") + ":" +
            (selection.end ? std::to_string(*selection.end) : "");
   }
   if (selection.shards > 1) {
-    text += (text.empty() ? "shard " : " of shard ") + std::to_string(selection.shard) + "/" +
+    text += (text.empty() ? "--shard " : " --shard ") + std::to_string(selection.shard) + "/" +
             std::to_string(selection.shards);
   }
   return text;

@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "core/regular_file.h"
 #include "core/store/file_kind.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -24,10 +25,6 @@ struct Entry {
   std::filesystem::path path;
   std::string name;  ///< relative, with "/"
 };
-
-std::string reason(int error) {
-  return std::generic_category().message(error);
-}
 
 std::vector<Entry> entries_of(const std::filesystem::path& root) {
   using std::filesystem::file_type;
@@ -45,7 +42,8 @@ std::vector<Entry> entries_of(const std::filesystem::path& root) {
   std::error_code error;
   auto walk = std::filesystem::recursive_directory_iterator(root, error);
   if (error) {
-    throw EnvironmentError(root.string(), "cannot list the folder: " + error.message());
+    throw EnvironmentError(root.string(),
+                           "cannot list the folder: " + system_reason(error.value()));
   }
   while (walk != std::filesystem::recursive_directory_iterator()) {
     const std::filesystem::path path = walk->path();
@@ -66,7 +64,8 @@ std::vector<Entry> entries_of(const std::filesystem::path& root) {
     }
     walk.increment(error);
     if (error) {
-      throw EnvironmentError(path.string(), "cannot list the folder: " + error.message());
+      throw EnvironmentError(path.string(),
+                             "cannot list the folder: " + system_reason(error.value()));
     }
   }
   if (entries.empty()) {
@@ -91,9 +90,10 @@ Look look_at(const std::vector<Entry>& entries) {
     if (stat(entry.path.c_str(), &status) != 0) {
       const int error = errno;
       if (error == EACCES || error == EPERM) {
-        throw EnvironmentError(entry.path.string(), "cannot look at it: " + reason(error));
+        throw EnvironmentError(entry.path.string(), "cannot look at it: " + system_reason(error));
       }
-      throw DataError(entry.path.string(), "", reason(error), "a readable file");
+      throw DataError(entry.path.string(), "", std::generic_category().message(error),
+                      "a readable file");
     }
     hash.update(entry.name + "\n" + std::to_string(status.st_size) + " " +
                 std::to_string(status.st_mtim.tv_sec) + "." +
@@ -115,7 +115,7 @@ FileDigest read_digest(const std::filesystem::path& path, int flags, DigestMeter
       continue;
     }
     if (got < 0) {
-      throw EnvironmentError(path.string(), "cannot read: " + reason(errno));
+      throw EnvironmentError(path.string(), "cannot read: " + system_reason(errno));
     }
     if (got == 0) {
       break;

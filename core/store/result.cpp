@@ -18,6 +18,7 @@
 #include "core/store/file_kind.h"
 #include "core/store/input_digest.h"
 #include "core/store/utc_time.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -34,7 +35,7 @@ std::map<std::string, struct stat> files_below(const std::filesystem::path& fold
     const std::filesystem::path path = walk->path();
     struct stat status {};
     if (lstat(path.c_str(), &status) != 0) {
-      throw EnvironmentError(path.string(), std::generic_category().message(errno));
+      throw EnvironmentError(path.string(), system_reason(errno));
     }
     if (!S_ISDIR(status.st_mode)) {
       files[path.lexically_relative(folder).generic_string()] = status;
@@ -42,7 +43,8 @@ std::map<std::string, struct stat> files_below(const std::filesystem::path& fold
     walk.increment(error);
   }
   if (error) {
-    throw EnvironmentError(folder.string(), "cannot list the folder: " + error.message());
+    throw EnvironmentError(folder.string(),
+                           "cannot list the folder: " + system_reason(error.value()));
   }
   return files;
 }
@@ -187,7 +189,7 @@ std::optional<std::string> current_name(const std::filesystem::path& stage_folde
   // Neither a missing link nor something else in its place names a result.
   if (error && error != std::errc::no_such_file_or_directory &&
       error != std::errc::invalid_argument) {
-    throw EnvironmentError((stage_folder / "current").string(), error.message());
+    throw EnvironmentError((stage_folder / "current").string(), system_reason(error.value()));
   }
   if (error || !is_folder_name(target.string())) {
     return std::nullopt;
@@ -213,7 +215,7 @@ void set_current(const std::filesystem::path& stage_folder, const std::string& n
   // Only the holder of the commit lock comes here: a link left by a kill is nobody's.
   unlink(fresh.c_str());
   if (symlink(name.c_str(), fresh.c_str()) != 0 || rename(fresh.c_str(), link.c_str()) != 0) {
-    throw EnvironmentError(link.string(), std::generic_category().message(errno));
+    throw EnvironmentError(link.string(), system_reason(errno));
   }
   sync_directory(stage_folder);
 }

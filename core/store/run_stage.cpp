@@ -267,6 +267,10 @@ StageReport run_stage(std::span<const Stage> stages, const Stage& stage,
   } catch (const StopRequested&) {
     report.end = StageReport::End::Stopped;
   }
+  for (const auto& [name, value] : report.manifest.metrics) {
+    const StageMetric* metric = find_metric(stage, name);
+    report.input_errors |= metric != nullptr && metric->input_errors && value > 0;
+  }
   return report;
 }
 

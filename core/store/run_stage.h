@@ -22,6 +22,7 @@ struct StageReport {
   End end = End::Done;
   StagePlan plan;                 ///< what there was to do, and why
   Manifest manifest;              ///< of the result, unless Partial or Stopped
+  bool input_errors = false;      ///< Done or AlreadyDone: the stage found the INPUT to be no good
   bool again = false;             ///< Partial, while an older result of the request stays current
   std::int64_t frames_done = 0;   ///< of a frame-wise stage: all that are finished now
   std::int64_t frames_total = 0;  ///< 0 if it was stopped before a frame was begun

@@ -55,7 +55,8 @@ class StageRun {
   /// Writes one text file of the result.
   virtual void output_text(const std::string& path, std::string_view text) = 0;
 
-  /// A number for the manifest and the report. Throws LogicError unless it is finite.
+  /// A number for the manifest and the report. Throws LogicError unless it is finite and the
+  /// stage's row declares it.
   virtual void metric(const std::string& name, double value) = 0;
 
   /// One line for whoever watches.
@@ -74,6 +75,13 @@ class StageRun {
   virtual const void* option_values() const = 0;
 };
 
+/// A number that a stage may give, by `StageRun::metric`.
+struct StageMetric {
+  std::string_view name;
+  std::string_view unit;      ///< "m", "px", "" for counts and shares
+  bool input_errors = false;  ///< counts what is wrong with the INPUT: above 0 it is no good
+};
+
 /// One row of the table of stages.
 struct Stage {
   std::string_view name;     ///< a verb or noun, also the command and the folder in the workspace
@@ -81,6 +89,7 @@ struct Stage {
   std::string_view summary;  ///< one line for --help
   std::array<std::string_view, 6> inputs{};   ///< kinds; one that no row makes is the INPUT given
   std::array<std::string_view, 6> outputs{};  ///< kinds
+  std::span<const StageMetric> metrics{};     ///< every number that it may give
   OptionSet (*options)() = nullptr;           ///< its defaults: option_set<ItsOptions>
   void (*run)(StageRun& run) = nullptr;       ///< read -> call -> write
   /// Throws DataError if an INPUT is of another kind; quick, since every plan asks it. Null: only
@@ -93,6 +102,12 @@ struct Stage {
 
 /// The row of that name, or null.
 const Stage* find_stage(std::span<const Stage> stages, std::string_view name);
+
+/// The metric of that name; null if the stage has none, which another version of it may have given.
+const StageMetric* find_metric(const Stage& stage, std::string_view name);
+
+/// "0.0123 m", for people. @param stage  that gave it; null: without its unit
+std::string metric_text(const Stage* stage, std::string_view name, double value);
 
 /// The row that makes a kind, or null if it comes from outside.
 const Stage* stage_that_makes(std::span<const Stage> stages, std::string_view kind);

@@ -12,6 +12,8 @@
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
 #include "core/store/result.h"
+#include "core/store/workspace_folder.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -24,7 +26,7 @@ std::filesystem::path real_path(const std::filesystem::path& path) {
                     "a file or a folder");
   }
   if (error) {
-    throw EnvironmentError(path.string(), error.message());
+    throw EnvironmentError(path.string(), system_reason(error.value()));
   }
   return real;
 }
@@ -173,7 +175,15 @@ bool is_inside_input(const StageRequest& request) {
 StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const StageRequest& request,
                      const StageEvents& events) {
   ATELIER_CHECK(check_options(request.options.table).empty(), "options were not checked");
+  const std::string problem = workspace_problem(stages, request.workspace);
+  if (!problem.empty() && !is_inside_input(request)) {  // which has a refusal of its own
+    throw DataError(request.workspace.string(), "", "no workspace: " + problem,
+                    "a workspace, or a new or empty folder");
+  }
   StagePlan plan;
+  if (std::string openness = openness_of(request.workspace); !openness.empty()) {
+    plan.warnings.push_back(std::move(openness));
+  }
   plan.manifest.stage = stage.name;
   plan.manifest.stage_version = stage.version;
   plan.manifest.device = stage.device_keyed ? device_name(request.device) : "";

@@ -34,8 +34,9 @@ struct StagePlan {
   };
 
   State state = State::Run;
-  std::vector<std::string> reasons;  ///< why it is not done: one sentence each
-  std::int64_t frames_kept = 0;      ///< that an interrupted or split run finished
+  std::vector<std::string> reasons;   ///< why it is not done: one sentence each
+  std::vector<std::string> warnings;  ///< of the workspace, a sentence each
+  std::int64_t frames_kept = 0;       ///< that an interrupted or split run finished
   Manifest manifest;  ///< as far as it follows from the request: key, options, inputs
   std::vector<std::filesystem::path> input_paths;  ///< beside `manifest.inputs`
   std::vector<FileLock> input_locks;  ///< keep results that are read from being removed
@@ -45,9 +46,10 @@ struct StagePlan {
 };
 
 /// Digests the inputs, makes the key and looks what is there. Creates and changes nothing. Throws
-/// DataError if an input is missing, damaged or holds the workspace, or an earlier stage has no
-/// sound result; LogicError if an option is out of its range; StopRequested (digest_meter.h) if
-/// `events.stop` says so while files are digested. Cost: reads inputs and results once.
+/// DataError if an input is missing, damaged or holds the workspace, if the workspace is a folder
+/// of other things (`workspace_problem`), or an earlier stage has no sound result; LogicError if an
+/// option is out of its range; StopRequested (digest_meter.h) if `events.stop` says so while files
+/// are digested. Cost: reads inputs and results once.
 StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const StageRequest& request,
                      const StageEvents& events = {});
 

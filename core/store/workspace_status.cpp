@@ -114,6 +114,7 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
   for (const Stage& stage : stages) {
     StageStatus status;
     status.stage = stage.name;
+    status.row = &stage;
     const std::filesystem::path folder = workspace / stage.name;
     if (link_kind(folder) != file_type::not_found) {
       require_folder(folder);

@@ -39,6 +39,7 @@ struct StageStatus {
   std::vector<UnfinishedWork> unfinished;
   std::int64_t older_results = 0;     ///< beside a current one; `collect_garbage` removes them
   std::int64_t unlinked_results = 0;  ///< where no link says which of them is current
+  const Stage* row = nullptr;         ///< of the table, which outlives this
 };
 
 /// "none", "unfinished", "done", "outdated" or "damaged".

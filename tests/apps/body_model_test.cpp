@@ -241,12 +241,13 @@ TEST_F(BodyModelCommand, WritesMotionsForTheirOwnerAlone) {
 }
 
 TEST_F(BodyModelCommand, RefusesWrongWords) {
-  refused({}, 2, "an action and a body");
+  refused({}, 2, "body-model takes an ACTION");
   refused({"dance", "default"}, 2, "dance");
   refused({"show", "default"}, 2, "--out FILE");
   refused({"show", "default", "--out", "a.gif"}, 2, ".png");
-  refused({"pose", "default", "--out", "a.png"}, 2, "it takes a motion");
-  refused({"show", "default", "walk.bvh", "--out", "a.png"}, 2, "only pose takes a motion");
+  refused({"pose", "default", "--out", "a.png"}, 2, "body-model pose takes a MOTION");
+  refused({"show", "default", "walk.bvh", "--out", "a.png"}, 2,
+          "body-model show takes no MOTION: only pose takes a motion");
   refused({"pose", "default", "walk.bvh", "--out", "a.txt"}, 2, "contact sheet");
   refused({"show", "base.obj", "--macros.wings", "1", "--out", "a.png"}, 2, "no option");
   refused({"show", "base.obj", "--macros.gender", "2", "--out", "a.png"}, 2, "[0, 1]");
@@ -259,7 +260,7 @@ TEST_F(BodyModelCommand, RefusesWrongWords) {
   refused({"pose", "female", "a.bvh", "--motion.up", "x", "--out", "a.png"}, 2, "auto, y, z");
   refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh, .npz, .glb");
   refused({"convert", "default", "--out", "a.bvh"}, 2, "default is a body: it becomes .npz");
-  refused({"convert", "default", "--out", "a.xyz"}, 2, ".obj, .ply (bodies)");
+  refused({"convert", "default", "--out", "a.xyz"}, 2, ".obj or .ply for a body");
   refused({"measure", "female", "--shape", "stature=1.7", "--shape", "stature=1.8"}, 2,
           "stature is given twice");
   refused({"measure", "female", "--shape", "stature=1.2"}, 2,

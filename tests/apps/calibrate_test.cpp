@@ -36,7 +36,10 @@ TEST(CalibrateCommand, StereoChessboardsBecomeCameras) {
   EXPECT_EQ(cameras[0].id, "left");
   EXPECT_NEAR((camera_center(cameras[0]) - camera_center(cameras[1])).norm(), 0.083, 0.002);
   EXPECT_TRUE(fs::exists(out / "calibration.json"));
-  EXPECT_EQ(calibrate(arguments).exit_code, 2);  // it is there already
+  const ChildResult again = calibrate(arguments);
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err,
+              HasSubstr("is there already, and no flag replaces it; name another --out"));
 
   // The lenses that were found, given back, are kept to the bit; a picture of another size is left
   // out and said.

@@ -78,7 +78,10 @@ TEST(ConvertCapture, RefusesWhatIsNoCaptureOrNoPlace) {
   EXPECT_THAT(none.err, HasSubstr("no layout that is known"));
   write_small_capture(folder / "capture");
   const std::string capture = (folder / "capture").string();
-  EXPECT_EQ(convert({capture, empty}).exit_code, 5);  // it is there already
+  const ChildResult taken = convert({capture, empty});
+  EXPECT_EQ(taken.exit_code, 2);
+  EXPECT_THAT(taken.err, HasSubstr("is there already, and no flag replaces it; name another OUT"));
+  EXPECT_TRUE(fs::is_empty(empty));
   const ChildResult layout = convert({capture, (folder / "x").string(), "--to", "colmapp"});
   EXPECT_EQ(layout.exit_code, 2);
   const ChildResult inside = convert({capture, capture + "/colmap", "--to", "colmap"});

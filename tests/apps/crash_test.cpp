@@ -1,8 +1,8 @@
 // Whatever ends a run, wherever: the next one completes to the same digests.
 
-#include <chrono>
-#include <cmath>
 #include <csignal>
+#include <cstdio>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -28,7 +28,19 @@ class Crash : public StatisticsFixture {
     forget_workspace();
     return digests;
   }
+  /// Where the stage on the boxes works.
+  std::filesystem::path staging_folder() const {
+    const auto plan = nlohmann::json::parse(run_child(statistics({"--dry-run", "--json"})).out);
+    const std::filesystem::path result = plan["result"].get<std::string>();
+    return result.parent_path() / (".staging-" + result.filename().string());
+  }
 };
+
+std::filesystem::path file_of_frame(const std::filesystem::path& staging, int frame) {
+  char name[32];
+  std::snprintf(name, sizeof name, "%06d.json", frame);
+  return staging / "frames" / name;
+}
 
 TEST_F(Crash, KilledAtEveryCallThatChangesTheDisk) {
   if (!can_inject()) {
@@ -97,56 +109,93 @@ TEST_F(Crash, AKillCostsNoMoreThanTheFrameInWork) {
   EXPECT_THAT(next.err, HasSubstr("4 of 6 frames are done already"));
 }
 
+/// Waits until a file is there. False if the child ended before.
+bool reaches(const ChildProcess& child, const std::filesystem::path& file) {
+  while (!std::filesystem::exists(file)) {
+    if (child.has_ended()) {
+      return std::filesystem::exists(file);
+    }
+    std::this_thread::yield();
+  }
+  return true;
+}
+
+/// A moment of a run: once one of its files is there, and a number of yields later, which takes
+/// from nothing to about the time of a frame.
+struct Moment {
+  std::filesystem::path file;
+  std::uint64_t yields = 0;
+};
+
+// Which frame a kill comes after, and how long after, is random; that it comes within the work is
+// no matter of time: it is sent once the frame is there, and counts if the run has not committed.
+// One that came too late (the machine was busy elsewhere) is tried again at the same moment.
 TEST_F(Crash, KilledAtRandomTimes) {
-  write_boxes(input(), 40);
-  const auto begin = std::chrono::steady_clock::now();
+  const bool soak = injection_stride(0) == 1;
+  const int frames = soak ? 40 : 16;
+  const int trials = soak ? 500 : 50;  // each ends in a run that completes
+  constexpr std::uint64_t kMostYields = 5'000;
+  write_boxes(input(), frames);
   const auto expected = undisturbed();
-  const double whole_run =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  // Only kills that come before the run's own end count, and all of them have to: the delays are
-  // spread over orders of magnitude below the time of a whole run, so that a machine that is now
-  // faster or slower than it was a moment ago only needs more attempts.
-  constexpr double kOctaves = 6;
-  const int trials = injection_stride(0) == 1 ? 500 : 100;
+  ASSERT_EQ(expected.size(), static_cast<std::size_t>(frames) + 1);
+  const std::filesystem::path staging = staging_folder();
   Random random{11, 0, 0};
-  int landed = 0;
   int attempts = 0;
-  int in_work = 0;  // of the landed: with the workspace begun
-  while (landed < trials && attempts < 20 * trials) {
-    SCOPED_TRACE(attempts);
-    const std::chrono::duration<double> delay(whole_run * std::exp2(-kOctaves * uniform(random)));
+  int too_late = 0;
+  // Kills the run at the moment. False if it had committed, or had ended, before.
+  const auto kill_at = [&](const Moment& moment) {
+    ++attempts;
     ChildProcess child(statistics({"--jobs", attempts % 2 == 0 ? "1" : "4"}));
-    std::this_thread::sleep_for(delay);
+    const bool reached = reaches(child, moment.file);
+    for (std::uint64_t i = 0; i < moment.yields; ++i) {
+      std::this_thread::yield();
+    }
     child.kill(SIGKILL);
     const bool killed = child.wait().signal == SIGKILL;
-    ++attempts;
-    landed += killed ? 1 : 0;
-    in_work += killed && std::filesystem::exists(stage_folder() / ".lock") ? 1 : 0;
-    // A killed run's result is either not there or whole; every few kills the work is brought to
-    // its end, so that kills hit every part of it.
-    if (killed && landed % 10 == 0) {
-      const ChildResult next = run_child(statistics());
-      ASSERT_EQ(next.exit_code, 0) << next.err;
-      ASSERT_EQ(result_digests(), expected);
-      ASSERT_TRUE(is_clean());
-      forget_workspace();
-    } else if (std::filesystem::exists(stage_folder() / "current")) {
-      ASSERT_EQ(result_digests(), expected);
-      forget_workspace();  // nothing is left to kill
+    return reached && killed && !std::filesystem::exists(stage_folder() / "current");
+  };
+  int kills = 0;
+  int completions = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    SCOPED_TRACE(trial);
+    // After frame -1: once the run has the lock, before its first frame.
+    int frame = static_cast<int>(uniform_index(random, static_cast<std::uint64_t>(frames) + 1)) - 1;
+    // Every other trial kills the run that goes on, too, at a later frame.
+    for (int kill = 0; kill <= trial % 2 && frame < frames; ++kill) {
+      const Moment moment{frame < 0 ? stage_folder() / ".lock" : file_of_frame(staging, frame),
+                          uniform_index(random, kMostYields)};
+      while (!kill_at(moment)) {
+        ++too_late;
+        ASSERT_LT(too_late, 20 * trials) << "no kill came within the work";
+        // The result that was committed is whole, and the moment is tried anew.
+        ASSERT_EQ(result_digests(), expected);
+        ASSERT_TRUE(is_clean());
+        forget_workspace();
+      }
+      ++kills;
+      while (frame < frames &&
+             (frame < 0 || std::filesystem::exists(file_of_frame(staging, frame)))) {
+        ++frame;
+      }
     }
+    const ChildResult next = run_child(statistics());
+    ASSERT_EQ(next.exit_code, 0) << next.err;
+    ASSERT_EQ(result_digests(), expected);
+    ASSERT_TRUE(is_clean());
+    ++completions;
+    forget_workspace();
   }
-  RecordProperty("kills", landed);
-  RecordProperty("attempts", attempts);
-  RecordProperty("kills_in_work", in_work);
-  EXPECT_EQ(landed, trials) << "of " << attempts << " attempts";
+  RecordProperty("kills_in_work", kills);
+  RecordProperty("completions", completions);
+  RecordProperty("kills_too_late", too_late);
+  EXPECT_GE(kills, trials) << "each trial has one at least";
+  EXPECT_EQ(completions, trials);
 }
 
 TEST_F(Crash, AKilledHoldersLockIsFree) {
   write_boxes(input(), 200);
   ChildProcess holder(statistics({"--jobs", "1"}));
-  while (!std::filesystem::exists(stage_folder() / ".lock")) {
-    std::this_thread::yield();
-  }
+  ASSERT_TRUE(reaches(holder, stage_folder() / ".lock"));
   holder.kill(SIGKILL);
   holder.wait();
   EXPECT_EQ(run_child(statistics()).exit_code, 0);
@@ -197,25 +246,40 @@ TEST_F(Crash, SignalsToEndLeaveACleanStaging) {
   for (const int signal : {SIGTERM, SIGINT}) {
     write_boxes(input(), 150);
     forget_workspace();
-    ChildProcess child(statistics({"--jobs", "1"}));
-    while (!std::filesystem::exists(stage_folder() / ".lock")) {
-      std::this_thread::yield();
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    const std::filesystem::path second = file_of_frame(staging_folder(), 1);
+    ChildProcess child(statistics({"--jobs", "1", "--json"}));
+    ASSERT_TRUE(reaches(child, second));
     child.kill(signal);
     const ChildResult result = child.wait();
     if (result.exit_code == 0) {
       continue;  // it was quicker
     }
     EXPECT_EQ(result.signal, signal);
-    EXPECT_THAT(result.out, HasSubstr("frames are kept"));
+    const auto end =
+        nlohmann::json::parse(result.out.substr(result.out.rfind('\n', result.out.size() - 2) + 1));
+    EXPECT_EQ(end["end"], "stopped");
+    const int kept = end["frames_kept"];
+    EXPECT_GE(kept, 2);
+    EXPECT_EQ(end["frames_done"], kept);
     for (const auto& entry : std::filesystem::recursive_directory_iterator(stage_folder())) {
       EXPECT_FALSE(is_temporary_name(entry.path().filename().string())) << entry.path();
     }
     const ChildResult next = run_child(statistics());
     EXPECT_EQ(next.exit_code, 0) << next.err;
-    EXPECT_THAT(next.err, HasSubstr("frames are done already"));
+    EXPECT_THAT(next.err, HasSubstr(std::to_string(kept) + " of 150 frames are done already"));
     EXPECT_TRUE(is_clean());
+  }
+}
+
+TEST_F(Crash, ASignalToEndSaysHowManyFramesAreKept) {
+  write_boxes(input(), 150);
+  const std::filesystem::path second = file_of_frame(staging_folder(), 1);
+  ChildProcess child(statistics({"--jobs", "1"}));
+  ASSERT_TRUE(reaches(child, second));
+  child.kill(SIGINT);
+  const ChildResult result = child.wait();
+  if (result.exit_code != 0) {  // else it was quicker
+    EXPECT_THAT(result.out, ::testing::ContainsRegex("stopped: [0-9]+ of 150 frames are kept"));
   }
 }
 

@@ -19,7 +19,7 @@ using testing::run_child;
 class DrapeRefuses : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (run({"--help"}).out.find("--pattern_scale") == std::string::npos) {
+    if (run({"--help"}).out.find("--pattern-scale") == std::string::npos) {
       GTEST_SKIP() << "built without drape";
     }
   }
@@ -41,7 +41,8 @@ TEST_F(DrapeRefuses, PlacesThatAreMissingOrTaken) {
   EXPECT_EQ(run({"--garment", "tee"}).exit_code, 2);
   const ChildResult taken = run({"--out", root_.path().string()});
   EXPECT_EQ(taken.exit_code, 2);
-  EXPECT_THAT(taken.err, HasSubstr("it is there already"));
+  EXPECT_THAT(taken.err,
+              HasSubstr("is there already, and no flag replaces it; name another --out"));
 }
 
 TEST_F(DrapeRefuses, GarmentsThatAreNone) {

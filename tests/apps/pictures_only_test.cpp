@@ -60,7 +60,10 @@ TEST(MasksCommand, WalkersAreFoundByPlatesAndOverTime) {
   const ByteImage mask = read_labels(folder / "capture" / "labels" / camera / "000002.png");
   EXPECT_EQ(mask.at(13, 40), 255);
   EXPECT_EQ(mask.at(40, 40), 0);
-  EXPECT_EQ(atelier({"masks", capture}).exit_code, 5);  // there are labels now
+  const ChildResult again = atelier({"masks", capture});
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("labels is there already, and no flag replaces it; name another "
+                                   "--out, or remove it first"));
   fs::create_directory(folder / "plates");
   for (const Camera& one : SmallCapture{}.cameras) {
     write_image(folder / "plates" / (one.id + ".png"), ByteImage(one.width, one.height, 3, 90));
@@ -121,6 +124,10 @@ TEST(DetectCommand, ANetworkOfOnesOwnFillsTheCapture) {
   ASSERT_EQ(people.size(), 1U);
   EXPECT_GT(people[0].points(0, 0), 18);
   EXPECT_LT(people[0].points(0, 0), 28);
+  const ChildResult again =
+      atelier({"detect", capture, "--model", (folder / "points.onnx").string()});
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("keypoints2d is there already, and no flag replaces it"));
   // Classes: background, and one more where it is red.
   std::vector<std::vector<float>> classes(28, {-1, -1, -1});
   classes[0] = {0.3F, 0.3F, 0.3F};

@@ -56,6 +56,16 @@ TEST_F(Program, AFlagWithoutItsValueIsASentence) {
   expect_refusal(run({"statistics", "--jobs"}), 2, "--jobs needs a value behind it");
 }
 
+TEST_F(Program, AFlagMayBeTypedWithDashesOrUnderscores) {
+  write_boxes(input(), 1);
+  for (const char* flag : {"--statistics.edge_quantiles", "--statistics.edge-quantiles"}) {
+    EXPECT_EQ(run_statistics({flag, "0.5", "--dry_run"}).exit_code, 0) << flag;
+  }
+  EXPECT_FALSE(std::filesystem::exists(workspace())) << "--dry_run is --dry-run";
+  EXPECT_THAT(run({"statistics", "--help"}).out,
+              AllOf(HasSubstr("--statistics.edge-quantiles"), Not(HasSubstr("edge_quantiles"))));
+}
+
 TEST_F(Program, AnUnknownFlagSuggestsTheOptionOfThatWord) {
   expect_refusal(run({"convert", "a.obj", "b.obj", "--unit", "cm"}), 2,
                  "convert has no option '--unit', did you mean '--input.unit'?");
@@ -86,7 +96,8 @@ TEST_F(Program, EveryOptionOfACommandIsInItsHelpAndTheDocument) {
     if (line.starts_with("## atelier ")) {
       help = run({line.substr(11), "--help"}).out;
     } else if (line.starts_with("| `")) {
-      const std::string name = line.substr(3, line.find('`', 3) - 3);
+      std::string name = line.substr(3, line.find('`', 3) - 3);
+      std::replace(name.begin(), name.end(), '_', '-');  // TOML's spelling to the flag's
       EXPECT_THAT(help, HasSubstr("--" + name + " "));
       ++options;
     }
@@ -119,10 +130,25 @@ TEST_F(Program, CompletionCompletes) {
   EXPECT_EQ(complete("atelier sta", 1), "statistics status\n");
   EXPECT_EQ(complete("atelier completion ba", 2), "bash\n");
   EXPECT_EQ(complete("atelier statistics --dry", 2), "--dry-run\n");
-  EXPECT_EQ(complete("atelier statistics a b --statistics.e", 4), "--statistics.edge_quantiles\n");
+  EXPECT_EQ(complete("atelier statistics a b --statistics.e", 4), "--statistics.edge-quantiles\n");
   EXPECT_EQ(complete("atelier gc --j", 2), "--json\n");
   EXPECT_THAT(complete("atelier inspect " + (root_ / "compl").string(), 2), HasSubstr(script));
   EXPECT_EQ(complete("atelier nonsense --x", 2), "\n");
+  // Values of options, in either spelling of the flag.
+  EXPECT_EQ(complete("atelier statistics --device ''", 3), "cpu cuda\n");
+  EXPECT_EQ(complete("atelier statistics --device = cu", 4), "cuda\n");
+  EXPECT_EQ(complete("atelier convert a b --input.unit d", 5), "dm\n");
+  EXPECT_EQ(complete("atelier body-model me", 2), "measure\n");
+  // Files of the kind that is taken, and folders, which may lead to some.
+  for (const char* name : {"a.obj", "b.txt", "c.toml"}) {
+    std::ofstream(root_ / name) << "x";
+  }
+  std::filesystem::create_directory(root_ / "folder");
+  const std::string here = root_.path().string() + "/";
+  EXPECT_EQ(complete("atelier convert " + here, 2), here + "folder " + here + "a.obj\n");
+  EXPECT_EQ(complete("atelier convert a b --config " + here, 5),
+            here + "folder " + here + "c.toml\n");
+  EXPECT_THAT(complete("atelier inspect " + here, 2), HasSubstr(here + "b.txt"));
 }
 
 /// The words that begin with "--" in front of a help's lines.

@@ -57,7 +57,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"UnknownOption",
                    {"statistics", "IN", "WS", "--statistics.edge_quantile", "1"},
                    2,
-                   "did you mean '--statistics.edge_quantiles'?"},
+                   "did you mean '--statistics.edge-quantiles'?"},
         BadCommand{"UnknownOptionWithEquals",
                    {"statistics", "IN", "WS", "--input.units=m"},
                    2,
@@ -116,9 +116,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{
             "BadShard", {"statistics", "IN", "WS", "--shard", "2/2"}, 2, "--shard cannot be '2/2'"},
         BadCommand{"FramesOfNothing",
-                   {"statistics", "IN", "WS", "--frames", "100:200"},
+                   {"statistics", "IN", "WS", "--frames", "500"},
                    3,
-                   "expected some of frames 100:200"},
+                   "boxes: --frames 500: there is frame 0 alone; expected a choice that holds one "
+                   "of them"},
         BadCommand{"MissingConfig",
                    {"statistics", "IN", "WS", "--config", "nothing.toml"},
                    2,
@@ -132,6 +133,11 @@ INSTANTIATE_TEST_SUITE_P(
                    {"statistics", "IN", "IN/work"},
                    2,
                    "a workspace inside its own input"},
+        BadCommand{"WorkspaceIsAFolderOfOtherThings",
+                   {"statistics", "IN", "IN/../capture"},
+                   2,
+                   "WORKSPACE cannot be 'boxes/../capture': it holds capture.toml and images, and "
+                   "no stage's results; name a new or an empty folder"},
         BadCommand{"WorkspaceIsAFile",
                    {"statistics", "IN", "IN/../file"},
                    5,
@@ -189,7 +195,10 @@ INSTANTIATE_TEST_SUITE_P(
                    {"render", "nothing.obj", "--out", "nodir/x.png"},
                    5,
                    "make the folder first"},
-        BadCommand{"DrapeIntoAFile", {"drape", "--out", "file/x"}, 5, "name a"},
+        BadCommand{"DrapeIntoAFile",
+                   {"drape", "--out", "file/x"},
+                   5,
+                   "a file lies where a folder is expected"},
         BadCommand{"ShowIntoNoFolder",
                    {"body-model", "show", "default", "--out", "nodir/x.png"},
                    5,
@@ -241,6 +250,8 @@ TEST_P(Refused, IsOneLineAndItsCode) {
   std::filesystem::create_symlink("boxes/box_000.obj", root_ / "same.obj");
   ASSERT_EQ(mkfifo((root_ / "pipe.obj").c_str(), 0600), 0);
   std::filesystem::create_directory(root_ / "bare");
+  std::filesystem::create_directories(root_ / "capture" / "images");
+  std::ofstream(root_ / "capture" / "capture.toml") << "";
   std::ofstream(root_ / "half.h5") << "\x89HDF\r\n\x1a\n and no more";
   for (const char* name : {"no.png", "no.json", "no.h5", "no.ply", "no.npz", "no.toml", "no.glb"}) {
     std::ofstream(root_ / name) << "this is something else";

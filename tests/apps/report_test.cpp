@@ -187,7 +187,7 @@ TEST_F(Report, AnExportThatFailsLeavesItsPlaceFree) {
   EXPECT_EQ(export_to(out).exit_code, 0);
   const ChildResult again = export_to(out);
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.err, HasSubstr("is there already"));
+  EXPECT_THAT(again.err, HasSubstr("is there already, and no flag replaces it; name another OUT"));
   EXPECT_TRUE(fs::exists(out / "statistics" / "consent.txt")) << "it was another's";
 }
 

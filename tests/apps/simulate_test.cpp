@@ -63,6 +63,7 @@ class Simulate : public ::testing::Test {
     return run_child(arguments);
   }
   ChildResult alone(std::vector<std::string> more) const {
+    std::filesystem::remove_all(out());  // of a run before: a folder has to be new
     std::vector<std::string> all{"simulate",
                                  "--garment",
                                  (scene() / "garment.obj").string(),
@@ -178,6 +179,8 @@ TEST_F(Simulate, RefusesPlacesThatContradictTheirFormat) {
   refused({"--out", (root_.path() / "T.h5").string(), "--format", "obj"}, "contradict");
   std::filesystem::create_directories(root_.path() / "F.h5");
   refused({"--out", (root_.path() / "F.h5").string()}, "that is a folder");
+  refused({"--out", scene().string()},
+          "is there already, and no flag replaces it; name another --out, or remove it first");
   refused({"--out", out().string(), "--body", scene().string(), "--motion", "walk.bvh"},
           "a folder of meshes");
 }

@@ -23,7 +23,7 @@ using StageCommand = Program;
 
 TEST_F(StageCommand, HelpOfAStageHasItsOptionsWithRangeAndDefault) {
   const ChildResult result = run({"statistics", "--help"});
-  EXPECT_THAT(result.out, HasSubstr("--statistics.edge_quantiles"));
+  EXPECT_THAT(result.out, HasSubstr("--statistics.edge-quantiles"));
   EXPECT_THAT(result.out, HasSubstr("list of numbers in [0, 1]"));
   EXPECT_THAT(result.out, HasSubstr("[0, 0.05, 0.5, 0.95, 1]"));
 }
@@ -140,6 +140,21 @@ TEST_F(StageCommand, ALockedWorkspaceIsRefused) {
   const auto lock = FileLock::try_lock(stage_folder() / ".lock", FileLock::Mode::Exclusive);
   expect_refusal(run_statistics({}), kExitEnvironment,
                  "another run is working on 'statistics' here");
+}
+
+TEST_F(StageCommand, AWorkspaceThatOthersMayLookIntoIsAWarning) {
+  write_boxes(input(), 1);
+  std::filesystem::create_directory(workspace());
+  std::filesystem::permissions(workspace(), std::filesystem::perms(0755));
+  const std::string words = "others may look into " + workspace().string() +
+                            " (mode 0755): chmod 700 " + workspace().string() + " closes it";
+  EXPECT_THAT(run_statistics({"--dry-run"}).out, HasSubstr("warning: " + words));
+  EXPECT_THAT(run_statistics({}).out, HasSubstr("warning: " + words));
+  EXPECT_THAT(run_statistics({"--json"}).out, HasSubstr("\"warnings\":[\"" + words));
+  EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr("warning: " + words));
+  EXPECT_THAT(run({"status", workspace().string(), "--json"}).err, HasSubstr(words));
+  std::filesystem::permissions(workspace(), std::filesystem::perms(0700));
+  EXPECT_THAT(run_statistics({}).out, Not(HasSubstr("warning")));
 }
 
 TEST_F(StageCommand, ConsentIsShown) {

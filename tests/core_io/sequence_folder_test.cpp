@@ -81,7 +81,9 @@ TEST_F(SequenceFolder, FramesAreReadWhenAskedFor) {
 
 TEST_F(SequenceFolder, RefusesNamesWithoutNumber) {
   write("shape.obj");
-  EXPECT_THAT(refusal(), HasSubstr("no frame number at its end; expected a name like"));
+  EXPECT_THAT(refusal(),
+              HasSubstr("no frame number at its end; expected a name like frame_000012.obj "
+                        "(digits, at most 2147483647); rename it"));
 }
 
 TEST_F(SequenceFolder, RefusesNumbersBeyondInt) {

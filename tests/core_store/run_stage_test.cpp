@@ -64,6 +64,44 @@ TEST_F(RunStage, EverythingIsForTheOwnerAlone) {
             0700u);
 }
 
+TEST_F(RunStage, ErrorsOfTheInputArePartOfTheReport) {
+  Stage stage = *find_stage(kTestStages, "count");
+  for (const double bad : {0.0, 2.0}) {
+    std::filesystem::remove_all(root_ / "work");
+    static double errors;
+    errors = bad;
+    stage.run = [](StageRun& run) { run.metric("bad", errors); };
+    EXPECT_EQ(run_stage(kTestStages, stage, request("count")).input_errors, bad > 0);
+    const StageReport again = run_stage(kTestStages, stage, request("count"));
+    EXPECT_EQ(again.end, End::AlreadyDone);
+    EXPECT_EQ(again.input_errors, bad > 0) << "a result that is done says it again";
+  }
+}
+
+TEST_F(RunStage, MetricsAreToldWithTheirUnits) {
+  const Stage* count = find_stage(kTestStages, "count");
+  EXPECT_EQ(metric_text(count, "length", 0.25), "0.25 m");
+  EXPECT_EQ(metric_text(count, "files", 3), "3");
+  EXPECT_EQ(metric_text(count, "of_another_version", 3), "3");
+  EXPECT_EQ(metric_text(nullptr, "length", 3), "3");
+}
+
+TEST_F(RunStage, AWorkspaceThatOthersMayLookIntoIsSpokenOf) {
+  EXPECT_THAT(run("count").plan.warnings, IsEmpty()) << "it was made for its owner alone";
+  for (const mode_t mode : {0755, 0710, 0702}) {
+    ASSERT_EQ(chmod((root_ / "work").c_str(), mode), 0);
+    const std::vector<std::string> warnings = run("count").plan.warnings;
+    ASSERT_EQ(warnings.size(), 1u) << mode;
+    EXPECT_THAT(warnings[0], HasSubstr("others may look into"));
+    EXPECT_THAT(warnings[0], HasSubstr("chmod 700"));
+    struct stat status {};
+    ASSERT_EQ(stat((root_ / "work").c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 0777, mode) << "its owner's wish";
+  }
+  ASSERT_EQ(chmod((root_ / "work").c_str(), 0700), 0);
+  EXPECT_THAT(run("count").plan.warnings, IsEmpty());
+}
+
 TEST_F(RunStage, AnOptionMakesAnotherResultAndTheFirstComesBack) {
   const auto first = run("count").plan.result_folder;
   StageRequest what = request("count");
@@ -316,7 +354,7 @@ TEST_F(RunStage, ASelectionOfNothingIsRefusedOnAFinishedResultToo) {
   run("frames");
   StageRequest what = request("frames");
   ASSERT_EQ(set_frames(what.selection, "100:200"), "");
-  EXPECT_THAT(refusal<DataError>("frames", what), HasSubstr("expected some of frames 100:200"));
+  EXPECT_THAT(refusal<DataError>("frames", what), HasSubstr("--frames 100:200: there are"));
   ASSERT_EQ(set_frames(what.selection, "3:6"), "");
   EXPECT_EQ(run("frames", what).end, End::AlreadyDone);
 }

@@ -48,7 +48,10 @@ TEST(FrameSelection, NoneOfThemIsRefusedUnlessThereAreNone) {
     some_selected_frames(selection, {8, 9}, "boxes");
     FAIL() << "it was taken";
   } catch (const DataError& error) {
-    EXPECT_STREQ(error.what(), "boxes: frames: 8 to 9; expected some of frames 4:7");
+    EXPECT_STREQ(
+        error.what(),
+        "boxes: --frames 4:7: there are 2 frames, from 8 to 9; expected a choice that holds one "
+        "of them");
   }
 }
 
@@ -57,9 +60,9 @@ TEST(FrameSelection, AsText) {
   EXPECT_TRUE(selection.everything());
   EXPECT_EQ(to_string(selection), "every frame");
   ASSERT_EQ(set_frames(selection, "3:"), "");
-  EXPECT_EQ(to_string(selection), "frames 3:");
+  EXPECT_EQ(to_string(selection), "--frames 3:");
   ASSERT_EQ(set_shard(selection, "1/4"), "");
-  EXPECT_EQ(to_string(selection), "frames 3: of shard 1/4");
+  EXPECT_EQ(to_string(selection), "--frames 3: --shard 1/4");
   EXPECT_FALSE(selection.everything());
 }
 

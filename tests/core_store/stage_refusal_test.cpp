@@ -65,6 +65,26 @@ TEST_F(RunStage, RefusesAWorkspaceInsideTheInput) {
   EXPECT_THAT(refusal<DataError>("count", what), HasSubstr("a workspace inside its own input"));
 }
 
+TEST_F(RunStage, RefusesAFolderOfOtherThingsAsWorkspace) {
+  write(root_ / "work/capture.toml", "x");
+  EXPECT_THAT(refusal<DataError>("count", request("count")),
+              HasSubstr("no workspace: it holds capture.toml, and no stage's results; expected a "
+                        "workspace, or a new or empty folder"));
+  write(root_ / "work/images/a.png", "x");
+  write(root_ / "work/labels/a.png", "x");
+  EXPECT_THAT(refusal<DataError>("count", request("count")),
+              HasSubstr("it holds capture.toml, images and 1 more"));
+  EXPECT_THAT(names(root_ / "work"), ElementsAre("capture.toml", "images", "labels"));
+}
+
+TEST_F(RunStage, TakesAFolderOfHiddenFilesAndAWorkspaceWithNotesInIt) {
+  write(root_ / "work/.gitignore", "*");
+  std::filesystem::create_directory(root_ / "work/lost+found");
+  EXPECT_EQ(run("count").end, End::Done);
+  write(root_ / "work/notes.txt", "x");
+  EXPECT_EQ(run("frames").end, End::Done);
+}
+
 TEST_F(RunStage, RefusesAWorkspaceThatIsAFile) {
   StageRequest what = request("count");
   what.workspace = root_ / "file";
@@ -176,7 +196,8 @@ INSTANTIATE_TEST_SUITE_P(
                  run.output_text("x", "y");
                }},
         Misuse{"UnknownInput", [](StageRun& run) { run.input("cloth"); }},
-        Misuse{"MetricNaN", [](StageRun& run) { run.metric("m", 0.0 / 0.0); }},
+        Misuse{"MetricNaN", [](StageRun& run) { run.metric("files", 0.0 / 0.0); }},
+        Misuse{"MetricUndeclared", [](StageRun& run) { run.metric("m", 1); }},
         Misuse{"FramesUnsaid",
                [](StageRun& run) { run.each_frame("f", ".t", {1}, [](int, const auto&) {}); }}),
     [](const ::testing::TestParamInfo<Misuse>& misuse) { return misuse.param.name; });

@@ -106,12 +106,19 @@ inline void run_frames(StageRun& run) {
   run.output_text("all.txt", all);
 }
 
+inline constexpr std::array kCountMetrics = {
+    StageMetric{"files", ""},
+    StageMetric{"length", "m"},
+    StageMetric{.name = "bad", .unit = "", .input_errors = true},
+};
+
 inline constexpr std::array kTestStages = {
     Stage{.name = "count",
           .version = 2,
           .summary = "counts files",
           .inputs = {"texts"},
           .outputs = {"counts"},
+          .metrics = kCountMetrics,
           .options = option_set<CountOptions>,
           .run = run_count},
     Stage{.name = "double",

@@ -65,6 +65,12 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   void kill(int signal) const { ::kill(pid_, signal); }
+  /// True once it has ended, by itself or by a signal; `wait` still gets its result.
+  bool has_ended() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           info.si_pid == pid_;
+  }
   pid_t pid() const { return pid_; }
 
   /// Reads both streams to their ends and waits.

@@ -1,0 +1,59 @@
+#include "core/store/workspace_folder.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+#include <sys/stat.h>
+
+#include "core/store/file_kind.h"
+
+namespace atelier {
+namespace {
+
+using std::filesystem::file_type;
+
+/// "a", "a and b", "a, b and 3 more".
+std::string listed(const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 2;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kShown); ++i) {
+    const bool last = i + 1 == names.size() && i > 0;
+    text += (i == 0 ? "" : last ? " and " : ", ") + names[i].substr(0, 60);
+  }
+  return names.size() > kShown ? text + " and " + std::to_string(names.size() - kShown) + " more"
+                               : text;
+}
+
+}  // namespace
+
+std::string workspace_problem(std::span<const Stage> stages,
+                              const std::filesystem::path& workspace) {
+  if (file_kind(workspace) != file_type::directory) {
+    return "";
+  }
+  std::vector<std::string> others;
+  for (const std::filesystem::path& entry : list_folder(workspace)) {
+    const std::string name = entry.filename().string();
+    if (find_stage(stages, name) != nullptr) {
+      return "";
+    }
+    if (!name.starts_with(".") && name != "lost+found") {
+      others.push_back(name);
+    }
+  }
+  return others.empty() ? "" : "it holds " + listed(others) + ", and no stage's results";
+}
+
+std::string openness_of(const std::filesystem::path& workspace) {
+  struct stat status {};
+  if (stat(workspace.c_str(), &status) != 0 || (status.st_mode & (S_IRWXG | S_IRWXO)) == 0) {
+    return "";
+  }
+  char mode[8];
+  std::snprintf(mode, sizeof mode, "%04o", static_cast<unsigned>(status.st_mode & 07777U));
+  return "others may look into " + workspace.string() + " (mode " + mode + "): chmod 700 " +
+         workspace.string() + " closes it";
+}
+
+}  // namespace atelier
