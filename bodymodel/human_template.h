@@ -26,11 +26,16 @@ HumanTemplate human_template();
 HumanTemplate without_crossings(HumanTemplate body);
 
 /// Makes the template anew from the field (about a minute). What is committed is its output,
-/// written by `human_template_source`.
+/// written by `human_template_source`; scripts/human-template does both.
 HumanTemplate make_human_template();
 
-/// The text of bodymodel/human_template_data.cpp for a template.
-std::string human_template_source(const HumanTemplate& body);
+/// SHA-256, in hexadecimal digits, of the template that the same code makes of the same field with
+/// much larger triangles, in half a second: another one as soon as anatomy, field, edge lengths or
+/// polygoniser are others. The committed template keeps that of the sources that made it.
+std::string human_template_draft();
+
+/// The text of bodymodel/human_template_data.cpp for a template and the draft that belongs to it.
+std::string human_template_source(const HumanTemplate& body, const std::string& draft);
 
 /// The committed numbers (see human_template_data.cpp): vertices in steps of 20 micrometres, faces
 /// as differences to the corner before.
@@ -40,6 +45,7 @@ struct HumanTemplateData {
   int faces;
   const int* points;   ///< [3 vertices]
   const int* corners;  ///< [3 faces]
+  const char* draft;   ///< human_template_draft() when it was made
 };
 HumanTemplateData human_template_data();
 
