@@ -30,6 +30,7 @@
 #include "core/io/image_file.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
+#include "core/io/scene_file.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/framing.h"
 #include "core/render/scaled_pictures.h"
@@ -181,7 +182,7 @@ int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
         "--out cannot be '" + arguments.out.substr(0, 80) + "': " + arguments.body +
         " is a body: it becomes .npz, .glb, .gltf, .obj or .ply; body-model pose BODY MOTION "
         "--out a.bvh writes a motion on its skeleton" +
-        (is_gltf(lower_extension(arguments.body)) ? "; --as motion takes the file's own" : ""));
+        (has_scene_extension(arguments.body) ? "; --as motion takes the file's own" : ""));
   }
   if (extension != ".npz" && !is_gltf(extension) && extension != ".obj" && extension != ".ply") {
     throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
@@ -331,8 +332,9 @@ std::string use_of(const std::string& flag, const BodyArguments& arguments) {
   }
   if (flag == "metres_per_unit") {
     const std::string from = lower_extension(arguments.body);
-    const bool scaled = body && (is_gltf(from) || from == ".npz");
-    return scaled ? "" : "is for bodies in .glb, .gltf and .npz; motions have --motion." + flag;
+    const bool scaled = body && (has_scene_extension(arguments.body) || from == ".npz");
+    return scaled ? ""
+                  : "is for bodies in .glb, .gltf, .fbx and .npz; motions have --motion." + flag;
   }
   if (belongs("macros") || flag == "rig" || flag == "weights") {
     const std::string instead =
@@ -402,7 +404,7 @@ void refuse_the_other_kind(const BodyArguments& arguments) {
   }
   if (arguments.action == "pose" && holds_body(arguments.motion)) {
     throw DataError(arguments.motion, "file", "this is a body, not a motion",
-                    "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb or .gltf");
+                    "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb, .gltf or .fbx");
   }
 }
 
@@ -439,8 +441,8 @@ int run(const BodyArguments& arguments, const OptionTable& given, const BodyOpti
 }
 
 constexpr const char* kBodyHelp =
-    "default, female, male, .npz (ours, SMPL, SMPL-H, SMPL-X, STAR), .glb, .gltf, or MakeHuman's "
-    "base.obj or its folder";
+    "default, female, male, .npz (ours, SMPL, SMPL-H, SMPL-X, STAR), .glb, .gltf, .fbx, or "
+    "MakeHuman's base.obj or its folder";
 
 }  // namespace
 
@@ -461,11 +463,11 @@ Action add_body_model(CLI::App& parser) {
       ->type_name("show|measure|convert|pose");
   parser.add_option("BODY", a.body, kBodyHelp);
   parser.add_option("MOTION", a.motion,
-                    "pose: .bvh, .amc, .trc, .c3d, .npz (ours, AMASS), .glb, .gltf");
+                    "pose: .bvh, .amc, .trc, .c3d, .npz (ours, AMASS), .glb, .gltf, .fbx");
   parser.add_option("--out", a.out, "File to write; its extension says what")->type_name("FILE");
   parser
       .add_option("--as", a.as,
-                  "convert: what to take of a glTF file that holds both; without it a body")
+                  "convert: what to take of a glTF or FBX file that holds both; without it a body")
       ->check(one_of({"body", "motion"}))
       ->type_name("body|motion");
   parser

@@ -18,6 +18,7 @@
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/npz.h"
+#include "core/io/scene_file.h"
 
 namespace atelier {
 namespace {
@@ -138,7 +139,7 @@ OptionTable describe(BodyOptions& options) {
   table.add("four_influences", options.four_influences,
             "Keep four joints a vertex, as viewers and game engines expect");
   table.add("metres_per_unit", options.metres_per_unit, 1e-6, 1e6, "m",
-            "Of a glTF or SMPL-family body; 0.01 where it is in centimetres");
+            "Of a glTF, FBX or SMPL-family body; 0.01 where it is in centimetres and says metres");
   table.add("rig", options.rig, {},
             "MakeHuman: .mhskel or MPFB2 rig.*.json; none: beside the body");
   table.add("weights", options.weights, {},
@@ -188,8 +189,8 @@ bool holds_motion(const std::string& file) {
         !npz.contains("v_template") && (npz.contains("poses") || npz.contains("root_orient"));
     return schema.starts_with("atelier-motion") || (schema.empty() && amass);
   }
-  if (extension == ".glb" || extension == ".gltf") {
-    const GltfScene scene = read_gltf(file);
+  if (has_scene_extension(file)) {
+    const GltfScene scene = read_scene(file);
     bool skinned = false;
     for (const GltfNode& node : scene.nodes) {
       skinned = skinned || (node.mesh >= 0 && node.skin >= 0);
@@ -209,8 +210,8 @@ bool holds_body(const std::string& file) {
     const Npz npz(file);
     return archive_schema(npz).starts_with("atelier-body") || npz.contains("v_template");
   }
-  if (extension == ".glb" || extension == ".gltf") {
-    const GltfScene scene = read_gltf(file);
+  if (has_scene_extension(file)) {
+    const GltfScene scene = read_scene(file);
     return scene.animations.empty() && !scene.skins.empty();
   }
   return false;

@@ -58,7 +58,7 @@ OptionSet convert_options() {
 
 Action add_convert(CLI::App& parser) {
   auto arguments = std::make_shared<ConvertArguments>();
-  parser.add_option("IN", arguments->in, "Mesh to read: .obj, .ply, .glb, .gltf")->required();
+  parser.add_option("IN", arguments->in, "Mesh to read: .obj, .ply, .glb, .gltf, .fbx")->required();
   parser.add_option("OUT", arguments->out, "Mesh to write: .obj, .ply, .glb; metres, Y up")
       ->required();
   const OptionReader options = add_option_flags(parser, convert_options());

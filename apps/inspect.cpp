@@ -20,16 +20,19 @@ struct Kind {
 };
 
 constexpr Kind kKinds[] = {
-    {".obj", inspect_mesh},    {".ply", inspect_mesh},   {".glb", inspect_gltf},
-    {".gltf", inspect_gltf},   {".npz", inspect_npz},    {".npy", inspect_npy},
-    {".png", inspect_image},   {".jpg", inspect_image},  {".jpeg", inspect_image},
-    {".tif", inspect_image},   {".tiff", inspect_image}, {".webp", inspect_image},
-    {".bmp", inspect_image},   {".avif", inspect_image}, {".safetensors", inspect_safetensors},
-    {".h5", inspect_hdf5},     {".hdf5", inspect_hdf5},  {".json", inspect_json},
-    {".toml", inspect_toml},
+    {".obj", inspect_mesh},    {".ply", inspect_mesh},
+    {".glb", inspect_scene},   {".gltf", inspect_scene},
+    {".fbx", inspect_scene},   {".npz", inspect_npz},
+    {".npy", inspect_npy},     {".png", inspect_image},
+    {".jpg", inspect_image},   {".jpeg", inspect_image},
+    {".tif", inspect_image},   {".tiff", inspect_image},
+    {".webp", inspect_image},  {".bmp", inspect_image},
+    {".avif", inspect_image},  {".safetensors", inspect_safetensors},
+    {".h5", inspect_hdf5},     {".hdf5", inspect_hdf5},
+    {".json", inspect_json},   {".toml", inspect_toml},
 #ifdef ATELIER_HAS_BODYMODEL
-    {".bvh", inspect_motion},  {".amc", inspect_motion}, {".trc", inspect_markers},
-    {".c3d", inspect_markers},
+    {".bvh", inspect_motion},  {".amc", inspect_motion},
+    {".trc", inspect_markers}, {".c3d", inspect_markers},
 #endif
 };
 

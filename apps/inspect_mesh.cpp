@@ -1,6 +1,7 @@
 #include "apps/inspection.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
+#include "core/io/scene_file.h"
 #include "core/mesh_statistics.h"
 #include "core/topology.h"
 
@@ -60,13 +61,13 @@ void inspect_mesh(const std::filesystem::path& path, Inspection& inspection) {
   add_mesh(read_mesh(path), inspection);
 }
 
-void inspect_gltf(const std::filesystem::path& path, Inspection& inspection) {
-  const GltfScene scene = read_gltf(path);
+void inspect_scene(const std::filesystem::path& path, Inspection& inspection) {
+  const GltfScene scene = read_scene(path);
   inspection.findings = scene.findings;
   if (!scene.meshes.empty()) {
-    add_mesh(read_mesh(path), inspection);
+    add_mesh(rest_mesh(scene, path.string()), inspection);
   } else {
-    inspection.add("kind", "glTF scene without a mesh");
+    inspection.add("kind", "scene without a mesh");
   }
   inspection.add("nodes", scene.nodes.size());
   inspection.add("meshes", scene.meshes.size());

@@ -43,7 +43,7 @@ std::string text_of(const Inspection& inspection);
 
 // One for each kind of file. They add what they find, and throw as the readers that they call.
 void inspect_mesh(const std::filesystem::path& path, Inspection& inspection);
-void inspect_gltf(const std::filesystem::path& path, Inspection& inspection);
+void inspect_scene(const std::filesystem::path& path, Inspection& inspection);
 void inspect_image(const std::filesystem::path& path, Inspection& inspection);
 void inspect_npy(const std::filesystem::path& path, Inspection& inspection);
 void inspect_npz(const std::filesystem::path& path, Inspection& inspection);

@@ -67,7 +67,8 @@ OptionSet render_options() {
 
 Action add_render(CLI::App& parser) {
   auto arguments = std::make_shared<RenderArguments>();
-  parser.add_option("MESH", arguments->mesh, "Mesh to show: .obj, .ply, .glb, .gltf")->required();
+  parser.add_option("MESH", arguments->mesh, "Mesh to show: .obj, .ply, .glb, .gltf, .fbx")
+      ->required();
   parser.add_option("--out", arguments->out, "Picture to write")->type_name("PICTURE")->required();
   const OptionReader options = add_option_flags(parser, render_options());
   return

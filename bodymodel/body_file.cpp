@@ -9,6 +9,7 @@
 #include "bodymodel/smpl.h"
 #include "core/error.h"
 #include "core/io/npz.h"
+#include "core/io/scene_file.h"
 
 namespace atelier {
 namespace {
@@ -36,15 +37,12 @@ struct Refusal {
 };
 // Files that people have of bodies and that are not read.
 constexpr Refusal kRefusals[] = {
-    {".fbx", "an FBX scene, as MHR's lod0.fbx to lod6.fbx are",
-     "the same body as .glb: Blender imports FBX and exports glTF 2.0 with its skin and shape "
-     "keys"},
     {".pkl", "a Python pickle, which can run code and is never loaded",
      "an .npz of its arrays, saved by numpy.savez"},
     {".pt", "a TorchScript archive, which can run code and is never loaded",
-     "the model's mesh and skin as .glb; MHR releases them as FBX, which Blender exports as glTF"},
+     "the model's mesh and skin; MHR releases them as FBX, lod0.fbx to lod6.fbx"},
     {".model", "a table of joint parameters (momentum), without mesh and skin",
-     "the body's mesh and skin as .glb"}};
+     "the body's mesh and skin: MHR's lod0.fbx to lod6.fbx"}};
 
 }  // namespace
 
@@ -69,7 +67,7 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
   if (extension == ".obj") {
     return read_makehuman_file(path, options, limits);
   }
-  if (extension == ".glb" || extension == ".gltf") {
+  if (has_scene_extension(path)) {
     GltfBody body = read_gltf_body(path, limits);
     if (options.metres_per_unit != 1) {
       body.model = scaled_body(std::move(body.model), options.metres_per_unit);
@@ -81,8 +79,8 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
     const Npz npz(path, limits);
     if (npz.contains("corrective_blendshapes") || npz.contains("posedirs_sparse_mask")) {
       throw DataError(path.string(), "arrays", "MHR's pose correctives without a body",
-                      "the body's mesh and skin as .glb; its correctives are the output of a "
-                      "network, not linear in the pose, and are not read");
+                      "the body's mesh and skin, lod0.fbx to lod6.fbx; its correctives are the "
+                      "output of a network, not linear in the pose, and are not read");
     }
     if (!archive_schema(npz).empty() && options.metres_per_unit != 1) {
       throw DataError(path.string(), "array 'unit'", "'m'",
@@ -103,7 +101,8 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
   throw DataError(path.string(), "file name",
                   extension.empty() ? "no body of that name, and no extension"
                                     : "extension '" + extension.substr(0, 20) + "'",
-                  "default, female, male, .npz, .glb, .gltf or MakeHuman's base.obj or its folder");
+                  "default, female, male, .npz, .glb, .gltf, .fbx or MakeHuman's base.obj or its "
+                  "folder");
 }
 
 }  // namespace atelier

@@ -2,22 +2,28 @@
 
 #include <Eigen/LU>
 
+#include "bodymodel/body_seams.h"
 #include "bodymodel/gltf_skeleton.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/rotation.h"
 #include "bodymodel/skin_weights.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
+#include "core/io/scene_file.h"
 #include "core/normals.h"
 
 namespace atelier {
 namespace {
 
-// Points by a 4x4 transform.
+// Points by a 4x4 transform, one by one, so that equal points stay equal to the last bit.
 Points transformed(const Points& points, const Eigen::Matrix4d& transform) {
   const Eigen::Matrix3d linear = transform.topLeftCorner<3, 3>();
-  Points result = points * linear.transpose();
-  result.rowwise() += transform.topRightCorner<3, 1>().transpose();
+  const Eigen::Vector3d offset = transform.topRightCorner<3, 1>();
+  Points result(points.rows(), 3);
+  for (Index i = 0; i < points.rows(); ++i) {
+    const Eigen::Vector3d point = points.row(i);
+    result.row(i) = linear * point + offset;
+  }
   return result;
 }
 
@@ -61,6 +67,8 @@ void append_rows(Mesh& mesh, const Mesh& part, bool uvs) {
 }
 
 void add_shape(const GltfMesh& source, const Eigen::Matrix4d& transform, BodyModel& model) {
+  Eigen::Matrix4d turn = transform;
+  turn.topRightCorner<3, 1>().setZero();
   const std::size_t targets = source.primitives[0].targets.size();
   for (std::size_t t = 0; t < targets; ++t) {
     ShapeParameter parameter;
@@ -75,8 +83,7 @@ void add_shape(const GltfMesh& source, const Eigen::Matrix4d& transform, BodyMod
     for (const GltfPrimitive& primitive : source.primitives) {
       const Points& moved = primitive.targets[t].positions;
       if (moved.rows() > 0) {
-        parameter.surface.offsets.middleRows(row, moved.rows()) =
-            moved * transform.topLeftCorner<3, 3>().transpose();
+        parameter.surface.offsets.middleRows(row, moved.rows()) = transformed(moved, turn);
       }
       row += primitive.mesh.vertices.rows();
     }
@@ -133,11 +140,14 @@ GltfBody read_gltf_body(const GltfScene& scene, const std::string& file) {
   body.findings.insert(body.findings.end(), packed.findings.begin(), packed.findings.end());
   add_shape(source, tree.world_from_mesh, model);
   check_body_model(model, file);
+  model = without_seams(std::move(model));
   return body;
 }
 
 GltfBody read_gltf_body(const std::filesystem::path& path, const Limits& limits) {
-  GltfBody body = read_gltf_body(read_gltf(path, limits), path.string());
+  const GltfScene scene = read_scene(path, limits);
+  GltfBody body = read_gltf_body(scene, path.string());
+  body.findings.insert(body.findings.begin(), scene.findings.begin(), scene.findings.end());
   body.model.name = path.stem().string();
   return body;
 }

@@ -10,10 +10,12 @@
 
 namespace atelier {
 
-/// Reads the skinned mesh of a glTF scene as a body: all primitives of the first node that has mesh
-/// and skin, in its bind pose, as large as the scene shows it. Joint rest frames are those of the
-/// inverse bind matrices; joints of equal name get a number; weights are scaled to sum 1 and morph
-/// targets become shape parameters in [0,1]. `findings` says what was repaired. Throws DataError
+/// Reads the skinned mesh of a scene as a body: all primitives of the first node that has mesh and
+/// skin, in its bind pose, as large as the scene shows it. Joint rest frames are those of the
+/// inverse bind matrices; joints of equal name get a number; weights are scaled to sum 1, morph
+/// targets become shape parameters in [0,1], and vertices that were split along texture seams are
+/// joined (body_seams.h). From a path: glTF, or FBX (core/io/mesh_fbx.h). `findings` says what was
+/// repaired. Throws DataError
 /// for a scene without a skin, two roots, joints that hang on one another in a cycle, bind matrices
 /// that shear or are scaled unevenly, and what check_body_model refuses.
 struct GltfBody {
@@ -23,11 +25,11 @@ struct GltfBody {
 GltfBody read_gltf_body(const GltfScene& scene, const std::string& file = "");
 GltfBody read_gltf_body(const std::filesystem::path& path, const Limits& limits = {});
 
-/// Samples an animation of a glTF scene at `options.fps`, if 0 at the rate of its keys where these
-/// are even (30 where they are not), on the skeleton of its first skin. Step, linear (rotations the
-/// short way) and cubic spline keys. A skeleton has fixed bones: what animated translations and
-/// scales move them is dropped with a finding ("motion-stretch"). Throws DataError for a scene
-/// without skin or animations, or an animation that moves no joint.
+/// Samples an animation of a scene (glTF or, from a path, FBX) at `options.fps`, if 0 at the rate
+/// of its keys where these are even (30 where they are not), on the skeleton of its first skin.
+/// Step, linear (rotations the short way) and cubic spline keys. A skeleton has fixed bones: what
+/// animated translations and scales move them is dropped with a finding ("motion-stretch"). Throws
+/// DataError for a scene without skin or animations, or an animation that moves no joint.
 MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file = "",
                             std::size_t animation = 0, const MotionOptions& options = {},
                             const Limits& limits = {});

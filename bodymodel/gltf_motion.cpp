@@ -5,6 +5,7 @@
 #include "bodymodel/gltf_skeleton.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
+#include "core/io/scene_file.h"
 
 namespace atelier {
 namespace {
@@ -209,7 +210,7 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std
 
 MotionClip read_gltf_motion(const std::filesystem::path& path, const MotionOptions& options,
                             const Limits& limits) {
-  MotionClip clip = read_gltf_motion(read_gltf(path, limits), path.string(), 0, options, limits);
+  MotionClip clip = read_gltf_motion(read_scene(path, limits), path.string(), 0, options, limits);
   clip.name = path.stem().string();
   return clip;
 }

@@ -13,6 +13,7 @@
 #include "bodymodel/motion_c3d.h"
 #include "core/error.h"
 #include "core/io/npz.h"
+#include "core/io/scene_file.h"
 
 namespace atelier {
 namespace {
@@ -77,7 +78,7 @@ MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptio
   if (extension == ".amc") {
     return read_amc(asf.empty() ? skeleton_of(path) : asf, path, options, limits);
   }
-  if (extension == ".glb" || extension == ".gltf") {
+  if (has_scene_extension(path)) {
     MotionOptions sampled = options;
     sampled.fps = 0;
     return as_said(read_gltf_motion(path, options, limits), sampled);
@@ -94,7 +95,7 @@ MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptio
                    options);
   }
   throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
-                  "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb or .gltf");
+                  "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb, .gltf or .fbx");
 }
 
 void write_motion_file(const std::filesystem::path& path, const MotionClip& clip) {

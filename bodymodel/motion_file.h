@@ -9,7 +9,7 @@
 namespace atelier {
 
 /// Reads a motion of any format, told by extension and content: .bvh; .npz of ours or of AMASS;
-/// .glb and .gltf (first animation); .trc and .c3d, by fitting a person to their markers
+/// .glb, .gltf and .fbx (first animation); .trc and .c3d, by fitting a person to their markers
 /// (marker_fit.h, `markers`); .amc, whose skeleton is `asf` or the .asf beside it that its name
 /// begins with
 /// ("11_01.amc": "11.asf") or that is alone. Throws DataError for another extension, or an .amc

@@ -73,6 +73,15 @@ if(TINYGLTF_INCLUDE AND TINYGLTF_LIBRARY)
   atelier_system_alias(tinygltf "${TINYGLTF_INCLUDE}" "${TINYGLTF_LIBRARY}")
 endif()
 
+# FBX. Found by its header: its own package file names build folders in some versions.
+find_path(ASSIMP_INCLUDE assimp/scene.h)
+find_library(ASSIMP_LIBRARY assimp)
+if(ASSIMP_INCLUDE AND ASSIMP_LIBRARY)
+  atelier_system_alias(assimp "${ASSIMP_INCLUDE}" "${ASSIMP_LIBRARY}")
+else()
+  message(STATUS "left out: reading of FBX (missing: libassimp-dev)")
+endif()
+
 find_package(nlohmann_json 3.10 QUIET)
 if(nlohmann_json_FOUND)
   atelier_alias(nlohmann_json nlohmann_json::nlohmann_json)

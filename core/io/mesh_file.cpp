@@ -7,12 +7,13 @@
 #include "core/io/mesh_gltf.h"
 #include "core/io/mesh_obj.h"
 #include "core/io/mesh_ply.h"
+#include "core/io/scene_file.h"
 
 namespace atelier {
 Mesh read_mesh(const std::filesystem::path& path, const MeshConvention& otherwise,
                const Limits& limits) {
   if (std::error_code error; std::filesystem::is_directory(path, error)) {
-    throw DataError(path.string(), "", "a folder", "a mesh file: .obj, .ply, .glb or .gltf");
+    throw DataError(path.string(), "", "a folder", "a mesh file: .obj, .ply, .glb, .gltf or .fbx");
   }
   const std::string extension = lower_extension(path);
   if (extension == ".obj" || extension == ".ply") {
@@ -20,10 +21,11 @@ Mesh read_mesh(const std::filesystem::path& path, const MeshConvention& otherwis
         extension == ".obj" ? read_obj(path, limits) : read_ply(path, limits);
     return in_metres_y_up(triangulated(polygons), polygons.convention, otherwise);
   }
-  if (extension == ".glb" || extension == ".gltf") {
-    return rest_mesh(read_gltf(path, limits), path.string(), limits);
+  if (has_scene_extension(path)) {
+    return rest_mesh(read_scene(path, limits), path.string(), limits);
   }
-  throw DataError(path.string(), "", "extension '" + extension + "'", ".obj, .ply, .glb or .gltf");
+  throw DataError(path.string(), "", "extension '" + extension + "'",
+                  ".obj, .ply, .glb, .gltf or .fbx");
 }
 
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh) {

@@ -82,7 +82,6 @@ TEST(BodyFile, AnArmatureInCentimetresIsAPersonInMetres) {
 
 TEST(BodyFile, RefusesMhrsOtherFilesWithAdvice) {
   const std::pair<const char*, const char*> refused[] = {
-      {"lod1.fbx", "Blender imports FBX and exports glTF 2.0"},
       {"mhr_model.pt", "can run code and is never loaded"},
       {"compact_v6_1.model", "without mesh and skin"},
       {"SMPL_MALE.pkl", "numpy.savez"}};

@@ -74,8 +74,8 @@ TEST(MotionFile, WhatIsSaidOfANpzCounts) {
 }
 
 TEST(MotionFile, RefusesOtherExtensions) {
-  EXPECT_THAT([] { read_motion_file("walk.fbx"); },
-              ThrowsMessage<DataError>(HasSubstr("extension '.fbx'")));
+  EXPECT_THAT([] { read_motion_file("walk.usd"); },
+              ThrowsMessage<DataError>(HasSubstr("extension '.usd'")));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/io/mesh_fbx.h"
 #include "tests/hostile/readers.h"
 
 namespace atelier::testing {
@@ -47,7 +48,8 @@ TEST(MalformedFiles, EveryFileIsInItsIndexOnce) {
   const std::filesystem::path root =
       std::filesystem::path(ATELIER_SOURCE_DIR) / "tests" / "hostile" / "malformed";
   for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
-    if (entry.is_regular_file() && entry.path().filename() != "index.txt") {
+    const bool left_out = entry.path().parent_path().filename() == "fbx" && !reads_fbx();
+    if (entry.is_regular_file() && entry.path().filename() != "index.txt" && !left_out) {
       present.push_back(entry.path());
     }
   }

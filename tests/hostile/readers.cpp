@@ -16,7 +16,7 @@ namespace {
 const std::filesystem::path kSource = ATELIER_SOURCE_DIR;
 
 /// Readers that start a process per file: too slow for every bit in the ordinary suite.
-const std::map<std::string, std::size_t> kStrides = {{"foreign_hdf5", 97}};
+const std::map<std::string, std::size_t> kStrides = {{"foreign_hdf5", 97}, {"fbx", 97}};
 
 std::string trimmed(const std::string& text) {
   const std::size_t begin = text.find_first_not_of(" \t");
@@ -69,7 +69,14 @@ std::vector<MalformedFile> all_malformed_files() {
     folders.push_back(entry.path());
   }
   std::sort(folders.begin(), folders.end());
+  const std::vector<Reader> readers = all_readers();
   for (const std::filesystem::path& folder : folders) {
+    const bool known = std::any_of(readers.begin(), readers.end(), [&](const Reader& reader) {
+      return folder.filename() == reader.name;
+    });
+    if (!known && folder.filename() == "fbx") {
+      continue;  // a build without libassimp
+    }
     std::ifstream index(folder / "index.txt");
     for (std::string line; std::getline(index, line);) {
       if (trimmed(line).empty() || line[0] == '#') {

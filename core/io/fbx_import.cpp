@@ -1,0 +1,532 @@
+#include "core/io/fbx_import.h"
+
+#ifdef ATELIER_HAS_ASSIMP
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include "core/error.h"
+#include "core/io/fbx_mesh.h"
+#include "core/io/text_scanner.h"
+#include "core/io/text_writer.h"
+
+namespace atelier {
+namespace {
+
+constexpr std::size_t kMostNodes = 65'536;
+constexpr double kShear = 1e-5;  // how far axes may be from right angles and still be turned alone
+constexpr double kAway = 1e-4;  // of a skeleton's size: how far a root may stand from its bind pose
+
+/// A name as UTF-8, which glTF wants: bytes that are none become replacement characters.
+std::string utf8(const aiString& name) {
+  using nlohmann::json;
+  return json::parse(json(name.C_Str()).dump(-1, ' ', false, json::error_handler_t::replace))
+      .get<std::string>();
+}
+
+/// What libassimp found wrong, as one line of plain letters.
+std::string complaint(std::string text) {
+  constexpr std::size_t kShown = 160;
+  text.resize(std::min(text.size(), kShown));
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < 32 || c > 126; }, '?');
+  return "libassimp: " + text;
+}
+
+Eigen::Matrix4d matrix_of(const aiMatrix4x4& m) {
+  Eigen::Matrix4d result;
+  result << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, m.d1, m.d2,
+      m.d3, m.d4;
+  return result;
+}
+
+/// As translation, rotation and scale, which channels can move; as a matrix where it shears.
+void set_transform(const Eigen::Matrix4d& transform, GltfNode& node) {
+  const Eigen::Matrix3d linear = transform.topLeftCorner<3, 3>();
+  Eigen::Vector3d scale = linear.colwise().norm();
+  if (linear.determinant() < 0) {
+    scale.x() = -scale.x();
+  }
+  const Eigen::Matrix3d axes = linear * scale.cwiseInverse().asDiagonal();
+  if (!axes.allFinite() ||
+      (axes.transpose() * axes - Eigen::Matrix3d::Identity()).norm() > kShear) {
+    node.matrix = transform;
+    return;
+  }
+  node.matrix.reset();
+  node.translation = transform.topRightCorner<3, 1>();
+  node.rotation = Eigen::Quaterniond(axes).normalized().coeffs();
+  node.scale = scale;
+}
+
+/// Builds the scene: node 0 stands for the file's unit and axes, the others are the file's, parents
+/// first. "The file's space" is below node 0.
+class FbxImport {
+ public:
+  FbxImport(const aiScene& source, const std::string& name, const Limits& limits)
+      : source_(source), name_(name), limits_(limits) {}
+
+  GltfScene scene() {
+    add_axes();
+    add_nodes();
+    add_static_meshes();
+    find_joints();
+    if (!joints_.empty()) {
+      add_skin();
+    }
+    add_animations();
+    return std::move(scene_);
+  }
+
+ private:
+  struct Place {
+    const aiMesh* mesh;
+    int node;
+  };
+
+  void add_axes();
+  void add_nodes();
+  void add_static_meshes();
+  void find_joints();
+  void add_joints_between(const std::vector<int>& seeds);
+  void set_bind_poses();
+  void add_skin();
+  void add_part(const Place& place, GltfMesh& mesh);
+  void add_animations();
+  int node_of(const aiString& name) const;
+  int setting(const char* key, int otherwise, int least, int most);
+  void note(Severity severity, const char* code, const std::string& what,
+            const std::string& advice) {
+    scene_.findings.push_back({severity, code, "", what, advice});
+  }
+  [[noreturn]] void fail(const std::string& where, const std::string& found,
+                         const std::string& expected) const {
+    throw DataError(name_, where, found, expected);
+  }
+
+  const aiScene& source_;
+  std::string name_;
+  Limits limits_;
+  GltfScene scene_;
+  std::vector<const aiNode*> nodes_;   ///< [N-1] of the file, node i + 1 of the scene
+  std::vector<Eigen::Matrix4d> rest_;  ///< [N] file's space from node, as the file stands
+  std::vector<std::optional<Eigen::Matrix4d>> bind_;  ///< [N] the same when the skin was bound
+  std::map<std::string, int> node_by_name_;
+  std::vector<Place> skinned_;
+  std::vector<int> joints_;  ///< nodes, parents first
+  std::vector<int> slot_;    ///< [N] into joints_, or -1
+};
+
+int FbxImport::setting(const char* key, int otherwise, int least, int most) {
+  int value = otherwise;
+  if (source_.mMetaData == nullptr || !source_.mMetaData->Get(key, value)) {
+    return otherwise;
+  }
+  if (value < least || value > most) {
+    fail("GlobalSettings " + std::string(key), std::to_string(value),
+         std::to_string(least) + " to " + std::to_string(most));
+  }
+  return value;
+}
+
+void FbxImport::add_axes() {
+  const int axis[3] = {setting("CoordAxis", 0, 0, 2), setting("UpAxis", 1, 0, 2),
+                       setting("FrontAxis", 2, 0, 2)};
+  const int sign[3] = {setting("CoordAxisSign", 1, -1, 1), setting("UpAxisSign", 1, -1, 1),
+                       setting("FrontAxisSign", 1, -1, 1)};
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();  // a row for each of ours: right, up, front
+  for (int row = 0; row < 3; ++row) {
+    turn(row, axis[row]) = sign[row];
+  }
+  if (std::abs(turn.determinant() - 1) > 0.5) {
+    fail("GlobalSettings",
+         "CoordAxis, UpAxis and FrontAxis that are not right-handed or name one axis twice",
+         "three axes of a right-handed frame");
+  }
+  float centimetres = 1;
+  if (source_.mMetaData != nullptr) {
+    source_.mMetaData->Get("UnitScaleFactor", centimetres);
+  }
+  const std::string digits = number_text(centimetres);  // of the float: 2.54, not 2.53999996
+  if (!(centimetres > 1e-6F && centimetres < 1e9F)) {
+    fail("GlobalSettings UnitScaleFactor", digits, "the file's unit in centimetres");
+  }
+  const double metres = std::stod(digits) / 100;
+  GltfNode node;
+  node.name = "fbx";
+  node.scale.setConstant(metres);
+  node.rotation = Eigen::Quaterniond(turn).normalized().coeffs();
+  scene_.nodes.push_back(node);
+  scene_.roots = {0};
+}
+
+void FbxImport::add_nodes() {
+  if (source_.mRootNode == nullptr) {
+    fail("", "no nodes", "an FBX scene");
+  }
+  rest_.push_back(Eigen::Matrix4d::Identity());
+  // The root is libassimp's own; newer versions of it turn the axes there.
+  std::vector<std::pair<const aiNode*, int>> waiting = {{source_.mRootNode, 0}};
+  while (!waiting.empty()) {
+    const auto [above, parent] = waiting.back();
+    waiting.pop_back();
+    if (above != source_.mRootNode) {
+      const Eigen::Matrix4d transform = matrix_of(above->mTransformation);
+      if (!transform.allFinite()) {
+        fail("node " + in_quotes(above->mName.C_Str()), "a transform that is not finite",
+             "numbers");
+      }
+      GltfNode node;
+      node.name = utf8(above->mName);
+      node.parent = parent;
+      set_transform(transform, node);
+      rest_.push_back(rest_[static_cast<std::size_t>(parent)] * parent_from_node(node));
+      node_by_name_.try_emplace(above->mName.C_Str(), static_cast<int>(scene_.nodes.size()));
+      scene_.nodes.push_back(std::move(node));
+      nodes_.push_back(above);
+    }
+    const int self = above == source_.mRootNode ? 0 : static_cast<int>(scene_.nodes.size()) - 1;
+    if (scene_.nodes.size() + waiting.size() + above->mNumChildren > kMostNodes) {
+      fail("", "more than " + std::to_string(kMostNodes) + " nodes", "a smaller scene");
+    }
+    for (unsigned c = above->mNumChildren; c > 0; --c) {
+      waiting.emplace_back(above->mChildren[c - 1], self);
+    }
+  }
+}
+
+int FbxImport::node_of(const aiString& name) const {
+  const auto found = node_by_name_.find(name.C_Str());
+  if (found == node_by_name_.end()) {
+    fail("bone " + in_quotes(name.C_Str()), "no node of that name", "a joint of the scene");
+  }
+  return found->second;
+}
+
+void FbxImport::add_static_meshes() {
+  for (std::size_t n = 1; n < scene_.nodes.size(); ++n) {
+    const aiNode& node = *nodes_[n - 1];
+    GltfMesh mesh;
+    mesh.name = scene_.nodes[n].name;
+    for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+      if (node.mMeshes[m] >= source_.mNumMeshes) {
+        fail("node " + in_quotes(node.mName.C_Str()), "a mesh that is not there", "a sound file");
+      }
+      const aiMesh* part = source_.mMeshes[node.mMeshes[m]];
+      if (part->mNumBones > 0) {
+        skinned_.push_back({part, static_cast<int>(n)});
+      } else {
+        add_part({part, -1}, mesh);
+      }
+    }
+    if (!mesh.primitives.empty()) {
+      scene_.nodes[n].mesh = static_cast<int>(scene_.meshes.size());
+      scene_.meshes.push_back(std::move(mesh));
+    }
+  }
+}
+
+/// A primitive more; its blend shapes are those of its names that the mesh has already, or new
+/// ones.
+void FbxImport::add_part(const Place& place, GltfMesh& mesh) {
+  std::vector<int> joint_of_bone;
+  for (unsigned b = 0; place.node >= 0 && b < place.mesh->mNumBones; ++b) {
+    joint_of_bone.push_back(slot_[static_cast<std::size_t>(node_of(place.mesh->mBones[b]->mName))]);
+  }
+  const Eigen::Matrix4d frame = place.node < 0 ? Eigen::Matrix4d::Identity().eval()
+                                               : rest_[static_cast<std::size_t>(place.node)];
+  FbxPrimitive part = fbx_primitive(*place.mesh, frame, joint_of_bone, name_);
+  if (part.left_out > 0) {
+    note(Severity::Note, "fbx-faces",
+         std::to_string(part.left_out) + " points, lines or triangles with an edge of length 0",
+         "they were left out");
+  }
+  if (part.primitive.mesh.faces.rows() == 0) {
+    return;
+  }
+  if (place.mesh->mMaterialIndex < source_.mNumMaterials) {
+    part.primitive.material = utf8(source_.mMaterials[place.mesh->mMaterialIndex]->GetName());
+  }
+  std::vector<GltfMorphTarget> targets(mesh.target_names.size());
+  for (std::size_t t = 0; t < part.target_names.size(); ++t) {
+    const std::string shape = utf8(aiString(part.target_names[t]));
+    const auto known = std::find(mesh.target_names.begin(), mesh.target_names.end(), shape);
+    const auto slot = static_cast<std::size_t>(known - mesh.target_names.begin());
+    if (known == mesh.target_names.end()) {
+      mesh.target_names.push_back(shape);
+      targets.emplace_back();
+    }
+    targets[slot] = std::move(part.primitive.targets[t]);
+  }
+  part.primitive.targets = std::move(targets);
+  mesh.primitives.push_back(std::move(part.primitive));
+  for (GltfPrimitive& primitive : mesh.primitives) {
+    primitive.targets.resize(mesh.target_names.size());
+  }
+}
+
+void FbxImport::find_joints() {
+  slot_.assign(scene_.nodes.size(), -1);
+  std::vector<int> seeds;
+  for (const Place& place : skinned_) {
+    for (unsigned b = 0; b < place.mesh->mNumBones; ++b) {
+      seeds.push_back(node_of(place.mesh->mBones[b]->mName));
+    }
+  }
+  for (unsigned a = 0; skinned_.empty() && a < std::min(source_.mNumAnimations, 1U); ++a) {
+    for (unsigned c = 0; c < source_.mAnimations[a]->mNumChannels; ++c) {
+      const auto found =
+          node_by_name_.find(source_.mAnimations[a]->mChannels[c]->mNodeName.C_Str());
+      if (found != node_by_name_.end()) {
+        seeds.push_back(found->second);
+      }
+    }
+  }
+  if (seeds.empty()) {
+    return;
+  }
+  std::sort(seeds.begin(), seeds.end());
+  seeds.erase(std::unique(seeds.begin(), seeds.end()), seeds.end());
+  add_joints_between(seeds);
+  if (std::cmp_greater(joints_.size(), limits_.joints)) {
+    fail("", std::to_string(joints_.size()) + " joints",
+         "at most " + std::to_string(limits_.joints));
+  }
+  set_bind_poses();
+}
+
+void FbxImport::add_joints_between(const std::vector<int>& seeds) {
+  const std::size_t count = scene_.nodes.size();
+  const auto parent = [&](std::size_t n) {
+    return static_cast<std::size_t>(scene_.nodes[n].parent);
+  };
+  // Seeds at and below each node; the lowest node with all of them is above all.
+  std::vector<std::size_t> below(count, 0);
+  for (const int seed : seeds) {
+    below[static_cast<std::size_t>(seed)] = 1;
+  }
+  std::vector<char> joint(count, 0);
+  std::vector<char> mesh(count, 0);
+  std::size_t top = 0;
+  for (std::size_t n = count - 1; n > 0; --n) {
+    top = below[n] == seeds.size() && top == 0 ? n : top;
+    joint[n] = static_cast<char>(below[n] > 0);
+    below[parent(n)] += below[n];
+    mesh[n] = static_cast<char>(mesh[n] != 0 || nodes_[n - 1]->mNumMeshes > 0);
+    mesh[parent(n)] = static_cast<char>(mesh[parent(n)] != 0 || mesh[n] != 0);
+  }
+  for (std::size_t n = 1; n < count; ++n) {
+    if (n < top) {
+      joint[n] = 0;  // above all of them, or beside
+    } else if (joint[n] == 0 && mesh[n] == 0 && parent(n) > 0) {
+      joint[n] = joint[parent(n)];  // the end of a limb
+    }
+  }
+  for (std::size_t n = 1; n < count; ++n) {
+    if (joint[n] != 0) {
+      slot_[n] = static_cast<int>(joints_.size());
+      joints_.push_back(static_cast<int>(n));
+    }
+  }
+}
+
+void FbxImport::set_bind_poses() {
+  bind_.resize(scene_.nodes.size());
+  double apart = 0;
+  double size = 0;
+  for (const Place& place : skinned_) {
+    for (unsigned b = 0; b < place.mesh->mNumBones; ++b) {
+      const aiBone& bone = *place.mesh->mBones[b];
+      const Eigen::Matrix4d bind =
+          rest_[static_cast<std::size_t>(place.node)] * matrix_of(bone.mOffsetMatrix).inverse();
+      if (!bind.allFinite()) {
+        fail("bone " + in_quotes(bone.mName.C_Str()), "a bind matrix without an inverse",
+             "a rotation, a translation and one scale");
+      }
+      std::optional<Eigen::Matrix4d>& known = bind_[static_cast<std::size_t>(node_of(bone.mName))];
+      if (known) {
+        apart = std::max(apart, (*known - bind).cwiseAbs().maxCoeff());
+      } else {
+        known = bind;
+      }
+      size = std::max(size, known->topRightCorner<3, 1>().norm());
+    }
+  }
+  if (apart > kAway * size) {
+    note(Severity::Warning, "fbx-binds",
+         "meshes that were bound to one joint in poses " + number_text(apart) + " units apart",
+         "the pose of the first is taken for all");
+  }
+  std::vector<char> bound(scene_.nodes.size(), 0);
+  for (const int j : joints_) {
+    const auto n = static_cast<std::size_t>(j);
+    const auto above = static_cast<std::size_t>(scene_.nodes[n].parent);
+    bound[n] = static_cast<char>(bind_[n].has_value() || bound[above] != 0);
+    if (!bind_[n]) {
+      bind_[n] = bound[n] != 0 ? Eigen::Matrix4d(*bind_[above] * parent_from_node(scene_.nodes[n]))
+                               : rest_[n];
+    }
+  }
+  // Readers of skins place the whole body by its root: where a file was saved in the middle of a
+  // motion, that would be in the root's pose of that moment.
+  const auto root = static_cast<std::size_t>(joints_.front());
+  if ((*bind_[root] - rest_[root]).cwiseAbs().maxCoeff() > kAway * std::max(size, 1e-9)) {
+    const auto above = static_cast<std::size_t>(scene_.nodes[root].parent);
+    const Eigen::Matrix4d local = rest_[above].inverse() * *bind_[root];
+    if (local.allFinite()) {
+      set_transform(local, scene_.nodes[root]);
+      note(Severity::Note, "fbx-pose",
+           "the skeleton stands in another pose than the one in which its skin was bound",
+           "the bind pose is the rest pose");
+    }
+  }
+}
+
+void FbxImport::add_skin() {
+  GltfSkin skin;
+  skin.name = scene_.nodes[static_cast<std::size_t>(joints_.front())].name;
+  skin.joints = joints_;
+  for (const int joint : joints_) {
+    const Eigen::Matrix4d inverse = bind_[static_cast<std::size_t>(joint)]->inverse();
+    if (!inverse.allFinite()) {
+      fail("joint " + in_quotes(scene_.nodes[static_cast<std::size_t>(joint)].name),
+           "a bind matrix without an inverse", "a rotation, a translation and one scale");
+    }
+    skin.inverse_binds.push_back(inverse);
+    skin.inverse_binds.back().row(3) << 0, 0, 0, 1;
+  }
+  scene_.skins.push_back(std::move(skin));
+  if (skinned_.empty()) {
+    return;
+  }
+  GltfMesh mesh;
+  std::string names;
+  for (const Place& place : skinned_) {
+    add_part(place, mesh);
+    const std::string& name = scene_.nodes[static_cast<std::size_t>(place.node)].name;
+    if (names.empty()) {
+      mesh.name = name;
+      names = name;
+    } else if (!names.ends_with(name)) {
+      names += ", " + name;
+    }
+  }
+  if (mesh.primitives.empty()) {
+    fail("mesh " + in_quotes(mesh.name), "no triangles", "a skinned mesh");
+  }
+  if (names != mesh.name) {
+    note(Severity::Note, "fbx-meshes", "several meshes with a skin: " + names,
+         "they are read as one body");
+  }
+  GltfNode node;
+  node.name = mesh.name;
+  node.parent = 0;
+  node.mesh = static_cast<int>(scene_.meshes.size());
+  node.skin = 0;
+  scene_.meshes.push_back(std::move(mesh));
+  scene_.nodes.push_back(std::move(node));
+}
+
+/// Keys with times that increase as floats, from `first` on.
+template <class Key, class Values>
+void add_channel(const Key* keys, unsigned count, double first, double rate, GltfPath path,
+                 int node, const Values& values, GltfAnimation& animation) {
+  GltfChannel channel;
+  channel.node = node;
+  channel.path = path;
+  std::vector<unsigned> kept;
+  float last = -1;
+  for (unsigned k = 0; k < count; ++k) {
+    const double time = std::max((keys[k].mTime - first) / rate, 0.0);
+    if (static_cast<float>(time) > last) {
+      last = static_cast<float>(time);
+      channel.times.push_back(time);
+      kept.push_back(k);
+    }
+  }
+  if (kept.empty()) {
+    return;
+  }
+  channel.values.resize(static_cast<Index>(kept.size()), path == GltfPath::Rotation ? 4 : 3);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    channel.values.row(static_cast<Index>(i)) = values(keys[kept[i]].mValue);
+  }
+  animation.channels.push_back(std::move(channel));
+}
+
+void FbxImport::add_animations() {
+  for (unsigned a = 0; a < source_.mNumAnimations; ++a) {
+    const aiAnimation& source = *source_.mAnimations[a];
+    const double rate = source.mTicksPerSecond > 0 ? source.mTicksPerSecond : 1;
+    double first = std::numeric_limits<double>::infinity();
+    const auto earliest = [&first](const auto* keys, unsigned count) {
+      if (count > 0) {
+        first = std::min(first, keys[0].mTime);
+      }
+    };
+    for (unsigned c = 0; c < source.mNumChannels; ++c) {
+      earliest(source.mChannels[c]->mPositionKeys, source.mChannels[c]->mNumPositionKeys);
+      earliest(source.mChannels[c]->mRotationKeys, source.mChannels[c]->mNumRotationKeys);
+      earliest(source.mChannels[c]->mScalingKeys, source.mChannels[c]->mNumScalingKeys);
+    }
+    GltfAnimation animation;
+    animation.name = utf8(source.mName);
+    const auto vector = [](const aiVector3D& v) { return Eigen::RowVector3d(v.x, v.y, v.z); };
+    const auto quaternion = [](const aiQuaternion& q) {
+      return Eigen::RowVector4d(q.x, q.y, q.z, q.w).normalized().eval();
+    };
+    for (unsigned c = 0; c < source.mNumChannels; ++c) {
+      const aiNodeAnim& channel = *source.mChannels[c];
+      const auto found = node_by_name_.find(channel.mNodeName.C_Str());
+      if (found == node_by_name_.end()) {
+        continue;
+      }
+      const int node = found->second;
+      scene_.nodes[static_cast<std::size_t>(node)].matrix.reset();  // no channel moves a matrix
+      add_channel(channel.mPositionKeys, channel.mNumPositionKeys, first, rate,
+                  GltfPath::Translation, node, vector, animation);
+      add_channel(channel.mRotationKeys, channel.mNumRotationKeys, first, rate, GltfPath::Rotation,
+                  node, quaternion, animation);
+      add_channel(channel.mScalingKeys, channel.mNumScalingKeys, first, rate, GltfPath::Scale, node,
+                  vector, animation);
+    }
+    if (!animation.channels.empty()) {
+      scene_.animations.push_back(std::move(animation));
+    }
+  }
+}
+
+}  // namespace
+
+GltfScene import_fbx(std::span<const std::byte> bytes, const std::string& name,
+                     const Limits& limits) {
+  Assimp::Importer importer;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_TEXTURES, false);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_CAMERAS, false);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_LIGHTS, false);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_REMOVE_EMPTY_BONES, false);
+  const aiScene* scene =
+      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, "fbx");
+  if (scene == nullptr) {
+    throw DataError(name, "", complaint(importer.GetErrorString()), "a sound FBX file");
+  }
+  return FbxImport(*scene, name, limits).scene();
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,160 @@
+#include "core/io/mesh_fbx.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/mesh_file.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::Field;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+#define ATELIER_NEEDS_FBX()                            \
+  if (!reads_fbx()) {                                  \
+    GTEST_SKIP() << "this build is without libassimp"; \
+  }
+
+const std::filesystem::path kCorpus =
+    std::filesystem::path(ATELIER_SOURCE_DIR) / "fuzz" / "corpus" / "fbx";
+
+GltfScene scene_of(const std::string& text) {
+  return read_fbx(std::as_bytes(std::span(text)), "a.fbx");
+}
+
+std::string scene_text(const std::string& objects, const std::string& connections) {
+  return "; FBX 7.4.0 project file\nFBXHeaderExtension: {\nFBXVersion: 7400\n}\nObjects: {\n" +
+         objects + "}\nConnections: {\n" + connections + "}\n";
+}
+
+// A square of 2 by 2 units in the plane z = 1, as one polygon.
+constexpr const char* kSquare =
+    "Geometry: 10,\"Geometry::g\",\"Mesh\" {\nVertices: *12 {\na: -1,-1,1,1,-1,1,1,1,1,-1,1,1\n}\n"
+    "PolygonVertexIndex: *4 {\na: 0,1,2,-4\n}\n}\n";
+
+// A tetrahedron on two bones with texture coordinates, a blend shape and an animation: as text and
+// in binary, where every second array is deflated.
+TEST(MeshFbx, TextAndBinaryAreTheSameScene) {
+  ATELIER_NEEDS_FBX();
+  for (const char* name : {"small.fbx", "binary.fbx"}) {
+    const GltfScene scene = read_fbx(kCorpus / name);
+    ASSERT_EQ(scene.skins.size(), 1u) << name;
+    ASSERT_EQ(scene.skins[0].joints.size(), 2u) << name;
+    EXPECT_EQ(scene.nodes[static_cast<std::size_t>(scene.skins[0].joints[1])].name, "high");
+    EXPECT_NEAR(scene.skins[0].inverse_binds[1](1, 3), -10, 1e-6) << name;
+    const GltfMesh& mesh = scene.meshes.at(0);
+    ASSERT_EQ(mesh.primitives.size(), 1u);
+    EXPECT_EQ(mesh.primitives[0].mesh.faces.rows(), 4) << name;
+    EXPECT_THAT(mesh.target_names, ElementsAre("tall")) << name;
+    EXPECT_NEAR(mesh.primitives[0].targets[0].positions.cwiseAbs().maxCoeff(), 5, 1e-6) << name;
+    ASSERT_EQ(scene.animations.size(), 1u) << name;
+    EXPECT_EQ(scene.animations[0].name, "turn");
+    EXPECT_DOUBLE_EQ(scene.animations[0].channels.at(0).times.back(), 1) << name;
+    const Mesh shown = rest_mesh(scene);
+    EXPECT_NEAR(shown.vertices.col(1).maxCoeff(), 0.2, 1e-7) << name;
+    EXPECT_NEAR(shown.uvs.maxCoeff(), 1, 1e-7) << name;
+  }
+}
+
+TEST(MeshFbx, PolygonsAreTriangulatedAndCornersJoined) {
+  ATELIER_NEEDS_FBX();
+  const std::string text =
+      scene_text(std::string(kSquare) + "Model: 20,\"Model::sheet\",\"Mesh\" {\n}\n",
+                 "C: \"OO\",20,0\nC: \"OO\",10,20\n");
+  const Mesh mesh = rest_mesh(scene_of(text));
+  EXPECT_EQ(mesh.vertices.rows(), 4);
+  EXPECT_EQ(mesh.faces.rows(), 2);
+  EXPECT_NEAR(mesh.vertices.col(0).maxCoeff(), 0.01, 1e-9);  // centimetres where nothing says
+}
+
+TEST(MeshFbx, NodesPlaceTheirMeshes) {
+  ATELIER_NEEDS_FBX();
+  const std::string placed =
+      "Properties70: {\nP: \"Lcl Translation\",\"Lcl Translation\",\"\",\"A\",100,0,0\n"
+      "P: \"Lcl Rotation\",\"Lcl Rotation\",\"\",\"A\",0,90,0\n"
+      "P: \"Lcl Scaling\",\"Lcl Scaling\",\"\",\"A\",2,2,2\n}\n";
+  const std::string text =
+      scene_text(std::string(kSquare) + "Model: 20,\"Model::sheet\",\"Mesh\" {\n" + placed + "}\n",
+                 "C: \"OO\",20,0\nC: \"OO\",10,20\n");
+  const Mesh mesh = rest_mesh(scene_of(text));
+  EXPECT_LT((mesh.vertices.col(0).array() - 1.02).abs().maxCoeff(), 1e-7);
+  EXPECT_NEAR(mesh.vertices.col(2).maxCoeff(), 0.02, 1e-7);
+}
+
+// Two skinned meshes on one skeleton, each a node of its own that stands elsewhere.
+TEST(MeshFbx, SkinnedMeshesBecomeOne) {
+  ATELIER_NEEDS_FBX();
+  const auto mesh = [](int id, int x) {
+    const std::string n = std::to_string(id);
+    const std::string tx = std::to_string(x);
+    return "Geometry: 1" + n +
+           ",\"Geometry::g\",\"Mesh\" {\nVertices: *9 {\na: 0,0,0,1,0,0,0,1,0\n}\n"
+           "PolygonVertexIndex: *3 {\na: 0,1,-3\n}\n}\nModel: 2" +
+           n + ",\"Model::part" + n +
+           "\",\"Mesh\" {\nProperties70: {\nP: \"Lcl Translation\",\"Lcl "
+           "Translation\",\"\",\"A\"," +
+           tx + ",0,0\n}\n}\nDeformer: 3" + n + ",\"Deformer::\",\"Skin\" {\n}\nDeformer: 4" + n +
+           ",\"SubDeformer::\",\"Cluster\" {\nIndexes: *3 {\na: 0,1,2\n}\nWeights: *3 {\na: "
+           "1,1,1\n}\nTransform: *16 {\na: 1,0,0,0,0,1,0,0,0,0,1,0," +
+           tx + "," + (id == 0 ? "0" : "-50") +
+           ",0,1\n}\nTransformLink: *16 {\na: 1,0,0,0,0,1,0,0,0,0,1,0,0," + (id == 0 ? "0" : "50") +
+           ",0,1\n}\n}\n";
+  };
+  const std::string text = scene_text(
+      mesh(0, 7) + mesh(1, -7) +
+          "Model: 90,\"Model::low\",\"LimbNode\" {\n}\nModel: 91,\"Model::high\",\"LimbNode\" {\n"
+          "Properties70: {\nP: \"Lcl Translation\",\"Lcl Translation\",\"\",\"A\",0,50,0\n}\n}\n",
+      "C: \"OO\",20,0\nC: \"OO\",10,20\nC: \"OO\",21,0\nC: \"OO\",11,21\nC: \"OO\",90,0\n"
+      "C: \"OO\",91,90\nC: \"OO\",30,10\nC: \"OO\",40,30\nC: \"OO\",90,40\nC: \"OO\",31,11\n"
+      "C: \"OO\",41,31\nC: \"OO\",91,41\n");
+  const GltfScene scene = scene_of(text);
+  EXPECT_THAT(scene.findings, Contains(Field(&Finding::code, "fbx-meshes")));
+  ASSERT_EQ(scene.meshes.size(), 1u);
+  ASSERT_EQ(scene.meshes[0].primitives.size(), 2u);
+  ASSERT_EQ(scene.skins.at(0).joints.size(), 2u);
+  const Mesh shown = rest_mesh(scene);
+  EXPECT_NEAR(shown.vertices.col(0).maxCoeff(), 0.08, 1e-7);
+  EXPECT_NEAR(shown.vertices.col(0).minCoeff(), -0.07, 1e-7);
+  EXPECT_NEAR(shown.vertices.col(1).maxCoeff(), 0.01, 1e-7);
+}
+
+TEST(MeshFbx, NamesMayBeAnyBytes) {
+  ATELIER_NEEDS_FBX();
+  const std::string text =
+      scene_text(std::string(kSquare) + "Model: 20,\"Model::T\xFF\xFEy\",\"Mesh\" {\n}\n",
+                 "C: \"OO\",20,0\nC: \"OO\",10,20\n");
+  EXPECT_THAT(scene_of(text).nodes.at(1).name, HasSubstr("\xEF\xBF\xBD"));
+}
+
+TEST(MeshFbxRefused, MoreThanTheLimitsAllow) {
+  ATELIER_NEEDS_FBX();
+  Limits limits;
+  limits.mesh_file_bytes = 1'000;
+  EXPECT_THAT([&] { read_fbx(kCorpus / "small.fbx", limits); },
+              ThrowsMessage<DataError>(HasSubstr("at most 1000")));
+  limits = {};
+  limits.joints = 1;
+  EXPECT_THAT([&] { read_fbx(kCorpus / "small.fbx", limits); },
+              ThrowsMessage<DataError>(HasSubstr("2 joints")));
+  limits = {};
+  limits.mesh_vertices = 3;
+  EXPECT_THAT([&] { read_fbx(kCorpus / "small.fbx", limits); }, ::testing::Throws<DataError>());
+}
+
+TEST(MeshFbxRefused, OtherAxesThanThreeThatAreRightHanded) {
+  ATELIER_NEEDS_FBX();
+  std::string text = scene_text(kSquare, "");
+  text.insert(text.find("Objects"),
+              "GlobalSettings: {\nProperties70: {\nP: \"CoordAxisSign\",\"int\",\"Integer\",\"\","
+              "-1\n}\n}\n");
+  EXPECT_THAT([&] { scene_of(text); }, ThrowsMessage<DataError>(HasSubstr("not right-handed")));
+}
+
+}  // namespace
+}  // namespace atelier
