@@ -6,8 +6,11 @@
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
+#include "apps/printable.h"
 #include "apps/usage_error.h"
+#include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
+#include "core/io/mesh_gltf.h"
 
 namespace atelier {
 namespace {
@@ -25,14 +28,50 @@ OptionTable describe(ConvertOptions& options) {
   return OptionTable().add("input", describe(options.input));
 }
 
+void add_count(std::string& all, std::size_t count, const std::string& what) {
+  if (count > 0) {
+    all += (all.empty() ? "" : ", ") + counted(static_cast<std::int64_t>(count), what);
+  }
+}
+
+/// What of a glTF scene a mesh in its rest pose does not hold: "1 skin of 24 joints, 2 animations";
+/// "" if that is nothing.
+std::string moving_parts(const GltfScene& scene) {
+  std::size_t joints = 0;
+  for (const GltfSkin& skin : scene.skins) {
+    joints += skin.joints.size();
+  }
+  std::size_t shapes = 0;
+  for (const GltfMesh& mesh : scene.meshes) {
+    shapes += mesh.primitives.empty() ? 0 : mesh.primitives.front().targets.size();
+  }
+  std::string all;
+  add_count(all, scene.skins.size(), "skin");
+  if (joints > 0) {
+    all += " of " + counted(static_cast<std::int64_t>(joints), "joint");
+  }
+  add_count(all, scene.animations.size(), "animation");
+  add_count(all, shapes, "blend shape");
+  return all;
+}
+
+/// What of a mesh a format has no place for.
+std::string attributes_without_place(const Mesh& mesh, const std::string& extension) {
+  std::string all;
+  if (extension != ".ply" && !mesh.labels.empty()) {
+    all = "labels";
+  }
+  if (extension != ".ply" && mesh.confidence.size() > 0) {
+    all += (all.empty() ? "" : ", ") + std::string("confidence");
+  }
+  return all;
+}
+
 int run(const ConvertArguments& arguments, const ConvertOptions& options) {
   if (arguments.in.empty() || arguments.out.empty()) {
     throw UsageError("convert takes two files: atelier convert IN OUT");
   }
-  std::string extension = std::filesystem::path(arguments.out).extension().string();
-  for (char& c : extension) {
-    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  }
+  const std::string extension = lower_extension(arguments.out);
   if (extension != ".obj" && extension != ".ply" && extension != ".glb") {
     throw UsageError("OUT cannot be '" + arguments.out.substr(0, 80) +
                      "': it takes a name with .obj, .ply or .glb");
@@ -43,10 +82,27 @@ int run(const ConvertArguments& arguments, const ConvertOptions& options) {
                      "': it is IN itself, which would be lost; name another file");
   }
   require_file_place(arguments.out);
-  const Mesh mesh = read_mesh(arguments.in, options.input);
+  const std::string from = lower_extension(arguments.in);
+  std::string left_out;
+  Mesh mesh;
+  if (from == ".glb" || from == ".gltf") {
+    const GltfScene scene = read_gltf(arguments.in);
+    mesh = rest_mesh(scene, arguments.in);
+    left_out = moving_parts(scene);
+  } else {
+    mesh = read_mesh(arguments.in, options.input);
+  }
   write_mesh(arguments.out, mesh);
   std::cout << arguments.out << ": " << mesh.vertices.rows() << " vertices, " << mesh.faces.rows()
             << " faces, metres, Y up\n";
+  if (!left_out.empty()) {
+    std::cout << "  left out, since OUT is a mesh at rest: " << left_out
+              << "; body-model convert keeps a body's\n";
+  }
+  if (const std::string lost = attributes_without_place(mesh, extension); !lost.empty()) {
+    std::cout << "  left out, since " << extension << " has no place for it: " << lost
+              << "; .ply has\n";
+  }
   return kExitDone;
 }
 

@@ -34,6 +34,7 @@ constexpr double kSewingDamping = 15;   // 1/s, so that sewing springs do not th
 constexpr double kHangingDamping = 2;   // 1/s, to come to rest sooner
 constexpr int kHangingFrames = 60;
 constexpr double kOpenSeam = 0.10;         // m; what is more does not close by welding
+constexpr double kCoarseEdge = 0.03;       // m; an upper arm has 0.3 round it
 constexpr int kLoweringFrames = 60;        // of the arms, from straight out to the rest pose
 constexpr double kWaistband = 0.90;        // of the body's girth
 constexpr double kWaistbandStiffness = 3;  // times the cloth's
@@ -145,9 +146,25 @@ void draw_in_waist(Cloth& cloth, const Garment& garment, double girth) {
   }
 }
 
-/// Threads that the body or tight cloth keeps from closing: welding them would tear the cloth
-/// through the body.
-void check_closed(const Garment& sewn) {
+double mean_edge(const Mesh& mesh) {
+  double sum = 0;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    for (int corner = 0; corner < 3; ++corner) {
+      sum += (mesh.vertices.row(mesh.faces(f, corner)) -
+              mesh.vertices.row(mesh.faces(f, (corner + 1) % 3)))
+                 .norm();
+    }
+  }
+  return sum / static_cast<double>(std::max<Index>(1, 3 * mesh.faces.rows()));
+}
+
+std::string millimetres(double metres) {
+  return std::to_string(static_cast<int>(std::lround(1000 * metres))) + " mm";
+}
+
+/// Threads that the body, tight or coarse cloth keeps from closing: welding them would tear the
+/// cloth through the body. @param edge  m, mean of the cloth's triangles before it is sewn
+void check_closed(const Garment& sewn, double edge) {
   for (const Seam& seam : sewn.seams) {
     double gap = 0;
     for (std::size_t i = 0; i < seam.a.size(); ++i) {
@@ -155,10 +172,16 @@ void check_closed(const Garment& sewn) {
           gap, (sewn.mesh.vertices.row(seam.a[i]) - sewn.mesh.vertices.row(seam.b[i])).norm());
     }
     if (gap > kOpenSeam) {
-      throw DataError(sewn.name, seam.name,
-                      "stays " + std::to_string(static_cast<int>(std::lround(1000 * gap))) +
-                          " mm open when it is sewn on the body",
-                      "a pattern that fits this body: a larger size, or panels that lie nearer");
+      // Long edges stand off an arm or a neck, whatever the size: the size is blamed only where the
+      // cloth is fine.
+      throw DataError(
+          sewn.name, seam.name,
+          "stays " + millimetres(gap) + " open when it is sewn on the body, with edges of " +
+              millimetres(edge),
+          edge > kCoarseEdge
+              ? "cloth that bends round it: a smaller --edge-length (0.02) first; what stays open "
+                "then needs a larger size"
+              : "a pattern that fits this body: a larger size, or panels that lie nearer");
     }
   }
 }
@@ -273,7 +296,7 @@ Garment sewn_on(const Garment& panels, const Mesh& body, const SewingOptions& op
   }
   Garment sewn = panels;
   sewn.mesh.vertices = state.positions;
-  check_closed(sewn);
+  check_closed(sewn, mean_edge(panels.mesh));
   return weld_seams(sewn);
 }
 

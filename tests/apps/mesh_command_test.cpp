@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "apps/exit_code.h"
+#include "core/io/mesh_file.h"
+#include "core/io/mesh_gltf.h"
 #include "tests/apps/program_fixture.h"
 
 namespace atelier::testing {
@@ -29,6 +31,31 @@ TEST_F(MeshCommand, ConvertKeepsTheMesh) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("8 vertices, 12 faces"));
   EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("highest           0.01 0.01 0.01"));
+}
+
+TEST_F(MeshCommand, ConvertSaysWhatItLeavesOut) {
+  Mesh mesh;
+  mesh.vertices = Points::Random(3, 3);
+  mesh.faces.resize(1, 3);
+  mesh.faces << 0, 1, 2;
+  GltfScene scene = gltf_scene(mesh, "cape");
+  scene.meshes[0].primitives[0].targets = {{Points::Ones(3, 3), Points(0, 3)}};
+  scene.animations.push_back({"sway",
+                              {{0,
+                                GltfPath::Translation,
+                                GltfInterpolation::Linear,
+                                {0, 1.5},
+                                Eigen::MatrixXd::Zero(2, 3)}}});
+  write_gltf(root_ / "cape.glb", scene);
+  const std::string ply = (root_ / "cape.ply").string();
+  EXPECT_THAT(run({"convert", (root_ / "cape.glb").string(), ply}).out,
+              HasSubstr("left out, since OUT is a mesh at rest: 1 animation, 1 blend shape;"));
+  mesh.labels = {1, 2, 3};
+  write_mesh(ply, mesh);
+  EXPECT_THAT(run({"convert", ply, (root_ / "cape.obj").string()}).out,
+              HasSubstr("left out, since .obj has no place for it: labels; .ply has"));
+  EXPECT_THAT(run({"convert", ply, (root_ / "same.ply").string()}).out,
+              ::testing::Not(HasSubstr("left out")));
 }
 
 TEST_F(MeshCommand, RenderMakesAPicture) {

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <exception>
 #include <fstream>
+#include <iterator>
 
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -74,6 +75,14 @@ int read_all(const Reader& reader, std::size_t count,
   return 0;
 }
 
+/// The last of what a child said, where a sanitizer names the place.
+std::string end_of(const std::filesystem::path& log) {
+  constexpr std::size_t kShown = 4000;
+  std::ifstream file(log);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  return text.size() > kShown ? "..." + text.substr(text.size() - kShown) : text;
+}
+
 }  // namespace
 
 std::string read_all_in_sandbox(const Reader& reader, std::size_t count,
@@ -101,9 +110,12 @@ std::string read_all_in_sandbox(const Reader& reader, std::size_t count,
   waitpid(child, &status, 0);
   std::string result;
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    // Beside the program, not among temporary files: whoever mends the reader wants it.
+    const std::filesystem::path folder =
+        std::filesystem::canonical("/proc/self/exe").parent_path() / "hostile-failed";
+    std::filesystem::create_directories(folder);
     const std::filesystem::path saved =
-        std::filesystem::temp_directory_path() /
-        ("hostile-" + reader.name + "-" + std::to_string(progress.input));
+        folder / (reader.name + "-" + std::to_string(progress.input));
     const Bytes bytes = input(progress.input);
     std::ofstream(saved, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()),
@@ -117,11 +129,10 @@ std::string read_all_in_sandbox(const Reader& reader, std::size_t count,
       result += progress.what[0] != '\0' ? std::string("threw ") + progress.what
                                          : "exited with " + std::to_string(WEXITSTATUS(status));
     }
-    result += "; saved as " + saved.string() + ", what it said as " + log.string();
-  } else {
-    std::error_code ignored;
-    std::filesystem::remove(log, ignored);
+    result += "; saved as " + saved.string() + "; it said: " + end_of(log);
   }
+  std::error_code ignored;
+  std::filesystem::remove(log, ignored);
   munmap(shared, sizeof(Progress));
   return result;
 }

@@ -11,7 +11,7 @@ namespace atelier::testing {
 /// start and 10 s per input. `input(i)` makes the i-th of `count` inputs.
 /// @return "" if each was read or refused by DataError; else a sentence that names the input and
 ///         what happened (another exception, a signal, out of memory, too slow), and the path of
-///         the input, written to the folder for temporary files.
+///         the input, kept beside the test program (hostile-failed/).
 std::string read_all_in_sandbox(const Reader& reader, std::size_t count,
                                 const std::function<Bytes(std::size_t i)>& input);
 
