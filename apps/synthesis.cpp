@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kSynthesisVersion = 5;  // raised whenever the same options give other bytes
+constexpr int kSynthesisVersion = 6;  // raised whenever the same options give other bytes
 
 std::string key_of(SynthesisOptions options) {
   return "{\"synthesis\":" + std::to_string(kSynthesisVersion) +

@@ -206,7 +206,7 @@ PreparedScene prepared(const Scene& scene, const SynthesisStage& stage,
   prepare_options.ambient = Ambient::PerVertex;
   prepare_options.vertex_samples = 96;
   prepare_options.ground_reach = kStudioFloor;
-  prepare_options.ground_shadow_rays = 128;
+  prepare_options.ground_shadow_rays = 64;
   prepare_options.seed = options.seed;
   return prepare_with_bounce(scene, prepare_options, {}, stage.textures);
 }

@@ -15,6 +15,8 @@
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
+#include "core/normals.h"
+#include "core/parallel.h"
 
 namespace atelier {
 namespace {
@@ -54,6 +56,7 @@ struct Poser {
   Points joints;  ///< rest
   std::vector<Eigen::Matrix3d> rest;
   double ground = 0;
+  double least_lift = 0;  ///< of the upper arms, for arms that hang clear of the trunk
 
   Poser(const BodyModel& m, double ground_)
       : model(m),
@@ -72,7 +75,10 @@ struct Poser {
     pose.rotations.row(joint) = rotation_vector(g.transpose() * by * g).transpose();
   }
 
-  Pose pose(const Stance& stance) const {
+  Pose pose(Stance stance) const {
+    for (double& lift : stance.lift) {
+      lift = std::max(lift, least_lift);
+    }
     Pose pose = rest_pose(model.skeleton);
     const Eigen::Matrix3d facing =
         Eigen::AngleAxisd(stance.yaw, Eigen::Vector3d::UnitY()).toRotationMatrix();
@@ -143,6 +149,82 @@ struct Poser {
   }
 };
 
+/// Rows of the trunk and of the arms from the middle of the upper arm on: nearer to the armpit skin
+/// always folds.
+struct TrunkAndArms {
+  std::vector<Index> trunk, arms;
+};
+
+TrunkAndArms trunk_and_arms(const Poser& poser) {
+  const Skeleton& skeleton = poser.model.skeleton;
+  std::vector<int> side(skeleton.names.size(),
+                        -1);  // 0 or 1: that arm's shoulder or what hangs on it
+  for (std::size_t j = 0; j < side.size(); ++j) {
+    const int parent = skeleton.parents[j];
+    side[j] = parent >= 0 ? side[static_cast<std::size_t>(parent)] : -1;
+    for (int s = 0; s < 2; ++s) {
+      side[j] = static_cast<int>(j) == poser.person.arms[static_cast<std::size_t>(s)].shoulder
+                    ? s
+                    : side[j];
+    }
+  }
+  std::vector<bool> on_trunk(skeleton.names.size(), false);
+  for (const int joint : poser.person.spine) {
+    on_trunk[static_cast<std::size_t>(joint)] = true;
+  }
+  TrunkAndArms rows;
+  const BodyModel& model = poser.model;
+  for (Index v = 0; v < vertex_count(model); ++v) {
+    double trunk = 0;
+    double arm = 0;
+    int s = 0;
+    for (Index k = 0; k < model.skin.joints.cols(); ++k) {
+      const auto joint = static_cast<std::size_t>(model.skin.joints(v, k));
+      trunk += on_trunk[joint] ? model.skin.weights(v, k) : 0;
+      if (side[joint] >= 0) {
+        arm += model.skin.weights(v, k);
+        s = side[joint];
+      }
+    }
+    if (trunk > 0.8) {
+      rows.trunk.push_back(v);
+    } else if (arm > 0.95) {
+      const Arm& limb = poser.person.arms[static_cast<std::size_t>(s)];
+      const Eigen::Vector3d along = poser.at(limb.elbow) - poser.at(limb.shoulder);
+      const Eigen::Vector3d place =
+          model.mesh.vertices.row(v).transpose() - poser.at(limb.shoulder);
+      if (place.dot(along) > 0.5 * along.squaredNorm()) {
+        rows.arms.push_back(v);
+      }
+    }
+  }
+  return rows;
+}
+
+/// How far the arms are off the trunk, m; negative inside.
+double clearance(const Poser& poser, const TrunkAndArms& rows, const Pose& pose) {
+  const Points vertices = skin_vertices(poser.model, poser.body, pose, {.correctives = false});
+  const Points normals = vertex_normals(vertices, poser.model.mesh.faces);
+  std::vector<double> off(rows.arms.size(), 1e9);
+  parallel_for(static_cast<Index>(off.size()), 64, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      const Eigen::RowVector3d p = vertices.row(rows.arms[static_cast<std::size_t>(i)]);
+      double least = 1e9;
+      Index nearest = 0;
+      for (const Index q : rows.trunk) {
+        const double d = (vertices.row(q) - p).squaredNorm();
+        if (d < least) {
+          least = d;
+          nearest = q;
+        }
+      }
+      const double along = (p - vertices.row(nearest)).dot(normals.row(nearest));
+      off[static_cast<std::size_t>(i)] = std::copysign(std::sqrt(least), along);
+    }
+  });
+  return off.empty() ? 1e9 : *std::min_element(off.begin(), off.end());
+}
+
 Stance stance_of(const std::string& motion, double t) {
   Stance stance;
   const double wave = 0.5 - 0.5 * std::cos(2 * kPi * std::clamp(t, 0.0, 1.0));
@@ -205,6 +287,24 @@ Stance stance_of(const std::string& motion, double t) {
     stance.twist = 0.4 * std::sin(2 * kPi * a);
   }
   return stance;
+}
+
+/// The least lift of the upper arms, up to 0.8, at which they stay clear of the trunk over a
+/// motion: on a stout body arms would hang in it, and no cloth has a place where a body overlaps
+/// itself.
+double lift_clear_of_trunk(Poser poser, const std::string& motion) {
+  constexpr double kClear = 0.015;  // m, room for cloth
+  constexpr int kPlaces = 9;        // of the motion that are looked at
+  const TrunkAndArms rows = trunk_and_arms(poser);
+  poser.least_lift = 0;
+  for (int i = 0; i < kPlaces; ++i) {
+    const Stance stance = stance_of(motion, (i + 0.5) / kPlaces);
+    while (poser.least_lift < 0.8 && clearance(poser, rows, poser.pose(stance)) < kClear) {
+      poser.least_lift =
+          std::max(poser.least_lift, std::min(stance.lift[0], stance.lift[1])) + 0.04;
+    }
+  }
+  return poser.least_lift;
 }
 
 ContinuousMotion file_motion(const BodyModel& model, const std::string& path, double ground) {
@@ -304,6 +404,7 @@ ContinuousMotion continuous_motion(const BodyModel& model, const std::string& mo
     return file_motion(model, motion, ground);
   }
   auto poser = std::make_shared<Poser>(model, ground);
+  poser->least_lift = lift_clear_of_trunk(*poser, motion);
   return {[poser, motion, duration](double seconds) {
             return poser->pose(stance_of(motion, seconds / duration));
           },

@@ -1,7 +1,6 @@
 #include "core/render/ground_shadows.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -13,9 +12,9 @@ namespace atelier {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kCell = 0.03f;            // m, of the finest grid: sharper shadows are left to rays
+constexpr float kCell = 0.04f;            // m, of the finest grid: sharper shadows are left to rays
 constexpr int kCoarsest = 8;              // cells a side of the squares that are looked at first
-constexpr float kStraight = 0.012f;       // of all light: what interpolation may be off by
+constexpr float kStraight = 0.02f;        // of all light: what interpolation may be off by
 constexpr std::uint32_t kSeed = 0x5DC0u;  // the same points of a light seen from everywhere: what
                                           // few rays miss changes slowly along the ground
 
@@ -34,6 +33,13 @@ class Filling {
   Filling(const PreparedScene::Data& scene, GroundShadows& shadows, int rays)
       : scene_(scene), shadows_(shadows), points_(shadows.open.width), rays_(rays) {
     asked_.assign(static_cast<std::size_t>(points_) * static_cast<std::size_t>(points_), 0);
+    for (std::size_t l = 0; l < scene.lights.size(); ++l) {
+      for (int k = 0; k < rays; ++k) {
+        targets_.push_back(light_point(
+            scene.lights[l],
+            sobol_point(static_cast<std::uint32_t>(k), kSeed + static_cast<std::uint32_t>(l))));
+      }
+    }
   }
 
   void fill() {
@@ -91,16 +97,17 @@ class Filling {
   void answer() {
     parallel_for(static_cast<Index>(queue_.size()), 16, [&](Index begin, Index end) {
       OcclusionRays rays;
+      std::vector<float> weights;
       for (Index q = begin; q < end; ++q) {
         const Place at = queue_[static_cast<std::size_t>(q)];
-        const GroundShadow shadow = shadow_at(at, rays);
-        put(at.i, at.j, shadow);
+        put(at.i, at.j, shadow_at(at, rays, weights));
       }
     });
     queue_.clear();
   }
 
-  GroundShadow shadow_at(Place at, OcclusionRays& rays) const {
+  // `rays` and `weights` are scratch.
+  GroundShadow shadow_at(Place at, OcclusionRays& rays, std::vector<float>& weights) const {
     const Vec3f up{0, 1, 0};
     const Vec3f p{shadows_.min_x + shadows_.cell * static_cast<float>(at.i),
                   static_cast<float>(scene_.ground->height),
@@ -114,19 +121,17 @@ class Filling {
         continue;
       }
       rays.clear();
-      std::array<float, kMostRays> weights{};
+      weights.clear();
       float all = 0;
       for (int k = 0; k < rays_; ++k) {
         const Vec3f to_light =
-            light_point(light, sobol_point(static_cast<std::uint32_t>(k),
-                                           kSeed + static_cast<std::uint32_t>(l))) -
-            origin;
+            targets_[l * static_cast<std::size_t>(rays_) + static_cast<std::size_t>(k)] - origin;
         const float distance2 = squared_norm(to_light);
         const float weight =
             to_light.y * std::max(0.0f, -dot(to_light, light.normal)) / (distance2 * distance2);
-        if (to_light.y > 0 && weight > 0) {
-          weights[rays.add(origin, to_light, scene_.epsilon / std::sqrt(distance2), 1 - 1e-4f)] =
-              weight;
+        if (weight > 0) {
+          rays.add(origin, to_light, scene_.epsilon / std::sqrt(distance2), 1 - 1e-4f);
+          weights.push_back(weight);
           all += weight;
         }
       }
@@ -206,7 +211,8 @@ class Filling {
   GroundShadows& shadows_;
   int points_;
   int rays_;
-  std::vector<char> asked_;  // [points, points] whose light is known
+  std::vector<Vec3f> targets_;  // [lights, rays] points of the lights
+  std::vector<char> asked_;     // [points, points] whose light is known
   std::vector<Place> queue_;
 };
 

@@ -17,6 +17,7 @@
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/normals.h"
+#include "core/winding_number.h"
 
 namespace atelier {
 namespace {
@@ -111,6 +112,50 @@ TEST_P(DisplacedSubject, HasWeightsOfItsOwn) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, DisplacedSubject, ::testing::Values(1, 2));
+
+/// Share of points a little off the skin of the left arm, from the middle of the upper arm on, that
+/// lie in the rest of the body.
+double share_in_body(const BodyModel& model, const Pose& pose) {
+  const Points vertices = skin_vertices(model, shape_body(model), pose);
+  const Points normals = vertex_normals(vertices, model.mesh.faces);
+  const Points joints = rest_positions(model.skeleton);
+  const int shoulder = find_joint(model.skeleton, "left_shoulder");
+  const int elbow = find_joint(model.skeleton, "left_elbow");
+  const Eigen::RowVector3d along = joints.row(elbow) - joints.row(shoulder);
+  std::vector<Index> arm;
+  for (Index v = 0; v < vertex_count(model); ++v) {
+    double share = 0;
+    for (Index k = 0; k < model.skin.joints.cols(); ++k) {
+      const int joint = model.skin.joints(v, k);
+      share += joint == shoulder || joint == elbow ? model.skin.weights(v, k) : 0;
+    }
+    const double place = (model.mesh.vertices.row(v) - joints.row(shoulder)).dot(along);
+    if (share > 0.95 && place > 0.5 * along.squaredNorm()) {
+      arm.push_back(v);
+    }
+  }
+  const WindingTree tree = build_winding_tree(vertices, model.mesh.faces);
+  int inside = 0;
+  for (const Index v : arm) {
+    const Eigen::Vector3d off = (vertices.row(v) + 0.008 * normals.row(v)).transpose();
+    inside += winding_number(tree, off) > 0.5 ? 1 : 0;
+  }
+  EXPECT_GT(arm.size(), 100U);
+  return static_cast<double>(inside) / static_cast<double>(arm.size());
+}
+
+TEST(SyntheticMotion, ArmsStayClearOfTheTrunk) {
+  for (const std::uint64_t seed : {1, 2, 201}) {
+    const SyntheticSubject subject = make_subject({}, seed);
+    for (const char* motion : {"stride", "squat"}) {
+      const ContinuousMotion moves = continuous_motion(subject.model, motion, 2, 0);
+      for (const double seconds : {0.3, 0.8, 1.3, 1.7}) {
+        EXPECT_EQ(share_in_body(subject.model, moves.pose(seconds)), 0)
+            << motion << " of seed " << seed << " at " << seconds << " s";
+      }
+    }
+  }
+}
 
 /// Distances between flesh and skinned bones, mm, of soft vertices over a motion's second half.
 std::vector<double> lags(const SyntheticSubject& subject, const std::string& motion) {
