@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/io/mesh_fbx.h"
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
@@ -98,6 +99,20 @@ TEST_F(BodyModelCommand, AMotionBecomesGltfAndBack) {
     EXPECT_EQ(back.exit_code, 0) << back.err;
     EXPECT_THAT(back.out, HasSubstr("18 joints, 3 frames at 30 per second")) << name;
   }
+}
+
+TEST_F(BodyModelCommand, FbxIsTakenAsGltfIs) {
+  const std::string fbx = ATELIER_SOURCE_DIR "/fuzz/corpus/fbx/blender.fbx";
+  const ChildResult body = run({"convert", fbx, "--out", (folder_ / "body.npz").string()});
+  if (!reads_fbx()) {
+    EXPECT_EQ(body.exit_code, 3);
+    EXPECT_THAT(body.err, HasSubstr("Blender imports FBX"));
+    return;
+  }
+  EXPECT_THAT(body.out, HasSubstr("12 vertices, 3 joints")) << body.err;
+  const ChildResult motion =
+      run({"convert", fbx, "--as", "motion", "--out", (folder_ / "bend.bvh").string()});
+  EXPECT_THAT(motion.out, HasSubstr("3 joints, 25 frames at 24 per second")) << motion.err;
 }
 
 TEST_F(BodyModelCommand, ABodyWithAMotionIsTakenAsEither) {
