@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -22,6 +21,7 @@
 #include "core/io/fbx_mesh.h"
 #include "core/io/text_scanner.h"
 #include "core/io/text_writer.h"
+#include "core/utf8.h"
 
 namespace atelier {
 namespace {
@@ -30,11 +30,14 @@ constexpr std::size_t kMostNodes = 65'536;
 constexpr double kShear = 1e-5;  // how far axes may be from right angles and still be turned alone
 constexpr double kAway = 1e-4;  // of a skeleton's size: how far a root may stand from its bind pose
 
-/// A name as UTF-8, which glTF wants: bytes that are none become replacement characters.
+/// A name as UTF-8, which glTF wants: of one that is none, plain letters stay.
 std::string utf8(const aiString& name) {
-  using nlohmann::json;
-  return json::parse(json(name.C_Str()).dump(-1, ' ', false, json::error_handler_t::replace))
-      .get<std::string>();
+  std::string text = name.C_Str();
+  if (!is_printable_utf8(text)) {
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c < 32 || c > 126; }, '?');
+  }
+  return text;
 }
 
 /// What libassimp found wrong, as one line of plain letters.
