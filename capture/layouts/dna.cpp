@@ -193,10 +193,24 @@ Dataset read_dna(const fs::path& path, const DatasetOptions& /*options*/, const 
       }
     }
   }
-  const auto rows = [](const Tensor& tensor, const fs::path& file, const std::string& name) {
+  std::int64_t row_count = 0;  // an array's shape costs a file nothing, a place of a row does
+  const auto rows = [&](const Tensor& tensor, const std::string& name, std::int64_t columns) {
     std::map<int, DataPlace> places;
-    for (int i = 0; tensor.shape.size() == 3 && i < tensor.shape[0]; ++i) {
-      places[i] = {file, name, i};
+    if (tensor.shape.size() != 3 || tensor.shape[1] < 1 || tensor.shape[2] < columns) {
+      dataset.findings.push_back(
+          {Severity::Warning, "keypoints-shape", files.annotations.string() + ": " + name,
+           "an array of " + shape_text(tensor.shape) + " is no array of keypoints and is left out",
+           "write [frames, points, " + std::to_string(columns) + "]"});
+      return places;
+    }
+    if (tensor.shape[0] > limits.frames - row_count) {
+      throw DataError(files.annotations.string(), name,
+                      std::to_string(tensor.shape[0]) + " frames of keypoints",
+                      "at most " + std::to_string(limits.frames) + " in all arrays");
+    }
+    row_count += tensor.shape[0];
+    for (int i = 0; i < static_cast<int>(tensor.shape[0]); ++i) {
+      places[i] = {files.annotations, name, i};
     }
     return places;
   };
@@ -209,9 +223,9 @@ Dataset read_dna(const fs::path& path, const DatasetOptions& /*options*/, const 
         dataset.frames[camera->second].masks[*frame] = {files.annotations, name, -1};
       }
     } else if (parts.size() == 2 && parts[0] == "Keypoints_2D" && camera != index.end()) {
-      dataset.frames[camera->second].keypoints = rows(tensor, files.annotations, name);
+      dataset.frames[camera->second].keypoints = rows(tensor, name, 3);
     } else if (name == "Keypoints_3D/keypoints3d") {
-      dataset.keypoints3d = rows(tensor, files.annotations, name);
+      dataset.keypoints3d = rows(tensor, name, 4);
       dataset.keypoint_schema_3d = "coco_wholebody";
     }
   }

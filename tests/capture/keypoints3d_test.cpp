@@ -13,12 +13,17 @@
 #include <gtest/gtest.h>
 
 #include "capture/associate_people.h"
+#include "capture/cameras_file.h"
+#include "capture/capture_info.h"
 #include "capture/detector.h"
 #include "capture/dome.h"
+#include "capture/keypoints2d.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/triangulation.h"
+#include "capture/truth_archive.h"
 #include "core/error.h"
 #include "tests/capture/seeded_capture.h"
+#include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
 
 namespace atelier::testing {
@@ -105,41 +110,81 @@ std::pair<int, double> identity_of(const Crowd& crowd,
   return {most->first, static_cast<double>(most->second) / all};
 }
 
+/// What came of a crowd.
+struct Told {
+  std::size_t found = 0;       ///< people
+  std::set<int> seen;          ///< who they are
+  double purity = 1;           ///< least share of one's detections that are one's own
+  std::vector<double> errors;  ///< m, of points that a view saw
+};
+
+Told tell_apart(const Crowd& crowd, const Detections& detections) {
+  const auto found = associate_people(crowd.cameras, detections, body_25_schema());
+  Told told;
+  told.found = found.size();
+  for (const auto& person : found) {
+    const auto [id, share] = identity_of(crowd, person);
+    told.purity = std::min(told.purity, share);
+    told.seen.insert(id);
+    const Triangulation space = triangulate(crowd.cameras, person, body_25_schema(), 30);
+    for (std::size_t f = 0; f < space.frames.size(); ++f) {
+      for (std::size_t k = 0; k < space.frames[f].points.size(); ++k) {
+        const SpacePoint& point = space.frames[f].points[k];
+        if (point.confidence > 0 && !point.bridged) {
+          const Points& truth = crowd.truth[static_cast<std::size_t>(id)][f];
+          told.errors.push_back(
+              (point.place - truth.row(static_cast<Index>(k)).transpose()).norm());
+        }
+      }
+    }
+  }
+  return told;
+}
+
+void expect_apart(const Told& told, int people) {
+  EXPECT_EQ(told.found, static_cast<std::size_t>(people));
+  EXPECT_EQ(told.seen.size(), static_cast<std::size_t>(people)) << "one person twice";
+  EXPECT_GT(told.purity, 0.98);
+  EXPECT_LT(median_of(told.errors), 0.008);
+}
+
 TEST(Keypoints3d, PeopleAreToldApartWhereTheyCrossAndDropOut) {
   std::printf("people  seed  dropout  found  purity  median error\n");
   for (const int people : {2, 3, 4}) {
     for (const std::uint64_t seed : {5, 6}) {
       const double dropout = seed == 6 ? 0.15 : 0.0;
       const Crowd crowd = crowd_of(people, seed, dropout);
-      const auto found = associate_people(crowd.cameras, crowd.detections, body_25_schema());
-      ASSERT_EQ(found.size(), static_cast<std::size_t>(people));
-      std::vector<double> errors;
-      double purity = 1;
-      std::set<int> seen;
-      for (const auto& person : found) {
-        const auto [id, share] = identity_of(crowd, person);
-        purity = std::min(purity, share);
-        seen.insert(id);
-        const Triangulation space = triangulate(crowd.cameras, person, body_25_schema(), 30);
-        for (std::size_t f = 0; f < space.frames.size(); ++f) {
-          for (std::size_t k = 0; k < space.frames[f].points.size(); ++k) {
-            const SpacePoint& point = space.frames[f].points[k];
-            if (point.confidence > 0 && !point.bridged) {
-              errors.push_back((point.place - crowd.truth[static_cast<std::size_t>(id)][f]
-                                                  .row(static_cast<Index>(k))
-                                                  .transpose())
-                                   .norm());
-            }
-          }
-        }
-      }
+      const Told told = tell_apart(crowd, crowd.detections);
       std::printf("%6d %5d %8.2f %6zu %7.3f %10.1f mm\n", people, static_cast<int>(seed), dropout,
-                  found.size(), purity, 1e3 * median_of(errors));
-      EXPECT_EQ(seen.size(), static_cast<std::size_t>(people)) << "one person twice";
-      EXPECT_GT(purity, 0.98);
-      EXPECT_LT(median_of(errors), 0.008);
+                  told.found, told.purity, 1e3 * median_of(told.errors));
+      expect_apart(told, people);
     }
   }
+}
+
+TEST(Keypoints3d, PeopleInFilesOfBody25AreToldApart) {
+  constexpr int kPeople = 3;
+  const Crowd crowd = crowd_of(kPeople, 7, 0.1);
+  const TemporaryDirectory folder;
+  CaptureInfo info;
+  info.subject = "several";
+  info.sequences = {{"clothed", "clothed", 30, crowd.detections.frame_ids}};
+  std::ofstream(folder / "capture.toml") << capture_toml(info);
+  std::ofstream(folder / "cameras.json") << cameras_json(crowd.cameras);
+  for (std::size_t c = 0; c < crowd.cameras.size(); ++c) {
+    const std::filesystem::path place = folder / "keypoints2d" / crowd.cameras[c].id;
+    std::filesystem::create_directories(place);
+    for (std::size_t f = 0; f < crowd.detections.frame_ids.size(); ++f) {
+      std::ofstream(place / (frame_name(crowd.detections.frame_ids[f]) + ".json"))
+          << openpose_json(crowd.detections.people[f][c]);
+    }
+  }
+  FrameReader reader(open_dataset(folder.path()));
+  EXPECT_EQ(reader.dataset().info.keypoint_schema, "body_25");
+  const Detections read = read_detections(reader, crowd.detections.frame_ids);
+  EXPECT_TRUE(read.findings.empty());
+  EXPECT_EQ(most_people(read), kPeople);
+  expect_apart(tell_apart(crowd, read), kPeople);
 }
 
 TEST(Keypoints3d, AssociationRefusesSizesThatDiffer) {
