@@ -195,16 +195,18 @@ bool holds_motion(const std::string& file) {
     for (const GltfNode& node : scene.nodes) {
       skinned = skinned || (node.mesh >= 0 && node.skin >= 0);
     }
-    return !skinned && !scene.animations.empty();
+    return !skinned && !scene.skins.empty() && !scene.animations.empty();
   }
   return false;
 }
 
 bool holds_body(const std::string& file) {
   const std::string extension = lower_extension(file);
-  if (file == "default" || file == "female" || file == "male" || extension == ".obj" ||
-      std::filesystem::is_directory(file)) {
+  if (file == "default" || file == "female" || file == "male" || extension == ".obj") {
     return true;
+  }
+  if (std::filesystem::is_directory(file)) {
+    return std::filesystem::exists(std::filesystem::path(file) / "base.obj");
   }
   if (extension == ".npz") {
     const Npz npz(file);

@@ -158,7 +158,7 @@ MotionClip read_amc(std::span<const std::byte> asf, const std::string& asf_name,
   if (options.fps == 0) {
     clip.findings.push_back({Severity::Note, "motion-fps", amc_name,
                              "the file has no frame rate; 120 per second is taken, as CMU records",
-                             "set fps if that is wrong"});
+                             "--motion.fps sets another"});
   }
   clip = in_metres_y_up(std::move(clip), options);
   check_motion_clip(clip, amc_name);

@@ -224,13 +224,21 @@ Retargeted retarget(const MotionClip& original, const BodyModel& model,
   add_scale_finding(leg_length(clip.skeleton, from), leg_length(skeleton, to), clip.name,
                     result.findings);
   add_posture_finding(clip, from, result.findings);
-  // Which reference each target joint turns away from: feet have their own.
+  // Which reference each target joint turns away from: feet and neck have their own.
   std::vector<const JointFrames*> away(skeleton.names.size(), &reference.frames);
+  for (const int joint : to.neck) {
+    away[static_cast<std::size_t>(joint)] = &reference.neck;
+  }
   for (std::size_t side = 0; side < 2; ++side) {
     for (const int joint : {to.legs[side].ankle, to.legs[side].toe}) {
       if (joint >= 0) {
         away[static_cast<std::size_t>(joint)] = &reference.feet[side];
       }
+    }
+  }
+  for (std::size_t j = 0; j < away.size(); ++j) {  // a jaw turns away from where its head does
+    if (skeleton.parents[j] >= 0 && away[j] == &reference.frames) {
+      away[j] = away[static_cast<std::size_t>(skeleton.parents[j])];
     }
   }
 

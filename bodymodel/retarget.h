@@ -39,7 +39,8 @@ struct Retargeted {
 ///  - rest poses are aligned: of the clip's rest pose and its frames, the one whose limbs are
 ///    nearest to the body's rest pose is the reference; the body is bent into it (pelvis and chest
 ///    by their left-right and upward axes, limbs by the shortest swing of each bone), and from
-///    there follows the clip's world rotations;
+///    there follows the clip's world rotations; neck and head follow theirs from the clip's rest
+///    pose, as in the middle of a motion a head may look anywhere;
 ///  - the hips' path is scaled by the legs, so that steps fit;
 ///  - feet that stand in the clip stand on the body: each standing phase gets one place, and the
 ///    leg is bent to reach it (two-bone inverse kinematics), with a soft start and end;

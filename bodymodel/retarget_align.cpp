@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kMostCandidates = 200;  // frames looked at for a reference
 constexpr double kRestIsFine = 0.6;   // radians a bone: T-, A- and I-poses are this near
+constexpr double kUpright = 0.8;      // cosine to the vertical
 
 Eigen::Vector3d direction(const Points& joints, int from, int to) {
   return (joints.row(to) - joints.row(from)).normalized().transpose();
@@ -93,6 +94,19 @@ Eigen::Matrix3d heading_of(const Eigen::Matrix3d& turn) {
   const Eigen::Vector3d front = level(turn.col(2));
   return front.norm() > 0.1 ? rotation_between(Eigen::Vector3d::UnitZ(), front)
                             : Eigen::Matrix3d::Identity().eval();
+}
+
+// Whether trunk and legs are upright: some writers' rest poses have all bones along one axis.
+bool stands(const Points& joints, const Humanoid& person) {
+  const Eigen::Vector3d hips = middle(joints, person.legs[0].hip, person.legs[1].hip);
+  const Eigen::Vector3d shoulders =
+      middle(joints, person.arms[0].shoulder, person.arms[1].shoulder);
+  bool upright = (shoulders - hips).normalized().y() > kUpright &&
+                 direction(joints, person.spine.back(), person.neck.back()).y() > kUpright;
+  for (const Leg& leg : person.legs) {
+    upright = upright && direction(joints, leg.ankle, leg.hip).y() > kUpright;
+  }
+  return upright;
 }
 
 // The chest, then the neck up to the head.
@@ -187,12 +201,17 @@ int reference_frame(const MotionClip& clip, const Humanoid& source_person, const
 
 AlignmentReference standing_reference(const Skeleton& source, const Pose& pose) {
   const JointFrames frames = forward_kinematics(source, pose);
-  return {frames, {frames, frames}};
+  return {frames, {frames, frames}, frames};
 }
 
 AlignmentReference moving_reference(const MotionClip& clip, const Humanoid& person, int frame) {
   AlignmentReference reference =
       standing_reference(clip.skeleton, clip.motion.poses[static_cast<std::size_t>(frame)]);
+  // In the middle of a motion a head may look anywhere.
+  const JointFrames rest = forward_kinematics(clip.skeleton, rest_pose(clip.skeleton));
+  if (stands(rest.positions, person)) {
+    reference.neck = rest;
+  }
   for (const Pose& pose : clip.motion.poses) {
     const JointFrames frames = forward_kinematics(clip.skeleton, pose);
     for (std::size_t side = 0; side < 2; ++side) {
@@ -229,8 +248,10 @@ std::vector<Eigen::Matrix3d> aligned_rotations(const AlignmentReference& referen
   for (std::size_t i = 0; i < places.size(); ++i) {
     set(target_person.spine[i], pelvis * rotation_matrix(places[i] * pelvis_to_chest));
   }
+  const Eigen::Matrix3d neck = chest_axes(reference.neck.positions, source_person) *
+                               chest_axes(to, target_person).transpose();
   for (const int joint : target_person.neck) {
-    set(joint, chest);
+    set(joint, neck);
   }
   const auto swing = [&](int joint, int tip, int source_joint, int source_tip,
                          const Eigen::Matrix3d& before) {

@@ -26,17 +26,19 @@ std::vector<Follow> correspondence(const Skeleton& source, const Humanoid& sourc
 int reference_frame(const MotionClip& clip, const Humanoid& source_person, const Skeleton& target,
                     const Humanoid& target_person);
 
-/// Where a source stands for the alignment. Feet have frames of their own: those in which they are
-/// flat on the ground.
+/// Where a source stands for the alignment. Feet and neck have frames of their own: those in which
+/// soles are flat on the ground, and one in which the head is not turned away from the chest.
 struct AlignmentReference {
   JointFrames frames;
   std::array<JointFrames, 2> feet;  ///< left, right
+  JointFrames neck;                 ///< neck and head
 };
 
 /// The reference at a pose that stands on its soles (a rest pose, a T-pose).
 AlignmentReference standing_reference(const Skeleton& source, const Pose& pose);
 
-/// The reference at a frame of the clip; each foot's is the frame in which its ankle is lowest.
+/// The reference at a frame of the clip; each foot's is the frame in which its ankle is lowest, the
+/// neck's the clip's rest pose where trunk and legs stand upright in it.
 AlignmentReference moving_reference(const MotionClip& clip, const Humanoid& person, int frame);
 
 /// World rotations of the target's joints when it stands as the source does at the reference, [J].

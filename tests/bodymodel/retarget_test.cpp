@@ -68,6 +68,27 @@ TEST(Retarget, AnotherRestPoseGivesTheSamePostures) {
   }
 }
 
+// Arms hang in the clip and on the body, not in the clip's rest pose: a frame is the reference.
+TEST(Retarget, AHeadBowedInTheReferenceFrameIsBowedOnTheBody) {
+  MotionClip clip = person_clip();
+  for (Pose& pose : clip.motion.poses) {
+    pose.rotations.row(12) << 0.5, 0, 0;
+    pose.rotations.row(14) << 0, 0, -1.4;
+    pose.rotations.row(18) << 0, 0, 1.4;
+  }
+  Skeleton target = person_skeleton();
+  target.rest_rotations = Points::Zero(21, 3);
+  target.rest_rotations.row(14) << 0, 0, -1.4;
+  target.rest_rotations.row(18) << 0, 0, 1.4;
+  const Retargeted result = retarget(clip, person_body(target), {}, plain());
+  ASSERT_GE(result.reference_frame, 0);
+  for (const Pose& pose : result.motion.poses) {
+    const JointFrames frames = forward_kinematics(target, pose);
+    EXPECT_LT((frames.rotations[12] - rotation_matrix({0.5, 0, 0})).norm(), 1e-9);
+    EXPECT_LT((frames.rotations[11] - Eigen::Matrix3d::Identity()).norm(), 1e-9);
+  }
+}
+
 TEST(Retarget, ABodyTwiceAsLargeTakesStepsTwiceAsLong) {
   const MotionClip clip = person_clip();
   Skeleton target = person_skeleton();
@@ -240,6 +261,16 @@ MakeHumanBody makehuman(const std::filesystem::path& root) {
   return read_makehuman(files);
 }
 
+// Where a head that looks to +Z at rest looks.
+Eigen::Vector3d look(const BodyModel& model, int head, const Pose& pose) {
+  const std::size_t joint = static_cast<std::size_t>(head);
+  return forward_kinematics(model.skeleton, pose).rotations[joint] *
+         forward_kinematics(model.skeleton, rest_pose(model.skeleton))
+             .rotations[joint]
+             .transpose() *
+         Eigen::Vector3d::UnitZ();
+}
+
 // Every BVH of the data: captures, and MakeHuman's poses and animations.
 TEST(Retarget, EveryRealMotionOnMakeHumanAndTheDefaultHuman) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
@@ -247,6 +278,8 @@ TEST(Retarget, EveryRealMotionOnMakeHumanAndTheDefaultHuman) {
   DefaultHumanOptions human = female_human();
   human.shape_basis = false;
   const BodyModel bodies[] = {makehuman(root).model, default_human(human)};
+  const int heads[] = {recognised_humanoid(bodies[0].skeleton, "makehuman").neck.back(),
+                       recognised_humanoid(bodies[1].skeleton, "default human").neck.back()};
   RetargetOptions options;
   options.fps = 5;  // keeps the test short
   int files = 0;
@@ -257,9 +290,19 @@ TEST(Retarget, EveryRealMotionOnMakeHumanAndTheDefaultHuman) {
       }
       ++files;
       const MotionClip clip = read_bvh(entry.path());
+      std::vector<Pose> on_makehuman;
       for (const BodyModel& model : bodies) {
         SCOPED_TRACE(entry.path().string() + " on " + model.name);
         const Retargeted result = retarget(clip, model, {}, options);
+        if (&model == bodies) {
+          on_makehuman = result.motion.poses;
+        } else {  // both look to the same side, whichever frame was the reference
+          for (std::size_t i = 0; i < on_makehuman.size(); ++i) {
+            EXPECT_GT(look(bodies[0], heads[0], on_makehuman[i])
+                          .dot(look(model, heads[1], result.motion.poses[i])),
+                      std::cos(0.1));
+          }
+        }
         const std::vector<Pose>& poses = result.motion.poses;
         ASSERT_FALSE(poses.empty());
         EXPECT_GT(result.scale, 0.6);
