@@ -238,7 +238,7 @@ void shapes(const std::filesystem::path& folder) {
     meshes.push_back(skin(model, model.mesh.vertices));
   }
   for (const View& view : {View{0.35, 0.1}, View{2.75, 0.1}}) {
-    const std::vector<Image> pictures = pictures_at_one_scale(meshes, view, tile(300, 460));
+    const std::vector<Image> pictures = pictures_at_one_scale(meshes, view, tile(350, 430));
     for (std::size_t i = 0; i < pictures.size(); ++i) {
       tiles.push_back({pictures[i], view.azimuth < 1 ? bodies[i].first : ""});
     }
@@ -296,7 +296,7 @@ void poses(const std::filesystem::path& folder) {
     tiles.push_back({{}, name});
   }
   const std::vector<Image> pictures =
-      pictures_at_one_scale(std::move(subjects), View{0.6, 0.12}, tile(360, 520));
+      pictures_at_one_scale(std::move(subjects), View{0.6, 0.12}, tile(440, 520));
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     tiles[i].image = pictures[i];
   }
