@@ -53,34 +53,6 @@ OptionTable describe(CalibrateColorOptions& options) {
   return table;
 }
 
-/// Gains against the true ones, as shares; a factor on all is left free, as it is by the pictures.
-struct GainError {
-  double mean = 0;
-  double largest = 0;
-};
-
-GainError gain_error(const std::vector<Camera>& cameras, const std::vector<Camera>& truth) {
-  std::vector<Eigen::Vector3d> logs;
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Camera& camera : cameras) {
-    const auto same = std::find_if(truth.begin(), truth.end(),
-                                   [&](const Camera& other) { return other.id == camera.id; });
-    if (same == truth.end()) {
-      throw DataError("--truth", "camera '" + camera.id + "'", "not in that capture",
-                      "the cameras of the capture");
-    }
-    logs.emplace_back((camera.gain.array() / same->gain.array()).log());
-    middle += logs.back();
-  }
-  middle /= static_cast<double>(std::max<std::size_t>(1, logs.size()));
-  GainError error;
-  for (const Eigen::Vector3d& log : logs) {
-    error.mean += (log - middle).cwiseAbs().mean() / static_cast<double>(logs.size());
-    error.largest = std::max(error.largest, (log - middle).cwiseAbs().maxCoeff());
-  }
-  return error;
-}
-
 int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& options) {
   if (arguments.capture.empty() || arguments.out.empty()) {
     throw UsageError(

@@ -9,6 +9,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/input_measures.h"
 #include "apps/reconstruct_measures.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
@@ -23,6 +24,8 @@ namespace fs = std::filesystem;
 struct EvaluateArguments {
   std::string workspace;
   std::string truth;
+  std::string masks;
+  std::string cameras;
   bool json = false;
   bool check = false;
 };
@@ -54,10 +57,22 @@ int run(const EvaluateArguments& arguments) {
     require_workspace(all_stages(), arguments.workspace);
   }
   std::vector<Measure> all;
-  for (const Evaluation& evaluation : kEvaluations) {
-    const std::vector<Measure> measures = evaluation.measure(arguments.workspace, arguments.truth);
+  const auto add = [&](const std::vector<Measure>& measures) {
     all.insert(all.end(), measures.begin(), measures.end());
+  };
+  for (const Evaluation& evaluation : kEvaluations) {
+    add(evaluation.measure(arguments.workspace, arguments.truth));
   }
+#ifdef ATELIER_HAS_CAPTURE_MASKS
+  if (!arguments.masks.empty()) {
+    add(measure_masks(arguments.masks, arguments.truth));
+  }
+#endif
+#ifdef ATELIER_HAS_CAPTURE_CALIBRATION
+  if (!arguments.cameras.empty()) {
+    add(measure_gains(arguments.cameras, arguments.truth));
+  }
+#endif
   bool met = true;
   nlohmann::ordered_json root = nlohmann::ordered_json::object();
   for (const Measure& measure : all) {
@@ -94,6 +109,19 @@ Action add_evaluate(CLI::App& parser) {
   parser.add_option("--truth", arguments->truth, "Synthetic capture that they were made from")
       ->type_name("CAPTURE")
       ->required();
+#ifdef ATELIER_HAS_CAPTURE_MASKS
+  parser
+      .add_option("--masks", arguments->masks,
+                  "What masks --out made of the capture: masks.iou, against who is there")
+      ->type_name("FOLDER");
+#endif
+#ifdef ATELIER_HAS_CAPTURE_CALIBRATION
+  parser
+      .add_option("--cameras", arguments->cameras,
+                  "What calibrate-color --out made of the capture: calibration.gain_mean, "
+                  "calibration.gain_largest")
+      ->type_name("FILE");
+#endif
   parser.add_flag("--json", arguments->json, "One JSON object of figures");
   parser.add_flag("--check", arguments->check, "Exit with 1 if a target is missed");
   return [arguments] { return run(*arguments); };

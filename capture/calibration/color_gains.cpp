@@ -226,4 +226,31 @@ ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
   return result;
 }
 
+GainError gain_error(const std::vector<Camera>& cameras, const std::vector<Camera>& truth) {
+  std::vector<Eigen::Array3d> logs;
+  Eigen::Array3d middle = Eigen::Array3d::Zero();
+  for (const Camera& camera : cameras) {
+    const auto same = std::find_if(truth.begin(), truth.end(),
+                                   [&](const Camera& other) { return other.id == camera.id; });
+    if (same == truth.end()) {
+      throw DataError("the cameras", "camera '" + camera.id + "'", "not in the truth",
+                      "the cameras of the capture");
+    }
+    if (!(camera.gain.minCoeff() > 0 && same->gain.minCoeff() > 0)) {
+      throw DataError("the cameras", "camera '" + camera.id + "'", "a gain that is none",
+                      "gains above 0");
+    }
+    logs.emplace_back((camera.gain.array() / same->gain.array()).log());
+    middle += logs.back();
+  }
+  const auto count = static_cast<double>(std::max<std::size_t>(1, logs.size()));
+  middle /= count;
+  GainError error;
+  for (const Eigen::Array3d& log : logs) {
+    error.mean += (log - middle).abs().mean() / count;
+    error.largest = std::max(error.largest, (log - middle).abs().maxCoeff());
+  }
+  return error;
+}
+
 }  // namespace atelier

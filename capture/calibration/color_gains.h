@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/camera.h"
 #include "core/finding.h"
 #include "core/options.h"
 
@@ -41,5 +42,16 @@ struct ColorGains {
 /// `least_points` places.
 ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
                        const ColorGainOptions& options = {});
+
+/// How far gains are from the true ones, as shares.
+struct GainError {
+  double mean = 0;     ///< of the magnitudes, over cameras and channels
+  double largest = 0;  ///< of them
+};
+
+/// Gains of cameras against those of a truth that has each of them by its id, channel by channel,
+/// up to a factor on all cameras of a channel, which no pictures can tell. Throws DataError for a
+/// camera that the truth does not have and for a gain that is not above 0.
+GainError gain_error(const std::vector<Camera>& cameras, const std::vector<Camera>& truth);
 
 }  // namespace atelier

@@ -9,6 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "capture/cameras_file.h"
+#include "capture/truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/mesh_statistics.h"
 #include "core/sequence_archive.h"
@@ -113,6 +115,32 @@ TEST_F(Reconstruct, ScansAndKeypointsAreMeasuredAgainstTheTruth) {
        {"surface.chamfer_mm", "surface.completeness", "labels.miou", "keypoints.mean_mm"}) {
     EXPECT_THAT(measured.out, HasSubstr(key));
   }
+}
+
+TEST_F(Reconstruct, MasksAndGainsAreMeasuredAgainstTheTruth) {
+  const std::string capture = capture_.string();
+  const auto evaluate = [&](const std::string& flag, const fs::path& file) {
+    return run_child(
+        {ATELIER_PROGRAM, "evaluate", capture, "--truth", capture, flag, file.string(), "--json"});
+  };
+  // The true labels are the best masks that there can be, and the true gains have no error.
+  const ChildResult masks = evaluate("--masks", capture_ / "truth");
+  ASSERT_EQ(masks.exit_code, 0) << masks.err;
+  EXPECT_EQ(nlohmann::json::parse(masks.out).at("masks.iou"), 1);
+  const TemporaryDirectory folder;
+  std::vector<Camera> cameras = read_capture_truth(capture_).cameras;
+  std::ofstream(folder / "cameras.json") << cameras_json(cameras);
+  const ChildResult gains = evaluate("--cameras", folder / "cameras.json");
+  ASSERT_EQ(gains.exit_code, 0) << gains.err;
+  EXPECT_LT(nlohmann::json::parse(gains.out).at("calibration.gain_largest"), 1e-12);
+  const ChildResult none = evaluate("--masks", folder.path());
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_THAT(none.err, HasSubstr("no mask of a picture of the capture"));
+  cameras[0].id = "left";
+  std::ofstream(folder / "cameras.json") << cameras_json(cameras);
+  const ChildResult other = evaluate("--cameras", folder / "cameras.json");
+  EXPECT_EQ(other.exit_code, 3);
+  EXPECT_THAT(other.err, HasSubstr("'left'"));
 }
 
 TEST_F(Reconstruct, TheHullClosesWhatStereoSeesNothingOf) {

@@ -128,5 +128,33 @@ TEST(ColorGains, AreRefusedWithoutOverlapOrCameras) {
   ATELIER_EXPECT_REFUSED(color_gains(2, {}), DataError, "no two cameras");
 }
 
+TEST(GainError, LeavesOutAFactorOnAllAndFindsTheRest) {
+  std::vector<Camera> truth(3);
+  for (std::size_t c = 0; c < truth.size(); ++c) {
+    truth[c].id = std::to_string(c);
+    truth[c].gain = {1 + 0.1 * static_cast<double>(c), 1, 0.9};
+  }
+  std::vector<Camera> cameras = {truth[2], truth[0], truth[1]};  // another order
+  for (Camera& camera : cameras) {
+    camera.gain = camera.gain.cwiseProduct(Eigen::Vector3d(2, 0.5, 3));
+  }
+  EXPECT_NEAR(gain_error(cameras, truth).largest, 0, 1e-12);
+  cameras[0].gain[1] *= std::exp(0.03);  // 0.02 above the mean, the others 0.01 below
+  const GainError error = gain_error(cameras, truth);
+  EXPECT_NEAR(error.largest, 0.02, 1e-12);
+  EXPECT_NEAR(error.mean, (0.02 + 0.01 + 0.01) / 9, 1e-12);
+  EXPECT_EQ(gain_error({}, truth).mean, 0);
+}
+
+TEST(GainError, RefusesCamerasOfAnotherCaptureAndGainsThatAreNone) {
+  std::vector<Camera> cameras(1);
+  cameras[0].id = "left";
+  ATELIER_EXPECT_REFUSED(gain_error(cameras, std::vector<Camera>(1)), DataError, "'left'");
+  std::vector<Camera> dark = cameras;
+  dark[0].gain[2] = 0;
+  ATELIER_EXPECT_REFUSED(gain_error(dark, cameras), DataError, "a gain that is none");
+  ATELIER_EXPECT_REFUSED(gain_error(cameras, dark), DataError, "a gain that is none");
+}
+
 }  // namespace
 }  // namespace atelier::testing
