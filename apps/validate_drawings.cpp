@@ -240,8 +240,13 @@ const char* error_colour(double error) {
 
 struct Bar {
   std::string name;
-  double value = 0;
+  std::optional<double> value;  ///< px
 };
+
+/// Median of errors; nothing of none, which is no error of 0.
+std::optional<double> median_error(std::vector<double> errors) {
+  return errors.empty() ? std::nullopt : std::optional(median(std::move(errors)));
+}
 
 std::string bars(const std::string& title, const std::vector<Bar>& all) {
   constexpr double kRow = 17;
@@ -249,19 +254,24 @@ std::string bars(const std::string& title, const std::vector<Bar>& all) {
   constexpr double kWidth = 300;
   double most = 6;
   for (const Bar& bar : all) {
-    most = std::max(most, std::min(bar.value, 60.0));
+    most = std::max(most, std::min(bar.value.value_or(0), 60.0));
   }
   std::string content = label(0, 13, title);
   double y = 24;
   for (const Bar& bar : all) {
-    const double length = kWidth * std::min(bar.value, most) / most;
     content += label(kLeft - 8, y + 11, bar.name, "end");
+    if (!bar.value) {
+      content += label(kLeft + 2, y + 11, "nothing in space that it could be held against");
+      y += kRow;
+      continue;
+    }
+    const double length = kWidth * std::min(*bar.value, most) / most;
     content +=
         text("<rect x=\"%.0f\" y=\"%.1f\" width=\"%.1f\" height=\"12\" rx=\"2\" fill=\"%s\"/>\n",
-             kLeft, y + 1, std::max(length, 1.0), error_colour(bar.value));
+             kLeft, y + 1, std::max(length, 1.0), error_colour(*bar.value));
     content +=
         label(kLeft + length + 6, y + 11,
-              bar.value > 999 ? std::string("beside the picture") : text("%.1f px", bar.value));
+              *bar.value > 999 ? std::string("beside the picture") : text("%.1f px", *bar.value));
     y += kRow;
   }
   return svg(kLeft + kWidth + 110, y + 8, content);
@@ -357,7 +367,7 @@ std::string camera_error_svg(const Dataset& dataset, const KeypointCheck& keypoi
     for (const auto& frame : errors.of[c]) {
       values.insert(values.end(), frame.begin(), frame.end());
     }
-    all.push_back({dataset.cameras[c].id, median(std::move(values))});
+    all.push_back({dataset.cameras[c].id, median_error(std::move(values))});
   }
   return bars("median error of each camera", all);
 }
@@ -373,7 +383,7 @@ std::string joint_error_svg(const Dataset& dataset, const KeypointCheck& keypoin
   for (std::size_t k = 0; k < std::min(schema.points.size(), kBody); ++k) {
     std::string name = schema.points[k];
     std::replace(name.begin(), name.end(), '_', ' ');
-    all.push_back({name, median(errors.of_joint[k])});
+    all.push_back({name, median_error(errors.of_joint[k])});
   }
   return bars("median error of each joint", all);
 }
@@ -389,7 +399,7 @@ std::string frame_error_svg(const Dataset& dataset, const KeypointCheck& keypoin
   const std::size_t columns = std::min<std::size_t>(frames, 240);
   const double cell = std::min(24.0, 780.0 / static_cast<double>(columns));
   std::string content =
-      label(0, 13, "median error of each camera in each frame (grey: nobody seen)");
+      label(0, 13, "median error of each camera in each frame (grey: nothing to compare)");
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     const double y = 24 + kRow * static_cast<double>(c);
     content += label(kLeft - 8, y + 12, dataset.cameras[c].id, "end");
@@ -413,7 +423,9 @@ std::string frame_error_svg(const Dataset& dataset, const KeypointCheck& keypoin
   content += label(kLeft, bottom + 14, "frame " + std::to_string(keypoints.frame_ids.front()));
   content += label(kLeft + cell * static_cast<double>(columns), bottom + 14,
                    std::to_string(keypoints.frame_ids.back()), "end");
-  return svg(kLeft + cell * static_cast<double>(columns) + 10, bottom + 22, content);
+  constexpr double kTitle = 480;  // of few frames the title is wider than the table
+  return svg(std::max(kTitle, kLeft + cell * static_cast<double>(columns) + 10), bottom + 22,
+             content);
 }
 
 std::string contact_sheet_html(FrameReader& reader, const KeypointCheck& keypoints, int frame_id,

@@ -104,6 +104,7 @@ void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& 
     sharpness.push_back(picture.sharpness);
   }
   const double usual = median(sharpness);
+  std::map<Digest, int> frame_of;  // the first with these bytes
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const PictureFacts& picture = pictures[i];
     if (picture.mean < options.black) {
@@ -121,13 +122,14 @@ void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& 
                    "the picture is less sharp than the camera's others",
                    "is it out of focus, moved, or scaled?");
     }
+    const auto [same, is_new] = frame_of.emplace(picture.digest, picture.frame_id);
     if (i == 0) {
       continue;
     }
     const PictureFacts& before = pictures[i - 1];
-    if (picture.digest == before.digest) {
+    if (!is_new) {
       gathered.add(Severity::Warning, "frame-duplicate", camera, picture.frame_id,
-                   "the picture is that of frame " + std::to_string(before.frame_id),
+                   "the picture is that of frame " + std::to_string(same->second),
                    "did the recorder drop a frame? then later frames may be out of step");
     } else if (before.mean > options.black &&
                std::abs(picture.mean - before.mean) > options.jump * before.mean) {

@@ -273,6 +273,8 @@ TEST_F(CheckFrames, MissingRepeatedAndBrighterFrames) {
   const std::vector<Finding> found = findings();
   EXPECT_TRUE(has(found, "frame-missing", "cam0 frame 2"));
   EXPECT_TRUE(has(found, "frame-duplicate", "cam1 frame 4"));
+  put_image(1, 4, picture(1, 1));  // not that of the frame before
+  EXPECT_TRUE(has(findings(), "frame-duplicate", "cam1 frame 4"));
   EXPECT_TRUE(has(found, "exposure-jump", "cam2 frame 5"));
 }
 
