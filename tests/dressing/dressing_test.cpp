@@ -125,6 +125,8 @@ TEST(DressingRefused, SeamsThatTheBodyKeepsOpen) {
     FAIL() << "sewn through her";
   } catch (const DataError& error) {
     EXPECT_THAT(error.what(), HasSubstr("mm open when it is sewn"));
+    EXPECT_THAT(error.what(), HasSubstr("a smaller --edge-length (0.02) first"))
+        << "squares of 0.2 m";
   }
 }
 
