@@ -4,7 +4,9 @@
 #   and used where present (ATELIER_HAS_<NAME>=1). If a needed package is missing, the library is
 #   left out with one line, and so is everything that needs it.
 # atelier_executable(name DIRECTORY dir PRIVATE ... [OPTIONAL ...])
-# atelier_tests(name DIRECTORY dir PRIVATE ...)   a GoogleTest program of one folder of tests
+# atelier_tests(name DIRECTORY dir PRIVATE ... [APART filter])   a GoogleTest program of one folder
+#   of tests; those that match the filter run as a second process, so that the longest program does
+#   not leave a core idle.
 
 set(ATELIER_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wconversion
     -Wno-sign-conversion -Wno-float-conversion -Werror)
@@ -116,7 +118,7 @@ function(atelier_executable name)
 endfunction()
 
 function(atelier_tests name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY;APART" "PRIVATE")
   atelier_missing(missing ${arg_PRIVATE} GTest::gtest GTest::gmock)
   if(missing)
     message(STATUS "left out: ${name} (missing: ${missing})")
@@ -140,7 +142,12 @@ function(atelier_tests name)
   endif()
   target_link_libraries(${name} PRIVATE ${arg_PRIVATE} GTest::gtest GTest::gmock Threads::Threads)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
-  add_test(NAME ${name} COMMAND ${name}
-           --gtest_output=json:${CMAKE_BINARY_DIR}/tests/results/${name}.json)
+  set(results "${CMAKE_BINARY_DIR}/tests/results")
+  if(arg_APART)
+    add_test(NAME ${name}_apart COMMAND ${name} --gtest_filter=${arg_APART}
+             --gtest_output=json:${results}/${name}_apart.json)
+    set(filter --gtest_filter=-${arg_APART})
+  endif()
+  add_test(NAME ${name} COMMAND ${name} ${filter} --gtest_output=json:${results}/${name}.json)
   set_property(GLOBAL APPEND PROPERTY ATELIER_TEST_PROGRAMS ${name})
 endfunction()
