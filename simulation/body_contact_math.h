@@ -157,14 +157,17 @@ constexpr int kSearchDeep = -2;  ///< it starts inside: ask the tree as deep as 
 /// and looks at it from its front: ask for the way out.
 constexpr int kSearchBuried = -3;
 
-/// What is known at the start of a frame about what a particle may meet.
+/// What is known in a frame about what a particle may meet. `gap` and `from` are renewed whenever
+/// the candidates are looked at: who was found to be far from them is left alone for as long as it
+/// cannot have come near.
 template <class T>
 struct BodyOutlook {
   T slack;  ///< all this holds while the particle is no further than this from its free flight [m]
-  T gap;    ///< distance to the nearest candidate less the thickness, at the start of the frame;
+  T gap;    ///< no candidate is met at time t while t speed + |deviation - from| is less than this;
             ///< of the buried how far the way out may be
   T speed;  ///< largest motion relative to a candidate in the frame
-  int count;  ///< of candidates, or kSearchTree or kSearchDeep
+  Vec3<T> from;  ///< deviation from the free flight at which the gap was found
+  int count;     ///< of candidates, or kSearchTree or kSearchDeep
 };
 
 /// How far a particle may leave its free flight in a frame: what gravity adds, and a margin for
@@ -175,18 +178,45 @@ ATELIER_HOST_DEVICE inline T expected_deviation(Vec3<T> acceleration, T frame) {
   return T(0.5) * norm(acceleration) * frame * frame + margin;
 }
 
+/// True if `x`, which is `distance` from the nearest face at the start of the frame, lies behind
+/// it.
+template <class T, class Team>
+ATELIER_HOST_DEVICE inline bool lies_behind_nearest(const BodyView<T>& body, Vec3<T> x, T distance,
+                                                    const Team& team) {
+  struct Side {
+    T side;
+    int face;
+  };
+  const T near = as_near(distance * distance);
+  const auto better = [](const Side& a, const Side& b) {
+    const T sa = std::fabs(a.side);
+    const T sb = std::fabs(b.side);
+    return a.face >= 0 && (b.face < 0 || sa > sb || (sa == sb && a.face < b.face));
+  };
+  Side best{T(0), -1};
+  team.visit(body.nodes, inflated(Box<T>{x, x}, std::sqrt(near) * T(1.0001)), [&](int face) {
+    const FaceOffer<T> offer = offer_of(body, face, x, x, T(0), T(0), false);
+    const Side side{offer.side, offer.face};
+    if (offer.squared_distance <= near && better(side, best)) {
+      best = side;
+    }
+  });
+  return team.best(best, better).side < T(0);
+}
+
 /// Collects the faces that a particle may meet while it flies by `flight` in the frame, give or
 /// take `slack`: every face whose distance now is below their relative motion, the slack and the
 /// thickness.
-template <class T>
+template <class T, class Team>
 ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& body, Vec3<T> x,
                                                              Vec3<T> flight, T slack,
                                                              const BodyContactRule<T>& rule,
-                                                             int* candidates) {
-  BodyOutlook<T> out{slack, T(1e15), T(0), 0};
+                                                             int* candidates, const Team& team) {
+  BodyOutlook<T> out{slack, T(1e15), T(0), {}, 0};
   T least = T(1e15);
+  int count = 0;
   const T radius = max_of(rule.reach, norm(flight) + slack + rule.thickness);
-  visit_tree(body.nodes, inflated(Box<T>{x, x}, radius), [&](int face) {
+  team.visit(body.nodes, inflated(Box<T>{x, x}, radius), [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, x, x, T(0), T(0), false);
     if (offer.face >= 0) {
       least = min_of(least, offer.squared_distance);
@@ -198,20 +228,23 @@ ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& 
     const T relative = std::sqrt(max_of(a, max_of(b, c)));
     const T gap = std::sqrt(offer.squared_distance) - rule.thickness;
     if (gap <= relative + slack) {
-      if (out.count < kBodyCandidates) {
-        candidates[out.count] = face;
+      const int at = team.place(count);
+      if (at < kBodyCandidates) {
+        candidates[at] = face;
       }
-      ++out.count;
       out.gap = min_of(out.gap, gap);
       out.speed = max_of(out.speed, relative);
     }
   });
+  out.count = team.length(count);
+  out.gap = team.least(out.gap);
+  out.speed = team.most(out.speed);
+  least = team.least(least);
   bool inside = false;
   bool buried = false;
   if (least <= rule.reach * rule.reach) {
-    const Box<T> close = inflated(Box<T>{x, x}, std::sqrt(least) * T(1.0001));
-    inside = choose_in_tree(body, close, x, x, T(0), T(0), rule.reach, false).nearest.side < T(0);
-    if (!inside && times_inside(body, x, T(0)) > 0) {
+    inside = lies_behind_nearest(body, x, std::sqrt(least), team);
+    if (!inside && times_inside(body, x, T(0), team) > 0) {
       const FaceOffer<T> way_out = nearest_way_out(body, x, T(0), rule.reach);
       buried = way_out.face >= 0;
       out.gap = buried ? std::sqrt(way_out.squared_distance) + out.speed + slack : out.gap;
@@ -246,7 +279,8 @@ ATELIER_HOST_DEVICE inline BodySearch body_search(const BodyOutlook<T>& outlook,
   if (squared_norm(away) > outlook.slack * outlook.slack) {
     return BodySearch::Tree;
   }
-  if (outlook.count == 0 || outlook.gap > t1 * outlook.speed + outlook.slack) {
+  const T room = outlook.gap - t1 * outlook.speed;
+  if (outlook.count == 0 || (room > T(0) && squared_norm(away - outlook.from) < room * room)) {
     return BodySearch::Nothing;
   }
   return outlook.count == kSearchTree ? BodySearch::Tree : BodySearch::Candidates;
@@ -286,22 +320,30 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_candidate(const BodyView<T>& bod
   return choice;
 }
 
-/// Contact of one free particle with its candidates in the substep [t0, t1] of the frame.
+/// Renews the outlook of a particle at `x` that does not touch what lies nearest to it.
 template <class T>
+ATELIER_HOST_DEVICE inline void look_out_again(BodyOutlook<T>& outlook, const FaceOffer<T>& nearest,
+                                               Vec3<T> x, Vec3<T> frame_start, Vec3<T> flight, T t1,
+                                               const BodyContactRule<T>& rule) {
+  // A little less than it is: who is as near as the nearest may be nearer by rounding.
+  const T distance = T(0.9999) * std::sqrt(nearest.squared_distance);
+  outlook.gap = t1 * outlook.speed + distance - rule.thickness;
+  outlook.from = x - frame_start - t1 * flight;
+}
+
+/// Contact of one free particle with its candidates in the substep [t0, t1] of the frame.
+/// `choose(p0, p1, swept)` gives the choice among them (choose_candidate).
+template <class T, class Choose>
 ATELIER_HOST_DEVICE inline bool contact_by_candidates(BodyParticle<T>& p, const BodyView<T>& body,
                                                       T t0, T t1, const BodyContactRule<T>& rule,
-                                                      const int* candidates, int count) {
-  for (int pass = 0; pass < 2; ++pass) {
-    const FaceChoice<T> choice = choose_candidate(body, candidates, count, xyz(p.start), xyz(p.x),
-                                                  t0, t1, rule.reach, pass == 0);
-    if (pass == 0) {
-      if (!touch_choice(p, body, t0, t1, rule, choice)) {
-        return false;
-      }
-    } else {
-      touch_again(p, body, t0, t1, rule, choice.nearest);
-    }
+                                                      BodyOutlook<T>& outlook, Vec3<T> frame_start,
+                                                      Vec3<T> flight, const Choose& choose) {
+  const FaceChoice<T> choice = choose(xyz(p.start), xyz(p.x), true);
+  if (!touch_choice(p, body, t0, t1, rule, choice)) {
+    look_out_again(outlook, choice.nearest, xyz(p.x), frame_start, flight, t1, rule);
+    return false;
   }
+  touch_again(p, body, t0, t1, rule, choose(xyz(p.start), xyz(p.x), false).nearest);
   return true;
 }
 
@@ -375,7 +417,7 @@ ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T 
   if (choice.nearest.side < T(0)) {
     return std::sqrt(choice.nearest.squared_distance);
   }
-  if (times_inside(body, x, T(1)) != 1) {
+  if (times_inside(body, x, T(1), AloneInTree{}) != 1) {
     return T(0);
   }
   const FaceOffer<T> way_out = nearest_way_out(body, x, T(1), reach);

@@ -256,12 +256,13 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
 /// How often the body lies round `x` at `time` of the frame: 0 outside, 1 inside, 2 where it
 /// overlaps itself. Passes through the surface of a ray along +x; a ray through an edge passes one
 /// of its faces, by the order of its ends. Meaningless for open surfaces.
-template <class T>
-ATELIER_HOST_DEVICE inline int times_inside(const BodyView<T>& body, Vec3<T> x, T time) {
+template <class T, class Team>
+ATELIER_HOST_DEVICE inline int times_inside(const BodyView<T>& body, Vec3<T> x, T time,
+                                            const Team& team) {
   Box<T> ray{x, x};
   ray.high.x = T(1e30);
   int times = 0;
-  visit_tree(body.nodes, ray, [&](int face) {
+  team.visit(body.nodes, ray, [&](int face) {
     const FaceIndices f = body.faces[face];
     const FaceCorners<T> t = corners_at(body, face, time);
     const auto left = [&](Vec3<T> a, Vec3<T> b, int from, int to) {
@@ -277,7 +278,7 @@ ATELIER_HOST_DEVICE inline int times_inside(const BodyView<T>& body, Vec3<T> x, 
       times += ab ? 1 : -1;
     }
   });
-  return times;
+  return team.sum(times);
 }
 
 /// The nearest face within `reach` of `x` that `x` lies behind.

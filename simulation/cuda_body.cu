@@ -2,6 +2,7 @@
 
 #include "simulation/cuda_body.cuh"
 #include "simulation/cuda_refit.cuh"
+#include "simulation/cuda_team.cuh"
 
 namespace atelier {
 namespace {
@@ -55,12 +56,19 @@ __global__ void refit_kernel(BodyView<T> body, BoxNode<T>* nodes, const TreePare
   }
 }
 
+constexpr int kCandidateThreads = 64;
+
+/// A team of threads a particle.
 template <class T>
-__global__ void candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, int particles,
-                                 const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
-                                 Vec3<T> gravity, T frame, BodyOutlook<T>* outlook,
-                                 int* candidates) {
-  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+__global__ void __launch_bounds__(kCandidateThreads)
+    candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, int particles, const Vec4<T>* x,
+                     const Vec4<T>* velocity, const Vec4<T>* air, Vec3<T> gravity, T frame,
+                     BodyOutlook<T>* outlook, int* candidates) {
+  namespace cg = cooperative_groups;
+  __shared__ TeamInTree::Memory memory[kCandidateThreads / kTeam];
+  const cg::thread_block_tile<kTeam> tile = cg::tiled_partition<kTeam>(cg::this_thread_block());
+  const TeamInTree team{tile, memory[tile.meta_group_rank()]};
+  const int i = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kTeam);
   if (i >= particles) {
     return;
   }
@@ -69,10 +77,14 @@ __global__ void candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, int 
     acceleration += xyz(air[i]);
   }
   const T slack = expected_deviation(acceleration, frame);
-  outlook[i] = x[i].w > T(0)
-                   ? collect_candidates(body, xyz(x[i]), frame * xyz(velocity[i]), slack, rule,
-                                        candidates + static_cast<std::int64_t>(i) * kBodyCandidates)
-                   : BodyOutlook<T>{slack, T(0), T(0), 0};
+  const BodyOutlook<T> found =
+      x[i].w > T(0)
+          ? collect_candidates(body, xyz(x[i]), frame * xyz(velocity[i]), slack, rule,
+                               candidates + static_cast<std::int64_t>(i) * kBodyCandidates, team)
+          : BodyOutlook<T>{slack, T(0), T(0), {}, 0};
+  if (team.rank() == 0) {
+    outlook[i] = found;
+  }
 }
 
 template <class T>
@@ -165,8 +177,8 @@ template <class T>
 void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
                        const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
                        Vec3<T> gravity, T frame, BodyOutlook<T>* outlook, int* candidates) {
-  candidate_kernel<<<cuda_blocks(particles, 64), 64>>>(body, rule, particles, x, velocity, air,
-                                                       gravity, frame, outlook, candidates);
+  candidate_kernel<<<cuda_blocks(particles, kCandidateThreads / kTeam), kCandidateThreads>>>(
+      body, rule, particles, x, velocity, air, gravity, frame, outlook, candidates);
   ATELIER_CUDA_LAUNCHED(candidate_kernel);
 }
 

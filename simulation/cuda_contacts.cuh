@@ -1,28 +1,57 @@
 #pragma once
 
 #include "simulation/cuda_block.cuh"
+#include "simulation/cuda_team.cuh"
 
 namespace atelier {
 
-/// Contact of particle `i` (of all scenes) with the body in the substep [t0, t1].
+/// Contact of particle `i` (of all scenes), where it `asks`, with the body in the substep [t0, t1].
+/// All threads of the warp call it together.
 template <class T>
 __device__ inline bool touch_particle(const CudaFrame<T>& frame, const BodyContactRule<T>& rule,
-                                      int i, BodyParticle<T>& p, T t0, T t1) {
-  if (!(p.x.w > T(0))) {
-    return false;
+                                      bool asks, int i, BodyParticle<T>& p, T t0, T t1) {
+  BodyOutlook<T> outlook{};
+  BodySearch search = BodySearch::Nothing;
+  Vec3<T> frame_start{};
+  Vec3<T> flight{};
+  if (asks && p.x.w > T(0)) {
+    outlook = frame.outlook[i];
+    frame_start = xyz(frame.frame_start[i]);
+    flight = frame.frame_time * xyz(frame.frame_velocity[i]);
+    search = body_search(outlook, xyz(p.x), frame_start, flight, t1);
   }
-  const BodyOutlook<T> outlook = frame.outlook[i];
-  const BodySearch search = body_search(outlook, xyz(p.x), xyz(frame.frame_start[i]),
-                                        frame.frame_time * xyz(frame.frame_velocity[i]), t1);
-  if (search == BodySearch::Nothing) {
-    return false;
+  bool touches = false;
+  if (search != BodySearch::Nothing && search != BodySearch::Candidates) {
+    touches = contact_by_tree(p, frame.body, t0, t1, rule, outlook, search);
   }
-  if (search == BodySearch::Candidates) {
-    return contact_by_candidates(p, frame.body, t0, t1, rule,
-                                 frame.candidates + static_cast<std::int64_t>(i) * kBodyCandidates,
-                                 outlook.count);
+  __syncwarp();
+  const bool by_candidates = search == BodySearch::Candidates;
+  if (!__any_sync(0xFFFFFFFFu, by_candidates)) {
+    return touches;
   }
-  return contact_by_tree(p, frame.body, t0, t1, rule, outlook, search);
+  const int* const list = frame.candidates + static_cast<std::int64_t>(i) * kBodyCandidates;
+  const auto choose = [&](bool some, bool swept) {
+    return choose_together(frame.body, some, list, outlook.count, xyz(p.start), xyz(p.x), t0, t1,
+                           rule.reach, swept);
+  };
+  const FaceChoice<T> choice = choose(by_candidates, true);
+  bool meets = false;
+  if (by_candidates) {
+    meets = touch_choice(p, frame.body, t0, t1, rule, choice);
+    if (!meets) {
+      look_out_again(outlook, choice.nearest, xyz(p.x), frame_start, flight, t1, rule);
+      frame.outlook[i].gap = outlook.gap;
+      frame.outlook[i].from = outlook.from;
+    }
+  }
+  __syncwarp();
+  if (__any_sync(0xFFFFFFFFu, meets)) {
+    const FaceChoice<T> again = choose(meets, false);
+    if (meets) {
+      touch_again(p, frame.body, t0, t1, rule, again.nearest);
+    }
+  }
+  return touches || meets;
 }
 
 template <class T>
@@ -45,12 +74,20 @@ __device__ __noinline__ void touch_body(const CudaFrame<T>& frame, int blocks,
   const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
   const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
   const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
-  for (int v = static_cast<int>(threadIdx.x); v < vertex_end - vertex_begin;
+  // Whole warps, whose threads look for contacts together.
+  const int count = vertex_end - vertex_begin;
+  for (int v = static_cast<int>(threadIdx.x); v < (count + 31) / 32 * 32;
        v += static_cast<int>(blockDim.x)) {
+    const bool there = v < count;
     const int i = work.offset + vertex_begin + v;
-    BodyParticle<T> p{
-        work.x[v], work.start[v], frame.held != nullptr ? frame.held[i] : Vec4<T>{}, {}};
-    const bool touches = touch_particle(frame, rule, i, p, t0, t1);
+    BodyParticle<T> p{};
+    if (there) {
+      p = {work.x[v], work.start[v], frame.held != nullptr ? frame.held[i] : Vec4<T>{}, {}};
+    }
+    const bool touches = touch_particle(frame, rule, there, i, p, t0, t1);
+    if (!there) {
+      continue;
+    }
     if (touches) {
       work.x[v] = p.x;
       work.start[v] = p.start;

@@ -100,7 +100,7 @@ struct CudaFrame {
 
   BodyView<T> body;
   BodyContactRule<T> body_rule;
-  const BodyOutlook<T>* outlook;
+  BodyOutlook<T>* outlook;  ///< [particles]; gaps are renewed
   const int* candidates;
   int* touched;  ///< [particles] 1: touched the body in the last substep
 

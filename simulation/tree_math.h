@@ -157,4 +157,32 @@ ATELIER_HOST_DEVICE inline void visit_tree(const BoxNode<T>* nodes, const Box<T>
   }
 }
 
+/// One thread that asks the tree alone. A team of threads (cuda_team.cuh) has the same functions:
+/// its threads share the visits out and bring together what each has found.
+struct AloneInTree {
+  template <class T, class Visit>
+  ATELIER_HOST_DEVICE void visit(const BoxNode<T>* nodes, const Box<T>& query,
+                                 const Visit& visit) const {
+    visit_tree(nodes, query, visit);
+  }
+  template <class T>
+  ATELIER_HOST_DEVICE T least(T value) const {
+    return value;
+  }
+  template <class T>
+  ATELIER_HOST_DEVICE T most(T value) const {
+    return value;
+  }
+  ATELIER_HOST_DEVICE int sum(int value) const { return value; }
+  /// The better of what each has found, by `better(a, b)`.
+  template <class Item, class Better>
+  ATELIER_HOST_DEVICE Item best(const Item& item, const Better&) const {
+    return item;
+  }
+  /// The next place in a list that grows.
+  ATELIER_HOST_DEVICE int place(int& count) const { return count++; }
+  /// How long the list has become.
+  ATELIER_HOST_DEVICE int length(int count) const { return count; }
+};
+
 }  // namespace atelier

@@ -189,9 +189,10 @@ class CpuBackend final : public ClothSolver::Backend {
       for (Index i = begin; i < end; ++i) {
         const T slack = expected_deviation(acceleration_[i], frame);
         flight_[i] = frame * velocity_[i];
-        outlook_[i] = x_[i].w > T(0) ? collect_candidates(body_, xyz(x_[i]), flight_[i], slack,
-                                                          rule_, &candidates_[i * kBodyCandidates])
-                                     : BodyOutlook<T>{slack, T(0), T(0), 0};
+        outlook_[i] = x_[i].w > T(0)
+                          ? collect_candidates(body_, xyz(x_[i]), flight_[i], slack, rule_,
+                                               &candidates_[i * kBodyCandidates], AloneInTree{})
+                          : BodyOutlook<T>{slack, T(0), T(0), {}, 0};
       }
     });
   }
@@ -221,7 +222,7 @@ class CpuBackend final : public ClothSolver::Backend {
     });
   }
 
-  bool touch_particle(Index i, BodyParticle<T>& p, T t0, T t1) const {
+  bool touch_particle(Index i, BodyParticle<T>& p, T t0, T t1) {
     const BodySearch search =
         body_search(outlook_[i], xyz(p.x), xyz(frame_start_[i]), flight_[i], t1);
     if (search == BodySearch::Nothing) {
@@ -230,8 +231,12 @@ class CpuBackend final : public ClothSolver::Backend {
     if (search != BodySearch::Candidates) {
       return contact_by_tree(p, body_, t0, t1, rule_, outlook_[i], search);
     }
-    return contact_by_candidates(p, body_, t0, t1, rule_, &candidates_[i * kBodyCandidates],
-                                 outlook_[i].count);
+    const auto choose = [&](Vec3<T> p0, Vec3<T> p1, bool swept) {
+      return choose_candidate(body_, &candidates_[i * kBodyCandidates], outlook_[i].count, p0, p1,
+                              t0, t1, rule_.reach, swept);
+    };
+    return contact_by_candidates(p, body_, t0, t1, rule_, outlook_[i], xyz(frame_start_[i]),
+                                 flight_[i], choose);
   }
 
   void measure_penetration(FrameReport& report) const {

@@ -157,16 +157,21 @@ class CudaBackend final : public ClothSolver::Backend {
     ATELIER_CUDA_CHECK(cudaEventRecord(before_));
     if (with_body) {
       body_.refit();
-      launch_candidates(frame.body, frame.body_rule, particles, x_.data(), velocity_.data(),
-                        frame.air, frame.gravity, static_cast<T>(options_.time_step),
-                        outlook_.data(), candidates_.data());
     }
-    launch_->run(frame);
+    const auto run = [&] {
+      if (with_body) {
+        launch_candidates(frame.body, frame.body_rule, particles, x_.data(), velocity_.data(),
+                          frame.air, frame.gravity, static_cast<T>(options_.time_step),
+                          outlook_.data(), candidates_.data());
+      }
+      launch_->run(frame);
+    };
+    run();
     while (self_ != nullptr && self_->grow()) {
       // A list of pairs was too short: the frame is done again with longer ones.
       restore();
       self_->describe(frame);
-      launch_->run(frame);
+      run();
     }
     ATELIER_CUDA_CHECK(cudaEventRecord(after_));
     int bad = 0;
