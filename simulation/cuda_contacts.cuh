@@ -61,41 +61,60 @@ __device__ inline BodyContactRule<T> body_rule_of(const CudaFrame<T>& frame, int
   return rule;
 }
 
-/// Body contacts of the particles on chip at the end of an iteration of substep `s`. Not inlined:
-/// the sweeps around it then keep their registers.
+/// Number of this thread among those of its scene: neighbouring warps in different blocks, so that
+/// work that gathers in one place of the cloth is spread over all of them.
+__device__ inline int scene_thread(int blocks) {
+  const int block = static_cast<int>(blockIdx.x) % blocks;
+  const int warp = static_cast<int>(threadIdx.x) / 32;
+  return (warp * blocks + block) * 32 + static_cast<int>(threadIdx.x) % 32;
+}
+
+/// What follows the sweep of an iteration of substep `s`: tethers (their anchors are fixed, so
+/// nobody moves them here), then contact with the body. Not inlined: the sweeps around it then keep
+/// their registers.
 template <class T>
-__device__ __noinline__ void touch_body(const CudaFrame<T>& frame, int blocks,
-                                        unsigned char* memory, int vertex_begin, int vertex_end,
-                                        int s) {
-  if (frame.body.face_count == 0) {
-    return;
-  }
-  const BlockWork<T> work(frame, blocks, memory);
-  const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
+__device__ __noinline__ void hold_and_touch(const CudaFrame<T>& frame, int blocks, int s) {
+  const int scene = static_cast<int>(blockIdx.x) / blocks;
+  const int offset = scene * frame.count;
+  const BodyContactRule<T> rule = body_rule_of(frame, scene);
   const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
   const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
   // Whole warps, whose threads look for contacts together.
-  const int count = vertex_end - vertex_begin;
-  for (int v = static_cast<int>(threadIdx.x); v < (count + 31) / 32 * 32;
-       v += static_cast<int>(blockDim.x)) {
-    const bool there = v < count;
-    const int i = work.offset + vertex_begin + v;
+  for (int k = scene_thread(blocks); k < (frame.count + 31) / 32 * 32;
+       k += blocks * static_cast<int>(blockDim.x)) {
+    const bool there = k < frame.count;
+    const int i = offset + k;
     BodyParticle<T> p{};
+    bool held = false;
     if (there) {
-      p = {work.x[v], work.start[v], frame.held != nullptr ? frame.held[i] : Vec4<T>{}, {}};
-    }
-    const bool touches = touch_particle(frame, rule, there, i, p, t0, t1);
-    if (!there) {
-      continue;
-    }
-    if (touches) {
-      work.x[v] = p.x;
-      work.start[v] = p.start;
-      if (frame.held != nullptr) {
-        frame.held[i] = p.held;
+      p.x = load_shared_cache(frame.x + i);
+      const int anchor = frame.tether_anchor != nullptr ? frame.tether_anchor[k] : -1;
+      held = anchor >= 0;
+      if (held) {
+        project_tether(p.x, xyz(load_shared_cache(frame.x + offset + anchor)),
+                       frame.tether_length[k]);
       }
     }
-    frame.touched[i] = touches ? 1 : 0;
+    bool touches = false;
+    if (frame.body.face_count > 0) {
+      if (there) {
+        p.start = load_shared_cache(frame.start + i);
+        p.held = frame.held != nullptr ? load_shared_cache(frame.held + i) : Vec4<T>{};
+      }
+      touches = touch_particle(frame, rule, there, i, p, t0, t1);
+      if (touches) {
+        store_shared_cache(frame.start + i, p.start);
+        if (frame.held != nullptr) {
+          store_shared_cache(frame.held + i, p.held);
+        }
+      }
+      if (there) {
+        frame.touched[i] = touches ? 1 : 0;
+      }
+    }
+    if (touches || held) {
+      store_shared_cache(frame.x + i, p.x);
+    }
   }
 }
 

@@ -27,13 +27,6 @@ struct FrameWork : BlockWork<T> {
     }
   }
 
-  /// Contacts of the cloth with itself go on with the body by themselves.
-  __device__ void contacts(int vertex_begin, int vertex_end, int s) const {
-    if constexpr (kKind == FrameKind::Full) {
-      touch_body(frame, blocks, memory, vertex_begin, vertex_end, s);
-    }
-  }
-
   /// Velocity of particle `i` after a substep.
   __device__ Vec3<T> finished_velocity(int i, const Vec4<T>& xi, const Vec4<T>& si,
                                        Vec3<T> vi) const {
@@ -48,34 +41,14 @@ struct FrameWork : BlockWork<T> {
   __device__ void begin(const PlanHeader& patch, int s, bool ends) const {
     const int threads = static_cast<int>(blockDim.x);
     const int first = offset + patch.vertex_begin;
-    if constexpr (kFull) {
-      for (int v = static_cast<int>(threadIdx.x); v < patch.vertex_count; v += threads) {
-        x[v] = load_shared_cache(frame.x + first + v);
-        if (ends && frame.keeps_starts != 0) {
-          start[v] = load_shared_cache(frame.start + first + v);
-        }
-      }
-      if (ends) {
-        contacts(patch.vertex_begin, patch.vertex_begin + patch.vertex_count, s - 1);
-      }
-    }
     const T share = T(1) / static_cast<T>(frame.substeps - s);
     for (int v = static_cast<int>(threadIdx.x); v < patch.vertex_count; v += threads) {
       const int i = first + v;
       Vec3<T> vi = xyz(frame.velocity[i]);
+      Vec4<T> xi = load_shared_cache(frame.x + i);
       Vec4<T> si{};
-      Vec4<T> xi;
-      if (kFull && frame.keeps_starts != 0) {
-        si = ends ? start[v] : si;
-      } else if (ends) {
-        si = load_shared_cache(frame.start + i);
-      }
-      if constexpr (kFull) {
-        xi = x[v];
-      } else {
-        xi = load_shared_cache(frame.x + i);
-      }
       if (ends) {
+        si = load_shared_cache(frame.start + i);
         vi = finished_velocity(i, xi, si, vi);
       }
       if (s == 0) {
@@ -175,39 +148,8 @@ struct FrameWork : BlockWork<T> {
     }
   }
 
-  /// Tethers; anchors are fixed, so nobody moves them here.
-  __device__ void tethers() const {
-    this->owned_patches([&](const Schedule::Patch& patch) {
-      for (int v = patch.vertex_begin + static_cast<int>(threadIdx.x); v < patch.vertex_end;
-           v += static_cast<int>(blockDim.x)) {
-        const int anchor = frame.tether_anchor[v];
-        if (anchor >= 0) {
-          Vec4<T> xi = x[v - patch.vertex_begin];
-          project_tether(xi, xyz(load_shared_cache(frame.x + offset + anchor)),
-                         frame.tether_length[v]);
-          store_shared_cache(frame.x + offset + v, xi);
-        }
-      }
-    });
-  }
-
-  /// Body contact between iterations; after the last one it is part of begin and finish.
-  __device__ void touch(int s) const {
-    this->owned_patches([&](const Schedule::Patch& patch) {
-      contacts(patch.vertex_begin, patch.vertex_end, s);
-      const int count = patch.vertex_end - patch.vertex_begin;
-      for (int v = static_cast<int>(threadIdx.x); v < count; v += static_cast<int>(blockDim.x)) {
-        store_shared_cache(frame.x + offset + patch.vertex_begin + v, x[v]);
-        store_shared_cache(frame.start + offset + patch.vertex_begin + v, start[v]);
-      }
-    });
-  }
-
   __device__ void finish() const {
     this->owned_patches([&](const Schedule::Patch& patch) {
-      if constexpr (kFull) {
-        contacts(patch.vertex_begin, patch.vertex_end, frame.last_substep - 1);
-      }
       const int count = patch.vertex_end - patch.vertex_begin;
       for (int v = static_cast<int>(threadIdx.x); v < count; v += static_cast<int>(blockDim.x)) {
         const int i = offset + patch.vertex_begin + v;
@@ -242,12 +184,8 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
       }
       const bool again = iteration + 1 < frame.iterations;
       if constexpr (kKind == FrameKind::Full) {
-        if (frame.tether_anchor != nullptr) {
-          work.tethers();
-          wait();
-        }
-        if (again && frame.body.face_count > 0) {
-          work.touch(s);
+        if (frame.tether_anchor != nullptr || frame.body.face_count > 0) {
+          hold_and_touch(frame, blocks, s);
           wait();
         }
       }
@@ -281,11 +219,8 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
       work.phase(s, iteration, p, at);
       break;
     }
-    case FrameStep::Tethers:
-      work.tethers();
-      break;
     case FrameStep::Touch:
-      work.touch(s);
+      hold_and_touch(frame, blocks, s);
       break;
     case FrameStep::Finish:
       work.finish();

@@ -57,10 +57,7 @@ FrameKernel<T> frame_kernel_of(bool full, bool self, CudaBarrier barrier) {
 /// The steps of an iteration after its sweep: `add(step, substep, iteration, 0)` for each.
 template <class T, class Add>
 void add_after_sweep(const CudaFrame<T>& frame, int s, int iteration, const Add& add) {
-  if (frame.tether_anchor != nullptr) {
-    add(FrameStep::Tethers, s, iteration, 0);
-  }
-  if (iteration + 1 < frame.iterations && frame.body.face_count > 0) {
+  if (frame.tether_anchor != nullptr || frame.body.face_count > 0) {
     add(FrameStep::Touch, s, iteration, 0);
   }
 }

@@ -105,10 +105,7 @@ struct SelfWork {
     face_pairs = s.face_pairs + static_cast<std::int64_t>(scene) * s.room;
     edge_pairs = s.edge_pairs + static_cast<std::int64_t>(scene) * s.edge_room();
     crossings = s.crossings + static_cast<std::int64_t>(scene) * s.crossing_room();
-    // Neighbouring warps in different blocks, so that little work is spread over all of them.
-    const int block = static_cast<int>(blockIdx.x) % blocks;
-    const int warp = static_cast<int>(threadIdx.x) / 32;
-    thread = (warp * blocks + block) * 32 + static_cast<int>(threadIdx.x) % 32;
+    thread = scene_thread(blocks);
     threads = blocks * static_cast<int>(blockDim.x);
   }
 
