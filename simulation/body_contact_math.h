@@ -183,25 +183,8 @@ ATELIER_HOST_DEVICE inline T expected_deviation(Vec3<T> acceleration, T frame) {
 template <class T, class Team>
 ATELIER_HOST_DEVICE inline bool lies_behind_nearest(const BodyView<T>& body, Vec3<T> x, T distance,
                                                     const Team& team) {
-  struct Side {
-    T side;
-    int face;
-  };
-  const T near = as_near(distance * distance);
-  const auto better = [](const Side& a, const Side& b) {
-    const T sa = std::fabs(a.side);
-    const T sb = std::fabs(b.side);
-    return a.face >= 0 && (b.face < 0 || sa > sb || (sa == sb && a.face < b.face));
-  };
-  Side best{T(0), -1};
-  team.visit(body.nodes, inflated(Box<T>{x, x}, std::sqrt(near) * T(1.0001)), [&](int face) {
-    const FaceOffer<T> offer = offer_of(body, face, x, x, T(0), T(0), false);
-    const Side side{offer.side, offer.face};
-    if (offer.squared_distance <= near && better(side, best)) {
-      best = side;
-    }
-  });
-  return team.best(best, better).side < T(0);
+  const int face = face_that_knows_the_side(body, x, T(0), as_near(distance * distance), team);
+  return face >= 0 && offer_of(body, face, x, x, T(0), T(0), false).side < T(0);
 }
 
 /// Collects the faces that a particle may meet while it flies by `flight` in the frame, give or
@@ -245,7 +228,7 @@ ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& 
   if (least <= rule.reach * rule.reach) {
     inside = lies_behind_nearest(body, x, std::sqrt(least), team);
     if (!inside && times_inside(body, x, T(0), team) > 0) {
-      const FaceOffer<T> way_out = nearest_way_out(body, x, T(0), rule.reach);
+      const FaceOffer<T> way_out = nearest_way_out(body, x, T(0), rule.reach, team);
       buried = way_out.face >= 0;
       out.gap = buried ? std::sqrt(way_out.squared_distance) + out.speed + slack : out.gap;
     }
@@ -349,12 +332,13 @@ ATELIER_HOST_DEVICE inline bool contact_by_candidates(BodyParticle<T>& p, const 
 
 /// Contact of one free particle with the body in the substep [t0, t1] of the frame, asking the
 /// tree.
-template <class T>
+template <class T, class Team>
 ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyView<T>& body, T t0,
                                                 T t1, const BodyContactRule<T>& rule,
-                                                const BodyOutlook<T>& outlook, BodySearch search) {
+                                                const BodyOutlook<T>& outlook, BodySearch search,
+                                                const Team& team) {
   if (search == BodySearch::WayOut) {
-    FaceChoice<T> choice{nearest_way_out(body, xyz(p.x), t1, min_of(rule.reach, outlook.gap)),
+    FaceChoice<T> choice{nearest_way_out(body, xyz(p.x), t1, min_of(rule.reach, outlook.gap), team),
                          no_offer(rule.reach)};
     return touch_choice(p, body, t0, t1, rule, choice);
   }
@@ -365,7 +349,7 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyVi
   const Box<T> query = inflated(box, deep ? rule.reach : rule.thickness + T(1e-3));
   for (int pass = 0; pass < 2; ++pass) {
     const FaceChoice<T> choice =
-        choose_in_tree(body, query, xyz(p.start), xyz(p.x), t0, t1, rule.reach, pass == 0);
+        choose_in_tree(body, query, xyz(p.start), xyz(p.x), t0, t1, rule.reach, pass == 0, team);
     if (pass == 0) {
       if (!touch_choice(p, body, t0, t1, rule, choice)) {
         return false;
@@ -389,7 +373,7 @@ ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>
   const Vec3<T> at = xyz(origin);
   if (rides) {
     const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{at, at}, rule.reach), at, at,
-                                                t0, t0, rule.reach, false)
+                                                t0, t0, rule.reach, false, AloneInTree{})
                                      .nearest;
     if (nearest.face >= 0) {
       const Vec3<T> ride = weighted(corners_at(body, nearest.face, t1), nearest.barycentric) -
@@ -401,7 +385,7 @@ ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>
   // As deep as `reach`: who is carried may be deeper than who moves by itself.
   const BodySearch search =
       outlook.count == kSearchBuried ? BodySearch::WayOut : BodySearch::DeepTree;
-  const bool touches = contact_by_tree(p, body, t0, t1, rule, outlook, search);
+  const bool touches = contact_by_tree(p, body, t0, t1, rule, outlook, search, AloneInTree{});
   p.moved = xyz(p.x) - at;
   return touches;
 }
@@ -409,8 +393,8 @@ ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>
 /// Depth of a particle inside the body at time 1, 0 outside [m].
 template <class T>
 ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T reach) {
-  const FaceChoice<T> choice =
-      choose_in_tree(body, inflated(Box<T>{x, x}, reach), x, x, T(1), T(1), reach, false);
+  const FaceChoice<T> choice = choose_in_tree(body, inflated(Box<T>{x, x}, reach), x, x, T(1), T(1),
+                                              reach, false, AloneInTree{});
   if (choice.nearest.face < 0) {
     return T(0);
   }
@@ -420,7 +404,7 @@ ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T 
   if (times_inside(body, x, T(1), AloneInTree{}) != 1) {
     return T(0);
   }
-  const FaceOffer<T> way_out = nearest_way_out(body, x, T(1), reach);
+  const FaceOffer<T> way_out = nearest_way_out(body, x, T(1), reach, AloneInTree{});
   return way_out.face >= 0 ? std::sqrt(way_out.squared_distance) : T(0);
 }
 

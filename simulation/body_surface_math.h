@@ -218,38 +218,67 @@ ATELIER_HOST_DEVICE inline bool knows_side_better(const FaceOffer<T>& a, const F
   return b.face < 0 || sa > sb || (sa == sb && a.face < b.face);
 }
 
+/// Of the faces that are `near` (squared) to `x`, as near as the nearest, the one that knows the
+/// side best; at least one must be.
+template <class T, class Team>
+ATELIER_HOST_DEVICE inline int face_that_knows_the_side(const BodyView<T>& body, Vec3<T> x, T time,
+                                                        T near, const Team& team) {
+  struct Side {
+    T size;
+    int face;
+  };
+  const auto better = [](const Side& a, const Side& b) {
+    return a.size > b.size || (a.size == b.size && a.face < b.face);
+  };
+  Side best{T(-1), -1};
+  const Box<T> close = inflated(Box<T>{x, x}, std::sqrt(near) * T(1.00001));
+  team.visit(body.nodes, close, [&](int face) {
+    const FaceOffer<T> offer = offer_of(body, face, x, x, time, time, false);
+    const Side side{std::fabs(offer.side), offer.face};
+    if (offer.face >= 0 && offer.squared_distance <= near && better(side, best)) {
+      best = side;
+    }
+  });
+  return team.best(best, better).face;
+}
+
 /// The nearest face within `reach` of `p1` (which must lie in `query`) and the first face passed on
 /// the way from `p0` (time t0 of the frame), among those that meet `query`.
-template <class T>
+template <class T, class Team>
 ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
                                                         const Box<T>& query, Vec3<T> p0, Vec3<T> p1,
-                                                        T t0, T t1, T reach, bool swept) {
+                                                        T t0, T t1, T reach, bool swept,
+                                                        const Team& team) {
+  struct Passed {
+    T time;
+    int face;
+  };
+  const auto before = [](const Passed& a, const Passed& b) {
+    return a.time < b.time || (a.time == b.time && a.time <= T(1) && a.face < b.face);
+  };
   FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
-  T least = reach * reach;
-  bool found = false;
-  visit_tree(body.nodes, query, [&](int face) {
+  Passed first{T(2), -1};
+  T least = T(2) * reach * reach;
+  team.visit(body.nodes, query, [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, p0, p1, t0, t1, swept);
-    if (passed_before(offer, choice.first)) {
-      choice.first = offer;
+    const Passed passed{offer.time, offer.face};
+    if (before(passed, first)) {
+      first = passed;
     }
-    if (offer.face >= 0 && offer.squared_distance <= least) {
-      least = offer.squared_distance;
-      found = true;
+    if (offer.face >= 0) {
+      least = min_of(least, offer.squared_distance);
     }
   });
-  if (!found || choice.first.time <= T(1)) {
+  first = team.best(first, before);
+  if (first.time <= T(1)) {
+    choice.first = offer_of(body, first.face, p0, p1, t0, t1, swept);
     return choice;
   }
-  // Which of those that are as near knows the side: once more, and only as far as the nearest.
-  const T near = as_near(least);
-  const Box<T> close = inflated(Box<T>{p1, p1}, std::sqrt(near) * T(1.00001));
-  visit_tree(body.nodes, close, [&](int face) {
-    const FaceOffer<T> offer = offer_of(body, face, p0, p1, t0, t1, false);
-    if (offer.face >= 0 && offer.squared_distance <= near &&
-        knows_side_better(offer, choice.nearest)) {
-      choice.nearest = offer;
-    }
-  });
+  least = team.least(least);
+  if (least <= reach * reach) {
+    const int face = face_that_knows_the_side(body, p1, t1, as_near(least), team);
+    choice.nearest = offer_of(body, face, p0, p1, t0, t1, false);
+  }
   return choice;
 }
 
@@ -282,19 +311,26 @@ ATELIER_HOST_DEVICE inline int times_inside(const BodyView<T>& body, Vec3<T> x, 
 }
 
 /// The nearest face within `reach` of `x` that `x` lies behind.
-template <class T>
+template <class T, class Team>
 ATELIER_HOST_DEVICE inline FaceOffer<T> nearest_way_out(const BodyView<T>& body, Vec3<T> x, T time,
-                                                        T reach) {
-  FaceOffer<T> best = no_offer(reach);
-  visit_tree(body.nodes, inflated(Box<T>{x, x}, reach), [&](int face) {
+                                                        T reach, const Team& team) {
+  struct Near {
+    T squared;
+    int face;
+  };
+  const auto nearer = [](const Near& a, const Near& b) {
+    return a.squared < b.squared || (a.squared == b.squared && a.face >= 0 && a.face < b.face);
+  };
+  Near best{reach * reach, -1};
+  team.visit(body.nodes, inflated(Box<T>{x, x}, reach), [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, x, x, time, time, false);
-    if (offer.face >= 0 && offer.side < T(0) &&
-        (offer.squared_distance < best.squared_distance ||
-         (offer.squared_distance == best.squared_distance && offer.face < best.face))) {
-      best = offer;
+    const Near near{offer.squared_distance, offer.face};
+    if (offer.face >= 0 && offer.side < T(0) && nearer(near, best)) {
+      best = near;
     }
   });
-  return best;
+  best = team.best(best, nearer);
+  return best.face >= 0 ? offer_of(body, best.face, x, x, time, time, false) : no_offer(reach);
 }
 
 }  // namespace atelier

@@ -65,9 +65,9 @@ __global__ void __launch_bounds__(kCandidateThreads)
                      const Vec4<T>* velocity, const Vec4<T>* air, Vec3<T> gravity, T frame,
                      BodyOutlook<T>* outlook, int* candidates) {
   namespace cg = cooperative_groups;
-  __shared__ TeamInTree::Memory memory[kCandidateThreads / kTeam];
+  __shared__ TeamInTree<kTeam>::Memory memory[kCandidateThreads / kTeam];
   const cg::thread_block_tile<kTeam> tile = cg::tiled_partition<kTeam>(cg::this_thread_block());
-  const TeamInTree team{tile, memory[tile.meta_group_rank()]};
+  const TeamInTree<kTeam> team{tile, memory[tile.meta_group_rank()]};
   const int i = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kTeam);
   if (i >= particles) {
     return;

@@ -1,58 +1,10 @@
 #pragma once
 
 #include "simulation/cuda_block.cuh"
+#include "simulation/cuda_frame_kernels.cuh"
 #include "simulation/cuda_team.cuh"
 
 namespace atelier {
-
-/// Contact of particle `i` (of all scenes), where it `asks`, with the body in the substep [t0, t1].
-/// All threads of the warp call it together.
-template <class T>
-__device__ inline bool touch_particle(const CudaFrame<T>& frame, const BodyContactRule<T>& rule,
-                                      bool asks, int i, BodyParticle<T>& p, T t0, T t1) {
-  BodyOutlook<T> outlook{};
-  BodySearch search = BodySearch::Nothing;
-  Vec3<T> frame_start{};
-  Vec3<T> flight{};
-  if (asks && p.x.w > T(0)) {
-    outlook = frame.outlook[i];
-    frame_start = xyz(frame.frame_start[i]);
-    flight = frame.frame_time * xyz(frame.frame_velocity[i]);
-    search = body_search(outlook, xyz(p.x), frame_start, flight, t1);
-  }
-  bool touches = false;
-  if (search != BodySearch::Nothing && search != BodySearch::Candidates) {
-    touches = contact_by_tree(p, frame.body, t0, t1, rule, outlook, search);
-  }
-  __syncwarp();
-  const bool by_candidates = search == BodySearch::Candidates;
-  if (!__any_sync(0xFFFFFFFFu, by_candidates)) {
-    return touches;
-  }
-  const int* const list = frame.candidates + static_cast<std::int64_t>(i) * kBodyCandidates;
-  const auto choose = [&](bool some, bool swept) {
-    return choose_together(frame.body, some, list, outlook.count, xyz(p.start), xyz(p.x), t0, t1,
-                           rule.reach, swept);
-  };
-  const FaceChoice<T> choice = choose(by_candidates, true);
-  bool meets = false;
-  if (by_candidates) {
-    meets = touch_choice(p, frame.body, t0, t1, rule, choice);
-    if (!meets) {
-      look_out_again(outlook, choice.nearest, xyz(p.x), frame_start, flight, t1, rule);
-      frame.outlook[i].gap = outlook.gap;
-      frame.outlook[i].from = outlook.from;
-    }
-  }
-  __syncwarp();
-  if (__any_sync(0xFFFFFFFFu, meets)) {
-    const FaceChoice<T> again = choose(meets, false);
-    if (meets) {
-      touch_again(p, frame.body, t0, t1, rule, again.nearest);
-    }
-  }
-  return touches || meets;
-}
 
 template <class T>
 __device__ inline BodyContactRule<T> body_rule_of(const CudaFrame<T>& frame, int scene) {
@@ -69,53 +21,167 @@ __device__ inline int scene_thread(int blocks) {
   return (warp * blocks + block) * 32 + static_cast<int>(threadIdx.x) % 32;
 }
 
-/// What follows the sweep of an iteration of substep `s`: tethers (their anchors are fixed, so
-/// nobody moves them here), then contact with the body. Not inlined: the sweeps around it then keep
-/// their registers.
+/// How particle `i` (of all scenes) finds its contacts in the substep that ends at `t1`.
 template <class T>
-__device__ __noinline__ void hold_and_touch(const CudaFrame<T>& frame, int blocks, int s) {
+__device__ inline BodySearch body_search_of(const CudaFrame<T>& frame, int i, const Vec4<T>& x,
+                                            T t1) {
+  return x.w > T(0) ? body_search(frame.outlook[i], xyz(x), xyz(frame.frame_start[i]),
+                                  frame.frame_time * xyz(frame.frame_velocity[i]), t1)
+                    : BodySearch::Nothing;
+}
+
+/// Contact of particle `i` with its candidates; `team` looks at them together.
+template <class T, class Team>
+__device__ inline bool touch_candidates(const CudaFrame<T>& frame, const BodyContactRule<T>& rule,
+                                        int i, BodyParticle<T>& p, T t0, T t1, const Team& team) {
+  BodyOutlook<T> outlook = frame.outlook[i];
+  const int* const list = frame.candidates + static_cast<std::int64_t>(i) * kBodyCandidates;
+  const auto choose = [&](Vec3<T> from, Vec3<T> to, bool swept) {
+    return team.choose(frame.body, list, outlook.count, from, to, t0, t1, rule.reach, swept);
+  };
+  const bool touches =
+      contact_by_candidates(p, frame.body, t0, t1, rule, outlook, xyz(frame.frame_start[i]),
+                            frame.frame_time * xyz(frame.frame_velocity[i]), choose);
+  if (!touches && team.rank() == 0) {
+    frame.outlook[i].gap = outlook.gap;
+    frame.outlook[i].from = outlook.from;
+  }
+  return touches;
+}
+
+/// Contact of particle `i` with the body in the substep [t0, t1], by one thread.
+template <class T>
+__device__ inline bool touch_particle(const CudaFrame<T>& frame, const BodyContactRule<T>& rule,
+                                      int i, BodyParticle<T>& p, T t0, T t1) {
+  const BodySearch search = body_search_of(frame, i, p.x, t1);
+  if (search == BodySearch::Nothing) {
+    return false;
+  }
+  if (search == BodySearch::Candidates) {
+    return touch_candidates(frame, rule, i, p, t0, t1, OneThread{});
+  }
+  return contact_by_tree(p, frame.body, t0, t1, rule, frame.outlook[i], search, AloneInTree{});
+}
+
+/// The particles of a scene that may touch the body in a substep, in two lists: those that have
+/// candidates, and those that ask the tree. Contacts gather in few places of the cloth, so they are
+/// first listed and then shared out among all threads; the order of a list varies, what is done
+/// with its items does not depend on it. Passes use the counts of two places by turns.
+template <class T>
+struct TouchLists {
+  int* counts;  ///< [2] of this pass
+  int* next;    ///< [2] of the next pass, set to 0 in this one
+  int* items;   ///< [2][particles]
+  int particles;
+
+  __device__ TouchLists(const CudaFrame<T>& frame, int blocks, int pass) : particles(frame.count) {
+    const int scene = static_cast<int>(blockIdx.x) / blocks;
+    counts = frame.touch_counts + 4 * scene + 2 * (pass % 2);
+    next = frame.touch_counts + 4 * scene + 2 * ((pass + 1) % 2);
+    items = frame.touch_items + static_cast<std::int64_t>(scene) * 2 * frame.count;
+  }
+  __device__ void add(BodySearch search, int k) const {
+    if (search != BodySearch::Nothing) {
+      const int list = search == BodySearch::Candidates ? 0 : 1;
+      items[list * particles + atomicAdd(counts + list, 1)] = k;
+    }
+  }
+  __device__ int count(int list) const { return __ldcg(counts + list); }
+  __device__ int item(int list, int at) const { return __ldcg(items + list * particles + at); }
+};
+
+/// Contact of the particles that the lists of this pass hold. `load(k)` gives the particle,
+/// `done(k, p, touches)` takes it back, by one thread. Not inlined: the sweeps around it then keep
+/// their registers.
+template <class T, class Load, class Done>
+__device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks, int s, int pass,
+                                          const Load& load, const Done& done) {
+  namespace cg = cooperative_groups;
+  __shared__ TeamInTree<32>::Memory memory[kFrameThreads / 32];
+  const cg::thread_block_tile<32> warp = cg::tiled_partition<32>(cg::this_thread_block());
+  const cg::thread_block_tile<kTeam> tile = cg::tiled_partition<kTeam>(warp);
+  const TouchLists<T> lists(frame, blocks, pass);
   const int scene = static_cast<int>(blockIdx.x) / blocks;
   const int offset = scene * frame.count;
   const BodyContactRule<T> rule = body_rule_of(frame, scene);
   const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
   const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
-  // Whole warps, whose threads look for contacts together.
-  for (int k = scene_thread(blocks); k < (frame.count + 31) / 32 * 32;
-       k += blocks * static_cast<int>(blockDim.x)) {
-    const bool there = k < frame.count;
-    const int i = offset + k;
-    BodyParticle<T> p{};
-    bool held = false;
-    if (there) {
-      p.x = load_shared_cache(frame.x + i);
-      const int anchor = frame.tether_anchor != nullptr ? frame.tether_anchor[k] : -1;
-      held = anchor >= 0;
-      if (held) {
-        project_tether(p.x, xyz(load_shared_cache(frame.x + offset + anchor)),
-                       frame.tether_length[k]);
-      }
-    }
-    bool touches = false;
-    if (frame.body.face_count > 0) {
-      if (there) {
-        p.start = load_shared_cache(frame.start + i);
-        p.held = frame.held != nullptr ? load_shared_cache(frame.held + i) : Vec4<T>{};
-      }
-      touches = touch_particle(frame, rule, there, i, p, t0, t1);
-      if (touches) {
-        store_shared_cache(frame.start + i, p.start);
-        if (frame.held != nullptr) {
-          store_shared_cache(frame.held + i, p.held);
-        }
-      }
-      if (there) {
-        frame.touched[i] = touches ? 1 : 0;
-      }
-    }
-    if (touches || held) {
-      store_shared_cache(frame.x + i, p.x);
+  const int thread = scene_thread(blocks);
+  const int threads = blocks * static_cast<int>(blockDim.x);
+  if (thread < 2) {
+    lists.next[thread] = 0;
+  }
+  const TeamInTree<32> whole{warp, memory[warp.meta_group_rank()]};
+  for (int at = thread / 32; at < lists.count(1); at += threads / 32) {
+    const int k = lists.item(1, at);
+    BodyParticle<T> p = load(k);
+    const BodySearch search = body_search_of(frame, offset + k, p.x, t1);
+    const bool touches =
+        contact_by_tree(p, frame.body, t0, t1, rule, frame.outlook[offset + k], search, whole);
+    if (whole.rank() == 0) {
+      done(k, p, touches);
     }
   }
+  // From the last warp on: the first ones had the trees.
+  const TeamOfChoice team{tile};
+  for (int at =
+           (threads - 32 - thread / 32 * 32) / kTeam + static_cast<int>(tile.meta_group_rank());
+       at < lists.count(0); at += threads / kTeam) {
+    const int k = lists.item(0, at);
+    BodyParticle<T> p = load(k);
+    const bool touches = touch_candidates(frame, rule, offset + k, p, t0, t1, team);
+    if (team.rank() == 0) {
+      done(k, p, touches);
+    }
+  }
+}
+
+/// What follows the sweep of an iteration of substep `s`: tethers (their anchors are fixed, so
+/// nobody moves them here); lists who may touch the body then.
+template <class T>
+__device__ __noinline__ void hold_and_list(const CudaFrame<T>& frame, int blocks, int s, int pass) {
+  const int offset = static_cast<int>(blockIdx.x) / blocks * frame.count;
+  const TouchLists<T> lists(frame, blocks, pass);
+  const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
+  for (int k = scene_thread(blocks); k < frame.count; k += blocks * static_cast<int>(blockDim.x)) {
+    const int i = offset + k;
+    Vec4<T> x = load_shared_cache(frame.x + i);
+    const int anchor = frame.tether_anchor != nullptr ? frame.tether_anchor[k] : -1;
+    if (anchor >= 0) {
+      project_tether(x, xyz(load_shared_cache(frame.x + offset + anchor)), frame.tether_length[k]);
+      store_shared_cache(frame.x + i, x);
+    }
+    if (frame.body.face_count > 0) {
+      lists.add(body_search_of(frame, i, x, t1), k);
+      frame.touched[i] = 0;
+    }
+  }
+}
+
+template <class T>
+__device__ inline void touch_body(const CudaFrame<T>& frame, int blocks, int s, int pass) {
+  const int offset = static_cast<int>(blockIdx.x) / blocks * frame.count;
+  touch_listed(
+      frame, blocks, s, pass,
+      [&](int k) {
+        const int i = offset + k;
+        return BodyParticle<T>{
+            load_shared_cache(frame.x + i),
+            load_shared_cache(frame.start + i),
+            frame.held != nullptr ? load_shared_cache(frame.held + i) : Vec4<T>{},
+            {}};
+      },
+      [&](int k, const BodyParticle<T>& p, bool touches) {
+        const int i = offset + k;
+        if (touches) {
+          store_shared_cache(frame.x + i, p.x);
+          store_shared_cache(frame.start + i, p.start);
+          if (frame.held != nullptr) {
+            store_shared_cache(frame.held + i, p.held);
+          }
+          frame.touched[i] = 1;
+        }
+      });
 }
 
 }  // namespace atelier

@@ -184,16 +184,20 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
       }
       const bool again = iteration + 1 < frame.iterations;
       if constexpr (kKind == FrameKind::Full) {
+        const int pass = s * frame.iterations + iteration;
         if (frame.tether_anchor != nullptr || frame.body.face_count > 0) {
-          hold_and_touch(frame, blocks, s);
+          hold_and_list(frame, blocks, s, pass);
+          wait();
+        }
+        if (frame.body.face_count > 0) {
+          touch_body(frame, blocks, s, pass);
           wait();
         }
       }
       if constexpr (kKind == FrameKind::Self) {
         // What lies on the body has to be known before cloth pushes cloth. In the end nothing
         // passes, neither cloth nor body; where both cannot be, the body wins.
-        touch_before_pairs(frame, blocks, s, iteration == 0, clock);
-        wait();
+        touch_before_pairs<T, kBarrier>(frame, blocks, s, iteration, clock, arrived, goal);
         push_apart_all<T, kBarrier>(frame, blocks, s, s + 1 == frame.substeps && !again, clock,
                                     arrived, goal);
         keep_all_back<T, kBarrier>(frame, blocks, s, clock, arrived, goal);
@@ -219,8 +223,11 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
       work.phase(s, iteration, p, at);
       break;
     }
+    case FrameStep::Hold:
+      hold_and_list(frame, blocks, s, s * frame.iterations + iteration);
+      break;
     case FrameStep::Touch:
-      hold_and_touch(frame, blocks, s);
+      touch_body(frame, blocks, s, s * frame.iterations + iteration);
       break;
     case FrameStep::Finish:
       work.finish();

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "simulation/cuda_block.cuh"
@@ -58,6 +59,9 @@ FrameKernel<T> frame_kernel_of(bool full, bool self, CudaBarrier barrier) {
 template <class T, class Add>
 void add_after_sweep(const CudaFrame<T>& frame, int s, int iteration, const Add& add) {
   if (frame.tether_anchor != nullptr || frame.body.face_count > 0) {
+    add(FrameStep::Hold, s, iteration, 0);
+  }
+  if (frame.body.face_count > 0) {
     add(FrameStep::Touch, s, iteration, 0);
   }
 }
@@ -85,6 +89,24 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
   int capacity = 0;
   ATELIER_CUDA_CHECK(
       cudaDeviceGetAttribute(&capacity, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
+  const std::array<const void*, 4> kernels = {
+      reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Block)),
+      reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Cluster)),
+      reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Grid)),
+      reinterpret_cast<const void*>(frame_step_kernel_of<T>())};
+  // What contacts take on chip is not there for plans.
+  const int optin = capacity;
+  for (const void* kernel : kernels) {
+    cudaFuncAttributes attributes{};
+    ATELIER_CUDA_CHECK(cudaFuncGetAttributes(&attributes, kernel));
+    const int left = optin - static_cast<int>(attributes.sharedSizeBytes);
+    ATELIER_CUDA_CHECK(
+        cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, left));
+    const bool stepwise = jacobi_ != nullptr || options.cuda_barrier == "graph";
+    if (stepwise || kernel != kernels.back()) {
+      capacity = std::min(capacity, left);
+    }
+  }
   const std::size_t base = BlockWork<T>::room(prepared.max_patch_particles, keeps_starts_);
   // On chip beside the particles: the plans of all patches that a block works on, with their
   // edges where they fit, else of one at a time.
@@ -104,14 +126,6 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
                                    : base + largest_plan(prepared);
   ATELIER_CHECK(shared_bytes_ <= static_cast<std::size_t>(capacity),
                 "a patch does not fit on chip");
-  for (const void* kernel :
-       {reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Block)),
-        reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Cluster)),
-        reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Grid)),
-        reinterpret_cast<const void*>(frame_step_kernel_of<T>())}) {
-    ATELIER_CUDA_CHECK(
-        cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, capacity));
-  }
   // A thread for every edge of a colour; where there are more patches than multiprocessors,
   // two smaller blocks each hide one another's waits. Contacts take a warp a particle.
   int widest = 1;

@@ -102,7 +102,9 @@ struct CudaFrame {
   BodyContactRule<T> body_rule;
   BodyOutlook<T>* outlook;  ///< [particles]; gaps are renewed
   const int* candidates;
-  int* touched;  ///< [particles] 1: touched the body in the last substep
+  int* touched;       ///< [particles] 1: touched the body in the last substep
+  int* touch_counts;  ///< [scenes][4] and
+  int* touch_items;   ///< [scenes][2][particles]: see TouchLists
 
   CudaSelfFrame<T> self;
 

@@ -126,15 +126,6 @@ struct SelfWork {
     return touched != nullptr && __ldcg(touched + i) != 0 ? kSupportLevels : given;
   }
 
-  /// Calls `work(there, i)` for the particles that are this thread's, by all threads of a warp at
-  /// once: `there` is false where none is left for this one.
-  template <class Work>
-  __device__ void visit_particles(const Work& work) const {
-    for (int i = thread; i < (frame.count + 31) / 32 * 32; i += threads) {
-      work(i < frame.count, i);
-    }
-  }
-
   /// Asks for a new search where a particle left its flight.
   __device__ void watch(int i, Vec3<T> xi, const SelfClock& clock) const {
     if (clock.age >= 0 &&
@@ -310,10 +301,9 @@ struct SelfWork {
 /// How a particle that contacts moved meets the body.
 enum class Meeting { Touches, Rides, Stays };
 
-/// The body moves particle `i`, which contacts moved, where it `asks`. All threads of the warp call
-/// it together.
+/// The body moves particle `i`, which contacts moved.
 template <class T>
-__device__ inline void meet_body(const SelfWork<T>& work, bool asks, int i, int s, Meeting meeting,
+__device__ inline void meet_body(const SelfWork<T>& work, int i, int s, Meeting meeting,
                                  const Vec4<T>& origin, SelfParticle<T>& p) {
   const CudaFrame<T>& frame = work.frame;
   if (frame.body.face_count == 0) {
@@ -323,95 +313,79 @@ __device__ inline void meet_body(const SelfWork<T>& work, bool asks, int i, int 
   const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
   const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
   const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
-  BodyParticle<T> b{};
-  if (asks) {
-    b = {p.x, p.start, load_shared_cache(frame.held + at), xyz(p.carry)};
-  }
-  bool touches = false;
-  if (meeting == Meeting::Touches) {
-    touches = touch_particle(frame, rule, asks, at, b, t0, t1);
-  } else if (asks) {
-    touches = stay_with_body(b, origin, frame.body, t0, t1, rule, frame.outlook[at],
-                             meeting == Meeting::Rides);
-  }
-  if (asks) {
-    p = {b.x, b.start, with_w(b.moved, p.carry.w)};
-    store_shared_cache(frame.held + at, b.held);
-    __stcg(work.touched + i, touches ? 1 : 0);
-  }
+  BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), xyz(p.carry)};
+  const bool touches = meeting == Meeting::Touches
+                           ? touch_particle(frame, rule, at, b, t0, t1)
+                           : stay_with_body(b, origin, frame.body, t0, t1, rule, frame.outlook[at],
+                                            meeting == Meeting::Rides);
+  p = {b.x, b.start, with_w(b.moved, p.carry.w)};
+  store_shared_cache(frame.held + at, b.held);
+  __stcg(work.touched + i, touches ? 1 : 0);
 }
 
-/// Gives particle `i`, if it is `there`, what its pairs want of it, then the body. All threads of
-/// the warp call it together.
+/// Gives particle `i` what its pairs want of it, then the body.
 template <class T>
-__device__ inline void move_particle(const SelfWork<T>& work, bool there, int i, int s,
-                                     Meeting meeting, const SelfClock& clock) {
-  const bool moves = there && __ldcg(&work.sums[i].used) == kPushed;
-  Vec4<T> origin{};
-  SelfParticle<T> p{};
-  if (moves) {
-    origin = work.load_origin(i);
-    p = work.load_particle(i);
-    take_push(load_sum(work.sums + i), origin, p);
-    clear_sum(work.sums + i, kWasPushed);
+__device__ inline void move_particle(const SelfWork<T>& work, int i, int s, Meeting meeting,
+                                     const SelfClock& clock) {
+  if (__ldcg(&work.sums[i].used) != kPushed) {
+    return;
   }
-  meet_body(work, moves, i, s, meeting, origin, p);
-  if (moves) {
-    work.store(i, p);
-    work.watch(i, xyz(p.x), clock);
-  }
+  const Vec4<T> origin = work.load_origin(i);
+  SelfParticle<T> p = work.load_particle(i);
+  take_push(load_sum(work.sums + i), origin, p);
+  clear_sum(work.sums + i, kWasPushed);
+  meet_body(work, i, s, meeting, origin, p);
+  work.store(i, p);
+  work.watch(i, xyz(p.x), clock);
 }
 
 /// Tethers, then the body, before cloth meets cloth.
-template <class T>
+template <class T, CudaBarrier kBarrier>
 __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int blocks, int s,
-                                                bool first, SelfClock& clock) {
+                                                int iteration, SelfClock& clock, unsigned* arrived,
+                                                unsigned& goal) {
   const SelfWork<T> work(frame, blocks);
+  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
   ++clock.serial;
-  if (first && clock.age >= 0 && ++clock.age > clock.ahead) {
+  if (iteration == 0 && clock.age >= 0 && ++clock.age > clock.ahead) {
     clock.age = -1;
   }
-  const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
+  const int pass = s * frame.iterations + iteration;
+  const bool first = s == 0 && iteration == 0;
+  hold_and_list(frame, blocks, s, pass);
+  for (int i = work.thread; i < frame.count; i += work.threads) {
+    if (frame.body.face_count > 0 &&
+        comes_out(work.cloth, frame.outlook + work.scene * frame.count, i)) {
+      const Vec4<T> carry = work.load_carry(i);
+      store_shared_cache(work.carry + i, with_w(xyz(carry), T(1)));
+    }
+    __stcg(&work.sums[i].used, 0);
+    if (first) {
+      __stcg(work.support + i, 0);
+    }
+    work.watch(i, xyz(work.load(i)), clock);
+  }
+  wait();
+  if (frame.body.face_count == 0) {
+    return;
+  }
   const int offset = work.scene * frame.count;
-  const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
-  const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
-  work.visit_particles([&](bool there, int i) {
-    Vec4<T> xi{};
-    if (there) {
-      xi = work.load(i);
-      const int anchor = frame.tether_anchor != nullptr ? frame.tether_anchor[i] : -1;
-      if (anchor >= 0) {
-        project_tether(xi, xyz(work.load(anchor)), frame.tether_length[i]);
-        store_shared_cache(work.x + i, xi);
-      }
-    }
-    bool touches = false;
-    if (frame.body.face_count > 0) {
-      T inside = T(0);
-      BodyParticle<T> p{};
-      if (there) {
-        inside = comes_out(work.cloth, frame.outlook + offset, i) ? T(1) : T(0);
-        p = {xi, load_shared_cache(work.start + i), load_shared_cache(frame.held + offset + i),
-             xyz(work.load_carry(i))};
-      }
-      touches = touch_particle(frame, rule, there, offset + i, p, t0, t1);
-      if (!there) {
-        return;
-      }
-      if (touches || inside > T(0)) {
-        work.store(i, {p.x, p.start, with_w(p.moved, inside)});
-        store_shared_cache(frame.held + offset + i, p.held);
-        xi = p.x;
-      }
-      __stcg(work.touched + i, touches ? 1 : 0);
-    }
-    if (there) {
-      __stcg(&work.sums[i].used, 0);
-      const int before = s == 0 && first ? 0 : __ldcg(work.support + i);
-      __stcg(work.support + i, touches ? kSupportLevels : before);
-      work.watch(i, xyz(xi), clock);
-    }
-  });
+  touch_listed(
+      frame, blocks, s, pass,
+      [&](int i) {
+        return BodyParticle<T>{work.load(i), load_shared_cache(work.start + i),
+                               load_shared_cache(frame.held + offset + i), xyz(work.load_carry(i))};
+      },
+      [&](int i, const BodyParticle<T>& p, bool touches) {
+        if (touches) {
+          work.store(i, {p.x, p.start, with_w(p.moved, work.load_carry(i).w)});
+          store_shared_cache(frame.held + offset + i, p.held);
+          __stcg(work.touched + i, 1);
+          __stcg(work.support + i, kSupportLevels);
+          work.watch(i, xyz(p.x), clock);
+        }
+      });
+  wait();
 }
 
 /// A new search where the list of pairs does not hold.
@@ -451,13 +425,11 @@ __device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int block
     work.apply(clock);
     wait();
   }
-  work.visit_particles([&](bool there, int i) {
-    const int level = there ? work.supported(i, __ldcg(&work.sums[i].support)) : 0;
-    move_particle(work, there, i, s, Meeting::Touches, clock);
-    if (there) {
-      __stcg(work.support + i, level);
-    }
-  });
+  for (int i = work.thread; i < frame.count; i += work.threads) {
+    const int level = work.supported(i, __ldcg(&work.sums[i].support));
+    move_particle(work, i, s, Meeting::Touches, clock);
+    __stcg(work.support + i, level);
+  }
   wait();
 }
 
@@ -481,23 +453,18 @@ __device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks
     const Meeting meeting = pass < kSelfSlides                ? Meeting::Touches
                             : pass < kSelfSlides + kSelfRides ? Meeting::Rides
                                                               : Meeting::Stays;
-    work.visit_particles(
-        [&](bool there, int i) { move_particle(work, there, i, s, meeting, clock); });
+    for (int i = work.thread; i < frame.count; i += work.threads) {
+      move_particle(work, i, s, meeting, clock);
+    }
     wait();
   }
-  work.visit_particles([&](bool there, int i) {
-    const bool moved = there && __ldcg(&work.sums[i].used) == kWasPushed;
-    Vec4<T> origin{};
-    SelfParticle<T> p{};
-    if (moved) {
-      origin = work.load_origin(i);
-      p = work.load_particle(i);
-    }
-    meet_body(work, moved, i, s, Meeting::Touches, origin, p);
-    if (moved) {
+  for (int i = work.thread; i < frame.count; i += work.threads) {
+    if (__ldcg(&work.sums[i].used) == kWasPushed) {
+      SelfParticle<T> p = work.load_particle(i);
+      meet_body(work, i, s, Meeting::Touches, work.load_origin(i), p);
       work.store(i, p);
     }
-  });
+  }
   wait();
 }
 

@@ -10,12 +10,13 @@ namespace atelier {
 /// eight of them wait no longer than one.
 constexpr int kTeam = 8;
 
-/// A team of threads that asks a tree (see AloneInTree). All of its threads call its functions
-/// together; `visit` shares what it finds out among them.
+/// A team of `kSize` threads that asks a tree (see AloneInTree). All of its threads call its
+/// functions together; `visit` shares what it finds out among them.
+template <int kSize>
 struct TeamInTree {
   static constexpr int kDeepest = 64;  ///< of a tree
   static constexpr int kStack = 256;   ///< nodes
-  static constexpr int kLeaves = 64;
+  static constexpr int kLeaves = 32 + 3 * kSize;
 
   /// On-chip memory of a team.
   struct Memory {
@@ -24,7 +25,7 @@ struct TeamInTree {
     int length;
   };
 
-  cooperative_groups::thread_block_tile<kTeam> tile;
+  cooperative_groups::thread_block_tile<kSize> tile;
   Memory& memory;
 
   __device__ int rank() const { return static_cast<int>(tile.thread_rank()); }
@@ -48,7 +49,7 @@ struct TeamInTree {
     }
     tile.sync();
     const auto hand_out = [&] {
-      for (int k = rank(); k < found; k += kTeam) {
+      for (int k = rank(); k < found; k += kSize) {
         visit(memory.leaves[k]);
       }
       tile.sync();
@@ -56,7 +57,7 @@ struct TeamInTree {
     };
     while (top > 0) {
       // Where the stack could run over, one thread goes on alone, deep before wide.
-      const int open = top + 2 * kTeam + kDeepest <= kStack ? min(top, kTeam) : 1;
+      const int open = top + 2 * kSize + kDeepest <= kStack ? min(top, kSize) : 1;
       top -= open;
       const bool works = rank() < open;
       BoxNode<T> node;
@@ -82,7 +83,7 @@ struct TeamInTree {
         top += inners.all;
       }
       tile.sync();
-      if (found > kLeaves - 2 * kTeam || top == 0) {
+      if (found > kLeaves - 2 * kSize || top == 0) {
         hand_out();
       }
     }
@@ -97,14 +98,14 @@ struct TeamInTree {
     return best(value, [](T a, T b) { return a > b; });
   }
   __device__ int sum(int value) const {
-    for (int k = kTeam / 2; k > 0; k /= 2) {
+    for (int k = kSize / 2; k > 0; k /= 2) {
       value += tile.shfl_xor(value, k);
     }
     return value;
   }
   template <class Item, class Better>
   __device__ Item best(Item item, const Better& better) const {
-    for (int k = kTeam / 2; k > 0; k /= 2) {
+    for (int k = kSize / 2; k > 0; k /= 2) {
       const Item other = tile.shfl_xor(item, k);
       if (better(other, item)) {
         item = other;
@@ -117,61 +118,46 @@ struct TeamInTree {
   __device__ int length(int) const { return memory.length; }
 };
 
-/// The choice among `count` candidates (choose_candidate) for a particle of every thread of a warp
-/// that `asks`: teams take one after the other. All threads of the warp call it together.
-template <class T>
-__device__ inline FaceChoice<T> choose_together(const BodyView<T>& body, bool asks,
-                                                const int* candidates, int count, Vec3<T> p0,
-                                                Vec3<T> p1, T t0, T t1, T reach, bool swept) {
-  namespace cg = cooperative_groups;
-  const cg::thread_block_tile<32> warp = cg::tiled_partition<32>(cg::this_thread_block());
-  const cg::thread_block_tile<kTeam> tile = cg::tiled_partition<kTeam>(warp);
-  constexpr int kTeams = 32 / kTeam;
-  constexpr int kEach = kBodyCandidates / kTeam;
-  const int rank = static_cast<int>(tile.thread_rank());
-  const int team = static_cast<int>(tile.meta_group_rank());
-  const unsigned lane = warp.thread_rank();
-  const auto with = [&](Vec3<T> v, int from) {
-    return Vec3<T>{warp.shfl(v.x, from), warp.shfl(v.y, from), warp.shfl(v.z, from)};
-  };
-  int first_face = -1;
-  int nearest_face = -1;
-  for (unsigned waiting = warp.ballot(asks); waiting != 0;) {
-    // The team's particle is that of the lowest thread that the teams before do not take.
-    unsigned mine = waiting;
-    for (int k = 0; k < team; ++k) {
-      mine &= mine - 1;
-    }
-    const bool works = mine != 0;
-    const int owner = works ? __ffs(static_cast<int>(mine)) - 1 : 0;
-    const Vec3<T> from = with(p0, owner);
-    const Vec3<T> to = with(p1, owner);
-    const int size = warp.shfl(count, owner);
-    const int* const list = reinterpret_cast<const int*>(
-        warp.shfl(reinterpret_cast<unsigned long long>(candidates), owner));
+/// One thread that looks at its candidates alone (choose_candidate).
+struct OneThread {
+  __device__ int rank() const { return 0; }
+  template <class T>
+  __device__ FaceChoice<T> choose(const BodyView<T>& body, const int* candidates, int count,
+                                  Vec3<T> p0, Vec3<T> p1, T t0, T t1, T reach, bool swept) const {
+    return choose_candidate(body, candidates, count, p0, p1, t0, t1, reach, swept);
+  }
+};
+
+/// A team that looks at the candidates of one particle together, with the choice that one thread
+/// would make.
+struct TeamOfChoice {
+  cooperative_groups::thread_block_tile<kTeam> tile;
+
+  __device__ int rank() const { return static_cast<int>(tile.thread_rank()); }
+
+  template <class T>
+  __device__ FaceChoice<T> choose(const BodyView<T>& body, const int* candidates, int count,
+                                  Vec3<T> p0, Vec3<T> p1, T t0, T t1, T reach, bool swept) const {
+    constexpr int kEach = kBodyCandidates / kTeam;
     int face[kEach];
     T squared[kEach];
     T side[kEach];
-    T least = reach * reach;
-    bool found = false;
+    T least = T(2) * reach * reach;
     int passed = -1;
     T time = T(2);
 #pragma unroll
     for (int k = 0; k < kEach; ++k) {
-      const int c = rank + k * kTeam;
+      const int c = rank() + k * kTeam;
       face[k] = -1;
       squared[k] = T(0);
       side[k] = T(0);
-      if (works && c < size) {
-        const FaceOffer<T> offer = offer_of(body, list[c], from, to, t0, t1, swept);
+      if (c < count) {
+        const FaceOffer<T> offer = offer_of(body, candidates[c], p0, p1, t0, t1, swept);
+        face[k] = offer.face;
+        squared[k] = offer.squared_distance;
+        side[k] = std::fabs(offer.side);
         if (offer.face >= 0) {
-          face[k] = offer.face;
-          squared[k] = offer.squared_distance;
-          side[k] = std::fabs(offer.side);
-          if (offer.squared_distance <= least) {
-            least = offer.squared_distance;
-            found = true;
-          }
+          least = min_of(least, offer.squared_distance);
         }
         if (offer.time < time || (offer.time == time && time <= T(1) && offer.face < passed)) {
           time = offer.time;
@@ -188,13 +174,20 @@ __device__ inline FaceChoice<T> choose_together(const BodyView<T>& body, bool as
         passed = other;
       }
     }
-    found = tile.any(found);
+    FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
+    if (time <= T(1)) {
+      choice.first = offer_of(body, passed, p0, p1, t0, t1, swept);
+      return choice;
+    }
+    if (least > reach * reach) {
+      return choice;
+    }
     const T near = as_near(least);
     int nearest = -1;
     T widest = T(-1);
 #pragma unroll
     for (int k = 0; k < kEach; ++k) {
-      if (found && face[k] >= 0 && squared[k] <= near &&
+      if (face[k] >= 0 && squared[k] <= near &&
           (side[k] > widest || (side[k] == widest && face[k] < nearest))) {
         widest = side[k];
         nearest = face[k];
@@ -208,27 +201,9 @@ __device__ inline FaceChoice<T> choose_together(const BodyView<T>& body, bool as
         nearest = other;
       }
     }
-    // Back to the owners: the k-th lowest waiting thread asks the k-th team.
-    const int place = __popc(waiting & ((1u << lane) - 1u));
-    const bool served = (waiting >> lane & 1u) != 0 && place < kTeams;
-    const int source = served ? place * kTeam : 0;
-    const int got_first = warp.shfl(time <= T(1) ? passed : -1, source);
-    const int got_nearest = warp.shfl(nearest, source);
-    if (served) {
-      first_face = got_first;
-      nearest_face = got_nearest;
-    }
-    for (int k = 0; k < kTeams && waiting != 0; ++k) {
-      waiting &= waiting - 1;
-    }
+    choice.nearest = offer_of(body, nearest, p0, p1, t0, t1, false);
+    return choice;
   }
-  FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
-  if (first_face >= 0) {
-    choice.first = offer_of(body, first_face, p0, p1, t0, t1, true);
-  } else if (nearest_face >= 0) {
-    choice.nearest = offer_of(body, nearest_face, p0, p1, t0, t1, false);
-  }
-  return choice;
-}
+};
 
 }  // namespace atelier

@@ -229,7 +229,7 @@ class CpuBackend final : public ClothSolver::Backend {
       return false;
     }
     if (search != BodySearch::Candidates) {
-      return contact_by_tree(p, body_, t0, t1, rule_, outlook_[i], search);
+      return contact_by_tree(p, body_, t0, t1, rule_, outlook_[i], search, AloneInTree{});
     }
     const auto choose = [&](Vec3<T> p0, Vec3<T> p1, bool swept) {
       return choose_candidate(body_, &candidates_[i * kBodyCandidates], outlook_[i].count, p0, p1,

@@ -65,6 +65,8 @@ class CudaBackend final : public ClothSolver::Backend {
       outlook_ = CudaBuffer<BodyOutlook<T>>(n);
       candidates_ = CudaBuffer<int>(n * kBodyCandidates);
       touched_ = CudaBuffer<int>(n);
+      touch_counts_ = CudaBuffer<int>(4 * static_cast<std::size_t>(scenes_));
+      touch_items_ = CudaBuffer<int>(2 * n);
       depth_ = CudaBuffer<T>(n);
       if (options.iterations > 1 || options.self_contact) {
         held_ = CudaBuffer<Vec4<T>>(n);
@@ -163,6 +165,8 @@ class CudaBackend final : public ClothSolver::Backend {
         launch_candidates(frame.body, frame.body_rule, particles, x_.data(), velocity_.data(),
                           frame.air, frame.gravity, static_cast<T>(options_.time_step),
                           outlook_.data(), candidates_.data());
+        ATELIER_CUDA_CHECK(
+            cudaMemsetAsync(touch_counts_.data(), 0, touch_counts_.size() * sizeof(int)));
       }
       launch_->run(frame);
     };
@@ -318,6 +322,8 @@ class CudaBackend final : public ClothSolver::Backend {
       f.outlook = outlook_.data();
       f.candidates = candidates_.data();
       f.touched = touched_.data();
+      f.touch_counts = touch_counts_.data();
+      f.touch_items = touch_items_.data();
     }
     f.arrived = arrived_.data();
     f.bad = bad_.data();
