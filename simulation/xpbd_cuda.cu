@@ -379,7 +379,7 @@ class CudaBackend final : public ClothSolver::Backend {
   CudaBuffer<CudaSceneRule<T>> rules_;
   CudaBuffer<T> depth_;
   CudaBuffer<BodyOutlook<T>> outlook_;
-  CudaBuffer<int> candidates_, touched_;
+  CudaBuffer<int> candidates_, touched_, touch_counts_, touch_items_;
   CudaBuffer<unsigned> arrived_;
   CudaBuffer<int> bad_;
   std::vector<Points> fixed_;         ///< where fixed vertices are
