@@ -33,6 +33,7 @@ struct CudaSelfFrame {
   Vec4<T>* start;  ///< of `cloth`, and where its tree is written
   Vec4<T>* end;
   int* tangled;
+  T* slack;
   BoxNode<T>* nodes;
   const TreeParent* node_parent;
   const TreeParent* leaf_parent;

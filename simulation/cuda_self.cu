@@ -35,6 +35,7 @@ CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
   origin_ = CudaBuffer<Vec4<T>>(n);
   carry_ = CudaBuffer<Vec4<T>>(n);
   tangled_ = CudaBuffer<int>(n);
+  slack_ = CudaBuffer<T>(std::vector<T>(n, rule_.slack));
   support_ = CudaBuffer<int>(n);
   sums_ = CudaBuffer<PushSum>(n);
   sums_.clear();
@@ -67,11 +68,13 @@ void CudaSelf<T>::describe(CudaFrame<T>& frame) {
                 ring_.data(),
                 rest_.data(),
                 layer_.data(),
-                tangled_.data()};
+                tangled_.data(),
+                slack_.data()};
   self.rule = rule_;
   self.start = start_.data();
   self.end = end_.data();
   self.tangled = tangled_.data();
+  self.slack = slack_.data();
   self.nodes = nodes_.data();
   self.node_parent = node_parent_.data();
   self.leaf_parent = leaf_parent_.data();

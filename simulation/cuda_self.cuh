@@ -43,6 +43,7 @@ class CudaSelf {
   CudaBuffer<unsigned> arrivals_;
   CudaBuffer<Vec4<T>> start_, end_, origin_, carry_;
   CudaBuffer<int> tangled_, support_;
+  CudaBuffer<T> slack_;  ///< m, of particles
   CudaBuffer<PushSum> sums_;
   CudaBuffer<SelfPair<T>> face_pairs_, edge_pairs_;
   CudaBuffer<int2> crossings_;

@@ -94,6 +94,7 @@ struct SelfWork {
     cloth.surface.end += n;
     cloth.surface.nodes += static_cast<std::int64_t>(scene) * s.inner;
     cloth.tangled += n;
+    cloth.slack += n;
     counts = s.counts + scene;
     x = f.x + n;
     start = f.start + n;
@@ -135,6 +136,18 @@ struct SelfWork {
     }
   }
 
+  /// More slack until the frame ends for who left its flight, or is about to, so that one pinched
+  /// vertex does not make a search in every substep. `clock` is that of the list that no longer
+  /// holds.
+  __device__ void give_slack(const SelfClock& clock) const {
+    T* const slack = frame.self.slack + static_cast<std::int64_t>(scene) * frame.count;
+    const T age = static_cast<T>(clock.age) / static_cast<T>(clock.ahead);
+    for (int i = thread; clock.age >= 0 && i < frame.count; i += threads) {
+      const Vec3<T> away = xyz(load(i)) - xyz(cloth.surface.start[i]) - age * flight(cloth, i);
+      slack[i] = max_of(slack[i], T(2) * norm(away));
+    }
+  }
+
   /// Where the particles are and where they fly.
   __device__ void begin_search(const SelfClock& clock) const {
     Vec4<T>* const from = frame.self.start + static_cast<std::int64_t>(scene) * frame.count;
@@ -159,9 +172,13 @@ struct SelfWork {
         frame.self.nodes + static_cast<std::int64_t>(scene) * frame.self.inner;
     unsigned* const arrivals =
         frame.self.arrivals + static_cast<std::int64_t>(scene) * frame.self.inner;
+    const SelfRule<T>& rule = frame.self.rule;
     for (int f = thread; f < cloth.surface.face_count; f += threads) {
+      const FaceIndices c = cloth.surface.faces[f];
+      const T slack = max_of(slack_of(cloth, c.a, rule),
+                             max_of(slack_of(cloth, c.b, rule), slack_of(cloth, c.c, rule)));
       refit_from_face(cloth.surface, f, nodes, frame.self.node_parent, frame.self.leaf_parent,
-                      arrivals);
+                      arrivals, slack - rule.slack);
     }
   }
   __device__ void collect() const {
@@ -362,6 +379,8 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
     __stcg(&work.sums[i].used, 0);
     if (first) {
       __stcg(work.support + i, 0);
+      frame.self.slack[static_cast<std::int64_t>(work.scene) * frame.count + i] =
+          frame.self.rule.slack;
     }
     work.watch(i, xyz(work.load(i)), clock);
   }
@@ -395,6 +414,7 @@ __device__ inline void renew_pairs(const SelfWork<T>& work, int s, SelfClock& cl
   if (clock.age >= 0 && __ldcg(&work.counts->stale) != clock.serial) {
     return;
   }
+  work.give_slack(clock);
   clock.age = 1;
   clock.ahead = min(work.frame.self.rule.horizon, work.frame.substeps - s);
   work.begin_search(clock);
