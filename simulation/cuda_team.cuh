@@ -115,7 +115,11 @@ struct TeamInTree {
   }
   /// The list is one of the whole team; its order varies.
   __device__ int place(int&) const { return atomicAdd(&memory.length, 1); }
-  __device__ int length(int) const { return memory.length; }
+  __device__ int length(int) const {
+    const int length = memory.length;
+    tile.sync();  // before the next visit begins a new list
+    return length;
+  }
 };
 
 /// One thread that looks at its candidates alone (choose_candidate).
