@@ -62,7 +62,9 @@ std::vector<Camera> parse_actorshq_cameras(std::string_view text, const std::str
   if (scanner.next_line()) {
     const std::vector<std::string> names = cells_of(scanner.rest());
     for (std::size_t i = 0; i < names.size(); ++i) {
-      columns.emplace(names[i], i);
+      if (!columns.emplace(names[i], i).second) {
+        scanner.fail("two columns " + in_quotes(names[i]), "each once");
+      }
     }
   }
   for (const char* name :
