@@ -34,7 +34,8 @@ constexpr std::array kStages = {
           .outputs = {"findings"},
           .metrics = kValidateMetrics,
           .options = option_set<ValidateStageOptions>,
-          .run = run_validate},
+          .run = run_validate,
+          .states_consent = true},
 #endif
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
     Stage{.name = "reconstruct",

@@ -1,5 +1,7 @@
 #include "core/store/consent.h"
 
+#include <algorithm>
+
 #include "core/store/utc_time.h"
 
 namespace atelier {
@@ -11,6 +13,14 @@ std::string to_string(const std::vector<Consent>& consent) {
             (one.until.empty() ? "" : ", until " + one.until);
   }
   return text.empty() ? "none recorded" : text;
+}
+
+void add_consent(std::vector<Consent>& all, const std::vector<Consent>& more) {
+  for (const Consent& one : more) {
+    if (std::find(all.begin(), all.end(), one) == all.end()) {
+      all.push_back(one);
+    }
+  }
 }
 
 std::vector<std::string> ended_consent(const std::vector<Consent>& consent, double now) {

@@ -18,6 +18,9 @@ struct Consent {
 /// "P. Doe, research, until 2030-12-31"; "none recorded" for an empty list.
 std::string to_string(const std::vector<Consent>& consent);
 
+/// Adds those of `more` that are not in `all`.
+void add_consent(std::vector<Consent>& all, const std::vector<Consent>& more);
+
 /// One sentence for each whose last day (UTC) is over. @param now  seconds since 1970
 std::vector<std::string> ended_consent(const std::vector<Consent>& consent, double now);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <fcntl.h>
@@ -10,8 +11,11 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/limits.h"
 #include "core/parallel.h"
 #include "core/regular_file.h"
+#include "core/store/consent_file.h"
 #include "core/store/file_kind.h"
 #include "core/system_reason.h"
 
@@ -54,7 +58,10 @@ std::vector<Entry> entries_of(const std::filesystem::path& root) {
       throw DataError(path.string(), "", "a symbolic link, which may lead out of the folder",
                       "the file itself");
     } else if (std::filesystem::is_regular_file(kind)) {
-      entries.push_back({path, path.lexically_relative(root).generic_string()});
+      std::string name = path.lexically_relative(root).generic_string();
+      if (name != kConsentFile) {  // consent is no content
+        entries.push_back({path, std::move(name)});
+      }
     } else if (!std::filesystem::is_directory(kind)) {
       throw DataError(path.string(), "", "neither file nor folder", "files and folders alone");
     }
@@ -104,6 +111,48 @@ Look look_at(const std::vector<Entry>& entries) {
   return look;
 }
 
+/// The bytes that count of a folder's own capture.toml.
+FileDigest digest_without_consent(const std::filesystem::path& path, DigestMeter& meter) {
+  const std::string text = read_file_text(path, Limits{}.text_file_bytes);
+  meter.add(static_cast<std::int64_t>(text.size()));
+  const std::string rest = without_consent(text);
+  return {static_cast<std::int64_t>(rest.size()), sha256(rest)};
+}
+
+/// What is stated of an input, inside of it or beside it, joined to a digest of it.
+Digest with_consent(const Digest& digest, const std::filesystem::path& path) {
+  return sha256(hex(digest) + "\n" + consent_toml(read_consent(path)));
+}
+
+/// What a line of TOML is to its tables.
+enum class LineKind { ConsentTable, OtherTable, Other };
+
+LineKind kind_of_line(std::string_view line) {
+  constexpr std::string_view kSpace = " \t\r\n";
+  const auto trimmed = [&](std::string_view text) {
+    const std::size_t begin = text.find_first_not_of(kSpace);
+    return begin == std::string_view::npos
+               ? std::string_view()
+               : text.substr(begin, text.find_last_not_of(kSpace) + 1 - begin);
+  };
+  line = trimmed(line);
+  if (!line.starts_with('[')) {
+    return LineKind::Other;
+  }
+  line = trimmed(line.substr(0, line.find('#')));
+  for (const auto& [open, close] : {std::pair("[[", "]]"), std::pair("[", "]")}) {
+    if (line.starts_with(open)) {
+      line.remove_prefix(std::string_view(open).size());
+      return line.ends_with(close) &&
+                     trimmed(line.substr(0, line.size() - std::string_view(close).size())) ==
+                         "consent"
+                 ? LineKind::ConsentTable
+                 : LineKind::OtherTable;
+    }
+  }
+  return LineKind::OtherTable;
+}
+
 FileDigest read_digest(const std::filesystem::path& path, int flags, DigestMeter& meter) {
   const RegularFile file(path, flags);
   std::vector<char> chunk(kChunk);
@@ -139,7 +188,8 @@ FileDigest digest_of_file(const std::filesystem::path& path) {
   return digest_of_file(path, nobody);
 }
 
-InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents& events) {
+InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents& events,
+                            ConsentPart consent) {
   const std::vector<Entry> entries = entries_of(path);
   InputDigest result;
   const Look look = look_at(entries);
@@ -151,7 +201,9 @@ InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents
   parallel_for(static_cast<Index>(entries.size()), 1, [&](Index begin, Index end) {
     for (Index i = begin; i < end && !meter.stopped(); ++i) {
       const auto at = static_cast<std::size_t>(i);
-      digests[at] = read_digest(entries[at].path, single ? 0 : O_NOFOLLOW, meter);
+      digests[at] = !single && entries[at].name == "capture.toml"
+                        ? digest_without_consent(entries[at].path, meter)
+                        : read_digest(entries[at].path, single ? 0 : O_NOFOLLOW, meter);
     }
   });
   Sha256 hash;
@@ -163,11 +215,42 @@ InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents
   }
   result.files = static_cast<std::int64_t>(entries.size());
   result.digest = hash.finish();
+  if (consent == ConsentPart::Keyed) {
+    result.digest = with_consent(result.digest, path);
+    result.stamp = with_consent(result.stamp, path);
+  }
   return result;
 }
 
-Digest stamp_of_input(const std::filesystem::path& path) {
-  return look_at(entries_of(path)).stamp;
+Digest stamp_of_input(const std::filesystem::path& path, ConsentPart consent) {
+  const Digest stamp = look_at(entries_of(path)).stamp;
+  return consent == ConsentPart::Keyed ? with_consent(stamp, path) : stamp;
+}
+
+std::string without_consent(std::string_view toml) {
+  if (toml.find("\"\"\"") != std::string_view::npos || toml.find("'''") != std::string_view::npos) {
+    return std::string(toml);
+  }
+  std::string rest;
+  bool skip = false;
+  while (!toml.empty()) {
+    const std::size_t end = toml.find('\n');
+    const std::string_view line = toml.substr(0, end == std::string_view::npos ? end : end + 1);
+    const LineKind kind = kind_of_line(line);
+    if (kind == LineKind::ConsentTable || kind == LineKind::OtherTable) {
+      skip = kind == LineKind::ConsentTable;
+    }
+    if (!skip) {
+      rest += line;
+    }
+    toml.remove_prefix(line.size());
+  }
+  if (skip) {  // a table at the end came with the blank lines before it
+    while (rest.ends_with("\n\n")) {
+      rest.pop_back();
+    }
+  }
+  return rest;
 }
 
 }  // namespace atelier

@@ -3,9 +3,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "core/sha256.h"
 #include "core/store/digest_meter.h"
+#include "core/store/stage.h"
 
 namespace atelier {
 
@@ -27,13 +29,33 @@ struct InputDigest {
   Digest stamp{};  ///< of names, sizes and times alone: cheap to take again
 };
 
-/// Digest of one file, or of every file below a folder by its relative path in sorted order; names
-/// that start with a dot are left out. Links inside a folder are refused, as they may lead out of
-/// it; `path` itself may be one. Tells its progress to `events` and throws StopRequested if
-/// `events.stop` says so; throws DataError. Cost: reads every file, on several threads.
-InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents& events = {});
+/// Whether consent that is stated inside of an input counts as its content.
+enum class ConsentPart {
+  Apart,  ///< not: renewing it redoes no work, manifests carry it beside the key
+  Keyed,  ///< it does, with what is stated beside the input: for results that speak of it
+};
 
-/// The stamp alone, without reading any file: tells whether an input changed while it was used.
-Digest stamp_of_input(const std::filesystem::path& path);
+/// That of the INPUT of a stage.
+inline ConsentPart consent_part(const Stage& stage) {
+  return stage.states_consent ? ConsentPart::Keyed : ConsentPart::Apart;
+}
+
+/// Digest of one file, or of every file below a folder by its relative path in sorted order; names
+/// that start with a dot are left out. With `ConsentPart::Apart` a folder's own `consent.toml` is
+/// left out too, and the tables [consent] and [[consent]] of its own `capture.toml` (not where that
+/// has strings of several lines, which might look like tables). Links inside a folder are refused,
+/// as they may lead out of it; `path` itself may be one. Tells its progress to `events` and throws
+/// StopRequested if `events.stop` says so; throws DataError. Cost: reads every file, on several
+/// threads.
+InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents& events = {},
+                            ConsentPart consent = ConsentPart::Apart);
+
+/// The stamp alone, without reading any file (but what states consent, where it is keyed): tells
+/// whether an input changed while it was used.
+Digest stamp_of_input(const std::filesystem::path& path, ConsentPart consent = ConsentPart::Apart);
+
+/// A TOML text without its tables [consent] and [[consent]]; the whole of it where it has none, or
+/// strings of several lines.
+std::string without_consent(std::string_view toml);
 
 }  // namespace atelier

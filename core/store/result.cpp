@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <ctime>
 #include <map>
+#include <optional>
 #include <set>
 #include <system_error>
 
@@ -65,6 +66,69 @@ std::string consent_place(const Manifest& manifest) {
     }
   }
   return std::string("the capture.toml or ") + kConsentFile + " of the capture";
+}
+
+/// The consent that the inputs state today, in the manifest's order; nothing where one of them is
+/// not there any more, or may not be read. Throws DataError where a file of consent is damaged.
+/// @param folder  of the result, beside which results of earlier stages lie
+std::optional<std::vector<Consent>> consent_today(const std::filesystem::path& folder,
+                                                  const Manifest& manifest, int depth = 0) {
+  constexpr int kMostStages = 16;  // a chain is no longer; damaged manifests might go in a circle
+  std::vector<Consent> today;
+  for (const ManifestInput& input : manifest.inputs) {
+    std::vector<Consent> stated;
+    if (input.stage.empty()) {
+      try {
+        if (file_kind(input.path) == std::filesystem::file_type::not_found) {
+          return std::nullopt;
+        }
+        stated = read_consent(input.path);
+      } catch (const EnvironmentError&) {  // `status` says that it cannot be compared
+        return std::nullopt;
+      }
+    } else {
+      const std::string name = std::filesystem::path(input.path).filename().string();
+      if (depth == kMostStages || !is_folder_name(name) || !is_safe_output_path(input.stage)) {
+        return std::nullopt;
+      }
+      const std::filesystem::path result = folder / "../.." / input.stage / name;
+      std::optional<Manifest> maker;
+      try {
+        maker = read_manifest(result, input.stage);
+      } catch (const DataError&) {  // removed since, or damaged, which is told where it lies
+        return std::nullopt;
+      } catch (const EnvironmentError&) {
+        return std::nullopt;
+      }
+      const auto of_maker = consent_today(result, *maker, depth + 1);
+      if (!of_maker) {
+        return std::nullopt;
+      }
+      stated = *of_maker;
+    }
+    add_consent(today, stated);
+  }
+  return today;
+}
+
+/// "consent-changed" where the inputs state another consent today than the manifest.
+void check_consent_today(const std::filesystem::path& folder, const Manifest& manifest,
+                         std::vector<Finding>& findings) {
+  const auto note = [&](const std::string& what) {
+    findings.push_back({Severity::Warning, "consent-changed", folder.string(), what,
+                        "run the stage again, which takes it over, or delete what was made from "
+                        "it"});
+  };
+  try {
+    const auto today = consent_today(folder, manifest);
+    if (today && !std::is_permutation(today->begin(), today->end(), manifest.consent.begin(),
+                                      manifest.consent.end())) {
+      note("the consent has changed since: it was '" + to_string(manifest.consent) +
+           "', today it says '" + to_string(*today) + "'");
+    }
+  } catch (const DataError& error) {
+    note(std::string("what the consent says today cannot be read: ") + error.what());
+  }
 }
 
 Finding finding(Severity severity, const char* code, const std::filesystem::path& place,
@@ -155,6 +219,7 @@ std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Ma
                         "renew it in " + consent_place(manifest) +
                             " and run the stage again, or delete what was made from it"});
   }
+  check_consent_today(folder, manifest, findings);
   return findings;
 }
 

@@ -35,9 +35,9 @@ Manifest read_manifest(const std::filesystem::path& folder, std::string_view sta
 
 /// Everything in which a result's folder differs from its manifest: "output-missing",
 /// "output-extra", "output-kind" (a link, folder or device), "output-size", "output-digest",
-/// "manifest-time" (a finish in the future, a warning), "consent-ended" (a warning). Empty if they
-/// agree. Digests are taken on several threads; throws StopRequested if `events.stop` says so
-/// meanwhile.
+/// "manifest-time" (a finish in the future, a warning), "consent-ended" (a warning),
+/// "consent-changed" (a warning: the inputs state another consent today). Empty if they agree.
+/// Digests are taken on several threads; throws StopRequested if `events.stop` says so meanwhile.
 std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Manifest& manifest,
                                    Check check, const StageEvents& events = {});
 

@@ -112,9 +112,11 @@ std::optional<Manifest> complete_staging(const StagePlan& plan, const StageEvent
   }
 }
 
-void require_same_inputs(const StagePlan& plan) {
+void require_same_inputs(const Stage& stage, const StagePlan& plan) {
   for (std::size_t i = 0; i < plan.input_paths.size(); ++i) {
-    if (stamp_of_input(plan.input_paths[i]) != plan.manifest.inputs[i].stamp) {
+    const ConsentPart consent =
+        plan.manifest.inputs[i].stage.empty() ? consent_part(stage) : ConsentPart::Apart;
+    if (stamp_of_input(plan.input_paths[i], consent) != plan.manifest.inputs[i].stamp) {
       throw DataError(plan.input_paths[i].string(), "", "files that changed while the stage ran",
                       "an input that rests; run the stage again");
     }
@@ -241,7 +243,7 @@ void work_on(std::span<const Stage> stages, const Stage& stage, const StageReque
   }
   ATELIER_CHECK(!stage.frame_wise || run.asked_for_frames(),
                 std::string(stage.name) + " is said to be frame-wise, but has no each_frame");
-  require_same_inputs(report.plan);
+  require_same_inputs(stage, report.plan);
   report.manifest = run.finished_manifest();
   report.manifest.build = build_info();
   // The manifest must be one that a later run accepts.

@@ -95,9 +95,10 @@ struct Stage {
   /// Throws DataError if an INPUT is of another kind; quick, since every plan asks it. Null: only
   /// the run finds out.
   void (*check_input)(const std::filesystem::path& input) = nullptr;
-  bool frame_wise = false;    ///< calls `each_frame`, so that it resumes and can be split
-  bool has_cuda = false;      ///< has a CUDA twin: without one, --device cuda is refused
-  bool device_keyed = false;  ///< its twins differ, so that --device is part of the key
+  bool states_consent = false;  ///< its results speak of consent: where that changes, they do
+  bool frame_wise = false;      ///< calls `each_frame`, so that it resumes and can be split
+  bool has_cuda = false;        ///< has a CUDA twin: without one, --device cuda is refused
+  bool device_keyed = false;    ///< its twins differ, so that --device is part of the key
 };
 
 /// The row of that name, or null.

@@ -36,14 +36,6 @@ bool is_inside(const std::filesystem::path& path, const std::filesystem::path& f
   return end == folder.end();
 }
 
-void add_consent(std::vector<Consent>& all, const std::vector<Consent>& more) {
-  for (const Consent& one : more) {
-    if (std::find(all.begin(), all.end(), one) == all.end()) {
-      all.push_back(one);
-    }
-  }
-}
-
 /// The INPUT that the user named.
 void add_outside_input(StagePlan& plan, std::string_view kind, const Stage& stage,
                        const StageRequest& request, const StageEvents& events) {
@@ -55,7 +47,7 @@ void add_outside_input(StagePlan& plan, std::string_view kind, const Stage& stag
   if (stage.check_input != nullptr && file_kind(path) != std::filesystem::file_type::not_found) {
     stage.check_input(path);
   }
-  const InputDigest digest = digest_of_input(path, events);
+  const InputDigest digest = digest_of_input(path, events, consent_part(stage));
   plan.manifest.inputs.push_back({std::string(kind), path.string(), digest.digest, digest.files,
                                   digest.bytes, "", digest.stamp});
   plan.input_paths.push_back(path);

@@ -35,12 +35,13 @@ void judge_result(StageStatus& status, const std::filesystem::path& folder, Chec
 
 /// Compares what came from outside with what is there now. Files are read only if names, sizes or
 /// times differ from those that the stage saw, or if every byte is to be compared.
-void judge_outside_input(StageStatus& status, const ManifestInput& input, Check check) {
+void judge_outside_input(StageStatus& status, const Stage& stage, const ManifestInput& input,
+                         Check check) {
   try {
-    if (check == Check::Sizes && stamp_of_input(input.path) == input.stamp) {
+    if (check == Check::Sizes && stamp_of_input(input.path, consent_part(stage)) == input.stamp) {
       return;
     }
-    const InputDigest now = digest_of_input(input.path);
+    const InputDigest now = digest_of_input(input.path, {}, consent_part(stage));
     if (now.digest != input.digest) {
       status.reasons.push_back(input_change(
           input, {input.kind, input.path, now.digest, now.files, now.bytes, "", now.stamp}));
@@ -68,7 +69,7 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
   }
   for (const ManifestInput& input : status.manifest->inputs) {
     if (input.stage.empty()) {
-      judge_outside_input(status, input, check);
+      judge_outside_input(status, stage, input, check);
       continue;
     }
     const auto maker = std::find_if(earlier.begin(), earlier.end(), [&](const StageStatus& other) {

@@ -223,6 +223,32 @@ TEST_F(GarbageTest, InputDigestSeesNamesAndBytes) {
   EXPECT_NE(digest_of_input(root_ / "in").digest, before);
 }
 
+TEST_F(GarbageTest, InputDigestOfWhatSpeaksOfConsentSeesIt) {
+  const auto digest = [&](ConsentPart part) { return digest_of_input(root_ / "in", {}, part); };
+  const InputDigest apart = digest(ConsentPart::Apart);
+  const InputDigest keyed = digest(ConsentPart::Keyed);
+  EXPECT_EQ(stamp_of_input(root_ / "in", ConsentPart::Keyed), keyed.stamp);
+  std::ofstream(root_ / "consent.toml") << "[consent]\nwho = 'P'\nscope = 'research'\n";
+  EXPECT_EQ(digest(ConsentPart::Apart).digest, apart.digest);
+  EXPECT_EQ(digest(ConsentPart::Apart).stamp, apart.stamp);
+  EXPECT_NE(digest(ConsentPart::Keyed).digest, keyed.digest);
+  EXPECT_NE(stamp_of_input(root_ / "in", ConsentPart::Keyed), keyed.stamp);
+}
+
+TEST(WithoutConsent, LeavesOutItsTablesAlone) {
+  const std::string tables = "[[consent]]\nwho = 'P'\n\n  [ consent ] # theirs\nwho = 'Q'\n\n";
+  EXPECT_EQ(without_consent("fps = 3\n\n" + tables + "[camera]\nx = 1\n"),
+            "fps = 3\n\n[camera]\nx = 1\n");
+  EXPECT_EQ(without_consent("fps = 3\n\n" + tables), "fps = 3\n");
+  EXPECT_EQ(without_consent(tables), "");
+  for (const char* whole : {"", "fps = 3\n\n", "[consents]\nx = 1\n", "[consent.more]\nx = 1\n",
+                            "consent = 1\n", "[x.consent]\ny = 1\n", "x = [\n  [1, 2],\n]\n",
+                            "x = \"\"\"\n[consent]\ny\"\"\"\n", "x = '''\n[consent]\ny'''\n",
+                            "[consent\nx = 1", "[", "[[", "[]", "[[]]", "[[consent]\nx"}) {
+    EXPECT_EQ(without_consent(whole), whole);
+  }
+}
+
 TEST_F(GarbageTest, InputDigestOfAFileDoesNotDependOnItsName) {
   std::ofstream(root_ / "b.txt") << "3";
   EXPECT_EQ(digest_of_input(root_ / "in/a.txt").digest, digest_of_input(root_ / "b.txt").digest);

@@ -408,6 +408,52 @@ TEST_F(RunStage, ConsentThatEndedNamesTheFileItStandsIn) {
               HasSubstr("the capture.toml or consent.toml of the capture"));
 }
 
+TEST_F(RunStage, ConsentThatChangedIsSaidOfAllThatWasMadeFromIt) {
+  write(root_ / "consent.toml", "[consent]\nwho = 'P'\nscope = 'research'\n");
+  run("count");
+  run("double");
+  const auto warnings = [&] {
+    std::vector<std::string> found;
+    for (const StageStatus& status : workspace_status(kTestStages, root_ / "work")) {
+      for (const Finding& finding : status.findings) {
+        if (finding.code == "consent-changed") {
+          EXPECT_EQ(finding.severity, Severity::Warning);
+          EXPECT_EQ(status.state, StageStatus::State::Done);
+          found.push_back(status.stage + ": " + finding.what);
+        }
+      }
+    }
+    return found;
+  };
+  EXPECT_THAT(warnings(), IsEmpty());
+  write(root_ / "consent.toml", "[consent]\nwho = 'P'\nscope = 'withdrawn'\nuntil = 2026-01-01\n");
+  const std::string today = "it was 'P, research', today it says 'P, withdrawn, until 2026-01-01'";
+  EXPECT_THAT(warnings(), ElementsAre(HasSubstr(today), HasSubstr("double: ")));
+  std::filesystem::remove(root_ / "consent.toml");
+  EXPECT_THAT(warnings()[1], HasSubstr("today it says 'none recorded'"));
+  write(root_ / "consent.toml", "[consent");
+  EXPECT_THAT(warnings()[0], HasSubstr("what the consent says today cannot be read: "));
+  std::filesystem::remove_all(root_ / "in");
+  EXPECT_THAT(warnings(), IsEmpty()) << "of an input that is gone nothing is known";
+}
+
+TEST_F(RunStage, ConsentRenewedInsideTheInputRedoesNothing) {
+  write(root_ / "in/capture.toml", "fps = 30\n\n[[consent]]\nwho = 'P'\nscope = 'a'\n");
+  write(root_ / "in/consent.toml", "");
+  run("count");
+  write(root_ / "in/capture.toml",
+        "fps = 30\n\n[[consent]]\nwho = 'P'\nscope = 'b'\n\n[[consent]]\nwho = 'Q'\nscope = 'c'\n");
+  const StageReport again = run("count");
+  EXPECT_EQ(again.end, End::AlreadyDone);
+  EXPECT_EQ(to_string(read_manifest(current("count"), "count").consent), "P, b; Q, c");
+  write(root_ / "in/capture.toml", "fps = 30\n");
+  write(root_ / "in/consent.toml", "[consent]\nwho = 'P'\nscope = 'd'\n");
+  EXPECT_EQ(run("count").end, End::AlreadyDone);
+  EXPECT_EQ(to_string(read_manifest(current("count"), "count").consent), "P, d");
+  write(root_ / "in/capture.toml", "fps = 60\n");
+  EXPECT_EQ(run("count").end, End::Done);
+}
+
 TEST_F(RunStage, ARefusedRunLeavesFoldersThatWereThere) {
   behaviour().during = [] { throw DataError("f", "", "bad", "good"); };
   StageRequest what = request("count");

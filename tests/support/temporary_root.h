@@ -8,6 +8,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace atelier::testing {
@@ -24,6 +25,7 @@ class TemporaryRoot {
       throw std::runtime_error("mkdtemp failed for " + pattern);
     }
     path_ = pattern;
+    chmod(path_.c_str(), 0711);  // tests give up root's rights, and still find their folders
     lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     flock(lock_, LOCK_EX);
     setenv("TMPDIR", path_.c_str(), 1);
