@@ -12,6 +12,7 @@
 #include "apps/body_model_input.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/json_text.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/picture_names.h"
@@ -122,7 +123,7 @@ int measure(const BodyArguments& arguments, const BodyOptions& options) {
     }
   }
   if (arguments.json) {
-    std::cout << json.dump(2) << "\n";
+    std::cout << json_text(json, 2) << "\n";
   }
   return kExitDone;
 }

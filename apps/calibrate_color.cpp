@@ -9,6 +9,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/json_text.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/printable.h"
@@ -131,7 +132,7 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
     }
   }
   if (arguments.json) {
-    std::cout << json.dump(1) << "\n";
+    std::cout << json_text(json, 1) << "\n";
   } else {
     char text[80];
     std::snprintf(text, sizeof text, "one sample is %.1f%% off its place's colour (robust)\n",

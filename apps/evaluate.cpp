@@ -10,6 +10,7 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/input_measures.h"
+#include "apps/json_text.h"
 #include "apps/reconstruct_measures.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
@@ -93,7 +94,7 @@ int run(const EvaluateArguments& arguments) {
     std::cout << "  " << measure.note << "\n";
   }
   if (arguments.json) {
-    std::cout << root.dump(1) << "\n";
+    std::cout << json_text(root, 1) << "\n";
   }
   return arguments.check && !met ? kExitCheckFailed : kExitDone;
 }

@@ -177,11 +177,11 @@ class ExportGuard {
   bool armed_ = true;
 };
 
-/// "warning: ..." for each consent that has ended, a line each.
-std::string ended_consent_lines(const StageStatus& status) {
+/// "warning: ..." for each consent that has ended or changed since, a line each.
+std::string consent_warnings(const StageStatus& status) {
   std::string lines;
   for (const Finding& finding : status.findings) {
-    if (finding.code == "consent-ended") {
+    if (finding.code == "consent-ended" || finding.code == "consent-changed") {
       lines += "warning: " + finding.what + "; " + finding.advice + "\n";
     }
   }
@@ -196,7 +196,7 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
   const fs::path place = out / status.stage;
   require_new_place(place, "OUT");
   const std::string consent = to_string(manifest.consent);
-  const std::string warnings = ended_consent_lines(status);
+  const std::string warnings = consent_warnings(status);
   guard.add(place);
   make_private_directory(place);
   write_file_atomically(place / "consent.txt", "consent: " + consent + "\n" + warnings);

@@ -5,6 +5,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/json_text.h"
 #include "apps/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
@@ -45,7 +46,7 @@ int run(const GcArguments& arguments) {
     }
   }
   if (arguments.json) {
-    std::cout << json.dump(1) << "\n";
+    std::cout << json_text(json, 1) << "\n";
     return kExitDone;
   }
   if (all.empty()) {

@@ -5,6 +5,7 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/inspection.h"
+#include "apps/json_text.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/io/lower_extension.h"
@@ -80,11 +81,7 @@ int run(const std::string& file, bool as_json) {
   }
   const Inspection inspection = inspect(file);
   const int code = has_errors(inspection.findings) ? kExitBadData : kExitDone;
-  std::cout << (as_json ? json_of(inspection)
-                                  .dump(1, ' ', false,
-                                        nlohmann::ordered_json::error_handler_t::replace) +
-                              "\n"
-                        : text_of(inspection));
+  std::cout << (as_json ? json_text(json_of(inspection), 1) + "\n" : text_of(inspection));
   return code;
 }
 

@@ -9,6 +9,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/json_text.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/printable.h"
@@ -257,7 +258,7 @@ int run(MasksArguments arguments, const MasksOptions& options) {
     json["iou"] = iou / judged;
   }
   if (arguments.json) {
-    std::cout << json.dump(1) << "\n";
+    std::cout << json_text(json, 1) << "\n";
   } else {
     if (judged > 0) {
       char text[80];

@@ -11,6 +11,7 @@
 #include "core/limits.h"
 #include "core/nearest_name.h"
 #include "core/store/options_file.h"
+#include "core/utf8.h"
 
 namespace atelier {
 namespace {
@@ -30,6 +31,10 @@ void set_options(OptionTable& table, const OptionTexts& texts) {
   for (const std::string& file : texts.config_files) {
     if (file.empty()) {
       throw UsageError("--config cannot be '': it takes a TOML file");
+    }
+    if (!is_utf8(file)) {  // manifests name it as where options came from
+      throw UsageError("--config cannot be '" + file +
+                       "': the name is no UTF-8, as which results keep it; rename the file");
     }
     try {
       const std::string text = read_file_text(file, Limits{}.text_file_bytes);

@@ -50,6 +50,11 @@ int run(const ReportArguments& arguments, const ReportOptions& options) {
     if (status.manifest) {
       std::cout << status.stage << ": " << state_name(status.state)
                 << ", consent: " << printable(to_string(status.manifest->consent)) << "\n";
+      for (const Finding& finding : status.findings) {
+        if (finding.code == "consent-ended" || finding.code == "consent-changed") {
+          std::cout << "  warning: " << printable(finding.what) << "\n";
+        }
+      }
     } else if (status.state != StageStatus::State::None) {
       std::cout << status.stage << ": " << state_name(status.state) << "\n";
     }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/exit_code.h"
+#include "apps/json_text.h"
 #include "apps/simulation_output.h"
 #include "apps/usage_error.h"
 #include "core/atomic_file.h"
@@ -107,11 +108,10 @@ void say_mesh(const Cloth& cloth, const Garment& garment, bool json) {
     for (const OptionField& field : describe(material).fields) {
       said[field.name] = *std::get<double*>(field.target);
     }
-    std::cout << Json({{"vertices", cloth.rest_positions.rows()},
-                       {"faces", cloth.faces.rows()},
-                       {"material", said},
-                       {"bending_by_direction", rigidity.by_direction}})
-                     .dump()
+    std::cout << json_text(Json({{"vertices", cloth.rest_positions.rows()},
+                                 {"faces", cloth.faces.rows()},
+                                 {"material", said},
+                                 {"bending_by_direction", rigidity.by_direction}}))
               << "\n";
     return;
   }
@@ -178,7 +178,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     }();
     const Mesh mesh = garment_mesh(cloth, solver.state());
     writer.write(static_cast<int>(frame), mesh);
-    std::cout << (json ? json_of(report).dump() : line_of(report)) << std::endl;
+    std::cout << (json ? json_text(json_of(report)) : line_of(report)) << std::endl;
     if (pictures) {
       album.add(frame, mesh, scene);
     }

@@ -20,6 +20,7 @@
 #include "core/store/run_stage.h"
 #include "core/store/workspace_folder.h"
 #include "core/system_reason.h"
+#include "core/utf8.h"
 
 namespace atelier {
 namespace {
@@ -54,6 +55,17 @@ void require(const std::string& problem) {
 /// "" unless a path was given as ''.
 std::string empty_problem(const std::string& text) {
   return text.empty() ? "it cannot be '': it takes a path" : "";
+}
+
+/// Manifests keep where things lie as text, which is UTF-8.
+void require_utf8(const std::string& argument, const std::filesystem::path& path) {
+  std::error_code ignored;
+  const std::filesystem::path real = std::filesystem::weakly_canonical(path, ignored);
+  if (!is_utf8(path.string()) || !is_utf8(real.string())) {
+    throw UsageError(argument + " cannot be '" + (real.empty() ? path : real).string() +
+                     "': the name is no UTF-8, as which results keep it; rename the file or the "
+                     "folder");
+  }
 }
 
 /// Before the stage looks for its results in it.
@@ -121,6 +133,8 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
     throw UsageError("--device cannot be 'cuda': " + std::string(stage.name) +
                      " works on the processor alone; leave --device out");
   }
+  require_utf8("INPUT", request.input);
+  require_utf8("WORKSPACE", request.workspace);
   if (is_inside_input(request)) {
     throw UsageError(
         "WORKSPACE cannot be '" + request.workspace.string() +

@@ -8,6 +8,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "apps/json_text.h"
 #include "apps/printable.h"
 #include "core/store/digest_meter.h"
 #include "core/store/result.h"
@@ -98,7 +99,7 @@ StageConsole::~StageConsole() {
 
 void StageConsole::say(const std::string& line) {
   if (json_) {
-    std::cout << nlohmann::json{{"event", "say"}, {"stage", stage_.name}, {"line", line}}.dump()
+    std::cout << json_text(nlohmann::json{{"event", "say"}, {"stage", stage_.name}, {"line", line}})
               << std::endl;
     return;
   }
@@ -115,14 +116,13 @@ void StageConsole::show_progress(const StageProgress& progress) {
   }
   last_shown_ = Clock::now();
   if (json_) {
-    std::cout << nlohmann::json{{"event", "progress"},
-                                {"stage", stage_.name},
-                                {"unit", progress.unit},
-                                {"done", progress.done},
-                                {"total", progress.total},
-                                {"per_second", progress.per_second},
-                                {"seconds_left", progress.seconds_left}}
-                     .dump()
+    std::cout << json_text(nlohmann::json{{"event", "progress"},
+                                          {"stage", stage_.name},
+                                          {"unit", progress.unit},
+                                          {"done", progress.done},
+                                          {"total", progress.total},
+                                          {"per_second", progress.per_second},
+                                          {"seconds_left", progress.seconds_left}})
               << std::endl;
     return;
   }
@@ -147,16 +147,15 @@ void StageConsole::show_progress(const StageProgress& progress) {
 
 void StageConsole::show_plan(const StagePlan& plan) {
   if (json_) {
-    std::cout << nlohmann::json{{"event", "plan"},
-                                {"stage", stage_.name},
-                                {"state", plan_name(plan.state)},
-                                {"reasons", plan.reasons},
-                                {"frames_kept", plan.frames_kept},
-                                {"key", hex(plan.manifest.key)},
-                                {"result", plan.result_folder.string()},
-                                {"consent", consent_json(plan.manifest.consent)},
-                                {"warnings", warnings_of(plan)}}
-                     .dump()
+    std::cout << json_text(nlohmann::json{{"event", "plan"},
+                                          {"stage", stage_.name},
+                                          {"state", plan_name(plan.state)},
+                                          {"reasons", plan.reasons},
+                                          {"frames_kept", plan.frames_kept},
+                                          {"key", hex(plan.manifest.key)},
+                                          {"result", plan.result_folder.string()},
+                                          {"consent", consent_json(plan.manifest.consent)},
+                                          {"warnings", warnings_of(plan)}})
               << std::endl;
     return;
   }
@@ -205,7 +204,7 @@ void StageConsole::show_report(const StageReport& report) {
       json["work_seconds"] = report.manifest.work_seconds;
       json["peak_memory_bytes"] = report.manifest.peak_memory_bytes;
     }
-    std::cout << json.dump() << std::endl;
+    std::cout << json_text(json) << std::endl;
     return;
   }
   clear_line();
@@ -254,12 +253,13 @@ void StageConsole::show_report(const StageReport& report) {
 
 void StageConsole::show_error(const Failure& failure, int exit_code) {
   if (json_) {
-    // Names of files may be any bytes.
-    std::cout << nlohmann::json{{"event", "error"},       {"stage", stage_.name},
-                                {"file", failure.file},   {"where", failure.where},
-                                {"found", failure.found}, {"expected", failure.expected},
-                                {"exit_code", exit_code}}
-                     .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
+    std::cout << json_text(nlohmann::json{{"event", "error"},
+                                          {"stage", stage_.name},
+                                          {"file", failure.file},
+                                          {"where", failure.where},
+                                          {"found", failure.found},
+                                          {"expected", failure.expected},
+                                          {"exit_code", exit_code}})
               << std::endl;
   }
 }

@@ -5,6 +5,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/json_text.h"
 #include "apps/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
@@ -103,7 +104,7 @@ int run(const StatusArguments& arguments) {
     }
   }
   if (arguments.json) {
-    std::cout << json.dump(1) << "\n";
+    std::cout << json_text(json, 1) << "\n";
   }
   if (const std::string openness = openness_of(arguments.workspace); !openness.empty()) {
     (arguments.json ? std::cerr : std::cout) << "warning: " << printable(openness) << "\n";

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/json_text.h"
 #include "apps/validate_page.h"
 
 namespace atelier {
@@ -34,7 +35,7 @@ std::string validation_json(const std::string& name, const Dataset& dataset,
                                 {"setting", finding.setting}});
   }
   json["settings"] = settings_of(validation.findings);
-  return json.dump(1) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 void run_validate(StageRun& run) {
