@@ -167,7 +167,8 @@ void Album::add(Index frame, const Mesh& garment, const SimulationScene& scene) 
     pictures_.push_back({picture_of(meshes, kThreeQuarter, simulation_picture()),
                          "frame " + std::to_string(frame)});
   }
-  if (frame % film_every_ == 0) {
+  // A run shorter than the first picture of the film has its last frame as one.
+  if (frame % film_every_ == 0 || (last && film_.empty())) {
     film_.push_back(meshes);
   }
   if (last) {

@@ -113,8 +113,13 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
   }
   if (alone != nullptr && !arguments.alone.empty()) {
     if (!request.input.empty()) {
-      throw UsageError(std::string(stage.name) + " takes INPUT and WORKSPACE, or --" +
-                       arguments.alone.begin()->first + " and files, not both");
+      const std::string name(stage.name);
+      const std::string flag = "--" + arguments.alone.begin()->first;
+      throw UsageError(alone->takes_input
+                           ? flag + " goes with INPUT alone: atelier " + name + " INPUT " + flag +
+                                 " FILE; with a WORKSPACE leave it out, the result has all of it"
+                           : name + " takes INPUT and WORKSPACE, or " + flag +
+                                 " and files, not both");
     }
     return alone->run(arguments.alone, arguments.options(),
                       arguments.device == "cuda" ? Device::Cuda : Device::Cpu, arguments.json);

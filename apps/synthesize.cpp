@@ -56,7 +56,7 @@ void write_other_layout(const std::filesystem::path& capture, const std::string&
 
 int run(const std::string& out, const SynthesisOptions& options, const std::string& layout) {
   if (out.empty()) {
-    throw UsageError("it takes a folder: atelier synthesize OUT");
+    throw UsageError("synthesize takes a folder for the capture: atelier synthesize OUT");
   }
   catch_interrupts();
   const auto begin = std::chrono::steady_clock::now();

@@ -299,7 +299,7 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
   Gathered gathered;
   std::vector<Finding> camera_findings;
   std::set<int> all_frames;
-  int total = 0;
+  bool any_picture = false;
   for (const CaptureSequence& sequence : dataset.info.sequences) {
     all_frames.insert(sequence.frame_ids.begin(), sequence.frame_ids.end());
   }
@@ -307,7 +307,16 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
     for (const auto& [frame, place] : frames.images) {
       all_frames.insert(frame);
     }
-    total += static_cast<int>(frames.images.size());
+    any_picture = any_picture || !frames.images.empty();
+  }
+  const auto lacks = [](const CameraFrames& frames, int frame) {
+    return !frames.images.empty() && !frames.images.contains(frame);
+  };
+  int total = 0;
+  for (const CameraFrames& frames : dataset.frames) {
+    const auto there = std::count_if(all_frames.begin(), all_frames.end(),
+                                     [&](int frame) { return !lacks(frames, frame); });
+    total += (static_cast<int>(there) + options.every - 1) / options.every;
   }
   int done = 0;
   std::vector<std::vector<PictureFacts>> all_pictures(dataset.cameras.size());
@@ -317,13 +326,13 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
     const auto index = static_cast<Index>(c);
     std::vector<PictureFacts> pictures;
     if (frames.images.empty() && !all_frames.empty()) {
-      camera_findings.push_back({total == 0 ? Severity::Warning : Severity::Error,
+      camera_findings.push_back({any_picture ? Severity::Error : Severity::Warning,
                                  "camera-without-pictures", camera.id, "it has no picture",
                                  "where are its pictures? without them it serves keypoints alone"});
     }
     int turn = 0;
     for (const int frame : all_frames) {
-      if (!frames.images.empty() && !frames.images.contains(frame)) {
+      if (lacks(frames, frame)) {
         gathered.add(Severity::Warning, "frame-missing", camera.id, frame,
                      "other cameras have a picture of this frame",
                      "did the recorder drop it? then later frames may be out of step");

@@ -152,6 +152,13 @@ TEST_F(Simulate, WritesOneFileThatIsReadBackAsABody) {
   EXPECT_THAT(read_file_text(root_.path() / "T.usda", 1 << 20), HasSubstr("endTimeCode = 3\n"));
 }
 
+TEST_F(Simulate, OneFrameHasItsPicturesToo) {
+  const ChildResult result = run({"simulate", "--garment", (scene() / "garment.obj").string(),
+                                  "--out", (root_.path() / "one").string(), "--settle", "1"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(std::filesystem::exists(root_.path() / "one" / "motion.mp4"));
+}
+
 TEST_F(Simulate, KeepsTheFramesBeforeAnErrorInOneFileToo) {
   std::filesystem::create_directories(scene() / "jumps");
   write_body(scene() / "jumps" / "b_0.obj", 0);

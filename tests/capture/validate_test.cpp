@@ -266,6 +266,24 @@ TEST_F(CheckFrames, BlackSaturatedAndBlurredPictures) {
   EXPECT_TRUE(has(found, "image-blurred", "cam2 frame 5"));
 }
 
+TEST_F(CheckFrames, ProgressEndsAtItsTotalWherePicturesAreMissing) {
+  dataset_.frames[0].images.erase(2);
+  dataset_.frames[1].images.clear();
+  for (const int every : {1, 2}) {
+    int last = 0;
+    int whole = 0;
+    FrameReader reader(dataset_);
+    FrameCheckOptions options;
+    options.every = every;
+    check_frames(reader, options, [&](int done, int total) {
+      EXPECT_EQ(done, last + 1);
+      last = done;
+      whole = total;
+    });
+    EXPECT_EQ(last, whole) << "every " << every;
+  }
+}
+
 TEST_F(CheckFrames, MissingRepeatedAndBrighterFrames) {
   dataset_.frames[0].images.erase(2);
   put_image(1, 4, picture(1, 3));
