@@ -331,13 +331,15 @@ TEST_F(RunStage, AWorkspaceThatMayOnlyBeReadCanBeLookedAt) {
   }
   ASSERT_EQ(chmod((folder("count") / ".lock").c_str(), 0000), 0);
   ASSERT_EQ(chmod((root_ / "work").c_str(), 0555), 0);
-  const bool was_root = geteuid() == 0 && seteuid(kNobody) == 0;
-  const auto all = workspace_status(kTestStages, root_ / "work", Check::Digests);
-  const auto garbage = collect_garbage(kTestStages, root_ / "work", true);
-  const StageReport again = run("count");
-  if (was_root) {
-    ASSERT_EQ(seteuid(0), 0);
-  }
+  struct AsNobody {
+    bool was_root = geteuid() == 0 && seteuid(kNobody) == 0;
+    ~AsNobody() { EXPECT_TRUE(!was_root || seteuid(0) == 0); }
+  };
+  const auto [all, garbage, again] = [&] {
+    const AsNobody nobody;
+    return std::tuple(workspace_status(kTestStages, root_ / "work", Check::Digests),
+                      collect_garbage(kTestStages, root_ / "work", true), run("count"));
+  }();
   for (const auto& entry : std::filesystem::recursive_directory_iterator(root_.path())) {
     if (entry.is_directory()) {
       ASSERT_EQ(chmod(entry.path().c_str(), 0700), 0);
