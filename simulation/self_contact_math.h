@@ -12,8 +12,8 @@ namespace atelier {
 /// each particle stays within `slack` of a straight flight (the displacement bound of Chen et al.
 /// 2025, "Offset geometric contact", measured from the flight and not from a point, so that cloth
 /// that is carried along keeps its pairs). A particle that leaves it, or a list that has grown too
-/// old, makes a new search: nothing is missed. Who left is given more slack until the frame ends, so
-/// that one pinched vertex does not make a search in every substep.
+/// old, makes a new search: nothing is missed. Who left is given more slack until the frame ends,
+/// so that one pinched vertex does not make a search in every substep.
 ///
 /// Pushes (self_push_math.h). In a substep a pair keeps the side on which it was at the substep's
 /// start. Pairs are solved at once (Jacobi); a particle takes in each direction the largest push
