@@ -315,6 +315,26 @@ TEST_P(BadMeshes, AreRefusedByName) {
 
 using BadFiles = Program;
 
+TEST_F(BadFiles, NamesThatAreNoUtf8AreRefusedBeforeAnyWork) {
+  const std::string bad = (root_ / "caf\xe9").string();
+  write_boxes(input(), 1);
+  write_boxes(bad, 1);
+  std::ofstream(bad + ".toml") << "[input]\nunit = 'm'\n";
+  std::filesystem::create_directory_symlink(bad, root_ / "link");
+  const auto refused = [&](const std::string& in, const std::string& out,
+                           std::vector<std::string> more, const std::string& words) {
+    more.insert(more.begin(), {ATELIER_SMALL_PROGRAM, "statistics", in, out});
+    expect_refusal(run_child(more), kExitUsage, words);
+    EXPECT_FALSE(std::filesystem::exists(out));
+  };
+  const std::string in = input().string();
+  const std::string out = workspace().string();
+  refused(bad, out, {}, "INPUT cannot be");
+  refused((root_ / "link").string(), out, {"--json"}, "no UTF-8");
+  refused(in, (root_ / "w\xe9").string(), {"--json"}, "WORKSPACE cannot be");
+  refused(in, out, {"--config", bad + ".toml"}, "--config cannot be");
+}
+
 TEST_F(BadFiles, LeaveNoWorkspaceBehind) {
   std::filesystem::create_directories(input());
   std::ofstream(input() / "box_000.obj") << "";

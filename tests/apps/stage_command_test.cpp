@@ -181,6 +181,26 @@ TEST_F(StageCommand, ConsentThatEndedIsAWarning) {
   EXPECT_THAT(read_file_text(root_ / "out/statistics/consent.txt", 1 << 10), HasSubstr(warning));
 }
 
+TEST_F(StageCommand, ConsentThatChangedIsSaidWhereverItIsShown) {
+  write_boxes(input(), 1);
+  const auto state = [&](const std::string& what) {
+    std::ofstream(root_ / "consent.toml") << "[consent]\nwho = 'P'\n" << what << "\n";
+  };
+  state("scope = 'research'");
+  ASSERT_EQ(run_statistics({}).exit_code, 0);
+  EXPECT_THAT(run({"status", workspace().string()}).out, Not(HasSubstr("changed")));
+  state("scope = 'withdrawn'\nuntil = 2026-01-01");
+  const std::string words = "today it says 'P, withdrawn, until 2026-01-01'";
+  EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr(words));
+  EXPECT_THAT(run({"status", workspace().string(), "--json"}).out, HasSubstr("consent-changed"));
+  EXPECT_THAT(run({"report", workspace().string()}).out, HasSubstr(words));
+  EXPECT_THAT(read_file_text(workspace() / "report/index.html", 1 << 24),
+              HasSubstr("today it says"));
+  EXPECT_THAT(run({"export", workspace().string(), (root_ / "out").string()}).out,
+              HasSubstr(words));
+  EXPECT_THAT(read_file_text(root_ / "out/statistics/consent.txt", 1 << 10), HasSubstr(words));
+}
+
 TEST_F(StageCommand, ReadsAteliersOwnSequences) {
   Mesh mesh;
   mesh.vertices = Points::Random(3, 3);

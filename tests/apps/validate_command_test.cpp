@@ -15,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 ChildResult validate(const std::vector<std::string>& arguments) {
   std::vector<std::string> command = {ATELIER_PROGRAM, "validate"};
@@ -39,6 +40,30 @@ TEST(ValidateCommand, ExitsWithThreeOnErrorsAloneAndAsAStage) {
     EXPECT_EQ(validate({capture, workspace}).exit_code, 3) << time;
     EXPECT_TRUE(fs::exists(fs::path(workspace) / "validate/current/findings.json"));
   }
+}
+
+TEST(ValidateCommand, PrintsJsonOfANameThatIsNoUtf8) {
+  const TemporaryDirectory folder;
+  const std::string capture = (folder / "c\xe9").string();
+  write_small_capture(capture, SmallCapture());
+  const ChildResult result = validate({capture, "--json"});
+  EXPECT_NE(result.exit_code, 70) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("/c\xEF\xBF\xBD\""));
+}
+
+TEST(ValidateCommand, TellsOfConsentAsItIsNow) {
+  const TemporaryDirectory folder;
+  write_small_capture((folder / "capture").string(), SmallCapture());
+  const auto findings = [&] {
+    validate({(folder / "capture").string(), (folder / "work").string()});
+    std::ifstream file(folder / "work/validate/current/findings.json");
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string before = findings();
+  std::ofstream(folder / "capture/capture.toml", std::ios::app)
+      << "\n[[consent]]\nwho = 'P. Doe'\nscope = 'new research'\n";
+  EXPECT_THAT(before, Not(HasSubstr("new research")));
+  EXPECT_THAT(findings(), HasSubstr("P. Doe, new research"));
 }
 
 TEST(ValidateCommand, RefusesWhatIsNoCapture) {
