@@ -21,6 +21,7 @@
 #include "tests/bodymodel/synthetic_body.h"
 #include "tests/bodymodel/synthetic_person.h"
 #include "tests/support/child_process.h"
+#include "tests/support/needs_fbx.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier {
@@ -33,11 +34,6 @@ using testing::FbxTextOptions;
 using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
-
-#define ATELIER_NEEDS_FBX()                            \
-  if (!reads_fbx()) {                                  \
-    GTEST_SKIP() << "this build is without libassimp"; \
-  }
 
 // MHR's and momentum's names.
 testing::PersonNames mhr_names() {

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_file.h"
+#include "tests/support/needs_fbx.h"
 
 namespace atelier {
 namespace {
@@ -15,11 +16,6 @@ using ::testing::ElementsAre;
 using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
-
-#define ATELIER_NEEDS_FBX()                            \
-  if (!reads_fbx()) {                                  \
-    GTEST_SKIP() << "this build is without libassimp"; \
-  }
 
 const std::filesystem::path kCorpus =
     std::filesystem::path(ATELIER_SOURCE_DIR) / "fuzz" / "corpus" / "fbx";
