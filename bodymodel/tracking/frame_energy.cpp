@@ -1,0 +1,378 @@
+#include "bodymodel/tracking/frame_energy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
+#include "bodymodel/rotation.h"
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kTrunkFreedom = 0.4;  // of the limbs' freedom: the spine bends evenly
+constexpr double kEndFreedom = 0.35;   // feet, hands, collars: little tells of them
+constexpr double kFingerFreedom = 0.3;
+
+/// Geman and McClure's function of a squared residual s, and its derivative: s near 0, at most c2.
+struct Robust {
+  double value;
+  double weight;
+};
+Robust geman_mcclure(double s, double c2) {
+  const double share = c2 / (c2 + s);
+  return {share * s, share * share};
+}
+
+void seek(FittedPerson& person, int joint, double freedom, std::vector<double>& stiffness) {
+  if (joint >= 0) {
+    stiffness[static_cast<std::size_t>(joint)] = 1 / (freedom * freedom);
+    person.slots[static_cast<std::size_t>(joint)] = 0;
+  }
+}
+
+/// Sums of weighted outer products of rows that have few entries.
+class Normal {
+ public:
+  Normal(Index size, bool on) : on_(on) {
+    if (on) {
+      gradient = Eigen::VectorXd::Zero(size);
+      hessian = Eigen::MatrixXd::Zero(size, size);
+      row_ = Eigen::VectorXd::Zero(size);
+      touched_.reserve(static_cast<std::size_t>(size));
+      is_touched_.assign(static_cast<std::size_t>(size), 0);
+    }
+  }
+  bool on() const { return on_; }
+
+  void add(Index column, double value) {
+    const auto c = static_cast<std::size_t>(column);
+    if (is_touched_[c] == 0) {
+      is_touched_[c] = 1;
+      touched_.push_back(column);
+    }
+    row_[column] += value;
+  }
+  /// Ends a row: its residual and weight.
+  void close(double residual, double weight) {
+    for (std::size_t a = 0; a < touched_.size(); ++a) {
+      const Index i = touched_[a];
+      const double scaled = weight * row_[i];
+      gradient[i] += scaled * residual;
+      for (std::size_t b = 0; b <= a; ++b) {
+        const Index j = touched_[b];
+        hessian(std::max(i, j), std::min(i, j)) += scaled * row_[j];
+      }
+    }
+    for (const Index i : touched_) {
+      row_[i] = 0;
+      is_touched_[static_cast<std::size_t>(i)] = 0;
+    }
+    touched_.clear();
+  }
+  /// Mirrors the lower half.
+  void finish() { hessian.triangularView<Eigen::StrictlyUpper>() = hessian.transpose(); }
+
+  Eigen::VectorXd gradient;
+  Eigen::MatrixXd hessian;
+
+ private:
+  bool on_;
+  Eigen::VectorXd row_;
+  std::vector<Index> touched_;
+  std::vector<char> is_touched_;
+};
+
+void add_keypoints(const FittedPerson& person, const FrameTargets& targets,
+                   const FrameWeights& weights, const JointFrames& frames,
+                   const std::vector<Eigen::Matrix3d>& bases, double& cost, Normal& normal) {
+  const Skeleton& skeleton = person.shaped.skeleton;
+  for (Index k = 0; k < targets.keypoints.rows(); ++k) {
+    const int carrier = person.places.riding.joints[static_cast<std::size_t>(k)];
+    if (carrier < 0 || !(targets.deviations[k] > 0)) {
+      continue;
+    }
+    const Eigen::Vector3d offset = person.places.riding.offsets.row(k);
+    const Eigen::Vector3d at = frames.positions.row(carrier).transpose() +
+                               frames.rotations[static_cast<std::size_t>(carrier)] * offset;
+    const Eigen::Vector3d gap = at - targets.keypoints.row(k).transpose();
+    const double spread = person.places.spread[k];
+    const double variance = weights.keypoint * weights.keypoint +
+                            targets.deviations[k] * targets.deviations[k] + spread * spread;
+    const double c2 = weights.keypoint_outlier * weights.keypoint_outlier / variance;
+    const Robust robust = geman_mcclure(gap.squaredNorm() / variance, c2);
+    cost += 0.5 * robust.value;
+    if (!normal.on()) {
+      continue;
+    }
+    for (int c = 0; c < 3; ++c) {
+      normal.add(c, 1);
+      for (int joint = carrier; joint >= 0;
+           joint = skeleton.parents[static_cast<std::size_t>(joint)]) {
+        const int slot = person.slots[static_cast<std::size_t>(joint)];
+        if (slot < 0) {
+          continue;
+        }
+        const Eigen::Vector3d arm = at - frames.positions.row(joint).transpose();
+        // Row c of -[arm]x W: the derivative of e_c . (w x arm) by w is arm x e_c.
+        const Eigen::Vector3d turn = arm.cross(Eigen::Vector3d::Unit(c));
+        const Eigen::Vector3d row = bases[static_cast<std::size_t>(joint)].transpose() * turn;
+        for (int i = 0; i < 3; ++i) {
+          normal.add(3 + 3 * slot + i, row[i]);
+        }
+      }
+      normal.close(gap[c], robust.weight / variance);
+    }
+  }
+}
+
+void add_matches(const FittedPerson& person, const FrameTargets& targets,
+                 const FrameWeights& weights, const Pose& pose, double& cost, Normal& normal) {
+  if (targets.matches.empty()) {
+    return;
+  }
+  const PosedBody posed = pose_body(*person.model, person.shaped, pose);
+  std::vector<int> vertices;
+  Points directions;
+  if (normal.on()) {
+    vertices.reserve(3 * targets.matches.size());
+    directions.resize(3 * static_cast<Index>(targets.matches.size()), 3);
+  }
+  struct Evaluated {
+    double residual;
+    double weight;
+  };
+  std::vector<Evaluated> rows;
+  rows.reserve(targets.matches.size());
+  for (const SurfaceMatch& match : targets.matches) {
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    for (int c = 0; c < 3; ++c) {
+      at += match.barycentric[c] *
+            posed.vertices.row(match.vertices[static_cast<std::size_t>(c)]).transpose();
+      if (normal.on()) {
+        directions.row(static_cast<Index>(vertices.size())) =
+            (match.barycentric[c] * match.normal).transpose();
+        vertices.push_back(match.vertices[static_cast<std::size_t>(c)]);
+      }
+    }
+    const double out = match.normal.dot(at - match.target);
+    const double deviation = match.cloth ? weights.cloth : weights.skin;
+    const double outlier = match.cloth ? weights.cloth_outlier : weights.skin_outlier;
+    const double variance = deviation * deviation;
+    const double s = out * out / variance;
+    const Robust robust =
+        match.cloth && out > 0 ? Robust{s, 1} : geman_mcclure(s, outlier * outlier / variance);
+    const double count = match.weight * weights.surface_points;
+    cost += 0.5 * count * robust.value;
+    rows.push_back({out, count * robust.weight / variance});
+  }
+  if (!normal.on()) {
+    return;
+  }
+  const SkinRows skin =
+      skin_jacobian_rows(*person.model, posed, person.chains, vertices, directions);
+  for (std::size_t m = 0; m < targets.matches.size(); ++m) {
+    if (rows[m].weight <= 0) {
+      continue;
+    }
+    for (int c = 0; c < 3; ++c) {
+      normal.add(c, targets.matches[m].normal[c]);
+    }
+    for (int e = skin.begin[3 * m]; e < skin.begin[3 * m + 3]; ++e) {
+      const int slot =
+          person.slots[static_cast<std::size_t>(skin.joints[static_cast<std::size_t>(e)])];
+      if (slot >= 0) {
+        for (int i = 0; i < 3; ++i) {
+          normal.add(3 + 3 * slot + i, skin.values(e, i));
+        }
+      }
+    }
+    normal.close(rows[m].residual, rows[m].weight);
+  }
+}
+
+void add_priors(const FittedPerson& person, const FrameTargets& targets,
+                const FrameWeights& weights, const Eigen::VectorXd& x, double& cost,
+                Normal& normal) {
+  const auto add = [&](Index i, double residual, double weight) {
+    cost += 0.5 * weight * residual * residual;
+    if (normal.on()) {
+      normal.add(i, 1);
+      normal.close(residual, weight);
+    }
+  };
+  for (Index i = 0; i < x.size(); ++i) {
+    if (person.stiffness[i] > 0) {
+      add(i, x[i], targets.prior * person.stiffness[i] / (weights.rest_pull * weights.rest_pull));
+    }
+    const double beyond = x[i] < person.least[i]  ? x[i] - person.least[i]
+                          : x[i] > person.most[i] ? x[i] - person.most[i]
+                                                  : 0;
+    if (beyond != 0) {
+      add(i, beyond, 1 / (weights.limit * weights.limit));
+    }
+  }
+}
+
+}  // namespace
+
+OptionTable describe(FrameWeights& weights) {
+  OptionTable table;
+  table.add("keypoint", weights.keypoint, 1e-4, 0.5, "m",
+            "noise of a keypoint in space; 0.02 suits few cameras");
+  table.add("keypoint_outlier", weights.keypoint_outlier, 1e-3, 10, "m",
+            "beyond it a keypoint counts less and less");
+  table.add("skin", weights.skin, 1e-4, 0.5, "m", "noise of a scan's skin about the body");
+  table.add("skin_outlier", weights.skin_outlier, 1e-3, 10, "m",
+            "beyond it a point of skin counts less");
+  table.add("cloth", weights.cloth, 1e-4, 0.5, "m",
+            "how clothing lies about the body; larger for looser wear");
+  table.add("cloth_outlier", weights.cloth_outlier, 1e-3, 10, "m",
+            "inside of clothing beyond which it pulls less");
+  table.add("surface_points", weights.surface_points, 1, 1e6, "",
+            "as how many independent points a whole scan counts: neighbours err alike");
+  table.add("rest_pull", weights.rest_pull, 0.01, 100, "rad", "spread of rotations about rest");
+  table.add("limit", weights.limit, 1e-3, 10, "rad", "by which a joint's limit gives");
+  return table;
+}
+
+FittedPerson fitted_person(const BodyModel& model, const std::vector<std::string>& keypoint_names,
+                           bool fingers) {
+  FittedPerson person;
+  person.model = &model;
+  person.shaped = shape_body(model);
+  person.chains = skin_chains(model);
+  person.places = keypoint_places(model, keypoint_names);
+  const Humanoid who = recognised_humanoid(model.skeleton);
+  const std::size_t count = model.skeleton.names.size();
+  person.slots.assign(count, -1);
+  std::vector<double> stiffness(count, 0);
+  for (const std::vector<int>* chain : {&who.spine, &who.neck}) {
+    for (const int joint : *chain) {
+      seek(person, joint, kTrunkFreedom, stiffness);
+    }
+  }
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Leg& leg = who.legs[side];
+    const Arm& arm = who.arms[side];
+    for (const int joint : {leg.hip, leg.knee, arm.shoulder, arm.elbow}) {
+      seek(person, joint, 1, stiffness);
+    }
+    for (const int joint : {leg.ankle, leg.toe, arm.collar, arm.wrist}) {
+      seek(person, joint, kEndFreedom, stiffness);
+    }
+    if (fingers) {
+      for (const auto& chain : arm.fingers) {
+        for (const int joint : chain) {
+          seek(person, joint, kFingerFreedom, stiffness);
+        }
+      }
+    }
+  }
+  person.slots[0] = 0;
+  stiffness[0] = 0;
+  for (std::size_t j = 0; j < count; ++j) {
+    if (person.slots[j] >= 0) {
+      person.slots[j] = static_cast<int>(person.joints.size());
+      person.joints.push_back(static_cast<int>(j));
+    }
+  }
+  const Index size = 3 + 3 * static_cast<Index>(person.joints.size());
+  const double infinite = std::numeric_limits<double>::infinity();
+  person.least = Eigen::VectorXd::Constant(size, -infinite);
+  person.most = Eigen::VectorXd::Constant(size, infinite);
+  person.stiffness = Eigen::VectorXd::Zero(size);
+  for (std::size_t a = 1; a < person.joints.size(); ++a) {
+    const int joint = person.joints[a];
+    const Index at = 3 + 3 * static_cast<Index>(a);
+    person.stiffness.segment<3>(at).setConstant(stiffness[static_cast<std::size_t>(joint)]);
+    if (model.skeleton.limits_min.rows() > 0 && model.skeleton.limits_max.rows() > 0) {
+      person.least.segment<3>(at) = model.skeleton.limits_min.row(joint).transpose();
+      person.most.segment<3>(at) = model.skeleton.limits_max.row(joint).transpose();
+    }
+  }
+  return person;
+}
+
+Eigen::VectorXd pose_variables(const FittedPerson& person, const Pose& pose) {
+  Eigen::VectorXd x(3 + 3 * static_cast<Index>(person.joints.size()));
+  x.head<3>() = pose.root_translation;
+  for (std::size_t a = 0; a < person.joints.size(); ++a) {
+    x.segment<3>(3 + 3 * static_cast<Index>(a)) = pose.rotations.row(person.joints[a]).transpose();
+  }
+  return x;
+}
+
+Pose pose_of_variables(const FittedPerson& person, const Eigen::VectorXd& x) {
+  ATELIER_CHECK(x.size() == 3 + 3 * static_cast<Index>(person.joints.size()),
+                "variables of another person");
+  Pose pose = rest_pose(person.shaped.skeleton);
+  pose.root_translation = x.head<3>();
+  for (std::size_t a = 0; a < person.joints.size(); ++a) {
+    pose.rotations.row(person.joints[a]) = x.segment<3>(3 + 3 * static_cast<Index>(a)).transpose();
+  }
+  return pose;
+}
+
+FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets,
+                         const Eigen::VectorXd& x, const FrameWeights& weights, bool derivatives) {
+  ATELIER_CHECK(
+      targets.keypoints.rows() == targets.deviations.size() &&
+          targets.keypoints.rows() <= static_cast<Index>(person.places.riding.joints.size()),
+      "keypoints as the person was prepared for");
+  const Pose pose = pose_of_variables(person, x);
+  const JointFrames frames = forward_kinematics(person.shaped.skeleton, pose);
+  const std::vector<Eigen::Matrix3d> bases =
+      derivatives ? joint_velocity_bases(person.shaped.skeleton, pose, frames)
+                  : std::vector<Eigen::Matrix3d>{};
+  FrameEnergy energy;
+  Normal normal(x.size(), derivatives);
+  add_keypoints(person, targets, weights, frames, bases, energy.cost, normal);
+  add_matches(person, targets, weights, pose, energy.cost, normal);
+  add_priors(person, targets, weights, x, energy.cost, normal);
+  if (derivatives) {
+    normal.finish();
+    energy.gradient = std::move(normal.gradient);
+    energy.hessian = std::move(normal.hessian);
+  }
+  return energy;
+}
+
+Eigen::VectorXd sought_joints(const FittedPerson& person, const Eigen::VectorXd& x) {
+  const JointFrames frames =
+      forward_kinematics(person.shaped.skeleton, pose_of_variables(person, x));
+  Eigen::VectorXd places(3 * static_cast<Index>(person.joints.size()));
+  for (std::size_t a = 0; a < person.joints.size(); ++a) {
+    places.segment<3>(3 * static_cast<Index>(a)) =
+        frames.positions.row(person.joints[a]).transpose();
+  }
+  return places;
+}
+
+Eigen::MatrixXd sought_joints_jacobian(const FittedPerson& person, const Eigen::VectorXd& x) {
+  const Skeleton& skeleton = person.shaped.skeleton;
+  const Pose pose = pose_of_variables(person, x);
+  const JointFrames frames = forward_kinematics(skeleton, pose);
+  const std::vector<Eigen::Matrix3d> bases = joint_velocity_bases(skeleton, pose, frames);
+  const auto count = static_cast<Index>(person.joints.size());
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3 * count, x.size());
+  for (Index a = 0; a < count; ++a) {
+    const int joint = person.joints[static_cast<std::size_t>(a)];
+    jacobian.block<3, 3>(3 * a, 0).setIdentity();
+    for (int above = skeleton.parents[static_cast<std::size_t>(joint)]; above >= 0;
+         above = skeleton.parents[static_cast<std::size_t>(above)]) {
+      const int slot = person.slots[static_cast<std::size_t>(above)];
+      if (slot >= 0) {
+        const Eigen::Vector3d arm =
+            (frames.positions.row(joint) - frames.positions.row(above)).transpose();
+        jacobian.block<3, 3>(3 * a, 3 + 3 * slot) =
+            -cross_matrix(arm) * bases[static_cast<std::size_t>(above)];
+      }
+    }
+  }
+  return jacobian;
+}
+
+}  // namespace atelier
