@@ -1,0 +1,198 @@
+#include "bodymodel/clothed_scan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/error.h"
+#include "core/normals.h"
+#include "core/topology.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kSameWay = 0.3;        // cosine between skin and cloth; folds turn away
+constexpr double kAlong = 0.5;          // cosine between a gap and the cloth's normal
+constexpr double kOnSurface = 1e-3;     // m, nearer than this directions say nothing
+constexpr double kInside = 0.5;         // winding number
+constexpr double kWindingAccuracy = 2;  // an error of 1e-2 does not matter here
+
+ScanRole role_of_face(const std::vector<ScanRole>& roles, const Eigen::Vector3i& face) {
+  const ScanRole a = roles[static_cast<std::size_t>(face[0])];
+  const ScanRole b = roles[static_cast<std::size_t>(face[1])];
+  const ScanRole c = roles[static_cast<std::size_t>(face[2])];
+  if (a == b || a == c) {
+    return a;
+  }
+  return b == c ? b : ScanRole::Ignored;
+}
+
+ScanRegion region_of(const Mesh& mesh, const std::vector<ScanRole>& face_roles, bool skin) {
+  ScanRegion region;
+  std::vector<Index> kept;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    const ScanRole role = face_roles[static_cast<std::size_t>(f)];
+    const bool wanted =
+        skin ? role == ScanRole::Skin : role == ScanRole::Cloth || role == ScanRole::Cover;
+    if (wanted) {
+      kept.push_back(f);
+      region.face_roles.push_back(role);
+    }
+  }
+  region.faces.resize(static_cast<Index>(kept.size()), 3);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    region.faces.row(static_cast<Index>(i)) = mesh.faces.row(kept[i]);
+  }
+  region.border.assign(kept.size(), 0);
+  if (kept.empty()) {
+    return region;
+  }
+  region.tree = build_tree(mesh.vertices, region.faces);
+  const Topology topology = topology_of(region.faces, mesh.vertices.rows());
+  std::vector<char> rim(static_cast<std::size_t>(mesh.vertices.rows()), 0);
+  const auto is_border = [&](int edge) {
+    return edge >= 0 && corners_of_edge(topology, edge).size() == 1;
+  };
+  for (Index f = 0; f < region.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      if (is_border(topology.face_edges(f, k))) {
+        region.border[static_cast<std::size_t>(f)] |= static_cast<std::uint8_t>(1 << k);
+        rim[static_cast<std::size_t>(region.faces(f, k))] = 1;
+        rim[static_cast<std::size_t>(region.faces(f, (k + 1) % 3))] = 1;
+      }
+    }
+  }
+  for (Index f = 0; f < region.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      if (rim[static_cast<std::size_t>(region.faces(f, k))] != 0) {
+        region.border[static_cast<std::size_t>(f)] |= static_cast<std::uint8_t>(8 << k);
+      }
+    }
+  }
+  return region;
+}
+
+/// True if a point of a face is on the region's border.
+bool on_border(std::uint8_t border, const Eigen::Vector3d& barycentric) {
+  constexpr double kZero = 1e-9;
+  for (int k = 0; k < 3; ++k) {
+    const bool on_edge = barycentric[(k + 2) % 3] < kZero;
+    const bool on_corner = on_edge && barycentric[(k + 1) % 3] < kZero;
+    if ((on_edge && (border >> k & 1) != 0) || (on_corner && (border >> (3 + k) & 1) != 0)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+ScanSurface scan_surface(const ClothedScan& scan, const std::string& file) {
+  check_mesh(scan.mesh, file);
+  const auto count = static_cast<std::size_t>(scan.mesh.vertices.rows());
+  if (!scan.roles.empty() && scan.roles.size() != count) {
+    throw DataError(file, "roles", std::to_string(scan.roles.size()),
+                    "one for each of " + std::to_string(count) + " vertices, or none");
+  }
+  ScanSurface surface;
+  if (count == 0) {
+    return surface;
+  }
+  if (scan.mesh.faces.rows() == 0) {
+    throw DataError(file, "faces", "none",
+                    "a surface; points alone do not tell inside from outside");
+  }
+  surface.vertices = scan.mesh.vertices;
+  surface.normals = vertex_normals(scan.mesh.vertices, scan.mesh.faces);
+  surface.areas = vertex_areas(scan.mesh.vertices, scan.mesh.faces);
+  surface.roles = scan.roles.empty() ? std::vector<ScanRole>(count, ScanRole::Cloth) : scan.roles;
+  std::vector<ScanRole> face_roles(static_cast<std::size_t>(scan.mesh.faces.rows()));
+  for (Index f = 0; f < scan.mesh.faces.rows(); ++f) {
+    face_roles[static_cast<std::size_t>(f)] =
+        role_of_face(surface.roles, scan.mesh.faces.row(f).transpose());
+  }
+  surface.skin = region_of(scan.mesh, face_roles, true);
+  surface.cover = region_of(scan.mesh, face_roles, false);
+  surface.winding = build_winding_tree(scan.mesh.vertices, scan.mesh.faces);
+  return surface;
+}
+
+std::optional<ScanPoint> nearest_point(const ScanSurface& scan, const ScanRegion& region,
+                                       const Eigen::Vector3d& query, double reach) {
+  if (region.faces.rows() == 0) {
+    return std::nullopt;
+  }
+  const ClosestPoint closest = closest_point(region.tree, query, reach);
+  if (closest.face < 0) {
+    return std::nullopt;
+  }
+  ScanPoint found;
+  found.point = closest.point;
+  found.normal.setZero();
+  for (int k = 0; k < 3; ++k) {
+    found.normal +=
+        closest.barycentric[k] * scan.normals.row(region.faces(closest.face, k)).transpose();
+  }
+  const double length = found.normal.norm();
+  if (!(length > 1e-6)) {
+    return std::nullopt;
+  }
+  found.normal /= length;
+  found.distance = std::sqrt(closest.squared_distance);
+  const auto face = static_cast<std::size_t>(closest.face);
+  found.border = on_border(region.border[face], closest.barycentric);
+  found.role = region.face_roles[face];
+  return found;
+}
+
+std::optional<CoverGap> cover_gap(const ScanSurface& scan, const Eigen::Vector3d& skin,
+                                  const Eigen::Vector3d& normal, double reach, CoverSign sign) {
+  const auto at = nearest_point(scan, scan.cover, skin, reach);
+  if (!at || at->border || at->normal.dot(normal) < kSameWay) {
+    return std::nullopt;
+  }
+  CoverGap found{at->point, at->normal, 0, at->role};
+  const Eigen::Vector3d to_cover = at->point - skin;
+  const double along = to_cover.dot(at->normal);
+  if (at->distance > kOnSurface) {
+    if (std::abs(along) < kAlong * at->distance) {
+      return std::nullopt;
+    }
+    if (sign == CoverSign::Winding &&
+        (winding_number(scan.winding, skin, {kWindingAccuracy}) > kInside) != (along > 0)) {
+      return std::nullopt;
+    }
+    found.outward = (along > 0 ? 1 : -1) / at->distance * to_cover;
+  }
+  found.gap = along > 0 ? at->distance : -at->distance;
+  if (sign == CoverSign::Unsigned && found.gap < 0) {
+    found.gap = -found.gap;
+    found.outward = -found.outward;
+  }
+  return found;
+}
+
+void check_scan_of_body(const ClothedScan& scan, const Points& body, const std::string& file) {
+  if (scan.mesh.vertices.rows() == 0 || body.rows() == 0) {
+    return;
+  }
+  const auto size = [](const Points& points) {
+    return (points.colwise().maxCoeff() - points.colwise().minCoeff()).norm();
+  };
+  const double scan_size = size(scan.mesh.vertices);
+  const double body_size = size(body);
+  if (!(scan_size <= 3 * body_size && scan_size >= 0.1 * body_size)) {
+    throw DataError(file, "vertices",
+                    "a scan of " + std::to_string(scan_size) + " m across for a body of " +
+                        std::to_string(body_size) + " m",
+                    "metres; a scan in millimetres is to be scaled by 0.001");
+  }
+  const Eigen::RowVector3d apart = scan.mesh.vertices.colwise().mean() - body.colwise().mean();
+  if (!(apart.norm() <= body_size)) {
+    throw DataError(file, "vertices",
+                    "a scan " + std::to_string(apart.norm()) + " m away from the body",
+                    "scan and body in the same coordinates");
+  }
+}
+
+}  // namespace atelier

@@ -1,0 +1,186 @@
+#include "bodymodel/clothed_scan.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "bodymodel/body_certificate.h"
+#include "bodymodel/body_cover.h"
+#include "core/error.h"
+#include "tests/bodymodel/clothed_body.h"
+#include "tests/support/refusals.h"
+
+namespace atelier {
+namespace {
+
+using testing::ball;
+using testing::part_of;
+using testing::worn_on;
+
+bool is_top(const Eigen::RowVector3d& p) {
+  return p.y() > 0.001;
+}
+
+TEST(ClothedScan, RegionsAreTheirRoles) {
+  const ScanSurface scan = scan_surface(worn_on(ball(0.3), is_top, 0.01));
+  const auto skin = nearest_point(scan, scan.skin, {0, -0.35, 0}, 1);
+  ASSERT_TRUE(skin);
+  EXPECT_EQ(skin->role, ScanRole::Skin);
+  EXPECT_NEAR(skin->distance, 0.05, 1e-3);
+  EXPECT_FALSE(skin->border);
+  EXPECT_GT(skin->normal.dot(Eigen::Vector3d(0, -1, 0)), 0.99);
+  EXPECT_FALSE(nearest_point(scan, scan.skin, {0, -0.35, 0}, 0.04));
+  const auto rim = nearest_point(scan, scan.skin, {0, 0.35, 0}, 1);
+  ASSERT_TRUE(rim);
+  EXPECT_TRUE(rim->border);
+}
+
+TEST(ClothedScan, WithoutRolesAllOfItIsCloth) {
+  const ScanSurface scan = scan_surface({ball(0.3), {}});
+  EXPECT_EQ(scan.skin.faces.rows(), 0);
+  EXPECT_EQ(scan.cover.faces.rows(), ball(0.3).faces.rows());
+}
+
+TEST(ClothedScan, GapsHaveASign) {
+  const ScanSurface scan = scan_surface({ball(0.3), {}});
+  for (const CoverSign sign : {CoverSign::Winding, CoverSign::Normal}) {
+    const auto inside = cover_gap(scan, {0, 0.28, 0}, {0, 1, 0}, 0.05, sign);
+    ASSERT_TRUE(inside);
+    EXPECT_NEAR(inside->gap, 0.02, 1e-3);
+    EXPECT_GT(inside->outward.y(), 0.99);
+    const auto outside = cover_gap(scan, {0, 0.32, 0}, {0, 1, 0}, 0.05, sign);
+    ASSERT_TRUE(outside);
+    EXPECT_NEAR(outside->gap, -0.02, 1e-3);
+    EXPECT_GT(outside->outward.y(), 0.99);
+  }
+  const auto unsigned_gap = cover_gap(scan, {0, 0.32, 0}, {0, 1, 0}, 0.05, CoverSign::Unsigned);
+  ASSERT_TRUE(unsigned_gap);
+  EXPECT_NEAR(unsigned_gap->gap, 0.02, 1e-3);
+  EXPECT_LT(unsigned_gap->outward.y(), -0.99);
+}
+
+TEST(ClothedScan, ClothThatLooksAnotherWayIsNotOverIt) {
+  const ScanSurface scan = scan_surface({ball(0.3), {}});
+  EXPECT_FALSE(cover_gap(scan, {0, 0.32, 0}, {0, -1, 0}, 0.05, CoverSign::Normal));
+  EXPECT_FALSE(cover_gap(scan, {0, 0.1, 0}, {0, 1, 0}, 0.05, CoverSign::Normal));
+}
+
+// A sheet whose faces look inwards: its normals say inside where the winding number says outside.
+TEST(ClothedScan, WindingNumberOverrulesNormals) {
+  ClothedScan scan{ball(0.3), {}};
+  scan.mesh.faces.col(1).swap(scan.mesh.faces.col(2));
+  const ScanSurface surface = scan_surface(scan);
+  EXPECT_TRUE(cover_gap(surface, {0, 0.32, 0}, {0, -1, 0}, 0.05, CoverSign::Normal));
+  EXPECT_FALSE(cover_gap(surface, {0, 0.32, 0}, {0, -1, 0}, 0.05, CoverSign::Winding));
+}
+
+TEST(ClothedScan, RefusesBadScans) {
+  ClothedScan scan = worn_on(ball(0.3, 2), is_top, 0.01);
+  scan.roles.pop_back();
+  ATELIER_EXPECT_REFUSED(scan_surface(scan, "scan.h5"), DataError, "scan.h5");
+  scan = worn_on(ball(0.3, 2), is_top, 0.01);
+  scan.mesh.vertices(5, 1) = std::numeric_limits<double>::quiet_NaN();
+  ATELIER_EXPECT_REFUSED(scan_surface(scan), DataError, "vertex 5");
+  scan = worn_on(ball(0.3, 2), is_top, 0.01);
+  scan.mesh.faces(0, 0) = 1 << 20;
+  ATELIER_EXPECT_REFUSED(scan_surface(scan), DataError, "face 0");
+  scan.mesh.faces.resize(0, 3);
+  ATELIER_EXPECT_REFUSED(scan_surface(scan), DataError, "inside from outside");
+}
+
+TEST(ClothedScan, RefusesScansOfAnotherUnitOrPlace) {
+  const Mesh body = ball(0.9, 2);
+  ClothedScan scan = worn_on(ball(0.9, 2), is_top, 0.01);
+  EXPECT_NO_THROW(check_scan_of_body(scan, body.vertices));
+  EXPECT_NO_THROW(check_scan_of_body({}, body.vertices));
+  scan.mesh.vertices *= 1000;
+  ATELIER_EXPECT_REFUSED(check_scan_of_body(scan, body.vertices, "scan.h5"), DataError,
+                         "scaled by 0.001");
+  scan.mesh.vertices *= 1e-5;
+  ATELIER_EXPECT_REFUSED(check_scan_of_body(scan, body.vertices), DataError, "metres");
+  scan.mesh.vertices *= 100;
+  scan.mesh.vertices.col(0).array() += 5;
+  ATELIER_EXPECT_REFUSED(check_scan_of_body(scan, body.vertices), DataError,
+                         "in the same coordinates");
+}
+
+TEST(BodyCover, TellsBareFromCoveredAndTightFromLoose) {
+  const Mesh body = ball(0.3);
+  for (const double gap : {0.004, 0.03}) {
+    const ScanSurface scan = scan_surface(worn_on(body, is_top, gap));
+    const BodyCover cover = body_cover(body.faces, cover_votes(body.faces, body.vertices, scan));
+    for (Index v = 0; v < body.vertices.rows(); ++v) {
+      const double y = body.vertices(v, 1);
+      if (y > 0.08) {
+        EXPECT_EQ(cover.covered[v], 1);
+        EXPECT_NEAR(cover.tightness[v], std::exp(-gap * gap / 0.008 / 0.008), 0.05);
+      } else if (y < -0.08) {
+        EXPECT_EQ(cover.covered[v], 0);
+      }
+    }
+    if (gap < 0.01) {
+      EXPECT_NEAR(cover.gap, gap, 0.0006);
+    }
+  }
+}
+
+TEST(BodyCover, ASkirtFarOffStillCoversTheLeg) {
+  const Mesh leg = ball(0.08);
+  Mesh skirt = testing::tube(60, 20, 1.6);
+  skirt.vertices *= 0.3;
+  skirt.vertices.col(1).array() -= 0.24;
+  ClothedScan scan{skirt, std::vector<ScanRole>(static_cast<std::size_t>(skirt.vertices.rows()),
+                                                ScanRole::Cloth)};
+  const BodyCover cover =
+      body_cover(leg.faces, cover_votes(leg.faces, leg.vertices, scan_surface(scan)));
+  for (Index v = 0; v < leg.vertices.rows(); ++v) {
+    if (std::abs(leg.vertices(v, 1)) < 0.03) {
+      EXPECT_EQ(cover.covered[v], 1);
+      EXPECT_EQ(cover.tightness[v], 0);
+    }
+  }
+}
+
+// A palm beside a skirt is near cloth, but outside of it: other frames see its skin.
+TEST(BodyCover, FramesAreHeardTogether) {
+  const Mesh hand = ball(0.08);
+  const ScanSurface seen = scan_surface(worn_on(
+      hand, [](const auto&) { return false; }, 0));
+  const ScanSurface hidden = scan_surface(worn_on(hand, is_top, 0.015));
+  CoverVotes votes = cover_votes(hand.faces, hand.vertices, hidden);
+  const Index top = 4;  // of the sphere's six first vertices none is at +Y but this
+  Index up = 0;
+  hand.vertices.col(1).maxCoeff(&up);
+  EXPECT_GT(body_cover(hand.faces, votes).covered[up], 0.9);
+  for (Index i = 0; i < top; ++i) {
+    votes = votes + cover_votes(hand.faces, hand.vertices, seen);
+  }
+  EXPECT_EQ(body_cover(hand.faces, votes).covered[up], 0);
+}
+
+TEST(BodyCover, RefusesVotesOfTwoBodies) {
+  const Mesh body = ball(0.3, 2);
+  const Mesh other = ball(0.3, 3);
+  const ScanSurface scan = scan_surface(worn_on(body, is_top, 0.01));
+  ATELIER_EXPECT_REFUSED(
+      cover_votes(body.faces, body.vertices, scan) + cover_votes(other.faces, other.vertices, scan),
+      LogicError, "two different bodies");
+}
+
+TEST(BodyCertificate, CountsWhatPokesOut) {
+  const Mesh body = ball(0.3);
+  const ScanSurface scan = scan_surface(worn_on(body, is_top, 0.006));
+  const BodyCover cover = body_cover(body.faces, cover_votes(body.faces, body.vertices, scan));
+  const BodyCertificate under = body_certificate(body.faces, body.vertices, scan, cover);
+  EXPECT_EQ(under.outside_rate, 0);
+  EXPECT_NEAR(under.proximity, 0.006, 3e-4);
+  EXPECT_NEAR(under.skin_distance, 0, 1e-9);
+  EXPECT_GT(under.seen_rate, 0.85);
+  const BodyCertificate out =
+      body_certificate(body.faces, Points(1.04 * body.vertices), scan, cover);
+  EXPECT_GT(out.outside_rate, 0.99);
+  EXPECT_NEAR(out.outside_depth, 0.006, 5e-4);
+}
+
+}  // namespace
+}  // namespace atelier
