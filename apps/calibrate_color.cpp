@@ -15,7 +15,7 @@
 #include "apps/printable.h"
 #include "apps/reconstruct_stage.h"
 #include "apps/usage_error.h"
-#include "capture/calibration/color_gains.h"
+#include "capture/surface/color_gains.h"
 #include "capture/cameras_file.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/sentence.h"

@@ -14,7 +14,7 @@
 #include "core/limits.h"
 
 #ifdef ATELIER_HAS_CAPTURE_CALIBRATION
-#include "capture/calibration/color_gains.h"
+#include "capture/surface/color_gains.h"
 #endif
 #ifdef ATELIER_HAS_CAPTURE_MASKS
 #include "capture/masks/background.h"

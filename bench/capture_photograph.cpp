@@ -63,9 +63,10 @@ void photograph_one(benchmark::State& state) {
   instant.surroundings.area_lights = {key, rim};
   instant.surroundings.environment = atelier::constant_environment({0.5F, 0.5F, 0.5F});
   instant.surroundings.background.kind = atelier::Background::Kind::Environment;
-  instant.surroundings.ground = atelier::Ground{0, {0.3F, 0.3F, 0.3F}, false};
-  const atelier::PreparedScene scene =
-      prepare(scene_of(instant), {.ambient = atelier::Ambient::PerVertex, .vertex_samples = 96});
+  instant.surroundings.ground = atelier::Ground{0, {0.3F, 0.3F, 0.3F}, true};
+  const atelier::PreparedScene scene = prepare(
+      scene_of(instant),
+      {.ambient = atelier::Ambient::PerVertex, .vertex_samples = 96, .ground_shadow_rays = 64});
   const atelier::Camera camera = atelier::dome_cameras({.cameras = 2,
                                                         .pairs = false,
                                                         .width = static_cast<int>(state.range(0)),

@@ -88,6 +88,10 @@ OptionTable describe(StereoOptions& options) {
             "Sweeps with the other views' depths on every level.");
   table.add("colour_sigma", options.colour_sigma, 0.01, 10, "",
             "Difference of values at which a pixel of the window counts less.");
+  table.add(
+      "level_weight", options.level_weight, 0, 2, "",
+      "Cost of brightness that differs between views by a window's contrast; 0 where exposures "
+      "differ.");
   table.add("geometric_weight", options.geometric_weight, 0, 1, "1/px",
             "Cost of a pixel of disagreement with another view's depth.");
   table.add("vectors", options.vectors, {"auto", "scalar", "avx2"}, "CPU vector code.");
@@ -134,6 +138,7 @@ StereoProblem stereo_problem(const StereoLevel& reference, const StereoOptions& 
   problem.width = reference.image.width;
   problem.height = reference.image.height;
   problem.colour_sigma = static_cast<float>(options.colour_sigma);
+  problem.level_weight = static_cast<float>(options.level_weight);
   problem.geometric_weight = static_cast<float>(options.geometric_weight);
   problem.seed = seed;
   return problem;

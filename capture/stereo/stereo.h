@@ -27,6 +27,8 @@ struct StereoOptions {
   int iterations = 4;         ///< red and black sweeps on the coarsest level, 1 to 16
   int refinements = 3;        ///< sweeps on every level, 1 to 16, with the other views' depths
   double colour_sigma = 0.1;  ///< difference of values at which a pixel of the window counts less
+  double level_weight = 0.3;  ///< cost of brightness that differs by a window's contrast between
+                              ///< views; 0: only its pattern counts, exposures may differ
   double geometric_weight = 0.6;  ///< cost of one pixel of disagreement with another view's depth
   std::string vectors = "auto";   ///< CPU vector code: auto, scalar, avx2; the same bits
   std::int64_t seed = 1;          ///< of the random planes

@@ -66,6 +66,7 @@ struct StereoProblem {
   StereoSource source[kLargestSources];
   int sources;
   float colour_sigma;      ///< of the bilateral weight
+  float level_weight;      ///< cost of brightness that differs by the window's contrast
   float geometric_weight;  ///< cost of a pixel of reprojection error
   std::uint64_t seed;
 };
@@ -96,6 +97,7 @@ struct ReferenceWindow {
   float weight[kWindowSamples];  ///< sum 1
   float excess[kWindowSamples];  ///< weight times (value - mean)
   float centre;                  ///< value at the centre
+  float mean;                    ///< weighted, less the value at the centre
   float variance;                ///< weighted
 };
 
@@ -127,6 +129,7 @@ ATELIER_HOST_DEVICE inline ReferenceWindow window_at(const StereoProblem& proble
     window.weight[k] *= scale;
     mean += window.weight[k] * window.excess[k];
   }
+  window.mean = mean;
   window.variance = 0;
   for (int k = 0; k < kWindowSamples; ++k) {
     const float excess = window.excess[k] - mean;
@@ -204,13 +207,18 @@ struct ScalarSamples {
   }
 };
 
-/// 1 - weighted NCC of the window carried over a plane into a source view: 0 (equal) to 2.
+/// Cost of a window carried over a plane into a source view, 0 (equal) to 2: 1 - weighted NCC, and
+/// how far the two means are apart against the window's contrast. Correlation alone cannot place
+/// bare shading: a slope of brightness looks like the same slope one pixel on, wherever it is, and
+/// round limbs of smooth skin then come out too thin, as there is more room behind the surface than
+/// before it. On a contrast above the floor the means say little and cost little. Our choice.
 template <class Samples>
 ATELIER_HOST_DEVICE inline float window_cost(const StereoProblem& problem,
                                              const ReferenceWindow& window,
                                              const StereoSource& source, int x, int y,
                                              const StereoPlane& plane) {
   constexpr float kLeastVariance = 1e-6f;  // of values in [0,1]: below it there is only noise
+  constexpr float kLevelFloor = 0.02f;     // what exposures and gloss may be off
   const Vec3f ray = pixel_ray(problem, x, y);
   const float slope = dot(plane.normal, ray);
   if (!(slope < -0.05f) || !(plane.depth > 0) || window.variance < kLeastVariance) {
@@ -249,7 +257,10 @@ ATELIER_HOST_DEVICE inline float window_cost(const StereoProblem& problem,
   if (variance < kLeastVariance) {
     return kWorstCost;
   }
-  const float cost = 1 - sums.product / std::sqrt(variance * window.variance);
+  const float level =
+      std::fabs(sums.mean - window.mean) / std::sqrt(window.variance + kLevelFloor * kLevelFloor);
+  const float cost = 1 - sums.product / std::sqrt(variance * window.variance) +
+                     problem.level_weight * (level < 1 ? level : 1);
   return cost < 0 ? 0 : cost > kWorstCost ? kWorstCost : cost;
 }
 

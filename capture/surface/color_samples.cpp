@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "capture/surface/agreed_points.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -26,7 +27,8 @@ InstantView shrunk(const InstantView& view, int factor) {
   small.camera.cx /= factor;
   small.camera.cy /= factor;
   small.image = Image(width, height, 3);
-  small.mask = ByteImage(width, height, 1);
+  const bool masked = !view.mask.data.empty();
+  small.mask = masked ? ByteImage(width, height, 1) : ByteImage{};
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       for (int c = 0; c < 3; ++c) {
@@ -38,7 +40,9 @@ InstantView shrunk(const InstantView& view, int factor) {
         }
         small.image.at(x, y, c) = sum / static_cast<float>(factor * factor);
       }
-      small.mask.at(x, y) = view.mask.at(factor * x + factor / 2, factor * y + factor / 2);
+      if (masked) {
+        small.mask.at(x, y) = view.mask.at(factor * x + factor / 2, factor * y + factor / 2);
+      }
     }
   }
   return small;
@@ -107,11 +111,18 @@ std::vector<ColorSample> color_samples(const std::vector<InstantView>& views,
                                        const ColorSampleOptions& options, Device device) {
   std::vector<InstantView> small;
   for (const InstantView& view : views) {
+    const auto is_like = [&](const auto& image) {
+      return image.width == view.camera.width && image.height == view.camera.height;
+    };
+    ATELIER_CHECK(is_like(view.image) && (view.mask.data.empty() || is_like(view.mask)),
+                  "an image or mask of another size than its camera's");
     const int side = std::max(view.image.width, view.image.height);
     small.push_back(shrunk(view, (side + options.longest_side - 1) / options.longest_side));
     small.back().camera.gain.setOnes();
   }
-  const ReconstructedScan scan = reconstruct_scan(small, reconstruct, device);
+  ReconstructOptions blind = reconstruct;
+  blind.stereo.level_weight = 0;
+  const AgreedPoints scan = agreed_points(small, blind, device);
   std::vector<std::size_t> view_of_map;
   for (const DepthMap& map : scan.maps) {
     const auto found = std::find_if(small.begin(), small.end(), [&](const InstantView& view) {

@@ -65,6 +65,21 @@ TEST_P(Stereo, FindsABallToAFractionOfAPixel) {
   }
 }
 
+TEST_P(Stereo, BrightnessPlacesShadingThatHasNoPattern) {
+  TexturedBall ball;
+  ball.contrast = 0.004;
+  ball.noise = 0.001;
+  ball.shading = 0.3;
+  const auto views = ball.views(4, 0.25, 160, 160);
+  const auto by_pattern = stereo(views, {.level_weight = 0}, device());
+  const auto by_level = stereo(views, {}, device());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const double before = errors_of(ball, by_pattern[i]).median;
+    const double after = errors_of(ball, by_level[i]).median;
+    EXPECT_LT(after, 0.7 * before) << before << " m by pattern alone";
+  }
+}
+
 TEST_P(Stereo, LooksOnlyWhereItIsTold) {
   const TexturedBall ball;
   auto views = ball.views(2, 0.25, 96, 96);

@@ -16,6 +16,7 @@ struct TexturedBall {
   double radius = 0.3;    ///< m
   double contrast = 0.3;  ///< of the texture
   double noise = 0.003;   ///< of the sensor
+  double shading = 0;     ///< brighter by this where it faces a lamp
 
   /// Value noise of the place on the ball, 4 mm to 3 cm.
   double texture(const Eigen::Vector3d& p) const {
@@ -24,7 +25,7 @@ struct TexturedBall {
     for (int octave = 0; octave < 4; ++octave, size /= 2) {
       sum += lattice(p / size, octave) / (1 + octave);
     }
-    return 0.5 + contrast * sum;
+    return 0.5 + contrast * sum + shading * p.normalized().dot(Eigen::Vector3d(0.6, 0.64, 0.48));
   }
   static double lattice(const Eigen::Vector3d& p, int octave) {
     const Eigen::Vector3d low = p.array().floor();

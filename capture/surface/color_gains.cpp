@@ -1,4 +1,4 @@
-#include "capture/calibration/color_gains.h"
+#include "capture/surface/color_gains.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "capture/surface/gloss_free_gains.h"
 #include "core/error.h"
 #include "core/median.h"
 
@@ -216,10 +217,23 @@ ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
     solution.array() -= solution.mean();
     log_gain.col(channel) = solution;
   }
+  std::vector<std::vector<ColorSample>> connected;
+  for (const auto& place : places) {
+    if (column[static_cast<std::size_t>(place.front().camera)] < 0) {
+      continue;
+    }
+    std::vector<ColorSample>& samples_of_place = connected.emplace_back();
+    for (const LogSample& sample : place) {
+      samples_of_place.push_back({column[static_cast<std::size_t>(sample.camera)], 0,
+                                  sample.value.array().exp(), sample.weight});
+    }
+  }
+  const MeasuredGains found =
+      gloss_free_gains(connected, {log_gain.array().exp().matrix(), deviation});
   for (std::size_t c = 0; c < count; ++c) {
     if (column[c] >= 0) {
-      result.gain[c] = log_gain.row(column[c]).transpose().array().exp();
-      result.deviation[c] = deviation.row(column[c]).transpose();
+      result.gain[c] = found.gain.row(column[c]).transpose();
+      result.deviation[c] = found.deviation.row(column[c]).transpose();
     }
   }
   result.spread = median(spreads);

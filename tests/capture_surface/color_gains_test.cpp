@@ -1,6 +1,6 @@
 // Gains between cameras from places that several see: exact, noisy, with outliers, refused.
 
-#include "capture/calibration/color_gains.h"
+#include "capture/surface/color_gains.h"
 
 #include <cmath>
 
@@ -98,6 +98,27 @@ TEST(ColorGains, DeviationsAgreeWithTheScatter) {
   }
   EXPECT_LT(std::sqrt(errors / said), 2);
   EXPECT_GT(std::sqrt(errors / said), 0.5);
+}
+
+TEST(ColorGains, AreNotTakenInByWhiteGloss) {
+  // Half of the cameras see 4% of white light on everything.
+  for (const std::uint64_t seed : {11, 12, 13}) {
+    Scene scene = ring(8, 3000, 0.005, 0, seed);
+    for (ColorSample& sample : scene.samples) {
+      const auto c = static_cast<std::size_t>(sample.camera);
+      sample.color += (c < 4 ? 0.01 : 0.0) * scene.gain[c];
+    }
+    EXPECT_LT(largest_error(color_gains(8, scene.samples), scene.gain), 0.006);
+  }
+}
+
+TEST(ColorGains, OfAGreySceneAreThoseOfBrightness) {
+  Scene scene = ring(8, 3000, 0, 0, 14);
+  for (ColorSample& sample : scene.samples) {
+    sample.color =
+        (0.1 + 1e-4 * sample.point) * scene.gain[static_cast<std::size_t>(sample.camera)];
+  }
+  EXPECT_LT(largest_error(color_gains(8, scene.samples), scene.gain), 1e-6);
 }
 
 TEST(ColorGains, LeaveCamerasAloneThatShareNothing) {

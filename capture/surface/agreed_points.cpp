@@ -1,0 +1,220 @@
+#include "capture/surface/agreed_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "capture/stereo/choose_sources.h"
+#include "capture/stereo/undistort.h"
+#include "capture/surface/check_masks.h"
+#include "core/error.h"
+#include "core/median.h"
+
+namespace atelier {
+namespace {
+
+/// A view without distortion and gain.
+struct StraightView {
+  Camera camera;
+  Image image;
+  ByteImage mask;
+  ByteImage labels;
+};
+
+StraightView straightened(const InstantView& view) {
+  StraightView straight;
+  straight.camera = without_distortion(view.camera);
+  straight.image = undistorted(view.camera, view.image);
+  for (std::size_t i = 0; i < straight.image.data.size(); ++i) {
+    straight.image.data[i] /= static_cast<float>(view.camera.gain(static_cast<Index>(i % 3)));
+  }
+  if (!view.mask.data.empty()) {
+    straight.mask = undistorted(view.camera, view.mask);
+  }
+  if (!view.labels.data.empty()) {
+    straight.labels = undistorted(view.camera, view.labels);
+  }
+  return straight;
+}
+
+/// One channel, gamma-coded: noise is then nearly even over brightness. Of coloured surfaces the
+/// difference of the channels instead of the brightness: a gloss of white light, which wanders over
+/// the surface with the view and lies behind round limbs, adds the same to all channels (after
+/// Mallick 2005; the blend is our choice).
+Image stereo_image(const Image& image) {
+  Image value(image.width, image.height, 1);
+  for (std::size_t p = 0; p < value.data.size(); ++p) {
+    const float* rgb = &image.data[3 * p];
+    const float luminance = 0.3F * rgb[0] + 0.6F * rgb[1] + 0.1F * rgb[2];
+    const float most = std::max({rgb[0], rgb[1], rgb[2], 1e-4F});
+    const float difference = most - std::min({rgb[0], rgb[1], rgb[2]});
+    constexpr float kGrey = 0.15F;     // saturation up to which brightness counts alone
+    constexpr float kColoured = 0.4F;  // from which the difference does
+    constexpr float kScale = 2;        // of the difference, to be about as large as brightness
+    const float t = std::clamp((difference / most - kGrey) / (kColoured - kGrey), 0.0F, 1.0F);
+    const float blend = t * t * (3 - 2 * t);
+    const float mixed = luminance + blend * (kScale * difference - luminance);
+    value.data[p] = std::pow(std::clamp(mixed, 0.0F, 1.0F), 1 / 2.2F);
+  }
+  return value;
+}
+
+bool is_black(const Image& image) {
+  constexpr float kBlack = 0.002f;
+  return std::none_of(image.data.begin(), image.data.end(),
+                      [](float value) { return value > kBlack; });
+}
+
+/// The views that have an image and a mask with somebody in it.
+std::vector<InstantView> seeing_views(std::vector<InstantView> views,
+                                      std::vector<Finding>& findings) {
+  std::vector<InstantView> seeing;
+  for (InstantView& view : views) {
+    ATELIER_CHECK(view.image.width == view.camera.width &&
+                      view.image.height == view.camera.height && view.image.channels == 3,
+                  "an image of another size than its camera's");
+    if (is_black(view.image)) {
+      findings.push_back({Severity::Warning, "view-black", view.camera.id, "the image is black",
+                          "it is left out"});
+    } else if (std::none_of(view.mask.data.begin(), view.mask.data.end(),
+                            [](std::uint8_t pixel) { return pixel != 0; })) {
+      findings.push_back({Severity::Warning, "view-mask-empty", view.camera.id,
+                          "the mask shows no subject", "it is left out"});
+    } else {
+      seeing.push_back(std::move(view));
+    }
+  }
+  return seeing;
+}
+
+/// Turns masks round that are inverted, and takes away those that contradict the others: such a
+/// view then looks at all that the other masks leave.
+void mend_masks(std::vector<InstantView>& views, double reach, std::vector<Finding>& findings) {
+  std::vector<Camera> cameras;
+  std::vector<ByteImage> masks;
+  for (const InstantView& view : views) {
+    cameras.push_back(view.camera);
+    masks.push_back(view.mask);
+  }
+  const std::vector<MaskFit> fits = check_masks(cameras, masks, reach);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    ByteImage& mask = views[i].mask;
+    if (fits[i] == MaskFit::Inverted) {
+      findings.push_back({Severity::Warning, "view-mask-inverted", views[i].camera.id,
+                          "the mask shows background where the others show the subject",
+                          "it is read the other way round"});
+      for (std::uint8_t& pixel : mask.data) {
+        pixel = pixel != 0 ? 0 : 255;
+      }
+    } else if (fits[i] == MaskFit::Off) {
+      findings.push_back({Severity::Warning, "view-mask-off", views[i].camera.id,
+                          "the mask shows little of what the others show as the subject",
+                          "it is not used; check its frame and its calibration"});
+      mask = {};
+    }
+  }
+}
+
+/// Of a map's sure pixels that another view has in its picture, the share on which one agrees.
+/// Every fourth pixel is asked.
+double agreement(const std::vector<DepthMap>& maps, std::size_t view, const FuseOptions& options) {
+  constexpr int kStep = 4;
+  const DepthMap& map = maps[view];
+  int asked = 0;
+  int agreed = 0;
+  for (int y = kStep / 2; y < map.depth.height; y += kStep) {
+    for (int x = kStep / 2; x < map.depth.width; x += kStep) {
+      const double depth = map.depth.at(x, y);
+      const auto ray = ray_direction(map.camera, {x + 0.5, y + 0.5});
+      if (!(depth > 0) || map.confidence.at(x, y) < options.least_confidence || !ray) {
+        continue;
+      }
+      const Eigen::Vector3d axis = map.camera.camera_from_world_rotation.row(2).transpose();
+      const Eigen::Vector3d point = camera_center(map.camera) + depth / axis.dot(*ray) * *ray;
+      bool seen = false;
+      bool agrees = false;
+      for (std::size_t other = 0; other < maps.size() && !agrees; ++other) {
+        const Camera& camera = maps[other].camera;
+        const auto pixel = other == view ? std::nullopt : project(camera, point);
+        if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() >= camera.width ||
+            pixel->y() >= camera.height) {
+          continue;
+        }
+        const double there =
+            maps[other].depth.at(static_cast<int>(pixel->x()), static_cast<int>(pixel->y()));
+        const double expected = camera_from_world(camera, point).z();
+        seen = seen || there > 0;
+        agrees = there > 0 && std::abs(there - expected) <= options.depth_error * expected;
+      }
+      asked += seen ? 1 : 0;
+      agreed += agrees ? 1 : 0;
+    }
+  }
+  return asked == 0 ? 0 : static_cast<double>(agreed) / asked;
+}
+
+/// Empties the maps of views that agree far less with the others than is usual: their calibration
+/// is wrong, and what they see is somewhere else.
+void leave_out_strays(std::vector<DepthMap>& maps, const FuseOptions& options,
+                      std::vector<Finding>& findings) {
+  constexpr std::size_t kFew = 4;  // of three, none can be told from the others
+  if (maps.size() < kFew) {
+    return;
+  }
+  std::vector<double> shares;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    shares.push_back(agreement(maps, i, options));
+  }
+  const double usual = median(shares);
+  constexpr double kLeast = 0.6;  // of what is usual
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    if (shares[i] < kLeast * usual) {
+      findings.push_back({Severity::Warning, "view-disagrees", maps[i].camera.id,
+                          std::to_string(std::lround(100 * shares[i])) +
+                              "% of what it sees is confirmed by another view, " +
+                              std::to_string(std::lround(100 * usual)) + "% is usual",
+                          "its surface is left out; calibrate it again"});
+      std::fill(maps[i].depth.data.begin(), maps[i].depth.data.end(), 0.0f);
+    }
+  }
+}
+
+}  // namespace
+
+AgreedPoints agreed_points(std::vector<InstantView> views, const ReconstructOptions& options,
+                           Device device) {
+  AgreedPoints result;
+  std::vector<InstantView> seeing = seeing_views(std::move(views), result.findings);
+  if (seeing.size() < 2) {
+    throw DataError("", "views", std::to_string(seeing.size()) + " with a subject in them",
+                    "at least two");
+  }
+  mend_masks(seeing, options.hull.reach, result.findings);
+  std::vector<Camera> cameras;
+  std::vector<ByteImage> masks;
+  std::vector<Image> images;
+  for (InstantView& view : seeing) {
+    StraightView straight = straightened(view);
+    view = {};
+    cameras.push_back(straight.camera);
+    masks.push_back(std::move(straight.mask));
+    images.push_back(std::move(straight.image));
+    if (!straight.labels.data.empty()) {
+      result.labels.push_back({straight.camera, std::move(straight.labels)});
+    }
+  }
+  result.hull = visual_hull(cameras, masks, options.hull);
+  const auto sources = choose_sources(cameras, looked_at(cameras), options.stereo.sources);
+  std::vector<StereoView> stereo_views;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    DepthBounds bounds = depth_bounds(result.hull, cameras[i], masks[i]);
+    stereo_views.push_back({cameras[i], stereo_image(images[i]), std::move(bounds.near_depth),
+                            std::move(bounds.far_depth), sources[i]});
+  }
+  result.maps = stereo(stereo_views, options.stereo, device);
+  leave_out_strays(result.maps, options.fuse, result.findings);
+  result.points = without_outliers(fuse(result.maps, images, options.fuse), options.surface);
+  return result;
+}
+
+}  // namespace atelier
