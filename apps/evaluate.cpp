@@ -11,6 +11,7 @@
 #include "apps/exit_code.h"
 #include "apps/input_measures.h"
 #include "apps/json_text.h"
+#include "apps/person_measures.h"
 #include "apps/reconstruct_measures.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
@@ -42,9 +43,14 @@ std::vector<Measure> of_capture(const fs::path& /*workspace*/, const fs::path& t
   return measure_capture(truth);
 }
 
-constexpr Evaluation kEvaluations[] = {{"the capture itself", of_capture},
+constexpr Evaluation kEvaluations[] = {
+    {"the capture itself", of_capture},
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
-                                       {"reconstruct", measure_reconstruct}
+    {"reconstruct", measure_reconstruct},
+#endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+    {"personalize", measure_personalize},
+    {"track", measure_track},
 #endif
 };
 

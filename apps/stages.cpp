@@ -2,9 +2,11 @@
 
 #include <array>
 
+#include "apps/personalize_stage.h"
 #include "apps/reconstruct_stage.h"
 #include "apps/stage_command.h"
 #include "apps/statistics_stage.h"
+#include "apps/track_stage.h"
 #ifdef ATELIER_HAS_CAPTURE
 #include "apps/validate.h"
 #include "apps/validate_stage.h"
@@ -49,6 +51,24 @@ constexpr std::array kStages = {
           .frame_wise = true,
           .has_cuda = true,
           .device_keyed = true},
+#endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+    Stage{.name = "personalize",
+          .version = 1,
+          .summary = "the person's own body: shape, bone lengths and surface",
+          .inputs = {"capture", "scans", "keypoints3d"},
+          .outputs = {"person"},
+          .metrics = kPersonalizeMetrics,
+          .options = option_set<PersonalizeStageOptions>,
+          .run = run_personalize},
+    Stage{.name = "track",
+          .version = 1,
+          .summary = "the person's pose in every frame",
+          .inputs = {"capture", "scans", "keypoints3d", "person"},
+          .outputs = {"tracked"},
+          .metrics = kTrackMetrics,
+          .options = option_set<TrackStageOptions>,
+          .run = run_track},
 #endif
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",

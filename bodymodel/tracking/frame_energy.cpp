@@ -1,5 +1,6 @@
 #include "bodymodel/tracking/frame_energy.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -87,8 +88,11 @@ class Normal {
 
 void add_keypoints(const FittedPerson& person, const FrameTargets& targets,
                    const FrameWeights& weights, const JointFrames& frames,
-                   const std::vector<Eigen::Matrix3d>& bases, double& cost, Normal& normal) {
+                   const std::vector<Eigen::Matrix3d>& bases, Index shape_column, double& cost,
+                   Normal& normal) {
   const Skeleton& skeleton = person.shaped.skeleton;
+  const Eigen::MatrixXd by_shape =
+      shape_column >= 0 ? joint_positions_shape_jacobian(*person.model, frames) : Eigen::MatrixXd{};
   for (Index k = 0; k < targets.keypoints.rows(); ++k) {
     const int carrier = person.places.riding.joints[static_cast<std::size_t>(k)];
     if (carrier < 0 || !(targets.deviations[k] > 0)) {
@@ -123,13 +127,21 @@ void add_keypoints(const FittedPerson& person, const FrameTargets& targets,
           normal.add(3 + 3 * slot + i, row[i]);
         }
       }
+      for (Index s = 0; s < by_shape.cols(); ++s) {
+        const Eigen::Vector3d place =
+            person.places_by_shape[static_cast<std::size_t>(s)].row(k).transpose();
+        normal.add(shape_column + s,
+                   by_shape(3 * carrier + c, s) +
+                       frames.rotations[static_cast<std::size_t>(carrier)].row(c).dot(place));
+      }
       normal.close(gap[c], robust.weight / variance);
     }
   }
 }
 
 void add_matches(const FittedPerson& person, const FrameTargets& targets,
-                 const FrameWeights& weights, const Pose& pose, double& cost, Normal& normal) {
+                 const FrameWeights& weights, const Pose& pose, Index shape_column, double& cost,
+                 Normal& normal) {
   if (targets.matches.empty()) {
     return;
   }
@@ -171,6 +183,9 @@ void add_matches(const FittedPerson& person, const FrameTargets& targets,
   if (!normal.on()) {
     return;
   }
+  const Eigen::MatrixXd by_shape =
+      shape_column >= 0 ? skin_shape_rows(*person.model, person.shaped, posed, vertices, directions)
+                        : Eigen::MatrixXd{};
   const SkinRows skin =
       skin_jacobian_rows(*person.model, posed, person.chains, vertices, directions);
   for (std::size_t m = 0; m < targets.matches.size(); ++m) {
@@ -188,6 +203,9 @@ void add_matches(const FittedPerson& person, const FrameTargets& targets,
           normal.add(3 + 3 * slot + i, skin.values(e, i));
         }
       }
+    }
+    for (Index s = 0; s < by_shape.cols(); ++s) {
+      normal.add(shape_column + s, by_shape.col(s).segment<3>(3 * static_cast<Index>(m)).sum());
     }
     normal.close(rows[m].residual, rows[m].weight);
   }
@@ -240,12 +258,13 @@ OptionTable describe(FrameWeights& weights) {
 
 FittedPerson fitted_person(const BodyModel& model, const std::vector<std::string>& keypoint_names,
                            bool fingers) {
+  const Humanoid who = recognised_humanoid(model.skeleton);
   FittedPerson person;
   person.model = &model;
   person.shaped = shape_body(model);
   person.chains = skin_chains(model);
   person.places = keypoint_places(model, keypoint_names);
-  const Humanoid who = recognised_humanoid(model.skeleton);
+  person.shape = neutral_shape(model);
   const std::size_t count = model.skeleton.names.size();
   person.slots.assign(count, -1);
   std::vector<double> stiffness(count, 0);
@@ -316,8 +335,40 @@ Pose pose_of_variables(const FittedPerson& person, const Eigen::VectorXd& x) {
   return pose;
 }
 
-FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets,
-                         const Eigen::VectorXd& x, const FrameWeights& weights, bool derivatives) {
+FittedPerson with_shape(FittedPerson person, const Eigen::VectorXd& shape) {
+  const BodyModel& model = *person.model;
+  check_shape(model, shape);
+  if (person.places_by_shape.size() != model.shape.size()) {
+    // Where a ray or a furthest vertex finds a place has no derivative worth the name: a difference
+    // over a tenth of the plausible range.
+    person.places_by_shape.clear();
+    const Eigen::VectorXd middle = neutral_shape(model);
+    const KeypointPlaces before = keypoint_places(model, person.places.names);
+    for (std::size_t s = 0; s < model.shape.size(); ++s) {
+      const double step = 0.1 * (model.shape[s].max - model.shape[s].min);
+      Eigen::VectorXd moved = middle;
+      moved[static_cast<Index>(s)] += step;
+      person.places_by_shape.emplace_back(
+          (keypoint_places(at_shape(model, moved), person.places.names).riding.offsets -
+           before.riding.offsets) /
+          step);
+    }
+    person.shape = middle;
+  }
+  for (std::size_t s = 0; s < model.shape.size(); ++s) {
+    const auto i = static_cast<Index>(s);
+    person.places.riding.offsets += (shape[i] - person.shape[i]) * person.places_by_shape[s];
+  }
+  person.shape = shape;
+  person.shaped = shape_body(model, shape);
+  return person;
+}
+
+namespace {
+
+FrameEnergy energy_of(const FittedPerson& person, const FrameTargets& targets,
+                      const Eigen::VectorXd& x, const FrameWeights& weights, bool derivatives,
+                      Index shape_count) {
   ATELIER_CHECK(
       targets.keypoints.rows() == targets.deviations.size() &&
           targets.keypoints.rows() <= static_cast<Index>(person.places.riding.joints.size()),
@@ -328,9 +379,10 @@ FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets
       derivatives ? joint_velocity_bases(person.shaped.skeleton, pose, frames)
                   : std::vector<Eigen::Matrix3d>{};
   FrameEnergy energy;
-  Normal normal(x.size(), derivatives);
-  add_keypoints(person, targets, weights, frames, bases, energy.cost, normal);
-  add_matches(person, targets, weights, pose, energy.cost, normal);
+  Normal normal(x.size() + shape_count, derivatives);
+  const Index shape_column = shape_count > 0 ? x.size() : -1;
+  add_keypoints(person, targets, weights, frames, bases, shape_column, energy.cost, normal);
+  add_matches(person, targets, weights, pose, shape_column, energy.cost, normal);
   add_priors(person, targets, weights, x, energy.cost, normal);
   if (derivatives) {
     normal.finish();
@@ -338,6 +390,21 @@ FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets
     energy.hessian = std::move(normal.hessian);
   }
   return energy;
+}
+
+}  // namespace
+
+FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets,
+                         const Eigen::VectorXd& x, const FrameWeights& weights, bool derivatives) {
+  return energy_of(person, targets, x, weights, derivatives, 0);
+}
+
+FrameEnergy frame_shape_energy(const FittedPerson& person, const FrameTargets& targets,
+                               const Eigen::VectorXd& x, const FrameWeights& weights) {
+  ATELIER_CHECK(person.places_by_shape.size() == person.model->shape.size(),
+                "a person that has been through with_shape");
+  return energy_of(person, targets, x, weights, true,
+                   static_cast<Index>(person.model->shape.size()));
 }
 
 Eigen::VectorXd sought_joints(const FittedPerson& person, const Eigen::VectorXd& x) {

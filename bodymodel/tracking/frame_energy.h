@@ -38,12 +38,18 @@ struct FittedPerson {
   Eigen::VectorXd least;      ///< [3+3A] limits of the variables; infinite where there are none
   Eigen::VectorXd most;       ///< [3+3A]
   Eigen::VectorXd stiffness;  ///< [3+3A] factor on the pull to rest
+  Eigen::VectorXd shape;      ///< [S] values at which `shaped` and `places` are
+  std::vector<Points> places_by_shape;  ///< [S] of [K,3], change of the places per unit of a value
 };
 
 /// Prepares a person: the joints of trunk, head, limbs, and with `fingers` those of the hands.
 /// The model must outlive the result. Throws DataError for a body that is no person.
 FittedPerson fitted_person(const BodyModel& model, const std::vector<std::string>& keypoint_names,
                            bool fingers = false);
+
+/// The same person at another shape [S]; keypoints on the skin move with it to first order, by
+/// `places_by_shape`, which is made here if it is not there yet. O(V S).
+FittedPerson with_shape(FittedPerson person, const Eigen::VectorXd& shape);
 
 /// The variables of a pose: root translation, then the rotation vectors of `joints`; [3+3A]. And
 /// the pose of variables, other joints at rest.
@@ -85,6 +91,11 @@ struct FrameEnergy {
 FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets,
                          const Eigen::VectorXd& x, const FrameWeights& weights,
                          bool derivatives = true);
+
+/// The same with derivatives by the variables and, behind them, by the shape of `person`, which has
+/// been through `with_shape`: gradient [n+S], Hessian [n+S,n+S].
+FrameEnergy frame_shape_energy(const FittedPerson& person, const FrameTargets& targets,
+                               const Eigen::VectorXd& x, const FrameWeights& weights);
 
 /// Joint places at variables, [3A] in order of `joints`, and their Jacobian [3A, 3+3A].
 Eigen::VectorXd sought_joints(const FittedPerson& person, const Eigen::VectorXd& x);

@@ -1,5 +1,7 @@
 #include "bodymodel/tracking/start_pose.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
@@ -115,8 +117,9 @@ int count_seen(const FittedPerson& person, const FrameTargets& targets) {
   return count;
 }
 
-double median_error(const FittedPerson& person, const FrameTargets& targets,
-                    const Eigen::VectorXd& x) {
+/// Distance that a share of the keypoints seen does not exceed.
+double error_of_share(const FittedPerson& person, const FrameTargets& targets,
+                      const Eigen::VectorXd& x, double share) {
   const JointFrames frames =
       forward_kinematics(person.shaped.skeleton, pose_of_variables(person, x));
   std::vector<double> errors;
@@ -133,9 +136,10 @@ double median_error(const FittedPerson& person, const FrameTargets& targets,
   if (errors.empty()) {
     return std::numeric_limits<double>::infinity();
   }
-  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2),
-                   errors.end());
-  return errors[errors.size() / 2];
+  const auto place =
+      errors.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(errors.size() - 1));
+  std::nth_element(errors.begin(), place, errors.end());
+  return *place;
 }
 
 /// One reading of a frame, posed.
@@ -165,12 +169,13 @@ std::vector<Hypothesis> hypotheses(const FittedPerson& person, const FrameTarget
     }
     TrackWindow window{{&one.start.targets}, {0}, {*closed}};
     one.start.x = solve_window(person, window, rough, {}, kIterations).x[0];
-    one.start.error = median_error(person, one.start.targets, one.start.x);
+    one.start.error = error_of_share(person, one.start.targets, one.start.x, 0.5);
     one.start.trusted = one.start.error < kBadError;
     one.cost = frame_energy(person, one.start.targets, one.start.x, rough, false).cost +
                (reading == Reading::AsNamed ? 0 : kReadingPenalty);
     one.joints = sought_joints(person, one.start.x);
-    const bool good = reading == Reading::AsNamed && one.start.error < kGoodError;
+    const bool good = reading == Reading::AsNamed &&
+                      error_of_share(person, one.start.targets, one.start.x, 0.8) < kGoodError;
     all.push_back(std::move(one));
     if (good) {
       break;

@@ -1,0 +1,90 @@
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+
+#include "apps/personalize_stage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bodymodel/body_file.h"
+#include "core/error.h"
+#include "core/normals.h"
+
+namespace atelier {
+namespace {
+
+/// The sequence that a person is measured on: the first minimal one, else the first.
+const CaptureSequence& measured_sequence(const CaptureInfo& info) {
+  for (const CaptureSequence& sequence : info.sequences) {
+    if (sequence.kind == "minimal") {
+      return sequence;
+    }
+  }
+  return info.sequences.front();
+}
+
+CaptureSequence thinned(CaptureSequence sequence, int most) {
+  const std::size_t count = sequence.frame_ids.size();
+  const auto wanted = static_cast<std::size_t>(most);
+  if (count > wanted) {
+    std::vector<int> kept;
+    for (std::size_t i = 0; i < wanted; ++i) {
+      kept.push_back(sequence.frame_ids[i * count / wanted]);
+    }
+    sequence.frame_ids = kept;
+  }
+  return sequence;
+}
+
+}  // namespace
+
+OptionTable describe(PersonalizeStageOptions& options) {
+  OptionTable table;
+  table.add("input", describe(options.input));
+  table.add("body", options.body, std::vector<std::string>{},
+            "body model to start from: a file, or default, female, male");
+  table.add(describe(options.fit));
+  table.add("most_frames", options.most_frames, 1, 1000, "",
+            "frames of a sequence that are fitted, spread evenly");
+  return table;
+}
+
+void run_personalize(StageRun& run) {
+  const auto& options = run.options<PersonalizeStageOptions>();
+  const CaptureInfo info = person_capture(person_files(run), options.input);
+  if (info.sequences.empty()) {
+    throw DataError(run.input("capture").string(), "sequences", "none", "at least one");
+  }
+  const CaptureSequence sequence = thinned(measured_sequence(info), options.most_frames);
+  const bool minimal = sequence.kind == "minimal";
+  if (!minimal) {
+    run.say("no minimally clothed sequence: shape from skin and keypoints of '" + sequence.name +
+            "', which is less exact");
+  }
+  const BodyModel body = read_body_file(options.body).model;
+  const TrackInput input = person_input(person_files(run), info, sequence, options.input);
+  const Personalization found = personalize(body, input, options.fit);
+  for (const Finding& finding : found.findings) {
+    run.say(to_string(finding));
+  }
+  const PersonalBody& person = found.person;
+  run.output("person.npz",
+             [&](const std::filesystem::path& file) { write_personal_body(file, person); });
+  nlohmann::ordered_json shape = nlohmann::ordered_json::object();
+  for (std::size_t s = 0; s < person.shape_names.size(); ++s) {
+    shape[person.shape_names[s]] = person.shape[static_cast<Index>(s)];
+  }
+  run.output_text("shape.json", shape.dump(1) + "\n");
+  const Eigen::VectorXd areas = vertex_areas(person.model.mesh.vertices, person.model.mesh.faces);
+  run.metric("frames", static_cast<double>(sequence.frame_ids.size()));
+  run.metric("minimal", minimal ? 1 : 0);
+  run.metric("scan_rms", found.scan_rms);
+  run.metric("keypoint_rms", found.keypoint_rms);
+  run.metric("displacement_rms",
+             std::sqrt(areas.dot(person.displacements.rowwise().squaredNorm()) / areas.sum()));
+  run.metric("unseen_share", found.unseen);
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,38 @@
+#pragma once
+
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+
+#include <array>
+#include <string>
+
+#include "apps/person_input.h"
+#include "bodymodel/tracking/personalize.h"
+#include "core/store/stage.h"
+
+namespace atelier {
+
+struct PersonalizeStageOptions {
+  PersonInputOptions input;
+  std::string body = "default";  ///< a file that read_body_file knows, "default", "female", "male"
+  PersonalizeOptions fit;
+  int most_frames = 12;  ///< of a sequence that are fitted, spread evenly, [1, 1000]
+};
+OptionTable describe(PersonalizeStageOptions& options);
+
+inline constexpr std::array kPersonalizeMetrics = {
+    StageMetric{"frames", ""},
+    StageMetric{"minimal", ""},
+    StageMetric{"scan_rms", "m"},
+    StageMetric{"keypoint_rms", "m"},
+    StageMetric{"displacement_rms", "m"},
+    StageMetric{"unseen_share", "of the surface"},
+};
+
+/// Keypoints and scans -> person.npz (a body that reads as any other) and shape.json (the values
+/// found, with names). From the minimally clothed sequence; without
+/// one from skin and keypoints of the first clothed one, which it says.
+void run_personalize(StageRun& run);
+
+}  // namespace atelier
+
+#endif

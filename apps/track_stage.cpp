@@ -1,0 +1,119 @@
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+
+#include "apps/track_stage.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "bodymodel/body_archive.h"
+#include "bodymodel/personal_body.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/json.h"
+#include "core/io/json_place.h"
+
+namespace atelier {
+namespace {
+
+/// [V] 1 over the named group or the vertices of a JSON list.
+std::vector<char> painted_region(const BodyModel& model, const std::string& name) {
+  std::vector<char> region(static_cast<std::size_t>(vertex_count(model)), 0);
+  const auto group = std::find_if(model.groups.begin(), model.groups.end(),
+                                  [&](const VertexGroup& one) { return one.name == name; });
+  if (group != model.groups.end()) {
+    for (const int v : group->vertices) {
+      region[static_cast<std::size_t>(v)] = 1;
+    }
+    return region;
+  }
+  if (name.empty() || !std::filesystem::exists(name)) {
+    throw DataError(name, "region", "neither a vertex group of the body nor a file",
+                    "--region with one of them");
+  }
+  constexpr std::size_t kMostText = 1 << 26;
+  const std::string text = read_file_text(name, kMostText);
+  const nlohmann::json parsed = parse_json(text, name);
+  const JsonPlace place(parsed, name);
+  for (const double value : place.numbers()) {
+    if (!(value >= 0 && value < static_cast<double>(region.size())) ||
+        value != static_cast<double>(static_cast<Index>(value))) {
+      throw DataError(name, "region", std::to_string(value),
+                      "vertices of the body, 0 to " + std::to_string(region.size() - 1));
+    }
+    region[static_cast<std::size_t>(value)] = 1;
+  }
+  return region;
+}
+
+}  // namespace
+
+OptionTable describe(TrackStageOptions& options) {
+  OptionTable table;
+  table.add("input", describe(options.input));
+  table.add(describe(options.fit));
+  table.add("region", options.region, std::vector<std::string>{},
+            "vertex group of the body, or JSON list of vertices, for exclude = region");
+  return table;
+}
+
+void run_track(StageRun& run) {
+  const auto& options = run.options<TrackStageOptions>();
+  const CaptureInfo info = person_capture(person_files(run), options.input);
+  const PersonalBody person = read_personal_body(run.input("person") / "person.npz");
+  const std::vector<Label> excluded = options.fit.exclude == Exclude::Labels
+                                          ? labels_of(options.input.excluded)
+                                          : std::vector<Label>{};
+  double frames = 0;
+  double trusted = 0;
+  double keypoints = 0;
+  double scans = 0;
+  double deviation = 0;
+  double region = 0;
+  for (const CaptureSequence& sequence : info.sequences) {
+    if (sequence.frame_ids.empty()) {
+      continue;
+    }
+    TrackInput input = person_input(person_files(run), info, sequence, options.input, excluded);
+    if (options.fit.exclude == Exclude::Region) {
+      input.region = painted_region(person.model, options.region);
+    }
+    TrackOptions fit = options.fit;
+    if (sequence.kind == "minimal" && fit.exclude == Exclude::Auto) {
+      fit.exclude = Exclude::None;  // nothing hangs there
+    }
+    const Tracking found = track(person.model, input, fit);
+    for (const Finding& finding : found.findings) {
+      run.say(sequence.name + ": " + to_string(finding));
+    }
+    const TrackedMotion& tracked = found.tracked;
+    run.output("tracked/" + sequence.name + ".h5",
+               [&](const std::filesystem::path& file) { write_tracked_motion(file, tracked); });
+    MotionClip clip;
+    clip.name = sequence.name;
+    clip.skeleton = tracked.skeleton;
+    clip.motion = tracked.motion;
+    run.output("motion/" + sequence.name + ".npz",
+               [&](const std::filesystem::path& file) { write_motion(file, clip); });
+    const auto count = static_cast<double>(tracked.trusted.size());
+    frames += count;
+    trusted += static_cast<double>(std::count(tracked.trusted.begin(), tracked.trusted.end(), 1));
+    keypoints += tracked.keypoint_rms.sum();
+    scans += tracked.scan_rms.sum();
+    deviation += tracked.deviations.mean() * count;
+    region = std::max(region, static_cast<double>(tracked.region.size()) /
+                                  static_cast<double>(vertex_count(person.model)));
+  }
+  if (frames == 0) {
+    throw DataError(run.input("capture").string(), "sequences", "no frame", "at least one");
+  }
+  run.metric("frames", frames);
+  run.metric("trusted_share", trusted / frames);
+  run.metric("keypoint_rms", keypoints / frames);
+  run.metric("scan_rms", scans / frames);
+  run.metric("deviation_mean", deviation / frames);
+  run.metric("region_share", region);
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,34 @@
+#pragma once
+
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+
+#include <array>
+#include <string>
+
+#include "apps/person_input.h"
+#include "bodymodel/tracking/track.h"
+#include "core/store/stage.h"
+
+namespace atelier {
+
+struct TrackStageOptions {
+  PersonInputOptions input;
+  TrackOptions fit;
+  std::string region;  ///< vertex group of the body, or JSON file with a list of vertices, over
+                       ///< which exclude = region leaves clothing out
+};
+OptionTable describe(TrackStageOptions& options);
+
+inline constexpr std::array kTrackMetrics = {
+    StageMetric{"frames", ""},          StageMetric{"trusted_share", "of the frames"},
+    StageMetric{"keypoint_rms", "m"},   StageMetric{"scan_rms", "m"},
+    StageMetric{"deviation_mean", "m"}, StageMetric{"region_share", "of the body's vertices"},
+};
+
+/// Keypoints, scans and the person -> tracked/<sequence>.h5 (bodymodel/tracked_motion.h) and
+/// motion/<sequence>.npz (a motion that reads as any other), one of each for every sequence.
+void run_track(StageRun& run);
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,152 @@
+#include "bodymodel/tracking/scan_match.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/normals.h"
+
+namespace atelier {
+
+ScanPoints scan_points(const Mesh& scan, const std::vector<ScanPart>& parts) {
+  ATELIER_CHECK(parts.empty() || static_cast<Index>(parts.size()) == scan.vertices.rows(),
+                "a part for each vertex of the scan");
+  const Points normals = scan.normals.rows() == scan.vertices.rows()
+                             ? scan.normals
+                             : vertex_normals(scan.vertices, scan.faces);
+  const Eigen::VectorXd areas = vertex_areas(scan.vertices, scan.faces);
+  std::vector<Index> kept;
+  for (Index v = 0; v < scan.vertices.rows(); ++v) {
+    if (areas[v] > 0 && normals.row(v).squaredNorm() > 0.5) {
+      kept.push_back(v);
+    }
+  }
+  ScanPoints result;
+  const auto count = static_cast<Index>(kept.size());
+  result.points.resize(count, 3);
+  result.normals.resize(count, 3);
+  result.areas.resize(count);
+  for (Index i = 0; i < count; ++i) {
+    const Index v = kept[static_cast<std::size_t>(i)];
+    result.points.row(i) = scan.vertices.row(v);
+    result.normals.row(i) = normals.row(v);
+    result.areas[i] = areas[v];
+    result.parts.push_back(parts.empty() ? ScanPart::Cloth : parts[static_cast<std::size_t>(v)]);
+  }
+  return result;
+}
+
+ScanPoints sampled(const ScanPoints& scan, Index count, int turn) {
+  if (scan.points.rows() <= count || count <= 0) {
+    return scan;
+  }
+  const double total = scan.areas.sum();
+  const double step = total / static_cast<double>(count);
+  // The golden ratio spreads the offsets of successive turns.
+  constexpr double kGolden = 0.618033988749895;
+  double next = step * std::fmod(0.5 + kGolden * turn, 1.0);
+  double along = 0;
+  std::vector<Index> kept;
+  for (Index i = 0; i < scan.points.rows(); ++i) {
+    along += scan.areas[i];
+    if (along > next) {
+      kept.push_back(i);
+      next += step * std::ceil((along - next) / step);
+    }
+  }
+  ScanPoints result;
+  const auto rows = static_cast<Index>(kept.size());
+  result.points.resize(rows, 3);
+  result.normals.resize(rows, 3);
+  result.areas = Eigen::VectorXd::Constant(rows, total / static_cast<double>(rows));
+  for (Index i = 0; i < rows; ++i) {
+    const Index from = kept[static_cast<std::size_t>(i)];
+    result.points.row(i) = scan.points.row(from);
+    result.normals.row(i) = scan.normals.row(from);
+    result.parts.push_back(scan.parts[static_cast<std::size_t>(from)]);
+  }
+  return result;
+}
+
+BodySurface rest_surface(const FittedPerson& person) {
+  BodySurface surface;
+  surface.vertices = person.shaped.vertices;
+  surface.normals = vertex_normals(surface.vertices, person.model->mesh.faces);
+  surface.tree = build_tree(surface.vertices, person.model->mesh.faces);
+  return surface;
+}
+
+BodySurface posed_surface(const FittedPerson& person, const BodySurface& rest,
+                          const Eigen::VectorXd& x) {
+  BodySurface surface;
+  surface.vertices = skin_vertices(*person.model, person.shaped, pose_of_variables(person, x));
+  surface.normals = vertex_normals(surface.vertices, person.model->mesh.faces);
+  surface.tree = refit_tree(rest.tree, surface.vertices);
+  return surface;
+}
+
+std::vector<SurfaceMatch> match_scan(const FittedPerson& person, const BodySurface& surface,
+                                     const ScanPoints& scan, const std::vector<char>& region,
+                                     const MatchOptions& options) {
+  ATELIER_CHECK(region.empty() || static_cast<Index>(region.size()) == surface.vertices.rows(),
+                "a region of the body's vertices");
+  const std::vector<ClosestPoint> nearest =
+      closest_points(surface.tree, scan.points, options.reach);
+  const double total = scan.areas.sum();
+  std::vector<SurfaceMatch> matches;
+  matches.reserve(nearest.size());
+  for (Index i = 0; i < scan.points.rows(); ++i) {
+    const ClosestPoint& near = nearest[static_cast<std::size_t>(i)];
+    const ScanPart part = scan.parts[static_cast<std::size_t>(i)];
+    if (near.face < 0 || part == ScanPart::Ignored) {
+      continue;
+    }
+    SurfaceMatch match;
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    Index heaviest = 0;
+    near.barycentric.maxCoeff(&heaviest);
+    for (int c = 0; c < 3; ++c) {
+      const int vertex = person.model->mesh.faces(near.face, c);
+      match.vertices[static_cast<std::size_t>(c)] = vertex;
+      normal += near.barycentric[c] * surface.normals.row(vertex).transpose();
+    }
+    const int vertex = match.vertices[static_cast<std::size_t>(heaviest)];
+    if (normal.norm() < 0.1 ||
+        normal.normalized().dot(scan.normals.row(i).transpose()) < options.least_cosine ||
+        (part == ScanPart::Cloth && !region.empty() &&
+         region[static_cast<std::size_t>(vertex)] != 0)) {
+      continue;
+    }
+    match.barycentric = near.barycentric;
+    match.normal = normal.normalized();
+    match.target = scan.points.row(i).transpose();
+    match.weight = scan.areas[i] / total;
+    match.cloth = part == ScanPart::Cloth;
+    matches.push_back(match);
+  }
+  return matches;
+}
+
+MatchError match_error(const FittedPerson& person, const std::vector<SurfaceMatch>& matches,
+                       const Eigen::VectorXd& x) {
+  MatchError error;
+  if (matches.empty()) {
+    return error;
+  }
+  const Points vertices = skin_vertices(*person.model, person.shaped, pose_of_variables(person, x));
+  double sum = 0;
+  for (const SurfaceMatch& match : matches) {
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    for (int c = 0; c < 3; ++c) {
+      at += match.barycentric[c] *
+            vertices.row(match.vertices[static_cast<std::size_t>(c)]).transpose();
+    }
+    const double gap = match.normal.dot(at - match.target);
+    sum += match.weight * gap * gap;
+    error.share += match.weight;
+  }
+  error.rms = error.share > 0 ? std::sqrt(sum / error.share) : 0;
+  return error;
+}
+
+}  // namespace atelier

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bodymodel/tracking/frame_energy.h"
+#include "core/mesh.h"
+#include "core/tree.h"
+
+namespace atelier {
+
+/// What a point of a scan tells of the body under it.
+enum class ScanPart : std::uint8_t {
+  Skin,     ///< the body itself, also under tight minimal clothing
+  Cloth,    ///< clothing: the body is inside
+  Ignored,  ///< nothing: hair, what is carried, clothing that is left out
+};
+
+/// A scan as oriented points with areas.
+struct ScanPoints {
+  Points points;                ///< [N,3] metres
+  Points normals;               ///< [N,3] unit, outwards; zero where unknown
+  Eigen::VectorXd areas;        ///< [N] m2
+  std::vector<ScanPart> parts;  ///< [N]
+};
+
+/// The vertices of a scan that have a normal. `parts` has an entry for each vertex or, where
+/// nothing is known, none: then all is clothing. Throws LogicError on another length.
+ScanPoints scan_points(const Mesh& scan, const std::vector<ScanPart>& parts = {});
+
+/// About `count` of the points, evenly over the area (systematic sampling along the scan's own
+/// order; `turn` chooses other ones). All if there are no more. O(N).
+ScanPoints sampled(const ScanPoints& scan, Index count, int turn = 0);
+
+/// A posed body ready for questions.
+struct BodySurface {
+  Points vertices;  ///< [V,3] metres
+  Points normals;   ///< [V,3]
+  TriangleTree tree;
+};
+/// The person's surface in rest pose, and moved to a pose (the tree keeps its shape). O(V).
+BodySurface rest_surface(const FittedPerson& person);
+BodySurface posed_surface(const FittedPerson& person, const BodySurface& rest,
+                          const Eigen::VectorXd& x);
+
+struct MatchOptions {
+  double reach = 0.08;        ///< m, a point further from the body is not of it, [1e-3, 10]
+  double least_cosine = 0.4;  ///< of the angle between both normals, [-1, 1]
+};
+
+/// The nearest point of the body for every point of the scan that is not Ignored, within reach and
+/// with normals that agree. Clothing whose nearest vertex is in `region` is left out. Weights are
+/// shares of the scan's area. `region` has V entries or none. O(N log F).
+std::vector<SurfaceMatch> match_scan(const FittedPerson& person, const BodySurface& surface,
+                                     const ScanPoints& scan, const std::vector<char>& region,
+                                     const MatchOptions& options = {});
+
+/// Root mean square distance, metres, of matches along their normals at variables, and how much of
+/// the scan they are.
+struct MatchError {
+  double rms = 0;
+  double share = 0;
+};
+MatchError match_error(const FittedPerson& person, const std::vector<SurfaceMatch>& matches,
+                       const Eigen::VectorXd& x);
+
+}  // namespace atelier

@@ -1,0 +1,416 @@
+#include "bodymodel/tracking/track.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bodymodel/rotation.h"
+#include "bodymodel/tracking/start_pose.h"
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kFarUnit = 3;         // times the person's size that no scan has
+constexpr double kFarShare = 0.3;      // of a scan off the body that is worth a word
+constexpr double kCovered = 0.5;       // of a scan that must fit a frame without keypoints
+constexpr double kBridgePrior = 0.02;  // pull to rest where neighbours know better
+constexpr double kWideReach = 0.25;    // m, of first matches where no keypoints say where it is
+constexpr int kKeypointIterations = 30;
+constexpr int kSkinRounds = 2;  // before it is asked what clothing swings
+
+struct Range {
+  std::size_t begin, end;            // frames that are solved together
+  std::size_t keep_begin, keep_end;  // of which these are kept
+};
+
+std::vector<Range> windows_of(std::size_t frames, const TrackOptions& options) {
+  const auto size = static_cast<std::size_t>(options.window);
+  const std::size_t step = size - static_cast<std::size_t>(options.overlap);
+  std::vector<Range> ranges;
+  for (std::size_t begin = 0;; begin += step) {
+    const std::size_t end = std::min(frames, begin + size);
+    ranges.push_back({begin, end, begin, end});
+    if (end == frames) {
+      break;
+    }
+  }
+  for (std::size_t w = 1; w < ranges.size(); ++w) {  // each keeps what it sees from both sides
+    const std::size_t middle = (ranges[w].begin + ranges[w - 1].end + 1) / 2;
+    ranges[w - 1].keep_end = middle;
+    ranges[w].keep_begin = middle;
+  }
+  return ranges;
+}
+
+std::string frame_text(int id) {
+  return "frame " + std::to_string(id);
+}
+
+/// "3, 5 and 4 others".
+std::string listed(const std::vector<int>& ids) {
+  constexpr std::size_t kShown = 8;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kShown, ids.size()); ++i) {
+    text += (i > 0 ? ", " : "") + std::to_string(ids[i]);
+  }
+  return ids.size() > kShown ? text + " and " + std::to_string(ids.size() - kShown) + " others"
+                             : text;
+}
+
+class Sequencer {
+ public:
+  Sequencer(const BodyModel& model, const TrackInput& input, const TrackOptions& options)
+      : input_(input),
+        options_(options),
+        person_(fitted_person(model, input.keypoint_names, options.fingers)),
+        rest_(rest_surface(person_)),
+        ranges_(windows_of(input.frames.size(), options)) {
+    for (const int id : input.frame_ids) {
+      times_.push_back(id / input.fps);
+    }
+  }
+
+  Tracking run() {
+    begin();
+    solve({}, 0, kKeypointIterations);
+    const bool scans = std::any_of(scans_.begin(), scans_.end(),
+                                   [](const ScanPoints* scan) { return scan != nullptr; });
+    if (scans && options_.rounds > 0) {
+      std::vector<char> region = input_.region;
+      int done = 0;
+      if (options_.exclude == Exclude::Auto) {
+        skin_only_ = any_skin();
+        solve({}, kSkinRounds, options_.iterations);
+        skin_only_ = false;
+        region = found_region();
+        done = kSkinRounds;
+        const int half = std::max(1, (options_.rounds - done) / 2);
+        solve(region, half, options_.iterations);
+        region = found_region();
+        done += half;
+      } else if (options_.exclude != Exclude::Region) {
+        region.clear();
+      }
+      solve(region, std::max(1, options_.rounds - done), options_.iterations);
+      region_ = region;
+    }
+    return finished();
+  }
+
+ private:
+  void begin() {
+    std::vector<FrameTargets> targets;
+    for (const TrackFrame& frame : input_.frames) {
+      FrameTargets one;
+      one.keypoints = frame.keypoints;
+      one.deviations = frame.deviations;
+      targets.push_back(std::move(one));
+    }
+    starts_ = start_poses(person_, targets, times_, options_.weights);
+    const Eigen::RowVector3d extent =
+        person_.shaped.vertices.colwise().maxCoeff() - person_.shaped.vertices.colwise().minCoeff();
+    const double size = extent.maxCoeff();
+    std::vector<int> missing;
+    std::vector<int> mirrored;
+    bool unlabelled = false;
+    for (std::size_t f = 0; f < starts_.size(); ++f) {
+      x_.push_back(starts_[f].x);
+      if (!starts_[f].trusted) {
+        starts_[f].targets.prior = kBridgePrior;
+        missing.push_back(input_.frame_ids[f]);
+      }
+      if (starts_[f].reading != Reading::AsNamed) {
+        mirrored.push_back(input_.frame_ids[f]);
+      }
+      const ScanPoints& scan = input_.frames[f].scan;
+      scans_.push_back(nullptr);
+      if (scan.points.rows() == 0) {
+        continue;
+      }
+      const Eigen::RowVector3d box =
+          scan.points.colwise().maxCoeff() - scan.points.colwise().minCoeff();
+      if (box.maxCoeff() > kFarUnit * size || box.maxCoeff() < size / kFarUnit / 2) {
+        findings_.push_back({Severity::Warning, "scan-unit", frame_text(input_.frame_ids[f]),
+                             "a scan of " + std::to_string(box.maxCoeff()).substr(0, 6) +
+                                 " m of a person of " + std::to_string(size).substr(0, 4) + " m",
+                             "left out; look whether it is in millimetres"});
+        continue;
+      }
+      unlabelled = unlabelled || std::none_of(scan.parts.begin(), scan.parts.end(),
+                                              [](ScanPart p) { return p == ScanPart::Skin; });
+      scans_.back() = &scan;
+    }
+    if (!missing.empty()) {
+      findings_.push_back({Severity::Warning, "keypoints-missing", "frames " + listed(missing),
+                           "too few keypoints, or they contradict each other",
+                           "their poses come from the frames around and from scans"});
+    }
+    if (!mirrored.empty()) {
+      findings_.push_back({Severity::Note, "left-right", "frames " + listed(mirrored),
+                           "keypoints fit better with left and right exchanged",
+                           "they were exchanged"});
+    }
+    if (unlabelled) {
+      findings_.push_back({Severity::Note, "labels-absent", "scans", "no point is labelled as skin",
+                           "all is taken as clothing, with the body inside"});
+    }
+  }
+
+  bool any_skin() const {
+    return std::any_of(scans_.begin(), scans_.end(), [](const ScanPoints* scan) {
+      return scan != nullptr &&
+             std::find(scan->parts.begin(), scan->parts.end(), ScanPart::Skin) != scan->parts.end();
+    });
+  }
+
+  /// Frames seen of window `w` are matched and solved `rounds` times; 0: keypoints alone.
+  void solve(const std::vector<char>& region, int rounds, int iterations) {
+    std::vector<std::vector<Eigen::VectorXd>> found(ranges_.size());
+    parallel_for(static_cast<Index>(ranges_.size()), 1, [&](Index first, Index last) {
+      for (Index w = first; w < last; ++w) {
+        const auto i = static_cast<std::size_t>(w);
+        found[i] = solve_range(ranges_[i], region, rounds, iterations);
+      }
+    });
+    for (std::size_t w = 0; w < ranges_.size(); ++w) {
+      for (std::size_t f = ranges_[w].keep_begin; f < ranges_[w].keep_end; ++f) {
+        x_[f] = found[w][f - ranges_[w].begin];
+      }
+    }
+  }
+
+  std::vector<Eigen::VectorXd> solve_range(const Range& range, const std::vector<char>& region,
+                                           int rounds, int iterations) const {
+    std::vector<FrameTargets> targets;
+    TrackWindow window;
+    for (std::size_t f = range.begin; f < range.end; ++f) {
+      targets.push_back(starts_[f].targets);
+      window.times.push_back(times_[f]);
+      window.start.push_back(x_[f]);
+    }
+    for (const FrameTargets& one : targets) {
+      window.targets.push_back(&one);
+    }
+    for (int round = 0; round < std::max(1, rounds); ++round) {
+      if (rounds > 0) {
+        for (std::size_t f = range.begin; f < range.end; ++f) {
+          targets[f - range.begin].matches =
+              matches_of(f, window.start[f - range.begin], region, round);
+        }
+      }
+      for (Eigen::VectorXd& x : window.start) {  // no rotation vector near its singularity
+        x.segment<3>(3) = rotation_vector(rotation_matrix(x.segment<3>(3)));
+      }
+      window.start = solve_window(person_, window, options_.weights, options_.motion, iterations).x;
+    }
+    return window.start;
+  }
+
+  std::vector<SurfaceMatch> matches_of(std::size_t f, const Eigen::VectorXd& x,
+                                       const std::vector<char>& region, int round) const {
+    if (scans_[f] == nullptr) {
+      return {};
+    }
+    MatchOptions matching;
+    if (!starts_[f].trusted && round == 0) {
+      matching.reach = kWideReach;
+    }
+    ScanPoints points = sampled(*scans_[f], options_.samples, round);
+    if (skin_only_) {
+      std::replace(points.parts.begin(), points.parts.end(), ScanPart::Cloth, ScanPart::Ignored);
+    }
+    return match_scan(person_, posed_surface(person_, rest_, x), points, region, matching);
+  }
+
+  std::vector<char> found_region() const {
+    std::vector<ClothGaps> gaps(scans_.size());
+    parallel_for(static_cast<Index>(scans_.size()), 1, [&](Index begin, Index end) {
+      for (Index f = begin; f < end; ++f) {
+        const auto i = static_cast<std::size_t>(f);
+        if (scans_[i] != nullptr) {
+          gaps[i] = cloth_gaps(person_, posed_surface(person_, rest_, x_[i]),
+                               sampled(*scans_[i], options_.samples));
+        }
+      }
+    });
+    std::erase_if(gaps, [](const ClothGaps& one) { return one.sum.size() == 0; });
+    return dynamic_region(person_, gaps, options_.dynamic);
+  }
+
+  Tracking finished() {
+    const std::size_t count = x_.size();
+    const auto rows = static_cast<Index>(count);
+    const auto joints = static_cast<Index>(person_.shaped.skeleton.names.size());
+    Tracking result;
+    TrackedMotion& tracked = result.tracked;
+    tracked.skeleton = person_.shaped.skeleton;
+    tracked.motion.fps = input_.fps;
+    tracked.motion.frame_ids = input_.frame_ids;
+    tracked.trusted.assign(count, 1);
+    tracked.deviations = RowMatrix::Zero(rows, joints);
+    tracked.keypoint_rms = Eigen::VectorXd::Zero(rows);
+    tracked.scan_rms = Eigen::VectorXd::Zero(rows);
+    tracked.scan_share = Eigen::VectorXd::Zero(rows);
+    std::vector<FrameTargets> targets(count);
+    std::vector<double> off(count, 0);
+    parallel_for(rows, 1, [&](Index begin, Index end) {
+      for (Index f = begin; f < end; ++f) {
+        const auto i = static_cast<std::size_t>(f);
+        targets[i] = starts_[i].targets;
+        targets[i].matches = matches_of(i, x_[i], region_, 0);
+        const MatchError error = match_error(person_, targets[i].matches, x_[i]);
+        tracked.scan_rms[f] = error.rms;
+        tracked.scan_share[f] = error.share;
+        if (scans_[i] != nullptr) {
+          off[i] = 1 - match_error(person_,
+                                   match_scan(person_, posed_surface(person_, rest_, x_[i]),
+                                              sampled(*scans_[i], 500), {}, {0.4, -1}),
+                                   x_[i])
+                           .share;
+        }
+        tracked.keypoint_rms[f] = keypoint_rms(i);
+        tracked.trusted[i] = starts_[i].trusted || error.share > kCovered ? 1 : 0;
+      }
+    });
+    for (std::size_t f = 0; f < count; ++f) {
+      const Pose pose = pose_of_variables(person_, x_[f]);
+      tracked.joints.push_back(forward_kinematics(person_.shaped.skeleton, pose).positions);
+      tracked.motion.poses.push_back(pose);
+      const std::string place = frame_text(input_.frame_ids[f]);
+      if (tracked.trusted[f] == 0) {
+        findings_.push_back({Severity::Warning, "frame-untrusted", place,
+                             "neither keypoints nor a scan say where the person is",
+                             "bridged from the frames around; do not measure on it"});
+      }
+      if (off[f] > kFarShare) {
+        findings_.push_back({Severity::Warning, "scan-far", place,
+                             std::to_string(static_cast<int>(100 * off[f])) +
+                                 "% of the scan is no part of the person",
+                             "it does not count; look for a second person or wrong calibration"});
+      }
+    }
+    deviations(targets, tracked.deviations);
+    for (std::size_t v = 0; v < region_.size(); ++v) {
+      if (region_[v] != 0) {
+        tracked.region.push_back(static_cast<int>(v));
+      }
+    }
+    check_tracked_motion(tracked);
+    result.findings = findings_;
+    return result;
+  }
+
+  double keypoint_rms(std::size_t f) const {
+    const FrameTargets& targets = starts_[f].targets;
+    const Points at = marker_positions(
+        seen_only(),
+        forward_kinematics(person_.shaped.skeleton, pose_of_variables(person_, x_[f])));
+    double sum = 0;
+    int count = 0;
+    for (Index k = 0; k < targets.keypoints.rows(); ++k) {
+      if (targets.deviations[k] > 0 &&
+          person_.places.riding.joints[static_cast<std::size_t>(k)] >= 0) {
+        sum += (at.row(k) - targets.keypoints.row(k)).squaredNorm();
+        ++count;
+      }
+    }
+    return count > 0 ? std::sqrt(sum / count) : 0;
+  }
+
+  /// Places of keypoints that the body does not know ride on the root, and are not asked for.
+  RidingMarkers seen_only() const {
+    RidingMarkers riding = person_.places.riding;
+    std::replace(riding.joints.begin(), riding.joints.end(), -1, 0);
+    return riding;
+  }
+
+  void deviations(const std::vector<FrameTargets>& targets, RowMatrix& result) const {
+    parallel_for(static_cast<Index>(ranges_.size()), 1, [&](Index first, Index last) {
+      for (Index w = first; w < last; ++w) {
+        const Range& range = ranges_[static_cast<std::size_t>(w)];
+        TrackWindow window;
+        for (std::size_t f = range.begin; f < range.end; ++f) {
+          window.targets.push_back(&targets[f]);
+          window.times.push_back(times_[f]);
+          window.start.push_back(x_[f]);
+        }
+        const RowMatrix spread =
+            joint_deviations(person_, window, window.start, options_.weights, options_.motion);
+        for (std::size_t f = range.keep_begin; f < range.keep_end; ++f) {
+          for (std::size_t j = 0; j < person_.slots.size(); ++j) {
+            // Joints that were not sought err as the nearest one above that was.
+            int joint = static_cast<int>(j);
+            while (person_.slots[static_cast<std::size_t>(joint)] < 0) {
+              joint = person_.shaped.skeleton.parents[static_cast<std::size_t>(joint)];
+            }
+            result(static_cast<Index>(f), static_cast<Index>(j)) =
+                spread(static_cast<Index>(f - range.begin),
+                       person_.slots[static_cast<std::size_t>(joint)]);
+          }
+        }
+      }
+    });
+  }
+
+  const TrackInput& input_;
+  const TrackOptions& options_;
+  FittedPerson person_;
+  BodySurface rest_;
+  std::vector<Range> ranges_;
+  std::vector<double> times_;
+  std::vector<StartPose> starts_;
+  std::vector<Eigen::VectorXd> x_;
+  std::vector<const ScanPoints*> scans_;
+  std::vector<char> region_;
+  bool skin_only_ = false;
+  std::vector<Finding> findings_;
+};
+
+}  // namespace
+
+OptionTable describe(TrackOptions& options) {
+  OptionTable table;
+  table.add(
+      "exclude", options.exclude,
+      {{"auto", Exclude::Auto},
+       {"labels", Exclude::Labels},
+       {"region", Exclude::Region},
+       {"none", Exclude::None}},
+      "clothing that the surface term leaves out: what swings, by label, over a region, none");
+  table.add("weights", describe(options.weights));
+  table.add("motion", describe(options.motion));
+  table.add("dynamic", describe(options.dynamic));
+  table.add("samples", options.samples, 0, 1e7, "",
+            "points of each scan in an iteration; 0 takes all");
+  table.add("rounds", options.rounds, 0, 100, "", "of matching with scans; 0: keypoints alone");
+  table.add("window", options.window, 3, 1000, "", "frames solved jointly");
+  table.add("overlap", options.overlap, 0, 500, "",
+            "frames that neighbouring windows share, at most half a window");
+  table.add("iterations", options.iterations, 1, 1000, "", "of the solver in a round");
+  table.add("fingers", options.fingers,
+            "seek fingers too; only with keypoints of hands or close-ups");
+  return table;
+}
+
+Tracking track(const BodyModel& model, const TrackInput& input, const TrackOptions& options) {
+  ATELIER_CHECK(
+      input.frames.size() == input.frame_ids.size() && !input.frames.empty() && input.fps > 0,
+      "frames with numbers and a rate");
+  ATELIER_CHECK(options.window >= 3 && 2 * options.overlap <= options.window,
+                "windows of three frames and more, which share at most half");
+  ATELIER_CHECK(
+      input.region.empty() || static_cast<Index>(input.region.size()) == vertex_count(model),
+      "a region of the body's vertices");
+  for (std::size_t f = 0; f < input.frames.size(); ++f) {
+    ATELIER_CHECK(f == 0 || input.frame_ids[f] > input.frame_ids[f - 1], "frame ids increase");
+    const TrackFrame& frame = input.frames[f];
+    ATELIER_CHECK(frame.keypoints.rows() == frame.deviations.size() &&
+                      (frame.keypoints.rows() == 0 ||
+                       frame.keypoints.rows() == static_cast<Index>(input.keypoint_names.size())),
+                  "keypoints by name");
+  }
+  return Sequencer(model, input, options).run();
+}
+
+}  // namespace atelier

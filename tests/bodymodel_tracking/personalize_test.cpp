@@ -1,0 +1,198 @@
+// A person measured from bare scans and keypoints.
+#include "bodymodel/tracking/personalize.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/tracking/solve_shape.h"
+#include "core/error.h"
+#include "core/normals.h"
+#include "core/tree.h"
+#include "tests/bodymodel_tracking/posed_person.h"
+#include "tests/support/finite_differences.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::Contains;
+using ::testing::Field;
+using ::testing::HasSubstr;
+
+const BodyModel& shaped_human() {
+  static const BodyModel model = default_human();
+  return model;
+}
+
+/// Somebody else: another shape, and a surface off the shape space.
+const BodyModel& somebody() {
+  static const BodyModel person = [] {
+    Eigen::VectorXd shape = neutral_shape(shaped_human());
+    for (std::size_t s = 0; s < shaped_human().shape.size(); ++s) {
+      const ShapeParameter& parameter = shaped_human().shape[s];
+      shape[static_cast<Index>(s)] +=
+          (s % 2 == 0 ? 0.2 : -0.15) * (parameter.max - parameter.min) / 2;
+    }
+    BodyModel model = plain_person(shaped_human(), shape).model;
+    const Points normals = vertex_normals(model.mesh.vertices, model.mesh.faces);
+    for (Index v = 0; v < vertex_count(model); ++v) {
+      const Eigen::RowVector3d x = model.mesh.vertices.row(v);
+      model.mesh.vertices.row(v) +=
+          0.006 * std::sin(20 * x.y()) * std::cos(9 * x.x()) * normals.row(v);
+    }
+    return model;
+  }();
+  return person;
+}
+
+TrackInput bare_frames(int frames, double noise) {
+  const FittedPerson person = fitted_person(somebody(), body_25_names());
+  Random random(8);
+  TrackInput input;
+  input.keypoint_names = body_25_names();
+  input.fps = 1;
+  for (int f = 0; f < frames; ++f) {
+    const Eigen::VectorXd x = walking(person, 0.7 * f);
+    const FrameTargets seen = keypoints_of(person, x, noise, random);
+    Mesh scan;
+    scan.vertices = skin_vertices(somebody(), pose_of_variables(person, x));
+    scan.faces = somebody().mesh.faces;
+    const std::vector<ScanPart> parts(static_cast<std::size_t>(scan.vertices.rows()),
+                                      ScanPart::Skin);
+    input.frame_ids.push_back(f);
+    input.frames.push_back({seen.keypoints, seen.deviations, scan_points(scan, parts)});
+  }
+  return input;
+}
+
+/// Mean distance, metres, between the rest surfaces of two persons, area-weighted.
+double surface_error(const BodyModel& found, const BodyModel& truth) {
+  const TriangleTree tree = build_tree(truth.mesh.vertices, truth.mesh.faces);
+  const Eigen::VectorXd areas = vertex_areas(found.mesh.vertices, found.mesh.faces);
+  double sum = 0;
+  const auto nearest = closest_points(tree, found.mesh.vertices);
+  for (Index v = 0; v < areas.size(); ++v) {
+    sum += areas[v] * std::sqrt(nearest[static_cast<std::size_t>(v)].squared_distance);
+  }
+  return sum / areas.sum();
+}
+
+TEST(Personalize, ShapeDerivativesAreThoseOfTheCost) {
+  const FittedPerson start = fitted_person(shaped_human(), body_25_names());
+  Eigen::VectorXd shape = neutral_shape(shaped_human());
+  for (Index s = 0; s < shape.size(); ++s) {
+    const ShapeParameter& parameter = shaped_human().shape[static_cast<std::size_t>(s)];
+    shape[s] += 0.1 * (parameter.max - parameter.min);
+  }
+  const FittedPerson person = with_shape(start, shape);
+  Random random(2);
+  const Eigen::VectorXd x = walking(person, 0.3);
+  FrameTargets targets = keypoints_of(person, x, 0.02, random);
+  const Points vertices =
+      skin_vertices(shaped_human(), person.shaped, pose_of_variables(person, x));
+  for (int f = 0; f < shaped_human().mesh.faces.rows(); f += 1201) {
+    SurfaceMatch match;
+    match.barycentric = {0.2, 0.3, 0.5};
+    for (int c = 0; c < 3; ++c) {
+      match.vertices[static_cast<std::size_t>(c)] = shaped_human().mesh.faces(f, c);
+      match.target +=
+          match.barycentric[c] * vertices.row(shaped_human().mesh.faces(f, c)).transpose();
+    }
+    match.normal = Eigen::Vector3d(0.3, 0.5, -0.2).normalized();
+    match.target += 0.01 * match.normal;
+    match.weight = 0.05;
+    targets.matches.push_back(match);
+  }
+  const FrameWeights weights;
+  const Eigen::VectorXd analytic =
+      frame_shape_energy(person, targets, x, weights).gradient.tail(shape.size());
+  for (Index s = 0; s < shape.size(); ++s) {
+    const ShapeParameter& parameter = shaped_human().shape[static_cast<std::size_t>(s)];
+    const double step = 1e-5 * (parameter.max - parameter.min);
+    const auto cost = [&](double by) {
+      Eigen::VectorXd moved = shape;
+      moved[s] += by;
+      return frame_energy(with_shape(person, moved), targets, x, weights, false).cost;
+    };
+    const double numeric = (cost(step) - cost(-step)) / (2 * step);
+    EXPECT_NEAR(analytic[s], numeric, 1e-5 * std::max(1.0, std::abs(numeric))) << parameter.name;
+  }
+}
+
+TEST(Personalize, ThreeFramesFindSomebodyElse) {
+  const TrackInput input = bare_frames(3, 0.005);
+  PersonalizeOptions options;
+  options.samples = 1500;
+  options.shape_rounds = 4;
+  options.surface_rounds = 3;
+  const Personalization found = personalize(shaped_human(), input, options);
+  const double before = surface_error(plain_person(shaped_human()).model, somebody());
+  const double after = surface_error(found.person.model, somebody());
+  std::printf("surface %.2f mm before, %.2f mm after; scans %.2f mm, keypoints %.1f mm\n",
+              1e3 * before, 1e3 * after, 1e3 * found.scan_rms, 1e3 * found.keypoint_rms);
+  EXPECT_GT(before, 0.006);
+  EXPECT_LT(after, 0.003);
+  EXPECT_LT(found.scan_rms, 0.003);
+  EXPECT_LT(found.unseen, 0.2);
+}
+
+TEST(Personalize, KeypointsAloneGiveBoneLengths) {
+  TrackInput input = bare_frames(4, 0.003);
+  for (TrackFrame& frame : input.frames) {
+    frame.scan = {};
+  }
+  const Personalization found = personalize(shaped_human(), input);
+  EXPECT_THAT(found.findings, Contains(Field(&Finding::code, "no-scans")));
+  const auto leg = [](const BodyModel& model) {
+    return model.skeleton.offsets.row(find_joint(model.skeleton, "left_knee")).norm() +
+           model.skeleton.offsets.row(find_joint(model.skeleton, "left_ankle")).norm();
+  };
+  EXPECT_NEAR(leg(found.person.model), leg(somebody()), 0.01);
+}
+
+TEST(Personalize, WhatWasNotSeenIsSaid) {
+  TrackInput input = bare_frames(2, 0.003);
+  for (TrackFrame& frame : input.frames) {
+    for (Index i = 0; i < frame.scan.points.rows(); ++i) {
+      if (frame.scan.points(i, 1) < 0.5) {
+        frame.scan.parts[static_cast<std::size_t>(i)] = ScanPart::Ignored;
+      }
+    }
+  }
+  PersonalizeOptions options;
+  options.samples = 800;
+  options.shape_rounds = 1;
+  options.surface_rounds = 1;
+  const Personalization found = personalize(shaped_human(), input, options);
+  EXPECT_THAT(found.findings, Contains(Field(&Finding::code, "frames-few")));
+  EXPECT_THAT(found.findings, Contains(Field(&Finding::code, "surface-unseen")));
+  EXPECT_GT(found.unseen, 0.1);
+}
+
+TEST(Personalize, NobodyIsRefused) {
+  TrackInput input = bare_frames(1, 0);
+  input.frames[0].deviations.setZero();
+  try {
+    personalize(shaped_human(), input);
+    FAIL();
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no frame that shows a person"));
+  }
+  EXPECT_THROW(personalize(shaped_human(), {}), LogicError);
+  input.frames[0].deviations.resize(2);
+  EXPECT_THROW(personalize(shaped_human(), input), LogicError);
+  const FittedPerson plain = fitted_person(plain_human(), body_25_names());
+  EXPECT_THROW(solve_shape(plain, {}, {}, {}, 1), LogicError);
+  EXPECT_THROW(frame_shape_energy(fitted_person(shaped_human(), {}), {}, walking(plain, 0), {}),
+               LogicError);
+}
+
+TEST(Personalize, EveryVertexHasAMirrorImage) {
+  const std::vector<int> mirror = mirror_vertices(plain_human().mesh.vertices);
+  for (std::size_t v = 0; v < mirror.size(); ++v) {
+    ASSERT_GE(mirror[v], 0);
+    EXPECT_EQ(mirror[static_cast<std::size_t>(mirror[v])], static_cast<int>(v));
+  }
+}
+
+}  // namespace
+}  // namespace atelier::testing

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bodymodel/default_human.h"
+#include "bodymodel/tracking/track.h"
+#include "core/random.h"
+
+namespace atelier::testing {
+
+/// A person for these tests: the default human without a shape space.
+const BodyModel& plain_human();
+
+/// BODY_25.
+const std::vector<std::string>& body_25_names();
+
+/// The person, prepared.
+const FittedPerson& fitted_human();
+
+/// Keypoints of a pose, with Gaussian noise.
+FrameTargets keypoints_of(const FittedPerson& person, const Eigen::VectorXd& x, double noise,
+                          Random& random);
+
+/// Someone who walks round in a circle and swings arms and legs.
+Eigen::VectorXd walking(const FittedPerson& person, double seconds);
+
+/// Mean distance of joints, metres.
+double joint_error(const FittedPerson& person, const Eigen::VectorXd& a, const Eigen::VectorXd& b);
+
+}  // namespace atelier::testing

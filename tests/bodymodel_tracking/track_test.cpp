@@ -1,0 +1,298 @@
+// People who walk: followed by keypoints and scans, with what goes wrong in captures.
+#include "bodymodel/tracking/track.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/tracking/start_pose.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "tests/bodymodel_tracking/posed_person.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::Contains;
+using ::testing::Field;
+using ::testing::Not;
+
+TrackInput walk(int frames, double noise, double fps = 30) {
+  Random random(3);
+  TrackInput input;
+  input.keypoint_names = body_25_names();
+  input.fps = fps;
+  for (int f = 0; f < frames; ++f) {
+    const FrameTargets seen =
+        keypoints_of(fitted_human(), walking(fitted_human(), f / fps), noise, random);
+    input.frame_ids.push_back(f);
+    input.frames.push_back({seen.keypoints, seen.deviations, {}});
+  }
+  return input;
+}
+
+/// The body itself as a scan.
+ScanPoints body_scan(double seconds) {
+  Mesh scan;
+  scan.vertices = skin_vertices(
+      plain_human(), pose_of_variables(fitted_human(), walking(fitted_human(), seconds)));
+  scan.faces = plain_human().mesh.faces;
+  return scan_points(
+      scan, std::vector<ScanPart>(static_cast<std::size_t>(scan.vertices.rows()), ScanPart::Skin));
+}
+
+double error_of(const Tracking& tracking, std::size_t f, double seconds) {
+  return joint_error(fitted_human(),
+                     pose_variables(fitted_human(), tracking.tracked.motion.poses[f]),
+                     walking(fitted_human(), seconds));
+}
+
+TEST(StartPose, AnyPoseIsFoundFromItsKeypoints) {
+  const FittedPerson& person = fitted_human();
+  Random random(11);
+  for (int trial = 0; trial < 12; ++trial) {
+    Eigen::VectorXd x = walking(person, 0.3 * trial);
+    Eigen::Vector3d axis(normal(random), normal(random), normal(random));
+    x.segment<3>(3) = 3.0 * axis.normalized();  // lying, upside down, turned round
+    x.head<3>() += Eigen::Vector3d(5 * normal(random), normal(random), normal(random));
+    const FrameTargets seen = keypoints_of(person, x, 0.003, random);
+    const auto starts = start_poses(person, {seen}, {0}, {});
+    EXPECT_TRUE(starts[0].trusted);
+    EXPECT_EQ(starts[0].reading, Reading::AsNamed);
+    EXPECT_LT(joint_error(person, starts[0].x, x), 0.02) << trial;
+  }
+}
+
+TEST(StartPose, LeftAndRightThatWereExchangedArePutRight) {
+  const FittedPerson& person = fitted_human();
+  Random random(12);
+  std::vector<FrameTargets> frames;
+  std::vector<double> times;
+  const auto exchange = [&](FrameTargets& targets, const std::string& part) {
+    const auto at = [&](const std::string& name) {
+      return std::find(person.places.names.begin(), person.places.names.end(), name) -
+             person.places.names.begin();
+    };
+    const Eigen::RowVector3d left = targets.keypoints.row(at("left_" + part));
+    targets.keypoints.row(at("left_" + part)) = targets.keypoints.row(at("right_" + part));
+    targets.keypoints.row(at("right_" + part)) = left;
+  };
+  for (int f = 0; f < 9; ++f) {
+    frames.push_back(keypoints_of(person, walking(person, f / 30.0), 0.003, random));
+    times.push_back(f / 30.0);
+  }
+  for (const char* part : {"hip", "knee", "ankle", "big_toe", "small_toe", "heel"}) {
+    exchange(frames[2], part);
+    exchange(frames[6], part);
+  }
+  for (const char* part : {"shoulder", "elbow", "wrist", "eye", "ear"}) {
+    exchange(frames[6], part);  // who faces away is taken to face the camera
+  }
+  const auto starts = start_poses(person, frames, times, {});
+  EXPECT_EQ(starts[2].reading, Reading::LegsMirrored);
+  EXPECT_EQ(starts[6].reading, Reading::Mirrored);
+  for (std::size_t f = 0; f < starts.size(); ++f) {
+    EXPECT_LT(joint_error(person, starts[f].x, walking(person, times[f])), 0.02) << f;
+  }
+}
+
+TEST(Track, FollowsKeypoints) {
+  const Tracking tracking = track(plain_human(), walk(20, 0.008));
+  double mean = 0;
+  for (std::size_t f = 0; f < 20; ++f) {
+    EXPECT_LT(error_of(tracking, f, f / 30.0), 0.015);
+    mean += error_of(tracking, f, f / 30.0) / 20;
+    EXPECT_EQ(tracking.tracked.trusted[f], 1);
+  }
+  EXPECT_LT(mean, 0.009);
+  // The uncertainty that it states is about the error that it has.
+  EXPECT_GT(tracking.tracked.deviations.mean(), 0.002);
+  EXPECT_LT(tracking.tracked.deviations.mean(), 0.012);
+  EXPECT_TRUE(tracking.findings.empty());
+}
+
+TEST(Track, ScansMakeItExact) {
+  TrackInput input = walk(4, 0.012, 12);
+  for (std::size_t f = 0; f < 4; ++f) {
+    input.frames[f].scan = body_scan(f / 12.0);
+  }
+  TrackOptions options;
+  options.samples = 1500;
+  const Tracking with = track(plain_human(), input, options);
+  double mean = 0;
+  for (std::size_t f = 0; f < 4; ++f) {
+    mean += error_of(with, f, f / 12.0) / 4;
+    EXPECT_LT(with.tracked.scan_rms[static_cast<Index>(f)], 0.003);
+    EXPECT_GT(with.tracked.scan_share[static_cast<Index>(f)], 0.9);
+  }
+  EXPECT_LT(mean, 0.004);
+}
+
+TEST(Track, TheSameDigitsOnAnyNumberOfThreads) {
+  TrackInput input = walk(10, 0.01);
+  input.frames[4].scan = body_scan(4 / 30.0);
+  TrackOptions options;
+  options.window = 4;
+  options.overlap = 2;
+  options.rounds = 1;
+  options.samples = 300;
+  std::vector<Points> first;
+  for (const int threads : {1, 2, 5}) {
+    set_thread_count(threads);
+    const Tracking tracking = track(plain_human(), input, options);
+    if (first.empty()) {
+      first = tracking.tracked.joints;
+    }
+    for (std::size_t f = 0; f < first.size(); ++f) {
+      EXPECT_EQ(tracking.tracked.joints[f], first[f]);
+    }
+  }
+  set_thread_count(0);
+}
+
+TEST(Track, AFrameWithoutKeypointsIsBridgedAndNotTrusted) {
+  TrackInput input = walk(9, 0.004);
+  input.frames[4].keypoints.resize(0, 3);
+  input.frames[4].deviations.resize(0);
+  const Tracking tracking = track(plain_human(), input);
+  EXPECT_EQ(tracking.tracked.trusted[4], 0);
+  EXPECT_EQ(tracking.tracked.trusted[3], 1);
+  EXPECT_LT(error_of(tracking, 4, 4 / 30.0), 0.02);
+  EXPECT_GT(tracking.tracked.deviations.row(4).mean(), tracking.tracked.deviations.row(2).mean());
+  EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "keypoints-missing")));
+  EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "frame-untrusted")));
+}
+
+TEST(Track, AScanIsEnoughWhereKeypointsAreMissing) {
+  TrackInput input = walk(5, 0.004, 12);
+  input.frames[2].keypoints.resize(0, 3);
+  input.frames[2].deviations.resize(0);
+  input.frames[2].scan = body_scan(2 / 12.0);
+  const Tracking tracking = track(plain_human(), input);
+  EXPECT_EQ(tracking.tracked.trusted[2], 1);
+  EXPECT_LT(error_of(tracking, 2, 2 / 12.0), 0.012);
+}
+
+TEST(Track, KeypointsThatContradictEachOtherAreNotTrusted) {
+  TrackInput input = walk(7, 0.004);
+  Random random(4);
+  for (Index k = 0; k < input.frames[3].keypoints.rows(); ++k) {
+    input.frames[3].keypoints.row(k) +=
+        0.6 * Eigen::RowVector3d(normal(random), normal(random), normal(random));
+  }
+  const Tracking tracking = track(plain_human(), input);
+  EXPECT_EQ(tracking.tracked.trusted[3], 0);
+  EXPECT_LT(error_of(tracking, 3, 3 / 30.0), 0.03);
+}
+
+TEST(Track, NothingSeenAtAllIsSaid) {
+  TrackInput input = walk(3, 0);
+  for (TrackFrame& frame : input.frames) {
+    frame.keypoints.resize(0, 3);
+    frame.deviations.resize(0);
+  }
+  const Tracking tracking = track(plain_human(), input);
+  EXPECT_THAT(tracking.tracked.trusted, ::testing::Each(0));
+}
+
+TEST(Track, AScanInMillimetresIsLeftOut) {
+  TrackInput input = walk(3, 0.004);
+  input.frames[1].scan = body_scan(1 / 30.0);
+  input.frames[1].scan.points *= 1000;
+  input.frames[1].scan.areas *= 1e6;
+  const Tracking tracking = track(plain_human(), input);
+  EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "scan-unit")));
+  EXPECT_EQ(tracking.tracked.scan_share[1], 0);
+  EXPECT_LT(error_of(tracking, 1, 1 / 30.0), 0.015);
+}
+
+TEST(Track, HalfAScanAndASecondPersonDoNoHarm) {
+  TrackInput input = walk(3, 0.004, 12);
+  ScanPoints& scan = input.frames[1].scan;
+  const ScanPoints whole = body_scan(1 / 12.0);
+  const double middle = whole.points.col(1).mean();
+  std::vector<Index> upper;
+  for (Index i = 0; i < whole.points.rows(); ++i) {
+    if (whole.points(i, 1) > middle) {
+      upper.push_back(i);
+    }
+  }
+  const auto half = static_cast<Index>(upper.size());
+  scan.points.resize(2 * half, 3);
+  scan.normals.resize(2 * half, 3);
+  scan.areas.resize(2 * half);
+  scan.parts.assign(static_cast<std::size_t>(2 * half), ScanPart::Skin);
+  for (Index i = 0; i < half; ++i) {
+    const Index from = upper[static_cast<std::size_t>(i)];
+    for (const Index to : {i, half + i}) {  // and someone else half a metre beside
+      scan.points.row(to) = whole.points.row(from);
+      scan.normals.row(to) = whole.normals.row(from);
+      scan.areas[to] = whole.areas[from];
+    }
+    scan.points(half + i, 0) += 1.2;
+  }
+  const Tracking tracking = track(plain_human(), input);
+  EXPECT_LT(error_of(tracking, 1, 1 / 12.0), 0.012);
+  EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "scan-far")));
+}
+
+TEST(Track, WhatSwingsIsFoundAndLeftOut) {
+  // A cone round the legs that swings from side to side, and skin above.
+  TrackInput input = walk(6, 0.006, 12);
+  for (std::size_t f = 0; f < 6; ++f) {
+    ScanPoints scan = body_scan(f / 12.0);
+    const double hip =
+        fitted_human().shaped.joints(find_joint(plain_human().skeleton, "left_hip"), 1);
+    for (Index i = 0; i < scan.points.rows(); ++i) {
+      const double below = hip - scan.points(i, 1);
+      if (below > 0) {
+        scan.parts[static_cast<std::size_t>(i)] = ScanPart::Cloth;
+        scan.points.row(i) += (0.02 + 0.2 * below * (f % 2 == 0 ? 1 : 0.3)) * scan.normals.row(i);
+      }
+    }
+    input.frames[f].scan = scan;
+  }
+  const auto mean_error = [&](Exclude exclude) {
+    TrackOptions options;
+    options.exclude = exclude;
+    options.samples = 1000;
+    const Tracking tracking = track(plain_human(), input, options);
+    double sum = 0;
+    for (std::size_t f = 0; f < 6; ++f) {
+      sum += error_of(tracking, f, f / 12.0) / 6;
+    }
+    return std::pair(sum, tracking.tracked.region);
+  };
+  const auto [with, region] = mean_error(Exclude::Auto);
+  const auto [without, none] = mean_error(Exclude::None);
+  EXPECT_TRUE(none.empty());
+  EXPECT_LT(with, without);
+  const Points& rest = fitted_human().shaped.vertices;
+  ASSERT_GT(region.size(), 500u);
+  for (const int v : region) {
+    EXPECT_LT(rest(v, 1), 0.95);
+  }
+}
+
+TEST(Track, WrongCallsAreRefused) {
+  TrackInput input = walk(3, 0);
+  TrackOptions options;
+  options.overlap = 9;
+  EXPECT_THROW(track(plain_human(), input, options), LogicError);
+  EXPECT_THROW(track(plain_human(), {}), LogicError);
+  input.frame_ids = {0, 0, 1};
+  EXPECT_THROW(track(plain_human(), input), LogicError);
+  input = walk(3, 0);
+  input.region = {1, 0};
+  EXPECT_THROW(track(plain_human(), input), LogicError);
+  input = walk(3, 0);
+  input.frames[1].deviations.resize(4);
+  EXPECT_THROW(track(plain_human(), input), LogicError);
+  BodyModel box;
+  box.skeleton = {{"root"}, {-1}, Points::Zero(1, 3), {}, {}, {}};
+  box.mesh = plain_human().mesh;
+  EXPECT_THROW(fitted_person(box, {}), DataError);
+  EXPECT_THROW(scan_points(plain_human().mesh, {ScanPart::Skin}), LogicError);
+}
+
+}  // namespace
+}  // namespace atelier::testing
