@@ -3,6 +3,7 @@
 #include "apps/person_input.h"
 
 #include <algorithm>
+#include <map>
 
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints3d_file.h"
@@ -79,8 +80,10 @@ void read_keypoints(const std::filesystem::path& file, const PersonInputOptions&
   if (!std::filesystem::exists(file)) {
     return;
   }
-  const std::vector<PersonPoints> people =
-      parse_keypoints3d(read_file_text(file, kMostText), file.string());
+  const std::string text = read_file_text(file, kMostText);
+  const std::vector<PersonPoints> people = parse_keypoints3d(text, file.string());
+  const std::map<int, std::vector<double>> deviations =
+      parse_keypoint_deviations(text, file.string());
   const auto who = std::find_if(people.begin(), people.end(), [&](const PersonPoints& one) {
     return one.id == options.person || (one.id < 0 && options.person == 0);
   });
@@ -93,10 +96,14 @@ void read_keypoints(const std::filesystem::path& file, const PersonInputOptions&
   }
   frame.keypoints = who->points.leftCols<3>();
   frame.deviations = Eigen::VectorXd::Zero(count);
+  const auto stated = deviations.find(who->id);
   for (Index k = 0; k < count; ++k) {
     const double confidence = std::clamp(who->points(k, 3), 0.0, 1.0);
-    frame.deviations[k] =
-        confidence > 0 ? kNoise / std::max(0.1, confidence) + options.keypoint_noise : 0;
+    if (confidence > 0) {
+      const double own = stated != deviations.end() ? stated->second[static_cast<std::size_t>(k)]
+                                                    : kNoise / std::max(0.1, confidence);
+      frame.deviations[k] = std::max(1e-4, own) + options.keypoint_noise;
+    }
   }
 }
 

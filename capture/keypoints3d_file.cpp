@@ -68,6 +68,33 @@ std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::st
   return people;
 }
 
+std::map<int, std::vector<double>> parse_keypoint_deviations(std::string_view text,
+                                                             const std::string& file,
+                                                             const Limits& limits) {
+  const nlohmann::json parsed = parse_json(text, file, limits);
+  std::map<int, std::vector<double>> all;
+  if (!parsed.is_array()) {
+    return all;
+  }
+  for (const JsonPlace& entry : JsonPlace(parsed, file).items()) {
+    if (!entry.has("deviations")) {
+      continue;
+    }
+    const JsonPlace place = entry.at("deviations");
+    std::vector<double> values = place.numbers();
+    for (const double value : values) {
+      if (!(value >= 0 && value < limits.mesh_coordinate)) {
+        place.fail("a deviation of " + std::to_string(value), "metres of at least 0");
+      }
+    }
+    if (values.size() == entry.at("keypoints3d").size()) {
+      constexpr std::int64_t kMostPeople = 1'000'000;
+      all[static_cast<int>(entry.integer_or("id", -1, -1, kMostPeople))] = std::move(values);
+    }
+  }
+  return all;
+}
+
 std::string keypoints3d_json(const std::vector<PersonPoints>& people) {
   nlohmann::ordered_json root = nlohmann::ordered_json::array();
   for (const PersonPoints& person : people) {

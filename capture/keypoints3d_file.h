@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,13 @@ namespace atelier {
 /// points at 1e9 or beyond.
 std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::string& file = "",
                                             const Limits& limits = {});
+
+/// The list `deviations` of each person of EasyMocap's form, metres, by id: of files that
+/// `keypoints3d_json` wrote of PersonPose. People without one, or with one of another length than
+/// their points, are not in it. Throws DataError for negative ones and what is no such file.
+std::map<int, std::vector<double>> parse_keypoint_deviations(std::string_view text,
+                                                             const std::string& file = "",
+                                                             const Limits& limits = {});
 
 /// EasyMocap's form.
 std::string keypoints3d_json(const std::vector<PersonPoints>& people);

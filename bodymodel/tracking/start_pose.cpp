@@ -90,17 +90,18 @@ bool of_head(const std::string& name) {
   return name.ends_with("eye") || name.ends_with("ear");
 }
 
-FrameTargets read_as(const FittedPerson& person, const FrameTargets& targets, Reading reading) {
+FrameTargets read_as(const FittedPerson& person, const FrameTargets& targets, SideReading reading) {
   FrameTargets result = targets;
-  if (reading == Reading::AsNamed) {
+  if (reading == SideReading::AsNamed) {
     return result;
   }
   for (Index k = 0; k < targets.keypoints.rows(); ++k) {
     const std::string& name = person.places.names[static_cast<std::size_t>(k)];
     const int other = place_of(person, mirrored(name));
     const bool leg = of_leg(name);
-    const bool wanted = reading == Reading::Mirrored || (reading == Reading::LegsMirrored && leg) ||
-                        (reading == Reading::ArmsMirrored && !leg && !of_head(name));
+    const bool wanted = reading == SideReading::Mirrored ||
+                        (reading == SideReading::LegsMirrored && leg) ||
+                        (reading == SideReading::ArmsMirrored && !leg && !of_head(name));
     if (other >= 0 && other < targets.keypoints.rows() && wanted) {
       result.keypoints.row(k) = targets.keypoints.row(other);
       result.deviations[k] = targets.deviations[other];
@@ -158,8 +159,8 @@ std::vector<Hypothesis> hypotheses(const FittedPerson& person, const FrameTarget
   FrameWeights rough = weights;  // a first pose may be far from what is seen
   rough.keypoint = std::max(weights.keypoint, 0.015);
   rough.keypoint_outlier = std::max(weights.keypoint_outlier, 0.15);
-  for (const Reading reading :
-       {Reading::AsNamed, Reading::Mirrored, Reading::LegsMirrored, Reading::ArmsMirrored}) {
+  for (const SideReading reading : {SideReading::AsNamed, SideReading::Mirrored,
+                                    SideReading::LegsMirrored, SideReading::ArmsMirrored}) {
     Hypothesis one;
     one.start.reading = reading;
     one.start.targets = read_as(person, targets, reading);
@@ -172,9 +173,9 @@ std::vector<Hypothesis> hypotheses(const FittedPerson& person, const FrameTarget
     one.start.error = error_of_share(person, one.start.targets, one.start.x, 0.5);
     one.start.trusted = one.start.error < kBadError;
     one.cost = frame_energy(person, one.start.targets, one.start.x, rough, false).cost +
-               (reading == Reading::AsNamed ? 0 : kReadingPenalty);
+               (reading == SideReading::AsNamed ? 0 : kReadingPenalty);
     one.joints = sought_joints(person, one.start.x);
-    const bool good = reading == Reading::AsNamed &&
+    const bool good = reading == SideReading::AsNamed &&
                       error_of_share(person, one.start.targets, one.start.x, 0.8) < kGoodError;
     all.push_back(std::move(one));
     if (good) {
@@ -376,7 +377,7 @@ std::vector<StartPose> start_poses(const FittedPerson& person,
       starts[f].x = rest;
       starts[f].targets = frames[f];
       starts[f].targets.deviations.setZero();
-      starts[f].reading = Reading::AsNamed;
+      starts[f].reading = SideReading::AsNamed;
     }
   }
   bridge(times, starts);

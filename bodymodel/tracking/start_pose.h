@@ -16,13 +16,13 @@ std::optional<Eigen::VectorXd> closed_form_pose(const FittedPerson& person,
                                                 const FrameTargets& targets);
 
 /// How a frame's keypoints were read.
-enum class Reading { AsNamed, Mirrored, LegsMirrored, ArmsMirrored };
+enum class SideReading { AsNamed, Mirrored, LegsMirrored, ArmsMirrored };
 
 /// Where a frame's search begins.
 struct StartPose {
   Eigen::VectorXd x;
   FrameTargets targets;  ///< with left and right exchanged where they were mixed up
-  Reading reading = Reading::AsNamed;
+  SideReading reading = SideReading::AsNamed;
   double error = 0;      ///< m, median distance of the keypoints seen
   bool trusted = false;  ///< enough was seen and it agrees; else x is that of the frames around
 };

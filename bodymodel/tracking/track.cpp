@@ -120,7 +120,7 @@ class Sequencer {
         starts_[f].targets.prior = kBridgePrior;
         missing.push_back(input_.frame_ids[f]);
       }
-      if (starts_[f].reading != Reading::AsNamed) {
+      if (starts_[f].reading != SideReading::AsNamed) {
         mirrored.push_back(input_.frame_ids[f]);
       }
       const ScanPoints& scan = input_.frames[f].scan;

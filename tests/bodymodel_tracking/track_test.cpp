@@ -57,7 +57,7 @@ TEST(StartPose, AnyPoseIsFoundFromItsKeypoints) {
     const FrameTargets seen = keypoints_of(person, x, 0.003, random);
     const auto starts = start_poses(person, {seen}, {0}, {});
     EXPECT_TRUE(starts[0].trusted);
-    EXPECT_EQ(starts[0].reading, Reading::AsNamed);
+    EXPECT_EQ(starts[0].reading, SideReading::AsNamed);
     EXPECT_LT(joint_error(person, starts[0].x, x), 0.02) << trial;
   }
 }
@@ -88,8 +88,8 @@ TEST(StartPose, LeftAndRightThatWereExchangedArePutRight) {
     exchange(frames[6], part);  // who faces away is taken to face the camera
   }
   const auto starts = start_poses(person, frames, times, {});
-  EXPECT_EQ(starts[2].reading, Reading::LegsMirrored);
-  EXPECT_EQ(starts[6].reading, Reading::Mirrored);
+  EXPECT_EQ(starts[2].reading, SideReading::LegsMirrored);
+  EXPECT_EQ(starts[6].reading, SideReading::Mirrored);
   for (std::size_t f = 0; f < starts.size(); ++f) {
     EXPECT_LT(joint_error(person, starts[f].x, walking(person, times[f])), 0.02) << f;
   }
