@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "apps/flatten.h"
 #include "apps/personalize_stage.h"
 #include "apps/reconstruct_stage.h"
 #include "apps/stage_command.h"
@@ -70,6 +71,16 @@ constexpr std::array kStages = {
           .options = option_set<TrackStageOptions>,
           .run = run_track},
 #endif
+#ifdef ATELIER_HAS_REGISTRATION
+    Stage{.name = "flatten",
+          .version = 1,
+          .summary = "a garment's surface as a flat sewing pattern",
+          .inputs = {"template"},
+          .outputs = {"pattern"},
+          .metrics = kFlattenMetrics,
+          .options = option_set<FlattenStageOptions>,
+          .run = run_flatten},
+#endif
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",
           .version = 1,
@@ -103,6 +114,15 @@ constexpr std::array kSimulateFlags = {
 constexpr StandAlone kSimulateAlone{kSimulateFlags, simulate_alone};
 #endif
 
+#ifdef ATELIER_HAS_REGISTRATION
+constexpr std::array kFlattenFlags = {
+    StandAlone::Flag{"mesh", "MESH", "Without a workspace: the garment's surface"},
+    StandAlone::Flag{"out", "FOLDER",
+                     "New folder: pattern.svg, pattern.dxf, garment.obj, pictures"},
+};
+constexpr StandAlone kFlattenAlone{kFlattenFlags, flatten_alone};
+#endif
+
 #ifdef ATELIER_HAS_CAPTURE
 constexpr std::array kValidateFlags = {
     StandAlone::Flag{"html", "FILE",
@@ -122,6 +142,11 @@ const StandAlone* stand_alone([[maybe_unused]] std::string_view stage) {
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
   if (stage == "simulate") {
     return &kSimulateAlone;
+  }
+#endif
+#ifdef ATELIER_HAS_REGISTRATION
+  if (stage == "flatten") {
+    return &kFlattenAlone;
   }
 #endif
 #ifdef ATELIER_HAS_CAPTURE

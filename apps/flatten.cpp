@@ -1,0 +1,191 @@
+#ifdef ATELIER_HAS_REGISTRATION
+
+#include "apps/flatten.h"
+
+#include <cstdio>
+#include <functional>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/exit_code.h"
+#include "apps/flatten_pictures.h"
+#include "apps/json_text.h"
+#include "apps/output_place.h"
+#include "apps/seam_input.h"
+#include "apps/usage_error.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/image_file.h"
+#include "core/io/mesh_file.h"
+#include "core/io/mesh_obj.h"
+#include "core/store/write_text.h"
+#include "registration/edge_paths.h"
+#include "registration/open_to_discs.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Everything that is made of one mesh.
+struct Flattened {
+  Mesh mesh;
+  FlatPattern pattern;
+  FlatMeasures measures;
+  PatternLayout layout;
+  bool reached = true;  ///< what was asked of found seams
+};
+
+using Say = std::function<void(const std::string&)>;
+
+Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options, const Say& say) {
+  Flattened flat;
+  flat.mesh = read_mesh(file, options.input);
+  check_flattenable(flat.mesh, file.string());
+  const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
+  std::vector<char> cut = seam_input(options.seams, flat.mesh, topology, file);
+  if (options.seams == "auto") {
+    FoundSeams found = find_seams(flat.mesh, cut, options.find, say);
+    flat.reached = found.reached;
+    cut = std::move(found.cut);
+    say(std::to_string(found.added) + " seams and darts added, " + std::to_string(found.joined) +
+        " sewn again");
+  } else {
+    const std::vector<char> open =
+        opened_to_discs(topology, cut, edge_lengths(topology, flat.mesh.vertices));
+    if (open != cut) {
+      say("panels with holes were cut open");
+    }
+    cut = open;
+  }
+  try {
+    flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
+  } catch (const DataError& error) {
+    throw DataError(file.string(), error.where, error.found, error.expected);
+  }
+  flat.measures = measure_flat(flat.mesh, flat.pattern);
+  flat.layout = lay_out_pattern(flat.pattern, options.pattern);
+  return flat;
+}
+
+std::string summary_of(const Flattened& flat) {
+  const FlatMeasures& m = flat.measures;
+  char text[300];
+  std::snprintf(text, sizeof text,
+                "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most "
+                "%.1f%%; area %.2f%% of the surface's; seams differ by %.2f%% at most; %d "
+                "triangles turned over, %d panels over themselves; fabric %.2f x %.2f m",
+                flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length,
+                100 * m.strain_p50, 100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max,
+                100 * m.area_ratio, 100 * std::max(m.seam_mismatch, flat.layout.seam_mismatch),
+                m.inverted, m.overlaps, flat.layout.width, flat.layout.length);
+  return text;
+}
+
+nlohmann::ordered_json json_of(const Flattened& flat) {
+  const FlatMeasures& m = flat.measures;
+  return {{"panels", flat.pattern.cut.panel_count},
+          {"seams", flat.pattern.seams.size()},
+          {"stretch_p50", m.strain_p50},
+          {"stretch_p95", m.strain_p95},
+          {"stretch_p99", m.strain_p99},
+          {"stretch_max", m.strain_max},
+          {"area_ratio", m.area_ratio},
+          {"seam_mismatch", std::max(m.seam_mismatch, flat.layout.seam_mismatch)},
+          {"seam_length", m.seam_length},
+          {"inverted", m.inverted},
+          {"overlaps", m.overlaps},
+          {"fabric_width", flat.layout.width},
+          {"fabric_length", flat.layout.length}};
+}
+
+/// The mesh with its flat panels as texture coordinates, in metres.
+Mesh with_flat_uvs(const Flattened& flat) {
+  const Garment garment = garment_of(flat.mesh, flat.pattern);
+  Mesh mesh = flat.mesh;
+  mesh.uvs = garment.rest;
+  mesh.uv_faces = garment.rest_faces;
+  mesh.normals.resize(0, 3);
+  return mesh;
+}
+
+}  // namespace
+
+OptionTable describe(FlattenStageOptions& options) {
+  OptionTable table;
+  table.add("seams", options.seams, std::vector<std::string>{},
+            "auto (found), uvs (where texture coordinates part), labels (where labels of vertices "
+            "part), none (opened alone), or a file (.json)");
+  table.add("find", describe(options.find));
+  table.add("flatten", describe(options.flatten));
+  table.add("pattern", describe(options.pattern));
+  table.add("input", describe(options.input));
+  return table;
+}
+
+int flatten_alone(const std::map<std::string, std::string>& values, const OptionSet& set,
+                  Device /*device*/, bool json) {
+  const auto value = [&](const char* name) {
+    const auto found = values.find(name);
+    return found != values.end() ? found->second : std::string();
+  };
+  const auto& options = options_of<FlattenStageOptions>(set);
+  if (value("mesh").empty() || value("out").empty()) {
+    throw UsageError(
+        "flatten without a workspace takes --mesh and --out: atelier flatten --mesh MESH --out "
+        "FOLDER");
+  }
+  const fs::path out = value("out");
+  require_new_place(out, "--out");
+  require_folder_place(out);
+  const Flattened flat = flatten_mesh(value("mesh"), options, [&](const std::string& line) {
+    (json ? std::cerr : std::cout) << line << std::endl;
+  });
+  make_private_directory(out);
+  const std::string title = fs::path(value("mesh")).stem().string();
+  write_file_atomically(out / "pattern.svg", pattern_svg(flat.layout, title));
+  write_file_atomically(out / "pattern.dxf", pattern_dxf(flat.layout, title));
+  write_mesh(out / "garment.obj", with_flat_uvs(flat));
+#ifdef ATELIER_HAS_CORE_RENDER
+  write_image(out / "stretch.png", stretch_picture(flat.mesh, flat.pattern, flat.measures));
+#endif
+  if (json) {
+    std::cout << json_text(json_of(flat)) << "\n";
+  } else {
+    std::cout << summary_of(flat) << "\n" << out.string() << "\n";
+  }
+  return flat.reached && flat.measures.overlaps == 0 ? kExitDone : kExitNotConverged;
+}
+
+void run_flatten(StageRun& run) {
+  const auto& options = run.options<FlattenStageOptions>();
+  const Flattened flat =
+      flatten_mesh(run.input("template"), options, [&](const std::string& line) { run.say(line); });
+  const std::string title = run.input("template").stem().string();
+  run.output_text("pattern.svg", pattern_svg(flat.layout, title));
+  run.output_text("pattern.dxf", pattern_dxf(flat.layout, title));
+  run.output("garment.obj", [&](const fs::path& file) {
+    write_text(file, obj_text(polygons_of(with_flat_uvs(flat))));
+  });
+#ifdef ATELIER_HAS_CORE_RENDER
+  run.output("stretch.png", [&](const fs::path& file) {
+    write_text(file, image_bytes(stretch_picture(flat.mesh, flat.pattern, flat.measures),
+                                 ImageFormat::Png));
+  });
+#endif
+  const FlatMeasures& m = flat.measures;
+  run.metric("panels", flat.pattern.cut.panel_count);
+  run.metric("stretch_p50", m.strain_p50);
+  run.metric("stretch_p95", m.strain_p95);
+  run.metric("stretch_p99", m.strain_p99);
+  run.metric("seam_mismatch", std::max(m.seam_mismatch, flat.layout.seam_mismatch));
+  run.metric("seam_length", m.seam_length);
+  run.metric("area_ratio", m.area_ratio);
+  run.metric("inverted", m.inverted);
+  run.metric("overlaps", m.overlaps);
+  run.say(summary_of(flat));
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,45 @@
+#pragma once
+
+#ifdef ATELIER_HAS_REGISTRATION
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "core/io/polygon_mesh.h"
+#include "core/store/stage.h"
+#include "registration/find_seams.h"
+#include "registration/flat_pattern.h"
+#include "registration/pattern_pieces.h"
+
+namespace atelier {
+
+struct FlattenStageOptions {
+  std::string seams = "auto";  ///< auto, uvs, labels, or a file
+  FindSeamsOptions find;
+  FlattenOptions flatten;
+  PatternPieceOptions pattern;
+  MeshConvention input{.metres_per_unit = 1, .up = 'y'};  ///< of files that do not say
+};
+OptionTable describe(FlattenStageOptions& options);
+
+inline constexpr std::array kFlattenMetrics = {
+    StageMetric{"panels", ""},        StageMetric{"stretch_p50", ""},
+    StageMetric{"stretch_p95", ""},   StageMetric{"stretch_p99", ""},
+    StageMetric{"seam_mismatch", ""}, StageMetric{"seam_length", "m"},
+    StageMetric{"area_ratio", ""},    StageMetric{"inverted", ""},
+    StageMetric{"overlaps", ""},
+};
+
+/// A garment's surface -> pattern.svg, pattern.dxf, garment.h5 (schema "atelier.flat"), stretch.png
+/// and pattern.png.
+void run_flatten(StageRun& run);
+
+/// The command alone: --mesh, --out (a folder), --seams.
+int flatten_alone(const std::map<std::string, std::string>& values, const OptionSet& options,
+                  Device device, bool json);
+
+}  // namespace atelier
+
+#endif

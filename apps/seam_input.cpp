@@ -1,0 +1,136 @@
+#ifdef ATELIER_HAS_REGISTRATION
+
+#include "apps/seam_input.h"
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/io/json.h"
+#include "registration/surface_cut.h"
+
+namespace atelier {
+namespace {
+
+using nlohmann::json;
+
+std::vector<char> cut_at_uvs(const Mesh& mesh, const Topology& topology,
+                             const std::filesystem::path& file) {
+  if (mesh.uv_faces.rows() != mesh.faces.rows()) {
+    throw DataError(file.string(), "texture coordinates", "none", "some, or other --seams");
+  }
+  std::vector<char> cut(static_cast<std::size_t>(topology.edges.rows()), 0);
+  for (Index e = 0; e < topology.edges.rows(); ++e) {
+    const auto sharing = corners_of_edge(topology, e);
+    if (sharing.size() != 2) {
+      continue;
+    }
+    for (int k = 0; k < 3; ++k) {
+      for (int l = 0; l < 3; ++l) {
+        const int a = sharing[0] / 3;
+        const int b = sharing[1] / 3;
+        const int vertex = mesh.faces(a, k);
+        const bool shared = vertex == mesh.faces(b, l) &&
+                            (vertex == topology.edges(e, 0) || vertex == topology.edges(e, 1));
+        if (shared && mesh.uvs.row(mesh.uv_faces(a, k)) != mesh.uvs.row(mesh.uv_faces(b, l))) {
+          cut[static_cast<std::size_t>(e)] = 1;
+        }
+      }
+    }
+  }
+  return cut;
+}
+
+std::vector<char> cut_at_labels(const Mesh& mesh, const Topology& topology,
+                                const std::filesystem::path& file) {
+  if (mesh.labels.empty()) {
+    throw DataError(file.string(), "labels", "none", "a mesh with labels (.ply), or other --seams");
+  }
+  std::vector<int> labels;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    const auto label = [&](int k) {
+      return mesh.labels[static_cast<std::size_t>(mesh.faces(f, k))];
+    };
+    labels.push_back(label(1) == label(2) ? label(1) : label(0));
+  }
+  return cut_between_labels(topology, labels);
+}
+
+int integer_at(const json& value, std::int64_t count, const std::string& file,
+               const std::string& where) {
+  if (!value.is_number_integer() || value.get<std::int64_t>() < 0 ||
+      value.get<std::int64_t>() >= count) {
+    throw DataError(file, where, value.dump().substr(0, 40),
+                    "a whole number from 0 to " + std::to_string(count - 1));
+  }
+  return static_cast<int>(value.get<std::int64_t>());
+}
+
+std::vector<char> cut_of_file(const std::string& file, const Mesh& mesh, const Topology& topology) {
+  const json root = read_json(file);
+  if (!root.is_object() || (!root.contains("seams") && !root.contains("panels"))) {
+    throw DataError(file, "", "neither \"seams\" nor \"panels\"",
+                    "{\"seams\": [[v0, v1, ...], ...]} or {\"panels\": [...]}");
+  }
+  std::vector<char> cut(static_cast<std::size_t>(topology.edges.rows()), 0);
+  if (root.contains("seams")) {
+    if (!root["seams"].is_array()) {
+      throw DataError(file, "seams", root["seams"].type_name(), "a list of lists of vertices");
+    }
+    std::vector<std::pair<int, int>> ends;
+    for (std::size_t s = 0; s < root["seams"].size(); ++s) {
+      const json& run = root["seams"][s];
+      const std::string where = "seams[" + std::to_string(s) + "]";
+      if (!run.is_array() || run.size() < 2) {
+        throw DataError(file, where, run.dump().substr(0, 40), "a list of two vertices or more");
+      }
+      for (std::size_t i = 1; i < run.size(); ++i) {
+        ends.emplace_back(integer_at(run[i - 1], mesh.vertices.rows(), file, where),
+                          integer_at(run[i], mesh.vertices.rows(), file, where));
+      }
+    }
+    try {
+      cut = cut_at_edges(topology, ends);
+    } catch (const DataError& error) {
+      throw DataError(file, error.where, error.found, error.expected);
+    }
+  }
+  if (root.contains("panels")) {
+    const json& panels = root["panels"];
+    if (!panels.is_array() || static_cast<Index>(panels.size()) != mesh.faces.rows()) {
+      throw DataError(file, "panels",
+                      panels.is_array() ? std::to_string(panels.size()) + " numbers"
+                                        : std::string(panels.type_name()),
+                      "a number for each of " + std::to_string(mesh.faces.rows()) + " triangles");
+    }
+    std::vector<int> labels;
+    for (std::size_t f = 0; f < panels.size(); ++f) {
+      labels.push_back(
+          integer_at(panels[f], mesh.faces.rows(), file, "panels[" + std::to_string(f) + "]"));
+    }
+    const std::vector<char> between = cut_between_labels(topology, labels);
+    for (std::size_t e = 0; e < cut.size(); ++e) {
+      cut[e] = static_cast<char>(cut[e] | between[e]);
+    }
+  }
+  return cut;
+}
+
+}  // namespace
+
+std::vector<char> seam_input(const std::string& seams, const Mesh& mesh, const Topology& topology,
+                             const std::filesystem::path& mesh_file) {
+  if (seams == "uvs") {
+    return cut_at_uvs(mesh, topology, mesh_file);
+  }
+  if (seams == "labels") {
+    return cut_at_labels(mesh, topology, mesh_file);
+  }
+  if (seams != "auto" && seams != "none") {
+    return cut_of_file(seams, mesh, topology);
+  }
+  return std::vector<char>(static_cast<std::size_t>(topology.edges.rows()), 0);
+}
+
+}  // namespace atelier
+
+#endif

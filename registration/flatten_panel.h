@@ -1,0 +1,56 @@
+#pragma once
+
+#include <vector>
+
+#include "core/options.h"
+#include "core/types.h"
+
+namespace atelier {
+
+/// How long to look for the flattest shape.
+struct FlattenPanelOptions {
+  int iterations = 200;      ///< Newton steps at most, 1 to 10000
+  double tolerance = 1e-7;   ///< stops where a step lowers the energy by less, share, 0 to 0.1
+  double length_weight = 0;  ///< of `lengths`; 1e3 holds them to about 1e-4 of their length
+};
+OptionTable describe(FlattenPanelOptions& options);
+
+/// A length that an edge of the flat panel shall have: both sides of a seam the same.
+struct EdgeLength {
+  int a = 0, b = 0;   ///< vertices
+  double length = 0;  ///< m
+};
+
+/// A panel laid flat.
+struct FlatPanel {
+  Points2 vertices;  ///< [V,2] metres; every face is counter-clockwise
+  int iterations = 0;
+  bool converged = false;
+  bool overlaps = false;  ///< it lies over itself: its outline crosses itself
+  double energy = 0;      ///< symmetric Dirichlet, a mean over the area; 2 if nothing is stretched
+};
+
+/// Lays a panel (a surface that is a disc: one piece, one boundary loop) flat with least stretch.
+///
+/// Starts from the least squares conformal map (Levy et al., "Least squares conformal maps", 2002)
+/// where that turns no face over, else from Tutte's embedding on a disc with mean value weights
+/// (Floater, "Mean value coordinates", 2003), which never does. Then minimises the symmetric
+/// Dirichlet energy (Smith and Schaefer, "Bijective parameterization with free boundaries", 2015),
+/// the mean over the area of (s1^2 + s2^2 + 1/s1^2 + 1/s2^2) / 2 with s1, s2 the principal
+/// stretches of flat over curved, by Newton's method, each face's Hessian projected by its analytic
+/// eigensystem (Smith, De Goes and Kim, "Analytic eigensystems for isotropic distortion energies",
+/// 2019), with a line search that ends before a face would lose its area. So no face is ever turned
+/// over. `start`, if it has rows, takes the place of the first map.
+///
+/// Throws DataError for what is no such panel (no face, a vertex that no face uses, several pieces,
+/// not a manifold, holes, closed), a number that is not finite, and a triangle without area (height
+/// under 1e-7 of its longest edge); LogicError for a `start` that turns a face over. A sparse
+/// Cholesky factorisation for each step.
+FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,
+                        const FlattenPanelOptions& options = {},
+                        const std::vector<EdgeLength>& lengths = {}, const Points2& start = {});
+
+/// True if a closed polygon crosses or touches itself. About O(n) where points are evenly spaced.
+bool crosses_itself(const Points2& loop);
+
+}  // namespace atelier
