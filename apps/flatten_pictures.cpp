@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "core/render/color_map.h"
 #include "core/render/contact_sheet.h"
@@ -23,7 +24,7 @@ Image flat_picture(const Garment& garment, const Colors& colors) {
   const Eigen::RowVector2d low = garment.rest.colwise().minCoeff();
   const Eigen::RowVector2d high = garment.rest.colwise().maxCoeff();
   const double scale = std::min((kHeight - 2.0 * kMargin) / (high.y() - low.y()),
-                                (2200 - 2.0 * kMargin) / (high.x() - low.x()));
+                                (1000 - 2.0 * kMargin) / (high.x() - low.x()));
   const int width =
       std::max(64, static_cast<int>(std::ceil((high.x() - low.x()) * scale)) + 2 * kMargin);
   Image picture(width, kHeight, 3, 1.0F);
@@ -90,11 +91,15 @@ Image stretch_picture(const Mesh& mesh, const FlatPattern& pattern, const FlatMe
   char caption[120];
   std::snprintf(caption, sizeof caption, "stretch p50 %.2f%%, p99 %.2f%%",
                 100 * measures.strain_p50, 100 * measures.strain_p99);
-  return contact_sheet({{picture_of(shown, kFront, options), "front"},
-                        {picture_of(shown, kBack, options), "back"},
-                        {flat_picture(garment_of(mesh, pattern), colors), caption},
-                        {color_bar(ColorMap::Viridis, 0, kMostShown, "stretch", kHeight), ""}},
-                       {.columns = 4, .title = "Stretch of the flat panels"});
+  // One row each, so that narrow pictures do not stand in cells as wide as the widest.
+  const Image flat = flat_picture(garment_of(mesh, pattern), colors);
+  const Image views =
+      contact_sheet({{picture_of(shown, kFront, options), "front"},
+                     {picture_of(shown, kBack, options), "back"},
+                     {color_bar(ColorMap::Viridis, 0, kMostShown, "stretch", kHeight), ""}},
+                    {.columns = 3});
+  return contact_sheet({{views, ""}, {flat, caption}},
+                       {.columns = 1, .title = "Stretch of the flat panels"});
 }
 
 }  // namespace atelier

@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "registration/flat_pattern.h"
 #include "registration/flat_seams.h"
+#include "registration/front_and_back.h"
 #include "registration/open_to_discs.h"
 #include "registration/seam_piece.h"
 #include "registration/surface_cut.h"
@@ -196,7 +197,7 @@ class Search {
   }
 
   /// Sews found seams again, the longest first, as long as the bounds hold. Returns how many.
-  int join(std::vector<char>& cut, const std::vector<char>& given) const {
+  int join(std::vector<char>& cut, const std::vector<char>& kept) const {
     int joined = 0;
     std::vector<double> strained = strained_area(pieces_of(cut));
     for (bool again = true; again;) {
@@ -217,7 +218,7 @@ class Search {
           if (flags[e] != 0) {
             edges.push_back(static_cast<int>(e));
             length += lengths_[e];
-            free = free && given[e] == 0;
+            free = free && kept[e] == 0;
           }
         }
         if (free) {
@@ -302,6 +303,7 @@ OptionTable describe(FindSeamsOptions& options) {
   table.add("stretch", options.stretch, 0.001, 1, "",
             "Seams are added until 99 hundredths of the area are stretched by less");
   table.add("cuts", options.cuts, 0, 1000, "", "Seams and darts added at most");
+  table.add("front_and_back", options.front_and_back, "Begin with a front and a back");
   table.add("sides", options.sides, 0, 100, "",
             "How much dearer seams are in front and at the back than at the sides");
   table.add("join", options.join, "Seams that turn out not to be needed are sewn again");
@@ -315,7 +317,14 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
   ATELIER_CHECK(static_cast<Index>(given.size()) == search.topology().edges.rows(),
                 "a flag for each edge");
   FoundSeams found;
-  std::vector<SeamPiece> pieces = search.pieces_of(search.opened(given));
+  std::vector<char> start = given;
+  if (options.front_and_back) {
+    const std::vector<char> between = front_and_back(mesh);
+    for (std::size_t e = 0; e < start.size(); ++e) {
+      start[e] = static_cast<char>(start[e] | between[e]);
+    }
+  }
+  std::vector<SeamPiece> pieces = search.pieces_of(search.opened(start));
   std::vector<char> stuck;  // pieces that no cut betters
   const auto say = [&](const std::string& what) {
     if (watch) {
@@ -344,7 +353,6 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
       continue;
     }
     ++found.added;
-    stuck[worst] = 0;
     pieces[worst] = std::move(parts.front());
     const bool split = parts.size() > 1;
     for (std::size_t p = 1; p < parts.size(); ++p) {
@@ -356,7 +364,7 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
   found.reached = search.too_far(pieces) <= 0.01;
   found.cut = search.cut_of(pieces);
   if (options.join && found.reached) {
-    found.joined = search.join(found.cut, given);
+    found.joined = search.join(found.cut, start);
   }
   return found;
 }

@@ -12,10 +12,11 @@ namespace atelier {
 
 /// When a surface is cut enough.
 struct FindSeamsOptions {
-  double stretch = 0.025;  ///< stretch that 99 hundredths of the area shall keep below, 0.001 to 1
+  double stretch = 0.029;  ///< stretch that 99 hundredths of the area shall keep below, 0.001 to 1
   int cuts = 40;           ///< seams and darts added at most, 0 to 1000
-  double sides = 1;        ///< how much dearer seams are in front and at the back than at the sides
-  bool join = true;        ///< seams that turn out not to be needed are sewn again
+  bool front_and_back = true;  ///< begin with a front and a back (front_and_back.h)
+  double sides = 1;  ///< how much dearer seams are in front and at the back than at the sides
+  bool join = true;  ///< seams that turn out not to be needed are sewn again
 };
 OptionTable describe(FindSeamsOptions& options);
 
@@ -32,14 +33,15 @@ using SeamWatch = std::function<void(const std::string&)>;
 
 /// Seams and darts for a surface, beginning with those in `given` (one flag for each edge).
 ///
-/// Panels that are no discs are opened along the shortest ways (open_to_discs.h), dearer in front
-/// and at the back than at the sides, under the arms and over the shoulders. Then, while more than
-/// a hundredth of the area is stretched too far or a panel lies over itself, the panel that has
-/// most of it is cut: of ways from its most stretched places to its boundary (darts) and right
-/// through it (seams), along what is stretched and curved, each is tried and the one taken that
-/// lowers the stretched area most for its length. At last each found seam is sewn again if the
-/// bounds hold without it. Our choice, after Sheffer and Hart, "Seamster", 2002 (cuts through
-/// distorted places) and Li et al., "OptCuts", 2018 (cut and merge against a bound).
+/// Begins with a front and a back, if asked to. Panels that are no discs are opened along the
+/// shortest ways (open_to_discs.h), dearer in front and at the back than at the sides, under the
+/// arms and over the shoulders. Then, while more than a hundredth of the area is stretched too far
+/// or a panel lies over itself, the panel that has most of it is cut: of ways from its most
+/// stretched places to its boundary (darts) and right through it (seams), along what is stretched
+/// and curved, each is tried and the one taken that lowers the stretched area most for its length.
+/// At last each found seam is sewn again if the bounds hold without it. Our choice, after Sheffer
+/// and Hart, "Seamster", 2002 (cuts through distorted places) and Li et al., "OptCuts", 2018 (cut
+/// and merge against a bound).
 ///
 /// Throws DataError as check_flattenable; LogicError for another number of flags. Some ten panels
 /// are laid flat for each cut.

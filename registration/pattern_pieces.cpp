@@ -42,7 +42,9 @@ std::vector<std::size_t> corners_of(const Run& run, double reach) {
   for (std::size_t i = 1; i < run.size(); ++i) {
     at[i] = at[i - 1] + (run[i] - run[i - 1]).norm();
   }
-  constexpr double kCorner = 0.6;  // rad
+  constexpr double kCorner = 0.7;  // rad
+  constexpr double kEdges = 3;     // a zigzag of single edges is no corner
+  reach = std::max(reach, kEdges * at.back() / static_cast<double>(run.size() - 1));
   std::vector<double> turning(run.size(), 0);
   for (std::size_t i = 1; i + 1 < run.size(); ++i) {
     std::size_t before = i - 1;

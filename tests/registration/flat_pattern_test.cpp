@@ -1,0 +1,467 @@
+#include "registration/flat_pattern.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "registration/edge_paths.h"
+#include "registration/find_seams.h"
+#include "registration/offset_outline.h"
+#include "registration/open_to_discs.h"
+#include "registration/parametric_patterns.h"
+#include "registration/pattern_garment.h"
+#include "registration/pattern_pieces.h"
+#include "tests/registration/pattern_files.h"
+#include "tests/support/shapes.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::vector<char> no_cut(const Topology& topology) {
+  return std::vector<char>(static_cast<std::size_t>(topology.edges.rows()), 0);
+}
+
+Topology topology(const Mesh& mesh) {
+  return topology_of(mesh.faces, mesh.vertices.rows());
+}
+
+std::vector<char> opened(const Mesh& mesh) {
+  const Topology whole = topology(mesh);
+  return opened_to_discs(whole, no_cut(whole), edge_lengths(whole, mesh.vertices));
+}
+
+TEST(CutSurface, WithoutCutsIsTheSurface) {
+  const Mesh mesh = testing::tube(8, 4);
+  const SurfaceCut cut = cut_surface(topology(mesh), no_cut(topology(mesh)));
+  EXPECT_EQ(cut.panel_count, 1);
+  EXPECT_EQ(static_cast<Index>(cut.source.size()), mesh.vertices.rows());
+}
+
+TEST(CutSurface, LabelsPartPanels) {
+  const Mesh mesh = testing::grid(6, 4);
+  std::vector<int> labels;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    labels.push_back(mesh.vertices(mesh.faces(f, 0), 0) < 0.49 ? 3 : 8);
+  }
+  const Topology whole = topology(mesh);
+  const SurfaceCut cut = cut_surface(whole, cut_between_labels(whole, labels));
+  EXPECT_EQ(cut.panel_count, 2);
+  EXPECT_GT(static_cast<Index>(cut.source.size()), mesh.vertices.rows());
+}
+
+TEST(CutSurface, RefusesWhatIsNoEdge) {
+  const Mesh mesh = testing::grid(3, 3);
+  try {
+    cut_at_edges(topology(mesh), {{0, 15}});
+    FAIL() << "not refused";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("ends of an edge"));
+  }
+  EXPECT_THROW(cut_surface(topology(mesh), {}), LogicError);
+  EXPECT_THROW(cut_between_labels(topology(mesh), {1}), LogicError);
+}
+
+TEST(OpenToDiscs, TubesSpheresAndToriBecomeDiscs) {
+  for (const Mesh& mesh : {testing::tube(12, 5), testing::sphere(2), testing::torus(16, 8)}) {
+    const SurfaceCut cut = cut_surface(topology(mesh), opened(mesh));
+    const Topology open = topology_of(cut.faces, static_cast<Index>(cut.source.size()));
+    EXPECT_EQ(cut.panel_count, 1);
+    EXPECT_EQ(euler_characteristic(open), 1);
+    EXPECT_EQ(boundary_loops(open).size(), 1U);
+  }
+}
+
+TEST(OpenToDiscs, ATubeIsOpenedAlongTheShortestWay) {
+  const Mesh mesh = testing::tube(12, 5, 2);
+  const std::vector<char> cut = opened(mesh);
+  const std::vector<double> lengths = edge_lengths(topology(mesh), mesh.vertices);
+  double length = 0;
+  for (std::size_t e = 0; e < cut.size(); ++e) {
+    length += cut[e] != 0 ? lengths[e] : 0;
+  }
+  EXPECT_NEAR(length, 2, 1e-9);
+}
+
+TEST(OpenToDiscs, RefusesNegativeCosts) {
+  const Mesh mesh = testing::tube(12, 5);
+  const Topology whole = topology(mesh);
+  std::vector<double> costs(static_cast<std::size_t>(whole.edges.rows()), -1);
+  EXPECT_THROW(opened_to_discs(whole, no_cut(whole), costs), LogicError);
+}
+
+TEST(FlattenSurface, ATubeBecomesARectangle) {
+  const Mesh mesh = testing::tube(24, 8, 2);
+  const FlatPattern pattern = flatten_surface(mesh, opened(mesh));
+  const FlatMeasures measures = measure_flat(mesh, pattern);
+  EXPECT_EQ(pattern.cut.panel_count, 1);
+  EXPECT_EQ(measures.inverted, 0);
+  EXPECT_EQ(measures.overlaps, 0);
+  EXPECT_LT(measures.strain_max, 1e-3);
+  EXPECT_NEAR(measures.area_ratio, 1, 1e-4);
+  ASSERT_EQ(pattern.seams.size(), 1U);
+  EXPECT_NEAR(measures.seam_length, 2, 1e-3);
+  EXPECT_LT(measures.seam_mismatch, 1e-6);
+  // Grain along y: it is as high as the tube.
+  EXPECT_NEAR(pattern.vertices.col(1).maxCoeff(), 2, 0.01);
+  EXPECT_NEAR(pattern.vertices.col(0).maxCoeff(), 48 * std::sin(std::numbers::pi / 24), 0.02);
+}
+
+TEST(FlattenSurface, SeamsOfASphereHaveEqualSides) {
+  const Mesh mesh = testing::sphere(3);
+  const Topology whole = topology(mesh);
+  std::vector<int> labels;  // eight segments
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) {
+      middle += mesh.vertices.row(mesh.faces(f, k)).transpose();
+    }
+    labels.push_back((middle.x() > 0 ? 1 : 0) + (middle.y() > 0 ? 2 : 0) +
+                     (middle.z() > 0 ? 4 : 0));
+  }
+  const FlatPattern pattern = flatten_surface(mesh, cut_between_labels(whole, labels));
+  const FlatMeasures measures = measure_flat(mesh, pattern);
+  EXPECT_EQ(pattern.cut.panel_count, 8);
+  EXPECT_EQ(pattern.seams.size(), 12U);
+  EXPECT_EQ(measures.inverted, 0);
+  EXPECT_LT(measures.seam_mismatch, 0.003);
+  EXPECT_LT(measures.strain_p99, 0.15);
+}
+
+TEST(FlattenSurface, TheRestShapeOfTheGarmentIsThePattern) {
+  const Mesh mesh = testing::tube(16, 6, 1);
+  const FlatPattern pattern = flatten_surface(mesh, opened(mesh));
+  const Garment garment = garment_of(mesh, pattern);
+  EXPECT_NO_THROW(check_garment(garment));
+  EXPECT_EQ(garment.boundaries.size(), 2U);
+  EXPECT_EQ(garment.rest_faces.rows(), mesh.faces.rows());
+}
+
+/// Vertices of seams joined, as weld_seams of the simulation does; where each pattern vertex went.
+Mesh welded(const Garment& garment, std::vector<int>& of_vertex) {
+  of_vertex.resize(static_cast<std::size_t>(garment.mesh.vertices.rows()));
+  for (std::size_t i = 0; i < of_vertex.size(); ++i) {
+    of_vertex[i] = static_cast<int>(i);
+  }
+  const auto find = [&](int v) {
+    while (of_vertex[static_cast<std::size_t>(v)] != v) {
+      v = of_vertex[static_cast<std::size_t>(v)];
+    }
+    return v;
+  };
+  for (const Seam& seam : garment.seams) {
+    for (std::size_t i = 0; i < seam.a.size(); ++i) {
+      const int a = find(seam.a[i]);
+      const int b = find(seam.b[i]);
+      of_vertex[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    }
+  }
+  Mesh mesh = garment.mesh;
+  for (std::size_t v = 0; v < of_vertex.size(); ++v) {
+    of_vertex[v] = find(static_cast<int>(v));
+  }
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      mesh.faces(f, k) = of_vertex[static_cast<std::size_t>(mesh.faces(f, k))];
+    }
+  }
+  return mesh;
+}
+
+/// The largest difference of an edge of the panels' outlines, against the pattern's, as a share of
+/// the longest edge; flat patterns of panels placed in the world, unsewn but bent.
+double outline_error(const SewingPattern& sewing) {
+  const Garment garment = garment_from_pattern(sewing, {.edge_length = 0.03});
+  const Topology whole = topology(garment.mesh);
+  const FlatPattern flat = flatten_surface(garment.mesh, no_cut(whole));
+  EXPECT_EQ(flat.cut.panel_count, static_cast<int>(sewing.panels.size()));
+  double worst = 0;
+  for (const std::vector<int>& loop : boundary_loops(whole)) {
+    double was = 0;
+    double is = 0;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const int a = loop[i];
+      const int b = loop[(i + 1) % loop.size()];
+      was += (garment.rest.row(a) - garment.rest.row(b)).norm();
+      int cut_a = -1;
+      int cut_b = -1;
+      for (std::size_t c = 0; c < flat.cut.source.size(); ++c) {
+        cut_a = flat.cut.source[c] == a ? static_cast<int>(c) : cut_a;
+        cut_b = flat.cut.source[c] == b ? static_cast<int>(c) : cut_b;
+      }
+      is += (flat.vertices.row(cut_a) - flat.vertices.row(cut_b)).norm();
+    }
+    worst = std::max(worst, std::abs(is / was - 1));
+  }
+  return worst;
+}
+
+TEST(FlattenSurface, GivesOurPatternsBack) {
+  const TailorMeasures measures;
+  EXPECT_LT(outline_error(skirt_pattern(measures)), 0.01);
+  EXPECT_LT(outline_error(tee_pattern(measures)), 0.01);
+  EXPECT_LT(outline_error(trousers_pattern(measures)), 0.01);
+  EXPECT_LT(outline_error(dress_pattern(measures)), 0.01);
+}
+
+TEST(FlattenSurface, GivesSewnPanelsBackThroughTheirSeams) {
+  // The pattern's seams, welded, are cut again: the panels are those of the pattern.
+  const SewingPattern sewing = skirt_pattern({});
+  const Garment garment = garment_from_pattern(sewing, {.edge_length = 0.03});
+  std::vector<int> joined;
+  const Mesh mesh = welded(garment, joined);
+  std::vector<int> used(joined);
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  EXPECT_LT(used.size(), joined.size());
+  const Topology whole = topology(mesh);
+  std::vector<std::pair<int, int>> ends;
+  for (const Seam& seam : garment.seams) {
+    for (std::size_t i = 1; i < seam.a.size(); ++i) {
+      ends.emplace_back(joined[static_cast<std::size_t>(seam.a[i - 1])],
+                        joined[static_cast<std::size_t>(seam.a[i])]);
+    }
+  }
+  const SurfaceCut cut = cut_surface(whole, cut_at_edges(whole, ends));
+  EXPECT_EQ(cut.panel_count, static_cast<int>(sewing.panels.size()));
+}
+
+template <class Act>
+void expect_refused(const Act& act, const std::string& words) {
+  try {
+    act();
+    FAIL() << "not refused";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(words));
+  }
+}
+
+TEST(CheckFlattenable, RefusesBadSurfaces) {
+  expect_refused([] { check_flattenable(Mesh{}, "a.obj"); }, "a.obj");
+  Mesh mesh = testing::grid(3, 3);
+  mesh.vertices(2, 2) = std::numeric_limits<double>::infinity();
+  expect_refused([&] { check_flattenable(mesh); }, "finite");
+  const Mesh fin = testing::mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}},
+                                    {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}});
+  expect_refused([&] { check_flattenable(fin); }, "three triangles");
+  Mesh turned = testing::grid(2, 2);
+  std::swap(turned.faces(0, 1), turned.faces(0, 2));
+  expect_refused([&] { check_flattenable(turned); }, "opposite orientation");
+  Mesh twice = testing::grid(2, 2);
+  twice.faces.row(1) = twice.faces.row(0);
+  expect_refused([&] { check_flattenable(twice); }, "twice");
+  Mesh point = testing::grid(2, 2);
+  point.faces(0, 1) = point.faces(0, 0);
+  expect_refused([&] { check_flattenable(point); }, "three different");
+}
+
+TEST(FlattenSurface, RefusesPanelsThatAreNoDiscsByName) {
+  const Mesh tube = testing::tube(8, 3);
+  expect_refused([&] { flatten_surface(tube, no_cut(topology(tube))); }, "panel 0");
+  const Mesh sphere = testing::sphere(1);
+  expect_refused([&] { flatten_surface(sphere, no_cut(topology(sphere))); }, "closed surface");
+  EXPECT_THROW(flatten_surface(tube, {}), LogicError);
+}
+
+TEST(FlattenSurface, RefusesTrianglesWithoutArea) {
+  Mesh mesh = testing::grid(3, 3);
+  mesh.vertices.row(5) = mesh.vertices.row(4);
+  expect_refused([&] { flatten_surface(mesh, no_cut(topology(mesh))); }, "no area");
+}
+
+TEST(FindSeams, ConeAndTubeNeedNoMoreThanASeam) {
+  Mesh mesh = testing::tube(32, 10, 0.6);
+  mesh.vertices.col(0) *= 0.2;
+  mesh.vertices.col(2) *= 0.2;
+  FindSeamsOptions options;
+  options.front_and_back = false;
+  const FoundSeams found = find_seams(mesh, no_cut(topology(mesh)), options);
+  EXPECT_TRUE(found.reached);
+  EXPECT_EQ(found.added, 0);
+  const FlatPattern pattern = flatten_surface(mesh, found.cut);
+  EXPECT_EQ(pattern.cut.panel_count, 1);
+}
+
+TEST(FindSeams, FrontAndBackOfATubeAreItsHalves) {
+  Mesh mesh = testing::tube(32, 10, 0.6);
+  mesh.vertices.col(0) *= 0.2;
+  mesh.vertices.col(2) *= 0.2;
+  const FoundSeams found = find_seams(mesh, no_cut(topology(mesh)));
+  EXPECT_TRUE(found.reached);
+  const FlatPattern pattern = flatten_surface(mesh, found.cut);
+  EXPECT_EQ(pattern.cut.panel_count, 2);
+  EXPECT_NEAR(measure_flat(mesh, pattern).seam_length, 1.2, 0.05);
+}
+
+TEST(FindSeams, AHalfSphereIsCutUntilTheStretchIsWithinBounds) {
+  Mesh sphere = testing::sphere(3);
+  Mesh half;
+  half.vertices = sphere.vertices * 0.12;
+  half.faces.resize(0, 3);
+  for (Index f = 0; f < sphere.faces.rows(); ++f) {
+    if (sphere.vertices(sphere.faces(f, 0), 1) + sphere.vertices(sphere.faces(f, 1), 1) +
+            sphere.vertices(sphere.faces(f, 2), 1) >
+        0) {
+      half.faces.conservativeResize(half.faces.rows() + 1, 3);
+      half.faces.row(half.faces.rows() - 1) = sphere.faces.row(f);
+    }
+  }
+  FindSeamsOptions options;
+  options.stretch = 0.06;
+  options.front_and_back = false;
+  const FoundSeams found = find_seams(half, no_cut(topology(half)), options);
+  EXPECT_TRUE(found.reached);
+  EXPECT_GT(found.added, 0);
+  const FlatPattern pattern = flatten_surface(half, found.cut);
+  const FlatMeasures measures = measure_flat(half, pattern);
+  EXPECT_LT(measures.strain_p99, 0.066);
+  EXPECT_EQ(measures.inverted, 0);
+  EXPECT_EQ(measures.overlaps, 0);
+}
+
+TEST(FindSeams, RefusesOtherFlagsAndBadSurfaces) {
+  const Mesh mesh = testing::grid(3, 3);
+  EXPECT_THROW(find_seams(mesh, {}), LogicError);
+  expect_refused([] { find_seams(Mesh{}, {}); }, "no triangle");
+}
+
+TEST(OffsetOutline, KeepsItsDistance) {
+  Points2 square(4, 2);
+  square << 0, 0, 1, 0, 1, 1, 0, 1;
+  const Points2 offset = offset_outline(square, 0.1);
+  EXPECT_DOUBLE_EQ(offset.col(0).minCoeff(), -0.1);
+  EXPECT_DOUBLE_EQ(offset.col(1).maxCoeff(), 1.1);
+  EXPECT_FALSE(crosses_itself(offset));
+  Points2 star(40, 2);
+  for (int i = 0; i < 40; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 40;
+    const double r = i % 2 == 0 ? 1 : 0.6;
+    star.row(i) << r * std::cos(angle), r * std::sin(angle);
+  }
+  const Points2 round = offset_outline(star, 0.08);
+  EXPECT_FALSE(crosses_itself(round));
+  for (Index i = 0; i < round.rows(); ++i) {
+    double nearest = 10;
+    for (Index j = 0; j < 40; ++j) {
+      const Eigen::Vector2d a = star.row(j);
+      const Eigen::Vector2d b = star.row((j + 1) % 40);
+      const Eigen::Vector2d p = round.row(i);
+      const double t = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+      nearest = std::min(nearest, (a + t * (b - a) - p).norm());
+    }
+    EXPECT_GT(nearest, 0.08 - 1e-9);
+    EXPECT_LT(nearest, 0.17);
+  }
+}
+
+TEST(OffsetOutline, RefusesWhatIsNoOutlineOrDistance) {
+  Points2 two(2, 2);
+  two << 0, 0, 1, 0;
+  EXPECT_THROW(offset_outline(two, 0.1), LogicError);
+  Points2 square(4, 2);
+  square << 0, 0, 1, 0, 1, 1, 0, 1;
+  EXPECT_THROW(offset_outline(square, -1), LogicError);
+  EXPECT_THROW(offset_outline(square, std::nan("")), LogicError);
+}
+
+/// A dress's panels as bent for the body, flat again and laid out.
+PatternLayout dress_layout() {
+  const Garment garment = garment_from_pattern(dress_pattern({}), {.edge_length = 0.04});
+  FlatPattern flat = flatten_surface(garment.mesh, no_cut(topology(garment.mesh)));
+  flat.panel_names = garment.panel_names;
+  return lay_out_pattern(flat);
+}
+
+TEST(LayOutPattern, PiecesLieOnTheFabricApart) {
+  const PatternLayout layout = dress_layout();
+  EXPECT_EQ(layout.pieces.size(), dress_pattern({}).panels.size());
+  for (std::size_t i = 0; i < layout.pieces.size(); ++i) {
+    const Points2& a = layout.pieces[i].cut_line;
+    EXPECT_GE(a.col(0).minCoeff(), -1e-9);
+    EXPECT_LE(a.col(0).maxCoeff(), layout.width + 1e-9);
+    EXPECT_GE(a.col(1).minCoeff(), -1e-9);
+    EXPECT_FALSE(crosses_itself(a));
+    // Vertices of the others are outside of it.
+    for (std::size_t j = 0; j < layout.pieces.size(); ++j) {
+      if (j == i) {
+        continue;
+      }
+      const Points2& b = layout.pieces[j].cut_line;
+      for (Index v = 0; v < b.rows(); ++v) {
+        bool inside = false;
+        for (Index k = 0, l = a.rows() - 1; k < a.rows(); l = k++) {
+          if ((a(k, 1) > b(v, 1)) != (a(l, 1) > b(v, 1)) &&
+              b(v, 0) < (a(l, 0) - a(k, 0)) * (b(v, 1) - a(k, 1)) / (a(l, 1) - a(k, 1)) + a(k, 0)) {
+            inside = !inside;
+          }
+        }
+        EXPECT_FALSE(inside);
+      }
+    }
+  }
+}
+
+TEST(PatternSvg, IsAtTrueScale) {
+  const PatternLayout layout = dress_layout();
+  const testing::ReadSvg svg = testing::read_svg(pattern_svg(layout, "a <dress> & \"more\""));
+  EXPECT_THAT(svg.layers, ElementsAre("cut", "sew", "grain", "notches", "text", "scale"));
+  EXPECT_NEAR(svg.width, 1000 * layout.width + 40, 1e-3);
+  EXPECT_NEAR(std::abs(testing::area_of(svg.paths.at("square-100mm"))), 1e4, 1e-2);
+  for (const PatternPiece& piece : layout.pieces) {
+    testing::Loop line;
+    for (Index i = 0; i < piece.sew_line.rows(); ++i) {
+      line.emplace_back(piece.sew_line(i, 0), piece.sew_line(i, 1));
+    }
+    const double area = 1e6 * testing::area_of(line);
+    // y runs down: clockwise.
+    EXPECT_NEAR(testing::area_of(svg.paths.at("sew-" + piece.name)), -area, 1e-4 * area);
+    EXPECT_LT(testing::area_of(svg.paths.at("cut-" + piece.name)), -area);
+  }
+}
+
+TEST(PatternDxf, IsReadByAnotherReaderAtTrueScale) {
+  const PatternLayout layout = dress_layout();
+  const testing::ReadDxf dxf = testing::read_dxf(pattern_dxf(layout, "dress"));
+  EXPECT_EQ(dxf.version, "AC1009");
+  EXPECT_EQ(dxf.inserted.size(), layout.pieces.size());
+  EXPECT_THAT(dxf.texts, ::testing::Contains("UNITS: METRIC"));
+  std::vector<double> areas;
+  for (const PatternPiece& piece : layout.pieces) {
+    testing::Loop line;
+    for (Index i = 0; i < piece.sew_line.rows(); ++i) {
+      line.emplace_back(1000 * piece.sew_line(i, 0), 1000 * piece.sew_line(i, 1));
+    }
+    areas.push_back(testing::area_of(line));
+  }
+  for (std::size_t i = 0; i < dxf.inserted.size(); ++i) {
+    const auto& block = dxf.closed.at(dxf.inserted[i]);
+    ASSERT_EQ(block.at("1").size(), 1U);
+    ASSERT_EQ(block.at("14").size(), 1U);
+    EXPECT_NEAR(testing::area_of(block.at("14").front()), areas[i], 1e-4 * areas[i]);
+    EXPECT_GT(testing::area_of(block.at("1").front()), areas[i]);
+    EXPECT_EQ(dxf.lines.at(dxf.inserted[i]).at("7"), 1);
+  }
+}
+
+TEST(LayOutPattern, SewnSidesHaveNotchesAtTheSameLengths) {
+  const Mesh tube = testing::tube(24, 8, 2);
+  const PatternLayout layout = lay_out_pattern(flatten_surface(tube, opened(tube)));
+  ASSERT_EQ(layout.pieces.size(), 1U);
+  EXPECT_GT(layout.width, 6);  // wider than the fabric that was asked for
+  const auto& notches = layout.pieces[0].notches;
+  ASSERT_GE(notches.size(), 2U);
+  EXPECT_EQ(notches.size() % 2, 0U);
+  EXPECT_NEAR(notches[0].position.y(), notches[1].position.y(), 1e-3);
+  EXPECT_LT(notches[0].outwards.dot(notches[1].outwards), -0.9);
+  EXPECT_LT(layout.seam_mismatch, 0.003);
+}
+
+}  // namespace
+}  // namespace atelier
