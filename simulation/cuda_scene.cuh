@@ -2,6 +2,7 @@
 
 #include "simulation/body_contact_math.h"
 #include "simulation/edge_math.h"
+#include "simulation/near_groups.h"
 #include "simulation/self_push_math.h"
 #include "simulation/sweep_math.h"
 
@@ -25,25 +26,47 @@ struct SelfCounts {
   int kept;     ///< pass that kept something back
 };
 
+/// A particle, an edge or a face, with the particles that it has; who has fewer repeats the last.
+struct alignas(16) GroupedItem {
+  int a, b, c;
+  int index;
+};
+
+/// Boxes over primitives, over groups of kGroup and, where there are many, over groups of kGroup
+/// groups (near_groups.h): arrays of scene 0, those of the others follow. What a last group lacks
+/// has an empty box.
+template <class T>
+struct BoxGroups {
+  const GroupedItem* item;  ///< [count] in the order of the groups
+  int count;
+  Box<T>* box;    ///< [groups][kGroup]
+  Box<T>* group;  ///< [groups]
+  Box<T>* whole;  ///< [wholes]
+
+  static constexpr int kMany = 1024;  ///< groups through which a warp does not look one by one
+
+  static __host__ __device__ int parts(int n) { return (n + kGroup - 1) / kGroup; }
+  __host__ __device__ int groups() const { return parts(count); }
+  __host__ __device__ int wholes() const { return parts(groups()); }
+  __host__ __device__ bool many() const { return groups() > kMany; }
+};
+
 /// Contact of the cloth with itself: arrays of scene 0, those of the others follow.
 template <class T>
 struct CudaSelfFrame {
   SelfView<T> cloth;
   SelfRule<T> rule;
-  Vec4<T>* start;  ///< of `cloth`, and where its tree is written
+  Vec4<T>* start;  ///< of `cloth`
   Vec4<T>* end;
   int* tangled;
   T* slack;
-  BoxNode<T>* nodes;
-  const TreeParent* node_parent;
-  const TreeParent* leaf_parent;
-  unsigned* arrivals;
-  int inner;                ///< nodes of a scene
-  PushSum* sums;            ///< [particles], or null: no contact with itself
-  Vec4<T>* origin;          ///< where the substep began
-  Vec4<T>* carry;           ///< see SelfParticle
-  int* support;             ///< levels of particles, see PushSum
-  SelfPair<T>* face_pairs;  ///< [scenes][room]
+  BoxGroups<T> particles, edges, faces;  ///< of flights, with their search margin
+  BoxGroups<T> edges_now, faces_now;     ///< where the search is
+  PushSum* sums;                         ///< [particles], or null: no contact with itself
+  Vec4<T>* origin;                       ///< where the substep began
+  Vec4<T>* carry;                        ///< see SelfParticle
+  int* support;                          ///< levels of particles, see PushSum
+  SelfPair<T>* face_pairs;               ///< [scenes][room]
   SelfPair<T>* edge_pairs;
   int2* crossings;  ///< edge, face
   int room;

@@ -1,8 +1,48 @@
 #include <algorithm>
+#include <array>
+#include <vector>
 
 #include "simulation/cuda_self.cuh"
 
 namespace atelier {
+namespace {
+
+/// In groups that lie together at rest.
+template <class T>
+std::vector<GroupedItem> grouped(const std::vector<GroupedItem>& items,
+                                 const std::vector<Vec4<T>>& rest) {
+  std::vector<std::array<double, 3>> centres;
+  centres.reserve(items.size());
+  for (const GroupedItem& item : items) {
+    const Vec3<T> sum = xyz(rest[item.a]) + xyz(rest[item.b]) + xyz(rest[item.c]);
+    centres.push_back(
+        {static_cast<double>(sum.x), static_cast<double>(sum.y), static_cast<double>(sum.z)});
+  }
+  std::vector<GroupedItem> out;
+  out.reserve(items.size());
+  for (int i : near_group_order(centres)) {
+    out.push_back(items[i]);
+  }
+  return out;
+}
+
+}  // namespace
+
+template <class T>
+CudaSelf<T>::Boxes::Boxes(int count, int scenes) {
+  const std::size_t s = static_cast<std::size_t>(scenes);
+  const std::size_t groups = static_cast<std::size_t>(BoxGroups<T>::parts(count));
+  const std::size_t wholes =
+      static_cast<std::size_t>(BoxGroups<T>::parts(static_cast<int>(groups)));
+  box = CudaBuffer<Box<T>>(s * groups * kGroup);
+  group = CudaBuffer<Box<T>>(s * groups);
+  whole = CudaBuffer<Box<T>>(s * wholes);
+}
+
+template <class T>
+BoxGroups<T> CudaSelf<T>::Boxes::over(const CudaBuffer<GroupedItem>& items) {
+  return {items.data(), static_cast<int>(items.size()), box.data(), group.data(), whole.data()};
+}
 
 template <class T>
 CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
@@ -20,15 +60,30 @@ CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
   rest_ = CudaBuffer<Vec4<T>>(surface.rest);
   layer_ = CudaBuffer<int>(surface.layer);
   const std::size_t s = static_cast<std::size_t>(scenes);
-  std::vector<BoxNode<T>> nodes;
-  for (std::size_t k = 0; k < s; ++k) {
-    nodes.insert(nodes.end(), surface.tree.nodes.begin(), surface.tree.nodes.end());
+  std::vector<GroupedItem> particles;
+  std::vector<GroupedItem> edges;
+  std::vector<GroupedItem> faces;
+  for (int i = 0; i < particles_; ++i) {
+    particles.push_back({i, i, i, i});
   }
-  nodes_ = CudaBuffer<BoxNode<T>>(nodes);
-  node_parent_ = CudaBuffer<TreeParent>(surface.tree.node_parent);
-  leaf_parent_ = CudaBuffer<TreeParent>(surface.tree.leaf_parent);
-  arrivals_ = CudaBuffer<unsigned>(nodes.size());
-  arrivals_.clear();
+  for (int e = 0; e < edge_count_; ++e) {
+    const ClothEdge& edge = surface.edges[e];
+    edges.push_back({edge.a, edge.b, edge.b, e});
+  }
+  for (int f = 0; f < face_count_; ++f) {
+    const FaceIndices& face = surface.faces[f];
+    faces.push_back({face.a, face.b, face.c, f});
+  }
+  particle_items_ = CudaBuffer<GroupedItem>(grouped(particles, surface.rest));
+  edge_items_ = CudaBuffer<GroupedItem>(grouped(edges, surface.rest));
+  face_items_ = CudaBuffer<GroupedItem>(grouped(faces, surface.rest));
+  particle_boxes_ = Boxes(particles_, scenes);
+  for (Boxes* boxes : {&edge_boxes_, &edge_boxes_now_}) {
+    *boxes = Boxes(edge_count_, scenes);
+  }
+  for (Boxes* boxes : {&face_boxes_, &face_boxes_now_}) {
+    *boxes = Boxes(face_count_, scenes);
+  }
   const std::size_t n = s * static_cast<std::size_t>(particles_);
   start_ = CudaBuffer<Vec4<T>>(n);
   end_ = CudaBuffer<Vec4<T>>(n);
@@ -59,7 +114,7 @@ void CudaSelf<T>::make_room(int room) {
 template <class T>
 void CudaSelf<T>::describe(CudaFrame<T>& frame) {
   CudaSelfFrame<T>& self = frame.self;
-  self.cloth = {{faces_.data(), start_.data(), end_.data(), nodes_.data(), face_count_},
+  self.cloth = {{faces_.data(), start_.data(), end_.data(), nullptr, face_count_},
                 edges_.data(),
                 edge_count_,
                 face_edges_.data(),
@@ -75,11 +130,11 @@ void CudaSelf<T>::describe(CudaFrame<T>& frame) {
   self.end = end_.data();
   self.tangled = tangled_.data();
   self.slack = slack_.data();
-  self.nodes = nodes_.data();
-  self.node_parent = node_parent_.data();
-  self.leaf_parent = leaf_parent_.data();
-  self.arrivals = arrivals_.data();
-  self.inner = static_cast<int>(nodes_.size()) / scenes_;
+  self.particles = particle_boxes_.over(particle_items_);
+  self.edges = edge_boxes_.over(edge_items_);
+  self.faces = face_boxes_.over(face_items_);
+  self.edges_now = edge_boxes_now_.over(edge_items_);
+  self.faces_now = face_boxes_now_.over(face_items_);
   self.sums = sums_.data();
   self.origin = origin_.data();
   self.carry = carry_.data();

@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// Contact of the cloth with itself on the device: the surface and its tree, the lists of pairs.
+/// Contact of the cloth with itself on the device: the surface, boxes over it, the lists of pairs.
 template <class T>
 class CudaSelf {
  public:
@@ -24,6 +24,15 @@ class CudaSelf {
   void reset() { sums_.clear(); }
 
  private:
+  /// Room for the boxes over groups.
+  struct Boxes {
+    CudaBuffer<Box<T>> box, group, whole;
+
+    Boxes() = default;
+    Boxes(int count, int scenes);
+    BoxGroups<T> over(const CudaBuffer<GroupedItem>& items);
+  };
+
   void make_room(int room);
 
   int scenes_;
@@ -37,10 +46,8 @@ class CudaSelf {
   CudaBuffer<int> face_edges_, across_, ring_begin_, ring_;
   CudaBuffer<Vec4<T>> rest_;
   CudaBuffer<int> layer_;
-  CudaBuffer<BoxNode<T>> nodes_;  ///< [scenes][inner]
-  CudaBuffer<TreeParent> node_parent_;
-  CudaBuffer<TreeParent> leaf_parent_;
-  CudaBuffer<unsigned> arrivals_;
+  CudaBuffer<GroupedItem> particle_items_, edge_items_, face_items_;  ///< see near_groups.h
+  Boxes particle_boxes_, edge_boxes_, face_boxes_, edge_boxes_now_, face_boxes_now_;
   CudaBuffer<Vec4<T>> start_, end_, origin_, carry_;
   CudaBuffer<int> tangled_, support_;
   CudaBuffer<T> slack_;  ///< m, of particles

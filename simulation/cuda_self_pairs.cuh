@@ -1,11 +1,6 @@
 #pragma once
 
-#include <cooperative_groups.h>
-
-#include "simulation/cuda_contacts.cuh"
-#include "simulation/cuda_refit.cuh"
-#include "simulation/self_crossing_math.h"
-#include "simulation/self_search_math.h"
+#include "simulation/cuda_self_search.cuh"
 
 namespace atelier {
 
@@ -37,20 +32,6 @@ __device__ inline void clear_sum(PushSum* place, int used) {
 #pragma unroll
   for (int k = 0; k < 4; ++k) {
     __stcg(reinterpret_cast<int4*>(place) + k, words[k]);
-  }
-}
-
-/// Appends to a list that many threads write; what is beyond `room` is counted alone.
-template <class Item>
-__device__ inline void append(Item* list, int* count, int room, const Item& item) {
-  const cooperative_groups::coalesced_group group = cooperative_groups::coalesced_threads();
-  int first = 0;
-  if (group.thread_rank() == 0) {
-    first = atomicAdd(count, static_cast<int>(group.size()));
-  }
-  const int at = group.shfl(first, 0) + static_cast<int>(group.thread_rank());
-  if (at < room) {
-    list[at] = item;
   }
 }
 
@@ -92,7 +73,6 @@ struct SelfWork {
     const std::int64_t n = static_cast<std::int64_t>(scene) * f.count;
     cloth.surface.start += n;
     cloth.surface.end += n;
-    cloth.surface.nodes += static_cast<std::int64_t>(scene) * s.inner;
     cloth.tangled += n;
     cloth.slack += n;
     counts = s.counts + scene;
@@ -167,51 +147,34 @@ struct SelfWork {
       ++counts->searches;
     }
   }
-  __device__ void refit() const {
-    BoxNode<T>* const nodes =
-        frame.self.nodes + static_cast<std::int64_t>(scene) * frame.self.inner;
-    unsigned* const arrivals =
-        frame.self.arrivals + static_cast<std::int64_t>(scene) * frame.self.inner;
-    const SelfRule<T>& rule = frame.self.rule;
-    for (int f = thread; f < cloth.surface.face_count; f += threads) {
-      const FaceIndices c = cloth.surface.faces[f];
-      const T slack = max_of(slack_of(cloth, c.a, rule),
-                             max_of(slack_of(cloth, c.b, rule), slack_of(cloth, c.c, rule)));
-      refit_from_face(cloth.surface, f, nodes, frame.self.node_parent, frame.self.leaf_parent,
-                      arrivals, slack - rule.slack);
-    }
-  }
-  __device__ void collect() const {
+  /// Fills the lists. `items`: on-chip room of this thread's warp.
+  __device__ void collect(const SelfSearch<T>& search, int2* items) const {
     const CudaSelfFrame<T>& s = frame.self;
     int* const tangled = s.tangled + static_cast<std::int64_t>(scene) * frame.count;
-    for (int k = thread; k < frame.count + cloth.edge_count; k += threads) {
-      if (k < frame.count) {
-        collect_faces(cloth, k, s.rule, [&](const SelfPair<T>& pair) {
-          append(face_pairs, &counts->face_pairs, s.room, pair);
+    const int lane = search.warp.lane;
+    search.look(
+        items,
+        [&](bool has, const SelfPair<T>& pair) {
+          append_in_warp(edge_pairs, &counts->edge_pairs, s.edge_room(), has, pair, lane);
+        },
+        [&](bool has, const SelfPair<T>& pair) {
+          append_in_warp(face_pairs, &counts->face_pairs, s.room, has, pair, lane);
+        },
+        [&](bool has, int e, int face) {
+          append_in_warp(crossings, &counts->crossings, s.crossing_room(), has, make_int2(e, face),
+                         lane);
+          if (has) {
+            const FaceIndices f = cloth.surface.faces[face];
+            const ClothEdge edge = cloth.edges[e];
+            // Every writer writes the same.
+            atomicExch(&tangled[edge.a], 1);
+            atomicExch(&tangled[edge.b], 1);
+            atomicExch(&tangled[f.a], 1);
+            atomicExch(&tangled[f.b], 1);
+            atomicExch(&tangled[f.c], 1);
+          }
+          __syncwarp();
         });
-        continue;
-      }
-      const int e = k - frame.count;
-      int found = 0;
-      collect_edges(
-          cloth, e, s.rule,
-          [&](const SelfPair<T>& pair) {
-            append(edge_pairs, &counts->edge_pairs, s.edge_room(), pair);
-          },
-          [&](int face) {
-            if (found++ < kSelfCrossings) {
-              append(crossings, &counts->crossings, s.crossing_room(), make_int2(e, face));
-              const FaceIndices f = cloth.surface.faces[face];
-              const ClothEdge edge = cloth.edges[e];
-              // Every writer writes the same.
-              atomicExch(&tangled[edge.a], 1);
-              atomicExch(&tangled[edge.b], 1);
-              atomicExch(&tangled[f.a], 1);
-              atomicExch(&tangled[f.b], 1);
-              atomicExch(&tangled[f.c], 1);
-            }
-          });
-    }
   }
   /// Remembers how much room the lists would have needed.
   __device__ void end_search() const {
@@ -407,23 +370,38 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
   wait();
 }
 
+/// A new search for pairs. Not inlined, as it is asked for in two places.
+template <class T, CudaBarrier kBarrier>
+__device__ __noinline__ void search_pairs(const SelfWork<T>& work, int blocks,
+                                          const SelfClock& clock, unsigned* arrived,
+                                          unsigned& goal) {
+  __shared__ int2 items[kFrameThreads / kGroup][PairQueue::kRoom];
+  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
+  const SelfSearch<T> search(work.frame.self, work.cloth, work.scene, work.thread, work.threads);
+  work.begin_search(clock);
+  wait();
+  search.box_groups();
+  wait();
+  if (search.has_wholes()) {
+    search.box_wholes();
+    wait();
+  }
+  work.collect(search, items[threadIdx.x / kGroup]);
+  wait();
+  work.end_search();
+}
+
 /// A new search where the list of pairs does not hold.
-template <class T, class Wait>
-__device__ inline void renew_pairs(const SelfWork<T>& work, int s, SelfClock& clock,
-                                   const Wait& wait) {
+template <class T, CudaBarrier kBarrier>
+__device__ inline void renew_pairs(const SelfWork<T>& work, int blocks, int s, SelfClock& clock,
+                                   unsigned* arrived, unsigned& goal) {
   if (clock.age >= 0 && __ldcg(&work.counts->stale) != clock.serial) {
     return;
   }
   work.give_slack(clock);
   clock.age = 1;
   clock.ahead = min(work.frame.self.rule.horizon, work.frame.substeps - s);
-  work.begin_search(clock);
-  wait();
-  work.refit();
-  wait();
-  work.collect();
-  wait();
-  work.end_search();
+  search_pairs<T, kBarrier>(work, blocks, clock, arrived, goal);
 }
 
 /// Pushes pairs apart until none is pressed; then the body again.
@@ -434,7 +412,7 @@ __device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int block
   const SelfWork<T> work(frame, blocks);
   const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
   for (int pass = 0;; ++pass) {
-    renew_pairs(work, s, clock, wait);
+    renew_pairs<T, kBarrier>(work, blocks, s, clock, arrived, goal);
     work.push_pairs(pass, clock, counted);
     wait();
     const bool pressed = __ldcg(&work.counts->pressed) == clock.serial;
@@ -460,7 +438,7 @@ __device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks
   const SelfWork<T> work(frame, blocks);
   const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
   for (int pass = 0; pass < kSelfKeeps; ++pass) {
-    renew_pairs(work, s, clock, wait);
+    renew_pairs<T, kBarrier>(work, blocks, s, clock, arrived, goal);
     work.keep_pairs(pass, clock);
     wait();
     if (__ldcg(&work.counts->kept) != clock.serial) {

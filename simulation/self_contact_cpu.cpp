@@ -130,9 +130,9 @@ void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<
   std::vector<Box<T>> boxes(surface_.faces.size());
   parallel_for(static_cast<Index>(boxes.size()), 8 * kGrain, [&](Index begin, Index end) {
     for (Index f = begin; f < end; ++f) {
-      const FaceIndices face = surface_.faces[f];
-      const T slack = max_of(slack_[face.a], max_of(slack_[face.b], slack_[face.c]));
-      boxes[f] = inflated(swept_box(view_.surface, static_cast<int>(f)), slack - rule_.slack);
+      const T slack = face_slack(view_, surface_.faces[f], rule_);
+      boxes[f] =
+          inflated(swept_box(view_.surface, static_cast<int>(f)), search_margin(rule_, slack));
     }
   });
   refit_contact_tree(surface_.tree, boxes);
@@ -145,16 +145,13 @@ void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<
   };
   std::vector<Found> found;
   gather(static_cast<Index>(surface_.edges.size()), found, [&](int e, std::vector<Found>& out) {
-    int crossings = 0;
     collect_edges(
         view_, e, rule_,
         [&](const SelfPair<T>& pair) {
           out.push_back({pair, false});
         },
         [&](int face) {
-          if (crossings++ < kSelfCrossings) {
-            out.push_back({{e, face, T(0)}, true});
-          }
+          out.push_back({{e, face, T(0)}, true});
         });
   });
   std::fill(tangled_.begin(), tangled_.end(), 0);

@@ -68,7 +68,6 @@ constexpr int kSelfKeeps = 30;   ///< and of keeping back what would pass
 constexpr int kSelfSlides = 6;   ///< of these the first, in which a pair may slide on itself
 constexpr int kSelfRides = 8;    ///< and the next, in which who is kept rides on the body near it
 constexpr double kSelfRest = 0.02;  ///< of the gap: a push below it needs no further pass
-constexpr int kSelfCrossings = 2;   ///< faces that an edge passes through
 constexpr int kSupportLevels = 64;  ///< of particles that rest on one another, see PushSum
 
 /// A pair that may meet: particle (or edge) and face (or edge), and the gap that it keeps.
