@@ -1,4 +1,4 @@
-#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_CAPTURE_CALIBRATION)
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

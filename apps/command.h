@@ -31,6 +31,7 @@ OptionSet convert_options();
 OptionSet convert_capture_options();
 OptionSet calibrate_options();
 OptionSet calibrate_color_options();
+OptionSet depth_options();
 OptionSet masks_options();
 OptionSet detect_options();
 OptionSet render_options();
@@ -47,6 +48,7 @@ Action add_convert(CLI::App& parser);
 Action add_convert_capture(CLI::App& parser);
 Action add_calibrate(CLI::App& parser);
 Action add_calibrate_color(CLI::App& parser);
+Action add_depth(CLI::App& parser);
 Action add_masks(CLI::App& parser);
 Action add_detect(CLI::App& parser);
 Action add_render(CLI::App& parser);  // only with core_render

@@ -33,13 +33,17 @@ constexpr std::array kCommands = {
     Command{"calibrate", "cameras from pictures of a board: lenses, poses, how sure they are",
             add_calibrate, calibrate_options},
 #endif
-#if defined(ATELIER_HAS_CAPTURE_CALIBRATION) && defined(ATELIER_HAS_CAPTURE_SURFACE)
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
     Command{"calibrate-color", "gain and white balance between the cameras of a capture",
             add_calibrate_color, calibrate_color_options},
 #endif
 #ifdef ATELIER_HAS_CAPTURE_MASKS
     Command{"masks", "who is in the pictures: from plates, a coloured screen, or over time",
             add_masks, masks_options},
+#endif
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
+    Command{"depth", "depth maps of a frame, of some views or all, also for COLMAP", add_depth,
+            depth_options},
 #endif
 #ifdef ATELIER_HAS_CAPTURE_DETECTION
     Command{"detect", "keypoints or labels of pictures by a network of your own (ONNX)", add_detect,

@@ -28,6 +28,8 @@ struct EvaluateArguments {
   std::string truth;
   std::string masks;
   std::string cameras;
+  std::string surface;
+  int frame = 0;
   bool json = false;
   bool check = false;
 };
@@ -75,9 +77,12 @@ int run(const EvaluateArguments& arguments) {
     add(measure_masks(arguments.masks, arguments.truth));
   }
 #endif
-#ifdef ATELIER_HAS_CAPTURE_CALIBRATION
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
   if (!arguments.cameras.empty()) {
     add(measure_gains(arguments.cameras, arguments.truth));
+  }
+  if (!arguments.surface.empty()) {
+    add(measure_surface(arguments.surface, arguments.frame, arguments.truth));
   }
 #endif
   bool met = true;
@@ -122,12 +127,17 @@ Action add_evaluate(CLI::App& parser) {
                   "What masks --out made of the capture: masks.iou, against who is there")
       ->type_name("FOLDER");
 #endif
-#ifdef ATELIER_HAS_CAPTURE_CALIBRATION
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
   parser
       .add_option("--cameras", arguments->cameras,
                   "What calibrate-color --out made of the capture: calibration.gain_mean, "
                   "calibration.gain_largest")
       ->type_name("FILE");
+  parser
+      .add_option("--surface", arguments->surface,
+                  "Any mesh of what is seen at --frame: surface.chamfer_mm, surface.completeness")
+      ->type_name("MESH");
+  parser.add_option("--frame", arguments->frame, "Of --surface [0]")->type_name("N");
 #endif
   parser.add_flag("--json", arguments->json, "One JSON object of figures");
   parser.add_flag("--check", arguments->check, "Exit with 1 if a target is missed");

@@ -13,7 +13,7 @@
 #include "core/io/image_file.h"
 #include "core/limits.h"
 
-#ifdef ATELIER_HAS_CAPTURE_CALIBRATION
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
 #include "capture/surface/color_gains.h"
 #endif
 #ifdef ATELIER_HAS_CAPTURE_MASKS
@@ -66,7 +66,7 @@ std::vector<Measure> measure_masks(const std::filesystem::path& folder,
 }
 #endif
 
-#ifdef ATELIER_HAS_CAPTURE_CALIBRATION
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
 std::vector<Measure> measure_gains(const std::filesystem::path& cameras,
                                    const std::filesystem::path& capture) {
   const GainError error = gain_error(

@@ -18,7 +18,7 @@ std::vector<Measure> measure_masks(const std::filesystem::path& folder,
                                    const std::filesystem::path& capture);
 #endif
 
-#ifdef ATELIER_HAS_CAPTURE_CALIBRATION
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
 /// "calibration.gain_mean" and "calibration.gain_largest": gains of a cameras.json, as `atelier
 /// calibrate-color` writes it, against the true ones (gain_error), as shares.
 std::vector<Measure> measure_gains(const std::filesystem::path& cameras,

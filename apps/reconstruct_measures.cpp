@@ -12,6 +12,7 @@
 #include "capture/surface/surface_error.h"
 #include "capture/truth_archive.h"
 #include "core/io/file_bytes.h"
+#include "core/io/mesh_file.h"
 #include "core/sequence_archive.h"
 
 namespace atelier {
@@ -87,7 +88,34 @@ void measure_keypoints(const std::filesystem::path& result, const std::filesyste
   }
 }
 
+/// Those that a stage may open.
+std::vector<Camera> open_cameras(const CaptureTruth& truth, const CaptureInfo& info) {
+  std::vector<Camera> cameras;
+  for (const Camera& camera : truth.cameras) {
+    if (std::find(info.held_out_cameras.begin(), info.held_out_cameras.end(), camera.id) ==
+        info.held_out_cameras.end()) {
+      cameras.push_back(camera);
+    }
+  }
+  return cameras;
+}
+
 }  // namespace
+
+std::vector<Measure> measure_surface(const std::filesystem::path& mesh, int frame,
+                                     const std::filesystem::path& capture) {
+  const CaptureTruth truth = read_capture_truth(capture);
+  const Mesh surface = joined_truth(truth, read_truth_frame(capture, truth, frame));
+  const SurfaceSamples seen =
+      seen_surface(surface, open_cameras(truth, read_capture_info(capture)), 0.007);
+  const SurfaceError error = surface_error(read_mesh(mesh), surface, seen);
+  return {{"surface.chamfer_mm", 1e3 * error.chamfer, "mm", 2.5, Measure::Side::AtMost,
+           "of " + mesh.filename().string()},
+          {"surface.completeness", error.completeness, "", 0.95, Measure::Side::AtLeast,
+           "share within 5 mm of what two cameras see"},
+          {"surface.floating", error.floating, "", 0, Measure::Side::None,
+           "share of its area more than 2 cm off"}};
+}
 
 std::vector<Measure> measure_reconstruct(const std::filesystem::path& workspace,
                                          const std::filesystem::path& capture) {
@@ -99,13 +127,7 @@ std::vector<Measure> measure_reconstruct(const std::filesystem::path& workspace,
   const CaptureTruth truth = read_capture_truth(capture);
   const CaptureInfo info = read_capture_info(capture);
   measure_keypoints(result, capture, truth, info, measures);
-  std::vector<Camera> cameras;  // that the stage may open
-  for (const Camera& camera : truth.cameras) {
-    if (std::find(info.held_out_cameras.begin(), info.held_out_cameras.end(), camera.id) ==
-        info.held_out_cameras.end()) {
-      cameras.push_back(camera);
-    }
-  }
+  const std::vector<Camera> cameras = open_cameras(truth, info);
   SurfaceError mean;
   std::map<std::uint8_t, std::pair<double, int>> of_label;  // sum of shares, scans
   double unseen = 0;

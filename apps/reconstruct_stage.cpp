@@ -181,6 +181,20 @@ void map_holes(StageRun& run, const std::vector<int>& frames) {
 
 }  // namespace
 
+Dataset stage_dataset(const std::filesystem::path& path, const DatasetOptions& options) {
+  Dataset dataset = without_held_out(open_input(path, options));
+  if (!dataset.calibrated) {
+    throw DataError(path.string(), "", "cameras without calibration",
+                    "calibrated ones; atelier validate says more");
+  }
+  if (dataset.cameras.size() < 2) {
+    throw DataError(path.string(), "cameras",
+                    std::to_string(dataset.cameras.size()) + " that a stage may use",
+                    "at least two, held-out and left-out ones not counted");
+  }
+  return dataset;
+}
+
 std::vector<int> frames_with_masks(const Dataset& dataset) {
   std::vector<int> frames;
   for (const int frame : frame_ids(dataset)) {
@@ -249,16 +263,7 @@ OptionTable describe(ReconstructStageOptions& options) {
 
 void run_reconstruct(StageRun& run) {
   const auto& options = run.options<ReconstructStageOptions>();
-  const Dataset dataset = without_held_out(open_input(run.input("capture"), options.capture));
-  if (!dataset.calibrated) {
-    throw DataError(run.input("capture").string(), "", "cameras without calibration",
-                    "calibrated ones; atelier validate says more");
-  }
-  if (dataset.cameras.size() < 2) {
-    throw DataError(run.input("capture").string(), "cameras",
-                    std::to_string(dataset.cameras.size()) + " that a stage may use",
-                    "at least two, held-out and left-out ones not counted");
-  }
+  const Dataset dataset = stage_dataset(run.input("capture"), options.capture);
   for (const Finding& finding : dataset.findings) {
     run.say(to_string(finding));
   }

@@ -23,6 +23,10 @@ struct ReconstructStageOptions {
 };
 OptionTable describe(ReconstructStageOptions& options);
 
+/// A capture without its held-out cameras, which no stage may open. Throws as open_dataset, and
+/// DataError where it has no calibration or fewer than two cameras are left.
+Dataset stage_dataset(const std::filesystem::path& path, const DatasetOptions& options);
+
 /// What every camera of a capture saw at one frame, of those that have a picture and a mask.
 /// @param halvings  times that pictures and cameras are halved
 std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvings = 0);

@@ -181,39 +181,83 @@ void leave_out_strays(std::vector<DepthMap>& maps, const FuseOptions& options,
 
 }  // namespace
 
-AgreedPoints agreed_points(std::vector<InstantView> views, const ReconstructOptions& options,
-                           Device device) {
-  AgreedPoints result;
-  std::vector<InstantView> seeing = seeing_views(std::move(views), result.findings);
+StraightInstant straight_instant(std::vector<InstantView> views,
+                                 const ReconstructOptions& options) {
+  StraightInstant instant;
+  std::vector<InstantView> seeing = seeing_views(std::move(views), instant.findings);
   if (seeing.size() < 2) {
     throw DataError("", "views", std::to_string(seeing.size()) + " with a subject in them",
                     "at least two");
   }
-  mend_masks(seeing, options.hull.reach, result.findings);
-  std::vector<Camera> cameras;
-  std::vector<ByteImage> masks;
-  std::vector<Image> images;
+  mend_masks(seeing, options.hull.reach, instant.findings);
   for (InstantView& view : seeing) {
     StraightView straight = straightened(view);
     view = {};
-    cameras.push_back(straight.camera);
-    masks.push_back(std::move(straight.mask));
-    images.push_back(std::move(straight.image));
     if (!straight.labels.data.empty()) {
-      result.labels.push_back({straight.camera, std::move(straight.labels)});
+      instant.labels.push_back({straight.camera, std::move(straight.labels)});
+    }
+    instant.cameras.push_back(std::move(straight.camera));
+    instant.masks.push_back(std::move(straight.mask));
+    instant.images.push_back(std::move(straight.image));
+  }
+  instant.hull = visual_hull(instant.cameras, instant.masks, options.hull);
+  return instant;
+}
+
+std::vector<DepthMap> instant_depths(const StraightInstant& instant,
+                                     const ReconstructOptions& options, Device device,
+                                     const std::vector<std::size_t>& wanted) {
+  const auto& cameras = instant.cameras;
+  const auto sources = choose_sources(cameras, looked_at(cameras), options.stereo.sources);
+  // Those that are computed, and where each then is.
+  std::vector<char> needed(cameras.size(), wanted.empty() ? 1 : 0);
+  for (const std::size_t view : wanted) {
+    ATELIER_CHECK(view < cameras.size(), "a view out of range");
+    needed[view] = 1;
+    for (const int source : sources[view]) {
+      needed[static_cast<std::size_t>(source)] = 1;
     }
   }
-  result.hull = visual_hull(cameras, masks, options.hull);
-  const auto sources = choose_sources(cameras, looked_at(cameras), options.stereo.sources);
-  std::vector<StereoView> stereo_views;
+  std::vector<int> place(cameras.size(), -1);
+  int count = 0;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    DepthBounds bounds = depth_bounds(result.hull, cameras[i], masks[i]);
-    stereo_views.push_back({cameras[i], stereo_image(images[i]), std::move(bounds.near_depth),
-                            std::move(bounds.far_depth), sources[i]});
+    place[i] = needed[i] != 0 ? count++ : -1;
   }
-  result.maps = stereo(stereo_views, options.stereo, device);
+  std::vector<StereoView> views;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    if (place[i] < 0) {
+      continue;
+    }
+    DepthBounds bounds = depth_bounds(instant.hull, cameras[i], instant.masks[i]);
+    StereoView& view = views.emplace_back();
+    view.camera = cameras[i];
+    view.image = stereo_image(instant.images[i]);
+    view.near_depth = std::move(bounds.near_depth);
+    view.far_depth = std::move(bounds.far_depth);
+    for (const int source : sources[i]) {
+      if (place[static_cast<std::size_t>(source)] >= 0) {
+        view.sources.push_back(place[static_cast<std::size_t>(source)]);
+      }
+    }
+  }
+  std::vector<DepthMap> computed = stereo(views, options.stereo, device);
+  std::vector<DepthMap> maps(cameras.size());
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    maps[i].camera = cameras[i];
+    if (place[i] >= 0) {
+      maps[i] = std::move(computed[static_cast<std::size_t>(place[i])]);
+    }
+  }
+  return maps;
+}
+
+AgreedPoints agreed_points(const StraightInstant& instant, std::vector<DepthMap> maps,
+                           const ReconstructOptions& options) {
+  AgreedPoints result;
+  result.maps = std::move(maps);
   leave_out_strays(result.maps, options.fuse, result.findings);
-  result.points = without_outliers(fuse(result.maps, images, options.fuse), options.surface);
+  result.points =
+      without_outliers(fuse(result.maps, instant.images, options.fuse), options.surface);
   return result;
 }
 

@@ -122,7 +122,8 @@ std::vector<ColorSample> color_samples(const std::vector<InstantView>& views,
   }
   ReconstructOptions blind = reconstruct;
   blind.stereo.level_weight = 0;
-  const AgreedPoints scan = agreed_points(small, blind, device);
+  const StraightInstant instant = straight_instant(small, blind);
+  const AgreedPoints scan = agreed_points(instant, instant_depths(instant, blind, device), blind);
   std::vector<std::size_t> view_of_map;
   for (const DepthMap& map : scan.maps) {
     const auto found = std::find_if(small.begin(), small.end(), [&](const InstantView& view) {

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "capture/surface/agreed_points.h"
 #include "capture/surface/color_samples.h"
 #include "capture/surface/hull_support.h"
 #include "core/error.h"
@@ -12,7 +11,7 @@ namespace {
 
 /// Gives the cameras the gains that their pictures show, as bright together as before. False if
 /// the pictures share too little to tell.
-bool equalize(std::vector<InstantView>& views, const ReconstructOptions& options, Device device) {
+bool take_gains(std::vector<InstantView>& views, const ReconstructOptions& options, Device device) {
   ColorGains measured;
   try {
     measured =
@@ -72,25 +71,36 @@ OptionTable describe(ReconstructOptions& options) {
   return table;
 }
 
-ReconstructedScan reconstruct_scan(std::vector<InstantView> views,
-                                   const ReconstructOptions& options, Device device) {
-  ReconstructOptions used = options;
-  if (options.equalize && !equalize(views, options, device)) {
-    used.stereo.level_weight = 0;
+void equalize(std::vector<InstantView>& views, ReconstructOptions& options, Device device) {
+  if (options.equalize && !take_gains(views, options, device)) {
+    options.stereo.level_weight = 0;
   }
-  AgreedPoints agreed = agreed_points(std::move(views), used, device);
+}
+
+ReconstructedScan surface_of(const StraightInstant& instant, std::vector<DepthMap> maps,
+                             const ReconstructOptions& options) {
+  AgreedPoints agreed = agreed_points(instant, std::move(maps), options);
   ReconstructedScan result;
   const Mesh support = options.hull_support
-                           ? hull_support(agreed.hull, agreed.maps, agreed.points,
+                           ? hull_support(instant.hull, agreed.maps, agreed.points,
                                           options.surface.trim, options.fuse.least_confidence)
                            : Mesh{};
   result.scan = surface_from_points(joined_points(agreed.points, support), options.surface);
   result.scan.labels = smooth_labels(
-      result.scan, label_votes(result.scan, agreed.labels, options.labels), options.labels);
+      result.scan, label_votes(result.scan, instant.labels, options.labels), options.labels);
   result.points = std::move(agreed.points);
   result.maps = std::move(agreed.maps);
-  result.findings = std::move(agreed.findings);
+  result.findings = instant.findings;
+  result.findings.insert(result.findings.end(), agreed.findings.begin(), agreed.findings.end());
   return result;
+}
+
+ReconstructedScan reconstruct_scan(std::vector<InstantView> views,
+                                   const ReconstructOptions& options, Device device) {
+  ReconstructOptions used = options;
+  equalize(views, used, device);
+  const StraightInstant instant = straight_instant(std::move(views), used);
+  return surface_of(instant, instant_depths(instant, used, device), used);
 }
 
 }  // namespace atelier

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "capture/surface/instant.h"
+#include "capture/surface/agreed_points.h"
 #include "core/finding.h"
 #include "core/mesh.h"
 
@@ -16,10 +16,19 @@ struct ReconstructedScan {
   std::vector<Finding> findings;  ///< what was wrong with views, by their cameras' names
 };
 
-/// The surface of one instant: gains of the views (`equalize`), what the views agree on
-/// (capture/surface/agreed_points.h, which says what becomes of bad views and throws), Poisson,
-/// labels. Where gains cannot be measured for too few shared places, stereo does without
-/// brightness (`level_weight` 0).
+/// Gives the cameras the gains that their pictures show (capture/surface/color_gains.h), as bright
+/// together as before, if `options.equalize`. Where too few places are shared to measure them, the
+/// options are changed so that stereo does without brightness (`level_weight` 0).
+void equalize(std::vector<InstantView>& views, ReconstructOptions& options,
+              Device device = Device::Cpu);
+
+/// The surface of one instant from its views' depth: fusion, Poisson, labels. Throws as
+/// agreed_points and surface_from_points.
+ReconstructedScan surface_of(const StraightInstant& instant, std::vector<DepthMap> maps,
+                             const ReconstructOptions& options = {});
+
+/// All of it: gains, hull, stereo, surface. What becomes of bad views, and what is thrown, is said
+/// in capture/surface/agreed_points.h.
 ReconstructedScan reconstruct_scan(std::vector<InstantView> views,
                                    const ReconstructOptions& options = {},
                                    Device device = Device::Cpu);

@@ -143,6 +143,38 @@ TEST_F(Reconstruct, MasksAndGainsAreMeasuredAgainstTheTruth) {
   EXPECT_THAT(other.err, HasSubstr("'left'"));
 }
 
+TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
+  const fs::path maps = own_.path() / "maps";
+  const fs::path surface = own_.path() / "scan.ply";
+  const auto depth = [&](std::vector<std::string> more) {
+    std::vector<std::string> call = {ATELIER_PROGRAM, "depth", capture_.string(), maps.string()};
+    call.insert(call.end(), more.begin(), more.end());
+    return run_child(call);
+  };
+  const ChildResult first = depth({"--views", "0/2"});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const ChildResult early = depth({"--views", "0/2", "--surface", surface.string()});
+  EXPECT_EQ(early.exit_code, 3);
+  EXPECT_THAT(early.err, HasSubstr("no such map"));
+  const ChildResult second = depth({"--views", "1/2", "--surface", surface.string(), "--json"});
+  ASSERT_EQ(second.exit_code, 0) << second.err;
+  const auto said = nlohmann::json::parse(second.out);
+  EXPECT_EQ(said.at("there"), said.at("views"));
+  EXPECT_LT(said.at("made"), said.at("views"));
+  const ChildResult measured =
+      run_child({ATELIER_PROGRAM, "evaluate", capture_.string(), "--truth", capture_.string(),
+                 "--surface", surface.string(), "--json"});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  EXPECT_THAT(measured.out, HasSubstr("surface.completeness"));
+  const ChildResult other = depth({"--stereo.seed", "2"});
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("other options"));
+  EXPECT_EQ(depth({"--views", "2/2"}).exit_code, 2);
+  const ChildResult nowhere = depth({"--frame", "77"});
+  EXPECT_EQ(nowhere.exit_code, 3);
+  EXPECT_THAT(nowhere.err, HasSubstr("frame 77"));
+}
+
 TEST_F(Reconstruct, TheHullClosesWhatStereoSeesNothingOf) {
   ASSERT_EQ(reconstruct().exit_code, 0);
   const Mesh open = scan();

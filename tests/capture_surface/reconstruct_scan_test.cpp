@@ -107,6 +107,22 @@ TEST(ReconstructScan, GainsThatNobodyToldAreMeasured) {
   EXPECT_GT(tints(reconstruct_scan(views, as_told)), 0.2);
 }
 
+TEST(ReconstructScan, MachinesCanShareTheViewsOfAnInstant) {
+  const ReconstructOptions options = small_options();
+  const StraightInstant instant = straight_instant(views_of_ball(), options);
+  std::vector<DepthMap> maps(instant.cameras.size());
+  for (const std::vector<std::size_t>& share :
+       {std::vector<std::size_t>{0, 3, 6, 9, 12}, {1, 4, 7, 10, 13}, {2, 5, 8, 11}}) {
+    std::vector<DepthMap> made = instant_depths(instant, options, Device::Cpu, share);
+    for (const std::size_t view : share) {
+      maps[view] = std::move(made[view]);
+    }
+  }
+  const ReconstructedScan shared = surface_of(instant, std::move(maps), options);
+  EXPECT_LT(median_error(shared.scan), 0.003);
+  EXPECT_GT(mesh_statistics(shared.scan).area, 0.7 * 4 * 3.14159265 * 0.09);
+}
+
 TEST(ReconstructScan, ABlackViewAndAnEmptyMaskAreLeftOutAndNamed) {
   auto views = views_of_ball();
   std::fill(views[3].image.data.begin(), views[3].image.data.end(), 0.0f);

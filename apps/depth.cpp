@@ -1,0 +1,222 @@
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CAPTURE_SURFACE)
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/command.h"
+#include "apps/exit_code.h"
+#include "apps/json_text.h"
+#include "apps/option_flags.h"
+#include "apps/output_place.h"
+#include "apps/printable.h"
+#include "apps/reconstruct_stage.h"
+#include "apps/usage_error.h"
+#include "capture/layouts/colmap_dense.h"
+#include "capture/surface/reconstruct_scan.h"
+#include "capture/truth_archive.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/mesh_file.h"
+#include "core/store/frame_selection.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DepthArguments {
+  std::string capture;
+  std::string out;
+  std::string views = "0/1";
+  std::string surface;
+  std::string device = "cpu";
+  bool json = false;
+};
+
+struct DepthOptions {
+  int frame = -1;
+  DatasetOptions capture;
+  ReconstructOptions reconstruct;
+};
+
+OptionTable describe(DepthOptions& options) {
+  OptionTable table;
+  table.add("frame", options.frame, -1, 1000000000, "",
+            "Of the capture; -1: the first with masks or labels");
+  table.add("capture", describe(options.capture));
+  table.add(describe(options.reconstruct));
+  return table;
+}
+
+/// What the maps in a folder were made of and with: those of other pictures or options are not
+/// mixed.
+std::string origin_of(const DepthArguments& arguments, const DepthOptions& options, int frame) {
+  DepthOptions of_maps = options;
+  of_maps.frame = frame;
+  // What only comes after the maps.
+  of_maps.reconstruct.fuse = {};
+  of_maps.reconstruct.surface = {};
+  of_maps.reconstruct.labels = {};
+  of_maps.reconstruct.hull_support = false;
+  const nlohmann::ordered_json origin = {
+      {"schema", "atelier-depth"},
+      {"version", 1},
+      {"capture", fs::weakly_canonical(arguments.capture).string()},
+      {"device", arguments.device},
+      {"options", nlohmann::json::parse(canonical_json(describe(of_maps)))}};
+  return json_text(origin, 1);
+}
+
+/// Where the maps go: a new folder, or one that was begun with the same options.
+void open_folder(const fs::path& folder, const std::string& origin) {
+  const fs::path file = folder / "depth.json";
+  if (fs::exists(file)) {
+    if (read_file_text(file, 1 << 24) != origin) {
+      throw UsageError("OUT " + folder.string() +
+                       " holds maps of another capture, frame, device or other options: give a "
+                       "new folder, or remove it");
+    }
+    return;
+  }
+  require_new_place(folder, "OUT");
+  require_folder_place(folder);
+}
+
+/// Some of the hull's cells.
+Points places_in(const VisualHull& hull) {
+  constexpr std::size_t kMost = 500;
+  std::vector<Eigen::Vector3d> cells;
+  for (int z = 0; z < hull.nz; ++z) {
+    for (int y = 0; y < hull.ny; ++y) {
+      for (int x = 0; x < hull.nx; ++x) {
+        if (hull.at(x, y, z)) {
+          cells.push_back(hull.origin + hull.cell * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
+        }
+      }
+    }
+  }
+  const std::size_t count = std::min(kMost, cells.size());
+  Points places(static_cast<Index>(count), 3);
+  for (std::size_t i = 0; i < count; ++i) {
+    places.row(static_cast<Index>(i)) = cells[i * cells.size() / count].transpose();
+  }
+  return places;
+}
+
+int run(const DepthArguments& arguments, const DepthOptions& options) {
+  if (arguments.capture.empty() || arguments.out.empty()) {
+    throw UsageError("depth takes a CAPTURE and OUT: atelier depth CAPTURE OUT");
+  }
+  FrameSelection share;
+  if (const std::string wrong = set_shard(share, arguments.views); !wrong.empty()) {
+    throw UsageError("--views: " + wrong);
+  }
+  if (!arguments.surface.empty()) {
+    require_file_place(arguments.surface);
+  }
+  const Device device = arguments.device == "cuda" ? Device::Cuda : Device::Cpu;
+  const Dataset dataset = stage_dataset(arguments.capture, options.capture);
+  const std::vector<int> frames = frames_with_masks(dataset);
+  if (frames.empty()) {
+    throw DataError(arguments.capture, "", "no masks and no labels",
+                    "some; atelier masks makes them");
+  }
+  const int frame = options.frame < 0 ? frames.front() : options.frame;
+  if (std::find(frames.begin(), frames.end(), frame) == frames.end()) {
+    throw DataError(
+        arguments.capture, "frame " + std::to_string(frame),
+        "no pictures with masks or labels in two views",
+        "a frame from " + std::to_string(frames.front()) + " to " + std::to_string(frames.back()));
+  }
+  const fs::path folder = arguments.out;
+  const std::string origin = origin_of(arguments, options, frame);
+  open_folder(folder, origin);
+  std::vector<InstantView> views = instant_of(dataset, frame);
+  ReconstructOptions used = options.reconstruct;
+  equalize(views, used, device);
+  const StraightInstant instant = straight_instant(std::move(views), used);
+  write_dense_workspace(folder, instant.cameras, instant.images, places_in(instant.hull));
+  write_file_atomically(folder / "depth.json", origin);
+  std::vector<std::size_t> wanted;
+  for (std::size_t i = 0; i < instant.cameras.size(); ++i) {
+    if (static_cast<int>(i) % share.shards == share.shard &&
+        !has_depth_map(folder, instant.cameras[i])) {
+      wanted.push_back(i);
+    }
+  }
+  std::vector<DepthMap> maps;
+  if (!wanted.empty()) {
+    maps = instant_depths(instant, used, device, wanted);
+    for (const std::size_t view : wanted) {
+      write_depth_map(folder, maps[view]);
+    }
+  }
+  std::vector<Finding> findings = instant.findings;
+  std::size_t there = 0;
+  for (const Camera& camera : instant.cameras) {
+    there += has_depth_map(folder, camera) ? 1 : 0;
+  }
+  if (!arguments.surface.empty()) {
+    maps.clear();
+    for (const Camera& camera : instant.cameras) {
+      maps.push_back(read_depth_map(folder, camera));
+    }
+    const ReconstructedScan scan = surface_of(instant, std::move(maps), used);
+    findings = scan.findings;
+    write_mesh(arguments.surface, scan.scan);
+  }
+  for (const Finding& finding : findings) {
+    std::cerr << printable(to_string(finding)) << "\n";
+  }
+  if (arguments.json) {
+    const nlohmann::ordered_json json = {{"frame", frame},
+                                         {"views", instant.cameras.size()},
+                                         {"made", wanted.size()},
+                                         {"there", there},
+                                         {"out", arguments.out}};
+    std::cout << json_text(json, 1) << "\n";
+  } else {
+    std::cout << "frame " << frame << ": " << wanted.size() << " depth maps made, " << there
+              << " of " << instant.cameras.size() << " are there\n"
+              << (arguments.surface.empty() ? arguments.out : arguments.surface) << "\n";
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+OptionSet depth_options() {
+  return option_set<DepthOptions>();
+}
+
+Action add_depth(CLI::App& parser) {
+  auto arguments = std::make_shared<DepthArguments>();
+  parser.add_option("CAPTURE", arguments->capture, "Calibrated, with masks or labels")->required();
+  parser
+      .add_option("OUT", arguments->out,
+                  "Folder of one frame's maps, also COLMAP's dense workspace; maps that are there "
+                  "are kept")
+      ->required();
+  parser
+      .add_option("--views", arguments->views,
+                  "Only every n-th view, so that n machines share a frame [0/1]")
+      ->type_name("i/n");
+  parser
+      .add_option("--surface", arguments->surface,
+                  "The labelled surface too, once every view's map is there")
+      ->type_name("MESH");
+  parser.add_option("--device", arguments->device, "Where the work is done")
+      ->check(CLI::IsMember({"cpu", "cuda"}))
+      ->type_name("cpu|cuda");
+  parser.add_flag("--json", arguments->json, "For machines");
+  const OptionReader options = add_option_flags(parser, depth_options());
+  return [arguments, options] { return run(*arguments, options_of<DepthOptions>(options())); };
+}
+
+}  // namespace atelier
+
+#endif
