@@ -9,6 +9,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/flatten_measures.h"
 #include "apps/input_measures.h"
 #include "apps/json_text.h"
 #include "apps/person_measures.h"
@@ -53,6 +54,9 @@ constexpr Evaluation kEvaluations[] = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
     {"personalize", measure_personalize},
     {"track", measure_track},
+#endif
+#ifdef ATELIER_HAS_REGISTRATION
+    {"flatten", measure_flatten},
 #endif
 };
 

@@ -21,6 +21,7 @@
 #include "core/store/write_text.h"
 #include "registration/edge_paths.h"
 #include "registration/open_to_discs.h"
+#include "registration/orient_faces.h"
 
 namespace atelier {
 namespace {
@@ -41,6 +42,13 @@ using Say = std::function<void(const std::string&)>;
 Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options, const Say& say) {
   Flattened flat;
   flat.mesh = read_mesh(file, options.input);
+  const Triangles oriented = consistently_oriented(flat.mesh.faces, flat.mesh.vertices.rows());
+  if (oriented != flat.mesh.faces) {
+    say("triangles of opposite orientation were turned round");
+    flat.mesh.uv_faces.resize(0, 3);  // whose corners are those of the faces before
+    flat.mesh.uvs.resize(0, 2);
+    flat.mesh.faces = oriented;
+  }
   check_flattenable(flat.mesh, file.string());
   const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
   std::vector<char> cut = seam_input(options.seams, flat.mesh, topology, file);
@@ -60,6 +68,16 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
   }
   try {
     flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
+    // Any stretch will do, but a panel cannot be cut out of cloth that it needs twice.
+    FindSeamsOptions apart = options.find;
+    apart.stretch = 1;
+    apart.front_and_back = false;
+    constexpr int kTries = 4;
+    for (int i = 0; i < kTries && !flat.pattern.overlapping.empty(); ++i) {
+      say("panels that lie over themselves are parted");
+      cut = find_seams(flat.mesh, cut, apart).cut;
+      flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
+    }
   } catch (const DataError& error) {
     throw DataError(file.string(), error.where, error.found, error.expected);
   }

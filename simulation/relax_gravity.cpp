@@ -1,0 +1,81 @@
+#include "simulation/relax_gravity.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+/// Where the vertices are after some time, from the captured shape on.
+Points hung(const Cloth& cloth, const Points& from, const Points& body, const Triangles& body_faces,
+            const XpbdOptions& solver, double seconds, Device device) {
+  ClothSolver simulation(cloth, body_faces, solver, device);
+  ClothState state = rest_state(cloth);
+  state.positions = from;
+  simulation.set_state(state);
+  Control control;
+  control.body_start = control.body_end = body;
+  control.pin_targets = from;
+  const auto frames = static_cast<int>(std::lround(seconds / solver.time_step));
+  for (int frame = 0; frame < std::max(1, frames); ++frame) {
+    simulation.advance(control);
+  }
+  return simulation.state().positions;
+}
+
+}  // namespace
+
+OptionTable describe(RelaxGravityOptions& options) {
+  OptionTable table;
+  table.add("rounds", options.rounds, 1, 1000, "", "Of simulating and correcting");
+  table.add("seconds", options.seconds, 0.05, 60, "s", "Simulated in each round");
+  table.add("damping", options.damping, 0, 1000, "1/s", "So that cloth comes to rest in that time");
+  table.add("step", options.step, 0.05, 1, "", "Share of the error that a round takes back");
+  table.add("tolerance", options.tolerance, 0, 1, "m",
+            "Done where the mean distance to the captured shape is below");
+  return table;
+}
+
+RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
+                             const Points& body, const Triangles& body_faces,
+                             const ClothOptions& cloth_options, const XpbdOptions& solver_options,
+                             const RelaxGravityOptions& options, Device device) {
+  ATELIER_CHECK(options.rounds >= 1 && options.seconds > 0 && options.step > 0 &&
+                    options.step <= 1 && options.damping >= 0,
+                "relax_gravity options out of range");
+  ClothOptions how = cloth_options;
+  how.rest_angles = "template";
+  XpbdOptions solver = solver_options;
+  solver.velocity_damping = options.damping;
+  const Points target = captured.mesh.vertices;
+  Garment rest = captured;
+  rest.rest.resize(0, 2);
+  rest.rest_faces.resize(0, 3);
+  RelaxedGarment best;
+  best.mean_error = std::numeric_limits<double>::infinity();
+  double step = options.step;
+  Points best_moved;
+  for (int round = 0; round < options.rounds && !best.converged; ++round) {
+    const Cloth cloth = make_cloth(rest, pins, how);
+    const Points moved =
+        hung(cloth, target, body, body_faces, solver, options.seconds, device) - target;
+    const Eigen::VectorXd errors = moved.rowwise().norm();
+    if (errors.mean() < best.mean_error) {
+      best.garment = rest;
+      best.mean_error = errors.mean();
+      best.largest_error = errors.maxCoeff();
+      best_moved = moved;
+    } else {
+      step = std::max(step / 2, 0.02);  // it went too far: less, from the best so far
+    }
+    best.rounds = round + 1;
+    best.converged = best.mean_error <= options.tolerance;
+    rest.mesh.vertices = best.garment.mesh.vertices - step * best_moved;
+  }
+  return best;
+}
+
+}  // namespace atelier

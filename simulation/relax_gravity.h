@@ -1,0 +1,45 @@
+#pragma once
+
+#include <vector>
+
+#include "core/device.h"
+#include "core/garment.h"
+#include "core/options.h"
+#include "simulation/cloth.h"
+#include "simulation/xpbd.h"
+
+namespace atelier {
+
+/// How a captured garment gives back what its weight has stretched.
+struct RelaxGravityOptions {
+  int rounds = 12;          ///< of simulating and correcting, 1 to 1000
+  double seconds = 2;       ///< simulated in each, 0.05 to 60
+  double damping = 4;       ///< 1/s, so that it comes to rest in that time, 0 to 1000
+  double step = 0.8;        ///< share of the error that a round takes back, 0.05 to 1
+  double tolerance = 5e-4;  ///< m: done where the mean distance to the captured shape is below
+};
+OptionTable describe(RelaxGravityOptions& options);
+
+/// A garment that hangs in the captured shape, and how nearly.
+struct RelaxedGarment {
+  Garment garment;           ///< its mesh is the unloaded template; without a flat rest shape
+  double mean_error = 0;     ///< m, of its vertices after `seconds` under gravity
+  double largest_error = 0;  ///< m
+  int rounds = 0;
+  bool converged = false;
+};
+
+/// Inverse statics by fixed points: the template whose simulation under gravity, on the body that
+/// stands still, ends in the captured shape. Each round simulates from the captured shape with the
+/// template as rest shape and moves the template against where the cloth went; one that makes it
+/// worse is taken back and halved. Our choice: it asks nothing of the solver. Rest angles are the
+/// template's. The best round is kept.
+///
+/// `body` and its faces may be empty. Throws as make_cloth and ClothSolver; LogicError for options
+/// out of range.
+RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
+                             const Points& body, const Triangles& body_faces,
+                             const ClothOptions& cloth = {}, const XpbdOptions& solver = {},
+                             const RelaxGravityOptions& options = {}, Device device = Device::Cpu);
+
+}  // namespace atelier

@@ -1,0 +1,82 @@
+#include "simulation/relax_gravity.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "tests/support/shapes.h"
+
+namespace atelier {
+namespace {
+
+/// A square of 0.4 m of soft cloth, in the plane z = 0, hanging from its upper edge.
+Garment hanging_cloth(std::vector<int>& pins) {
+  Garment garment;
+  garment.mesh = testing::grid(8, 8);
+  for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
+    const Eigen::RowVector3d p = garment.mesh.vertices.row(v);
+    garment.mesh.vertices.row(v) << 0.4 * p.x(), 1 - 0.4 * p.z(), 0;
+    if (p.z() == 0) {
+      pins.push_back(static_cast<int>(v));
+    }
+  }
+  garment.material.density = 0.3;
+  garment.material.stretch_warp = garment.material.stretch_weft = 60;
+  garment.material.bending = 1e-4;
+  return garment;
+}
+
+Points hang(const Garment& garment, const std::vector<int>& pins, const Points& from) {
+  ClothOptions how;
+  how.rest_angles = "template";
+  const Cloth cloth = make_cloth(garment, pins, how);
+  XpbdOptions solver;
+  solver.velocity_damping = 4;
+  ClothSolver simulation(cloth, Triangles(0, 3), solver);
+  ClothState state = rest_state(cloth);
+  state.positions = from;
+  simulation.set_state(state);
+  Control control;
+  control.pin_targets = from;
+  for (int frame = 0; frame < 120; ++frame) {
+    simulation.advance(control);
+  }
+  return simulation.state().positions;
+}
+
+TEST(RelaxGravity, WhatHungHangsAsItDid) {
+  std::vector<int> pins;
+  Garment garment = hanging_cloth(pins);
+  // What a capture sees: stretched by its own weight.
+  const Points seen = hang(garment, pins, garment.mesh.vertices);
+  Garment captured = garment;
+  captured.mesh.vertices = seen;
+  const double sagged = (seen - garment.mesh.vertices).rowwise().norm().maxCoeff();
+  ASSERT_GT(sagged, 0.004);
+  // Simulated as it is, it sags once more.
+  const double again = (hang(captured, pins, seen) - seen).rowwise().norm().mean();
+  ASSERT_GT(again, 0.002);
+  const RelaxedGarment relaxed = relax_gravity(captured, pins, Points(0, 3), Triangles(0, 3));
+  EXPECT_TRUE(relaxed.converged);
+  EXPECT_LT(relaxed.mean_error, 0.0005);
+  const double mean = (hang(relaxed.garment, pins, seen) - seen).rowwise().norm().mean();
+  EXPECT_LT(mean, 0.002);
+  // Nearly what it was cut as.
+  EXPECT_LT((relaxed.garment.mesh.vertices - garment.mesh.vertices).rowwise().norm().mean(),
+            0.5 * sagged);
+}
+
+TEST(RelaxGravity, RefusesOptionsOutOfRange) {
+  std::vector<int> pins;
+  const Garment garment = hanging_cloth(pins);
+  RelaxGravityOptions none;
+  none.rounds = 0;
+  EXPECT_THROW(relax_gravity(garment, pins, Points(0, 3), Triangles(0, 3), {}, {}, none),
+               LogicError);
+  RelaxGravityOptions far;
+  far.step = 1.5;
+  EXPECT_THROW(relax_gravity(garment, pins, Points(0, 3), Triangles(0, 3), {}, {}, far),
+               LogicError);
+}
+
+}  // namespace
+}  // namespace atelier
