@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "apps/body_measures.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/flatten_measures.h"
@@ -57,6 +58,10 @@ constexpr Evaluation kEvaluations[] = {
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     {"flatten", measure_flatten},
+#endif
+#ifdef ATELIER_HAS_BODYMODEL
+    {"body", measure_body},
+    {"refine", measure_refine},
 #endif
 };
 

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "apps/body_stage.h"
 #include "apps/flatten.h"
 #include "apps/personalize_stage.h"
 #include "apps/reconstruct_stage.h"
@@ -70,6 +71,25 @@ constexpr std::array kStages = {
           .metrics = kTrackMetrics,
           .options = option_set<TrackStageOptions>,
           .run = run_track},
+    Stage{.name = "body",
+          .version = 1,
+          .summary = "the body under the clothes in every frame",
+          .inputs = {"capture", "scans", "person", "tracked"},
+          .outputs = {"bodies"},
+          .metrics = kBodyMetrics,
+          .options = option_set<BodyStageOptions>,
+          .run = run_body,
+          .frame_wise = true},
+    Stage{.name = "refine",
+          .version = 1,
+          .summary = "the body once more, under a registered garment instead of scans",
+          .inputs = {"garment", "scans", "person", "tracked", "bodies"},
+          .outputs = {"refined_bodies"},
+          .metrics = kBodyMetrics,
+          .options = option_set<RefineStageOptions>,
+          .run = run_refine,
+          .check_input = check_refine_input,
+          .frame_wise = true},
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     Stage{.name = "flatten",

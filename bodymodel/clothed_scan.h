@@ -45,7 +45,7 @@ struct ScanSurface {
 
 /// Makes it ready. A face has the role of two of its corners; with three different ones it is in
 /// no region. A scan without vertices is fine (nothing was seen). Throws DataError, with `file`,
-/// for numbers that are not finite, indices out of range, vertices without faces, and roles that
+/// for numbers that are not finite, indices out of range, a scan without faces, and roles that
 /// are not one a vertex. O(F log F).
 ScanSurface scan_surface(const ClothedScan& scan, const std::string& file = "");
 

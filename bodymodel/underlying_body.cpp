@@ -207,30 +207,6 @@ Points fitted(const Triangles& faces, const Points& shape, Points body, const Sc
   return body;
 }
 
-std::vector<Finding> findings_of(const ScanSurface& scan, const BodyCertificate& certificate) {
-  std::vector<Finding> findings;
-  const auto warn = [&](const char* code, std::string what, std::string advice) {
-    findings.push_back({Severity::Warning, code, "", std::move(what), std::move(advice)});
-  };
-  if (scan.vertices.rows() == 0) {
-    warn("no-scan", "there is no scan: the body is the tracked one alone", "");
-    return findings;
-  }
-  constexpr double kHalf = 0.5;
-  if (certificate.seen_rate < kHalf) {
-    warn("little-seen",
-         "the scan says something of only " +
-             std::to_string(static_cast<int>(std::lround(100 * certificate.seen_rate))) +
-             "% of the body",
-         "look at the scan and the tracked pose; the rest follows the personal body");
-  }
-  if (scan.skin.faces.rows() == 0) {
-    warn("no-skin", "no part of the scan is labelled skin: the body only stays inside of it",
-         "label images tell skin from clothing (docs/surfaces.md)");
-  }
-  return findings;
-}
-
 }  // namespace
 
 OptionTable describe(UnderlyingBodyOptions& options) {
@@ -268,6 +244,31 @@ OptionTable describe(UnderlyingBodyOptions& options) {
   return table;
 }
 
+std::vector<Finding> underlying_findings(const ScanSurface& scan,
+                                         const BodyCertificate& certificate) {
+  std::vector<Finding> findings;
+  const auto warn = [&](const char* code, std::string what, std::string advice) {
+    findings.push_back({Severity::Warning, code, "", std::move(what), std::move(advice)});
+  };
+  if (scan.vertices.rows() == 0) {
+    warn("no-scan", "there is no scan: the body is the tracked one alone", "");
+    return findings;
+  }
+  constexpr double kHalf = 0.5;
+  if (certificate.seen_rate < kHalf) {
+    warn("little-seen",
+         "the scan says something of only " +
+             std::to_string(static_cast<int>(std::lround(100 * certificate.seen_rate))) +
+             "% of the body",
+         "look at the scan and the tracked pose; the rest follows the personal body");
+  }
+  if (scan.skin.faces.rows() == 0) {
+    warn("no-skin", "no part of the scan is labelled skin: the body only stays inside of it",
+         "label images tell skin from clothing (docs/surfaces.md)");
+  }
+  return findings;
+}
+
 UnderlyingBody underlying_body(const Triangles& faces, const Points& posed, const ScanSurface& scan,
                                const BodyCover& cover, const KnownOffsets& known,
                                const UnderlyingBodyOptions& options) {
@@ -293,7 +294,7 @@ UnderlyingBody underlying_body(const Triangles& faces, const Points& posed, cons
   }
   body.offsets = in_surface_frames(frames, body.vertices - posed);
   body.certificate = body_certificate(faces, body.vertices, scan, cover);
-  body.findings = findings_of(scan, body.certificate);
+  body.findings = underlying_findings(scan, body.certificate);
   body.trusted = body.findings.empty();
   return body;
 }

@@ -56,6 +56,11 @@ struct UnderlyingBody {
   bool trusted = true;            ///< false: the frame is mostly what the personal body says
 };
 
+/// What a certificate leaves to be said: "no-scan", "little-seen" (less than half of the body),
+/// "no-skin" (nothing is labelled so).
+std::vector<Finding> underlying_findings(const ScanSurface& scan,
+                                         const BodyCertificate& certificate);
+
 /// @param faces    of the body, closed
 /// @param posed    [V,3] the personal body in the frame's pose, metres
 /// @param scan     of the frame; empty: the personal body comes back, with its usual offsets

@@ -205,7 +205,7 @@ Mesh read_mesh_archive(const std::filesystem::path& path, const Limits& limits) 
   return mesh;
 }
 
-void write_sequence_header(const std::filesystem::path& folder, const SequenceHeader& header) {
+Archive archive_of(const SequenceHeader& header) {
   const std::string fault = header_fault(header);
   ATELIER_CHECK(fault.empty(), fault);
   ATELIER_CHECK(header.shared.vertices.rows() == 0, "vertices are of frames, not shared");
@@ -213,6 +213,11 @@ void write_sequence_header(const std::filesystem::path& folder, const SequenceHe
   archive.schema = kSequenceSchema;
   archive.numbers["fps"] = header.fps;
   archive.datasets["frame_ids"] = tensor_of(header.frame_ids);
+  return archive;
+}
+
+void write_sequence_header(const std::filesystem::path& folder, const SequenceHeader& header) {
+  const Archive archive = archive_of(header);
   make_private_directory(folder);
   write_archive(header_path(folder), archive);
 }

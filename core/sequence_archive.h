@@ -29,6 +29,7 @@ struct SequenceHeader {
 /// processes; each appears whole or not at all. Folders are created 0700, files 0600.
 ///
 /// Throws LogicError if the header breaks its conditions.
+Archive archive_of(const SequenceHeader& header);
 void write_sequence_header(const std::filesystem::path& folder, const SequenceHeader& header);
 
 /// Writes one frame. Throws DataError unless the mesh is valid and has the shared topology,

@@ -1,0 +1,17 @@
+#pragma once
+
+#ifdef ATELIER_HAS_CAPTURE
+
+#include "capture/truth_archive.h"
+#include "core/mesh.h"
+
+namespace atelier {
+
+/// The scan that a perfect reconstruction of a synthetic frame would be: every face of the true
+/// surfaces (body, hair, shoes, garments) whose corners two cameras see, labelled. Layers, of which
+/// the truth does not say who sees them, are whole.
+Mesh truth_scan(const CaptureTruth& truth, const TruthFrame& frame);
+
+}  // namespace atelier
+
+#endif
