@@ -187,7 +187,29 @@ Points turned_edges(const VertexEnergy& energy, const Points& shape, const Point
   return vectors;
 }
 
-Points fitted(const Triangles& faces, const Points& shape, Points body, const ScanSurface& scan,
+/// How much the rows say of each vertex, against what seen skin says.
+Eigen::VectorXd support_of(const std::vector<PlaneRow>& rows, const Points& body,
+                           const Eigen::VectorXd& areas) {
+  Eigen::VectorXd support = Eigen::VectorXd::Zero(body.rows());
+  for (const PlaneRow& row : rows) {
+    const double weight = row_weight(row, body);
+    for (int k = 0; k < 3; ++k) {
+      support[row.vertices[static_cast<std::size_t>(k)]] += weight * row.barycentric[k];
+    }
+  }
+  for (Index v = 0; v < support.size(); ++v) {
+    support[v] = areas[v] > 0 ? std::min(1.0, support[v] / areas[v]) : 0;
+  }
+  return support;
+}
+
+/// A body and how much the scan says of each vertex.
+struct Fitted {
+  Points body;
+  Eigen::VectorXd support;
+};
+
+Fitted fitted(const Triangles& faces, const Points& shape, Points body, const ScanSurface& scan,
               const BodyCover& cover, const UnderlyingBodyOptions& options) {
   constexpr double kSettled = 3e-5;  // m, mean move of a round
   const Eigen::VectorXd areas = vertex_areas(shape, faces);
@@ -204,7 +226,8 @@ Points fitted(const Triangles& faces, const Points& shape, Points body, const Sc
     }
     tree = refit_tree(std::move(tree), body);
   }
-  return body;
+  Eigen::VectorXd support = support_of(energy.rows, body, areas);
+  return {std::move(body), std::move(support)};
 }
 
 }  // namespace
@@ -288,9 +311,12 @@ UnderlyingBody underlying_body(const Triangles& faces, const Points& posed, cons
   body.vertices =
       known.start.rows() > 0 ? Points(posed + from_surface_frames(frames, known.start)) : shape;
   if (scan.vertices.rows() > 0) {
-    body.vertices = fitted(faces, shape, std::move(body.vertices), scan, cover, options);
+    Fitted fit = fitted(faces, shape, std::move(body.vertices), scan, cover, options);
+    body.vertices = std::move(fit.body);
+    body.support = std::move(fit.support);
   } else {
     body.vertices = shape;
+    body.support = Eigen::VectorXd::Zero(count);
   }
   body.offsets = in_surface_frames(frames, body.vertices - posed);
   body.certificate = body_certificate(faces, body.vertices, scan, cover);

@@ -51,6 +51,8 @@ struct KnownOffsets {
 struct UnderlyingBody {
   Points vertices;  ///< [V,3] metres
   Points offsets;   ///< [V,3] metres from the personal body, in its surface frames
+  Eigen::VectorXd
+      support;  ///< [V] in [0,1], how much the scan says of each: 1 seen skin, 0 nothing
   BodyCertificate certificate;
   std::vector<Finding> findings;  ///< no scan, half of it missing, no skin, far from the body
   bool trusted = true;            ///< false: the frame is mostly what the personal body says

@@ -19,7 +19,8 @@ std::vector<Index> spread_frames(Index count, Index wanted) {
 }
 
 constexpr int kFirstIterations = 4;   // of a frame on its own
-constexpr int kSecondIterations = 2;  // from there
+constexpr int kSecondIterations = 3;  // from there
+constexpr double kUnseen = 0.05;      // weight of a frame that did not see a vertex
 
 }  // namespace
 
@@ -80,6 +81,7 @@ BodyCover sequence_cover(const Triangles& faces, Index count,
 struct UnderlyingSequence::Alone {
   std::once_flag once;
   Points offsets;  // no rows: the frame has no scan
+  Eigen::VectorXd support;
 };
 
 UnderlyingSequence::UnderlyingSequence(Triangles faces, Index count,
@@ -93,36 +95,51 @@ UnderlyingSequence::UnderlyingSequence(Triangles faces, Index count,
   }
 }
 
-const Points& UnderlyingSequence::offsets_alone(Index frame) const {
-  Alone& alone = *alone_[static_cast<std::size_t>(frame)];
-  std::call_once(alone.once, [&] {
+const UnderlyingSequence::Alone& UnderlyingSequence::alone(Index frame) const {
+  Alone& found = *alone_[static_cast<std::size_t>(frame)];
+  std::call_once(found.once, [&] {
     const PosedScan at = load_(frame);
     if (at.scan.vertices.rows() > 0) {
       UnderlyingBodyOptions options = options_.body;
       options.iterations = std::min(options.iterations, kFirstIterations);
-      alone.offsets = underlying_body(faces_, at.posed, at.scan, cover_, {}, options).offsets;
+      UnderlyingBody body = underlying_body(faces_, at.posed, at.scan, cover_, {}, options);
+      found.offsets = std::move(body.offsets);
+      found.support = std::move(body.support);
     }
   });
-  return alone.offsets;
+  return found;
+}
+
+/// The mean of the offsets around a frame, of each vertex those frames first that saw it.
+Points UnderlyingSequence::usual_offsets(Index frame) const {
+  const auto count = static_cast<Index>(alone_.size());
+  Points sum;
+  Eigen::VectorXd weights;
+  for (Index i = std::max<Index>(0, frame - options_.around);
+       i <= std::min(count - 1, frame + options_.around); ++i) {
+    const Alone& at = alone(i);
+    if (at.offsets.rows() == 0) {
+      continue;
+    }
+    if (sum.rows() == 0) {
+      sum = Points::Zero(at.offsets.rows(), 3);
+      weights = Eigen::VectorXd::Zero(at.offsets.rows());
+    }
+    const Eigen::VectorXd weight = at.support.array() + kUnseen;
+    sum += weight.asDiagonal() * at.offsets;
+    weights += weight;
+  }
+  return sum.rows() == 0 ? sum : Points(weights.cwiseInverse().asDiagonal() * sum);
 }
 
 UnderlyingBody UnderlyingSequence::at(Index frame) const {
   const auto count = static_cast<Index>(alone_.size());
   ATELIER_CHECK(frame >= 0 && frame < count, "no such frame");
   KnownOffsets known;
-  known.start = offsets_alone(frame);
+  known.start = alone(frame).offsets;
   UnderlyingBodyOptions options = options_.body;
   if (options.temporal) {
-    int heard = 0;
-    for (Index i = std::max<Index>(0, frame - options_.around);
-         i <= std::min(count - 1, frame + options_.around); ++i) {
-      const Points& offsets = offsets_alone(i);
-      if (offsets.rows() > 0) {
-        known.usual = heard == 0 ? offsets : Points(known.usual + offsets);
-        ++heard;
-      }
-    }
-    known.usual /= std::max(heard, 1);
+    known.usual = usual_offsets(frame);
     options.iterations = std::min(options.iterations, kSecondIterations);
   }
   const PosedScan at = load_(frame);

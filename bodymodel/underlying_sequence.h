@@ -27,7 +27,8 @@ OptionTable describe(UnderlyingSequenceOptions& options);
 /// The underlying bodies of a sequence, frame by frame in any order and from any thread (but not
 /// from inside a parallel_for, whose threads could wait for each other): every
 /// frame's result is the same whichever others are asked for. A frame is fitted on its own first,
-/// then once more with the mean offsets of the frames around it, those without a scan left out.
+/// then once more with the mean offsets of the frames around it, each vertex those of the frames
+/// that saw it; frames without a scan are left out.
 class UnderlyingSequence {
  public:
   /// Looks at cover_frames of the frames.
@@ -44,7 +45,8 @@ class UnderlyingSequence {
  private:
   struct Alone;  // a frame's offsets, fitted on its own
 
-  const Points& offsets_alone(Index frame) const;
+  const Alone& alone(Index frame) const;
+  Points usual_offsets(Index frame) const;
 
   Triangles faces_;
   std::function<PosedScan(Index)> load_;

@@ -36,7 +36,7 @@ double residual(const PlaneRow& row, const Points& x) {
 }
 
 /// Half the derivative of weight rho(r), by r.
-double row_weight(const PlaneRow& row, double r) {
+double weight_at(const PlaneRow& row, double r) {
   if (row.scale <= 0) {
     return row.weight;
   }
@@ -126,6 +126,10 @@ struct NormalMatrix {
 
 }  // namespace
 
+double row_weight(const PlaneRow& row, const Points& x) {
+  return weight_at(row, residual(row, x));
+}
+
 double vertex_energy(const VertexEnergy& energy, const Points& x) {
   check_energy(energy, x);
   double sum = 0;
@@ -160,7 +164,7 @@ Points vertex_energy_gradient(const VertexEnergy& energy, const Points& x) {
   }
   for (const PlaneRow& row : energy.rows) {
     const double r = residual(row, x);
-    const double pull = 2 * row_weight(row, r) * r;
+    const double pull = 2 * weight_at(row, r) * r;
     for (int k = 0; k < 3; ++k) {
       gradient.row(row.vertices[static_cast<std::size_t>(k)]) +=
           pull * row.barycentric[k] * row.normal.transpose();
@@ -183,7 +187,7 @@ Points lower_vertex_energy(const VertexEnergy& energy, const Points& start,
     Eigen::SparseMatrix<double> isotropic = coupling;
     for (std::size_t r = 0; r < energy.rows.size(); ++r) {
       const PlaneRow& row = energy.rows[r];
-      weights[r] = row_weight(row, residual(row, x));
+      weights[r] = weight_at(row, residual(row, x));
       for (int k = 0; k < 3; ++k) {
         const int v = row.vertices[static_cast<std::size_t>(k)];
         isotropic.coeffRef(v, v) += weights[r] * row.barycentric[k] * row.barycentric[k];

@@ -32,6 +32,9 @@ struct VertexEnergy {
   std::vector<PlaneRow> rows;
 };
 
+/// The weight with which a row pulls at x, m2: its own, less where it saturates.
+double row_weight(const PlaneRow& row, const Points& x);
+
 /// Its value, m4. Throws LogicError for sizes that do not agree or indices out of range.
 double vertex_energy(const VertexEnergy& energy, const Points& x);
 

@@ -34,7 +34,7 @@ void fits_under_clothes(const BodyModel& model) {
   at.posed = truth.vertices + smooth_noise(truth, 0.004, 9, 100);
   const Mesh garment = part_of(scan, is_worn).mesh;
   UnderlyingSequenceOptions options;
-  options.gap_frames = 1;
+  options.gap_frames = 0;
   const UnderlyingSequence sequence(
       truth.faces, 1, [&](Index) { return at; }, options);
   const UnderlyingBody body = sequence.at(0);
@@ -42,7 +42,7 @@ void fits_under_clothes(const BodyModel& model) {
   const BodyError after = body_error(truth.faces, body.vertices, truth, {garment});
   EXPECT_GT(before.covered, 500);
   EXPECT_LT(after.mean, 0.0012);
-  EXPECT_LT(after.covered_mean, 0.6 * before.covered_mean);
+  EXPECT_LT(after.covered_mean, 0.75 * before.covered_mean);
   EXPECT_LT(after.outside_rate, 0.003);
   EXPECT_LT(after.proximity, 0.0015);
   EXPECT_TRUE(body.trusted);
@@ -64,7 +64,7 @@ PosedScan ball_frame(Index frame, bool with_scan = true) {
   PosedScan at;
   at.posed = truth.vertices + smooth_noise(truth, 0.005, 4);
   if (with_scan) {
-    const double turn = 0.5 * static_cast<double>(frame);
+    const double turn = 0.8 * static_cast<double>(frame);
     at.scan = scan_surface(worn_on(
         truth,
         [&](const Eigen::RowVector3d& p) {
@@ -92,7 +92,17 @@ TEST(UnderlyingSequence, NeighboursTellWhatAFrameHides) {
   UnderlyingSequenceOptions options;
   const auto error = [&] {
     const UnderlyingSequence sequence(truth.faces, 7, load, options);
-    return body_error(truth.faces, sequence.at(3).vertices, truth, {}).mean;
+    const Points body = sequence.at(3).vertices;
+    double sum = 0;
+    int hidden = 0;
+    for (Index v = 0; v < body.rows(); ++v) {
+      const Eigen::RowVector3d p = truth.vertices.row(v);
+      if (p.x() * std::cos(2.4) + p.y() * std::sin(2.4) > 0.2) {
+        sum += std::abs(body.row(v).norm() - 0.3);
+        ++hidden;
+      }
+    }
+    return sum / hidden;
   };
   const double with = error();
   options.body.temporal = false;
