@@ -1,7 +1,10 @@
 #include "registration/flat_pattern.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
@@ -11,6 +14,7 @@
 #include "core/error.h"
 #include "registration/edge_paths.h"
 #include "registration/find_seams.h"
+#include "registration/garment_pattern_json.h"
 #include "registration/offset_outline.h"
 #include "registration/open_to_discs.h"
 #include "registration/parametric_patterns.h"
@@ -18,6 +22,7 @@
 #include "registration/pattern_pieces.h"
 #include "tests/registration/pattern_files.h"
 #include "tests/support/shapes.h"
+#include "tests/support/test_data.h"
 
 namespace atelier {
 namespace {
@@ -211,16 +216,90 @@ TEST(FlattenSurface, GivesOurPatternsBack) {
   EXPECT_LT(outline_error(dress_pattern(measures)), 0.01);
 }
 
+TEST(FlattenSurface, GivesRealPatternsBack) {
+  for (const char* name :
+       {"basic tee/tee.json", "skirts/skirt_4_panels.json", "pants/pants_straight_sides.json"}) {
+    ATELIER_TEST_FILE(file, std::string("garments/pattern_generator/Patterns/") + name);
+    std::ifstream stream(file);
+    const std::string text((std::istreambuf_iterator<char>(stream)), {});
+    EXPECT_LT(outline_error(garment_pattern_from_json(text, name)), 0.01) << name;
+  }
+}
+
+/// Where the lines of a skirt panel's two sewn edges meet, and the angle of the first.
+struct Sector {
+  Eigen::Vector2d apex;
+  double from;
+};
+
+Sector sector_of(const Panel& panel) {
+  std::vector<Eigen::Vector2d> points;
+  for (const PanelEdge& edge : panel.edges) {
+    if (edge.name.empty()) {
+      points.emplace_back(panel.corners.row(edge.start).transpose());
+      points.emplace_back(panel.corners.row(edge.end).transpose());
+    }
+  }
+  Eigen::Matrix2d lines;
+  lines << points[1] - points[0], points[2] - points[3];
+  const Eigen::Vector2d share = lines.inverse() * (points[2] - points[0]);
+  const Eigen::Vector2d apex = points[0] + share.x() * (points[1] - points[0]);
+  // Angles from straight down, so that a panel's are about 0.
+  const auto angle = [&](const Eigen::Vector2d& p) {
+    return std::atan2((p - apex).x(), -(p - apex).y());
+  };
+  return {apex, std::min(angle(points[0]), angle(points[2]))};
+}
+
 TEST(FlattenSurface, GivesSewnPanelsBackThroughTheirSeams) {
-  // The pattern's seams, welded, are cut again: the panels are those of the pattern.
-  const SewingPattern sewing = skirt_pattern({});
-  const Garment garment = garment_from_pattern(sewing, {.edge_length = 0.03});
+  // A skirt rolled into the cone that its sectors make: an exactly inextensible drape, welded. Cut
+  // along the pattern's seams, its panels are those of the pattern.
+  SkirtOptions options;
+  options.flare = 1.2;
+  const SewingPattern sewing = skirt_pattern({}, options);
+  Garment garment = garment_from_pattern(sewing, {.edge_length = 0.02});
+  const double sine = 2 * options.flare / (2 * std::numbers::pi);
+  // Panel coordinates: `rest` holds the panels side by side; their outlines come first, in order.
+  std::vector<Eigen::RowVector2d> moved;
+  for (std::size_t p = 0; p < sewing.panels.size(); ++p) {
+    const auto face = std::find(garment.panels.begin(), garment.panels.end(), static_cast<int>(p)) -
+                      garment.panels.begin();
+    int first = garment.rest_faces(face, 0);
+    for (Index f = face; f < garment.rest_faces.rows(); ++f) {
+      if (garment.panels[static_cast<std::size_t>(f)] == static_cast<int>(p)) {
+        first = std::min(first, garment.rest_faces.row(f).minCoeff());
+      }
+    }
+    const Panel& panel = sewing.panels[p];
+    moved.emplace_back(panel.corners.row(panel.edges.front().start) - garment.rest.row(first));
+  }
+  std::vector<char> placed(static_cast<std::size_t>(garment.mesh.vertices.rows()), 0);
+  for (Index f = 0; f < garment.mesh.faces.rows(); ++f) {
+    const int p = garment.panels[static_cast<std::size_t>(f)];
+    const Panel& panel = sewing.panels[static_cast<std::size_t>(p)];
+    const Sector sector = sector_of(panel);
+    for (int k = 0; k < 3; ++k) {
+      const int v = garment.mesh.faces(f, k);
+      if (placed[static_cast<std::size_t>(v)] != 0) {
+        continue;
+      }
+      placed[static_cast<std::size_t>(v)] = 1;
+      const Eigen::Vector2d at =
+          (garment.rest.row(v) + moved[static_cast<std::size_t>(p)]).transpose() - sector.apex;
+      const double turn = (std::atan2(at.x(), -at.y()) - sector.from + p * options.flare) / sine;
+      garment.mesh.vertices.row(v) << at.norm() * sine * std::sin(turn),
+          -at.norm() * std::sqrt(1 - sine * sine), at.norm() * sine * std::cos(turn);
+    }
+  }
+  for (const Seam& seam : garment.seams) {
+    for (std::size_t i = 0; i < seam.a.size(); ++i) {
+      ASSERT_LT(
+          (garment.mesh.vertices.row(seam.a[i]) - garment.mesh.vertices.row(seam.b[i])).norm(),
+          1e-3);
+    }
+  }
   std::vector<int> joined;
   const Mesh mesh = welded(garment, joined);
-  std::vector<int> used(joined);
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
-  EXPECT_LT(used.size(), joined.size());
   const Topology whole = topology(mesh);
   std::vector<std::pair<int, int>> ends;
   for (const Seam& seam : garment.seams) {
@@ -229,8 +308,35 @@ TEST(FlattenSurface, GivesSewnPanelsBackThroughTheirSeams) {
                         joined[static_cast<std::size_t>(seam.a[i])]);
     }
   }
-  const SurfaceCut cut = cut_surface(whole, cut_at_edges(whole, ends));
-  EXPECT_EQ(cut.panel_count, static_cast<int>(sewing.panels.size()));
+  const FlatPattern flat = flatten_surface(mesh, cut_at_edges(whole, ends));
+  const FlatMeasures measures = measure_flat(mesh, flat);
+  EXPECT_EQ(flat.cut.panel_count, static_cast<int>(sewing.panels.size()));
+  EXPECT_EQ(flat.seams.size(), garment.seams.size());
+  EXPECT_LT(measures.strain_p99, 0.03);
+  EXPECT_LT(measures.seam_mismatch, 0.003);
+  // Every run of the outline, sewn or open, is as long as the pattern's.
+  double sewn = 0;
+  double was_sewn = 0;
+  double outline = 0;
+  double was_outline = 0;
+  const Topology panels = topology_of(flat.cut.faces, static_cast<Index>(flat.cut.source.size()));
+  for (Index e = 0; e < panels.edges.rows(); ++e) {
+    if (corners_of_edge(panels, e).size() != 1) {
+      continue;
+    }
+    const int face = corners_of_edge(panels, e).front() / 3;
+    const int k = corners_of_edge(panels, e).front() % 3;
+    const double is =
+        (flat.vertices.row(panels.edges(e, 0)) - flat.vertices.row(panels.edges(e, 1))).norm();
+    const double was = (garment.rest.row(garment.rest_faces(face, k)) -
+                        garment.rest.row(garment.rest_faces(face, (k + 1) % 3)))
+                           .norm();
+    const bool seam = corners_of_edge(whole, whole.face_edges(face, k)).size() == 2;
+    (seam ? sewn : outline) += is;
+    (seam ? was_sewn : was_outline) += was;
+  }
+  EXPECT_NEAR(sewn, was_sewn, 0.01 * was_sewn);
+  EXPECT_NEAR(outline, was_outline, 0.01 * was_outline);
 }
 
 template <class Act>
