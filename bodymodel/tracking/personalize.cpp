@@ -305,6 +305,7 @@ class Personalizer {
     result.unseen = missing / areas.sum();
     if (any_scan_ && result.unseen > kUnseenWorth) {
       std::vector<std::pair<double, std::string>> worst;
+      worst.reserve(unseen.size());
       for (const auto& [name, area] : unseen) {
         worst.emplace_back(-area, name);
       }
@@ -314,7 +315,7 @@ class Personalizer {
         names += (i > 0 ? ", " : "") + worst[i].second;
       }
       findings_.push_back({Severity::Warning, "surface-unseen", "person",
-                           std::to_string(static_cast<int>(100 * result.unseen + 0.5)) +
+                           std::to_string(std::lround(100 * result.unseen)) +
                                "% of the surface was not seen bare, most of it at " + names,
                            "it follows its neighbours and the other side of the body"});
     }
