@@ -74,6 +74,7 @@ std::vector<Take> read_takes(const fs::path& tracked) {
   }
   std::sort(files.begin(), files.end());
   std::vector<Take> takes;
+  takes.reserve(files.size());
   for (const fs::path& file : files) {
     takes.push_back({file.stem().string(), read_tracked_motion(file)});
   }
