@@ -374,7 +374,7 @@ void run_refine(StageRun& run) {
   const auto& options = run.options<RefineStageOptions>();
   const BodySource source = body_source(run);
   const Sequence bodies = open_sequence(run.input("bodies"));
-  const MeshSequenceFile garment = read_mesh_sequence(run.input("garment"), false);
+  const MeshSequenceFile garment = read_mesh_sequence(run.input("registered_garment"), false);
   std::map<int, Index> garments;
   for (std::size_t i = 0; i < garment.sequence.frame_ids.size(); ++i) {
     if (source.places.contains(garment.sequence.frame_ids[i])) {
@@ -382,7 +382,7 @@ void run_refine(StageRun& run) {
     }
   }
   if (garments.empty()) {
-    throw DataError(run.input("garment").string(), "frames", "none of the capture's",
+    throw DataError(run.input("registered_garment").string(), "frames", "none of the capture's",
                     "meshes whose numbers are those of the tracked frames, from " +
                         std::to_string(source.places.begin()->first));
   }
