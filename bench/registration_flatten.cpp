@@ -37,7 +37,8 @@ Mesh folded_skirt(int around, int along) {
 }
 
 void flatten_opened(benchmark::State& state) {
-  const Mesh mesh = folded_skirt(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+  const Mesh mesh =
+      folded_skirt(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
   FlatMeasures measures;
   for (auto _ : state) {
@@ -49,15 +50,18 @@ void flatten_opened(benchmark::State& state) {
   state.counters["triangles"] = static_cast<double>(mesh.faces.rows());
   state.counters["p99"] = 100 * measures.strain_p99;
 }
-BENCHMARK(flatten_opened)->Args({100, 50})->Args({160, 80})->Unit(benchmark::kSecond)->Iterations(1);
+BENCHMARK(flatten_opened)
+    ->Args({100, 50})
+    ->Args({160, 80})
+    ->Unit(benchmark::kSecond)
+    ->Iterations(1);
 
 void find_seams_of_skirt(benchmark::State& state) {
   const Mesh mesh = folded_skirt(100, 50);
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
   FoundSeams found;
   for (auto _ : state) {
-    found = find_seams(mesh,
-                       std::vector<char>(static_cast<std::size_t>(topology.edges.rows()), 0));
+    found = find_seams(mesh, std::vector<char>(static_cast<std::size_t>(topology.edges.rows()), 0));
   }
   state.counters["triangles"] = static_cast<double>(mesh.faces.rows());
   state.counters["added"] = found.added;
