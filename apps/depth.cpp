@@ -14,6 +14,7 @@
 #include "apps/printable.h"
 #include "apps/reconstruct_stage.h"
 #include "apps/usage_error.h"
+#include "capture/cameras_file.h"
 #include "capture/layouts/colmap_dense.h"
 #include "capture/surface/reconstruct_scan.h"
 #include "capture/truth_archive.h"
@@ -21,6 +22,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_file.h"
+#include "core/sha256.h"
 #include "core/store/frame_selection.h"
 
 namespace atelier {
@@ -52,10 +54,27 @@ OptionTable describe(DepthOptions& options) {
   return table;
 }
 
+/// A digest of what the views are: cameras, pictures, masks.
+std::string digest_of(const std::vector<InstantView>& views) {
+  Sha256 sum;
+  const auto add = [&](const auto& values) {
+    sum.update(values.data(), values.size() * sizeof(values[0]));
+  };
+  for (const InstantView& view : views) {
+    const std::string camera = cameras_json({view.camera});
+    add(camera);
+    add(view.image.data);
+    add(view.mask.data);
+  }
+  return hex(sum.finish());
+}
+
 /// What the maps in a folder were made of and with: those of other pictures or options are not
-/// mixed.
-std::string origin_of(const DepthArguments& arguments, const DepthOptions& options, int frame) {
+/// mixed. Where the capture lies does not matter, as machines see it at different places.
+std::string origin_of(const DepthArguments& arguments, const DepthOptions& options, int frame,
+                      const std::vector<InstantView>& views) {
   DepthOptions of_maps = options;
+  of_maps.capture = {};  // what it does is in the views
   of_maps.frame = frame;
   // What only comes after the maps.
   of_maps.reconstruct.fuse = {};
@@ -65,7 +84,7 @@ std::string origin_of(const DepthArguments& arguments, const DepthOptions& optio
   const nlohmann::ordered_json origin = {
       {"schema", "atelier-depth"},
       {"version", 1},
-      {"capture", fs::weakly_canonical(arguments.capture).string()},
+      {"views", digest_of(views)},
       {"device", arguments.device},
       {"options", nlohmann::json::parse(canonical_json(describe(of_maps)))}};
   return json_text(origin, 1);
@@ -113,9 +132,14 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
   }
   FrameSelection share;
   if (const std::string wrong = set_shard(share, arguments.views); !wrong.empty()) {
-    throw UsageError("--views: " + wrong);
+    throw UsageError("--views cannot be '" + arguments.views + "': it is i/n, i from 0 to n - 1");
   }
   if (!arguments.surface.empty()) {
+    const std::string extension = fs::path(arguments.surface).extension().string();
+    if (extension != ".obj" && extension != ".ply" && extension != ".glb") {
+      throw UsageError("--surface cannot be '" + arguments.surface +
+                       "': it ends in .obj, .ply or .glb");
+    }
     require_file_place(arguments.surface);
   }
   const Device device = arguments.device == "cuda" ? Device::Cuda : Device::Cpu;
@@ -133,14 +157,15 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
         "a frame from " + std::to_string(frames.front()) + " to " + std::to_string(frames.back()));
   }
   const fs::path folder = arguments.out;
-  const std::string origin = origin_of(arguments, options, frame);
-  open_folder(folder, origin);
   std::vector<InstantView> views = instant_of(dataset, frame);
+  const std::string origin = origin_of(arguments, options, frame, views);
+  open_folder(folder, origin);
   ReconstructOptions used = options.reconstruct;
   equalize(views, used, device);
   const StraightInstant instant = straight_instant(std::move(views), used);
+  make_private_directory(folder);
+  write_file_atomically(folder / "depth.json", origin);  // first, so that a kill leaves it ours
   write_dense_workspace(folder, instant.cameras, instant.images, places_in(instant.hull));
-  write_file_atomically(folder / "depth.json", origin);
   std::vector<std::size_t> wanted;
   for (std::size_t i = 0; i < instant.cameras.size(); ++i) {
     if (static_cast<int>(i) % share.shards == share.shard &&

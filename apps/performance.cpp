@@ -155,9 +155,6 @@ Performance cast_performance(const SynthesisOptions& options) {
   performance.layers.push_back(plain_shoes(body, seed));
   performance.minimal = continuous_motion(body, "range", kMinimalSeconds, 0);
   if (options.frames > 0) {
-    OutfitOptions outfit = options.outfit;
-    outfit.rate = simulation_rate(options);
-    performance.outfit = dress_body(body, outfit, options.subject.body);
     const double taken = (options.frames - 1) / options.fps;
     performance.clothed =
         continuous_motion(body, motion_of(options), options.motion.duration, kSoleHeight);
@@ -169,6 +166,9 @@ Performance cast_performance(const SynthesisOptions& options) {
       std::snprintf(expected, sizeof(expected), "at most its %.2f s", performance.clothed.duration);
       throw DataError(motion_of(options), "motion", found, expected);
     }
+    OutfitOptions outfit = options.outfit;
+    outfit.rate = simulation_rate(options);
+    performance.outfit = dress_body(body, outfit, options.subject.body);
     performance.start = options.motion.start >= 0
                             ? options.motion.start
                             : std::max(0.0, (performance.clothed.duration - taken) / 2);

@@ -18,6 +18,8 @@
 namespace atelier {
 namespace {
 
+constexpr double kNothing = 0.001;  // of the area: what still counts as nothing floating
+
 /// The result's folder, or nothing.
 std::filesystem::path result_in(const std::filesystem::path& workspace) {
   return workspace / "reconstruct" / "current";
@@ -113,7 +115,7 @@ std::vector<Measure> measure_surface(const std::filesystem::path& mesh, int fram
            "of " + mesh.filename().string()},
           {"surface.completeness", error.completeness, "", 0.95, Measure::Side::AtLeast,
            "share within 5 mm of what two cameras see"},
-          {"surface.floating", error.floating, "", 0, Measure::Side::None,
+          {"surface.floating", error.floating, "", kNothing, Measure::Side::AtMost,
            "share of its area more than 2 cm off"}};
 }
 
@@ -163,7 +165,7 @@ std::vector<Measure> measure_reconstruct(const std::filesystem::path& workspace,
       measures.push_back({"surface.completeness." + label_name(static_cast<Label>(label)),
                           sum.first / sum.second, "", 0, Measure::Side::None, "the part of it"});
     }
-    measures.push_back({"surface.floating", mean.floating / count, "", 0, Measure::Side::None,
+    measures.push_back({"surface.floating", mean.floating / count, "", kNothing, Measure::Side::AtMost,
                         "share of the scans' area more than 2 cm off"});
     measures.push_back({"surface.unseen", unseen / count, "", 0, Measure::Side::None,
                         "share of the true area that no two cameras see"});

@@ -160,10 +160,13 @@ void perform(const Work& work, const Performance& performance, const CaptureTrut
   }
   if (missing(0, options.frames)) {
     PerformanceState state;
-    const bool resumed = fs::exists(work.state());
+    bool resumed = fs::exists(work.state());
     if (resumed) {
       state =
           state_of(read_archive(work.state(), "atelier.synthesis.state", 1), work.state().string());
+      resumed = !missing(0, state.next_frame);
+    }
+    if (resumed) {
       events.say("simulation: goes on after frame " + std::to_string(state.next_frame - 1));
     }
     perform_clothed(performance, options, resumed ? &state : nullptr,
@@ -223,6 +226,9 @@ CaptureInfo info_of(const SynthesisOptions& options, const CaptureTruth& truth) 
 /// Casts, dresses and plays a performance of our own.
 SynthesisStage played(const Work& work, const SynthesisOptions& options,
                       const SynthesisEvents& events) {
+  if (options.frames > 0) {
+    events.say("dressing the subject");
+  }
   const Performance performance = cast_performance(options);
   claim(work, key_of(options));
   events.say("subject: " + performance.subject.description);
@@ -312,6 +318,7 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
       photograph_plates(folder, stage, options);
     }
     write_file_atomically(folder / "cameras.json", cameras_json(stage.written));
+    fs::remove(work.state());  // first: what it counts as done is about to go
     fs::remove_all(work.hidden);
     write_file_atomically(folder / "capture.toml", capture_toml(info_of(options, stage.truth)));
     fs::remove(lock_file);

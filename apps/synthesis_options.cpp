@@ -4,6 +4,8 @@
 #include "apps/synthesis_options.h"
 
 #include <algorithm>
+#include <set>
+#include <sstream>
 
 #include "core/error.h"
 
@@ -137,6 +139,13 @@ std::vector<std::string> impossible_options(const SynthesisOptions& options) {
   }
   if (!options.cloth_sequence.empty() && options.body_sequence.empty()) {
     say("--cloth-sequence needs --body-sequence: the body that wears the cloth");
+  }
+  std::set<std::string> worn;
+  std::istringstream garments(options.outfit.garment);
+  for (std::string garment; std::getline(garments, garment, '+');) {
+    if (!worn.insert(garment).second) {
+      say("--garment names '" + garment + "' twice");
+    }
   }
   if (options.shutter * options.fps >= 1) {
     say("--shutter is longer than a frame");

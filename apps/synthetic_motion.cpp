@@ -401,6 +401,10 @@ Pose blended(const Pose& from, const Pose& to, double share) {
 ContinuousMotion continuous_motion(const BodyModel& model, const std::string& motion,
                                    double duration, double ground) {
   if (!is_procedural(motion)) {
+    if (!std::filesystem::path(motion).has_extension() && !std::filesystem::exists(motion)) {
+      throw DataError(motion, "motion", "no such motion",
+                      "stride, squat, raise, twist, spin, range, or a file");
+    }
     return file_motion(model, motion, ground);
   }
   auto poser = std::make_shared<Poser>(model, ground);

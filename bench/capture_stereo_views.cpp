@@ -152,8 +152,11 @@ void report(benchmark::State& state, const Dome& dome, const std::vector<DepthMa
         static_cast<double>(std::count_if(view.near_depth.data.begin(), view.near_depth.data.end(),
                                           [](float depth) { return depth > 0; }));
   }
-  const double sweeps = 7;  // 4 iterations and 3 refinements on one level
-  const auto samples = looked * sweeps * 13 * 3 * 32;
+  const StereoOptions options;
+  const double coarse = std::pow(0.25, options.levels - 1);  // of the pixels
+  const double sweeps = coarse * options.iterations + options.refinements * (4 - coarse) / 3;
+  const auto samples =
+      looked * sweeps * 13 * static_cast<double>(dome.views[0].sources.size()) * 32;
   state.counters["median_mm"] = 1e3 * dome.median_error(maps);
   state.counters["s_per_view"] = benchmark::Counter(
       static_cast<double>(dome.views.size()),
@@ -177,7 +180,7 @@ void stereo_cpu(benchmark::State& state) {
   dome.views = std::move(views);
   std::vector<DepthMap> maps;
   for (auto _ : state) {
-    maps = stereo(dome.views);
+    maps = stereo(dome.views, {.sources = 4});
   }
   report(state, dome, maps);
   state.counters["s_per_view"] = benchmark::Counter(

@@ -209,6 +209,10 @@ std::vector<DepthMap> instant_depths(const StraightInstant& instant,
                                      const std::vector<std::size_t>& wanted) {
   const auto& cameras = instant.cameras;
   const auto sources = choose_sources(cameras, looked_at(cameras), options.stereo.sources);
+  if (std::all_of(sources.begin(), sources.end(), [](const auto& few) { return few.empty(); })) {
+    throw DataError("", "views", "no two that look at the same side of the subject",
+                    "cameras whose views overlap, less than 80 degrees apart");
+  }
   // Those that are computed, and where each then is.
   std::vector<char> needed(cameras.size(), wanted.empty() ? 1 : 0);
   for (const std::size_t view : wanted) {
@@ -256,8 +260,16 @@ AgreedPoints agreed_points(const StraightInstant& instant, std::vector<DepthMap>
   AgreedPoints result;
   result.maps = std::move(maps);
   leave_out_strays(result.maps, options.fuse, result.findings);
-  result.points =
-      without_outliers(fuse(result.maps, instant.images, options.fuse), options.surface);
+  const Mesh fused = fuse(result.maps, instant.images, options.fuse);
+  constexpr Index kLeast = 100;
+  if (fused.vertices.rows() < kLeast) {
+    throw DataError("", "views",
+                    std::to_string(fused.vertices.rows()) + " places on which " +
+                        std::to_string(options.fuse.least_views) + " views agree",
+                    "at least " + std::to_string(kLeast) +
+                        "; check calibration and masks, and that views overlap");
+  }
+  result.points = without_outliers(fused, options.surface);
   return result;
 }
 

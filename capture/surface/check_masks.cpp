@@ -1,5 +1,6 @@
 #include "capture/surface/check_masks.h"
 
+#include <algorithm>
 #include <cstdint>
 
 #include "capture/stereo/choose_sources.h"
@@ -9,12 +10,14 @@
 namespace atelier {
 namespace {
 
-constexpr int kCells = 48;       // along each side of the cube
-constexpr int kLeastOthers = 3;  // of whom three quarters can agree
-constexpr double kAgree = 0.75;  // of the others
-constexpr int kLeastCells = 20;  // to judge a mask by
-constexpr double kShown = 0.5;   // of the cells, by a mask that is right
-constexpr double kBorder = 0.5;  // of the picture's border, by a mask that is inverted
+constexpr int kCells = 48;               // along each side of the cube
+constexpr int kLeastOthers = 3;          // of whom three quarters can agree
+constexpr double kAgree = 0.75;          // of the others
+constexpr int kLeastCells = 20;          // to judge a mask by
+constexpr double kShown = 0.5;           // of the cells, by a mask that is right
+constexpr double kBorder = 0.5;          // of the picture's border, by a mask that is inverted
+constexpr double kInvertedBorder = 0.6;  // the same where nothing else speaks against it
+constexpr double kSomebody = 0.002;      // of the picture, the least that a person covers
 
 constexpr std::int8_t kSilent = -1;  // of a cell that is not in the picture
 
@@ -86,6 +89,12 @@ double border_share(const ByteImage& mask) {
   return set / (2.0 * (mask.width + mask.height));
 }
 
+/// Of all pixels, the share that is not set.
+double unset_share(const ByteImage& mask) {
+  return static_cast<double>(std::count(mask.data.begin(), mask.data.end(), std::uint8_t{0})) /
+         static_cast<double>(mask.data.size());
+}
+
 }  // namespace
 
 std::vector<MaskFit> check_masks(const std::vector<Camera>& cameras,
@@ -97,11 +106,24 @@ std::vector<MaskFit> check_masks(const std::vector<Camera>& cameras,
                   "a mask of another size than its camera's");
   }
   std::vector<MaskFit> fits(masks.size(), MaskFit::Good);
+  // What is set round most of the picture is the background, and of all masks it may be so. A mask
+  // that is set nearly everywhere says nothing, and stays.
+  for (std::size_t c = 0; c < masks.size(); ++c) {
+    if (!masks[c].data.empty() && border_share(masks[c]) > kInvertedBorder &&
+        unset_share(masks[c]) > kSomebody) {
+      fits[c] = MaskFit::Inverted;
+    }
+  }
   if (cameras.size() <= kLeastOthers) {
     return fits;
   }
   // One at a time, the one that contradicts most: it may have been what made others look wrong.
   std::vector<std::int8_t> said = asked(cameras, masks, reach);
+  for (std::size_t at = 0; at < said.size(); ++at) {
+    if (said[at] != kSilent && fits[at % masks.size()] == MaskFit::Inverted) {
+      said[at] = static_cast<std::int8_t>(1 - said[at]);
+    }
+  }
   for (std::size_t round = 0; round < masks.size() / 2; ++round) {
     const std::vector<Shown> shown = compared(said, masks.size());
     std::size_t worst = masks.size();

@@ -9,14 +9,15 @@ namespace atelier {
 
 enum class MaskFit {
   Good,      ///< or too little is seen by others to tell
-  Inverted,  ///< says background where the others say subject, and subject at the picture's border
+  Inverted,  ///< says subject round most of the picture's border
   Off,       ///< of another instant or person, or shifted
 };
 
-/// Whether each mask can be of the subject that the other masks show: of the cells of space that
-/// three quarters of at least three other views take for subject, a mask must show half. The one
-/// that contradicts most is told first and asked no more. One mask in four may be wrong. Our
-/// choice.
+/// Whether each mask can be of the subject. First by itself: one that is set along 60% of the
+/// picture's border, and not nearly everywhere, is inverted, be it all of them. Then whether it can
+/// be of the subject that the other masks show: of the cells of space that three quarters of at
+/// least three other views take for subject, a mask must show half. The one that contradicts most
+/// is told first and asked no more. One mask in four may be wrong. Our choice.
 ///
 /// @param reach  m: half the side of the cube that is asked, round where the cameras look
 /// Throws LogicError for masks of another size than their camera's. Cost: 110,000 cells x

@@ -170,6 +170,9 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_THAT(other.err, HasSubstr("other options"));
   EXPECT_EQ(depth({"--views", "2/2"}).exit_code, 2);
+  const ChildResult format = depth({"--surface", (own_.path() / "scan.xyz").string()});
+  EXPECT_EQ(format.exit_code, 2);
+  EXPECT_THAT(format.err, HasSubstr(".obj, .ply or .glb"));
   const ChildResult nowhere = depth({"--frame", "77"});
   EXPECT_EQ(nowhere.exit_code, 3);
   EXPECT_THAT(nowhere.err, HasSubstr("frame 77"));

@@ -465,6 +465,8 @@ TEST(SynthesizeRefuses, ImpossibleOptions) {
   refused({"--shutter", "0.19"}, 2, "longer than a frame");
   refused({"--cloth_sequence", "x.npz"}, 2, "body-sequence");
   refused({"--garment", "cape"}, 3, "cape");
+  refused({"--garment", "tee+tee"}, 2, "twice");
+  refused({"--motion", "cartwheel"}, 3, "stride, squat");
   refused({"--garment", "nowhere.json"}, 3, "nowhere.json");
   refused({"--motion", "nowhere.bvh"}, 3, "nowhere.bvh");
   refused({"--minimal_frames", "0", "--start", "3"}, 3, "after the motion's end");

@@ -68,7 +68,23 @@ TEST(CheckMasks, AnEmptyMaskIsOffAndNoMaskIsNot) {
 
 TEST(CheckMasks, OfThreeViewsNoneCanBeTold) {
   Masks all = masks_of_ball(3);
-  invert(all.masks[0]);
+  std::fill(all.masks[0].data.begin(), all.masks[0].data.end(), std::uint8_t{0});
+  EXPECT_THAT(check_masks(all.cameras, all.masks), Each(MaskFit::Good));
+}
+
+TEST(CheckMasks, WhatIsSetRoundThePictureIsInvertedBeItAllOrFew) {
+  for (const int views : {2, 3, 8}) {
+    Masks all = masks_of_ball(views);
+    for (ByteImage& mask : all.masks) {
+      invert(mask);
+    }
+    EXPECT_THAT(check_masks(all.cameras, all.masks), Each(MaskFit::Inverted)) << views;
+  }
+}
+
+TEST(CheckMasks, AMaskThatIsSetEverywhereSaysNothing) {
+  Masks all = masks_of_ball(3);
+  std::fill(all.masks[0].data.begin(), all.masks[0].data.end(), std::uint8_t{255});
   EXPECT_THAT(check_masks(all.cameras, all.masks), Each(MaskFit::Good));
 }
 

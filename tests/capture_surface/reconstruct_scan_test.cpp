@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/mesh_statistics.h"
 #include "tests/capture_stereo/textured_ball.h"
+#include "tests/support/refusals.h"
 
 namespace atelier::testing {
 namespace {
@@ -149,6 +150,25 @@ TEST(ReconstructScan, AnInvertedMaskIsTurnedRound) {
   // As if nothing had been: the same surface.
   const ReconstructedScan right = reconstruct_scan(views_of_ball(), small_options());
   EXPECT_EQ(result.scan.vertices, right.scan.vertices);
+}
+
+TEST(ReconstructScan, AllMasksInvertedAreTurnedRound) {
+  auto views = views_of_ball();
+  for (InstantView& view : views) {
+    for (std::uint8_t& pixel : view.mask.data) {
+      pixel = pixel != 0 ? 0 : 255;
+    }
+  }
+  const ReconstructedScan result = reconstruct_scan(views, small_options());
+  EXPECT_EQ(result.findings.size(), views.size());
+  EXPECT_EQ(result.findings.front().code, "view-mask-inverted");
+  EXPECT_LT(median_error(result.scan), 0.003);
+}
+
+TEST(ReconstructScan, ViewsThatShareNothingAreRefused) {
+  auto views = views_of_ball();
+  views = {views[0], views[7]};
+  ATELIER_EXPECT_REFUSED(reconstruct_scan(views, small_options()), DataError, "no two that look");
 }
 
 TEST(ReconstructScan, AMaskOfAnotherPlaceIsNotUsed) {
