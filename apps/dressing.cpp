@@ -21,6 +21,7 @@
 #include "core/normals.h"
 #include "core/tree.h"
 #include "registration/garment_pattern_json.h"
+#include "registration/orient_faces.h"
 #include "registration/pattern_garment.h"
 #include "simulation/weld_seams.h"
 
@@ -326,8 +327,17 @@ TruthGarment makehuman_garment(const std::string& file, const std::string& body_
   TruthGarment truth;
   truth.garment.name = plain_name(worn.name.empty() ? "garment" : worn.name);
   truth.garment.mesh = worn.mesh;
-  truth.garment.mesh.vertices +=
-      kMakeHumanRoom * vertex_normals(worn.mesh.vertices, worn.mesh.faces);
+  // Some of MakeHuman's suits have parts that are inside out.
+  Mesh& mesh = truth.garment.mesh;
+  const Triangles given_faces = mesh.faces;
+  mesh.faces = consistently_oriented(mesh.faces, mesh.vertices.rows());
+  for (Index f = 0; f < mesh.uv_faces.rows(); ++f) {
+    if (mesh.faces.row(f) != given_faces.row(f)) {
+      std::swap(mesh.uv_faces(f, 1), mesh.uv_faces(f, 2));
+    }
+  }
+  mesh.normals.resize(0, 3);
+  truth.garment.mesh.vertices += kMakeHumanRoom * vertex_normals(worn.mesh.vertices, mesh.faces);
   truth.label = label_of_pattern(truth.garment.mesh, tailor_measures(body));
   return truth;
 }
