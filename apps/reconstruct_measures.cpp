@@ -165,8 +165,8 @@ std::vector<Measure> measure_reconstruct(const std::filesystem::path& workspace,
       measures.push_back({"surface.completeness." + label_name(static_cast<Label>(label)),
                           sum.first / sum.second, "", 0, Measure::Side::None, "the part of it"});
     }
-    measures.push_back({"surface.floating", mean.floating / count, "", kNothing, Measure::Side::AtMost,
-                        "share of the scans' area more than 2 cm off"});
+    measures.push_back({"surface.floating", mean.floating / count, "", kNothing,
+                        Measure::Side::AtMost, "share of the scans' area more than 2 cm off"});
     measures.push_back({"surface.unseen", unseen / count, "", 0, Measure::Side::None,
                         "share of the true area that no two cameras see"});
     measures.push_back({"labels.miou", mean.label_iou / count, "", 0.95, Measure::Side::AtLeast,
