@@ -168,9 +168,13 @@ void write_dense_workspace(const fs::path& folder, const std::vector<Camera>& ca
           pixel->y() >= camera.height) {
         continue;
       }
-      poses += (seen > 0 ? " " : "") + number_line({pixel->x(), pixel->y()}).substr(1) + " " +
-               std::to_string(p + 1);
-      tracks[static_cast<std::size_t>(p)] += " " + id + " " + std::to_string(seen++);
+      poses += seen > 0 ? " " : "";
+      poses += number_line({pixel->x(), pixel->y()}).substr(1);
+      poses += " ";
+      poses += std::to_string(p + 1);
+      std::string& track = tracks[static_cast<std::size_t>(p)];
+      track += " " + id;
+      track += " " + std::to_string(seen++);
     }
     poses += "\n";
     names += picture_name(camera) + "\n";
