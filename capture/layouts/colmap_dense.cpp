@@ -159,8 +159,9 @@ void write_dense_workspace(const fs::path& folder, const std::vector<Camera>& ca
                   number_line({camera.fx, camera.fy, camera.cx, camera.cy}) + "\n";
     const Eigen::Quaterniond q = Eigen::Quaterniond(camera.camera_from_world_rotation).normalized();
     const Eigen::Vector3d& t = camera.camera_from_world_translation;
-    poses += id + number_line({q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()}) + " " + id + " " +
-             picture_name(camera) + "\n";
+    poses += id + number_line({q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()});
+    poses += " " + id;
+    poses += " " + picture_name(camera) + "\n";
     int seen = 0;
     for (Index p = 0; p < places.rows(); ++p) {
       const auto pixel = project(camera, places.row(p).transpose());
