@@ -7,117 +7,15 @@
 
 #include "capture/cameras_file.h"
 #include "capture/capture_info.h"
+#include "core/archive_arrays.h"
 #include "core/error.h"
-#include "core/sequence_archive.h"
+#include "core/garment_archive.h"
 #include "core/tensor.h"
 
 namespace atelier {
 namespace {
 
 using IntRows = Eigen::Matrix<int, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-Tensor texts(const std::vector<std::string>& values) {
-  Tensor tensor;
-  tensor.type = ElementType::Text;
-  tensor.shape = {static_cast<std::int64_t>(values.size())};
-  tensor.strings = values;
-  return tensor;
-}
-
-/// A dataset that HDF5 can hold: those without elements are left out.
-void put(Archive& archive, const std::string& name, Tensor tensor) {
-  if (element_count(tensor) > 0) {
-    archive.datasets[name] = std::move(tensor);
-  }
-}
-
-void put_mesh(Archive& archive, const std::string& group, const Mesh& mesh) {
-  const std::string folder = group + "/";
-  for (auto& [name, tensor] : archive_of(mesh).datasets) {
-    archive.datasets[folder + name] = tensor;
-  }
-}
-
-Mesh mesh_at(const Archive& archive, const std::string& group, const std::string& file) {
-  Archive part;
-  part.schema = "atelier.mesh";
-  for (const auto& [name, tensor] : archive.datasets) {
-    if (name.starts_with(group + "/") && name.find('/', group.size() + 1) == std::string::npos) {
-      part.datasets[name.substr(group.size() + 1)] = tensor;
-    }
-  }
-  return mesh_of(part, file);
-}
-
-const Tensor* find(const Archive& archive, const std::string& name) {
-  const auto found = archive.datasets.find(name);
-  return found == archive.datasets.end() ? nullptr : &found->second;
-}
-
-const Tensor& at(const Archive& archive, const std::string& name, const std::string& file) {
-  const Tensor* tensor = find(archive, name);
-  if (tensor == nullptr) {
-    throw DataError(file, name, "no such dataset", "one of schema " + archive.schema);
-  }
-  return *tensor;
-}
-
-std::vector<std::string> texts_at(const Archive& archive, const std::string& name,
-                                  const std::string& file) {
-  const Tensor* tensor = find(archive, name);
-  if (tensor == nullptr) {
-    return {};
-  }
-  if (tensor->type != ElementType::Text || tensor->shape.size() != 1) {
-    throw DataError(file, name, element_type_name(tensor->type), "a list of texts");
-  }
-  return tensor->strings;
-}
-
-/// [N,columns] of numbers; no rows where it is absent. `rows` below 0: any number.
-template <class Matrix>
-Matrix rows_at(const Archive& archive, const std::string& name, Index columns, Index rows,
-               const std::string& file) {
-  const Tensor* tensor = find(archive, name);
-  Matrix matrix =
-      tensor == nullptr
-          ? Matrix(0, columns < 0 ? 0 : columns)
-          : Matrix(
-                matrix_of(*tensor, columns, file, name).template cast<typename Matrix::Scalar>());
-  if (rows >= 0 && matrix.rows() != rows) {
-    throw DataError(file, name, std::to_string(matrix.rows()) + " rows", std::to_string(rows));
-  }
-  return matrix;
-}
-
-/// Indices into `count` things, in the order of the file.
-std::vector<int> indices_of(const Tensor& tensor, Index count, const std::string& file,
-                            const std::string& name) {
-  std::vector<int> indices;
-  for (const std::int64_t index : integers_of(tensor, file, name)) {
-    if (index < 0 || index >= count) {
-      throw DataError(file, name, "index " + std::to_string(index),
-                      "indices in [0, " + std::to_string(count) + ")");
-    }
-    indices.push_back(static_cast<int>(index));
-  }
-  return indices;
-}
-
-/// [N,columns] of indices into `count` things; no rows where it is absent. `columns` below 0: any.
-template <class Matrix>
-Matrix index_rows_at(const Archive& archive, const std::string& name, Index columns, Index count,
-                     const std::string& file) {
-  const Tensor* tensor = find(archive, name);
-  if (tensor == nullptr) {
-    return Matrix(0, columns < 0 ? 0 : columns);
-  }
-  if (tensor->shape.size() != 2 || (columns >= 0 && tensor->shape[1] != columns)) {
-    throw DataError(file, name, shape_text(tensor->shape), "rows of indices");
-  }
-  const std::vector<int> indices = indices_of(*tensor, count, file, name);
-  return Eigen::Map<const Matrix>(indices.data(), tensor->shape[0], tensor->shape[1]);
-}
 
 /// Names of groups in the archive: none twice, none that is two.
 std::vector<std::string> group_names_at(const Archive& archive, const std::string& name,
@@ -140,68 +38,18 @@ void check_count(std::size_t found, Index expected, const std::string& file,
   }
 }
 
-std::vector<double> material_numbers(const Material& m) {
-  return {m.density, m.stretch_warp, m.stretch_weft, m.shear,
-          m.bending, m.damping,      m.friction,     m.thickness};
-}
-
 void put_garment(Archive& archive, const std::string& group, const TruthGarment& truth) {
-  const Garment& garment = truth.garment;
-  put_mesh(archive, group, garment.mesh);
-  put(archive, group + "/pattern/rest", tensor_of(garment.rest));
-  put(archive, group + "/pattern/rest_faces", tensor_of(garment.rest_faces));
-  put(archive, group + "/pattern/panels", tensor_of(garment.panels));
-  put(archive, group + "/pattern/panel_names", texts(garment.panel_names));
-  std::vector<int> pairs;
-  std::vector<std::string> names;
-  for (std::size_t s = 0; s < truth.seams.size(); ++s) {
-    names.push_back(truth.seams[s].name);
-    for (std::size_t i = 0; i < truth.seams[s].a.size(); ++i) {
-      pairs.insert(pairs.end(), {static_cast<int>(s), truth.seams[s].a[i], truth.seams[s].b[i]});
-    }
-  }
-  put(archive, group + "/pattern/seams",
-      tensor_of(pairs, {static_cast<std::int64_t>(pairs.size() / 3), 3}));
-  put(archive, group + "/pattern/seam_names", texts(names));
-  put(archive, group + "/material/values", tensor_of(material_numbers(garment.material)));
+  put_cloth(archive, group, truth.garment);
+  put_seams(archive, group + "/pattern/seam", truth.seams);
 }
 
 TruthGarment garment_at(const Archive& archive, const std::string& group, const std::string& name,
                         const std::string& file) {
   TruthGarment truth;
-  Garment& garment = truth.garment;
-  garment.name = name;
-  garment.mesh = mesh_at(archive, group, file);
-  garment.rest = rows_at<Points2>(archive, group + "/pattern/rest", 2, -1, file);
-  garment.rest_faces = index_rows_at<Triangles>(archive, group + "/pattern/rest_faces", 3,
-                                                garment.rest.rows(), file);
-  garment.panel_names = texts_at(archive, group + "/pattern/panel_names", file);
-  if (const Tensor* panels = find(archive, group + "/pattern/panels")) {
-    garment.panels = indices_of(*panels, static_cast<Index>(garment.panel_names.size()), file,
-                                group + "/pattern/panels");
-  }
-  for (const std::string& seam : texts_at(archive, group + "/pattern/seam_names", file)) {
-    truth.seams.push_back({seam, {}, {}});
-  }
-  const auto seams = static_cast<Index>(truth.seams.size());
-  const auto pairs = index_rows_at<IntRows>(archive, group + "/pattern/seams", 3,
-                                            std::max(seams, garment.rest.rows()), file);
-  for (Index i = 0; i < pairs.rows(); ++i) {
-    if (pairs(i, 0) >= seams || std::max(pairs(i, 1), pairs(i, 2)) >= garment.rest.rows()) {
-      throw DataError(file, group + "/pattern/seams", "row " + std::to_string(i),
-                      "a seam and two rows of rest");
-    }
-    Seam& seam = truth.seams[static_cast<std::size_t>(pairs(i, 0))];
-    seam.a.push_back(pairs(i, 1));
-    seam.b.push_back(pairs(i, 2));
-  }
-  const std::vector<double> m =
-      doubles_of(at(archive, group + "/material/values", file), file, group + "/material/values");
-  if (m.size() != material_numbers({}).size()) {
-    throw DataError(file, group + "/material/values", std::to_string(m.size()), "8 numbers");
-  }
-  garment.material = {name, m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7]};
-  check_garment(garment, file);
+  truth.garment = cloth_at(archive, group, file);
+  truth.garment.name = name;
+  truth.garment.material.name = name;
+  truth.seams = seams_at(archive, group + "/pattern/seam", truth.garment.rest.rows(), file);
   return truth;
 }
 
@@ -225,7 +73,7 @@ Eigen::Vector3f radiance(const Eigen::Vector3d& light, const std::string& file,
 /// Points of a frame: one for each of `rows` things, or none where they were not there.
 Points points_frame(const Archive& archive, const std::string& name, Index rows,
                     const std::string& file, bool always = false) {
-  const bool absent = find(archive, name) == nullptr;
+  const bool absent = find_array(archive, name) == nullptr;
   auto points = rows_at<Points>(archive, name, 3, absent && !always ? -1 : rows, file);
   const double most = Limits{}.mesh_coordinate;
   if (points.size() > 0 && points.cwiseAbs().maxCoeff() > most) {
@@ -236,7 +84,7 @@ Points points_frame(const Archive& archive, const std::string& name, Index rows,
 
 ByteImage seen_at(const Archive& archive, const std::string& name, Index vertices, Index cameras,
                   const std::string& file) {
-  const Tensor* tensor = find(archive, name);
+  const Tensor* tensor = find_array(archive, name);
   if (tensor == nullptr) {
     return {};
   }
@@ -251,7 +99,7 @@ ByteImage seen_at(const Archive& archive, const std::string& name, Index vertice
 }
 
 void put_seen(Archive& archive, const std::string& name, const ByteImage& image) {
-  put(archive, name, tensor_of(image.data, {image.height, image.width}));
+  put_array(archive, name, tensor_of(image.data, {image.height, image.width}));
 }
 
 }  // namespace
@@ -269,16 +117,17 @@ Archive archive_of(const CaptureTruth& truth) {
   archive.texts = truth.texts;
   archive.texts["cameras"] = cameras_json(truth.cameras);
   put_mesh(archive, "body", truth.body);
-  put(archive, "skeleton/names", texts(truth.skeleton.names));
-  put(archive, "skeleton/parents", tensor_of(truth.skeleton.parents));
-  put(archive, "skeleton/offsets", tensor_of(truth.skeleton.offsets));
-  put(archive, "skeleton/rest_rotations", tensor_of(truth.skeleton.rest_rotations));
-  put(archive, "skin/joints", tensor_of(truth.skin_joints));
-  put(archive, "skin/weights", tensor_of(truth.skin_weights));
-  put(archive, "shape/names", texts(truth.shape_names));
-  put(archive, "shape/values",
+  put_array(archive, "skeleton/names", tensor_of_texts(truth.skeleton.names));
+  put_array(archive, "skeleton/parents", tensor_of(truth.skeleton.parents));
+  put_array(archive, "skeleton/offsets", tensor_of(truth.skeleton.offsets));
+  put_array(archive, "skeleton/rest_rotations", tensor_of(truth.skeleton.rest_rotations));
+  put_array(archive, "skin/joints", tensor_of(truth.skin_joints));
+  put_array(archive, "skin/weights", tensor_of(truth.skin_weights));
+  put_array(archive, "shape/names", tensor_of_texts(truth.shape_names));
+  put_array(
+      archive, "shape/values",
       tensor_of(std::vector<double>(truth.shape.data(), truth.shape.data() + truth.shape.size())));
-  put(archive, "layer_names", texts(truth.layer_names));
+  put_array(archive, "layer_names", tensor_of_texts(truth.layer_names));
   for (std::size_t i = 0; i < truth.layers.size(); ++i) {
     put_mesh(archive, "layers/" + truth.layer_names[i], truth.layers[i]);
   }
@@ -289,9 +138,9 @@ Archive archive_of(const CaptureTruth& truth) {
     labels.push_back(label_name(garment.label));
     put_garment(archive, "garments/" + garment.garment.name, garment);
   }
-  put(archive, "garment_names", texts(names));
-  put(archive, "garment_labels", texts(labels));
-  put(archive, "keypoint_names", texts(truth.keypoint_names));
+  put_array(archive, "garment_names", tensor_of_texts(names));
+  put_array(archive, "garment_labels", tensor_of_texts(labels));
+  put_array(archive, "keypoint_names", tensor_of_texts(truth.keypoint_names));
   std::vector<double> lights;
   for (const AreaLight& light : truth.lights) {
     append(lights, light.center);
@@ -299,13 +148,13 @@ Archive archive_of(const CaptureTruth& truth) {
     append(lights, light.half_v);
     append(lights, light.radiance);
   }
-  put(archive, "lights/rectangles",
-      tensor_of(lights, {static_cast<std::int64_t>(truth.lights.size()), 12}));
+  put_array(archive, "lights/rectangles",
+            tensor_of(lights, {static_cast<std::int64_t>(truth.lights.size()), 12}));
   std::vector<double> sky;
   append(sky, truth.environment.zenith);
   append(sky, truth.environment.horizon);
   append(sky, truth.environment.nadir);
-  put(archive, "lights/environment", tensor_of(sky, {3, 3}));
+  put_array(archive, "lights/environment", tensor_of(sky, {3, 3}));
   return archive;
 }
 
@@ -325,11 +174,11 @@ CaptureTruth truth_of(const Archive& archive, const std::string& file) {
   if (!skeleton.names.empty()) {
     const auto joints = static_cast<Index>(skeleton.names.size());
     for (const std::int64_t parent :
-         integers_of(at(archive, "skeleton/parents", file), file, "skeleton/parents")) {
+         integers_of(array_at(archive, "skeleton/parents", file), file, "skeleton/parents")) {
       skeleton.parents.push_back(static_cast<int>(std::clamp<std::int64_t>(parent, -1, joints)));
     }
     skeleton.offsets = rows_at<Points>(archive, "skeleton/offsets", 3, joints, file);
-    if (find(archive, "skeleton/rest_rotations") != nullptr) {
+    if (find_array(archive, "skeleton/rest_rotations") != nullptr) {
       skeleton.rest_rotations =
           rows_at<Points>(archive, "skeleton/rest_rotations", 3, joints, file);
     }
@@ -344,7 +193,7 @@ CaptureTruth truth_of(const Archive& archive, const std::string& file) {
     throw DataError(file, "skin", "joints and weights of other shapes", "one row for each vertex");
   }
   truth.shape_names = texts_at(archive, "shape/names", file);
-  if (const Tensor* shape = find(archive, "shape/values")) {
+  if (const Tensor* shape = find_array(archive, "shape/values")) {
     check_finite(*shape, file, "shape/values");
     const std::vector<double> values = doubles_of(*shape, file, "shape/values");
     truth.shape =
@@ -375,7 +224,7 @@ CaptureTruth truth_of(const Archive& archive, const std::string& file) {
     truth.lights.push_back(
         {part(0), part(3), part(6), radiance(part(9), file, "lights/rectangles")});
   }
-  if (find(archive, "lights/environment") != nullptr) {
+  if (find_array(archive, "lights/environment") != nullptr) {
     const auto sky = rows_at<RowMatrix>(archive, "lights/environment", 3, 3, file);
     truth.environment.zenith = radiance(sky.row(0).transpose(), file, "lights/environment");
     truth.environment.horizon = radiance(sky.row(1).transpose(), file, "lights/environment");
@@ -391,21 +240,22 @@ Archive archive_of(const TruthFrame& frame, const CaptureTruth& truth) {
   Archive archive;
   archive.schema = "atelier.truth.frame";
   archive.numbers["frame_id"] = frame.frame_id;
-  put(archive, "joints", tensor_of(frame.joints));
+  put_array(archive, "joints", tensor_of(frame.joints));
   if (frame.pose.rotations.rows() > 0) {
-    put(archive, "pose/rotations", tensor_of(frame.pose.rotations));
+    put_array(archive, "pose/rotations", tensor_of(frame.pose.rotations));
     const Eigen::Vector3d& t = frame.pose.root_translation;
-    put(archive, "pose/root_translation", tensor_of(std::vector<double>{t.x(), t.y(), t.z()}));
+    put_array(archive, "pose/root_translation",
+              tensor_of(std::vector<double>{t.x(), t.y(), t.z()}));
   }
-  put(archive, "keypoints", tensor_of(frame.keypoints));
-  put(archive, "body", tensor_of(frame.body));
+  put_array(archive, "keypoints", tensor_of(frame.keypoints));
+  put_array(archive, "body", tensor_of(frame.body));
   put_seen(archive, "seen/body", frame.body_seen);
   for (std::size_t i = 0; i < truth.layers.size(); ++i) {
-    put(archive, "layers/" + truth.layer_names[i], tensor_of(frame.layers[i]));
+    put_array(archive, "layers/" + truth.layer_names[i], tensor_of(frame.layers[i]));
   }
   for (std::size_t i = 0; i < truth.garments.size(); ++i) {
     const std::string& name = truth.garments[i].garment.name;
-    put(archive, "garments/" + name, tensor_of(frame.garments[i]));
+    put_array(archive, "garments/" + name, tensor_of(frame.garments[i]));
     if (i < frame.garments_seen.size()) {
       put_seen(archive, "seen/garments/" + name, frame.garments_seen[i]);
     }
@@ -425,9 +275,9 @@ TruthFrame truth_frame_of(const Archive& archive, const CaptureTruth& truth,
   const auto joints = static_cast<Index>(truth.skeleton.names.size());
   const auto cameras = static_cast<Index>(truth.cameras.size());
   frame.joints = points_frame(archive, "joints", joints, file);
-  if (find(archive, "pose/rotations") != nullptr) {
+  if (find_array(archive, "pose/rotations") != nullptr) {
     frame.pose.rotations = points_frame(archive, "pose/rotations", joints, file);
-    const Tensor& translation = at(archive, "pose/root_translation", file);
+    const Tensor& translation = array_at(archive, "pose/root_translation", file);
     check_finite(translation, file, "pose/root_translation");
     const std::vector<double> t = doubles_of(translation, file, "pose/root_translation");
     check_count(t.size(), 3, file, "pose/root_translation");
