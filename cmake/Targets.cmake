@@ -58,6 +58,21 @@ function(atelier_settings target)
   endif()
 endfunction()
 
+# atelier_precompiled(target header|owner): what most of a target's sources include, parsed once, by
+# this target or by another one with the same flags. Programs and tests only: a library's sources
+# also prove that their own headers compile alone.
+function(atelier_precompiled target from)
+  if(TARGET ${from})
+    target_precompile_headers(${target} REUSE_FROM ${from})
+  else()
+    target_precompile_headers(${target} PRIVATE
+      "$<$<COMPILE_LANGUAGE:CXX>:${CMAKE_SOURCE_DIR}/${from}>")
+  endif()
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>")  # ccache
+  endif()
+endfunction()
+
 function(atelier_sources result directory)
   file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/${directory}/*.cpp")
   if(ATELIER_HAS_CUDA)
@@ -117,6 +132,13 @@ function(atelier_executable name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
 endfunction()
 
+# -O1: a test is compiled more often than its loops are run.
+function(atelier_test_flags target)
+  target_compile_options(${target} PRIVATE
+    "$<$<COMPILE_LANGUAGE:CXX>:-Wno-conversion>"
+    "$<$<AND:$<CONFIG:RelWithDebInfo>,$<COMPILE_LANGUAGE:CXX>>:-O1>")
+endfunction()
+
 function(atelier_tests name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY;APART" "PRIVATE")
   atelier_missing(missing ${arg_PRIVATE} GTest::gtest GTest::gmock)
@@ -128,19 +150,11 @@ function(atelier_tests name)
   if(NOT sources)
     return()
   endif()
-  add_executable(${name} ${sources} "${CMAKE_SOURCE_DIR}/tests/main.cpp")
+  add_executable(${name} ${sources})
   atelier_settings(${name})
-  # -O1: a test is compiled more often than its loops are run.
-  target_compile_options(${name} PRIVATE
-    "$<$<COMPILE_LANGUAGE:CXX>:-Wno-conversion>"
-    "$<$<AND:$<CONFIG:RelWithDebInfo>,$<COMPILE_LANGUAGE:CXX>>:-O1>")
-  target_compile_definitions(${name} PRIVATE ATELIER_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
-  # Only test_apps runs the program; the others can be built without it.
-  if(TARGET atelier AND name STREQUAL "test_apps")
-    add_dependencies(${name} atelier)
-    target_compile_definitions(${name} PRIVATE ATELIER_PROGRAM="$<TARGET_FILE:atelier>")
-  endif()
-  target_link_libraries(${name} PRIVATE ${arg_PRIVATE} GTest::gtest GTest::gmock Threads::Threads)
+  atelier_test_flags(${name})
+  atelier_precompiled(${name} test_precompiled)
+  target_link_libraries(${name} PRIVATE ${arg_PRIVATE} test_main Threads::Threads)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
   set(results "${CMAKE_BINARY_DIR}/tests/results")
   if(arg_APART)

@@ -8,6 +8,7 @@
 
 #include "core/io/mesh_fbx.h"
 #include "tests/support/child_process.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
 
@@ -19,7 +20,7 @@ using ::testing::HasSubstr;
 class BodyModelCommand : public ::testing::Test {
  protected:
   static ChildResult run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {ATELIER_PROGRAM, "body-model"});
+    arguments.insert(arguments.begin(), {program_path(), "body-model"});
     return run_child(arguments);
   }
   void refused(std::vector<std::string> arguments, int code, const char* words) {
@@ -102,7 +103,7 @@ TEST_F(BodyModelCommand, AMotionBecomesGltfAndBack) {
 }
 
 TEST_F(BodyModelCommand, FbxIsTakenAsGltfIs) {
-  const std::string fbx = ATELIER_SOURCE_DIR "/fuzz/corpus/fbx/blender.fbx";
+  const std::string fbx = (testing::source_directory() / "fuzz/corpus/fbx/blender.fbx").string();
   const ChildResult body = run({"convert", fbx, "--out", (folder_ / "body.npz").string()});
   if (!reads_fbx()) {
     EXPECT_EQ(body.exit_code, 3);
@@ -143,7 +144,7 @@ TEST_F(BodyModelCommand, ShowAndPoseMakePictures) {
   ASSERT_EQ(posed.exit_code, 0) << posed.err;
   EXPECT_THAT(posed.out, HasSubstr("3 frames at 30 per second, steps scaled by 0."));
   for (const char* name : {"body.png", "still.png"}) {
-    const ChildResult picture = run_child({ATELIER_PROGRAM, "inspect", png(name), "--json"});
+    const ChildResult picture = run_child({program_path(), "inspect", png(name), "--json"});
     ASSERT_EQ(picture.exit_code, 0) << picture.err;
     const auto json = nlohmann::json::parse(picture.out);
     EXPECT_GE(json["width"], 3 * 64) << name;
@@ -231,7 +232,7 @@ TEST_F(BodyModelCommand, SwitchesDoNotSwallowTheArgumentsBehindThem) {
 }
 
 TEST_F(BodyModelCommand, InspectShowsMotionsAndBodies) {
-  const ChildResult motion = run_child({ATELIER_PROGRAM, "inspect", still_bvh(), "--json"});
+  const ChildResult motion = run_child({program_path(), "inspect", still_bvh(), "--json"});
   ASSERT_EQ(motion.exit_code, 0) << motion.err;
   const auto json = nlohmann::json::parse(motion.out);
   EXPECT_EQ(json["kind"], "motion");
@@ -239,10 +240,9 @@ TEST_F(BodyModelCommand, InspectShowsMotionsAndBodies) {
   EXPECT_EQ(json["frames"], 3);
   const std::string npz = (folder_ / "body.npz").string();
   ASSERT_EQ(run({"convert", "female", "--out", npz}).exit_code, 0);
-  EXPECT_THAT(run_child({ATELIER_PROGRAM, "inspect", npz}).out,
-              HasSubstr("holds             body"));
+  EXPECT_THAT(run_child({program_path(), "inspect", npz}).out, HasSubstr("holds             body"));
   std::ofstream(folder_ / "cut.bvh") << "HIERARCHY\n";
-  const ChildResult cut = run_child({ATELIER_PROGRAM, "inspect", (folder_ / "cut.bvh").string()});
+  const ChildResult cut = run_child({program_path(), "inspect", (folder_ / "cut.bvh").string()});
   EXPECT_EQ(cut.exit_code, 3);
   EXPECT_THAT(cut.err, HasSubstr("cut.bvh"));
 }

@@ -7,6 +7,7 @@
 #include "capture/cameras_file.h"
 #include "core/io/image_file.h"
 #include "tests/support/child_process.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
 
@@ -17,7 +18,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 ChildResult calibrate(const std::vector<std::string>& arguments) {
-  std::vector<std::string> command = {ATELIER_PROGRAM, "calibrate"};
+  std::vector<std::string> command = {program_path(), "calibrate"};
   command.insert(command.end(), arguments.begin(), arguments.end());
   return run_child(command);
 }

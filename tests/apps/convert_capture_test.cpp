@@ -9,6 +9,7 @@
 #include "core/store/consent_file.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/child_process.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier::testing {
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 ChildResult convert(const std::vector<std::string>& arguments) {
-  std::vector<std::string> command = {ATELIER_PROGRAM, "convert-capture"};
+  std::vector<std::string> command = {program_path(), "convert-capture"};
   command.insert(command.end(), arguments.begin(), arguments.end());
   return run_child(command);
 }

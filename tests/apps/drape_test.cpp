@@ -5,6 +5,7 @@
 
 #include "core/device.h"
 #include "tests/support/child_process.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
 
@@ -24,7 +25,7 @@ class DrapeRefuses : public ::testing::Test {
     }
   }
   static ChildResult run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {ATELIER_PROGRAM, "drape"});
+    arguments.insert(arguments.begin(), {testing::program_path(), "drape"});
     return run_child(arguments);
   }
   void refused(std::vector<std::string> arguments, int code, const std::string& words) const {

@@ -12,6 +12,7 @@
 #include "core/io/npz.h"
 #include "core/io/safetensors.h"
 #include "tests/apps/program_fixture.h"
+#include "tests/support/places.h"
 
 namespace atelier::testing {
 namespace {
@@ -67,8 +68,7 @@ TEST_F(Inspect, MembersOverwriteNoFacts) {
 }
 
 TEST_F(Inspect, ShowsTheHdf5OfOthersThroughAWorker) {
-  const std::filesystem::path corpus =
-      std::filesystem::path(ATELIER_SOURCE_DIR) / "fuzz/corpus/foreign_hdf5";
+  const std::filesystem::path corpus = source_directory() / "fuzz/corpus/foreign_hdf5";
   int shown = 0;
   for (const auto& entry : std::filesystem::directory_iterator(corpus)) {
     const std::filesystem::path copy = root_ / "foreign.h5";

@@ -14,6 +14,7 @@
 #include "tests/capture/small_capture.h"
 #include "tests/capture_detection/small_network.h"
 #include "tests/support/child_process.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier::testing {
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 ChildResult atelier(const std::vector<std::string>& arguments) {
-  std::vector<std::string> command = {ATELIER_PROGRAM};
+  std::vector<std::string> command = {program_path()};
   command.insert(command.end(), arguments.begin(), arguments.end());
   return run_child(command);
 }

@@ -10,6 +10,7 @@
 
 #include "apps/exit_code.h"
 #include "tests/apps/program_fixture.h"
+#include "tests/support/places.h"
 
 namespace atelier::testing {
 namespace {
@@ -108,8 +109,7 @@ TEST_F(Program, EveryOptionOfACommandIsInItsHelpAndTheDocument) {
 TEST_F(Program, TheDocumentOfOptionsIsUpToDate) {
   const ChildResult result = run({"options", "--markdown"});
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_EQ(result.out,
-            read_file_text(std::string(ATELIER_SOURCE_DIR) + "/docs/options.md", 1 << 20))
+  EXPECT_EQ(result.out, read_file_text(source_directory().string() + "/docs/options.md", 1 << 20))
       << "run: atelier options --markdown > docs/options.md";
 }
 
@@ -210,7 +210,7 @@ TEST_F(Program, HelpHasOneColumnOfSummaries) {
 
 TEST_F(Program, AFullStandardOutputIsAnError) {
   const ChildResult result =
-      run_child({"bash", "-c", std::string(ATELIER_SMALL_PROGRAM) + " --help > /dev/full"});
+      run_child({"bash", "-c", small_program_path() + " --help > /dev/full"});
   EXPECT_EQ(result.exit_code, kExitEnvironment);
   EXPECT_THAT(result.err, HasSubstr("standard output"));
 }
@@ -221,7 +221,7 @@ TEST_F(Program, TooLittleMemoryIsTheEnvironment) {
   std::ofstream(input() / "box_000.obj", std::ios::app) << std::string(300'000'000, '#');
   const ChildResult result =
       run_child({"bash", "-c",
-                 "ulimit -v 400000; exec " + std::string(ATELIER_SMALL_PROGRAM) + " statistics " +
+                 "ulimit -v 400000; exec " + small_program_path() + " statistics " +
                      input().string() + " " + workspace().string() + " --jobs 1"});
   EXPECT_THAT(result.exit_code, ::testing::AnyOf(kExitEnvironment, kExitBadData)) << result.err;
   EXPECT_THAT(result.err, StartsWith("atelier: "));

@@ -15,6 +15,7 @@
 #include "core/mesh_statistics.h"
 #include "core/sequence_archive.h"
 #include "tests/support/child_process.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier::testing {
@@ -34,7 +35,7 @@ class Reconstruct : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryDirectory;
-    made_ = run_child({ATELIER_PROGRAM,
+    made_ = run_child({program_path(),
                        "synthesize",
                        original().string(),
                        "--dome.cameras",
@@ -74,7 +75,7 @@ class Reconstruct : public ::testing::Test {
   }
   ChildResult reconstruct(std::vector<std::string> more = {}) const {
     std::vector<std::string> command = {
-        ATELIER_PROGRAM,          "reconstruct", capture_.string(),       workspace_.string(),
+        program_path(),           "reconstruct", capture_.string(),       workspace_.string(),
         "--surface.octree_depth", "6",           "--surface.edge_length", "0.03"};
     command.insert(command.end(), more.begin(), more.end());
     return run_child(command);
@@ -109,7 +110,7 @@ TEST_F(Reconstruct, ScansAndKeypointsAreMeasuredAgainstTheTruth) {
   ASSERT_GT(holes.at("000000").size(), 0U);
   EXPECT_GT(holes["000000"][0]["area"], 0);
   const ChildResult measured = run_child(
-      {ATELIER_PROGRAM, "evaluate", workspace_.string(), "--truth", capture_.string(), "--json"});
+      {program_path(), "evaluate", workspace_.string(), "--truth", capture_.string(), "--json"});
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
   for (const char* key :
        {"surface.chamfer_mm", "surface.completeness", "labels.miou", "keypoints.mean_mm"}) {
@@ -121,7 +122,7 @@ TEST_F(Reconstruct, MasksAndGainsAreMeasuredAgainstTheTruth) {
   const std::string capture = capture_.string();
   const auto evaluate = [&](const std::string& flag, const fs::path& file) {
     return run_child(
-        {ATELIER_PROGRAM, "evaluate", capture, "--truth", capture, flag, file.string(), "--json"});
+        {program_path(), "evaluate", capture, "--truth", capture, flag, file.string(), "--json"});
   };
   // The true labels are the best masks that there can be, and the true gains have no error.
   const ChildResult masks = evaluate("--masks", capture_ / "truth");
@@ -147,7 +148,7 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   const fs::path maps = own_.path() / "maps";
   const fs::path surface = own_.path() / "scan.ply";
   const auto depth = [&](std::vector<std::string> more) {
-    std::vector<std::string> call = {ATELIER_PROGRAM, "depth", capture_.string(), maps.string()};
+    std::vector<std::string> call = {program_path(), "depth", capture_.string(), maps.string()};
     call.insert(call.end(), more.begin(), more.end());
     return run_child(call);
   };
@@ -162,7 +163,7 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   EXPECT_EQ(said.at("there"), said.at("views"));
   EXPECT_LT(said.at("made"), said.at("views"));
   const ChildResult measured =
-      run_child({ATELIER_PROGRAM, "evaluate", capture_.string(), "--truth", capture_.string(),
+      run_child({program_path(), "evaluate", capture_.string(), "--truth", capture_.string(),
                  "--surface", surface.string(), "--json"});
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
   EXPECT_THAT(measured.out, HasSubstr("surface.completeness"));

@@ -9,6 +9,7 @@
 
 #include "apps/exit_code.h"
 #include "tests/apps/program_fixture.h"
+#include "tests/support/places.h"
 
 namespace atelier::testing {
 namespace {
@@ -260,8 +261,8 @@ TEST_P(Refused, IsOneLineAndItsCode) {
   std::string command =
       "cd " + root_.path().string() + " && exec " +
       (arguments.empty() || arguments[0] == "statistics" || arguments[0] == "status"
-           ? ATELIER_SMALL_PROGRAM
-           : ATELIER_PROGRAM);
+           ? small_program_path()
+           : program_path());
   for (std::string& argument : arguments) {
     if (argument.starts_with("IN")) {
       argument.replace(0, 2, "boxes");
@@ -323,7 +324,7 @@ TEST_F(BadFiles, NamesThatAreNoUtf8AreRefusedBeforeAnyWork) {
   std::filesystem::create_directory_symlink(bad, root_ / "link");
   const auto refused = [&](const std::string& in, const std::string& out,
                            std::vector<std::string> more, const std::string& words) {
-    more.insert(more.begin(), {ATELIER_SMALL_PROGRAM, "statistics", in, out});
+    more.insert(more.begin(), {small_program_path(), "statistics", in, out});
     expect_refusal(run_child(more), kExitUsage, words);
     EXPECT_FALSE(std::filesystem::exists(out));
   };

@@ -9,6 +9,7 @@
 #include "core/store/commit.h"
 #include "core/store/input_digest.h"
 #include "tests/apps/statistics_fixture.h"
+#include "tests/support/places.h"
 
 namespace atelier::testing {
 namespace {
@@ -178,10 +179,9 @@ TEST_F(Report, ExportRefusesDamageUnknownNamesAndPlacesThatAreNotThere) {
 TEST_F(Report, AnExportThatFailsLeavesItsPlaceFree) {
   const fs::path out = root_ / "new" / "out";
   // Files may hold nothing: the first that is written fails.
-  const ChildResult full =
-      run_child({"bash", "-c",
-                 "ulimit -f 0; exec '" + std::string(ATELIER_PROGRAM) + "' export '" +
-                     workspace().string() + "' '" + out.string() + "'"});
+  const ChildResult full = run_child({"bash", "-c",
+                                      "ulimit -f 0; exec '" + program_path() + "' export '" +
+                                          workspace().string() + "' '" + out.string() + "'"});
   EXPECT_EQ(full.exit_code, 5) << full.err;
   EXPECT_FALSE(fs::exists(root_ / "new"));
   EXPECT_EQ(export_to(out).exit_code, 0);

@@ -8,6 +8,7 @@
 #include "core/device.h"
 #include "core/io/file_bytes.h"
 #include "tests/support/child_process.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier {
@@ -59,7 +60,7 @@ class Simulate : public ::testing::Test {
   }
 
   static ChildResult run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), ATELIER_PROGRAM);
+    arguments.insert(arguments.begin(), testing::program_path());
     return run_child(arguments);
   }
   ChildResult alone(std::vector<std::string> more) const {

@@ -14,6 +14,7 @@
 #include "core/sha256.h"
 #include "core/store/result.h"
 #include "tests/support/child_process.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier::testing {
@@ -42,12 +43,12 @@ class StatisticsFixture : public ::testing::Test {
   std::filesystem::path stage_folder() const { return workspace() / "statistics"; }
 
   static std::vector<std::string> atelier(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), ATELIER_PROGRAM);
+    arguments.insert(arguments.begin(), program_path());
     return arguments;
   }
   /// The stage on the boxes, by the program that starts quickly.
   std::vector<std::string> statistics(std::vector<std::string> more = {}) const {
-    std::vector<std::string> command = {ATELIER_SMALL_PROGRAM, "statistics", input().string(),
+    std::vector<std::string> command = {small_program_path(), "statistics", input().string(),
                                         workspace().string()};
     command.insert(command.end(), more.begin(), more.end());
     return command;

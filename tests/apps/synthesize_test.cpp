@@ -24,6 +24,7 @@
 #include "core/raster.h"
 #include "core/sha256.h"
 #include "tests/support/child_process.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier::testing {
@@ -33,7 +34,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 std::vector<std::string> small(const fs::path& out, std::vector<std::string> more = {}) {
-  std::vector<std::string> command = {ATELIER_PROGRAM, "synthesize", out.string()};
+  std::vector<std::string> command = {program_path(), "synthesize", out.string()};
   const std::vector<std::string> sizes = {
       "--dome.cameras", "2",    "--dome.width",      "240", "--dome.height",       "320",
       "--frames",       "2",    "--minimal_frames",  "1",   "--held_out_cameras",  "0",
@@ -257,15 +258,15 @@ TEST_F(Synthesize, ClothIsOutsideTheBodyAndSeamsAreEqual) {
 
 TEST_F(Synthesize, EvaluatePrintsAndChecks) {
   const ChildResult printed = run_child(
-      {ATELIER_PROGRAM, "evaluate", capture().string(), "--truth", capture().string(), "--json"});
+      {program_path(), "evaluate", capture().string(), "--truth", capture().string(), "--json"});
   EXPECT_EQ(printed.exit_code, 0) << printed.err;
   EXPECT_THAT(printed.out, HasSubstr("capture.seam_mismatch"));
   EXPECT_EQ(
-      run_child({ATELIER_PROGRAM, "evaluate", "/nowhere", "--truth", capture().string()}).exit_code,
+      run_child({program_path(), "evaluate", "/nowhere", "--truth", capture().string()}).exit_code,
       3);
   // Another folder that is no workspace holds no results to measure.
   const ChildResult truth = run_child(
-      {ATELIER_PROGRAM, "evaluate", (capture() / "truth").string(), "--truth", capture().string()});
+      {program_path(), "evaluate", (capture() / "truth").string(), "--truth", capture().string()});
   EXPECT_EQ(truth.exit_code, 3);
   EXPECT_THAT(truth.err, HasSubstr("expected a workspace"));
 }
@@ -280,7 +281,7 @@ TEST_F(Synthesize, OtherLayoutsAreOpenedAgainByOurReaders) {
     for (const char* sequence : {"clothed", "minimal"}) {
       const fs::path folder = capture() / layout / sequence;
       EXPECT_THAT(added.out, HasSubstr(folder.string()));
-      const ChildResult opened = run_child({ATELIER_PROGRAM, "validate", folder.string()});
+      const ChildResult opened = run_child({program_path(), "validate", folder.string()});
       EXPECT_EQ(opened.exit_code, 0) << layout << ": " << opened.out << opened.err;
       EXPECT_THAT(opened.out, HasSubstr("2 cameras")) << layout;
     }
@@ -444,7 +445,7 @@ TEST_F(Synthesize, AnInterruptedCaptureIsNoCapture) {
   const fs::path half = folder_->path() / "half";
   fs::copy(capture(), half, fs::copy_options::recursive);
   fs::remove(half / "capture.toml");
-  const ChildResult opened = run_child({ATELIER_PROGRAM, "validate", half.string()});
+  const ChildResult opened = run_child({program_path(), "validate", half.string()});
   EXPECT_EQ(opened.exit_code, 3);
   EXPECT_THAT(opened.err, HasSubstr("interrupted"));
 }

@@ -8,6 +8,7 @@
 
 #include "tests/capture/small_capture.h"
 #include "tests/support/child_process.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier::testing {
@@ -18,7 +19,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 ChildResult validate(const std::vector<std::string>& arguments) {
-  std::vector<std::string> command = {ATELIER_PROGRAM, "validate"};
+  std::vector<std::string> command = {program_path(), "validate"};
   command.insert(command.end(), arguments.begin(), arguments.end());
   return run_child(command);
 }

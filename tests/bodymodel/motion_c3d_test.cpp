@@ -13,6 +13,7 @@
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "tests/support/places.h"
 #include "tests/support/test_data.h"
 
 namespace atelier {
@@ -23,7 +24,7 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 std::filesystem::path corpus(const char* name) {
-  return std::filesystem::path(ATELIER_SOURCE_DIR) / "fuzz/corpus/c3d" / name;
+  return testing::source_directory() / "fuzz/corpus/c3d" / name;
 }
 
 TEST(C3d, RealNumbersLittleEndian) {

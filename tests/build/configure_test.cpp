@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier {
@@ -27,8 +28,8 @@ Output run(const std::string& command) {
 }
 
 Output configure(const testing::TemporaryDirectory& folder, const std::string& flags) {
-  return run("cmake -G Ninja -S '" ATELIER_SOURCE_DIR "' -B '" + (folder / "build").string() +
-             "' -DATELIER_CUDA=OFF " + flags);
+  return run("cmake -G Ninja -S '" + testing::source_directory().string() + "' -B '" +
+             (folder / "build").string() + "' -DATELIER_CUDA=OFF " + flags);
 }
 
 bool has_target(const testing::TemporaryDirectory& folder, const std::string& target) {
@@ -58,12 +59,11 @@ TEST(ConfigureRefused, DependencyWithoutPublicOrPrivate) {
   const testing::TemporaryDirectory folder;
   const std::string lists = (folder / "CMakeLists.txt").string();
   FILE* file = fopen(lists.c_str(), "w");
-  fputs(
-      "cmake_minimum_required(VERSION 3.24)\nproject(x CXX)\n"
-      "include(\"" ATELIER_SOURCE_DIR
-      "/cmake/Targets.cmake\")\n"
-      "atelier_library(part DIRECTORY part Eigen3::Eigen)\n",
-      file);
+  const std::string text =
+      "cmake_minimum_required(VERSION 3.24)\nproject(x CXX)\ninclude(\"" +
+      testing::source_directory().string() +
+      "/cmake/Targets.cmake\")\natelier_library(part DIRECTORY part Eigen3::Eigen)\n";
+  fputs(text.c_str(), file);
   fclose(file);
   const Output output =
       run("cmake -S '" + folder.path().string() + "' -B '" + (folder / "build").string() + "'");

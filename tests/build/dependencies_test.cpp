@@ -1,6 +1,4 @@
 // The table of dependencies names every shared library that the program needs.
-#ifdef ATELIER_PROGRAM
-
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -11,6 +9,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/places.h"
 
 namespace atelier {
 namespace {
@@ -60,7 +60,7 @@ std::set<std::string> needed_by(const std::string& file) {
 
 /// Every word of the tables' last columns that names a shared library.
 std::set<std::string> listed_libraries() {
-  std::ifstream document(ATELIER_SOURCE_DIR "/docs/dependencies.md");
+  std::ifstream document(testing::source_directory() / "docs/dependencies.md");
   std::set<std::string> listed;
   for (std::string line; std::getline(document, line);) {
     if (!line.starts_with("| ") || !line.ends_with("|")) {
@@ -89,18 +89,24 @@ TEST(Dependencies, StemsHaveNoVersions) {
 }
 
 TEST(Dependencies, WhatTheProgramNeedsIsInTheTable) {
+  if (testing::program_path().empty()) {
+    GTEST_SKIP() << "the program is not built";
+  }
   const std::set<std::string> listed = listed_libraries();
-  const std::set<std::string> needed = needed_by(ATELIER_PROGRAM);
-  ASSERT_THAT(needed, Not(IsEmpty())) << "readelf says nothing of " ATELIER_PROGRAM;
+  const std::set<std::string> needed = needed_by(testing::program_path());
+  ASSERT_THAT(needed, Not(IsEmpty())) << "readelf says nothing of " << testing::program_path();
   for (const std::string& library : needed) {
     EXPECT_THAT(listed, Contains(library));
   }
 }
 
 TEST(Dependencies, WhatThoseNeedIsInTheTable) {
+  if (testing::program_path().empty()) {
+    GTEST_SKIP() << "the program is not built";
+  }
   const std::set<std::string> listed = listed_libraries();
-  const std::set<std::string> direct = needed_by(ATELIER_PROGRAM);
-  std::istringstream lines(output_of("ldd '" ATELIER_PROGRAM "' 2>/dev/null"));
+  const std::set<std::string> direct = needed_by(testing::program_path());
+  std::istringstream lines(output_of("ldd '" + testing::program_path() + "' 2>/dev/null"));
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
     std::string soname;
@@ -120,5 +126,3 @@ TEST(Dependencies, WhatThoseNeedIsInTheTable) {
 
 }  // namespace
 }  // namespace atelier
-
-#endif

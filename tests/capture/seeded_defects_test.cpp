@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "capture/validate.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier::testing {
@@ -106,8 +107,7 @@ std::string table() {
 
 TEST(SeededDefects, TheTableIsInTheDocuments) {
   EXPECT_GE(all_defects().size(), 60U);
-  const std::filesystem::path file =
-      std::filesystem::path(ATELIER_SOURCE_DIR) / "docs" / "defects.md";
+  const std::filesystem::path file = source_directory() / "docs" / "defects.md";
   if (std::getenv("ATELIER_WRITE_DOCS") != nullptr) {
     std::ofstream(file) << table();
   }

@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
 
@@ -27,8 +28,7 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 }
 
 std::string corpus(const std::string& file) {
-  return read_file_text(std::filesystem::path(ATELIER_SOURCE_DIR) / "fuzz" / "corpus" / file,
-                        1 << 20);
+  return read_file_text(testing::source_directory() / "fuzz" / "corpus" / file, 1 << 20);
 }
 
 std::string refusal(const std::string& file, const Limits& limits = {}) {
@@ -192,8 +192,8 @@ TEST(ReadImage, OrientationIsReportedAndNotApplied) {
 
 TEST(ReadImage, EveryFileOfTheCorpusIsRead) {
   for (const char* format : {"png", "jpeg", "tiff", "webp", "bmp", "avif"}) {
-    for (const auto& entry : std::filesystem::directory_iterator(
-             std::filesystem::path(ATELIER_SOURCE_DIR) / "fuzz" / "corpus" / format)) {
+    for (const auto& entry : std::filesystem::directory_iterator(testing::source_directory() /
+                                                                 "fuzz" / "corpus" / format)) {
       const ImageHeader header = read_image_header(entry.path());
       const Image image = read_image(entry.path(), {.keep_alpha = true});
       EXPECT_EQ(image.width, header.width) << entry.path();

@@ -7,6 +7,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_file.h"
 #include "tests/support/needs_fbx.h"
+#include "tests/support/places.h"
 
 namespace atelier {
 namespace {
@@ -17,8 +18,7 @@ using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-const std::filesystem::path kCorpus =
-    std::filesystem::path(ATELIER_SOURCE_DIR) / "fuzz" / "corpus" / "fbx";
+const std::filesystem::path kCorpus = testing::source_directory() / "fuzz" / "corpus" / "fbx";
 
 GltfScene scene_of(const std::string& text) {
   return read_fbx(std::as_bytes(std::span(text)), "a.fbx");

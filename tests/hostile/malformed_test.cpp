@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/io/mesh_fbx.h"
 #include "tests/hostile/readers.h"
+#include "tests/support/places.h"
 
 namespace atelier::testing {
 namespace {
@@ -45,8 +46,7 @@ TEST(MalformedFiles, EveryFileIsInItsIndexOnce) {
   std::sort(listed.begin(), listed.end());
   EXPECT_EQ(std::adjacent_find(listed.begin(), listed.end()), listed.end());
   std::vector<std::filesystem::path> present;
-  const std::filesystem::path root =
-      std::filesystem::path(ATELIER_SOURCE_DIR) / "tests" / "hostile" / "malformed";
+  const std::filesystem::path root = source_directory() / "tests" / "hostile" / "malformed";
   for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
     const bool left_out = entry.path().parent_path().filename() == "fbx" && !reads_fbx();
     if (entry.is_regular_file() && entry.path().filename() != "index.txt" && !left_out) {

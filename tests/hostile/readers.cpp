@@ -9,11 +9,12 @@
 #include <stdexcept>
 
 #include "core/random.h"
+#include "tests/support/places.h"
 
 namespace atelier::testing {
 namespace {
 
-const std::filesystem::path kSource = ATELIER_SOURCE_DIR;
+const std::filesystem::path kSource = source_directory();
 
 /// Readers that start a process per file: too slow for every bit in the ordinary suite.
 const std::map<std::string, std::size_t> kStrides = {{"foreign_hdf5", 97}, {"fbx", 97}};

@@ -5,13 +5,14 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/places.h"
+
 namespace atelier::testing {
 
 /// Folder of real files: $ATELIER_TEST_DATA, or ../shared/data beside the source tree.
 inline std::filesystem::path test_data_root() {
   const char* root = std::getenv("ATELIER_TEST_DATA");
-  return root != nullptr ? std::filesystem::path(root)
-                         : std::filesystem::path(ATELIER_SOURCE_DIR) / "../shared/data";
+  return root != nullptr ? std::filesystem::path(root) : source_directory() / "../shared/data";
 }
 
 }  // namespace atelier::testing

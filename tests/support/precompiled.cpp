@@ -1,0 +1,1 @@
+// Empty: its target holds the precompiled header of all test programs.
