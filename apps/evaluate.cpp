@@ -15,6 +15,7 @@
 #include "apps/json_text.h"
 #include "apps/person_measures.h"
 #include "apps/reconstruct_measures.h"
+#include "apps/register_measures.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
 #include "capture/capture_measures.h"
@@ -57,6 +58,7 @@ constexpr Evaluation kEvaluations[] = {
     {"track", measure_track},
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
+    {"register", measure_register},
     {"flatten", measure_flatten},
 #endif
 #ifdef ATELIER_HAS_BODYMODEL

@@ -6,6 +6,7 @@
 #include "apps/flatten.h"
 #include "apps/personalize_stage.h"
 #include "apps/reconstruct_stage.h"
+#include "apps/register_stage.h"
 #include "apps/stage_command.h"
 #include "apps/statistics_stage.h"
 #include "apps/track_stage.h"
@@ -89,6 +90,17 @@ constexpr std::array kStages = {
           .options = option_set<RefineStageOptions>,
           .run = run_refine,
           .check_input = check_refine_input,
+          .frame_wise = true},
+#endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
+    Stage{.name = "register",
+          .version = 1,
+          .summary = "where every garment is in every frame, from its template",
+          .inputs = {"capture", "template", "scans", "bodies"},
+          .outputs = {"registered"},
+          .metrics = kRegisterMetrics,
+          .options = option_set<RegisterStageOptions>,
+          .run = run_register,
           .frame_wise = true},
 #endif
 #ifdef ATELIER_HAS_REGISTRATION

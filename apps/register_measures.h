@@ -1,0 +1,22 @@
+#pragma once
+
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_REGISTRATION)
+
+#include <filesystem>
+#include <vector>
+
+#include "capture/capture_measures.h"
+
+namespace atelier {
+
+/// register.*: how far registered garments are from a synthetic capture's truth, over what two
+/// cameras see, of all garments and (register.<label>.*) of each: "chamfer_mm", "point_mean_mm",
+/// "point_p95_mm" (each template vertex is bound to the nearest true material point in the
+/// template's frame), "inverted" (triangles turned against their neighbours), "drift_mm" (median
+/// error along the surface in the last frame).
+std::vector<Measure> measure_register(const std::filesystem::path& workspace,
+                                      const std::filesystem::path& capture);
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,411 @@
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
+
+#include "apps/register_stage.h"
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/reconstruct_stage.h"
+#include "apps/truth_scan.h"
+#include "capture/frame_reader.h"
+#include "core/error.h"
+#include "core/garment_archive.h"
+#include "core/normals.h"
+#include "core/sequence_archive.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// All of one instant that garments share.
+struct Instant {
+  Mesh scan;
+  Points body;
+  std::vector<InstantView> views;
+};
+
+/// One garment of the outfit.
+struct Worn {
+  std::string name;
+  Label label = Label::Unknown;
+  Garment garment;
+  Index template_row = 0;
+  std::unique_ptr<RegisteredSequence> sequence;
+  Index first_vertex = 0;  ///< in the mesh of all
+};
+
+/// Every frame of an outfit, as the stage reads it. Instants are opened once for all garments.
+class Outfit {
+ public:
+  explicit Outfit(StageRun& run)
+      : run_(run),
+        options_(run.options<RegisterStageOptions>()),
+        dataset_(stage_dataset(run.input("capture"), options_.capture)),
+        bodies_(open_sequence(run.input("bodies"))) {
+    if (options_.truth_scans) {
+      truth_ = std::make_unique<CaptureTruth>(read_capture_truth(run.input("capture")));
+    }
+    find_frames();
+    read_garments();
+  }
+
+  const std::vector<int>& frame_ids() const { return ids_; }
+  double fps() const { return fps_; }
+  std::vector<Worn>& garments() { return garments_; }
+  bool has_truth() const { return truth_ != nullptr; }
+
+  /// Faces of all garments, one behind the other.
+  Triangles faces() const {
+    Triangles all;
+    for (const Worn& worn : garments_) {
+      const Index before = all.rows();
+      all.conservativeResize(before + worn.garment.mesh.faces.rows(), 3);
+      all.bottomRows(worn.garment.mesh.faces.rows()) =
+          worn.garment.mesh.faces.array() + static_cast<int>(worn.first_vertex);
+    }
+    return all;
+  }
+
+ private:
+  void find_frames() {
+    std::vector<std::pair<int, double>> clothed;
+    for (const CaptureSequence& sequence : dataset_.info.sequences) {
+      if (sequence.kind == "minimal" || sequence.frame_ids.empty()) {
+        continue;
+      }
+      fps_ = fps_ > 0 ? fps_ : sequence.fps;
+      takes_.push_back(sequence.frame_ids.front());
+      ids_.insert(ids_.end(), sequence.frame_ids.begin(), sequence.frame_ids.end());
+    }
+    std::sort(ids_.begin(), ids_.end());
+    std::erase_if(ids_, [&](int id) {
+      return !std::binary_search(bodies_.frame_ids.begin(), bodies_.frame_ids.end(), id);
+    });
+    if (ids_.empty()) {
+      throw DataError(run_.input("bodies").string(), "frames", "none of the clothed ones",
+                      "a body in every clothed frame of the capture; run body on this capture");
+    }
+    fps_ = fps_ > 0 ? fps_ : bodies_.fps;
+  }
+
+  Index row_of(int id) const {
+    return std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin();
+  }
+
+  Points body(Index row) const {
+    const int id = ids_[static_cast<std::size_t>(row)];
+    const auto at = std::lower_bound(bodies_.frame_ids.begin(), bodies_.frame_ids.end(), id);
+    return frame(bodies_, at - bodies_.frame_ids.begin()).vertices;
+  }
+
+  void read_garments() {
+    const fs::path folder = run_.input("template") / "garments";
+    std::vector<fs::path> files;
+    if (fs::is_directory(folder)) {
+      for (const auto& entry : fs::directory_iterator(folder)) {
+        if (entry.path().extension() == ".h5") {
+          files.push_back(entry.path());
+        }
+      }
+    }
+    std::sort(files.begin(), files.end());
+    if (files.empty()) {
+      throw DataError(folder.string(), "", "no garment", "<label>.h5 of the stage template");
+    }
+    Index vertices = 0;
+    for (const fs::path& file : files) {
+      Worn worn;
+      worn.name = file.stem().string();
+      const auto label = label_of(worn.name);
+      if (!label) {
+        throw DataError(file.string(), "", "a garment whose name is no label",
+                        "upper, lower, dress, outer, ...: what the scans call it");
+      }
+      worn.label = *label;
+      worn.garment = read_garment_archive(file);
+      RegistrationSource source;
+      source.rows = static_cast<Index>(ids_.size());
+      source.body_faces = bodies_.faces;
+      source.body = [this](Index row) { return body(row); };
+      source.load = [this, label](Index row) { return frame_of(*instant(row), *label); };
+      for (const int id : takes_) {
+        const Index row = row_of(id);
+        if (row < source.rows && (source.starts.empty() || source.starts.back() < row)) {
+          source.starts.push_back(row);
+        }
+      }
+      const Index found = template_row_of(worn.garment, source, file.string());
+      if (found < 0) {
+        run_.say(worn.name + ": no attachments to the body: taken for being in the pose of frame " +
+                 std::to_string(ids_.front()));
+      }
+      worn.template_row = std::max<Index>(found, 0);
+      source.template_row = worn.template_row;
+      worn.sequence = std::make_unique<RegisteredSequence>(worn.garment, std::move(source),
+                                                           options_.fit, file.string());
+      worn.first_vertex = vertices;
+      vertices += worn.garment.mesh.vertices.rows();
+      garments_.push_back(std::move(worn));
+    }
+  }
+
+  /// The instant of a row; the last one is kept for the next garment.
+  std::shared_ptr<const Instant> instant(Index row) {
+    const std::lock_guard lock(mutex_);
+    if (kept_ && kept_row_ == row) {
+      return kept_;
+    }
+    const int id = ids_[static_cast<std::size_t>(row)];
+    auto made = std::make_shared<Instant>();
+    made->body = body(row);
+    const fs::path scan = run_.input("scans") / "scans" / (frame_name(id) + ".h5");
+    if (truth_) {
+      made->scan = truth_scan(*truth_, read_truth_frame(run_.input("capture"), *truth_, id));
+    } else if (fs::exists(scan)) {
+      made->scan = read_mesh_archive(scan);
+    } else {
+      run_.say("frame " + std::to_string(id) + ": no scan: body and pictures alone");
+    }
+    if (options_.fit.fit.photometric) {
+      made->views = instant_of(dataset_, id);
+      if (made->views.size() < dataset_.cameras.size()) {
+        run_.say("frame " + std::to_string(id) + ": pictures of " +
+                 std::to_string(made->views.size()) + " of " +
+                 std::to_string(dataset_.cameras.size()) + " cameras");
+      }
+    }
+    kept_ = std::move(made);
+    kept_row_ = row;
+    return kept_;
+  }
+
+  RegistrationFrame frame_of(const Instant& instant, Label label) const {
+    const auto number = static_cast<std::uint8_t>(label);
+    RegistrationFrame frame;
+    frame.scan = garment_scan(instant.scan, {number});
+    frame.body = body_obstacle(instant.body, bodies_.faces);
+    const Mesh& scan = instant.scan;
+    if (!scan.labels.empty()) {
+      Triangles rest(scan.faces.rows(), 3);
+      Index count = 0;
+      for (Index f = 0; f < scan.faces.rows(); ++f) {
+        const bool own = (scan.faces.row(f).array().unaryExpr([&](int v) {
+                           return scan.labels[static_cast<std::size_t>(v)] == number ? 1 : 0;
+                         })).any();
+        if (!own) {
+          rest.row(count++) = scan.faces.row(f);
+        }
+      }
+      rest.conservativeResize(count, 3);
+      frame.other = build_tree(scan.vertices, rest);
+    }
+    for (const InstantView& view : instant.views) {
+      PhotoView photo{view.camera, view.image, view.mask};
+      if (!view.labels.data.empty()) {
+        photo.mask = view.labels;
+        for (std::uint8_t& pixel : photo.mask.data) {
+          pixel = pixel == number ? 1 : 0;
+        }
+      }
+      frame.views.push_back(view_pyramid(photo, options_.fit.fit.photometric_levels));
+    }
+    return frame;
+  }
+
+  StageRun& run_;
+  const RegisterStageOptions& options_;
+  Dataset dataset_;
+  Sequence bodies_;
+  std::unique_ptr<CaptureTruth> truth_;
+  std::vector<int> ids_;
+  std::vector<int> takes_;  // first frames
+  double fps_ = 0;
+  std::vector<Worn> garments_;
+  std::mutex mutex_;
+  std::shared_ptr<const Instant> kept_;
+  Index kept_row_ = -1;
+};
+
+constexpr std::array kFigures = {"scan_rms",    "support",    "seen",
+                                 "correlation", "strain_p95", "inverted"};
+
+std::array<double, kFigures.size()> figures_of(const RegisteredGarment& garment) {
+  return {garment.scan_rms,    garment.support,    garment.seen,
+          garment.correlation, garment.strain_p95, static_cast<double>(garment.inverted)};
+}
+
+/// All garments of a frame as one mesh, with each one's figures beside it.
+Archive frame_archive(const std::vector<Worn>& garments, Index row) {
+  Mesh all;
+  Archive archive;
+  std::map<std::string, double> numbers;
+  for (const Worn& worn : garments) {
+    const RegisteredGarment& garment = worn.sequence->at(row);
+    const Index before = all.vertices.rows();
+    const Index count = garment.vertices.rows();
+    all.vertices.conservativeResize(before + count, 3);
+    all.vertices.bottomRows(count) = garment.vertices;
+    all.confidence.conservativeResize(before + count);
+    all.confidence.tail(count) = garment.confidence;
+    const auto figures = figures_of(garment);
+    for (std::size_t i = 0; i < kFigures.size(); ++i) {
+      numbers[worn.name + "." + kFigures[i]] = figures[i];
+    }
+  }
+  archive = archive_of(all);
+  archive.numbers.insert(numbers.begin(), numbers.end());
+  return archive;
+}
+
+/// The part of a joined mesh that is one garment.
+Mesh part_of(const Mesh& all, const Worn& worn) {
+  Mesh part;
+  const Index count = worn.garment.mesh.vertices.rows();
+  part.vertices = all.vertices.middleRows(worn.first_vertex, count);
+  part.confidence = all.confidence.segment(worn.first_vertex, count);
+  return part;
+}
+
+/// Median distance along the surface between two places of a garment, of vertices that are known.
+double slide(const Mesh& a, const Points& b, const Triangles& faces) {
+  const Points normals = vertex_normals(a.vertices, faces);
+  std::vector<double> slides;
+  for (Index v = 0; v < b.rows(); ++v) {
+    if (a.confidence[v] > 0.5F) {
+      const Eigen::Vector3d off = (a.vertices.row(v) - b.row(v)).transpose();
+      const Eigen::Vector3d normal = normals.row(v).transpose();
+      slides.push_back((off - off.dot(normal) * normal).norm());
+    }
+  }
+  if (slides.empty()) {
+    return 0;
+  }
+  const auto middle = slides.begin() + static_cast<std::ptrdiff_t>(slides.size() / 2);
+  std::nth_element(slides.begin(), middle, slides.end());
+  return *middle;
+}
+
+/// Splits the joined frames into the garments' own sequences.
+void write_garments(StageRun& run, const Outfit& outfit, const std::vector<Worn>& garments) {
+  for (const Worn& worn : garments) {
+    const std::string folder = "registered/" + worn.name;
+    SequenceHeader header;
+    header.fps = outfit.fps();
+    header.frame_ids = outfit.frame_ids();
+    header.shared.faces = worn.garment.mesh.faces;
+    header.shared.uvs = worn.garment.mesh.uvs;
+    header.shared.uv_faces = worn.garment.mesh.uv_faces;
+    run.output(folder + "/sequence.h5",
+               [&](const fs::path& file) { write_archive(file, archive_of(header)); });
+    run.output(folder + "/template.h5",
+               [&](const fs::path& file) { write_mesh_archive(file, worn.garment.mesh); });
+    for (const int id : header.frame_ids) {
+      const Mesh part = part_of(read_mesh_archive(run.frame_file(id)), worn);
+      run.output(folder + "/frames/" + frame_name(id) + ".h5",
+                 [&](const fs::path& file) { write_mesh_archive(file, part); });
+    }
+  }
+}
+
+/// How far two ways to the same frame come out apart, m.
+struct Drift {
+  double forward_backward = 0;
+  double closure = 0;
+};
+
+Drift drift_of(StageRun& run, const Outfit& outfit, const Worn& worn) {
+  Drift drift;
+  const auto rows = static_cast<Index>(outfit.frame_ids().size());
+  const auto read = [&](Index row) {
+    return part_of(
+        read_mesh_archive(run.frame_file(outfit.frame_ids()[static_cast<std::size_t>(row)])), worn);
+  };
+  const Index last = worn.template_row == rows - 1 ? 0 : rows - 1;
+  if (last == worn.template_row) {
+    return drift;
+  }
+  const Index before = last + (last > worn.template_row ? -1 : 1);
+  const Triangles& faces = worn.garment.mesh.faces;
+  const Mesh end = read(last);
+  drift.forward_backward =
+      slide(read(before), worn.sequence->again(before, last, end.vertices).vertices, faces);
+  drift.closure = slide(end, worn.sequence->from_template(last).vertices, faces);
+  return drift;
+}
+
+/// figures.json and the metrics, from the frames as they were written.
+void write_figures(StageRun& run, const Outfit& outfit, const std::vector<Worn>& garments) {
+  nlohmann::json all = nlohmann::json::object();
+  std::map<std::string, double> sums;
+  double count = 0;
+  Drift most;
+  for (const Worn& worn : garments) {
+    nlohmann::json& of = all[worn.name];
+    of["template_frame"] = outfit.frame_ids()[static_cast<std::size_t>(worn.template_row)];
+    for (const int id : outfit.frame_ids()) {
+      const Archive archive = read_archive(run.frame_file(id), "atelier.mesh", 1);
+      nlohmann::json& frame = of["frames"][frame_name(id)];
+      for (const char* figure : kFigures) {
+        const double value = archive.numbers.at(worn.name + "." + figure);
+        frame[figure] = value;
+        sums[figure] += value;
+      }
+      count += 1;
+    }
+    const Drift drift = drift_of(run, outfit, worn);
+    of["forward_backward"] = drift.forward_backward;
+    of["closure"] = drift.closure;
+    most.forward_backward = std::max(most.forward_backward, drift.forward_backward);
+    most.closure = std::max(most.closure, drift.closure);
+  }
+  run.output_text("figures.json", all.dump(1));
+  run.metric("frames", static_cast<double>(outfit.frame_ids().size()));
+  run.metric("garments", static_cast<double>(garments.size()));
+  run.metric("truth_scans", outfit.has_truth() ? 1 : 0);
+  for (const char* figure : {"scan_rms", "support", "seen", "correlation"}) {
+    run.metric(figure, sums[figure] / count);
+  }
+  run.metric("inverted", sums["inverted"]);
+  run.metric("forward_backward", most.forward_backward);
+  run.metric("closure", most.closure);
+}
+
+}  // namespace
+
+OptionTable describe(RegisterStageOptions& options) {
+  OptionTable table;
+  table.add("capture", describe(options.capture));
+  table.add(describe(options.fit));
+  table.add("truth_scans", options.truth_scans,
+            "Take a synthetic capture's true surfaces instead of the scans, for comparison");
+  return table;
+}
+
+void run_register(StageRun& run) {
+  Outfit outfit(run);
+  const std::vector<int>& ids = outfit.frame_ids();
+  if (!run.each_frame("frames", ".h5", ids, [&](int id, const fs::path& file) {
+        const Index row = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
+        for (const Worn& worn : outfit.garments()) {
+          for (const Finding& finding : worn.sequence->at(row).findings) {
+            run.say("frame " + std::to_string(id) + ": " + worn.name + ": " + to_string(finding));
+          }
+        }
+        write_archive(file, frame_archive(outfit.garments(), row));
+      })) {
+    return;
+  }
+  SequenceHeader header;
+  header.fps = outfit.fps();
+  header.frame_ids = ids;
+  header.shared.faces = outfit.faces();
+  run.output("sequence.h5", [&](const fs::path& file) { write_archive(file, archive_of(header)); });
+  write_garments(run, outfit, outfit.garments());
+  write_figures(run, outfit, outfit.garments());
+}
+
+}  // namespace atelier
+
+#endif

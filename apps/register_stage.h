@@ -1,0 +1,41 @@
+#pragma once
+
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
+
+#include <array>
+
+#include "capture/layouts/open_dataset.h"
+#include "core/store/stage.h"
+#include "registration/register_sequence.h"
+
+namespace atelier {
+
+struct RegisterStageOptions {
+  DatasetOptions capture;
+  RegisterSequenceOptions fit;
+  bool truth_scans = false;  ///< surfaces of a synthetic capture's truth instead of the scans
+};
+OptionTable describe(RegisterStageOptions& options);
+
+inline constexpr std::array kRegisterMetrics = {
+    StageMetric{"frames", ""},
+    StageMetric{"garments", ""},
+    StageMetric{"truth_scans", ""},
+    StageMetric{"scan_rms", "m"},
+    StageMetric{"support", "of the garments' area"},
+    StageMetric{"seen", "of the vertices, by two cameras"},
+    StageMetric{"correlation", "of pictures with the template's texture"},
+    StageMetric{"inverted", "triangles"},
+    StageMetric{"forward_backward", "m"},
+    StageMetric{"closure", "m"},
+};
+
+/// Templates, bodies, scans and pictures -> where every garment is in every clothed frame:
+/// registered/<label>/ (core/sequence_archive.h, with template.h5, the mesh in its own frame),
+/// sequence.h5 and frames/ (all garments as one mesh, which `refine` reads) and figures.json: what
+/// each frame says of itself, and drift. Held-out cameras are not opened.
+void run_register(StageRun& run);
+
+}  // namespace atelier
+
+#endif

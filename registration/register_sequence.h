@@ -1,0 +1,67 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "registration/register_garment.h"
+
+namespace atelier {
+
+struct RegisterSequenceOptions {
+  RegisterOptions fit;
+  PredictOptions predict;
+  int window = 48;  ///< frames that are registered one from the other; each window by itself
+};
+OptionTable describe(RegisterSequenceOptions& options);
+
+/// Where a sequence's frames come from. Rows are dense positions, 0 to rows - 1.
+struct RegistrationSource {
+  Index rows = 0;
+  Index template_row = 0;                 ///< whose pose the template has
+  std::vector<Index> starts;              ///< increasing rows at which takes begin, or empty
+  Triangles body_faces;                   ///< [.,3]
+  std::function<Points(Index row)> body;  ///< [B,3] m, of one topology
+  std::function<RegistrationFrame(Index row)> load;  ///< all of a frame
+};
+
+/// A garment registered to frame after frame. Takes are cut into windows of equal length; in each,
+/// the frame nearest to the template's starts from the template as it rides on the body, and every
+/// other from its neighbour, outwards. So a window needs no other, any machine finds the same
+/// frames, and a stop costs a window at most. What it looks like is taken from the template's
+/// frame; what that does not show, from the first frames of the window that do. Safe on several
+/// threads.
+class RegisteredSequence {
+ public:
+  /// Throws DataError as registration_model does, LogicError where the source contradicts itself.
+  RegisteredSequence(const Garment& garment, RegistrationSource source,
+                     const RegisterSequenceOptions& options = {}, const std::string& file = "");
+  ~RegisteredSequence();
+
+  /// One frame; those of its window before it are registered first.
+  const RegisteredGarment& at(Index row);
+
+  /// A frame registered again from another's result, [V,3] m, or straight from the template: what
+  /// comes out differently is drift.
+  RegisteredGarment again(Index row, Index from, const Points& result) const;
+  RegisteredGarment from_template(Index row) const;
+
+  const RegistrationModel& model() const;
+
+  /// The frame at which the window of a row begins: every chain leads from there.
+  Index anchor(Index row) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// The row in whose pose the template is: where its attachments put it nearest to its own vertices.
+/// -1 for a garment without attachments. Throws DataError (with `file`) where one names a triangle
+/// that the body does not have.
+Index template_row_of(const Garment& garment, const RegistrationSource& source,
+                      const std::string& file = "");
+
+}  // namespace atelier
