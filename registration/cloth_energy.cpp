@@ -128,7 +128,7 @@ ClothModel cloth_model(const Points& vertices, const Triangles& faces, const std
     const double bc = cotangent(xb, xa, xc);
     const double bd = cotangent(xb, xa, xd);
     const double area = face_area[corners[0] / 3] + face_area[corners[1] / 3];
-    const double scale = std::sqrt(3 / area);
+    const double scale = std::sqrt(1 / area);
     hinges.push_back({a, b, c, d});
     weights.push_back(
         {scale * (bc + bd), scale * (ac + ad), -scale * (ac + bc), -scale * (ad + bd)});
@@ -234,7 +234,7 @@ Points cloth_energy_gradient(const ClothModel& model, const ClothTerms& terms, c
 
 /// The matrix's values lie column by column; a block of vertices (i, j), i > j, is three runs of
 /// three rows. Diagonal blocks keep their lower halves.
-struct ClothSolver::State {
+struct ShapeSolver::State {
   explicit State(const ClothModel& model_) : model(model_) {}
 
   const ClothModel& model;
@@ -302,7 +302,7 @@ struct ClothSolver::State {
   }
 };
 
-ClothSolver::ClothSolver(const ClothModel& model) : state_(std::make_unique<State>(model)) {
+ShapeSolver::ShapeSolver(const ClothModel& model) : state_(std::make_unique<State>(model)) {
   State& state = *state_;
   const Topology& topology = model.topology;
   const auto vertices = static_cast<int>(topology.vertex_count);
@@ -387,11 +387,11 @@ ClothSolver::ClothSolver(const ClothModel& model) : state_(std::make_unique<Stat
   state.factor.analyzePattern(state.scalar);
 }
 
-ClothSolver::~ClothSolver() = default;
-ClothSolver::ClothSolver(ClothSolver&&) noexcept = default;
-ClothSolver& ClothSolver::operator=(ClothSolver&&) noexcept = default;
+ShapeSolver::~ShapeSolver() = default;
+ShapeSolver::ShapeSolver(ShapeSolver&&) noexcept = default;
+ShapeSolver& ShapeSolver::operator=(ShapeSolver&&) noexcept = default;
 
-const Eigen::SparseMatrix<double>& ClothSolver::matrix(const ClothTerms& terms, const Points& x) {
+const Eigen::SparseMatrix<double>& ShapeSolver::matrix(const ClothTerms& terms, const Points& x) {
   State& state = *state_;
   const ClothModel& model = state.model;
   check_terms(model, terms, x);
@@ -488,7 +488,7 @@ const Eigen::SparseMatrix<double>& ClothSolver::matrix(const ClothTerms& terms, 
   return state.matrix;
 }
 
-Points ClothSolver::lower(const ClothTerms& terms, const Points& x) {
+Points ShapeSolver::lower(const ClothTerms& terms, const Points& x) {
   State& state = *state_;
   matrix(terms, x);
   double trace = 0;

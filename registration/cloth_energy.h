@@ -13,14 +13,15 @@ namespace atelier {
 /// The energy of a garment's vertices x that registration minimises, per area of cloth in m2 times
 /// squared distances in m2:
 ///   sum_e  stretch (or compress) A_e (l_e / L_e - 1)^2      cloth keeps its lengths
-/// + sum_h  bend 3 / (A_h) |sum_k c_hk x_k|^2                 and bends little
+/// + sum_h  bend |sum_k c_hk x_k|^2 / A_h                     and bends little
 /// + sum_e  edge_weights_e |x_i - x_j - edge_vectors_e|^2     edges keep their vectors
 /// + sum_v  anchor_weights_v |x_v - anchors_v|^2              vertices keep to places
 /// + sum_r  weight_r rho_r(normal_r . sum_k b_rk x_k - offset_r)   points keep to planes
 /// + sum_f  d' H_f d + 2 g_f' d,  d = corners - origin        what pictures say of each face
 /// with rho(r) = r^2, or Geman and McClure's r^2 / (1 + r^2 / s^2), which saturates at s^2.
 /// Bending is the quadratic form of isometric deformations (Bergou et al., "A quadratic bending
-/// model for inextensible surfaces", SGP 2006).
+/// model for inextensible surfaces", SGP 2006), about bend times the integral of the squared
+/// curvature.
 
 /// What does not change from frame to frame.
 struct ClothModel {
@@ -30,7 +31,7 @@ struct ClothModel {
   Eigen::VectorXd areas;       ///< [V] m2, a third of each face at the vertex
   Eigen::Matrix<int, Eigen::Dynamic, 4, Eigen::RowMajor> hinges;  ///< [H,4] edge's ends, apexes
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> hinge_weights;  ///< [H,4] c, scaled by
-                                                                            ///< sqrt(3 / A_h), 1/m
+                                                                            ///< sqrt(1 / A_h), 1/m
 };
 
 /// Throws DataError (with `file`) for a mesh without faces, one that is no manifold, faces without
@@ -79,13 +80,13 @@ Points cloth_energy_gradient(const ClothModel& model, const ClothTerms& terms, c
 /// sparse Cholesky factor for preconditioner: that of one scalar a pair of vertices, the mean of
 /// their block's diagonal, which is six times quicker than a factor of the whole. The symbolic half
 /// is made once. One thread, the same bits always.
-class ClothSolver {
+class ShapeSolver {
  public:
   /// `model` must outlive it.
-  explicit ClothSolver(const ClothModel& model);
-  ~ClothSolver();
-  ClothSolver(ClothSolver&&) noexcept;
-  ClothSolver& operator=(ClothSolver&&) noexcept;
+  explicit ShapeSolver(const ClothModel& model);
+  ~ShapeSolver();
+  ShapeSolver(ShapeSolver&&) noexcept;
+  ShapeSolver& operator=(ShapeSolver&&) noexcept;
 
   /// The lower half of the matrix of a step: J'J of every term, [3V,3V] m2, with weights of
   /// saturating rows as they are at x, and where an edge is too long also what keeps it from

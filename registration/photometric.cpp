@@ -197,10 +197,10 @@ ViewPyramid view_pyramid(const PhotoView& view, int levels) {
   return pyramid;
 }
 
-SurfaceSamples surface_samples(const Points& vertices, const Triangles& faces, double spacing) {
+ClothSamples cloth_samples(const Points& vertices, const Triangles& faces, double spacing) {
   ATELIER_CHECK(spacing > 0, "samples need a spacing above 0");
   const Eigen::VectorXd areas = face_areas(vertices, faces);
-  SurfaceSamples samples;
+  ClothSamples samples;
   samples.offsets.push_back(0);
   for (Index f = 0; f < faces.rows(); ++f) {
     // n^2 alike triangles, a sample in the middle of each.
@@ -274,7 +274,7 @@ std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& f
   return seen;
 }
 
-void add_texture(GarmentTexture& texture, const SurfaceSamples& samples, const Points& x,
+void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Points& x,
                  const Triangles& faces, const std::vector<ViewPyramid>& views,
                  const std::vector<std::vector<float>>& seen) {
   if (views.empty()) {
@@ -355,7 +355,7 @@ namespace {
 struct Alignment {
   const ClothModel& model;
   const Points& x;
-  const SurfaceSamples& samples;
+  const ClothSamples& samples;
   const GarmentTexture& texture;
   const std::vector<ViewPyramid>& views;
   const std::vector<std::vector<float>>& seen;
@@ -400,7 +400,7 @@ struct Alignment {
 }  // namespace
 
 PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
-                                 const SurfaceSamples& samples, const GarmentTexture& texture,
+                                 const ClothSamples& samples, const GarmentTexture& texture,
                                  const std::vector<ViewPyramid>& views,
                                  const std::vector<std::vector<float>>& seen, int level,
                                  const PhotometricOptions& options) {
@@ -411,6 +411,8 @@ PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
   if (views.empty() || texture.levels.empty()) {
     return term;
   }
+  constexpr double kLeastNoise = 0.002;  // what averaging does not take away
+  const double noise = std::max(std::ldexp(options.noise, -level), kLeastNoise);
   ATELIER_CHECK(level >= 0 && level < static_cast<int>(texture.levels.size()), "no such size");
   Alignment align{model, x, samples, texture, views, seen, {}, level, std::ldexp(1.0, -level)};
   for (std::size_t c = 0; c < views.size(); ++c) {
@@ -443,7 +445,7 @@ PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
       for (const auto& of_view : patches) {
         const PatchSums& patch = of_view[static_cast<std::size_t>(v)];
         if (patch.count > 0) {
-          sum += moments_of(patch, texture.channels, options.noise).correlation;
+          sum += moments_of(patch, texture.channels, noise).correlation;
           ++term.views[v];
         }
       }
@@ -469,7 +471,7 @@ PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
         for (int k = 0; k < 3; ++k) {
           patch += patches[c][static_cast<std::size_t>(faces(f, k))];
         }
-        const PatchMoments moments = moments_of(patch, texture.channels, options.noise);
+        const PatchMoments moments = moments_of(patch, texture.channels, noise);
         const double trust = std::clamp(
             (moments.correlation - options.bad) / (options.good - options.bad), 0.0, 1.0);
         const auto jacobian = project_jacobian(views[c].camera, centre);

@@ -33,14 +33,14 @@ struct ViewPyramid {
 ViewPyramid view_pyramid(const PhotoView& view, int levels);
 
 /// Points spread evenly over the faces of a template.
-struct SurfaceSamples {
+struct ClothSamples {
   std::vector<int> offsets;                  ///< [F+1] into the rest
   std::vector<Eigen::Vector3f> barycentric;  ///< [S] of the face's corners
   std::vector<float> areas;                  ///< [S] m2
 };
 
 /// About `spacing` metres apart, at least one a face.
-SurfaceSamples surface_samples(const Points& vertices, const Triangles& faces, double spacing);
+ClothSamples cloth_samples(const Points& vertices, const Triangles& faces, double spacing);
 
 /// How every sample looks at each size.
 struct GarmentTexture {
@@ -57,7 +57,7 @@ std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& f
                                              const std::vector<const TriangleTree*>& occluders);
 
 /// Fills in what is not known yet of the texture, from those views that see it best.
-void add_texture(GarmentTexture& texture, const SurfaceSamples& samples, const Points& x,
+void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Points& x,
                  const Triangles& faces, const std::vector<ViewPyramid>& views,
                  const std::vector<std::vector<float>>& seen);
 
@@ -78,7 +78,7 @@ struct PhotometricTerm {
 
 /// At one size of the pictures. O(samples x views that see them).
 PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
-                                 const SurfaceSamples& samples, const GarmentTexture& texture,
+                                 const ClothSamples& samples, const GarmentTexture& texture,
                                  const std::vector<ViewPyramid>& views,
                                  const std::vector<std::vector<float>>& seen, int level,
                                  const PhotometricOptions& options = {});

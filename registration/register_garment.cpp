@@ -89,10 +89,10 @@ Points turned_back(const RegistrationModel& model, Points x) {
 
 /// Rows that keep vertices from sliding along the surface at `start`.
 std::vector<SurfaceRow> holding_rows(const RegistrationModel& model, const Points& start,
-                                     double weight) {
+                                     const Eigen::VectorXd& hold) {
   std::vector<SurfaceRow> rows;
   const Points normals = vertex_normals(start, model.cloth.topology.faces);
-  for (Index v = 0; v < start.rows() && weight > 0; ++v) {
+  for (Index v = 0; v < hold.size(); ++v) {
     const Eigen::Vector3d normal = normals.row(v).transpose();
     const Eigen::Vector3d first = normal.unitOrthogonal();
     for (const Eigen::Vector3d& along : {first, Eigen::Vector3d(normal.cross(first))}) {
@@ -101,7 +101,7 @@ std::vector<SurfaceRow> holding_rows(const RegistrationModel& model, const Point
       row.vertices = {vertex, vertex, vertex};
       row.normal = along;
       row.offset = start.row(v).dot(along);
-      row.weight = weight * model.cloth.areas[v];
+      row.weight = hold[v] * model.cloth.areas[v];
       rows.push_back(row);
     }
   }
@@ -176,8 +176,7 @@ RegistrationModel registration_model(const Garment& garment, const RegisterOptio
   RegistrationModel model;
   model.cloth = cloth_model(garment.mesh.vertices, garment.mesh.faces, file);
   model.vertices = garment.mesh.vertices;
-  model.samples =
-      surface_samples(garment.mesh.vertices, garment.mesh.faces, options.sample_spacing);
+  model.samples = cloth_samples(garment.mesh.vertices, garment.mesh.faces, options.sample_spacing);
   return model;
 }
 
@@ -213,7 +212,7 @@ std::vector<std::vector<float>> garment_views(const RegistrationModel& model, co
                       {&own, &frame.body.tree, &frame.other});
 }
 
-RegisteredGarment register_garment(ClothSolver& solver, const RegistrationModel& model,
+RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel& model,
                                    const Points& start, const RegistrationFrame& frame,
                                    const GarmentTexture& texture, const RegisterOptions& options) {
   const Triangles& faces = model.cloth.topology.faces;
@@ -244,6 +243,7 @@ RegisteredGarment register_garment(ClothSolver& solver, const RegistrationModel&
       for (int step = 0; step < options.photometric_steps; ++step) {
         ClothTerms terms = shape_terms(model, start, x, options, 1);
         support = add_geometry(terms, model, x, tree, frame, options, 1);
+        add_rows(terms.rows, held);
         PhotometricTerm pictures = photometric_term(model.cloth, x, model.samples, texture,
                                                     frame.views, seen, level, photometric);
         terms.quadratics = std::move(pictures.quadratics);

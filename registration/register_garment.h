@@ -22,8 +22,8 @@ struct RegisterOptions {
   double final_reach = 0.02;   ///< m, in the last
   double rigid = 0.10;         ///< m, length over which the predicted shape is kept at first
   double final_rigid = 0.005;  ///< m, at last
-  double bend = 0.02;          ///< m, below which folds are smoothed at first
-  double final_bend = 0.006;   ///< m, at last
+  double bend = 0.026;         ///< m, below which folds are smoothed at first
+  double final_bend = 0.008;   ///< m, at last
   double stretch = 0.20;       ///< m: stretch of 1% weighs as much as a distance of 1% of this
   double compress = 0.06;      ///< the same of cloth that is shorter than at rest
   double border_weight = 1;    ///< of openings against surfaces
@@ -41,7 +41,7 @@ OptionTable describe(RegisterOptions& options);
 struct RegistrationModel {
   ClothModel cloth;
   Points vertices;  ///< [V,3] m, in its own frame
-  SurfaceSamples samples;
+  ClothSamples samples;
 };
 
 /// Throws DataError as cloth_model does.
@@ -54,8 +54,9 @@ struct RegistrationFrame {
   BodyObstacle body;               ///< no faces: unknown
   std::vector<ViewPyramid> views;  ///< none: only the shape is used
   TriangleTree other;              ///< what else hides the garment (the rest of the scan), or empty
-  double hold =
-      0;  ///< against the scan's 1: keeps the start from sliding where it is known to be right
+  /// [V] against the scan's 1: what keeps the start from sliding where it is known to be right; or
+  /// empty
+  Eigen::VectorXd hold;
 };
 
 struct RegisteredGarment {
@@ -76,7 +77,7 @@ std::vector<int> inverted_faces(const Topology& topology, const Points& x);
 
 /// @param start    [V,3] m, where the garment is likely to be (predicted_cloth)
 /// @param texture  what it looks like; not changed: add_texture fills it in
-RegisteredGarment register_garment(ClothSolver& solver, const RegistrationModel& model,
+RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel& model,
                                    const Points& start, const RegistrationFrame& frame,
                                    const GarmentTexture& texture,
                                    const RegisterOptions& options = {});

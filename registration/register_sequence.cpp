@@ -32,6 +32,11 @@ OptionTable describe(RegisterSequenceOptions& options) {
   table.add(describe(options.fit));
   table.add("near", options.predict.near, 0.001, 10, "m",
             "Cloth farther from the body follows it less");
+  table.add("home", options.predict.home, 0, 1, "",
+            "Share with which cloth on the body tends to its place in the template");
+  table.add("hold", options.predict.hold, 0, 100, "",
+            "What keeps cloth on the body from sliding, against the scan's 1; pictures that show "
+            "more than that move it");
   table.add("momentum", options.predict.momentum, 0, 1, "",
             "Share of its last motion against the body that cloth is expected to go on with");
   table.add("window", options.window, 1, 100000, "frames",
@@ -72,14 +77,14 @@ struct RegisteredSequence::State {
       return;
     }
     RegistrationFrame frame = source.load(source.template_row);
-    frame.hold = 10;
+    frame.hold = Eigen::VectorXd::Constant(model.vertices.rows(), 10);
     RegisterOptions fine = options.fit;
     fine.photometric = false;
     fine.rounds = 3;
     fine.reach = fine.final_reach;
     fine.rigid = fine.final_rigid;
     fine.bend = fine.final_bend;
-    ClothSolver solver(model.cloth);
+    ShapeSolver solver(model.cloth);
     origin = register_garment(solver, model, model.vertices, frame, {}, fine);
     origin_body = frame.body.vertices;
     // A template is smoother than cloth, so that its edges are too short.
@@ -104,25 +109,20 @@ struct RegisteredSequence::State {
     return *window;
   }
 
-  Points predicted(ClothSolver& solver, const Points& cloth, const Points& body,
-                   const Points& moved_body, const Points& drift, Points* ridden_vertices) const {
-    const RiddenCloth ridden = ride_on_body(cloth, source.body_faces, body, moved_body);
-    if (ridden_vertices != nullptr) {
-      *ridden_vertices = ridden.vertices;
-    }
-    return predicted_cloth(solver, model.cloth, cloth, ridden, drift, options.predict);
-  }
-
   /// Registers `row` from the end of a chain, which then ends there.
   RegisteredGarment follow(Chain& chain, const Points& before, Index row) const {
-    const RegistrationFrame frame = source.load(row);
-    ClothSolver solver(model.cloth);
-    Points ridden;
+    RegistrationFrame frame = source.load(row);
+    ShapeSolver solver(model.cloth);
+    const RiddenCloth ridden =
+        ride_on_body(before, source.body_faces, chain.body, frame.body.vertices);
+    const RiddenCloth home =
+        ride_on_body(origin.vertices, source.body_faces, origin_body, frame.body.vertices);
     const Points start =
-        predicted(solver, before, chain.body, frame.body.vertices, chain.drift, &ridden);
+        predicted_cloth(solver, model.cloth, before, ridden, home, chain.drift, options.predict);
+    frame.hold = options.predict.hold * closeness(ridden, options.predict.near);
     RegisteredGarment result =
         register_garment(solver, model, start, frame, chain.texture, options.fit);
-    chain.drift = result.vertices - ridden;
+    chain.drift = result.vertices - ridden.vertices;
     chain.body = frame.body.vertices;
     chain.last = row;
     if (options.fit.photometric && !frame.views.empty()) {

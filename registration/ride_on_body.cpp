@@ -95,20 +95,28 @@ Eigen::VectorXd rigid_weights(const ClothModel& model, double length) {
   return 2 * length * length * model.edge_areas.array() / model.lengths.array().square();
 }
 
-Points predicted_cloth(ClothSolver& solver, const ClothModel& model, const Points& cloth,
-                       const RiddenCloth& ridden, const Points& drift,
+Eigen::VectorXd closeness(const RiddenCloth& ridden, double near) {
+  return (-(ridden.distances / near).array().square()).exp();
+}
+
+Points predicted_cloth(ShapeSolver& solver, const ClothModel& model, const Points& cloth,
+                       const RiddenCloth& ridden, const RiddenCloth& home, const Points& drift,
                        const PredictOptions& options) {
   constexpr int kRounds = 4;
   ClothTerms terms;
   terms.edge_weights = rigid_weights(model, options.rigid);
   terms.anchors = ridden.vertices;
-  terms.anchor_weights.resize(cloth.rows());
+  const Eigen::VectorXd close = closeness(ridden, options.near);
+  terms.anchor_weights =
+      model.areas.array() * (options.least + (1 - options.least) * close.array());
   for (Index v = 0; v < cloth.rows(); ++v) {
-    const double apart = ridden.distances[v] / options.near;
-    const double close = std::exp(-apart * apart);
-    terms.anchor_weights[v] = model.areas[v] * (options.least + (1 - options.least) * close);
     if (drift.rows() > 0) {
-      terms.anchors.row(v) += options.momentum * drift.row(v);
+      terms.anchors.row(v) += options.momentum * (1 - close[v]) * drift.row(v);
+    }
+    if (home.vertices.rows() > 0) {
+      const double apart = home.distances[v] / options.near;
+      const double share = options.home * close[v] * std::exp(-apart * apart);
+      terms.anchors.row(v) += share * (home.vertices.row(v) - terms.anchors.row(v));
     }
   }
   Points x = terms.anchors;

@@ -30,12 +30,19 @@ struct PredictOptions {
   double least = 0.03;    ///< share with which cloth far away still follows
   double rigid = 0.15;    ///< m, length over which cloth keeps its shape on the way
   double momentum = 0.5;  ///< share of what the frame before moved against the body
+  double home = 0.2;      ///< share with which cloth on the body tends to its place in the template
+  double hold = 0.03;     ///< against the scan's 1: what keeps cloth on the body from sliding
 };
 
+/// How close each vertex is to the body: 1 on it, falling with exp(-(distance / near)^2). [V]
+Eigen::VectorXd closeness(const RiddenCloth& ridden, double near);
+
 /// Where cloth is likely to be: it rides on the body where it is near, keeps its shape elsewhere.
-/// @param drift  [V,3] m, how it moved against the body from the frame before; or empty
-Points predicted_cloth(ClothSolver& solver, const ClothModel& model, const Points& cloth,
-                       const RiddenCloth& ridden, const Points& drift,
+/// @param ridden  from the frame before
+/// @param home    from the template, or empty
+/// @param drift   [V,3] m, how cloth moved against the body in the frame before; or empty
+Points predicted_cloth(ShapeSolver& solver, const ClothModel& model, const Points& cloth,
+                       const RiddenCloth& ridden, const RiddenCloth& home, const Points& drift,
                        const PredictOptions& options = {});
 
 /// Weights of edges for an energy that keeps edges' vectors over a length: length^2 times about

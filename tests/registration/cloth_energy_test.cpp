@@ -110,7 +110,7 @@ TEST_P(ClothEnergyOf, MatrixIsHalfTheHessianOfWhatIsQuadratic) {
     return;  // Gauss-Newton leaves out the rest; below
   }
   const Case made = make_case(GetParam());
-  ClothSolver solver(made.model);
+  ShapeSolver solver(made.model);
   const Eigen::MatrixXd lower = solver.matrix(made.terms, made.x);
   const Eigen::MatrixXd full = lower.selfadjointView<Eigen::Lower>();
   const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(
@@ -127,7 +127,7 @@ TEST(ClothEnergy, MatrixOfLengthsIsTheHessianOfStretchedEdges) {
   Case made = make_case(0);
   made.x = 1.5 * testing::grid(3, 2).vertices + noise(12, 0.02, 8);  // every edge is too long
   made.terms.compress = made.terms.stretch;
-  ClothSolver solver(made.model);
+  ShapeSolver solver(made.model);
   const Eigen::MatrixXd full =
       Eigen::MatrixXd(solver.matrix(made.terms, made.x)).selfadjointView<Eigen::Lower>();
   const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(
@@ -161,24 +161,29 @@ TEST(ClothEnergy, CylinderBendsByItsCurvature) {
   }
   ClothTerms terms;
   terms.bend = 1;
-  EXPECT_NEAR(cloth_energy(model, terms, mesh.vertices), 2 / (r * r), 0.2 / (r * r));
+  EXPECT_NEAR(cloth_energy(model, terms, mesh.vertices), 1 / (r * r), 0.1 / (r * r));
 }
 
-TEST(ClothSolver, OneStepSolvesWhatIsQuadratic) {
+TEST(ShapeSolver, FindsTheMinimumOfWhatIsQuadratic) {
   Case made = make_case(7);
   made.terms.stretch = made.terms.compress = 0;
   for (SurfaceRow& row : made.terms.rows) {
     row.scale = 0;
   }
-  ClothSolver solver(made.model);
-  const Points x = solver.lower(made.terms, made.x);
-  EXPECT_LT(cloth_energy_gradient(made.model, made.terms, x).norm(), 1e-6);
+  ShapeSolver solver(made.model);
+  const double before = cloth_energy_gradient(made.model, made.terms, made.x).norm();
+  Points x = solver.lower(made.terms, made.x);
+  EXPECT_LT(cloth_energy_gradient(made.model, made.terms, x).norm(), 1e-2 * before);
+  for (int i = 0; i < 5; ++i) {
+    x = solver.lower(made.terms, x);
+  }
+  EXPECT_LT(cloth_energy_gradient(made.model, made.terms, x).norm(), 1e-6 * before);
 }
 
-TEST(ClothSolver, StaysWhereNothingPulls) {
+TEST(ShapeSolver, StaysWhereNothingPulls) {
   const Mesh mesh = testing::grid(2, 2);
   const ClothModel model = cloth_model(mesh.vertices, mesh.faces);
-  ClothSolver solver(model);
+  ShapeSolver solver(model);
   EXPECT_EQ(solver.lower({}, mesh.vertices), mesh.vertices);
 }
 
@@ -211,8 +216,8 @@ TEST(RideOnBody, RigidMotionCarriesClothAlong) {
   const Points expected = (above * turn.transpose()).rowwise() + shift;
   EXPECT_LT((ridden.vertices - expected).cwiseAbs().maxCoeff(), 1e-9);
   const ClothModel model = cloth_model(cloth.vertices, cloth.faces);
-  ClothSolver solver(model);
-  const Points predicted = predicted_cloth(solver, model, above, ridden, Points(0, 3));
+  ShapeSolver solver(model);
+  const Points predicted = predicted_cloth(solver, model, above, ridden, {}, Points(0, 3));
   EXPECT_LT((predicted - expected).cwiseAbs().maxCoeff(), 1e-6);
 }
 
