@@ -17,6 +17,7 @@
 #include "apps/reconstruct_measures.h"
 #include "apps/register_measures.h"
 #include "apps/stages.h"
+#include "apps/template_measures.h"
 #include "apps/usage_error.h"
 #include "capture/capture_measures.h"
 #include "core/store/result.h"
@@ -58,6 +59,7 @@ constexpr Evaluation kEvaluations[] = {
     {"track", measure_track},
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
+    {"template", measure_template},
     {"register", measure_register},
     {"flatten", measure_flatten},
 #endif

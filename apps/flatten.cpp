@@ -178,8 +178,8 @@ int flatten_alone(const std::map<std::string, std::string>& values, const Option
 void run_flatten(StageRun& run) {
   const auto& options = run.options<FlattenStageOptions>();
   const Flattened flat =
-      flatten_mesh(run.input("template"), options, [&](const std::string& line) { run.say(line); });
-  const std::string title = run.input("template").stem().string();
+      flatten_mesh(run.input("surface"), options, [&](const std::string& line) { run.say(line); });
+  const std::string title = run.input("surface").stem().string();
   run.output_text("pattern.svg", pattern_svg(flat.layout, title));
   run.output_text("pattern.dxf", pattern_dxf(flat.layout, title));
   run.output("garment.obj", [&](const fs::path& file) {

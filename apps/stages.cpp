@@ -9,6 +9,7 @@
 #include "apps/register_stage.h"
 #include "apps/stage_command.h"
 #include "apps/statistics_stage.h"
+#include "apps/template_stage.h"
 #include "apps/track_stage.h"
 #ifdef ATELIER_HAS_CAPTURE
 #include "apps/validate.h"
@@ -92,6 +93,17 @@ constexpr std::array kStages = {
           .check_input = check_refine_input,
           .frame_wise = true},
 #endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
+    defined(ATELIER_HAS_REGISTRATION)
+    Stage{.name = "template",
+          .version = 1,
+          .summary = "each garment as a clean mesh with named openings, in one frame's pose",
+          .inputs = {"capture", "scans", "person", "bodies"},
+          .outputs = {"template"},
+          .metrics = kTemplateMetrics,
+          .options = option_set<TemplateStageOptions>,
+          .run = run_template},
+#endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "register",
           .version = 1,
@@ -107,7 +119,7 @@ constexpr std::array kStages = {
     Stage{.name = "flatten",
           .version = 1,
           .summary = "a garment's surface as a flat sewing pattern",
-          .inputs = {"template"},
+          .inputs = {"surface"},
           .outputs = {"pattern"},
           .metrics = kFlattenMetrics,
           .options = option_set<FlattenStageOptions>,

@@ -1,0 +1,18 @@
+#pragma once
+
+#if defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_CORE_RENDER)
+
+#include <vector>
+
+#include "core/image.h"
+#include "registration/garment_template.h"
+
+namespace atelier {
+
+/// Every template on the body of its frame from the front, the side and behind, its triangles
+/// drawn, what hangs free darker, each opening in a colour of its own; and its charts. Linear RGB.
+Image template_picture(const std::vector<GarmentTemplate>& made, const ClothedFrames& frames);
+
+}  // namespace atelier
+
+#endif

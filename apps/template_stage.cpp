@@ -1,0 +1,385 @@
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_BODYMODEL) && \
+    defined(ATELIER_HAS_REGISTRATION)
+
+#include "apps/template_stage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <vector>
+
+#include "apps/template_pictures.h"
+#include "apps/truth_scan.h"
+#include "bodymodel/humanoid.h"
+#include "bodymodel/personal_body.h"
+#include "capture/label_taxonomy.h"
+#include "core/error.h"
+#include "core/garment_archive.h"
+#include "core/intersection.h"
+#include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
+#include "core/io/json.h"
+#include "core/io/mesh_file.h"
+#include "core/io/mesh_obj.h"
+#include "core/normals.h"
+#include "core/sequence_archive.h"
+#include "core/store/write_text.h"
+#include "core/topology.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLeastShare = 0.05;  // of all clothing that a frame shows: less is noise of labels
+
+/// Where labelled surfaces and bodies come from.
+struct Source {
+  fs::path scans;
+  fs::path capture;
+  std::unique_ptr<CaptureTruth> truth;
+  Sequence bodies;
+
+  Mesh scan(int id) const {
+    return truth ? truth_scan(*truth, read_truth_frame(capture, *truth, id))
+                 : read_mesh_archive(scans / (frame_name(id) + ".h5"));
+  }
+  bool has_scan(int id) const {
+    return truth ? fs::exists(capture / "truth" / "frames" / (frame_name(id) + ".h5"))
+                 : fs::exists(scans / (frame_name(id) + ".h5"));
+  }
+};
+
+/// Frames that `body` does not trust.
+std::set<int> untrusted_frames(const fs::path& bodies) {
+  std::set<int> ids;
+  const fs::path file = bodies / "certificates.json";
+  if (!fs::exists(file)) {
+    return ids;
+  }
+  const nlohmann::json all =
+      parse_json(read_file_text(file, Limits().text_file_bytes), file.string());
+  for (const auto& [name, frame] : all.items()) {
+    if (frame.is_object() && frame.contains("trusted") && frame["trusted"] == false) {
+      ids.insert(std::atoi(name.c_str()));
+    }
+  }
+  return ids;
+}
+
+/// m2 of each label of clothing in a scan.
+std::map<Label, double> cloth_areas(const Mesh& scan) {
+  std::map<Label, double> areas;
+  if (scan.labels.empty()) {
+    return areas;
+  }
+  const Eigen::VectorXd face = face_areas(scan.vertices, scan.faces);
+  for (Index f = 0; f < scan.faces.rows(); ++f) {
+    const auto label = static_cast<Label>(scan.labels[static_cast<std::size_t>(scan.faces(f, 0))]);
+    if (is_cloth(label)) {
+      areas[label] += face[f];
+    }
+  }
+  return areas;
+}
+
+/// The frames that show clothing, and how much of each label at most.
+struct Wardrobe {
+  std::vector<Index> rows;  // of the bodies
+  std::map<Label, double> areas;
+};
+
+Wardrobe wardrobe_of(StageRun& run, const Source& source) {
+  const std::set<int> untrusted = untrusted_frames(run.input("bodies"));
+  Wardrobe worn;
+  std::vector<Index> doubtful;
+  const auto look = [&](Index row, std::vector<Index>& rows) {
+    const std::map<Label, double> areas =
+        cloth_areas(source.scan(source.bodies.frame_ids[static_cast<std::size_t>(row)]));
+    double sum = 0;
+    for (const auto& [label, area] : areas) {
+      sum += area;
+    }
+    for (const auto& [label, area] : areas) {
+      if (area > kLeastShare * sum) {
+        worn.areas[label] = std::max(worn.areas[label], area);
+      }
+    }
+    if (sum > 0) {
+      rows.push_back(row);
+    }
+  };
+  for (Index row = 0; row < frame_count(source.bodies); ++row) {
+    const int id = source.bodies.frame_ids[static_cast<std::size_t>(row)];
+    if (run.stop_requested()) {
+      break;
+    }
+    if (source.has_scan(id)) {
+      look(row, untrusted.contains(id) ? doubtful : worn.rows);
+    }
+  }
+  if (worn.rows.empty()) {
+    worn.rows = doubtful;
+  } else if (!doubtful.empty()) {
+    run.say(std::to_string(doubtful.size()) + " frames whose body is not trusted are left out");
+  }
+  return worn;
+}
+
+/// "upper=tee.obj, lower=trousers.obj", or one file for the only garment.
+std::map<Label, fs::path> imports_of(const std::string& text, const std::vector<Label>& garments) {
+  std::map<Label, fs::path> imports;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t comma = std::min(text.find(',', begin), text.size());
+    std::string part = text.substr(begin, comma - begin);
+    begin = comma + 1;
+    part.erase(0, part.find_first_not_of(' '));
+    const std::size_t equals = part.find('=');
+    const std::optional<Label> label =
+        equals == std::string::npos ? std::nullopt : label_of(part.substr(0, equals));
+    if (label && is_cloth(*label)) {
+      imports[*label] = part.substr(equals + 1);
+    } else if (garments.size() == 1) {
+      imports[garments.front()] = part;
+    } else {
+      throw DataError("", "import", "'" + part + "'",
+                      "label=FILE, where several garments are worn: upper=tee.obj");
+    }
+  }
+  return imports;
+}
+
+std::vector<Label> wanted_garments(const std::string& text, const Wardrobe& worn,
+                                   const fs::path& scans) {
+  std::vector<Label> labels;
+  if (text == "auto") {
+    for (const auto& [label, area] : worn.areas) {
+      labels.push_back(label);
+    }
+    if (labels.empty()) {
+      throw DataError(
+          scans.string(), "labels", "no clothing in any frame",
+          "scans labelled upper, lower, dress or outer: label images in the capture, or "
+          "reconstruct --label_by_color");
+    }
+    return labels;
+  }
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t comma = std::min(text.find(',', begin), text.size());
+    std::string part = text.substr(begin, comma - begin);
+    begin = comma + 1;
+    part.erase(0, part.find_first_not_of(' '));
+    const std::optional<Label> label = label_of(part);
+    if (!label || !is_cloth(*label)) {
+      throw DataError("", "labels", "'" + part + "'", "upper, lower, dress or outer");
+    }
+    labels.push_back(*label);
+  }
+  return labels;
+}
+
+/// Sums for the metrics.
+struct Sums {
+  double vertices = 0, boundaries = 0, holes = 0, area = 0, unseen = 0, dynamic = 0, crossing = 0;
+  double edges = 0, length = 0, squares = 0, stretch = 0;
+};
+
+void add(Sums& sums, const GarmentTemplate& made) {
+  const Mesh& mesh = made.garment.mesh;
+  sums.vertices += static_cast<double>(mesh.vertices.rows());
+  sums.boundaries += static_cast<double>(made.garment.boundaries.size());
+  sums.holes += made.holes_closed;
+  sums.area += face_areas(mesh.vertices, mesh.faces).sum();
+  sums.unseen += made.area_unseen;
+  sums.dynamic += static_cast<double>(std::count(made.dynamic.begin(), made.dynamic.end(), 1));
+  sums.crossing += static_cast<double>(self_intersections(mesh.vertices, mesh.faces).size());
+  const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
+  for (Index e = 0; e < topology.edges.rows(); ++e) {
+    const double length =
+        (mesh.vertices.row(topology.edges(e, 0)) - mesh.vertices.row(topology.edges(e, 1))).norm();
+    sums.edges += 1;
+    sums.length += length;
+    sums.squares += length * length;
+  }
+  sums.stretch = std::max(sums.stretch, measure_atlas(mesh).stretch_p99);
+}
+
+void give_metrics(StageRun& run, const Sums& sums, std::size_t garments, bool truth) {
+  const double mean = sums.length / std::max(1.0, sums.edges);
+  const double variance = std::max(0.0, sums.squares / std::max(1.0, sums.edges) - mean * mean);
+  run.metric("garments", static_cast<double>(garments));
+  run.metric("vertices", sums.vertices);
+  run.metric("boundaries", sums.boundaries);
+  run.metric("holes_closed", sums.holes);
+  run.metric("area", sums.area);
+  run.metric("unseen_share", sums.unseen / std::max(1e-9, sums.area));
+  run.metric("edge_length", mean);
+  run.metric("edge_deviation", std::sqrt(variance) / std::max(1e-9, mean));
+  run.metric("dynamic_share", sums.dynamic / std::max(1.0, sums.vertices));
+  run.metric("self_intersections", sums.crossing);
+  run.metric("atlas_stretch", sums.stretch);
+  run.metric("truth_scans", truth ? 1 : 0);
+}
+
+nlohmann::ordered_json json_of(const GarmentTemplate& made, const std::string& label) {
+  nlohmann::ordered_json dynamic = nlohmann::ordered_json::array();
+  for (std::size_t v = 0; v < made.dynamic.size(); ++v) {
+    if (made.dynamic[v] != 0) {
+      dynamic.push_back(v);
+    }
+  }
+  nlohmann::ordered_json boundaries = nlohmann::ordered_json::object();
+  for (std::size_t b = 0; b < made.garment.boundaries.size(); ++b) {
+    boundaries[made.garment.boundary_names[b]] = made.garment.boundaries[b].size();
+  }
+  return {{"label", label},
+          {"file", "garments/" + label + ".h5"},
+          {"frame", made.frame_id},
+          {"vertices", made.garment.mesh.vertices.rows()},
+          {"boundaries", std::move(boundaries)},
+          {"holes_closed", made.holes_closed},
+          {"area_unseen", made.area_unseen},
+          {"dynamic", std::move(dynamic)}};
+}
+
+}  // namespace
+
+OptionTable describe(TemplateStageOptions& options) {
+  OptionTable table;
+  table.add(describe(options.fit));
+  table.add("labels", options.labels, std::vector<std::string>{},
+            "Garments: auto (every label of clothing that is seen), or names, as upper,lower");
+  table.add("import", options.import, std::vector<std::string>{},
+            "An artist's mesh instead, on the body of --template.frame: FILE, or label=FILE");
+  table.add("imported", describe(options.imported));
+  table.add("truth_scans", options.truth_scans,
+            "Take a synthetic capture's true surfaces instead of the scans, for comparison");
+  return table;
+}
+
+BodyAnatomy anatomy_of(const BodyModel& model) {
+  const Humanoid who = recognised_humanoid(model.skeleton, model.name);
+  std::vector<int> trunk = who.spine;
+  BodyAnatomy anatomy;
+  const auto limb = [&](Extremity extremity, std::vector<int> joints, bool through_trunk) {
+    std::vector<int> lumps = through_trunk ? trunk : std::vector<int>{trunk.front()};
+    lumps.insert(lumps.end(), joints.begin(), joints.end());
+    anatomy.limbs[static_cast<std::size_t>(extremity)] = lumps;
+  };
+  limb(Extremity::Head, who.neck, true);
+  const auto arm = [&](Extremity extremity, const Arm& a) {
+    limb(extremity, {a.collar, a.shoulder, a.elbow, a.wrist}, true);
+  };
+  const auto leg = [&](Extremity extremity, const Leg& l) {
+    limb(extremity, {l.hip, l.knee, l.ankle}, false);
+  };
+  arm(Extremity::LeftHand, who.arms[0]);
+  arm(Extremity::RightHand, who.arms[1]);
+  leg(Extremity::LeftFoot, who.legs[0]);
+  leg(Extremity::RightFoot, who.legs[1]);
+  std::set<int> known;
+  for (const std::vector<int>& lumps : anatomy.limbs) {
+    known.insert(lumps.begin(), lumps.end());
+  }
+  std::vector<int> lump_of_joint(model.skeleton.parents.size(), trunk.front());
+  for (std::size_t j = 0; j < lump_of_joint.size(); ++j) {
+    int joint = static_cast<int>(j);
+    while (joint >= 0 && !known.contains(joint)) {
+      joint = model.skeleton.parents[static_cast<std::size_t>(joint)];
+    }
+    lump_of_joint[j] = joint >= 0 ? joint : trunk.front();
+  }
+  std::set<int> used;
+  for (Index v = 0; v < vertex_count(model); ++v) {
+    Index slot = 0;
+    model.skin.weights.row(v).maxCoeff(&slot);
+    const int lump = lump_of_joint[static_cast<std::size_t>(model.skin.joints(v, slot))];
+    anatomy.lumps.push_back(lump);
+    used.insert(lump);
+  }
+  for (std::vector<int>& lumps :
+       anatomy.limbs) {  // joints that move no vertex most are passed over
+    std::erase_if(lumps, [&](int lump) { return !used.contains(lump); });
+  }
+  return anatomy;
+}
+
+void run_template(StageRun& run) {
+  const auto& options = run.options<TemplateStageOptions>();
+  Source source;
+  source.scans = run.input("scans") / "scans";
+  source.bodies = open_sequence(run.input("bodies"));
+  if (options.truth_scans) {
+    source.capture = run.input("capture");
+    source.truth = std::make_unique<CaptureTruth>(read_capture_truth(source.capture));
+  }
+  const PersonalBody person = read_personal_body(run.input("person") / "person.npz");
+  if (!equal_arrays(person.model.mesh.faces, source.bodies.faces)) {
+    throw DataError(run.input("bodies").string(), "faces", "another body than the person's",
+                    "bodies of this person; run body again");
+  }
+  const Wardrobe worn = wardrobe_of(run, source);
+  const std::vector<Label> labels = wanted_garments(options.labels, worn, source.scans);
+  const std::map<Label, fs::path> imports = imports_of(options.import, labels);
+  ClothedFrames frames;
+  frames.body_faces = source.bodies.faces;
+  frames.anatomy = anatomy_of(person.model);
+  for (const Index row : worn.rows) {
+    frames.frame_ids.push_back(source.bodies.frame_ids[static_cast<std::size_t>(row)]);
+  }
+  frames.load = [&](Index i) {
+    const Index row = worn.rows[static_cast<std::size_t>(i)];
+    return ClothedFrame{source.scan(source.bodies.frame_ids[static_cast<std::size_t>(row)]),
+                        frame(source.bodies, row).vertices};
+  };
+  std::vector<GarmentTemplate> made;
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  Sums sums;
+  for (const Label label : labels) {
+    if (run.stop_requested()) {
+      return;
+    }
+    const std::string name = label_name(label);
+    const auto import = imports.find(label);
+    const auto id = static_cast<std::uint8_t>(label);
+    made.push_back(import == imports.end()
+                       ? garment_template(frames, id, name, options.fit)
+                       : imported_template(read_mesh(import->second, options.imported), frames, id,
+                                           name, options.fit, import->second.string()));
+    const GarmentTemplate& one = made.back();
+    for (const Finding& finding : one.findings) {
+      run.say(to_string(finding));
+    }
+    run.output("garments/" + name + ".h5",
+               [&](const fs::path& file) { write_garment_archive(file, one.garment); });
+    run.output("garments/" + name + ".obj", [&](const fs::path& file) {
+      write_text(file, obj_text(polygons_of(one.garment.mesh)));
+    });
+    add(sums, one);
+    all.push_back(json_of(one, name));
+    std::string openings;
+    for (const std::string& opening : one.garment.boundary_names) {
+      openings += (openings.empty() ? "" : ", ") + opening;
+    }
+    run.say(name + ": frame " + std::to_string(one.frame_id) + ", " +
+            std::to_string(one.garment.mesh.vertices.rows()) + " vertices, openings: " + openings);
+    run.progress(static_cast<std::int64_t>(made.size()), static_cast<std::int64_t>(labels.size()),
+                 "garments");
+  }
+  run.output_text("template.json", nlohmann::ordered_json{{"garments", std::move(all)}}.dump(1));
+#ifdef ATELIER_HAS_CORE_RENDER
+  run.output("template.png", [&](const fs::path& file) {
+    write_text(file, image_bytes(template_picture(made, frames), ImageFormat::Png));
+  });
+#endif
+  give_metrics(run, sums, made.size(), options.truth_scans);
+}
+
+}  // namespace atelier
+
+#endif

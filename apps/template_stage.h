@@ -1,0 +1,46 @@
+#pragma once
+
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_BODYMODEL) && \
+    defined(ATELIER_HAS_REGISTRATION)
+
+#include <array>
+#include <string>
+
+#include "bodymodel/body_model.h"
+#include "core/io/polygon_mesh.h"
+#include "core/store/stage.h"
+#include "registration/garment_template.h"
+
+namespace atelier {
+
+struct TemplateStageOptions {
+  GarmentTemplateOptions fit;
+  std::string labels = "auto";  ///< garments wanted: auto, or label names with commas
+  std::string import = "";      ///< an artist's meshes: FILE, or label=FILE with commas
+  MeshConvention imported{.metres_per_unit = 1, .up = 'y'};  ///< of files that do not say
+  bool truth_scans = false;  ///< surfaces of a synthetic capture's truth instead of the scans
+};
+OptionTable describe(TemplateStageOptions& options);
+
+inline constexpr std::array kTemplateMetrics = {
+    StageMetric{"garments", ""},      StageMetric{"vertices", ""},
+    StageMetric{"boundaries", ""},    StageMetric{"holes_closed", ""},
+    StageMetric{"area", "m2"},        StageMetric{"unseen_share", "of the area"},
+    StageMetric{"edge_length", "m"},  StageMetric{"edge_deviation", "of the edge length"},
+    StageMetric{"dynamic_share", ""}, StageMetric{"self_intersections", ""},
+    StageMetric{"atlas_stretch", ""}, StageMetric{"truth_scans", ""},
+};
+
+/// Which lumps of flesh a body model's vertices belong to, and how they follow one another: each
+/// vertex goes with the joint that moves it most, joints beside the limbs (fingers, twist bones)
+/// with their parent. Throws DataError where the skeleton is no person's.
+BodyAnatomy anatomy_of(const BodyModel& model);
+
+/// Scans, person and bodies -> for each label of clothing garments/<label>.h5 (schema
+/// "atelier.garment") and garments/<label>.obj; template.json: of each the frame in whose pose it
+/// is, and the vertices that hang free; template.png.
+void run_template(StageRun& run);
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,321 @@
+#include "registration/garment_template.h"
+
+#include <Eigen/Geometry>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/intersection.h"
+#include "core/normals.h"
+#include "core/topology.h"
+#include "core/tree.h"
+#include "registration/attach_to_body.h"
+#include "registration/garment_boundaries.h"
+#include "registration/surface_through_points.h"
+#include "tests/registration/mannequin.h"
+
+namespace atelier::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
+
+/// Coarse, so that tests are quick.
+GarmentTemplateOptions quick() {
+  GarmentTemplateOptions options;
+  options.edge_length = 0.03;
+  return options;
+}
+
+ClothedFrames standing(const Wears& wears, double noise = 0,
+                       const std::vector<std::pair<Eigen::Vector3d, double>>& holes = {}) {
+  const std::vector<Capsule> pose = capsules();
+  return frames_of({pose},
+                   [=](std::size_t) { return clothed_scan(pose, wears, noise, holes, 0.012); });
+}
+
+/// Distances of vertices to the blown-up capsules.
+double mean_distance(const Points& vertices, const std::vector<Capsule>& pose) {
+  double sum = 0;
+  for (Index v = 0; v < vertices.rows(); ++v) {
+    double nearest = 1e9;
+    for (const Capsule& capsule : pose) {
+      nearest = std::min(nearest, distance_to(capsule, vertices.row(v).transpose()));
+    }
+    sum += std::abs(nearest - kGap);
+  }
+  return sum / static_cast<double>(vertices.rows());
+}
+
+void expect_clean(const Mesh& mesh, double edge_length) {
+  const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
+  EXPECT_TRUE(is_manifold(manifold_defects(topology)));
+  EXPECT_EQ(connected_components(topology).count, 1);
+  EXPECT_TRUE(self_intersections(mesh.vertices, mesh.faces).empty());
+  Index even = 0;
+  for (Index e = 0; e < topology.edges.rows(); ++e) {
+    const double length =
+        (mesh.vertices.row(topology.edges(e, 0)) - mesh.vertices.row(topology.edges(e, 1))).norm();
+    even += length > 0.5 * edge_length && length < 1.6 * edge_length ? 1 : 0;
+  }
+  EXPECT_GT(even, 0.95 * topology.edges.rows());
+}
+
+template <class Call>
+std::string refusal(const Call& call) {
+  try {
+    call();
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(GarmentTemplate, OfANoisyTeeWithHolesHasItsFourOpenings) {
+  const GarmentTemplate made = garment_template(
+      standing(wears_tee, 0.002, {{{0, 1.2, 0.152}, 0.035}, {{-0.152, 1.15, 0}, 0.03}}),
+      kClothLabel, "upper", quick());
+  EXPECT_THAT(made.garment.boundary_names,
+              UnorderedElementsAre("neck", "hem", "cuff left", "cuff right"));
+  expect_clean(made.garment.mesh, 0.03);
+  EXPECT_LT(mean_distance(made.garment.mesh.vertices, capsules()), 0.003);
+  EXPECT_GE(made.holes_closed, 1);
+  EXPECT_EQ(made.garment.name, "upper");
+  EXPECT_EQ(made.garment.attachments.size(),
+            static_cast<std::size_t>(made.garment.mesh.vertices.rows()));
+  const AtlasMeasures atlas = measure_atlas(made.garment.mesh);
+  EXPECT_EQ(atlas.flipped, 0);
+  EXPECT_EQ(atlas.overlapping, 0);
+  EXPECT_LT(atlas.stretch_p99, 0.35);
+  EXPECT_GE(made.garment.mesh.uvs.minCoeff(), 0);
+  EXPECT_LE(made.garment.mesh.uvs.maxCoeff(), 1);
+  for (std::size_t b = 0; b < 4; ++b) {  // where they lie
+    double height = 0;
+    double x = 0;
+    for (const int v : made.garment.boundaries[b]) {
+      height +=
+          made.garment.mesh.vertices(v, 1) / static_cast<double>(made.garment.boundaries[b].size());
+      x +=
+          made.garment.mesh.vertices(v, 0) / static_cast<double>(made.garment.boundaries[b].size());
+    }
+    const std::string& name = made.garment.boundary_names[b];
+    EXPECT_NEAR(height, name == "neck" ? 1.45 : name == "hem" ? 1.0 : 1.27, 0.02) << name;
+    EXPECT_EQ(x > 0.1, name == "cuff left") << name;
+  }
+}
+
+TEST(GarmentTemplate, OfTrousersHasAWaistAndTwoAnkles) {
+  const GarmentTemplate made =
+      garment_template(standing(wears_trousers), kClothLabel, "lower", quick());
+  EXPECT_THAT(made.garment.boundary_names,
+              UnorderedElementsAre("waist", "ankle left", "ankle right"));
+  expect_clean(made.garment.mesh, 0.03);
+  EXPECT_EQ(
+      euler_characteristic(topology_of(made.garment.mesh.faces, made.garment.mesh.vertices.rows())),
+      -1);  // a pair of trousers
+}
+
+TEST(GarmentTemplate, ChoosesTheFrameWithArmsAwayFromTheTrunk) {
+  const std::vector<std::vector<Capsule>> poses = {capsules(0.12), capsules(0.9), capsules(0.1)};
+  const ClothedFrames frames = frames_of(
+      poses, [poses](std::size_t i) { return clothed_scan(poses[i], wears_tee, 0, {}, 0.012); });
+  const GarmentTemplate made = garment_template(frames, kClothLabel, "upper", quick());
+  EXPECT_EQ(made.frame_id, 10);
+  GarmentTemplateOptions last = quick();
+  last.frame = 20;
+  EXPECT_EQ(garment_template(frames, kClothLabel, "upper", last).frame_id, 20);
+}
+
+TEST(GarmentTemplate, WhatOneFrameDoesNotShowOthersSay) {
+  // The whole of one sleeve's inner half is hidden in the frame that is asked for.
+  const std::vector<Capsule> pose = capsules();
+  const std::vector<std::pair<Eigen::Vector3d, double>> hidden = {{{0.17, 1.30, 0}, 0.07}};
+  const ClothedFrames frames = frames_of({pose, pose}, [=](std::size_t i) {
+    return clothed_scan(pose, wears_tee, 0, i == 0 ? hidden : decltype(hidden){}, 0.012);
+  });
+  GarmentTemplateOptions options = quick();
+  options.frame = 0;
+  const GarmentTemplate made = garment_template(frames, kClothLabel, "upper", options);
+  EXPECT_THAT(made.garment.boundary_names,
+              UnorderedElementsAre("neck", "hem", "cuff left", "cuff right"));
+  EXPECT_GT(made.area_unseen, 0.002);
+}
+
+TEST(GarmentTemplate, LiesOutsideOfTheBodyAndRidesOnIt) {
+  const ClothedFrames frames = standing(wears_tee, 0.004);
+  const GarmentTemplate made = garment_template(frames, kClothLabel, "upper", quick());
+  const Points body = frames.load(0).body;
+  for (const ClosestPoint& nearest :
+       closest_points(build_tree(body, frames.body_faces), made.garment.mesh.vertices)) {
+    EXPECT_GT(std::sqrt(nearest.squared_distance), 0.0019);
+  }
+  const Points there = ride_on_body(made.garment.attachments, body, frames.body_faces);
+  EXPECT_LT((there - made.garment.mesh.vertices).rowwise().norm().maxCoeff(), 1e-9);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  const Points moved = (body * turn.transpose()).rowwise() + Eigen::RowVector3d(1, -2, 3);
+  const Points expected =
+      (made.garment.mesh.vertices * turn.transpose()).rowwise() + Eigen::RowVector3d(1, -2, 3);
+  EXPECT_LT((ride_on_body(made.garment.attachments, moved, frames.body_faces) - expected)
+                .rowwise()
+                .norm()
+                .maxCoeff(),
+            1e-8);
+}
+
+TEST(GarmentTemplateRefused, LabelsThatCoverNothing) {
+  EXPECT_THAT(refusal([] { garment_template(standing(wears_tee), 5, "dress", quick()); }),
+              HasSubstr("dress: 0 cm2 of its label"));
+  const auto patch = [](const Eigen::Vector3d& middle, int lump) {
+    return lump == kChest && (middle - Eigen::Vector3d(0, 1.25, 0.15)).norm() < 0.04;
+  };
+  EXPECT_THAT(refusal([&] { garment_template(standing(patch), kClothLabel, "upper", quick()); }),
+              HasSubstr("100 cm2"));
+}
+
+TEST(GarmentTemplateRefused, FramesThatAreNotThere) {
+  GarmentTemplateOptions options = quick();
+  options.frame = 7;
+  EXPECT_THAT(
+      refusal([&] { garment_template(standing(wears_tee), kClothLabel, "upper", options); }),
+      HasSubstr("frame: 7"));
+  EXPECT_THAT(refusal([&] { garment_template({}, kClothLabel, "upper", options); }),
+              HasSubstr("no frame"));
+}
+
+/// A tee in tubes: what an artist could have made.
+Mesh artists_tee() {
+  return garment_template(standing(wears_tee), kClothLabel, "upper", quick()).garment.mesh;
+}
+
+TEST(ImportedTemplate, KeepsTheMeshAndNamesItsOpenings) {
+  const Mesh mesh = artists_tee();
+  const GarmentTemplate made =
+      imported_template(mesh, standing(wears_tee), kClothLabel, "upper", quick());
+  EXPECT_EQ(made.garment.mesh.vertices, mesh.vertices);
+  EXPECT_EQ(made.garment.mesh.uv_faces, mesh.uv_faces);
+  EXPECT_THAT(made.garment.boundary_names,
+              UnorderedElementsAre("neck", "hem", "cuff left", "cuff right"));
+}
+
+TEST(ImportedTemplateRefused, WhatIsNoSingleLayerOnTheBody) {
+  const Mesh good = artists_tee();
+  const ClothedFrames frames = standing(wears_tee);
+  const auto refuse = [&](const std::function<void(Mesh&)>& change) {
+    Mesh mesh = good;
+    mesh.uvs.resize(0, 2);
+    mesh.uv_faces.resize(0, 3);
+    mesh.normals.resize(0, 3);
+    change(mesh);
+    return refusal(
+        [&] { imported_template(mesh, frames, kClothLabel, "upper", quick(), "artist.obj"); });
+  };
+  EXPECT_EQ(refuse([](Mesh&) {}), "");
+  EXPECT_THAT(refuse([](Mesh& mesh) {
+                mesh.faces.conservativeResize(mesh.faces.rows() + 1, 3);
+                mesh.faces.bottomRows(1) << mesh.faces(0, 0), mesh.faces(0, 1),
+                    mesh.faces(mesh.faces.rows() / 2, 2);
+              }),
+              AllOf(HasSubstr("artist.obj: vertex"), HasSubstr("three faces")));
+  EXPECT_THAT(refuse([](Mesh& mesh) { std::swap(mesh.faces(3, 0), mesh.faces(3, 1)); }),
+              HasSubstr("opposite orientation"));
+  EXPECT_THAT(refuse([](Mesh& mesh) { mesh.vertices *= 100; }), HasSubstr("metres"));
+  EXPECT_THAT(refuse([](Mesh& mesh) { mesh.vertices.col(0).array() += 1.5; }),
+              HasSubstr("placed on the body of frame 0"));
+  EXPECT_THAT(refuse([](Mesh& mesh) {
+                mesh.vertices.conservativeResize(mesh.vertices.rows() + 1, 3);
+                mesh.vertices.bottomRows(1).setZero();
+              }),
+              HasSubstr("pieces: 2"));
+  EXPECT_THAT(refuse([](Mesh& mesh) { mesh.faces.resize(0, 3); }), HasSubstr("faces: none"));
+  EXPECT_THAT(refuse([](Mesh& mesh) {
+                mesh = capsule_surface({{{0, 1, 0}, {0, 1.3, 0}, 0.2, 0}}, 0, 0.05, everything);
+                mesh.faces.conservativeResize(0, 3);
+                mesh.vertices.resize(4, 3);
+                mesh.vertices << 0, 1, 0, 0.3, 1, 0, 0, 1.3, 0, 0, 1, 0.3;
+                mesh.faces.resize(4, 3);
+                mesh.faces << 0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3;
+              }),
+              HasSubstr("a closed surface"));
+}
+
+/// A ring round the y axis; counter-clockwise seen from above where `up`.
+Points ring(const Eigen::Vector3d& middle, double radius, bool up) {
+  Points points(16, 3);
+  for (int i = 0; i < 16; ++i) {
+    const double angle = (up ? -1 : 1) * 2 * M_PI * i / 16;
+    points.row(i) << middle.x() + radius * std::cos(angle), middle.y(),
+        middle.z() + radius * std::sin(angle);
+  }
+  return points;
+}
+
+TEST(Crossings, AreCountedWithTheirDirection) {
+  Points up(3, 3);
+  up << 0, -1, 0, 0, 0.5, 0, 0, 1, 0;
+  Points down(3, 3);
+  down << 0, 1, 0, 0, 0.5, 0, 0, -1, 0;
+  Points beside(2, 3);
+  beside << 2, -1, 0, 2, 1, 0;
+  Points there_and_back(3, 3);
+  there_and_back << 0.1, -1, 0, 0.1, 1, 0, 0.2, -1, 0;
+  EXPECT_EQ(crossings(ring({0, 0, 0}, 1, true), up), 1);
+  EXPECT_EQ(crossings(ring({0, 0, 0}, 1, false), up), -1);
+  EXPECT_EQ(crossings(ring({0, 0, 0}, 1, true), down), -1);
+  EXPECT_EQ(crossings(ring({0, 0, 0}, 1, true), beside), 0);
+  EXPECT_EQ(crossings(ring({0, 0, 0}, 1, true), there_and_back), 0);
+}
+
+TEST(SurfaceThroughPoints, OfABallIsTheBallAndItsHoleIsClosed) {
+  const Mesh ball = capsule_surface({{{0, 0, 0}, {0, 0.001, 0}, 0.1, 0}}, 0, 0.006,
+                                    [](const Eigen::Vector3d& m, int) { return m.z() < 0.092; });
+  std::vector<char> used(static_cast<std::size_t>(ball.vertices.rows()), 0);
+  for (Index f = 0; f < ball.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      used[static_cast<std::size_t>(ball.faces(f, k))] = 1;
+    }
+  }
+  Points points(ball.vertices.rows(), 3);
+  Index count = 0;
+  for (Index v = 0; v < ball.vertices.rows(); ++v) {
+    if (used[static_cast<std::size_t>(v)] != 0) {
+      points.row(count++) = ball.vertices.row(v);
+    }
+  }
+  points.conservativeResize(count, 3);
+  const Points normals = points.rowwise().normalized();
+  const Mesh surface = surface_through_points(points, normals, Eigen::VectorXd::Ones(count),
+                                              {.cell = 0.01, .reach = 0.05});
+  const Topology topology = topology_of(surface.faces, surface.vertices.rows());
+  EXPECT_TRUE(is_manifold(manifold_defects(topology)));
+  EXPECT_TRUE(is_closed(topology));
+  const Eigen::VectorXd radii = surface.vertices.rowwise().norm();
+  EXPECT_NEAR(radii.minCoeff(), 0.1, 0.003);
+  EXPECT_NEAR(radii.maxCoeff(), 0.1, 0.003);
+  const Points outwards = vertex_normals(surface.vertices, surface.faces);
+  EXPECT_GT((outwards.array() * surface.vertices.array()).rowwise().sum().minCoeff(), 0);
+}
+
+TEST(SurfaceThroughPointsRefused, ArraysThatDoNotAgreeAndGridsBeyondReason) {
+  EXPECT_THROW(
+      surface_through_points(Points::Zero(2, 3), Points::Zero(1, 3), Eigen::VectorXd::Ones(2)),
+      LogicError);
+  Points far = Points::Zero(2, 3);
+  far(1, 0) = far(1, 1) = far(1, 2) = 1e5;
+  EXPECT_THROW(surface_through_points(far, far, Eigen::VectorXd::Ones(2)), DataError);
+  EXPECT_EQ(surface_through_points({}, {}, {}).faces.rows(), 0);
+}
+
+TEST(LimbAxisRefused, AnatomyThatDoesNotFitTheBody) {
+  const Mesh body = body_surface(capsules());
+  BodyAnatomy anatomy = anatomy_of(body);
+  anatomy.limbs[0] = {kPelvis, 99};
+  EXPECT_THROW(limb_axis(anatomy, Extremity::Head, body.vertices, body.faces), LogicError);
+  anatomy = anatomy_of(body);
+  EXPECT_THROW(limb_axis(anatomy, Extremity::Head, body.vertices.topRows(4), body.faces),
+               LogicError);
+}
+
+}  // namespace
+}  // namespace atelier::testing
