@@ -6,7 +6,6 @@
 #include <array>
 #include <string>
 
-#include "bodymodel/body_model.h"
 #include "core/io/polygon_mesh.h"
 #include "core/store/stage.h"
 #include "registration/garment_template.h"
@@ -30,11 +29,6 @@ inline constexpr std::array kTemplateMetrics = {
     StageMetric{"dynamic_share", ""}, StageMetric{"self_intersections", ""},
     StageMetric{"atlas_stretch", ""}, StageMetric{"truth_scans", ""},
 };
-
-/// Which lumps of flesh a body model's vertices belong to, and how they follow one another: each
-/// vertex goes with the joint that moves it most, joints beside the limbs (fingers, twist bones)
-/// with their parent. Throws DataError where the skeleton is no person's.
-BodyAnatomy anatomy_of(const BodyModel& model);
 
 /// Scans, person and bodies -> for each label of clothing garments/<label>.h5 (schema
 /// "atelier.garment") and garments/<label>.obj; template.json: of each the frame in whose pose it

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/topology.h"
+#include "registration/edge_paths.h"
 
 namespace atelier {
 namespace {
@@ -70,8 +71,10 @@ void add_votes(CoverVotes& sum, const CoverVotes& frame) {
   sum.gap += frame.gap;
 }
 
-GarmentCover garment_cover(const CoverVotes& votes, const Triangles& body_faces) {
+GarmentCover garment_cover(const CoverVotes& votes, const Points& body, const Triangles& body_faces,
+                           double reach) {
   const Index count = votes.covered.size();
+  ATELIER_CHECK(body.rows() == count, "votes of this body");
   const Topology topology = topology_of(body_faces, count);
   constexpr double kSmoothing = 1e-2;  // of a vote
   const auto extended = [&](const Eigen::VectorXd& weights, const Eigen::VectorXd& sums) {
@@ -92,7 +95,21 @@ GarmentCover garment_cover(const CoverVotes& votes, const Triangles& body_faces)
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(system);
     return Eigen::VectorXd(solver.solve(sums));
   };
-  return {extended(votes.covered + votes.bare, votes.covered), extended(votes.covered, votes.gap)};
+  GarmentCover cover{extended(votes.covered + votes.bare, votes.covered),
+                     extended(votes.covered, votes.gap)};
+  std::vector<int> told;
+  for (Index v = 0; v < count; ++v) {
+    if (votes.covered[v] + votes.bare[v] > 0) {
+      told.push_back(static_cast<int>(v));
+    }
+  }
+  const EdgePaths paths = EdgeGraph(topology).paths_from(told, edge_lengths(topology, body));
+  for (Index v = 0; v < count; ++v) {
+    if (paths.distances[static_cast<std::size_t>(v)] > reach) {
+      cover.share[v] = 0;
+    }
+  }
+  return cover;
 }
 
 }  // namespace atelier

@@ -30,7 +30,9 @@ CoverVotes cover_votes(const Mesh& scan, std::uint8_t label, const Points& body,
 void add_votes(CoverVotes& sum, const CoverVotes& frame);
 
 /// Votes as shares and gaps; what no frame has seen takes those of its neighbourhood (harmonic over
-/// the body's edges).
-GarmentCover garment_cover(const CoverVotes& votes, const Triangles& body_faces);
+/// the body's edges), but for what is farther than `reach` metres along the surface from all that
+/// was seen, which counts as bare: of it nothing is known. `body` is any frame's.
+GarmentCover garment_cover(const CoverVotes& votes, const Points& body, const Triangles& body_faces,
+                           double reach = 0.15);
 
 }  // namespace atelier

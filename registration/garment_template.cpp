@@ -24,6 +24,7 @@ namespace {
 
 constexpr double kLeastArea = 0.01;    // m2
 constexpr double kMostUnseen = 0.6;    // of the surface
+constexpr double kMuchUnseen = 0.2;    // from here on it is said
 constexpr double kFacingLimb = 0.05;   // m
 constexpr double kFacingWeight = 1.0;  // of the share that faces a limb, against that of the area
 constexpr int kPushRounds = 3;
@@ -104,7 +105,7 @@ Overview overview_of(const ClothedFrames& frames, std::uint8_t label,
     facing.push_back(facing_share(frame.body, frames.body_faces, own.covered));
     all.area = std::max(all.area, areas.back());
   }
-  all.cover = garment_cover(votes, frames.body_faces);
+  all.cover = garment_cover(votes, frames.load(all.rows.front()).body, frames.body_faces);
   double best = -1e300;
   for (std::size_t i = 0; i < areas.size() && options.frame < 0; ++i) {
     const double score = areas[i] / std::max(all.area, 1e-9) - kFacingWeight * facing[i];
@@ -285,6 +286,12 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
         "", name,
         of_area("%.0f%% of the surface unseen in its best frame", 100 * made.area_unseen / area),
         "60% at most: cameras all round, or an imported template");
+  }
+  if (made.area_unseen > kMuchUnseen * area) {
+    made.findings.push_back({Severity::Warning, "much-unseen", name,
+                             of_area("%.0f%% of the surface is not seen in its frame and made up",
+                                     100 * made.area_unseen / area),
+                             "look at the template; more cameras, or an imported template"});
   }
   boundaries = garment_boundaries(made.garment.mesh.vertices, made.garment.mesh.faces,
                                   frames.anatomy, frame.body, frames.body_faces);

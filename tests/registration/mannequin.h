@@ -182,6 +182,44 @@ inline bool wears_trousers(const Eigen::Vector3d& middle, int lump) {
          (lump >= kLeftThigh && lump != kLeftFoot && lump != kRightFoot && middle.y() > 0.2);
 }
 
+/// A cone round the y axis, open at both ends.
+inline Mesh cone(double high, double high_radius, double low, double low_radius, double step) {
+  const int around = static_cast<int>(2 * M_PI * low_radius / step);
+  const int rows = static_cast<int>((high - low) / step);
+  Mesh mesh;
+  mesh.vertices.resize((rows + 1) * around, 3);
+  mesh.faces.resize(2 * rows * around, 3);
+  for (int i = 0; i <= rows; ++i) {
+    const double t = static_cast<double>(i) / rows;
+    const double radius = (1 - t) * low_radius + t * high_radius;
+    for (int k = 0; k < around; ++k) {
+      const double turn = 2 * M_PI * k / around;
+      mesh.vertices.row(i * around + k) << radius * std::cos(turn), (1 - t) * low + t * high,
+          radius * std::sin(turn);
+      if (i < rows) {
+        const int a = i * around + k;
+        const int b = i * around + (k + 1) % around;
+        mesh.faces.row(2 * a) << a, a + around, b;
+        mesh.faces.row(2 * a + 1) << b, a + around, b + around;
+      }
+    }
+  }
+  return mesh;
+}
+
+/// Two meshes as one, the first labelled cloth, the second skin.
+inline Mesh over_skin(const Mesh& cloth, const Mesh& skin) {
+  Mesh scan;
+  scan.vertices.resize(cloth.vertices.rows() + skin.vertices.rows(), 3);
+  scan.vertices << cloth.vertices, skin.vertices;
+  scan.faces.resize(cloth.faces.rows() + skin.faces.rows(), 3);
+  scan.faces << cloth.faces,
+      (skin.faces.array() + static_cast<int>(cloth.vertices.rows())).matrix();
+  scan.labels.assign(static_cast<std::size_t>(cloth.vertices.rows()), kClothLabel);
+  scan.labels.resize(static_cast<std::size_t>(scan.vertices.rows()), kSkinLabel);
+  return scan;
+}
+
 /// Cloth of the given faces over skin, `noise` metres off, with `holes` (centre and radius).
 inline Mesh clothed_scan(const std::vector<Capsule>& all, const Wears& wears, double noise = 0,
                          const std::vector<std::pair<Eigen::Vector3d, double>>& holes = {},
@@ -196,14 +234,7 @@ inline Mesh clothed_scan(const std::vector<Capsule>& all, const Wears& wears, do
   });
   const Mesh skin = capsule_surface(
       all, 0, step, [&](const Eigen::Vector3d& m, int lump) { return !wears(m, lump) && seen(m); });
-  Mesh scan;
-  scan.vertices.resize(cloth.vertices.rows() + skin.vertices.rows(), 3);
-  scan.vertices << cloth.vertices, skin.vertices;
-  scan.faces.resize(cloth.faces.rows() + skin.faces.rows(), 3);
-  scan.faces << cloth.faces,
-      (skin.faces.array() + static_cast<int>(cloth.vertices.rows())).matrix();
-  scan.labels.assign(static_cast<std::size_t>(cloth.vertices.rows()), kClothLabel);
-  scan.labels.resize(static_cast<std::size_t>(scan.vertices.rows()), kSkinLabel);
+  Mesh scan = over_skin(cloth, skin);
   Random random{7};
   for (Index v = 0; v < scan.vertices.rows(); ++v) {
     for (int c = 0; c < 3; ++c) {

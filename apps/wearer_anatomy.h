@@ -1,0 +1,17 @@
+#pragma once
+
+#if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION)
+
+#include "bodymodel/body_model.h"
+#include "registration/body_anatomy.h"
+
+namespace atelier {
+
+/// Which lumps of flesh a body model's vertices belong to, and how they follow one another: each
+/// vertex goes with the joint that moves it most, joints beside the limbs (fingers, twist bones)
+/// with their parent. Throws DataError where the skeleton is no person's.
+BodyAnatomy anatomy_of(const BodyModel& model);
+
+}  // namespace atelier
+
+#endif
