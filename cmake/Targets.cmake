@@ -1,5 +1,6 @@
-# atelier_library(name DIRECTORY dir PUBLIC ... PRIVATE ... [OPTIONAL ...])
-#   The library of one folder: every *.cpp in it, and every *.cu where there is CUDA. Each
+# atelier_library(name DIRECTORY dir [ONLY ...] [EXCEPT ...] PUBLIC ... PRIVATE ... [OPTIONAL ...])
+#   The library of one folder: every *.cpp in it, and every *.cu where there is CUDA (ONLY and EXCEPT
+#   name files, without extension, where a part of a folder needs less than the rest). Each
 #   dependency is said to be PUBLIC (appears in a header) or PRIVATE; OPTIONAL ones are private
 #   and used where present (ATELIER_HAS_<NAME>=1). If a needed package is missing, the library is
 #   left out with one line, and so is everything that needs it.
@@ -95,7 +96,7 @@ function(atelier_optional target)
 endfunction()
 
 function(atelier_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "PUBLIC;PRIVATE;OPTIONAL")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "ONLY;EXCEPT;PUBLIC;PRIVATE;OPTIONAL")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "${name}: say PUBLIC or PRIVATE before ${arg_UNPARSED_ARGUMENTS}")
   endif()
@@ -105,6 +106,13 @@ function(atelier_library name)
     return()
   endif()
   atelier_sources(sources ${arg_DIRECTORY})
+  if(arg_ONLY)
+    list(JOIN arg_ONLY "|" names)
+    list(FILTER sources INCLUDE REGEX "/(${names})[.]")
+  elseif(arg_EXCEPT)
+    list(JOIN arg_EXCEPT "|" names)
+    list(FILTER sources EXCLUDE REGEX "/(${names})[.]")
+  endif()
   if(NOT sources)
     return()  # a folder whose first source is still to come
   endif()

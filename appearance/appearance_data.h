@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "appearance/geometry_maps.h"
+#include "appearance/texture_sampling.h"
+#include "core/archive.h"
+
+namespace atelier {
+
+/// The surface in one frame, per covered texel.
+struct FrameMaps {
+  int frame_id = 0;
+  GeometryMaps geometry;       ///< of the texture's covered texels
+  Eigen::VectorXf visibility;  ///< [L] ambient visibility of the shadow's covered texels, [0,1]
+};
+
+/// What one camera sees of the surface in one frame.
+struct AppearanceView {
+  int camera_idx = 0;
+  int frame_idx = 0;
+  std::vector<int> pixel;   ///< [P] y * width + x
+  std::vector<float> u, v;  ///< [P] in [0,1], v up
+  std::vector<std::uint8_t>
+      colors;  ///< [3P] sRGB as the picture holds them; empty: to be predicted
+};
+
+/// All that a network learns from, or is asked for: one surface, its frames, its views. Prepared
+/// once from capture, bodies and garment, so that a machine that trains needs none of them.
+struct AppearanceData {
+  std::string name;                     ///< of the garment
+  Triangles faces;                      ///< [F,3] of its vertices
+  Points2 uvs;                          ///< [T,2] an atlas in [0,1] without overlaps
+  Triangles uv_faces;                   ///< [F,3] into uvs
+  int resolution = 256;                 ///< texels a side
+  int shadow_resolution = 64;           ///< texels a side of the visibility
+  std::vector<std::string> camera_ids;  ///< [C]
+  Points centers;                       ///< [C,3] metres, where each stands
+  std::vector<int> widths;              ///< [C] pixels, of its pictures
+  std::vector<int> heights;             ///< [C]
+  std::vector<FrameMaps> frames;
+  std::vector<AppearanceView> views;
+};
+
+/// The texture's texels and the shadow's, as texel_map draws them.
+TexelMap texture_texels(const AppearanceData& data);
+TexelMap shadow_texels(const AppearanceData& data);
+
+/// A view's pixels in linear light.
+TexturePixels texture_pixels(const AppearanceView& view);
+
+/// Archive of schema "atelier.appearance_data", version 1 (docs/formats.md), and back. Reading
+/// throws DataError for arrays that are missing, of another shape, not finite or out of range.
+Archive archive_of(const AppearanceData& data);
+AppearanceData appearance_data_of(const Archive& archive, const std::string& file = "");
+AppearanceData read_appearance_data(const std::filesystem::path& path, const Limits& limits = {});
+
+/// Throws DataError unless every array agrees with the others.
+void check_appearance_data(const AppearanceData& data, const std::string& file = "");
+
+}  // namespace atelier

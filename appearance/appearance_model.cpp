@@ -1,0 +1,367 @@
+#include "appearance/appearance_model.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/archive_arrays.h"
+#include "core/error.h"
+#include "core/random.h"
+
+namespace atelier {
+namespace {
+
+constexpr const char* kSchema = "atelier.appearance";
+constexpr const char* kVersion = "1";
+constexpr int kLeastSide = 8;   // texels a side where the UNet turns round
+constexpr int kMostGrowth = 8;  // of its widths
+
+int level_count(int resolution) {
+  return std::bit_width(static_cast<unsigned>(resolution / kLeastSide)) - 1;
+}
+
+int width_of(const NetworkOptions& options, int level) {
+  return options.channels * std::min(1 << std::min(level, 16), kMostGrowth);
+}
+
+/// A convolution: its parameters' shapes. `side` is of what it gives.
+void add_convolution(std::vector<ParameterShape>& all, const std::string& name, int from, int to,
+                     int kernel, bool transposed, int bias_side) {
+  const int first = transposed ? from : to;
+  const int second = transposed ? to : from;
+  all.push_back({name + ".v", {first, second, kernel, kernel}});
+  all.push_back({name + ".g", transposed ? std::vector<std::int64_t>{1, to, 1, 1}
+                                         : std::vector<std::int64_t>{to, 1, 1, 1}});
+  all.push_back({name + ".b", bias_side > 0 ? std::vector<std::int64_t>{to, bias_side, bias_side}
+                                            : std::vector<std::int64_t>{to}});
+}
+
+void add_unet(std::vector<ParameterShape>& all, const NetworkOptions& options,
+              const std::string& name, int inputs) {
+  const auto bias = [&](int level) { return options.pixel_bias ? options.resolution >> level : 0; };
+  add_convolution(all, name + ".first", inputs, width_of(options, 0), 3, false, bias(0));
+  for (int level = 0; level < level_count(options.resolution); ++level) {
+    const std::string number = std::to_string(level);
+    const int fine = width_of(options, level);
+    const int coarse = width_of(options, level + 1);
+    add_convolution(all, name + ".down" + number, fine, coarse, 4, false, bias(level + 1));
+    add_convolution(all, name + ".up" + number, coarse, fine, 4, true, bias(level));
+  }
+  add_convolution(all, name + ".last", width_of(options, 0) + inputs, 3, 3, false, bias(0));
+}
+
+void require_sizes(const NetworkOptions& options) {
+  ATELIER_CHECK(options.resolution >= 16 && options.resolution <= 4096 &&
+                    std::has_single_bit(static_cast<unsigned>(options.resolution)),
+                "a network's texture has 16 to 4096 texels a side, a power of 2");
+  ATELIER_CHECK(options.channels >= 1 && options.channels <= 128,
+                "a network has 1 to 128 channels");
+}
+
+/// Values of a parameter before training. `v`: He for LeakyReLU 0.2; `g` its length, so that the
+/// convolution starts as `v` says, but the last ones a hundredth of it.
+void fill_convolution(std::map<std::string, Tensor>& parameters, const ParameterShape& v,
+                      Random& random) {
+  const std::string name = v.name.substr(0, v.name.size() - 2);
+  const bool transposed = name.find(".up") != std::string::npos;
+  const bool last = name.ends_with(".last");
+  const std::int64_t to = v.shape[transposed ? 1 : 0];
+  const std::int64_t from = v.shape[transposed ? 0 : 1];
+  const std::int64_t taps = v.shape[2] * v.shape[3];
+  // Of a transposed kernel of 4 and stride 2 every output sees a quarter of the taps.
+  const double inputs = static_cast<double>(from * taps) / (transposed ? 4 : 1);
+  const double deviation = std::sqrt(2 / (1.04 * inputs));
+  std::vector<float> values(static_cast<std::size_t>(from * to * taps));
+  std::vector<double> squares(static_cast<std::size_t>(to), 0);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = static_cast<float>(deviation * normal(random));
+    const auto outer = static_cast<std::int64_t>(i) / taps;
+    const std::int64_t channel = transposed ? outer % to : outer / from;
+    squares[static_cast<std::size_t>(channel)] += static_cast<double>(values[i]) * values[i];
+  }
+  std::vector<float> lengths;
+  lengths.reserve(squares.size());
+  for (const double square : squares) {
+    lengths.push_back(static_cast<float>(std::sqrt(square) * (last ? 0.01 : 1)));
+  }
+  parameters[v.name] = tensor_of(values, v.shape);
+  parameters[name + ".g"] = tensor_of(lengths, transposed ? std::vector<std::int64_t>{1, to, 1, 1}
+                                                          : std::vector<std::int64_t>{to, 1, 1, 1});
+}
+
+/// [R,R,3] as [3,R,R].
+Tensor planes_of(const Image& image) {
+  const auto size = static_cast<std::size_t>(image.width);
+  std::vector<float> planes(image.data.size());
+  for (std::size_t i = 0; i < size * size; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      planes[c * size * size + i] = image.data[3 * i + c];
+    }
+  }
+  return tensor_of(planes, {3, image.height, image.width});
+}
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) {
+    list += (list.empty() ? "" : " ") + name;
+  }
+  return list;
+}
+
+const Tensor& tensor_at(const std::map<std::string, Tensor>& tensors, const std::string& name,
+                        const std::vector<std::int64_t>& shape, ElementType type,
+                        const std::string& file) {
+  const auto found = tensors.find(name);
+  if (found == tensors.end()) {
+    throw DataError(file, "tensor " + name, "nothing", shape_text(shape));
+  }
+  const Tensor& tensor = found->second;
+  const bool fits =
+      tensor.shape.size() == shape.size() &&
+      std::equal(shape.begin(), shape.end(), tensor.shape.begin(),
+                 [](std::int64_t wanted, std::int64_t has) { return wanted < 0 || wanted == has; });
+  if (!fits || tensor.type != type) {
+    throw DataError(file, "tensor " + name,
+                    std::string(element_type_name(tensor.type)) + " " + shape_text(tensor.shape),
+                    std::string(element_type_name(type)) + " " + shape_text(shape));
+  }
+  check_finite(tensor, file, name);
+  return tensor;
+}
+
+const std::string& text_at(const std::map<std::string, std::string>& texts, const std::string& name,
+                           const std::string& file) {
+  const auto found = texts.find(name);
+  if (found == texts.end()) {
+    throw DataError(file, name, "nothing", "a network of schema atelier.appearance");
+  }
+  return found->second;
+}
+
+}  // namespace
+
+OptionTable describe(NetworkOptions& options) {
+  OptionTable table;
+  table.add("resolution", options.resolution, 16, 4096, "", "Texels a side, a power of 2");
+  table.add("channels", options.channels, 1, 128, "", "Width of the first level");
+  table.add("view_independent", options.view_independent,
+            "The branch that does not see the camera");
+  table.add("view_dependent", options.view_dependent, "The branch that sees the camera");
+  table.add("shadow", options.shadow, "The shadow network");
+  table.add("pixel_bias", options.pixel_bias, "A bias for each texel instead of each channel");
+  return table;
+}
+
+int shadow_resolution_of(int resolution) {
+  return std::max(kLeastSide, resolution / 4);
+}
+
+std::vector<ParameterShape> network_parameters(const NetworkOptions& options, int cameras) {
+  require_sizes(options);
+  std::vector<ParameterShape> all;
+  constexpr int kIndependentInputs = 4;  // normal, visibility
+  constexpr int kDirection = 3;
+  if (options.view_independent) {
+    add_unet(all, options, "independent", kIndependentInputs);
+  }
+  if (options.view_dependent) {
+    add_unet(all, options, "dependent",
+             kDirection + (options.view_independent ? width_of(options, 0) : kIndependentInputs));
+  }
+  if (options.shadow) {
+    add_convolution(all, "shadow.first", 1, options.channels, 3, false, 0);
+    add_convolution(all, "shadow.middle", options.channels, options.channels, 3, false, 0);
+    add_convolution(all, "shadow.last", options.channels, 1, 3, false, 0);
+  }
+  all.push_back({"gain.log", {cameras, 3}});
+  all.push_back({"texture.mean", {3, options.resolution, options.resolution}});
+  std::sort(all.begin(), all.end(),
+            [](const ParameterShape& a, const ParameterShape& b) { return a.name < b.name; });
+  return all;
+}
+
+AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& options,
+                              std::uint64_t seed) {
+  require_sizes(options);
+  if (data.views.empty() || data.frames.empty()) {
+    throw DataError("", "appearance data", "no view", "pictures of the garment to learn from");
+  }
+  ATELIER_CHECK(data.resolution == options.resolution &&
+                    data.shadow_resolution == shadow_resolution_of(options.resolution),
+                "the data were prepared for another resolution");
+  AppearanceModel model;
+  model.name = data.name;
+  model.options = options;
+  model.faces = data.faces;
+  model.uvs = data.uvs;
+  model.uv_faces = data.uv_faces;
+  model.camera_ids = data.camera_ids;
+  std::vector<TexturePixels> pixels;
+  pixels.reserve(data.views.size());
+  std::vector<TextureView> views;
+  for (const AppearanceView& view : data.views) {
+    pixels.push_back(texture_pixels(view));
+    views.push_back({view.camera_idx, &pixels.back()});
+  }
+  StaticTexture fixed =
+      static_texture(options.resolution, static_cast<int>(data.camera_ids.size()), views);
+  model.mean_visibility = Eigen::VectorXf::Zero(data.frames[0].visibility.size());
+  for (const FrameMaps& frame : data.frames) {
+    model.mean_visibility += frame.visibility / static_cast<float>(data.frames.size());
+  }
+  Random random{seed};
+  for (const ParameterShape& parameter :
+       network_parameters(options, static_cast<int>(data.camera_ids.size()))) {
+    if (parameter.name.ends_with(".v")) {
+      fill_convolution(model.parameters, parameter, random);
+    } else if (!parameter.name.ends_with(".g")) {
+      std::int64_t count = 1;
+      for (const std::int64_t side : parameter.shape) {
+        count *= side;
+      }
+      model.parameters[parameter.name] =
+          tensor_of(std::vector<float>(static_cast<std::size_t>(count), 0.0F), parameter.shape);
+    }
+  }
+  Image mean = fixed.texture;
+  if (options.shadow) {
+    // A sigmoid of 3 is 0.95: near unshadowed, but not so near that it could not learn.
+    constexpr float kOpen = 3;
+    const float open = 1 / (1 + std::exp(-kOpen));
+    model.parameters["shadow.last.b"] = tensor_of(std::vector<float>{kOpen});
+    for (float& value : mean.data) {
+      value /= open;
+    }
+  }
+  model.parameters["texture.mean"] = planes_of(mean);
+  std::vector<float> logs;
+  logs.reserve(fixed.gain.size());
+  for (const float gain : fixed.gain) {
+    logs.push_back(std::log(gain));
+  }
+  model.parameters["gain.log"] =
+      tensor_of(logs, {static_cast<std::int64_t>(data.camera_ids.size()), 3});
+  model.static_texture = std::move(fixed.texture);
+  model.static_gain = std::move(fixed.gain);
+  return model;
+}
+
+std::map<std::string, Tensor> tensors_of(const AppearanceModel& model) {
+  std::map<std::string, Tensor> tensors = model.parameters;
+  tensors["atlas.faces"] = tensor_of(model.faces);
+  tensors["atlas.uvs"] = tensor_of(model.uvs);
+  tensors["atlas.uv_faces"] = tensor_of(model.uv_faces);
+  tensors["static.texture"] = planes_of(model.static_texture);
+  tensors["static.gain"] =
+      tensor_of(model.static_gain, {static_cast<std::int64_t>(model.static_gain.size() / 3), 3});
+  tensors["visibility.mean"] =
+      tensor_of(std::vector<float>(model.mean_visibility.begin(), model.mean_visibility.end()));
+  return tensors;
+}
+
+std::map<std::string, std::string> texts_of(const AppearanceModel& model) {
+  NetworkOptions options = model.options;
+  std::map<std::string, std::string> texts;
+  texts["schema"] = kSchema;
+  texts["version"] = kVersion;
+  texts["name"] = model.name;
+  texts["cameras"] = list_of(model.camera_ids);
+  for (const OptionField& field : describe(options).fields) {
+    texts["network." + field.name] = option_text(field);
+  }
+  return texts;
+}
+
+AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors,
+                                    const std::map<std::string, std::string>& texts,
+                                    const std::string& file) {
+  if (const std::string& schema = text_at(texts, "schema", file); schema != kSchema) {
+    throw DataError(file, "schema", schema.substr(0, 60), kSchema);
+  }
+  if (const std::string& version = text_at(texts, "version", file); version != kVersion) {
+    throw DataError(file, "version", version.substr(0, 20), kVersion);
+  }
+  AppearanceModel model;
+  model.name = text_at(texts, "name", file);
+  OptionTable table = describe(model.options);
+  for (const OptionField& field : describe(model.options).fields) {
+    const std::string key = "network." + field.name;
+    if (const std::string wrong = set_option(table, field.name, text_at(texts, key, file));
+        !wrong.empty()) {
+      throw DataError(file, key, wrong, "an architecture that there is");
+    }
+  }
+  if (!std::has_single_bit(static_cast<unsigned>(model.options.resolution))) {
+    throw DataError(file, "network.resolution", std::to_string(model.options.resolution),
+                    "a power of 2");
+  }
+  const std::string& cameras = text_at(texts, "cameras", file);
+  for (std::size_t at = 0; at < cameras.size();) {
+    const std::size_t end = std::min(cameras.find(' ', at), cameras.size());
+    model.camera_ids.push_back(cameras.substr(at, end - at));
+    at = end + 1;
+  }
+  const auto count = static_cast<std::int64_t>(model.camera_ids.size());
+  const int side = model.options.resolution;
+  std::size_t expected = 6;  // atlas, static texture, visibility
+  for (const ParameterShape& parameter :
+       network_parameters(model.options, static_cast<int>(count))) {
+    model.parameters[parameter.name] =
+        tensor_at(tensors, parameter.name, parameter.shape, ElementType::Float32, file);
+    ++expected;
+  }
+  if (tensors.size() != expected) {
+    throw DataError(file, "tensors", std::to_string(tensors.size()), std::to_string(expected));
+  }
+  const auto indices = [&](const std::string& name, Index below) -> Triangles {
+    const Tensor& tensor = tensor_at(tensors, name, {-1, 3}, ElementType::Int32, file);
+    const std::vector<int> values = indices_of(tensor, below, file, name);
+    return Eigen::Map<const Triangles>(values.data(), tensor.shape[0], 3);
+  };
+  model.uvs = matrix_of(tensor_at(tensors, "atlas.uvs", {-1, 2}, ElementType::Float64, file), 2,
+                        file, "atlas.uvs");
+  constexpr Index kMostVertices = 1 << 28;
+  model.faces = indices("atlas.faces", kMostVertices);
+  model.uv_faces = indices("atlas.uv_faces", model.uvs.rows());
+  if (model.faces.rows() != model.uv_faces.rows() || model.faces.rows() == 0) {
+    throw DataError(file, "atlas", std::to_string(model.uv_faces.rows()) + " texture faces",
+                    std::to_string(model.faces.rows()) + ", more than 0");
+  }
+  const auto planes = values_of<float>(
+      tensor_at(tensors, "static.texture", {3, side, side}, ElementType::Float32, file));
+  model.static_texture = Image(side, side, 3);
+  const std::size_t texels = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+  for (std::size_t i = 0; i < texels; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      model.static_texture.data[3 * i + c] = planes[c * texels + i];
+    }
+  }
+  const auto gain =
+      values_of<float>(tensor_at(tensors, "static.gain", {count, 3}, ElementType::Float32, file));
+  model.static_gain.assign(gain.begin(), gain.end());
+  const auto shadow = static_cast<std::int64_t>(
+      texel_map(model.faces, model.uvs, model.uv_faces, shadow_resolution_of(side)).covered.size());
+  const auto visibility =
+      values_of<float>(tensor_at(tensors, "visibility.mean", {shadow}, ElementType::Float32, file));
+  model.mean_visibility =
+      Eigen::Map<const Eigen::VectorXf>(visibility.data(), static_cast<Index>(visibility.size()));
+  return model;
+}
+
+void require_architecture(const AppearanceModel& model, const NetworkOptions& options,
+                          const std::string& file) {
+  NetworkOptions has = model.options;
+  NetworkOptions wanted = options;
+  const OptionTable has_table = describe(has);
+  const OptionTable wanted_table = describe(wanted);
+  for (std::size_t i = 0; i < has_table.fields.size(); ++i) {
+    const std::string found = option_text(has_table.fields[i]);
+    const std::string expected = option_text(wanted_table.fields[i]);
+    if (found != expected) {
+      throw DataError(file, has_table.fields[i].name + " of the network", found, expected);
+    }
+  }
+}
+
+}  // namespace atelier

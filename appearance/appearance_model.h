@@ -1,0 +1,84 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "appearance/appearance_data.h"
+#include "core/options.h"
+#include "core/tensor.h"
+
+namespace atelier {
+
+/// How a garment's network is built. Texture = (mean + view-independent + view-dependent) x shadow,
+/// times the gain of the camera, in linear light (Xiang et al., "Dressing Avatars", 2022).
+///
+/// Both texture branches are one UNet: a 3x3 convolution, then per level a 4x4 convolution of
+/// stride 2 down to 8x8 texels, the same transposed up, what was there on the way down added, and a
+/// 3x3 convolution of the first level's features and the inputs. Widths double from level to level
+/// up to 8 x `channels`. Convolutions are weight-normalised (Salimans and Kingma 2016), followed by
+/// LeakyReLU of slope 0.2. The view-independent branch takes the normal in the world, where lights
+/// stand still, and the ambient visibility; the view-dependent one the view's direction in the
+/// tangent frame and the first's features. The shadow network, three 3x3 convolutions at a quarter
+/// of the resolution, takes the visibility minus its mean and ends in a sigmoid.
+///
+/// Chosen here, where the published text is silent: depth and widths, added instead of concatenated
+/// skip connections (half the arithmetic), a first output near 0 (the start is the static texture),
+/// visibility as an input of the first branch (it tells inside from outside of folds).
+struct NetworkOptions {
+  int resolution = 256;          ///< texels a side, a power of 2 from 16 to 4096
+  int channels = 8;              ///< width of the first level, 1..128
+  bool view_independent = true;  ///< false and no view_dependent: a mean texture alone
+  bool view_dependent = true;
+  bool shadow = true;
+  bool pixel_bias = false;  ///< a bias for each texel instead of each channel (Lombardi et al.
+                            ///< 2018): more detail, less generalisation
+};
+OptionTable describe(NetworkOptions& options);
+
+/// Texels a side of the shadow: a quarter, at least 8.
+int shadow_resolution_of(int resolution);
+
+/// A parameter's name and shape.
+struct ParameterShape {
+  std::string name;
+  std::vector<std::int64_t> shape;
+};
+
+/// Everything that is learnt, in the order of the names: "dependent.down0.g", ..., "gain.log"
+/// [C,3], "texture.mean" [3,R,R]. Convolutions have a direction `v`, a length `g` and a bias `b`.
+std::vector<ParameterShape> network_parameters(const NetworkOptions& options, int cameras);
+
+/// A network with all that it takes to draw a garment: plain data, as the file holds it.
+struct AppearanceModel {
+  std::string name;  ///< of the garment
+  NetworkOptions options;
+  Triangles faces;  ///< as AppearanceData
+  Points2 uvs;
+  Triangles uv_faces;
+  std::vector<std::string> camera_ids;       ///< that it was trained with
+  std::map<std::string, Tensor> parameters;  ///< float32, network_parameters
+  Image static_texture;                      ///< [R,R,3] the best texture that does not change
+  std::vector<float> static_gain;            ///< [3C] with its gains
+  Eigen::VectorXf mean_visibility;           ///< [L] over the training frames
+};
+
+/// The model before training: parameters random by `seed` (He et al. 2015), the mean texture the
+/// static one, gains with it. Throws DataError for data without views or frames.
+AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& options,
+                              std::uint64_t seed);
+
+/// As named tensors with texts (schema "atelier.appearance", its version and the architecture),
+/// what safetensors files hold, and back. Reading throws DataError for another schema or version,
+/// tensors that are missing, too many, of another shape or type, and numbers that are not finite.
+std::map<std::string, Tensor> tensors_of(const AppearanceModel& model);
+std::map<std::string, std::string> texts_of(const AppearanceModel& model);
+AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors,
+                                    const std::map<std::string, std::string>& texts,
+                                    const std::string& file = "");
+
+/// Throws DataError unless the model is of this architecture; says in what they differ.
+void require_architecture(const AppearanceModel& model, const NetworkOptions& options,
+                          const std::string& file = "");
+
+}  // namespace atelier

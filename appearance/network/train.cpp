@@ -1,0 +1,203 @@
+#include "appearance/network/train.h"
+
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/error.h"
+#include "core/sha256.h"
+
+namespace atelier {
+namespace {
+
+constexpr const char* kSchema = "atelier.appearance.training";
+constexpr const char* kMoment = "moment.";
+
+template <class T>
+void add(Sha256& hash, const T* values, std::size_t count) {
+  hash.update(values, count * sizeof(T));
+}
+
+/// What a training learns from, in 64 letters.
+std::string digest_of(const AppearanceData& data) {
+  Sha256 hash;
+  const std::int64_t sizes[] = {data.resolution, data.shadow_resolution,
+                                static_cast<std::int64_t>(data.frames.size()),
+                                static_cast<std::int64_t>(data.views.size())};
+  add(hash, sizes, std::size(sizes));
+  for (const FrameMaps& frame : data.frames) {
+    add(hash, frame.geometry.position.data(),
+        static_cast<std::size_t>(frame.geometry.position.size()));
+    add(hash, frame.visibility.data(), static_cast<std::size_t>(frame.visibility.size()));
+  }
+  for (const AppearanceView& view : data.views) {
+    add(hash, view.u.data(), view.u.size());
+    add(hash, view.v.data(), view.v.size());
+    add(hash, view.colors.data(), view.colors.size());
+  }
+  return hex(hash.finish());
+}
+
+bool all_finite(const std::map<std::string, Tensor>& tensors) {
+  for (const auto& [name, tensor] : tensors) {
+    for (const float value : values_of<float>(tensor)) {
+      if (!std::isfinite(value)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+/// A picture whose pixels are in linear light, and who took it.
+struct LinearView {
+  NetworkView view;
+  TexturePixels pixels;
+};
+
+}  // namespace
+
+Training start_training(const AppearanceData& data, const TrainOptions& options) {
+  Training training;
+  training.model =
+      initial_model(data, network_options(options), static_cast<std::uint64_t>(options.seed));
+  training.options = training_text(options);
+  training.data = digest_of(data);
+  return training;
+}
+
+std::map<std::string, Tensor> tensors_of(const Training& training) {
+  std::map<std::string, Tensor> tensors = tensors_of(training.model);
+  for (const auto& [name, moment] : training.moments) {
+    tensors[kMoment + name] = moment;
+  }
+  return tensors;
+}
+
+std::map<std::string, std::string> texts_of(const Training& training) {
+  std::map<std::string, std::string> texts = texts_of(training.model);
+  texts["training"] = kSchema;
+  texts["iteration"] = std::to_string(training.iteration);
+  texts["options"] = training.options;
+  texts["data"] = training.data;
+  return texts;
+}
+
+Training training_of(const std::map<std::string, Tensor>& tensors,
+                     const std::map<std::string, std::string>& texts, const std::string& file) {
+  const auto text = [&](const char* name) -> const std::string& {
+    const auto found = texts.find(name);
+    if (found == texts.end()) {
+      throw DataError(file, name, "nothing", "a checkpoint of a training");
+    }
+    return found->second;
+  };
+  if (text("training") != kSchema) {
+    throw DataError(file, "training", text("training").substr(0, 60), kSchema);
+  }
+  Training training;
+  std::map<std::string, Tensor> of_model;
+  const std::string_view prefix = kMoment;
+  for (const auto& [name, tensor] : tensors) {
+    if (name.starts_with(prefix)) {
+      check_finite(tensor, file, name);
+      training.moments[name.substr(prefix.size())] = tensor;
+    } else {
+      of_model[name] = tensor;
+    }
+  }
+  training.model = appearance_model_of(of_model, texts, file);
+  int iteration = 0;
+  OptionTable number;
+  number.add("iteration", iteration, 0, std::numeric_limits<int>::max(), "", "Steps done");
+  if (const std::string wrong = set_option(number, "iteration", text("iteration"));
+      !wrong.empty()) {
+    throw DataError(file, "iteration", wrong, "a number of steps");
+  }
+  training.iteration = iteration;
+  training.options = text("options");
+  training.data = text("data");
+  for (const auto& [name, parameter] : training.model.parameters) {
+    for (const char* kind : {"m.", "v."}) {
+      const auto found = training.moments.find(kind + name);
+      const bool fits = found != training.moments.end() &&
+                        found->second.type == ElementType::Float32 &&
+                        found->second.shape == parameter.shape;
+      if (iteration > 0 && !fits) {
+        throw DataError(file, std::string("tensor ") + kMoment + kind + name,
+                        "missing or of another shape", shape_text(parameter.shape));
+      }
+    }
+  }
+  return training;
+}
+
+void require_same_training(const Training& training, const AppearanceData& data,
+                           const TrainOptions& options, const std::string& file) {
+  require_architecture(training.model, network_options(options), file);
+  if (training.options != training_text(options)) {
+    throw DataError(file, "options", training.options.substr(0, 400),
+                    training_text(options) + ", or another checkpoint");
+  }
+  if (training.data != digest_of(data)) {
+    throw DataError(file, "data", "a training on other data",
+                    "its own data, or another checkpoint");
+  }
+}
+
+TrainResult train(Training training, const AppearanceData& data, const TrainOptions& options,
+                  Device device, const TrainHooks& hooks) {
+  const TrainOptions known = resolved(options);
+  TrainResult result;
+  result.training = std::move(training);
+  std::vector<LinearView> views(data.views.size());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const AppearanceView& view = data.views[i];
+    views[i].pixels = texture_pixels(view);
+    views[i].view = {&data.frames[static_cast<std::size_t>(view.frame_idx)],
+                     data.centers.row(view.camera_idx), view.camera_idx, &views[i].pixels};
+  }
+  AppearanceNetwork network(result.training.model, device);
+  if (result.training.iteration > 0) {
+    network.resume(result.training.moments, result.training.iteration);
+  }
+  /// The network's state into the result; false if it is not all numbers.
+  const auto keep = [&] {
+    std::map<std::string, Tensor> parameters = network.parameters();
+    if (!all_finite(parameters)) {
+      return false;
+    }
+    result.training.model.parameters = std::move(parameters);
+    result.training.moments = network.moments();
+    result.training.iteration = network.steps();
+    return true;
+  };
+  for (std::int64_t i = result.training.iteration; i < known.iterations && !result.stopped; ++i) {
+    std::vector<NetworkView> batch;
+    for (int k = 0; k < known.batch; ++k) {
+      batch.push_back(views[static_cast<std::size_t>(training_view(
+                                known.seed, static_cast<int>(views.size()), i * known.batch + k))]
+                          .view);
+    }
+    AdamStep step;
+    step.learning_rate = learning_rate_at(known, static_cast<int>(i));
+    step.weight_decay = known.weight_decay;
+    const NetworkLoss loss = network.step(batch, step);
+    if (hooks.step) {
+      hooks.step(i + 1, loss, step.learning_rate);
+    }
+    result.stopped = hooks.stop && hooks.stop();
+    const bool save = (i + 1) % known.checkpoint_every == 0 || result.stopped;
+    result.finite = std::isfinite(loss.value) && (!save || keep());
+    if (!result.finite) {
+      return result;
+    }
+    if (save && hooks.checkpoint) {
+      hooks.checkpoint(result.training);
+    }
+  }
+  result.finite = keep();
+  return result;
+}
+
+}  // namespace atelier

@@ -1,0 +1,141 @@
+#include "appearance/texture_sampling.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace atelier {
+namespace {
+
+void add_splat(Image& texture, std::vector<float>& weights, const TexturePixels& places,
+               const std::vector<float>& colors) {
+  for (std::size_t p = 0; p < places.u.size(); ++p) {
+    const TextureTaps taps = texture_taps(texture.width, places.u[p], places.v[p]);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto texel = static_cast<std::size_t>(taps.texel[k]);
+      for (std::size_t c = 0; c < 3; ++c) {
+        texture.data[3 * texel + c] += taps.weight[k] * colors[3 * p + c];
+      }
+      if (!weights.empty()) {
+        weights[texel] += taps.weight[k];
+      }
+    }
+  }
+}
+
+}  // namespace
+
+TextureTaps texture_taps(int resolution, float u, float v) {
+  const float last = static_cast<float>(resolution - 1);
+  const float size = static_cast<float>(resolution);
+  const float x = std::clamp(u * size - 0.5F, 0.0F, last);
+  const float y = std::clamp((1 - v) * size - 0.5F, 0.0F, last);
+  const int x0 = std::min(static_cast<int>(x), std::max(0, resolution - 2));
+  const int y0 = std::min(static_cast<int>(y), std::max(0, resolution - 2));
+  const int x1 = std::min(x0 + 1, resolution - 1);
+  const int y1 = std::min(y0 + 1, resolution - 1);
+  const float fx = x - static_cast<float>(x0);
+  const float fy = y - static_cast<float>(y0);
+  return {{y0 * resolution + x0, y0 * resolution + x1, y1 * resolution + x0, y1 * resolution + x1},
+          {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy}};
+}
+
+std::vector<float> sample_texture(const Image& texture, const TexturePixels& places) {
+  ATELIER_CHECK(texture.width == texture.height && texture.channels == 3 && texture.width > 0,
+                "a texture is square and has 3 channels");
+  ATELIER_CHECK(places.u.size() == places.v.size(), "u and v differ in number");
+  std::vector<float> colors(3 * places.u.size());
+  constexpr Index kGrain = 8192;
+  parallel_for(static_cast<Index>(places.u.size()), kGrain, [&](Index begin, Index end) {
+    for (auto p = static_cast<std::size_t>(begin); p < static_cast<std::size_t>(end); ++p) {
+      const TextureTaps taps = texture_taps(texture.width, places.u[p], places.v[p]);
+      for (std::size_t c = 0; c < 3; ++c) {
+        float sum = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+          sum += taps.weight[k] * texture.data[3 * static_cast<std::size_t>(taps.texel[k]) + c];
+        }
+        colors[3 * p + c] = sum;
+      }
+    }
+  });
+  return colors;
+}
+
+Image splat_texture(int resolution, const TexturePixels& places, const std::vector<float>& colors) {
+  ATELIER_CHECK(resolution > 0, "a texture has texels");
+  ATELIER_CHECK(colors.size() == 3 * places.u.size() && places.u.size() == places.v.size(),
+                "places and colours differ in number");
+  Image texture(resolution, resolution, 3);
+  std::vector<float> none;
+  add_splat(texture, none, places, colors);
+  return texture;
+}
+
+StaticTexture static_texture(int resolution, int cameras, const std::vector<TextureView>& views,
+                             int rounds) {
+  ATELIER_CHECK(resolution > 0 && cameras > 0 && rounds >= 1, "sizes and rounds are positive");
+  for (const TextureView& view : views) {
+    ATELIER_CHECK(view.camera_idx >= 0 && view.camera_idx < cameras && view.pixels != nullptr &&
+                      view.pixels->colors.size() == 3 * view.pixels->u.size(),
+                  "a view needs a camera and colours");
+  }
+  StaticTexture result;
+  result.texture = Image(resolution, resolution, 3);
+  result.gain.assign(3 * static_cast<std::size_t>(cameras), 1.0F);
+  std::vector<float> weights(static_cast<std::size_t>(resolution) * resolution, 0.0F);
+  std::vector<float> residual;
+  for (int round = 0; round < rounds; ++round) {
+    constexpr int kSteps = 5;
+    for (int step = 0; step < kSteps; ++step) {
+      Image change(resolution, resolution, 3);
+      std::fill(weights.begin(), weights.end(), 0.0F);
+      for (const TextureView& view : views) {
+        residual = sample_texture(result.texture, *view.pixels);
+        const float* gain = &result.gain[3 * static_cast<std::size_t>(view.camera_idx)];
+        for (std::size_t i = 0; i < residual.size(); ++i) {
+          residual[i] = view.pixels->colors[i] / gain[i % 3] - residual[i];
+        }
+        add_splat(change, weights, *view.pixels, residual);
+      }
+      for (std::size_t t = 0; t < weights.size(); ++t) {
+        for (std::size_t c = 0; c < 3 && weights[t] > 0; ++c) {
+          result.texture.data[3 * t + c] += change.data[3 * t + c] / weights[t];
+        }
+      }
+    }
+    std::vector<double> with(result.gain.size(), 0);
+    std::vector<double> own(result.gain.size(), 0);
+    for (const TextureView& view : views) {
+      const std::vector<float> shown = sample_texture(result.texture, *view.pixels);
+      const std::size_t first = 3 * static_cast<std::size_t>(view.camera_idx);
+      for (std::size_t i = 0; i < shown.size(); ++i) {
+        with[first + i % 3] += static_cast<double>(shown[i]) * view.pixels->colors[i];
+        own[first + i % 3] += static_cast<double>(shown[i]) * shown[i];
+      }
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      double log_sum = 0;
+      int known = 0;
+      for (std::size_t i = c; i < with.size(); i += 3) {
+        if (with[i] > 0 && own[i] > 0) {
+          log_sum += std::log(with[i] / own[i]);
+          ++known;
+        }
+      }
+      const double middle = known > 0 ? std::exp(log_sum / known) : 1;
+      for (std::size_t i = c; i < with.size(); i += 3) {
+        result.gain[i] =
+            with[i] > 0 && own[i] > 0 ? static_cast<float>(with[i] / own[i] / middle) : 1.0F;
+      }
+    }
+  }
+  result.seen = ImageOf<std::uint8_t>(resolution, resolution, 1);
+  for (std::size_t t = 0; t < weights.size(); ++t) {
+    result.seen.data[t] = weights[t] > 0 ? 1 : 0;
+  }
+  return result;
+}
+
+}  // namespace atelier

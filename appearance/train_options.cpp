@@ -1,0 +1,86 @@
+#include "appearance/train_options.h"
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "core/error.h"
+#include "core/random.h"
+
+namespace atelier {
+
+OptionTable describe(TrainOptions& options) {
+  OptionTable table;
+  table.add("setting", options.setting,
+            {{"small", TrainSetting::Small},
+             {"standard", TrainSetting::Standard},
+             {"full", TrainSetting::Full}},
+            "How much is trained: a minute on a CPU, minutes or hours on a GPU");
+  table.add("resolution", options.resolution, 0, 4096, "",
+            "Texels a side, a power of 2 from 16; 0: as the setting");
+  table.add("channels", options.channels, 0, 128, "",
+            "Width of the networks' first level; 0: as the setting");
+  table.add("learning_rate", options.learning_rate, 0, 1, "",
+            "At first; falls to a tenth; 0: as the setting");
+  table.add("iterations", options.iterations, 0, 10'000'000, "", "Steps; 0: as the setting");
+  table.add("batch", options.batch, 1, 64, "", "Views a step");
+  table.add("weight_decay", options.weight_decay, 0, 1, "", "Of the convolutions");
+  table.add("view_independent", options.view_independent,
+            "The branch that does not see the camera; without both: a mean texture alone");
+  table.add("view_dependent", options.view_dependent, "The branch that sees the camera");
+  table.add("shadow", options.shadow, "The shadow network");
+  table.add("pixel_bias", options.pixel_bias, "A bias for each texel instead of each channel");
+  table.add("checkpoint_every", options.checkpoint_every, 1, 1'000'000, "", "Steps between saves")
+      .not_keyed();
+  table.add("seed", options.seed, 0, 9e15, "", "Of the first weights and the order of views");
+  return table;
+}
+
+TrainOptions resolved(const TrainOptions& options) {
+  struct Numbers {
+    int resolution, channels, iterations;
+    double learning_rate;
+  };
+  const Numbers numbers = options.setting == TrainSetting::Small ? Numbers{256, 8, 300, 1e-3}
+                          : options.setting == TrainSetting::Standard
+                              ? Numbers{512, 16, 20'000, 5e-4}
+                              : Numbers{1024, 32, 100'000, 1e-4};
+  TrainOptions result = options;
+  result.resolution = options.resolution > 0 ? options.resolution : numbers.resolution;
+  result.channels = options.channels > 0 ? options.channels : numbers.channels;
+  result.iterations = options.iterations > 0 ? options.iterations : numbers.iterations;
+  result.learning_rate = options.learning_rate > 0 ? options.learning_rate : numbers.learning_rate;
+  return result;
+}
+
+NetworkOptions network_options(const TrainOptions& options) {
+  const TrainOptions known = resolved(options);
+  return {known.resolution,     known.channels, known.view_independent,
+          known.view_dependent, known.shadow,   known.pixel_bias};
+}
+
+std::string training_text(const TrainOptions& options) {
+  TrainOptions known = resolved(options);
+  return canonical_json(describe(known));
+}
+
+double learning_rate_at(const TrainOptions& options, int iteration) {
+  const TrainOptions known = resolved(options);
+  constexpr double kLast = 0.1;
+  const double share = std::min(1.0, static_cast<double>(iteration) / known.iterations);
+  const double fall = (1 + std::cos(std::numbers::pi * share)) / 2;
+  return known.learning_rate * (kLast + (1 - kLast) * fall);
+}
+
+int training_view(std::int64_t seed, int count, std::int64_t step) {
+  ATELIER_CHECK(count > 0 && step >= 0, "there is a view to choose");
+  Random random{static_cast<std::uint64_t>(seed), static_cast<std::uint64_t>(1 + step / count)};
+  std::vector<int> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  for (std::size_t i = order.size(); i > 1; --i) {
+    std::swap(order[i - 1], order[uniform_index(random, i)]);
+  }
+  return order[static_cast<std::size_t>(step % count)];
+}
+
+}  // namespace atelier

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "appearance/appearance_model.h"
+
+namespace atelier {
+
+/// How much is trained.
+enum class TrainSetting {
+  Small,     ///< 256 x 256, 8 channels, 1e-3, 300 iterations: a minute and a half on two cores
+  Standard,  ///< 512 x 512, 16 channels, 5e-4, 20,000 iterations: minutes on a GPU
+  Full,      ///< 1024 x 1024, 32 channels, 1e-4, 100,000 iterations: hours on a GPU
+};
+
+struct TrainOptions {
+  TrainSetting setting = TrainSetting::Small;
+  int resolution = 0;  ///< texels a side, a power of 2 from 16 to 4096; 0: as the setting
+  int channels = 0;    ///< of the first level, up to 128; 0: as the setting
+  double learning_rate =
+      0;               ///< at first, up to 1; a cosine lets it fall to a tenth; 0: as the setting
+  int iterations = 0;  ///< up to 10,000,000; 0: as the setting
+  int batch = 2;       ///< views an iteration, 1..64
+  double weight_decay = 0.01;  ///< of the convolutions (AdamW), 0..1
+  bool view_independent = true;
+  bool view_dependent = true;
+  bool shadow = true;
+  bool pixel_bias = false;
+  int checkpoint_every = 100;  ///< iterations, 1..1,000,000; does not change the result
+  std::int64_t seed = 0;
+};
+OptionTable describe(TrainOptions& options);
+
+/// The same with the setting's numbers in place of zeros.
+TrainOptions resolved(const TrainOptions& options);
+
+/// What kind of network they ask for.
+NetworkOptions network_options(const TrainOptions& options);
+
+/// The options as text that two runs of the same training have in common.
+std::string training_text(const TrainOptions& options);
+
+/// The learning rate at an iteration from 0: a cosine from the first to a tenth of it.
+double learning_rate_at(const TrainOptions& options, int iteration);
+
+/// The view that comes `step`-th: every epoch has each of `count` views once, in an order that seed
+/// and epoch alone decide, so that a resumed training goes on as if it had never stopped.
+int training_view(std::int64_t seed, int count, std::int64_t step);
+
+}  // namespace atelier

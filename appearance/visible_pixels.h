@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "core/camera.h"
+#include "core/image.h"
+#include "core/mesh.h"
+#include "core/options.h"
+#include "core/raster.h"
+
+namespace atelier {
+
+struct VisibleOptions {
+  int erosion = 2;           ///< px kept away from silhouettes and depth jumps, 0..32
+  double depth_jump = 0.02;  ///< m between neighbouring pixels that make a jump, (0, 10]
+};
+OptionTable describe(VisibleOptions& options);
+
+/// What a camera sees of one surface among others.
+struct VisiblePixels {
+  std::vector<int> pixel;     ///< [P] y * width + x, increasing
+  std::vector<float> u, v;    ///< [P] its place in the texture, v up
+  std::vector<float> depth;   ///< [P] metres along the camera's axis
+  std::vector<char> trusted;  ///< [P] 1: away from silhouettes and depth jumps
+};
+
+/// A surface in the way of others.
+struct Surface {
+  const Points* vertices = nullptr;
+  const Triangles* faces = nullptr;
+};
+
+/// The pixels whose centre sees surface `which` before all others, with their texture coordinates
+/// (perspective-correct). Pixels of which every neighbour within `erosion` sees the same surface,
+/// with no depth jump between neighbours, are trusted: what blurs, moves or is registered by a
+/// pixel too far there stays out of a loss. Throws as rasterize does; LogicError unless `which` is
+/// one of them.
+VisiblePixels visible_pixels(const std::vector<Surface>& surfaces, std::size_t which,
+                             const Points2& uvs, const Triangles& uv_faces, const Camera& camera,
+                             const VisibleOptions& options = {}, Device device = Device::Cpu);
+
+}  // namespace atelier

@@ -1,0 +1,221 @@
+// atelier-appearance: the only program that loads libtorch. It trains and asks networks, on files
+// that `atelier` has prepared, so that no other command waits for libtorch and a machine that
+// trains needs neither images nor the capture.
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "appearance/network/train.h"
+#include "apps/exit_code.h"
+#include "core/archive.h"
+#include "core/archive_arrays.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/safetensors.h"
+
+namespace {
+
+using namespace atelier;
+namespace fs = std::filesystem;
+
+constexpr const char* kHelp =
+    "atelier-appearance train DATA MODEL [--checkpoint FILE] [--log FILE] [--device cpu|cuda] "
+    "[--OPTION VALUE ...]\n"
+    "    Trains a garment's network on data that `atelier appearance` has prepared. Goes on where\n"
+    "    FILE stands, if it is there. Prints 'step DONE OF LOSS PSNR' lines.\n"
+    "atelier-appearance predict MODEL DATA COLORS [--device cpu|cuda]\n"
+    "    Draws every view of the data: linear colours of its pixels, without gain.\n";
+
+volatile std::sig_atomic_t stopping = 0;
+
+struct Usage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What stands on the command line.
+struct Arguments {
+  std::vector<std::string> places;
+  std::string checkpoint;
+  std::string log;
+  Device device = Device::Cpu;
+  TrainOptions options;
+};
+
+Arguments parsed(const std::vector<std::string>& words) {
+  Arguments arguments;
+  OptionTable table = describe(arguments.options);
+  OptionTable own;
+  own.add("checkpoint", arguments.checkpoint, std::vector<std::string>{}, "Kept while training");
+  own.add("log", arguments.log, std::vector<std::string>{}, "CSV of every step");
+  own.add("device", arguments.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}}, "Where");
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    if (!words[i].starts_with("--")) {
+      arguments.places.push_back(words[i]);
+      continue;
+    }
+    const std::string name = words[i].substr(2);
+    if (++i == words.size()) {
+      throw Usage("--" + name + " needs a value");
+    }
+    const bool is_own = name == "checkpoint" || name == "log" || name == "device";
+    const std::string wrong = set_option(is_own ? own : table, name, words[i]);
+    if (!wrong.empty()) {
+      throw Usage(wrong);
+    }
+  }
+  return arguments;
+}
+
+void write_tensors(const fs::path& path, std::map<std::string, Tensor> tensors,
+                   std::map<std::string, std::string> texts) {
+  write_safetensors(path, {std::move(tensors), std::move(texts)});
+}
+
+/// The log's lines up to the iteration that goes on; the header alone at the start.
+std::string kept_log(const fs::path& path, std::int64_t iteration) {
+  std::string kept = "iteration,loss,psnr_db,learning_rate\n";
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  while (std::getline(file, line)) {
+    if (std::atoll(line.c_str()) <= iteration) {
+      kept += line + "\n";
+    }
+  }
+  return kept;
+}
+
+int run_training(const Arguments& arguments) {
+  if (arguments.places.size() != 2) {
+    throw Usage("train takes DATA and MODEL");
+  }
+  const AppearanceData data = read_appearance_data(arguments.places[0]);
+  const TrainOptions options = resolved(arguments.options);
+  Training training;
+  if (!arguments.checkpoint.empty() && fs::exists(arguments.checkpoint)) {
+    const Safetensors found = read_safetensors(arguments.checkpoint);
+    training = training_of(found.tensors, found.metadata, arguments.checkpoint);
+    require_same_training(training, data, options, arguments.checkpoint);
+  } else {
+    training = start_training(data, options);
+  }
+  std::ofstream log;
+  if (!arguments.log.empty()) {
+    write_file_atomically(arguments.log, kept_log(arguments.log, training.iteration));
+    log.open(arguments.log, std::ios::app);
+  }
+  TrainHooks hooks;
+  hooks.step = [&](std::int64_t iteration, const NetworkLoss& loss, double learning_rate) {
+    char text[160];
+    if (log.is_open()) {
+      std::snprintf(text, sizeof(text), "%lld,%.9g,%.4f,%.6g\n", static_cast<long long>(iteration),
+                    loss.value, loss.psnr, learning_rate);
+      log << text;
+    }
+    std::snprintf(text, sizeof(text), "step %lld %d %.6g %.3f\n", static_cast<long long>(iteration),
+                  options.iterations, loss.value, loss.psnr);
+    std::cout << text << std::flush;
+  };
+  hooks.stop = [] { return stopping != 0; };
+  hooks.checkpoint = [&](const Training& state) {
+    log.flush();
+    if (!arguments.checkpoint.empty()) {
+      write_tensors(arguments.checkpoint, tensors_of(state), texts_of(state));
+    }
+  };
+  const TrainResult result = train(std::move(training), data, options, arguments.device, hooks);
+  if (result.stopped) {
+    return kExitNotConverged;
+  }
+  if (!result.finite) {
+    std::cerr << "atelier-appearance: the loss is no number any more after iteration "
+              << result.training.iteration
+              << (arguments.checkpoint.empty() ? "" : ", where the checkpoint stands")
+              << "; a smaller --learning_rate may help\n";
+    return kExitNotConverged;
+  }
+  write_tensors(arguments.places[1], tensors_of(result.training.model),
+                texts_of(result.training.model));
+  return kExitDone;
+}
+
+int run_prediction(const Arguments& arguments) {
+  if (arguments.places.size() != 3) {
+    throw Usage("predict takes MODEL, DATA and COLORS");
+  }
+  const Safetensors found = read_safetensors(arguments.places[0]);
+  const AppearanceModel model =
+      appearance_model_of(found.tensors, found.metadata, arguments.places[0]);
+  const AppearanceData data = read_appearance_data(arguments.places[1]);
+  if (data.resolution != model.options.resolution || !equal_arrays(data.faces, model.faces) ||
+      !equal_arrays(data.uvs, model.uvs)) {
+    throw DataError(arguments.places[1], "atlas", "another garment's or another resolution",
+                    "data prepared for this model");
+  }
+  const AppearanceNetwork network(model, arguments.device);
+  std::vector<float> drawn;
+  std::vector<float> fixed;
+  for (std::size_t i = 0; i < data.views.size(); ++i) {
+    const AppearanceView& view = data.views[i];
+    const TexturePixels pixels{view.u, view.v, {}};
+    const std::vector<float> colors =
+        network.colors({&data.frames[static_cast<std::size_t>(view.frame_idx)],
+                        data.centers.row(view.camera_idx), -1, &pixels});
+    const std::vector<float> still = sample_texture(model.static_texture, pixels);
+    drawn.insert(drawn.end(), colors.begin(), colors.end());
+    fixed.insert(fixed.end(), still.begin(), still.end());
+    std::cout << "view " << i + 1 << " " << data.views.size() << "\n" << std::flush;
+  }
+  const auto count = static_cast<std::int64_t>(drawn.size() / 3);
+  Archive archive;
+  archive.schema = "atelier.appearance_colors";
+  put_array(archive, "drawn", tensor_of(drawn, {count, 3}));
+  put_array(archive, "static", tensor_of(fixed, {count, 3}));
+  write_archive(arguments.places[2], archive);
+  return kExitDone;
+}
+
+int run(const std::vector<std::string>& words) {
+  if (words.empty() || words[0] == "--help") {
+    std::cout << kHelp;
+    return words.empty() ? kExitUsage : kExitDone;
+  }
+  if (words[0] == "train") {
+    return run_training(parsed(words));
+  }
+  if (words[0] == "predict") {
+    return run_prediction(parsed(words));
+  }
+  throw Usage("there are train and predict, not " + words[0]);
+}
+
+int fail(int code, const char* what) {
+  std::cerr << "atelier-appearance: " << what << std::endl;
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGTERM, [](int) { stopping = 1; });
+  std::signal(SIGINT, [](int) { stopping = 1; });
+  try {
+    return run(std::vector<std::string>(argv + 1, argv + argc));
+  } catch (const Usage& error) {
+    return fail(kExitUsage, error.what());
+  } catch (const DataError& error) {
+    return fail(kExitBadData, error.what());
+  } catch (const EnvironmentError& error) {
+    return fail(kExitEnvironment, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kExitEnvironment, "memory: there is not enough");
+  } catch (const std::exception& error) {
+    return fail(kExitBug, error.what());
+  }
+}

@@ -1,0 +1,296 @@
+#include "appearance/network/network.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "appearance/network/train.h"
+#include "core/archive.h"
+#include "core/error.h"
+#include "tests/appearance_network/appearance_fixture.h"
+#include "tests/support/refusals.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::small_data;
+
+TrainOptions small_options(int iterations = 8) {
+  TrainOptions options;
+  options.resolution = 16;
+  options.channels = 2;
+  options.iterations = iterations;
+  options.learning_rate = 1e-2;
+  options.checkpoint_every = 4;
+  return options;
+}
+
+/// Views of data, ready for a network.
+struct Batch {
+  explicit Batch(const AppearanceData& data, std::vector<std::size_t> which) {
+    pixels.reserve(which.size());
+    for (const std::size_t i : which) {
+      const AppearanceView& view = data.views[i];
+      pixels.push_back(texture_pixels(view));
+      views.push_back({&data.frames[static_cast<std::size_t>(view.frame_idx)],
+                       data.centers.row(view.camera_idx), view.camera_idx, &pixels.back()});
+    }
+  }
+  std::vector<TexturePixels> pixels;
+  std::vector<NetworkView> views;
+};
+
+void nudge(AppearanceModel& model, const std::string& name, std::size_t i, float by) {
+  Tensor& tensor = model.parameters.at(name);
+  float value = 0;
+  std::memcpy(&value, tensor.data.data() + 4 * i, 4);
+  value += by;
+  std::memcpy(tensor.data.data() + 4 * i, &value, 4);
+}
+
+TEST(Network, StartsAsTheStaticTexture) {
+  const AppearanceData data = small_data();
+  const AppearanceModel model = initial_model(data, network_options(small_options()), 1);
+  const AppearanceNetwork network(model, Device::Cpu);
+  const Batch batch(data, {1});
+  const std::vector<float> drawn = network.colors(batch.views[0]);
+  std::vector<float> fixed = sample_texture(model.static_texture, batch.pixels[0]);
+  double squares = 0;
+  for (std::size_t i = 0; i < fixed.size(); ++i) {
+    const double difference = drawn[i] - fixed[i] * model.static_gain[3 + i % 3];
+    squares += difference * difference;
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(fixed.size())), 0.05);
+}
+
+TEST(Network, AMeanTextureAloneIsSampledAsTheRasterSays) {
+  const AppearanceData data = small_data();
+  TrainOptions options = small_options();
+  options.view_independent = options.view_dependent = options.shadow = false;
+  const AppearanceModel model = initial_model(data, network_options(options), 1);
+  EXPECT_EQ(model.parameters.size(), 2U);
+  const AppearanceNetwork network(model, Device::Cpu);
+  TexturePixels places;
+  for (int i = 0; i < 50; ++i) {
+    places.u.push_back(0.1F + 0.015F * static_cast<float>(i));
+    places.v.push_back(0.9F - 0.014F * static_cast<float>(i));
+  }
+  const NetworkView view{&data.frames[0], data.centers.row(0), -1, &places};
+  const std::vector<float> drawn = network.colors(view);
+  const std::vector<float> sampled = sample_texture(network.texture(view), places);
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    EXPECT_NEAR(drawn[i], sampled[i], 1e-5F);
+  }
+}
+
+TEST(Network, GradientsAreThoseOfFiniteDifferences) {
+  const AppearanceData data = small_data();
+  AppearanceModel model = initial_model(data, network_options(small_options()), 3);
+  const Batch batch(data, {0, 3});
+  const auto gradient = AppearanceNetwork(model, Device::Cpu).loss_gradient(batch.views);
+  ASSERT_EQ(gradient.size(), model.parameters.size());
+  for (const auto& [name, tensor] : gradient) {
+    // Along the gradient of one tensor at a time: of a single weight, floats leave no digits.
+    const auto values = values_of<float>(tensor);
+    double squares = 0;
+    for (const float value : values) {
+      squares += static_cast<double>(value) * value;
+    }
+    const double length = std::sqrt(squares);
+    ASSERT_GT(length, 0) << name;
+    // A fiftieth of the tensor's own length, where it has one: weight normalisation bends near 0.
+    double own = 0;
+    for (const float value : values_of<float>(model.parameters.at(name))) {
+      own += static_cast<double>(value) * value;
+    }
+    const double step = std::clamp(0.02 * std::sqrt(own), 3e-4, 4e-3);
+    AppearanceModel plus = model;
+    AppearanceModel minus = model;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto by = static_cast<float>(step * values[i] / length);
+      nudge(plus, name, i, by);
+      nudge(minus, name, i, -by);
+    }
+    const double difference = (AppearanceNetwork(plus, Device::Cpu).loss(batch.views).value -
+                               AppearanceNetwork(minus, Device::Cpu).loss(batch.views).value) /
+                              (2 * step);
+    EXPECT_NEAR(difference, length, 0.03 * length + 3e-6) << name;
+  }
+}
+
+TEST(Network, TexelsBetweenChartsShowWhatTheSeamSays) {
+  const AppearanceData data = small_data();
+  const AppearanceModel model = initial_model(data, network_options(small_options()), 1);
+  const Batch batch(data, {0});
+  const Image texture = AppearanceNetwork(model, Device::Cpu).texture(batch.views[0]);
+  const TexelMap texels = texture_texels(data);
+  int beside = 0;
+  for (std::size_t i = 0; i < texels.source.size(); ++i) {
+    const auto from = static_cast<std::size_t>(texels.source[i]);
+    beside += from != i ? 1 : 0;
+    EXPECT_EQ(texture.data[3 * i], texture.data[3 * from]);
+  }
+  EXPECT_GT(beside, 10);
+}
+
+TEST(Network, EachSwitchLeavesItsPartOut) {
+  const AppearanceData data = small_data();
+  TrainOptions options = small_options();
+  options.shadow = false;
+  EXPECT_FALSE(
+      initial_model(data, network_options(options), 1).parameters.contains("shadow.first.v"));
+  options = small_options();
+  options.view_dependent = false;
+  const AppearanceModel model = initial_model(data, network_options(options), 1);
+  const AppearanceNetwork network(model, Device::Cpu);
+  const Batch batch(data, {0, 1});  // the same frame from two cameras
+  EXPECT_EQ(network.texture(batch.views[0]).data, network.texture(batch.views[1]).data);
+  options.view_dependent = true;
+  options.pixel_bias = true;
+  const AppearanceModel per_texel = initial_model(data, network_options(options), 1);
+  EXPECT_EQ(per_texel.parameters.at("independent.first.b").shape,
+            (std::vector<std::int64_t>{2, 16, 16}));
+  const AppearanceNetwork other(per_texel, Device::Cpu);
+  EXPECT_NE(other.texture(batch.views[0]).data, other.texture(batch.views[1]).data);
+}
+
+TEST(Train, LearnsMoreThanAStaticTexture) {
+  const AppearanceData data = small_data();
+  TrainOptions options = small_options(150);
+  options.channels = 4;
+  const Training start = start_training(data, options);
+  const Batch all(data, {0, 1, 2, 3, 4, 5});
+  TrainOptions fixed = options;
+  fixed.view_independent = fixed.view_dependent = fixed.shadow = false;
+  const double before =
+      AppearanceNetwork(start_training(data, fixed).model, Device::Cpu).loss(all.views).psnr;
+  const TrainResult result = train(start, data, options, Device::Cpu);
+  EXPECT_TRUE(result.finite);
+  EXPECT_EQ(result.training.iteration, 150);
+  EXPECT_GT(AppearanceNetwork(result.training.model, Device::Cpu).loss(all.views).psnr, before + 2);
+}
+
+TEST(Train, AStoppedTrainingGoesOnToTheSameBits) {
+  const AppearanceData data = small_data();
+  const TrainOptions options = small_options(12);
+  const TrainResult whole = train(start_training(data, options), data, options, Device::Cpu);
+  std::int64_t seen = 0;
+  TrainHooks hooks;
+  hooks.step = [&](std::int64_t iteration, const NetworkLoss&, double) { seen = iteration; };
+  hooks.stop = [&] { return seen == 7; };
+  const TrainResult half = train(start_training(data, options), data, options, Device::Cpu, hooks);
+  EXPECT_TRUE(half.stopped);
+  EXPECT_EQ(half.training.iteration, 7);
+  const Training read = training_of(tensors_of(half.training), texts_of(half.training));
+  require_same_training(read, data, options);
+  const TrainResult rest = train(read, data, options, Device::Cpu);
+  for (const auto& [name, tensor] : whole.training.model.parameters) {
+    EXPECT_EQ(rest.training.model.parameters.at(name).data, tensor.data) << name;
+  }
+}
+
+TEST(Train, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
+  const AppearanceData data = small_data();
+  TrainOptions options = small_options(20);
+  options.learning_rate = 1;
+  std::int64_t last = -1;
+  Training good;
+  TrainHooks hooks;
+  hooks.checkpoint = [&](const Training& training) {
+    last = training.iteration;
+    good = training;
+  };
+  Training training = start_training(data, options);
+  nudge(training.model, "independent.first.v", 0, std::numeric_limits<float>::quiet_NaN());
+  const TrainResult broken = train(training, data, options, Device::Cpu, hooks);
+  EXPECT_FALSE(broken.finite);
+  EXPECT_EQ(last, -1);
+  EXPECT_EQ(broken.training.iteration, 0);
+}
+
+TEST(AppearanceData, ArchivesGiveItBack) {
+  const AppearanceData data = small_data();
+  const AppearanceData back = appearance_data_of(archive_of(data));
+  EXPECT_EQ(back.name, data.name);
+  EXPECT_EQ(back.camera_ids, data.camera_ids);
+  ASSERT_EQ(back.views.size(), data.views.size());
+  EXPECT_EQ(back.views[4].colors, data.views[4].colors);
+  EXPECT_EQ(back.views[4].u, data.views[4].u);
+  EXPECT_EQ(back.frames[2].geometry.tangent, data.frames[2].geometry.tangent);
+  EXPECT_EQ(back.frames[2].visibility, data.frames[2].visibility);
+}
+
+TEST(AppearanceDataRefused, ArraysThatDoNotAgree) {
+  const AppearanceData data = small_data();
+  const Archive good = archive_of(data);
+  const auto refused = [&](const std::function<void(Archive&)>& damage, const char* words) {
+    Archive archive = good;
+    damage(archive);
+    ATELIER_EXPECT_REFUSED(appearance_data_of(archive, "x.h5"), DataError, words);
+  };
+  refused([](Archive& a) { a.numbers["resolution"] = 1e9; }, "resolution");
+  refused([](Archive& a) { a.numbers["resolution"] = 32; }, "frames/position");
+  refused([](Archive& a) { a.numbers.erase("shadow_resolution"); }, "shadow_resolution");
+  refused([](Archive& a) { a.datasets.erase("atlas/uv_faces"); }, "texture faces");
+  refused([](Archive& a) { a.datasets.erase("frames/normal"); }, "frames/normal");
+  refused([](Archive& a) { a.datasets["views/camera"] = tensor_of(std::vector<int>(6, 2)); },
+          "views/camera");
+  refused(
+      [](Archive& a) { a.datasets["views/begin"] = tensor_of(std::vector<std::int64_t>(7, 5)); },
+      "views");
+  refused(
+      [](Archive& a) {
+        std::vector<float> u(static_cast<std::size_t>(element_count(a.datasets["pixels/u"])), 7.0F);
+        a.datasets["pixels/u"] = tensor_of(u);
+      },
+      "pixels/u");
+  refused(
+      [](Archive& a) {
+        std::vector<int> far(static_cast<std::size_t>(element_count(a.datasets["pixels/u"])),
+                             64 * 64);
+        a.datasets["pixels/place"] = tensor_of(far);
+      },
+      "outside of the picture");
+}
+
+TEST(AppearanceModelRefused, WhatIsNoModelOfThisArchitecture) {
+  const AppearanceData data = small_data();
+  const TrainOptions options = small_options();
+  const Training training = start_training(data, options);
+  const auto tensors = tensors_of(training.model);
+  const auto texts = texts_of(training.model);
+  const AppearanceModel back = appearance_model_of(tensors, texts);
+  EXPECT_EQ(back.static_gain, training.model.static_gain);
+  EXPECT_EQ(back.static_texture.data, training.model.static_texture.data);
+  const auto refused = [&](const auto& damage, const char* words) {
+    auto some_tensors = tensors;
+    auto some_texts = texts;
+    damage(some_tensors, some_texts);
+    ATELIER_EXPECT_REFUSED(appearance_model_of(some_tensors, some_texts, "x"), DataError, words);
+  };
+  refused([](auto&, auto& t) { t.erase("schema"); }, "schema");
+  refused([](auto&, auto& t) { t["version"] = "9"; }, "version");
+  refused([](auto&, auto& t) { t["network.channels"] = "many"; }, "channels");
+  refused([](auto&, auto& t) { t["network.channels"] = "4"; }, "tensor ");
+  refused([](auto&, auto& t) { t["network.resolution"] = "17"; }, "power of 2");
+  refused([](auto& a, auto&) { a.erase("texture.mean"); }, "texture.mean");
+  refused([](auto& a, auto&) { a["more"] = tensor_of(std::vector<float>{1}); }, "tensors");
+  refused([](auto& a, auto&) { a["shadow.last.b"] = tensor_of(std::vector<float>{std::nanf("")}); },
+          "shadow.last.b");
+  TrainOptions other = options;
+  other.channels = 3;
+  ATELIER_EXPECT_REFUSED(require_same_training(training, data, other), DataError, "channels");
+  other = options;
+  other.seed = 9;
+  ATELIER_EXPECT_REFUSED(require_same_training(training, data, other), DataError, "options");
+  AppearanceData changed = data;
+  changed.views[0].colors[0] ^= 1;
+  ATELIER_EXPECT_REFUSED(require_same_training(training, changed, options), DataError,
+                         "other data");
+  ATELIER_EXPECT_REFUSED(training_of(tensors, texts), DataError, "training");
+}
+
+}  // namespace
+}  // namespace atelier
