@@ -59,7 +59,7 @@ void require_sizes(const NetworkOptions& options) {
 }
 
 /// Values of a parameter before training. `v`: He for LeakyReLU 0.2; `g` its length, so that the
-/// convolution starts as `v` says, but the last ones a hundredth of it.
+/// convolution starts as `v` says, but the last ones 0, so that branches begin with nothing.
 void fill_convolution(std::map<std::string, Tensor>& parameters, const ParameterShape& v,
                       Random& random) {
   const std::string name = v.name.substr(0, v.name.size() - 2);
@@ -82,7 +82,7 @@ void fill_convolution(std::map<std::string, Tensor>& parameters, const Parameter
   std::vector<float> lengths;
   lengths.reserve(squares.size());
   for (const double square : squares) {
-    lengths.push_back(static_cast<float>(std::sqrt(square) * (last ? 0.01 : 1)));
+    lengths.push_back(static_cast<float>(std::sqrt(square) * (last ? 0 : 1)));
   }
   parameters[v.name] = tensor_of(values, v.shape);
   parameters[name + ".g"] = tensor_of(lengths, transposed ? std::vector<std::int64_t>{1, to, 1, 1}

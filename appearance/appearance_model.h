@@ -14,16 +14,17 @@ namespace atelier {
 /// times the gain of the camera, in linear light (Xiang et al., "Dressing Avatars", 2022).
 ///
 /// Both texture branches are one UNet: a 3x3 convolution, then per level a 4x4 convolution of
-/// stride 2 down to 8x8 texels, the same transposed up, what was there on the way down added, and a
-/// 3x3 convolution of the first level's features and the inputs. Widths double from level to level
-/// up to 8 x `channels`. Convolutions are weight-normalised (Salimans and Kingma 2016), followed by
-/// LeakyReLU of slope 0.2. The view-independent branch takes the normal in the world, where lights
-/// stand still, and the ambient visibility; the view-dependent one the view's direction in the
-/// tangent frame and the first's features. The shadow network, three 3x3 convolutions at a quarter
-/// of the resolution, takes the visibility minus its mean and ends in a sigmoid.
+/// stride 2 down to 8x8 texels, the same transposed up with what was there on the way down added,
+/// and a 3x3 convolution of the first level's features and the inputs. Widths double from level to
+/// level up to 8 x `channels`. Convolutions are weight-normalised (Salimans and Kingma 2016),
+/// followed by LeakyReLU of slope 0.2. The view-independent branch takes the normal in the world,
+/// where lights stand still, and the ambient visibility; the view-dependent one the view's
+/// direction in the tangent frame and the first's features. The shadow network, three 3x3
+/// convolutions at a quarter of the resolution, takes the visibility minus its mean and ends in a
+/// sigmoid.
 ///
 /// Chosen here, where the published text is silent: depth and widths, added instead of concatenated
-/// skip connections (half the arithmetic), a first output near 0 (the start is the static texture),
+/// skip connections (half the arithmetic), a first output of 0 (the start is the static texture),
 /// visibility as an input of the first branch (it tells inside from outside of folds).
 struct NetworkOptions {
   int resolution = 256;          ///< texels a side, a power of 2 from 16 to 4096

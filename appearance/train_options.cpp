@@ -1,5 +1,6 @@
 #include "appearance/train_options.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -21,7 +22,7 @@ OptionTable describe(TrainOptions& options) {
   table.add("channels", options.channels, 0, 128, "",
             "Width of the networks' first level; 0: as the setting");
   table.add("learning_rate", options.learning_rate, 0, 1, "",
-            "At first; falls to a tenth; 0: as the setting");
+            "At its highest; falls to a tenth; 0: as the setting");
   table.add("iterations", options.iterations, 0, 10'000'000, "", "Steps; 0: as the setting");
   table.add("batch", options.batch, 1, 64, "", "Views a step");
   table.add("weight_decay", options.weight_decay, 0, 1, "", "Of the convolutions");
@@ -32,7 +33,7 @@ OptionTable describe(TrainOptions& options) {
   table.add("pixel_bias", options.pixel_bias, "A bias for each texel instead of each channel");
   table.add("checkpoint_every", options.checkpoint_every, 1, 1'000'000, "", "Steps between saves")
       .not_keyed();
-  table.add("seed", options.seed, 0, 9e15, "", "Of the first weights and the order of views");
+  table.add("seed", options.seed, 0, 1e15, "", "Of the first weights and the order of views");
   return table;
 }
 
@@ -69,7 +70,9 @@ double learning_rate_at(const TrainOptions& options, int iteration) {
   constexpr double kLast = 0.1;
   const double share = std::min(1.0, static_cast<double>(iteration) / known.iterations);
   const double fall = (1 + std::cos(std::numbers::pi * share)) / 2;
-  return known.learning_rate * (kLast + (1 - kLast) * fall);
+  constexpr double kLongestRise = 200;
+  const double rise = std::clamp(known.iterations / 20.0, 1.0, kLongestRise);
+  return known.learning_rate * std::min(1.0, (iteration + 1) / rise) * (kLast + (1 - kLast) * fall);
 }
 
 int training_view(std::int64_t seed, int count, std::int64_t step) {

@@ -13,12 +13,11 @@ enum class TrainSetting {
 
 struct TrainOptions {
   TrainSetting setting = TrainSetting::Small;
-  int resolution = 0;  ///< texels a side, a power of 2 from 16 to 4096; 0: as the setting
-  int channels = 0;    ///< of the first level, up to 128; 0: as the setting
-  double learning_rate =
-      0;               ///< at first, up to 1; a cosine lets it fall to a tenth; 0: as the setting
-  int iterations = 0;  ///< up to 10,000,000; 0: as the setting
-  int batch = 2;       ///< views an iteration, 1..64
+  int resolution = 0;          ///< texels a side, a power of 2 from 16 to 4096; 0: as the setting
+  int channels = 0;            ///< of the first level, up to 128; 0: as the setting
+  double learning_rate = 0;    ///< at its highest, up to 1; 0: as the setting
+  int iterations = 0;          ///< up to 10,000,000; 0: as the setting
+  int batch = 2;               ///< views an iteration, 1..64
   double weight_decay = 0.01;  ///< of the convolutions (AdamW), 0..1
   bool view_independent = true;
   bool view_dependent = true;
@@ -38,7 +37,9 @@ NetworkOptions network_options(const TrainOptions& options);
 /// The options as text that two runs of the same training have in common.
 std::string training_text(const TrainOptions& options);
 
-/// The learning rate at an iteration from 0: a cosine from the first to a tenth of it.
+/// The learning rate at an iteration from 0: it rises over the first steps (a twentieth of all, at
+/// most 200: Adam's first steps move every weight by all of it in one direction), then falls along
+/// a cosine to a tenth.
 double learning_rate_at(const TrainOptions& options, int iteration);
 
 /// The view that comes `step`-th: every epoch has each of `count` views once, in an order that seed

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <torch/torch.h>
 
@@ -103,8 +104,10 @@ struct AppearanceNetwork::State {
     }
     torch::Tensor x = down.back();
     for (int level = levels - 1; level >= 0; --level) {
-      x = activated(convolved(name + ".up" + std::to_string(level), x, 2, true)) +
-          down[static_cast<std::size_t>(level)];
+      // Over the root of 2: the sum of two has the variance of one.
+      x = (activated(convolved(name + ".up" + std::to_string(level), x, 2, true)) +
+           down[static_cast<std::size_t>(level)]) *
+          std::numbers::sqrt2 / 2;
     }
     return {convolved(name + ".last", torch::cat({x, inputs}, 1), 1, false), x};
   }

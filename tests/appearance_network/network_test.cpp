@@ -50,6 +50,16 @@ void nudge(AppearanceModel& model, const std::string& name, std::size_t i, float
   std::memcpy(tensor.data.data() + 4 * i, &value, 4);
 }
 
+/// Last convolutions begin at 0, where nothing before them matters: as if they had learnt
+/// something.
+void awaken(AppearanceModel& model) {
+  for (const char* last : {"independent.last.g", "dependent.last.g", "shadow.last.g"}) {
+    for (std::size_t i = 0; i < model.parameters.at(last).data.size() / 4; ++i) {
+      nudge(model, last, i, 0.1F);
+    }
+  }
+}
+
 TEST(Network, StartsAsTheStaticTexture) {
   const AppearanceData data = small_data();
   const AppearanceModel model = initial_model(data, network_options(small_options()), 1);
@@ -62,7 +72,7 @@ TEST(Network, StartsAsTheStaticTexture) {
     const double difference = drawn[i] - fixed[i] * model.static_gain[3 + i % 3];
     squares += difference * difference;
   }
-  EXPECT_LT(std::sqrt(squares / static_cast<double>(fixed.size())), 0.05);
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(fixed.size())), 1e-4);
 }
 
 TEST(Network, AMeanTextureAloneIsSampledAsTheRasterSays) {
@@ -88,6 +98,7 @@ TEST(Network, AMeanTextureAloneIsSampledAsTheRasterSays) {
 TEST(Network, GradientsAreThoseOfFiniteDifferences) {
   const AppearanceData data = small_data();
   AppearanceModel model = initial_model(data, network_options(small_options()), 3);
+  awaken(model);
   const Batch batch(data, {0, 3});
   const auto gradient = AppearanceNetwork(model, Device::Cpu).loss_gradient(batch.views);
   ASSERT_EQ(gradient.size(), model.parameters.size());
@@ -149,9 +160,10 @@ TEST(Network, EachSwitchLeavesItsPartOut) {
   EXPECT_EQ(network.texture(batch.views[0]).data, network.texture(batch.views[1]).data);
   options.view_dependent = true;
   options.pixel_bias = true;
-  const AppearanceModel per_texel = initial_model(data, network_options(options), 1);
+  AppearanceModel per_texel = initial_model(data, network_options(options), 1);
   EXPECT_EQ(per_texel.parameters.at("independent.first.b").shape,
             (std::vector<std::int64_t>{2, 16, 16}));
+  awaken(per_texel);
   const AppearanceNetwork other(per_texel, Device::Cpu);
   EXPECT_NE(other.texture(batch.views[0]).data, other.texture(batch.views[1]).data);
 }

@@ -52,6 +52,7 @@ TEST(Configure, CoreAndSimulationBuildWhereOnlyEigenAndHdf5Are) {
   EXPECT_NE(output.text.find("left out: tests (missing: GoogleTest)"), std::string::npos);
   EXPECT_TRUE(has_target(folder, "core"));
   EXPECT_TRUE(has_target(folder, "simulation"));
+  EXPECT_TRUE(has_target(folder, "appearance"));
   EXPECT_FALSE(has_target(folder, "core_io"));
 }
 
