@@ -3,6 +3,7 @@
 #include "apps/body_stage.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -10,12 +11,14 @@
 #include <vector>
 
 #include "apps/mesh_sequence_file.h"
+#include "apps/person_pictures.h"
 #include "apps/truth_scan.h"
 #include "bodymodel/personal_body.h"
 #include "bodymodel/skinning.h"
 #include "bodymodel/tracked_motion.h"
 #include "capture/label_taxonomy.h"
 #include "core/error.h"
+#include "core/io/image_file.h"
 #include "core/sequence_archive.h"
 
 namespace atelier {
@@ -203,7 +206,7 @@ nlohmann::json json_of(const Certified& frame, bool tracked_well) {
           {"findings", std::move(codes)}};
 }
 
-/// certificates.json and the metrics, from the bodies as they were written.
+/// certificates.json, its picture and the metrics, from the bodies as they were written.
 void certify(StageRun& run, const BodySource& source,
              const std::function<Certified(int id, const Points& body)>& certified) {
   nlohmann::json all = nlohmann::json::object();
@@ -216,6 +219,13 @@ void certify(StageRun& run, const BodySource& source,
   double bare = 0;
   double skin = 0;
   double seen = 0;
+  std::vector<int> ids;
+  std::vector<char> trusted;
+  std::vector<FrameSeries> series = {{"covered skin outside of the clothes, %", {}},
+                                     {"depth of it, mm", {}},
+                                     {"mean gap under clothes within 1 cm, mm", {}},
+                                     {"seen skin, mm off", {}},
+                                     {"seen, % of the body", {}}};
   for (const auto& [id, place] : source.places) {
     const Certified frame = certified(id, read_mesh_archive(run.frame_file(id)).vertices);
     const nlohmann::json json = json_of(frame, source.tracked_well(id));
@@ -230,11 +240,22 @@ void certify(StageRun& run, const BodySource& source,
     bare += static_cast<double>(c.bare);
     skin += static_cast<double>(c.bare) * c.skin_distance;
     seen += c.seen_rate;
+    ids.push_back(id);
+    trusted.push_back(json["trusted"].get<bool>() ? 1 : 0);
+    const std::array values = {100 * c.outside_rate, 1e3 * c.outside_depth, 1e3 * c.proximity,
+                               1e3 * c.skin_distance, 100 * c.seen_rate};
+    for (std::size_t s = 0; s < series.size(); ++s) {
+      series[s].values.push_back(values[s]);
+    }
     all[frame_name(id)] = json;
   }
   const auto over = [](double sum, double count) { return count > 0 ? sum / count : 0; };
   const auto frames = static_cast<double>(source.places.size());
   run.output_text("certificates.json", all.dump(1));
+#ifdef ATELIER_HAS_CORE_RENDER
+  run.output_text("certificates.png",
+                  image_bytes(frames_picture(ids, trusted, series), ImageFormat::Png));
+#endif
   run.metric("frames", frames);
   run.metric("untrusted", untrusted);
   run.metric("truth_scans", source.truth ? 1 : 0);

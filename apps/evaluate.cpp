@@ -7,17 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "apps/body_measures.h"
 #include "apps/command.h"
+#include "apps/evaluation.h"
 #include "apps/exit_code.h"
-#include "apps/flatten_measures.h"
 #include "apps/input_measures.h"
 #include "apps/json_text.h"
-#include "apps/person_measures.h"
 #include "apps/reconstruct_measures.h"
-#include "apps/register_measures.h"
 #include "apps/stages.h"
-#include "apps/template_measures.h"
 #include "apps/usage_error.h"
 #include "capture/capture_measures.h"
 #include "core/store/result.h"
@@ -33,40 +29,10 @@ struct EvaluateArguments {
   std::string masks;
   std::string cameras;
   std::string surface;
+  std::string stage;
   int frame = 0;
   bool json = false;
   bool check = false;
-};
-
-/// What can be measured, one row for each stage as it comes. A row measures the results of its
-/// stage in the workspace against the truth; none where there are none.
-struct Evaluation {
-  const char* what;
-  std::vector<Measure> (*measure)(const fs::path& workspace, const fs::path& truth);
-};
-
-std::vector<Measure> of_capture(const fs::path& /*workspace*/, const fs::path& truth) {
-  return measure_capture(truth);
-}
-
-constexpr Evaluation kEvaluations[] = {
-    {"the capture itself", of_capture},
-#ifdef ATELIER_HAS_CAPTURE_SURFACE
-    {"reconstruct", measure_reconstruct},
-#endif
-#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
-    {"personalize", measure_personalize},
-    {"track", measure_track},
-#endif
-#ifdef ATELIER_HAS_REGISTRATION
-    {"template", measure_template},
-    {"register", measure_register},
-    {"flatten", measure_flatten},
-#endif
-#ifdef ATELIER_HAS_BODYMODEL
-    {"body", measure_body},
-    {"refine", measure_refine},
-#endif
 };
 
 int run(const EvaluateArguments& arguments) {
@@ -82,9 +48,7 @@ int run(const EvaluateArguments& arguments) {
   const auto add = [&](const std::vector<Measure>& measures) {
     all.insert(all.end(), measures.begin(), measures.end());
   };
-  for (const Evaluation& evaluation : kEvaluations) {
-    add(evaluation.measure(arguments.workspace, arguments.truth));
-  }
+  add(workspace_measures(arguments.workspace, arguments.truth, arguments.stage));
 #ifdef ATELIER_HAS_CAPTURE_MASKS
   if (!arguments.masks.empty()) {
     add(measure_masks(arguments.masks, arguments.truth));
@@ -109,13 +73,8 @@ int run(const EvaluateArguments& arguments) {
     char line[200];
     std::snprintf(line, sizeof(line), "%-28s %10.4g %-3s", measure.key.c_str(), measure.value,
                   measure.unit.c_str());
-    std::cout << line;
-    if (measure.side != Measure::Side::None) {
-      std::snprintf(line, sizeof(line), " %s (%s %g)", is_met(measure) ? "met" : "MISSED",
-                    measure.side == Measure::Side::AtMost ? "at most" : "at least", measure.target);
-      std::cout << line;
-    }
-    std::cout << "  " << measure.note << "\n";
+    const std::string verdict = verdict_of(measure);
+    std::cout << line << (verdict.empty() ? "" : " ") << verdict << "  " << measure.note << "\n";
   }
   if (arguments.json) {
     std::cout << json_text(root, 1) << "\n";
@@ -152,6 +111,10 @@ Action add_evaluate(CLI::App& parser) {
       ->type_name("MESH");
   parser.add_option("--frame", arguments->frame, "Of --surface [0]")->type_name("N");
 #endif
+  parser
+      .add_option("--stage", arguments->stage,
+                  "Figures of this stage alone, or of the capture itself [all]")
+      ->type_name("NAME");
   parser.add_flag("--json", arguments->json, "One JSON object of figures");
   parser.add_flag("--check", arguments->check, "Exit with 1 if a target is missed");
   return [arguments] { return run(*arguments); };

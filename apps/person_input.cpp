@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "apps/truth_scan.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints3d_file.h"
 #include "capture/truth_archive.h"
@@ -18,62 +19,6 @@ namespace {
 
 constexpr double kNoise = 0.004;  // m, of a keypoint of full confidence
 constexpr std::size_t kMostText = 1 << 24;
-
-/// True where at least two cameras see each of a face's corners; all where nothing says who sees.
-bool is_seen(const ByteImage& seen, Index vertex) {
-  if (seen.data.empty()) {
-    return true;
-  }
-  int views = 0;
-  for (int c = 0; c < seen.height; ++c) {
-    views += seen.data[static_cast<std::size_t>(c) * static_cast<std::size_t>(seen.width) +
-                       static_cast<std::size_t>(vertex)] != 0
-                 ? 1
-                 : 0;
-  }
-  return views >= 2;
-}
-
-/// The outermost true surface, labelled.
-Mesh truth_scan(const std::filesystem::path& capture, const CaptureTruth& truth, int id) {
-  const TruthFrame frame = read_truth_frame(capture, truth, id);
-  Mesh all;
-  const auto add = [&](const Points& vertices, const Triangles& faces, const ByteImage& seen,
-                       Label label) {
-    if (vertices.rows() == 0) {
-      return;
-    }
-    std::vector<Index> kept;
-    for (Index f = 0; f < faces.rows(); ++f) {
-      if (is_seen(seen, faces(f, 0)) && is_seen(seen, faces(f, 1)) && is_seen(seen, faces(f, 2))) {
-        kept.push_back(f);
-      }
-    }
-    const Index v = all.vertices.rows();
-    const Index begin = all.faces.rows();
-    all.vertices.conservativeResize(v + vertices.rows(), 3);
-    all.vertices.bottomRows(vertices.rows()) = vertices;
-    all.faces.conservativeResize(begin + static_cast<Index>(kept.size()), 3);
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      all.faces.row(begin + static_cast<Index>(i)) =
-          faces.row(kept[i]).array() + static_cast<int>(v);
-    }
-    all.labels.insert(all.labels.end(), static_cast<std::size_t>(vertices.rows()),
-                      static_cast<std::uint8_t>(label));
-  };
-  const ByteImage nothing;
-  add(frame.body, truth.body.faces, frame.body_seen, Label::Skin);
-  for (std::size_t i = 0; i < frame.layers.size(); ++i) {
-    if (truth.layer_names[i] == "shoes") {
-      add(frame.layers[i], truth.layers[i].faces, nothing, Label::Shoes);
-    }
-  }
-  for (std::size_t i = 0; i < frame.garments.size(); ++i) {
-    add(frame.garments[i], truth.garments[i].garment.mesh.faces,
-        i < frame.garments_seen.size() ? frame.garments_seen[i] : nothing, truth.garments[i].label);
-  }
-  return all;
-}
 
 void read_keypoints(const std::filesystem::path& file, const PersonInputOptions& options,
                     Index count, TrackFrame& frame) {
@@ -195,7 +140,7 @@ TrackInput person_input(const PersonFiles& files, const CaptureInfo& info,
       Mesh scan;
       const std::filesystem::path file = files.scans / "scans" / (frame_name(id) + ".h5");
       if (options.scans == ScanSource::Truth) {
-        scan = truth_scan(files.capture, truth, id);
+        scan = truth_scan(truth, read_truth_frame(files.capture, truth, id));
       } else if (options.scans == ScanSource::Reconstructed && std::filesystem::exists(file)) {
         scan = read_mesh_archive(file);
       }

@@ -22,6 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kDynamicShare = 0.1;  // of the body's vertices
+
 /// The 17 joints that tracking is judged by: those that every person's skeleton has.
 struct NamedJoints {
   std::vector<int> all;   // [17], -1 where the skeleton has none
@@ -215,7 +217,11 @@ std::vector<Measure> measure_track(const fs::path& workspace, const fs::path& ca
     }
     measures.push_back({"track.deviation_mm", 1e3 * tracked.deviations.mean(), "mm", 0,
                         Measure::Side::None, "uncertainty that it states"});
-    if (!tracked.region.empty()) {
+    const Index vertices = vertex_count(
+        read_personal_body(workspace / "personalize" / "current" / "person.npz").model);
+    // A fold that swings at a hem is no dynamic clothing.
+    if (static_cast<double>(tracked.region.size()) >
+        kDynamicShare * static_cast<double>(vertices)) {
       const double none =
           tracked_again(workspace, capture, truth, info, sequence, Exclude::None).legs;
       const double labels =

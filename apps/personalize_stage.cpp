@@ -13,8 +13,18 @@
 namespace atelier {
 namespace {
 
-/// The sequence that a person is measured on: the first minimal one, else the first.
-const CaptureSequence& measured_sequence(const CaptureInfo& info) {
+/// The sequence that a person is measured on: the one named, the first minimal one, else the first.
+const CaptureSequence& measured_sequence(const CaptureInfo& info, const std::string& name) {
+  if (!name.empty()) {
+    std::string names;
+    for (const CaptureSequence& sequence : info.sequences) {
+      if (sequence.name == name) {
+        return sequence;
+      }
+      names += (names.empty() ? "" : ", ") + sequence.name;
+    }
+    throw DataError("", "sequence", "'" + name.substr(0, 80) + "'", "one of " + names);
+  }
   for (const CaptureSequence& sequence : info.sequences) {
     if (sequence.kind == "minimal") {
       return sequence;
@@ -44,6 +54,8 @@ OptionTable describe(PersonalizeStageOptions& options) {
   table.add("body", options.body, std::vector<std::string>{},
             "body model to start from: a file, or default, female, male");
   table.add(describe(options.fit));
+  table.add("sequence", options.sequence, std::vector<std::string>{},
+            "name of the sequence to measure on; none: the first minimally clothed one");
   table.add("most_frames", options.most_frames, 1, 1000, "",
             "frames of a sequence that are fitted, spread evenly");
   return table;
@@ -55,10 +67,11 @@ void run_personalize(StageRun& run) {
   if (info.sequences.empty()) {
     throw DataError(run.input("capture").string(), "sequences", "none", "at least one");
   }
-  const CaptureSequence sequence = thinned(measured_sequence(info), options.most_frames);
+  const CaptureSequence sequence =
+      thinned(measured_sequence(info, options.sequence), options.most_frames);
   const bool minimal = sequence.kind == "minimal";
   if (!minimal) {
-    run.say("no minimally clothed sequence: shape from skin and keypoints of '" + sequence.name +
+    run.say("not minimally clothed: shape from skin and keypoints of '" + sequence.name +
             "', which is less exact");
   }
   const BodyModel body = read_body_file(options.body).model;

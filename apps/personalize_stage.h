@@ -15,6 +15,8 @@ struct PersonalizeStageOptions {
   PersonInputOptions input;
   std::string body = "default";  ///< a file that read_body_file knows, "default", "female", "male"
   PersonalizeOptions fit;
+  std::string sequence;  ///< name of the sequence to measure on; "": the first minimally clothed
+                         ///< one, or the first
   int most_frames = 12;  ///< of a sequence that are fitted, spread evenly, [1, 1000]
 };
 OptionTable describe(PersonalizeStageOptions& options);
@@ -30,7 +32,7 @@ inline constexpr std::array kPersonalizeMetrics = {
 
 /// Keypoints and scans -> person.npz (a body that reads as any other) and shape.json (the values
 /// found, with names). From the minimally clothed sequence; without
-/// one from skin and keypoints of the first clothed one, which it says.
+/// one, or where another is asked for, from skin and keypoints of a clothed one, which it says.
 void run_personalize(StageRun& run);
 
 }  // namespace atelier

@@ -1,8 +1,10 @@
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <iostream>
 #include <memory>
 
 #include "apps/command.h"
+#include "apps/evaluation.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
@@ -18,7 +20,24 @@ namespace {
 struct ReportArguments {
   std::string workspace;
   std::string out;
+  std::string truth;
 };
+
+/// Figures of the workspace's results against the truth of their capture; none without one.
+std::vector<ReportFigure> figures_of([[maybe_unused]] const std::filesystem::path& workspace,
+                                     const std::string& truth) {
+  std::vector<ReportFigure> figures;
+#ifdef ATELIER_HAS_CAPTURE
+  if (!truth.empty()) {
+    for (const Measure& measure : workspace_measures(workspace, truth)) {
+      char value[60];
+      std::snprintf(value, sizeof(value), "%.4g %s", measure.value, measure.unit.c_str());
+      figures.push_back({measure.key, value, verdict_of(measure), is_met(measure), measure.note});
+    }
+  }
+#endif
+  return figures;
+}
 
 int run(const ReportArguments& arguments, const ReportOptions& options) {
   if (arguments.workspace.empty()) {
@@ -44,7 +63,8 @@ int run(const ReportArguments& arguments, const ReportOptions& options) {
     make_private_directory(page.parent_path());
   }
   require_file_place(page);
-  write_file_atomically(page, report_page(stages, workspace, options));
+  write_file_atomically(
+      page, report_page(stages, workspace, options, figures_of(workspace, arguments.truth)));
   std::cout << printable(page.string()) << "\n";
   for (const StageStatus& status : stages) {
     if (status.manifest) {
@@ -73,6 +93,13 @@ Action add_report(CLI::App& parser) {
   parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
   parser.add_option("--out", arguments->out, "The page to write [WORKSPACE/report/index.html]")
       ->type_name("FILE");
+#ifdef ATELIER_HAS_CAPTURE
+  parser
+      .add_option("--truth", arguments->truth,
+                  "Synthetic capture that the results were made from: the page also shows how far "
+                  "they are from its truth, as evaluate prints it")
+      ->type_name("CAPTURE");
+#endif
   const OptionReader options = add_option_flags(parser, report_options());
   return [arguments, options] { return run(*arguments, options_of<ReportOptions>(options())); };
 }

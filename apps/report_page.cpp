@@ -167,6 +167,18 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
   return html;
 }
 
+/// Figures against the truth, the missed ones marked.
+std::string figures_section(std::span<const ReportFigure> figures) {
+  std::string rows;
+  for (const ReportFigure& figure : figures) {
+    rows += "<tr><th>" + html_text(figure.name) + "</th><td class=\"number\">" +
+            html_text(figure.value) + "</td><td" + (figure.met ? "" : " class=\"error\"") + ">" +
+            html_text(figure.verdict) + "</td><td class=\"quiet\">" + html_text(figure.note) +
+            "</td></tr>\n";
+  }
+  return rows.empty() ? "" : "<h2 id=\"truth\">Against the truth</h2>\n" + in_table(rows);
+}
+
 }  // namespace
 
 OptionTable describe(ReportOptions& options) {
@@ -221,17 +233,23 @@ std::string html_text(std::string_view text) {
 }
 
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
-                        const ReportOptions& options) {
+                        const ReportOptions& options, std::span<const ReportFigure> figures) {
   const std::string title = "Atelier: " + workspace.filename().string();
   std::string attention;
   std::string overview;
-  std::string sections;
+  std::string sections = figures_section(figures);
   for (const StageStatus& status : stages) {
     attention += attention_of(status);
     overview += "<tr><th><a href=\"#" + html_text(status.stage) + "\">" + html_text(status.stage) +
                 "</a></th><td>" + html_text(state_name(status.state)) +
                 (status.running ? ", running when this was written" : "") + "</td></tr>\n";
     sections += section_of(status, workspace, options);
+  }
+  for (const ReportFigure& figure : figures) {
+    if (!figure.met) {
+      attention += "<li class=\"warning\"><b>" + html_text(figure.name) +
+                   "</b>: " + html_text(figure.value + ", " + figure.verdict) + "</li>\n";
+    }
   }
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "

@@ -17,15 +17,26 @@ struct ReportOptions {
 
 OptionTable describe(ReportOptions& options);
 
+/// A figure against the truth, as the page shows it.
+struct ReportFigure {
+  std::string name;
+  std::string value;    ///< with its unit
+  std::string verdict;  ///< "met (at most 6)", "" without a target
+  bool met = true;      ///< false: the page says so among what asks for attention
+  std::string note;
+};
+
 /// The report on a workspace as one HTML page that needs no other file: what asks for attention
 /// first (damage, outdated results, ended or missing consent, findings), then for each stage its
-/// figures, pictures, videos, the options that somebody set, its inputs and files. Every text that
+/// figures, pictures, videos, the options that somebody set, its inputs and files; `figures`, where
+/// there are any, in a section of their own before the stages. Every text that
 /// came from a file is escaped; the page runs no script and loads nothing.
 ///
 /// Pictures and videos of sound results are shown as far as the options allow, the others only
 /// named. Throws EnvironmentError or DataError if a picture cannot be read.
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
-                        const ReportOptions& options = {});
+                        const ReportOptions& options = {},
+                        std::span<const ReportFigure> figures = {});
 
 /// The text as HTML shows it literally, in content and in quoted attributes.
 std::string html_text(std::string_view text);

@@ -58,7 +58,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
     Stage{.name = "personalize",
-          .version = 1,
+          .version = 2,
           .summary = "the person's own body: shape, bone lengths and surface",
           .inputs = {"capture", "scans", "keypoints3d"},
           .outputs = {"person"},
@@ -66,7 +66,7 @@ constexpr std::array kStages = {
           .options = option_set<PersonalizeStageOptions>,
           .run = run_personalize},
     Stage{.name = "track",
-          .version = 1,
+          .version = 2,
           .summary = "the person's pose in every frame",
           .inputs = {"capture", "scans", "keypoints3d", "person"},
           .outputs = {"tracked"},
@@ -74,7 +74,7 @@ constexpr std::array kStages = {
           .options = option_set<TrackStageOptions>,
           .run = run_track},
     Stage{.name = "body",
-          .version = 1,
+          .version = 2,
           .summary = "the body under the clothes in every frame",
           .inputs = {"capture", "scans", "person", "tracked"},
           .outputs = {"bodies"},

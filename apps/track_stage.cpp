@@ -3,12 +3,15 @@
 #include "apps/track_stage.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/person_pictures.h"
 #include "bodymodel/body_archive.h"
 #include "bodymodel/personal_body.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 
@@ -44,6 +47,40 @@ std::vector<char> painted_region(const BodyModel& model, const std::string& name
   }
   return region;
 }
+
+#ifdef ATELIER_HAS_CORE_RENDER
+/// What the report shows of a sequence: what was left out, and every frame's errors.
+void write_pictures(StageRun& run, const std::string& name, const BodyModel& model,
+                    const TrackedMotion& tracked) {
+  const auto output = [&](const std::string& path, const Image& picture) {
+    run.output_text(path, image_bytes(picture, ImageFormat::Png));
+  };
+  if (!tracked.region.empty()) {
+    const double share =
+        static_cast<double>(tracked.region.size()) / static_cast<double>(vertex_count(model));
+    output("pictures/" + name + "_region.png",
+           region_picture(model, tracked.region,
+                          "clothing over this " + std::to_string(std::lround(100 * share)) +
+                              "% of the body does not count"));
+  }
+  const auto millimetres = [](const Eigen::VectorXd& metres) {
+    std::vector<double> values(metres.data(), metres.data() + metres.size());
+    for (double& value : values) {
+      value *= 1e3;
+    }
+    return values;
+  };
+  output(
+      "pictures/" + name + "_frames.png",
+      frames_picture(
+          tracked.motion.frame_ids, tracked.trusted,
+          {{"standard deviation of joints, mm", millimetres(tracked.deviations.rowwise().mean())},
+           {"keypoints, mm rms", millimetres(tracked.keypoint_rms)},
+           {"scan, mm rms", millimetres(tracked.scan_rms)},
+           {"share of the scan that counted",
+            {tracked.scan_share.data(), tracked.scan_share.data() + tracked.scan_share.size()}}}));
+}
+#endif
 
 }  // namespace
 
@@ -94,6 +131,9 @@ void run_track(StageRun& run) {
     clip.motion = tracked.motion;
     run.output("motion/" + sequence.name + ".npz",
                [&](const std::filesystem::path& file) { write_motion(file, clip); });
+#ifdef ATELIER_HAS_CORE_RENDER
+    write_pictures(run, sequence.name, person.model, tracked);
+#endif
     const auto count = static_cast<double>(tracked.trusted.size());
     frames += count;
     trusted += static_cast<double>(std::count(tracked.trusted.begin(), tracked.trusted.end(), 1));

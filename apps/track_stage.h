@@ -26,7 +26,9 @@ inline constexpr std::array kTrackMetrics = {
 };
 
 /// Keypoints, scans and the person -> tracked/<sequence>.h5 (bodymodel/tracked_motion.h) and
-/// motion/<sequence>.npz (a motion that reads as any other), one of each for every sequence.
+/// motion/<sequence>.npz (a motion that reads as any other), one of each for every sequence, and
+/// for the report pictures/<sequence>_frames.png (every frame's errors) and
+/// pictures/<sequence>_region.png (over what clothing was left out).
 void run_track(StageRun& run);
 
 }  // namespace atelier

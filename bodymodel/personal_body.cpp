@@ -83,7 +83,7 @@ void check_personal_body(const PersonalBody& person, const std::string& file) {
   }
 }
 
-void write_personal_body(const std::filesystem::path& path, const PersonalBody& person) {
+std::map<std::string, Tensor> personal_body_arrays(const PersonalBody& person) {
   check_personal_body(person);
   std::map<std::string, Tensor> arrays = body_arrays(person.model);
   Tensor names{ElementType::Text, {static_cast<std::int64_t>(person.shape_names.size())}, {}, {}};
@@ -92,11 +92,10 @@ void write_personal_body(const std::filesystem::path& path, const PersonalBody& 
   arrays[kShape] = list_of(person.shape);
   arrays[kDisplacements] = tensor_of(RowMatrix(person.displacements));
   arrays[kSupport] = list_of(person.support);
-  write_npz(path, arrays);
+  return arrays;
 }
 
-PersonalBody read_personal_body(const std::filesystem::path& path, const Limits& limits) {
-  const Npz npz(path, limits);
+PersonalBody personal_body_of_arrays(const Npz& npz, const Limits& limits) {
   const BodyModel model = body_of_arrays(npz, limits);
   if (!npz.contains(kShape)) {
     return plain_person(model);
@@ -115,6 +114,14 @@ PersonalBody read_personal_body(const std::filesystem::path& path, const Limits&
   person.support = numbers(npz, kSupport, limits);
   check_personal_body(person, npz.file());
   return person;
+}
+
+void write_personal_body(const std::filesystem::path& path, const PersonalBody& person) {
+  write_npz(path, personal_body_arrays(person));
+}
+
+PersonalBody read_personal_body(const std::filesystem::path& path, const Limits& limits) {
+  return personal_body_of_arrays(Npz(path, limits), limits);
 }
 
 }  // namespace atelier

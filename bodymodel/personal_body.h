@@ -1,11 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "bodymodel/body_model.h"
+#include "core/io/npz.h"
 #include "core/limits.h"
+#include "core/tensor.h"
 
 namespace atelier {
 
@@ -29,9 +32,12 @@ PersonalBody plain_person(const BodyModel& model, const Eigen::VectorXd& shape =
 /// stated rows and finite numbers.
 void check_personal_body(const PersonalBody& person, const std::string& file = "");
 
-/// An npz that reads as a body wherever bodies are read (body_archive.h), with the arrays
+/// The arrays of an npz that reads as a body wherever bodies are read (body_archive.h), with
 /// person_shape_names, person_shape, person_displacements, person_support. A body without these
-/// reads as a plain person. Throws as write_body and read_body do.
+/// reads as a plain person. Throws as body_arrays and body_of_arrays do.
+std::map<std::string, Tensor> personal_body_arrays(const PersonalBody& person);
+PersonalBody personal_body_of_arrays(const Npz& npz, const Limits& limits = {});
+
 void write_personal_body(const std::filesystem::path& path, const PersonalBody& person);
 PersonalBody read_personal_body(const std::filesystem::path& path, const Limits& limits = {});
 

@@ -19,7 +19,7 @@ struct FrameWeights {
   double skin = 0.004;             ///< m, noise of a scan's skin about the body, [1e-4, 0.5]
   double skin_outlier = 0.03;      ///< m beyond which a point of skin counts less, [1e-3, 10]
   double cloth = 0.012;  ///< m, how clothing lies about the body, [1e-4, 0.5]; larger: looser wear
-  double cloth_outlier = 0.02;  ///< m inside of clothing beyond which it pulls less, [1e-3, 10]
+  double cloth_outlier = 0.06;  ///< m inside of clothing beyond which it pulls less, [1e-3, 10]
   double surface_points = 300;  ///< as how many independent points a whole scan counts, [1, 1e6]:
                                 ///< neighbours err alike
   double rest_pull = 1.0;       ///< rad, spread of rotations about rest, [0.01, 100]

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "bodymodel/bone_lengths.h"
 #include "bodymodel/tracking/solve_shape.h"
 #include "bodymodel/tracking/start_pose.h"
 #include "core/error.h"
@@ -20,6 +21,7 @@ constexpr double kUnseenWorth = 0.02;   // share of the surface that is worth a 
 constexpr double kMirrorReach = 0.01;   // m
 constexpr double kMirrorNoise = 0.006;  // m, by which the two sides of a body differ
 constexpr double kOutlier = 0.02;       // m off the surface that is another thing
+constexpr double kBoneRoom = 4.5;       // ranges beyond its own that a bone may differ by
 constexpr int kKeypointIterations = 20;
 constexpr int kRoundIterations = 8;
 
@@ -33,7 +35,10 @@ struct Field {
 class Personalizer {
  public:
   Personalizer(const BodyModel& model, const TrackInput& input, const PersonalizeOptions& options)
-      : model_(model), input_(input), options_(options) {}
+      : model_(options.bone_lengths > 0 ? with_bone_lengths(model, options.bone_lengths) : model),
+        own_shapes_(static_cast<Index>(model.shape.size())),
+        input_(input),
+        options_(options) {}
 
   Personalization run() {
     start();
@@ -108,7 +113,8 @@ class Personalizer {
     shape_ = found.shape;
     for (Index s = 0; s < shape_.size(); ++s) {
       const ShapeParameter& parameter = model_.shape[static_cast<std::size_t>(s)];
-      const double room = 0.5 * (parameter.max - parameter.min);
+      const double range = parameter.max - parameter.min;
+      const double room = s < own_shapes_ ? 0.5 * range : kBoneRoom * range;
       shape_[s] = std::clamp(shape_[s], parameter.min - room, parameter.max + room);
     }
     person_ = with_shape(person_, shape_);
@@ -345,7 +351,8 @@ class Personalizer {
     return count > 0 ? std::sqrt(sum / count) : 0;
   }
 
-  const BodyModel& model_;
+  BodyModel model_;   // with the bones' lengths among its shapes
+  Index own_shapes_;  // before them
   const TrackInput& input_;
   const PersonalizeOptions& options_;
   FittedPerson person_;
@@ -368,6 +375,8 @@ OptionTable describe(PersonalizeOptions& options) {
   table.add("weights", describe(options.weights));
   table.add("samples", options.samples, 0, 1e7, "",
             "points of each scan in an iteration; 0 takes all");
+  table.add("bone_lengths", options.bone_lengths, 0, 1, "",
+            "share of its length by which a bone differs from what the shape says; 0: none does");
   table.add("shape_rounds", options.shape_rounds, 1, 100, "",
             "of matching while the shape is sought");
   table.add("surface_rounds", options.surface_rounds, 0, 100, "",

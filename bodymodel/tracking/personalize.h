@@ -6,8 +6,12 @@
 namespace atelier {
 
 struct PersonalizeOptions {
-  FrameWeights weights = {.keypoint = 0.008, .surface_points = 2000};
+  /// A body that no shape of the model has is off it by more than scans are, and alike over whole
+  /// limbs: a scan counts as few points, so that joints stay where keypoints have them.
+  FrameWeights weights = {.keypoint = 0.008, .surface_points = 10};
   int samples = 3000;            ///< points of each scan in an iteration, [0, 1e7]; 0: all
+  double bone_lengths = 0.015;   ///< share of a bone's length by which it differs from what the
+                                 ///< model's shape says, [0, 1]; 0: the shape alone
   int shape_rounds = 6;          ///< of matching while the shape is sought, [1, 100]
   int surface_rounds = 4;        ///< of matching while the surface is displaced, [0, 100]
   double surface_noise = 0.003;  ///< m, of a scan, [1e-5, 0.1]; larger smooths more
@@ -28,16 +32,17 @@ struct Personalization {
 
 /// Fits a person to frames (Zhang et al. 2017, our choice of terms):
 ///  - poses from keypoints at the neutral shape (start_pose.h);
-///  - shape values, shared by all frames, and poses together: least squares by Ceres over keypoints
-///    and points of the scans (frame_energy.h) with a pull to the middle of the shape space,
-///    matched anew in every round; bone lengths follow from the shape;
+///  - shape values and bone lengths (bone_lengths.h), shared by all frames, and poses together:
+///    least squares by Ceres over keypoints and points of the scans (frame_energy.h) with a pull to
+///    the middle of the shape space, matched anew in every round;
 ///  - one field of displacements along the normals of the rest surface, on the union of all unposed
 ///    scans: what vertices miss, averaged over the frames that see them, smoothed by a Laplacian,
 ///    and towards the other side of the body where only that was seen; in turn with the poses.
 /// Three frames are enough; with fewer it warns. Only skin moves the surface: where a person was
 /// seen in loose clothing alone, the shape comes from skin and keypoints. Without scans the shape
 /// comes from keypoints alone. Works with every model of a person; one without shape parameters
-/// gets the displacements alone. Throws as `track` does. O(frames x rounds x samples).
+/// gets a size, bone lengths and the displacements. Throws as `track` does. O(frames x rounds x
+/// samples).
 Personalization personalize(const BodyModel& model, const TrackInput& input,
                             const PersonalizeOptions& options = {});
 

@@ -7,6 +7,29 @@
 #include "core/normals.h"
 
 namespace atelier {
+namespace {
+
+constexpr double kSideways = 2;  // times the scan's spacing: beside its nearest point is a hole
+
+/// About `count` rows, evenly over the area; successive turns choose other ones.
+std::vector<Index> sampled_rows(const Eigen::VectorXd& areas, Index count, int turn) {
+  const double step = areas.sum() / static_cast<double>(count);
+  // The golden ratio spreads the offsets of successive turns.
+  constexpr double kGolden = 0.618033988749895;
+  double next = step * std::fmod(0.5 + kGolden * turn, 1.0);
+  double along = 0;
+  std::vector<Index> kept;
+  for (Index i = 0; i < areas.size(); ++i) {
+    along += areas[i];
+    if (along > next) {
+      kept.push_back(i);
+      next += step * std::ceil((along - next) / step);
+    }
+  }
+  return kept;
+}
+
+}  // namespace
 
 ScanPoints scan_points(const Mesh& scan, const std::vector<ScanPart>& parts) {
   ATELIER_CHECK(parts.empty() || static_cast<Index>(parts.size()) == scan.vertices.rows(),
@@ -41,19 +64,7 @@ ScanPoints sampled(const ScanPoints& scan, Index count, int turn) {
     return scan;
   }
   const double total = scan.areas.sum();
-  const double step = total / static_cast<double>(count);
-  // The golden ratio spreads the offsets of successive turns.
-  constexpr double kGolden = 0.618033988749895;
-  double next = step * std::fmod(0.5 + kGolden * turn, 1.0);
-  double along = 0;
-  std::vector<Index> kept;
-  for (Index i = 0; i < scan.points.rows(); ++i) {
-    along += scan.areas[i];
-    if (along > next) {
-      kept.push_back(i);
-      next += step * std::ceil((along - next) / step);
-    }
-  }
+  const std::vector<Index> kept = sampled_rows(scan.areas, count, turn);
   ScanPoints result;
   const auto rows = static_cast<Index>(kept.size());
   result.points.resize(rows, 3);
@@ -122,6 +133,51 @@ std::vector<SurfaceMatch> match_scan(const FittedPerson& person, const BodySurfa
     match.target = scan.points.row(i).transpose();
     match.weight = scan.areas[i] / total;
     match.cloth = part == ScanPart::Cloth;
+    matches.push_back(match);
+  }
+  return matches;
+}
+
+ScanLookup scan_lookup(const ScanPoints& scan) {
+  if (scan.points.rows() == 0) {
+    return {};
+  }
+  return {build_point_tree(scan.points),
+          std::sqrt(scan.areas.sum() / static_cast<double>(scan.points.rows()))};
+}
+
+std::vector<SurfaceMatch> match_model(const BodySurface& surface, const Eigen::VectorXd& areas,
+                                      const ScanPoints& scan, const ScanLookup& lookup, Index count,
+                                      int turn, const MatchOptions& options) {
+  ATELIER_CHECK(areas.size() == surface.vertices.rows(), "an area for each vertex of the body");
+  if (scan.points.rows() == 0) {
+    return {};
+  }
+  const Index wanted = count > 0 ? std::min(count, areas.size()) : areas.size();
+  const std::vector<Index> vertices = sampled_rows(areas, wanted, turn);
+  const double weight =
+      areas.sum() / scan.areas.sum() / std::max(1.0, static_cast<double>(vertices.size()));
+  std::vector<SurfaceMatch> matches;
+  for (const Index v : vertices) {
+    const Eigen::Vector3d at = surface.vertices.row(v).transpose();
+    const ClosestPoint near = closest_point(lookup.tree, at, options.reach);
+    if (near.face < 0 || scan.parts[static_cast<std::size_t>(near.face)] != ScanPart::Skin) {
+      continue;
+    }
+    const Eigen::Vector3d normal = scan.normals.row(near.face).transpose();
+    const Eigen::Vector3d apart = near.point - at;
+    const double sideways = (apart - apart.dot(normal) * normal).norm();
+    if (normal.dot(surface.normals.row(v).transpose()) < options.least_cosine ||
+        sideways > kSideways * lookup.spacing) {
+      continue;
+    }
+    SurfaceMatch match;
+    const int vertex = static_cast<int>(v);
+    match.vertices = {vertex, vertex, vertex};
+    match.barycentric = {1, 0, 0};
+    match.normal = normal;
+    match.target = near.point;
+    match.weight = weight;
     matches.push_back(match);
   }
   return matches;

@@ -56,6 +56,23 @@ std::vector<SurfaceMatch> match_scan(const FittedPerson& person, const BodySurfa
                                      const ScanPoints& scan, const std::vector<char>& region,
                                      const MatchOptions& options = {});
 
+/// A scan that can be asked for its nearest point.
+struct ScanLookup {
+  TriangleTree tree;   ///< of all points
+  double spacing = 0;  ///< m, mean distance of neighbouring points
+};
+/// O(N log N). A scan without points gives an empty one.
+ScanLookup scan_lookup(const ScanPoints& scan);
+
+/// The other way: the nearest point of the scan for about `count` of the body's vertices, spread
+/// evenly over `areas` [V] m2 (of the body at rest), 0: for all. Only skin is matched, within reach
+/// and with normals that agree; vertices that look at a hole or past the scan's border (their
+/// nearest point lies sideways) are left out. Weights are shares of the scan's area.
+/// O(count log N).
+std::vector<SurfaceMatch> match_model(const BodySurface& surface, const Eigen::VectorXd& areas,
+                                      const ScanPoints& scan, const ScanLookup& lookup, Index count,
+                                      int turn = 0, const MatchOptions& options = {});
+
 /// Root mean square distance, metres, of matches along their normals at variables, and how much of
 /// the scan they are.
 struct MatchError {

@@ -6,6 +6,7 @@
 #include "bodymodel/rotation.h"
 #include "bodymodel/tracking/start_pose.h"
 #include "core/error.h"
+#include "core/normals.h"
 #include "core/parallel.h"
 
 namespace atelier {
@@ -17,7 +18,8 @@ constexpr double kCovered = 0.5;       // of a scan that must fit a frame withou
 constexpr double kBridgePrior = 0.02;  // pull to rest where neighbours know better
 constexpr double kWideReach = 0.25;    // m, of first matches where no keypoints say where it is
 constexpr int kKeypointIterations = 30;
-constexpr int kSkinRounds = 2;  // before it is asked what clothing swings
+constexpr Index kModelSamples = 4;  // points of a scan for each vertex of the body, in a round
+constexpr int kSkinRounds = 2;      // before it is asked what clothing swings
 
 struct Range {
   std::size_t begin, end;            // frames that are solved together
@@ -65,6 +67,7 @@ class Sequencer {
         options_(options),
         person_(fitted_person(model, input.keypoint_names, options.fingers)),
         rest_(rest_surface(person_)),
+        areas_(vertex_areas(rest_.vertices, model.mesh.faces)),
         ranges_(windows_of(input.frames.size(), options)) {
     for (const int id : input.frame_ids) {
       times_.push_back(id / input.fps);
@@ -77,6 +80,7 @@ class Sequencer {
     const bool scans = std::any_of(scans_.begin(), scans_.end(),
                                    [](const ScanPoints* scan) { return scan != nullptr; });
     if (scans && options_.rounds > 0) {
+      prepare_lookups();
       std::vector<char> region = input_.region;
       int done = 0;
       if (options_.exclude == Exclude::Auto) {
@@ -157,10 +161,29 @@ class Sequencer {
     }
   }
 
+  bool shows_skin(std::size_t f) const {
+    return scans_[f] != nullptr && std::find(scans_[f]->parts.begin(), scans_[f]->parts.end(),
+                                             ScanPart::Skin) != scans_[f]->parts.end();
+  }
+
   bool any_skin() const {
-    return std::any_of(scans_.begin(), scans_.end(), [](const ScanPoints* scan) {
-      return scan != nullptr &&
-             std::find(scan->parts.begin(), scan->parts.end(), ScanPart::Skin) != scan->parts.end();
+    for (std::size_t f = 0; f < scans_.size(); ++f) {
+      if (shows_skin(f)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  void prepare_lookups() {
+    lookups_.resize(scans_.size());
+    parallel_for(static_cast<Index>(scans_.size()), 1, [&](Index begin, Index end) {
+      for (Index f = begin; f < end; ++f) {
+        const auto i = static_cast<std::size_t>(f);
+        if (options_.model_to_scan > 0 && shows_skin(i)) {
+          lookups_[i] = scan_lookup(*scans_[i]);
+        }
+      }
     });
   }
 
@@ -196,7 +219,7 @@ class Sequencer {
       if (rounds > 0) {
         for (std::size_t f = range.begin; f < range.end; ++f) {
           targets[f - range.begin].matches =
-              matches_of(f, window.start[f - range.begin], region, round);
+              both_ways(f, window.start[f - range.begin], region, round);
         }
       }
       for (Eigen::VectorXd& x : window.start) {  // no rotation vector near its singularity
@@ -207,11 +230,8 @@ class Sequencer {
     return window.start;
   }
 
-  std::vector<SurfaceMatch> matches_of(std::size_t f, const Eigen::VectorXd& x,
+  std::vector<SurfaceMatch> matches_of(std::size_t f, const BodySurface& surface,
                                        const std::vector<char>& region, int round) const {
-    if (scans_[f] == nullptr) {
-      return {};
-    }
     MatchOptions matching;
     if (!starts_[f].trusted && round == 0) {
       matching.reach = kWideReach;
@@ -220,7 +240,30 @@ class Sequencer {
     if (skin_only_) {
       std::replace(points.parts.begin(), points.parts.end(), ScanPart::Cloth, ScanPart::Ignored);
     }
-    return match_scan(person_, posed_surface(person_, rest_, x), points, region, matching);
+    return match_scan(person_, surface, points, region, matching);
+  }
+
+  /// The same, and what the body's vertices have of the scan's skin.
+  std::vector<SurfaceMatch> both_ways(std::size_t f, const Eigen::VectorXd& x,
+                                      const std::vector<char>& region, int round) const {
+    if (scans_[f] == nullptr) {
+      return {};
+    }
+    const BodySurface surface = posed_surface(person_, rest_, x);
+    std::vector<SurfaceMatch> matches = matches_of(f, surface, region, round);
+    if (matches.empty() || lookups_.empty() || lookups_[f].tree.nodes.empty()) {
+      return matches;
+    }
+    std::vector<SurfaceMatch> back = match_model(surface, areas_, *scans_[f], lookups_[f],
+                                                 options_.samples / kModelSamples, round);
+    for (SurfaceMatch& match : matches) {
+      match.weight *= match.cloth ? 1 : 1 - options_.model_to_scan;
+    }
+    for (SurfaceMatch& match : back) {
+      match.weight *= options_.model_to_scan;
+    }
+    matches.insert(matches.end(), back.begin(), back.end());
+    return matches;
   }
 
   std::vector<char> found_region() const {
@@ -258,19 +301,20 @@ class Sequencer {
       for (Index f = begin; f < end; ++f) {
         const auto i = static_cast<std::size_t>(f);
         targets[i] = starts_[i].targets;
-        targets[i].matches = matches_of(i, x_[i], region_, 0);
-        const MatchError error = match_error(person_, targets[i].matches, x_[i]);
-        tracked.scan_rms[f] = error.rms;
-        tracked.scan_share[f] = error.share;
         if (scans_[i] != nullptr) {
-          off[i] = 1 - match_error(person_,
-                                   match_scan(person_, posed_surface(person_, rest_, x_[i]),
-                                              sampled(*scans_[i], 500), {}, {0.4, -1}),
-                                   x_[i])
-                           .share;
+          const BodySurface surface = posed_surface(person_, rest_, x_[i]);
+          const MatchError error = match_error(person_, matches_of(i, surface, region_, 0), x_[i]);
+          tracked.scan_rms[f] = error.rms;
+          tracked.scan_share[f] = error.share;
+          off[i] =
+              1 - match_error(person_,
+                              match_scan(person_, surface, sampled(*scans_[i], 500), {}, {0.4, -1}),
+                              x_[i])
+                      .share;
         }
+        targets[i].matches = both_ways(i, x_[i], region_, 0);
         tracked.keypoint_rms[f] = keypoint_rms(i);
-        tracked.trusted[i] = starts_[i].trusted || error.share > kCovered ? 1 : 0;
+        tracked.trusted[i] = starts_[i].trusted || tracked.scan_share[f] > kCovered ? 1 : 0;
       }
     });
     for (std::size_t f = 0; f < count; ++f) {
@@ -357,11 +401,13 @@ class Sequencer {
   const TrackOptions& options_;
   FittedPerson person_;
   BodySurface rest_;
+  Eigen::VectorXd areas_;  // [V] m2
   std::vector<Range> ranges_;
   std::vector<double> times_;
   std::vector<StartPose> starts_;
   std::vector<Eigen::VectorXd> x_;
   std::vector<const ScanPoints*> scans_;
+  std::vector<ScanLookup> lookups_;  // of frames whose scan shows skin
   std::vector<char> region_;
   bool skin_only_ = false;
   std::vector<Finding> findings_;
@@ -383,6 +429,8 @@ OptionTable describe(TrackOptions& options) {
   table.add("dynamic", describe(options.dynamic));
   table.add("samples", options.samples, 0, 1e7, "",
             "points of each scan in an iteration; 0 takes all");
+  table.add("model_to_scan", options.model_to_scan, 0, 1, "",
+            "share of what skin says that is asked from the body's side; 0: from the scan's alone");
   table.add("rounds", options.rounds, 0, 100, "", "of matching with scans; 0: keypoints alone");
   table.add("window", options.window, 3, 1000, "", "frames solved jointly");
   table.add("overlap", options.overlap, 0, 500, "",

@@ -24,12 +24,15 @@ struct TrackOptions {
   FrameWeights weights;
   MotionWeights motion;
   DynamicOptions dynamic;
-  int samples = 2000;    ///< points of each scan in an iteration, [0, 1e7]; 0: all
-  int rounds = 5;        ///< of matching with scans, [0, 100]
-  int window = 12;       ///< frames solved jointly, [3, 1000]
-  int overlap = 4;       ///< frames that neighbouring windows share, [0, window / 2]
-  int iterations = 3;    ///< of the solver in a round, [1, 1000]
-  bool fingers = false;  ///< seek them too; only with keypoints of the hands or close-ups
+  int samples = 2000;          ///< points of each scan in an iteration, [0, 1e7]; 0: all
+  double model_to_scan = 0.5;  ///< share of what skin says that is asked from the body's side: the
+                               ///< nearest point of the scan for its vertices, [0, 1]; 0: only the
+                               ///< nearest point of the body for those of the scan
+  int rounds = 5;              ///< of matching with scans, [0, 100]
+  int window = 12;             ///< frames solved jointly, [3, 1000]
+  int overlap = 4;             ///< frames that neighbouring windows share, [0, window / 2]
+  int iterations = 3;          ///< of the solver in a round, [1, 1000]
+  bool fingers = false;        ///< seek them too; only with keypoints of the hands or close-ups
 };
 OptionTable describe(TrackOptions& options);
 
@@ -59,8 +62,9 @@ struct Tracking {
 ///    detectors mixed them up (start_pose.h);
 ///  - windows of frames are solved jointly (solve_window.h) to keypoints, joint limits, the pull to
 ///    rest and accelerations;
-///  - then scans: points of the scan to planes of the body, matched anew in every round; skin from
-///    both sides, clothing so that the body lies inside;
+///  - then scans: points of the scan to planes of the body, and of skin also vertices of the body
+///  to
+///    planes of the scan, matched anew in every round; clothing so that the body lies inside;
 ///  - with Exclude::Auto, after the skin has been fitted, clothing whose gap to the body swings is
 ///    found (dynamic_region.h) and left out of the rounds that follow; it is found again once.
 /// Stated behaviour for bad input, each with a finding: a frame without (or with contradictory)

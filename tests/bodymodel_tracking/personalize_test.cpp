@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/bone_lengths.h"
 #include "bodymodel/tracking/solve_shape.h"
 #include "core/error.h"
 #include "core/normals.h"
@@ -44,8 +45,8 @@ const BodyModel& somebody() {
   return person;
 }
 
-TrackInput bare_frames(int frames, double noise) {
-  const FittedPerson person = fitted_person(somebody(), body_25_names());
+TrackInput bare_frames(int frames, double noise, const BodyModel& who = somebody()) {
+  const FittedPerson person = fitted_person(who, body_25_names());
   Random random(8);
   TrackInput input;
   input.keypoint_names = body_25_names();
@@ -54,8 +55,8 @@ TrackInput bare_frames(int frames, double noise) {
     const Eigen::VectorXd x = walking(person, 0.7 * f);
     const FrameTargets seen = keypoints_of(person, x, noise, random);
     Mesh scan;
-    scan.vertices = skin_vertices(somebody(), pose_of_variables(person, x));
-    scan.faces = somebody().mesh.faces;
+    scan.vertices = skin_vertices(who, pose_of_variables(person, x));
+    scan.faces = who.mesh.faces;
     const std::vector<ScanPart> parts(static_cast<std::size_t>(scan.vertices.rows()),
                                       ScanPart::Skin);
     input.frame_ids.push_back(f);
@@ -133,6 +134,37 @@ TEST(Personalize, ThreeFramesFindSomebodyElse) {
   EXPECT_LT(after, 0.003);
   EXPECT_LT(found.scan_rms, 0.003);
   EXPECT_LT(found.unseen, 0.2);
+}
+
+TEST(Personalize, BonesThatNoShapeHasAreFound) {
+  // One whose forearms are longer and shins shorter than any shape of the model says.
+  const BodyModel bones = with_bone_lengths(shaped_human());
+  Eigen::VectorXd shape = neutral_shape(bones);
+  shape[find_shape(bones, "forearm_length")] = 0.02;
+  shape[find_shape(bones, "shin_length")] = -0.02;
+  const BodyModel person = plain_person(bones, shape).model;
+  PersonalizeOptions options;
+  options.samples = 1000;
+  options.shape_rounds = 3;
+  options.surface_rounds = 1;
+  options.bone_lengths = 0.06;
+  const TrackInput input = bare_frames(4, 0.003, person);
+  const auto joints_off = [&] {
+    const BodyModel found = personalize(shaped_human(), input, options).person.model;
+    double sum = 0;
+    for (const char* name : {"left_wrist", "right_elbow", "left_ankle", "right_knee"}) {
+      const int joint = find_joint(person.skeleton, name);
+      sum += std::abs(found.skeleton.offsets.row(joint).norm() -
+                      person.skeleton.offsets.row(joint).norm());
+    }
+    return sum / 4;
+  };
+  const double with = joints_off();
+  options.bone_lengths = 0;
+  const double without = joints_off();
+  std::printf("bones %.1f mm off, %.1f mm without their lengths\n", 1e3 * with, 1e3 * without);
+  EXPECT_LT(with, 0.004);
+  EXPECT_LT(with, 0.7 * without);
 }
 
 TEST(Personalize, KeypointsAloneGiveBoneLengths) {

@@ -91,7 +91,8 @@ TEST(RealTrial, AHundredFramesAreFollowedByKeypointsAlone) {
     std::printf("%s body: median %.1f mm over %zu joints, largest step %.1f mm a frame, %d flips\n",
                 measured ? "measured" : "default", 1e3 * median, errors.size(), 1e3 * jump, flips);
     EXPECT_LT(median, 0.035);
-    EXPECT_LT(jump, 0.08);
+    // Keypoints of a hip jump by 121 mm in one frame; who has the person's bones follows them more.
+    EXPECT_LT(jump, measured ? 0.09 : 0.06);
     EXPECT_EQ(flips, 0);
   }
 }

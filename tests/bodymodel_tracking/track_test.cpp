@@ -6,6 +6,7 @@
 
 #include "bodymodel/tracking/start_pose.h"
 #include "core/error.h"
+#include "core/normals.h"
 #include "core/parallel.h"
 #include "tests/bodymodel_tracking/posed_person.h"
 
@@ -203,6 +204,60 @@ TEST(Track, AScanInMillimetresIsLeftOut) {
   EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "scan-unit")));
   EXPECT_EQ(tracking.tracked.scan_share[1], 0);
   EXPECT_LT(error_of(tracking, 1, 1 / 30.0), 0.015);
+}
+
+TEST(Track, ScansWithoutLabelsAreClothingWithTheBodyInside) {
+  TrackInput input = walk(3, 0.012, 12);
+  for (std::size_t f = 0; f < 3; ++f) {
+    input.frames[f].scan = body_scan(f / 12.0);
+    input.frames[f].scan.parts.assign(input.frames[f].scan.parts.size(), ScanPart::Cloth);
+  }
+  const Tracking tracking = track(plain_human(), input);
+  EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "labels-absent")));
+  for (std::size_t f = 0; f < 3; ++f) {
+    EXPECT_EQ(tracking.tracked.trusted[f], 1);
+    EXPECT_LT(error_of(tracking, f, f / 12.0), 0.015);
+  }
+}
+
+TEST(ScanMatch, VerticesFindTheScanButNotPastItsHoles) {
+  const Eigen::VectorXd x = walking(fitted_human(), 0);
+  const BodySurface rest = rest_surface(fitted_human());
+  const BodySurface surface = posed_surface(fitted_human(), rest, x);
+  const Eigen::VectorXd areas = vertex_areas(rest.vertices, plain_human().mesh.faces);
+  ScanPoints scan = body_scan(0);
+  scan.points += 0.004 * scan.normals;
+  const auto all = match_model(surface, areas, scan, scan_lookup(scan), 800);
+  double share = 0;
+  for (const SurfaceMatch& match : all) {
+    share += match.weight;
+    const Eigen::Vector3d at = surface.vertices.row(match.vertices[0]).transpose();
+    EXPECT_NEAR(match.normal.dot(match.target - at), 0.004, 0.003);
+  }
+  EXPECT_GT(share, 0.8);
+  EXPECT_LT(share, 1.1);
+  // The left half was not seen; the right hand is clothed.
+  ScanPoints half;
+  std::vector<Index> kept;
+  for (Index i = 0; i < scan.points.rows(); ++i) {
+    if (rest.vertices(i, 0) < 0) {
+      kept.push_back(i);
+    }
+  }
+  half.points = scan.points(kept, Eigen::all);
+  half.normals = scan.normals(kept, Eigen::all);
+  half.areas = scan.areas(kept);
+  for (const Index i : kept) {
+    half.parts.push_back(rest.vertices(i, 0) < -0.5 ? ScanPart::Cloth : ScanPart::Skin);
+  }
+  const auto right = match_model(surface, areas, half, scan_lookup(half), 0);
+  EXPECT_GT(right.size(), 3000u);
+  for (const SurfaceMatch& match : right) {
+    EXPECT_LT(rest.vertices(match.vertices[0], 0), 0.07);
+    EXPECT_GT(rest.vertices(match.vertices[0], 0), -0.56);
+  }
+  EXPECT_TRUE(match_model(surface, areas, {}, scan_lookup({}), 100).empty());
+  EXPECT_THROW(match_model(surface, areas.head(3), scan, scan_lookup(scan), 100), LogicError);
 }
 
 TEST(Track, HalfAScanAndASecondPersonDoNoHarm) {

@@ -1,0 +1,84 @@
+#ifdef ATELIER_HAS_CAPTURE
+
+#include "apps/evaluation.h"
+
+#include <cstdio>
+
+#include "apps/body_measures.h"
+#include "apps/flatten_measures.h"
+#include "apps/person_measures.h"
+#include "apps/reconstruct_measures.h"
+#include "apps/register_measures.h"
+#include "apps/template_measures.h"
+#include "apps/usage_error.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What can be measured, one row for each stage as it comes. A row measures the results of its
+/// stage in the workspace against the truth; none where there are none.
+struct Evaluation {
+  const char* stage;
+  std::vector<Measure> (*measure)(const fs::path& workspace, const fs::path& truth);
+};
+
+std::vector<Measure> of_capture(const fs::path& /*workspace*/, const fs::path& truth) {
+  return measure_capture(truth);
+}
+
+constexpr Evaluation kEvaluations[] = {
+    {"capture", of_capture},
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
+    {"reconstruct", measure_reconstruct},
+#endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+    {"personalize", measure_personalize},
+    {"track", measure_track},
+#endif
+#ifdef ATELIER_HAS_REGISTRATION
+    {"template", measure_template},
+    {"register", measure_register},
+    {"flatten", measure_flatten},
+#endif
+#ifdef ATELIER_HAS_BODYMODEL
+    {"body", measure_body},
+    {"refine", measure_refine},
+#endif
+};
+
+}  // namespace
+
+std::vector<Measure> workspace_measures(const fs::path& workspace, const fs::path& truth,
+                                        const std::string& stage) {
+  std::vector<Measure> all;
+  std::string stages;
+  bool known = stage.empty();
+  for (const Evaluation& evaluation : kEvaluations) {
+    stages += std::string(stages.empty() ? "" : ", ") + evaluation.stage;
+    if (stage.empty() || stage == evaluation.stage) {
+      known = true;
+      const std::vector<Measure> some = evaluation.measure(workspace, truth);
+      all.insert(all.end(), some.begin(), some.end());
+    }
+  }
+  if (!known) {
+    throw UsageError("'" + stage.substr(0, 80) + "' has no figures; these have: " + stages);
+  }
+  return all;
+}
+
+std::string verdict_of(const Measure& measure) {
+  if (measure.side == Measure::Side::None) {
+    return "";
+  }
+  char text[80];
+  std::snprintf(text, sizeof(text), "%s (%s %g)", is_met(measure) ? "met" : "MISSED",
+                measure.side == Measure::Side::AtMost ? "at most" : "at least", measure.target);
+  return text;
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,26 @@
+#pragma once
+
+#ifdef ATELIER_HAS_CAPTURE
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "capture/capture_measures.h"
+
+namespace atelier {
+
+/// Every figure that the results of a workspace give against the truth of the synthetic capture
+/// that they were made from, stage by stage.
+/// @param stage  of this one alone, or "capture" for the capture itself; "": of all
+/// Throws UsageError for a stage that has no figures, else as the readers of results and truth do.
+std::vector<Measure> workspace_measures(const std::filesystem::path& workspace,
+                                        const std::filesystem::path& truth,
+                                        const std::string& stage = "");
+
+/// "met (at most 6)", "MISSED (at least 0.95)", "" without a target.
+std::string verdict_of(const Measure& measure);
+
+}  // namespace atelier
+
+#endif
