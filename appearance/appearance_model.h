@@ -25,7 +25,9 @@ namespace atelier {
 ///
 /// Chosen here, where the published text is silent: depth and widths, added instead of concatenated
 /// skip connections (half the arithmetic), a first output of 0 (the start is the static texture),
-/// visibility as an input of the first branch (it tells inside from outside of folds).
+/// branches that give their parts in units of the mean texture (a print is shaded by one number
+/// where it would take another one for each of its colours), visibility as an input of the first
+/// branch (it tells inside from outside of folds).
 struct NetworkOptions {
   int resolution = 256;          ///< texels a side, a power of 2 from 16 to 4096
   int channels = 8;              ///< width of the first level, 1..128

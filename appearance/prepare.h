@@ -6,7 +6,7 @@
 
 #include "appearance/appearance_data.h"
 #include "appearance/occlusion.h"
-#include "appearance/texture_atlas.h"
+#include "appearance/packed_atlas.h"
 #include "appearance/visible_pixels.h"
 
 namespace atelier {
@@ -28,7 +28,7 @@ struct DressedSubject {
 /// One surface of it that a network is to draw.
 struct DrawnSurface {
   std::size_t which = 0;       ///< of DressedSubject
-  TextureAtlas atlas;          ///< without overlaps
+  PackedAtlas atlas;           ///< without overlaps
   int resolution = 256;        ///< texels a side
   int shadow_resolution = 64;  ///< texels a side of the visibility
   bool trusted_only = true;    ///< leave out pixels near silhouettes and depth jumps

@@ -170,7 +170,7 @@ TexelMap texel_map(const Triangles& faces, const Points2& uvs, const Triangles& 
       "a texture face names a coordinate that is not there");
   if (uvs.rows() > 0 && !(uvs.minCoeff() >= 0 && uvs.maxCoeff() <= 1)) {
     throw DataError("", "texture coordinates", "some outside of [0, 1]",
-                    "an atlas inside the unit square (pack_texture_atlas)");
+                    "an atlas inside the unit square (pack_atlas)");
   }
   // Texels are the pixels of a camera that looks at the plane z = 1.
   Camera camera;

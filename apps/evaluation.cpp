@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "apps/appearance_measures.h"
 #include "apps/body_measures.h"
 #include "apps/flatten_measures.h"
 #include "apps/person_measures.h"
@@ -45,6 +46,9 @@ constexpr Evaluation kEvaluations[] = {
 #ifdef ATELIER_HAS_BODYMODEL
     {"body", measure_body},
     {"refine", measure_refine},
+#endif
+#ifdef ATELIER_HAS_APPEARANCE
+    {"appearance", measure_appearance},
 #endif
 };
 

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "apps/appearance_stage.h"
 #include "apps/body_stage.h"
 #include "apps/flatten.h"
 #include "apps/personalize_stage.h"
@@ -136,6 +137,18 @@ constexpr std::array kStages = {
           .run = run_simulate,
           .check_input = check_simulate_input,
           .frame_wise = true,
+          .has_cuda = true,
+          .device_keyed = true},
+#endif
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE)
+    Stage{.name = "appearance",
+          .version = 1,
+          .summary = "how each garment looks: networks that draw its texture",
+          .inputs = {"capture"},
+          .outputs = {"networks"},
+          .metrics = kAppearanceMetrics,
+          .options = option_set<AppearanceStageOptions>,
+          .run = run_appearance,
           .has_cuda = true,
           .device_keyed = true},
 #endif

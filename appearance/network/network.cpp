@@ -139,25 +139,25 @@ struct AppearanceNetwork::State {
       const auto towards = view_directions(maps, view.center);
       directions.push_back(pictured(matrix(towards.data(), rows, 3, device), texel_rows, side));
     }
-    torch::Tensor texture =
-        parameters.at("texture.mean").unsqueeze(0).expand({count, 3, side, side});
+    torch::Tensor share = torch::ones({count, 3, side, side}, torch::device(device));
     torch::Tensor features = torch::cat(geometry, 0);
     if (options.view_independent) {
       const Branch branch = unet("independent", features);
-      texture = texture + branch.output;
+      share = share + branch.output;
       features = branch.features;
     }
     if (options.view_dependent) {
-      texture =
-          texture + unet("dependent", torch::cat({torch::cat(directions, 0), features}, 1)).output;
+      share =
+          share + unet("dependent", torch::cat({torch::cat(directions, 0), features}, 1)).output;
     }
     if (options.shadow) {
       torch::Tensor x = torch::cat(openness, 0);
       x = activated(convolved("shadow.first", x, 1, false));
       x = activated(convolved("shadow.middle", x, 1, false));
-      texture = texture * enlarged(torch::sigmoid(convolved("shadow.last", x, 1, false)));
+      share = share * enlarged(torch::sigmoid(convolved("shadow.last", x, 1, false)));
     }
-    return texture.reshape({count, 3, side * side})
+    return (share * parameters.at("texture.mean"))
+        .reshape({count, 3, side * side})
         .index_select(2, texel_source)
         .reshape({count, 3, side, side});
   }

@@ -15,6 +15,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/store/commit.h"
 #include "core/store/input_digest.h"
 #include "core/store/utc_time.h"
 #include "core/store/write_text.h"
@@ -268,6 +269,12 @@ void ActiveRun::output(const std::string& path,
   const std::filesystem::path full = plan_.staging_folder / path;
   make_private_directory(full.parent_path());
   outputs_[path] = write_file(path, write);
+}
+
+std::filesystem::path ActiveRun::scratch_folder() {
+  const std::filesystem::path folder = scratch_of(plan_.staging_folder);
+  make_private_directory(folder);
+  return folder;
 }
 
 void ActiveRun::output_text(const std::string& path, std::string_view text) {

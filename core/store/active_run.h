@@ -31,6 +31,7 @@ class ActiveRun : public StageRun {
   void output(const std::string& path,
               const std::function<void(const std::filesystem::path& file)>& write) override;
   void output_text(const std::string& path, std::string_view text) override;
+  std::filesystem::path scratch_folder() override;
   void metric(const std::string& name, double value) override;
   void say(const std::string& line) override;
   void progress(std::int64_t done, std::int64_t total, const std::string& unit) override;

@@ -77,8 +77,15 @@ void commit_result(const std::filesystem::path& staging, const std::filesystem::
   finish_commit(staging, result, manifest);
 }
 
+std::filesystem::path scratch_of(const std::filesystem::path& staging) {
+  return staging / ".scratch";
+}
+
 void finish_commit(const std::filesystem::path& staging, const std::filesystem::path& result,
                    const Manifest& manifest) {
+  if (link_kind(scratch_of(staging)) != std::filesystem::file_type::not_found) {
+    remove_folder(scratch_of(staging));
+  }
   sweep(staging, manifest);
   sync_directory(staging);
   const std::filesystem::path parent = result.parent_path();

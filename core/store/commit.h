@@ -22,6 +22,9 @@ void finish_commit(const std::filesystem::path& staging, const std::filesystem::
 /// the commit lock. Throws EnvironmentError.
 void replace_manifest(const std::filesystem::path& result, const Manifest& manifest);
 
+/// Where a stage keeps what is not finished (StageRun::scratch_folder), inside its staging folder.
+std::filesystem::path scratch_of(const std::filesystem::path& staging);
+
 /// Removes a folder and everything in it; links are removed, not followed. Throws EnvironmentError.
 void remove_folder(const std::filesystem::path& folder);
 

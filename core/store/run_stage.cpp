@@ -20,15 +20,17 @@
 namespace atelier {
 namespace {
 
-/// Removes what a run leaves that does not commit, unless a frame is finished: the next run goes on
-/// from frames, half a result is worth nothing. Shards are not alone there, and leave everything.
+/// Removes what a run leaves that does not commit, unless a frame is finished or work was kept: the
+/// next run goes on from those, half a result is worth nothing. Shards are not alone there, and
+/// leave everything.
 class StagingGuard {
  public:
   StagingGuard(const ActiveRun& run, const StagePlan& plan, bool alone)
       : run_(run), plan_(plan), armed_(alone) {}
   ~StagingGuard() {
-    if (armed_ && plan_.frames_kept == 0 && run_.frames_done() == 0) {
-      std::error_code ignored;
+    std::error_code ignored;
+    if (armed_ && plan_.frames_kept == 0 && run_.frames_done() == 0 &&
+        !std::filesystem::exists(scratch_of(plan_.staging_folder), ignored)) {
       std::filesystem::remove_all(plan_.staging_folder, ignored);
     }
   }
@@ -178,7 +180,9 @@ bool open_staging(const Stage& stage, const StageRequest& request, const StageEv
         return true;
       }
     }
-    const bool keep = stage.frame_wise && !(request.force && request.selection.everything()) &&
+    const bool resumes = stage.frame_wise || link_kind(scratch_of(plan.staging_folder)) ==
+                                                 std::filesystem::file_type::directory;
+    const bool keep = resumes && !(request.force && request.selection.everything()) &&
                       link_kind(plan.staging_folder) == std::filesystem::file_type::directory;
     if (!keep) {
       remove_folder(plan.staging_folder);

@@ -55,6 +55,11 @@ class StageRun {
   /// Writes one text file of the result.
   virtual void output_text(const std::string& path, std::string_view text) = 0;
 
+  /// A folder for work that is not finished: what a run leaves there when it is stopped, fails or
+  /// is killed, the next run of the same request finds again (a training's checkpoint). No part of
+  /// the result; goes when that is committed, and with --force before it begins.
+  virtual std::filesystem::path scratch_folder() = 0;
+
   /// A number for the manifest and the report. Throws LogicError unless it is finite and the
   /// stage's row declares it.
   virtual void metric(const std::string& name, double value) = 0;

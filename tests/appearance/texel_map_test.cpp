@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "appearance/texture_atlas.h"
+#include "appearance/packed_atlas.h"
 #include "core/error.h"
 #include "tests/support/refusals.h"
 #include "tests/support/shapes.h"
@@ -44,9 +44,9 @@ Eigen::Vector3d place_of(const Mesh& mesh, const TexelMap& map, int texel) {
   return place;
 }
 
-TEST(TextureAtlas, ChartsKeepTheScaleOfTheSurfaceAndTheirDistance) {
+TEST(PackAtlas, ChartsKeepTheScaleOfTheSurfaceAndTheirDistance) {
   const Mesh mesh = cut_sheet();
-  const TextureAtlas atlas = pack_texture_atlas(mesh, {.resolution = 64, .margin = 3});
+  const PackedAtlas atlas = pack_atlas(mesh, {.resolution = 64, .margin = 3});
   ASSERT_EQ(*std::max_element(atlas.chart.begin(), atlas.chart.end()), 1);
   EXPECT_GE(atlas.uvs.minCoeff(), 0);
   EXPECT_LE(atlas.uvs.maxCoeff(), 1);
@@ -73,7 +73,7 @@ TEST(TextureAtlas, ChartsKeepTheScaleOfTheSurfaceAndTheirDistance) {
 
 TEST(TexelMap, CoveredTexelsLieWhereTheirTextureCoordinateSays) {
   const Mesh mesh = cut_sheet();
-  const TextureAtlas atlas = pack_texture_atlas(mesh, {.resolution = 64});
+  const PackedAtlas atlas = pack_atlas(mesh, {.resolution = 64});
   const TexelMap map = texel_map(mesh.faces, atlas.uvs, atlas.uv_faces, 64);
   ASSERT_GT(map.covered.size(), 64U * 64U * 6 / 10);
   for (const int texel : map.covered) {
@@ -91,7 +91,7 @@ TEST(TexelMap, CoveredTexelsLieWhereTheirTextureCoordinateSays) {
 
 TEST(TexelMap, BesideASeamTheTextureGoesOnAsTheSurfaceDoes) {
   const Mesh mesh = cut_sheet();
-  const TextureAtlas atlas = pack_texture_atlas(mesh, {.resolution = 64, .margin = 4});
+  const PackedAtlas atlas = pack_atlas(mesh, {.resolution = 64, .margin = 4});
   const TexelMap map = texel_map(mesh.faces, atlas.uvs, atlas.uv_faces, 64, 2);
   // The flat sheet's place as a function of the texture coordinate of the first chart, to be
   // continued beyond the chart's edge.
@@ -130,9 +130,9 @@ TEST(TexelMapRefused, WhatIsNoAtlas) {
   ATELIER_EXPECT_REFUSED(texel_map(mesh.faces, none, mesh.uv_faces, 64), LogicError,
                          "a coordinate that is not there");
   mesh.uvs.setZero();
-  ATELIER_EXPECT_REFUSED(pack_texture_atlas(mesh), DataError, "no area");
+  ATELIER_EXPECT_REFUSED(pack_atlas(mesh), DataError, "no area");
   mesh.uv_faces.resize(0, 3);
-  ATELIER_EXPECT_REFUSED(pack_texture_atlas(mesh), DataError, "with texture coordinates");
+  ATELIER_EXPECT_REFUSED(pack_atlas(mesh), DataError, "with texture coordinates");
 }
 
 }  // namespace

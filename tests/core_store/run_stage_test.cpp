@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/store/collect_garbage.h"
 #include "core/store/commit.h"
@@ -76,6 +77,30 @@ TEST_F(RunStage, ErrorsOfTheInputArePartOfTheReport) {
     EXPECT_EQ(again.end, End::AlreadyDone);
     EXPECT_EQ(again.input_errors, bad > 0) << "a result that is done says it again";
   }
+}
+
+TEST_F(RunStage, WorkThatIsNotFinishedIsThereAgain) {
+  Stage stage = *find_stage(kTestStages, "count");
+  static int tries;
+  tries = 0;
+  stage.run = [](StageRun& run) {
+    const std::filesystem::path kept = run.scratch_folder() / "checkpoint";
+    EXPECT_EQ(std::filesystem::exists(kept), tries == 1);
+    write_file_atomically(kept, "half");
+    if (++tries < 4 && tries != 2) {
+      throw EnvironmentError("disk", "full");
+    }
+    run.output_text("count.txt", "done");
+  };
+  EXPECT_THROW(run_stage(kTestStages, stage, request("count")), EnvironmentError);
+  EXPECT_EQ(run_stage(kTestStages, stage, request("count")).end, End::Done);
+  EXPECT_FALSE(std::filesystem::exists(current("count") / ".scratch")) << "no part of the result";
+  StageRequest again = request("count");
+  again.force = true;
+  EXPECT_THROW(run_stage(kTestStages, stage, again),
+               EnvironmentError);  // began without the first's
+  tries = 3;
+  EXPECT_EQ(run_stage(kTestStages, stage, again).end, End::Done) << "nor --force with what is left";
 }
 
 TEST_F(RunStage, MetricsAreToldWithTheirUnits) {

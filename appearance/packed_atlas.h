@@ -7,13 +7,13 @@
 namespace atelier {
 
 /// Texture coordinates of a surface whose charts do not overlap.
-struct TextureAtlas {
+struct PackedAtlas {
   Points2 uvs;             ///< [T,2] in [0,1], v up
   Triangles uv_faces;      ///< [F,3] into uvs
   std::vector<int> chart;  ///< [F] the chart of each face, from 0
 };
 
-struct TextureAtlasOptions {
+struct PackAtlasOptions {
   int resolution = 256;  ///< texels a side of the smallest texture that it is for, 16..16384
   int margin = 3;        ///< texels that charts keep from each other and from the border, 1..64
 };
@@ -26,6 +26,6 @@ struct TextureAtlasOptions {
 ///
 /// A mesh without texture coordinates is a DataError, as is one with a chart without area.
 /// @param mesh  its vertices say how large each chart's surface is
-TextureAtlas pack_texture_atlas(const Mesh& mesh, const TextureAtlasOptions& options = {});
+PackedAtlas pack_atlas(const Mesh& mesh, const PackAtlasOptions& options = {});
 
 }  // namespace atelier

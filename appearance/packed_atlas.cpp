@@ -1,4 +1,4 @@
-#include "appearance/texture_atlas.h"
+#include "appearance/packed_atlas.h"
 
 #include <algorithm>
 #include <cmath>
@@ -99,7 +99,7 @@ bool lay(std::vector<Chart>& charts, const std::vector<std::size_t>& order, doub
 
 }  // namespace
 
-TextureAtlas pack_texture_atlas(const Mesh& mesh, const TextureAtlasOptions& options) {
+PackedAtlas pack_atlas(const Mesh& mesh, const PackAtlasOptions& options) {
   ATELIER_CHECK(options.resolution >= 16 && options.resolution <= 16384 && options.margin >= 1 &&
                     options.margin <= 64,
                 "the atlas's options are out of range");
@@ -107,7 +107,7 @@ TextureAtlas pack_texture_atlas(const Mesh& mesh, const TextureAtlasOptions& opt
   if (mesh.uv_faces.rows() == 0) {
     throw DataError("", "texture coordinates", "none", "a mesh with texture coordinates");
   }
-  TextureAtlas atlas;
+  PackedAtlas atlas;
   atlas.uv_faces = mesh.uv_faces;
   atlas.chart = charts_of(mesh.uv_faces, mesh.uvs.rows());
   std::vector<Chart> charts = measured(mesh, atlas.chart);

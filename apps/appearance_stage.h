@@ -1,0 +1,36 @@
+#pragma once
+
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE)
+
+#include <array>
+
+#include "appearance/prepare.h"
+#include "appearance/train_options.h"
+#include "core/store/stage.h"
+
+namespace atelier {
+
+struct AppearanceStageOptions {
+  TrainOptions train;
+  PrepareAppearanceOptions prepare;
+  bool body = false;            ///< also the body under the clothes, with the same kind of network
+  bool truth_geometry = false;  ///< garments and body of a synthetic capture's truth: the ceiling
+};
+OptionTable describe(AppearanceStageOptions& options);
+
+inline constexpr std::array kAppearanceMetrics = {
+    StageMetric{"surfaces", ""},        StageMetric{"frames", ""},
+    StageMetric{"views", ""},           StageMetric{"pixels", ""},
+    StageMetric{"iterations", ""},      StageMetric{"training_psnr_db", "dB"},
+    StageMetric{"seconds_a_step", "s"}, StageMetric{"truth_geometry", ""},
+};
+
+/// Images and the garments' geometry -> for each garment (and the body) <name>/model.safetensors
+/// (the network), <name>/training.csv (loss and PSNR of every step) and <name>/data.h5 (what it
+/// learnt from: `atelier-appearance train` takes it elsewhere). Held-out cameras and frames are
+/// never opened.
+void run_appearance(StageRun& run);
+
+}  // namespace atelier
+
+#endif
