@@ -1,0 +1,210 @@
+#include "registration/photometric.h"
+
+#include <Eigen/Geometry>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/normals.h"
+#include "core/parallel.h"
+#include "tests/registration/registered_shapes.h"
+#include "tests/support/refusals.h"
+
+namespace atelier {
+namespace {
+
+using testing::blotches;
+
+constexpr int kLevels = 3;
+
+/// A tube, its texture where it is, and what is seen after it has slid along itself.
+struct Slid {
+  Mesh mesh = testing::cloth_tube(30, 16);
+  ClothModel model = cloth_model(mesh.vertices, mesh.faces);
+  ClothSamples samples = cloth_samples(mesh.vertices, mesh.faces, 0.008);
+  GarmentTexture texture;
+  std::vector<ViewPyramid> views;
+  std::vector<std::vector<float>> seen;
+
+  explicit Slid(double angle, double lift) {
+    const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
+    const auto before = testing::cylinder_views(kLevels, blotches);
+    seen = vertex_views(mesh.vertices, mesh.faces, before, {&tree});
+    add_texture(texture, samples, mesh.vertices, mesh.faces, before, seen);
+    // Half as bright, darker to one side: neither is a motion.
+    views = testing::cylinder_views(kLevels, [=](double u, double y) {
+      return (0.4 + 0.2 * std::cos(u)) * blotches(u - angle, y - lift);
+    });
+  }
+};
+
+TEST(Photometric, NothingToDoWhereItIsRight) {
+  const Slid slid(0, 0);
+  const PhotometricTerm term = photometric_term(slid.model, slid.mesh.vertices, slid.samples,
+                                                slid.texture, slid.views, slid.seen, 0);
+  int compared = 0;
+  double sum = 0;
+  for (Index v = 0; v < slid.mesh.vertices.rows(); ++v) {
+    if (term.views[v] > 0) {
+      EXPECT_GT(term.correlation[v], 0.7);  // a patch's shade is no factor
+      sum += term.correlation[v];
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, slid.mesh.vertices.rows() / 2);
+  EXPECT_GT(sum / compared, 0.9);
+}
+
+TEST(Photometric, KnownSlideIsRecoveredOnACylinder) {
+  const double angle = 0.06;  // 9 mm
+  const double lift = 0.007;  // m
+  const Slid slid(angle, lift);
+  const Points expected = testing::screwed(slid.mesh.vertices, angle, lift);
+  ShapeSolver solver(slid.model);
+  Points x = slid.mesh.vertices;
+  for (int level = kLevels - 1; level >= 0; --level) {
+    for (int step = 0; step < 4; ++step) {
+      ClothTerms terms;
+      terms.stretch = terms.compress = 0.04;
+      terms.quadratics =
+          photometric_term(slid.model, x, slid.samples, slid.texture, slid.views, slid.seen, level)
+              .quadratics;
+      terms.origin = x;
+      const Points normals = vertex_normals(x, slid.mesh.faces);
+      for (int v = 0; v < static_cast<int>(x.rows()); ++v) {  // the shape is known
+        SurfaceRow row;
+        row.vertices = {v, v, v};
+        row.normal = Eigen::Vector3d(x(v, 0), 0, x(v, 2)).normalized();
+        row.offset = 0.15;
+        row.weight = slid.model.areas[v];
+        terms.rows.push_back(row);
+      }
+      x = solver.lower(terms, x);
+    }
+  }
+  const Eigen::VectorXd before = (slid.mesh.vertices - expected).rowwise().norm();
+  const Eigen::VectorXd after = (x - expected).rowwise().norm();
+  EXPECT_GT(before.mean(), 0.011);
+  EXPECT_LT(after.mean(), 0.0006);
+  EXPECT_LT(after.maxCoeff(), 0.004);
+}
+
+TEST(Photometric, TermIsTheSameOnAnyNumberOfThreads) {
+  const Slid slid(0.03, 0);
+  const auto at = [&] {
+    return photometric_term(slid.model, slid.mesh.vertices, slid.samples, slid.texture, slid.views,
+                            slid.seen, 1);
+  };
+  set_thread_count(1);
+  const PhotometricTerm one = at();
+  set_thread_count(3);
+  const PhotometricTerm three = at();
+  set_thread_count(0);
+  ASSERT_EQ(one.quadratics.size(), three.quadratics.size());
+  EXPECT_EQ(one.energy, three.energy);
+  for (std::size_t i = 0; i < one.quadratics.size(); ++i) {
+    EXPECT_EQ(one.quadratics[i].H, three.quadratics[i].H);
+    EXPECT_EQ(one.quadratics[i].g, three.quadratics[i].g);
+  }
+}
+
+TEST(Photometric, GradientLeadsDownhill) {
+  const Slid slid(0.02, 0);
+  const auto energy = [&](const Points& x) {
+    return photometric_term(slid.model, x, slid.samples, slid.texture, slid.views, slid.seen, 1)
+        .energy;
+  };
+  const Points at = slid.mesh.vertices;
+  EXPECT_LT(energy(testing::screwed(at, 0.01, 0)), energy(at));
+  EXPECT_GT(energy(testing::screwed(at, -0.01, 0)), energy(at));
+}
+
+TEST(Photometric, PlainClothSaysNothing) {
+  Slid slid(0, 0);
+  slid.views = testing::cylinder_views(kLevels, [](double, double) { return 0.4; });
+  slid.texture = {};
+  add_texture(slid.texture, slid.samples, slid.mesh.vertices, slid.mesh.faces, slid.views,
+              slid.seen);
+  const PhotometricTerm term =
+      photometric_term(slid.model, testing::screwed(slid.mesh.vertices, 0.03, 0), slid.samples,
+                       slid.texture, slid.views, slid.seen, 0);
+  double most = 0;
+  for (const FaceQuadratic& q : term.quadratics) {
+    most = std::max(most, q.g.norm());
+  }
+  EXPECT_LT(most, 1e-9);
+}
+
+TEST(Photometric, WhatHidesTheClothHidesIt) {
+  const Mesh mesh = testing::cloth_tube(24, 8);
+  const TriangleTree own = build_tree(mesh.vertices, mesh.faces);
+  const auto views = testing::cylinder_views(1, blotches);
+  const auto open = vertex_views(mesh.vertices, mesh.faces, views, {&own});
+  Mesh coat = testing::cloth_tube(24, 8);
+  coat.vertices.col(0) *= 1.5;
+  coat.vertices.col(2) *= 1.5;
+  const TriangleTree around = build_tree(coat.vertices, coat.faces);
+  const auto hidden = vertex_views(mesh.vertices, mesh.faces, views, {&own, &around});
+  for (std::size_t c = 0; c < views.size(); ++c) {
+    const Eigen::Vector3d centre = camera_center(views[c].camera);
+    for (Index v = 0; v < mesh.vertices.rows(); ++v) {
+      const Eigen::Vector3d out(mesh.vertices(v, 0), 0, mesh.vertices(v, 2));
+      const bool faces_it = out.dot(centre - mesh.vertices.row(v).transpose()) > 0;
+      if (!faces_it) {
+        EXPECT_EQ(open[c][static_cast<std::size_t>(v)], 0);
+      }
+      if (mesh.vertices(v, 1) > 0.95 && mesh.vertices(v, 1) < 1.15) {
+        EXPECT_EQ(hidden[c][static_cast<std::size_t>(v)], 0);
+      }
+    }
+  }
+}
+
+TEST(Photometric, GarmentOutsideOfThePictureIsNotSeen) {
+  const Mesh mesh = testing::cloth_tube(12, 4);
+  const auto views = testing::cylinder_views(1, blotches);
+  const Points away = mesh.vertices.rowwise() + Eigen::RowVector3d(0, 5, 0);
+  for (const auto& of_view : vertex_views(away, mesh.faces, views, {})) {
+    for (const float cosine : of_view) {
+      EXPECT_EQ(cosine, 0);
+    }
+  }
+}
+
+TEST(Photometric, MaskKeepsWhatIsOutsideFromBeingSeen) {
+  const Mesh mesh = testing::cloth_tube(12, 4);
+  auto views = testing::cylinder_views(1, blotches);
+  views[0].mask = ByteImage(160, 160, 1, 0);
+  const auto seen = vertex_views(mesh.vertices, mesh.faces, views, {});
+  EXPECT_EQ(std::count_if(seen[0].begin(), seen[0].end(), [](float c) { return c > 0; }), 0);
+  EXPECT_GT(std::count_if(seen[1].begin(), seen[1].end(), [](float c) { return c > 0; }), 0);
+}
+
+TEST(Photometric, PicturesOfOtherSizesAreRefused) {
+  PhotoView view;
+  view.camera = testing::looking_at({1, 1, 0}, {0, 1, 0}, 16);
+  view.image = Image(8, 16, 3);
+  ATELIER_EXPECT_REFUSED(view_pyramid(view, 2), LogicError, "another size");
+  view.image = Image(16, 16, 3);
+  view.mask = ByteImage(4, 4, 1);
+  ATELIER_EXPECT_REFUSED(view_pyramid(view, 2), LogicError, "mask");
+  view.mask = {};
+  view.image = Image(16, 16, 2);
+  ATELIER_EXPECT_REFUSED(view_pyramid(view, 2), LogicError, "channels");
+}
+
+TEST(ClothSamples, AreasAddUpAndPointsLieInside) {
+  const Mesh mesh = testing::cloth_tube(12, 5);
+  const ClothSamples samples = cloth_samples(mesh.vertices, mesh.faces, 0.006);
+  double area = 0;
+  for (std::size_t s = 0; s < samples.areas.size(); ++s) {
+    area += samples.areas[s];
+    EXPECT_NEAR(samples.barycentric[s].sum(), 1, 1e-6);
+    EXPECT_GT(samples.barycentric[s].minCoeff(), 0);
+  }
+  EXPECT_NEAR(area, face_areas(mesh.vertices, mesh.faces).sum(), 1e-6);
+  ATELIER_EXPECT_REFUSED(cloth_samples(mesh.vertices, mesh.faces, 0), LogicError, "spacing");
+}
+
+}  // namespace
+}  // namespace atelier

@@ -1,0 +1,371 @@
+#include "registration/register_garment.h"
+
+#include <Eigen/Geometry>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "registration/register_sequence.h"
+#include "registration/registration_error.h"
+#include "tests/registration/registered_shapes.h"
+#include "tests/support/refusals.h"
+
+namespace atelier {
+namespace {
+
+constexpr std::uint8_t kCloth = 5;
+
+Garment garment_of_tube(int around = 24, int along = 14) {
+  Garment garment;
+  garment.name = "tube";
+  garment.mesh = testing::cloth_tube(around, along);
+  return garment;
+}
+
+Mesh labelled(Mesh mesh, const Points& vertices, std::uint8_t label = kCloth) {
+  mesh.vertices = vertices;
+  mesh.labels.assign(static_cast<std::size_t>(vertices.rows()), label);
+  return mesh;
+}
+
+/// A slim body inside the tube.
+Mesh body_of_tube(int levels = 2) {
+  Mesh body = testing::sphere(levels);
+  body.vertices.col(0) *= 0.10;
+  body.vertices.col(2) *= 0.10;
+  body.vertices.col(1) = 0.35 * body.vertices.col(1).array() + 1.05;
+  return body;
+}
+
+RegisterOptions shape_alone() {
+  RegisterOptions options;
+  options.photometric = false;
+  return options;
+}
+
+TEST(RegisterGarment, MovedTubeIsRecovered) {
+  const Garment garment = garment_of_tube();
+  const RegistrationModel model = registration_model(garment);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.15, Eigen::Vector3d(1, 0, 0.3).normalized()).toRotationMatrix();
+  const Eigen::RowVector3d centre(0, 1.05, 0);
+  const Points moved = ((model.vertices.rowwise() - centre) * turn.transpose()).rowwise() +
+                       (centre + Eigen::RowVector3d(0.03, 0.02, -0.02));
+  const Mesh fine = testing::cloth_tube(60, 33);
+  const Points scan = ((fine.vertices.rowwise() - centre) * turn.transpose()).rowwise() +
+                      (centre + Eigen::RowVector3d(0.03, 0.02, -0.02));
+  RegistrationFrame frame;
+  frame.scan = garment_scan(labelled(fine, scan), {kCloth});
+  ShapeSolver solver(model.cloth);
+  const RegisteredGarment found =
+      register_garment(solver, model, model.vertices, frame, {}, shape_alone());
+  const Eigen::VectorXd before = (model.vertices - moved).rowwise().norm();
+  const Eigen::VectorXd after = (found.vertices - moved).rowwise().norm();
+  EXPECT_GT(before.mean(), 0.03);
+  EXPECT_LT(after.mean(), 0.004);
+  EXPECT_EQ(found.inverted, 0);
+  EXPECT_GT(found.support, 0.9);
+  EXPECT_LT(found.scan_rms, 0.003);
+}
+
+TEST(RegisterGarment, StretchedTubeIsRecoveredByItsOpenings) {
+  const Garment garment = garment_of_tube();
+  const RegistrationModel model = registration_model(garment);
+  const auto stretched = [](Points points) {
+    points.col(1) = 1.04 * (points.col(1).array() - 1.05) + 1.05;
+    return points;
+  };
+  const Mesh fine = testing::cloth_tube(60, 33);
+  RegistrationFrame frame;
+  frame.scan = garment_scan(labelled(fine, stretched(fine.vertices)), {kCloth});
+  RegisterOptions options = shape_alone();
+  options.stretch = options.compress = 0.01;
+  options.border_weight = 5;
+  options.rounds = 30;
+  options.rigid = 0.02;
+  ShapeSolver solver(model.cloth);
+  const RegisteredGarment found =
+      register_garment(solver, model, model.vertices, frame, {}, options);
+  const Points expected = stretched(model.vertices);
+  // Nothing says how it is turned about its axis.
+  EXPECT_LT((found.vertices - expected).col(1).cwiseAbs().mean(),
+            0.4 * (model.vertices - expected).col(1).cwiseAbs().mean());
+  EXPECT_EQ(found.inverted, 0);
+}
+
+TEST(RegisterGarment, PicturesFindATwistThatTheShapeDoesNotShow) {
+  const Garment garment = garment_of_tube(30, 16);
+  RegisterOptions options;
+  options.photometric_levels = 3;
+  options.sample_spacing = 0.008;
+  const RegistrationModel model = registration_model(garment, options);
+  const double angle = 0.06;
+  RegistrationFrame before;
+  before.views = testing::cylinder_views(3, testing::blotches);
+  GarmentTexture texture;
+  add_texture(texture, model.samples, model.vertices, garment.mesh.faces, before.views,
+              garment_views(model, model.vertices, before));
+  const Mesh fine = testing::cloth_tube(60, 33);
+  RegistrationFrame frame;
+  frame.scan = garment_scan(labelled(fine, fine.vertices), {kCloth});
+  frame.views = testing::cylinder_views(
+      3, [=](double u, double y) { return 0.6 * testing::blotches(u - angle, y); });
+  const Points expected = testing::screwed(model.vertices, angle, 0);
+  ShapeSolver solver(model.cloth);
+  const auto error = [&](const RegisterOptions& with) {
+    return (register_garment(solver, model, model.vertices, frame, texture, with).vertices -
+            expected)
+        .rowwise()
+        .norm()
+        .mean();
+  };
+  EXPECT_LT(error(options), 0.0015);
+  options.photometric = false;
+  EXPECT_GT(error(options), 0.005);
+}
+
+TEST(RegisterGarment, StaysOutsideOfTheBody) {
+  const Garment garment = garment_of_tube();
+  const RegistrationModel model = registration_model(garment);
+  RegistrationFrame frame;  // nothing was seen
+  Mesh body = body_of_tube(4);
+  body.vertices.col(0) *= 1.7;
+  body.vertices.col(2) *= 1.7;
+  frame.body = body_obstacle(body.vertices, body.faces);
+  ShapeSolver solver(model.cloth);
+  const auto deepest = [&](bool collision) {
+    RegisterOptions options = shape_alone();
+    options.collision = collision;
+    const Points x = register_garment(solver, model, model.vertices, frame, {}, options).vertices;
+    double least = 0;
+    for (Index v = 0; v < x.rows(); ++v) {
+      const Eigen::Vector3d q((x(v, 0)) / 0.17, (x(v, 1) - 1.05) / 0.35, x(v, 2) / 0.17);
+      least = std::min(least, 0.17 * (q.norm() - 1));
+    }
+    return least;
+  };
+  EXPECT_LT(deepest(false), -0.015);
+  EXPECT_GT(deepest(true), -0.005);
+}
+
+TEST(RegisterGarment, WithoutAScanItStaysWhereItWasPredicted) {
+  const Garment garment = garment_of_tube();
+  const RegistrationModel model = registration_model(garment);
+  ShapeSolver solver(model.cloth);
+  const RegisteredGarment found =
+      register_garment(solver, model, model.vertices, {}, {}, shape_alone());
+  EXPECT_LT((found.vertices - model.vertices).cwiseAbs().maxCoeff(), 0.003);
+  EXPECT_EQ(found.support, 0);
+  EXPECT_EQ(found.confidence.maxCoeff(), 0);
+}
+
+TEST(RegisterGarment, LabelsThatCoverNothingGiveNoScan) {
+  const Mesh tube = testing::cloth_tube(12, 4);
+  EXPECT_EQ(garment_scan(labelled(tube, tube.vertices, 1), {kCloth}).faces.rows(), 0);
+  EXPECT_EQ(garment_scan(tube, {kCloth}).faces.rows(), tube.faces.rows());  // no labels: all
+}
+
+TEST(RegisterGarment, SpecksOfWrongLabelsAreLeftOut) {
+  Mesh scan = labelled(testing::cloth_tube(20, 10), testing::cloth_tube(20, 10).vertices);
+  const Index vertices = scan.vertices.rows();
+  const Index faces = scan.faces.rows();
+  scan.vertices.conservativeResize(vertices + 3, 3);
+  scan.vertices.bottomRows(3) << 1, 1, 1, 1.01, 1, 1, 1, 1.01, 1;
+  scan.faces.conservativeResize(faces + 1, 3);
+  scan.faces.row(faces) << static_cast<int>(vertices), static_cast<int>(vertices + 1),
+      static_cast<int>(vertices + 2);
+  scan.labels.resize(static_cast<std::size_t>(vertices + 3), kCloth);
+  EXPECT_EQ(garment_scan(scan, {kCloth}).faces.rows(), faces);
+}
+
+TEST(RegisterGarment, ScansThatAreNoMeshesAreRefused) {
+  Mesh scan = labelled(testing::cloth_tube(6, 2), testing::cloth_tube(6, 2).vertices);
+  scan.faces(0, 0) = 1000;
+  ATELIER_EXPECT_REFUSED(garment_scan(scan, {kCloth}, "000001.h5"), DataError, "000001.h5");
+  scan = labelled(testing::cloth_tube(6, 2), testing::cloth_tube(6, 2).vertices);
+  scan.vertices(0, 0) = std::nan("");
+  ATELIER_EXPECT_REFUSED(garment_scan(scan, {kCloth}), DataError, "finite");
+}
+
+TEST(RegisterGarment, TurnedTrianglesAreFound) {
+  const Mesh mesh = testing::grid(6, 6);
+  const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
+  EXPECT_TRUE(inverted_faces(topology, mesh.vertices).empty());
+  Points folded = mesh.vertices;
+  folded(24, 0) += 0.3;  // beyond its neighbours
+  EXPECT_FALSE(inverted_faces(topology, folded).empty());
+}
+
+TEST(RegisterGarment, TurnedTrianglesArePutRight) {
+  const Garment garment = garment_of_tube();
+  const RegistrationModel model = registration_model(garment);
+  Points start = model.vertices;
+  start.row(24 * 7) += Eigen::RowVector3d(0, 0.06, 0.0);
+  ASSERT_FALSE(inverted_faces(model.cloth.topology, start).empty());
+  RegisterOptions options = shape_alone();
+  options.rounds = 1;
+  options.rigid = options.final_rigid = 10;  // which keeps what is wrong
+  ShapeSolver solver(model.cloth);
+  EXPECT_EQ(register_garment(solver, model, start, {}, {}, options).inverted, 0);
+}
+
+/// A tube that turns with its body, frame by frame.
+struct Spin {
+  Garment garment = garment_of_tube(20, 10);
+  Mesh body = body_of_tube();
+  Mesh fine = testing::cloth_tube(40, 20);
+  RegistrationSource source;
+  int loads = 0;
+
+  explicit Spin(Index rows = 6, Index template_row = 2) {
+    body.vertices.col(0) *= 1.3;  // not round: so that it shows that it turns
+    source.rows = rows;
+    source.template_row = template_row;
+    source.body_faces = body.faces;
+    source.body = [this](Index row) { return at(row, body.vertices); };
+    source.load = [this](Index row) {
+      ++loads;
+      RegistrationFrame frame;
+      frame.scan = garment_scan(labelled(fine, at(row, fine.vertices)), {kCloth});
+      frame.body = body_obstacle(at(row, body.vertices), body.faces);
+      return frame;
+    };
+  }
+  Points at(Index row, const Points& points) const {
+    return testing::screwed(points, 0.2 * static_cast<double>(row - source.template_row),
+                            0.01 * static_cast<double>(row - source.template_row));
+  }
+};
+
+RegisterSequenceOptions sequence_options(int window) {
+  RegisterSequenceOptions options;
+  options.fit = shape_alone();
+  options.window = window;
+  return options;
+}
+
+TEST(RegisterSequence, ClothFollowsTheBodyRoundAndRound) {
+  Spin spin;
+  RegisteredSequence sequence(spin.garment, spin.source, sequence_options(10));
+  for (Index row = 0; row < spin.source.rows; ++row) {
+    const Points expected = spin.at(row, spin.garment.mesh.vertices);
+    EXPECT_LT((sequence.at(row).vertices - expected).rowwise().norm().mean(), 0.005) << row;
+  }
+}
+
+TEST(RegisterSequence, FramesAreTheSameInAnyOrderAndOnAnyThreads) {
+  Spin first_spin;
+  Spin second_spin;
+  RegisteredSequence forwards(first_spin.garment, first_spin.source, sequence_options(4));
+  RegisteredSequence backwards(second_spin.garment, second_spin.source, sequence_options(4));
+  std::vector<Points> results;
+  set_thread_count(1);
+  for (Index row = 0; row < 6; ++row) {
+    results.push_back(forwards.at(row).vertices);
+  }
+  set_thread_count(3);
+  for (Index row = 5; row >= 0; --row) {
+    EXPECT_EQ(backwards.at(row).vertices, results[static_cast<std::size_t>(row)]) << row;
+  }
+  set_thread_count(0);
+}
+
+TEST(RegisterSequence, AWindowNeedsNoOther) {
+  Spin spin(8, 0);
+  RegisteredSequence sequence(spin.garment, spin.source, sequence_options(4));
+  sequence.at(5);
+  EXPECT_EQ(spin.loads, 3);  // the template's, 4 and 5
+  EXPECT_EQ(sequence.anchor(5), 4);
+  EXPECT_EQ(sequence.anchor(3), 0);
+}
+
+TEST(RegisterSequence, TakesAreWindowsOfTheirOwn) {
+  Spin spin(8, 0);
+  spin.source.starts = {0, 3};
+  RegisteredSequence sequence(spin.garment, spin.source, sequence_options(100));
+  EXPECT_EQ(sequence.anchor(2), 0);
+  EXPECT_EQ(sequence.anchor(7), 3);
+}
+
+TEST(RegisterSequence, TheSameWayAgainComesOutAlike) {
+  Spin spin;
+  RegisteredSequence sequence(spin.garment, spin.source, sequence_options(10));
+  const Points third = sequence.at(3).vertices;
+  const Points again = sequence.again(3, 4, sequence.at(4).vertices).vertices;
+  EXPECT_LT((again - third).rowwise().norm().mean(), 0.005);
+  EXPECT_LT((sequence.from_template(4).vertices - sequence.at(4).vertices).rowwise().norm().mean(),
+            0.005);
+}
+
+TEST(RegisterSequence, TemplatesFrameIsFoundByItsAttachments) {
+  Spin spin(5, 3);
+  const Points body = spin.source.body(3);
+  for (int v = 0; v < 20; ++v) {
+    const ClosestPoint on = closest_point(build_tree(body, spin.body.faces),
+                                          spin.garment.mesh.vertices.row(v).transpose());
+    const Eigen::Vector3d a = body.row(spin.body.faces(on.face, 0)).transpose();
+    const Eigen::Vector3d b = body.row(spin.body.faces(on.face, 1)).transpose();
+    const Eigen::Vector3d c = body.row(spin.body.faces(on.face, 2)).transpose();
+    const Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
+    spin.garment.attachments.push_back(
+        {v, on.face, on.barycentric,
+         normal.dot(spin.garment.mesh.vertices.row(v).transpose() - on.point)});
+  }
+  EXPECT_EQ(template_row_of(spin.garment, spin.source), 3);
+  spin.garment.attachments[0].triangle = 100000;
+  ATELIER_EXPECT_REFUSED(template_row_of(spin.garment, spin.source, "dress.h5"), DataError,
+                         "make the template again");
+  spin.garment.attachments.clear();
+  EXPECT_EQ(template_row_of(spin.garment, spin.source), -1);
+}
+
+TEST(RegisterSequence, BrokenTemplatesAreRefused) {
+  Spin spin;
+  spin.garment.mesh.faces.conservativeResize(spin.garment.mesh.faces.rows() + 1, 3);
+  spin.garment.mesh.faces.row(spin.garment.mesh.faces.rows() - 1) << 0, 1, 50;
+  ATELIER_EXPECT_REFUSED(
+      RegisteredSequence(spin.garment, spin.source, sequence_options(4), "dress.h5"), DataError,
+      "dress.h5");
+  Spin other;
+  other.source.template_row = 99;
+  ATELIER_EXPECT_REFUSED(RegisteredSequence(other.garment, other.source, sequence_options(4)),
+                         LogicError, "one of the sequence");
+}
+
+TEST(RegistrationError, SlidesAreErrorsOfPointsAlone) {
+  const Mesh mesh = testing::cloth_tube(200, 40);
+  const TrueBinding binding = bind_to_truth(mesh.vertices, mesh.vertices, mesh.faces);
+  const Points slid = testing::screwed(mesh.vertices, 0.02, 0);
+  const RegistrationError error =
+      registration_error(slid, mesh.faces, binding, mesh.vertices, mesh.faces, {});
+  EXPECT_EQ(static_cast<Index>(error.points.size()), mesh.vertices.rows());
+  EXPECT_NEAR(error.points[100], 0.003, 1e-4);
+  EXPECT_NEAR(error.tangential[100], 0.003, 1e-4);
+  EXPECT_LT(error.to_truth, 1e-4);
+  EXPECT_LT(error.from_truth, 1e-4);
+}
+
+TEST(RegistrationError, WhatIsNotSeenDoesNotCount) {
+  const Mesh mesh = testing::cloth_tube(10, 4);
+  const TrueBinding binding = bind_to_truth(mesh.vertices, mesh.vertices, mesh.faces);
+  const std::vector<char> none(static_cast<std::size_t>(mesh.vertices.rows()), 0);
+  const RegistrationError error =
+      registration_error(mesh.vertices, mesh.faces, binding, mesh.vertices, mesh.faces, none);
+  EXPECT_TRUE(error.points.empty());
+  EXPECT_EQ(error.from_truth, 0);
+}
+
+TEST(RegistrationError, BindingOfAnotherTemplateIsRefused) {
+  const Mesh mesh = testing::cloth_tube(10, 4);
+  const TrueBinding binding = bind_to_truth(mesh.vertices, mesh.vertices, mesh.faces);
+  ATELIER_EXPECT_REFUSED(registration_error(mesh.vertices.topRows(5), Triangles(0, 3), binding,
+                                            mesh.vertices, mesh.faces, {}),
+                         LogicError, "another template");
+  ATELIER_EXPECT_REFUSED(bind_to_truth(mesh.vertices, mesh.vertices, Triangles(0, 3)), LogicError,
+                         "has faces");
+}
+
+}  // namespace
+}  // namespace atelier
