@@ -170,7 +170,10 @@ PatchMoments moments_of(const PatchSums& sums, int channels, double noise) {
   const double floor = channels * noise * noise;
   moments.deviation_I = std::sqrt(std::max(var_I, 0.0) + floor);
   moments.deviation_R = std::sqrt(std::max(var_R, 0.0) + floor);
-  moments.correlation = cov / (moments.deviation_I * moments.deviation_R);
+  // Where there is contrast, noise lowers the correlation by itself.
+  const double least = 0.1 * floor;
+  moments.correlation =
+      cov / std::sqrt((std::max(var_I, 0.0) + least) * (std::max(var_R, 0.0) + least));
   return moments;
 }
 

@@ -91,6 +91,7 @@ Points turned_back(const RegistrationModel& model, Points x) {
 std::vector<SurfaceRow> holding_rows(const RegistrationModel& model, const Points& start,
                                      const Eigen::VectorXd& hold) {
   std::vector<SurfaceRow> rows;
+  constexpr double kLetGo = 0.008;  // m; cloth that must slide farther is held no more
   const Points normals = vertex_normals(start, model.cloth.topology.faces);
   for (Index v = 0; v < hold.size(); ++v) {
     const Eigen::Vector3d normal = normals.row(v).transpose();
@@ -102,6 +103,7 @@ std::vector<SurfaceRow> holding_rows(const RegistrationModel& model, const Point
       row.normal = along;
       row.offset = start.row(v).dot(along);
       row.weight = hold[v] * model.cloth.areas[v];
+      row.scale = kLetGo;
       rows.push_back(row);
     }
   }

@@ -23,8 +23,8 @@ struct RegisterOptions {
   double rigid = 0.10;         ///< m, length over which the predicted shape is kept at first
   double final_rigid = 0.005;  ///< m, at last
   double bend = 0.026;         ///< m, below which folds are smoothed at first
-  double final_bend = 0.008;   ///< m, at last
-  double stretch = 0.20;       ///< m: stretch of 1% weighs as much as a distance of 1% of this
+  double final_bend = 0.005;   ///< m, at last
+  double stretch = 0.10;       ///< m: stretch of 1% weighs as much as a distance of 1% of this
   double compress = 0.06;      ///< the same of cloth that is shorter than at rest
   double border_weight = 1;    ///< of openings against surfaces
   bool collision = true;       ///< keep cloth out of the body

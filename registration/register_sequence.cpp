@@ -119,7 +119,7 @@ struct RegisteredSequence::State {
         ride_on_body(origin.vertices, source.body_faces, origin_body, frame.body.vertices);
     const Points start =
         predicted_cloth(solver, model.cloth, before, ridden, home, chain.drift, options.predict);
-    frame.hold = options.predict.hold * closeness(ridden, options.predict.near);
+    frame.hold = options.predict.hold * closeness(ridden, options.predict.near / 2);
     RegisteredGarment result =
         register_garment(solver, model, start, frame, chain.texture, options.fit);
     chain.drift = result.vertices - ridden.vertices;
