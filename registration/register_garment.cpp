@@ -165,7 +165,8 @@ OptionTable describe(RegisterOptions& options) {
             "Let pictures say what slides along the surface; off where they are not to be trusted");
   table.add("photometric_levels", options.photometric_levels, 1, 6, "",
             "Sizes of pictures, each half of the one before; more where motion is fast");
-  table.add("photometric_steps", options.photometric_steps, 1, 20, "", "Steps at each size");
+  table.add("photometric_steps", options.photometric_steps, 1, 20, "",
+            "Steps at each size, at most; more where motion is fast");
   table.add("photometric_weight", options.photometric_weight, 0, 1, "m2",
             "Of colours that differ by one standard deviation, against square metres of distance");
   table.add("sample_spacing", options.sample_spacing, 0.0005, 0.1, "m",
@@ -250,10 +251,16 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
                                                     frame.views, seen, level, photometric);
         terms.quadratics = std::move(pictures.quadratics);
         terms.origin = x;
-        x = solver.lower(terms, x);
+        const Points moved = solver.lower(terms, x);
+        const double move = (moved - x).rowwise().norm().mean();
+        x = moved;
         tree = refit_tree(std::move(tree), x);
         correlation = std::move(pictures.correlation);
         views = std::move(pictures.views);
+        constexpr double kSettled = 5e-5;  // m
+        if (move < kSettled) {
+          break;
+        }
       }
     }
   }

@@ -31,7 +31,7 @@ struct RegisterOptions {
   double gap = 0.002;          ///< m, between cloth and body
   bool photometric = true;     ///< let pictures say what slides along the surface
   int photometric_levels = 4;  ///< sizes of pictures, each half of the one before
-  int photometric_steps = 3;   ///< steps at each size
+  int photometric_steps = 8;   ///< steps at each size, fewer where it settles
   double photometric_weight = 1e-4;  ///< m2
   double sample_spacing = 0.005;     ///< m between points whose colours are compared
 };
