@@ -15,6 +15,7 @@
 #include "registration/even_template.h"
 #include "registration/garment_boundaries.h"
 #include "registration/garment_cover.h"
+#include "registration/part_crossings.h"
 #include "registration/surface_through_points.h"
 #include "registration/template_points.h"
 #include "registration/trim_surface.h"
@@ -277,6 +278,12 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
   made.holes_closed = trimmed.holes_closed + static_cast<int>(boundaries.holes.size());
   made.garment.mesh = even_mesh(trimmed.mesh, boundaries.holes, options.edge_length);
   made.pushed_out = push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
+  // Parting may bring a vertex back to the body, pushing it out may cross again: the last counts.
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    made.garment.mesh = part_crossings(std::move(made.garment.mesh)).mesh;
+    push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
+  }
   const double area = face_areas(made.garment.mesh.vertices, made.garment.mesh.faces).sum();
   const double seen_area = face_areas(trimmed.mesh.vertices, trimmed.mesh.faces).sum() -
                            trimmed.area_closed - trimmed.area_made_up;

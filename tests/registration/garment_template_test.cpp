@@ -14,6 +14,7 @@
 #include "registration/even_template.h"
 #include "registration/garment_boundaries.h"
 #include "registration/garment_cover.h"
+#include "registration/part_crossings.h"
 #include "registration/surface_through_points.h"
 #include "tests/registration/mannequin.h"
 
@@ -409,6 +410,22 @@ TEST(EvenMesh, ClosesTheLoopsItIsGivenAndRepeats) {
   EXPECT_EQ(boundary_loops(topology_of(closed.faces, closed.vertices.rows())).size(), 1u);
   EXPECT_EQ(even_mesh(tube, {loops[0]}, 0.02).vertices, closed.vertices);
   EXPECT_THROW(even_mesh(tube, {}, 0), LogicError);
+}
+
+TEST(PartCrossings, SmoothsWhatMeetsAndNothingElse) {
+  Mesh tube = cone(1, 0.1, 0.7, 0.1, 0.02);
+  EXPECT_EQ(part_crossings(tube).mesh.vertices, tube.vertices);
+  const Mesh good = tube;
+  Index pulled = 0;  // through the other side
+  (tube.vertices.rowwise() - Eigen::RowVector3d(0.1, 0.85, 0)).rowwise().norm().minCoeff(&pulled);
+  tube.vertices(pulled, 0) = -0.12;
+  ASSERT_FALSE(self_intersections(tube.vertices, tube.faces).empty());
+  const PartedMesh parted = part_crossings(tube);
+  EXPECT_EQ(parted.crossings, 0);
+  EXPECT_TRUE(self_intersections(parted.mesh.vertices, parted.mesh.faces).empty());
+  EXPECT_LT((parted.mesh.vertices - good.vertices).rowwise().norm().maxCoeff(), 0.15);
+  EXPECT_EQ(part_crossings(tube, 0).mesh.vertices, tube.vertices);
+  EXPECT_GT(part_crossings(tube, 0).crossings, 0);
 }
 
 TEST(LimbAxisRefused, AnatomyThatDoesNotFitTheBody) {
