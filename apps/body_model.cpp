@@ -1,7 +1,6 @@
 #ifdef ATELIER_HAS_BODYMODEL
 #ifdef ATELIER_HAS_CORE_RENDER
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -9,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "apps/arguments.h"
 #include "apps/body_model_input.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
@@ -454,33 +454,29 @@ OptionSet body_model_options() {
 Action add_body_model(CLI::App& parser) {
   auto arguments = std::make_shared<BodyArguments>();
   BodyArguments& a = *arguments;
-  parser
-      .add_option(
-          "ACTION", a.action,
-          "show: pictures from four sides; measure: lengths, girths, mass; convert: a body "
-          "into .npz, .glb, .gltf, .obj, .ply, a motion into .bvh, .npz, .glb, .gltf; pose: "
-          "a motion on a body as contact sheet, video, .glb, .gltf, .bvh or .npz")
-      ->check(one_of({"show", "measure", "convert", "pose"}))
-      ->type_name("show|measure|convert|pose");
-  parser.add_option("BODY", a.body, kBodyHelp);
-  parser.add_option("MOTION", a.motion,
-                    "pose: .bvh, .amc, .trc, .c3d, .npz (ours, AMASS), .glb, .gltf, .fbx");
-  parser.add_option("--out", a.out, "File to write; its extension says what")->type_name("FILE");
-  parser
-      .add_option("--as", a.as,
-                  "convert: what to take of a glTF or FBX file that holds both; without it a body")
-      ->check(one_of({"body", "motion"}))
-      ->type_name("body|motion");
-  parser
-      .add_option("--target", a.target,
-                  "MakeHuman: a .target file and its weight, 0 to 1; once for each")
-      ->allow_extra_args(false)
-      ->type_name("FILE=WEIGHT");
-  parser.add_option("--shape", a.shape, "Shape parameters in their own units: stature=1.8")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("NAME=VALUE,...");
-  parser.add_flag("--json", a.json, "measure: as JSON");
+  add_option(parser, "ACTION", a.action,
+             "show: pictures from four sides; measure: lengths, girths, mass; convert: a body "
+             "into .npz, .glb, .gltf, .obj, .ply, a motion into .bvh, .npz, .glb, .gltf; pose: "
+             "a motion on a body as contact sheet, video, .glb, .gltf, .bvh or .npz")
+      .check(one_of({"show", "measure", "convert", "pose"}))
+      .type_name("show|measure|convert|pose");
+  add_option(parser, "BODY", a.body, kBodyHelp);
+  add_option(parser, "MOTION", a.motion,
+             "pose: .bvh, .amc, .trc, .c3d, .npz (ours, AMASS), .glb, .gltf, .fbx");
+  add_option(parser, "--out", a.out, "File to write; its extension says what").type_name("FILE");
+  add_option(parser, "--as", a.as,
+             "convert: what to take of a glTF or FBX file that holds both; without it a body")
+      .check(one_of({"body", "motion"}))
+      .type_name("body|motion");
+  add_option(parser, "--target", a.target,
+             "MakeHuman: a .target file and its weight, 0 to 1; once for each")
+      .once_a_flag()
+      .type_name("FILE=WEIGHT");
+  add_option(parser, "--shape", a.shape, "Shape parameters in their own units: stature=1.8")
+      .delimiter(',')
+      .once_a_flag()
+      .type_name("NAME=VALUE,...");
+  add_flag(parser, "--json", a.json, "measure: as JSON");
   const OptionReader options = add_option_flags(parser, body_model_options());
   return [arguments, options] {
     const OptionSet given = options();

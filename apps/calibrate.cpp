@@ -1,9 +1,9 @@
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CAPTURE_CALIBRATION)
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
+#include "apps/arguments.h"
 #include "apps/board_pictures.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
@@ -120,18 +120,16 @@ OptionSet calibrate_options() {
 
 Action add_calibrate(CLI::App& parser) {
   auto arguments = std::make_shared<CalibrateArguments>();
-  parser
-      .add_option("PICTURES", arguments->pictures,
-                  "Of the board: a folder, zip or video for each camera, or a folder of pictures "
-                  "like left01.jpg")
-      ->required();
-  parser.add_option("--out", arguments->out, "New folder: cameras.json, calibration.json")
-      ->type_name("FOLDER");
-  parser
-      .add_option("--lenses", arguments->lenses,
-                  "Capture or calibration file whose lenses are kept; poses alone are found")
-      ->type_name("CAPTURE");
-  parser.add_flag("--json", arguments->json, "The report for machines");
+  add_option(parser, "PICTURES", arguments->pictures,
+             "Of the board: a folder, zip or video for each camera, or a folder of pictures "
+             "like left01.jpg")
+      .required();
+  add_option(parser, "--out", arguments->out, "New folder: cameras.json, calibration.json")
+      .type_name("FOLDER");
+  add_option(parser, "--lenses", arguments->lenses,
+             "Capture or calibration file whose lenses are kept; poses alone are found")
+      .type_name("CAPTURE");
+  add_flag(parser, "--json", arguments->json, "The report for machines");
   const OptionReader options = add_option_flags(parser, calibrate_options());
   return [arguments, options] {
     return run(*arguments, options_of<CalibrateCommandOptions>(options()));

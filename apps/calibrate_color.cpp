@@ -1,12 +1,12 @@
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
@@ -151,13 +151,12 @@ OptionSet calibrate_color_options() {
 
 Action add_calibrate_color(CLI::App& parser) {
   auto arguments = std::make_shared<CalibrateColorArguments>();
-  parser.add_option("CAPTURE", arguments->capture, "Calibrated, with masks or labels")->required();
-  parser.add_option("--out", arguments->out, "cameras.json with the gains")->type_name("FILE");
-  parser
-      .add_option("--truth", arguments->truth,
-                  "Synthetic capture whose true gains they are held against")
-      ->type_name("CAPTURE");
-  parser.add_flag("--json", arguments->json, "The report for machines");
+  add_option(parser, "CAPTURE", arguments->capture, "Calibrated, with masks or labels").required();
+  add_option(parser, "--out", arguments->out, "cameras.json with the gains").type_name("FILE");
+  add_option(parser, "--truth", arguments->truth,
+             "Synthetic capture whose true gains they are held against")
+      .type_name("CAPTURE");
+  add_flag(parser, "--json", arguments->json, "The report for machines");
   const OptionReader options = add_option_flags(parser, calibrate_color_options());
   return [arguments, options] {
     return run(*arguments, options_of<CalibrateColorOptions>(options()));

@@ -1,7 +1,7 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
@@ -114,9 +114,9 @@ OptionSet convert_options() {
 
 Action add_convert(CLI::App& parser) {
   auto arguments = std::make_shared<ConvertArguments>();
-  parser.add_option("IN", arguments->in, "Mesh to read: .obj, .ply, .glb, .gltf, .fbx")->required();
-  parser.add_option("OUT", arguments->out, "Mesh to write: .obj, .ply, .glb; metres, Y up")
-      ->required();
+  add_option(parser, "IN", arguments->in, "Mesh to read: .obj, .ply, .glb, .gltf, .fbx").required();
+  add_option(parser, "OUT", arguments->out, "Mesh to write: .obj, .ply, .glb; metres, Y up")
+      .required();
   const OptionReader options = add_option_flags(parser, convert_options());
   return [arguments, options] { return run(*arguments, options_of<ConvertOptions>(options())); };
 }

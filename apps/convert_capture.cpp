@@ -1,10 +1,10 @@
 #ifdef ATELIER_HAS_CAPTURE
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
@@ -133,16 +133,15 @@ OptionSet convert_capture_options() {
 
 Action add_convert_capture(CLI::App& parser) {
   auto arguments = std::make_shared<ConvertCaptureArguments>();
-  parser.add_option("IN", arguments->in, "Capture to read: a folder, or a calibration file in it")
-      ->required();
-  parser.add_option("OUT", arguments->out, "Folder to write; new")->required();
-  parser.add_option("--to", arguments->to, "Layout to write [native]")
-      ->check(one_of(layout_names()))
-      ->type_name(layout_choices());
-  parser
-      .add_option("--cameras", arguments->cameras,
-                  "Calibration to take instead of IN's: cameras.json as calibrate writes it")
-      ->type_name("FILE");
+  add_option(parser, "IN", arguments->in, "Capture to read: a folder, or a calibration file in it")
+      .required();
+  add_option(parser, "OUT", arguments->out, "Folder to write; new").required();
+  add_option(parser, "--to", arguments->to, "Layout to write [native]")
+      .check(one_of(layout_names()))
+      .type_name(layout_choices());
+  add_option(parser, "--cameras", arguments->cameras,
+             "Calibration to take instead of IN's: cameras.json as calibrate writes it")
+      .type_name("FILE");
   const OptionReader options = add_option_flags(parser, convert_capture_options());
   return [arguments, options] { return run(*arguments, options_of<DatasetOptions>(options())); };
 }

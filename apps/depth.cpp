@@ -1,11 +1,11 @@
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CAPTURE_SURFACE)
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
@@ -220,24 +220,21 @@ OptionSet depth_options() {
 
 Action add_depth(CLI::App& parser) {
   auto arguments = std::make_shared<DepthArguments>();
-  parser.add_option("CAPTURE", arguments->capture, "Calibrated, with masks or labels")->required();
-  parser
-      .add_option("OUT", arguments->out,
-                  "Folder of one frame's maps, also COLMAP's dense workspace; maps that are there "
-                  "are kept")
-      ->required();
-  parser
-      .add_option("--views", arguments->views,
-                  "Only every n-th view, so that n machines share a frame [0/1]")
-      ->type_name("i/n");
-  parser
-      .add_option("--surface", arguments->surface,
-                  "The labelled surface too, once every view's map is there")
-      ->type_name("MESH");
-  parser.add_option("--device", arguments->device, "Where the work is done")
-      ->check(CLI::IsMember({"cpu", "cuda"}))
-      ->type_name("cpu|cuda");
-  parser.add_flag("--json", arguments->json, "For machines");
+  add_option(parser, "CAPTURE", arguments->capture, "Calibrated, with masks or labels").required();
+  add_option(parser, "OUT", arguments->out,
+             "Folder of one frame's maps, also COLMAP's dense workspace; maps that are there "
+             "are kept")
+      .required();
+  add_option(parser, "--views", arguments->views,
+             "Only every n-th view, so that n machines share a frame [0/1]")
+      .type_name("i/n");
+  add_option(parser, "--surface", arguments->surface,
+             "The labelled surface too, once every view's map is there")
+      .type_name("MESH");
+  add_option(parser, "--device", arguments->device, "Where the work is done")
+      .check(one_of({"cpu", "cuda"}))
+      .type_name("cpu|cuda");
+  add_flag(parser, "--json", arguments->json, "For machines");
   const OptionReader options = add_option_flags(parser, depth_options());
   return [arguments, options] { return run(*arguments, options_of<DepthOptions>(options())); };
 }

@@ -2,11 +2,11 @@
 
 #include "capture/detection/detect.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
@@ -212,13 +212,12 @@ OptionSet detect_options() {
 
 Action add_detect(CLI::App& parser) {
   auto arguments = std::make_shared<DetectArguments>();
-  parser.add_option("CAPTURE", arguments->capture, "Of any layout")->required();
-  parser.add_option("--model", arguments->model, "ONNX network of your own; none is shipped")
-      ->type_name("FILE.onnx");
-  parser
-      .add_option("--out", arguments->out,
-                  "Folder for keypoints2d/ or labels/; a native CAPTURE itself by default")
-      ->type_name("FOLDER");
+  add_option(parser, "CAPTURE", arguments->capture, "Of any layout").required();
+  add_option(parser, "--model", arguments->model, "ONNX network of your own; none is shipped")
+      .type_name("FILE.onnx");
+  add_option(parser, "--out", arguments->out,
+             "Folder for keypoints2d/ or labels/; a native CAPTURE itself by default")
+      .type_name("FOLDER");
   const OptionReader options = add_option_flags(parser, detect_options());
   return
       [arguments, options] { return run(*arguments, options_of<DetectCommandOptions>(options())); };

@@ -2,13 +2,13 @@
     defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER) && \
     defined(ATELIER_HAS_CAPTURE)
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/dressing.h"
 #include "apps/exit_code.h"
@@ -277,8 +277,8 @@ OptionSet drape_options() {
 
 Action add_drape(CLI::App& parser) {
   const auto out = std::make_shared<std::string>();
-  parser.add_option("--out", *out, "New folder: sequence, meshes, pictures, video")
-      ->type_name("FOLDER");
+  add_option(parser, "--out", *out, "New folder: sequence, meshes, pictures, video")
+      .type_name("FOLDER");
   const OptionReader options = add_option_flags(parser, drape_options());
   return [out, options] { return run(*out, options_of<DrapeOptions>(options())); };
 }

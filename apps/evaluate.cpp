@@ -1,12 +1,12 @@
 #ifdef ATELIER_HAS_CAPTURE
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/evaluation.h"
 #include "apps/exit_code.h"
@@ -86,37 +86,32 @@ int run(const EvaluateArguments& arguments) {
 
 Action add_evaluate(CLI::App& parser) {
   auto arguments = std::make_shared<EvaluateArguments>();
-  parser
-      .add_option("WORKSPACE", arguments->workspace,
-                  "Folder of results; the capture itself measures its detections alone")
-      ->required();
-  parser.add_option("--truth", arguments->truth, "Synthetic capture that they were made from")
-      ->type_name("CAPTURE")
-      ->required();
+  add_option(parser, "WORKSPACE", arguments->workspace,
+             "Folder of results; the capture itself measures its detections alone")
+      .required();
+  add_option(parser, "--truth", arguments->truth, "Synthetic capture that they were made from")
+      .type_name("CAPTURE")
+      .required();
 #ifdef ATELIER_HAS_CAPTURE_MASKS
-  parser
-      .add_option("--masks", arguments->masks,
-                  "What masks --out made of the capture: masks.iou, against who is there")
-      ->type_name("FOLDER");
+  add_option(parser, "--masks", arguments->masks,
+             "What masks --out made of the capture: masks.iou, against who is there")
+      .type_name("FOLDER");
 #endif
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
-  parser
-      .add_option("--cameras", arguments->cameras,
-                  "What calibrate-color --out made of the capture: calibration.gain_mean, "
-                  "calibration.gain_largest")
-      ->type_name("FILE");
-  parser
-      .add_option("--surface", arguments->surface,
-                  "Any mesh of what is seen at --frame: surface.chamfer_mm, surface.completeness")
-      ->type_name("MESH");
-  parser.add_option("--frame", arguments->frame, "Of --surface [0]")->type_name("N");
+  add_option(parser, "--cameras", arguments->cameras,
+             "What calibrate-color --out made of the capture: calibration.gain_mean, "
+             "calibration.gain_largest")
+      .type_name("FILE");
+  add_option(parser, "--surface", arguments->surface,
+             "Any mesh of what is seen at --frame: surface.chamfer_mm, surface.completeness")
+      .type_name("MESH");
+  add_option(parser, "--frame", arguments->frame, "Of --surface [0]").type_name("N");
 #endif
-  parser
-      .add_option("--stage", arguments->stage,
-                  "Figures of this stage alone, or of the capture itself [all]")
-      ->type_name("NAME");
-  parser.add_flag("--json", arguments->json, "One JSON object of figures");
-  parser.add_flag("--check", arguments->check, "Exit with 1 if a target is missed");
+  add_option(parser, "--stage", arguments->stage,
+             "Figures of this stage alone, or of the capture itself [all]")
+      .type_name("NAME");
+  add_flag(parser, "--json", arguments->json, "One JSON object of figures");
+  add_flag(parser, "--check", arguments->check, "Exit with 1 if a target is missed");
   return [arguments] { return run(*arguments); };
 }
 

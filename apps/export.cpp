@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdio>
 #include <iostream>
@@ -8,6 +7,7 @@
 
 #include <unistd.h>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
@@ -274,9 +274,9 @@ OptionSet export_options() {
 
 Action add_export(CLI::App& parser) {
   auto arguments = std::make_shared<ExportArguments>();
-  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
-  parser.add_option("OUT", arguments->out, "Folder to write to, one folder in it a stage")
-      ->required();
+  add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
+  add_option(parser, "OUT", arguments->out, "Folder to write to, one folder in it a stage")
+      .required();
   const OptionReader options = add_option_flags(parser, export_options());
   return [arguments, options] { return run(*arguments, options_of<ExportOptions>(options())); };
 }

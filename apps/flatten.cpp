@@ -12,6 +12,9 @@
 #include "apps/json_text.h"
 #include "apps/output_place.h"
 #include "apps/seam_input.h"
+#ifdef ATELIER_HAS_SIMULATION
+#include "apps/simulation_scene.h"
+#endif
 #include "apps/usage_error.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -22,6 +25,9 @@
 #include "registration/edge_paths.h"
 #include "registration/open_to_discs.h"
 #include "registration/orient_faces.h"
+#ifdef ATELIER_HAS_SIMULATION
+#include "simulation/fabric.h"
+#endif
 
 namespace atelier {
 namespace {
@@ -39,6 +45,23 @@ struct Flattened {
 
 using Say = std::function<void(const std::string&)>;
 
+#ifdef ATELIER_HAS_SIMULATION
+/// The unloaded garment that hangs as captured.
+void relax_mesh(Mesh& mesh, const FlattenRelaxOptions& options, const Say& say) {
+  Garment garment;
+  garment.name = options.body;
+  garment.mesh = mesh;
+  if (!options.fabric.empty()) {
+    garment.material = fabric_material(options.fabric);
+  }
+  const Mesh body = read_mesh(options.body);
+  const RelaxedGarment relaxed =
+      relax_gravity(garment, {}, body.vertices, body.faces, {}, {}, options.relaxing);
+  say(relaxed_text(relaxed, options.relaxing.seconds));
+  mesh.vertices = relaxed.garment.mesh.vertices;
+}
+#endif
+
 Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options, const Say& say) {
   Flattened flat;
   flat.mesh = read_mesh(file, options.input);
@@ -50,6 +73,11 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
     flat.mesh.faces = oriented;
   }
   check_flattenable(flat.mesh, file.string());
+#ifdef ATELIER_HAS_SIMULATION
+  if (!options.relax.body.empty()) {
+    relax_mesh(flat.mesh, options.relax, say);
+  }
+#endif
   const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
   std::vector<char> cut = seam_input(options.seams, flat.mesh, topology, file);
   if (options.seams == "auto") {
@@ -129,6 +157,20 @@ Mesh with_flat_uvs(const Flattened& flat) {
 
 }  // namespace
 
+OptionTable describe(FlattenRelaxOptions& options) {
+  OptionTable table;
+#ifdef ATELIER_HAS_SIMULATION
+  table.add("body", options.body, std::vector<std::string>{},
+            "Mesh of the body that a captured garment hangs on: what its weight has stretched is "
+            "taken out before it is flattened");
+  std::vector<std::string> fabrics = fabric_names();
+  fabrics.insert(fabrics.begin(), "");
+  table.add("fabric", options.fabric, fabrics, "What the garment is made of, for its weight");
+  table.add("relaxing", describe(options.relaxing));
+#endif
+  return table;
+}
+
 OptionTable describe(FlattenStageOptions& options) {
   OptionTable table;
   table.add("seams", options.seams, std::vector<std::string>{},
@@ -137,6 +179,7 @@ OptionTable describe(FlattenStageOptions& options) {
   table.add("find", describe(options.find));
   table.add("flatten", describe(options.flatten));
   table.add("pattern", describe(options.pattern));
+  table.add("relax", describe(options.relax));
   table.add("input", describe(options.input));
   return table;
 }

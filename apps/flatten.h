@@ -12,14 +12,28 @@
 #include "registration/find_seams.h"
 #include "registration/flat_pattern.h"
 #include "registration/pattern_pieces.h"
+#ifdef ATELIER_HAS_SIMULATION
+#include "simulation/relax_gravity.h"
+#endif
 
 namespace atelier {
+
+/// The weight that has stretched a captured garment, to be taken out before it is flattened.
+struct FlattenRelaxOptions {
+  std::string body;    ///< mesh of the body that the garment hangs on; empty: not relaxed
+  std::string fabric;  ///< of the garment; empty: the default material
+#ifdef ATELIER_HAS_SIMULATION
+  RelaxGravityOptions relaxing;
+#endif
+};
+OptionTable describe(FlattenRelaxOptions& options);
 
 struct FlattenStageOptions {
   std::string seams = "auto";  ///< auto, uvs, labels, or a file
   FindSeamsOptions find;
   FlattenOptions flatten;
   PatternPieceOptions pattern;
+  FlattenRelaxOptions relax;
   MeshConvention input{.metres_per_unit = 1, .up = 'y'};  ///< of files that do not say
 };
 OptionTable describe(FlattenStageOptions& options);

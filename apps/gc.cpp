@@ -1,8 +1,8 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
@@ -68,9 +68,9 @@ int run(const GcArguments& arguments) {
 
 Action add_gc(CLI::App& parser) {
   auto arguments = std::make_shared<GcArguments>();
-  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
-  parser.add_flag("--dry-run", arguments->dry_run, "Only say what would be removed");
-  parser.add_flag("--json", arguments->json, "For machines");
+  add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
+  add_flag(parser, "--dry-run", arguments->dry_run, "Only say what would be removed");
+  add_flag(parser, "--json", arguments->json, "For machines");
   return [arguments] { return run(*arguments); };
 }
 

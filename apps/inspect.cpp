@@ -1,7 +1,7 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/inspection.h"
@@ -90,13 +90,11 @@ int run(const std::string& file, bool as_json) {
 Action add_inspect(CLI::App& parser) {
   auto file = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  parser
-      .add_option(
-          "FILE", *file,
-          "Mesh, image, npy, npz, safetensors, HDF5, JSON, TOML, body, motion, or a folder of a "
-          "result, sequence, capture or meshes")
-      ->required();
-  parser.add_flag("--json", *json, "For machines");
+  add_option(parser, "FILE", *file,
+             "Mesh, image, npy, npz, safetensors, HDF5, JSON, TOML, body, motion, or a folder of a "
+             "result, sequence, capture or meshes")
+      .required();
+  add_flag(parser, "--json", *json, "For machines");
   return [file, json] { return run(*file, *json); };
 }
 

@@ -1,12 +1,12 @@
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CAPTURE_MASKS)
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
@@ -278,20 +278,17 @@ OptionSet masks_options() {
 
 Action add_masks(CLI::App& parser) {
   auto arguments = std::make_shared<MasksArguments>();
-  parser.add_option("CAPTURE", arguments->capture, "Of any layout")->required();
-  parser
-      .add_option("--out", arguments->out,
-                  "Folder for labels/<camera>/<frame>.png; a native CAPTURE itself by default")
-      ->type_name("FOLDER");
-  parser
-      .add_option("--plates", arguments->plates,
-                  "Pictures of the empty stage: <camera>.png, or a folder for each camera")
-      ->type_name("FOLDER");
-  parser
-      .add_option("--truth", arguments->truth,
-                  "Synthetic capture whose true labels the masks are held against")
-      ->type_name("CAPTURE");
-  parser.add_flag("--json", arguments->json, "For machines");
+  add_option(parser, "CAPTURE", arguments->capture, "Of any layout").required();
+  add_option(parser, "--out", arguments->out,
+             "Folder for labels/<camera>/<frame>.png; a native CAPTURE itself by default")
+      .type_name("FOLDER");
+  add_option(parser, "--plates", arguments->plates,
+             "Pictures of the empty stage: <camera>.png, or a folder for each camera")
+      .type_name("FOLDER");
+  add_option(parser, "--truth", arguments->truth,
+             "Synthetic capture whose true labels the masks are held against")
+      .type_name("CAPTURE");
+  add_flag(parser, "--json", arguments->json, "For machines");
   const OptionReader options = add_option_flags(parser, masks_options());
   return [arguments, options] { return run(*arguments, options_of<MasksOptions>(options())); };
 }

@@ -145,7 +145,7 @@ std::string flag_of(const std::string& option) {
   return flag;
 }
 
-std::function<std::string(const std::string&)> one_of(std::vector<std::string> choices) {
+TextCheck one_of(std::vector<std::string> choices) {
   return [choices = std::move(choices)](const std::string& text) {
     if (std::find(choices.begin(), choices.end(), text) != choices.end()) {
       return std::string();

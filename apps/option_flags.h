@@ -4,17 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "apps/arguments.h"
 #include "core/options.h"
-
-namespace CLI {  // NOLINT(readability-identifier-naming): a library's own name
-class App;
-}
 
 namespace atelier {
 
-/// A check for CLI11 that takes one of these. CLI11's own repeats the choices in the help, where
-/// the type's name says them.
-std::function<std::string(const std::string&)> one_of(std::vector<std::string> choices);
+/// A check that takes one of these. CLI11's own repeats the choices in the help, where the type's
+/// name says them.
+TextCheck one_of(std::vector<std::string> choices);
 
 /// Gives the options that the command line and its files say, once it is parsed. Throws UsageError
 /// with a line for every mistake.

@@ -1,7 +1,7 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/stages.h"
@@ -39,7 +39,7 @@ int run(bool markdown) {
 
 Action add_options(CLI::App& parser) {
   auto markdown = std::make_shared<bool>(false);
-  parser.add_flag("--markdown", *markdown, "As docs/options.md");
+  add_flag(parser, "--markdown", *markdown, "As docs/options.md");
   return [markdown] { return run(*markdown); };
 }
 

@@ -1,6 +1,7 @@
 // Parsed once for the program (cmake/Targets.cmake); each source still includes what it uses.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +15,3 @@
 #include <sstream>
 #include <string>
 #include <vector>
-
-#include <CLI/CLI.hpp>
-#include <Eigen/Geometry>

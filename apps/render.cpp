@@ -1,10 +1,10 @@
 #ifdef ATELIER_HAS_CORE_RENDER
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <numbers>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
@@ -67,9 +67,9 @@ OptionSet render_options() {
 
 Action add_render(CLI::App& parser) {
   auto arguments = std::make_shared<RenderArguments>();
-  parser.add_option("MESH", arguments->mesh, "Mesh to show: .obj, .ply, .glb, .gltf, .fbx")
-      ->required();
-  parser.add_option("--out", arguments->out, "Picture to write")->type_name("PICTURE")->required();
+  add_option(parser, "MESH", arguments->mesh, "Mesh to show: .obj, .ply, .glb, .gltf, .fbx")
+      .required();
+  add_option(parser, "--out", arguments->out, "Picture to write").type_name("PICTURE").required();
   const OptionReader options = add_option_flags(parser, render_options());
   return
       [arguments, options] { return run(*arguments, options_of<RenderCommandOptions>(options())); };

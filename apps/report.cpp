@@ -1,8 +1,8 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/evaluation.h"
 #include "apps/exit_code.h"
@@ -90,15 +90,14 @@ OptionSet report_options() {
 
 Action add_report(CLI::App& parser) {
   auto arguments = std::make_shared<ReportArguments>();
-  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
-  parser.add_option("--out", arguments->out, "The page to write [WORKSPACE/report/index.html]")
-      ->type_name("FILE");
+  add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
+  add_option(parser, "--out", arguments->out, "The page to write [WORKSPACE/report/index.html]")
+      .type_name("FILE");
 #ifdef ATELIER_HAS_CAPTURE
-  parser
-      .add_option("--truth", arguments->truth,
-                  "Synthetic capture that the results were made from: the page also shows how far "
-                  "they are from its truth, as evaluate prints it")
-      ->type_name("CAPTURE");
+  add_option(parser, "--truth", arguments->truth,
+             "Synthetic capture that the results were made from: the page also shows how far "
+             "they are from its truth, as evaluate prints it")
+      .type_name("CAPTURE");
 #endif
   const OptionReader options = add_option_flags(parser, report_options());
   return [arguments, options] { return run(*arguments, options_of<ReportOptions>(options())); };

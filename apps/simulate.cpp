@@ -79,6 +79,9 @@ int simulate_grid(const std::filesystem::path& picture, const SimulationScene& s
   XpbdOptions solver = scene_solver(options);
   solver.report = false;
   ClothSweep sweep(cloth, variations, scene.body_faces, solver, device);
+  for (int i = 0; i < sweep.scene_count(); ++i) {
+    sweep.set_state(i, scene_start(scene, cloth));
+  }
   for (Index frame = 1; frame <= scene.frame_count; ++frame) {
     sweep.advance(scene_control(scene, options, frame));
   }
@@ -162,6 +165,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     return simulate_grid(place.beside("grid.png"), scene, cloth, options, device);
   }
   ClothSolver solver(cloth, scene.body_faces, scene_solver(options), device);
+  solver.set_state(scene_start(scene, cloth));
   FrameWriter writer(place, options.fps, scene.frame_count, cloth.faces);
   Album album(place, scene.frame_count, options.fps);
   const bool pictures = value("no-pictures") != "true";

@@ -81,6 +81,7 @@ class FrameSource {
   /// Goes on behind the last frame before `frame` that an earlier run has finished.
   void start_before(int frame) {
     started_ = true;
+    solver_.set_state(scene_start(scene_, cloth_));
     for (int before = frame - 1; before > 0; --before) {
       const std::optional<std::filesystem::path> file = finished(before);
       if (file) {

@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 
 #include "apps/usage_error.h"
 #include "core/error.h"
+#include "core/garment_archive.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
 #include "core/io/sequence_folder.h"
+#include "core/normals.h"
 #include "core/sequence_archive.h"
 #include "core/tree.h"
 #include "simulation/fabric.h"
@@ -184,6 +187,36 @@ BodyTrack read_body_track(const ScenePaths& paths, const SimulateOptions& option
   return track_of(sequence, paths.body.string(), fps);
 }
 
+/// A mesh, or an archive of a garment with rest shape, seams and attachments.
+Garment read_garment(const std::filesystem::path& file, bool flat_rest) {
+  Garment garment;
+  if (lower_extension(file) == ".h5") {
+    garment = read_garment_archive(file);
+  } else {
+    garment.mesh = read_mesh(file);
+  }
+  garment.name = file.string();
+  if (flat_rest) {
+    if (garment.mesh.uv_faces.rows() != garment.mesh.faces.rows()) {
+      throw DataError(file.string(), "texture coordinates", "none",
+                      "those of every triangle's corners, in metres: garment.obj of flatten");
+    }
+    garment.rest = garment.mesh.uvs;
+    garment.rest_faces = garment.mesh.uv_faces;
+    Points flat = Points::Zero(garment.rest.rows(), 3);
+    flat.leftCols(2) = garment.rest;
+    const double ratio = face_areas(flat, garment.rest_faces).sum() /
+                         face_areas(garment.mesh.vertices, garment.mesh.faces).sum();
+    if (!(ratio > 0.25 && ratio < 4)) {
+      char text[80];
+      std::snprintf(text, sizeof text, "%.3g times the area of the surface", ratio);
+      throw DataError(file.string(), "texture coordinates", text,
+                      "a flat rest shape in metres, about as large as the surface");
+    }
+  }
+  return garment;
+}
+
 /// Vertices near the top ride on the body's nearest triangle, as a waistband or collar does. A
 /// vertex is told by its foot on the triangle's plane, so that it starts exactly where it is.
 void attach_top(Garment& garment, const Points& body, const Triangles& faces, double depth) {
@@ -232,6 +265,12 @@ OptionTable describe(SimulateOptions& options) {
   table.add("move_x", options.move_x, -1000, 1000, "m", "Where the scaled garment is moved to");
   table.add("move_y", options.move_y, -1000, 1000, "m", "Where the scaled garment is moved to");
   table.add("move_z", options.move_z, -1000, 1000, "m", "Where the scaled garment is moved to");
+  table.add("flat_rest", options.flat_rest,
+            "Texture coordinates are the flat rest shape in metres, as in garment.obj of flatten");
+  table.add("relax", options.relax,
+            "The garment is captured, so its weight has stretched it: find the unloaded one that "
+            "hangs so on the first body");
+  table.add("relaxing", describe(options.relaxing));
   table.add("sewn", options.sewn, "Close the garment's seams before it moves");
   table.add("membrane", options.membrane, {"springs", "strain"},
             "Edges as springs, or orthotropic triangles, which need a flat rest shape");
@@ -285,6 +324,16 @@ Material material_of(const SimulateOptions& options) {
   return material;
 }
 
+std::string relaxed_text(const RelaxedGarment& relaxed, double seconds) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "without its weight: after %.2g s it hangs %.2f mm (mean; most %.2f mm) from the "
+                "captured shape, %d rounds%s",
+                seconds, 1e3 * relaxed.mean_error, 1e3 * relaxed.largest_error, relaxed.rounds,
+                relaxed.converged ? "" : "; not as near as asked");
+  return text;
+}
+
 ScenePaths scene_in(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder)) {
     throw DataError(folder.string(), "scene", "no folder",
@@ -318,13 +367,34 @@ ScenePaths scene_in(const std::filesystem::path& folder) {
   return out;
 }
 
+namespace {
+
+ClothOptions cloth_options(const SimulateOptions& options) {
+  ClothOptions cloth;
+  cloth.membrane = options.membrane;
+  if (options.relax) {
+    cloth.rest_angles = "template";
+  }
+  return cloth;
+}
+
+void relax_scene(SimulationScene& scene, const SimulateOptions& options) {
+  RelaxedGarment relaxed =
+      relax_gravity(scene.garment, {}, scene.body ? scene.body(0) : Points(0, 3), scene.body_faces,
+                    cloth_options(options), scene_solver(options), options.relaxing);
+  scene.notes.push_back(relaxed_text(relaxed, options.relaxing.seconds));
+  scene.start = scene.garment.mesh.vertices;
+  scene.garment = std::move(relaxed.garment);
+}
+
+}  // namespace
+
 SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options) {
   if (!options.wind.empty() && options.wind.size() != 3) {
     throw UsageError("--wind takes three numbers: --wind '[0, 0, 5]'");
   }
   SimulationScene scene;
-  scene.garment.name = paths.garment.string();
-  scene.garment.mesh = read_mesh(paths.garment);
+  scene.garment = read_garment(paths.garment, options.flat_rest);
   scene.garment.mesh.vertices *= options.scale;
   scene.garment.mesh.vertices.rowwise() +=
       Eigen::RowVector3d(options.move_x, options.move_y, options.move_z);
@@ -350,13 +420,22 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   if (scene.frame_count == 0) {
     throw UsageError("there is nothing to simulate: give --settle or --length");
   }
+  if (options.relax) {
+    relax_scene(scene, options);
+  }
   return scene;
 }
 
 Cloth scene_cloth(const SimulationScene& scene, const SimulateOptions& options) {
-  ClothOptions cloth;
-  cloth.membrane = options.membrane;
-  return make_cloth(scene.garment, {}, cloth);
+  return make_cloth(scene.garment, {}, cloth_options(options));
+}
+
+ClothState scene_start(const SimulationScene& scene, const Cloth& cloth) {
+  ClothState state = rest_state(cloth);
+  if (scene.start.rows() > 0) {
+    state.positions = scene.start;
+  }
+  return state;
 }
 
 XpbdOptions scene_solver(const SimulateOptions& options) {

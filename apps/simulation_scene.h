@@ -9,6 +9,7 @@
 #include "core/finding.h"
 #include "core/garment.h"
 #include "core/sequence.h"
+#include "simulation/relax_gravity.h"
 #include "simulation/xpbd.h"
 
 namespace atelier {
@@ -19,19 +20,22 @@ constexpr double kFabricsOwn = -1;
 
 /// What `simulate` needs beside the files; the same for the stage and for the command alone.
 struct SimulateOptions {
-  double fps = 60;                   ///< simulated frames a second, 1 to 10000
-  int settle = 60;                   ///< frames on the first body before it moves
-  int length = 0;                    ///< frames in all; 0: as long as the body moves
-  double body_fps = 0;               ///< of body meshes, 0: what they say, else `fps`
-  double fall_in = 1;                ///< s from the rest pose to a motion's first pose
-  double pin_top = 0;                ///< m below the garment's highest vertex that ride on the body
-  double scale = 1;                  ///< of the garment's file, to metres
-  double move_x = 0;                 ///< m, of the scaled garment
-  double move_y = 0;                 ///< m
-  double move_z = 0;                 ///< m
-  bool sewn = true;                  ///< seams of the garment are closed before it moves
-  std::string membrane = "springs";  ///< see ClothOptions
-  std::vector<double> wind;          ///< m/s, three numbers, or none
+  double fps = 60;         ///< simulated frames a second, 1 to 10000
+  int settle = 60;         ///< frames on the first body before it moves
+  int length = 0;          ///< frames in all; 0: as long as the body moves
+  double body_fps = 0;     ///< of body meshes, 0: what they say, else `fps`
+  double fall_in = 1;      ///< s from the rest pose to a motion's first pose
+  double pin_top = 0;      ///< m below the garment's highest vertex that ride on the body
+  double scale = 1;        ///< of the garment's file, to metres
+  double move_x = 0;       ///< m, of the scaled garment
+  double move_y = 0;       ///< m
+  double move_z = 0;       ///< m
+  bool flat_rest = false;  ///< texture coordinates are the flat rest shape, in metres
+  bool relax = false;      ///< the garment is captured: its weight has stretched it
+  RelaxGravityOptions relaxing;
+  bool sewn = true;                            ///< seams of the garment are closed before it moves
+  std::string membrane = "springs";            ///< see ClothOptions
+  std::vector<double> wind;                    ///< m/s, three numbers, or none
   Material material = fabrics_own_material();  ///< what is said of it, see material_of
   XpbdOptions xpbd;
 };
@@ -41,6 +45,9 @@ OptionTable describe(SimulateOptions& options);
 /// with every value that was said in its place. Throws UsageError for a value below its range that
 /// is not kFabricsOwn.
 Material material_of(const SimulateOptions& options);
+
+/// How near a relaxed garment hangs to the captured one, as a sentence.
+std::string relaxed_text(const RelaxedGarment& relaxed, double seconds);
 
 /// Files of a scene. Empty: none.
 struct ScenePaths {
@@ -55,18 +62,22 @@ ScenePaths scene_in(const std::filesystem::path& folder);
 /// A garment and the body that it hangs on.
 struct SimulationScene {
   Garment garment;
+  Points start;          ///< where it begins if not as its mesh lies; or empty
   Triangles body_faces;  ///< no rows: no body
   Index frame_count = 0;
   std::function<Points(Index frame)> body;  ///< vertices at the end of a simulated frame; 0: start
   std::vector<std::string> notes;
 };
 
-/// Reads a scene. Throws DataError for files that do not fit each other, UsageError for a motion
-/// without a body that can be posed.
+/// Reads a scene; a garment is a mesh or an archive (core/garment_archive.h). With
+/// SimulateOptions::relax the garment is the unloaded one that hangs as captured, on the body of
+/// the first frame, and `start` is the captured shape. Throws DataError for files that do not fit
+/// each other, UsageError for a motion without a body that can be posed.
 SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options);
 
-/// The scene's cloth, and the options of its solver.
+/// The scene's cloth, the state that it begins in, and the options of its solver.
 Cloth scene_cloth(const SimulationScene& scene, const SimulateOptions& options);
+ClothState scene_start(const SimulationScene& scene, const Cloth& cloth);
 XpbdOptions scene_solver(const SimulateOptions& options);
 
 /// What happens in simulated frame `frame`, counted from 1.

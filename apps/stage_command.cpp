@@ -1,6 +1,5 @@
 #include "apps/stage_command.h"
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <iostream>
 #include <memory>
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/arguments.h"
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
@@ -184,46 +184,52 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
 Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) {
   auto arguments = std::make_shared<StageArguments>();
   StageRequest& request = arguments->request;
-  parser.add_option("INPUT", request.input, "File or folder to read")
-      ->check(empty_problem, "")
-      ->required();
-  CLI::Option* workspace =
-      parser.add_option("WORKSPACE", request.workspace, "Folder of results; made if it is missing")
-          ->check(empty_problem, "");
+  add_option(
+      parser, "INPUT", [&request](const std::string& text) { request.input = text; },
+      "File or folder to read")
+      .check(empty_problem)
+      .required();
+  Argument workspace =
+      add_option(
+          parser, "WORKSPACE", [&request](const std::string& text) { request.workspace = text; },
+          "Folder of results; made if it is missing")
+          .check(empty_problem);
   if (alone == nullptr) {
-    workspace->required();
+    workspace.required();
   }
-  parser.add_option("--jobs", request.jobs, "Frames worked on at once; 0: as many as processors")
-      ->check(jobs_problem)
-      ->type_name("N");
-  parser.add_option("--device", arguments->device, "Where the work is done")
-      ->check(one_of({"cpu", "cuda"}))
-      ->type_name("cpu|cuda");
+  add_option(parser, "--jobs", request.jobs, "Frames worked on at once; 0: as many as processors")
+      .check(jobs_problem)
+      .type_name("N");
+  add_option(parser, "--device", arguments->device, "Where the work is done")
+      .check(one_of({"cpu", "cuda"}))
+      .type_name("cpu|cuda");
   if (stage.frame_wise) {
-    parser
-        .add_option("--frames", arguments->frames, "Only frames a <= frame < b, or frame a alone")
-        ->type_name("a:b|a:|:b|a");
-    parser.add_option("--shard", arguments->shard, "Only every n-th frame, for a cluster")
-        ->type_name("i/n");
+    add_option(
+        parser, "--frames", [arguments](const std::string& text) { arguments->frames = text; },
+        "Only frames a <= frame < b, or frame a alone")
+        .type_name("a:b|a:|:b|a");
+    add_option(
+        parser, "--shard", [arguments](const std::string& text) { arguments->shard = text; },
+        "Only every n-th frame, for a cluster")
+        .type_name("i/n");
   }
-  parser.add_flag("--force", request.force, "Do it again although the result is there");
-  parser.add_flag("--dry-run", arguments->dry_run, "Only say what would be done, and why");
-  parser.add_flag("--json", arguments->json, "Events as lines of JSON, for machines");
+  add_flag(parser, "--force", request.force, "Do it again although the result is there");
+  add_flag(parser, "--dry-run", arguments->dry_run, "Only say what would be done, and why");
+  add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for machines");
   arguments->options = add_option_flags(parser, stage.options());
   if (alone != nullptr) {
     for (const StandAlone::Flag& flag : alone->flags) {
       const std::string name(flag.name);
       if (flag.type.empty()) {
-        parser.add_flag_function(
-            "--" + name, [arguments, name](std::int64_t) { arguments->alone[name] = "true"; },
+        add_flag(
+            parser, "--" + name, [arguments, name] { arguments->alone[name] = "true"; },
             std::string(flag.help));
       } else {
-        parser
-            .add_option_function<std::string>(
-                "--" + name,
-                [arguments, name](const std::string& text) { arguments->alone[name] = text; },
-                std::string(flag.help))
-            ->type_name(std::string(flag.type));
+        add_option(
+            parser, "--" + name,
+            [arguments, name](const std::string& text) { arguments->alone[name] = text; },
+            std::string(flag.help))
+            .type_name(std::string(flag.type));
       }
     }
   }

@@ -1,8 +1,8 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
@@ -116,10 +116,10 @@ int run(const StatusArguments& arguments) {
 
 Action add_status(CLI::App& parser) {
   auto arguments = std::make_shared<StatusArguments>();
-  parser.add_option("WORKSPACE", arguments->workspace, "Folder of results")->required();
-  parser.add_flag("--digests", arguments->digests, "Compare every byte, not only sizes");
-  parser.add_flag("--check", arguments->check, "Exit with 1 if a result is damaged or outdated");
-  parser.add_flag("--json", arguments->json, "For machines");
+  add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
+  add_flag(parser, "--digests", arguments->digests, "Compare every byte, not only sizes");
+  add_flag(parser, "--check", arguments->check, "Exit with 1 if a result is damaged or outdated");
+  add_flag(parser, "--json", arguments->json, "For machines");
   return [arguments] { return run(*arguments); };
 }
 

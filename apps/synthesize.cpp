@@ -1,12 +1,12 @@
 #if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION) && \
     defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CAPTURE)
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 
+#include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
@@ -87,15 +87,14 @@ Action add_synthesize(CLI::App& parser) {
   auto out = std::make_shared<std::string>();
   auto layout = std::make_shared<std::string>();
   auto preset = std::make_shared<std::string>("tiny");
-  parser.add_option("OUT", *out, "Folder of the capture; made if it is missing")->required();
-  parser.add_option("--preset", *preset, "Size of the capture [tiny]")
-      ->check(one_of(synthesis_presets()))
-      ->type_name("tiny|demo|accuracy|studio");
-  parser
-      .add_option("--layout", *layout,
-                  "Another layout as well, in OUT/LAYOUT; convert-capture lists them")
-      ->check(one_of(layout_names()))
-      ->type_name("LAYOUT");
+  add_option(parser, "OUT", *out, "Folder of the capture; made if it is missing").required();
+  add_option(parser, "--preset", *preset, "Size of the capture [tiny]")
+      .check(one_of(synthesis_presets()))
+      .type_name("tiny|demo|accuracy|studio");
+  add_option(parser, "--layout", *layout,
+             "Another layout as well, in OUT/LAYOUT; convert-capture lists them")
+      .check(one_of(layout_names()))
+      .type_name("LAYOUT");
   const OptionReader options = add_option_flags(parser, synthesize_options());
   return [out, preset, layout, options] { return run(*out, chosen(*preset, options()), *layout); };
 }

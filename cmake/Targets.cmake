@@ -22,6 +22,14 @@ function(atelier_missing result)
   set(${result} "${missing}" PARENT_SCOPE)
 endfunction()
 
+function(atelier_sanitized target sanitizers)
+  # Not vptr: UBSan looks into memory with calls that workers (core/io/worker.h) may not make, and
+  # takes the refusal for a broken object.
+  target_compile_options(${target} PRIVATE -fsanitize=${sanitizers} -fno-omit-frame-pointer
+    -fno-sanitize-recover=all -fno-sanitize=vptr)
+  target_link_options(${target} PRIVATE -fsanitize=${sanitizers})
+endfunction()
+
 function(atelier_settings target)
   target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:${ATELIER_WARNINGS}>")
   # At -O3 GCC 12 sees overlaps in std::string's own concatenation where there are none (its bug 105651).
@@ -41,11 +49,7 @@ function(atelier_settings target)
       "$<$<COMPILE_LANGUAGE:CUDA>:--fmad=false;-Xcompiler=-ffp-contract=off>")
   endif()
   if(ATELIER_SANITIZE)
-    # Not vptr: UBSan looks into memory with calls that workers (core/io/worker.h) may not make, and
-    # takes the refusal for a broken object.
-    target_compile_options(${target} PRIVATE -fsanitize=${ATELIER_SANITIZE} -fno-omit-frame-pointer
-      -fno-sanitize-recover=all -fno-sanitize=vptr)
-    target_link_options(${target} PRIVATE -fsanitize=${ATELIER_SANITIZE})
+    atelier_sanitized(${target} ${ATELIER_SANITIZE})
   endif()
   if(ATELIER_FUZZ)
     target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
@@ -81,6 +85,41 @@ function(atelier_sources result directory)
     list(APPEND sources ${cuda_sources})
   endif()
   set(${result} "${sources}" PARENT_SCOPE)
+endfunction()
+
+# The sources of some folders that a few files need: those whose own header (the first include) one of
+# them includes, and so on. Read when configuring; a source that starts to include one more may need
+# cmake to run again.
+# atelier_included_sources(result folders... FROM files...)
+function(atelier_included_sources result)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FROM")
+  foreach(folder IN LISTS arg_UNPARSED_ARGUMENTS)
+    file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/${folder}/*.cpp")
+    foreach(source IN LISTS sources)
+      file(STRINGS "${source}" first REGEX "^#include \"" LIMIT_COUNT 1)
+      string(REGEX REPLACE "^#include \"([^\"]*)\".*" "\\1" header "${first}")
+      string(MAKE_C_IDENTIFIER "${header}" key)
+      list(APPEND sources_of_${key} "${source}")
+    endforeach()
+  endforeach()
+  set(found "")
+  set(seen "")
+  set(files ${arg_FROM})
+  while(files)
+    list(POP_FRONT files file)
+    file(STRINGS "${file}" includes REGEX "^#include \"")
+    foreach(line IN LISTS includes)
+      string(REGEX REPLACE "^#include \"([^\"]*)\".*" "\\1" header "${line}")
+      if(NOT header IN_LIST seen AND EXISTS "${CMAKE_SOURCE_DIR}/${header}")
+        list(APPEND seen "${header}")
+        string(MAKE_C_IDENTIFIER "${header}" key)
+        list(APPEND files "${CMAKE_SOURCE_DIR}/${header}" ${sources_of_${key}})
+        list(APPEND found ${sources_of_${key}})
+      endif()
+    endforeach()
+  endwhile()
+  list(REMOVE_DUPLICATES found)
+  set(${result} "${found}" PARENT_SCOPE)
 endfunction()
 
 # Links what is there of the optional dependencies; each is seen as ATELIER_HAS_<NAME>=1.

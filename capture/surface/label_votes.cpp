@@ -63,6 +63,11 @@ Vote vote_of(const LabelView& view, const TriangleTree& tree, const Eigen::Vecto
 
 }  // namespace
 
+float label_certainty(const Mesh& mesh, Index vertex) {
+  constexpr float kLeast = 0.25F;
+  return mesh.confidence.size() > 0 ? kLeast + (1 - kLeast) * mesh.confidence[vertex] : 1.0F;
+}
+
 OptionTable describe(SurfaceLabelOptions& options) {
   OptionTable table;
   table.add("border", options.border, 0, 100, "px", "A pixel so near another label counts less.");
@@ -89,8 +94,10 @@ LabelVotes label_votes(const Mesh& mesh, const std::vector<LabelView>& views,
   for (std::size_t i = 0; i < views.size(); ++i) {
     parallel_for(mesh.vertices.rows(), 256, [&](Index begin, Index end) {
       for (Index v = begin; v < end; ++v) {
-        votes[i][static_cast<std::size_t>(v)] = vote_of(
-            views[i], tree, mesh.vertices.row(v).transpose(), normals.row(v).transpose(), options);
+        Vote& vote = votes[i][static_cast<std::size_t>(v)];
+        vote = vote_of(views[i], tree, mesh.vertices.row(v).transpose(), normals.row(v).transpose(),
+                       options);
+        vote.weight *= label_certainty(mesh, v);
       }
     });
   }

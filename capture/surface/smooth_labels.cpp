@@ -45,8 +45,9 @@ std::vector<std::uint8_t> smooth_labels(const Mesh& mesh, const LabelVotes& vote
     Index best = 0;
     votes.probability.row(v).maxCoeff(&best);
     vertex.label = static_cast<std::size_t>(best);
+    const double certainty = label_certainty(mesh, v);
     for (Index k = 0; k < votes.probability.cols(); ++k) {
-      vertex.costs.push_back(-std::log(std::max(votes.probability(v, k), 1e-6)));
+      vertex.costs.push_back(-certainty * std::log(std::max(votes.probability(v, k), 1e-6)));
     }
   }
   for (Index e = 0; e < topology.edges.rows(); ++e) {

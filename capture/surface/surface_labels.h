@@ -32,15 +32,20 @@ struct LabelVotes {
   std::vector<double> trust;      ///< [views] 0 to 1: how well each agrees with the others
 };
 
+/// How much a vertex's votes count: 0.25 at confidence 0 to 1 at confidence 1 or without any. Our
+/// choice.
+float label_certainty(const Mesh& mesh, Index vertex);
+
 /// Each vertex asks the views that see it (not hidden by the mesh itself), weighted by the cosine
-/// of the view and less near borders. Views that contradict the others lose weight round by round,
+/// of the view, by the vertex's confidence where the mesh has one, and less near borders. Views that contradict the others lose weight round by round,
 /// so that a whole wrong image is outvoted. Throws LogicError for sizes that differ. Cost: V x
 /// views rays. Our choice of weights.
 LabelVotes label_votes(const Mesh& mesh, const std::vector<LabelView>& views,
                        const SurfaceLabelOptions& options = {});
 
 /// The labelling of least cost: votes against borders between neighbours, by alpha expansion
-/// (Boykov 2001, CGAL's). Short borders cost less than long ones, whatever the mesh.
+/// (Boykov 2001, CGAL's). Short borders cost less than long ones, whatever the mesh; the votes of a
+/// vertex of confidence 0 (what the hull closes) count a quarter, since it may lie off the surface.
 std::vector<std::uint8_t> smooth_labels(const Mesh& mesh, const LabelVotes& votes,
                                         const SurfaceLabelOptions& options = {});
 

@@ -1,6 +1,9 @@
+#include <Eigen/Core>
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -125,6 +128,71 @@ TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
   }
   EXPECT_EQ(frames, 5);
   EXPECT_TRUE(std::filesystem::exists(out() / "garment_000005.obj"));
+}
+
+/// The vertices of a frame's OBJ, nine decimals each.
+std::vector<Eigen::Vector3d> vertices_of(const std::filesystem::path& obj) {
+  std::vector<Eigen::Vector3d> vertices;
+  std::istringstream lines(read_file_text(obj, 1 << 20));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    Eigen::Vector3d v;
+    if (words >> kind && kind == "v" && words >> v.x() >> v.y() >> v.z()) {
+      vertices.push_back(v);
+    }
+  }
+  return vertices;
+}
+
+TEST_F(Simulate, ACapturedGarmentHangsAsCapturedOnceItsWeightIsTakenOut) {
+  {  // a sheet that hangs from its upper edge, far from the body that it is tied to
+    std::ofstream file(scene() / "garment.obj");
+    for (int r = 0; r < 6; ++r) {
+      for (int c = 0; c < 4; ++c) {
+        file << "v " << 0.5 + 0.08 * c << " " << 1 - 0.08 * r << " 0\n";
+      }
+    }
+    for (int r = 0; r < 5; ++r) {
+      for (int c = 0; c < 3; ++c) {
+        const int a = 4 * r + c + 1;
+        file << "f " << a << " " << a + 4 << " " << a + 5 << "\nf " << a << " " << a + 5 << " "
+             << a + 1 << "\n";
+      }
+    }
+  }
+  const auto moved = [&](std::vector<std::string> more) {
+    for (const char* word : {"--format", "obj", "--pin_top", "0.01", "--settle", "120",
+                             "--material.stretch_warp", "40", "--material.stretch_weft", "40",
+                             "--material.density", "0.3", "--xpbd.velocity_damping", "4"}) {
+      more.emplace_back(word);
+    }
+    const ChildResult result = on_body(std::move(more));
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const auto captured = vertices_of(scene() / "garment.obj");
+    const auto hung = vertices_of(out() / "garment_000120.obj");
+    EXPECT_EQ(hung.size(), captured.size()) << result.out;
+    double sum = 0;
+    for (std::size_t i = 0; i < std::min(captured.size(), hung.size()); ++i) {
+      sum += (captured[i] - hung[i]).norm();
+    }
+    return sum / static_cast<double>(captured.size());
+  };
+  EXPECT_GT(moved({}), 0.004);
+  EXPECT_LT(moved({"--relax"}), 0.002);
+}
+
+TEST_F(Simulate, RefusesTextureCoordinatesThatAreNoFlatRestShape) {
+  ChildResult result = on_body({"--flat_rest"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("texture coordinates"));
+  {
+    std::ofstream file(scene() / "garment.obj");
+    file << "v 0 0.5 0\nv 1 0.5 0\nv 0 0.5 1\nvt 0 0\nvt 0.1 0\nvt 0 0.1\nf 1/1 3/3 2/2\n";
+  }
+  result = on_body({"--flat_rest"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("0.01 times the area of the surface"));
 }
 
 TEST_F(Simulate, WritesUsdAndItsOwnSequences) {

@@ -169,6 +169,25 @@ TEST(SurfaceLabels, AWholeWrongViewAndSaltAreOutvoted) {
   EXPECT_GT(ball.right_share(smooth_labels(ball.mesh, votes)), 0.97);
 }
 
+TEST(SurfaceLabels, APointThatNobodyIsSureOfLeansOnItsNeighbours) {
+  LabelledBall ball;
+  LabelVotes votes = label_votes(ball.mesh, ball.views);
+  // A speck that votes for the other label: kept where the surface is sure, else not.
+  Index speck = 0;
+  (ball.mesh.vertices.rowwise() - Eigen::RowVector3d(0.2, 0.2, 0.05))
+      .rowwise()
+      .squaredNorm()
+      .minCoeff(&speck);
+  votes.probability.row(speck) << 0.001, 0.999;
+  const auto at_confidence = [&](float confidence) {
+    ball.mesh.confidence = Eigen::VectorXf::Constant(ball.mesh.vertices.rows(), 1);
+    ball.mesh.confidence[speck] = confidence;
+    return smooth_labels(ball.mesh, votes)[static_cast<std::size_t>(speck)];
+  };
+  EXPECT_EQ(at_confidence(1), 4);
+  EXPECT_EQ(at_confidence(0), 3);
+}
+
 TEST(SurfaceLabels, WithoutAViewNothingIsKnown) {
   const LabelledBall ball;
   const auto labels = smooth_labels(ball.mesh, label_votes(ball.mesh, {}));

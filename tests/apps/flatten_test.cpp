@@ -1,0 +1,113 @@
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/io/file_bytes.h"
+#include "tests/support/child_process.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier {
+namespace {
+
+using testing::ChildResult;
+using ::testing::HasSubstr;
+
+/// An open tube of 0.15 m radius and 0.4 m height, a skirt of sorts, in a file.
+class Flatten : public ::testing::Test {
+ protected:
+  static constexpr int kAround = 16;
+  static constexpr int kRows = 5;
+
+  void SetUp() override {
+    std::ofstream file(mesh());
+    for (int r = 0; r < kRows; ++r) {
+      for (int c = 0; c < kAround; ++c) {
+        const double angle = 2 * std::numbers::pi * c / kAround;
+        file << "v " << 0.15 * std::sin(angle) << " " << 0.1 * r << " " << 0.15 * std::cos(angle)
+             << "\n";
+      }
+    }
+    for (int r = 0; r + 1 < kRows; ++r) {
+      for (int c = 0; c < kAround; ++c) {
+        const int a = r * kAround + c + 1;
+        const int b = r * kAround + (c + 1) % kAround + 1;
+        file << "f " << a << " " << b << " " << b + kAround << "\n";
+        file << "f " << a << " " << b + kAround << " " << a + kAround << "\n";
+      }
+    }
+    file.close();
+    if (run({"--help"}).out.find("--mesh") == std::string::npos) {
+      GTEST_SKIP() << "built without flatten";
+    }
+  }
+
+  std::filesystem::path mesh() const { return root_.path() / "tube.obj"; }
+  std::filesystem::path out() const { return root_.path() / "out"; }
+
+  static ChildResult run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {testing::program_path(), "flatten"});
+    return testing::run_child(arguments);
+  }
+  ChildResult alone(std::vector<std::string> more = {}) const {
+    std::filesystem::remove_all(out());
+    more.insert(more.begin(), {"--mesh", mesh().string(), "--out", out().string()});
+    return run(std::move(more));
+  }
+
+  testing::TemporaryDirectory root_;
+};
+
+TEST_F(Flatten, ATubeBecomesPanelsOfItsArea) {
+  const ChildResult result = alone({"--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json["inverted"], 0);
+  EXPECT_EQ(json["overlaps"], 0);
+  EXPECT_NEAR(json["area_ratio"].get<double>(), 1, 0.01);
+  EXPECT_LT(json["stretch_p99"].get<double>(), 0.01);
+  for (const char* name : {"pattern.svg", "pattern.dxf", "garment.obj"}) {
+    EXPECT_TRUE(std::filesystem::exists(out() / name)) << name;
+  }
+}
+
+TEST_F(Flatten, ItsGarmentIsSimulatedFromTheFlatRestShape) {
+  ASSERT_EQ(alone().exit_code, 0);
+  const ChildResult result =
+      testing::run_child({testing::program_path(), "simulate", "--garment",
+                          (out() / "garment.obj").string(), "--flat_rest", "--out",
+                          (root_.path() / "frames").string(), "--settle", "2", "--no-pictures"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(Flatten, TheStageDoesTheSame) {
+  const std::string workspace = (root_.path() / "workspace").string();
+  const ChildResult result = run({mesh().string(), workspace});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out + result.err, HasSubstr("stretch p50"));
+  const ChildResult again = run({mesh().string(), workspace});
+  EXPECT_EQ(again.exit_code, 0);
+}
+
+TEST_F(Flatten, RefusesWhatIsNoGarment) {
+  std::ofstream(mesh()) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\n"
+                           "f 1 2 3\nf 1 2 4\nf 1 2 5\n";
+  const ChildResult result = alone();
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("tube.obj"));
+  EXPECT_FALSE(std::filesystem::exists(out()));
+}
+
+TEST_F(Flatten, RefusesABodyThatIsNotThereAndPlacesThatAreTaken) {
+  EXPECT_EQ(alone({"--relax.body", (root_.path() / "nobody.obj").string()}).exit_code, 3);
+  EXPECT_EQ(run({"--mesh", mesh().string(), "--out", root_.path().string()}).exit_code, 2);
+  EXPECT_EQ(run({"--mesh", mesh().string()}).exit_code, 2);
+  EXPECT_EQ(alone({"--seams", "nowhere.json"}).exit_code, 3);
+}
+
+}  // namespace
+}  // namespace atelier
