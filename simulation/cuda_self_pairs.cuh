@@ -135,7 +135,9 @@ struct SelfWork {
         ++left;
       }
     }
-    left = __reduce_add_sync(kWholeWarp, left);
+    for (int step = kGroup / 2; step > 0; step /= 2) {  // __reduce_add_sync needs Ampere
+      left += __shfl_down_sync(kWholeWarp, left, step);
+    }
     if (left > 0 && threadIdx.x % kGroup == 0) {
       atomicAdd(&counts->left, left);
     }
