@@ -144,8 +144,8 @@ TEST_F(HugeFile, ZerosAreRefusedByTheirHeader) {
 TEST_F(HugeFile, AHeaderOfASmallArrayIsNoReasonToReadTheRest) {
   constexpr std::int64_t kHuge = 15LL << 30;
   std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3)}\n";
-  const std::string npy_start = std::string("\x93NUMPY\x01\x00", 8) +
-                                static_cast<char>(header.size()) + std::string(1, '\0') + header;
+  std::string npy_start("\x93NUMPY\x01\x00", 8);
+  npy_start += static_cast<char>(header.size()) + std::string(1, '\0') + header;
   const fs::path npy = sparse_file(folder_.path() / "a.npy", kHuge, npy_start);
   expect_refused(npy, [&] { read_npy(npy); });
   header = R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})";
