@@ -17,11 +17,11 @@ constexpr double kBareGap = 0.03;  // m: what is farther off occludes, and says 
 
 }  // namespace
 
-CoverVotes cover_votes(const Mesh& scan, std::uint8_t label, const Points& body,
-                       const Triangles& body_faces) {
+GarmentVotes garment_votes(const Mesh& scan, std::uint8_t label, const Points& body,
+                           const Triangles& body_faces) {
   const Index count = body.rows();
-  CoverVotes votes{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count),
-                   Eigen::VectorXd::Zero(count)};
+  GarmentVotes votes{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count),
+                     Eigen::VectorXd::Zero(count)};
   ATELIER_CHECK(static_cast<Index>(scan.labels.size()) == scan.vertices.rows(), "a labelled scan");
   const Points normals = vertex_normals(body, body_faces);
   std::vector<Ray> outwards(static_cast<std::size_t>(count));
@@ -60,7 +60,7 @@ CoverVotes cover_votes(const Mesh& scan, std::uint8_t label, const Points& body,
   return votes;
 }
 
-void add_votes(CoverVotes& sum, const CoverVotes& frame) {
+void add_votes(GarmentVotes& sum, const GarmentVotes& frame) {
   if (sum.covered.size() == 0) {
     sum = frame;
     return;
@@ -71,8 +71,8 @@ void add_votes(CoverVotes& sum, const CoverVotes& frame) {
   sum.gap += frame.gap;
 }
 
-GarmentCover garment_cover(const CoverVotes& votes, const Points& body, const Triangles& body_faces,
-                           double reach) {
+GarmentCover garment_cover(const GarmentVotes& votes, const Points& body,
+                           const Triangles& body_faces, double reach) {
   const Index count = votes.covered.size();
   ATELIER_CHECK(body.rows() == count, "votes of this body");
   const Topology topology = topology_of(body_faces, count);

@@ -95,12 +95,12 @@ Overview overview_of(const ClothedFrames& frames, std::uint8_t label,
       all.rows.push_back(all.best);
     }
   }
-  CoverVotes votes;
+  GarmentVotes votes;
   std::vector<double> areas;
   std::vector<double> facing;
   for (const Index row : all.rows) {
     const ClothedFrame frame = frames.load(row);
-    const CoverVotes own = cover_votes(frame.scan, label, frame.body, frames.body_faces);
+    const GarmentVotes own = garment_votes(frame.scan, label, frame.body, frames.body_faces);
     add_votes(votes, own);
     areas.push_back(label_area(frame.scan, label));
     facing.push_back(facing_share(frame.body, frames.body_faces, own.covered));

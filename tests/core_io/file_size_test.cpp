@@ -145,11 +145,15 @@ TEST_F(HugeFile, AHeaderOfASmallArrayIsNoReasonToReadTheRest) {
   constexpr std::int64_t kHuge = 15LL << 30;
   std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3)}\n";
   std::string npy_start("\x93NUMPY\x01\x00", 8);
-  npy_start += static_cast<char>(header.size()) + std::string(1, '\0') + header;
+  npy_start += static_cast<char>(header.size());
+  npy_start += '\0';
+  npy_start += header;
   const fs::path npy = sparse_file(folder_.path() / "a.npy", kHuge, npy_start);
   expect_refused(npy, [&] { read_npy(npy); });
   header = R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})";
-  const std::string start = static_cast<char>(header.size()) + std::string(7, '\0') + header;
+  std::string start(8, '\0');
+  start[0] = static_cast<char>(header.size());
+  start += header;
   const fs::path safetensors = sparse_file(folder_.path() / "a.safetensors", kHuge, start);
   expect_refused(safetensors, [&] { read_safetensors(safetensors); });
 }

@@ -366,7 +366,7 @@ TEST(GarmentCover, SaysWhereTheBodyIsCoveredAndHowFarOff) {
   const std::vector<Capsule> pose = capsules();
   const Mesh body = body_surface(pose);
   const Mesh scan = clothed_scan(pose, wears_tee, 0, {}, 0.014);
-  const CoverVotes votes = cover_votes(scan, kClothLabel, body.vertices, body.faces);
+  const GarmentVotes votes = garment_votes(scan, kClothLabel, body.vertices, body.faces);
   const GarmentCover cover = garment_cover(votes, body.vertices, body.faces);
   for (Index v = 0; v < body.vertices.rows(); ++v) {
     const int lump = body.labels[static_cast<std::size_t>(v)];
@@ -384,8 +384,8 @@ TEST(GarmentCover, SaysWhereTheBodyIsCoveredAndHowFarOff) {
 TEST(GarmentCover, OfWhatIsFarFromAllThatWasSeenNothingIsKnown) {
   const Mesh tube = cone(2, 0.1, 0, 0.1, 0.02);
   const Index count = tube.vertices.rows();
-  CoverVotes votes{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count),
-                   Eigen::VectorXd::Zero(count)};
+  GarmentVotes votes{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count),
+                     Eigen::VectorXd::Zero(count)};
   for (Index v = 0; v < count; ++v) {
     votes.covered[v] = tube.vertices(v, 1) > 1.5 ? 1 : 0;
   }
