@@ -37,9 +37,9 @@ struct LabelVotes {
 float label_certainty(const Mesh& mesh, Index vertex);
 
 /// Each vertex asks the views that see it (not hidden by the mesh itself), weighted by the cosine
-/// of the view, by the vertex's confidence where the mesh has one, and less near borders. Views that contradict the others lose weight round by round,
-/// so that a whole wrong image is outvoted. Throws LogicError for sizes that differ. Cost: V x
-/// views rays. Our choice of weights.
+/// of the view, by the vertex's confidence where the mesh has one, and less near borders. Views
+/// that contradict the others lose weight round by round, so that a whole wrong image is outvoted.
+/// Throws LogicError for sizes that differ. Cost: V x views rays. Our choice of weights.
 LabelVotes label_votes(const Mesh& mesh, const std::vector<LabelView>& views,
                        const SurfaceLabelOptions& options = {});
 

@@ -17,8 +17,8 @@
 
 #if defined(__SANITIZE_ADDRESS__)
 // What RLIMIT_AS does in other builds: refuse allocations beyond the ceiling. It cannot be used
-// here because the sanitizer maps its shadow of the whole address space. What many small ones add up
-// to is seen in the resident memory, of which freed blocks in quarantine may not take much.
+// here because the sanitizer maps its shadow of the whole address space. What many small ones add
+// up to is seen in the resident memory, of which freed blocks in quarantine may not take much.
 extern "C" const char* __asan_default_options() {
   return "max_allocation_size_mb=512:allocator_may_return_null=1:detect_leaks=0:"
          "quarantine_size_mb=16";

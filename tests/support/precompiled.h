@@ -1,6 +1,7 @@
 // Parsed once for all test programs (cmake/Targets.cmake); each source still includes what it uses.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +17,5 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
