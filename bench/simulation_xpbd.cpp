@@ -241,7 +241,6 @@ void run(benchmark::State& state, Case c, Device device) {
   state.counters["self"] = last.self_contacts;
   state.counters["pairs"] = last.self_candidates;
   state.counters["searches"] = last.self_searches;
-  state.counters["renewals"] = last.self_renewals;
   state.counters["crossings"] =
       c.options.self_contact ? count_crossings(solver.state(0).positions, c.cloth.faces) : 0;
 }

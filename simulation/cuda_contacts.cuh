@@ -97,7 +97,7 @@ template <class T, class Load, class Done>
 __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks, int s, int pass,
                                           const Load& load, const Done& done) {
   namespace cg = cooperative_groups;
-  __shared__ TeamInBody<32>::Memory memory[kFrameThreads / 32];
+  __shared__ TeamInTree<32>::Memory memory[kFrameThreads / 32];
   const cg::thread_block_tile<32> warp = cg::tiled_partition<32>(cg::this_thread_block());
   const cg::thread_block_tile<kTeam> tile = cg::tiled_partition<kTeam>(warp);
   const TouchLists<T> lists(frame, blocks, pass);
@@ -111,7 +111,7 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
   if (thread < 2) {
     lists.next[thread] = 0;
   }
-  const TeamInBody<32> whole{warp, memory[warp.meta_group_rank()]};
+  const TeamInTree<32> whole{warp, memory[warp.meta_group_rank()]};
   for (int at = thread / 32; at < lists.count(1); at += threads / 32) {
     const int k = lists.item(1, at);
     BodyParticle<T> p = load(k);

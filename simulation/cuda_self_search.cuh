@@ -1,6 +1,5 @@
 #pragma once
 
-#include "simulation/cuda_boxes.cuh"
 #include "simulation/cuda_contacts.cuh"
 #include "simulation/self_crossing_math.h"
 #include "simulation/self_search_math.h"
@@ -12,17 +11,37 @@ namespace atelier {
 /// what meets there waits in a queue until each thread of the warp has a pair to look at. No tree:
 /// nothing goes up or down level by level, and what one warp reads is read in one piece.
 
+constexpr unsigned kWholeWarp = 0xFFFFFFFFu;
+
 /// A warp among those of its scene.
 struct SceneWarp {
   int index, count, lane;
 };
 
 template <class T>
+__device__ inline Box<T> shuffled(const Box<T>& box, int lane) {
+  const auto get = [&](T v) { return __shfl_sync(kWholeWarp, v, lane); };
+  return {{get(box.low.x), get(box.low.y), get(box.low.z)},
+          {get(box.high.x), get(box.high.y), get(box.high.z)}};
+}
+
+/// Box over those of a warp's threads, of which some may be empty.
+template <class T>
+__device__ inline Box<T> united_in_warp(Box<T> box) {
+  for (int k = kGroup / 2; k > 0; k /= 2) {
+    const auto lower = [&](T v) { return min_of(v, __shfl_xor_sync(kWholeWarp, v, k)); };
+    const auto higher = [&](T v) { return max_of(v, __shfl_xor_sync(kWholeWarp, v, k)); };
+    box = {{lower(box.low.x), lower(box.low.y), lower(box.low.z)},
+           {higher(box.high.x), higher(box.high.y), higher(box.high.z)}};
+  }
+  return box;
+}
+
+template <class T>
 __device__ inline BoxGroups<T> of_scene(BoxGroups<T> groups, int scene) {
   groups.box += static_cast<std::int64_t>(scene) * groups.groups() * kGroup;
   groups.group += static_cast<std::int64_t>(scene) * groups.groups();
   groups.whole += static_cast<std::int64_t>(scene) * groups.wholes();
-  groups.fresh += static_cast<std::int64_t>(scene) * groups.groups();
   return groups;
 }
 
@@ -110,7 +129,7 @@ struct PairQueue {
   }
 };
 
-/// The primitives of one group, one a thread; who is not fresh has an empty box.
+/// The primitives of one group, one a thread.
 template <class T>
 struct GroupInHand {
   int index;
@@ -119,82 +138,59 @@ struct GroupInHand {
   GroupedItem item;
 };
 
-/// Which pairs of fresh primitives are offered; those of a fresh and another one always are.
-enum class FreshPairs {
-  Once,  ///< of primitives of one kind, by the order of the groups
-  All,
-  None
-};
-
-/// Offers the pairs of a primitive of the group in hand and one of group `partner` whose boxes meet
-/// and that share no particle.
-template <FreshPairs kPairs, class T, class Work>
+/// Offers every pair of a primitive of the group in hand and one of group `partner` whose boxes
+/// meet and that share no particle.
+template <bool kSame, class T, class Work>
 __device__ inline void visit_partner(const GroupInHand<T>& own, const BoxGroups<T>& b, int partner,
                                      int lane, PairQueue& queue, const Work& work) {
+  const bool itself = kSame && partner == own.index;
   const Box<T> other = b.box[partner * kGroup + lane];
   const GroupedItem other_item = item_at(b, partner * kGroup + lane);
   const bool near = overlap(own.box, b.group[partner]);
-  unsigned others = __ballot_sync(kWholeWarp, overlap(other, own.around));
-  if (kPairs == FreshPairs::None || (kPairs == FreshPairs::Once && partner < own.index)) {
-    others &= ~b.fresh[partner];
-  }
-  unsigned hits = 0;  // among the partner's primitives, of this thread's
-  for (; others != 0; others &= others - 1) {
-    const int j = __ffs(static_cast<int>(others)) - 1;
+  unsigned of_b = __ballot_sync(kWholeWarp, overlap(other, own.around));
+  for (; of_b != 0; of_b &= of_b - 1) {
+    const int j = __ffs(static_cast<int>(of_b)) - 1;
     const Box<T> box = shuffled(other, j);
-    hits |= near && overlap(own.box, box) ? 1u << j : 0u;
-  }
-  if (kPairs == FreshPairs::Once && partner == own.index) {
-    // Who is not fresh has no hits of its own.
-    hits &= ~(b.fresh[partner] & ((2u << lane) - 1u));
-  }
-  while (__any_sync(kWholeWarp, hits != 0)) {
-    const int j = hits != 0 ? __ffs(static_cast<int>(hits)) - 1 : 0;
     const GroupedItem item = shuffled(other_item, j);
-    const bool meets = hits != 0 && !share_a_particle(own.item, item);
-    hits &= hits - 1;
+    const bool meets =
+        near && overlap(own.box, box) && (!itself || lane < j) && !share_a_particle(own.item, item);
     queue.add(meets, own.item.index, item.index, lane, work);
   }
 }
 
-/// Calls `work(has, first, second)`, all threads of the warp together, for the pairs of a fresh
-/// primitive of `a` and one of `b` whose boxes meet and that share no particle, each once, in any
-/// order. `every`: all are fresh; where few are, several warps share the partners of a group.
-template <FreshPairs kPairs, class T, class Work>
+/// Calls `work(has, first, second)`, all threads of the warp together, for every pair of
+/// primitives, of `a` and of `b`, whose boxes meet and that share no particle. `kSame`: both are
+/// one; then each pair once, in any order.
+template <bool kSame, class T, class Work>
 __device__ inline void visit_near(const BoxGroups<T>& a, const BoxGroups<T>& b,
-                                  const SceneWarp& warp, bool every, int2* items,
-                                  const Work& work) {
-  constexpr int kShares = 4;
+                                  const SceneWarp& warp, int2* items, const Work& work) {
   PairQueue queue{items};
   const int lane = warp.lane;
-  const int shares = every ? 1 : kShares;
-  for (int task = warp.index; task < shares * a.groups(); task += warp.count) {
-    const int k = task / shares;
-    const unsigned fresh = a.fresh[k];
-    if (fresh == 0) {
+  for (int k = warp.index; k < a.groups(); k += warp.count) {
+    const int slot = k * kGroup + lane;
+    const GroupInHand<T> own{k, a.group[k], a.box[slot], item_at(a, slot)};
+    const auto visit_whole = [&](int whole) {
+      const int g = whole * kGroup + lane;
+      const bool meets = g < b.groups() && (!kSame || g >= k) && overlap(own.around, b.group[g]);
+      unsigned groups = __ballot_sync(kWholeWarp, meets);
+      for (; groups != 0; groups &= groups - 1) {
+        const int partner = whole * kGroup + __ffs(static_cast<int>(groups)) - 1;
+        visit_partner<kSame>(own, b, partner, lane, queue, work);
+      }
+    };
+    const int first = kSame ? k / kGroup : 0;
+    if (!b.many()) {
+      for (int whole = first; whole < b.wholes(); ++whole) {
+        visit_whole(whole);
+      }
       continue;
     }
-    const int slot = k * kGroup + lane;
-    GroupInHand<T> own{k, a.group[k], a.box[slot], item_at(a, slot)};
-    if (!every) {
-      own.box = (fresh >> lane & 1u) != 0 ? own.box : empty_box<T>();
-      own.around = united_in_warp(own.box);
-    }
-    const unsigned share = every ? kWholeWarp : 0x11111111u << (task % shares);
-    const int least = kPairs == FreshPairs::Once && every ? k : 0;
-    for (int begin = least / kGroup; begin < b.wholes(); begin += kGroup) {
+    for (int begin = first; begin < b.wholes(); begin += kGroup) {
       const int w = begin + lane;
-      unsigned wholes = __ballot_sync(
-          kWholeWarp, w < b.wholes() && (!b.many() || overlap(own.around, b.whole[w])));
+      const bool meets = w < b.wholes() && overlap(own.around, b.whole[w]);
+      unsigned wholes = __ballot_sync(kWholeWarp, meets);
       for (; wholes != 0; wholes &= wholes - 1) {
-        const int first = (begin + __ffs(static_cast<int>(wholes)) - 1) * kGroup;
-        const int g = first + lane;
-        const bool meets = g >= least && g < b.groups() && overlap(own.around, b.group[g]);
-        unsigned groups = share & __ballot_sync(kWholeWarp, meets);
-        for (; groups != 0; groups &= groups - 1) {
-          visit_partner<kPairs>(own, b, first + __ffs(static_cast<int>(groups)) - 1, lane, queue,
-                                work);
-        }
+        visit_whole(begin + __ffs(static_cast<int>(wholes)) - 1);
       }
     }
   }
@@ -204,18 +200,13 @@ __device__ inline void visit_near(const BoxGroups<T>& a, const BoxGroups<T>& b,
 /// The boxes of one scene while a search holds.
 template <class T>
 struct SelfSearch {
-  SelfView<T> cloth;
+  const SelfView<T>& cloth;
   const SelfRule<T>& rule;
   BoxGroups<T> particles, edges, faces, edges_now, faces_now;
-  const int* flown;
-  int number;      ///< of this search
-  bool every;      ///< of all pairs; else of those of who flies since this search
-  bool crossings;  ///< what is crossed, too; only where `every`
   SceneWarp warp;
 
-  __device__ SelfSearch(const CudaSelfFrame<T>& self, const SelfView<T>& of_cloth,
-                        const int* of_flown, int of_number, bool of_every, bool of_crossings,
-                        int scene, int thread, int threads)
+  __device__ SelfSearch(const CudaSelfFrame<T>& self, const SelfView<T>& of_cloth, int scene,
+                        int thread, int threads)
       : cloth(of_cloth),
         rule(self.rule),
         particles(of_scene(self.particles, scene)),
@@ -223,10 +214,6 @@ struct SelfSearch {
         faces(of_scene(self.faces, scene)),
         edges_now(of_scene(self.edges_now, scene)),
         faces_now(of_scene(self.faces_now, scene)),
-        flown(of_flown),
-        number(of_number),
-        every(of_every),
-        crossings(of_crossings),
         warp{thread / kGroup, threads / kGroup, thread % kGroup} {}
 
   /// Boxes over primitives and groups, from the flights.
@@ -245,26 +232,21 @@ struct SelfSearch {
       }
       k -= faces.groups();
       const int slot = k * kGroup + warp.lane;
-      if (any_fresh(particles, k)) {
-        Box<T> box = empty_box<T>();
-        if (slot < particles.count) {
-          const int i = particles.item[slot].index;
-          box = inflated(flight_box(cloth, i), search_margin(rule, slack_of(cloth, i, rule)));
-        }
-        store_group(particles, k, box, warp.lane);
+      Box<T> box = empty_box<T>();
+      if (slot < particles.count) {
+        const int i = particles.item[slot].index;
+        box = inflated(flight_box(cloth, i), search_margin(rule, slack_of(cloth, i, rule)));
       }
+      store_group(particles, k, box, warp.lane);
     }
   }
   /// True if box_wholes() is to follow.
   __device__ bool has_wholes() const { return edges.many() || faces.many(); }
   /// Boxes over groups of groups.
   __device__ void box_wholes() const {
-    unite_groups(particles, warp);
     unite_groups(edges, warp);
     unite_groups(faces, warp);
-    if (crossings) {
-      unite_groups(faces_now, warp);
-    }
+    unite_groups(faces_now, warp);
   }
 
   /// `put_edges(has, pair)`, `put_face(has, pair)` for what may meet, `put_crossing(has, edge,
@@ -273,7 +255,7 @@ struct SelfSearch {
   template <class PutEdges, class PutFace, class PutCrossing>
   __device__ void look(int2* items, const PutEdges& put_edges, const PutFace& put_face,
                        const PutCrossing& put_crossing) const {
-    visit_near<FreshPairs::Once>(edges, edges, warp, every, items, [&](bool has, int e, int o) {
+    visit_near<true>(edges, edges, warp, items, [&](bool has, int e, int o) {
       SelfPair<T> pair{};
       bool near = false;
       if (has) {
@@ -284,29 +266,22 @@ struct SelfSearch {
       }
       put_edges(near, pair);
     });
-    const auto offer = [&](bool has, int i, int f) {
-      SelfPair<T> pair{};
-      bool near = false;
-      if (has) {
-        offer_face(cloth, i, f, rule, [&](const SelfPair<T>& p) {
-          pair = p;
-          near = true;
-        });
-      }
-      put_face(near, pair);
-    };
     // Who has no group of edges has one of the others.
-    visit_near<FreshPairs::All>(particles, faces, after(edges.groups()), every, items, offer);
-    const SceneWarp last = after(edges.groups() + particles.groups());
-    if (crossings) {
-      visit_near<FreshPairs::All>(
-          edges_now, faces_now, last, true, items,
-          [&](bool has, int e, int f) { put_crossing(has && crosses_now(cloth, e, f), e, f); });
-    }
-    if (!every) {
-      visit_near<FreshPairs::None>(faces, particles, last, false, items,
-                                   [&](bool has, int f, int i) { offer(has, i, f); });
-    }
+    visit_near<false>(
+        edges_now, faces_now, after(edges.groups()), items,
+        [&](bool has, int e, int f) { put_crossing(has && crosses_now(cloth, e, f), e, f); });
+    visit_near<false>(particles, faces, after(2 * edges.groups()), items,
+                      [&](bool has, int i, int f) {
+                        SelfPair<T> pair{};
+                        bool near = false;
+                        if (has) {
+                          offer_face(cloth, i, f, rule, [&](const SelfPair<T>& p) {
+                            pair = p;
+                            near = true;
+                          });
+                        }
+                        put_face(near, pair);
+                      });
   }
 
  private:
@@ -315,51 +290,31 @@ struct SelfSearch {
     const int index = warp.index - shift % warp.count;
     return {index < 0 ? index + warp.count : index, warp.count, warp.lane};
   }
-  /// True if the warp's group `k` has a primitive whose pairs are to be looked for.
-  __device__ bool any_fresh(const BoxGroups<T>& groups, int k) const {
-    const GroupedItem item = item_at(groups, k * kGroup + warp.lane);
-    const bool is = item.a >= 0 && (every || flown[item.a] == number || flown[item.b] == number ||
-                                    flown[item.c] == number);
-    const unsigned fresh = __ballot_sync(kWholeWarp, is);
-    if (warp.lane == 0) {
-      groups.fresh[k] = fresh;
-    }
-    return fresh != 0;
-  }
   __device__ void box_edges(int k) const {
-    if (!any_fresh(edges, k)) {
-      return;
-    }
     const int slot = k * kGroup + warp.lane;
     Box<T> box = empty_box<T>();
     Box<T> now = empty_box<T>();
     if (slot < edges.count) {
       const ClothEdge e = cloth.edges[edges.item[slot].index];
       box = inflated(flight_box(cloth, e), search_margin(rule, edge_slack(cloth, e, rule)));
-      now = box_now(cloth, e);
+      grow(now, xyz(cloth.surface.start[e.a]));
+      grow(now, xyz(cloth.surface.start[e.b]));
     }
     store_group(edges, k, box, warp.lane);
-    if (crossings) {
-      store_group(edges_now, k, now, warp.lane);
-    }
+    store_group(edges_now, k, now, warp.lane);
   }
   __device__ void box_faces(int k) const {
-    if (!any_fresh(faces, k)) {
-      return;
-    }
     const int slot = k * kGroup + warp.lane;
     Box<T> box = empty_box<T>();
     Box<T> now = empty_box<T>();
     if (slot < faces.count) {
       const int face = faces.item[slot].index;
-      const FaceIndices f = cloth.surface.faces[face];
-      box = inflated(flight_box(cloth, f), search_margin(rule, face_slack(cloth, f, rule)));
+      const T slack = face_slack(cloth, cloth.surface.faces[face], rule);
+      box = inflated(swept_box(cloth.surface, face), search_margin(rule, slack));
       now = box_now(cloth.surface, face);
     }
     store_group(faces, k, box, warp.lane);
-    if (crossings) {
-      store_group(faces_now, k, now, warp.lane);
-    }
+    store_group(faces_now, k, now, warp.lane);
   }
 };
 

@@ -11,11 +11,9 @@ namespace atelier {
 /// Pairs (self_search_math.h). A search lists every pair that may come nearer than its gap while
 /// each particle stays within `slack` of a straight flight (the displacement bound of Chen et al.
 /// 2025, "Offset geometric contact", measured from the flight and not from a point, so that cloth
-/// that is carried along keeps its pairs). Who leaves it gets a new flight and more slack until the
-/// frame ends, and the pairs of those particles alone are looked for again. All are where the list
-/// has grown too old, where many left, while something is crossed, and after something was kept
-/// back from passing. So nothing is missed. What is crossed is looked for once a frame, and with
-/// all pairs after something pressed hard.
+/// that is carried along keeps its pairs). A particle that leaves it, or a list that has grown too
+/// old, makes a new search: nothing is missed. Who left is given more slack until the frame ends,
+/// so that one pinched vertex does not make a search in every substep.
 ///
 /// Pushes (self_push_math.h). In a substep a pair keeps the side on which it was at the substep's
 /// start. Pairs are solved at once (Jacobi); a particle takes in each direction the largest push
@@ -53,7 +51,6 @@ struct SelfView {
   const int* layer;          ///< of particles, or null
   const int* tangled;        ///< of particles: 1 where a piece around it is crossed
   const T* slack = nullptr;  ///< m, of particles, at least the rule's; null: the rule's
-  T past = T(0);             ///< share of the flights that lies behind
 };
 
 template <class T>
@@ -71,34 +68,18 @@ constexpr int kSelfKeeps = 30;   ///< and of keeping back what would pass
 constexpr int kSelfSlides = 6;   ///< of these the first, in which a pair may slide on itself
 constexpr int kSelfRides = 8;    ///< and the next, in which who is kept rides on the body near it
 constexpr double kSelfRest = 0.02;  ///< of the gap: a push below it needs no further pass
-/// Where more than one in so many left their flights, all pairs are looked for again.
-constexpr int kSelfFew = 8;
-constexpr double kSelfNearly = 0.75;  ///< of its slack: who is as far from its flight may leave it
-
 constexpr int kSupportLevels = 64;  ///< of particles that rest on one another, see PushSum
 
 /// A pair that may meet: particle (or edge) and face (or edge), and the gap that it keeps.
 template <class T>
-struct alignas(16) SelfPair {
+struct SelfPair {
   int first, second;
   T gap;
-  int search = 0;  ///< that found it
 };
 
 template <class T>
 ATELIER_HOST_DEVICE inline Vec3<T> flight(const SelfView<T>& cloth, int i) {
   return xyz(cloth.surface.end[i]) - xyz(cloth.surface.start[i]);
-}
-
-/// A particle on its flight now, and how it goes on.
-template <class T>
-struct FlyingPoint {
-  Vec3<T> at, on;
-};
-template <class T>
-ATELIER_HOST_DEVICE inline FlyingPoint<T> flying(const SelfView<T>& cloth, int i) {
-  const Vec3<T> whole = flight(cloth, i);
-  return {xyz(cloth.surface.start[i]) + cloth.past * whole, (T(1) - cloth.past) * whole};
 }
 
 /// By how much a particle may leave its flight [m].

@@ -14,8 +14,6 @@
 namespace atelier {
 namespace {
 
-/// So many fill the device only where each has a warp; of more, smaller teams get more done.
-constexpr std::size_t kFewParticles = 200'000;
 constexpr int kNobody = std::numeric_limits<int>::max();
 
 template <class T>
@@ -42,7 +40,7 @@ class CudaBackend final : public ClothSolver::Backend {
         edge_rules_(prepared_.edge_rules),
         strain_places_(prepared_.strain_places),
         strains_(prepared_.strains),
-        body_(body_faces, prepared_.count * variations.size() <= kFewParticles) {
+        body_(body_faces) {
     const std::size_t n =
         static_cast<std::size_t>(prepared_.count) * static_cast<std::size_t>(scenes_);
     ATELIER_CHECK(n < static_cast<std::size_t>(std::numeric_limits<int>::max()),
