@@ -108,6 +108,8 @@ std::optional<FileLock> FileLock::try_lock_folder(const std::filesystem::path& p
 
 FileLock::~FileLock() {
   if (file_ >= 0) {
+    // First: where close fails the lock may stay, and we would wait for ourselves.
+    flock(file_, LOCK_UN);
     close(file_);
   }
 }
