@@ -67,15 +67,16 @@ endfunction()
 # this target or by another one with the same flags. Programs and tests only: a library's sources
 # also prove that their own headers compile alone.
 function(atelier_precompiled target from)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    return()  # Clang wants the very same definitions in every target
+  endif()
   if(TARGET ${from})
     target_precompile_headers(${target} REUSE_FROM ${from})
   else()
     target_precompile_headers(${target} PRIVATE
       "$<$<COMPILE_LANGUAGE:CXX>:${CMAKE_SOURCE_DIR}/${from}>")
   endif()
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>")  # ccache
-  endif()
+  target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>")  # ccache
 endfunction()
 
 function(atelier_sources result directory)
