@@ -11,19 +11,7 @@ namespace atelier {
 namespace {
 
 constexpr const char* kSchema = "atelier.appearance_data";
-using Rows3f = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
-
-/// Rows of all frames, one under the other, as [N,rows,3].
-template <class Get>
-Tensor stacked(const AppearanceData& data, Index rows, const Get& get) {
-  std::vector<float> all;
-  all.reserve(data.frames.size() * static_cast<std::size_t>(3 * rows));
-  for (const FrameMaps& frame : data.frames) {
-    const Rows3f& one = get(frame);
-    all.insert(all.end(), one.data(), one.data() + one.size());
-  }
-  return tensor_of(all, {static_cast<std::int64_t>(data.frames.size()), rows, 3});
-}
+constexpr float kSteps = 65535;  // of a texture coordinate in a file
 
 /// A tensor of floats of this very shape, each in [low, high].
 std::span<const float> floats_at(const Archive& archive, const std::string& name,
@@ -45,40 +33,29 @@ std::span<const float> floats_at(const Archive& archive, const std::string& name
   return values;
 }
 
-int side_at(const Archive& archive, const std::string& name, const std::string& file) {
-  const auto found = archive.numbers.find(name);
-  constexpr double kLargest = 8192;
-  if (found == archive.numbers.end() || !(found->second >= 4 && found->second <= kLargest) ||
-      found->second != std::floor(found->second)) {
-    throw DataError(file, name, found == archive.numbers.end() ? "nothing" : "no size",
-                    "4 to 8192 texels");
-  }
-  return static_cast<int>(found->second);
-}
-
 void read_frames(AppearanceData& data, const Archive& archive, const std::string& file) {
   constexpr float kFar = 1e6F;
-  constexpr float kUnit = 1.001F;
   constexpr int kLargestId = 1'000'000'000;
   const std::vector<int> ids =
       indices_of(array_at(archive, "frames/id", file), kLargestId, file, "frames/id");
+  const Tensor& position = array_at(archive, "frames/position", file);
   const auto count = static_cast<std::int64_t>(ids.size());
-  const auto texels = static_cast<std::int64_t>(texture_texels(data).covered.size());
-  const auto shadow = static_cast<std::int64_t>(shadow_texels(data).covered.size());
-  const auto position =
-      floats_at(archive, "frames/position", {count, texels, 3}, -kFar, kFar, file);
-  const auto normal = floats_at(archive, "frames/normal", {count, texels, 3}, -kUnit, kUnit, file);
-  const auto tangent =
-      floats_at(archive, "frames/tangent", {count, texels, 3}, -kUnit, kUnit, file);
-  const auto visibility = floats_at(archive, "frames/visibility", {count, shadow}, 0, 1, file);
+  const std::int64_t vertices = position.shape.size() == 3 ? position.shape[1] : 0;
+  const auto places =
+      floats_at(archive, "frames/position", {count, vertices, 3}, -kFar, kFar, file);
+  const auto visibility =
+      floats_at(archive, "frames/visibility", {count, vertices, 2}, 0, 1, file);
+  if (data.faces.maxCoeff() >= vertices) {
+    throw DataError(file, "atlas/faces", "vertex " + std::to_string(data.faces.maxCoeff()),
+                    "below " + std::to_string(vertices) + ", as frames/position has them");
+  }
   for (std::int64_t i = 0; i < count; ++i) {
-    FrameMaps frame;
-    frame.frame_id = ids[static_cast<std::size_t>(i)];
-    const auto rows = [&](std::span<const float> all) {
-      return Rows3f(Eigen::Map<const Rows3f>(all.data() + 3 * i * texels, texels, 3));
-    };
-    frame.geometry = {rows(position), rows(normal), rows(tangent)};
-    frame.visibility = Eigen::Map<const Eigen::VectorXf>(visibility.data() + i * shadow, shadow);
+    const Points own =
+        Eigen::Map<const FloatRows>(places.data() + 3 * i * vertices, vertices, 3).cast<double>();
+    SurfaceFrame frame = surface_frame(own, data.faces, data.uvs, data.uv_faces,
+                                       ids[static_cast<std::size_t>(i)]);
+    frame.visibility = Eigen::Map<const decltype(frame.visibility)>(
+        visibility.data() + 2 * i * vertices, vertices, 2);
     data.frames.push_back(std::move(frame));
   }
 }
@@ -95,21 +72,23 @@ void read_views(AppearanceData& data, const Archive& archive, const std::string&
                  file, "views/frame");
   const std::vector<std::int64_t> begins =
       integers_of(array_at(archive, "views/begin", file), file, "views/begin");
-  const Tensor* pixels = find_array(archive, "pixels/u");
-  const auto total = pixels == nullptr ? 0 : element_count(*pixels);
+  const Tensor* coordinates = find_array(archive, "pixels/uv");
+  const std::int64_t total = coordinates == nullptr ? 0 : element_count(*coordinates) / 2;
   if (frames.size() != cameras.size() || begins.size() != cameras.size() + 1 ||
       !std::is_sorted(begins.begin(), begins.end()) || begins.front() != 0 ||
       begins.back() != total) {
     throw DataError(file, "views", "arrays that do not agree",
                     "camera, frame and the first pixel of each view");
   }
-  std::span<const float> u;
-  std::span<const float> v;
+  std::span<const std::uint16_t> uvs;
   std::vector<int> places;
   std::span<const std::uint8_t> colors;
   if (total > 0) {
-    u = floats_at(archive, "pixels/u", {total}, 0, 1, file);
-    v = floats_at(archive, "pixels/v", {total}, 0, 1, file);
+    if (coordinates->type != ElementType::UInt16 ||
+        coordinates->shape != std::vector<std::int64_t>{total, 2}) {
+      throw DataError(file, "pixels/uv", shape_text(coordinates->shape), "uint16, two a pixel");
+    }
+    uvs = values_of<std::uint16_t>(*coordinates);
     places = indices_of(array_at(archive, "pixels/place", file), 1 << 30, file, "pixels/place");
     if (const Tensor* found = find_array(archive, "pixels/color")) {
       if (found->type != ElementType::UInt8 ||
@@ -125,12 +104,14 @@ void read_views(AppearanceData& data, const Archive& archive, const std::string&
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const auto begin = begins[i];
     const auto end = begins[i + 1];
-    AppearanceView view{cameras[i],
-                        frames[i],
-                        {places.begin() + begin, places.begin() + end},
-                        {u.begin() + begin, u.begin() + end},
-                        {v.begin() + begin, v.begin() + end},
-                        {}};
+    AppearanceView view;
+    view.camera_idx = cameras[i];
+    view.frame_idx = frames[i];
+    view.pixel.assign(places.begin() + begin, places.begin() + end);
+    for (auto p = static_cast<std::size_t>(begin); p < static_cast<std::size_t>(end); ++p) {
+      view.u.push_back(static_cast<float>(uvs[2 * p]) / kSteps);
+      view.v.push_back(static_cast<float>(uvs[2 * p + 1]) / kSteps);
+    }
     if (!colors.empty()) {
       view.colors.assign(colors.begin() + 3 * begin, colors.begin() + 3 * end);
     }
@@ -139,14 +120,6 @@ void read_views(AppearanceData& data, const Archive& archive, const std::string&
 }
 
 }  // namespace
-
-TexelMap texture_texels(const AppearanceData& data) {
-  return texel_map(data.faces, data.uvs, data.uv_faces, data.resolution);
-}
-
-TexelMap shadow_texels(const AppearanceData& data) {
-  return texel_map(data.faces, data.uvs, data.uv_faces, data.shadow_resolution);
-}
 
 TexturePixels texture_pixels(const AppearanceView& view) {
   static const std::array<float, 256> kLinear = [] {
@@ -177,16 +150,14 @@ void check_appearance_data(const AppearanceData& data, const std::string& file) 
       data.heights.size() != cameras || !data.centers.allFinite()) {
     refuse("cameras", "centres or sizes of other cameras", "one for each");
   }
-  const auto texels = static_cast<Index>(texture_texels(data).covered.size());
-  const auto shadow = static_cast<Index>(shadow_texels(data).covered.size());
-  for (const FrameMaps& frame : data.frames) {
-    const GeometryMaps& maps = frame.geometry;
-    if (maps.position.rows() != texels || maps.normal.rows() != texels ||
-        maps.tangent.rows() != texels || frame.visibility.size() != shadow ||
-        !maps.position.allFinite() || !maps.normal.allFinite() || !maps.tangent.allFinite() ||
+  for (const SurfaceFrame& frame : data.frames) {
+    if (frame.position.rows() != data.frames[0].position.rows() ||
+        data.faces.maxCoeff() >= frame.position.rows() ||
+        frame.normal.rows() != frame.position.rows() || frame.tangent.rows() != data.uvs.rows() ||
+        frame.visibility.rows() != frame.position.rows() || !frame.position.allFinite() ||
         !frame.visibility.allFinite()) {
-      refuse("frame " + std::to_string(frame.frame_id), "maps that do not fit the texture",
-             std::to_string(texels) + " finite rows");
+      refuse("frame " + std::to_string(frame.frame_id), "arrays that do not fit the surface",
+             "a finite row for each vertex");
     }
   }
   for (std::size_t i = 0; i < data.views.size(); ++i) {
@@ -200,6 +171,11 @@ void check_appearance_data(const AppearanceData& data, const std::string& file) 
     }
     const int places = data.widths[static_cast<std::size_t>(view.camera_idx)] *
                        data.heights[static_cast<std::size_t>(view.camera_idx)];
+    const auto outside = [](float x) { return !(x >= 0 && x <= 1); };
+    if (std::any_of(view.u.begin(), view.u.end(), outside) ||
+        std::any_of(view.v.begin(), view.v.end(), outside)) {
+      refuse("view " + std::to_string(i), "texture coordinates outside of [0, 1]", "an atlas");
+    }
     for (const int place : view.pixel) {
       if (place < 0 || place >= places) {
         refuse("view " + std::to_string(i), "a pixel outside of the picture", "y * width + x");
@@ -213,8 +189,6 @@ Archive archive_of(const AppearanceData& data) {
   Archive archive;
   archive.schema = kSchema;
   archive.texts["name"] = data.name;
-  archive.numbers["resolution"] = data.resolution;
-  archive.numbers["shadow_resolution"] = data.shadow_resolution;
   put_array(archive, "atlas/faces", tensor_of(data.faces));
   put_array(archive, "atlas/uvs", tensor_of(data.uvs));
   put_array(archive, "atlas/uv_faces", tensor_of(data.uv_faces));
@@ -223,54 +197,49 @@ Archive archive_of(const AppearanceData& data) {
   put_array(archive, "cameras/width", tensor_of(data.widths));
   put_array(archive, "cameras/height", tensor_of(data.heights));
   std::vector<int> ids;
+  std::vector<float> position;
   std::vector<float> visibility;
-  for (const FrameMaps& frame : data.frames) {
+  for (const SurfaceFrame& frame : data.frames) {
     ids.push_back(frame.frame_id);
-    visibility.insert(visibility.end(), frame.visibility.begin(), frame.visibility.end());
+    position.insert(position.end(), frame.position.data(),
+                    frame.position.data() + frame.position.size());
+    visibility.insert(visibility.end(), frame.visibility.data(),
+                      frame.visibility.data() + frame.visibility.size());
   }
   if (!data.frames.empty()) {
     const auto count = static_cast<std::int64_t>(data.frames.size());
-    const Index texels = data.frames[0].geometry.position.rows();
+    const std::int64_t vertices = data.frames[0].position.rows();
     put_array(archive, "frames/id", tensor_of(ids));
-    put_array(archive, "frames/position",
-              stacked(data, texels,
-                      [](const FrameMaps& f) -> const Rows3f& { return f.geometry.position; }));
-    put_array(archive, "frames/normal",
-              stacked(data, texels,
-                      [](const FrameMaps& f) -> const Rows3f& { return f.geometry.normal; }));
-    put_array(archive, "frames/tangent",
-              stacked(data, texels,
-                      [](const FrameMaps& f) -> const Rows3f& { return f.geometry.tangent; }));
-    put_array(archive, "frames/visibility",
-              tensor_of(visibility, {count, data.frames[0].visibility.size()}));
+    put_array(archive, "frames/position", tensor_of(position, {count, vertices, 3}));
+    put_array(archive, "frames/visibility", tensor_of(visibility, {count, vertices, 2}));
   }
   std::vector<int> cameras;
   std::vector<int> frames;
   std::vector<std::int64_t> begins = {0};
   std::vector<int> places;
-  std::vector<float> u;
-  std::vector<float> v;
+  std::vector<std::uint16_t> uvs;
   std::vector<std::uint8_t> colors;
   for (const AppearanceView& view : data.views) {
     cameras.push_back(view.camera_idx);
     frames.push_back(view.frame_idx);
     begins.push_back(begins.back() + static_cast<std::int64_t>(view.pixel.size()));
     places.insert(places.end(), view.pixel.begin(), view.pixel.end());
-    u.insert(u.end(), view.u.begin(), view.u.end());
-    v.insert(v.end(), view.v.begin(), view.v.end());
+    for (std::size_t p = 0; p < view.u.size(); ++p) {
+      uvs.push_back(static_cast<std::uint16_t>(std::lround(view.u[p] * kSteps)));
+      uvs.push_back(static_cast<std::uint16_t>(std::lround(view.v[p] * kSteps)));
+    }
     colors.insert(colors.end(), view.colors.begin(), view.colors.end());
   }
-  if (!colors.empty() && colors.size() != 3 * u.size()) {
+  if (!colors.empty() && colors.size() != 3 * places.size()) {
     throw DataError("", "views", "some with colours and some without", "all or none");
   }
   put_array(archive, "views/camera", tensor_of(cameras));
   put_array(archive, "views/frame", tensor_of(frames));
   put_array(archive, "views/begin", tensor_of(begins));
   put_array(archive, "pixels/place", tensor_of(places));
-  put_array(archive, "pixels/u", tensor_of(u));
-  put_array(archive, "pixels/v", tensor_of(v));
-  const auto count = static_cast<std::int64_t>(colors.size() / 3);
-  put_array(archive, "pixels/color", tensor_of(colors, {count, 3}));
+  put_array(archive, "pixels/uv", tensor_of(uvs, {static_cast<std::int64_t>(places.size()), 2}));
+  put_array(archive, "pixels/color",
+            tensor_of(colors, {static_cast<std::int64_t>(colors.size() / 3), 3}));
   return archive;
 }
 
@@ -278,8 +247,6 @@ AppearanceData appearance_data_of(const Archive& archive, const std::string& fil
   AppearanceData data;
   const auto name = archive.texts.find("name");
   data.name = name == archive.texts.end() ? "" : name->second;
-  data.resolution = side_at(archive, "resolution", file);
-  data.shadow_resolution = side_at(archive, "shadow_resolution", file);
   constexpr Index kMostVertices = 1 << 28;
   data.uvs = rows_at<Points2>(archive, "atlas/uvs", 2, -1, file);
   data.faces = index_rows_at<Triangles>(archive, "atlas/faces", 3, kMostVertices, file);

@@ -5,18 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "appearance/geometry_maps.h"
+#include "appearance/surface_frame.h"
 #include "appearance/texture_sampling.h"
 #include "core/archive.h"
 
 namespace atelier {
-
-/// The surface in one frame, per covered texel.
-struct FrameMaps {
-  int frame_id = 0;
-  GeometryMaps geometry;       ///< of the texture's covered texels
-  Eigen::VectorXf visibility;  ///< [L] ambient visibility of the shadow's covered texels, [0,1]
-};
 
 /// What one camera sees of the surface in one frame.
 struct AppearanceView {
@@ -29,31 +22,27 @@ struct AppearanceView {
 };
 
 /// All that a network learns from, or is asked for: one surface, its frames, its views. Prepared
-/// once from capture, bodies and garment, so that a machine that trains needs none of them.
+/// once from capture, bodies and garment, so that a machine that trains needs none of them; of any
+/// resolution, since nothing here is per texel.
 struct AppearanceData {
   std::string name;                     ///< of the garment
   Triangles faces;                      ///< [F,3] of its vertices
   Points2 uvs;                          ///< [T,2] an atlas in [0,1] without overlaps
   Triangles uv_faces;                   ///< [F,3] into uvs
-  int resolution = 256;                 ///< texels a side
-  int shadow_resolution = 64;           ///< texels a side of the visibility
   std::vector<std::string> camera_ids;  ///< [C]
   Points centers;                       ///< [C,3] metres, where each stands
   std::vector<int> widths;              ///< [C] pixels, of its pictures
   std::vector<int> heights;             ///< [C]
-  std::vector<FrameMaps> frames;
+  std::vector<SurfaceFrame> frames;
   std::vector<AppearanceView> views;
 };
-
-/// The texture's texels and the shadow's, as texel_map draws them.
-TexelMap texture_texels(const AppearanceData& data);
-TexelMap shadow_texels(const AppearanceData& data);
 
 /// A view's pixels in linear light.
 TexturePixels texture_pixels(const AppearanceView& view);
 
-/// Archive of schema "atelier.appearance_data", version 1 (docs/formats.md), and back. Reading
-/// throws DataError for arrays that are missing, of another shape, not finite or out of range.
+/// Archive of schema "atelier.appearance_data", version 1 (docs/formats.md), and back: texture
+/// coordinates of pixels to 1/65535, normals and tangents made anew. Reading throws DataError for
+/// arrays that are missing, of another shape, not finite or out of range.
 Archive archive_of(const AppearanceData& data);
 AppearanceData appearance_data_of(const Archive& archive, const std::string& file = "");
 AppearanceData read_appearance_data(const std::filesystem::path& path, const Limits& limits = {});

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "appearance/fill_texture.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
 #include "core/random.h"
@@ -187,9 +188,6 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
   if (data.views.empty() || data.frames.empty()) {
     throw DataError("", "appearance data", "no view", "pictures of the garment to learn from");
   }
-  ATELIER_CHECK(data.resolution == options.resolution &&
-                    data.shadow_resolution == shadow_resolution_of(options.resolution),
-                "the data were prepared for another resolution");
   AppearanceModel model;
   model.name = data.name;
   model.options = options;
@@ -206,9 +204,10 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
   }
   StaticTexture fixed =
       static_texture(options.resolution, static_cast<int>(data.camera_ids.size()), views);
-  model.mean_visibility = Eigen::VectorXf::Zero(data.frames[0].visibility.size());
-  for (const FrameMaps& frame : data.frames) {
-    model.mean_visibility += frame.visibility / static_cast<float>(data.frames.size());
+  fill_unseen(fixed, texel_map(data.faces, data.uvs, data.uv_faces, options.resolution));
+  model.mean_visibility = Eigen::VectorXf::Zero(data.frames[0].visibility.rows());
+  for (const SurfaceFrame& frame : data.frames) {
+    model.mean_visibility += frame.visibility.col(0) / static_cast<float>(data.frames.size());
   }
   Random random{seed};
   for (const ParameterShape& parameter :
@@ -340,10 +339,13 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
   const auto gain =
       values_of<float>(tensor_at(tensors, "static.gain", {count, 3}, ElementType::Float32, file));
   model.static_gain.assign(gain.begin(), gain.end());
-  const auto shadow = static_cast<std::int64_t>(
-      texel_map(model.faces, model.uvs, model.uv_faces, shadow_resolution_of(side)).covered.size());
-  const auto visibility =
-      values_of<float>(tensor_at(tensors, "visibility.mean", {shadow}, ElementType::Float32, file));
+  const std::int64_t vertices = model.faces.maxCoeff() + 1;
+  const Tensor& mean = tensor_at(tensors, "visibility.mean", {-1}, ElementType::Float32, file);
+  if (mean.shape[0] < vertices) {
+    throw DataError(file, "visibility.mean", shape_text(mean.shape),
+                    std::to_string(vertices) + " or more, one for each vertex");
+  }
+  const auto visibility = values_of<float>(mean);
   model.mean_visibility =
       Eigen::Map<const Eigen::VectorXf>(visibility.data(), static_cast<Index>(visibility.size()));
   return model;

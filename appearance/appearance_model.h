@@ -21,7 +21,8 @@ namespace atelier {
 /// where lights stand still, and the ambient visibility; the view-dependent one the view's
 /// direction in the tangent frame and the first's features. The shadow network, three 3x3
 /// convolutions at a quarter of the resolution, takes the visibility minus its mean and ends in a
-/// sigmoid.
+/// sigmoid. Normal and visibility are those of the side that the camera is on: the inside of a
+/// skirt is lit otherwise than its outside, by other light.
 ///
 /// Chosen here, where the published text is silent: depth and widths, added instead of concatenated
 /// skip connections (half the arithmetic), a first output of 0 (the start is the static texture),
@@ -63,7 +64,7 @@ struct AppearanceModel {
   std::map<std::string, Tensor> parameters;  ///< float32, network_parameters
   Image static_texture;                      ///< [R,R,3] the best texture that does not change
   std::vector<float> static_gain;            ///< [3C] with its gains
-  Eigen::VectorXf mean_visibility;           ///< [L] over the training frames
+  Eigen::VectorXf mean_visibility;           ///< [V] of the outside, over the training frames
 };
 
 /// The model before training: parameters random by `seed` (He et al. 2015), the mean texture the

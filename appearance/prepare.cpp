@@ -1,56 +1,73 @@
 #include "appearance/prepare.h"
 
+#include <algorithm>
+
 #include "core/error.h"
+#include "core/raster.h"
 #include "core/tree.h"
 
 namespace atelier {
 namespace {
 
-/// All surfaces of an instant in one tree.
-TriangleTree tree_of(const std::vector<Surface>& surfaces) {
-  Index vertex_count = 0;
-  Index face_count = 0;
-  for (const Surface& surface : surfaces) {
-    vertex_count += surface.vertices->rows();
-    face_count += surface.faces->rows();
+/// How many pixels of a surface label images speak of, and how many they give to it.
+struct Agreement {
+  std::size_t judged = 0;
+  std::size_t agreed = 0;
+};
+
+void require_size(const ByteImage& image, const Camera& camera, int channels, const char* what) {
+  if (!image.data.empty() && (image.width != camera.width || image.height != camera.height ||
+                              image.channels != channels)) {
+    throw DataError("", std::string(what) + " of camera " + camera.id,
+                    std::to_string(image.width) + " x " + std::to_string(image.height) +
+                        " pixels of " + std::to_string(image.channels) + " channels",
+                    std::to_string(camera.width) + " x " + std::to_string(camera.height) + " of " +
+                        std::to_string(channels) + ", as calibrated");
   }
-  Points vertices(vertex_count, 3);
-  Triangles faces(face_count, 3);
-  Index v = 0;
-  Index f = 0;
-  for (const Surface& surface : surfaces) {
-    vertices.middleRows(v, surface.vertices->rows()) = *surface.vertices;
-    faces.middleRows(f, surface.faces->rows()) = surface.faces->array() + static_cast<int>(v);
-    v += surface.vertices->rows();
-    f += surface.faces->rows();
-  }
-  return build_tree(vertices, faces);
 }
 
-AppearanceView view_of(const VisiblePixels& seen, const Camera& camera, const ByteImage& picture,
-                       bool trusted_only) {
-  if (!picture.data.empty() &&
-      (picture.width != camera.width || picture.height != camera.height || picture.channels != 3)) {
-    throw DataError("", "picture of camera " + camera.id,
-                    std::to_string(picture.width) + " x " + std::to_string(picture.height) +
-                        " pixels of " + std::to_string(picture.channels) + " channels",
-                    std::to_string(camera.width) + " x " + std::to_string(camera.height) +
-                        " of 3, as calibrated");
-  }
+AppearanceView view_of(const VisiblePixels& seen, const Camera& camera, const TakenPicture& taken,
+                       const DrawnSurface& surface, Agreement& agreement) {
+  require_size(taken.colors, camera, 3, "picture");
+  require_size(taken.labels, camera, 1, "label image");
+  const bool labelled = surface.label >= 0 && !taken.labels.data.empty();
   AppearanceView view;
   for (std::size_t i = 0; i < seen.pixel.size(); ++i) {
-    if (trusted_only && seen.trusted[i] == 0) {
+    if (surface.trusted_only && seen.trusted[i] == 0) {
       continue;
     }
+    const auto place = static_cast<std::size_t>(seen.pixel[i]);
+    if (labelled) {
+      const bool agrees = taken.labels.data[place] == surface.label;
+      ++agreement.judged;
+      agreement.agreed += agrees ? 1 : 0;
+      if (!agrees) {
+        continue;
+      }
+    }
     view.pixel.push_back(seen.pixel[i]);
-    view.u.push_back(std::min(std::max(seen.u[i], 0.0F), 1.0F));
-    view.v.push_back(std::min(std::max(seen.v[i], 0.0F), 1.0F));
-    if (!picture.data.empty()) {
-      const auto first = picture.data.begin() + 3 * static_cast<std::ptrdiff_t>(seen.pixel[i]);
+    view.u.push_back(std::clamp(seen.u[i], 0.0F, 1.0F));
+    view.v.push_back(std::clamp(seen.v[i], 0.0F, 1.0F));
+    if (!taken.colors.data.empty()) {
+      const auto first = taken.colors.data.begin() + 3 * static_cast<std::ptrdiff_t>(place);
       view.colors.insert(view.colors.end(), first, first + 3);
     }
   }
   return view;
+}
+
+void require_agreement(const std::string& name, std::size_t pixels, const Agreement& agreement) {
+  if (agreement.judged > 0 && 2 * agreement.agreed < agreement.judged) {
+    throw DataError("", "pictures of " + name,
+                    "label images give it " + std::to_string(agreement.agreed) + " of the " +
+                        std::to_string(agreement.judged) + " pixels where the geometry has it",
+                    "pictures, calibration and geometry of one capture");
+  }
+  constexpr std::size_t kFewest = 100;
+  if (pixels < kFewest) {
+    throw DataError("", "pictures of " + name, std::to_string(pixels) + " pixels show it",
+                    "cameras that see it, with the calibration that belongs to them");
+  }
 }
 
 }  // namespace
@@ -74,8 +91,6 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
   data.faces = subject.faces[surface.which];
   data.uvs = surface.atlas.uvs;
   data.uv_faces = surface.atlas.uv_faces;
-  data.resolution = surface.resolution;
-  data.shadow_resolution = surface.shadow_resolution;
   data.centers.resize(static_cast<Index>(cameras.size()), 3);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     data.camera_ids.push_back(cameras[c].id);
@@ -83,9 +98,8 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
     data.widths.push_back(cameras[c].width);
     data.heights.push_back(cameras[c].height);
   }
-  const TexelMap texels = texture_texels(data);
-  const TexelMap shadow = shadow_texels(data);
   std::size_t pixels = 0;
+  Agreement agreement;
   for (const int frame_id : frame_ids) {
     const std::vector<Points> vertices = subject.load(frame_id);
     ATELIER_CHECK(vertices.size() == subject.faces.size(), "a frame has every surface");
@@ -102,21 +116,20 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
         surfaces.push_back({&vertices[s], &subject.faces[s]});
       }
     }
-    FrameMaps frame;
-    frame.frame_id = frame_id;
-    frame.geometry = geometry_maps(own, data.faces, data.uvs, data.uv_faces, texels);
-    frame.visibility =
-        ambient_visibility(geometry_maps(own, data.faces, data.uvs, data.uv_faces, shadow),
-                           tree_of(surfaces), options.occlusion, device);
+    const JoinedSurfaces all = joined_surfaces(surfaces);
+    SurfaceFrame frame = surface_frame(own, data.faces, data.uvs, data.uv_faces, frame_id);
+    frame.visibility = ambient_visibility(frame, build_tree(all.vertices, all.faces),
+                                          options.occlusion, device);
     data.frames.push_back(std::move(frame));
     for (std::size_t c = 0; c < cameras.size(); ++c) {
-      const ByteImage picture = read ? read(c, frame_id) : ByteImage();
-      if (read && picture.data.empty()) {
+      const TakenPicture taken = read ? read(c, frame_id) : TakenPicture();
+      if (read && taken.colors.data.empty()) {
         continue;
       }
-      AppearanceView view = view_of(visible_pixels(surfaces, which, data.uvs, data.uv_faces,
-                                                   cameras[c], options.visible, device),
-                                    cameras[c], picture, surface.trusted_only);
+      const Raster raster = rasterize(all.vertices, all.faces, cameras[c], {}, device);
+      AppearanceView view = view_of(visible_pixels(raster, all.first_face[which], data.uvs,
+                                                   data.uv_faces, options.visible),
+                                    cameras[c], taken, surface, agreement);
       view.camera_idx = static_cast<int>(c);
       view.frame_idx = static_cast<int>(data.frames.size()) - 1;
       pixels += view.pixel.size();
@@ -125,11 +138,7 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
       }
     }
   }
-  constexpr std::size_t kFewest = 100;
-  if (pixels < kFewest) {
-    throw DataError("", "pictures of " + data.name, std::to_string(pixels) + " pixels show it",
-                    "cameras that see it, with the calibration that belongs to them");
-  }
+  require_agreement(data.name, pixels, agreement);
   return data;
 }
 

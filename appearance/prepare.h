@@ -5,9 +5,11 @@
 #include <vector>
 
 #include "appearance/appearance_data.h"
+#include "appearance/joined_surfaces.h"
 #include "appearance/occlusion.h"
 #include "appearance/packed_atlas.h"
 #include "appearance/visible_pixels.h"
+#include "core/camera.h"
 
 namespace atelier {
 
@@ -27,21 +29,27 @@ struct DressedSubject {
 
 /// One surface of it that a network is to draw.
 struct DrawnSurface {
-  std::size_t which = 0;       ///< of DressedSubject
-  PackedAtlas atlas;           ///< without overlaps
-  int resolution = 256;        ///< texels a side
-  int shadow_resolution = 64;  ///< texels a side of the visibility
-  bool trusted_only = true;    ///< leave out pixels near silhouettes and depth jumps
+  std::size_t which = 0;      ///< of DressedSubject
+  PackedAtlas atlas;          ///< without overlaps
+  int label = -1;             ///< of its pixels in label images; -1: any
+  bool trusted_only = true;   ///< leave out pixels near silhouettes and depth jumps
 };
 
-/// The picture of a camera in a frame, sRGB bytes of 3 channels; empty: none was taken.
-using ReadPicture = std::function<ByteImage(std::size_t camera_idx, int frame_id)>;
+/// What a camera took in a frame.
+struct TakenPicture {
+  ByteImage colors;  ///< sRGB bytes of 3 channels; empty: none was taken
+  ByteImage labels;  ///< what each pixel shows, or empty: nobody says
+};
+using ReadPicture = std::function<TakenPicture(std::size_t camera_idx, int frame_id)>;
 
-/// Maps, visibility, visible pixels and their colours of every frame and camera: what a network
-/// learns from. Without `read` there are no colours: what a network is asked for.
+/// The surface in every frame, with its ambient visibility, the pixels that each camera sees of it
+/// and their colours: what a network learns from. Pixels that a label image gives to something else
+/// are left out. Without `read` there are no colours: what a network is asked for.
 ///
 /// Throws DataError where a picture has another size than its camera, where the surface is not in
-/// a frame, and where fewer than a hundred pixels of all pictures show it.
+/// a frame, where fewer than a hundred pixels of all pictures show it, and where label images say
+/// of more than half of its pixels that something else is there: pictures and geometry are then not
+/// of one capture.
 AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurface& surface,
                                   const std::vector<Camera>& cameras,
                                   const std::vector<int>& frame_ids, const ReadPicture& read = {},

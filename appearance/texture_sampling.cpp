@@ -131,9 +131,10 @@ StaticTexture static_texture(int resolution, int cameras, const std::vector<Text
       }
     }
   }
+  constexpr float kLeastWeight = 0.1F;  // of a pixel
   result.seen = ImageOf<std::uint8_t>(resolution, resolution, 1);
   for (std::size_t t = 0; t < weights.size(); ++t) {
-    result.seen.data[t] = weights[t] > 0 ? 1 : 0;
+    result.seen.data[t] = weights[t] > kLeastWeight ? 1 : 0;
   }
   return result;
 }

@@ -30,9 +30,9 @@ Image splat_texture(int resolution, const TexturePixels& places, const std::vect
 
 /// A texture that does not change, and how bright each camera takes it.
 struct StaticTexture {
-  Image texture;               ///< [R,R,3] linear RGB; texels that no pixel sees are 0
+  Image texture;               ///< [R,R,3] linear RGB; what no pixel sees is 0
   std::vector<float> gain;     ///< [3C] factor of each camera and channel, geometric mean 1
-  ImageOf<std::uint8_t> seen;  ///< [R,R] 1: some pixel uses the texel
+  ImageOf<std::uint8_t> seen;  ///< [R,R] 1: pixels say what the texel is, a tenth of one at least
 };
 
 /// One picture for it.

@@ -69,33 +69,13 @@ OptionTable describe(VisibleOptions& options) {
   return table;
 }
 
-VisiblePixels visible_pixels(const std::vector<Surface>& surfaces, std::size_t which,
-                             const Points2& uvs, const Triangles& uv_faces, const Camera& camera,
-                             const VisibleOptions& options, Device device) {
-  ATELIER_CHECK(which < surfaces.size(), "the surface asked for is not there");
-  ATELIER_CHECK(surfaces[which].faces->rows() == uv_faces.rows(),
-                "faces and texture faces differ in number");
-  Index vertex_count = 0;
-  Index face_count = 0;
-  for (const Surface& surface : surfaces) {
-    vertex_count += surface.vertices->rows();
-    face_count += surface.faces->rows();
-  }
-  Points vertices(vertex_count, 3);
-  Triangles faces(face_count, 3);
-  Index v = 0;
-  Index f = 0;
-  int first_face = 0;
-  for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    first_face = s == which ? static_cast<int>(f) : first_face;
-    vertices.middleRows(v, surfaces[s].vertices->rows()) = *surfaces[s].vertices;
-    faces.middleRows(f, surfaces[s].faces->rows()) =
-        surfaces[s].faces->array() + static_cast<int>(v);
-    v += surfaces[s].vertices->rows();
-    f += surfaces[s].faces->rows();
-  }
+VisiblePixels visible_pixels(const Raster& raster, int first_face, const Points2& uvs,
+                             const Triangles& uv_faces, const VisibleOptions& options) {
+  ATELIER_CHECK(first_face >= 0, "a surface's first face is not negative");
+  ATELIER_CHECK(
+      uv_faces.rows() == 0 || (uv_faces.minCoeff() >= 0 && uv_faces.maxCoeff() < uvs.rows()),
+      "a texture face names a coordinate that is not there");
   const int end_face = first_face + static_cast<int>(uv_faces.rows());
-  const Raster raster = rasterize(vertices, faces, camera, {}, device);
   const ByteImage trusted =
       eroded(sound_pixels(raster, first_face, end_face, options.depth_jump), options.erosion);
   VisiblePixels seen;

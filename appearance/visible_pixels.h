@@ -2,11 +2,10 @@
 
 #include <vector>
 
-#include "core/camera.h"
 #include "core/image.h"
-#include "core/mesh.h"
 #include "core/options.h"
 #include "core/raster.h"
+#include "core/types.h"
 
 namespace atelier {
 
@@ -24,19 +23,13 @@ struct VisiblePixels {
   std::vector<char> trusted;  ///< [P] 1: away from silhouettes and depth jumps
 };
 
-/// A surface in the way of others.
-struct Surface {
-  const Points* vertices = nullptr;
-  const Triangles* faces = nullptr;
-};
-
-/// The pixels whose centre sees surface `which` before all others, with their texture coordinates
-/// (perspective-correct). Pixels of which every neighbour within `erosion` sees the same surface,
-/// with no depth jump between neighbours, are trusted: what blurs, moves or is registered by a
-/// pixel too far there stays out of a loss. Throws as rasterize does; LogicError unless `which` is
-/// one of them.
-VisiblePixels visible_pixels(const std::vector<Surface>& surfaces, std::size_t which,
-                             const Points2& uvs, const Triangles& uv_faces, const Camera& camera,
-                             const VisibleOptions& options = {}, Device device = Device::Cpu);
+/// The pixels of a raster whose centre sees one surface before all others, with their texture
+/// coordinates (perspective-correct). Pixels of which every neighbour within `erosion` sees the
+/// same surface, with no depth jump between neighbours, are trusted: what blurs, moves or is
+/// registered by a pixel too far there stays out of a loss. Throws LogicError unless uv_faces are
+/// rows that the raster may name.
+/// @param first_face  of the surface in the raster; it has as many as `uv_faces`
+VisiblePixels visible_pixels(const Raster& raster, int first_face, const Points2& uvs,
+                             const Triangles& uv_faces, const VisibleOptions& options = {});
 
 }  // namespace atelier

@@ -5,10 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
+#include <memory>
+#include <optional>
 
 #include "appearance/appearance_model.h"
+#include "appearance/picture_similarity.h"
 #include "apps/child_program.h"
-#include "apps/truth_subject.h"
+#include "apps/worn_subject.h"
 #include "capture/capture_info.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
@@ -40,12 +44,13 @@ struct BetweenPrograms {
   BetweenPrograms& operator=(const BetweenPrograms&) = delete;
 };
 
-/// Squared differences of one kind of picture, and of how many numbers.
-struct Error {
+/// How far one kind of picture is from the true ones.
+struct Difference {
   double squares = 0;
   double count = 0;
-  double shadow_squares = 0;  // of the darkest quarter
+  double shadow_squares = 0;  // of the quarter that sees least of the sky
   double shadow_count = 0;
+  double similarity = 0;  // structural, times pixels
 };
 
 double psnr(double squares, double count) {
@@ -54,8 +59,8 @@ double psnr(double squares, double count) {
 }
 
 /// As an 8-bit picture holds it, in [0,1].
-double stored(double linear) {
-  return std::round(255.0F * srgb_from_linear(static_cast<float>(linear))) / 255.0;
+float stored(double linear) {
+  return std::round(255.0F * srgb_from_linear(static_cast<float>(linear))) / 255.0F;
 }
 
 /// Each camera's gain over the geometric mean of those that were trained with, [C] of three: what a
@@ -80,142 +85,256 @@ std::vector<Eigen::Vector3d> gains_of(const std::vector<Camera>& wanted,
   return gains;
 }
 
-/// Ambient visibility at each pixel of a view.
-std::vector<float> visibility_of(const AppearanceData& data, const TexelMap& texels,
-                                 const AppearanceView& view) {
-  const Image map = texture_of(
-      texels, data.frames[static_cast<std::size_t>(view.frame_idx)].visibility.replicate(1, 3));
-  const std::vector<float> colors = sample_texture(map, {view.u, view.v, {}});
+/// Ambient visibility at each pixel of a view, of the outside.
+std::vector<float> openness_of(const AppearanceData& data, const TexelMap& texels,
+                               const AppearanceView& view) {
+  const SurfaceFrame& frame = data.frames[static_cast<std::size_t>(view.frame_idx)];
+  const Eigen::MatrixXf rows = texel_values(texels, data.faces, frame.visibility.col(0));
+  const std::vector<float> colors =
+      sample_texture(texture_of(texels, rows.replicate(1, 3)), {view.u, view.v, {}});
   std::vector<float> values;
+  values.reserve(view.u.size());
   for (std::size_t i = 0; i < colors.size(); i += 3) {
     values.push_back(colors[i]);
   }
   return values;
 }
 
-struct Compared {
-  Error drawn, fixed;
+/// What is drawn of one garment, and where the truth has it.
+struct Drawn {
+  AppearanceData truth;  ///< pixels to be judged: eroded, of the true garment
+  AppearanceData own;    ///< pixels that the model's geometry covers
+  Archive colors;        ///< of those
 };
 
-Compared compare(const AppearanceData& data, const Archive& colors,
-                 const std::vector<Eigen::Vector3d>& gains, const fs::path& capture) {
-  const auto drawn = values_of<float>(array_at(colors, "drawn", "colors"));
-  const auto fixed = values_of<float>(array_at(colors, "static", "colors"));
-  const TexelMap texels = shadow_texels(data);
-  std::vector<float> open;
-  for (const AppearanceView& view : data.views) {
-    const std::vector<float> one = visibility_of(data, texels, view);
-    open.insert(open.end(), one.begin(), one.end());
-  }
-  std::vector<float> sorted = open;
-  const auto quarter = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 4);
-  std::nth_element(sorted.begin(), quarter, sorted.end());
-  Compared result;
-  std::size_t pixel = 0;
-  for (const AppearanceView& view : data.views) {
-    const auto camera = static_cast<std::size_t>(view.camera_idx);
-    const int frame_id = data.frames[static_cast<std::size_t>(view.frame_idx)].frame_id;
-    const ByteImage truth = read_byte_image(capture / "truth" / "images" / data.camera_ids[camera] /
-                                            (frame_name(frame_id) + ".png"));
-    for (const int place : view.pixel) {
-      const bool in_shadow = open[pixel] <= *quarter;
-      for (int c = 0; c < 3; ++c) {
-        const double wanted =
-            truth.data[3 * static_cast<std::size_t>(place) + static_cast<std::size_t>(c)] / 255.0;
-        const auto add = [&](Error& error, float linear) {
-          const double difference = stored(linear * gains[camera][c]) - wanted;
-          error.squares += difference * difference;
-          error.count += 1;
-          error.shadow_squares += in_shadow ? difference * difference : 0;
-          error.shadow_count += in_shadow ? 1 : 0;
-        };
-        add(result.drawn, drawn[3 * pixel + static_cast<std::size_t>(c)]);
-        add(result.fixed, fixed[3 * pixel + static_cast<std::size_t>(c)]);
-      }
-      ++pixel;
-    }
-  }
-  return result;
+/// Sums of all garments of one result.
+struct Compared {
+  Difference drawn, fixed;
+  double judged = 0;   // pixels of the true garments
+  double covered = 0;  // of them, those that the model draws
+};
+
+/// A picture of one view, [H,W,3] as 8-bit sRGB holds it, black where nothing is known.
+Image empty_picture(const AppearanceData& data, const AppearanceView& view) {
+  const auto camera = static_cast<std::size_t>(view.camera_idx);
+  return Image(data.widths[camera], data.heights[camera], 3);
 }
 
-}  // namespace
-
-std::vector<Measure> measure_appearance(const fs::path& workspace, const fs::path& capture) {
-  const auto current = current_name(workspace / "appearance");
-  if (!current) {
-    return {};
+void compare_view(Compared& sum, const AppearanceView& truth_view, const std::vector<float>& open,
+                  float quarter, const Image& wanted, const Image& drawn, const Image& fixed,
+                  const ByteImage& is_drawn) {
+  ByteImage mask(wanted.width, wanted.height, 1);
+  double pixels = 0;
+  for (std::size_t i = 0; i < truth_view.pixel.size(); ++i) {
+    const auto place = static_cast<std::size_t>(truth_view.pixel[i]);
+    sum.judged += 1;
+    if (is_drawn.data[place] == 0) {
+      continue;
+    }
+    sum.covered += 1;
+    mask.data[place] = 1;
+    pixels += 1;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto add = [&](Difference& difference, const Image& picture) {
+        const double off = picture.data[3 * place + c] - wanted.data[3 * place + c];
+        difference.squares += off * off;
+        difference.count += 1;
+        difference.shadow_squares += open[i] <= quarter ? off * off : 0;
+        difference.shadow_count += open[i] <= quarter ? 1 : 0;
+      };
+      add(sum.drawn, drawn);
+      add(sum.fixed, fixed);
+    }
   }
-  const fs::path result = workspace / "appearance" / *current;
-  const std::map<std::string, double> metrics = read_manifest(result, "appearance").metrics;
+  sum.drawn.similarity += pixels * structural_similarity(drawn, wanted, mask);
+  sum.fixed.similarity += pixels * structural_similarity(fixed, wanted, mask);
+}
+
+void compare(Compared& sum, const Drawn& garment, const std::vector<Eigen::Vector3d>& gains,
+             const fs::path& capture) {
+  const auto drawn_colors = values_of<float>(array_at(garment.colors, "drawn", "colors"));
+  const auto fixed_colors = values_of<float>(array_at(garment.colors, "static", "colors"));
+  const AppearanceData& truth = garment.truth;
+  constexpr int kTexels = 256;
+  const TexelMap texels = texel_map(truth.faces, truth.uvs, truth.uv_faces, kTexels);
+  std::vector<std::vector<float>> open;
+  std::vector<float> sorted;
+  for (const AppearanceView& view : truth.views) {
+    open.push_back(openness_of(truth, texels, view));
+    sorted.insert(sorted.end(), open.back().begin(), open.back().end());
+  }
+  const auto quarter = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 4);
+  std::nth_element(sorted.begin(), quarter, sorted.end());
+  // The same camera and frame in what was drawn, and where its colours begin.
+  std::map<std::pair<int, int>, std::pair<const AppearanceView*, std::size_t>> own;
+  std::size_t begin = 0;
+  for (const AppearanceView& view : garment.own.views) {
+    own[{view.camera_idx, view.frame_idx}] = {&view, begin};
+    begin += view.pixel.size();
+  }
+  for (std::size_t v = 0; v < truth.views.size(); ++v) {
+    const AppearanceView& view = truth.views[v];
+    const auto camera = static_cast<std::size_t>(view.camera_idx);
+    const int frame_id = truth.frames[static_cast<std::size_t>(view.frame_idx)].frame_id;
+    const ByteImage bytes = read_byte_image(capture / "truth" / "images" / truth.camera_ids[camera] /
+                                            (frame_name(frame_id) + ".png"));
+    Image wanted = empty_picture(truth, view);
+    for (std::size_t i = 0; i < wanted.data.size(); ++i) {
+      wanted.data[i] = static_cast<float>(bytes.data[i]) / 255;
+    }
+    Image drawn = wanted;
+    Image fixed = wanted;
+    ByteImage is_drawn(wanted.width, wanted.height, 1);
+    if (const auto found = own.find({view.camera_idx, view.frame_idx}); found != own.end()) {
+      const auto& [seen, first] = found->second;
+      for (std::size_t i = 0; i < seen->pixel.size(); ++i) {
+        const auto place = static_cast<std::size_t>(seen->pixel[i]);
+        is_drawn.data[place] = 1;
+        for (std::size_t c = 0; c < 3; ++c) {
+          const double gain = gains[camera][static_cast<Index>(c)];
+          drawn.data[3 * place + c] = stored(drawn_colors[3 * (first + i) + c] * gain);
+          fixed.data[3 * place + c] = stored(fixed_colors[3 * (first + i) + c] * gain);
+        }
+      }
+    }
+    compare_view(sum, view, open[v], *quarter, wanted, drawn, fixed, is_drawn);
+  }
+}
+
+/// One result of `appearance` or `ceiling`, over all its garments.
+struct Judged {
+  Compared compared;
+  int resolution = 0;
+  int iterations = 0;
+};
+
+/// The folder of an input of a result, in the same workspace.
+fs::path input_of(const fs::path& workspace, const Manifest& manifest, const std::string& kind) {
+  for (const ManifestInput& input : manifest.inputs) {
+    if (input.kind == kind) {
+      return workspace / input.stage / fs::path(input.path).filename();
+    }
+  }
+  throw DataError(workspace.string(), "manifest of " + manifest.stage, "no input " + kind,
+                  "what the stage reads");
+}
+
+std::optional<Judged> judge(const fs::path& workspace, const std::string& stage,
+                            const fs::path& capture) {
+  const auto current = current_name(workspace / stage);
   const CaptureInfo info = read_capture_info(capture);
-  const TruthSubject dressed = truth_subject(capture);
+  const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
   std::vector<Camera> cameras;
-  for (const Camera& camera : dressed.truth->cameras) {
-    if (std::find(info.held_out_cameras.begin(), info.held_out_cameras.end(), camera.id) !=
-        info.held_out_cameras.end()) {
+  for (const Camera& camera : truth->cameras) {
+    if (std::count(info.held_out_cameras.begin(), info.held_out_cameras.end(), camera.id) > 0) {
       cameras.push_back(camera);
     }
   }
-  if (cameras.empty() || info.held_out_frames.empty()) {
-    return {};
+  if (!current || cameras.empty() || info.held_out_frames.empty()) {
+    return std::nullopt;
   }
+  const fs::path result = workspace / stage / *current;
+  const Manifest manifest = read_manifest(result, stage);
+  const WornSubject in_truth = worn_in_truth(capture, truth);
+  const WornSubject worn = stage == "ceiling"
+                               ? in_truth
+                               : worn_in_workspace(input_of(workspace, manifest, "registered"),
+                                                   input_of(workspace, manifest, "bodies"));
+  const auto iterations = manifest.metrics.find("iterations");
+  Judged judged;
+  judged.iterations =
+      iterations == manifest.metrics.end() ? 0 : static_cast<int>(iterations->second);
   const BetweenPrograms between;
-  Compared all;
-  int resolution = 0;
-  for (std::size_t g = 0; g < dressed.truth->garments.size(); ++g) {
-    const std::string& name = dressed.truth->garments[g].garment.name;
-    const fs::path file = result / name / "model.safetensors";
+  for (std::size_t g = in_truth.first_garment; g < in_truth.templates.size(); ++g) {
+    const auto same = std::find(worn.labels.begin() + static_cast<std::ptrdiff_t>(worn.first_garment),
+                                worn.labels.end(), in_truth.labels[g]);
+    const auto which = static_cast<std::size_t>(same - worn.labels.begin());
+    const std::size_t own = stage == "ceiling" ? g : which;
+    if (own >= worn.templates.size()) {
+      continue;
+    }
+    const fs::path file = result / worn.subject.names[own] / "model.safetensors";
     const Safetensors found = read_safetensors(file);
     const AppearanceModel model = appearance_model_of(found.tensors, found.metadata, file.string());
-    resolution = model.options.resolution;
+    judged.resolution = model.options.resolution;
+    Drawn garment;
     DrawnSurface surface;
-    surface.which = dressed.first_garment + g;
+    surface.which = g;
+    surface.atlas = pack_atlas(in_truth.templates[g]);
+    garment.truth =
+        prepare_appearance(in_truth.subject, surface, cameras, info.held_out_frames);
+    surface.which = own;
     surface.atlas = {model.uvs, model.uv_faces, {}};
-    surface.resolution = resolution;
-    surface.shadow_resolution = shadow_resolution_of(resolution);
-    const AppearanceData data =
-        prepare_appearance(dressed.subject, surface, cameras, info.held_out_frames);
-    write_archive(between.path / "data.h5", archive_of(data));
+    surface.trusted_only = false;
+    garment.own = prepare_appearance(worn.subject, surface, cameras, info.held_out_frames);
+    write_archive(between.path / "data.h5", archive_of(garment.own));
     run_child_program(
         "atelier-appearance",
         {"predict", file.string(), (between.path / "data.h5").string(),
          (between.path / "colors.h5").string()},
         "it is built where libtorch is (libtorch-dev)", [](const std::string&) {},
         [] { return false; });
-    const Archive colors = read_archive(between.path / "colors.h5", "atelier.appearance_colors", 1);
-    const Compared one =
-        compare(data, colors, gains_of(cameras, dressed.truth->cameras, model.camera_ids), capture);
-    for (const auto& [sum, part] :
-         {std::pair{&all.drawn, &one.drawn}, std::pair{&all.fixed, &one.fixed}}) {
-      sum->squares += part->squares;
-      sum->count += part->count;
-      sum->shadow_squares += part->shadow_squares;
-      sum->shadow_count += part->shadow_count;
-    }
+    garment.colors = read_archive(between.path / "colors.h5", "atelier.appearance_colors", 1);
+    compare(judged.compared, garment, gains_of(cameras, truth->cameras, model.camera_ids), capture);
   }
+  return judged.compared.covered > 0 ? std::optional(judged) : std::nullopt;
+}
+
+void add_measures(std::vector<Measure>& all, const std::string& stage, const Judged& judged,
+                  bool printed) {
   using Side = Measure::Side;
-  const auto iterations = metrics.find("iterations");
-  const std::string setting =
-      std::to_string(resolution) + " texels, " +
-      std::to_string(iterations == metrics.end() ? 0 : static_cast<int>(iterations->second)) +
-      " steps, true geometry";
-  const double drawn = psnr(all.drawn.squares, all.drawn.count);
-  const double fixed = psnr(all.fixed.squares, all.fixed.count);
-  const bool small = resolution < 512;
-  const bool printed =
-      dressed.truth->texts.count("fabric") > 0 && dressed.truth->texts.at("fabric") == "print";
-  const Side judged = small ? Side::None : Side::AtLeast;
-  return {
-      {"appearance.psnr_db", drawn, "dB", printed ? 30.0 : 34.0, judged,
-       "eroded garment pixels, held-out cameras x held-out frames; " + setting},
-      {"appearance.static_psnr_db", fixed, "dB", 0, Side::None,
-       "of the best texture that does not change"},
-      {"appearance.gain_db", drawn - fixed, "dB", small ? 2.0 : 4.0, Side::AtLeast,
-       "over that texture"},
-      {"appearance.shadow_psnr_db", psnr(all.drawn.shadow_squares, all.drawn.shadow_count), "dB",
-       drawn - 1, Side::AtLeast, "of the quarter of these pixels that sees least of its sky"},
-      {"appearance.pixels", all.drawn.count / 3, "", 0, Side::None, "that were compared"},
+  const Difference& drawn = judged.compared.drawn;
+  const Difference& fixed = judged.compared.fixed;
+  const std::string setting = std::to_string(judged.resolution) + " texels, " +
+                              std::to_string(judged.iterations) + " steps";
+  const double reached = psnr(drawn.squares, drawn.count);
+  const double still = psnr(fixed.squares, fixed.count);
+  const bool small = judged.resolution < 512;
+  const auto add = [&](const char* key, double value, const char* unit, double target, Side side,
+                       const std::string& note) {
+    all.push_back({stage + "." + key, value, unit, target, side, note});
   };
+  add("psnr_db", reached, "dB", printed ? 30.0 : 34.0, small ? Side::None : Side::AtLeast,
+      "eroded garment pixels, held-out cameras x held-out frames; " + setting);
+  add("static_psnr_db", still, "dB", 0, Side::None, "of the best texture that does not change");
+  add("gain_db", reached - still, "dB", small ? 2.0 : 4.0, Side::AtLeast, "over that texture");
+  add("shadow_psnr_db", psnr(drawn.shadow_squares, drawn.shadow_count), "dB", reached - 1,
+      Side::AtLeast, "of the quarter of these pixels that sees least of its sky");
+  add("ssim", drawn.similarity / judged.compared.covered, "", 0, Side::None,
+      "structural similarity of these pixels");
+  add("static_ssim", fixed.similarity / judged.compared.covered, "", 0, Side::None,
+      "of the texture that does not change");
+  add("covered", judged.compared.covered / judged.compared.judged, "", 0, Side::None,
+      "of the true garments' eroded pixels, drawn by a network");
+  add("pixels", judged.compared.covered, "", 0, Side::None, "that were compared");
+}
+
+}  // namespace
+
+std::vector<Measure> measure_appearance(const fs::path& workspace, const fs::path& capture) {
+  const auto ceiling = judge(workspace, "ceiling", capture);
+  const auto reached = judge(workspace, "appearance", capture);
+  std::vector<Measure> all;
+  if (!ceiling && !reached) {
+    return all;
+  }
+  const CaptureTruth truth = read_capture_truth(capture);
+  const auto fabric = truth.texts.find("fabric");
+  const bool printed = fabric != truth.texts.end() && fabric->second == "print";
+  if (reached) {
+    add_measures(all, "appearance", *reached, printed);
+  }
+  if (ceiling) {
+    add_measures(all, "ceiling", *ceiling, printed);
+  }
+  if (reached && ceiling) {
+    const auto db = [](const Judged& judged) {
+      return psnr(judged.compared.drawn.squares, judged.compared.drawn.count);
+    };
+    all.push_back({"appearance.below_ceiling_db", db(*ceiling) - db(*reached), "dB", 2,
+                   Measure::Side::AtMost, "less than the same network on true geometry"});
+  }
+  return all;
 }
 
 }  // namespace atelier

@@ -9,9 +9,11 @@
 
 namespace atelier {
 
-/// appearance.* of a workspace's result of `appearance` against a synthetic capture's truth: every
-/// held-out camera in every held-out frame is drawn and compared with the picture without noise,
-/// over eroded garment pixels, as 8-bit sRGB. None where there is no result.
+/// appearance.* and ceiling.* of a workspace's results of `appearance` and `ceiling` against a
+/// synthetic capture's truth: every held-out camera in every held-out frame is drawn and compared
+/// with the picture without noise, as 8-bit sRGB, over the eroded pixels of the true garments that
+/// the model's geometry covers, too; "covered" says how many these are. Where both results are,
+/// appearance.below_ceiling_db. None where there is no result.
 std::vector<Measure> measure_appearance(const std::filesystem::path& workspace,
                                         const std::filesystem::path& capture);
 

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "apps/child_program.h"
-#include "apps/truth_subject.h"
+#include "apps/worn_subject.h"
 #include "capture/capture_info.h"
 #include "capture/frame_reader.h"
 #include "capture/layouts/open_dataset.h"
@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 struct Seen {
   std::vector<Camera> cameras;
   std::vector<Index> camera_idx;  // of the data set
-  std::vector<int> frame_ids;
+  std::vector<int> clothed;       // frames
+  std::vector<int> all;           // with the minimally clothed ones
 };
 
 Seen what_training_sees(const Dataset& dataset, const fs::path& capture) {
@@ -41,12 +42,17 @@ Seen what_training_sees(const Dataset& dataset, const fs::path& capture) {
   }
   for (const CaptureSequence& sequence : dataset.info.sequences) {
     for (const int frame_id : sequence.frame_ids) {
-      if (sequence.kind == "clothed" && !held_frames.contains(frame_id)) {
-        seen.frame_ids.push_back(frame_id);
+      if (!held_frames.contains(frame_id)) {
+        seen.all.push_back(frame_id);
+        if (sequence.kind != "minimal") {
+          seen.clothed.push_back(frame_id);
+        }
       }
     }
   }
-  if (seen.cameras.empty() || seen.frame_ids.empty()) {
+  std::sort(seen.clothed.begin(), seen.clothed.end());
+  std::sort(seen.all.begin(), seen.all.end());
+  if (seen.cameras.empty() || seen.clothed.empty()) {
     throw DataError(capture.string(), "cameras and frames", "none that is not held out",
                     "a clothed sequence that cameras took");
   }
@@ -113,54 +119,61 @@ Trained train_network(StageRun& run, const TrainOptions& options, const fs::path
   return result;
 }
 
-}  // namespace
-
-OptionTable describe(AppearanceStageOptions& options) {
-  OptionTable table;
-  table.add(describe(options.train));
-  table.add(describe(options.prepare));
-  table.add("body", options.body, "Also the body under the clothes, with the same kind of network");
-  table.add("truth_geometry", options.truth_geometry,
-            "Garments and body of a synthetic capture's truth instead of the workspace's");
-  return table;
+/// Those of some frames in which a surface is worn.
+std::vector<int> frames_of(const WornSubject& worn, std::size_t which,
+                           const std::vector<int>& candidates) {
+  std::vector<int> frames;
+  for (const int frame_id : candidates) {
+    if (worn.subject.load(frame_id)[which].rows() > 0) {
+      frames.push_back(frame_id);
+    }
+  }
+  return frames;
 }
 
-void run_appearance(StageRun& run) {
-  const auto& options = run.options<AppearanceStageOptions>();
-  const fs::path& capture = run.input("capture");
-  if (!options.truth_geometry) {
-    throw DataError(capture.string(), "registered garments", "none in the workspace",
-                    "--truth_geometry true, on a synthetic capture");
+ByteImage in_colors(ByteImage picture) {
+  if (picture.channels != 1) {
+    return picture;
   }
-  const Dataset dataset = open_dataset(capture);
-  const Seen seen = what_training_sees(dataset, capture);
+  ByteImage colors(picture.width, picture.height, 3);
+  for (std::size_t i = 0; i < colors.data.size(); ++i) {
+    colors.data[i] = picture.data[i / 3];
+  }
+  return colors;
+}
+
+void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
+  const auto& options = run.options<AppearanceStageOptions>();
+  const Seen seen = what_training_sees(dataset, run.input("capture"));
   FrameReader reader(dataset);
-  const TruthSubject dressed = truth_subject(capture);
   const NetworkOptions network = network_options(options.train);
   const ReadPicture picture = [&](std::size_t camera, int frame_id) {
-    return reader.byte_image(seen.camera_idx[camera], frame_id).value_or(ByteImage());
+    const Index idx = seen.camera_idx[camera];
+    return TakenPicture{in_colors(reader.byte_image(idx, frame_id).value_or(ByteImage())),
+                        reader.labels(idx, frame_id).value_or(ByteImage())};
   };
   double views = 0;
   double pixels = 0;
   Trained all;
   std::vector<std::size_t> drawn;
+  for (std::size_t s = worn.first_garment; s < worn.templates.size(); ++s) {
+    drawn.push_back(s);
+  }
   if (options.body) {
     drawn.push_back(0);
   }
-  for (std::size_t s = dressed.first_garment; s < dressed.templates.size(); ++s) {
-    drawn.push_back(s);
-  }
   for (const std::size_t which : drawn) {
-    const std::string& name = dressed.subject.names[which];
-    run.say(name + ": maps of " + std::to_string(seen.frame_ids.size()) + " frames");
+    const std::string& name = worn.subject.names[which];
+    const std::vector<int> frames =
+        frames_of(worn, which, which < worn.first_garment ? seen.all : seen.clothed);
+    run.say(name + ": " + std::to_string(frames.size()) + " frames of " +
+            std::to_string(seen.cameras.size()) + " cameras");
     DrawnSurface surface;
     surface.which = which;
-    surface.resolution = network.resolution;
-    surface.shadow_resolution = shadow_resolution_of(network.resolution);
-    surface.atlas = pack_atlas(dressed.templates[which], {.resolution = network.resolution});
-    const AppearanceData data =
-        prepare_appearance(dressed.subject, surface, seen.cameras, seen.frame_ids, picture,
-                           options.prepare, run.device());
+    surface.label = worn.labels[which];
+    surface.atlas = pack_atlas(worn.templates[which], {.resolution = network.resolution});
+    const AppearanceData data = prepare_appearance(worn.subject, surface, seen.cameras, frames,
+                                                   picture, options.prepare, run.device());
     views += static_cast<double>(data.views.size());
     for (const AppearanceView& view : data.views) {
       pixels += static_cast<double>(view.pixel.size());
@@ -191,13 +204,36 @@ void run_appearance(StageRun& run) {
   const auto surfaces = static_cast<double>(drawn.size());
   const double iterations = resolved(options.train).iterations;
   run.metric("surfaces", surfaces);
-  run.metric("frames", static_cast<double>(seen.frame_ids.size()));
+  run.metric("frames", static_cast<double>(seen.clothed.size()));
   run.metric("views", views);
   run.metric("pixels", pixels);
   run.metric("iterations", iterations);
   run.metric("training_psnr_db", surfaces > 0 ? all.psnr / surfaces : 0);
   run.metric("seconds_a_step", surfaces > 0 ? all.seconds / (surfaces * iterations) : 0);
-  run.metric("truth_geometry", options.truth_geometry ? 1 : 0);
+}
+
+}  // namespace
+
+OptionTable describe(AppearanceStageOptions& options) {
+  OptionTable table;
+  table.add(describe(options.train));
+  table.add(describe(options.prepare));
+  table.add("body", options.body, "Also the body under the clothes, with the same kind of network");
+  table.add("capture", describe(options.capture));
+  return table;
+}
+
+void run_appearance(StageRun& run) {
+  const auto& options = run.options<AppearanceStageOptions>();
+  learn(run, open_dataset(run.input("capture"), options.capture),
+        worn_in_workspace(run.input("registered"), run.input("bodies")));
+}
+
+void run_ceiling(StageRun& run) {
+  const auto& options = run.options<AppearanceStageOptions>();
+  const fs::path& capture = run.input("capture");
+  const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
+  learn(run, open_dataset(capture, options.capture), worn_in_truth(capture, truth));
 }
 
 }  // namespace atelier

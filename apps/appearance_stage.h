@@ -6,6 +6,7 @@
 
 #include "appearance/prepare.h"
 #include "appearance/train_options.h"
+#include "capture/layouts/open_dataset.h"
 #include "core/store/stage.h"
 
 namespace atelier {
@@ -13,23 +14,30 @@ namespace atelier {
 struct AppearanceStageOptions {
   TrainOptions train;
   PrepareAppearanceOptions prepare;
-  bool body = false;            ///< also the body under the clothes, with the same kind of network
-  bool truth_geometry = false;  ///< garments and body of a synthetic capture's truth: the ceiling
+  DatasetOptions capture;
+  bool body = false;  ///< also the body under the clothes, with the same kind of network
 };
 OptionTable describe(AppearanceStageOptions& options);
 
 inline constexpr std::array kAppearanceMetrics = {
-    StageMetric{"surfaces", ""},        StageMetric{"frames", ""},
-    StageMetric{"views", ""},           StageMetric{"pixels", ""},
-    StageMetric{"iterations", ""},      StageMetric{"training_psnr_db", "dB"},
-    StageMetric{"seconds_a_step", "s"}, StageMetric{"truth_geometry", ""},
+    StageMetric{"surfaces", ""},
+    StageMetric{"frames", ""},
+    StageMetric{"views", ""},
+    StageMetric{"pixels", ""},
+    StageMetric{"iterations", ""},
+    StageMetric{"training_psnr_db", "dB"},
+    StageMetric{"seconds_a_step", "s"},
 };
 
-/// Images and the garments' geometry -> for each garment (and the body) <name>/model.safetensors
-/// (the network), <name>/training.csv (loss and PSNR of every step) and <name>/data.h5 (what it
-/// learnt from: `atelier-appearance train` takes it elsewhere). Held-out cameras and frames are
-/// never opened.
+/// Images, registered garments and bodies -> for each garment (and the body) <name>/
+/// model.safetensors (the network), <name>/training.csv (loss and PSNR of every step) and
+/// <name>/data.h5 (what it learnt from: `atelier-appearance train` takes it elsewhere). Held-out
+/// cameras and frames are never opened.
 void run_appearance(StageRun& run);
+
+/// The same on the true garments and body of a synthetic capture, which no other stage has touched:
+/// what `appearance` could reach.
+void run_ceiling(StageRun& run);
 
 }  // namespace atelier
 

@@ -141,14 +141,27 @@ constexpr std::array kStages = {
           .device_keyed = true},
 #endif
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE)
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
+    defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "appearance",
-          .version = 1,
+          .version = 2,
           .summary = "how each garment looks: networks that draw its texture",
-          .inputs = {"capture"},
+          .inputs = {"capture", "registered", "bodies"},
           .outputs = {"networks"},
           .metrics = kAppearanceMetrics,
           .options = option_set<AppearanceStageOptions>,
           .run = run_appearance,
+          .has_cuda = true,
+          .device_keyed = true},
+#endif
+    Stage{.name = "ceiling",
+          .version = 1,
+          .summary = "appearance on a synthetic capture's true garments, to compare with",
+          .inputs = {"capture"},
+          .outputs = {"true_networks"},
+          .metrics = kAppearanceMetrics,
+          .options = option_set<AppearanceStageOptions>,
+          .run = run_ceiling,
           .has_cuda = true,
           .device_keyed = true},
 #endif

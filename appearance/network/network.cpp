@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <numbers>
+#include <type_traits>
 
 #include <torch/torch.h>
 
@@ -14,16 +14,25 @@ namespace atelier {
 namespace {
 
 namespace nf = torch::nn::functional;
-using Parameters = std::map<std::string, torch::Tensor>;
+using Parts = std::map<std::string, torch::Tensor>;
 
 constexpr double kSlope = 0.2;
 constexpr int kLeastSide = 8;
 
-torch::Tensor on_device(const Tensor& tensor, torch::Device device) {
-  const auto values = values_of<float>(tensor);
-  return torch::from_blob(const_cast<float*>(values.data()), tensor.shape, torch::kFloat32)
+/// A copy on the device of numbers in this memory.
+template <class T>
+torch::Tensor on_device(const T* values, const std::vector<std::int64_t>& shape,
+                        torch::Device device) {
+  const auto type = std::is_same_v<T, float>          ? torch::kFloat32
+                    : std::is_same_v<T, std::uint8_t> ? torch::kUInt8
+                                                      : torch::kInt64;
+  return torch::from_blob(const_cast<T*>(values), shape, torch::TensorOptions().dtype(type))
       .clone()
       .to(device);
+}
+
+torch::Tensor rows_on_device(const std::vector<std::int64_t>& rows, torch::Device device) {
+  return on_device(rows.data(), {static_cast<std::int64_t>(rows.size())}, device);
 }
 
 Tensor off_device(const torch::Tensor& tensor) {
@@ -33,305 +42,424 @@ Tensor off_device(const torch::Tensor& tensor) {
       host.sizes().vec());
 }
 
-/// The rows of covered texels [T,C] and where in the texture they go: [R*R] row of each texel, T
-/// for those that stay 0.
-torch::Tensor rows_of_texels(const TexelMap& map) {
-  const auto count = static_cast<std::int64_t>(map.covered.size());
-  std::vector<std::int64_t> own(map.source.size(), count);
-  for (std::size_t i = 0; i < map.covered.size(); ++i) {
-    own[static_cast<std::size_t>(map.covered[i])] = static_cast<std::int64_t>(i);
-  }
-  std::vector<std::int64_t> rows(map.source.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    rows[i] = own[static_cast<std::size_t>(map.source[i])];
-  }
-  return torch::tensor(rows, torch::kInt64);
-}
-
-torch::Tensor matrix(const float* values, std::int64_t rows, std::int64_t columns,
-                     torch::Device device) {
-  return torch::from_blob(const_cast<float*>(values), {rows, columns}, torch::kFloat32)
-      .clone()
-      .to(device);
-}
-
 torch::Tensor srgb_of(const torch::Tensor& linear) {
   constexpr double kKnee = 0.0031308;
   const torch::Tensor curve = 1.055 * linear.clamp_min(kKnee).pow(1 / 2.4) - 0.055;
   return torch::where(linear <= kKnee, 12.92 * linear, curve);
 }
 
+torch::Tensor unit_rows(const torch::Tensor& rows) {
+  constexpr double kLeast = 1e-8;
+  return rows / rows.norm(2, 1, true).clamp_min(kLeast);
+}
+
+NetworkLoss loss_of(double value) {
+  constexpr double kLeast = 1e-12;
+  return {value, -10 * std::log10(std::max(value, kLeast))};
+}
+
 }  // namespace
 
 struct AppearanceNetwork::State {
+  /// A surface in one frame, at its vertices (tangents: at its texture coordinates).
+  struct Frame {
+    torch::Tensor position, normal, tangent, visibility;
+  };
+  struct View {
+    int frame = 0;
+    int camera = 0;
+    torch::Tensor center;  // [1,3]
+    torch::Tensor grid;    // [1,1,P,2] as grid_sample wants it
+    torch::Tensor colors;  // [3,P] bytes
+  };
+
   NetworkOptions options;
   torch::Device device = torch::kCPU;
-  Parameters parameters;
-  Parameters first, second;  // AdamW's moments
+  bool half = false;
+  std::vector<ParameterShape> shapes;
+  std::vector<std::int64_t> counts;      // numbers of each parameter
+  torch::Tensor values;                  // [N] of all of them, one behind the other
+  torch::Tensor first, second, decays;   // [N] AdamW's moments; 1: decays
   std::int64_t steps = 0;
-  torch::Tensor texel_rows;       // [R*R]
-  torch::Tensor shadow_rows;      // [L*L]
-  torch::Tensor texel_source;     // [R*R] what each texel of the finished texture shows
-  torch::Tensor mean_visibility;  // [T_L,1]
-  int shadow_side = 0;
+  std::vector<torch::Tensor> new_losses;
+  torch::Tensor corners, uv_corners;  // [3T] vertices, texture coordinates of each texel's face
+  torch::Tensor weights;              // [T,3,1] barycentric
+  torch::Tensor texel_rows;           // [R*R] row of each texel, T: none
+  torch::Tensor texel_source;         // [R*R] what each texel of the finished texture shows
+  torch::Tensor mean_visibility;      // [V,1]
+  std::vector<Frame> frames;
+  std::vector<View> views;
 
-  torch::Tensor convolved(const std::string& name, const torch::Tensor& x, int stride,
-                          bool transposed) const {
-    const torch::Tensor& v = parameters.at(name + ".v");
+  /// Parameters by their names, with what differentiates through them.
+  Parts parts() const {
+    const std::vector<torch::Tensor> split = values.split_with_sizes(counts);
+    Parts all;
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      all[shapes[i].name] = split[i].reshape(shapes[i].shape);
+    }
+    return all;
+  }
+
+  torch::Tensor convolved(const Parts& p, const std::string& name, const torch::Tensor& x,
+                          int stride, bool transposed) const {
+    const torch::Tensor& v = p.at(name + ".v");
     const std::vector<std::int64_t> others =
         transposed ? std::vector<std::int64_t>{0, 2, 3} : std::vector<std::int64_t>{1, 2, 3};
-    const torch::Tensor weight =
-        v * (parameters.at(name + ".g") / v.pow(2).sum(others, true).sqrt());
-    const torch::Tensor& bias = parameters.at(name + ".b");
+    torch::Tensor weight = v * (p.at(name + ".g") / v.pow(2).sum(others, true).sqrt());
+    torch::Tensor bias = p.at(name + ".b");
+    torch::Tensor input = x;
+    if (half) {
+      weight = weight.to(torch::kBFloat16);
+      bias = bias.to(torch::kBFloat16);
+      input = input.to(torch::kBFloat16);
+    }
     const bool each_texel = bias.dim() == 3;
     const torch::Tensor channel_bias = each_texel ? torch::Tensor() : bias;
-    const torch::Tensor y = transposed ? torch::conv_transpose2d(x, weight, channel_bias, stride, 1)
-                                       : torch::conv2d(x, weight, channel_bias, stride, 1);
+    const torch::Tensor y = transposed
+                                ? torch::conv_transpose2d(input, weight, channel_bias, stride, 1)
+                                : torch::conv2d(input, weight, channel_bias, stride, 1);
     return each_texel ? y + bias : y;
   }
-  torch::Tensor activated(const torch::Tensor& x) const { return torch::leaky_relu(x, kSlope); }
+  static torch::Tensor activated(const torch::Tensor& x) { return torch::leaky_relu(x, kSlope); }
 
   /// What a branch gives, and the features before its last convolution.
   struct Branch {
     torch::Tensor output, features;
   };
-  Branch unet(const std::string& name, const torch::Tensor& inputs) const {
+  Branch unet(const Parts& p, const std::string& name, const torch::Tensor& inputs) const {
     const int levels = std::bit_width(static_cast<unsigned>(options.resolution / kLeastSide)) - 1;
-    std::vector<torch::Tensor> down = {activated(convolved(name + ".first", inputs, 1, false))};
+    std::vector<torch::Tensor> down = {activated(convolved(p, name + ".first", inputs, 1, false))};
     for (int level = 0; level < levels; ++level) {
       down.push_back(
-          activated(convolved(name + ".down" + std::to_string(level), down.back(), 2, false)));
+          activated(convolved(p, name + ".down" + std::to_string(level), down.back(), 2, false)));
     }
     torch::Tensor x = down.back();
     for (int level = levels - 1; level >= 0; --level) {
       // Over the root of 2: the sum of two has the variance of one.
-      x = (activated(convolved(name + ".up" + std::to_string(level), x, 2, true)) +
+      x = (activated(convolved(p, name + ".up" + std::to_string(level), x, 2, true)) +
            down[static_cast<std::size_t>(level)]) *
-          std::numbers::sqrt2 / 2;
+          (std::numbers::sqrt2 / 2);
     }
-    return {convolved(name + ".last", torch::cat({x, inputs}, 1), 1, false), x};
+    const torch::Tensor all = torch::cat({x, inputs.to(x.scalar_type())}, 1);
+    return {convolved(p, name + ".last", all, 1, false).to(torch::kFloat32), x};
   }
 
-  /// [1,C,side,side] of rows [T,C].
-  static torch::Tensor pictured(const torch::Tensor& rows, const torch::Tensor& rows_of,
-                                std::int64_t side) {
+  /// [T,C] of rows at the corners of each texel's face.
+  torch::Tensor at_texels(const torch::Tensor& rows, const torch::Tensor& of_corners) const {
+    return (rows.index_select(0, of_corners).reshape({-1, 3, rows.size(1)}) * weights).sum(1);
+  }
+
+  /// [1,C,R,R] of rows [T,C].
+  torch::Tensor pictured(const torch::Tensor& rows) const {
     const torch::Tensor padded = nf::pad(rows, nf::PadFuncOptions({0, 0, 0, 1}));
-    return padded.index_select(0, rows_of).t().reshape({1, rows.size(1), side, side});
+    return padded.index_select(0, texel_rows)
+        .t()
+        .reshape({1, rows.size(1), options.resolution, options.resolution});
+  }
+
+  /// What the branches and the shadow take of a surface seen from a point: [1,4,R,R] normal and
+  /// ambient visibility of the side that is seen, [1,3,R,R] direction to the point in that side's
+  /// tangent frame, [1,1,R,R] the visibility minus its mean.
+  struct Inputs {
+    torch::Tensor geometry, direction, openness;
+  };
+  Inputs inputs_of(const Frame& frame, const torch::Tensor& center) const {
+    const torch::Tensor normal = unit_rows(at_texels(frame.normal, corners));
+    const torch::Tensor to = unit_rows(center - at_texels(frame.position, corners));
+    const torch::Tensor height = (to * normal).sum(1, true);
+    const torch::Tensor inside = height < 0;
+    const torch::Tensor facing = torch::where(inside, -normal, normal);
+    const torch::Tensor along = at_texels(frame.tangent, uv_corners);
+    const torch::Tensor tangent = unit_rows(along - (along * facing).sum(1, true) * facing);
+    const torch::Tensor across = torch::cross(facing, tangent, 1);
+    const torch::Tensor visibility = at_texels(frame.visibility, corners);
+    const torch::Tensor visible =
+        torch::where(inside, visibility.slice(1, 1, 2), visibility.slice(1, 0, 1));
+    const torch::Tensor direction =
+        torch::cat({(to * tangent).sum(1, true), (to * across).sum(1, true), height.abs()}, 1);
+    return {pictured(torch::cat({facing, visible}, 1)), pictured(direction),
+            pictured(visible - at_texels(mean_visibility, corners))};
   }
 
   /// [B,3,R,R] in linear light, without gain.
-  torch::Tensor textures(const std::vector<NetworkView>& batch) const {
+  torch::Tensor textures(const Parts& p, const std::vector<Inputs>& batch) const {
     const std::int64_t side = options.resolution;
     const auto count = static_cast<std::int64_t>(batch.size());
     std::vector<torch::Tensor> geometry;
     std::vector<torch::Tensor> directions;
     std::vector<torch::Tensor> openness;
-    for (const NetworkView& view : batch) {
-      const GeometryMaps& maps = view.frame->geometry;
-      const std::int64_t rows = maps.position.rows();
-      const torch::Tensor visible =
-          matrix(view.frame->visibility.data(), view.frame->visibility.size(), 1, device);
-      openness.push_back(pictured(visible - mean_visibility, shadow_rows, shadow_side));
-      geometry.push_back(
-          torch::cat({pictured(matrix(maps.normal.data(), rows, 3, device), texel_rows, side),
-                      enlarged(pictured(visible, shadow_rows, shadow_side))},
-                     1));
-      const auto towards = view_directions(maps, view.center);
-      directions.push_back(pictured(matrix(towards.data(), rows, 3, device), texel_rows, side));
+    for (const Inputs& one : batch) {
+      geometry.push_back(one.geometry);
+      directions.push_back(one.direction);
+      openness.push_back(one.openness);
     }
     torch::Tensor share = torch::ones({count, 3, side, side}, torch::device(device));
     torch::Tensor features = torch::cat(geometry, 0);
     if (options.view_independent) {
-      const Branch branch = unet("independent", features);
+      const Branch branch = unet(p, "independent", features);
       share = share + branch.output;
       features = branch.features;
     }
     if (options.view_dependent) {
-      share =
-          share + unet("dependent", torch::cat({torch::cat(directions, 0), features}, 1)).output;
+      const torch::Tensor direction = torch::cat(directions, 0).to(features.scalar_type());
+      share = share + unet(p, "dependent", torch::cat({direction, features}, 1)).output;
     }
     if (options.shadow) {
-      torch::Tensor x = torch::cat(openness, 0);
-      x = activated(convolved("shadow.first", x, 1, false));
-      x = activated(convolved("shadow.middle", x, 1, false));
-      share = share * enlarged(torch::sigmoid(convolved("shadow.last", x, 1, false)));
+      const std::int64_t ratio = side / shadow_resolution_of(options.resolution);
+      torch::Tensor x = torch::avg_pool2d(torch::cat(openness, 0), {ratio, ratio});
+      x = activated(convolved(p, "shadow.first", x, 1, false));
+      x = activated(convolved(p, "shadow.middle", x, 1, false));
+      x = torch::sigmoid(convolved(p, "shadow.last", x, 1, false).to(torch::kFloat32));
+      share = share *
+              nf::interpolate(x, nf::InterpolateFuncOptions()
+                                     .size(std::vector<std::int64_t>{side, side})
+                                     .mode(torch::kBilinear)
+                                     .align_corners(false));
     }
-    return (share * parameters.at("texture.mean"))
+    return (share * p.at("texture.mean"))
         .reshape({count, 3, side * side})
         .index_select(2, texel_source)
         .reshape({count, 3, side, side});
   }
 
-  torch::Tensor enlarged(const torch::Tensor& x) const {
-    return nf::interpolate(
-        x, nf::InterpolateFuncOptions()
-               .size(std::vector<std::int64_t>{options.resolution, options.resolution})
-               .mode(torch::kBilinear)
-               .align_corners(false));
+  /// [3,P] of one texture [3,R,R] at the places of a grid, as sample_texture.
+  static torch::Tensor sampled(const torch::Tensor& texture, const torch::Tensor& grid) {
+    return nf::grid_sample(texture.unsqueeze(0), grid,
+                           nf::GridSampleFuncOptions()
+                               .mode(torch::kBilinear)
+                               .padding_mode(torch::kBorder)
+                               .align_corners(false))
+        .reshape({3, -1});
   }
 
-  /// [3,P] of one texture [3,R,R] at the view's pixels, as sample_texture; gain applied.
-  torch::Tensor sampled(const torch::Tensor& texture, const NetworkView& view) const {
-    const auto count = static_cast<std::int64_t>(view.pixels->u.size());
-    const torch::Tensor u = matrix(view.pixels->u.data(), count, 1, device);
-    const torch::Tensor v = matrix(view.pixels->v.data(), count, 1, device);
-    const torch::Tensor grid = torch::cat({2 * u - 1, 1 - 2 * v}, 1).reshape({1, 1, count, 2});
-    const torch::Tensor colors = nf::grid_sample(texture.unsqueeze(0), grid,
-                                                 nf::GridSampleFuncOptions()
-                                                     .mode(torch::kBilinear)
-                                                     .padding_mode(torch::kBorder)
-                                                     .align_corners(false))
-                                     .reshape({3, count});
-    if (view.camera_idx < 0) {
-      return colors;
+  torch::Tensor grid_of(const std::vector<float>& u, const std::vector<float>& v) const {
+    ATELIER_CHECK(u.size() == v.size(), "u and v differ in number");
+    std::vector<float> places(2 * u.size());
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      places[2 * i] = 2 * u[i] - 1;
+      places[2 * i + 1] = 1 - 2 * v[i];
     }
-    const torch::Tensor& logs = parameters.at("gain.log");
-    const torch::Tensor gain = (logs[view.camera_idx] - logs.mean(0)).exp();
-    return colors * gain.unsqueeze(1);
+    return on_device(places.data(), {1, 1, static_cast<std::int64_t>(u.size()), 2}, device);
   }
 
-  torch::Tensor batch_loss(const std::vector<NetworkView>& batch) const {
+  torch::Tensor center_of(const Eigen::Vector3d& center) const {
+    const Eigen::Vector3f place = center.cast<float>();
+    return on_device(place.data(), {1, 3}, device);
+  }
+
+  Frame on_device_of(const SurfaceFrame& frame) const {
+    ATELIER_CHECK(frame.position.rows() == mean_visibility.size(0) &&
+                      frame.visibility.rows() == frame.position.rows() &&
+                      frame.normal.rows() == frame.position.rows(),
+                  "the frame has another number of vertices than the network's surface");
+    const auto rows = [&](const auto& matrix) {
+      return on_device(matrix.data(), {matrix.rows(), matrix.cols()}, device);
+    };
+    return {rows(frame.position), rows(frame.normal), rows(frame.tangent), rows(frame.visibility)};
+  }
+
+  torch::Tensor texture_of_view(const SurfaceFrame& frame, const Eigen::Vector3d& center) const {
+    return textures(parts(), {inputs_of(on_device_of(frame), center_of(center))})[0];
+  }
+
+  torch::Tensor batch_loss(const std::vector<int>& batch) const {
     ATELIER_CHECK(!batch.empty(), "a batch has a view");
-    const torch::Tensor drawn = textures(batch);
-    torch::Tensor sum = torch::zeros({}, torch::TensorOptions().device(device));
+    std::vector<Inputs> inputs;
+    for (const int i : batch) {
+      ATELIER_CHECK(i >= 0 && i < static_cast<int>(views.size()), "a view that was not given");
+      const View& view = views[static_cast<std::size_t>(i)];
+      inputs.push_back(inputs_of(frames[static_cast<std::size_t>(view.frame)], view.center));
+    }
+    const Parts p = parts();
+    const torch::Tensor& logs = p.at("gain.log");
+    const torch::Tensor gains = (logs - logs.mean(0, true)).exp();
+    const torch::Tensor drawn = textures(p, inputs);
+    torch::Tensor sum = torch::zeros({}, torch::device(device));
     std::int64_t numbers = 0;
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      const auto count = static_cast<std::int64_t>(batch[i].pixels->u.size());
-      ATELIER_CHECK(batch[i].pixels->colors.size() == 3 * batch[i].pixels->u.size(),
-                    "a loss needs colours");
-      const torch::Tensor shown = sampled(drawn[static_cast<std::int64_t>(i)], batch[i]);
-      const torch::Tensor wanted = matrix(batch[i].pixels->colors.data(), count, 3, device).t();
-      sum = sum + (srgb_of(shown) - srgb_of(wanted)).pow(2).sum();
-      numbers += 3 * count;
+      const View& view = views[static_cast<std::size_t>(batch[i])];
+      const torch::Tensor shown = sampled(drawn[static_cast<std::int64_t>(i)], view.grid) *
+                                  gains[view.camera].unsqueeze(1);
+      sum = sum + (srgb_of(shown) - view.colors.to(torch::kFloat32) / 255).pow(2).sum();
+      numbers += view.colors.numel();
     }
     return sum / static_cast<double>(std::max<std::int64_t>(numbers, 1));
   }
 
-  /// The same with gradients in the parameters.
-  NetworkLoss differentiated(const std::vector<NetworkView>& batch) {
-    for (auto& [name, parameter] : parameters) {
-      parameter.mutable_grad() = torch::Tensor();
+  /// A value for each number of all parameters, from one for each parameter.
+  torch::Tensor joined(const std::map<std::string, Tensor>& of, const std::string& prefix) const {
+    std::vector<torch::Tensor> all;
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      const auto found = of.find(prefix + shapes[i].name);
+      ATELIER_CHECK(found != of.end() && found->second.shape == shapes[i].shape,
+                    prefix + shapes[i].name + " is missing or of another shape");
+      all.push_back(on_device(values_of<float>(found->second).data(), {counts[i]}, device));
     }
-    const torch::Tensor loss = batch_loss(batch);
-    loss.backward();
-    return loss_of(loss);
+    return torch::cat(all, 0);
   }
 
-  static NetworkLoss loss_of(const torch::Tensor& loss) {
-    const auto value = loss.item<double>();
-    return {value, -10 * std::log10(std::max(value, 1e-12))};
+  void split(const torch::Tensor& of, const std::string& prefix,
+             std::map<std::string, Tensor>& all) const {
+    const torch::Tensor host = of.detach().to(torch::kCPU);
+    const std::vector<torch::Tensor> split = host.split_with_sizes(counts);
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      all[prefix + shapes[i].name] = off_device(split[i].reshape(shapes[i].shape));
+    }
   }
 };
 
-AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device)
+AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device, bool half)
     : state_(std::make_unique<State>()) {
   if (device == Device::Cuda && !torch::cuda::is_available()) {
     throw EnvironmentError("CUDA", "libtorch finds no device; use the device \"cpu\"");
   }
   State& state = *state_;
   state.options = model.options;
+  state.half = half;
   state.device = device == Device::Cuda ? torch::kCUDA : torch::kCPU;
-  state.shadow_side = shadow_resolution_of(model.options.resolution);
-  for (const ParameterShape& shape :
-       network_parameters(model.options, static_cast<int>(model.camera_ids.size()))) {
-    torch::Tensor parameter = on_device(model.parameters.at(shape.name), state.device);
-    state.first[shape.name] = torch::zeros_like(parameter);
-    state.second[shape.name] = torch::zeros_like(parameter);
-    state.parameters[shape.name] = parameter.requires_grad_(true);
+  state.shapes = network_parameters(model.options, static_cast<int>(model.camera_ids.size()));
+  std::vector<torch::Tensor> decays;
+  for (const ParameterShape& shape : state.shapes) {
+    const std::int64_t count = element_count(model.parameters.at(shape.name));
+    state.counts.push_back(count);
+    const bool fixed = shape.name == "texture.mean" || shape.name == "gain.log";
+    decays.push_back(torch::full({count}, fixed ? 0.0 : 1.0, torch::device(state.device)));
   }
-  const TexelMap texels =
-      texel_map(model.faces, model.uvs, model.uv_faces, model.options.resolution);
-  const TexelMap shadow = texel_map(model.faces, model.uvs, model.uv_faces, state.shadow_side);
-  state.texel_rows = rows_of_texels(texels).to(state.device);
-  state.shadow_rows = rows_of_texels(shadow).to(state.device);
-  state.texel_source =
-      torch::tensor(std::vector<std::int64_t>(texels.source.begin(), texels.source.end()),
-                    torch::kInt64)
-          .to(state.device);
+  state.values = state.joined(model.parameters, "").requires_grad_(true);
+  state.decays = torch::cat(decays, 0);
+  state.first = torch::zeros_like(state.decays);
+  state.second = torch::zeros_like(state.decays);
+  const TexelMap map = texel_map(model.faces, model.uvs, model.uv_faces, model.options.resolution);
+  const auto count = static_cast<std::int64_t>(map.covered.size());
+  std::vector<std::int64_t> corners;
+  std::vector<std::int64_t> uv_corners;
+  std::vector<float> weights;
+  std::vector<std::int64_t> own(map.source.size(), count);
+  for (std::size_t i = 0; i < map.covered.size(); ++i) {
+    const auto texel = static_cast<std::size_t>(map.covered[i]);
+    own[texel] = static_cast<std::int64_t>(i);
+    for (Index k = 0; k < 3; ++k) {
+      corners.push_back(model.faces(map.face.data[texel], k));
+      uv_corners.push_back(model.uv_faces(map.face.data[texel], k));
+      weights.push_back(map.barycentric.data[3 * texel + static_cast<std::size_t>(k)]);
+    }
+  }
+  std::vector<std::int64_t> rows;
+  rows.reserve(map.source.size());
+  for (const int source : map.source) {
+    rows.push_back(own[static_cast<std::size_t>(source)]);
+  }
+  state.corners = rows_on_device(corners, state.device);
+  state.uv_corners = rows_on_device(uv_corners, state.device);
+  state.weights = on_device(weights.data(), {count, 3, 1}, state.device);
+  state.texel_rows = rows_on_device(rows, state.device);
+  state.texel_source = rows_on_device(
+      std::vector<std::int64_t>(map.source.begin(), map.source.end()), state.device);
   state.mean_visibility =
-      matrix(model.mean_visibility.data(), model.mean_visibility.size(), 1, state.device);
+      on_device(model.mean_visibility.data(), {model.mean_visibility.size(), 1}, state.device);
 }
 
 AppearanceNetwork::~AppearanceNetwork() = default;
 AppearanceNetwork::AppearanceNetwork(AppearanceNetwork&&) noexcept = default;
 AppearanceNetwork& AppearanceNetwork::operator=(AppearanceNetwork&&) noexcept = default;
 
-Image AppearanceNetwork::texture(const NetworkView& view) const {
+Image AppearanceNetwork::texture(const SurfaceFrame& frame, const Eigen::Vector3d& center) const {
   const torch::NoGradGuard no_gradients;
-  const Tensor rows = off_device(state_->textures({view})[0].permute({1, 2, 0}));
+  const Tensor rows = off_device(state_->texture_of_view(frame, center).permute({1, 2, 0}));
   const auto values = values_of<float>(rows);
   Image image(state_->options.resolution, state_->options.resolution, 3);
   std::copy(values.begin(), values.end(), image.data.begin());
   return image;
 }
 
-std::vector<float> AppearanceNetwork::colors(const NetworkView& view) const {
+std::vector<float> AppearanceNetwork::colors(const SurfaceFrame& frame,
+                                             const Eigen::Vector3d& center,
+                                             const TexturePixels& places) const {
   const torch::NoGradGuard no_gradients;
-  const Tensor rows = off_device(state_->sampled(state_->textures({view})[0], view).t());
+  const torch::Tensor texture = state_->texture_of_view(frame, center);
+  const Tensor rows =
+      off_device(State::sampled(texture, state_->grid_of(places.u, places.v)).t());
   const auto values = values_of<float>(rows);
   return {values.begin(), values.end()};
 }
 
-NetworkLoss AppearanceNetwork::loss(const std::vector<NetworkView>& batch) const {
+void AppearanceNetwork::learn_from(const AppearanceData& data) {
+  State& state = *state_;
+  state.frames.clear();
+  state.views.clear();
+  for (const SurfaceFrame& frame : data.frames) {
+    state.frames.push_back(state.on_device_of(frame));
+  }
+  for (const AppearanceView& view : data.views) {
+    ATELIER_CHECK(view.colors.size() == 3 * view.u.size(), "a loss needs colours");
+    State::View one;
+    one.frame = view.frame_idx;
+    one.camera = view.camera_idx;
+    one.center = state.center_of(data.centers.row(view.camera_idx));
+    one.grid = state.grid_of(view.u, view.v);
+    one.colors =
+        on_device(view.colors.data(), {static_cast<std::int64_t>(view.u.size()), 3}, state.device)
+            .t()
+            .contiguous();
+    state.views.push_back(std::move(one));
+  }
+}
+
+NetworkLoss AppearanceNetwork::loss(const std::vector<int>& views) const {
   const torch::NoGradGuard no_gradients;
-  return State::loss_of(state_->batch_loss(batch));
+  return loss_of(state_->batch_loss(views).item<double>());
 }
 
 std::map<std::string, Tensor> AppearanceNetwork::loss_gradient(
-    const std::vector<NetworkView>& batch) const {
-  state_->differentiated(batch);
+    const std::vector<int>& views) const {
+  state_->values.mutable_grad() = torch::Tensor();
+  state_->batch_loss(views).backward();
   std::map<std::string, Tensor> gradient;
-  for (const auto& [name, parameter] : state_->parameters) {
-    gradient[name] =
-        off_device(parameter.grad().defined() ? parameter.grad() : torch::zeros_like(parameter));
-  }
+  state_->split(state_->values.grad(), "", gradient);
   return gradient;
 }
 
-NetworkLoss AppearanceNetwork::step(const std::vector<NetworkView>& batch,
-                                    const AdamStep& options) {
+void AppearanceNetwork::step(const std::vector<int>& views, const AdamStep& options) {
   State& state = *state_;
-  const NetworkLoss loss = state.differentiated(batch);
-  if (!std::isfinite(loss.value)) {
-    return loss;
-  }
+  state.values.mutable_grad() = torch::Tensor();
+  const torch::Tensor loss = state.batch_loss(views);
+  loss.backward();
+  state.new_losses.push_back(loss.detach());
   const torch::NoGradGuard no_gradients;
+  const torch::Tensor gradient = state.values.grad();
   ++state.steps;
   const auto t = static_cast<double>(state.steps);
   const double correction1 = 1 - std::pow(options.beta1, t);
   const double correction2 = 1 - std::pow(options.beta2, t);
-  for (auto& [name, parameter] : state.parameters) {
-    const torch::Tensor gradient = parameter.grad();
-    if (!gradient.defined()) {
-      continue;
+  state.first.mul_(options.beta1).add_(gradient, 1 - options.beta1);
+  state.second.mul_(options.beta2).addcmul_(gradient, gradient, 1 - options.beta2);
+  state.values.mul_(1 - options.learning_rate * options.weight_decay * state.decays);
+  const torch::Tensor scale = (state.second / correction2).sqrt_().add_(options.epsilon);
+  state.values.addcdiv_(state.first, scale, -options.learning_rate / correction1);
+}
+
+std::vector<NetworkLoss> AppearanceNetwork::losses() {
+  std::vector<NetworkLoss> all;
+  if (!state_->new_losses.empty()) {
+    const torch::Tensor values = torch::stack(state_->new_losses).to(torch::kCPU, torch::kFloat64);
+    for (std::int64_t i = 0; i < values.numel(); ++i) {
+      all.push_back(loss_of(values[i].item<double>()));
     }
-    torch::Tensor& m = state.first.at(name);
-    torch::Tensor& v = state.second.at(name);
-    m.mul_(options.beta1).add_(gradient, 1 - options.beta1);
-    v.mul_(options.beta2).addcmul_(gradient, gradient, 1 - options.beta2);
-    if (name != "texture.mean" && name != "gain.log") {
-      parameter.mul_(1 - options.learning_rate * options.weight_decay);
-    }
-    const torch::Tensor scale = (v / correction2).sqrt_().add_(options.epsilon);
-    parameter.addcdiv_(m, scale, -options.learning_rate / correction1);
+    state_->new_losses.clear();
   }
-  return loss;
+  return all;
 }
 
 std::map<std::string, Tensor> AppearanceNetwork::parameters() const {
   std::map<std::string, Tensor> all;
-  for (const auto& [name, parameter] : state_->parameters) {
-    all[name] = off_device(parameter);
-  }
+  state_->split(state_->values, "", all);
   return all;
 }
 
 std::map<std::string, Tensor> AppearanceNetwork::moments() const {
   std::map<std::string, Tensor> all;
-  for (const auto& [name, moment] : state_->first) {
-    all["m." + name] = off_device(moment);
-    all["v." + name] = off_device(state_->second.at(name));
-  }
+  state_->split(state_->first, "m.", all);
+  state_->split(state_->second, "v.", all);
   return all;
 }
 
@@ -340,16 +468,8 @@ std::int64_t AppearanceNetwork::steps() const {
 }
 
 void AppearanceNetwork::resume(const std::map<std::string, Tensor>& moments, std::int64_t steps) {
-  for (auto& [name, moment] : state_->first) {
-    const auto m = moments.find("m." + name);
-    const auto v = moments.find("v." + name);
-    ATELIER_CHECK(m != moments.end() && v != moments.end() &&
-                      m->second.shape == moment.sizes().vec() &&
-                      v->second.shape == moment.sizes().vec(),
-                  "moments of " + name + " are missing or of another shape");
-    moment = on_device(m->second, state_->device);
-    state_->second.at(name) = on_device(v->second, state_->device);
-  }
+  state_->first = state_->joined(moments, "m.");
+  state_->second = state_->joined(moments, "v.");
   state_->steps = steps;
 }
 

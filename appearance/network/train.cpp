@@ -21,13 +21,12 @@ void add(Sha256& hash, const T* values, std::size_t count) {
 /// What a training learns from, in 64 letters.
 std::string digest_of(const AppearanceData& data) {
   Sha256 hash;
-  const std::int64_t sizes[] = {data.resolution, data.shadow_resolution,
-                                static_cast<std::int64_t>(data.frames.size()),
+  const std::int64_t sizes[] = {static_cast<std::int64_t>(data.frames.size()),
                                 static_cast<std::int64_t>(data.views.size())};
   add(hash, sizes, std::size(sizes));
-  for (const FrameMaps& frame : data.frames) {
-    add(hash, frame.geometry.position.data(),
-        static_cast<std::size_t>(frame.geometry.position.size()));
+  add(hash, data.uvs.data(), static_cast<std::size_t>(data.uvs.size()));
+  for (const SurfaceFrame& frame : data.frames) {
+    add(hash, frame.position.data(), static_cast<std::size_t>(frame.position.size()));
     add(hash, frame.visibility.data(), static_cast<std::size_t>(frame.visibility.size()));
   }
   for (const AppearanceView& view : data.views) {
@@ -48,12 +47,6 @@ bool all_finite(const std::map<std::string, Tensor>& tensors) {
   }
   return true;
 }
-
-/// A picture whose pixels are in linear light, and who took it.
-struct LinearView {
-  NetworkView view;
-  TexturePixels pixels;
-};
 
 }  // namespace
 
@@ -150,14 +143,8 @@ TrainResult train(Training training, const AppearanceData& data, const TrainOpti
   const TrainOptions known = resolved(options);
   TrainResult result;
   result.training = std::move(training);
-  std::vector<LinearView> views(data.views.size());
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const AppearanceView& view = data.views[i];
-    views[i].pixels = texture_pixels(view);
-    views[i].view = {&data.frames[static_cast<std::size_t>(view.frame_idx)],
-                     data.centers.row(view.camera_idx), view.camera_idx, &views[i].pixels};
-  }
-  AppearanceNetwork network(result.training.model, device);
+  AppearanceNetwork network(result.training.model, device, known.half);
+  network.learn_from(data);
   if (result.training.iteration > 0) {
     network.resume(result.training.moments, result.training.iteration);
   }
@@ -172,27 +159,40 @@ TrainResult train(Training training, const AppearanceData& data, const TrainOpti
     result.training.iteration = network.steps();
     return true;
   };
-  for (std::int64_t i = result.training.iteration; i < known.iterations && !result.stopped; ++i) {
-    std::vector<NetworkView> batch;
+  // A GPU works on while the next steps are asked for, and only then says how these went.
+  const std::int64_t at_once = device == Device::Cuda ? 20 : 1;
+  const auto view_count = static_cast<int>(data.views.size());
+  std::vector<double> rates;
+  for (std::int64_t i = result.training.iteration; i < known.iterations && !result.stopped;) {
+    std::vector<int> batch;
     for (int k = 0; k < known.batch; ++k) {
-      batch.push_back(views[static_cast<std::size_t>(training_view(
-                                known.seed, static_cast<int>(views.size()), i * known.batch + k))]
-                          .view);
+      batch.push_back(training_view(known.seed, view_count, i * known.batch + k));
     }
     AdamStep step;
     step.learning_rate = learning_rate_at(known, static_cast<int>(i));
     step.weight_decay = known.weight_decay;
-    const NetworkLoss loss = network.step(batch, step);
-    if (hooks.step) {
-      hooks.step(i + 1, loss, step.learning_rate);
+    network.step(batch, step);
+    rates.push_back(step.learning_rate);
+    ++i;
+    const bool save = i % known.checkpoint_every == 0;
+    if (!save && i % at_once != 0 && i < known.iterations) {
+      continue;
     }
+    std::int64_t done = i - static_cast<std::int64_t>(rates.size());
+    for (const NetworkLoss& loss : network.losses()) {
+      result.finite = result.finite && std::isfinite(loss.value);
+      if (hooks.step) {
+        hooks.step(done + 1, loss, rates[rates.size() - static_cast<std::size_t>(i - done)]);
+      }
+      ++done;
+    }
+    rates.clear();
     result.stopped = hooks.stop && hooks.stop();
-    const bool save = (i + 1) % known.checkpoint_every == 0 || result.stopped;
-    result.finite = std::isfinite(loss.value) && (!save || keep());
+    result.finite = result.finite && (!(save || result.stopped) || keep());
     if (!result.finite) {
       return result;
     }
-    if (save && hooks.checkpoint) {
+    if ((save || result.stopped) && hooks.checkpoint) {
       hooks.checkpoint(result.training);
     }
   }

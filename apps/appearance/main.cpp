@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "appearance/network/painter.h"
 #include "appearance/network/train.h"
 #include "apps/exit_code.h"
 #include "core/archive.h"
@@ -30,7 +31,9 @@ constexpr const char* kHelp =
     "    Trains a garment's network on data that `atelier appearance` has prepared. Goes on where\n"
     "    FILE stands, if it is there. Prints 'step DONE OF LOSS PSNR' lines.\n"
     "atelier-appearance predict MODEL DATA COLORS [--device cpu|cuda]\n"
-    "    Draws every view of the data: linear colours of its pixels, without gain.\n";
+    "    Draws every view of the data: linear colours of its pixels, without gain.\n"
+    "atelier-appearance paint SCENE FOLDER [--device cpu|cuda] [--OPTION VALUE ...]\n"
+    "    Draws every frame of a scene: FOLDER/000012.h5. Prints 'frame ID' lines.\n";
 
 volatile std::sig_atomic_t stopping = 0;
 
@@ -45,11 +48,13 @@ struct Arguments {
   std::string log;
   Device device = Device::Cpu;
   TrainOptions options;
+  PaintOptions paint;
 };
 
 Arguments parsed(const std::vector<std::string>& words) {
   Arguments arguments;
-  OptionTable table = describe(arguments.options);
+  OptionTable table =
+      words[0] == "paint" ? describe(arguments.paint) : describe(arguments.options);
   OptionTable own;
   own.add("checkpoint", arguments.checkpoint, std::vector<std::string>{}, "Kept while training");
   own.add("log", arguments.log, std::vector<std::string>{}, "CSV of every step");
@@ -153,10 +158,8 @@ int run_prediction(const Arguments& arguments) {
   const AppearanceModel model =
       appearance_model_of(found.tensors, found.metadata, arguments.places[0]);
   const AppearanceData data = read_appearance_data(arguments.places[1]);
-  if (data.resolution != model.options.resolution || !equal_arrays(data.faces, model.faces) ||
-      !equal_arrays(data.uvs, model.uvs)) {
-    throw DataError(arguments.places[1], "atlas", "another garment's or another resolution",
-                    "data prepared for this model");
+  if (!equal_arrays(data.faces, model.faces) || !equal_arrays(data.uvs, model.uvs)) {
+    throw DataError(arguments.places[1], "atlas", "another garment's", "data prepared for it");
   }
   const AppearanceNetwork network(model, arguments.device);
   std::vector<float> drawn;
@@ -165,8 +168,8 @@ int run_prediction(const Arguments& arguments) {
     const AppearanceView& view = data.views[i];
     const TexturePixels pixels{view.u, view.v, {}};
     const std::vector<float> colors =
-        network.colors({&data.frames[static_cast<std::size_t>(view.frame_idx)],
-                        data.centers.row(view.camera_idx), -1, &pixels});
+        network.colors(data.frames[static_cast<std::size_t>(view.frame_idx)],
+                       data.centers.row(view.camera_idx), pixels);
     const std::vector<float> still = sample_texture(model.static_texture, pixels);
     drawn.insert(drawn.end(), colors.begin(), colors.end());
     fixed.insert(fixed.end(), still.begin(), still.end());
@@ -181,6 +184,40 @@ int run_prediction(const Arguments& arguments) {
   return kExitDone;
 }
 
+int run_painting(const Arguments& arguments) {
+  if (arguments.places.size() != 2) {
+    throw Usage("paint takes SCENE and FOLDER");
+  }
+  if (arguments.paint.background.size() != 3) {
+    throw Usage("--background takes three numbers: [0.9, 0.9, 0.9]");
+  }
+  const PaintedScene scene = painted_scene_of(
+      read_archive(arguments.places[0], "atelier.painted_scene", 1), arguments.places[0]);
+  std::vector<PaintedLayer> layers;
+  for (const SceneLayer& layer : scene.layers) {
+    PaintedLayer painted{layer.faces, nullptr, layer.color};
+    if (!layer.model.empty()) {
+      const Safetensors found = read_safetensors(layer.model);
+      painted.model = std::make_shared<const AppearanceModel>(
+          appearance_model_of(found.tensors, found.metadata, layer.model));
+    }
+    layers.push_back(std::move(painted));
+  }
+  Painter painter(std::move(layers), arguments.paint, arguments.device);
+  for (std::size_t f = 0; f < scene.frame_ids.size() && stopping == 0; ++f) {
+    const Image picture =
+        painter.paint(scene.vertices[f], scene.cameras[scene.cameras.size() == 1 ? 0 : f]);
+    Archive archive;
+    archive.schema = "atelier.painted_picture";
+    put_array(archive, "colors", tensor_of(picture.data, {picture.height, picture.width, 4}));
+    char name[32];
+    std::snprintf(name, sizeof(name), "%06d.h5", scene.frame_ids[f]);
+    write_archive(fs::path(arguments.places[1]) / name, archive);
+    std::cout << "frame " << scene.frame_ids[f] << "\n" << std::flush;
+  }
+  return stopping == 0 ? kExitDone : kExitNotConverged;
+}
+
 int run(const std::vector<std::string>& words) {
   if (words.empty() || words[0] == "--help") {
     std::cout << kHelp;
@@ -192,7 +229,10 @@ int run(const std::vector<std::string>& words) {
   if (words[0] == "predict") {
     return run_prediction(parsed(words));
   }
-  throw Usage("there are train and predict, not " + words[0]);
+  if (words[0] == "paint") {
+    return run_painting(parsed(words));
+  }
+  throw Usage("there are train, predict and paint, not " + words[0]);
 }
 
 int fail(int code, const char* what) {

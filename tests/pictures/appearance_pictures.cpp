@@ -1,15 +1,16 @@
-// Shows what networks draw: appearance_pictures CAPTURE WORKSPACE PICTURE.png. One row for each of
-// the first and the last held-out frame, seen by the first held-out camera: the picture without
-// noise, the same with every surface that has a network drawn by it, with the texture that does not
-// change, and four times the difference of the first two.
+// Shows what networks draw: appearance_pictures CAPTURE WORKSPACE appearance|ceiling PICTURE.png.
+// One row for each of the first and the last held-out frame, seen by the first held-out camera: the
+// picture without noise, the same with every surface that has a network drawn by it, with the
+// texture that does not change, and four times the difference of the first two.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "appearance/network/network.h"
-#include "apps/truth_subject.h"
+#include "apps/worn_subject.h"
 #include "capture/capture_info.h"
 #include "core/io/image_file.h"
 #include "core/io/safetensors.h"
@@ -37,11 +38,16 @@ Image cropped(const Image& image, const Crop& crop) {
   return part;
 }
 
-void make(const fs::path& capture, const fs::path& workspace, const fs::path& out) {
+void make(const fs::path& capture, const fs::path& workspace, const std::string& stage,
+          const fs::path& out) {
   const CaptureInfo info = read_capture_info(capture);
-  const TruthSubject dressed = truth_subject(capture);
+  const auto truth_of_all = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
+  const WornSubject dressed = stage == "ceiling"
+                                  ? worn_in_truth(capture, truth_of_all)
+                                  : worn_in_workspace(workspace / "register" / "current",
+                                                      workspace / "body" / "current");
   Camera camera;
-  for (const Camera& one : dressed.truth->cameras) {
+  for (const Camera& one : truth_of_all->cameras) {
     camera = one.id == info.held_out_cameras.front() ? one : camera;
   }
   std::vector<CaptionedImage> pictures;
@@ -53,7 +59,7 @@ void make(const fs::path& capture, const fs::path& workspace, const fs::path& ou
     Crop crop{truth.width, truth.height, 0, 0};
     for (std::size_t which = 0; which < dressed.templates.size(); ++which) {
       const fs::path file =
-          workspace / "appearance" / "current" / dressed.subject.names[which] / "model.safetensors";
+          workspace / stage / "current" / dressed.subject.names[which] / "model.safetensors";
       if (!fs::exists(file)) {
         continue;
       }
@@ -62,13 +68,11 @@ void make(const fs::path& capture, const fs::path& workspace, const fs::path& ou
       DrawnSurface surface;
       surface.which = which;
       surface.atlas = {model.uvs, model.uv_faces, {}};
-      surface.resolution = model.options.resolution;
-      surface.shadow_resolution = shadow_resolution_of(model.options.resolution);
       surface.trusted_only = false;
       const AppearanceData data =
           prepare_appearance(dressed.subject, surface, {camera}, {frame_id});
       Eigen::Array3d middle = Eigen::Array3d::Zero();
-      for (const Camera& one : dressed.truth->cameras) {
+      for (const Camera& one : truth_of_all->cameras) {
         if (std::count(model.camera_ids.begin(), model.camera_ids.end(), one.id) > 0) {
           middle += one.gain.array().log() / static_cast<double>(model.camera_ids.size());
         }
@@ -77,7 +81,7 @@ void make(const fs::path& capture, const fs::path& workspace, const fs::path& ou
       const TexturePixels pixels{data.views[0].u, data.views[0].v, {}};
       const std::vector<float> colors =
           AppearanceNetwork(model, Device::Cpu)
-              .colors({&data.frames[0], camera_center(camera), -1, &pixels});
+              .colors(data.frames[0], camera_center(camera), pixels);
       const std::vector<float> still = sample_texture(model.static_texture, pixels);
       for (std::size_t i = 0; i < data.views[0].pixel.size(); ++i) {
         const int place = data.views[0].pixel[i];
@@ -114,9 +118,9 @@ void make(const fs::path& capture, const fs::path& workspace, const fs::path& ou
 }  // namespace atelier
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
-    std::fprintf(stderr, "appearance_pictures CAPTURE WORKSPACE PICTURE.png\n");
+  if (argc != 5) {
+    std::fprintf(stderr, "appearance_pictures CAPTURE WORKSPACE appearance|ceiling PICTURE.png\n");
     return 2;
   }
-  atelier::make(argv[1], argv[2], argv[3]);
+  atelier::make(argv[1], argv[2], argv[3], argv[4]);
 }

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "appearance/appearance_model.h"
+#include "appearance/painted_scene.h"
+
+namespace atelier {
+
+/// A surface of a picture: a garment, the body, hair.
+struct PaintedLayer {
+  Triangles faces;                                 ///< of its vertices
+  std::shared_ptr<const AppearanceModel> model;    ///< that draws it, of these faces; null: `color`
+  Eigen::Vector3f color{0.45F, 0.45F, 0.45F};      ///< linear RGB, times its ambient visibility
+};
+
+/// Draws dressed people: whatever is nearest to the camera shows, garments and body by their
+/// networks. Made once for many pictures: networks stay on their device, and the tree for occlusion
+/// follows the vertices from frame to frame.
+class Painter {
+ public:
+  /// Throws DataError for a model of other faces than its layer's, EnvironmentError where the
+  /// device is not there, LogicError for options out of range.
+  Painter(std::vector<PaintedLayer> layers, const PaintOptions& options, Device device);
+  ~Painter();
+  Painter(Painter&&) noexcept;
+  Painter& operator=(Painter&&) noexcept;
+
+  /// The picture [H,W,4] in linear light that a camera takes, through its lens, its gain not
+  /// applied. Without `alpha` the fourth channel is 1; with it the colour is premultiplied and the
+  /// background left out.
+  /// @param vertices  of each layer, metres; no rows: it is not worn
+  /// Throws LogicError unless there are as many as layers, each of the size that its faces need.
+  Image paint(const std::vector<Points>& vertices, const Camera& camera);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace atelier
