@@ -43,8 +43,7 @@ void read_frames(AppearanceData& data, const Archive& archive, const std::string
   const std::int64_t vertices = position.shape.size() == 3 ? position.shape[1] : 0;
   const auto places =
       floats_at(archive, "frames/position", {count, vertices, 3}, -kFar, kFar, file);
-  const auto visibility =
-      floats_at(archive, "frames/visibility", {count, vertices, 2}, 0, 1, file);
+  const auto visibility = floats_at(archive, "frames/visibility", {count, vertices, 2}, 0, 1, file);
   if (data.faces.maxCoeff() >= vertices) {
     throw DataError(file, "atlas/faces", "vertex " + std::to_string(data.faces.maxCoeff()),
                     "below " + std::to_string(vertices) + ", as frames/position has them");
@@ -52,8 +51,8 @@ void read_frames(AppearanceData& data, const Archive& archive, const std::string
   for (std::int64_t i = 0; i < count; ++i) {
     const Points own =
         Eigen::Map<const FloatRows>(places.data() + 3 * i * vertices, vertices, 3).cast<double>();
-    SurfaceFrame frame = surface_frame(own, data.faces, data.uvs, data.uv_faces,
-                                       ids[static_cast<std::size_t>(i)]);
+    SurfaceFrame frame =
+        surface_frame(own, data.faces, data.uvs, data.uv_faces, ids[static_cast<std::size_t>(i)]);
     frame.visibility = Eigen::Map<const decltype(frame.visibility)>(
         visibility.data() + 2 * i * vertices, vertices, 2);
     data.frames.push_back(std::move(frame));

@@ -33,7 +33,9 @@ void fill_unseen(StaticTexture& texture, const TexelMap& map) {
   ATELIER_CHECK(texture.texture.width == map.resolution && texture.seen.width == map.resolution,
                 "the texture is of another resolution than the map");
   std::vector<char> known(texture.seen.data.begin(), texture.seen.data.end());
-  const auto color = [&](int texel) { return &texture.texture.data[3 * static_cast<std::size_t>(texel)]; };
+  const auto color = [&](int texel) {
+    return &texture.texture.data[3 * static_cast<std::size_t>(texel)];
+  };
   Color mean{};
   std::size_t seen = 0;
   std::vector<int> unknown;

@@ -21,8 +21,7 @@ JoinedSurfaces joined_surfaces(const std::vector<Surface>& surfaces) {
   for (const Surface& surface : surfaces) {
     all.first_face.push_back(static_cast<int>(f));
     all.vertices.middleRows(v, surface.vertices->rows()) = *surface.vertices;
-    all.faces.middleRows(f, surface.faces->rows()) =
-        surface.faces->array() + static_cast<int>(v);
+    all.faces.middleRows(f, surface.faces->rows()) = surface.faces->array() + static_cast<int>(v);
     v += surface.vertices->rows();
     f += surface.faces->rows();
   }

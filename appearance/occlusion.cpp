@@ -68,8 +68,8 @@ Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor> ambient_visibility(
     for (Index i = 0; i < 2 * (end - begin); ++i) {
       const auto first = hits.begin() + i * cells;
       visibility(begin + i / 2, i % 2) =
-          1.0F - static_cast<float>(std::count(first, first + cells, char{1})) /
-                     static_cast<float>(cells);
+          1.0F -
+          static_cast<float>(std::count(first, first + cells, char{1})) / static_cast<float>(cells);
     }
   }
   return visibility;

@@ -163,9 +163,9 @@ PaintedScene painted_scene_of(const Archive& archive, const std::string& file) {
     for (std::size_t f = 0; f < worn.size(); ++f) {
       Points own(0, 3);
       if (worn[f] != 0) {
-        own = Eigen::Map<const FloatRows>(values_of<float>(*vertices).data() + 3 * rows * at, rows,
-                                          3)
-                  .cast<double>();
+        own =
+            Eigen::Map<const FloatRows>(values_of<float>(*vertices).data() + 3 * rows * at, rows, 3)
+                .cast<double>();
         ++at;
       }
       scene.vertices[f].push_back(std::move(own));

@@ -22,7 +22,7 @@ OptionTable describe(PaintOptions& options);
 /// A surface that is to be drawn.
 struct SceneLayer {
   std::string name;
-  std::string model;  ///< file of the network that draws it; "": `color`
+  std::string model;                           ///< file of the network that draws it; "": `color`
   Eigen::Vector3f color{0.45F, 0.45F, 0.45F};  ///< linear RGB, times its ambient visibility
   Triangles faces;                             ///< of its vertices
 };

@@ -118,8 +118,8 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
     }
     const JoinedSurfaces all = joined_surfaces(surfaces);
     SurfaceFrame frame = surface_frame(own, data.faces, data.uvs, data.uv_faces, frame_id);
-    frame.visibility = ambient_visibility(frame, build_tree(all.vertices, all.faces),
-                                          options.occlusion, device);
+    frame.visibility =
+        ambient_visibility(frame, build_tree(all.vertices, all.faces), options.occlusion, device);
     data.frames.push_back(std::move(frame));
     for (std::size_t c = 0; c < cameras.size(); ++c) {
       const TakenPicture taken = read ? read(c, frame_id) : TakenPicture();
@@ -127,9 +127,9 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
         continue;
       }
       const Raster raster = rasterize(all.vertices, all.faces, cameras[c], {}, device);
-      AppearanceView view = view_of(visible_pixels(raster, all.first_face[which], data.uvs,
-                                                   data.uv_faces, options.visible),
-                                    cameras[c], taken, surface, agreement);
+      AppearanceView view = view_of(
+          visible_pixels(raster, all.first_face[which], data.uvs, data.uv_faces, options.visible),
+          cameras[c], taken, surface, agreement);
       view.camera_idx = static_cast<int>(c);
       view.frame_idx = static_cast<int>(data.frames.size()) - 1;
       pixels += view.pixel.size();

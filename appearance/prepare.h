@@ -29,10 +29,10 @@ struct DressedSubject {
 
 /// One surface of it that a network is to draw.
 struct DrawnSurface {
-  std::size_t which = 0;      ///< of DressedSubject
-  PackedAtlas atlas;          ///< without overlaps
-  int label = -1;             ///< of its pixels in label images; -1: any
-  bool trusted_only = true;   ///< leave out pixels near silhouettes and depth jumps
+  std::size_t which = 0;     ///< of DressedSubject
+  PackedAtlas atlas;         ///< without overlaps
+  int label = -1;            ///< of its pixels in label images; -1: any
+  bool trusted_only = true;  ///< leave out pixels near silhouettes and depth jumps
 };
 
 /// What a camera took in a frame.

@@ -62,8 +62,8 @@ Eigen::MatrixXf texel_values(const TexelMap& map, const Triangles& corners,
     const Index f = map.face.data[texel];
     ATELIER_CHECK(f < corners.rows(), "the texel map is of other faces");
     for (std::size_t k = 0; k < 3; ++k) {
-      rows.row(static_cast<Index>(i)) += map.barycentric.data[3 * texel + k] *
-                                         values.row(corners(f, static_cast<Index>(k)));
+      rows.row(static_cast<Index>(i)) +=
+          map.barycentric.data[3 * texel + k] * values.row(corners(f, static_cast<Index>(k)));
     }
   }
   return rows;

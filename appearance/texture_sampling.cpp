@@ -25,6 +25,24 @@ void add_splat(Image& texture, std::vector<float>& weights, const TexturePixels&
   }
 }
 
+/// 1 for texels that some pixel takes for a quarter of its colour. What pixels touch with less is
+/// not known by them: it would take a residual many times over, and become black or white.
+ImageOf<std::uint8_t> seen_texels(int resolution, const std::vector<TextureView>& views) {
+  constexpr float kLeast = 0.25F;
+  ImageOf<std::uint8_t> seen(resolution, resolution, 1);
+  for (const TextureView& view : views) {
+    for (std::size_t p = 0; p < view.pixels->u.size(); ++p) {
+      const TextureTaps taps = texture_taps(resolution, view.pixels->u[p], view.pixels->v[p]);
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (taps.weight[k] >= kLeast) {
+          seen.data[static_cast<std::size_t>(taps.texel[k])] = 1;
+        }
+      }
+    }
+  }
+  return seen;
+}
+
 }  // namespace
 
 TextureTaps texture_taps(int resolution, float u, float v) {
@@ -86,6 +104,7 @@ StaticTexture static_texture(int resolution, int cameras, const std::vector<Text
   result.gain.assign(3 * static_cast<std::size_t>(cameras), 1.0F);
   std::vector<float> weights(static_cast<std::size_t>(resolution) * resolution, 0.0F);
   std::vector<float> residual;
+  result.seen = seen_texels(resolution, views);
   for (int round = 0; round < rounds; ++round) {
     constexpr int kSteps = 5;
     for (int step = 0; step < kSteps; ++step) {
@@ -100,8 +119,9 @@ StaticTexture static_texture(int resolution, int cameras, const std::vector<Text
         add_splat(change, weights, *view.pixels, residual);
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
-        for (std::size_t c = 0; c < 3 && weights[t] > 0; ++c) {
-          result.texture.data[3 * t + c] += change.data[3 * t + c] / weights[t];
+        for (std::size_t c = 0; c < 3 && result.seen.data[t] != 0; ++c) {
+          float& value = result.texture.data[3 * t + c];
+          value = std::max(0.0F, value + change.data[3 * t + c] / weights[t]);
         }
       }
     }
@@ -130,11 +150,6 @@ StaticTexture static_texture(int resolution, int cameras, const std::vector<Text
             with[i] > 0 && own[i] > 0 ? static_cast<float>(with[i] / own[i] / middle) : 1.0F;
       }
     }
-  }
-  constexpr float kLeastWeight = 0.1F;  // of a pixel
-  result.seen = ImageOf<std::uint8_t>(resolution, resolution, 1);
-  for (std::size_t t = 0; t < weights.size(); ++t) {
-    result.seen.data[t] = weights[t] > kLeastWeight ? 1 : 0;
   }
   return result;
 }

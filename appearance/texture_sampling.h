@@ -32,7 +32,7 @@ Image splat_texture(int resolution, const TexturePixels& places, const std::vect
 struct StaticTexture {
   Image texture;               ///< [R,R,3] linear RGB; what no pixel sees is 0
   std::vector<float> gain;     ///< [3C] factor of each camera and channel, geometric mean 1
-  ImageOf<std::uint8_t> seen;  ///< [R,R] 1: pixels say what the texel is, a tenth of one at least
+  ImageOf<std::uint8_t> seen;  ///< [R,R] 1: some pixel has a quarter of its colour from it
 };
 
 /// One picture for it.
@@ -44,8 +44,8 @@ struct TextureView {
 /// The texture that shows all pictures best (least squares in linear light), with the cameras'
 /// gains: alternates `rounds` times between texture (simultaneous iterative reconstruction, Gilbert
 /// 1972: residuals splatted, divided by the weight of each texel; five steps a round) and gains (in
-/// closed form). The best that can be said of a garment without looking at how it moves. Sums run
-/// in the order of the views. Throws LogicError for views without colours.
+/// closed form). Light is not negative. The best that can be said of a garment without looking at
+/// how it moves. Sums run in the order of the views. Throws LogicError for views without colours.
 StaticTexture static_texture(int resolution, int cameras, const std::vector<TextureView>& views,
                              int rounds = 6);
 

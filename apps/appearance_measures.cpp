@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "appearance/appearance_model.h"
 #include "appearance/picture_similarity.h"
 #include "apps/child_program.h"
+#include "apps/temporary_folder.h"
 #include "apps/worn_subject.h"
 #include "capture/capture_info.h"
 #include "core/archive_arrays.h"
@@ -25,24 +25,6 @@ namespace atelier {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A folder for files between two programs.
-struct BetweenPrograms {
-  fs::path path;
-  BetweenPrograms() {
-    std::string name = (fs::temp_directory_path() / "atelier-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw EnvironmentError(name, "cannot be made");
-    }
-    path = name;
-  }
-  ~BetweenPrograms() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  BetweenPrograms(const BetweenPrograms&) = delete;
-  BetweenPrograms& operator=(const BetweenPrograms&) = delete;
-};
 
 /// How far one kind of picture is from the true ones.
 struct Difference {
@@ -176,8 +158,8 @@ void compare(Compared& sum, const Drawn& garment, const std::vector<Eigen::Vecto
     const AppearanceView& view = truth.views[v];
     const auto camera = static_cast<std::size_t>(view.camera_idx);
     const int frame_id = truth.frames[static_cast<std::size_t>(view.frame_idx)].frame_id;
-    const ByteImage bytes = read_byte_image(capture / "truth" / "images" / truth.camera_ids[camera] /
-                                            (frame_name(frame_id) + ".png"));
+    const ByteImage bytes = read_byte_image(
+        capture / "truth" / "images" / truth.camera_ids[camera] / (frame_name(frame_id) + ".png"));
     Image wanted = empty_picture(truth, view);
     for (std::size_t i = 0; i < wanted.data.size(); ++i) {
       wanted.data[i] = static_cast<float>(bytes.data[i]) / 255;
@@ -244,10 +226,11 @@ std::optional<Judged> judge(const fs::path& workspace, const std::string& stage,
   Judged judged;
   judged.iterations =
       iterations == manifest.metrics.end() ? 0 : static_cast<int>(iterations->second);
-  const BetweenPrograms between;
+  const TemporaryFolder between;
   for (std::size_t g = in_truth.first_garment; g < in_truth.templates.size(); ++g) {
-    const auto same = std::find(worn.labels.begin() + static_cast<std::ptrdiff_t>(worn.first_garment),
-                                worn.labels.end(), in_truth.labels[g]);
+    const auto same =
+        std::find(worn.labels.begin() + static_cast<std::ptrdiff_t>(worn.first_garment),
+                  worn.labels.end(), in_truth.labels[g]);
     const auto which = static_cast<std::size_t>(same - worn.labels.begin());
     const std::size_t own = stage == "ceiling" ? g : which;
     if (own >= worn.templates.size()) {
@@ -261,8 +244,7 @@ std::optional<Judged> judge(const fs::path& workspace, const std::string& stage,
     DrawnSurface surface;
     surface.which = g;
     surface.atlas = pack_atlas(in_truth.templates[g]);
-    garment.truth =
-        prepare_appearance(in_truth.subject, surface, cameras, info.held_out_frames);
+    garment.truth = prepare_appearance(in_truth.subject, surface, cameras, info.held_out_frames);
     surface.which = own;
     surface.atlas = {model.uvs, model.uv_faces, {}};
     surface.trusted_only = false;

@@ -20,12 +20,9 @@ struct AppearanceStageOptions {
 OptionTable describe(AppearanceStageOptions& options);
 
 inline constexpr std::array kAppearanceMetrics = {
-    StageMetric{"surfaces", ""},
-    StageMetric{"frames", ""},
-    StageMetric{"views", ""},
-    StageMetric{"pixels", ""},
-    StageMetric{"iterations", ""},
-    StageMetric{"training_psnr_db", "dB"},
+    StageMetric{"surfaces", ""},        StageMetric{"frames", ""},
+    StageMetric{"views", ""},           StageMetric{"pixels", ""},
+    StageMetric{"iterations", ""},      StageMetric{"training_psnr_db", "dB"},
     StageMetric{"seconds_a_step", "s"},
 };
 

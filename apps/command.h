@@ -35,6 +35,7 @@ OptionSet depth_options();
 OptionSet masks_options();
 OptionSet detect_options();
 OptionSet render_options();
+OptionSet draw_options();
 OptionSet body_model_options();
 OptionSet drape_options();
 OptionSet synthesize_options();
@@ -52,6 +53,7 @@ Action add_depth(CLI::App& parser);
 Action add_masks(CLI::App& parser);
 Action add_detect(CLI::App& parser);
 Action add_render(CLI::App& parser);  // only with core_render
+Action add_draw(CLI::App& parser);
 Action add_body_model(CLI::App& parser);
 Action add_drape(CLI::App& parser);
 Action add_synthesize(CLI::App& parser);

@@ -49,6 +49,10 @@ constexpr std::array kCommands = {
     Command{"detect", "keypoints or labels of pictures by a network of your own (ONNX)", add_detect,
             detect_options},
 #endif
+#if defined(ATELIER_HAS_APPEARANCE) && defined(ATELIER_HAS_CORE_RENDER)
+    Command{"draw", "a dressed person in motion, by the networks of the stage appearance", add_draw,
+            draw_options},
+#endif
     Command{"evaluate", "results against the truth of a synthetic capture", add_evaluate},
 #endif
     Command{"export", "results of a workspace as files that other programs open", add_export,

@@ -119,16 +119,23 @@ if(PCL_INCLUDE AND PCL_COMMON AND PCL_FILTERS AND PCL_SURFACE)
 endif()
 
 # libtorch (1.13 of Debian, or 2.x: -DTORCH_ROOT=<where it is unpacked>). Found by its header: its own
-# package file sets flags and asks for CUDA's toolkit and Caffe2.
+# package file sets flags and asks for CUDA's toolkit and Caffe2. Its CUDA half is loaded by nobody's
+# symbols but its own, so that the linker has to be told to keep it; what that half needs (cuDNN, ...)
+# lies beside it, where the linker does not look.
 find_path(TORCH_INCLUDE torch/torch.h HINTS "${TORCH_ROOT}"
   PATH_SUFFIXES include/torch/csrc/api/include torch/csrc/api/include)
 find_library(TORCH_LIBRARY torch HINTS "${TORCH_ROOT}" PATH_SUFFIXES lib)
 find_library(TORCH_CPU_LIBRARY torch_cpu HINTS "${TORCH_ROOT}" PATH_SUFFIXES lib)
+find_library(TORCH_CUDA_LIBRARY torch_cuda HINTS "${TORCH_ROOT}" PATH_SUFFIXES lib)
 find_library(C10_LIBRARY c10 HINTS "${TORCH_ROOT}" PATH_SUFFIXES lib)
 if(TORCH_INCLUDE AND TORCH_LIBRARY AND TORCH_CPU_LIBRARY AND C10_LIBRARY)
   get_filename_component(torch_headers "${TORCH_INCLUDE}/../../../.." ABSOLUTE)
   atelier_system_alias(torch "${TORCH_INCLUDE};${torch_headers}"
     "${TORCH_LIBRARY};${TORCH_CPU_LIBRARY};${C10_LIBRARY}")
+  if(TORCH_CUDA_LIBRARY)
+    target_link_libraries(torch INTERFACE "-Wl,--no-as-needed,${TORCH_CUDA_LIBRARY},--as-needed"
+      -Wl,--allow-shlib-undefined)
+  endif()
 endif()
 
 find_package(GTest 1.11 QUIET)

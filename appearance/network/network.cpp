@@ -77,9 +77,9 @@ struct AppearanceNetwork::State {
   torch::Device device = torch::kCPU;
   bool half = false;
   std::vector<ParameterShape> shapes;
-  std::vector<std::int64_t> counts;      // numbers of each parameter
-  torch::Tensor values;                  // [N] of all of them, one behind the other
-  torch::Tensor first, second, decays;   // [N] AdamW's moments; 1: decays
+  std::vector<std::int64_t> counts;     // numbers of each parameter
+  torch::Tensor values;                 // [N] of all of them, one behind the other
+  torch::Tensor first, second, decays;  // [N] AdamW's moments; 1: decays
   std::int64_t steps = 0;
   std::vector<torch::Tensor> new_losses;
   torch::Tensor corners, uv_corners;  // [3T] vertices, texture coordinates of each texel's face
@@ -210,11 +210,10 @@ struct AppearanceNetwork::State {
       x = activated(convolved(p, "shadow.first", x, 1, false));
       x = activated(convolved(p, "shadow.middle", x, 1, false));
       x = torch::sigmoid(convolved(p, "shadow.last", x, 1, false).to(torch::kFloat32));
-      share = share *
-              nf::interpolate(x, nf::InterpolateFuncOptions()
-                                     .size(std::vector<std::int64_t>{side, side})
-                                     .mode(torch::kBilinear)
-                                     .align_corners(false));
+      share = share * nf::interpolate(x, nf::InterpolateFuncOptions()
+                                             .size(std::vector<std::int64_t>{side, side})
+                                             .mode(torch::kBilinear)
+                                             .align_corners(false));
     }
     return (share * p.at("texture.mean"))
         .reshape({count, 3, side * side})
@@ -278,8 +277,8 @@ struct AppearanceNetwork::State {
     std::int64_t numbers = 0;
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const View& view = views[static_cast<std::size_t>(batch[i])];
-      const torch::Tensor shown = sampled(drawn[static_cast<std::int64_t>(i)], view.grid) *
-                                  gains[view.camera].unsqueeze(1);
+      const torch::Tensor shown =
+          sampled(drawn[static_cast<std::int64_t>(i)], view.grid) * gains[view.camera].unsqueeze(1);
       sum = sum + (srgb_of(shown) - view.colors.to(torch::kFloat32) / 255).pow(2).sum();
       numbers += view.colors.numel();
     }
@@ -353,8 +352,8 @@ AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device
   state.uv_corners = rows_on_device(uv_corners, state.device);
   state.weights = on_device(weights.data(), {count, 3, 1}, state.device);
   state.texel_rows = rows_on_device(rows, state.device);
-  state.texel_source = rows_on_device(
-      std::vector<std::int64_t>(map.source.begin(), map.source.end()), state.device);
+  state.texel_source =
+      rows_on_device(std::vector<std::int64_t>(map.source.begin(), map.source.end()), state.device);
   state.mean_visibility =
       on_device(model.mean_visibility.data(), {model.mean_visibility.size(), 1}, state.device);
 }
@@ -377,8 +376,7 @@ std::vector<float> AppearanceNetwork::colors(const SurfaceFrame& frame,
                                              const TexturePixels& places) const {
   const torch::NoGradGuard no_gradients;
   const torch::Tensor texture = state_->texture_of_view(frame, center);
-  const Tensor rows =
-      off_device(State::sampled(texture, state_->grid_of(places.u, places.v)).t());
+  const Tensor rows = off_device(State::sampled(texture, state_->grid_of(places.u, places.v)).t());
   const auto values = values_of<float>(rows);
   return {values.begin(), values.end()};
 }

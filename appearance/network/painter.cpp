@@ -130,10 +130,10 @@ Painter::Painter(std::vector<PaintedLayer> layers, const PaintOptions& options, 
                 "options of painting are out of range");
   for (const PaintedLayer& layer : layers) {
     if (layer.model && !equal_arrays(layer.model->faces, layer.faces)) {
-      throw DataError("", "network of " + layer.model->name,
-                      std::to_string(layer.model->faces.rows()) + " faces",
-                      "those of the surface that it is to draw, " +
-                          std::to_string(layer.faces.rows()));
+      throw DataError(
+          "", "network of " + layer.model->name,
+          std::to_string(layer.model->faces.rows()) + " faces",
+          "those of the surface that it is to draw, " + std::to_string(layer.faces.rows()));
     }
     auto& network = state_->networks.emplace_back();
     if (layer.model) {
@@ -178,9 +178,9 @@ Image Painter::paint(const std::vector<Points>& vertices, const Camera& camera) 
       }
       const Points2 no_uvs = Points2::Zero(1, 2);
       const Triangles no_uv_faces = Triangles::Zero(layer.faces.rows(), 3);
-      SurfaceFrame frame = surface_frame(*surfaces[s].vertices, layer.faces,
-                                         model != nullptr ? model->uvs : no_uvs,
-                                         model != nullptr ? model->uv_faces : no_uv_faces);
+      SurfaceFrame frame =
+          surface_frame(*surfaces[s].vertices, layer.faces, model != nullptr ? model->uvs : no_uvs,
+                        model != nullptr ? model->uv_faces : no_uv_faces);
       frame.visibility =
           ambient_visibility(frame, *state.tree, state.options.occlusion, state.device);
       const std::vector<float> colors =

@@ -10,9 +10,9 @@ namespace atelier {
 
 /// A surface of a picture: a garment, the body, hair.
 struct PaintedLayer {
-  Triangles faces;                                 ///< of its vertices
-  std::shared_ptr<const AppearanceModel> model;    ///< that draws it, of these faces; null: `color`
-  Eigen::Vector3f color{0.45F, 0.45F, 0.45F};      ///< linear RGB, times its ambient visibility
+  Triangles faces;                               ///< of its vertices
+  std::shared_ptr<const AppearanceModel> model;  ///< that draws it, of these faces; null: `color`
+  Eigen::Vector3f color{0.45F, 0.45F, 0.45F};    ///< linear RGB, times its ambient visibility
 };
 
 /// Draws dressed people: whatever is nearest to the camera shows, garments and body by their

@@ -53,8 +53,7 @@ struct Arguments {
 
 Arguments parsed(const std::vector<std::string>& words) {
   Arguments arguments;
-  OptionTable table =
-      words[0] == "paint" ? describe(arguments.paint) : describe(arguments.options);
+  OptionTable table = words[0] == "paint" ? describe(arguments.paint) : describe(arguments.options);
   OptionTable own;
   own.add("checkpoint", arguments.checkpoint, std::vector<std::string>{}, "Kept while training");
   own.add("log", arguments.log, std::vector<std::string>{}, "CSV of every step");

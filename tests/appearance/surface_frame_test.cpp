@@ -1,10 +1,11 @@
-#include "appearance/geometry_maps.h"
+#include "appearance/surface_frame.h"
 
 #include <Eigen/Geometry>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "appearance/joined_surfaces.h"
 #include "appearance/occlusion.h"
 #include "appearance/visible_pixels.h"
 #include "core/error.h"
@@ -25,53 +26,52 @@ Mesh sheet() {
   return mesh;
 }
 
-struct Mapped {
-  TexelMap texels;
-  GeometryMaps maps;
-};
-
-Mapped mapped(const Mesh& mesh, int resolution) {
-  Mapped result;
-  result.texels = texel_map(mesh.faces, mesh.uvs, mesh.uv_faces, resolution);
-  result.maps = geometry_maps(mesh.vertices, mesh.faces, mesh.uvs, mesh.uv_faces, result.texels);
-  return result;
+SurfaceFrame frame_of(const Mesh& mesh) {
+  return surface_frame(mesh.vertices, mesh.faces, mesh.uvs, mesh.uv_faces);
 }
 
-TEST(GeometryMaps, PositionNormalAndTangentOfAPlane) {
-  const auto [texels, maps] = mapped(sheet(), 16);
-  ASSERT_EQ(maps.position.rows(), 256);
+TEST(SurfaceFrame, PositionNormalAndTangentOfAPlane) {
+  const Mesh mesh = sheet();
+  const SurfaceFrame frame = frame_of(mesh);
+  const TexelMap texels = texel_map(mesh.faces, mesh.uvs, mesh.uv_faces, 16);
+  ASSERT_EQ(texels.covered.size(), 256U);
+  const Eigen::MatrixXf position = texel_values(texels, mesh.faces, frame.position);
+  const Eigen::MatrixXf normal = texel_values(texels, mesh.faces, frame.normal);
+  const Eigen::MatrixXf tangent = texel_values(texels, mesh.uv_faces, frame.tangent);
   for (Index i = 0; i < 256; ++i) {
     const int texel = texels.covered[static_cast<std::size_t>(i)];
     const Eigen::RowVector3f place((texel % 16 + 0.5F) / 16, 0, (texel / 16 + 0.5F) / 16);
-    EXPECT_LT((maps.position.row(i) - place).norm(), 1e-3F);
-    EXPECT_LT((maps.normal.row(i) - Eigen::RowVector3f(0, 1, 0)).norm(), 1e-6F);
-    EXPECT_LT((maps.tangent.row(i) - Eigen::RowVector3f(1, 0, 0)).norm(), 1e-6F);
+    EXPECT_LT((position.row(i) - place).norm(), 1e-3F);
+    EXPECT_LT((normal.row(i) - Eigen::RowVector3f(0, 1, 0)).norm(), 1e-6F);
+    EXPECT_LT((tangent.row(i) - Eigen::RowVector3f(1, 0, 0)).norm(), 1e-6F);
   }
 }
 
-TEST(GeometryMaps, ViewDirectionsTurnWithTheSurface) {
+TEST(SurfaceFrame, TurnsWithTheSurface) {
   Mesh mesh = sheet();
-  const Eigen::Vector3d camera(0.3, 2, -1);
-  const auto before = view_directions(mapped(mesh, 8).maps, camera);
-  EXPECT_NEAR((before.rowwise().norm().array() - 1).abs().maxCoeff(), 0, 1e-5);
-  // Straight above a texel: its view is along the normal.
-  const GeometryMaps flat = mapped(mesh, 8).maps;
-  const Eigen::Vector3d above =
-      flat.position.row(20).cast<double>().transpose() + Eigen::Vector3d(0, 3, 0);
-  EXPECT_LT((view_directions(flat, above).row(20) - Eigen::RowVector3f(0, 0, 1)).norm(), 1e-5F);
+  mesh.vertices.col(1) = 0.2 * (5 * mesh.vertices.col(0).array()).sin();
+  const SurfaceFrame before = frame_of(mesh);
   const Eigen::Matrix3d turn = (Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitX()) *
                                 Eigen::AngleAxisd(-1.1, Eigen::Vector3d::UnitY()))
                                    .toRotationMatrix();
   mesh.vertices = (mesh.vertices * turn.transpose()).eval();
-  const auto after = view_directions(mapped(mesh, 8).maps, turn * camera);
-  EXPECT_LT((after - before).cwiseAbs().maxCoeff(), 1e-4F);
+  const SurfaceFrame after = frame_of(mesh);
+  const Eigen::Matrix3f turned = turn.cast<float>().transpose();
+  EXPECT_LT((after.normal - before.normal * turned).cwiseAbs().maxCoeff(), 1e-5F);
+  EXPECT_LT((after.tangent - before.tangent * turned).cwiseAbs().maxCoeff(), 1e-5F);
 }
 
-TEST(GeometryMaps, PicturesFillWhatIsBesideACharts) {
+TEST(SurfaceFrame, MirroredChartsKeepTheDirectionOfGrowingU) {
+  Mesh mesh = sheet();
+  mesh.uvs.col(0) = 1 - mesh.uvs.col(0).array();
+  EXPECT_LT((frame_of(mesh).tangent.row(7) - Eigen::RowVector3f(-1, 0, 0)).norm(), 1e-6F);
+}
+
+TEST(SurfaceFrame, PicturesFillWhatIsBesideACharts) {
   Mesh mesh = sheet();
   mesh.uvs = 0.25 + 0.5 * mesh.uvs.array();
-  const auto [texels, maps] = mapped(mesh, 32);
-  const Image normal = texture_of(texels, maps.normal);
+  const TexelMap texels = texel_map(mesh.faces, mesh.uvs, mesh.uv_faces, 32);
+  const Image normal = texture_of(texels, texel_values(texels, mesh.faces, frame_of(mesh).normal));
   EXPECT_EQ(normal.at(16, 16, 1), 1.0F);
   EXPECT_EQ(normal.at(7, 16, 1), 1.0F);  // one texel outside
   EXPECT_EQ(normal.at(1, 16, 1), 0.0F);  // far outside
@@ -82,17 +82,17 @@ TEST(Occlusion, OfAFloorBesideAHighWallIsOneHalf) {
   const Mesh floor = sheet();
   const Mesh wall = testing::mesh_of({{-50, 0, 1}, {50, 0, 1}, {50, 80, 1}, {-50, 80, 1}},
                                      {{0, 1, 2}, {0, 2, 3}});
-  const auto [texels, maps] = mapped(floor, 8);
+  SurfaceFrame frame = frame_of(floor);
   OcclusionOptions options;
   options.reach = 100;
   options.strata = 16;
-  const Eigen::VectorXf open =
-      ambient_visibility(maps, build_tree(floor.vertices, floor.faces), options);
-  EXPECT_GT(open.minCoeff(), 0.999F);  // a plane does not hide itself
-  const Eigen::VectorXf half =
-      ambient_visibility(maps, build_tree(wall.vertices, wall.faces), options);
-  EXPECT_NEAR(half.mean(), 0.5, 0.01);
-  EXPECT_NEAR(half.minCoeff(), 0.5, 0.05);
+  const auto open = ambient_visibility(frame, build_tree(floor.vertices, floor.faces), options);
+  EXPECT_GT(open.minCoeff(), 0.999F);  // a plane does not hide itself, from either side
+  frame.position.col(2) *= 0.9F;       // none within the wall
+  const auto half = ambient_visibility(frame, build_tree(wall.vertices, wall.faces), options);
+  EXPECT_NEAR(half.col(0).mean(), 0.5, 0.01);
+  EXPECT_NEAR(half.col(0).minCoeff(), 0.5, 0.05);
+  EXPECT_GT(half.col(1).minCoeff(), 0.98F);  // which stands on the floor
 }
 
 TEST(Occlusion, OfAHorizonAtAnAngleFollowsTheCosineLaw) {
@@ -112,28 +112,28 @@ TEST(Occlusion, OfAHorizonAtAnAngleFollowsTheCosineLaw) {
     faces.push_back({b, a + 1, b + 1});
   }
   const Mesh lid = testing::mesh_of(vertices, faces);
-  GeometryMaps point;
+  SurfaceFrame point;
   point.position = Eigen::RowVector3f(0, 0, 0);
   point.normal = Eigen::RowVector3f(0, 1, 0);
-  point.tangent = Eigen::RowVector3f(1, 0, 0);
   OcclusionOptions options;
   options.strata = 32;
   options.reach = 100;
   options.offset = 0;
   const TriangleTree tree = build_tree(lid.vertices, lid.faces);
-  EXPECT_NEAR(ambient_visibility(point, tree, options)[0], 0.5, 0.01);
+  EXPECT_NEAR(ambient_visibility(point, tree, options)(0, 0), 0.5, 0.01);
+  EXPECT_EQ(ambient_visibility(point, tree, options)(0, 1), 1.0F);
   options.reach = 0.9;  // below the lid
-  EXPECT_EQ(ambient_visibility(point, tree, options)[0], 1.0F);
+  EXPECT_EQ(ambient_visibility(point, tree, options)(0, 0), 1.0F);
 }
 
 TEST(Occlusion, IsTheSameOnAnyNumberOfThreads) {
   const Mesh ball = testing::sphere(3);
-  const auto [texels, maps] = mapped(sheet(), 16);
+  const SurfaceFrame frame = frame_of(sheet());
   const TriangleTree tree = build_tree(ball.vertices, ball.faces);
   set_thread_count(1);
-  const Eigen::VectorXf one = ambient_visibility(maps, tree);
+  const auto one = ambient_visibility(frame, tree);
   set_thread_count(3);
-  const Eigen::VectorXf three = ambient_visibility(maps, tree);
+  const auto three = ambient_visibility(frame, tree);
   set_thread_count(0);
   EXPECT_EQ(one, three);
 }
@@ -150,13 +150,25 @@ Camera from_above() {
   return camera;
 }
 
+TEST(JoinedSurfaces, KeepTheirOrder) {
+  const Mesh cloth = sheet();
+  const Mesh ball = testing::sphere(0);
+  const JoinedSurfaces all =
+      joined_surfaces({{&ball.vertices, &ball.faces}, {&cloth.vertices, &cloth.faces}});
+  EXPECT_EQ(all.first_face, (std::vector<int>{0, 8, 8 + static_cast<int>(cloth.faces.rows())}));
+  EXPECT_EQ(all.vertices.bottomRows(cloth.vertices.rows()), cloth.vertices);
+  EXPECT_EQ(all.faces.bottomRows(cloth.faces.rows()), Triangles(cloth.faces.array() + 6));
+}
+
 TEST(VisiblePixels, KnowTheirTextureAndWhatHidesThem) {
   const Mesh cloth = sheet();
   Mesh lid = testing::grid(1, 1);
   lid.vertices.col(0) *= 0.5;
   lid.vertices.col(1).array() += 0.5;  // hides a little more than the left half
-  const auto pixels = visible_pixels({{&lid.vertices, &lid.faces}, {&cloth.vertices, &cloth.faces}},
-                                     1, cloth.uvs, cloth.uv_faces, from_above());
+  const JoinedSurfaces all =
+      joined_surfaces({{&lid.vertices, &lid.faces}, {&cloth.vertices, &cloth.faces}});
+  const VisiblePixels pixels = visible_pixels(rasterize(all.vertices, all.faces, from_above()),
+                                              all.first_face[1], cloth.uvs, cloth.uv_faces);
   ASSERT_GT(pixels.pixel.size(), 300U);
   int trusted = 0;
   for (std::size_t i = 0; i < pixels.pixel.size(); ++i) {
@@ -176,22 +188,28 @@ TEST(VisiblePixels, KnowTheirTextureAndWhatHidesThem) {
   EXPECT_GT(trusted, 200);
 }
 
-TEST(GeometryMapsRefused, WhatDoesNotFit) {
+TEST(SurfaceFrameRefused, WhatDoesNotFit) {
   const Mesh mesh = sheet();
   const TexelMap texels = texel_map(mesh.faces, mesh.uvs, mesh.uv_faces, 8);
   const Triangles fewer = mesh.faces.topRows(3);
-  ATELIER_EXPECT_REFUSED(geometry_maps(mesh.vertices, fewer, mesh.uvs, mesh.uv_faces, texels),
-                         LogicError, "differ");
-  ATELIER_EXPECT_REFUSED(geometry_maps(mesh.vertices, fewer, mesh.uvs, fewer, texels), LogicError,
-                         "of other faces");
+  const SurfaceFrame frame = frame_of(mesh);
+  ATELIER_EXPECT_REFUSED(surface_frame(mesh.vertices, fewer, mesh.uvs, mesh.uv_faces), LogicError,
+                         "differ");
+  ATELIER_EXPECT_REFUSED(surface_frame(Points(2, 3), mesh.faces, mesh.uvs, mesh.uv_faces),
+                         LogicError, "vertex that is not there");
+  ATELIER_EXPECT_REFUSED(surface_frame(mesh.vertices, mesh.faces, Points2(2, 2), mesh.uv_faces),
+                         LogicError, "coordinate that is not there");
+  ATELIER_EXPECT_REFUSED(texel_values(texels, fewer, frame.position), LogicError, "of other faces");
+  ATELIER_EXPECT_REFUSED(texel_values(texels, mesh.faces, frame.position.topRows(2)), LogicError,
+                         "row that is not there");
   ATELIER_EXPECT_REFUSED(texture_of(texels, Eigen::MatrixXf::Zero(3, 3)), LogicError,
                          "each covered texel");
   OcclusionOptions options;
   options.strata = 0;
   ATELIER_EXPECT_REFUSED(ambient_visibility({}, {}, options), LogicError, "out of range");
-  ATELIER_EXPECT_REFUSED(
-      visible_pixels({{&mesh.vertices, &mesh.faces}}, 1, mesh.uvs, mesh.uv_faces, from_above()),
-      LogicError, "not there");
+  ATELIER_EXPECT_REFUSED(visible_pixels({}, -1, mesh.uvs, mesh.uv_faces), LogicError,
+                         "not negative");
+  ATELIER_EXPECT_REFUSED(joined_surfaces({{}}), LogicError, "has vertices and faces");
 }
 
 }  // namespace

@@ -42,10 +42,10 @@ void make(const fs::path& capture, const fs::path& workspace, const std::string&
           const fs::path& out) {
   const CaptureInfo info = read_capture_info(capture);
   const auto truth_of_all = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
-  const WornSubject dressed = stage == "ceiling"
-                                  ? worn_in_truth(capture, truth_of_all)
-                                  : worn_in_workspace(workspace / "register" / "current",
-                                                      workspace / "body" / "current");
+  const WornSubject dressed =
+      stage == "ceiling"
+          ? worn_in_truth(capture, truth_of_all)
+          : worn_in_workspace(workspace / "register" / "current", workspace / "body" / "current");
   Camera camera;
   for (const Camera& one : truth_of_all->cameras) {
     camera = one.id == info.held_out_cameras.front() ? one : camera;
@@ -79,9 +79,8 @@ void make(const fs::path& capture, const fs::path& workspace, const std::string&
       }
       const Eigen::Array3d gain = camera.gain.array() / middle.exp();
       const TexturePixels pixels{data.views[0].u, data.views[0].v, {}};
-      const std::vector<float> colors =
-          AppearanceNetwork(model, Device::Cpu)
-              .colors(data.frames[0], camera_center(camera), pixels);
+      const std::vector<float> colors = AppearanceNetwork(model, Device::Cpu)
+                                            .colors(data.frames[0], camera_center(camera), pixels);
       const std::vector<float> still = sample_texture(model.static_texture, pixels);
       for (std::size_t i = 0; i < data.views[0].pixel.size(); ++i) {
         const int place = data.views[0].pixel[i];

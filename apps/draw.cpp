@@ -1,0 +1,264 @@
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE) && \
+    defined(ATELIER_HAS_CORE_RENDER)
+
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <numbers>
+#include <set>
+
+#include "apps/arguments.h"
+#include "apps/command.h"
+#include "apps/exit_code.h"
+#include "apps/interrupt.h"
+#include "apps/mesh_sequence_file.h"
+#include "apps/option_flags.h"
+#include "apps/output_place.h"
+#include "apps/paint_scene.h"
+#include "apps/picture_size.h"
+#include "apps/usage_error.h"
+#include "capture/layouts/open_dataset.h"
+#include "capture/truth_archive.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/image_file.h"
+#include "core/render/framing.h"
+#include "core/render/video.h"
+#include "core/store/result.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DrawArguments {
+  std::string workspace;
+  std::string out;
+  std::string body;
+  std::vector<std::string> garments;
+  std::string capture;
+  std::string camera;
+};
+
+struct DrawOptions {
+  double azimuth = 34;   ///< degrees; as kThreeQuarter
+  double elevation = 9;  ///< degrees
+  bool turn = false;     ///< once round the subject over all frames
+  PictureOptions picture;
+  VideoOptions video;
+  PaintOptions paint;
+  Device device = Device::Cpu;
+};
+
+OptionTable describe(DrawOptions& options) {
+  OptionTable table;
+  table.add("azimuth", options.azimuth, -360, 360, "degrees", "0 from the front, 90 from its left");
+  table.add("elevation", options.elevation, -90, 90, "degrees", "0 level, 90 from above");
+  table.add("turn", options.turn, "The camera goes once round the subject over all frames");
+  table.add("width", options.picture.width, 1, 16384, "px", "Of pictures by no capture's camera");
+  table.add("height", options.picture.height, 1, 16384, "px", "Of pictures by no capture's camera");
+  table.add("framing", describe(options.picture.framing));
+  table.add("video", describe(options.video));
+  table.add(describe(options.paint));
+  table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
+            "Where networks work");
+  return table;
+}
+
+/// Everything that moves, as it is drawn.
+struct Cast {
+  PaintedScene scene;
+  std::vector<Sequence> sequences;  ///< of the layers
+};
+
+fs::path current_result(const fs::path& workspace, const std::string& stage) {
+  const auto current = current_name(workspace / stage);
+  if (!current) {
+    throw DataError((workspace / stage).string(), "", "no result",
+                    "a result; run 'atelier " + stage + "' first");
+  }
+  return workspace / stage / *current;
+}
+
+void add_layer(Cast& cast, const std::string& name, const fs::path& sequence,
+               const fs::path& networks) {
+  SceneLayer layer;
+  layer.name = name;
+  const fs::path model = networks / name / "model.safetensors";
+  layer.model = fs::exists(model) ? model.string() : "";
+  cast.sequences.push_back(read_mesh_sequence(sequence, false).sequence);
+  layer.faces = cast.sequences.back().faces;
+  cast.scene.layers.push_back(std::move(layer));
+}
+
+Cast cast_of(const DrawArguments& arguments) {
+  const fs::path workspace = arguments.workspace;
+  const fs::path networks = current_result(workspace, "appearance");
+  Cast cast;
+  add_layer(cast, "body",
+            arguments.body.empty() ? current_result(workspace, "body") : fs::path(arguments.body),
+            networks);
+  std::map<std::string, fs::path> given;
+  for (const std::string& garment : arguments.garments) {
+    const std::size_t at = garment.find('=');
+    if (at == std::string::npos || at == 0) {
+      throw UsageError("--garment takes NAME=MESHES, as in dress=simulated/dress, not '" +
+                       garment.substr(0, 80) + "'");
+    }
+    given[garment.substr(0, at)] = garment.substr(at + 1);
+  }
+  for (const auto& entry : fs::directory_iterator(networks)) {
+    const std::string name = entry.path().filename().string();
+    if (!entry.is_directory() || name == "body") {
+      continue;
+    }
+    const auto found = given.find(name);
+    add_layer(cast, name,
+              found != given.end() ? found->second
+                                   : current_result(workspace, "register") / "registered" / name,
+              networks);
+    if (found != given.end()) {
+      given.erase(found);
+    }
+  }
+  if (!given.empty()) {
+    throw UsageError("the workspace has no network of a garment '" + given.begin()->first + "'");
+  }
+  std::sort(cast.scene.layers.begin() + 1, cast.scene.layers.end(),
+            [](const SceneLayer& a, const SceneLayer& b) { return a.name < b.name; });
+  return cast;
+}
+
+/// Frames in which every layer is there, with its vertices.
+void fill_frames(Cast& cast) {
+  for (const int id : cast.sequences[0].frame_ids) {
+    std::vector<Points> vertices;
+    for (const Sequence& sequence : cast.sequences) {
+      const auto at = std::lower_bound(sequence.frame_ids.begin(), sequence.frame_ids.end(), id);
+      if (at != sequence.frame_ids.end() && *at == id) {
+        vertices.push_back(frame(sequence, at - sequence.frame_ids.begin()).vertices);
+      }
+    }
+    if (vertices.size() == cast.sequences.size()) {
+      cast.scene.frame_ids.push_back(id);
+      cast.scene.vertices.push_back(std::move(vertices));
+    }
+  }
+  if (cast.scene.frame_ids.empty()) {
+    throw DataError("", "frames", "none that body and garments share",
+                    "sequences whose frames have the same numbers");
+  }
+}
+
+void place_cameras(Cast& cast, const DrawArguments& arguments, const DrawOptions& options) {
+  if (!arguments.capture.empty()) {
+    for (const Camera& camera : open_dataset(arguments.capture).cameras) {
+      if (camera.id == arguments.camera) {
+        cast.scene.cameras = {camera};
+        return;
+      }
+    }
+    throw UsageError("the capture has no camera '" + arguments.camera.substr(0, 80) + "'");
+  }
+  require_picture_size(options.picture);
+  Index count = 0;
+  for (const std::vector<Points>& frame : cast.scene.vertices) {
+    for (const Points& layer : frame) {
+      count += layer.rows();
+    }
+  }
+  Points all(count, 3);
+  Index at = 0;
+  for (const std::vector<Points>& frame : cast.scene.vertices) {
+    for (const Points& layer : frame) {
+      all.middleRows(at, layer.rows()) = layer;
+      at += layer.rows();
+    }
+  }
+  const View view{options.azimuth * std::numbers::pi / 180,
+                  options.elevation * std::numbers::pi / 180};
+  const int frames = static_cast<int>(cast.scene.frame_ids.size());
+  cast.scene.cameras =
+      options.turn
+          ? turntable_cameras(all, view, frames, options.picture.width, options.picture.height,
+                              options.picture.framing)
+          : std::vector<Camera>{camera_around(all, view, options.picture.width,
+                                              options.picture.height, options.picture.framing)};
+}
+
+int run(const DrawArguments& arguments, const DrawOptions& options) {
+  if (arguments.camera.empty() != arguments.capture.empty()) {
+    throw UsageError("--capture and --camera go together: the camera ID of the capture CAPTURE");
+  }
+  if (options.paint.background.size() != 3) {
+    throw UsageError("--background takes three numbers, as in [0.9, 0.9, 0.9]");
+  }
+  const bool video = fs::path(arguments.out).extension() == ".mp4";
+  if (video && options.paint.alpha) {
+    throw UsageError("a video has no fourth channel: leave out --alpha, or name a folder");
+  }
+  catch_interrupts();
+  require_new_place(arguments.out, "--out");
+  video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
+  Cast cast = cast_of(arguments);
+  fill_frames(cast);
+  place_cameras(cast, arguments, options);
+  if (!video) {
+    make_private_directory(arguments.out);
+  }
+  std::vector<Image> film;
+  PaintHooks hooks;
+  hooks.stop = [] { return interrupted(); };
+  hooks.picture = [&](Index i, const Image& picture) {
+    const std::string name = frame_name(cast.scene.frame_ids[static_cast<std::size_t>(i)]);
+    if (!video) {
+      write_image(fs::path(arguments.out) / (name + ".png"), straight_alpha(picture));
+    } else {
+      Image frame(picture.width, picture.height, 3);
+      for (std::size_t p = 0; p < frame.data.size(); ++p) {
+        frame.data[p] = picture.data[4 * (p / 3) + p % 3];
+      }
+      film.push_back(std::move(frame));
+    }
+    std::cout << "frame " << name << std::endl;
+  };
+  if (!paint_scene(cast.scene, options.paint, options.device, hooks)) {
+    end_by_signal();
+  }
+  if (video) {
+    write_video(
+        arguments.out, static_cast<Index>(film.size()),
+        [&](Index i) { return film[static_cast<std::size_t>(i)]; }, options.video);
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+OptionSet draw_options() {
+  return option_set<DrawOptions>();
+}
+
+Action add_draw(CLI::App& parser) {
+  auto arguments = std::make_shared<DrawArguments>();
+  add_option(parser, "WORKSPACE", arguments->workspace, "Whose networks draw").required();
+  add_option(parser, "--out", arguments->out, "New folder for 000012.png ..., or new .mp4")
+      .type_name("FOLDER|VIDEO")
+      .required();
+  add_option(parser, "--body", arguments->body,
+             "Meshes of the body, one a frame [those of the stage body]")
+      .type_name("MESHES");
+  add_option(parser, "--garment", arguments->garments,
+             "Meshes of a garment, of its template's faces [those of the stage register]")
+      .type_name("NAME=MESHES")
+      .once_a_flag();
+  add_option(parser, "--capture", arguments->capture, "Whose camera looks [one round the subject]")
+      .type_name("CAPTURE");
+  add_option(parser, "--camera", arguments->camera, "Which of its cameras").type_name("ID");
+  const OptionReader options = add_option_flags(parser, draw_options());
+  return [arguments, options] { return run(*arguments, options_of<DrawOptions>(options())); };
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,62 @@
+#ifdef ATELIER_HAS_APPEARANCE
+
+#include "apps/paint_scene.h"
+
+#include <cstdio>
+
+#include "apps/child_program.h"
+#include "apps/temporary_folder.h"
+#include "core/archive_arrays.h"
+
+namespace atelier {
+
+bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device device,
+                 const PaintHooks& hooks) {
+  const TemporaryFolder between;
+  const std::filesystem::path file = between.path / "scene.h5";
+  write_archive(file, archive_of(scene));
+  std::vector<std::string> words = {"paint", file.string(), between.path.string(), "--device",
+                                    device_name(device)};
+  PaintOptions known = options;
+  for (const OptionField& field : describe(known).fields) {
+    words.push_back("--" + field.name);
+    words.push_back(option_text(field));
+  }
+  Index next = 0;
+  return run_child_program(
+      "atelier-appearance", words, "it is built where libtorch is (libtorch-dev)",
+      [&](const std::string& line) {
+        int frame_id = 0;
+        if (std::sscanf(line.c_str(), "frame %d", &frame_id) != 1) {
+          return;
+        }
+        char name[32];
+        std::snprintf(name, sizeof(name), "%06d.h5", frame_id);
+        const Archive archive = read_archive(between.path / name, "atelier.painted_picture", 1);
+        const Tensor& colors = array_at(archive, "colors", name);
+        const auto values = values_of<float>(colors);
+        Image picture(static_cast<int>(colors.shape.at(1)), static_cast<int>(colors.shape.at(0)),
+                      4);
+        std::copy(values.begin(), values.end(), picture.data.begin());
+        std::filesystem::remove(between.path / name);
+        if (hooks.picture) {
+          hooks.picture(next, picture);
+        }
+        ++next;
+      },
+      [&] { return hooks.stop && hooks.stop(); });
+}
+
+Image straight_alpha(const Image& picture) {
+  Image straight = picture;
+  for (std::size_t i = 0; i + 3 < straight.data.size(); i += 4) {
+    for (std::size_t c = 0; c < 3 && straight.data[i + 3] > 0; ++c) {
+      straight.data[i + c] /= straight.data[i + 3];
+    }
+  }
+  return straight;
+}
+
+}  // namespace atelier
+
+#endif
