@@ -42,6 +42,7 @@ OptionSet synthesize_options();
 OptionSet export_options();
 OptionSet report_options();
 
+Action add_run(CLI::App& parser);  // only with capture
 Action add_status(CLI::App& parser);
 Action add_inspect(CLI::App& parser);
 Action add_gc(CLI::App& parser);

@@ -6,6 +6,9 @@ namespace atelier {
 namespace {
 
 constexpr std::array kCommands = {
+#ifdef ATELIER_HAS_CAPTURE
+    Command{"run", "every stage of a capture, from its images to the report", add_run},
+#endif
     Command{"status", "what a workspace holds, and in which state", add_status},
     Command{"inspect", "what a file is: sizes, ranges, units, findings", add_inspect},
     Command{"gc", "remove unfinished work and results that are no longer current", add_gc},

@@ -2,6 +2,8 @@
 
 #include "apps/flatten.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <iostream>
@@ -155,6 +157,39 @@ Mesh with_flat_uvs(const Flattened& flat) {
   return mesh;
 }
 
+/// The mesh itself, or every mesh of a folder by its name.
+std::vector<fs::path> surfaces_in(const fs::path& input) {
+  if (!fs::is_directory(input)) {
+    return {input};
+  }
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(input)) {
+    if (entry.path().extension() == ".obj" || entry.path().extension() == ".ply") {
+      files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  if (files.empty()) {
+    throw DataError(input.string(), "", "no .obj or .ply", "a mesh for each garment");
+  }
+  return files;
+}
+
+void write_flat(StageRun& run, const Flattened& flat, const std::string& title,
+                const std::string& folder) {
+  run.output_text(folder + "pattern.svg", pattern_svg(flat.layout, title));
+  run.output_text(folder + "pattern.dxf", pattern_dxf(flat.layout, title));
+  run.output(folder + "garment.obj", [&](const fs::path& file) {
+    write_text(file, obj_text(polygons_of(with_flat_uvs(flat))));
+  });
+#ifdef ATELIER_HAS_CORE_RENDER
+  run.output(folder + "stretch.png", [&](const fs::path& file) {
+    write_text(file, image_bytes(stretch_picture(flat.mesh, flat.pattern, flat.measures),
+                                 ImageFormat::Png));
+  });
+#endif
+}
+
 }  // namespace
 
 OptionTable describe(FlattenRelaxOptions& options) {
@@ -220,31 +255,45 @@ int flatten_alone(const std::map<std::string, std::string>& values, const Option
 
 void run_flatten(StageRun& run) {
   const auto& options = run.options<FlattenStageOptions>();
-  const Flattened flat =
-      flatten_mesh(run.input("surface"), options, [&](const std::string& line) { run.say(line); });
-  const std::string title = run.input("surface").stem().string();
-  run.output_text("pattern.svg", pattern_svg(flat.layout, title));
-  run.output_text("pattern.dxf", pattern_dxf(flat.layout, title));
-  run.output("garment.obj", [&](const fs::path& file) {
-    write_text(file, obj_text(polygons_of(with_flat_uvs(flat))));
-  });
-#ifdef ATELIER_HAS_CORE_RENDER
-  run.output("stretch.png", [&](const fs::path& file) {
-    write_text(file, image_bytes(stretch_picture(flat.mesh, flat.pattern, flat.measures),
-                                 ImageFormat::Png));
-  });
-#endif
-  const FlatMeasures& m = flat.measures;
-  run.metric("panels", flat.pattern.cut.panel_count);
-  run.metric("stretch_p50", m.strain_p50);
-  run.metric("stretch_p95", m.strain_p95);
-  run.metric("stretch_p99", m.strain_p99);
-  run.metric("seam_mismatch", std::max(m.seam_mismatch, flat.layout.seam_mismatch));
-  run.metric("seam_length", m.seam_length);
-  run.metric("area_ratio", m.area_ratio);
-  run.metric("inverted", m.inverted);
-  run.metric("overlaps", m.overlaps);
-  run.say(summary_of(flat));
+  FlatMeasures worst;
+  worst.area_ratio = 1;
+  int panels = 0;
+  const std::vector<fs::path> files = surfaces_in(run.input("surface"));
+  for (const fs::path& file : files) {
+    if (run.stop_requested()) {
+      return;
+    }
+    const std::string title = file.stem().string();
+    const std::string folder = fs::is_directory(run.input("surface")) ? title + "/" : "";
+    const Flattened flat = flatten_mesh(file, options, [&](const std::string& line) {
+      run.say((folder.empty() ? "" : title + ": ") + line);
+    });
+    write_flat(run, flat, title, folder);
+    const FlatMeasures& m = flat.measures;
+    panels += flat.pattern.cut.panel_count;
+    worst.strain_p50 = std::max(worst.strain_p50, m.strain_p50);
+    worst.strain_p95 = std::max(worst.strain_p95, m.strain_p95);
+    worst.strain_p99 = std::max(worst.strain_p99, m.strain_p99);
+    worst.seam_mismatch =
+        std::max({worst.seam_mismatch, m.seam_mismatch, flat.layout.seam_mismatch});
+    if (std::abs(m.area_ratio - 1) > std::abs(worst.area_ratio - 1)) {
+      worst.area_ratio = m.area_ratio;
+    }
+    worst.seam_length += m.seam_length;
+    worst.inverted += m.inverted;
+    worst.overlaps += m.overlaps;
+    run.say((folder.empty() ? "" : title + ": ") + summary_of(flat));
+    run.progress(&file - files.data() + 1, std::ssize(files), "garments");
+  }
+  run.metric("panels", panels);
+  run.metric("stretch_p50", worst.strain_p50);
+  run.metric("stretch_p95", worst.strain_p95);
+  run.metric("stretch_p99", worst.strain_p99);
+  run.metric("seam_mismatch", worst.seam_mismatch);
+  run.metric("seam_length", worst.seam_length);
+  run.metric("area_ratio", worst.area_ratio);
+  run.metric("inverted", worst.inverted);
+  run.metric("overlaps", worst.overlaps);
 }
 
 }  // namespace atelier

@@ -46,8 +46,10 @@ inline constexpr std::array kFlattenMetrics = {
     StageMetric{"overlaps", ""},
 };
 
-/// A garment's surface -> pattern.svg, pattern.dxf, garment.h5 (schema "atelier.flat"), stretch.png
-/// and pattern.png.
+/// A garment's surface -> pattern.svg, pattern.dxf, garment.obj (its texture coordinates are the
+/// pattern, metres) and stretch.png; of a folder of meshes, as `template` leaves them, a folder of
+/// these for each. Metrics are sums of panels, seams and what is turned over, else the worst
+/// garment's.
 void run_flatten(StageRun& run);
 
 /// The command alone: --mesh, --out (a folder), --seams.

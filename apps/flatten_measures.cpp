@@ -2,6 +2,7 @@
 
 #include "apps/flatten_measures.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -54,27 +55,8 @@ double seam_length(const TruthGarment& truth) {
   return length;
 }
 
-}  // namespace
-
-std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
-                                     const std::filesystem::path& capture) {
-  const std::filesystem::path file = workspace / "flatten" / "current" / "garment.obj";
-  if (!std::filesystem::exists(file)) {
-    return {};
-  }
-  const Mesh mesh = read_mesh(file);
-  const FlatPattern pattern = pattern_of(mesh, file);
-  const FlatMeasures flat = measure_flat(mesh, pattern);
-  using Side = Measure::Side;
-  std::vector<Measure> measures{
-      {"flatten.stretch_p99", flat.strain_p99, "", 0.03, Side::AtMost,
-       "principal stretch, by area"},
-      {"flatten.seam_mismatch", flat.seam_mismatch, "", 0.003, Side::AtMost,
-       "largest difference of the two sides of a seam"},
-      {"flatten.inverted", static_cast<double>(flat.inverted + flat.overlaps), "", 0, Side::AtMost,
-       "triangles turned over and panels over themselves"}};
-  const CaptureTruth truth = read_capture_truth(capture);
-  const double area = face_areas(mesh.vertices, mesh.faces).sum();
+/// The true garment of nearest area that has seams; null if none has.
+const TruthGarment* nearest_garment(const CaptureTruth& truth, double area) {
   const TruthGarment* nearest = nullptr;
   double difference = std::numeric_limits<double>::infinity();
   for (const TruthGarment& garment : truth.garments) {
@@ -85,12 +67,73 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
       nearest = &garment;
     }
   }
-  if (nearest != nullptr) {
-    const auto panels = static_cast<double>(nearest->garment.panel_names.size());
-    measures.push_back({"flatten.panels", static_cast<double>(pattern.cut.panel_count), "",
-                        panels + 2, Side::AtMost, "the truth's and two more"});
-    measures.push_back({"flatten.seam_ratio", flat.seam_length / seam_length(*nearest), "", 1.3,
-                        Side::AtMost, "length of all seams over the truth's"});
+  return nearest;
+}
+
+/// garment.obj of the result, or of each folder in it.
+std::vector<std::filesystem::path> flat_garments(const std::filesystem::path& result) {
+  std::vector<std::filesystem::path> files;
+  if (!std::filesystem::exists(result)) {
+    return files;
+  }
+  if (std::filesystem::exists(result / "garment.obj")) {
+    return {result / "garment.obj"};
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(result)) {
+    if (std::filesystem::exists(entry.path() / "garment.obj")) {
+      files.push_back(entry.path() / "garment.obj");
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace
+
+std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
+                                     const std::filesystem::path& capture) {
+  const std::vector<std::filesystem::path> files = flat_garments(workspace / "flatten" / "current");
+  if (files.empty()) {
+    return {};
+  }
+  const CaptureTruth truth = read_capture_truth(capture);
+  FlatMeasures worst;
+  double panels = 0;
+  double true_panels = 0;
+  double seams = 0;
+  double true_seams = 0;
+  for (const std::filesystem::path& file : files) {
+    const Mesh mesh = read_mesh(file);
+    const FlatPattern pattern = pattern_of(mesh, file);
+    const FlatMeasures flat = measure_flat(mesh, pattern);
+    worst.strain_p99 = std::max(worst.strain_p99, flat.strain_p99);
+    worst.seam_mismatch = std::max(worst.seam_mismatch, flat.seam_mismatch);
+    worst.inverted += flat.inverted + flat.overlaps;
+    const TruthGarment* nearest =
+        nearest_garment(truth, face_areas(mesh.vertices, mesh.faces).sum());
+    if (nearest != nullptr) {
+      panels += static_cast<double>(pattern.cut.panel_count);
+      true_panels += static_cast<double>(nearest->garment.panel_names.size());
+      seams += flat.seam_length;
+      true_seams += seam_length(*nearest);
+    }
+  }
+  using Side = Measure::Side;
+  const std::string of =
+      files.size() > 1 ? ", the worst of " + std::to_string(files.size()) + " garments" : "";
+  std::vector<Measure> measures{
+      {"flatten.stretch_p99", worst.strain_p99, "", 0.03, Side::AtMost,
+       "principal stretch, by area" + of},
+      {"flatten.seam_mismatch", worst.seam_mismatch, "", 0.003, Side::AtMost,
+       "largest difference of the two sides of a seam" + of},
+      {"flatten.inverted", static_cast<double>(worst.inverted), "", 0, Side::AtMost,
+       "triangles turned over and panels over themselves"}};
+  if (true_seams > 0) {
+    measures.push_back({"flatten.panels", panels, "",
+                        true_panels + 2 * static_cast<double>(files.size()), Side::AtMost,
+                        "the truth's and two more a garment"});
+    measures.push_back({"flatten.seam_ratio", seams / true_seams, "", 1.3, Side::AtMost,
+                        "length of all seams over the truth's"});
   }
   return measures;
 }

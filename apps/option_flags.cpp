@@ -53,8 +53,8 @@ void set_options(OptionTable& table, const OptionTexts& texts) {
   }
 }
 
-void add_flag(CLI::App& parser, const OptionField& field,
-              const std::shared_ptr<OptionTexts>& texts) {
+void add_flag(CLI::App& parser, const OptionField& field, const std::shared_ptr<OptionTexts>& texts,
+              const std::string& group) {
   const std::string value = option_text(field);
   const std::string help = field.help + " [" + (value.empty() ? "none" : value) + "]";
   const auto note = [texts, name = field.name](const std::string& text) {
@@ -62,7 +62,7 @@ void add_flag(CLI::App& parser, const OptionField& field,
   };
   parser.add_option_function<std::string>(flag_of(field.name), note, help)
       ->type_name(option_range(field) + (field.unit.empty() ? "" : " " + field.unit))
-      ->group("Options")
+      ->group(group)
       ->take_last();
 }
 
@@ -158,13 +158,14 @@ TextCheck one_of(std::vector<std::string> choices) {
   };
 }
 
-OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults) {
+OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults,
+                              const std::string& group) {
   const auto texts = std::make_shared<OptionTexts>();
   parser.add_option("--config", texts->config_files, "TOML file of options; flags win over it")
       ->type_name("FILE")
       ->allow_extra_args(false);
   for (const OptionField& field : defaults.table.fields) {
-    add_flag(parser, field, texts);
+    add_flag(parser, field, texts, group);
   }
   return [texts, set = defaults]() mutable {
     set_options(set.table, *texts);

@@ -24,7 +24,9 @@ std::string flag_of(const std::string& option);
 /// Declares `--config FILE` and a flag for every field of a table, for stages and commands alike:
 /// "--section.the-field value"; what is true or false also as "--field" alone (with_switches).
 /// Files count first, in their order, then flags: the later wins.
-OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults);
+/// @param group  of the flags in the help; "": they are not listed there
+OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults,
+                              const std::string& group = "Options");
 
 /// The arguments with flags as they are declared, and with "--field" and "--field true" of what is
 /// true or false as "--field=true", so that it never takes the argument behind it for its value.

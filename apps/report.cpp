@@ -1,18 +1,15 @@
-#include <cstdio>
 #include <iostream>
 #include <memory>
 
 #include "apps/arguments.h"
 #include "apps/command.h"
-#include "apps/evaluation.h"
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/printable.h"
-#include "apps/report_page.h"
+#include "apps/report_file.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
-#include "core/atomic_file.h"
 
 namespace atelier {
 namespace {
@@ -22,22 +19,6 @@ struct ReportArguments {
   std::string out;
   std::string truth;
 };
-
-/// Figures of the workspace's results against the truth of their capture; none without one.
-std::vector<ReportFigure> figures_of([[maybe_unused]] const std::filesystem::path& workspace,
-                                     const std::string& truth) {
-  std::vector<ReportFigure> figures;
-#ifdef ATELIER_HAS_CAPTURE
-  if (!truth.empty()) {
-    for (const Measure& measure : workspace_measures(workspace, truth)) {
-      char value[60];
-      std::snprintf(value, sizeof(value), "%.4g %s", measure.value, measure.unit.c_str());
-      figures.push_back({measure.key, value, verdict_of(measure), is_met(measure), measure.note});
-    }
-  }
-#endif
-  return figures;
-}
 
 int run(const ReportArguments& arguments, const ReportOptions& options) {
   if (arguments.workspace.empty()) {
@@ -57,14 +38,7 @@ int run(const ReportArguments& arguments, const ReportOptions& options) {
                        "'; name a place outside of them");
     }
   }
-  // Every byte is compared: a picture that is shown as a result must be that result's.
-  const std::vector<StageStatus> stages = workspace_status(all_stages(), workspace, Check::Digests);
-  if (arguments.out.empty()) {
-    make_private_directory(page.parent_path());
-  }
-  require_file_place(page);
-  write_file_atomically(
-      page, report_page(stages, workspace, options, figures_of(workspace, arguments.truth)));
+  const std::vector<StageStatus> stages = write_report(workspace, page, options, arguments.truth);
   std::cout << printable(page.string()) << "\n";
   for (const StageStatus& status : stages) {
     if (status.manifest) {

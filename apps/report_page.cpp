@@ -30,6 +30,14 @@ figcaption, .quiet { color: #666; } .error { color: #a40000; } .warning { color:
 details { margin: .5rem 0; } summary { cursor: pointer; }
 )";
 
+/// What a reader might look for in vain.
+constexpr const char* kNotYet = R"(<p class="quiet">Not in this version:</p>
+<ul class="quiet"><li>avatars of the body whose look depends on the pose</li>
+<li>a second simulator beside XPBD (another program's mesh sequence can be animated)</li>
+<li>avatars that are sealed for one use or reader</li>
+<li>runs of the whole chain on a cluster (single stages take --shard and --frames)</li></ul>
+)";
+
 /// The media type of what a browser shows, "" of everything else.
 std::string media_type(const std::filesystem::path& path) {
   constexpr std::array<std::array<const char*, 2>, 6> kTypes = {{{".png", "image/png"},
@@ -179,6 +187,21 @@ std::string figures_section(std::span<const ReportFigure> figures) {
   return rows.empty() ? "" : "<h2 id=\"truth\">Against the truth</h2>\n" + in_table(rows);
 }
 
+/// What the last run of the chain came to, stage by stage.
+std::string run_section(const RunAccount& run) {
+  std::string rows;
+  for (const RunStageAccount& one : run.stages) {
+    rows += "<tr><th>" + html_text(one.stage) + "</th><td" +
+            (one.end == "failed" ? " class=\"error\"" : "") + ">" + html_text(one.end) +
+            "</td><td class=\"number\">" +
+            (one.end == "done" ? html_text(duration_text(one.seconds)) : "") +
+            "</td><td class=\"quiet\">" + html_text(one.why) + "</td></tr>\n";
+  }
+  return "<h2 id=\"run\">The run</h2>\n<p>" + html_text(run.started) + ", " +
+         html_text(duration_text(run.seconds)) + ", of <code>" + html_text(run.capture) +
+         "</code></p>\n" + in_table(rows) + kNotYet;
+}
+
 }  // namespace
 
 OptionTable describe(ReportOptions& options) {
@@ -233,17 +256,26 @@ std::string html_text(std::string_view text) {
 }
 
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
-                        const ReportOptions& options, std::span<const ReportFigure> figures) {
+                        const ReportOptions& options, std::span<const ReportFigure> figures,
+                        const std::optional<RunAccount>& run) {
   const std::string title = "Atelier: " + workspace.filename().string();
   std::string attention;
   std::string overview;
-  std::string sections = figures_section(figures);
+  std::string sections = (run ? run_section(*run) : "") + figures_section(figures);
   for (const StageStatus& status : stages) {
     attention += attention_of(status);
     overview += "<tr><th><a href=\"#" + html_text(status.stage) + "\">" + html_text(status.stage) +
                 "</a></th><td>" + html_text(state_name(status.state)) +
                 (status.running ? ", running when this was written" : "") + "</td></tr>\n";
     sections += section_of(status, workspace, options);
+  }
+  for (const RunStageAccount& one : run ? run->stages : std::vector<RunStageAccount>{}) {
+    if (one.end == "failed" || one.end == "skipped") {
+      attention += "<li class=\"" + std::string(one.end == "failed" ? "error" : "warning") +
+                   "\"><b>" + html_text(one.stage) + "</b> " +
+                   (one.end == "failed" ? "failed" : "was skipped") + ": " + html_text(one.why) +
+                   "</li>\n";
+    }
   }
   for (const ReportFigure& figure : figures) {
     if (!figure.met) {

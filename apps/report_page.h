@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
+#include "apps/run_account.h"
 #include "core/options.h"
 #include "core/store/workspace_status.h"
 
@@ -29,14 +31,16 @@ struct ReportFigure {
 /// The report on a workspace as one HTML page that needs no other file: what asks for attention
 /// first (damage, outdated results, ended or missing consent, findings), then for each stage its
 /// figures, pictures, videos, the options that somebody set, its inputs and files; `figures`, where
-/// there are any, in a section of their own before the stages. Every text that
-/// came from a file is escaped; the page runs no script and loads nothing.
+/// there are any, in a section of their own before the stages, and before them what the last `run`
+/// of the whole chain came to. Every text that came from a file is escaped; the page runs no script
+/// and loads nothing.
 ///
 /// Pictures and videos of sound results are shown as far as the options allow, the others only
 /// named. Throws EnvironmentError or DataError if a picture cannot be read.
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
                         const ReportOptions& options = {},
-                        std::span<const ReportFigure> figures = {});
+                        std::span<const ReportFigure> figures = {},
+                        const std::optional<RunAccount>& run = std::nullopt);
 
 /// The text as HTML shows it literally, in content and in quoted attributes.
 std::string html_text(std::string_view text);

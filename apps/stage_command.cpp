@@ -36,16 +36,6 @@ struct StageArguments {
   std::map<std::string, std::string> alone;  ///< what the stage is to do without a workspace
 };
 
-/// CLI11's own range says nothing of whole numbers. "" if it is one.
-std::string jobs_problem(const std::string& text) {
-  int jobs = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), jobs);
-  const bool whole = error == std::errc() && end == text.data() + text.size();
-  return whole && jobs >= 0 && jobs <= 1024
-             ? ""
-             : "'" + text.substr(0, 60) + "' is no whole number from 0 to 1024";
-}
-
 void require(const std::string& problem) {
   if (!problem.empty()) {
     throw UsageError(problem);
@@ -138,18 +128,7 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
     throw UsageError("--device cannot be 'cuda': " + std::string(stage.name) +
                      " works on the processor alone; leave --device out");
   }
-  require_utf8("INPUT", request.input);
-  require_utf8("WORKSPACE", request.workspace);
-  if (is_inside_input(request)) {
-    throw UsageError(
-        "WORKSPACE cannot be '" + request.workspace.string() +
-        "': a workspace inside its own input would change it; name a folder elsewhere");
-  }
-  if (const std::string problem = workspace_problem(all_stages(), request.workspace);
-      !problem.empty()) {
-    throw UsageError("WORKSPACE cannot be '" + request.workspace.string() + "': " + problem +
-                     "; name a new or an empty folder");
-  }
+  require_stage_places(request.input, request.workspace);
   if (arguments.frames) {
     require(set_frames(request.selection, *arguments.frames));
   }
@@ -180,6 +159,33 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
 }
 
 }  // namespace
+
+void require_stage_places(const std::filesystem::path& input,
+                          const std::filesystem::path& workspace) {
+  require_utf8("INPUT", input);
+  require_utf8("WORKSPACE", workspace);
+  StageRequest request;
+  request.input = input;
+  request.workspace = workspace;
+  if (is_inside_input(request)) {
+    throw UsageError(
+        "WORKSPACE cannot be '" + workspace.string() +
+        "': a workspace inside its own input would change it; name a folder elsewhere");
+  }
+  if (const std::string problem = workspace_problem(all_stages(), workspace); !problem.empty()) {
+    throw UsageError("WORKSPACE cannot be '" + workspace.string() + "': " + problem +
+                     "; name a new or an empty folder");
+  }
+}
+
+std::string jobs_problem(const std::string& text) {
+  int jobs = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), jobs);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole && jobs >= 0 && jobs <= 1024
+             ? ""
+             : "'" + text.substr(0, 60) + "' is no whole number from 0 to 1024";
+}
 
 Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) {
   auto arguments = std::make_shared<StageArguments>();

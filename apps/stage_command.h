@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <span>
 #include <string>
@@ -22,6 +23,15 @@ struct StandAlone {
              Device device, bool json);
   bool takes_input = false;  ///< INPUT without WORKSPACE is its work too: values["INPUT"]
 };
+
+/// Refuses an INPUT or WORKSPACE that no stage may be given: a workspace inside its input or full
+/// of other things, a name that is no UTF-8. Throws UsageError.
+void require_stage_places(const std::filesystem::path& input,
+                          const std::filesystem::path& workspace);
+
+/// Says what is wrong with the text of --jobs; "" if it is a number of them. CLI11's own range says
+/// nothing of whole numbers.
+std::string jobs_problem(const std::string& text);
 
 /// The command of a stage: `atelier <stage> INPUT WORKSPACE --section.field value`, and what it
 /// does alone, if anything.

@@ -115,18 +115,22 @@ void StageConsole::show_progress(const StageProgress& progress) {
     return;
   }
   last_shown_ = Clock::now();
+  const bool bytes = progress.unit == kDigestUnit;
+  const bool all_known = rest_ > 0 && !bytes;  // digesting says nothing of the work
   if (json_) {
-    std::cout << json_text(nlohmann::json{{"event", "progress"},
-                                          {"stage", stage_.name},
-                                          {"unit", progress.unit},
-                                          {"done", progress.done},
-                                          {"total", progress.total},
-                                          {"per_second", progress.per_second},
-                                          {"seconds_left", progress.seconds_left}})
-              << std::endl;
+    nlohmann::json json = {{"event", "progress"},
+                           {"stage", stage_.name},
+                           {"unit", progress.unit},
+                           {"done", progress.done},
+                           {"total", progress.total},
+                           {"per_second", progress.per_second},
+                           {"seconds_left", progress.seconds_left}};
+    if (all_known) {
+      json["seconds_left_in_all"] = progress.seconds_left + rest_;
+    }
+    std::cout << json_text(json) << std::endl;
     return;
   }
-  const bool bytes = progress.unit == kDigestUnit;
   const auto amount = [&](std::int64_t count) {
     return bytes ? bytes_text(static_cast<double>(count)) : std::to_string(count);
   };

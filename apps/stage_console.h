@@ -18,6 +18,9 @@ class StageConsole {
   StageConsole(const StageConsole&) = delete;
   StageConsole& operator=(const StageConsole&) = delete;
 
+  /// Seconds that stages after this one are expected to take: progress then also says how long all
+  /// is going to take.
+  void set_rest(double seconds) { rest_ = seconds; }
   void say(const std::string& line);
   void show_progress(const StageProgress& progress);
   void show_plan(const StagePlan& plan);
@@ -30,14 +33,15 @@ class StageConsole {
     std::string expected;
   };
   void show_error(const Failure& failure, int exit_code);
-
- private:
+  /// Takes away the line that renews itself, before others write.
   void clear_line();
 
+ private:
   const Stage& stage_;
   bool json_;
   bool terminal_;
   bool line_shown_ = false;
+  double rest_ = -1;  ///< s; below 0: not known
   std::chrono::steady_clock::time_point last_shown_{};
 };
 

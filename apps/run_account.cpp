@@ -1,0 +1,71 @@
+#include "apps/run_account.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/json_text.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/json.h"
+#include "core/io/json_place.h"
+
+namespace atelier {
+namespace {
+
+constexpr const char* kSchema = "atelier.run";
+
+std::filesystem::path account_file(const std::filesystem::path& workspace) {
+  return workspace / "report" / "run.json";
+}
+
+double seconds_at(const JsonPlace& place) {
+  const double seconds = place.number();
+  if (!(seconds >= 0)) {
+    place.fail(std::to_string(seconds), "seconds, at least 0");
+  }
+  return seconds;
+}
+
+}  // namespace
+
+void write_run_account(const std::filesystem::path& workspace, const RunAccount& account) {
+  nlohmann::ordered_json json = {{"schema", kSchema},
+                                 {"version", 1},
+                                 {"capture", account.capture},
+                                 {"started", account.started},
+                                 {"seconds", account.seconds}};
+  json["stages"] = nlohmann::ordered_json::array();
+  for (const RunStageAccount& one : account.stages) {
+    json["stages"].push_back({{"stage", one.stage},
+                              {"end", one.end},
+                              {"why", one.why},
+                              {"expected", one.expected},
+                              {"seconds", one.seconds}});
+  }
+  const std::filesystem::path file = account_file(workspace);
+  make_private_directory(file.parent_path());
+  write_file_atomically(file, json_text(json, 1) + "\n");
+}
+
+std::optional<RunAccount> read_run_account(const std::filesystem::path& workspace) {
+  const std::filesystem::path file = account_file(workspace);
+  if (!std::filesystem::exists(file)) {
+    return std::nullopt;
+  }
+  const nlohmann::json parsed = read_json(file);
+  const JsonPlace root(parsed, file.string());
+  if (root.at("schema").text() != kSchema || root.at("version").integer(0, 1 << 20) != 1) {
+    root.fail("another schema", std::string(kSchema) + ", version 1");
+  }
+  RunAccount account;
+  account.capture = root.at("capture").text();
+  account.started = root.at("started").text();
+  account.seconds = seconds_at(root.at("seconds"));
+  for (const JsonPlace& one : root.at("stages").items()) {
+    account.stages.push_back({one.at("stage").text(), one.at("end").text(), one.at("why").text(),
+                              seconds_at(one.at("expected")), seconds_at(one.at("seconds"))});
+  }
+  return account;
+}
+
+}  // namespace atelier

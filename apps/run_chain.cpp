@@ -1,0 +1,136 @@
+#ifdef ATELIER_HAS_CAPTURE
+
+#include "apps/run_chain.h"
+
+#include <algorithm>
+#include <array>
+
+#include "apps/run_scene.h"
+#include "apps/stages.h"
+#include "core/parallel.h"
+#include "core/store/stage.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::vector<std::string_view>;
+
+constexpr const char* kNoMasks =
+    "no frame has pictures with masks or labels of two cameras; atelier masks makes masks";
+
+std::string nothing(const CaptureFacts& /*facts*/) {
+  return "";
+}
+
+std::string no_cameras(const CaptureFacts& facts) {
+  return !facts.calibrated   ? "the cameras are not calibrated; atelier calibrate does it"
+         : facts.cameras < 2 ? "there are fewer than two cameras that stages may open"
+                             : "";
+}
+
+std::string no_evidence(const CaptureFacts& facts) {
+  const std::string cameras = no_cameras(facts);
+  return !cameras.empty() ? cameras
+         : facts.masked_frames == 0 && !facts.detections
+             ? "neither masks of two cameras nor 2D keypoints; atelier masks and atelier detect "
+               "make them"
+             : "";
+}
+
+std::string no_masks(const CaptureFacts& facts) {
+  return facts.masked_frames == 0 ? kNoMasks : "";
+}
+
+std::string no_clothes(const CaptureFacts& facts) {
+  return facts.masked_frames == 0    ? kNoMasks
+         : facts.clothed_frames == 0 ? "no clothed sequence has masks"
+                                     : "";
+}
+
+/// True if a stage's row names an input of that kind.
+bool reads(std::string_view stage, std::string_view kind) {
+  const Stage* row = find_stage(all_stages(), stage);
+  return row != nullptr &&
+         std::find(row->inputs.begin(), row->inputs.end(), kind) != row->inputs.end();
+}
+
+std::string no_look(const CaptureFacts& facts) {
+  return !reads("appearance", "registered")
+             ? "it learns from a synthetic capture's true geometry alone: atelier appearance "
+               "--truth_geometry true"
+             : no_clothes(facts);
+}
+
+Names template_alone(const CaptureFacts& /*facts*/) {
+  return {"template"};
+}
+
+fs::path template_meshes(const RunPlaces& places, const CaptureFacts& /*facts*/) {
+  return places.workspace / "template" / "current" / "garments";
+}
+
+bool captured_clothes(const CaptureFacts& facts) {
+  return facts.clothed_frames > 0;
+}
+
+Names of_scene(const CaptureFacts& facts) {
+  return captured_clothes(facts) ? Names{"body", "register"} : Names{"personalize", "track"};
+}
+
+fs::path scene_of(const RunPlaces& places, const CaptureFacts& facts) {
+  return captured_clothes(facts) ? captured_scene(places.workspace)
+                                 : drafted_scene(places.workspace);
+}
+
+// Seconds on two cores, from demo captures of seeds 5 and 11.
+constexpr std::array kSteps = {
+    RunStep{"validate", nothing, nullptr, nullptr, {.seconds = 2, .per_picture = 0.2}},
+    RunStep{"reconstruct", no_evidence, nullptr, nullptr, {.per_picture = 7, .parallel = true}},
+    RunStep{"personalize", no_evidence, nullptr, nullptr, {.seconds = 8}},
+    RunStep{"track", no_evidence, nullptr, nullptr, {.seconds = 1, .per_frame = 0.25}},
+    RunStep{"body", no_masks, nullptr, nullptr, {.per_frame = 2.6, .parallel = true}},
+    RunStep{"template", no_clothes, nullptr, nullptr, {.seconds = 60, .per_clothed = 2}},
+    RunStep{"register", no_clothes, nullptr, nullptr, {.seconds = 10, .per_clothed = 3}},
+    RunStep{"flatten", no_clothes, template_alone, template_meshes, {.seconds = 20}},
+    RunStep{"material", no_clothes, nullptr, nullptr, {.seconds = 30}},
+    RunStep{"simulate", no_evidence, of_scene, scene_of, {.seconds = 20, .per_frame = 0.5}},
+    RunStep{"appearance", no_look, nullptr, nullptr, {.seconds = 100, .per_clothed = 1}},
+    RunStep{"animate", no_clothes, nullptr, nullptr, {.seconds = 40}},
+};
+
+}  // namespace
+
+std::span<const RunStep> run_steps() {
+  return kSteps;
+}
+
+std::vector<std::string_view> needed_stages(const RunStep& step, const CaptureFacts& facts) {
+  std::vector<std::string_view> needed;
+  if (const Stage* row = find_stage(all_stages(), step.stage)) {
+    for (const std::string_view kind : row->inputs) {
+      const Stage* maker = kind.empty() ? nullptr : stage_that_makes(all_stages(), kind);
+      if (maker != nullptr) {
+        needed.push_back(maker->name);
+      }
+    }
+  }
+  if (step.made_of != nullptr) {
+    const std::vector<std::string_view> more = step.made_of(facts);
+    needed.insert(needed.end(), more.begin(), more.end());
+  }
+  return needed;
+}
+
+double expected_seconds(const RunStep& step, const CaptureFacts& facts) {
+  constexpr double kMeasuredCores = 2;
+  const StageCost& cost = step.cost;
+  const double seconds = cost.seconds +
+                         cost.per_picture * facts.megapixels * facts.cameras * facts.masked_frames +
+                         cost.per_frame * facts.frames + cost.per_clothed * facts.clothed_frames;
+  return cost.parallel ? seconds * kMeasuredCores / std::max(1, thread_count()) : seconds;
+}
+
+}  // namespace atelier
+
+#endif

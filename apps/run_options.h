@@ -1,0 +1,26 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "core/options.h"
+
+namespace atelier {
+
+/// The options of every stage behind one table, each under its stage's name ("track.exclude"); and
+/// under "capture." those of the capture, which every stage that opens it takes. Values point into
+/// the sets.
+struct RunOptions {
+  OptionSet capture;                        ///< DatasetOptions
+  std::map<std::string, OptionSet> stages;  ///< by name
+  OptionSet report;
+};
+
+/// The defaults, as one set: TOML has `[capture]`, `[track]`, `[reconstruct.stereo]`.
+OptionSet run_options();
+
+/// What one stage takes of a set that `run_options` made: its own options, with who set them; and
+/// where it has an option of the capture that nobody set, the one of the whole run.
+OptionSet stage_options(const OptionSet& run, const std::string& stage);
+
+}  // namespace atelier

@@ -1,0 +1,166 @@
+#ifdef ATELIER_HAS_CAPTURE
+
+#include "apps/run_scene.h"
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/mesh_file.h"
+#include "core/limits.h"
+#include "core/sequence_archive.h"
+#include "core/store/commit.h"
+#include "core/store/result.h"
+#if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION) && \
+    defined(ATELIER_HAS_SIMULATION)
+#include "apps/dressing.h"
+#include "bodymodel/personal_body.h"
+#endif
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kMadeOf = "made_of.txt";
+
+fs::path result_of(const fs::path& workspace, const std::string& stage) {
+  const auto name = current_name(workspace / stage);
+  if (!name) {
+    throw DataError((workspace / stage).string(), "", "no result", "run 'atelier " + stage + "'");
+  }
+  return workspace / stage / *name;
+}
+
+/// Fills a new folder and puts it in the scene's place, unless the one that is there was made of
+/// the same.
+fs::path renewed(const fs::path& workspace, const std::string& made_of,
+                 const std::function<void(const fs::path&)>& fill) {
+  const fs::path scene = workspace / "scene";
+  const fs::path note = scene / kMadeOf;
+  if (fs::exists(note) && read_file_text(note, Limits{}.text_file_bytes) == made_of) {
+    return scene;
+  }
+  const fs::path fresh = workspace / ".scene-new";
+  remove_folder(fresh);
+  make_private_directory(fresh);
+  fill(fresh);
+  write_file_atomically(fresh / kMadeOf, made_of);
+  sync_directory(fresh);
+  remove_folder(scene);
+  fs::rename(fresh, scene);
+  sync_directory(workspace);
+  return scene;
+}
+
+/// Which results, by the keys that their folders are named after.
+std::string keys_of(const std::vector<fs::path>& results) {
+  std::string text = "1\n";  // of this file: what is made of the same results
+  for (const fs::path& result : results) {
+    text += result.parent_path().filename().string() + " " + result.filename().string() + "\n";
+  }
+  return text;
+}
+
+void append(Mesh& all, const Mesh& mesh) {
+  const Index v = all.vertices.rows();
+  const Index f = all.faces.rows();
+  all.vertices.conservativeResize(v + mesh.vertices.rows(), 3);
+  all.vertices.bottomRows(mesh.vertices.rows()) = mesh.vertices;
+  all.faces.conservativeResize(f + mesh.faces.rows(), 3);
+  all.faces.bottomRows(mesh.faces.rows()) = mesh.faces.array() + static_cast<int>(v);
+}
+
+/// The registered garments, by name.
+std::vector<fs::path> garment_folders(const fs::path& registered) {
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(registered / "registered")) {
+    folders.push_back(entry.path());
+  }
+  std::sort(folders.begin(), folders.end());
+  if (folders.empty()) {
+    throw DataError(registered.string(), "registered", "no garment", "at least one");
+  }
+  return folders;
+}
+
+}  // namespace
+
+fs::path captured_scene(const fs::path& workspace) {
+  const fs::path registered = result_of(workspace, "register");
+  const fs::path bodies = result_of(workspace, "body");
+  return renewed(workspace, keys_of({registered, bodies}), [&](const fs::path& folder) {
+    Mesh garments;
+    std::vector<int> ids;
+    for (const fs::path& one : garment_folders(registered)) {
+      const Sequence sequence = open_sequence(one);
+      ids = sequence.frame_ids;
+      append(garments, frame(sequence, 0));
+    }
+    write_mesh(folder / "garment.obj", garments);
+    const Sequence all = open_sequence(bodies);
+    SequenceHeader header;
+    header.fps = all.fps;
+    header.shared.faces = all.faces;
+    std::vector<Index> rows;
+    for (Index i = 0; i < frame_count(all); ++i) {
+      const int id = all.frame_ids[static_cast<std::size_t>(i)];
+      if (std::find(ids.begin(), ids.end(), id) != ids.end()) {
+        header.frame_ids.push_back(id);
+        rows.push_back(i);
+      }
+    }
+    if (rows.empty() || header.frame_ids.front() != ids.front()) {
+      throw DataError(bodies.string(), "frames", "not those of the registered garments",
+                      "a body in every frame that a garment was registered to");
+    }
+    write_sequence_header(folder / "body", header);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      Mesh body;
+      body.vertices = frame(all, rows[i]).vertices;
+      body.faces = all.faces;
+      write_sequence_frame(folder / "body", header, header.frame_ids[i], body);
+    }
+  });
+}
+
+#if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION) && \
+    defined(ATELIER_HAS_SIMULATION)
+fs::path drafted_scene(const fs::path& workspace) {
+  const fs::path person = result_of(workspace, "personalize") / "person.npz";
+  const fs::path tracked = result_of(workspace, "track");
+  return renewed(workspace, keys_of({person.parent_path(), tracked}), [&](const fs::path& folder) {
+    fs::path longest;
+    for (const auto& entry : fs::directory_iterator(tracked / "motion")) {
+      const bool longer = longest.empty() || entry.file_size() > fs::file_size(longest) ||
+                          (entry.file_size() == fs::file_size(longest) && entry.path() < longest);
+      longest = longer ? entry.path() : longest;
+    }
+    if (longest.empty()) {
+      throw DataError(tracked.string(), "motion", "none", "a tracked sequence");
+    }
+    OutfitOptions options;
+    options.garment = "tee+skirt";
+    const Outfit outfit = dress_body(read_personal_body(person).model, options);
+    Mesh garments;
+    garments.vertices = outfit.state.positions;
+    garments.faces = outfit.cloth.faces;
+    write_mesh(folder / "garment.obj", garments);
+    fs::copy_file(person, folder / "body.npz");
+    fs::copy_file(longest, folder / "motion.npz");
+  });
+}
+#else
+fs::path drafted_scene(const fs::path& workspace) {
+  throw DataError(workspace.string(), "scene", "a program that can draft no garment",
+                  "one that is built with bodymodel, registration and simulation");
+}
+#endif
+
+}  // namespace atelier
+
+#endif

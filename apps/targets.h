@@ -1,0 +1,61 @@
+#pragma once
+
+#ifdef ATELIER_HAS_CAPTURE
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/capture_measures.h"
+
+namespace atelier {
+
+/// Which targets results are judged by.
+enum class Targets {
+  Accuracy,  ///< captures as the preset "accuracy" makes them
+  Demo,      ///< as the preset "demo": the ranges of docs/demo_ranges.md
+};
+
+/// One figure that results are judged by, a row of the table of targets.
+struct Target {
+  std::string_view key;   ///< as `atelier evaluate --json` has it
+  std::string_view unit;  ///< "mm", "" for a share
+  Measure::Side side = Measure::Side::AtMost;
+  double accuracy = 0;              ///< the target on `accuracy`
+  std::optional<double> demo = {};  ///< what the results on `demo` stay within; none: not judged
+  std::string_view stage = "";      ///< whose result is measured
+  /// Why there may be no figure although there is a result, one sentence.
+  std::string_view absent = "";
+};
+
+/// Every row, in the order of the stages.
+std::span<const Target> all_targets();
+
+/// A row with what was measured.
+struct Judged {
+  std::string key;
+  std::optional<double> value;
+  std::string unit;
+  std::string target;   ///< "at most 5"; "none" where it is not judged
+  std::string verdict;  ///< "met", "missed" or "not measured"
+  std::string why;      ///< over what it was taken, or why it was not
+};
+
+/// The table of targets for a workspace, given everything that was measured. A measure's own target
+/// counts where it has one (from truth scans it is sharper than in the table); on `demo` the
+/// table's.
+std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
+                           const std::filesystem::path& workspace);
+
+/// True if a row is missed.
+bool any_missed(const std::vector<Judged>& rows);
+
+/// "at most 5"; "none" for Side::None.
+std::string target_text(Measure::Side side, double target);
+
+}  // namespace atelier
+
+#endif
