@@ -68,6 +68,9 @@ std::string command_case(std::string_view name, const CLI::App& parser) {
     values += "        " + before + ") " + what + "='" + std::string(choices) + "' ;;\n";
   };
   for (const CLI::Option* option : parser.get_options()) {
+    if (option->get_group().empty()) {
+      continue;  // not listed in the help either
+    }
     const std::string choices = choices_of(*option);
     for (const std::string& flag : option->get_lnames()) {
       words += flag == "help" ? "" : " --" + flag;

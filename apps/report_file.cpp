@@ -4,8 +4,10 @@
 
 #include "apps/evaluation.h"
 #include "apps/output_place.h"
+#include "apps/report_pictures.h"
 #include "apps/run_account.h"
 #include "apps/stages.h"
+#include "apps/targets.h"
 #include "core/atomic_file.h"
 
 namespace atelier {
@@ -17,7 +19,9 @@ std::vector<ReportFigure> figures_of([[maybe_unused]] const std::filesystem::pat
   std::vector<ReportFigure> figures;
 #ifdef ATELIER_HAS_CAPTURE
   if (!truth.empty()) {
-    for (const Measure& measure : workspace_measures(workspace, truth)) {
+    const Targets targets = targets_named("auto", truth);
+    for (const Measure& one : workspace_measures(workspace, truth)) {
+      const Measure measure = against(one, targets);
       char value[60];
       std::snprintf(value, sizeof(value), "%.4g %s", measure.value, measure.unit.c_str());
       figures.push_back({measure.key, value, verdict_of(measure), is_met(measure), measure.note});
@@ -37,8 +41,9 @@ std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
     make_private_directory(page.parent_path());
   }
   require_file_place(page);
-  write_file_atomically(page, report_page(stages, workspace, options, figures_of(workspace, truth),
-                                          read_run_account(workspace)));
+  write_file_atomically(
+      page, report_page(stages, workspace, options, figures_of(workspace, truth),
+                        read_run_account(workspace), stage_pictures(stages, workspace)));
   return stages;
 }
 

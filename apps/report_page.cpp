@@ -23,6 +23,9 @@ h1, h2 { line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid #
 table { border-collapse: collapse; margin: .5rem 0; }
 th, td { text-align: left; padding: .15rem .8rem .15rem 0; vertical-align: top; }
 th { font-weight: 600; color: #555; } td.number { text-align: right; }
+td.number, td.state { white-space: nowrap; }
+.beside { display: flex; flex-wrap: wrap; gap: 0 3rem; align-items: flex-start; }
+svg { max-width: 100%; height: auto; }
 td.number, code { font-family: ui-monospace, monospace; font-size: 13px; }
 td { overflow-wrap: anywhere; } figure { margin: 1rem 0; } img, video { max-width: 100%; }
 figcaption, .quiet { color: #666; } .error { color: #a40000; } .warning { color: #8a5a00; }
@@ -127,9 +130,12 @@ std::string pictures_of(const StageStatus& status, const std::filesystem::path& 
 }
 
 std::string section_of(const StageStatus& status, const std::filesystem::path& workspace,
-                       const ReportOptions& options) {
+                       const ReportOptions& options, const std::string& drawn) {
   std::string html =
       "<h2 id=\"" + html_text(status.stage) + "\">" + html_text(status.stage) + "</h2>\n";
+  if (status.row != nullptr) {
+    html += "<p>" + html_text(status.row->summary) + "</p>\n";
+  }
   if (!status.manifest) {
     return html + "<p class=\"quiet\">" + html_text(state_name(status.state)) + "</p>\n";
   }
@@ -143,12 +149,11 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
     facts += row("device", manifest.device);
   }
   facts += row("build", manifest.build);
-  html += in_table(facts);
   std::string figures;
   for (const auto& [name, value] : manifest.metrics) {
     figures += row(name, metric_text(status.row, name, value), "number");
   }
-  html += in_table(figures);
+  html += "<div class=\"beside\">" + in_table(figures) + in_table(facts) + "</div>\n" + drawn;
   if (status.state != StageStatus::State::Damaged) {
     html += pictures_of(status, workspace / status.stage / folder_name(manifest.key), options);
   }
@@ -180,9 +185,9 @@ std::string figures_section(std::span<const ReportFigure> figures) {
   std::string rows;
   for (const ReportFigure& figure : figures) {
     rows += "<tr><th>" + html_text(figure.name) + "</th><td class=\"number\">" +
-            html_text(figure.value) + "</td><td" + (figure.met ? "" : " class=\"error\"") + ">" +
-            html_text(figure.verdict) + "</td><td class=\"quiet\">" + html_text(figure.note) +
-            "</td></tr>\n";
+            html_text(figure.value) + "</td><td class=\"" + (figure.met ? "state" : "state error") +
+            "\">" + html_text(figure.verdict) + "</td><td class=\"quiet\">" +
+            html_text(figure.note) + "</td></tr>\n";
   }
   return rows.empty() ? "" : "<h2 id=\"truth\">Against the truth</h2>\n" + in_table(rows);
 }
@@ -191,9 +196,9 @@ std::string figures_section(std::span<const ReportFigure> figures) {
 std::string run_section(const RunAccount& run) {
   std::string rows;
   for (const RunStageAccount& one : run.stages) {
-    rows += "<tr><th>" + html_text(one.stage) + "</th><td" +
-            (one.end == "failed" ? " class=\"error\"" : "") + ">" + html_text(one.end) +
-            "</td><td class=\"number\">" +
+    rows += "<tr><th><a href=\"#" + html_text(one.stage) + "\">" + html_text(one.stage) +
+            "</a></th><td" + " class=\"" + (one.end == "failed" ? "state error" : "state") + "\">" +
+            html_text(one.end) + "</td><td class=\"number\">" +
             (one.end == "done" ? html_text(duration_text(one.seconds)) : "") +
             "</td><td class=\"quiet\">" + html_text(one.why) + "</td></tr>\n";
   }
@@ -257,7 +262,8 @@ std::string html_text(std::string_view text) {
 
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
                         const ReportOptions& options, std::span<const ReportFigure> figures,
-                        const std::optional<RunAccount>& run) {
+                        const std::optional<RunAccount>& run,
+                        const std::map<std::string, std::string>& drawn) {
   const std::string title = "Atelier: " + workspace.filename().string();
   std::string attention;
   std::string overview;
@@ -267,14 +273,18 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
     overview += "<tr><th><a href=\"#" + html_text(status.stage) + "\">" + html_text(status.stage) +
                 "</a></th><td>" + html_text(state_name(status.state)) +
                 (status.running ? ", running when this was written" : "") + "</td></tr>\n";
-    sections += section_of(status, workspace, options);
+    const auto pictures = drawn.find(status.stage);
+    if (status.state != StageStatus::State::None || pictures != drawn.end()) {
+      sections += section_of(status, workspace, options,
+                             pictures == drawn.end() ? std::string() : pictures->second);
+    }
   }
   for (const RunStageAccount& one : run ? run->stages : std::vector<RunStageAccount>{}) {
-    if (one.end == "failed" || one.end == "skipped") {
-      attention += "<li class=\"" + std::string(one.end == "failed" ? "error" : "warning") +
+    if (!one.why.empty()) {
+      attention += "<li class=\"" + std::string(one.end == "skipped" ? "warning" : "error") +
                    "\"><b>" + html_text(one.stage) + "</b> " +
-                   (one.end == "failed" ? "failed" : "was skipped") + ": " + html_text(one.why) +
-                   "</li>\n";
+                   html_text(one.end == "skipped" ? "was skipped" : one.end) + ": " +
+                   html_text(one.why) + "</li>\n";
     }
   }
   for (const ReportFigure& figure : figures) {
@@ -291,8 +301,8 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
          html_text(title) + "</h1>\n" +
          (attention.empty() ? "<p>Nothing asks for attention.</p>\n"
                             : "<div class=\"attention\"><ul>\n" + attention + "</ul></div>\n") +
-         in_table(overview) + sections + "<p class=\"quiet\">" + html_text(build_info()) +
-         "</p>\n</body></html>\n";
+         (run ? "" : in_table(overview)) + sections + "<p class=\"quiet\">" +
+         html_text(build_info()) + "</p>\n</body></html>\n";
 }
 
 }  // namespace atelier

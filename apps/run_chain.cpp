@@ -67,7 +67,7 @@ Names template_alone(const CaptureFacts& /*facts*/) {
 }
 
 fs::path template_meshes(const RunPlaces& places, const CaptureFacts& /*facts*/) {
-  return places.workspace / "template" / "current" / "garments";
+  return template_surfaces(places.workspace);
 }
 
 bool captured_clothes(const CaptureFacts& facts) {
@@ -85,7 +85,7 @@ fs::path scene_of(const RunPlaces& places, const CaptureFacts& facts) {
 
 // Seconds on two cores, from demo captures of seeds 5 and 11.
 constexpr std::array kSteps = {
-    RunStep{"validate", nothing, nullptr, nullptr, {.seconds = 2, .per_picture = 0.2}},
+    RunStep{"validate", nothing, nullptr, nullptr, {.seconds = 2, .per_picture = 0.04}},
     RunStep{"reconstruct", no_evidence, nullptr, nullptr, {.per_picture = 7, .parallel = true}},
     RunStep{"personalize", no_evidence, nullptr, nullptr, {.seconds = 8}},
     RunStep{"track", no_evidence, nullptr, nullptr, {.seconds = 1, .per_frame = 0.25}},
@@ -125,8 +125,9 @@ std::vector<std::string_view> needed_stages(const RunStep& step, const CaptureFa
 double expected_seconds(const RunStep& step, const CaptureFacts& facts) {
   constexpr double kMeasuredCores = 2;
   const StageCost& cost = step.cost;
+  const int looked_at = step.stage == "validate" ? facts.pictured_frames : facts.masked_frames;
   const double seconds = cost.seconds +
-                         cost.per_picture * facts.megapixels * facts.cameras * facts.masked_frames +
+                         cost.per_picture * facts.megapixels * facts.cameras * looked_at +
                          cost.per_frame * facts.frames + cost.per_clothed * facts.clothed_frames;
   return cost.parallel ? seconds * kMeasuredCores / std::max(1, thread_count()) : seconds;
 }

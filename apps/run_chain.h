@@ -22,7 +22,7 @@ struct RunPlaces {
 /// has the times that these follow from).
 struct StageCost {
   double seconds = 0;      ///< once
-  double per_picture = 0;  ///< s, of a megapixel of each camera in each frame with masks
+  double per_picture = 0;  ///< s, of a megapixel of each camera in each frame that is read
   double per_frame = 0;    ///< s, of each frame
   double per_clothed = 0;  ///< s, of each clothed frame with masks
   bool parallel = false;   ///< goes with the number of cores

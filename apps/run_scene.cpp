@@ -14,6 +14,7 @@
 #include "core/limits.h"
 #include "core/sequence_archive.h"
 #include "core/store/commit.h"
+#include "core/store/consent_file.h"
 #include "core/store/result.h"
 #if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION) && \
     defined(ATELIER_HAS_SIMULATION)
@@ -36,34 +37,44 @@ fs::path result_of(const fs::path& workspace, const std::string& stage) {
   return workspace / stage / *name;
 }
 
-/// Fills a new folder and puts it in the scene's place, unless the one that is there was made of
-/// the same.
-fs::path renewed(const fs::path& workspace, const std::string& made_of,
-                 const std::function<void(const fs::path&)>& fill) {
-  const fs::path scene = workspace / "scene";
-  const fs::path note = scene / kMadeOf;
-  if (fs::exists(note) && read_file_text(note, Limits{}.text_file_bytes) == made_of) {
-    return scene;
+/// Which results, by the keys that their folders are named after, and what their people agreed to.
+struct MadeOf {
+  std::string text = "1\n";  // the version of this file: what it makes of the same results
+  std::vector<Consent> consent;
+};
+
+MadeOf made_of(const std::vector<fs::path>& results) {
+  MadeOf all;
+  for (const fs::path& result : results) {
+    const std::string stage = result.parent_path().filename().string();
+    all.text += stage + " " + result.filename().string() + "\n";
+    add_consent(all.consent, read_manifest(result, stage).consent);
   }
-  const fs::path fresh = workspace / ".scene-new";
+  all.text += consent_toml(all.consent);
+  return all;
+}
+
+/// Fills a new folder and puts it in the older one's place, unless that was made of the same.
+fs::path renewed(const fs::path& workspace, const std::string& name, const MadeOf& from,
+                 const std::function<void(const fs::path&)>& fill) {
+  const fs::path folder = workspace / name;
+  const fs::path note = folder / kMadeOf;
+  if (fs::exists(note) && read_file_text(note, Limits{}.text_file_bytes) == from.text) {
+    return folder;
+  }
+  const fs::path fresh = workspace / ("." + name + "-new");
   remove_folder(fresh);
   make_private_directory(fresh);
   fill(fresh);
-  write_file_atomically(fresh / kMadeOf, made_of);
-  sync_directory(fresh);
-  remove_folder(scene);
-  fs::rename(fresh, scene);
-  sync_directory(workspace);
-  return scene;
-}
-
-/// Which results, by the keys that their folders are named after.
-std::string keys_of(const std::vector<fs::path>& results) {
-  std::string text = "1\n";  // of this file: what is made of the same results
-  for (const fs::path& result : results) {
-    text += result.parent_path().filename().string() + " " + result.filename().string() + "\n";
+  if (!from.consent.empty()) {
+    write_file_atomically(fresh / kConsentFile, consent_toml(from.consent));
   }
-  return text;
+  write_file_atomically(fresh / kMadeOf, from.text);
+  sync_directory(fresh);
+  remove_folder(folder);
+  fs::rename(fresh, folder);
+  sync_directory(workspace);
+  return folder;
 }
 
 void append(Mesh& all, const Mesh& mesh) {
@@ -90,10 +101,21 @@ std::vector<fs::path> garment_folders(const fs::path& registered) {
 
 }  // namespace
 
+fs::path template_surfaces(const fs::path& workspace) {
+  const fs::path made = result_of(workspace, "template");
+  return renewed(workspace, "surfaces", made_of({made}), [&](const fs::path& folder) {
+    for (const auto& entry : fs::directory_iterator(made / "garments")) {
+      if (entry.path().extension() == ".obj") {
+        fs::copy_file(entry.path(), folder / entry.path().filename());
+      }
+    }
+  });
+}
+
 fs::path captured_scene(const fs::path& workspace) {
   const fs::path registered = result_of(workspace, "register");
   const fs::path bodies = result_of(workspace, "body");
-  return renewed(workspace, keys_of({registered, bodies}), [&](const fs::path& folder) {
+  return renewed(workspace, "scene", made_of({registered, bodies}), [&](const fs::path& folder) {
     Mesh garments;
     std::vector<int> ids;
     for (const fs::path& one : garment_folders(registered)) {
@@ -133,26 +155,28 @@ fs::path captured_scene(const fs::path& workspace) {
 fs::path drafted_scene(const fs::path& workspace) {
   const fs::path person = result_of(workspace, "personalize") / "person.npz";
   const fs::path tracked = result_of(workspace, "track");
-  return renewed(workspace, keys_of({person.parent_path(), tracked}), [&](const fs::path& folder) {
-    fs::path longest;
-    for (const auto& entry : fs::directory_iterator(tracked / "motion")) {
-      const bool longer = longest.empty() || entry.file_size() > fs::file_size(longest) ||
-                          (entry.file_size() == fs::file_size(longest) && entry.path() < longest);
-      longest = longer ? entry.path() : longest;
-    }
-    if (longest.empty()) {
-      throw DataError(tracked.string(), "motion", "none", "a tracked sequence");
-    }
-    OutfitOptions options;
-    options.garment = "tee+skirt";
-    const Outfit outfit = dress_body(read_personal_body(person).model, options);
-    Mesh garments;
-    garments.vertices = outfit.state.positions;
-    garments.faces = outfit.cloth.faces;
-    write_mesh(folder / "garment.obj", garments);
-    fs::copy_file(person, folder / "body.npz");
-    fs::copy_file(longest, folder / "motion.npz");
-  });
+  return renewed(workspace, "scene", made_of({person.parent_path(), tracked}),
+                 [&](const fs::path& folder) {
+                   fs::path longest;
+                   for (const auto& entry : fs::directory_iterator(tracked / "motion")) {
+                     const bool longer =
+                         longest.empty() || entry.file_size() > fs::file_size(longest) ||
+                         (entry.file_size() == fs::file_size(longest) && entry.path() < longest);
+                     longest = longer ? entry.path() : longest;
+                   }
+                   if (longest.empty()) {
+                     throw DataError(tracked.string(), "motion", "none", "a tracked sequence");
+                   }
+                   OutfitOptions options;
+                   options.garment = "tee+skirt";
+                   const Outfit outfit = dress_body(read_personal_body(person).model, options);
+                   Mesh garments;
+                   garments.vertices = outfit.state.positions;
+                   garments.faces = outfit.cloth.faces;
+                   write_mesh(folder / "garment.obj", garments);
+                   fs::copy_file(person, folder / "body.npz");
+                   fs::copy_file(longest, folder / "motion.npz");
+                 });
 }
 #else
 fs::path drafted_scene(const fs::path& workspace) {

@@ -6,9 +6,14 @@
 
 namespace atelier {
 
-/// What `simulate` reads (scene_in, simulation_scene.h), made of results of a workspace and kept in
-/// its folder `scene`: made anew only when these results have changed, and then whole. Throws
-/// DataError where a result is missing or damaged, as `dress_body` does, and EnvironmentError.
+/// INPUTs that a run makes of a workspace's results, in folders of the workspace: made anew only
+/// when these results have changed, and then whole, with their consent. Throws DataError where a
+/// result is missing or damaged, as `dress_body` does, and EnvironmentError.
+
+/// What `flatten` reads: the template's meshes, in the folder `surfaces`.
+std::filesystem::path template_surfaces(const std::filesystem::path& workspace);
+
+/// What `simulate` reads (scene_in, simulation_scene.h), in the folder `scene`.
 
 /// The registered garments in the pose of their first frame, all in one mesh, and the body under
 /// them in every registered frame.

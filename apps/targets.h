@@ -37,6 +37,7 @@ std::span<const Target> all_targets();
 /// A row with what was measured.
 struct Judged {
   std::string key;
+  std::string stage;  ///< whose result is measured
   std::optional<double> value;
   std::string unit;
   std::string target;   ///< "at most 5"; "none" where it is not judged
@@ -44,14 +45,18 @@ struct Judged {
   std::string why;      ///< over what it was taken, or why it was not
 };
 
-/// The table of targets for a workspace, given everything that was measured. A measure's own target
-/// counts where it has one (from truth scans it is sharper than in the table); on `demo` the
-/// table's.
+/// The measure with what it is judged by: on `accuracy` by its own target, which may be sharper
+/// than the table's (from truth scans); on `demo` by the table's range, if it has one. Figures of
+/// the capture itself keep theirs.
+Measure against(const Measure& measure, Targets targets);
+
+/// The table of targets for a workspace, given everything that was measured.
 std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
                            const std::filesystem::path& workspace);
 
-/// True if a row is missed.
-bool any_missed(const std::vector<Judged>& rows);
+/// "accuracy" or "demo"; "auto": by the size of the capture's pictures, "demo" below half a
+/// megapixel.
+Targets targets_named(const std::string& name, const std::filesystem::path& capture);
 
 /// "at most 5"; "none" for Side::None.
 std::string target_text(Measure::Side side, double target);

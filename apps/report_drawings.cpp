@@ -1,0 +1,412 @@
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CORE_RENDER) && \
+    defined(ATELIER_HAS_BODYMODEL)
+
+#include "apps/report_drawings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "apps/report_page.h"
+#include "apps/validate_drawings.h"
+#include "bodymodel/tracked_motion.h"
+#include "capture/capture_info.h"
+#include "capture/frame_reader.h"
+#include "capture/truth_archive.h"
+#include "capture/layouts/open_dataset.h"
+#include "core/error.h"
+#include "core/io/image_file.h"
+#include "core/io/json.h"
+#include "core/render/color_map.h"
+#include "core/render/contact_sheet.h"
+#include "core/render/drawing.h"
+#include "core/render/render.h"
+#include "core/render/studio.h"
+#include "core/sequence_archive.h"
+#include "core/tree.h"
+#ifdef ATELIER_HAS_SIMULATION
+#include "apps/simulation_scene.h"
+#endif
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kPictureHeight = 460;
+constexpr std::size_t kPictures = 4;
+constexpr int kWide = 290;    // pixels: four beside each other
+constexpr int kNarrow = 210;  // six
+const Eigen::Vector3f kSkin{0.62F, 0.45F, 0.36F};
+const Eigen::Vector3f kCloth{0.16F, 0.24F, 0.42F};
+
+std::string figure(const Image& image, const std::string& caption) {
+  const std::string jpeg = image_bytes(image, ImageFormat::Jpeg, {.quality = 88});
+  return "<figure><img alt=\"" + html_text(caption) + "\" src=\"data:image/jpeg;base64," +
+         base64_text(std::as_bytes(std::span(jpeg))) + "\"><figcaption>" + html_text(caption) +
+         "</figcaption></figure>\n";
+}
+
+/// Meshes in the studio.
+Image seen(const std::vector<RenderMesh>& meshes, const View& view, int width) {
+  PictureOptions options;
+  options.width = width;
+  options.height = kPictureHeight;
+  options.samples = 6;
+  return picture_of(meshes, view, options);
+}
+
+const StageStatus* sound(const ReportPlaces& places, const std::string& stage) {
+  const auto found = std::find_if(places.stages.begin(), places.stages.end(),
+                                  [&](const StageStatus& status) { return status.stage == stage; });
+  return found != places.stages.end() && found->manifest &&
+                 found->state != StageStatus::State::Damaged
+             ? &*found
+             : nullptr;
+}
+
+/// The result's folder; "" where there is none.
+fs::path result_of(const ReportPlaces& places, const std::string& stage) {
+  const StageStatus* status = sound(places, stage);
+  return status == nullptr ? fs::path()
+                           : places.workspace / stage / folder_name(status->manifest->key);
+}
+
+/// The capture that the keypoints and scans came from, opened as then.
+std::optional<Dataset> dataset_of(const ReportPlaces& places) {
+  const StageStatus* status = sound(places, "reconstruct");
+  if (status == nullptr) {
+    return std::nullopt;
+  }
+  DatasetOptions options;
+  OptionTable table = describe(options);
+  constexpr std::string_view kSection = "capture.";
+  for (const ManifestOption& option : status->manifest->options) {
+    if (option.name.starts_with(kSection)) {
+      const nlohmann::json value = parse_json(option.json, "manifest.json");
+      set_option(table, option.name.substr(kSection.size()),
+                 value.is_string() ? value.get<std::string>() : option.json);
+    }
+  }
+  return open_dataset(status->manifest->inputs.front().path, options);
+}
+
+/// First, last and some between, of what is there.
+template <class Value>
+std::vector<Value> spread(const std::vector<Value>& all, std::size_t most) {
+  std::vector<Value> some;
+  const std::size_t count = std::min(all.size(), most);
+  for (std::size_t i = 0; i < count; ++i) {
+    some.push_back(all[count == 1 ? 0 : i * (all.size() - 1) / (count - 1)]);
+  }
+  return some;
+}
+
+Image scaled(const Image& image) {
+  const int width = std::max(1, image.width * kPictureHeight / std::max(1, image.height));
+  return resized(image, width, kPictureHeight);
+}
+
+/// With three channels.
+Image coloured(Image image) {
+  if (image.channels == 1) {
+    Image colour(image.width, image.height, 3);
+    for (std::size_t i = 0; i < colour.data.size(); ++i) {
+      colour.data[i] = image.data[i / 3];
+    }
+    return colour;
+  }
+  return image;
+}
+
+/// The tracked sequence that is clothed, else the first; and the camera that sees the person's
+/// front best, of those that stages may open.
+struct Tracked {
+  TrackedMotion motion;
+  Index camera = -1;
+};
+
+std::optional<Tracked> tracked_of(const ReportPlaces& places, const Dataset& dataset) {
+  const fs::path result = result_of(places, "track");
+  fs::path file;
+  for (const CaptureSequence& sequence : dataset.info.sequences) {
+    const fs::path one = result / "tracked" / (sequence.name + ".h5");
+    if (fs::exists(one) && (file.empty() || sequence.kind == "clothed")) {
+      file = one;
+    }
+  }
+  if (result.empty() || file.empty()) {
+    return std::nullopt;
+  }
+  Tracked tracked{read_tracked_motion(file), -1};
+  const int left = find_joint(tracked.motion.skeleton, "left_hip");
+  const int right = find_joint(tracked.motion.skeleton, "right_hip");
+  const std::vector<std::string>& held = dataset.info.held_out_cameras;
+  double best = -1e9;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const Camera& camera = dataset.cameras[c];
+    if (std::find(held.begin(), held.end(), camera.id) != held.end() ||
+        dataset.frames[c].images.empty()) {
+      continue;
+    }
+    double facing = 0;  // the left hip on the right of the picture: the person looks here
+    if (left >= 0 && right >= 0 && !tracked.motion.joints.empty()) {
+      const Points& joints = tracked.motion.joints.front();
+      const auto a = project(camera, joints.row(left).transpose());
+      const auto b = project(camera, joints.row(right).transpose());
+      facing = a && b ? (a->x() - b->x()) / camera.width : -1e6;
+    }
+    if (facing > best) {
+      best = facing;
+      tracked.camera = static_cast<Index>(c);
+    }
+  }
+  return tracked;
+}
+
+std::string scan_pictures(const ReportPlaces& places) {
+  std::string html;
+  const std::optional<Dataset> dataset = dataset_of(places);
+  if (dataset) {
+    html = "<figure>" + camera_layout_svg(*dataset, {}, {}) +
+           "<figcaption>Where the cameras stand and look</figcaption></figure>\n";
+  }
+  std::vector<fs::path> scans;
+  const fs::path folder = result_of(places, "reconstruct") / "scans";
+  if (!fs::exists(folder)) {
+    return html;
+  }
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    scans.push_back(entry.path());
+  }
+  std::sort(scans.begin(), scans.end());
+  if (scans.empty()) {
+    return html;
+  }
+  const fs::path& file = scans[scans.size() / 3];
+  const Mesh scan = read_mesh_archive(file);
+  Look plain;
+  plain.roughness = 0.9F;
+  plain.color = {0.9F, 0.9F, 0.9F};
+  std::vector<CaptionedImage> cells = {{seen({{scan, plain}}, kFront, kWide), "front"},
+                                       {seen({{scan, plain}}, kBack, kWide), "back"}};
+  if (!scan.labels.empty()) {
+    Mesh labelled = scan;
+    labelled.colors.resize(scan.vertices.rows(), 3);
+    for (Index v = 0; v < scan.vertices.rows(); ++v) {
+      constexpr double kLabels = 9;
+      labelled.colors.row(v) =
+          map_color(ColorMap::Turbo, scan.labels[static_cast<std::size_t>(v)] / kLabels)
+              .transpose();
+    }
+    cells.push_back({seen({{labelled, plain}}, kFront, kWide), "labels"});
+    cells.push_back({seen({{labelled, plain}}, kBack, kWide), "labels"});
+  }
+  return html + figure(contact_sheet(cells, {.columns = 4}),
+                       "The surface of frame " + file.stem().string());
+}
+
+/// Bones over the front camera's pictures, as wide as their joints are sure.
+std::string skeleton_pictures(const ReportPlaces& places) {
+  std::optional<Dataset> dataset = dataset_of(places);
+  const std::optional<Tracked> tracked = dataset ? tracked_of(places, *dataset) : std::nullopt;
+  if (!tracked || tracked->camera < 0) {
+    return "";
+  }
+  const Camera camera = dataset->cameras[static_cast<std::size_t>(tracked->camera)];
+  FrameReader reader(std::move(*dataset));
+  std::vector<CaptionedImage> cells;
+  const TrackedMotion& motion = tracked->motion;
+  for (const int id : spread(motion.motion.frame_ids, kPictures)) {
+    const auto row = static_cast<std::size_t>(
+        std::find(motion.motion.frame_ids.begin(), motion.motion.frame_ids.end(), id) -
+        motion.motion.frame_ids.begin());
+    const auto image = reader.image(tracked->camera, id);
+    if (!image) {
+      continue;
+    }
+    const double unit = camera.height / 480.0;
+    std::vector<Mark> marks;
+    for (std::size_t j = 1; j < motion.skeleton.parents.size(); ++j) {
+      const auto a =
+          project(camera, motion.joints[row].row(motion.skeleton.parents[j]).transpose());
+      const auto b = project(camera, motion.joints[row].row(static_cast<Index>(j)).transpose());
+      if (a && b) {
+        marks.emplace_back(Polyline{.points = {*a, *b},
+                                    .color = motion.trusted[row] != 0
+                                                 ? Eigen::Vector3f(0.1F, 0.9F, 0.2F)
+                                                 : Eigen::Vector3f(0.9F, 0.1F, 0.05F),
+                                    .width = 2.2 * unit});
+        marks.emplace_back(Circle{.center = *b, .radius = 2.6 * unit, .color = {1, 0.8F, 0}});
+      }
+    }
+    cells.push_back({scaled(drawn(coloured(*image), marks)), "frame " + std::to_string(id)});
+  }
+  return cells.empty() ? ""
+                       : figure(contact_sheet(cells, {.columns = static_cast<int>(kPictures)}),
+                                "The skeleton over the pictures of camera " + camera.id);
+}
+
+/// What a camera sees of meshes, with coverage.
+Image rendered(const std::vector<RenderMesh>& meshes, const Camera& camera) {
+  Scene scene = studio_scene(meshes, 0);
+  scene.ground.reset();
+  RenderOptions options;
+  options.alpha = true;
+  options.samples = 4;
+  options.ambient_samples = 4;
+  return render(scene, camera, options);
+}
+
+Image over(const Image& picture, const Image& drawn, float opacity) {
+  Image both = picture;
+  for (int y = 0; y < both.height; ++y) {
+    for (int x = 0; x < both.width; ++x) {
+      const float cover = opacity * drawn.at(x, y, 3);
+      for (int c = 0; c < 3; ++c) {
+        both.at(x, y, c) = (1 - cover) * both.at(x, y, c) + opacity * drawn.at(x, y, c);
+      }
+    }
+  }
+  return both;
+}
+
+/// The body over the front camera's pictures, as if clothes were glass.
+std::string body_pictures(const ReportPlaces& places) {
+  std::optional<Dataset> dataset = dataset_of(places);
+  const std::optional<Tracked> tracked = dataset ? tracked_of(places, *dataset) : std::nullopt;
+  if (!tracked || tracked->camera < 0) {
+    return "";
+  }
+  const Camera camera = dataset->cameras[static_cast<std::size_t>(tracked->camera)];
+  FrameReader reader(std::move(*dataset));
+  const Sequence bodies = open_sequence(result_of(places, "body"));
+  std::vector<CaptionedImage> cells;
+  for (const int id : spread(tracked->motion.motion.frame_ids, kPictures)) {
+    const auto at = std::find(bodies.frame_ids.begin(), bodies.frame_ids.end(), id);
+    const auto image = reader.image(tracked->camera, id);
+    if (at == bodies.frame_ids.end() || !image || image->width != camera.width ||
+        image->height != camera.height) {
+      continue;
+    }
+    RenderMesh body{frame(bodies, at - bodies.frame_ids.begin()), clay_look()};
+    body.look.color = {0.25F, 0.55F, 0.8F};
+    cells.push_back({scaled(over(coloured(*image), rendered({body}, camera), 0.7F)),
+                     "frame " + std::to_string(id)});
+  }
+  return cells.empty()
+             ? ""
+             : figure(contact_sheet(cells, {.columns = static_cast<int>(kPictures)}),
+                      "The body under the clothes, over the pictures of camera " + camera.id);
+}
+
+/// How far each vertex is from the frame's scan, in colours.
+std::string register_pictures(const ReportPlaces& places) {
+  const fs::path scans = result_of(places, "reconstruct") / "scans";
+  const fs::path registered = result_of(places, "register") / "registered";
+  if (!fs::exists(registered)) {
+    return "";
+  }
+  constexpr double kMost = 0.01;  // m
+  std::string html;
+  std::vector<fs::path> garments;
+  for (const auto& entry : fs::directory_iterator(registered)) {
+    garments.push_back(entry.path());
+  }
+  std::sort(garments.begin(), garments.end());
+  for (const fs::path& garment : garments) {
+    const Sequence sequence = open_sequence(garment);
+    std::vector<CaptionedImage> cells;
+    for (const int id : spread(sequence.frame_ids, kPictures)) {
+      const fs::path file = scans / (frame_name(id) + ".h5");
+      if (!fs::exists(file)) {
+        continue;
+      }
+      const Mesh scan = read_mesh_archive(file);
+      const auto at = std::find(sequence.frame_ids.begin(), sequence.frame_ids.end(), id);
+      RenderMesh cloth{frame(sequence, at - sequence.frame_ids.begin()), {}};
+      Eigen::VectorXd off(cloth.mesh.vertices.rows());
+      const std::vector<ClosestPoint> nearest =
+          closest_points(build_tree(scan.vertices, scan.faces), cloth.mesh.vertices);
+      for (Index v = 0; v < off.size(); ++v) {
+        off[v] = std::sqrt(nearest[static_cast<std::size_t>(v)].squared_distance);
+      }
+      cloth.mesh.colors = map_colors(ColorMap::Viridis, off, 0, kMost);
+      cloth.mesh.normals.resize(0, 3);
+      cloth.look.color = {1, 1, 1};
+      cloth.look.roughness = 1;
+      cells.push_back({seen({cloth}, kThreeQuarter, kWide), "frame " + std::to_string(id)});
+    }
+    if (!cells.empty()) {
+      cells.push_back({color_bar(ColorMap::Viridis, 0, 1e3 * kMost, "mm", kPictureHeight), ""});
+      html += figure(contact_sheet(cells, {.columns = static_cast<int>(cells.size())}),
+                     garment.filename().string() + ": distance of each place from the scan");
+    }
+  }
+  return html;
+}
+
+/// Frames of the simulated garment, on the body where it can be read.
+std::string strip_pictures(const ReportPlaces& places) {
+  const fs::path result = result_of(places, "simulate");
+  if (!fs::exists(result / "garment" / "sequence.h5")) {
+    return "";
+  }
+  const Sequence garment = open_sequence(result / "garment");
+  std::function<Points(Index)> body;
+  Triangles body_faces;
+#ifdef ATELIER_HAS_SIMULATION
+  // Where the scene is gone, or was another, the garment is shown alone.
+  const StageStatus* status = sound(places, "simulate");
+  const fs::path folder = status->manifest->inputs.front().path;
+  if (status->state == StageStatus::State::Done && fs::is_directory(folder)) {
+    OptionSet set = option_set<SimulateOptions>();
+    for (const ManifestOption& option : status->manifest->options) {
+      const nlohmann::json value = parse_json(option.json, "manifest.json");
+      set_option(set.table, option.name,
+                 value.is_string() ? value.get<std::string>() : option.json);
+    }
+    SimulateOptions options = options_of<SimulateOptions>(set);
+    options.relax = false;  // which is of the garment alone, and takes long
+    SimulationScene scene = read_scene(scene_in(folder), options);
+    body = scene.body;
+    body_faces = scene.body_faces;
+  }
+#endif
+  std::vector<CaptionedImage> cells;
+  constexpr std::size_t kStrip = 6;
+  for (const int id : spread(garment.frame_ids, kStrip)) {
+    const auto at = std::find(garment.frame_ids.begin(), garment.frame_ids.end(), id);
+    RenderMesh cloth{frame(garment, at - garment.frame_ids.begin()), clay_look()};
+    cloth.look.color = kCloth;
+    std::vector<RenderMesh> scene = {cloth};
+    if (body) {
+      RenderMesh wearer;
+      wearer.mesh.vertices = body(id);
+      wearer.mesh.faces = body_faces;
+      wearer.look.color = kSkin;
+      scene.push_back(std::move(wearer));
+    }
+    cells.push_back({seen(scene, kThreeQuarter, kNarrow), "frame " + std::to_string(id)});
+  }
+  return figure(contact_sheet(cells, {.columns = static_cast<int>(kStrip)}),
+                "The simulated garment");
+}
+
+}  // namespace
+
+std::string drawings_of(const std::string& stage, const ReportPlaces& places) {
+  return stage == "reconstruct" ? scan_pictures(places)
+         : stage == "track"     ? skeleton_pictures(places)
+         : stage == "body"      ? body_pictures(places)
+         : stage == "register"  ? register_pictures(places)
+         : stage == "simulate"  ? strip_pictures(places)
+                                : "";
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,104 @@
+#include "apps/report_pictures.h"
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "apps/report_page.h"
+#include "apps/report_plots.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/io/json.h"
+#include "core/io/json_place.h"
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CORE_RENDER) && \
+    defined(ATELIER_HAS_BODYMODEL)
+#include "apps/report_drawings.h"
+#endif
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Figures over frames of every garment, from figures.json.
+std::string register_plots(const fs::path& result) {
+  const fs::path file = result / "figures.json";
+  if (!fs::exists(file)) {
+    return "";
+  }
+  const nlohmann::json figures = read_json(file);
+  std::string html;
+  for (const auto& [name, garment] : figures.items()) {
+    const JsonPlace frames = JsonPlace(garment, file.string(), name).at("frames");
+    std::vector<FramePlot> plots = {{"distance to the scan, mm rms", {}, {}},
+                                    {"edge strain, p95", {}, {}},
+                                    {"correlation with pictures", {}, {}}};
+    constexpr std::pair<const char*, double> kNumbers[] = {
+        {"scan_rms", 1e3}, {"strain_p95", 1}, {"correlation", 1}};
+    for (const auto& [frame, numbers] : frames.value().items()) {
+      for (std::size_t k = 0; k < plots.size(); ++k) {
+        const auto value = JsonPlace(numbers, file.string(), frame).find(kNumbers[k].first);
+        if (value) {
+          plots[k].frame_ids.push_back(std::atoi(frame.c_str()));
+          plots[k].values.push_back(kNumbers[k].second * value->number());
+        }
+      }
+    }
+    const std::string svg = plots_svg(plots);
+    html += svg.empty() ? ""
+                        : "<figure>" + svg + "<figcaption>" + html_text(name) +
+                              " over frames</figcaption></figure>\n";
+  }
+  return html;
+}
+
+/// Each pattern.svg of the result, as a picture.
+std::string patterns(const StageStatus& status, const fs::path& result) {
+  std::string html;
+  for (const ManifestOutput& output : status.manifest->outputs) {
+    if (!output.path.ends_with("pattern.svg")) {
+      continue;
+    }
+    constexpr std::int64_t kMost = 20'000'000;
+    html += "<figure><img style=\"max-height:40rem\" alt=\"" + html_text(output.path) +
+            "\" src=\"data:image/svg+xml;base64," +
+            base64_text(read_file_bytes(result / output.path, kMost)) + "\"><figcaption>" +
+            html_text(output.path) + ", to scale</figcaption></figure>\n";
+  }
+  return html;
+}
+
+std::string pictures_of(const StageStatus& status, const fs::path& workspace,
+                        [[maybe_unused]] std::span<const StageStatus> stages) {
+  const fs::path result = workspace / status.stage / folder_name(status.manifest->key);
+  if (status.stage == "flatten") {
+    return patterns(status, result);
+  }
+  std::string html;
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CORE_RENDER) && \
+    defined(ATELIER_HAS_BODYMODEL)
+  html = drawings_of(status.stage, ReportPlaces{workspace, stages});
+#endif
+  return status.stage == "register" ? html + register_plots(result) : html;
+}
+
+}  // namespace
+
+std::map<std::string, std::string> stage_pictures(std::span<const StageStatus> stages,
+                                                  const fs::path& workspace) {
+  std::map<std::string, std::string> pictures;
+  for (const StageStatus& status : stages) {
+    if (!status.manifest || status.state == StageStatus::State::Damaged) {
+      continue;
+    }
+    try {
+      pictures[status.stage] = pictures_of(status, workspace, stages);
+    } catch (const DataError& error) {  // a picture less is no reason for no report
+      pictures[status.stage] =
+          "<p class=\"warning\">Pictures could not be drawn: " + html_text(error.what()) + "</p>\n";
+    }
+  }
+  return pictures;
+}
+
+}  // namespace atelier

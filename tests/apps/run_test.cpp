@@ -1,0 +1,268 @@
+// `atelier run`: what it does with captures that have little, and what it refuses.
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CAPTURE_SURFACE) && \
+    defined(ATELIER_HAS_BODYMODEL)
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/run_account.h"
+#include "core/io/file_bytes.h"
+#include "core/store/file_lock.h"
+#include "core/store/result.h"
+#include "tests/capture/small_capture.h"
+#include "tests/support/child_process.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// A capture without masks: three cameras, two frames.
+class Run : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    write_small_capture(capture_, SmallCapture());
+    fs::remove_all(capture_ / "labels");
+  }
+  std::vector<std::string> command(std::vector<std::string> more = {}) const {
+    std::vector<std::string> all = {program_path(), "run", capture_.string(), workspace_.string()};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  ChildResult run(std::vector<std::string> more = {}) const {
+    return run_child(command(std::move(more)));
+  }
+  bool has_result(const std::string& stage) const {
+    return current_name(workspace_ / stage).has_value();
+  }
+  Manifest manifest(const std::string& stage) const {
+    return read_manifest(workspace_ / stage / *current_name(workspace_ / stage), stage);
+  }
+  fs::path toml(const std::string& text) const {
+    const fs::path file = root_ / "options.toml";
+    std::ofstream(file) << text;
+    return file;
+  }
+  static void expect_refusal(const ChildResult& result, int code, const std::string& words) {
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_THAT(result.err, AllOf(HasSubstr("atelier: "), HasSubstr(words)));
+  }
+
+  TemporaryDirectory root_;
+  fs::path capture_ = root_.path() / "capture";
+  fs::path workspace_ = root_.path() / "work";
+};
+
+TEST_F(Run, ADryRunSaysWhatWouldBeDoneAndChangesNothing) {
+  const ChildResult result = run({"--dry-run"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("3 cameras, 2 frames, 0 with masks"), HasSubstr("about "),
+                    HasSubstr("reconstruct  would run: it has no result in this workspace"),
+                    HasSubstr("track        would run: after reconstruct"),
+                    HasSubstr("body         skipped: no frame has pictures with masks")));
+  EXPECT_FALSE(fs::exists(workspace_));
+}
+
+TEST_F(Run, DoesTheStagesAskedForAsTheirOwnCommandsDo) {
+  const ChildResult first = run({"--from", "reconstruct", "--to", "reconstruct"});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_TRUE(has_result("reconstruct"));
+  EXPECT_FALSE(has_result("validate"));
+  const ChildResult by_hand =
+      run_child({program_path(), "reconstruct", capture_.string(), workspace_.string()});
+  EXPECT_THAT(by_hand.out, HasSubstr("is done already"));
+  EXPECT_THAT(run({"--from", "reconstruct", "--to", "reconstruct"}).out,
+              HasSubstr("reconstruct is done already"));
+}
+
+TEST_F(Run, LeavesAReportThatSaysWhatWasSkippedAndWhy) {
+  const ChildResult result = run({"--from", "reconstruct", "--to", "reconstruct"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("report: " + (workspace_ / "report/index.html").string()));
+  const RunAccount account = read_run_account(workspace_).value();
+  EXPECT_EQ(account.capture, capture_.string());
+  std::map<std::string, std::string> ends;
+  for (const RunStageAccount& one : account.stages) {
+    ends[one.stage] = one.end;
+  }
+  EXPECT_EQ(ends["reconstruct"], "done");
+  EXPECT_EQ(ends["validate"], "not asked for");
+  const std::string page = read_file_text(workspace_ / "report/index.html", 1 << 26);
+  EXPECT_THAT(page, AllOf(HasSubstr("The run"), HasSubstr("Not in this version"),
+                          HasSubstr("Where the cameras stand")));
+}
+
+TEST_F(Run, WhatAnErrorOfAStageTakesAlongIsSkippedAndTheReportIsMade) {
+  // Two people who are no people: bodies cannot be measured on them.
+  const ChildResult result = run({"--from", "reconstruct"});
+  EXPECT_THAT(result.exit_code, ::testing::AnyOf(0, 3)) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("body was skipped: no frame has pictures with masks"),
+                                HasSubstr("report: ")));
+  const RunAccount account = read_run_account(workspace_).value();
+  const bool failed = std::any_of(account.stages.begin(), account.stages.end(),
+                                  [](const auto& one) { return one.end == "failed"; });
+  EXPECT_EQ(result.exit_code, failed ? 3 : 0);
+  EXPECT_TRUE(has_result("reconstruct"));
+}
+
+TEST_F(Run, OneFileHasTheOptionsOfEveryStage) {
+  const std::string file = toml(
+                               "[capture]\nfps = 24\n[reconstruct]\nlabel_by_color = false\n"
+                               "[track]\nexclude = \"none\"\n[report]\npictures = 3\n")
+                               .string();
+  const ChildResult result =
+      run({"--from", "reconstruct", "--to", "reconstruct", "--config", file});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::map<std::string, std::string> set;
+  for (const ManifestOption& option : manifest("reconstruct").options) {
+    if (option.source != "default") {
+      set[option.name] = option.json;
+      EXPECT_THAT(option.source, HasSubstr("options.toml:"));
+    }
+  }
+  EXPECT_EQ(set, (std::map<std::string, std::string>{{"capture.fps", "24"},
+                                                     {"label_by_color", "false"}}));
+}
+
+TEST_F(Run, FlagsNameTheStageAndWinOverFiles) {
+  const std::string file = toml("[reconstruct]\nlabel_by_color = false\n").string();
+  ASSERT_EQ(run({"--to", "reconstruct", "--from", "reconstruct", "--config", file,
+                 "--reconstruct.label-by-color", "true", "--reconstruct.capture.fps", "30",
+                 "--capture.fps", "24"})
+                .exit_code,
+            0);
+  for (const ManifestOption& option : manifest("reconstruct").options) {
+    if (option.name == "capture.fps") {
+      EXPECT_EQ(option.json, "30") << "the stage's own wins over the capture's";
+    }
+    if (option.name == "label_by_color") {
+      EXPECT_EQ(option.json, "true");
+    }
+  }
+}
+
+TEST_F(Run, EventsForMachinesEndWithTheAccount) {
+  const ChildResult result = run({"--from", "reconstruct", "--to", "reconstruct", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::vector<std::string> events;
+  nlohmann::json last;
+  std::istringstream lines(result.out);
+  for (std::string line; std::getline(lines, line);) {
+    last = nlohmann::json::parse(line);
+    events.push_back(last["event"]);
+  }
+  EXPECT_EQ(last["event"], "run_end");
+  EXPECT_THAT(events, AllOf(::testing::Contains("run"), ::testing::Contains("end")));
+  EXPECT_TRUE(fs::exists(last["report"].get<std::string>()));
+}
+
+TEST_F(Run, ErrorsOfTheCaptureAreSaidAndRememberedByTheExitCode) {
+  const SmallCapture small;
+  fs::resize_file(capture_ / "images" / small.cameras[1].id / "000003.png", 20);
+  const ChildResult result = run({"--to", "validate"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.out, HasSubstr("the capture has errors"));
+  EXPECT_THAT(read_file_text(workspace_ / "report/index.html", 1 << 26),
+              HasSubstr("the capture has errors"));
+}
+
+TEST_F(Run, ASecondOneInTheSameWorkspaceIsRefusedWhileTheFirstWorks) {
+  const fs::path lock = workspace_ / "reconstruct" / ".lock";
+  fs::create_directories(lock.parent_path());
+  const auto held = FileLock::try_lock(lock, FileLock::Mode::Exclusive);
+  ASSERT_TRUE(held);
+  expect_refusal(run({"--from", "reconstruct", "--to", "reconstruct"}), 5,
+                 "another run is working on 'reconstruct'");
+}
+
+TEST_F(Run, IsKilledAndGoesOnToTheSameDigests) {
+  const std::vector<std::string> all = command({"--from", "reconstruct", "--to", "reconstruct"});
+  ASSERT_EQ(run_child(all).exit_code, 0);
+  const Digest expected = outputs_digest(manifest("reconstruct"));
+  fs::remove_all(workspace_);
+  for (int kill = 0; kill < 3; ++kill) {
+    ChildProcess child(all);
+    while (!child.has_ended() && !fs::exists(workspace_ / "reconstruct" / ".lock")) {
+    }
+    child.kill(SIGKILL);
+    child.wait();
+  }
+  ASSERT_EQ(run_child(all).exit_code, 0);
+  EXPECT_EQ(outputs_digest(manifest("reconstruct")), expected);
+}
+
+TEST_F(Run, RefusesOptionsAndStagesThatThereAreNot) {
+  expect_refusal(run({"--config", toml("[tracks]\nexclude = \"none\"\n").string()}), 2,
+                 "did you mean 'track.exclude'?");
+  expect_refusal(run({"--config", toml("[track]\nexclude = 7\n").string()}), 2, "track.exclude");
+  expect_refusal(run({"--config", toml("exclude = \"none\"\n").string()}), 2, "exclude");
+  expect_refusal(run({"--config", toml("[track\n").string()}), 2, "options.toml");
+  expect_refusal(run({"--config", (root_ / "nothing.toml").string()}), 2, "nothing.toml");
+  expect_refusal(run({"--track.exlude", "none"}), 2, "did you mean '--track.exclude'?");
+  expect_refusal(run({"--from", "tracks"}), 2, "did you mean 'track'?");
+  expect_refusal(run({"--from", "track", "--to", "reconstruct"}), 2, "lies before");
+  expect_refusal(run({"--jobs", "-1"}), 2, "whole number");
+  EXPECT_FALSE(fs::exists(workspace_));
+}
+
+TEST_F(Run, RefusesCapturesAndWorkspacesThatAreNone) {
+  expect_refusal(run_child({program_path(), "run", capture_.string()}), 2,
+                 "run takes CAPTURE and WORKSPACE");
+  expect_refusal(run_child({program_path(), "run", (root_ / "no").string(), workspace_.string()}),
+                 3, "no");
+  expect_refusal(
+      run_child({program_path(), "run", capture_.string(), (capture_ / "work").string()}), 2,
+      "inside its own input");
+  fs::create_directories(workspace_);
+  std::ofstream(workspace_ / "letter.txt") << "x";
+  expect_refusal(run(), 2, "it holds letter.txt");
+  EXPECT_FALSE(fs::exists(workspace_ / "report"));
+}
+
+TEST_F(Run, RefusesGarbageInThePlaceOfACapturesFiles) {
+  for (const char* name : {"capture.toml", "cameras.json"}) {
+    const std::string before = read_file_text(capture_ / name, 1 << 20);
+    for (const std::string& garbage :
+         {std::string(), std::string("\0\xff{[", 4), before.substr(0, before.size() / 2)}) {
+      std::ofstream(capture_ / name, std::ios::binary | std::ios::trunc) << garbage;
+      const ChildResult result = run();
+      EXPECT_EQ(result.exit_code, 3) << name << ": " << result.err;
+      EXPECT_FALSE(fs::exists(workspace_));
+    }
+    std::ofstream(capture_ / name, std::ios::binary | std::ios::trunc) << before;
+  }
+}
+
+TEST_F(Run, AnAccountThatIsNoneIsRefused) {
+  ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
+  const fs::path file = workspace_ / "report" / "run.json";
+  const std::string sound = read_file_text(file, 1 << 20);
+  for (const std::string& text :
+       {std::string("{}"), std::string("[1, 2]"), sound.substr(0, sound.size() / 2),
+        std::string(R"({"schema": "atelier.run", "version": 9})"),
+        std::string(R"({"schema": "atelier.run", "version": 1, "capture": 3})")}) {
+    std::ofstream(file) << text;
+    EXPECT_THROW(read_run_account(workspace_), DataError) << text;
+    EXPECT_EQ(run_child({program_path(), "report", workspace_.string()}).exit_code, 3);
+  }
+  EXPECT_FALSE(read_run_account(root_ / "nowhere").has_value());
+}
+
+}  // namespace
+}  // namespace atelier::testing
+
+#endif
