@@ -43,6 +43,7 @@ struct DepthOptions {
   int frame = -1;
   DatasetOptions capture;
   ReconstructOptions reconstruct;
+  double memory = 8;  ///< GiB: pictures are halved until the work fits
 };
 
 OptionTable describe(DepthOptions& options) {
@@ -51,6 +52,8 @@ OptionTable describe(DepthOptions& options) {
             "Of the capture; -1: the first with masks or labels");
   table.add("capture", describe(options.capture));
   table.add(describe(options.reconstruct));
+  table.add("memory", options.memory, 0.01, 4096, "GiB",
+            "Pictures are halved until the work on the frame fits, as all views do at once.");
   return table;
 }
 
@@ -74,7 +77,8 @@ std::string digest_of(const std::vector<InstantView>& views) {
 std::string origin_of(const DepthArguments& arguments, const DepthOptions& options, int frame,
                       const std::vector<InstantView>& views) {
   DepthOptions of_maps = options;
-  of_maps.capture = {};  // what it does is in the views
+  of_maps.capture = {};  // what these two do is in the views
+  of_maps.memory = DepthOptions{}.memory;
   of_maps.frame = frame;
   // What only comes after the maps.
   of_maps.reconstruct.fuse = {};
@@ -157,7 +161,11 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
         "a frame from " + std::to_string(frames.front()) + " to " + std::to_string(frames.back()));
   }
   const fs::path folder = arguments.out;
-  std::vector<InstantView> views = instant_of(dataset, frame);
+  const int halvings = halvings_for(dataset, options.memory);
+  if (halvings > 0) {
+    std::cerr << halvings_text(halvings, options.memory) << "\n";
+  }
+  std::vector<InstantView> views = instant_of(dataset, frame, halvings);
   const std::string origin = origin_of(arguments, options, frame, views);
   open_folder(folder, origin);
   ReconstructOptions used = options.reconstruct;

@@ -3,11 +3,11 @@
 #include "apps/reconstruct_stage.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
-#include "apps/stage_console.h"
 #include "capture/associate_people.h"
 #include "capture/detections.h"
 #include "capture/frame_reader.h"
@@ -139,23 +139,6 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
   run.metric("keypoints_found", wanted > 0 ? found / wanted : 0);
 }
 
-constexpr double kGibibyte = 1073741824;
-
-/// How often pictures are halved so that a frame's work fits into the memory.
-int halvings_for(const Dataset& dataset, double gibibytes) {
-  constexpr double kBytesPerPixel = 125;  // measured; what does not grow with pictures is little
-  constexpr int kMost = 4;
-  double bytes = 0;
-  for (const Camera& camera : dataset.cameras) {
-    bytes += kBytesPerPixel * camera.width * camera.height;
-  }
-  int halvings = 0;
-  for (; bytes > gibibytes * kGibibyte && halvings < kMost; ++halvings) {
-    bytes /= 4;
-  }
-  return halvings;
-}
-
 /// Where each scan is open: its loops' centres, lengths and areas, the largest first.
 void map_holes(StageRun& run, const std::vector<int>& frames) {
   if (frames.empty()) {
@@ -210,6 +193,30 @@ std::vector<int> frames_with_masks(const Dataset& dataset) {
     }
   }
   return frames;
+}
+
+int halvings_for(const Dataset& dataset, double gibibytes) {
+  constexpr double kGibibyte = 1073741824;
+  constexpr double kBytesPerPixel = 125;  // measured; what does not grow with pictures is little
+  constexpr int kMost = 4;
+  double bytes = 0;
+  for (const Camera& camera : dataset.cameras) {
+    bytes += kBytesPerPixel * camera.width * camera.height;
+  }
+  int halvings = 0;
+  for (; bytes > gibibytes * kGibibyte && halvings < kMost; ++halvings) {
+    bytes /= 4;
+  }
+  return halvings;
+}
+
+std::string halvings_text(int halvings, double gibibytes) {
+  char text[200];
+  std::snprintf(text, sizeof(text),
+                "pictures are taken at 1/%d of their size, to work on a frame within %.3g GiB "
+                "(--memory)",
+                1 << halvings, gibibytes);
+  return text;
 }
 
 std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvings) {
@@ -280,9 +287,7 @@ void run_reconstruct(StageRun& run) {
       options.label_by_color && !frames.empty() && !has_labels(dataset, frames[0]);
   const int halvings = halvings_for(dataset, options.memory);
   if (halvings > 0) {
-    run.say("pictures are taken at 1/" + std::to_string(1 << halvings) +
-            " of their size, to work on a frame within " + bytes_text(options.memory * kGibibyte) +
-            " (--memory)");
+    run.say(halvings_text(halvings, options.memory));
   }
   if (!run.each_frame("scans", ".h5", frames, [&](int frame, const std::filesystem::path& file) {
         const ReconstructedScan scan =

@@ -3,6 +3,7 @@
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "capture/layouts/open_dataset.h"
@@ -26,6 +27,11 @@ OptionTable describe(ReconstructStageOptions& options);
 /// A capture without its held-out cameras, which no stage may open. Throws as open_dataset, and
 /// DataError where it has no calibration or fewer than two cameras are left.
 Dataset stage_dataset(const std::filesystem::path& path, const DatasetOptions& options);
+
+/// How often pictures are halved so that the work on a frame fits into the memory; at most four
+/// times. And what to say where they are.
+int halvings_for(const Dataset& dataset, double gibibytes);
+std::string halvings_text(int halvings, double gibibytes);
 
 /// What every camera of a capture saw at one frame, of those that have a picture and a mask.
 /// @param halvings  times that pictures and cameras are halved

@@ -54,17 +54,17 @@ void check_views(const std::vector<StereoView>& views, const StereoOptions& opti
   });
 }
 /// Bounds that hold for each of the four pixels; looked at if one of them is.
-void halve_bounds(const StereoLevel& fine, StereoLevel& coarse) {
+void halve_bounds(const Image& fine_near, const Image& fine_far, StereoLevel& coarse) {
   coarse.near_depth = Image(coarse.image.width, coarse.image.height, 1);
   coarse.far_depth = coarse.near_depth;
-  for (int y = 0; y < fine.image.height; ++y) {
-    for (int x = 0; x < fine.image.width; ++x) {
-      const float near_depth = fine.near_depth.at(x, y);
+  for (int y = 0; y < fine_near.height; ++y) {
+    for (int x = 0; x < fine_near.width; ++x) {
+      const float near_depth = fine_near.at(x, y);
       if (near_depth > 0) {
         float& low = coarse.near_depth.at(x / 2, y / 2);
         float& high = coarse.far_depth.at(x / 2, y / 2);
         low = low > 0 ? std::min(low, near_depth) : near_depth;
-        high = std::max(high, fine.far_depth.at(x, y));
+        high = std::max(high, fine_far.at(x, y));
       }
     }
   }
@@ -94,6 +94,8 @@ OptionTable describe(StereoOptions& options) {
       "differ.");
   table.add("geometric_weight", options.geometric_weight, 0, 1, "1/px",
             "Cost of a pixel of disagreement with another view's depth.");
+  table.add("prior_weight", options.prior_weight, 0, 2, "",
+            "Cost of a plane that is far from what sure pixels nearby predict.");
   table.add("vectors", options.vectors, {"auto", "scalar", "avx2"}, "CPU vector code.");
   table.add("seed", options.seed, 0, 1e15, "", "Of the random planes.");
   return table;
@@ -101,45 +103,78 @@ OptionTable describe(StereoOptions& options) {
 
 namespace {
 
-std::vector<StereoLevel> levels_of(const StereoView& view, int levels) {
-  std::vector<StereoLevel> all;
-  all.push_back({view.camera, view.image, view.near_depth, view.far_depth});
-  while (static_cast<int>(all.size()) < levels &&
-         std::min(all.back().image.width, all.back().image.height) >= 64) {
+std::vector<StereoLevel> halves_of(const StereoView& view, int levels) {
+  std::vector<StereoLevel> halves;
+  for (int level = 1; level < levels; ++level) {
+    const Image& image = halves.empty() ? view.image : halves.back().image;
+    if (std::min(image.width, image.height) < 64) {
+      break;
+    }
     StereoLevel next;
-    next.camera = halved(all.back().camera);
-    next.image = halved(all.back().image);
-    halve_bounds(all.back(), next);
-    all.push_back(std::move(next));
+    next.camera = halved(halves.empty() ? view.camera : halves.back().camera);
+    next.image = halved(image);
+    halve_bounds(halves.empty() ? view.near_depth : halves.back().near_depth,
+                 halves.empty() ? view.far_depth : halves.back().far_depth, next);
+    halves.push_back(std::move(next));
   }
-  return all;
+  return halves;
+}
+
+/// The level's half, or null where the level is the view itself; small views have fewer levels.
+const StereoLevel* half_of(const StereoLevels& levels, std::size_t view, std::size_t level) {
+  const std::vector<StereoLevel>& halves = levels.halves[view];
+  const std::size_t own = std::min(level, halves.size());
+  return own == 0 ? nullptr : &halves[own - 1];
 }
 
 }  // namespace
 
-std::vector<std::vector<StereoLevel>> stereo_levels(const std::vector<StereoView>& views,
-                                                    int levels) {
-  std::vector<std::vector<StereoLevel>> all(views.size());
+StereoLevels stereo_levels(const std::vector<StereoView>& views, int levels) {
+  StereoLevels all{views, std::vector<std::vector<StereoLevel>>(views.size())};
   parallel_for(static_cast<Index>(views.size()), 1, [&](Index begin, Index end) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      all[i] = levels_of(views[i], levels);
+      all.halves[i] = halves_of(views[i], levels);
     }
   });
+  for (const std::vector<StereoLevel>& halves : all.halves) {
+    all.deepest = std::max(all.deepest, halves.size());
+  }
   return all;
 }
 
-StereoProblem stereo_problem(const StereoLevel& reference, const StereoOptions& options,
+const Camera& StereoLevels::camera(std::size_t view, std::size_t level) const {
+  const StereoLevel* half = half_of(*this, view, level);
+  return half == nullptr ? views[view].camera : half->camera;
+}
+
+const Image& StereoLevels::image(std::size_t view, std::size_t level) const {
+  const StereoLevel* half = half_of(*this, view, level);
+  return half == nullptr ? views[view].image : half->image;
+}
+
+const Image& StereoLevels::near_depth(std::size_t view, std::size_t level) const {
+  const StereoLevel* half = half_of(*this, view, level);
+  return half == nullptr ? views[view].near_depth : half->near_depth;
+}
+
+const Image& StereoLevels::far_depth(std::size_t view, std::size_t level) const {
+  const StereoLevel* half = half_of(*this, view, level);
+  return half == nullptr ? views[view].far_depth : half->far_depth;
+}
+
+StereoProblem stereo_problem(const Camera& camera, const StereoOptions& options,
                              std::uint64_t seed) {
   StereoProblem problem{};
-  problem.fx = static_cast<float>(reference.camera.fx);
-  problem.fy = static_cast<float>(reference.camera.fy);
-  problem.cx = static_cast<float>(reference.camera.cx);
-  problem.cy = static_cast<float>(reference.camera.cy);
-  problem.width = reference.image.width;
-  problem.height = reference.image.height;
+  problem.fx = static_cast<float>(camera.fx);
+  problem.fy = static_cast<float>(camera.fy);
+  problem.cx = static_cast<float>(camera.cx);
+  problem.cy = static_cast<float>(camera.cy);
+  problem.width = camera.width;
+  problem.height = camera.height;
   problem.colour_sigma = static_cast<float>(options.colour_sigma);
   problem.level_weight = static_cast<float>(options.level_weight);
   problem.geometric_weight = static_cast<float>(options.geometric_weight);
+  problem.prior_weight = static_cast<float>(options.prior_weight);
   problem.seed = seed;
   return problem;
 }
@@ -163,52 +198,36 @@ StereoSource stereo_source(const Camera& reference, const Camera& source) {
     numbers.forth_t[i] = static_cast<float>(forth_t(i));
     numbers.back_t[i] = static_cast<float>(back_t(i));
   }
+  numbers.parallax = static_cast<float>(source.fx * translation.norm());
   numbers.width = source.width;
   numbers.height = source.height;
   return numbers;
 }
 
-DepthMap depth_map_of(const Camera& camera, const std::vector<StereoPlane>& planes,
-                      const std::vector<float>& costs) {
-  DepthMap map;
-  map.camera = camera;
-  map.depth = Image(camera.width, camera.height, 1);
-  map.normal = Image(camera.width, camera.height, 3);
-  map.confidence = Image(camera.width, camera.height, 1);
-  const Eigen::Matrix3d world_from_camera = camera.camera_from_world_rotation.transpose();
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    if (!(planes[i].depth > 0)) {
-      continue;
+WorldFromCamera world_from_camera(const Camera& camera) {
+  WorldFromCamera axes{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      axes.row[3 * i + j] = camera.camera_from_world_rotation(j, i);
     }
-    map.depth.data[i] = planes[i].depth;
-    const Eigen::Vector3d normal =
-        world_from_camera *
-        Eigen::Vector3d(planes[i].normal.x, planes[i].normal.y, planes[i].normal.z);
-    for (int k = 0; k < 3; ++k) {
-      map.normal.data[3 * i + static_cast<std::size_t>(k)] = static_cast<float>(normal(k));
-    }
-    map.confidence.data[i] = std::clamp(1 - costs[i], 0.0f, 1.0f);
   }
-  return map;
+  return axes;
+}
+
+DepthMap empty_depth_map(const Camera& camera) {
+  return {camera, Image(camera.width, camera.height, 1), Image(camera.width, camera.height, 3),
+          Image(camera.width, camera.height, 1)};
 }
 
 std::vector<DepthMap> stereo(const std::vector<StereoView>& views, const StereoOptions& options,
                              Device device) {
   check_views(views, options);
   check_device(device);
-  StereoResult result;
 #ifdef ATELIER_HAS_CUDA
-  result = device == Device::Cuda ? stereo_cuda(views, options) : stereo_cpu(views, options);
+  return device == Device::Cuda ? stereo_cuda(views, options) : stereo_cpu(views, options);
 #else
-  result = stereo_cpu(views, options);
+  return stereo_cpu(views, options);
 #endif
-  std::vector<DepthMap> maps(views.size());
-  parallel_for(static_cast<Index>(views.size()), 1, [&](Index begin, Index end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      maps[i] = depth_map_of(views[i].camera, result.planes[i], result.costs[i]);
-    }
-  });
-  return maps;
 }
 
 }  // namespace atelier

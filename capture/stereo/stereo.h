@@ -30,6 +30,8 @@ struct StereoOptions {
   double level_weight = 0.3;  ///< cost of brightness that differs by a window's contrast between
                               ///< views; 0: only its pattern counts, exposures may differ
   double geometric_weight = 0.6;  ///< cost of one pixel of disagreement with another view's depth
+  double prior_weight = 0.1;      ///< cost of a plane that is far from what sure pixels nearby
+                                  ///< predict; more for cloth and skin without texture
   std::string vectors = "auto";   ///< CPU vector code: auto, scalar, avx2; the same bits
   std::int64_t seed = 1;          ///< of the random planes
 };

@@ -152,46 +152,81 @@ void sweep(const StereoProblem& problem, std::vector<StereoPlane>& planes,
   }
 }
 
-/// Every view at one level, with what it believes.
-struct LevelState {
-  const std::vector<std::vector<StereoLevel>>& levels;
-  std::size_t level;
-  StereoResult belief;
-
-  const StereoLevel& of(std::size_t view) const {
-    return levels[view][std::min(level, levels[view].size() - 1)];
-  }
+/// What a view believes at one level.
+struct Belief {
+  std::vector<StereoPlane> planes;
+  std::vector<float> costs;
 };
 
-StereoProblem problem_of(const LevelState& state, const std::vector<StereoView>& views,
+StereoProblem problem_of(const StereoLevels& levels, std::size_t level,
                          const StereoOptions& options, std::size_t view,
                          const std::vector<std::vector<float>>* depths) {
-  const StereoLevel& reference = state.of(view);
-  StereoProblem problem = stereo_problem(reference, options, stereo_seed(options, view));
-  problem.image = reference.image.data.data();
-  problem.near_depth = reference.near_depth.data.data();
-  problem.far_depth = reference.far_depth.data.data();
-  for (const int index : views[view].sources) {
+  const Camera& camera = levels.camera(view, level);
+  StereoProblem problem = stereo_problem(camera, options, stereo_seed(options, view));
+  problem.image = levels.image(view, level).data.data();
+  problem.near_depth = levels.near_depth(view, level).data.data();
+  problem.far_depth = levels.far_depth(view, level).data.data();
+  for (const int index : levels.views[view].sources) {
     if (problem.sources == options.sources) {
       break;
     }
     const auto other = static_cast<std::size_t>(index);
-    StereoSource source = stereo_source(reference.camera, state.of(other).camera);
-    source.image = state.of(other).image.data.data();
+    StereoSource source = stereo_source(camera, levels.camera(other, level));
+    source.image = levels.image(other, level).data.data();
     source.depth = depths == nullptr ? nullptr : (*depths)[other].data();
     problem.source[problem.sources++] = source;
   }
   return problem;
 }
 
-std::vector<std::vector<float>> depths_of(const StereoResult& belief) {
+std::vector<std::vector<float>> depths_of(const std::vector<Belief>& beliefs) {
   std::vector<std::vector<float>> depths;
-  for (const std::vector<StereoPlane>& planes : belief.planes) {
-    std::vector<float>& depth = depths.emplace_back(planes.size());
-    std::transform(planes.begin(), planes.end(), depth.begin(),
+  for (const Belief& belief : beliefs) {
+    std::vector<float>& depth = depths.emplace_back(belief.planes.size());
+    std::transform(belief.planes.begin(), belief.planes.end(), depth.begin(),
                    [](const StereoPlane& plane) { return plane.depth; });
   }
   return depths;
+}
+
+/// What the prior predicts for every cell of a view.
+std::vector<Vec3f> predicted_planes(const StereoProblem& problem, const Belief& belief) {
+  const int columns = prior_cells(problem.width);
+  const int rows = prior_cells(problem.height);
+  std::vector<PriorMoments> moments(static_cast<std::size_t>(columns) * rows);
+  std::vector<Vec3f> planes(moments.size());
+  parallel_for(rows, 4, [&](Index begin, Index end) {
+    for (auto cell = begin * columns; cell < end * columns; ++cell) {
+      moments[static_cast<std::size_t>(cell)] =
+          cell_moments(problem, belief.planes.data(), belief.costs.data(),
+                       static_cast<int>(cell % columns), static_cast<int>(cell / columns));
+    }
+  });
+  parallel_for(rows, 4, [&](Index begin, Index end) {
+    for (auto cell = begin * columns; cell < end * columns; ++cell) {
+      planes[static_cast<std::size_t>(cell)] =
+          predicted_plane(problem, moments.data(), static_cast<int>(cell % columns),
+                          static_cast<int>(cell / columns));
+    }
+  });
+  return planes;
+}
+
+DepthMap depth_map_of(const Camera& camera, const Belief& belief) {
+  DepthMap map = empty_depth_map(camera);
+  const WorldFromCamera axes = world_from_camera(camera);
+  for (std::size_t i = 0; i < belief.planes.size(); ++i) {
+    if (!(belief.planes[i].depth > 0)) {
+      continue;
+    }
+    map.depth.data[i] = belief.planes[i].depth;
+    const Vec3f normal = world_normal(axes, belief.planes[i].normal);
+    map.normal.data[3 * i] = normal.x;
+    map.normal.data[3 * i + 1] = normal.y;
+    map.normal.data[3 * i + 2] = normal.z;
+    map.confidence.data[i] = confidence_of(belief.costs[i]);
+  }
+  return map;
 }
 
 /// First planes: random on the coarsest level, from the coarser one elsewhere.
@@ -215,45 +250,52 @@ void start_planes(const StereoProblem& problem, const StereoProblem* coarse,
 
 }  // namespace
 
-StereoResult stereo_cpu(const std::vector<StereoView>& views, const StereoOptions& options) {
-  const std::vector<std::vector<StereoLevel>> levels = stereo_levels(views, options.levels);
-  std::size_t deepest = 1;
-  for (const std::vector<StereoLevel>& of_view : levels) {
-    deepest = std::max(deepest, of_view.size());
-  }
-  LevelState state{levels, deepest - 1, {}};
-  state.belief.planes.resize(views.size());
-  state.belief.costs.resize(views.size());
-  for (std::size_t down = 0; down < deepest; ++down) {
-    LevelState coarser = state;
-    state.level = deepest - 1 - down;
+std::vector<DepthMap> stereo_cpu(const std::vector<StereoView>& views,
+                                 const StereoOptions& options) {
+  const StereoLevels levels = stereo_levels(views, options.levels);
+  std::vector<Belief> beliefs(views.size());
+  for (std::size_t down = 0; down <= levels.deepest; ++down) {
+    const std::size_t level = levels.deepest - down;
     const bool coarsest = down == 0;
     for (std::size_t i = 0; i < views.size(); ++i) {
-      const StereoProblem problem = problem_of(state, views, options, i, nullptr);
+      Belief& belief = beliefs[i];
+      const StereoProblem problem = problem_of(levels, level, options, i, nullptr);
       if (coarsest) {
-        start_planes(problem, nullptr, nullptr, state.belief.planes[i]);
+        start_planes(problem, nullptr, nullptr, belief.planes);
       } else {
-        const StereoProblem coarse = problem_of(coarser, views, options, i, nullptr);
-        start_planes(problem, &coarse, &coarser.belief.planes[i], state.belief.planes[i]);
+        const StereoProblem coarse = problem_of(levels, level + 1, options, i, nullptr);
+        const std::vector<StereoPlane> coarse_planes = std::move(belief.planes);
+        start_planes(problem, &coarse, &coarse_planes, belief.planes);
       }
-      state.belief.costs[i].assign(state.belief.planes[i].size(), kWorstCost);
+      belief.costs.assign(belief.planes.size(), kWorstCost);
       for (int iteration = 0; coarsest && iteration < options.iterations; ++iteration) {
-        sweep(problem, state.belief.planes[i], state.belief.costs[i], iteration, options.vectors);
+        sweep(problem, belief.planes, belief.costs, iteration, options.vectors);
       }
     }
     // The first sweep on a finer level has no depths of that level to agree with.
     for (int refinement = 0; refinement < options.refinements; ++refinement) {
       const bool agreeing = coarsest || refinement > 0;
       const std::vector<std::vector<float>> depths =
-          agreeing ? depths_of(state.belief) : std::vector<std::vector<float>>();
+          agreeing ? depths_of(beliefs) : std::vector<std::vector<float>>();
       for (std::size_t i = 0; i < views.size(); ++i) {
-        sweep(problem_of(state, views, options, i, agreeing ? &depths : nullptr),
-              state.belief.planes[i], state.belief.costs[i],
+        StereoProblem problem = problem_of(levels, level, options, i, agreeing ? &depths : nullptr);
+        std::vector<Vec3f> predicted;
+        if (uses_prior(options, refinement)) {
+          predicted = predicted_planes(problem, beliefs[i]);
+          problem.prior = predicted.data();
+        }
+        sweep(problem, beliefs[i].planes, beliefs[i].costs,
               refinement_iteration(options, static_cast<int>(down), refinement), options.vectors);
       }
     }
   }
-  return state.belief;
+  std::vector<DepthMap> maps(views.size());
+  parallel_for(static_cast<Index>(views.size()), 1, [&](Index begin, Index end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      maps[i] = depth_map_of(views[i].camera, beliefs[i]);
+    }
+  });
+  return maps;
 }
 
 }  // namespace atelier

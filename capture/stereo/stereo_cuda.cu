@@ -3,6 +3,7 @@
 #include "capture/stereo/stereo_levels.h"
 #include "core/cuda_buffer.cuh"
 #include "core/cuda_check.h"
+#include "core/parallel.h"
 
 namespace atelier {
 namespace {
@@ -53,6 +54,41 @@ __global__ void depth_kernel(const StereoPlane* planes, float* depths, int count
   }
 }
 
+__global__ void moments_kernel(StereoProblem problem, const StereoPlane* planes, const float* costs,
+                               PriorMoments* moments, int cells) {
+  const int cell = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (cell < cells) {
+    const int columns = prior_cells(problem.width);
+    moments[cell] = cell_moments(problem, planes, costs, cell % columns, cell / columns);
+  }
+}
+
+__global__ void predict_kernel(StereoProblem problem, const PriorMoments* moments, Vec3f* planes,
+                               int cells) {
+  const int cell = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (cell < cells) {
+    const int columns = prior_cells(problem.width);
+    planes[cell] = predicted_plane(problem, moments, cell % columns, cell / columns);
+  }
+}
+
+/// What depth_map_of is on the host. `normals` has three floats a pixel.
+__global__ void map_kernel(WorldFromCamera axes, const StereoPlane* planes, const float* costs,
+                           float* depths, float* normals, float* confidences, int count) {
+  const int p = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (p >= count) {
+    return;
+  }
+  const StereoPlane plane = planes[p];
+  const bool known = plane.depth > 0;
+  const Vec3f normal = known ? world_normal(axes, plane.normal) : Vec3f{0, 0, 0};
+  depths[p] = known ? plane.depth : 0;
+  normals[3 * p] = normal.x;
+  normals[3 * p + 1] = normal.y;
+  normals[3 * p + 2] = normal.z;
+  confidences[p] = known ? confidence_of(costs[p]) : 0;
+}
+
 /// A view at one level on the device.
 struct DeviceView {
   Camera camera;
@@ -60,27 +96,27 @@ struct DeviceView {
   int height = 0;
   CudaBuffer<float> image, near_depth, far_depth, costs, depths;
   CudaBuffer<StereoPlane> planes;
-
-  explicit DeviceView(const StereoLevel& level)
-      : camera(level.camera),
-        width(level.image.width),
-        height(level.image.height),
-        image(level.image.data),
-        near_depth(level.near_depth.data),
-        far_depth(level.far_depth.data),
-        costs(level.image.data.size()),
-        depths(level.image.data.size()),
-        planes(level.image.data.size()) {}
   int pixels() const { return width * height; }
 };
 
+DeviceView device_view(const StereoLevels& levels, std::size_t level, std::size_t view) {
+  DeviceView there;
+  there.camera = levels.camera(view, level);
+  const Image& image = levels.image(view, level);
+  there.width = image.width;
+  there.height = image.height;
+  there.image = CudaBuffer<float>(image.data);
+  there.near_depth = CudaBuffer<float>(levels.near_depth(view, level).data);
+  there.far_depth = CudaBuffer<float>(levels.far_depth(view, level).data);
+  there.costs = CudaBuffer<float>(image.data.size());
+  there.depths = CudaBuffer<float>(image.data.size());
+  there.planes = CudaBuffer<StereoPlane>(image.data.size());
+  return there;
+}
+
 StereoProblem problem_of(const std::vector<DeviceView>& at, const std::vector<StereoView>& views,
                          const StereoOptions& options, std::size_t view, bool with_depths) {
-  StereoLevel numbers;
-  numbers.camera = at[view].camera;
-  numbers.image.width = at[view].width;
-  numbers.image.height = at[view].height;
-  StereoProblem problem = stereo_problem(numbers, options, stereo_seed(options, view));
+  StereoProblem problem = stereo_problem(at[view].camera, options, stereo_seed(options, view));
   problem.image = at[view].image.data();
   problem.near_depth = at[view].near_depth.data();
   problem.far_depth = at[view].far_depth.data();
@@ -101,6 +137,60 @@ int blocks_for(int count, int threads) {
   return (count + threads - 1) / threads;
 }
 
+constexpr int kThreads = 256;
+unsigned blocks_of(int count) {
+  return static_cast<unsigned>(blocks_for(count, kThreads));
+}
+
+/// Room for what the prior predicts of one view.
+struct PriorRoom {
+  CudaBuffer<PriorMoments> moments;
+  CudaBuffer<Vec3f> planes;
+};
+
+/// Predictions for every cell of a view; they live in `room`.
+const Vec3f* predict(const StereoProblem& problem, const DeviceView& view, PriorRoom& room) {
+  const int cells = prior_cells(problem.width) * prior_cells(problem.height);
+  if (room.planes.size() < static_cast<std::size_t>(cells)) {
+    room.moments = CudaBuffer<PriorMoments>(static_cast<std::size_t>(cells));
+    room.planes = CudaBuffer<Vec3f>(static_cast<std::size_t>(cells));
+  }
+  moments_kernel<<<blocks_of(cells), kThreads>>>(problem, view.planes.data(), view.costs.data(),
+                                                 room.moments.data(), cells);
+  ATELIER_CUDA_CHECK(cudaGetLastError());
+  predict_kernel<<<blocks_of(cells), kThreads>>>(problem, room.moments.data(), room.planes.data(),
+                                                 cells);
+  ATELIER_CUDA_CHECK(cudaGetLastError());
+  return room.planes.data();
+}
+
+void copy_to(const CudaBuffer<float>& from, std::vector<float>& to) {
+  ATELIER_CUDA_CHECK(
+      cudaMemcpy(to.data(), from.data(), to.size() * sizeof(float), cudaMemcpyDeviceToHost));
+}
+
+/// Maps of all views. The room on the host is taken by all threads at once: to touch it for the
+/// first time costs more than the copy.
+std::vector<DepthMap> download_maps(std::vector<DeviceView>& at) {
+  std::vector<DepthMap> maps(at.size());
+  parallel_for(static_cast<Index>(at.size()), 1, [&](Index begin, Index end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      DeviceView& view = at[i];
+      maps[i] = empty_depth_map(view.camera);
+      CudaBuffer<float> normals(3 * view.image.size());
+      // Image and bounds are needed no more: two of them take depth and confidence.
+      map_kernel<<<blocks_of(view.pixels()), kThreads>>>(
+          world_from_camera(view.camera), view.planes.data(), view.costs.data(), view.depths.data(),
+          normals.data(), view.near_depth.data(), view.pixels());
+      ATELIER_CUDA_CHECK(cudaGetLastError());
+      copy_to(view.depths, maps[i].depth.data);
+      copy_to(normals, maps[i].normal.data);
+      copy_to(view.near_depth, maps[i].confidence.data);
+    }
+  });
+  return maps;
+}
+
 void sweep(const StereoProblem& problem, DeviceView& view, int iteration) {
   const dim3 threads(kBlockWidth, kBlockHeight);
   const dim3 blocks(static_cast<unsigned>(blocks_for((view.width + 1) / 2, kBlockWidth)),
@@ -114,26 +204,24 @@ void sweep(const StereoProblem& problem, DeviceView& view, int iteration) {
 
 }  // namespace
 
-StereoResult stereo_cuda(const std::vector<StereoView>& views, const StereoOptions& options) {
-  const std::vector<std::vector<StereoLevel>> levels = stereo_levels(views, options.levels);
-  std::size_t deepest = 1;
-  for (const std::vector<StereoLevel>& of_view : levels) {
-    deepest = std::max(deepest, of_view.size());
-  }
+std::vector<DepthMap> stereo_cuda(const std::vector<StereoView>& views,
+                                  const StereoOptions& options) {
+  const StereoLevels levels = stereo_levels(views, options.levels);
   std::vector<DeviceView> coarser;
-  for (std::size_t down = 0; down < deepest; ++down) {
-    const std::size_t level = deepest - 1 - down;
+  PriorRoom prior;
+  for (std::size_t down = 0; down <= levels.deepest; ++down) {
+    const std::size_t level = levels.deepest - down;
     const bool coarsest = down == 0;
     std::vector<DeviceView> at;
     at.reserve(views.size());
-    for (const std::vector<StereoLevel>& of_view : levels) {
-      at.emplace_back(of_view[std::min(level, of_view.size() - 1)]);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      at.push_back(device_view(levels, level, i));
     }
     for (std::size_t i = 0; i < views.size(); ++i) {
       const StereoProblem problem = problem_of(at, views, options, i, false);
       const StereoProblem coarse =
           coarsest ? problem : problem_of(coarser, views, options, i, false);
-      start_kernel<<<static_cast<unsigned>(blocks_for(at[i].pixels(), 256)), 256>>>(
+      start_kernel<<<blocks_of(at[i].pixels()), kThreads>>>(
           problem, coarse, coarsest ? nullptr : coarser[i].planes.data(), at[i].planes.data(),
           at[i].costs.data());
       ATELIER_CUDA_CHECK(cudaGetLastError());
@@ -144,23 +232,21 @@ StereoResult stereo_cuda(const std::vector<StereoView>& views, const StereoOptio
     for (int refinement = 0; refinement < options.refinements; ++refinement) {
       const bool agreeing = coarsest || refinement > 0;
       for (DeviceView& view : at) {
-        depth_kernel<<<static_cast<unsigned>(blocks_for(view.pixels(), 256)), 256>>>(
-            view.planes.data(), view.depths.data(), view.pixels());
+        depth_kernel<<<blocks_of(view.pixels()), kThreads>>>(view.planes.data(), view.depths.data(),
+                                                             view.pixels());
         ATELIER_CUDA_CHECK(cudaGetLastError());
       }
       for (std::size_t i = 0; i < views.size(); ++i) {
-        sweep(problem_of(at, views, options, i, agreeing), at[i],
-              refinement_iteration(options, static_cast<int>(down), refinement));
+        StereoProblem problem = problem_of(at, views, options, i, agreeing);
+        if (uses_prior(options, refinement)) {
+          problem.prior = predict(problem, at[i], prior);
+        }
+        sweep(problem, at[i], refinement_iteration(options, static_cast<int>(down), refinement));
       }
     }
     coarser = std::move(at);
   }
-  StereoResult result;
-  for (DeviceView& view : coarser) {
-    result.planes.push_back(view.planes.download());
-    result.costs.push_back(view.costs.download());
-  }
-  return result;
+  return download_maps(coarser);
 }
 
 }  // namespace atelier

@@ -17,7 +17,9 @@ namespace atelier {
 /// sees: bilaterally weighted normalised cross-correlation (Schoenberger 2016, section 4). Pixels
 /// of one colour of a checkerboard take over the planes of the other (Galliani 2015), from eight
 /// regions of which each offers its best (Xu and Tao 2019, section 3.1), and the source views are
-/// weighted for each pixel by how the eight hypotheses fare in them (section 3.2).
+/// weighted for each pixel by how the eight hypotheses fare in them (section 3.2). Where a prior
+/// predicts a plane (stereo_prior_math.h), that is one more hypothesis, and others cost by how far
+/// they are from it.
 
 inline constexpr int kLargestSources = 8;
 inline constexpr float kWorstCost = 2;  ///< of a view that cannot see the window
@@ -52,6 +54,7 @@ struct StereoSource {
   float back_t[3];
   const float* image;  ///< [height,width]
   const float* depth;  ///< [height,width] of the view's own map, 0: none; or null
+  float parallax;      ///< px m: how far a change of 1/depth moves a pixel's image there, about
   int width;
   int height;
 };
@@ -68,8 +71,16 @@ struct StereoProblem {
   float colour_sigma;      ///< of the bilateral weight
   float level_weight;      ///< cost of brightness that differs by the window's contrast
   float geometric_weight;  ///< cost of a pixel of reprojection error
+  const Vec3f* prior;      ///< [cells] predicted planes (predicted_plane), or null
+  float prior_weight;      ///< cost of a plane that is far from the predicted one
   std::uint64_t seed;
 };
+
+/// Predictions are made for cells of so many pixels each way.
+inline constexpr int kPriorCell = 4;
+ATELIER_HOST_DEVICE inline int prior_cells(int pixels) {
+  return (pixels + kPriorCell - 1) / kPriorCell;
+}
 
 /// e^x for x <= 0 to 3e-7 relative, with the same operations on both devices.
 ATELIER_HOST_DEVICE inline float decay(float x) {
@@ -427,6 +438,45 @@ ATELIER_HOST_DEVICE inline StereoPlane first_plane(const StereoProblem& problem,
           random_normal(pixel_ray(problem, x, y), words.word[1], words.word[2])};
 }
 
+/// What the prior predicts for a pixel; depth 0: nothing.
+ATELIER_HOST_DEVICE inline StereoPlane predicted_at(const StereoProblem& problem, Vec3f ray, int x,
+                                                    int y) {
+  StereoPlane plane = {0, {0, 0, -1}};
+  if (problem.prior == nullptr) {
+    return plane;
+  }
+  const Vec3f inverse = problem.prior[y / kPriorCell * prior_cells(problem.width) + x / kPriorCell];
+  const float inverse_depth = dot(inverse, ray);
+  if (inverse_depth > 0) {
+    plane.depth = 1 / inverse_depth;
+    plane.normal = (-1 / norm(inverse)) * inverse;
+  }
+  return plane;
+}
+
+/// How much of the prior counts for a window, 0 to 1: all of it where there is no texture beyond
+/// shading and noise; in texture the window knows better, and folds would be ironed flat.
+ATELIER_HOST_DEVICE inline float plainness(const ReferenceWindow& window) {
+  constexpr float kTexture = 0.01f;  // of values in [0,1], one standard deviation
+  return decay(-0.5f / (kTexture * kTexture) * window.variance);
+}
+
+/// Cost of a plane that is not the predicted one, 0 to prior_weight: bounded, so that what windows
+/// say clearly they still say (the prior of Xu and Tao 2020, equation 5, as a robust term).
+ATELIER_HOST_DEVICE inline float prior_doubt(const StereoProblem& problem,
+                                             const StereoPlane& predicted,
+                                             const StereoPlane& plane) {
+  constexpr float kPixels = 0.5f;  // of disparity in the first source, and
+  constexpr float kAngle = 0.35f;  // rad: one standard deviation each
+  if (!(predicted.depth > 0) || !(plane.depth > 0)) {
+    return 0;
+  }
+  const float shift =
+      problem.source[0].parallax * (1 / plane.depth - 1 / predicted.depth) * (1 / kPixels);
+  const float turn = 2 * (1 - dot(plane.normal, predicted.normal)) * (1 / (kAngle * kAngle));
+  return problem.prior_weight * (1 - decay(-0.5f * (shift * shift + (turn > 0 ? turn : 0))));
+}
+
 /// One visit of a pixel: takes over what neighbours believe, then tries variations.
 /// @param iteration  from 0: variations shrink
 template <class Samples>
@@ -439,9 +489,9 @@ ATELIER_HOST_DEVICE inline StereoBelief visit_pixel(const StereoProblem& problem
   const Vec3f ray = pixel_ray(problem, x, y);
   const ReferenceWindow window = window_at(problem, x, y);
 
-  // Hypotheses: its own and those of the eight regions.
-  StereoPlane candidate[9];
-  float cost[9][kLargestSources];
+  // Hypotheses: its own, those of the eight regions, and the predicted one.
+  StereoPlane candidate[10];
+  float cost[10][kLargestSources];
   int candidates = 0;
   candidate[candidates++] = planes[p];
   for (int region = 0; region < 8; ++region) {
@@ -454,6 +504,13 @@ ATELIER_HOST_DEVICE inline StereoBelief visit_pixel(const StereoProblem& problem
     if (plane.depth >= near_depth && plane.depth <= far_depth) {
       candidate[candidates++] = plane;
     }
+  }
+  const float plain = plainness(window);
+  StereoPlane predicted = predicted_at(problem, ray, x, y);
+  if (predicted.depth >= near_depth && predicted.depth <= far_depth) {
+    candidate[candidates++] = predicted;
+  } else {
+    predicted.depth = 0;
   }
   for (int i = 0; i < candidates; ++i) {
     for (int j = 0; j < problem.sources; ++j) {
@@ -511,7 +568,7 @@ ATELIER_HOST_DEVICE inline StereoBelief visit_pixel(const StereoProblem& problem
     for (int j = 0; j < problem.sources; ++j) {
       sum += weight[j] * cost[i][j];
     }
-    sum /= total;
+    sum = sum / total + plain * prior_doubt(problem, predicted, candidate[i]);
     if (sum < belief.cost || i == 0) {
       belief = {candidate[i], sum};
     }
@@ -542,7 +599,7 @@ ATELIER_HOST_DEVICE inline StereoBelief visit_pixel(const StereoProblem& problem
     if (!(plane.depth >= near_depth && plane.depth <= far_depth)) {
       continue;
     }
-    float sum = 0;
+    float sum = total * plain * prior_doubt(problem, predicted, plane);
     const float enough = belief.cost * total;
     for (int j = 0; j < problem.sources && sum < enough; ++j) {
       if (weight[j] > 0) {
@@ -562,6 +619,9 @@ ATELIER_HOST_DEVICE inline StereoPlane finer_plane(const StereoProblem& fine,
                                                    const StereoProblem& coarse,
                                                    const StereoPlane* coarse_planes, int x, int y) {
   const int p = y * fine.width + x;
+  if (coarse.width == fine.width) {
+    return coarse_planes[p];  // too small to be halved
+  }
   const Vec3f ray = pixel_ray(fine, x, y);
   StereoPlane best = {0, {0, 0, -1}};
   float least = 1e9f;

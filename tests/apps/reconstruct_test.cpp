@@ -167,6 +167,9 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
                  "--surface", surface.string(), "--json"});
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
   EXPECT_THAT(measured.out, HasSubstr("surface.completeness"));
+  const ChildResult smaller = depth({"--memory", "0.02"});  // which makes other pictures
+  EXPECT_EQ(smaller.exit_code, 2);
+  EXPECT_THAT(smaller.err, AllOf(HasSubstr("1/2 of their size"), HasSubstr("give a new folder")));
   const ChildResult other = depth({"--stereo.seed", "2"});
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_THAT(other.err, HasSubstr("other options"));

@@ -80,6 +80,34 @@ TEST_P(Stereo, BrightnessPlacesShadingThatHasNoPattern) {
   }
 }
 
+/// Share of the pixels of a ball's ring that are within 5 mm of it.
+double share_of_ring(const TexturedBall& ball, const DepthMap& map) {
+  int good = 0;
+  int all = 0;
+  for (int y = 0; y < map.depth.height; ++y) {
+    for (int x = 0; x < map.depth.width; ++x) {
+      const auto truth = ball.depth(map.camera, x + 0.5, y + 0.5);
+      if (map.depth.at(x, y) > 0 && truth &&
+          std::abs(TexturedBall::place(map.camera, x + 0.5, y + 0.5, *truth).y()) < ball.band) {
+        ++all;
+        good += std::abs(map.depth.at(x, y) - *truth) < 0.005 ? 1 : 0;
+      }
+    }
+  }
+  return static_cast<double>(good) / all;
+}
+
+TEST_P(Stereo, WhatIsSureCarriesOverARingWithoutTexture) {
+  TexturedBall ball;
+  ball.band = 0.02;
+  const auto views = ball.views(4, 0.25, 160, 160);
+  const auto without = stereo(views, {.prior_weight = 0}, device());
+  const auto with = stereo(views, {}, device());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    EXPECT_GT(share_of_ring(ball, with[i]), share_of_ring(ball, without[i]) + 0.02);
+  }
+}
+
 TEST_P(Stereo, LooksOnlyWhereItIsTold) {
   const TexturedBall ball;
   auto views = ball.views(2, 0.25, 96, 96);

@@ -17,6 +17,7 @@ struct TexturedBall {
   double contrast = 0.3;  ///< of the texture
   double noise = 0.003;   ///< of the sensor
   double shading = 0;     ///< brighter by this where it faces a lamp
+  double band = 0;        ///< m: half the height of a ring round its middle without texture
 
   /// Value noise of the place on the ball, 4 mm to 3 cm.
   double texture(const Eigen::Vector3d& p) const {
@@ -25,7 +26,8 @@ struct TexturedBall {
     for (int octave = 0; octave < 4; ++octave, size /= 2) {
       sum += lattice(p / size, octave) / (1 + octave);
     }
-    return 0.5 + contrast * sum + shading * p.normalized().dot(Eigen::Vector3d(0.6, 0.64, 0.48));
+    const double textured = std::abs(p.y()) < band ? 0 : contrast;
+    return 0.5 + textured * sum + shading * p.normalized().dot(Eigen::Vector3d(0.6, 0.64, 0.48));
   }
   static double lattice(const Eigen::Vector3d& p, int octave) {
     const Eigen::Vector3d low = p.array().floor();
