@@ -36,10 +36,11 @@ function(atelier_settings target)
   target_compile_options(${target} PRIVATE
     "$<$<AND:$<CONFIG:Release>,$<COMPILE_LANG_AND_ID:CXX,GNU>>:-Wno-restrict>")
   # GCC 13 takes every reference from a function that is also given a temporary for one to the
-  # temporary, and at -O3 reads of Eigen's fixed vectors for reads beyond them.
+  # temporary, and at -O3 reads of Eigen's fixed vectors for reads beyond them, and empty optionals of
+  # libtorch's for uninitialised ones.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13)
     target_compile_options(${target} PRIVATE
-      "$<$<COMPILE_LANGUAGE:CXX>:-Wno-dangling-reference;-Wno-array-bounds>")
+      "$<$<COMPILE_LANGUAGE:CXX>:-Wno-dangling-reference;-Wno-array-bounds;-Wno-maybe-uninitialized>")
   endif()
   target_include_directories(${target} PUBLIC "${CMAKE_SOURCE_DIR}")
   if(ATELIER_HAS_CUDA)
