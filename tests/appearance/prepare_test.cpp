@@ -1,0 +1,191 @@
+#include "appearance/prepare.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "appearance/painted_scene.h"
+#include "core/error.h"
+#include "tests/support/refusals.h"
+#include "tests/support/shapes.h"
+
+namespace atelier {
+namespace {
+
+constexpr int kSide = 48;
+
+/// A sheet and a small lid over it, seen from above by two cameras.
+struct Studio {
+  Mesh cloth = testing::grid(4, 4);
+  Mesh lid = testing::grid(1, 1);
+  DressedSubject subject;
+  DrawnSurface surface;
+  std::vector<Camera> cameras;
+  ByteImage picture{kSide, kSide, 3, 90};
+
+  Studio() {
+    cloth.uvs.resize(cloth.vertices.rows(), 2);
+    cloth.uvs.col(0) = cloth.vertices.col(0);
+    cloth.uvs.col(1) = 1 - cloth.vertices.col(2).array();
+    cloth.uv_faces = cloth.faces;
+    lid.vertices = 0.4 * lid.vertices;
+    lid.vertices.col(1).array() += 0.3;
+    subject.names = {"lid", "cloth"};
+    subject.faces = {lid.faces, cloth.faces};
+    subject.load = [this](int) { return std::vector<Points>{lid.vertices, cloth.vertices}; };
+    surface.which = 1;
+    surface.label = 5;
+    surface.atlas = pack_atlas(cloth);
+    for (const char* id : {"a", "b"}) {
+      Camera camera;
+      camera.id = id;
+      camera.width = camera.height = kSide;
+      camera.fx = camera.fy = kSide;
+      camera.cx = camera.cy = kSide / 2.0;
+      camera.camera_from_world_rotation << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+      camera.camera_from_world_translation = {-0.5, -0.5, 2};
+      cameras.push_back(camera);
+    }
+  }
+  AppearanceData prepared(const ReadPicture& read, std::vector<int> frames = {3, 4}) const {
+    PrepareAppearanceOptions options;
+    options.occlusion.strata = 3;
+    return prepare_appearance(subject, surface, cameras, frames, read, options);
+  }
+};
+
+TEST(PrepareAppearance, HasWhatIsSeenOfTheSurfaceAlone) {
+  const Studio studio;
+  const AppearanceData data = studio.prepared([&](std::size_t, int) {
+    return TakenPicture{studio.picture, {}};
+  });
+  EXPECT_EQ(data.name, "cloth");
+  ASSERT_EQ(data.frames.size(), 2U);
+  EXPECT_EQ(data.frames[1].frame_id, 4);
+  ASSERT_EQ(data.views.size(), 4U);
+  EXPECT_EQ(data.views[0].colors.size(), 3 * data.views[0].u.size());
+  // Under the lid it is dark, on the far side open; from below nothing is in the way.
+  const auto& visibility = data.frames[0].visibility;
+  EXPECT_LT(visibility(6, 0), 0.9F);
+  EXPECT_GT(visibility(24, 0), 0.95F);
+  EXPECT_GT(visibility.col(1).minCoeff(), 0.95F);
+  check_appearance_data(data);
+}
+
+TEST(PrepareAppearance, CamerasWithoutAPictureAreLeftOut) {
+  const Studio studio;
+  const AppearanceData data = studio.prepared([&](std::size_t camera, int frame_id) {
+    return camera == 1 && frame_id == 3 ? TakenPicture() : TakenPicture{studio.picture, {}};
+  });
+  EXPECT_EQ(data.views.size(), 3U);
+}
+
+TEST(PrepareAppearance, LabelImagesKeepWhatIsSomethingElseOut) {
+  const Studio studio;
+  ByteImage labels(kSide, kSide, 1, 5);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < 24; ++x) {
+      labels.at(x, y) = x < 20 ? 2 : 5;  // hair over a part of it
+    }
+  }
+  const AppearanceData data = studio.prepared([&](std::size_t, int) {
+    return TakenPicture{studio.picture, labels};
+  });
+  for (const int place : data.views[0].pixel) {
+    EXPECT_GE(place % kSide, 20);
+  }
+  EXPECT_GT(data.views[0].pixel.size(), 100U);
+}
+
+TEST(PrepareAppearanceRefused, PicturesThatContradictTheGeometry) {
+  const Studio studio;
+  ByteImage labels(kSide, kSide, 1, 1);
+  labels.at(24, 24) = 5;
+  ATELIER_EXPECT_REFUSED(studio.prepared([&](std::size_t, int) {
+    return TakenPicture{studio.picture, labels};
+  }),
+                         DataError, "label images give it");
+}
+
+TEST(PrepareAppearanceRefused, WhatDoesNotFit) {
+  Studio studio;
+  const auto refused = [&](const TakenPicture& taken, const char* words) {
+    ATELIER_EXPECT_REFUSED(studio.prepared([&](std::size_t, int) { return taken; }), DataError,
+                           words);
+  };
+  refused({ByteImage(kSide, 20, 3), {}}, "as calibrated");
+  refused({ByteImage(kSide, kSide, 1), {}}, "channels");
+  refused({studio.picture, ByteImage(9, 9, 1)}, "label image");
+  refused({}, "0 pixels show it");
+  studio.subject.load = [&](int) { return std::vector<Points>{studio.lid.vertices, Points(0, 3)}; };
+  refused({studio.picture, {}}, "no cloth");
+  studio.surface.which = 7;
+  ATELIER_EXPECT_REFUSED(studio.prepared({}), LogicError, "one of the subject's");
+}
+
+PaintedScene small_scene() {
+  const Studio studio;
+  PaintedScene scene;
+  scene.layers = {{"lid", "", {0.1F, 0.2F, 0.3F}, studio.lid.faces},
+                  {"cloth", "x/model.safetensors", {}, studio.cloth.faces}};
+  scene.cameras = {studio.cameras[0]};
+  scene.cameras[0].distortion_model = Distortion::Brown;
+  scene.cameras[0].distortion[1] = 0.01;
+  scene.frame_ids = {4, 9};
+  scene.vertices = {{studio.lid.vertices, studio.cloth.vertices},
+                    {Points(0, 3), 2 * studio.cloth.vertices}};
+  return scene;
+}
+
+TEST(PaintedScene, ArchivesGiveItBack) {
+  const PaintedScene scene = small_scene();
+  const PaintedScene back = painted_scene_of(archive_of(scene));
+  EXPECT_EQ(back.frame_ids, scene.frame_ids);
+  ASSERT_EQ(back.layers.size(), 2U);
+  EXPECT_EQ(back.layers[0].color, scene.layers[0].color);
+  EXPECT_EQ(back.layers[1].model, "x/model.safetensors");
+  EXPECT_EQ(back.layers[1].faces, scene.layers[1].faces);
+  ASSERT_EQ(back.cameras.size(), 1U);
+  EXPECT_EQ(back.cameras[0].id, "a");
+  EXPECT_EQ(back.cameras[0].distortion, scene.cameras[0].distortion);
+  EXPECT_EQ(back.cameras[0].camera_from_world_rotation,
+            scene.cameras[0].camera_from_world_rotation);
+  EXPECT_EQ(back.vertices[1][0].rows(), 0);
+  EXPECT_LT((back.vertices[1][1] - scene.vertices[1][1]).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(PaintedSceneRefused, ArraysThatDoNotAgree) {
+  const Archive good = archive_of(small_scene());
+  const auto refused = [&](const std::function<void(Archive&)>& damage, const char* words) {
+    Archive archive = good;
+    damage(archive);
+    ATELIER_EXPECT_REFUSED(painted_scene_of(archive, "x.h5"), DataError, words);
+  };
+  refused([](Archive& a) { a.numbers.clear(); }, "layers");
+  refused([](Archive& a) { a.numbers["layers"] = 1e9; }, "1 to 1000");
+  refused([](Archive& a) { a.numbers["layers"] = 3; }, "layers/2");
+  refused([](Archive& a) { a.datasets.erase("frames/id"); }, "frames/id");
+  refused([](Archive& a) { a.datasets["frames/id"] = tensor_of(std::vector<int>{1}); }, "worn");
+  refused([](Archive& a) { a.datasets.erase("layers/1/vertices"); }, "layers/1");
+  refused(
+      [](Archive& a) {
+        a.datasets["layers/0/worn"] = tensor_of(std::vector<int>{1, 1});
+      },
+      "layers/0/vertices");
+  refused(
+      [](Archive& a) {
+        std::vector<float> bad(a.datasets["layers/0/vertices"].data.size() / 4, std::nanf(""));
+        a.datasets["layers/0/vertices"] = tensor_of(bad, a.datasets["layers/0/vertices"].shape);
+      },
+      "layers/0/vertices");
+  refused(
+      [](Archive& a) {
+        a.datasets["cameras/numbers"] = tensor_of(std::vector<double>(30, -1), {1, 30});
+      },
+      "size or lens");
+  PaintedScene scene = small_scene();
+  scene.cameras.clear();
+  ATELIER_EXPECT_REFUSED(archive_of(scene), LogicError, "one camera");
+}
+
+}  // namespace
+}  // namespace atelier

@@ -1,0 +1,145 @@
+#include "appearance/network/painter.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "appearance/network/network.h"
+#include "appearance/network/train.h"
+#include "core/error.h"
+#include "tests/appearance_network/appearance_fixture.h"
+#include "tests/support/refusals.h"
+
+namespace atelier {
+namespace {
+
+using testing::small_data;
+
+constexpr int kSide = 32;
+
+Camera above() {
+  Camera camera;
+  camera.id = "above";
+  camera.width = camera.height = kSide;
+  camera.fx = camera.fy = 1.2 * kSide;
+  camera.cx = camera.cy = kSide / 2.0;
+  camera.camera_from_world_rotation << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  camera.camera_from_world_translation = {-0.5, -0.5, 2};
+  return camera;
+}
+
+/// The fixture's sheet with a network, and a smaller plain one above a part of it.
+struct Stage {
+  AppearanceData data = small_data();
+  std::shared_ptr<const AppearanceModel> model;
+  Mesh lid = testing::grid(1, 1);
+  Points sheet = data.frames[1].position.cast<double>();
+
+  Stage() {
+    NetworkOptions options;
+    options.resolution = 16;
+    options.channels = 2;
+    model = std::make_shared<const AppearanceModel>(initial_model(data, options, 1));
+    lid.vertices = 0.3 * lid.vertices;
+    lid.vertices.col(0).array() += 0.3;
+    lid.vertices.col(1).array() += 0.4;
+    lid.vertices.col(2).array() += 0.3;
+  }
+  std::vector<PaintedLayer> layers() const {
+    return {{data.faces, model}, {lid.faces, nullptr, {0.0F, 0.5F, 0.0F}}};
+  }
+};
+
+TEST(Painter, ComposesByDepthInFrontOfABackground) {
+  const Stage stage;
+  PaintOptions options;
+  options.background = {0.2, 0.3, 0.4};
+  Painter painter(stage.layers(), options, Device::Cpu);
+  const Image picture = painter.paint({stage.sheet, stage.lid.vertices}, above());
+  ASSERT_EQ(picture.width, kSide);
+  ASSERT_EQ(picture.channels, 4);
+  EXPECT_FLOAT_EQ(picture.at(0, 0, 0), 0.2F);
+  EXPECT_FLOAT_EQ(picture.at(0, 0, 2), 0.4F);
+  EXPECT_EQ(picture.at(0, 0, 3), 1.0F);
+  EXPECT_NEAR(picture.at(16, 15, 1), 0.5F, 0.02F);  // the lid, under an open sky
+  EXPECT_EQ(picture.at(16, 15, 0), 0.0F);
+  EXPECT_GT(picture.at(6, 16, 0), 0.0F);  // the sheet beside it
+  // The order of layers does not matter, what is near does.
+  Painter turned({stage.layers()[1], stage.layers()[0]}, options, Device::Cpu);
+  const Image same = turned.paint({stage.lid.vertices, stage.sheet}, above());
+  for (std::size_t i = 0; i < same.data.size(); ++i) {
+    EXPECT_NEAR(same.data[i], picture.data[i], 1e-5F);
+  }
+}
+
+TEST(Painter, AlphaIsTheCoverageAndColoursArePremultiplied) {
+  const Stage stage;
+  PaintOptions options;
+  options.alpha = true;
+  options.samples = 4;
+  Painter painter({stage.layers()[1]}, options, Device::Cpu);
+  const Image picture = painter.paint({stage.lid.vertices}, above());
+  double covered = 0;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const float* pixel = &picture.data[4 * static_cast<std::size_t>(i)];
+    covered += pixel[3];
+    EXPECT_NEAR(pixel[1], 0.5F * pixel[3], 1e-5F);
+  }
+  // 0.3 m at 1.6 m through 1.2 x 32 pixels.
+  const double side = 0.3 / 1.6 * 1.2 * kSide;
+  EXPECT_NEAR(covered, side * side, 0.05 * side * side);
+  EXPECT_EQ(picture.at(0, 0, 3), 0.0F);
+}
+
+TEST(Painter, ShowsWhatTheNetworkSaysAndFollowsMovement) {
+  const Stage stage;
+  PaintOptions options;
+  options.samples = 1;
+  Painter painter({stage.layers()[0]}, options, Device::Cpu);
+  Painter fresh({stage.layers()[0]}, options, Device::Cpu);
+  painter.paint({stage.sheet}, above());
+  const Points moved = stage.sheet.array() + 0.1;
+  // A tree that followed gives what a new one does; a frame without the garment is empty.
+  EXPECT_EQ(painter.paint({moved}, above()).data, fresh.paint({moved}, above()).data);
+  const Image nothing = painter.paint({Points(0, 3)}, above());
+  EXPECT_FLOAT_EQ(nothing.at(16, 16, 0), 0.9F);
+  EXPECT_EQ(painter.paint({moved}, above()).data, fresh.paint({moved}, above()).data);
+}
+
+TEST(Network, TheInsideIsLitByItsOwnSide) {
+  // The same sheet from above and from below; below it is dark.
+  const Stage stage;
+  AppearanceModel model = *stage.model;
+  for (auto& [name, tensor] : model.parameters) {
+    if (name.ends_with(".last.g")) {
+      tensor = tensor_of(std::vector<float>(tensor.data.size() / 4, 0.3F), tensor.shape);
+    }
+  }
+  const AppearanceNetwork network(model, Device::Cpu);
+  SurfaceFrame frame = stage.data.frames[0];
+  const Eigen::Vector3d below(0.5, -3, 0.5);
+  const Image one = network.texture(frame, below);
+  frame.visibility.col(0).setConstant(0.1F);  // of the outside: nobody there
+  EXPECT_EQ(network.texture(frame, below).data, one.data);
+  frame.visibility.col(1).setConstant(0.1F);
+  EXPECT_NE(network.texture(frame, below).data, one.data);
+}
+
+TEST(PainterRefused, WhatDoesNotFit) {
+  const Stage stage;
+  const Triangles fewer = stage.data.faces.topRows(3);
+  ATELIER_EXPECT_REFUSED(Painter({{fewer, stage.model}}, {}, Device::Cpu), DataError,
+                         "surface that it is to draw");
+  PaintOptions options;
+  options.background = {1};
+  ATELIER_EXPECT_REFUSED(Painter(stage.layers(), options, Device::Cpu), LogicError, "out of range");
+  Painter painter(stage.layers(), {}, Device::Cpu);
+  ATELIER_EXPECT_REFUSED(painter.paint({stage.sheet}, above()), LogicError, "every layer");
+  ATELIER_EXPECT_REFUSED(painter.paint({stage.sheet.topRows(4), stage.lid.vertices}, above()),
+                         LogicError, "not there");
+  Camera camera = above();
+  camera.fx = 0;
+  ATELIER_EXPECT_REFUSED(painter.paint({stage.sheet, stage.lid.vertices}, camera), DataError, "");
+}
+
+}  // namespace
+}  // namespace atelier
