@@ -25,10 +25,10 @@ void add_splat(Image& texture, std::vector<float>& weights, const TexturePixels&
   }
 }
 
-/// 1 for texels that some pixel takes for a quarter of its colour. What pixels touch with less is
+/// 1 for texels that some pixel takes for half of its colour. What pixels touch with less is
 /// not known by them: it would take a residual many times over, and become black or white.
 ImageOf<std::uint8_t> seen_texels(int resolution, const std::vector<TextureView>& views) {
-  constexpr float kLeast = 0.25F;
+  constexpr float kLeast = 0.5F;
   ImageOf<std::uint8_t> seen(resolution, resolution, 1);
   for (const TextureView& view : views) {
     for (std::size_t p = 0; p < view.pixels->u.size(); ++p) {

@@ -32,7 +32,7 @@ Image splat_texture(int resolution, const TexturePixels& places, const std::vect
 struct StaticTexture {
   Image texture;               ///< [R,R,3] linear RGB; what no pixel sees is 0
   std::vector<float> gain;     ///< [3C] factor of each camera and channel, geometric mean 1
-  ImageOf<std::uint8_t> seen;  ///< [R,R] 1: some pixel has a quarter of its colour from it
+  ImageOf<std::uint8_t> seen;  ///< [R,R] 1: some pixel has half of its colour from it
 };
 
 /// One picture for it.

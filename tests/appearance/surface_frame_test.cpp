@@ -138,6 +138,23 @@ TEST(Occlusion, IsTheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(one, three);
 }
 
+TEST(Occlusion, CudaAgrees) {
+  Mesh cloth = sheet();
+  cloth.vertices.col(1) = 0.2 * (9 * cloth.vertices.col(0).array()).sin();
+  const Mesh ball = testing::sphere(3);
+  const JoinedSurfaces all =
+      joined_surfaces({{&ball.vertices, &ball.faces}, {&cloth.vertices, &cloth.faces}});
+  const TriangleTree tree = build_tree(all.vertices, all.faces);
+  const SurfaceFrame frame = frame_of(cloth);
+  try {
+    const auto cuda = ambient_visibility(frame, tree, {}, Device::Cuda);
+    // A ray that grazes a face may go either way.
+    EXPECT_LE((cuda - ambient_visibility(frame, tree)).cwiseAbs().maxCoeff(), 1.0F / 64);
+  } catch (const EnvironmentError& error) {
+    GTEST_SKIP() << error.what();
+  }
+}
+
 Camera from_above() {
   Camera camera;
   camera.id = "above";
