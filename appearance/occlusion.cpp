@@ -26,7 +26,7 @@ Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor> ambient_visibility(
   ATELIER_CHECK(options.strata >= 1 && options.strata <= 32 && options.reach > 0 &&
                     options.reach <= 100 && options.offset >= 0 && options.offset <= 0.1,
                 "options of the occlusion are out of range");
-  const OcclusionRays rays = {options.strata, options.reach, options.offset};
+  const AmbientRays rays = {options.strata, options.reach, options.offset};
   const Index count = frame.position.rows();
   std::vector<Vec3d> positions(static_cast<std::size_t>(count));
   std::vector<Vec3d> normals(static_cast<std::size_t>(count));

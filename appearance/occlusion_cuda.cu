@@ -7,7 +7,7 @@ namespace {
 
 /// One thread for each vertex, side and row of strata.
 __global__ void count_open(TreeView<double> tree, const Vec3d* positions, const Vec3d* normals,
-                           int vertices, OcclusionRays rays, int* open) {
+                           int vertices, AmbientRays rays, int* open) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i >= 2 * vertices * rays.strata) {
     return;
@@ -22,7 +22,7 @@ __global__ void count_open(TreeView<double> tree, const Vec3d* positions, const 
 }  // namespace
 
 std::vector<int> open_rays_cuda(const TriangleTree& tree, const std::vector<Vec3d>& positions,
-                                const std::vector<Vec3d>& normals, const OcclusionRays& rays) {
+                                const std::vector<Vec3d>& normals, const AmbientRays& rays) {
   const CudaTree<double> on_device(tree);
   const CudaBuffer<Vec3d> at(positions);
   const CudaBuffer<Vec3d> along(normals);

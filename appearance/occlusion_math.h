@@ -8,7 +8,7 @@
 namespace atelier {
 
 /// How rays of ambient visibility are laid; as OcclusionOptions.
-struct OcclusionRays {
+struct AmbientRays {
   int strata;
   double reach;
   double offset;
@@ -17,7 +17,7 @@ struct OcclusionRays {
 /// How many rays of a row of strata meet nothing of the tree, 0 to `strata`: cells (0..strata-1,
 /// row) of the square that is mapped to the cosine-weighted disc over `normal` (unit).
 ATELIER_HOST_DEVICE inline int open_rays(const TreeView<double>& tree, Vec3d position, Vec3d normal,
-                                         std::uint64_t vertex, int row, const OcclusionRays& rays) {
+                                         std::uint64_t vertex, int row, const AmbientRays& rays) {
   constexpr std::uint64_t kSeed = 0x0cc1;
   constexpr double kUnit = 1.0 / 4294967296.0;
   constexpr double kTurn = 6.283185307179586;
