@@ -52,6 +52,10 @@ bool read_some(int descriptor, std::string& text) {
   return count > 0 || (count < 0 && (errno == EINTR || errno == EAGAIN));
 }
 
+std::filesystem::path program_beside(const std::string& name) {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+}
+
 [[noreturn]] void fail(const std::string& name, int status, std::string text) {
   const std::string prefix = name + ": ";
   if (text.starts_with(prefix)) {
@@ -77,12 +81,15 @@ bool read_some(int descriptor, std::string& text) {
 
 }  // namespace
 
+bool has_child_program(const std::string& name) {
+  return access(program_beside(name).c_str(), X_OK) == 0;
+}
+
 bool run_child_program(const std::string& name, const std::vector<std::string>& arguments,
                        const std::string& missing,
                        const std::function<void(const std::string& line)>& on_line,
                        const std::function<bool()>& stop) {
-  const std::filesystem::path program =
-      std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+  const std::filesystem::path program = program_beside(name);
   if (access(program.c_str(), X_OK) != 0) {
     throw EnvironmentError(program.string(), system_reason(errno) + "; " + missing);
   }

@@ -6,6 +6,9 @@
 
 namespace atelier {
 
+/// True if a program of that name lies in the same folder as this one and may be run.
+bool has_child_program(const std::string& name);
+
 /// Runs a program that lies in the same folder as this one and waits for it. Lines that it prints
 /// go to `on_line` as they come; when `stop` says so it gets SIGTERM, once, and may still end its
 /// work. True if it did what it was asked; false if it was stopped.

@@ -113,12 +113,17 @@ std::string picture(const std::filesystem::path& file, const std::string& name,
   return "<figure>" + shown + "<figcaption>" + html_text(name) + "</figcaption></figure>\n";
 }
 
+/// What stages draw over frames for whoever has the files alone: the page has plots of the same.
+bool is_plot(const std::string& path) {
+  return path.ends_with("_frames.png") || path.ends_with("certificates.png");
+}
+
 std::string pictures_of(const StageStatus& status, const std::filesystem::path& folder,
                         const ReportOptions& options) {
   std::string html;
   int count = 0;
   for (const ManifestOutput& output : status.manifest->outputs) {
-    const std::string type = media_type(output.path);
+    const std::string type = is_plot(output.path) ? "" : media_type(output.path);
     if (type.empty() || static_cast<double>(output.size) > options.picture_bytes ||
         ++count > options.pictures) {
       continue;

@@ -52,6 +52,36 @@ std::string register_plots(const fs::path& result) {
   return html;
 }
 
+/// How well each frame of the body is founded, from certificates.json.
+std::string body_plots(const fs::path& result) {
+  const fs::path file = result / "certificates.json";
+  if (!fs::exists(file)) {
+    return "";
+  }
+  const nlohmann::json certificates = read_json(file);
+  constexpr std::pair<const char*, double> kNumbers[] = {{"outside_rate", 100},
+                                                         {"outside_depth", 1e3},
+                                                         {"skin_distance", 1e3},
+                                                         {"proximity", 1e3},
+                                                         {"seen_rate", 100}};
+  std::vector<FramePlot> plots = {{"covered skin outside of the clothes, %", {}, {}},
+                                  {"its depth, mm", {}, {}},
+                                  {"seen skin off the body, mm", {}, {}},
+                                  {"gap under clothes that are near, mm", {}, {}},
+                                  {"seen, % of the body", {}, {}}};
+  for (const auto& [frame, numbers] : certificates.items()) {
+    for (std::size_t k = 0; k < plots.size(); ++k) {
+      const auto value = JsonPlace(numbers, file.string(), frame).find(kNumbers[k].first);
+      if (value) {
+        plots[k].frame_ids.push_back(std::atoi(frame.c_str()));
+        plots[k].values.push_back(kNumbers[k].second * value->number());
+      }
+    }
+  }
+  const std::string svg = plots_svg(plots);
+  return svg.empty() ? "" : "<figure>" + svg + "<figcaption>Over frames</figcaption></figure>\n";
+}
+
 /// Each pattern.svg of the result, as a picture.
 std::string patterns(const StageStatus& status, const fs::path& result) {
   std::string html;
@@ -79,7 +109,9 @@ std::string pictures_of(const StageStatus& status, const fs::path& workspace,
     defined(ATELIER_HAS_BODYMODEL)
   html = drawings_of(status.stage, ReportPlaces{workspace, stages});
 #endif
-  return status.stage == "register" ? html + register_plots(result) : html;
+  return status.stage == "register" ? html + register_plots(result)
+         : status.stage == "body"   ? html + body_plots(result)
+                                    : html;
 }
 
 }  // namespace

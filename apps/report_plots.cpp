@@ -9,13 +9,13 @@
 namespace atelier {
 namespace {
 
-constexpr double kWidth = 230;
+constexpr double kWidth = 190;
 constexpr double kHeight = 90;
-constexpr double kCell = 280;
+constexpr double kCell = 250;
 constexpr double kRow = 150;
 constexpr double kLeft = 44;
 constexpr double kTop = 24;
-constexpr std::size_t kColumns = 3;
+constexpr std::size_t kColumns = 4;
 
 template <class... Values>
 std::string text(const char* format, Values... values) {

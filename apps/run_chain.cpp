@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "apps/child_program.h"
 #include "apps/run_scene.h"
 #include "apps/stages.h"
 #include "core/parallel.h"
@@ -48,17 +49,9 @@ std::string no_clothes(const CaptureFacts& facts) {
                                      : "";
 }
 
-/// True if a stage's row names an input of that kind.
-bool reads(std::string_view stage, std::string_view kind) {
-  const Stage* row = find_stage(all_stages(), stage);
-  return row != nullptr &&
-         std::find(row->inputs.begin(), row->inputs.end(), kind) != row->inputs.end();
-}
-
 std::string no_look(const CaptureFacts& facts) {
-  return !reads("appearance", "registered")
-             ? "it learns from a synthetic capture's true geometry alone: atelier appearance "
-               "--truth_geometry true"
+  return !has_child_program("atelier-appearance")
+             ? "the program atelier-appearance is not there; it is built where libtorch is"
              : no_clothes(facts);
 }
 

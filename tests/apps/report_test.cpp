@@ -1,13 +1,16 @@
 // What `report` and `export` make of a workspace.
 
+#include <cmath>
 #include <fstream>
 
 #include "apps/report_page.h"
+#include "apps/report_plots.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
 #include "core/sequence_archive.h"
 #include "core/store/commit.h"
 #include "core/store/input_digest.h"
+#include "tests/apps/browser.h"
 #include "tests/apps/statistics_fixture.h"
 #include "tests/support/places.h"
 
@@ -135,17 +138,47 @@ TEST(ReportPage, TextFromFilesIsNoMarkup) {
                           Not(HasSubstr("\"</table>")), Not(HasSubstr("w<i>"))));
 }
 
-TEST_F(Report, LoadsInABrowserWithoutAnError) {
-  if (run_child({"sh", "-c", "command -v chromium"}).exit_code != 0) {
-    GTEST_SKIP() << "no program chromium (scripts/setup --judges)";
+TEST_F(Report, LoadsInABrowserWithoutAnErrorAndWithEveryPicture) {
+  if (!has_browser()) {
+    GTEST_SKIP() << "no program chromium (scripts/setup)";
   }
-  ASSERT_EQ(report().exit_code, 0);
-  const ChildResult result =
-      run_child({"chromium", "--headless", "--no-sandbox", "--disable-gpu",
-                 "--enable-logging=stderr", "--user-data-dir=" + (root_ / "profile").string(),
-                 "--dump-dom", "file://" + (workspace() / "report" / "index.html").string()});
-  EXPECT_THAT(result.out, AllOf(HasSubstr("vertices_mean"), HasSubstr("</html>")));
-  EXPECT_THAT(result.err, Not(HasSubstr("CONSOLE")));  // what a page's errors are logged as
+  StageStatus status = result_of({{"sheet.png", 0, {}}, {"torn.png", 9, {}}});
+  const fs::path folder = root_ / "statistics" / folder_name(status.manifest->key);
+  fs::create_directories(folder);
+  write_image(folder / "sheet.png", Image(2, 1, 3, 0.5F));
+  std::ofstream(folder / "torn.png") << "no PNG";
+  const fs::path page = root_ / "page.html";
+  const RunAccount account{"a capture", "2026-01-01T00:00:00Z", 3, {{"track", "done", "", 1, 2}}};
+  std::ofstream(page) << report_page(
+      std::span(&status, 1), root_.path(), {}, {}, account,
+      {{"statistics", plots_svg({{"strain", {0, 1, 2}, {0.1, 0.3, 0.2}}})}});
+  const BrowsedPage found = browse(page, root_.path());
+  EXPECT_EQ(found.images, 2);
+  EXPECT_EQ(found.broken, 1) << "torn.png";
+  EXPECT_THAT(found.text, AllOf(HasSubstr("The run"), HasSubstr("strain")));
+  EXPECT_THAT(found.messages, Not(HasSubstr("CONSOLE")));  // what a page's errors are logged as
+}
+
+TEST(ReportPlots, ALineOverFramesWithItsRange) {
+  const std::string svg = plots_svg({{"gap <mm>", {3, 4, 9}, {0.5, 2, 1}}, {"empty", {}, {}}});
+  EXPECT_THAT(svg, AllOf(HasSubstr("gap &lt;mm&gt;"), HasSubstr(">2</text>"),
+                         HasSubstr(">9</text>"), HasSubstr("frame 4: 2"), Not(HasSubstr("empty"))));
+  EXPECT_EQ(plots_svg({}), "");
+  EXPECT_EQ(plots_svg({{"uneven", {1, 2}, {1}}}), "");
+  EXPECT_EQ(plots_svg({{"not finite", {1}, {std::nan("")}}}), "");
+}
+
+TEST(ReportPage, WhatFailedOrWasSkippedStandsFirst) {
+  const RunAccount account{"<c>",
+                           "",
+                           1,
+                           {{"track", "failed", "a <b>reason</b>", 1, 2},
+                            {"body", "skipped", "it reads track", 0, 0},
+                            {"validate", "done", "", 0, 0}}};
+  const std::string page = report_page({}, "w", {}, {}, account);
+  EXPECT_LT(page.find("a &lt;b&gt;reason"), page.find("The run"));
+  EXPECT_THAT(page, AllOf(HasSubstr("<b>body</b> was skipped"), Not(HasSubstr("<b>validate</b>")),
+                          Not(HasSubstr("<c>"))));
 }
 
 TEST_F(Report, ExportCopiesWithConsent) {

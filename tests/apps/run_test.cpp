@@ -14,9 +14,11 @@
 #include <gtest/gtest.h>
 
 #include "apps/run_account.h"
+#include "apps/targets.h"
 #include "core/io/file_bytes.h"
 #include "core/store/file_lock.h"
 #include "core/store/result.h"
+#include "tests/apps/browser.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
@@ -104,6 +106,51 @@ TEST_F(Run, LeavesAReportThatSaysWhatWasSkippedAndWhy) {
   const std::string page = read_file_text(workspace_ / "report/index.html", 1 << 26);
   EXPECT_THAT(page, AllOf(HasSubstr("The run"), HasSubstr("Not in this version"),
                           HasSubstr("Where the cameras stand")));
+}
+
+TEST_F(Run, ItsReportLoadsInABrowser) {
+  if (!has_browser()) {
+    GTEST_SKIP() << "no program chromium (scripts/setup)";
+  }
+  ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
+  const BrowsedPage found = browse(workspace_ / "report" / "index.html", root_.path());
+  EXPECT_EQ(found.broken, 0);
+  EXPECT_THAT(found.text, HasSubstr("Where the cameras stand"));
+  EXPECT_THAT(found.messages, Not(HasSubstr("CONSOLE")));
+}
+
+TEST(DemoRanges, TheDocumentHasThemAll) {
+  const std::string document =
+      read_file_text(source_directory().string() + "/docs/demo_ranges.md", 1 << 20);
+  int rows = 0;
+  for (const Target& target : all_targets()) {
+    if (target.demo) {
+      EXPECT_THAT(document, HasSubstr("| `" + std::string(target.key) + "` | " +
+                                      target_text(target.side, *target.demo) + " |"));
+      ++rows;
+    }
+  }
+  EXPECT_GT(rows, 10);
+}
+
+TEST(DemoRanges, JudgeOnDemoAloneAndSayWhyWhatIsAbsent) {
+  const TemporaryDirectory root;
+  const std::vector<Measure> measures = {
+      {"track.mean_mm", 8, "mm", 6, Measure::Side::AtMost, "of something"},
+      {"surface.completeness", 0.7, "", 0.95, Measure::Side::AtLeast, ""}};
+  const auto verdict = [&](Targets targets, const std::string& key) {
+    for (const Judged& row : judged(measures, targets, root.path())) {
+      if (row.key == key) {
+        return row.verdict + ": " + row.why;
+      }
+    }
+    return std::string();
+  };
+  EXPECT_EQ(verdict(Targets::Demo, "track.mean_mm"), "met: of something");
+  EXPECT_EQ(verdict(Targets::Accuracy, "track.mean_mm"), "missed: of something");
+  EXPECT_EQ(verdict(Targets::Demo, "surface.completeness"), "missed: ");
+  EXPECT_EQ(verdict(Targets::Accuracy, "material.error"),
+            "not measured: there is no result of material");
 }
 
 TEST_F(Run, WhatAnErrorOfAStageTakesAlongIsSkippedAndTheReportIsMade) {

@@ -118,7 +118,7 @@ TEST(Video, ProbeSaysWhatBrowsersNeed) {
 TEST(Video, ABrowserDecodesIt) {
   const testing::TemporaryDirectory folder;
   if (testing::run_child({"sh", "-c", "command -v chromium"}).exit_code != 0) {
-    GTEST_SKIP() << "no program chromium (scripts/setup --judges)";
+    GTEST_SKIP() << "no program chromium (scripts/setup)";
   }
   write_video(folder / "a.mp4", 10, [](Index i) { return moving(i); }, {.fps = 5});
   // A page is loaded once its videos have their first picture (readyState 2 or more).
