@@ -41,6 +41,7 @@ struct RunArguments {
   std::string to;
   int jobs = 0;
   std::string device = "cpu";
+  std::string material;
   bool dry_run = false;
   bool json = false;
 };
@@ -61,6 +62,9 @@ class ChainRun {
         options_(options),
         facts_(capture_facts(arguments.places.capture,
                              options_of<DatasetOptions>(options_of<RunOptions>(options).capture))) {
+    if (facts_.clothed_frames == 0) {
+      suggest("animate.garment", "tee+skirt", "no garment was captured");
+    }
     account_.capture = arguments.places.capture.string();
     account_.started = utc_text(static_cast<double>(std::time(nullptr)));
     for (const RunStep& step : run_steps()) {
@@ -155,6 +159,17 @@ class ChainRun {
   int exit_code() const { return exit_code_; }
 
  private:
+  /// Sets an option that nobody set, of a stage that the program has.
+  void suggest(const std::string& name, const std::string& value, const std::string& why) {
+    for (const OptionField& field : options_.table.fields) {
+      if (field.name == name && field.source == "default") {
+        const std::string problem = set_option(options_.table, name, value, why);
+        ATELIER_CHECK(problem.empty(), problem);
+        return;
+      }
+    }
+  }
+
   bool has_result(const std::string& stage) const {
     return current_name(arguments_.places.workspace / stage).has_value();
   }
@@ -393,7 +408,24 @@ void show_end(const RunArguments& arguments, const RunAccount& account, const fs
   }
 }
 
-int run(const RunArguments& arguments, const OptionSet& options) {
+/// One fabric for every stage that takes one; `material` then has nothing to search.
+void set_material(OptionSet& options, const std::string& fabric) {
+  for (const char* stage : {"material", "simulate"}) {
+    const std::string name = std::string(stage) + ".material.name";
+    const bool there = std::any_of(options.table.fields.begin(), options.table.fields.end(),
+                                   [&](const OptionField& field) { return field.name == name; });
+    const std::string problem =
+        there ? set_option(options.table, name, fabric, "--material") : std::string();
+    if (!problem.empty()) {
+      throw UsageError("--material: " + problem);
+    }
+  }
+}
+
+int run(const RunArguments& arguments, OptionSet options) {
+  if (!arguments.material.empty()) {
+    set_material(options, arguments.material);
+  }
   const RunPlaces& places = arguments.places;
   if (places.capture.empty() || places.workspace.empty()) {
     throw UsageError("run takes CAPTURE and WORKSPACE: atelier run CAPTURE WORKSPACE");
@@ -464,6 +496,9 @@ Action add_run(CLI::App& parser) {
   add_option(parser, "--device", arguments->device, "Where stages work that can on both")
       .check(one_of({"cpu", "cuda"}))
       .type_name("cpu|cuda");
+  add_option(parser, "--material", arguments->material,
+             "A fabric for every garment, instead of one that is fitted")
+      .type_name("NAME");
   add_flag(parser, "--dry-run", arguments->dry_run, "Only say what would be done, and why");
   add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for machines");
   const OptionReader options = add_option_flags(parser, run_options(), "");

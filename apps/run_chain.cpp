@@ -76,6 +76,12 @@ fs::path scene_of(const RunPlaces& places, const CaptureFacts& facts) {
                                  : drafted_scene(places.workspace);
 }
 
+std::string no_scene(const CaptureFacts& facts) {
+  return captured_clothes(facts) || find_stage(all_stages(), "animate") == nullptr
+             ? no_evidence(facts)
+             : "no garment was captured; animate puts a drafted one on";
+}
+
 // Seconds on two cores, from demo captures of seeds 5 and 11.
 constexpr std::array kSteps = {
     RunStep{"validate", nothing, nullptr, nullptr, {.seconds = 2, .per_picture = 0.04}},
@@ -87,9 +93,9 @@ constexpr std::array kSteps = {
     RunStep{"register", no_clothes, nullptr, nullptr, {.seconds = 10, .per_clothed = 3}},
     RunStep{"flatten", no_clothes, template_alone, template_meshes, {.seconds = 20}},
     RunStep{"material", no_clothes, nullptr, nullptr, {.seconds = 30}},
-    RunStep{"simulate", no_evidence, of_scene, scene_of, {.seconds = 20, .per_frame = 0.5}},
+    RunStep{"simulate", no_scene, of_scene, scene_of, {.seconds = 20, .per_frame = 0.5}},
     RunStep{"appearance", no_look, nullptr, nullptr, {.seconds = 100, .per_clothed = 1}},
-    RunStep{"animate", no_clothes, nullptr, nullptr, {.seconds = 40}},
+    RunStep{"animate", no_evidence, nullptr, nullptr, {.seconds = 40}},
 };
 
 }  // namespace
