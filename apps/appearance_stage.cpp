@@ -5,15 +5,19 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <map>
 #include <set>
 
 #include "apps/child_program.h"
+#include "apps/paint_scene.h"
 #include "apps/worn_subject.h"
 #include "capture/capture_info.h"
 #include "capture/frame_reader.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/io/image_file.h"
+#include "core/render/contact_sheet.h"
 
 namespace atelier {
 namespace {
@@ -142,6 +146,57 @@ ByteImage in_colors(ByteImage picture) {
   return colors;
 }
 
+/// pictures.png: three pictures of the training, each as it was taken and as it is drawn. False if
+/// the run was told to stop.
+bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPicture& picture,
+          const std::map<std::size_t, std::string>& models) {
+  PaintedScene scene;
+  for (std::size_t s = 0; s < worn.templates.size(); ++s) {
+    SceneLayer layer;
+    layer.name = worn.subject.names[s];
+    layer.faces = worn.subject.faces[s];
+    layer.model = models.contains(s) ? models.at(s) : "";
+    scene.layers.push_back(std::move(layer));
+  }
+  std::vector<Image> taken;
+  constexpr std::size_t kShown = 3;
+  for (std::size_t i = 0; i < kShown; ++i) {
+    const std::size_t camera = i * seen.cameras.size() / kShown;
+    const int frame_id = seen.clothed[i * (seen.clothed.size() - 1) / (kShown - 1)];
+    const TakenPicture one = picture(camera, frame_id);
+    if (!one.colors.data.empty()) {
+      taken.push_back(linear_from_srgb(one.colors));
+      scene.cameras.push_back(seen.cameras[camera]);
+      scene.frame_ids.push_back(static_cast<int>(scene.frame_ids.size()));
+      scene.vertices.push_back(worn.subject.load(frame_id));
+    }
+  }
+  if (taken.empty()) {
+    return true;
+  }
+  std::vector<CaptionedImage> pairs;
+  PaintHooks hooks;
+  hooks.stop = [&] { return run.stop_requested(); };
+  hooks.picture = [&](Index i, const Image& drawn) {
+    Image colors(drawn.width, drawn.height, 3);
+    for (std::size_t p = 0; p < colors.data.size(); ++p) {
+      colors.data[p] = drawn.data[4 * (p / 3) + p % 3];
+    }
+    pairs.push_back({taken[static_cast<std::size_t>(i)], "taken"});
+    pairs.push_back({std::move(colors), "drawn"});
+  };
+  PaintOptions options;
+  options.background = {0.6, 0.6, 0.6};
+  if (!paint_scene(scene, options, run.device(), hooks)) {
+    return false;
+  }
+  ContactSheetOptions sheet;
+  sheet.columns = 2 * static_cast<int>(kShown);
+  sheet.cell_width = 300;
+  run.output_text("pictures.png", image_bytes(contact_sheet(pairs, sheet), ImageFormat::Png));
+  return true;
+}
+
 void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
   const auto& options = run.options<AppearanceStageOptions>();
   const Seen seen = what_training_sees(dataset, run.input("capture"));
@@ -155,6 +210,7 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
   double views = 0;
   double pixels = 0;
   Trained all;
+  std::map<std::size_t, std::string> models;
   std::vector<std::size_t> drawn;
   for (std::size_t s = worn.first_garment; s < worn.templates.size(); ++s) {
     drawn.push_back(s);
@@ -185,21 +241,23 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     make_private_directory(scratch);
     const fs::path data_file = scratch / "data.h5";
     write_archive(data_file, archive_of(data));
-    Trained trained;
-    run.output(name + "/model.safetensors", [&](const fs::path& file) {
-      trained = train_network(run, options.train, data_file, file, scratch / "training.csv",
-                              scratch / "checkpoint.safetensors");
-    });
+    const Trained trained =
+        train_network(run, options.train, data_file, scratch / "model.safetensors",
+                      scratch / "training.csv", scratch / "checkpoint.safetensors");
     if (!trained.done) {
       return;
     }
-    for (const char* kept : {"training.csv", "data.h5"}) {
+    models[which] = (scratch / "model.safetensors").string();
+    for (const char* kept : {"model.safetensors", "training.csv", "data.h5"}) {
       run.output(name + "/" + kept, [&](const fs::path& file) {
         fs::copy_file(scratch / kept, file, fs::copy_options::overwrite_existing);
       });
     }
     all.psnr += trained.psnr;
     all.seconds += trained.seconds;
+  }
+  if (!show(run, worn, seen, picture, models)) {
+    return;
   }
   const auto surfaces = static_cast<double>(drawn.size());
   const double iterations = resolved(options.train).iterations;

@@ -144,7 +144,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "appearance",
-          .version = 2,
+          .version = 3,
           .summary = "how each garment looks: networks that draw its texture",
           .inputs = {"capture", "registered", "bodies"},
           .outputs = {"networks"},
@@ -155,7 +155,7 @@ constexpr std::array kStages = {
           .device_keyed = true},
 #endif
     Stage{.name = "ceiling",
-          .version = 1,
+          .version = 2,
           .summary = "appearance on a synthetic capture's true garments, to compare with",
           .inputs = {"capture"},
           .outputs = {"true_networks"},
