@@ -13,7 +13,7 @@ namespace atelier {
 namespace {
 
 constexpr const char* kSchema = "atelier.appearance";
-constexpr const char* kVersion = "1";
+constexpr const char* kVersion = "2";
 constexpr int kLeastSide = 8;   // texels a side where the UNet turns round
 constexpr int kMostGrowth = 8;  // of its widths
 
@@ -39,9 +39,10 @@ void add_convolution(std::vector<ParameterShape>& all, const std::string& name, 
 
 void add_unet(std::vector<ParameterShape>& all, const NetworkOptions& options,
               const std::string& name, int inputs) {
-  const auto bias = [&](int level) { return options.pixel_bias ? options.resolution >> level : 0; };
+  const int side = branch_resolution_of(options);
+  const auto bias = [&](int level) { return options.pixel_bias ? side >> level : 0; };
   add_convolution(all, name + ".first", inputs, width_of(options, 0), 3, false, bias(0));
-  for (int level = 0; level < level_count(options.resolution); ++level) {
+  for (int level = 0; level < level_count(side); ++level) {
     const std::string number = std::to_string(level);
     const int fine = width_of(options, level);
     const int coarse = width_of(options, level + 1);
@@ -57,6 +58,9 @@ void require_sizes(const NetworkOptions& options) {
                 "a network's texture has 16 to 4096 texels a side, a power of 2");
   ATELIER_CHECK(options.channels >= 1 && options.channels <= 128,
                 "a network has 1 to 128 channels");
+  ATELIER_CHECK(options.shading >= 1 && options.shading <= 16 &&
+                    std::has_single_bit(static_cast<unsigned>(options.shading)),
+                "branches are 1 to 16 times coarser than the texture, a power of 2");
 }
 
 /// Values of a parameter before training. `v`: He for LeakyReLU 0.2; `g` its length, so that the
@@ -150,12 +154,18 @@ OptionTable describe(NetworkOptions& options) {
             "The branch that does not see the camera");
   table.add("view_dependent", options.view_dependent, "The branch that sees the camera");
   table.add("shadow", options.shadow, "The shadow network");
+  table.add("shading", options.shading, 1, 16, "",
+            "Texels of the texture along one of the branches', a power of 2");
   table.add("pixel_bias", options.pixel_bias, "A bias for each texel instead of each channel");
   return table;
 }
 
 int shadow_resolution_of(int resolution) {
   return std::max(kLeastSide, resolution / 4);
+}
+
+int branch_resolution_of(const NetworkOptions& options) {
+  return std::max(2 * kLeastSide, options.resolution / options.shading);
 }
 
 std::vector<ParameterShape> network_parameters(const NetworkOptions& options, int cameras) {
@@ -291,9 +301,11 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
       throw DataError(file, key, wrong, "an architecture that there is");
     }
   }
-  if (!std::has_single_bit(static_cast<unsigned>(model.options.resolution))) {
-    throw DataError(file, "network.resolution", std::to_string(model.options.resolution),
-                    "a power of 2");
+  for (const auto& [key, value] : {std::pair{"network.resolution", model.options.resolution},
+                                   std::pair{"network.shading", model.options.shading}}) {
+    if (!std::has_single_bit(static_cast<unsigned>(value))) {
+      throw DataError(file, key, std::to_string(value), "a power of 2");
+    }
   }
   const std::string& cameras = text_at(texts, "cameras", file);
   for (std::size_t at = 0; at < cameras.size();) {

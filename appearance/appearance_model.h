@@ -28,13 +28,16 @@ namespace atelier {
 /// skip connections (half the arithmetic), a first output of 0 (the start is the static texture),
 /// branches that give their parts in units of the mean texture (a print is shaded by one number
 /// where it would take another one for each of its colours), visibility as an input of the first
-/// branch (it tells inside from outside of folds).
+/// branch (it tells inside from outside of folds), branches coarser than the texture (at the
+/// print's own scale they would learn each picture's misalignment by heart).
 struct NetworkOptions {
   int resolution = 256;          ///< texels a side, a power of 2 from 16 to 4096
   int channels = 8;              ///< width of the first level, 1..128
   bool view_independent = true;  ///< false and no view_dependent: a mean texture alone
   bool view_dependent = true;
   bool shadow = true;
+  int shading = 2;  ///< texels of the texture along one of the branches', 1..16, a power of 2:
+                    ///< folds are larger than prints, which are the mean texture's
   bool pixel_bias = false;  ///< a bias for each texel instead of each channel (Lombardi et al.
                             ///< 2018): more detail, less generalisation
 };
@@ -42,6 +45,8 @@ OptionTable describe(NetworkOptions& options);
 
 /// Texels a side of the shadow: a quarter, at least 8.
 int shadow_resolution_of(int resolution);
+/// Texels a side of what the branches see and give, at least 16.
+int branch_resolution_of(const NetworkOptions& options);
 
 /// A parameter's name and shape.
 struct ParameterShape {

@@ -24,6 +24,8 @@ OptionTable describe(TrainOptions& options) {
   table.add("learning_rate", options.learning_rate, 0, 1, "",
             "At its highest; falls to a tenth; 0: as the setting");
   table.add("iterations", options.iterations, 0, 10'000'000, "", "Steps; 0: as the setting");
+  table.add("shading", options.shading, 0, 16, "",
+            "Texels of the texture along one of the branches', a power of 2; 0: as the setting");
   table.add("batch", options.batch, 1, 64, "", "Views a step");
   table.add("weight_decay", options.weight_decay, 0, 1, "", "Of the convolutions");
   table.add("view_independent", options.view_independent,
@@ -40,15 +42,16 @@ OptionTable describe(TrainOptions& options) {
 
 TrainOptions resolved(const TrainOptions& options) {
   struct Numbers {
-    int resolution, channels, iterations;
+    int resolution, channels, shading, iterations;
     double learning_rate;
   };
-  const Numbers numbers = options.setting == TrainSetting::Small ? Numbers{256, 8, 300, 1e-3}
+  const Numbers numbers = options.setting == TrainSetting::Small ? Numbers{256, 8, 2, 300, 1e-3}
                           : options.setting == TrainSetting::Standard
-                              ? Numbers{512, 16, 20'000, 5e-4}
-                              : Numbers{1024, 32, 100'000, 1e-4};
+                              ? Numbers{512, 16, 4, 20'000, 5e-4}
+                              : Numbers{1024, 32, 4, 100'000, 1e-4};
   TrainOptions result = options;
   result.resolution = options.resolution > 0 ? options.resolution : numbers.resolution;
+  result.shading = options.shading > 0 ? options.shading : numbers.shading;
   result.channels = options.channels > 0 ? options.channels : numbers.channels;
   result.iterations = options.iterations > 0 ? options.iterations : numbers.iterations;
   result.learning_rate = options.learning_rate > 0 ? options.learning_rate : numbers.learning_rate;
@@ -57,8 +60,15 @@ TrainOptions resolved(const TrainOptions& options) {
 
 NetworkOptions network_options(const TrainOptions& options) {
   const TrainOptions known = resolved(options);
-  return {known.resolution,     known.channels, known.view_independent,
-          known.view_dependent, known.shadow,   known.pixel_bias};
+  NetworkOptions network;
+  network.resolution = known.resolution;
+  network.channels = known.channels;
+  network.view_independent = known.view_independent;
+  network.view_dependent = known.view_dependent;
+  network.shadow = known.shadow;
+  network.shading = known.shading;
+  network.pixel_bias = known.pixel_bias;
+  return network;
 }
 
 std::string training_text(const TrainOptions& options) {

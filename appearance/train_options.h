@@ -17,6 +17,7 @@ struct TrainOptions {
   int channels = 0;            ///< of the first level, up to 128; 0: as the setting
   double learning_rate = 0;    ///< at its highest, up to 1; 0: as the setting
   int iterations = 0;          ///< up to 10,000,000; 0: as the setting
+  int shading = 0;             ///< NetworkOptions::shading, 1..16; 0: as the setting
   int batch = 2;               ///< views an iteration, 1..64
   double weight_decay = 0.01;  ///< of the convolutions (AdamW), 0..1
   bool view_independent = true;

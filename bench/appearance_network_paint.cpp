@@ -1,15 +1,17 @@
-// One picture of a dressed person: body of 10,000 vertices and garment of 10,000, a network each,
-// into a picture of 1024 x 1024, with everything that a new frame costs (tree, occlusion, raster,
-// networks). Arguments: texels a side, channels, rays a vertex and side (root), pictures' samples.
-// Networks are random: the arithmetic does not ask what they learnt.
+// bench_appearance_network [cuda]: one picture of a dressed person, body of 10,000 vertices and
+// garment of 10,000, a network each, into a picture of 1024 x 1024, with everything that a new
+// frame costs (tree, occlusion, raster, networks). Networks are random: the arithmetic does not ask
+// what they learnt. A program of its own, since Google Benchmark and libtorch 2 share symbols and
+// crash.
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <cstring>
 #include <memory>
 #include <numbers>
 
-#include <benchmark/benchmark.h>
-
 #include "appearance/network/painter.h"
-#include "core/error.h"
 
 namespace atelier {
 namespace {
@@ -49,8 +51,12 @@ Mesh tube(double radius) {
   return mesh;
 }
 
+struct Case {
+  int texels, channels, shading, strata, samples;
+};
+
 /// A network as before training, whose last convolutions give something.
-std::shared_ptr<const AppearanceModel> model_of(const Mesh& mesh, int resolution, int channels) {
+std::shared_ptr<const AppearanceModel> model_of(const Mesh& mesh, const Case& one) {
   AppearanceData data;
   data.name = "tube";
   data.faces = mesh.faces;
@@ -68,8 +74,9 @@ std::shared_ptr<const AppearanceModel> model_of(const Mesh& mesh, int resolution
   view.colors = {120, 80, 60};
   data.views = {view};
   NetworkOptions options;
-  options.resolution = resolution;
-  options.channels = channels;
+  options.resolution = one.texels;
+  options.channels = one.channels;
+  options.shading = one.shading;
   auto model = std::make_shared<AppearanceModel>(initial_model(data, options, 1));
   for (auto& [name, tensor] : model->parameters) {
     if (name.ends_with(".last.g")) {
@@ -79,24 +86,15 @@ std::shared_ptr<const AppearanceModel> model_of(const Mesh& mesh, int resolution
   return model;
 }
 
-void paint(benchmark::State& state, Device device) {
+/// Milliseconds of one picture, the median of some.
+double paint(const Case& one, Device device, int pictures) {
   const Mesh body = tube(0.2);
   const Mesh garment = tube(0.25);
   PaintOptions options;
-  options.samples = static_cast<int>(state.range(3));
-  options.occlusion.strata = static_cast<int>(state.range(2));
-  const auto texels = static_cast<int>(state.range(0));
-  const auto channels = static_cast<int>(state.range(1));
-  std::unique_ptr<Painter> painter;
-  try {
-    painter = std::make_unique<Painter>(
-        std::vector<PaintedLayer>{{body.faces, model_of(body, texels, channels)},
-                                  {garment.faces, model_of(garment, texels, channels)}},
-        options, device);
-  } catch (const EnvironmentError& error) {
-    state.SkipWithError(error.what());
-    return;
-  }
+  options.samples = one.samples;
+  options.occlusion.strata = one.strata;
+  Painter painter({{body.faces, model_of(body, one)}, {garment.faces, model_of(garment, one)}},
+                  options, device);
   Camera camera;
   camera.id = "front";
   camera.width = camera.height = kSide;
@@ -104,31 +102,38 @@ void paint(benchmark::State& state, Device device) {
   camera.cx = camera.cy = 0.5 * kSide;
   camera.camera_from_world_rotation << 1, 0, 0, 0, -1, 0, 0, 0, -1;
   camera.camera_from_world_translation = {0, 0.8, 3};
-  int frame = 0;
-  painter->paint({body.vertices, garment.vertices}, camera);  // memory and libraries
-  for (auto _ : state) {
+  std::vector<double> times;
+  for (int i = 0; i <= pictures; ++i) {
     Points moved = garment.vertices;
-    moved.col(1).array() += 1e-3 * std::sin(0.1 * ++frame);
-    benchmark::DoNotOptimize(painter->paint({body.vertices, moved}, camera).data.data());
+    moved.col(1).array() += 1e-3 * std::sin(0.1 * i);
+    const auto begin = std::chrono::steady_clock::now();
+    painter.paint({body.vertices, moved}, camera);
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+    if (i > 0) {  // the first one takes memory and loads kernels
+      times.push_back(took.count());
+    }
   }
-  state.counters["frames/s"] =
-      benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+  std::nth_element(times.begin(), times.begin() + pictures / 2, times.end());
+  return times[static_cast<std::size_t>(pictures / 2)];
 }
-
-BENCHMARK_CAPTURE(paint, cpu, Device::Cpu)
-    ->Args({256, 8, 8, 1})
-    ->Args({1024, 16, 8, 2})
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(paint, cuda, Device::Cuda)
-    ->Args({256, 8, 8, 1})
-    ->Args({512, 16, 8, 1})
-    ->Args({1024, 16, 4, 1})
-    ->Args({1024, 16, 8, 1})
-    ->Args({1024, 32, 8, 1})
-    ->Args({1024, 16, 8, 2})
-    ->UseRealTime()
-    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace atelier
+
+int main(int argc, char** argv) {
+  using namespace atelier;
+  const bool cuda = argc > 1 && std::strcmp(argv[1], "cuda") == 0;
+  std::printf("| texels | channels | shading | rays a side | samples | ms | pictures/s |\n");
+  std::printf("|---|---|---|---|---|---|---|\n");
+  const std::vector<Case> cases =
+      cuda ? std::vector<Case>{{256, 8, 2, 8, 1},   {512, 16, 4, 8, 1},  {1024, 16, 4, 4, 1},
+                               {1024, 16, 4, 8, 1}, {1024, 32, 4, 8, 1}, {1024, 32, 1, 8, 1},
+                               {1024, 16, 4, 8, 2}}
+           : std::vector<Case>{{256, 8, 2, 8, 1}, {1024, 16, 4, 8, 2}};
+  for (const Case& one : cases) {
+    const double ms = paint(one, cuda ? Device::Cuda : Device::Cpu, cuda ? 40 : 3);
+    std::printf("| %d | %d | %d | %d | %d | %.1f | %.1f |\n", one.texels, one.channels, one.shading,
+                one.strata * one.strata, one.samples * one.samples, ms, 1e3 / ms);
+    std::fflush(stdout);
+  }
+}

@@ -127,7 +127,8 @@ struct AppearanceNetwork::State {
     torch::Tensor output, features;
   };
   Branch unet(const Parts& p, const std::string& name, const torch::Tensor& inputs) const {
-    const int levels = std::bit_width(static_cast<unsigned>(options.resolution / kLeastSide)) - 1;
+    const int levels =
+        std::bit_width(static_cast<unsigned>(branch_resolution_of(options) / kLeastSide)) - 1;
     std::vector<torch::Tensor> down = {activated(convolved(p, name + ".first", inputs, 1, false))};
     for (int level = 0; level < levels; ++level) {
       down.push_back(
@@ -157,9 +158,23 @@ struct AppearanceNetwork::State {
         .reshape({1, rows.size(1), options.resolution, options.resolution});
   }
 
-  /// What the branches and the shadow take of a surface seen from a point: [1,4,R,R] normal and
-  /// ambient visibility of the side that is seen, [1,3,R,R] direction to the point in that side's
-  /// tangent frame, [1,1,R,R] the visibility minus its mean.
+  /// Squares of texels averaged, to so many a side.
+  static torch::Tensor coarser(const torch::Tensor& x, std::int64_t side) {
+    const std::int64_t ratio = x.size(3) / side;
+    return ratio > 1 ? torch::avg_pool2d(x, {ratio, ratio}) : x;
+  }
+  torch::Tensor enlarged(const torch::Tensor& x) const {
+    return nf::interpolate(
+        x, nf::InterpolateFuncOptions()
+               .size(std::vector<std::int64_t>{options.resolution, options.resolution})
+               .mode(torch::kBilinear)
+               .align_corners(false));
+  }
+
+  /// What the branches and the shadow take of a surface seen from a point: [1,4,r,r] normal and
+  /// ambient visibility of the side that is seen, [1,3,r,r] direction to the point in that side's
+  /// tangent frame, at the branches' resolution, and [1,1,l,l] the visibility minus its mean at the
+  /// shadow's.
   struct Inputs {
     torch::Tensor geometry, direction, openness;
   };
@@ -177,8 +192,11 @@ struct AppearanceNetwork::State {
         torch::where(inside, visibility.slice(1, 1, 2), visibility.slice(1, 0, 1));
     const torch::Tensor direction =
         torch::cat({(to * tangent).sum(1, true), (to * across).sum(1, true), height.abs()}, 1);
-    return {pictured(torch::cat({facing, visible}, 1)), pictured(direction),
-            pictured(visible - at_texels(mean_visibility, corners))};
+    const int side = branch_resolution_of(options);
+    return {coarser(pictured(torch::cat({facing, visible}, 1)), side),
+            coarser(pictured(direction), side),
+            coarser(pictured(visible - at_texels(mean_visibility, corners)),
+                    shadow_resolution_of(options.resolution))};
   }
 
   /// [B,3,R,R] in linear light, without gain.
@@ -193,7 +211,8 @@ struct AppearanceNetwork::State {
       directions.push_back(one.direction);
       openness.push_back(one.openness);
     }
-    torch::Tensor share = torch::ones({count, 3, side, side}, torch::device(device));
+    const std::int64_t branch_side = branch_resolution_of(options);
+    torch::Tensor share = torch::ones({count, 3, branch_side, branch_side}, torch::device(device));
     torch::Tensor features = torch::cat(geometry, 0);
     if (options.view_independent) {
       const Branch branch = unet(p, "independent", features);
@@ -204,16 +223,13 @@ struct AppearanceNetwork::State {
       const torch::Tensor direction = torch::cat(directions, 0).to(features.scalar_type());
       share = share + unet(p, "dependent", torch::cat({direction, features}, 1)).output;
     }
+    share = branch_side < side ? enlarged(share) : share;
     if (options.shadow) {
-      const std::int64_t ratio = side / shadow_resolution_of(options.resolution);
-      torch::Tensor x = torch::avg_pool2d(torch::cat(openness, 0), {ratio, ratio});
+      torch::Tensor x = torch::cat(openness, 0);
       x = activated(convolved(p, "shadow.first", x, 1, false));
       x = activated(convolved(p, "shadow.middle", x, 1, false));
       x = torch::sigmoid(convolved(p, "shadow.last", x, 1, false).to(torch::kFloat32));
-      share = share * nf::interpolate(x, nf::InterpolateFuncOptions()
-                                             .size(std::vector<std::int64_t>{side, side})
-                                             .mode(torch::kBilinear)
-                                             .align_corners(false));
+      share = share * enlarged(x);
     }
     return (share * p.at("texture.mean"))
         .reshape({count, 3, side * side})
@@ -328,7 +344,9 @@ AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device
   state.decays = torch::cat(decays, 0);
   state.first = torch::zeros_like(state.decays);
   state.second = torch::zeros_like(state.decays);
-  const TexelMap map = texel_map(model.faces, model.uvs, model.uv_faces, model.options.resolution);
+  constexpr int kReach = 8;  // coarse texels take what lies beside their chart
+  const TexelMap map =
+      texel_map(model.faces, model.uvs, model.uv_faces, model.options.resolution, kReach);
   const auto count = static_cast<std::int64_t>(map.covered.size());
   std::vector<std::int64_t> corners;
   std::vector<std::int64_t> uv_corners;
