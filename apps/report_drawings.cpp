@@ -31,10 +31,6 @@
 #ifdef ATELIER_HAS_SIMULATION
 #include "apps/simulation_scene.h"
 #endif
-#ifdef ATELIER_HAS_APPEARANCE
-#include "apps/child_program.h"
-#include "apps/paint_scene.h"
-#endif
 
 namespace atelier {
 namespace {
@@ -426,71 +422,6 @@ std::string strip_pictures(const ReportPlaces& places) {
                 "The simulated garment");
 }
 
-#ifdef ATELIER_HAS_APPEARANCE
-/// What the networks draw beside what the front camera saw, in the middle and at the end, which no
-/// training saw where frames are held out.
-std::string look_pictures(const ReportPlaces& places) {
-  std::optional<Dataset> dataset = dataset_of(places);
-  const std::optional<Tracked> tracked = dataset ? tracked_of(places, *dataset) : std::nullopt;
-  if (!tracked || tracked->camera < 0 || !has_child_program("atelier-appearance")) {
-    return "";
-  }
-  PaintedScene scene;
-  scene.cameras = {dataset->cameras[static_cast<std::size_t>(tracked->camera)]};
-  std::vector<Sequence> sequences = {open_sequence(result_of(places, "body"))};
-  const fs::path networks = result_of(places, "appearance");
-  const auto add = [&](const std::string& name, const Sequence& sequence) {
-    const fs::path model = networks / name / "model.safetensors";
-    SceneLayer layer;
-    layer.name = name;
-    layer.model = fs::exists(model) ? model.string() : "";
-    layer.faces = sequence.faces;
-    scene.layers.push_back(std::move(layer));
-  };
-  add("body", sequences[0]);
-  for (const auto& entry : fs::directory_iterator(result_of(places, "register") / "registered")) {
-    sequences.push_back(open_sequence(entry.path()));
-    add(entry.path().filename().string(), sequences.back());
-  }
-  const std::vector<int>& all = sequences.back().frame_ids;
-  for (const int id : {all[all.size() / 2], all.back()}) {
-    std::vector<Points> vertices;
-    for (const Sequence& sequence : sequences) {
-      const auto at = std::find(sequence.frame_ids.begin(), sequence.frame_ids.end(), id);
-      if (at != sequence.frame_ids.end()) {
-        vertices.push_back(frame(sequence, at - sequence.frame_ids.begin()).vertices);
-      }
-    }
-    if (vertices.size() == sequences.size() &&
-        (scene.frame_ids.empty() || scene.frame_ids.back() < id)) {
-      scene.frame_ids.push_back(id);
-      scene.vertices.push_back(std::move(vertices));
-    }
-  }
-  const Camera camera = scene.cameras.front();
-  FrameReader reader(std::move(*dataset));
-  std::vector<CaptionedImage> cells;
-  PaintHooks hooks;
-  hooks.picture = [&](Index i, const Image& painted) {
-    const int id = scene.frame_ids[static_cast<std::size_t>(i)];
-    const auto image = reader.image(tracked->camera, id);
-    if (image) {
-      Image opaque(painted.width, painted.height, 3);
-      for (std::size_t p = 0; p < opaque.data.size(); ++p) {
-        opaque.data[p] = painted.data[4 * (p / 3) + p % 3];
-      }
-      cells.push_back({scaled(coloured(*image)), "captured, frame " + std::to_string(id)});
-      cells.push_back({scaled(opaque), "drawn"});
-    }
-  };
-  paint_scene(scene, {}, Device::Cpu, hooks);
-  return cells.empty() ? ""
-                       : figure(contact_sheet(cells, {.columns = 4}),
-                                "What the networks draw, beside the pictures of camera " +
-                                    camera.id + "; bodies without a network are grey");
-}
-#endif
-
 }  // namespace
 
 std::string drawings_of(const std::string& stage, const ReportPlaces& places) {
@@ -499,10 +430,7 @@ std::string drawings_of(const std::string& stage, const ReportPlaces& places) {
          : stage == "body"      ? body_pictures(places)
          : stage == "register"  ? register_pictures(places)
          : stage == "simulate"  ? strip_pictures(places)
-#ifdef ATELIER_HAS_APPEARANCE
-         : stage == "appearance" ? look_pictures(places)
-#endif
-                                 : "";
+                                : "";
 }
 
 }  // namespace atelier

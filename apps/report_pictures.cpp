@@ -1,7 +1,9 @@
 #include "apps/report_pictures.h"
 
+#include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <vector>
 
 #include "apps/report_page.h"
@@ -10,6 +12,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
+#include "core/limits.h"
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CORE_RENDER) && \
     defined(ATELIER_HAS_BODYMODEL)
 #include "apps/report_drawings.h"
@@ -82,6 +85,41 @@ std::string body_plots(const fs::path& result) {
   return svg.empty() ? "" : "<figure>" + svg + "<figcaption>Over frames</figcaption></figure>\n";
 }
 
+/// How each network came to what it is, from its training.csv: at most so many steps of it.
+std::string training_plots(const StageStatus& status, const fs::path& result) {
+  constexpr std::size_t kSteps = 120;
+  std::string html;
+  for (const ManifestOutput& output : status.manifest->outputs) {
+    if (!output.path.ends_with("training.csv")) {
+      continue;
+    }
+    FramePlot all{"PSNR of the training's pixels, dB", {}, {}};
+    std::istringstream lines(read_file_text(result / output.path, Limits{}.text_file_bytes));
+    std::string line;
+    std::getline(lines, line);  // names of the columns
+    while (std::getline(lines, line)) {
+      int step = 0;
+      double loss = 0;
+      double psnr = 0;
+      if (std::sscanf(line.c_str(), "%d,%lf,%lf", &step, &loss, &psnr) == 3) {
+        all.frame_ids.push_back(step);
+        all.values.push_back(psnr);
+      }
+    }
+    FramePlot some{all.label, {}, {}};
+    const std::size_t stride = 1 + all.values.size() / kSteps;
+    for (std::size_t i = 0; i < all.values.size(); i += stride) {
+      some.frame_ids.push_back(all.frame_ids[i]);
+      some.values.push_back(all.values[i]);
+    }
+    const std::string svg = plots_svg({some});
+    html += svg.empty() ? ""
+                        : "<figure>" + svg + "<figcaption>" + html_text(output.path) +
+                              ", over steps</figcaption></figure>\n";
+  }
+  return html;
+}
+
 /// Each pattern.svg of the result, as a picture.
 std::string patterns(const StageStatus& status, const fs::path& result) {
   std::string html;
@@ -103,6 +141,9 @@ std::string pictures_of(const StageStatus& status, const fs::path& workspace,
   const fs::path result = workspace / status.stage / folder_name(status.manifest->key);
   if (status.stage == "flatten") {
     return patterns(status, result);
+  }
+  if (status.stage == "appearance") {
+    return training_plots(status, result);
   }
   std::string html;
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CORE_RENDER) && \
