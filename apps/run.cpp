@@ -309,7 +309,7 @@ class ChainRun {
     if (report.end == StageReport::End::Done) {
       std::cout << ", " << duration_text(one.seconds) << ", "
                 << bytes_text(static_cast<double>(report.manifest.peak_memory_bytes))
-                << " of memory";
+                << " of memory so far";
     }
     std::cout << std::endl;
     for (const std::string& warning : report.plan.warnings) {

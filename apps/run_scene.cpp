@@ -48,7 +48,14 @@ MadeOf made_of(const std::vector<fs::path>& results) {
   for (const fs::path& result : results) {
     const std::string stage = result.parent_path().filename().string();
     all.text += stage + " " + result.filename().string() + "\n";
-    add_consent(all.consent, read_manifest(result, stage).consent);
+    const Manifest manifest = read_manifest(result, stage);
+    for (const Finding& finding : check_outputs(result, manifest, Check::Digests)) {
+      if (finding.severity == Severity::Error) {
+        throw DataError(finding.place, "", finding.what,
+                        "a sound result; run 'atelier " + stage + "' again");
+      }
+    }
+    add_consent(all.consent, manifest.consent);
   }
   all.text += consent_toml(all.consent);
   return all;

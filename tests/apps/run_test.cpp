@@ -16,7 +16,9 @@
 #include "apps/run_account.h"
 #include "apps/targets.h"
 #include "core/io/file_bytes.h"
+#include "core/store/commit.h"
 #include "core/store/file_lock.h"
+#include "core/store/input_digest.h"
 #include "core/store/result.h"
 #include "tests/apps/browser.h"
 #include "tests/capture/small_capture.h"
@@ -225,6 +227,62 @@ TEST_F(Run, ErrorsOfTheCaptureAreSaidAndRememberedByTheExitCode) {
   EXPECT_THAT(result.out, HasSubstr("the capture has errors"));
   EXPECT_THAT(read_file_text(workspace_ / "report/index.html", 1 << 26),
               HasSubstr("the capture has errors"));
+}
+
+/// A result of `template`: a patch of cloth, of somebody who agreed to something.
+fs::path make_template(const fs::path& workspace) {
+  const fs::path staging = workspace / "template" / ".staging-0";
+  fs::create_directories(staging / "garments");
+  std::ofstream patch(staging / "garments" / "upper.obj");
+  constexpr int kSide = 6;
+  for (int y = 0; y <= kSide; ++y) {
+    for (int x = 0; x <= kSide; ++x) {
+      patch << "v " << 0.05 * x << " " << 0.05 * y << " 0\n";
+    }
+  }
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      const int v = y * (kSide + 1) + x + 1;
+      patch << "f " << v << " " << v + 1 << " " << v + kSide + 2 << "\n";
+      patch << "f " << v << " " << v + kSide + 2 << " " << v + kSide + 1 << "\n";
+    }
+  }
+  patch.close();
+  Manifest manifest;
+  manifest.stage = "template";
+  manifest.stage_version = 1;
+  manifest.canonical_options = "{}";
+  manifest.key = stage_key("template", 1, "", "{}", {});
+  manifest.started = manifest.finished = "2026-01-01T00:00:00Z";
+  manifest.consent = {{"P. Doe", "research", "2999-12-31"}};
+  const FileDigest digest = digest_of_file(staging / "garments" / "upper.obj");
+  manifest.outputs.push_back({"garments/upper.obj", digest.size, digest.digest});
+  const fs::path result = workspace / "template" / folder_name(manifest.key);
+  commit_result(staging, result, manifest);
+  return result;
+}
+
+TEST_F(Run, ConsentGoesAlongIntoWhatIsMadeOfResults) {
+  write_small_capture(capture_, SmallCapture());  // with labels: there are clothes
+  make_template(workspace_);
+  for (const char* time : {"first", "done already"}) {
+    const ChildResult result = run({"--from", "flatten", "--to", "flatten"});
+    ASSERT_EQ(result.exit_code, 0) << time << result.err;
+  }
+  const Manifest made = manifest("flatten");
+  ASSERT_EQ(made.consent.size(), 1U);
+  EXPECT_EQ(made.consent.front().who, "P. Doe");
+  EXPECT_GE(made.metrics.at("panels"), 1);
+  EXPECT_TRUE(fs::exists(workspace_ / "flatten/current/upper/pattern.svg"));
+}
+
+TEST_F(Run, ADamagedResultIsNotBuiltUpon) {
+  write_small_capture(capture_, SmallCapture());
+  std::ofstream(make_template(workspace_) / "garments" / "upper.obj", std::ios::app) << "v 9 9 9\n";
+  const ChildResult result = run({"--from", "flatten", "--to", "flatten"});
+  EXPECT_EQ(result.exit_code, 3) << result.out;
+  EXPECT_THAT(result.err, HasSubstr("run 'atelier template' again"));
+  EXPECT_FALSE(has_result("flatten"));
 }
 
 TEST_F(Run, ASecondOneInTheSameWorkspaceIsRefusedWhileTheFirstWorks) {
