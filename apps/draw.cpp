@@ -107,11 +107,13 @@ Cast cast_of(const DrawArguments& arguments) {
     }
     given[garment.substr(0, at)] = garment.substr(at + 1);
   }
+  std::set<std::string> names;
   for (const auto& entry : fs::directory_iterator(networks)) {
-    const std::string name = entry.path().filename().string();
-    if (!entry.is_directory() || name == "body") {
-      continue;
+    if (entry.is_directory() && entry.path().filename() != "body") {
+      names.insert(entry.path().filename().string());
     }
+  }
+  for (const std::string& name : names) {
     const auto found = given.find(name);
     add_layer(cast, name,
               found != given.end() ? found->second
@@ -124,8 +126,6 @@ Cast cast_of(const DrawArguments& arguments) {
   if (!given.empty()) {
     throw UsageError("the workspace has no network of a garment '" + given.begin()->first + "'");
   }
-  std::sort(cast.scene.layers.begin() + 1, cast.scene.layers.end(),
-            [](const SceneLayer& a, const SceneLayer& b) { return a.name < b.name; });
   return cast;
 }
 
