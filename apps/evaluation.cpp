@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "apps/animate_measures.h"
 #include "apps/appearance_measures.h"
 #include "apps/body_measures.h"
 #include "apps/flatten_measures.h"
@@ -49,6 +50,11 @@ constexpr Evaluation kEvaluations[] = {
 #endif
 #ifdef ATELIER_HAS_APPEARANCE
     {"appearance", measure_appearance},
+#endif
+#if defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) && \
+    defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_CORE_RENDER)
+    {"material", measure_material},
+    {"animate", measure_animate},
 #endif
 };
 

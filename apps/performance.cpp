@@ -14,17 +14,10 @@
 namespace atelier {
 namespace {
 
-constexpr double kTransition = 0.9;    // s at least from the rest pose to where the motion begins
-constexpr double kQuickest = 2.0;      // m/s, of any joint on that way
 constexpr double kHold = 0.25;         // s for the cloth to calm down there
 constexpr double kLead = 1.0;          // s of motion that is simulated before the first frame
 constexpr double kRamp = 0.5;          // s in which a motion that is entered midway gains its speed
 constexpr double kMinimalSeconds = 4;  // the minimal sequence is spread over its whole motion
-
-double eased(double t) {
-  t = std::clamp(t, 0.0, 1.0);
-  return t * t * t * (t * (6 * t - 15) + 10);
-}
 
 /// Everything but cloth at one pose.
 PerformedFrame posed(const Performance& performance, const SynthesisOptions& options,
@@ -88,18 +81,14 @@ struct Timeline {
   const Performance& performance;
   double step_seconds;
   Pose rest;
-  double transition = kTransition;  ///< s
+  double transition = 0;  ///< s from the rest pose to where the motion begins
 
   Timeline(const Performance& performance_, double step_seconds_)
       : performance(performance_),
         step_seconds(step_seconds_),
         rest(rest_pose(performance_.subject.model.skeleton)) {
-    // The quickest joint is at eased()'s greatest slope, 15/8, half way.
-    const Skeleton& skeleton = performance.subject.model.skeleton;
-    const Points way = forward_kinematics(skeleton, performance.clothed.pose(begin())).positions -
-                       rest_positions(skeleton);
-    transition = std::max(kTransition,
-                          1.875 * std::sqrt(way.rowwise().squaredNorm().maxCoeff()) / kQuickest);
+    transition = transition_seconds(performance.subject.model.skeleton, rest,
+                                    performance.clothed.pose(begin()));
   }
 
   /// Where in the motion it is entered.

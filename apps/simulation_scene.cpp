@@ -275,53 +275,10 @@ OptionTable describe(SimulateOptions& options) {
   table.add("membrane", options.membrane, {"springs", "strain"},
             "Edges as springs, or orthotropic triangles, which need a flat rest shape");
   table.add("wind", options.wind, -200, 200, "m/s", "Three numbers, or none for still air");
-  table.add("material.name", options.material.name, fabric_names(),
-            "A fabric from published measurements; other material options then change it");
-  Material custom;
-  const OptionTable defaults = describe(custom);
-  OptionTable material = describe(options.material);
-  for (std::size_t i = 0; i < material.fields.size(); ++i) {
-    OptionField& field = material.fields[i];
-    field.min = kFabricsOwn;
-    field.help += "; -1 for the fabric's own (custom: " + option_text(defaults.fields[i]) + ")";
-  }
-  table.add("material", material);
+  table.add("material", describe_said(options.material, fabric_names()));
   OptionTable xpbd = describe(options.xpbd);
   std::erase_if(xpbd.fields, [](const OptionField& field) { return field.name == "time_step"; });
   return table.add("xpbd", xpbd);
-}
-
-Material fabrics_own_material() {
-  Material material;
-  material.name = "custom";
-  for (const OptionField& field : describe(material).fields) {
-    *std::get<double*>(field.target) = kFabricsOwn;
-  }
-  return material;
-}
-
-Material material_of(const SimulateOptions& options) {
-  Material said = options.material;
-  Material material;
-  material.name = said.name;
-  if (!said.name.empty() && said.name != "custom") {
-    material = fabric_material(said.name);
-  }
-  const OptionTable to = describe(material);
-  const OptionTable from = describe(said);
-  for (std::size_t i = 0; i < from.fields.size(); ++i) {
-    const double value = *std::get<double*>(from.fields[i].target);
-    if (value == kFabricsOwn) {
-      continue;
-    }
-    if (value < to.fields[i].min) {
-      throw UsageError("material." + to.fields[i].name + " cannot be " +
-                       option_text(from.fields[i]) + ": it takes " + option_range(to.fields[i]) +
-                       ", or -1 for the fabric's own");
-    }
-    *std::get<double*>(to.fields[i].target) = value;
-  }
-  return material;
 }
 
 std::string relaxed_text(const RelaxedGarment& relaxed, double seconds) {
@@ -398,7 +355,7 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   scene.garment.mesh.vertices *= options.scale;
   scene.garment.mesh.vertices.rowwise() +=
       Eigen::RowVector3d(options.move_x, options.move_y, options.move_z);
-  scene.garment.material = material_of(options);
+  scene.garment.material = said_material(options.material);
   if (options.sewn && !scene.garment.seams.empty()) {
     scene.garment = weld_seams(scene.garment);
   }

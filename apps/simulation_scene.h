@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/said_material.h"
 #include "core/device.h"
 #include "core/finding.h"
 #include "core/garment.h"
@@ -13,10 +14,6 @@
 #include "simulation/xpbd.h"
 
 namespace atelier {
-
-/// A material of which nothing is said: the fabric "custom", every number kFabricsOwn.
-Material fabrics_own_material();
-constexpr double kFabricsOwn = -1;
 
 /// What `simulate` needs beside the files; the same for the stage and for the command alone.
 struct SimulateOptions {
@@ -36,15 +33,10 @@ struct SimulateOptions {
   bool sewn = true;                            ///< seams of the garment are closed before it moves
   std::string membrane = "springs";            ///< see ClothOptions
   std::vector<double> wind;                    ///< m/s, three numbers, or none
-  Material material = fabrics_own_material();  ///< what is said of it, see material_of
+  Material material = fabrics_own_material();  ///< what is said of it, see said_material
   XpbdOptions xpbd;
 };
 OptionTable describe(SimulateOptions& options);
-
-/// The material that the options say: the named fabric's, of "custom" the defaults of Material,
-/// with every value that was said in its place. Throws UsageError for a value below its range that
-/// is not kFabricsOwn.
-Material material_of(const SimulateOptions& options);
 
 /// How near a relaxed garment hangs to the captured one, as a sentence.
 std::string relaxed_text(const RelaxedGarment& relaxed, double seconds);

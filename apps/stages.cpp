@@ -2,9 +2,11 @@
 
 #include <array>
 
+#include "apps/animate_stage.h"
 #include "apps/appearance_stage.h"
 #include "apps/body_stage.h"
 #include "apps/flatten.h"
+#include "apps/material_stage.h"
 #include "apps/personalize_stage.h"
 #include "apps/reconstruct_stage.h"
 #include "apps/register_stage.h"
@@ -162,6 +164,31 @@ constexpr std::array kStages = {
           .metrics = kAppearanceMetrics,
           .options = option_set<AppearanceStageOptions>,
           .run = run_ceiling,
+          .has_cuda = true,
+          .device_keyed = true},
+#endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
+    defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
+    defined(ATELIER_HAS_CORE_RENDER)
+    Stage{.name = "material",
+          .version = 1,
+          .summary = "how stiff each garment's cloth is, from how it moved",
+          .inputs = {"capture", "person", "tracked", "bodies", "template", "registered"},
+          .outputs = {"fitted_material"},
+          .metrics = kMaterialMetrics,
+          .options = option_set<MaterialStageOptions>,
+          .run = run_material},
+    Stage{.name = "animate",
+          .version = 1,
+          .summary = "the person and the simulated garments in a motion, as meshes and pictures",
+          .inputs = {"capture", "person", "tracked"},
+          .optional_inputs = {"bodies", "template", "registered", "fitted_material"},
+          .outputs = {"animation"},
+          .metrics = kAnimateMetrics,
+          .options = option_set<AnimateOptions>,
+          .file_options = {"motion", "body", "garment", "cloth_sequence"},
+          .run = run_animate,
+          .frame_wise = true,
           .has_cuda = true,
           .device_keyed = true},
 #endif

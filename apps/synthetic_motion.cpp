@@ -23,11 +23,6 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-double eased(double t) {
-  t = std::clamp(t, 0.0, 1.0);
-  return t * t * t * (t * (6 * t - 15) + 10);
-}
-
 /// What a body does at one moment, in words of anatomy: angles in radians, sides left and right.
 struct Stance {
   double thigh[2] = {0, 0};         ///< forward
@@ -347,6 +342,20 @@ Eigen::Vector3d across_hips(const Humanoid& person, const Points& joints) {
 
 }  // namespace
 
+double eased(double t) {
+  t = std::clamp(t, 0.0, 1.0);
+  return t * t * t * (t * (6 * t - 15) + 10);
+}
+
+double transition_seconds(const Skeleton& skeleton, const Pose& from, const Pose& to) {
+  constexpr double kLeast = 0.9;     // s
+  constexpr double kQuickest = 2.0;  // m/s
+  constexpr double kSlope = 1.875;   // of eased(), half way, where the quickest joint is
+  const Points way =
+      forward_kinematics(skeleton, to).positions - forward_kinematics(skeleton, from).positions;
+  return std::max(kLeast, kSlope * std::sqrt(way.rowwise().squaredNorm().maxCoeff()) / kQuickest);
+}
+
 bool is_procedural(const std::string& motion) {
   return motion == "stride" || motion == "squat" || motion == "raise" || motion == "twist" ||
          motion == "spin" || motion == "range";
@@ -365,10 +374,16 @@ OptionTable describe(MotionChoice& choice) {
 
 ContinuousMotion facing_as_at_rest(const BodyModel& model, const ContinuousMotion& motion,
                                    double entry) {
+  return facing_as(model, motion, entry, rest_pose(model.skeleton));
+}
+
+ContinuousMotion facing_as(const BodyModel& model, const ContinuousMotion& motion, double entry,
+                           const Pose& standing) {
   const Humanoid person = recognised_humanoid(model.skeleton);
   const JointFrames rest = forward_kinematics(model.skeleton, rest_pose(model.skeleton));
+  const JointFrames wanted = forward_kinematics(model.skeleton, standing);
   const JointFrames then = forward_kinematics(model.skeleton, motion.pose(entry));
-  const Eigen::Vector3d to = across_hips(person, rest.positions);
+  const Eigen::Vector3d to = across_hips(person, wanted.positions);
   const Eigen::Vector3d from = across_hips(person, then.positions);
   // Lying on the side hips have no direction along the ground.
   const double angle = from.norm() < 1e-3
@@ -377,7 +392,8 @@ ContinuousMotion facing_as_at_rest(const BodyModel& model, const ContinuousMotio
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
   const Eigen::Vector3d root = rest.positions.row(0).transpose();
-  Eigen::Vector3d shift = root - turn * then.positions.row(0).transpose();
+  Eigen::Vector3d shift =
+      wanted.positions.row(0).transpose() - turn * then.positions.row(0).transpose();
   shift.y() = 0;
   const Eigen::Matrix3d basis = rest.rotations.front();
   return {[pose_of = motion.pose, turn, shift, basis, root](double seconds) {

@@ -40,6 +40,17 @@ bool is_procedural(const std::string& motion);
 ContinuousMotion facing_as_at_rest(const BodyModel& model, const ContinuousMotion& motion,
                                    double entry);
 
+/// The same as in any pose.
+ContinuousMotion facing_as(const BodyModel& model, const ContinuousMotion& motion, double entry,
+                           const Pose& standing);
+
+/// From 0 to 1 with neither speed nor acceleration at both ends; flat outside of [0, 1].
+double eased(double t);
+
+/// How long the way from one pose to another takes, eased, if no joint is to be quicker than 2 m/s:
+/// at least 0.9 s.
+double transition_seconds(const Skeleton& skeleton, const Pose& from, const Pose& to);
+
 /// From one pose to another, rotation vectors along the straight line, `share` in [0, 1].
 Pose blended(const Pose& from, const Pose& to, double share);
 

@@ -59,6 +59,11 @@ const std::filesystem::path& ActiveRun::input(std::string_view kind) const {
   throw LogicError(std::string(stage_.name) + " has no input " + std::string(kind));
 }
 
+bool ActiveRun::has_input(std::string_view kind) const {
+  return std::any_of(plan_.manifest.inputs.begin(), plan_.manifest.inputs.end(),
+                     [&](const ManifestInput& input) { return input.kind == kind; });
+}
+
 bool ActiveRun::each_frame(const std::string& folder, const std::string& extension,
                            const std::vector<int>& frame_ids,
                            const std::function<void(int, const std::filesystem::path&)>& write,

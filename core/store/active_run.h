@@ -22,6 +22,7 @@ class ActiveRun : public StageRun {
             const StageEvents& events);
 
   const std::filesystem::path& input(std::string_view kind) const override;
+  bool has_input(std::string_view kind) const override;
   Device device() const override { return request_.device; }
   bool each_frame(const std::string& folder, const std::string& extension,
                   const std::vector<int>& frame_ids,

@@ -23,6 +23,9 @@ class StageRun {
   /// Where the input of a kind named in the stage's row is.
   virtual const std::filesystem::path& input(std::string_view kind) const = 0;
 
+  /// Whether an input of this kind is there: always, but for those that the row calls optional.
+  virtual bool has_input(std::string_view kind) const = 0;
+
   template <class Options>
   const Options& options() const {
     return *static_cast<const Options*>(option_values());
@@ -92,11 +95,15 @@ struct Stage {
   std::string_view name;     ///< a verb or noun, also the command and the folder in the workspace
   int version = 1;           ///< raised whenever the same inputs and options give another result
   std::string_view summary;  ///< one line for --help
-  std::array<std::string_view, 6> inputs{};   ///< kinds; one that no row makes is the INPUT given
+  std::array<std::string_view, 6> inputs{};  ///< kinds; one that no row makes is the INPUT given
+  /// Kinds that it can do without: results of earlier stages, read where they are.
+  std::array<std::string_view, 6> optional_inputs{};
   std::array<std::string_view, 6> outputs{};  ///< kinds
   std::span<const StageMetric> metrics{};     ///< every number that it may give
   OptionSet (*options)() = nullptr;           ///< its defaults: option_set<ItsOptions>
-  void (*run)(StageRun& run) = nullptr;       ///< read -> call -> write
+  /// Options, strings, that may name a file: another content is another result.
+  std::array<std::string_view, 6> file_options{};
+  void (*run)(StageRun& run) = nullptr;  ///< read -> call -> write
   /// Throws DataError if an INPUT is of another kind; quick, since every plan asks it. Null: only
   /// the run finds out.
   void (*check_input)(const std::filesystem::path& input) = nullptr;

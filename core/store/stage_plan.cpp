@@ -54,6 +54,21 @@ void add_outside_input(StagePlan& plan, std::string_view kind, const Stage& stag
   add_consent(plan.manifest.consent, read_consent(path));
 }
 
+/// A file that an option names, where there is one.
+void add_named_file(StagePlan& plan, const OptionField& field, const Stage& stage,
+                    const StageEvents& events) {
+  const auto* const name = std::get_if<std::string*>(&field.target);
+  if (name == nullptr || (*name)->empty() ||
+      file_kind(**name) == std::filesystem::file_type::not_found) {
+    return;  // a word that is no file, or one whose absence the stage tells of
+  }
+  const std::filesystem::path path = real_path(**name);
+  const InputDigest digest = digest_of_input(path, events, consent_part(stage));
+  plan.manifest.inputs.push_back({"--" + field.name, path.string(), digest.digest, digest.files,
+                                  digest.bytes, "", digest.stamp});
+  plan.input_paths.push_back(path);
+}
+
 /// The result of an earlier stage.
 void add_stage_input(StagePlan& plan, std::string_view kind, const Stage& maker,
                      const StageRequest& request, const StageEvents& events) {
@@ -192,6 +207,18 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const St
       add_outside_input(plan, kind, stage, request, events);
     } else {
       add_stage_input(plan, kind, *maker, request, events);
+    }
+  }
+  for (const std::string_view kind : stage.optional_inputs) {
+    const Stage* maker = stage_that_makes(stages, kind);
+    if (maker != nullptr && current_name(request.workspace / maker->name)) {
+      add_stage_input(plan, kind, *maker, request, events);
+    }
+  }
+  for (const OptionField& field : request.options.table.fields) {
+    if (std::find(stage.file_options.begin(), stage.file_options.end(), field.name) !=
+        stage.file_options.end()) {
+      add_named_file(plan, field, stage, events);
     }
   }
   plan.manifest.key = stage_key(stage.name, stage.version, plan.manifest.device,

@@ -85,6 +85,19 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
       status.reasons.push_back("'" + input.stage + "' before it is outdated");
     }
   }
+  for (const std::string_view kind : stage.optional_inputs) {
+    const auto is_read = [&](const ManifestInput& input) { return input.kind == kind; };
+    if (kind.empty() ||
+        std::any_of(status.manifest->inputs.begin(), status.manifest->inputs.end(), is_read)) {
+      continue;
+    }
+    for (const StageStatus& other : earlier) {
+      const auto& made = other.row->outputs;
+      if (other.manifest && std::find(made.begin(), made.end(), kind) != made.end()) {
+        status.reasons.push_back("'" + other.stage + "' has a result now, which it could use");
+      }
+    }
+  }
   if (!status.reasons.empty()) {
     status.state = StageStatus::State::Outdated;
   }

@@ -91,6 +91,65 @@ TEST(MotionClip, InterpolationTakesTheShortWay) {
   EXPECT_NEAR(std::abs(half.z()), std::numbers::pi, 1e-9);
 }
 
+TEST(MotionClip, SmoothPosesGoThroughEveryFrameWithoutAJumpOfSpeed) {
+  Motion motion;
+  motion.fps = 12;
+  for (int i = 0; i < 9; ++i) {  // a spin beyond a whole turn, which gains speed and loses it
+    Pose pose;
+    const double t = i / 8.0;
+    pose.root_translation = {t * t, 0, 0.1 * i};
+    pose.rotations = Eigen::RowVector3d(0.1, 7 * t * t * (3 - 2 * t), 0);
+    motion.poses.push_back(pose);
+    motion.frame_ids.push_back(i);
+  }
+  for (int i = 0; i < 9; ++i) {
+    const Pose pose = smooth_pose(motion, i / 12.0);
+    const auto k = static_cast<std::size_t>(i);
+    EXPECT_LT((pose.root_translation - motion.poses[k].root_translation).norm(), 1e-12);
+    EXPECT_LT((rotation_matrix(pose.rotations.row(0).transpose()) -
+               rotation_matrix(motion.poses[k].rotations.row(0).transpose()))
+                  .norm(),
+              1e-6);
+  }
+  const auto speed = [&](double from, double to) {
+    const Eigen::Matrix3d a = rotation_matrix(smooth_pose(motion, from).rotations.row(0));
+    const Eigen::Matrix3d b = rotation_matrix(smooth_pose(motion, to).rotations.row(0));
+    return Eigen::Vector3d(rotation_vector(a.transpose() * b) / (to - from));
+  };
+  for (int i = 1; i < 8; ++i) {
+    const double at = i / 12.0;
+    EXPECT_LT((speed(at - 1e-4, at) - speed(at, at + 1e-4)).norm(), 0.02) << i;
+  }
+  EXPECT_LT((smooth_pose(motion, -1).root_translation - motion.poses[0].root_translation).norm(),
+            1e-12);
+  EXPECT_LT((smooth_pose(motion, 9).root_translation - motion.poses[8].root_translation).norm(),
+            1e-12);
+}
+
+TEST(MotionClip, ASmoothPoseOfASteadyTurnIsThatTurnFromTheFirstFrameOn) {
+  Motion motion;
+  motion.fps = 10;
+  for (int i = 0; i < 4; ++i) {
+    Pose pose;
+    pose.root_translation = {0.2 * i, 0, 0};
+    pose.rotations = Eigen::RowVector3d(0, 0.3 * i, 0);
+    motion.poses.push_back(pose);
+    motion.frame_ids.push_back(i);
+  }
+  for (const double at : {0.02, 0.05, 0.17, 0.29}) {
+    const Pose pose = smooth_pose(motion, at);
+    EXPECT_NEAR(pose.root_translation.x(), 2 * at, 1e-12);
+    EXPECT_NEAR(pose.rotations(0, 1), 3 * at, 2e-4);
+  }
+}
+
+TEST(MotionClip, RefusesASmoothPoseOfNoMotion) {
+  EXPECT_THROW(smooth_pose(Motion{}, 0), LogicError);
+  Motion motion;
+  motion.poses.emplace_back();
+  EXPECT_THROW(smooth_pose(motion, 0), LogicError) << "no rate";
+}
+
 TEST(MotionClip, RefusesResamplingToNothing) {
   EXPECT_THAT([] { resampled(Motion{}, 30); }, ThrowsMessage<LogicError>(HasSubstr("positive")));
   Motion motion;

@@ -65,6 +65,41 @@ TEST_F(RunStage, EverythingIsForTheOwnerAlone) {
             0700u);
 }
 
+TEST_F(RunStage, WhatIsOptionalIsReadWhereItIs) {
+  EXPECT_EQ(run("either").end, End::Done);
+  EXPECT_EQ(read(current("either") / "either.txt"), "not counted");
+  run("count");
+  const std::vector<StageStatus> all =
+      workspace_status(kTestStages, root_ / "work", Check::Digests);
+  const auto found = std::find_if(all.begin(), all.end(),
+                                  [](const StageStatus& s) { return s.stage == "either"; });
+  EXPECT_EQ(found->state, StageStatus::State::Outdated);
+  EXPECT_THAT(found->reasons, Contains(HasSubstr("'count' has a result now")));
+  EXPECT_EQ(run("either").end, End::Done);
+  EXPECT_EQ(read(current("either") / "either.txt"), "counted");
+  EXPECT_EQ(run("either").end, End::AlreadyDone);
+}
+
+TEST_F(RunStage, WhatIsOptionalButDamagedIsRefused) {
+  run("count");
+  write(current("count") / "count.txt", "2 files");
+  EXPECT_THAT(refusal<DataError>("either", request("either")), HasSubstr("run 'atelier count'"));
+}
+
+TEST_F(RunStage, AFileThatAnOptionNamesIsPartOfTheKey) {
+  StageRequest what = request("either");
+  write(root_ / "motion.txt", "hop");
+  ASSERT_EQ(set_option(what.options.table, "word", (root_ / "motion.txt").string()), "");
+  const StageReport first = run("either", what);
+  EXPECT_EQ(read(current("either") / "either.txt"), "not counted, hop");
+  EXPECT_EQ(run("either", what).end, End::AlreadyDone);
+  write(root_ / "motion.txt", "jump");
+  const StageReport second = run("either", what);
+  EXPECT_EQ(second.end, End::Done);
+  EXPECT_NE(second.manifest.key, first.manifest.key);
+  EXPECT_EQ(read(current("either") / "either.txt"), "not counted, jump");
+}
+
 TEST_F(RunStage, ErrorsOfTheInputArePartOfTheReport) {
   Stage stage = *find_stage(kTestStages, "count");
   for (const double bad : {0.0, 2.0}) {

@@ -80,6 +80,14 @@ inline void run_double(StageRun& run) {
   run.output_text("double.txt", text + text);
 }
 
+inline void run_either(StageRun& run) {
+  std::string text = run.has_input("counts") ? "counted" : "not counted";
+  if (const std::string& word = run.options<CountOptions>().word; std::filesystem::exists(word)) {
+    text += ", " + read_file_text(word, 1000);
+  }
+  run.output_text("either.txt", text);
+}
+
 inline void run_twins(StageRun& run) {
   run.output_text("device.txt", device_name(run.device()));
 }
@@ -128,6 +136,15 @@ inline constexpr std::array kTestStages = {
           .outputs = {"doubles"},
           .options = option_set<CountOptions>,
           .run = run_double},
+    Stage{.name = "either",
+          .version = 1,
+          .summary = "does with and without",
+          .inputs = {"texts"},
+          .optional_inputs = {"counts", "what no stage makes"},
+          .outputs = {"eithers"},
+          .options = option_set<CountOptions>,
+          .file_options = {"word"},
+          .run = run_either},
     Stage{.name = "twins",
           .version = 1,
           .summary = "writes its device",

@@ -1,0 +1,68 @@
+#pragma once
+
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_REGISTRATION) && \
+    defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_BODYMODEL) && \
+    defined(ATELIER_HAS_CORE_RENDER)
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/animation_pictures.h"
+#include "apps/moving_body.h"
+#include "apps/said_material.h"
+#include "apps/worn_cloth.h"
+#include "core/store/stage.h"
+
+namespace atelier {
+
+struct AnimateOptions {
+  std::string motion = "";       ///< file or procedural motion; "": the capture's own
+  std::string sequence = "";     ///< of the capture, whose motion is its own; "": the first clothed
+  double start = 0;              ///< s into the motion, 0 to 1e6
+  double seconds = 0;            ///< of it; 0: to its end
+  double fps = 0;                ///< of the result; 0: the capture's own, of other motions up to 30
+  std::string body = "";         ///< another body: file, female or male; "": the person
+  std::string garment = "auto";  ///< auto: as registered; else what `synthesize --garment` takes
+  std::string cloth_sequence = "";                     ///< of another simulator, instead of ours
+  Material material = fabrics_own_material("fitted");  ///< what is said of it, see said_material
+  WornClothOptions cloth;
+  double settle = 0.5;  ///< s that cloth hangs before the body begins to move, 0 to 60
+  bool pictures = true;
+  AnimationViewOptions view;
+};
+OptionTable describe(AnimateOptions& options);
+
+/// Everything that is to be animated, read and placed.
+struct Animation {
+  MovingBody body;
+  WornCloth worn;                   ///< with `foreign`, its names, meshes and `first` alone
+  std::optional<Sequence> foreign;  ///< cloth that another simulator moved
+  std::vector<int> frame_ids;       ///< of the result
+  double fps = 0;
+  double step_seconds = 0;      ///< of a simulated frame
+  int steps_before = 0;         ///< simulated frames before the first of the result
+  int steps_per_frame = 1;      ///< from one to the next
+  std::vector<Camera> cameras;  ///< of the capture
+  /// Where the clothes are to be, where that is known: the capture's own motion on its own person.
+  std::vector<RegisteredGarmentSequence> registered;
+};
+
+/// Reads the workspace and what the options name; says what it assumes. Throws DataError for
+/// results or files that are missing or do not fit each other, with what would help.
+Animation read_animation(StageRun& run);
+
+/// Step whose end is the i-th frame of the result.
+int step_of(const Animation& animation, Index frame);
+
+/// The body's surface after a step, [V,3] m.
+Points body_after(const Animation& animation, int step);
+
+/// The take of a capture that `track` followed: by its name, or the first that is clothed. Throws
+/// DataError for a name that was not tracked.
+std::filesystem::path tracked_take(const std::filesystem::path& tracked,
+                                   const std::filesystem::path& capture, const std::string& name);
+
+}  // namespace atelier
+
+#endif

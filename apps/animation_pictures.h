@@ -1,0 +1,57 @@
+#pragma once
+
+#ifdef ATELIER_HAS_CORE_RENDER
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/options.h"
+#include "core/render/render.h"
+#include "core/render/scene.h"
+#include "core/render/studio.h"
+
+namespace atelier {
+
+/// Where a motion is seen from, and before what.
+struct AnimationViewOptions {
+  /// "front", "side", "back", "three-quarter", "orbit" (once round over the motion), or the name
+  /// of one of the capture's cameras.
+  std::string camera = "three-quarter";
+  std::string background = "studio";  ///< "studio", "white", "black", "transparent"
+  PictureOptions picture{.width = 480, .height = 640, .samples = 6, .framing = {}};
+};
+OptionTable describe(AnimationViewOptions& options);
+
+/// How pictures of a motion are taken: one light and floor for all of them, so that nothing
+/// flickers.
+struct AnimationView {
+  std::vector<Camera> cameras;  ///< [F] one for each picture
+  Scene studio;                 ///< without meshes
+  bool alpha = false;
+};
+
+/// @param points  [P,3] m, where the subject is over all frames
+/// @param captured  the capture's cameras, for one by its name
+/// Throws DataError for a name that is none of them.
+AnimationView animation_view(const Points& points, int frames, const std::vector<Camera>& captured,
+                             const AnimationViewOptions& options);
+
+/// Corners of the boxes round the points of each frame: enough for animation_view.
+Points box_corners(const Points& points);
+
+/// One picture, tone mapped: linear RGB, or RGBA with premultiplied colour.
+Image animation_picture(const AnimationView& view, int frame, std::vector<RenderMesh> meshes,
+                        const AnimationViewOptions& options);
+
+/// What a premultiplied picture is before black.
+Image before_black(const Image& picture);
+
+/// A body's skin, and cloth in one of a few colours that tell garments apart.
+Look skin_look();
+Look cloth_look(std::size_t garment);
+
+}  // namespace atelier
+
+#endif

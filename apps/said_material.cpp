@@ -1,0 +1,65 @@
+#if defined(ATELIER_HAS_SIMULATION)
+
+#include "apps/said_material.h"
+
+#include <utility>
+#include <variant>
+
+#include "apps/usage_error.h"
+#include "simulation/fabric.h"
+
+namespace atelier {
+
+Material fabrics_own_material(const std::string& name) {
+  Material material;
+  material.name = name;
+  for (const OptionField& field : describe(material).fields) {
+    *std::get<double*>(field.target) = kFabricsOwn;
+  }
+  return material;
+}
+
+OptionTable describe_said(Material& said, std::vector<std::string> names) {
+  OptionTable table;
+  table.add("name", said.name, std::move(names),
+            "A fabric from published measurements; other material options then change it");
+  Material custom;
+  const OptionTable defaults = describe(custom);
+  OptionTable numbers = describe(said);
+  for (std::size_t i = 0; i < numbers.fields.size(); ++i) {
+    OptionField& field = numbers.fields[i];
+    field.min = kFabricsOwn;
+    field.help += "; -1 for the fabric's own (custom: " + option_text(defaults.fields[i]) + ")";
+  }
+  return table.add(numbers);
+}
+
+Material said_material(const Material& said, const Material& fitted) {
+  Material given = said;
+  Material material;
+  if (given.name == "fitted") {
+    material = fitted;
+  } else if (!given.name.empty() && given.name != "custom") {
+    material = fabric_material(given.name);
+  }
+  material.name = given.name;
+  const OptionTable to = describe(material);
+  const OptionTable from = describe(given);
+  for (std::size_t i = 0; i < from.fields.size(); ++i) {
+    const double value = *std::get<double*>(from.fields[i].target);
+    if (value == kFabricsOwn) {
+      continue;
+    }
+    if (value < to.fields[i].min) {
+      throw UsageError("material." + to.fields[i].name + " cannot be " +
+                       option_text(from.fields[i]) + ": it takes " + option_range(to.fields[i]) +
+                       ", or -1 for the fabric's own");
+    }
+    *std::get<double*>(to.fields[i].target) = value;
+  }
+  return material;
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,209 @@
+#include "simulation/stiffness_search.h"
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Evenly spaced logarithms.
+std::vector<double> grid_values(double low, double high, int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) {
+    values.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
+  }
+  return values;
+}
+
+/// `count` values between the neighbours of one of a grid: with 3, half a step to both sides and
+/// itself.
+std::vector<double> around(double middle, double ratio, int count, double low, double high) {
+  std::vector<double> values;
+  for (int i = 1; i <= count; ++i) {
+    const double value = middle * std::pow(ratio, 2.0 * i / (count + 1) - 1);
+    if (value > low * (1 - 1e-9) && value < high * (1 + 1e-9)) {
+      values.push_back(value);
+    }
+  }
+  return values;
+}
+
+/// One garment's trials, on a grid of its own.
+struct Level {
+  std::vector<double> stretch;
+  std::vector<double> bending;
+  std::vector<double> distances;  // bending by bending
+
+  std::size_t count() const { return stretch.size() * bending.size(); }
+  Stiffness at(std::size_t i) const {
+    return {stretch[i % stretch.size()], bending[i / stretch.size()]};
+  }
+  std::size_t best() const {
+    return static_cast<std::size_t>(std::min_element(distances.begin(), distances.end()) -
+                                    distances.begin());
+  }
+};
+
+/// Runs the levels of all garments side by side; shorter ones repeat their last trial.
+void run_level(std::vector<Level>& levels, const StiffnessObjective& objective) {
+  std::size_t count = 0;
+  for (const Level& level : levels) {
+    count = std::max(count, level.count());
+  }
+  std::vector<std::vector<Stiffness>> scenes(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    for (const Level& level : levels) {
+      scenes[n].push_back(level.at(std::min(n, level.count() - 1)));
+    }
+  }
+  const std::vector<std::vector<double>> distances = objective(scenes);
+  ATELIER_CHECK(distances.size() == count, "an objective gives distances of every scene");
+  for (std::size_t g = 0; g < levels.size(); ++g) {
+    for (std::size_t n = 0; n < levels[g].count(); ++n) {
+      ATELIER_CHECK(distances[n].size() == levels.size(), "one distance for each garment");
+      const double distance = distances[n][g];
+      levels[g].distances.push_back(std::isfinite(distance) ? distance : kInfinity);
+    }
+  }
+}
+
+/// The lowest point of the paraboloid through the trials round the best, in steps of the fine grid
+/// (logarithms); those next to it count most. It stays within a step, and where the best trial lies
+/// at an end of what was tried, there.
+Stiffness refined_best(const std::vector<StiffnessTrial>& trials, const StiffnessTrial& best,
+                       const Stiffness& step, const StiffnessSearchOptions& options) {
+  constexpr double kLeastCurve = 1e-3;  // of the largest: in such a direction nothing is known
+  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+  for (const StiffnessTrial& trial : trials) {
+    const double x = std::log(trial.stiffness.stretch / best.stiffness.stretch) / step.stretch;
+    const double y = std::log(trial.stiffness.bending / best.stiffness.bending) / step.bending;
+    if (!std::isfinite(trial.distance) || std::abs(x) > 2.1 || std::abs(y) > 2.1) {
+      continue;
+    }
+    Eigen::Matrix<double, 6, 1> row;
+    row << 1, x, y, x * x / 2, x * y, y * y / 2;
+    const double weight = std::exp(-(x * x + y * y));
+    normal += weight * row * row.transpose();
+    right += weight * (trial.distance - best.distance) * row;
+  }
+  const Eigen::Matrix<double, 6, 1> fit = normal.completeOrthogonalDecomposition().solve(right);
+  Eigen::Matrix2d curve;
+  curve << fit[3], fit[4], fit[4], fit[5];
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(curve);
+  Eigen::Vector2d way = Eigen::Vector2d::Zero();
+  for (int k = 0; k < 2; ++k) {
+    const double value = axes.eigenvalues()[k];
+    if (value > kLeastCurve * axes.eigenvalues().cwiseAbs().maxCoeff() && value > 0) {
+      const Eigen::Vector2d axis = axes.eigenvectors().col(k);
+      way -= axis.dot(fit.segment<2>(1)) / value * axis;
+    }
+  }
+  const auto moved = [](double value, double by, double log_step, double low, double high) {
+    const bool at_end = value <= low * (1 + 1e-9) || value >= high * (1 - 1e-9);
+    return at_end ? value
+                  : std::clamp(value * std::exp(std::clamp(by, -1.0, 1.0) * log_step), low, high);
+  };
+  return {moved(best.stiffness.stretch, way.x(), step.stretch, options.stretch_low,
+                options.stretch_high),
+          moved(best.stiffness.bending, way.y(), step.bending, options.bending_low,
+                options.bending_high)};
+}
+
+StiffnessRange range_of(const std::vector<StiffnessTrial>& trials, double limit,
+                        double Stiffness::*axis, double low, double high) {
+  StiffnessRange range{kInfinity, 0, false, false};
+  for (const StiffnessTrial& trial : trials) {
+    if (trial.distance <= limit) {
+      range.low = std::min(range.low, trial.stiffness.*axis);
+      range.high = std::max(range.high, trial.stiffness.*axis);
+    }
+  }
+  range.open_low = range.low <= low * (1 + 1e-9);
+  range.open_high = range.high >= high * (1 - 1e-9);
+  return range;
+}
+
+void append(std::vector<StiffnessTrial>& trials, const Level& level) {
+  for (std::size_t i = 0; i < level.count(); ++i) {
+    trials.push_back({level.at(i), level.distances[i]});
+  }
+}
+
+}  // namespace
+
+OptionTable describe(StiffnessSearchOptions& options) {
+  OptionTable table;
+  table.add("stretch_low", options.stretch_low, 1, 1e6, "N/m", "Least stretching stiffness tried");
+  table.add("stretch_high", options.stretch_high, 1, 1e6, "N/m", "Largest one");
+  table.add("bending_low", options.bending_low, 1e-9, 1, "N m", "Least bending stiffness tried");
+  table.add("bending_high", options.bending_high, 1e-9, 1, "N m", "Largest one");
+  table.add("coarse", options.coarse, 2, 32, "", "Values of each over the whole range");
+  table.add("fine", options.fine, 1, 31, "", "Values of each around the best of those");
+  table.add("band", options.band, 0, 10, "",
+            "Share of the least distance within which a trial is as good");
+  return table;
+}
+
+std::vector<StiffnessFit> search_stiffness(int garments, const StiffnessObjective& objective,
+                                           const StiffnessSearchOptions& options) {
+  ATELIER_CHECK(garments > 0 && options.coarse >= 2 && options.fine >= 1 && options.band >= 0 &&
+                    options.stretch_low > 0 && options.stretch_low < options.stretch_high &&
+                    options.bending_low > 0 && options.bending_low < options.bending_high,
+                "stiffness search options out of range");
+  Level all;
+  all.stretch = grid_values(options.stretch_low, options.stretch_high, options.coarse);
+  all.bending = grid_values(options.bending_low, options.bending_high, options.coarse);
+  std::vector<Level> coarse(static_cast<std::size_t>(garments), all);
+  run_level(coarse, objective);
+  std::vector<Level> fine;
+  for (std::size_t g = 0; g < coarse.size(); ++g) {
+    const std::size_t best = coarse[g].best();
+    if (!std::isfinite(coarse[g].distances[best])) {
+      throw DataError("", "garment " + std::to_string(g), "no stiffness at which it holds together",
+                      "a garment that can be simulated on this body; other ranges of stiffness, "
+                      "or more substeps");
+    }
+    const Stiffness middle = coarse[g].at(best);
+    Level level;
+    level.stretch = around(middle.stretch, all.stretch[1] / all.stretch[0], options.fine,
+                           options.stretch_low, options.stretch_high);
+    level.bending = around(middle.bending, all.bending[1] / all.bending[0], options.fine,
+                           options.bending_low, options.bending_high);
+    fine.push_back(std::move(level));
+  }
+  run_level(fine, objective);
+  std::vector<StiffnessFit> fits;
+  for (std::size_t g = 0; g < coarse.size(); ++g) {
+    StiffnessFit fit;
+    append(fit.trials, coarse[g]);
+    append(fit.trials, fine[g]);
+    const StiffnessTrial& nearest =
+        *std::min_element(fit.trials.begin(), fit.trials.end(),
+                          [](const auto& x, const auto& y) { return x.distance < y.distance; });
+    const double steps = (options.fine + 1) / 2.0;  // of the fine grid in one of the coarse
+    fit.best = refined_best(fit.trials, nearest,
+                            {std::log(all.stretch[1] / all.stretch[0]) / steps,
+                             std::log(all.bending[1] / all.bending[0]) / steps},
+                            options);
+    fit.distance = nearest.distance;
+    const double limit = (1 + options.band) * fit.distance;
+    fit.stretch =
+        range_of(fit.trials, limit, &Stiffness::stretch, options.stretch_low, options.stretch_high);
+    fit.bending =
+        range_of(fit.trials, limit, &Stiffness::bending, options.bending_low, options.bending_high);
+    fits.push_back(std::move(fit));
+  }
+  return fits;
+}
+
+}  // namespace atelier

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/options.h"
+
+namespace atelier {
+
+/// What a material fit looks for; the rest of a material is given.
+struct Stiffness {
+  double stretch = 0;  ///< N/m
+  double bending = 0;  ///< N m
+};
+
+struct StiffnessSearchOptions {
+  double stretch_low = 100;    ///< N/m, above 0
+  double stretch_high = 1e4;   ///< N/m
+  double bending_low = 1e-6;   ///< N m, above 0
+  double bending_high = 1e-3;  ///< N m
+  int coarse = 4;              ///< values of each over the whole range, 2 to 32
+  int fine = 3;                ///< values of each around the best of those, 1 to 31
+  double band = 0.1;  ///< share of the least distance within which a trial is as good, 0 to 10
+};
+OptionTable describe(StiffnessSearchOptions& options);
+
+/// One simulation.
+struct StiffnessTrial {
+  Stiffness stiffness;
+  double distance = 0;  ///< m from what was seen; infinite where the simulation broke
+};
+
+/// Values that do about as well as the best.
+struct StiffnessRange {
+  double low = 0;
+  double high = 0;
+  bool open_low = false;   ///< the least value that was tried is one of them
+  bool open_high = false;  ///< and so is the largest
+};
+
+/// The stiffness of one garment.
+struct StiffnessFit {
+  Stiffness best;
+  double distance = 0;  ///< m, of the nearest trial
+  StiffnessRange stretch;
+  StiffnessRange bending;
+  std::vector<StiffnessTrial> trials;  ///< the coarse grid, bending by bending, then the fine one
+};
+
+/// Distances, m, of every garment [G] in every scene [N]. In scene n garment g has the stiffness
+/// scenes[n][g]. Not finite where a scene broke.
+using StiffnessObjective = std::function<std::vector<std::vector<double>>(
+    const std::vector<std::vector<Stiffness>>& scenes)>;
+
+/// Looks for the stiffness of garments that are simulated together and come nearest to what was
+/// seen (our choice): a grid over both stiffnesses, evenly in their logarithms, then a finer one
+/// around each garment's best, half a step apart with the default, then the lowest point of the
+/// paraboloid through the trials round the best. The first scenes give every
+/// garment the same stiffness, the later ones each its own. Both lists of scenes are asked for at
+/// once, so that they can run side by side. The ranges are those of trials within `band` of the
+/// best: what the data cannot tell apart.
+///
+/// Throws LogicError for options out of range or an objective of another shape, DataError where
+/// every scene of a garment broke.
+std::vector<StiffnessFit> search_stiffness(int garments, const StiffnessObjective& objective,
+                                           const StiffnessSearchOptions& options = {});
+
+}  // namespace atelier

@@ -1,0 +1,230 @@
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL)
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bodymodel/motion_bvh.h"
+#include "bodymodel/motion_file.h"
+#include "core/io/file_bytes.h"
+#include "core/io/mesh_file.h"
+#include "tests/apps/dressed_workspace.h"
+#include "tests/support/child_process.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// A trunk in a skirt that walks three frames.
+class Animate : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (run({"animate", "--help"}).out.find("--cloth-sequence") == std::string::npos) {
+      GTEST_SKIP() << "built without animate";
+    }
+  }
+
+  static ChildResult run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), program_path());
+    return run_child(arguments);
+  }
+  ChildResult stage(const std::string& name, std::vector<std::string> more = {}) const {
+    std::vector<std::string> all{name, capture().string(), workspace().string()};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  }
+  /// Without pictures, which take most of the time.
+  ChildResult animate(std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"--pictures", "false", "--cloth.xpbd.substeps", "6"});
+    return stage("animate", std::move(more));
+  }
+  void expect_refused(const ChildResult& result, const std::string& words, int code = 3) const {
+    EXPECT_EQ(result.exit_code, code) << result.err << result.out;
+    EXPECT_THAT(result.err, HasSubstr(words));
+    EXPECT_FALSE(fs::exists(workspace() / "animate" / "current"));
+  }
+
+  fs::path capture() const { return root_ / "capture"; }
+  fs::path workspace() const { return root_ / "work"; }
+  fs::path result() const { return workspace() / "animate" / "current"; }
+  nlohmann::json metrics(const std::string& of = "animate") const {
+    return nlohmann::json::parse(
+        read_file_text(workspace() / of / "current" / "manifest.json", 1 << 20))["metrics"];
+  }
+  fs::path motion(const MotionClip& clip) const {
+    const fs::path file = root_ / "motion.bvh";
+    write_bvh(file, clip);
+    return file;
+  }
+
+  TemporaryDirectory root_;
+};
+
+TEST_F(Animate, TheCapturesOwnMotionBeginsWhereTheGarmentWasRegistered) {
+  write_dressed_workspace(capture(), workspace());
+  const ChildResult done = animate();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, HasSubstr("no fitted material"));
+  const Sequence body = open_sequence(result() / "body");
+  const Sequence skirt = open_sequence(result() / "garments" / "lower");
+  EXPECT_THAT(body.frame_ids, ::testing::ElementsAre(0, 1, 2));
+  for (Index i = 0; i < 3; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    EXPECT_LT((frame(body, i).vertices - walking_trunk()[k]).cwiseAbs().maxCoeff(), 1e-6);
+    // It rides along by its waist and hangs down.
+    const Points x = frame(skirt, i).vertices;
+    EXPECT_LT((x - walking_skirt()[k]).rowwise().norm().head(20).maxCoeff(), 0.01) << i;
+    EXPECT_LT((x - walking_skirt()[k]).rowwise().norm().maxCoeff(), 0.1) << i;
+  }
+  EXPECT_LT((frame(skirt, 0).vertices - walking_skirt()[0]).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_EQ(metrics()["frames"], 3);
+  EXPECT_LT(metrics()["penetration_depth"], 1e-3);
+  EXPECT_EQ(metrics()["self_intersections"], 0);
+  EXPECT_LT(metrics()["registered_distance"], 0.05);
+  const MotionClip played = read_motion_file(result() / "motion.npz");
+  ASSERT_EQ(played.motion.poses.size(), 3u);
+  EXPECT_NEAR(played.motion.poses[2].root_translation.z(), 0.04, 1e-9);
+  // The same again is there; a result that was ended half way goes on with the same bits.
+  EXPECT_THAT(animate().out, HasSubstr("is up to date"));
+}
+
+TEST_F(Animate, AnotherMotionFromAFileAndAtItsRate) {
+  write_dressed_workspace(capture(), workspace());
+  const fs::path file = motion(person_clip());
+  ASSERT_EQ(animate({"--motion", file.string(), "--fps", "15"}).exit_code, 0);
+  EXPECT_EQ(metrics()["frames"], 3);  // 4/30 s
+  EXPECT_FALSE(metrics().contains("registered_distance"));
+  const MotionClip played = read_motion_file(result() / "motion.npz");
+  EXPECT_EQ(played.motion.fps, 15);
+  // Another content of the same file is another result.
+  MotionClip longer = person_clip();
+  for (int i = 5; i < 9; ++i) {
+    longer.motion.poses.push_back(longer.motion.poses.back());
+    longer.motion.frame_ids.push_back(i);
+  }
+  motion(longer);
+  ASSERT_EQ(animate({"--motion", file.string(), "--fps", "15"}).exit_code, 0);
+  EXPECT_EQ(metrics()["frames"], 5);
+}
+
+TEST_F(Animate, PicturesFromACameraOfTheCaptureWithAlpha) {
+  write_dressed_workspace(capture(), workspace());
+  const ChildResult done =
+      stage("animate", {"--camera", "01", "--background", "transparent", "--samples", "1",
+                        "--seconds", "0.09", "--cloth.xpbd.substeps", "6"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const ByteImage picture = read_image(result() / "pictures" / "000001.png");
+  EXPECT_EQ(picture.width, 64);
+  EXPECT_EQ(picture.height, 80);
+  EXPECT_EQ(picture.channels, 4);
+  EXPECT_EQ(picture.at(0, 0, 3), 0) << "nothing in the corner";
+  EXPECT_TRUE(fs::exists(result() / "strip.png"));
+  EXPECT_TRUE(fs::exists(result() / "animation.mp4"));
+}
+
+TEST_F(Animate, ClothOfAnotherSimulatorIsTakenAsItIs) {
+  write_dressed_workspace(capture(), workspace());
+  const fs::path cloth = workspace() / "register" / "current" / "registered" / "lower";
+  ASSERT_EQ(animate({"--cloth-sequence", cloth.string()}).exit_code, 0);
+  const Sequence skirt = open_sequence(result() / "garments" / "lower");
+  for (Index i = 0; i < 3; ++i) {
+    EXPECT_LT((frame(skirt, i).vertices - walking_skirt()[static_cast<std::size_t>(i)])
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-6);
+  }
+  EXPECT_FALSE(metrics().contains("seconds_a_frame"));
+}
+
+TEST_F(Animate, AMaterialIsFittedOrTakenAndThenUsed) {
+  write_dressed_workspace(capture(), workspace());
+  const ChildResult fit =
+      stage("material", {"--search.coarse", "2", "--search.fine", "1", "--edge-length", "0.06"});
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  EXPECT_THAT(fit.out + fit.err, HasSubstr("lower: stretching"));
+  EXPECT_EQ(metrics("material")["trials"], 5);
+  EXPECT_EQ(metrics("material")["fitted"], 1);
+  EXPECT_TRUE(fs::exists(workspace() / "material" / "current" / "grid.png"));
+  const ChildResult done = animate();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, ::testing::Not(HasSubstr("no fitted material")));
+  ASSERT_EQ(stage("material", {"--material.name", "denim"}).exit_code, 0);
+  const nlohmann::json json = nlohmann::json::parse(
+      read_file_text(workspace() / "material" / "current" / "material.json", 1 << 20));
+  EXPECT_NEAR(json["garments"]["lower"]["material"]["density"], 0.324, 1e-9);
+  EXPECT_EQ(metrics("material")["fitted"], 0);
+}
+
+TEST_F(Animate, MissingResultsAreRefusedWithWhatMakesThem) {
+  write_dressed_workspace(capture(), workspace(), "personalize");
+  expect_refused(animate(), "run 'atelier track' first");
+  write_dressed_workspace(capture(), workspace(), "body");
+  expect_refused(animate(), "'atelier register' first");
+  EXPECT_THAT(stage("material").err, HasSubstr("run 'atelier template' first"));
+  // A body alone needs none of them.
+  ASSERT_EQ(animate({"--garment", "none"}).exit_code, 0);
+  EXPECT_EQ(metrics()["garments"], 0);
+}
+
+TEST_F(Animate, MotionsThatAreNoneAreRefused) {
+  write_dressed_workspace(capture(), workspace());
+  expect_refused(animate({"--motion", (root_ / "none.bvh").string()}), "no such file");
+  MotionClip stranger = person_clip();
+  for (std::size_t j = 0; j < stranger.skeleton.names.size(); ++j) {
+    stranger.skeleton.names[j] = "bone" + std::to_string(j);
+  }
+  stranger.skeleton.parents.assign(21, 0);
+  stranger.skeleton.parents[0] = -1;
+  expect_refused(animate({"--motion", motion(stranger).string()}), "person");
+  std::string text = read_file_text(motion(person_clip()), 1 << 20);
+  const std::size_t at = text.rfind("0");
+  std::ofstream(root_ / "motion.bvh") << text.replace(at, 1, "nan");
+  expect_refused(animate({"--motion", (root_ / "motion.bvh").string()}), "motion.bvh");
+  std::ofstream(root_ / "empty.bvh") << "";
+  expect_refused(animate({"--motion", (root_ / "empty.bvh").string()}), "empty.bvh");
+  expect_refused(animate({"--start", "10"}), "none of them behind --start");
+  expect_refused(animate({"--sequence", "other"}), "not tracked");
+}
+
+TEST_F(Animate, ClothAndBodiesThatDoNotFitAreRefused) {
+  write_dressed_workspace(capture(), workspace());
+  fs::create_directories(root_ / "cloth");
+  for (int i = 0; i < 3; ++i) {
+    write_mesh(root_ / "cloth" / ("cloth_" + std::to_string(i) + ".obj"), grid(3, 3));
+  }
+  expect_refused(animate({"--cloth-sequence", (root_ / "cloth").string()}), "another topology");
+  fs::remove_all(root_ / "cloth");
+  fs::create_directories(root_ / "cloth");
+  Mesh skirt = tube_skirt().mesh;
+  write_mesh(root_ / "cloth" / "cloth_0.obj", skirt);
+  write_mesh(root_ / "cloth" / "cloth_1.obj", skirt);
+  expect_refused(animate({"--cloth-sequence", (root_ / "cloth").string()}),
+                 "as long as the motion");
+  expect_refused(animate({"--cloth-sequence", (root_ / "nothing").string()}), "nothing");
+  write_body(root_ / "other.npz", person_body(person_skeleton()));
+  expect_refused(animate({"--body", (root_ / "other.npz").string()}), "another topology");
+  expect_refused(stage("animate", {"--camera", "09"}), "one of the capture's: 00, 01, 02");
+  expect_refused(animate({"--material.stretch-warp", "-0.5"}), "material.stretch_warp", 2);
+  expect_refused(animate({"--garment", "cape"}), "cape");
+}
+
+TEST_F(Animate, DamagedResultsAreRefused) {
+  write_dressed_workspace(capture(), workspace());
+  const fs::path archive = workspace() / "template" / "current" / "garments" / "lower.h5";
+  std::string bytes = read_file_text(archive, 1 << 24);
+  bytes[bytes.size() / 2] ^= 1;
+  fs::permissions(archive, fs::perms::owner_all);
+  std::ofstream(archive, std::ios::binary) << bytes;
+  expect_refused(animate(), "run 'atelier template' first");
+}
+
+}  // namespace
+}  // namespace atelier::testing
+
+#endif
