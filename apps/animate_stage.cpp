@@ -6,24 +6,22 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
-#include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
-#include <optional>
 
+#include "apps/animated_cloth.h"
+#ifdef ATELIER_HAS_APPEARANCE
+#include "apps/paint_scene.h"
+#endif
 #include "apps/picture_size.h"
+#include "apps/straight_alpha.h"
 #include "bodymodel/body_archive.h"
-#include "capture/capture_measures.h"
 #include "capture/truth_archive.h"
 #include "core/archive.h"
-#include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/video.h"
 #include "core/sequence_archive.h"
-#include "simulation/crossings.h"
 
 namespace atelier {
 namespace {
@@ -31,214 +29,11 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr const char* kSchema = "atelier.animated_frame";
-constexpr double kTorn = 0.5;  // of an edge's length: no cloth stretches like that
-constexpr int kStripFrames = 8;
+constexpr std::size_t kStripFrames = 8;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
-
-/// What one frame of the result says of itself.
-struct FrameFigures {
-  double strain_p99 = 0;
-  double inside = 0;  // vertices
-  double depth = 0;   // m
-  double crossings = 0;
-};
-
-constexpr std::array<std::pair<const char*, double FrameFigures::*>, 4> kFigures = {
-    {{"strain_p99", &FrameFigures::strain_p99},
-     {"inside", &FrameFigures::inside},
-     {"depth", &FrameFigures::depth},
-     {"crossings", &FrameFigures::crossings}}};
-
-double strain_p99(const Cloth& cloth, const Points& x) {
-  std::vector<double> strains;
-  for (int s = 0; s < cloth.fibre_count; ++s) {
-    const ClothSpring& spring = cloth.springs[static_cast<std::size_t>(s)];
-    strains.push_back(std::abs((x.row(spring.a) - x.row(spring.b)).norm() / spring.rest - 1));
-  }
-  if (strains.empty()) {
-    return 0;
-  }
-  const auto at = strains.begin() + static_cast<std::ptrdiff_t>((strains.size() - 1) * 99 / 100);
-  std::nth_element(strains.begin(), at, strains.end());
-  return *at;
-}
-
-/// Faces of all garments in one cloth.
-Triangles joined_faces(const WornCloth& worn) {
-  Triangles faces(0, 3);
-  for (std::size_t g = 0; g < worn.meshes.size(); ++g) {
-    const Index before = faces.rows();
-    faces.conservativeResize(before + worn.meshes[g].faces.rows(), 3);
-    faces.bottomRows(worn.meshes[g].faces.rows()) =
-        worn.meshes[g].faces.array() + static_cast<int>(worn.first[g]);
-  }
-  return faces;
-}
-
-FrameFigures figures_of(const Animation& animation, const Points& cloth, const Points& body) {
-  FrameFigures figures;
-  if (cloth.rows() == 0) {
-    return figures;
-  }
-  figures.strain_p99 = strain_p99(animation.worn.cloth, cloth);
-  const Eigen::VectorXd depths =
-      depths_inside(cloth, body, animation.body.model.mesh.faces, animation.worn.solver.thickness);
-  figures.inside = static_cast<double>((depths.array() > 0).count());
-  figures.depth = depths.maxCoeff();
-  figures.crossings = count_crossings(cloth, joined_faces(animation.worn));
-  return figures;
-}
-
-void write_frame(const fs::path& file, const ClothState& state, const FrameFigures& figures) {
-  Archive archive;
-  archive.schema = kSchema;
-  archive.numbers["step"] = static_cast<double>(state.frame);
-  for (const auto& [name, member] : kFigures) {
-    archive.numbers[name] = figures.*member;
-  }
-  archive.datasets["positions"] = tensor_of(state.positions);
-  archive.datasets["velocities"] = tensor_of(state.velocities);
-  write_archive(file, archive);
-}
-
-struct AnimatedFrame {
-  ClothState state;
-  FrameFigures figures;
-};
-
-AnimatedFrame read_frame(const fs::path& file, Index vertices) {
-  const Archive archive = read_archive(file, kSchema, 1);
-  const auto rows = [&](const char* name) {
-    const auto found = archive.datasets.find(name);
-    if (found == archive.datasets.end() || found->second.type != element_type_for<double>() ||
-        found->second.shape != std::vector<std::int64_t>{vertices, 3}) {
-      throw DataError(file.string(), name, "not of this cloth",
-                      std::to_string(vertices) + " rows of three numbers");
-    }
-    return Points(Eigen::Map<const Points>(values_of<double>(found->second).data(), vertices, 3));
-  };
-  const auto number = [&](const char* name) {
-    const auto found = archive.numbers.find(name);
-    if (found == archive.numbers.end()) {
-      throw DataError(file.string(), name, "none", "a number");
-    }
-    return found->second;
-  };
-  AnimatedFrame frame;
-  frame.state.positions = rows("positions");
-  frame.state.velocities = rows("velocities");
-  frame.state.frame = static_cast<std::int64_t>(number("step"));
-  for (const auto& [name, member] : kFigures) {
-    frame.figures.*member = number(name);
-  }
-  return frame;
-}
-
-/// The cloth in every frame of the result: simulated in order, whoever asks for which, or taken
-/// from another simulator.
-class ClothFrames {
- public:
-  ClothFrames(StageRun& run, const Animation& animation) : run_(run), animation_(animation) {}
-
-  ClothState at(Index row) {
-    if (animation_.foreign) {
-      return foreign_at(row);
-    }
-    if (animation_.worn.cloth.rest_positions.rows() == 0) {
-      return {Points(0, 3), Points(0, 3), step_of(animation_, row)};
-    }
-    const std::lock_guard lock(mutex_);
-    if (!solver_) {
-      start_before(row);
-    }
-    while (waiting_.find(row) == waiting_.end()) {
-      ATELIER_CHECK(next_ <= row, "a frame is asked for twice");
-      advance_to(step_of(animation_, next_));
-      waiting_[next_++] = solver_->state();
-    }
-    ClothState state = std::move(waiting_.at(row));
-    waiting_.erase(row);
-    return state;
-  }
-
-  double seconds_a_step() const { return steps_ > 0 ? seconds_ / steps_ : 0; }
-  bool simulated() const { return steps_ > 0; }
-
- private:
-  /// Goes on behind the last frame before `row` that an earlier run has finished.
-  void start_before(Index row) {
-    const WornCloth& worn = animation_.worn;
-    solver_.emplace(worn.cloth, animation_.body.model.mesh.faces, worn.solver, run_.device());
-    solver_->set_state(worn.state);
-    for (Index before = row - 1; before >= 0; --before) {
-      if (const auto file = finished(before)) {
-        const AnimatedFrame frame = read_frame(*file, worn.cloth.rest_positions.rows());
-        solver_->set_state(frame.state);
-        step_ = static_cast<int>(frame.state.frame);
-        next_ = before + 1;
-        break;
-      }
-    }
-    body_ = body_after(animation_, step_);
-  }
-
-  void advance_to(int step) {
-    while (step_ < step) {
-      const auto start = Clock::now();
-      Control control;
-      control.body_start = body_;
-      body_ = body_after(animation_, step_ + 1);
-      control.body_end = body_;
-      const FrameReport report = solver_->advance(control);
-      ++step_;
-      ++steps_;
-      seconds_ += seconds_since(start);
-      if (!(report.strain_p95 < kTorn)) {
-        char found[120];
-        std::snprintf(found, sizeof found, "cloth stretched by %.0f%% at %.2f s",
-                      100 * report.strain_p95, step_ * animation_.step_seconds);
-        throw DataError("simulation", "", found,
-                        "a motion and a body that the garment follows: a slower motion, another "
-                        "--body, or more --cloth.xpbd.substeps");
-      }
-    }
-  }
-
-  ClothState foreign_at(Index row) const {
-    const Sequence& sequence = *animation_.foreign;
-    const double rate = sequence.fps > 0 ? sequence.fps : animation_.fps;
-    const auto at =
-        static_cast<Index>(std::llround(static_cast<double>(row) / animation_.fps * rate));
-    ClothState state;
-    state.positions = frame(sequence, std::min(at, frame_count(sequence) - 1)).vertices;
-    state.velocities = Points::Zero(state.positions.rows(), 3);
-    state.frame = step_of(animation_, row);
-    return state;
-  }
-
-  std::optional<fs::path> finished(Index row) const {
-    try {
-      return run_.frame_file(animation_.frame_ids[static_cast<std::size_t>(row)]);
-    } catch (const LogicError&) {
-      return std::nullopt;  // that is how the run says that it is not finished
-    }
-  }
-
-  StageRun& run_;
-  const Animation& animation_;
-  std::optional<ClothSolver> solver_;
-  std::mutex mutex_;
-  int step_ = 0;
-  Index next_ = 0;
-  Points body_;
-  std::map<Index, ClothState> waiting_;
-  int steps_ = 0;
-  double seconds_ = 0;
-};
 
 /// A sequence of one topology, file by file.
 void write_meshes(StageRun& run, const Animation& animation, const std::string& folder,
@@ -275,44 +70,121 @@ std::vector<RenderMesh> dressed_meshes(const Animation& animation, const Points&
   return meshes;
 }
 
+/// Gets the picture of every frame, in order.
+using TakePicture = std::function<void(const Image& picture)>;
+
+/// Draws all frames in plain colours. False if the run was told to stop.
+bool draw_plain(StageRun& run, const Animation& animation, const AnimationView& view,
+                const std::vector<Points>& bodies, const std::vector<Points>& cloths,
+                const TakePicture& take) {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (run.stop_requested()) {
+      return false;
+    }
+    take(animation_picture(view, static_cast<int>(i),
+                           dressed_meshes(animation, bodies[i], cloths[i]),
+                           run.options<AnimateOptions>().view));
+  }
+  return true;
+}
+
+#ifdef ATELIER_HAS_APPEARANCE
+/// The networks of the workspace, by the layers that they draw; empty where there are none of what
+/// is animated.
+std::vector<SceneLayer> drawn_layers(StageRun& run, const Animation& animation) {
+  const auto& options = run.options<AnimateOptions>();
+  if (options.view.drawn_by != "networks" || !run.has_input("networks") ||
+      options.garment != "auto") {
+    return {};
+  }
+  std::vector<SceneLayer> layers;
+  bool any = false;
+  const auto add = [&](const std::string& name, const Eigen::Vector3f& color,
+                       const Triangles& faces) {
+    const fs::path model = run.input("networks") / name / "model.safetensors";
+    const bool learnt = fs::exists(model);
+    any = any || learnt;
+    layers.push_back({name, learnt ? model.string() : "", color, faces});
+  };
+  add("body", skin_look().color, animation.body.model.mesh.faces);
+  for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
+    add(animation.worn.names[g], cloth_look(g).color, animation.worn.meshes[g].faces);
+  }
+  return any ? layers : std::vector<SceneLayer>{};
+}
+
+/// Draws all frames by networks.
+bool draw_by_networks(StageRun& run, const Animation& animation, const AnimationView& view,
+                      std::vector<SceneLayer> layers, const std::vector<Points>& bodies,
+                      const std::vector<Points>& cloths, const TakePicture& take) {
+  PaintedScene scene;
+  scene.layers = std::move(layers);
+  scene.cameras = view.cameras;
+  scene.frame_ids = animation.frame_ids;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    std::vector<Points> vertices = {bodies[i]};
+    for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
+      vertices.emplace_back(
+          cloths[i].middleRows(animation.worn.first[g], animation.worn.meshes[g].vertices.rows()));
+    }
+    scene.vertices.push_back(std::move(vertices));
+  }
+  PaintOptions options;
+  options.alpha = view.alpha;
+  const Eigen::Vector3f& behind = view.studio.background.bottom;
+  options.background = {behind.x(), behind.y(), behind.z()};
+  PaintHooks hooks;
+  hooks.stop = [&] { return run.stop_requested(); };
+  hooks.picture = [&](Index /*frame_idx*/, const Image& picture) {
+    take(view.alpha ? picture : before_black(picture));
+  };
+  return paint_scene(scene, options, run.device(), hooks);
+}
+#endif
+
 /// Pictures of every frame, a video and a strip. False if the run was told to stop.
 bool write_pictures(StageRun& run, const Animation& animation, const std::vector<Points>& bodies,
                     const std::vector<Points>& cloths) {
   const auto& options = run.options<AnimateOptions>().view;
-  const auto frames = static_cast<int>(bodies.size());
+  const auto frames = static_cast<Index>(bodies.size());
   Points corners(static_cast<Index>(16 * bodies.size()), 3);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const auto row = static_cast<Index>(16 * i);
     corners.middleRows(row, 8) = box_corners(bodies[i]);
     corners.middleRows(row + 8, 8) = box_corners(cloths[i].rows() > 0 ? cloths[i] : bodies[i]);
   }
-  const AnimationView view = animation_view(corners, frames, animation.cameras, options);
+  const AnimationView view =
+      animation_view(corners, static_cast<int>(frames), animation.cameras, options);
   std::vector<Image> film;
   std::vector<CaptionedImage> strip;
-  const int every = std::max(1, (frames + kStripFrames - 1) / kStripFrames);
+  const std::size_t every =
+      std::max<std::size_t>(1, (bodies.size() + kStripFrames - 1) / kStripFrames);
   const auto start = Clock::now();
-  for (int i = 0; i < frames; ++i) {
-    if (run.stop_requested()) {
-      return false;
-    }
-    const auto row = static_cast<std::size_t>(i);
-    Image picture =
-        animation_picture(view, i, dressed_meshes(animation, bodies[row], cloths[row]), options);
-    char name[40];
-    std::snprintf(name, sizeof name, "pictures/%06d.png", animation.frame_ids[row]);
-    run.output_text(name, image_bytes(picture, ImageFormat::Png));
-    if (view.alpha) {
-      picture = before_black(picture);
-    }
+  const TakePicture take = [&](const Image& picture) {
+    const std::size_t i = film.size();
+    run.output_text("pictures/" + frame_name(animation.frame_ids[i]) + ".png",
+                    image_bytes(view.alpha ? straight_alpha(picture) : picture, ImageFormat::Png));
+    film.push_back(view.alpha ? before_black(picture) : picture);
     if (i % every == 0) {
       char caption[40];
-      std::snprintf(caption, sizeof caption, "%.2f s", i / animation.fps);
-      strip.push_back({picture, caption});
+      std::snprintf(caption, sizeof caption, "%.2f s", static_cast<double>(i) / animation.fps);
+      strip.push_back({film.back(), caption});
     }
-    film.push_back(std::move(picture));
-    run.progress(i + 1, frames, "pictures");
+    run.progress(static_cast<std::int64_t>(film.size()), frames, "pictures");
+  };
+  bool done = false;
+#ifdef ATELIER_HAS_APPEARANCE
+  std::vector<SceneLayer> layers = drawn_layers(run, animation);
+  done = layers.empty()
+             ? draw_plain(run, animation, view, bodies, cloths, take)
+             : draw_by_networks(run, animation, view, std::move(layers), bodies, cloths, take);
+#else
+  done = draw_plain(run, animation, view, bodies, cloths, take);
+#endif
+  if (!done) {
+    return false;
   }
-  run.metric("picture_seconds", seconds_since(start) / frames);
+  run.metric("picture_seconds", seconds_since(start) / static_cast<double>(frames));
   run.output("animation.mp4", [&](const fs::path& file) {
     write_video(file, frames, [&](Index i) { return film[static_cast<std::size_t>(i)]; },
                 {.fps = animation.fps});
@@ -353,7 +225,7 @@ void write_figures(StageRun& run, const Animation& animation,
   double inside = 0;
   for (std::size_t i = 0; i < figures.size(); ++i) {
     nlohmann::ordered_json& json = all["frames"][frame_name(animation.frame_ids[i])];
-    for (const auto& [name, member] : kFigures) {
+    for (const auto& [name, member] : kFrameFigures) {
       json[name] = figures[i].*member;
       most.*member = std::max(most.*member, figures[i].*member);
     }
@@ -394,15 +266,15 @@ void run_animate(StageRun& run) {
   }
   const Animation animation = read_animation(run);
   const std::vector<int>& ids = animation.frame_ids;
-  ClothFrames frames(run, animation);
+  AnimatedCloth frames(run, animation);
   const auto row_of = [&](int id) {
     return std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
   };
   if (!run.each_frame("frames", ".h5", ids, [&](int id, const fs::path& file) {
         const ClothState state = frames.at(row_of(id));
-        write_frame(file, state,
-                    figures_of(animation, state.positions,
-                               body_after(animation, step_of(animation, row_of(id)))));
+        write_animated_frame(file, state,
+                             frame_figures(animation, state.positions,
+                                           body_after(animation, step_of(animation, row_of(id)))));
       })) {
     return;
   }
@@ -411,7 +283,7 @@ void run_animate(StageRun& run) {
   std::vector<Points> cloths;
   std::vector<FrameFigures> figures;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    AnimatedFrame frame = read_frame(run.frame_file(ids[i]), vertices);
+    AnimatedFrame frame = read_animated_frame(run.frame_file(ids[i]), vertices);
     bodies.push_back(body_after(animation, step_of(animation, static_cast<Index>(i))));
     cloths.push_back(std::move(frame.state.positions));
     figures.push_back(frame.figures);

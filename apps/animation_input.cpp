@@ -4,18 +4,13 @@
 
 #include "apps/animation_input.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
 
-#include "apps/dressing.h"
-#include "apps/material_stage.h"
-#include "apps/mesh_sequence_file.h"
+#include "apps/animation_garments.h"
 #include "apps/synthetic_motion.h"
 #include "bodymodel/body_file.h"
 #include "bodymodel/default_human.h"
-#include "bodymodel/kinematics.h"
 #include "bodymodel/motion_file.h"
 #include "bodymodel/personal_body.h"
 #include "bodymodel/retarget.h"
@@ -23,7 +18,6 @@
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
 #include "core/sequence_archive.h"
-#include "registration/attach_to_body.h"
 #include "simulation/fabric.h"
 
 namespace atelier {
@@ -35,34 +29,8 @@ constexpr double kMostRate = 30;       // frames a second of a motion that is no
 constexpr double kSampleRate = 60;     // of procedural motions
 constexpr double kProceduralTime = 2;  // s, of a procedural motion
 
-/// The workspace as the stage reads it, before any garment is placed.
-struct Source {
-  PersonalBody person;
-  TrackedMotion tracked;
-  std::optional<Sequence> bodies;  // surfaces of the frames, by `body`
-  std::vector<RegisteredGarmentSequence> outfit;
-
-  std::optional<Points> surface(int frame_id) const {
-    if (!bodies) {
-      return std::nullopt;
-    }
-    const std::vector<int>& ids = bodies->frame_ids;
-    const auto at = std::lower_bound(ids.begin(), ids.end(), frame_id);
-    if (at == ids.end() || *at != frame_id) {
-      return std::nullopt;
-    }
-    return frame(*bodies, at - ids.begin()).vertices;
-  }
-  /// Row of a frame in the tracked motion, or -1.
-  Index row(int frame_id) const {
-    const std::vector<int>& ids = tracked.motion.frame_ids;
-    const auto at = std::lower_bound(ids.begin(), ids.end(), frame_id);
-    return at == ids.end() || *at != frame_id ? -1 : at - ids.begin();
-  }
-};
-
-Source read_source(StageRun& run, const AnimateOptions& options) {
-  Source source;
+AnimationSource read_source(StageRun& run, const AnimateOptions& options) {
+  AnimationSource source;
   source.person = read_personal_body(run.input("person") / "person.npz");
   const fs::path take = tracked_take(run.input("tracked"), run.input("capture"), options.sequence);
   source.tracked = read_tracked_motion(take);
@@ -92,12 +60,8 @@ Source read_source(StageRun& run, const AnimateOptions& options) {
   return source;
 }
 
-bool is_person(const AnimateOptions& options) {
-  return options.body.empty();
-}
-
-BodyModel wearer_of(StageRun& run, const Source& source, const AnimateOptions& options) {
-  if (is_person(options)) {
+BodyModel wearer_of(StageRun& run, const AnimationSource& source, const AnimateOptions& options) {
+  if (options.body.empty()) {
     return source.person.model;
   }
   if (options.body == "female" || options.body == "male") {
@@ -119,9 +83,9 @@ Motion retargeted(StageRun& run, const MotionClip& clip, const BodyModel& model)
 }
 
 /// The capture's own motion on the wearer.
-Motion own_motion(StageRun& run, const Source& source, const BodyModel& wearer,
+Motion own_motion(StageRun& run, const AnimationSource& source, const BodyModel& wearer,
                   const AnimateOptions& options) {
-  if (is_person(options)) {
+  if (options.body.empty()) {
     return source.tracked.motion;
   }
   MotionClip clip;
@@ -178,19 +142,8 @@ Motion motion_part(const Motion& motion, const AnimateOptions& options, std::siz
   return part;
 }
 
-/// How far the surface of a frame is off the skinned person; no rows where there is none.
-Points offset_in(const Source& source, const MovingBody& body, int frame_id) {
-  const std::optional<Points> surface = source.surface(frame_id);
-  const Index row = source.row(frame_id);
-  if (!surface || row < 0) {
-    return Points(0, 3);
-  }
-  return *surface - skin_vertices(body.model, body.shaped,
-                                  source.tracked.motion.poses[static_cast<std::size_t>(row)]);
-}
-
 /// Surfaces of all frames, where `body` has one of each.
-void add_offsets(MovingBody& body, const Source& source) {
+void add_offsets(MovingBody& body, const AnimationSource& source) {
   for (const int id : body.motion.frame_ids) {
     Points offset = offset_in(source, body, id);
     if (offset.rows() == 0) {
@@ -199,183 +152,6 @@ void add_offsets(MovingBody& body, const Source& source) {
     }
     body.offsets.push_back(std::move(offset));
   }
-}
-
-Material material_for(const AnimateOptions& options, const std::map<std::string, Material>& fitted,
-                      const std::string& garment) {
-  const auto found = fitted.find(garment);
-  return said_material(options.material, found == fitted.end() ? Material{} : found->second);
-}
-
-/// The frame in which clothes are put on before a motion that is not theirs: the template's own,
-/// of the garment with most vertices.
-int dressing_frame(const Source& source) {
-  const std::vector<int> frames = common_frames(source.outfit);
-  const auto largest = std::max_element(
-      source.outfit.begin(), source.outfit.end(), [](const auto& a, const auto& b) {
-        return a.garment.mesh.vertices.rows() < b.garment.mesh.vertices.rows();
-      });
-  const int wanted = largest->template_frame;
-  if (std::binary_search(frames.begin(), frames.end(), wanted) && source.row(wanted) >= 0) {
-    return wanted;
-  }
-  for (const int frame : frames) {
-    if (source.row(frame) >= 0 && source.surface(frame)) {
-      return frame;
-    }
-  }
-  throw DataError("", "garments", "no frame in which all are registered and the body is tracked",
-                  "registered garments of this capture; run 'atelier register' again");
-}
-
-/// Garments carried over to another body in the same pose, riding on its triangles.
-void carry(std::vector<WornGarment>& garments, const Points& from, const Points& to,
-           const Triangles& faces) {
-  for (WornGarment& worn : garments) {
-    worn.start = ride_on_body(attach_to_body(worn.start, from, faces), to, faces);
-    worn.velocity.resize(0, 3);
-  }
-}
-
-/// The clothes as registered, on the body: in its motion where that is the capture's own, else in
-/// the pose of their template, from which the body goes over into the motion.
-void wear_registered(StageRun& run, const Source& source, const AnimateOptions& options, bool own,
-                     const std::map<std::string, Material>& fitted, Animation& animation) {
-  MovingBody& body = animation.body;
-  const Triangles& faces = body.model.mesh.faces;
-  const int first = body.motion.frame_ids.front();
-  const std::vector<int> frames = common_frames(source.outfit);
-  const bool begins_moving = own && is_person(options) && !body.offsets.empty() &&
-                             std::binary_search(frames.begin(), frames.end(), first);
-  const int frame_id = begins_moving ? first : dressing_frame(source);
-  const std::optional<Points> surface = source.surface(frame_id);
-  if (!surface) {
-    throw DataError(run.input("bodies").string(), "frames",
-                    "no body in frame " + std::to_string(frame_id),
-                    "one in every registered frame; run 'atelier body' again");
-  }
-  std::vector<WornGarment> garments;
-  for (const RegisteredGarmentSequence& garment : source.outfit) {
-    garments.push_back(worn_in_frame(garment, frame_id, *surface, faces,
-                                     material_for(options, fitted, garment.name)));
-    if (begins_moving) {
-      garments.back().velocity = registered_velocity(garment, body);
-    }
-    if (options.cloth.relax) {
-      const std::optional<Points> there = source.surface(garment.template_frame);
-      RelaxedGarment relaxed =
-          unloaded(garments.back(), there ? *there : *surface, faces, options.cloth, run.device());
-      char text[160];
-      std::snprintf(text, sizeof text, "%s: without its weight it hangs %.2f mm from as registered",
-                    garment.name.c_str(), 1e3 * relaxed.mean_error);
-      run.say(text);
-      garments.back().garment.mesh = std::move(relaxed.garment.mesh);
-    }
-  }
-  if (!begins_moving) {
-    const Index row = source.row(frame_id);
-    Pose pose = source.tracked.motion.poses[static_cast<std::size_t>(row)];
-    Points offset = offset_in(source, body, frame_id);
-    if (!is_person(options)) {
-      pose = own_motion(run, source, body.model, options).poses[static_cast<std::size_t>(row)];
-      offset.resize(0, 3);
-      carry(garments, *surface, skin_vertices(body.model, body.shaped, pose), faces);
-    }
-    if (!own) {
-      body.motion = entered_from(body.model, std::move(body.motion), pose);
-    }
-    lead_in(body, pose, std::move(offset), options.settle);
-  }
-  animation.worn = worn_cloth(garments, options.cloth);
-  if (begins_moving) {
-    animation.registered = source.outfit;
-  }
-}
-
-/// Clothes of patterns, sewn on the body in its rest pose.
-void wear_pattern(StageRun& run, const AnimateOptions& options, bool own, Animation& animation) {
-  MovingBody& body = animation.body;
-  const Material material = said_material(options.material);
-  OutfitOptions how;
-  how.garment = options.garment;
-  how.density = material.density;
-  how.stretch = material.stretch_warp;
-  how.bending = material.bending;
-  how.friction = material.friction;
-  how.thickness = options.cloth.contact;
-  how.rate = options.cloth.rate;
-  how.substeps = options.cloth.xpbd.substeps;
-  run.say("sewing and draping " + options.garment);
-  Outfit outfit = dress_body(body.model, how, options.body, run.device());
-  WornCloth& worn = animation.worn;
-  for (const TruthGarment& garment : outfit.garments) {
-    worn.names.push_back(garment.garment.name);
-    Mesh mesh = garment.garment.mesh;
-    mesh.normals.resize(0, 3);
-    worn.meshes.push_back(std::move(mesh));
-  }
-  worn.first = outfit.first;
-  worn.cloth = std::move(outfit.cloth);
-  worn.state = std::move(outfit.state);
-  worn.solver = options.cloth.xpbd;
-  worn.solver.thickness = outfit.solver.thickness;
-  const Pose rest = rest_pose(body.model.skeleton);
-  Pose standing = rest;
-  if (own) {
-    // The motion stays where the cameras saw it: who is dressed is turned to it.
-    Motion still;
-    still.fps = 1;
-    still.frame_ids = {0};
-    still.poses = {rest};
-    standing = entered_from(body.model, still, body.motion.poses.front()).poses.front();
-    const JointFrames from = forward_kinematics(body.shaped.skeleton, rest);
-    const JointFrames to = forward_kinematics(body.shaped.skeleton, standing);
-    const Eigen::Matrix3d turn = to.rotations[0] * from.rotations[0].transpose();
-    const Eigen::RowVector3d shift = to.positions.row(0) - from.positions.row(0) * turn.transpose();
-    worn.state.positions = (worn.state.positions * turn.transpose()).rowwise() + shift;
-    worn.state.velocities = worn.state.velocities * turn.transpose();
-  } else {
-    body.motion = entered_from(body.model, std::move(body.motion), rest);
-  }
-  lead_in(body, standing, Points(0, 3), 0);
-}
-
-/// Cloth that another simulator moved, in place of what the workspace has.
-void wear_foreign(const Source& source, const AnimateOptions& options, Animation& animation) {
-  const MeshSequenceFile file = read_mesh_sequence(options.cloth_sequence, false);
-  WornCloth& worn = animation.worn;
-  worn.first.push_back(0);
-  Index faces = 0;
-  for (const RegisteredGarmentSequence& garment : source.outfit) {
-    Mesh mesh = garment.garment.mesh;
-    mesh.normals.resize(0, 3);
-    worn.names.push_back(garment.name);
-    worn.first.push_back(worn.first.back() + mesh.vertices.rows());
-    faces += mesh.faces.rows();
-    worn.meshes.push_back(std::move(mesh));
-  }
-  Triangles joined(faces, 3);
-  Index row = 0;
-  for (std::size_t g = 0; g < worn.meshes.size(); ++g) {
-    const Triangles& own = worn.meshes[g].faces;
-    joined.middleRows(row, own.rows()) = own.array() + static_cast<int>(worn.first[g]);
-    row += own.rows();
-  }
-  if (!source.outfit.empty() && !equal_arrays(joined, file.shared.faces)) {
-    throw DataError(options.cloth_sequence, "faces",
-                    std::to_string(file.shared.faces.rows()) + " of another topology",
-                    "the " + std::to_string(joined.rows()) +
-                        " faces of the workspace's garments, one behind the other (atelier export "
-                        "--stage register), or --garment none");
-  }
-  if (source.outfit.empty()) {
-    worn.names = {"cloth"};
-    worn.meshes = {file.shared};
-    worn.meshes[0].labels.clear();
-    worn.meshes[0].vertices = frame(file.sequence, 0).vertices;
-    worn.first = {0, worn.meshes[0].vertices.rows()};
-  }
-  animation.foreign = file.sequence;
 }
 
 /// Frames of the result and the steps between them.
@@ -461,7 +237,7 @@ fs::path tracked_take(const fs::path& tracked, const fs::path& capture, const st
 
 Animation read_animation(StageRun& run) {
   const auto& options = run.options<AnimateOptions>();
-  const Source source = read_source(run, options);
+  const AnimationSource source = read_source(run, options);
   Animation animation;
   MovingBody& body = animation.body;
   body.model = wearer_of(run, source, options);
@@ -478,25 +254,24 @@ Animation read_animation(StageRun& run) {
   body.motion = motion_part(
       own ? own_motion(run, source, body.model, options) : new_motion(run, body.model, options),
       options, first);
-  if (own && is_person(options)) {
+  if (own && options.body.empty()) {
     add_offsets(body, source);
   }
   if (!options.cloth_sequence.empty() || options.garment == "none") {
     if (options.cloth_sequence.empty()) {
       animation.worn.first = {0};
     } else {
-      wear_foreign(source, options, animation);
+      wear_foreign(options, source, animation);
     }
   } else if (options.garment == "auto") {
-    std::map<std::string, Material> fitted;
-    if (run.has_input("fitted_material")) {
-      fitted = read_materials(run.input("fitted_material"));
-    } else if (options.material.name == "fitted") {
-      run.say("no fitted material: the values of 'custom' are taken (atelier material fits one)");
-    }
-    wear_registered(run, source, options, own, fitted, animation);
+    wear_registered(
+        run, source,
+        [&](Index row) {
+          return own_motion(run, source, body.model, options).poses[static_cast<std::size_t>(row)];
+        },
+        animation);
   } else {
-    wear_pattern(run, options, own, animation);
+    wear_pattern(run, animation);
   }
   set_frames(options, own, animation);
   if (animation.foreign) {

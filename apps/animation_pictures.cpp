@@ -50,6 +50,9 @@ OptionTable describe(AnimationViewOptions& options) {
             "name, in that camera's own size");
   table.add("background", options.background, {"studio", "white", "black", "transparent"},
             "Behind the subject; transparent: pictures with alpha");
+  table.add("drawn_by", options.drawn_by, {"networks", "plain"},
+            "What was learnt of the capture's pictures (atelier appearance), where there is "
+            "something, or one colour each");
   table.add(describe(options.picture));
   return table;
 }
@@ -114,18 +117,6 @@ Image animation_picture(const AnimationView& view, int frame, std::vector<Render
   how.alpha = view.alpha;
   return tone_mapped(render(scene, view.cameras[static_cast<std::size_t>(frame)], how),
                      {.dither = 1});
-}
-
-Image before_black(const Image& picture) {
-  Image colors(picture.width, picture.height, 3);
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        colors.at(x, y, c) = picture.at(x, y, c);
-      }
-    }
-  }
-  return colors;
 }
 
 Look skin_look() {

@@ -20,6 +20,7 @@ struct AnimationViewOptions {
   /// of one of the capture's cameras.
   std::string camera = "three-quarter";
   std::string background = "studio";  ///< "studio", "white", "black", "transparent"
+  std::string drawn_by = "networks";  ///< "networks", where the workspace has some, or "plain"
   PictureOptions picture{.width = 480, .height = 640, .samples = 6, .framing = {}};
 };
 OptionTable describe(AnimationViewOptions& options);
@@ -44,9 +45,6 @@ Points box_corners(const Points& points);
 /// One picture, tone mapped: linear RGB, or RGBA with premultiplied colour.
 Image animation_picture(const AnimationView& view, int frame, std::vector<RenderMesh> meshes,
                         const AnimationViewOptions& options);
-
-/// What a premultiplied picture is before black.
-Image before_black(const Image& picture);
 
 /// A body's skin, and cloth in one of a few colours that tell garments apart.
 Look skin_look();

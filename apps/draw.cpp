@@ -16,6 +16,7 @@
 #include "apps/output_place.h"
 #include "apps/paint_scene.h"
 #include "apps/picture_size.h"
+#include "apps/straight_alpha.h"
 #include "apps/usage_error.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/truth_archive.h"
@@ -214,11 +215,7 @@ int run(const DrawArguments& arguments, const DrawOptions& options) {
     if (!video) {
       write_image(fs::path(arguments.out) / (name + ".png"), straight_alpha(picture));
     } else {
-      Image frame(picture.width, picture.height, 3);
-      for (std::size_t p = 0; p < frame.data.size(); ++p) {
-        frame.data[p] = picture.data[4 * (p / 3) + p % 3];
-      }
-      film.push_back(std::move(frame));
+      film.push_back(before_black(picture));
     }
     std::cout << "frame " << name << std::endl;
   };

@@ -47,16 +47,6 @@ bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device 
       [&] { return hooks.stop && hooks.stop(); });
 }
 
-Image straight_alpha(const Image& picture) {
-  Image straight = picture;
-  for (std::size_t i = 0; i + 3 < straight.data.size(); i += 4) {
-    for (std::size_t c = 0; c < 3 && straight.data[i + 3] > 0; ++c) {
-      straight.data[i + c] /= straight.data[i + 3];
-    }
-  }
-  return straight;
-}
-
 }  // namespace atelier
 
 #endif

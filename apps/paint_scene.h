@@ -28,9 +28,6 @@ struct PaintHooks {
 bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device device,
                  const PaintHooks& hooks);
 
-/// The fourth channel undone for files, which want colours that are not premultiplied.
-Image straight_alpha(const Image& picture);
-
 }  // namespace atelier
 
 #endif

@@ -76,9 +76,9 @@ void run_level(std::vector<Level>& levels, const StiffnessObjective& objective) 
   }
 }
 
-/// The lowest point of the paraboloid through the trials round the best, in steps of the fine grid
-/// (logarithms); those next to it count most. It stays within a step, and where the best trial lies
-/// at an end of what was tried, there.
+/// The lowest point of the paraboloid through the squared distances of trials round the best, in
+/// steps of the fine grid (logarithms); those next to it count most. It stays within a step, and
+/// where the best trial lies at an end of what was tried, there.
 Stiffness refined_best(const std::vector<StiffnessTrial>& trials, const StiffnessTrial& best,
                        const Stiffness& step, const StiffnessSearchOptions& options) {
   constexpr double kLeastCurve = 1e-3;  // of the largest: in such a direction nothing is known
@@ -94,7 +94,8 @@ Stiffness refined_best(const std::vector<StiffnessTrial>& trials, const Stiffnes
     row << 1, x, y, x * x / 2, x * y, y * y / 2;
     const double weight = std::exp(-(x * x + y * y));
     normal += weight * row * row.transpose();
-    right += weight * (trial.distance - best.distance) * row;
+    const double more = trial.distance * trial.distance - best.distance * best.distance;
+    right += weight * more * row;
   }
   const Eigen::Matrix<double, 6, 1> fit = normal.completeOrthogonalDecomposition().solve(right);
   Eigen::Matrix2d curve;

@@ -55,10 +55,10 @@ using StiffnessObjective = std::function<std::vector<std::vector<double>>(
 /// Looks for the stiffness of garments that are simulated together and come nearest to what was
 /// seen (our choice): a grid over both stiffnesses, evenly in their logarithms, then a finer one
 /// around each garment's best, half a step apart with the default, then the lowest point of the
-/// paraboloid through the trials round the best. The first scenes give every
-/// garment the same stiffness, the later ones each its own. Both lists of scenes are asked for at
-/// once, so that they can run side by side. The ranges are those of trials within `band` of the
-/// best: what the data cannot tell apart.
+/// paraboloid through the squared distances of the trials round the best. The first scenes give
+/// every garment the same stiffness, the later ones each its own. Both lists of scenes are asked
+/// for at once, so that they can run side by side. The ranges are those of trials within `band` of
+/// the best: what the data cannot tell apart.
 ///
 /// Throws LogicError for options out of range or an objective of another shape, DataError where
 /// every scene of a garment broke.

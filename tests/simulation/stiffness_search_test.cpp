@@ -22,7 +22,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 double bowl(const Stiffness& at, const Stiffness& truth) {
   const double s = std::log10(at.stretch / truth.stretch);
   const double b = std::log10(at.bending / truth.bending);
-  return 0.002 + 0.01 * (s * s + 0.7 * b * b);
+  return std::sqrt(4e-6 + 1e-4 * (s * s + 0.7 * b * b));
 }
 
 StiffnessObjective bowls(const std::vector<Stiffness>& truths) {
@@ -148,11 +148,11 @@ std::vector<Points> fallen(double stretch, double bending, int substeps) {
 
 TEST(StiffnessSearch, RecoversTheStiffnessOfAFallingCloth) {
   constexpr Stiffness kTruth{40, 2.2e-4};
-  const std::vector<Points> seen = fallen(kTruth.stretch, kTruth.bending, 60);
+  const std::vector<Points> seen = fallen(kTruth.stretch, kTruth.bending, 40);
   const auto distances = [&](const std::vector<std::vector<Stiffness>>& scenes) {
     std::vector<std::vector<double>> result;
     for (const auto& scene : scenes) {
-      const std::vector<Points> now = fallen(scene[0].stretch, scene[0].bending, 30);
+      const std::vector<Points> now = fallen(scene[0].stretch, scene[0].bending, 40);
       double sum = 0;
       for (std::size_t i = 0; i < now.size(); ++i) {
         sum += (now[i] - seen[i]).rowwise().norm().mean() / static_cast<double>(now.size());
@@ -162,6 +162,7 @@ TEST(StiffnessSearch, RecoversTheStiffnessOfAFallingCloth) {
     return result;
   };
   StiffnessSearchOptions options;
+  options.fine = 5;
   options.stretch_low = 10;
   options.stretch_high = 1000;
   options.bending_low = 1e-5;

@@ -1,0 +1,191 @@
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_REGISTRATION) && \
+    defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_BODYMODEL) && \
+    defined(ATELIER_HAS_CORE_RENDER)
+
+#include "apps/animated_cloth.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "capture/capture_measures.h"
+#include "core/archive.h"
+#include "core/error.h"
+#include "simulation/crossings.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kSchema = "atelier.animated_frame";
+constexpr double kTorn = 0.5;  // of an edge's length: no cloth stretches like that
+
+double strain_p99(const Cloth& cloth, const Points& x) {
+  std::vector<double> strains;
+  for (int s = 0; s < cloth.fibre_count; ++s) {
+    const ClothSpring& spring = cloth.springs[static_cast<std::size_t>(s)];
+    strains.push_back(std::abs((x.row(spring.a) - x.row(spring.b)).norm() / spring.rest - 1));
+  }
+  if (strains.empty()) {
+    return 0;
+  }
+  const auto at = strains.begin() + static_cast<std::ptrdiff_t>((strains.size() - 1) * 99 / 100);
+  std::nth_element(strains.begin(), at, strains.end());
+  return *at;
+}
+
+/// Faces of all garments in one cloth.
+Triangles joined_faces(const WornCloth& worn) {
+  Triangles faces(0, 3);
+  for (std::size_t g = 0; g < worn.meshes.size(); ++g) {
+    const Index before = faces.rows();
+    faces.conservativeResize(before + worn.meshes[g].faces.rows(), 3);
+    faces.bottomRows(worn.meshes[g].faces.rows()) =
+        worn.meshes[g].faces.array() + static_cast<int>(worn.first[g]);
+  }
+  return faces;
+}
+
+}  // namespace
+
+FrameFigures frame_figures(const Animation& animation, const Points& cloth, const Points& body) {
+  FrameFigures figures;
+  if (cloth.rows() == 0) {
+    return figures;
+  }
+  figures.strain_p99 = strain_p99(animation.worn.cloth, cloth);
+  const Eigen::VectorXd depths =
+      depths_inside(cloth, body, animation.body.model.mesh.faces, animation.worn.solver.thickness);
+  figures.inside = static_cast<double>((depths.array() > 0).count());
+  figures.depth = depths.maxCoeff();
+  figures.crossings = count_crossings(cloth, joined_faces(animation.worn));
+  return figures;
+}
+
+void write_animated_frame(const fs::path& file, const ClothState& state,
+                          const FrameFigures& figures) {
+  Archive archive;
+  archive.schema = kSchema;
+  archive.numbers["step"] = static_cast<double>(state.frame);
+  for (const auto& [name, member] : kFrameFigures) {
+    archive.numbers[name] = figures.*member;
+  }
+  archive.datasets["positions"] = tensor_of(state.positions);
+  archive.datasets["velocities"] = tensor_of(state.velocities);
+  write_archive(file, archive);
+}
+
+AnimatedFrame read_animated_frame(const fs::path& file, Index vertices) {
+  const Archive archive = read_archive(file, kSchema, 1);
+  const auto rows = [&](const char* name) {
+    const auto found = archive.datasets.find(name);
+    if (found == archive.datasets.end() || found->second.type != element_type_for<double>() ||
+        found->second.shape != std::vector<std::int64_t>{vertices, 3}) {
+      throw DataError(file.string(), name, "not of this cloth",
+                      std::to_string(vertices) + " rows of three numbers");
+    }
+    return Points(Eigen::Map<const Points>(values_of<double>(found->second).data(), vertices, 3));
+  };
+  const auto number = [&](const char* name) {
+    const auto found = archive.numbers.find(name);
+    if (found == archive.numbers.end()) {
+      throw DataError(file.string(), name, "none", "a number");
+    }
+    return found->second;
+  };
+  AnimatedFrame frame;
+  frame.state.positions = rows("positions");
+  frame.state.velocities = rows("velocities");
+  frame.state.frame = static_cast<std::int64_t>(number("step"));
+  for (const auto& [name, member] : kFrameFigures) {
+    frame.figures.*member = number(name);
+  }
+  return frame;
+}
+
+ClothState AnimatedCloth::at(Index row) {
+  if (animation_.foreign) {
+    return foreign_at(row);
+  }
+  if (animation_.worn.cloth.rest_positions.rows() == 0) {
+    return {Points(0, 3), Points(0, 3), step_of(animation_, row)};
+  }
+  const std::lock_guard lock(mutex_);
+  if (!solver_) {
+    start_before(row);
+  }
+  while (waiting_.find(row) == waiting_.end()) {
+    ATELIER_CHECK(next_ <= row, "a frame is asked for twice");
+    advance_to(step_of(animation_, next_));
+    waiting_[next_++] = solver_->state();
+  }
+  ClothState state = std::move(waiting_.at(row));
+  waiting_.erase(row);
+  return state;
+}
+
+void AnimatedCloth::start_before(Index row) {
+  const WornCloth& worn = animation_.worn;
+  solver_.emplace(worn.cloth, animation_.body.model.mesh.faces, worn.solver, run_.device());
+  solver_->set_state(worn.state);
+  for (Index before = row - 1; before >= 0; --before) {
+    if (const auto file = finished(before)) {
+      const AnimatedFrame frame = read_animated_frame(*file, worn.cloth.rest_positions.rows());
+      solver_->set_state(frame.state);
+      step_ = static_cast<int>(frame.state.frame);
+      next_ = before + 1;
+      break;
+    }
+  }
+  body_ = body_after(animation_, step_);
+}
+
+void AnimatedCloth::advance_to(int step) {
+  while (step_ < step) {
+    const auto start = Clock::now();
+    Control control;
+    control.body_start = body_;
+    body_ = body_after(animation_, step_ + 1);
+    control.body_end = body_;
+    const FrameReport report = solver_->advance(control);
+    ++step_;
+    ++steps_;
+    seconds_ += std::chrono::duration<double>(Clock::now() - start).count();
+    if (!(report.strain_p95 < kTorn)) {
+      char found[120];
+      std::snprintf(found, sizeof found, "cloth stretched by %.0f%% at %.2f s",
+                    100 * report.strain_p95, step_ * animation_.step_seconds);
+      throw DataError("simulation", "", found,
+                      "a motion and a body that the garment follows: a slower motion, another "
+                      "--body, or more --cloth.xpbd.substeps");
+    }
+  }
+}
+
+ClothState AnimatedCloth::foreign_at(Index row) const {
+  const Sequence& sequence = *animation_.foreign;
+  const double rate = sequence.fps > 0 ? sequence.fps : animation_.fps;
+  const auto at =
+      static_cast<Index>(std::llround(static_cast<double>(row) / animation_.fps * rate));
+  ClothState state;
+  state.positions = frame(sequence, std::min(at, frame_count(sequence) - 1)).vertices;
+  state.velocities = Points::Zero(state.positions.rows(), 3);
+  state.frame = step_of(animation_, row);
+  return state;
+}
+
+std::optional<fs::path> AnimatedCloth::finished(Index row) const {
+  try {
+    return run_.frame_file(animation_.frame_ids[static_cast<std::size_t>(row)]);
+  } catch (const LogicError&) {
+    return std::nullopt;  // that is how the run says that it is not finished
+  }
+}
+
+}  // namespace atelier
+
+#endif
