@@ -297,6 +297,7 @@ void run_animate(StageRun& run) {
                        animation.worn.first[g], animation.worn.meshes[g].vertices.rows()));
                  });
   }
+  run.output("body.npz", [&](const fs::path& file) { write_body(file, animation.body.model); });
   run.output("motion.npz",
              [&](const fs::path& file) { write_motion(file, played_motion(animation)); });
   if (options.pictures && !write_pictures(run, animation, bodies, cloths)) {

@@ -10,12 +10,20 @@
 #include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#ifdef ATELIER_HAS_BODYMODEL
+#include "apps/export_motion.h"
+#endif
+#include "apps/one_file_sequence.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+#include "capture/layouts/open_dataset.h"
+#include "capture/layouts/write_layout.h"
+#endif
 #include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -36,8 +44,9 @@ namespace fs = std::filesystem;
 constexpr const char* kHeader = "sequence.h5";
 constexpr const char* kMeshSchema = "atelier.mesh";
 constexpr const char* kEveryStage = "all";
+constexpr const char* kNone = "none";
 
-enum class ExportFormat { Ply, Obj, Glb, Usda };
+enum class ExportFormat { Ply, Obj, Glb, Usda, Hdf5 };
 
 struct ExportArguments {
   std::string workspace;
@@ -47,7 +56,17 @@ struct ExportArguments {
 struct ExportOptions {
   std::string stage = kEveryStage;
   ExportFormat format = ExportFormat::Ply;
+  std::string cameras = kNone;  ///< a layout of captures, or none
 };
+
+/// Layouts that cameras are exported in.
+std::vector<std::string> camera_layouts() {
+  std::vector<std::string> layouts = {kNone};
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  layouts.insert(layouts.end(), layout_names().begin(), layout_names().end());
+#endif
+  return layouts;
+}
 
 OptionTable describe(ExportOptions& options) {
   std::vector<std::string> stages = {kEveryStage};
@@ -61,9 +80,13 @@ OptionTable describe(ExportOptions& options) {
            {{"ply", ExportFormat::Ply},
             {"obj", ExportFormat::Obj},
             {"glb", ExportFormat::Glb},
-            {"usda", ExportFormat::Usda}},
-           "Of meshes: ply and obj, a file a frame; glb and usda, one animated file for a sequence "
-           "over one topology (usda leaves single meshes as ply)");
+            {"usda", ExportFormat::Usda},
+            {"h5", ExportFormat::Hdf5}},
+           "Of meshes: ply and obj, a file a frame; glb, usda and h5, one file for a sequence over "
+           "one topology (usda and h5 leave single meshes as ply)")
+      .add("cameras", options.cameras, camera_layouts(),
+           "Also the capture's cameras, with the pictures of one instant, in another layout; the "
+           "capture has to be where it was");
 }
 
 /// Of single meshes, which USD files are not written of.
@@ -75,6 +98,7 @@ const char* mesh_extension(ExportFormat format) {
       return ".glb";
     case ExportFormat::Ply:
     case ExportFormat::Usda:
+    case ExportFormat::Hdf5:
       break;
   }
   return ".ply";
@@ -88,6 +112,10 @@ std::string export_sequence(const Sequence& sequence, const fs::path& out, Expor
   if (format == ExportFormat::Usda && one_topology) {
     write_usd_sequence(out.string() + ".usda", sequence, out.filename().string());
     return out.string() + ".usda, " + counted(count, "frame");
+  }
+  if (format == ExportFormat::Hdf5 && one_topology) {
+    write_one_file_sequence(out.string() + ".h5", sequence);
+    return out.string() + ".h5, " + counted(count, "frame");
   }
   if (format == ExportFormat::Glb && one_topology) {
     std::vector<Mesh> frames;
@@ -188,6 +216,55 @@ std::string consent_warnings(const StageStatus& status) {
   return lines;
 }
 
+#ifdef ATELIER_HAS_BODYMODEL
+/// Motions as BVH too, and what `animate` made as one scene.
+void export_motions(const fs::path& result, const fs::path& place,
+                    const std::set<fs::path>& files) {
+  for (const fs::path& file : files) {
+    if (is_motion_result(result / file)) {
+      fs::path bvh = place / file;
+      make_private_directory(bvh.parent_path());
+      export_bvh(result / file, bvh.replace_extension(".bvh"));
+      std::cout << printable(bvh.string()) << "\n";
+    }
+  }
+  if (is_animation_result(result)) {
+    write_gltf(place / "avatar.glb", avatar_scene(result));
+    std::cout << printable((place / "avatar.glb").string())
+              << ", body with skin and garments, animated\n";
+  }
+}
+#endif
+
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+/// The cameras of the capture that a workspace is of, with the pictures of its first instant.
+void export_cameras(const std::vector<StageStatus>& all, const fs::path& out,
+                    const std::string& layout, ExportGuard& guard) {
+  for (const StageStatus& status : all) {
+    for (const ManifestInput& input :
+         status.manifest ? status.manifest->inputs : std::vector<ManifestInput>{}) {
+      if (input.kind != "capture" || !fs::exists(input.path)) {
+        continue;
+      }
+      Dataset dataset = open_dataset(input.path);
+      CaptureSequence& first = dataset.info.sequences.front();
+      first.frame_ids.resize(1);
+      dataset.info.sequences.resize(1);
+      const fs::path place = out / "cameras";
+      require_new_place(place, "OUT");
+      guard.add(place);
+      write_layout(dataset, layout, place);
+      std::cout << printable(place.string()) << ", " << layout << ", "
+                << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << "\n";
+      return;
+    }
+  }
+  throw DataError(
+      "", "cameras", "no capture where the workspace's results were made of one",
+      "the capture in its place, or atelier convert-capture CAPTURE OUT --to " + layout);
+}
+#endif
+
 /// Exports one sound result; says what it wrote.
 void export_result(const StageStatus& status, const fs::path& workspace, const fs::path& out,
                    ExportFormat format, ExportGuard& guard) {
@@ -204,6 +281,9 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
   for (const ManifestOutput& output : manifest.outputs) {
     rest.insert(output.path);
   }
+#ifdef ATELIER_HAS_BODYMODEL
+  export_motions(result, place, rest);
+#endif
   export_sequences(result, place, format, rest);
   std::int64_t meshes = 0;
   for (const fs::path& file : rest) {
@@ -262,6 +342,11 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
     throw DataError(arguments.workspace, options.stage == kEveryStage ? "" : options.stage,
                     "no finished result", "one; atelier status lists what there is");
   }
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  if (options.cameras != kNone) {
+    export_cameras(all, arguments.out, options.cameras, guard);
+  }
+#endif
   guard.release();
   return kExitDone;
 }

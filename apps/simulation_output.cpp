@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "apps/one_file_sequence.h"
 #include "apps/output_place.h"
 #include "apps/usage_error.h"
-#include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
@@ -85,29 +85,6 @@ void FrameWriter::write(int frame, const Mesh& mesh) {
   ++written_;
 }
 
-void FrameWriter::write_one_archive(const Sequence& sequence) const {
-  const Index vertices = frame(sequence, 0).vertices.rows();
-  std::vector<float> values;
-  values.reserve(static_cast<std::size_t>(written_ * vertices * 3));
-  for (Index i = 0; i < frame_count(sequence); ++i) {
-    const Points x = frame(sequence, i).vertices;
-    for (Index v = 0; v < x.rows(); ++v) {
-      for (int c = 0; c < 3; ++c) {
-        values.push_back(static_cast<float>(x(v, c)));
-      }
-    }
-  }
-  Archive archive;
-  archive.schema = "atelier.mesh_sequence";
-  archive.datasets["vertices"] =
-      tensor_of(values, {frame_count(sequence), static_cast<std::int64_t>(vertices), 3});
-  archive.datasets["faces"] = tensor_of(sequence.faces);
-  archive.datasets["fps"] = tensor_of(std::vector<double>{sequence.fps}, {1});
-  archive.datasets["frame_ids"] =
-      tensor_of(sequence.frame_ids, {static_cast<std::int64_t>(sequence.frame_ids.size())});
-  write_archive(place_.path, archive);
-}
-
 void FrameWriter::finish() {
   if (!in_archive() || written_ == 0) {
     return;
@@ -120,7 +97,7 @@ void FrameWriter::finish() {
     write_usd_sequence(place_.one_file ? place_.path : place_.path / "garment.usda",
                        open_sequence(gathered()));
   } else if (place_.one_file) {
-    write_one_archive(open_sequence(gathered()));
+    write_one_file_sequence(place_.path, open_sequence(gathered()));
   }
   if (place_.one_file) {
     std::filesystem::remove_all(gathered());

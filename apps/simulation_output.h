@@ -38,7 +38,6 @@ class FrameWriter {
  private:
   std::filesystem::path gathered() const;
   bool in_archive() const { return place_.format == "h5" || place_.format == "usda"; }
-  void write_one_archive(const Sequence& sequence) const;
 
   OutputPlace place_;
   SequenceHeader header_;

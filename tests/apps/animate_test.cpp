@@ -6,8 +6,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/gltf_body.h"
 #include "bodymodel/motion_bvh.h"
 #include "bodymodel/motion_file.h"
+#include "core/archive.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
@@ -21,6 +23,18 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+
+/// What a sequence in one file holds.
+struct MeshSequenceShape {
+  std::int64_t frames = 0;
+  std::int64_t vertices = 0;
+};
+
+MeshSequenceShape shape_of(const fs::path& file) {
+  const Archive archive = read_archive(file, "atelier.mesh_sequence", 1);
+  const std::vector<std::int64_t>& shape = archive.datasets.at("vertices").shape;
+  return {shape.at(0), shape.at(1)};
+}
 
 /// A trunk in a skirt that walks three frames.
 class Animate : public ::testing::Test {
@@ -158,6 +172,65 @@ TEST_F(Animate, AMaterialIsFittedOrTakenAndThenUsed) {
       read_file_text(workspace() / "material" / "current" / "material.json", 1 << 20));
   EXPECT_NEAR(json["garments"]["lower"]["material"]["density"], 0.324, 1e-9);
   EXPECT_EQ(metrics("material")["fitted"], 0);
+}
+
+TEST_F(Animate, ExportsOpenAndShowTheSame) {
+  write_dressed_workspace(capture(), workspace());
+  ASSERT_EQ(animate().exit_code, 0);
+  const fs::path out = root_ / "out";
+  const ChildResult done = run(
+      {"export", workspace().string(), out.string(), "--format", "h5", "--cameras", "easymocap"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  // The avatar: a body with a skin that its joints move, and cloth as morph targets.
+  const GltfScene avatar = read_gltf(out / "animate" / "avatar.glb");
+  ASSERT_EQ(avatar.meshes.size(), 2u);
+  EXPECT_EQ(avatar.skins.size(), 1u);
+  EXPECT_EQ(avatar.meshes[1].primitives[0].targets.size(), 3u);
+  ASSERT_EQ(avatar.animations.size(), 1u);
+  const auto last = [&](GltfPath path) {
+    for (const GltfChannel& channel : avatar.animations[0].channels) {
+      if (channel.path == path) {
+        return channel.times.back();
+      }
+    }
+    return -1.0;
+  };
+  EXPECT_NEAR(last(GltfPath::Weights), 2.0 / 12, 1e-6);
+  EXPECT_NEAR(last(GltfPath::Rotation), 2.0 / 12, 1e-6);
+  const GltfBody body = read_gltf_body(out / "animate" / "avatar.glb");
+  EXPECT_EQ(vertex_count(body.model), vertex_count(trunk_body()));
+  // Joints of both motions, read back from BVH.
+  for (const fs::path bvh :
+       {out / "animate" / "motion.bvh", out / "track" / "tracked" / "clothed.bvh"}) {
+    const MotionClip clip = read_motion_file(bvh);
+    ASSERT_EQ(clip.motion.poses.size(), 3u) << bvh;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Points joints = forward_kinematics(clip.skeleton, clip.motion.poses[i]).positions;
+      EXPECT_LT((joints - short_walk().joints[i]).cwiseAbs().maxCoeff(), 1e-4) << bvh << i;
+    }
+  }
+  const MeshSequenceShape skirt = shape_of(out / "animate" / "garments" / "lower.h5");
+  EXPECT_EQ(skirt.frames, 3);
+  EXPECT_EQ(skirt.vertices, tube_skirt().mesh.vertices.rows());
+  EXPECT_TRUE(fs::exists(out / "template" / "garments" / "lower.h5"));
+  EXPECT_TRUE(fs::exists(out / "cameras" / "clothed" / "intri.yml"));
+  // As text with time samples.
+  ASSERT_EQ(run({"export", workspace().string(), (root_ / "usd").string(), "--format", "usda",
+                 "--stage", "animate"})
+                .exit_code,
+            0);
+  EXPECT_THAT(read_file_text(root_ / "usd" / "animate" / "garments" / "lower.usda", 1 << 20),
+              HasSubstr("points.timeSamples"));
+}
+
+TEST_F(Animate, CamerasOfACaptureThatIsGoneAreRefused) {
+  write_dressed_workspace(capture(), workspace(), "track");
+  fs::remove_all(capture());
+  const ChildResult refused =
+      run({"export", workspace().string(), (root_ / "out").string(), "--cameras", "colmap"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("no capture where"));
+  EXPECT_FALSE(fs::exists(root_ / "out"));
 }
 
 TEST_F(Animate, MissingResultsAreRefusedWithWhatMakesThem) {
