@@ -200,7 +200,7 @@ TEST_F(Animate, ExportsOpenAndShowTheSame) {
   const GltfBody body = read_gltf_body(out / "animate" / "avatar.glb");
   EXPECT_EQ(vertex_count(body.model), vertex_count(trunk_body()));
   // Joints of both motions, read back from BVH.
-  for (const fs::path bvh :
+  for (const fs::path& bvh :
        {out / "animate" / "motion.bvh", out / "track" / "tracked" / "clothed.bvh"}) {
     const MotionClip clip = read_motion_file(bvh);
     ASSERT_EQ(clip.motion.poses.size(), 3u) << bvh;
