@@ -185,7 +185,7 @@ TEST_F(Animate, ExportsOpenAndShowTheSame) {
   const GltfScene avatar = read_gltf(out / "animate" / "avatar.glb");
   ASSERT_EQ(avatar.meshes.size(), 2u);
   EXPECT_EQ(avatar.skins.size(), 1u);
-  EXPECT_EQ(avatar.meshes[1].primitives[0].targets.size(), 3u);
+  EXPECT_EQ(avatar.meshes[1].primitives[0].targets.size(), 2u) << "beside the first frame";
   ASSERT_EQ(avatar.animations.size(), 1u);
   const auto last = [&](GltfPath path) {
     for (const GltfChannel& channel : avatar.animations[0].channels) {
