@@ -25,20 +25,30 @@ void add_splat(Image& texture, std::vector<float>& weights, const TexturePixels&
   }
 }
 
-/// 1 for texels that some pixel takes for half of its colour. What pixels touch with less is
-/// not known by them: it would take a residual many times over, and become black or white.
+/// 1 for texels that some pixel takes for half of its colour. What pixels touch with less is not
+/// known by them: it would take a residual many times over, and become black or white. Where pixels
+/// are coarser than texels, so that this leaves out most of what they touch, less will do.
 ImageOf<std::uint8_t> seen_texels(int resolution, const std::vector<TextureView>& views) {
-  constexpr float kLeast = 0.5F;
-  ImageOf<std::uint8_t> seen(resolution, resolution, 1);
+  Image most(resolution, resolution, 1);
   for (const TextureView& view : views) {
     for (std::size_t p = 0; p < view.pixels->u.size(); ++p) {
       const TextureTaps taps = texture_taps(resolution, view.pixels->u[p], view.pixels->v[p]);
       for (std::size_t k = 0; k < 4; ++k) {
-        if (taps.weight[k] >= kLeast) {
-          seen.data[static_cast<std::size_t>(taps.texel[k])] = 1;
-        }
+        float& weight = most.data[static_cast<std::size_t>(taps.texel[k])];
+        weight = std::max(weight, taps.weight[k]);
       }
     }
+  }
+  const auto above = [&](float least) {
+    return std::count_if(most.data.begin(), most.data.end(), [&](float w) { return w > least; });
+  };
+  float least = 0.5F;
+  for (const float less : {0.2F, 0.0F}) {
+    least = 2 * above(least) < above(0) ? less : least;
+  }
+  ImageOf<std::uint8_t> seen(resolution, resolution, 1);
+  for (std::size_t t = 0; t < most.data.size(); ++t) {
+    seen.data[t] = most.data[t] > least ? 1 : 0;
   }
   return seen;
 }

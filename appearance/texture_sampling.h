@@ -30,9 +30,10 @@ Image splat_texture(int resolution, const TexturePixels& places, const std::vect
 
 /// A texture that does not change, and how bright each camera takes it.
 struct StaticTexture {
-  Image texture;               ///< [R,R,3] linear RGB; what no pixel sees is 0
-  std::vector<float> gain;     ///< [3C] factor of each camera and channel, geometric mean 1
-  ImageOf<std::uint8_t> seen;  ///< [R,R] 1: some pixel has half of its colour from it
+  Image texture;            ///< [R,R,3] linear RGB; what no pixel sees is 0
+  std::vector<float> gain;  ///< [3C] factor of each camera and channel, geometric mean 1
+  ImageOf<std::uint8_t>
+      seen;  ///< [R,R] 1: some pixel has half of its colour (less, if few are) from it
 };
 
 /// One picture for it.

@@ -90,16 +90,30 @@ TEST(FillUnseenRefused, AnotherResolution) {
 }
 
 TEST(StaticTexture, TexelsTouchedByACornerAloneAreNotSeen) {
-  // One pixel a twentieth of the way from texel (3, 3) to its neighbours.
+  // Pixels at the middles of four texels, and one a twentieth of the way from texel (3, 3) on.
   TexturePixels pixels;
-  pixels.u = {(3.5F + 0.05F) / 8};
-  pixels.v = {1 - (3.5F + 0.05F) / 8};
-  pixels.colors = {0.5F, 0.5F, 0.5F};
+  for (const float x : {0.5F, 1.5F, 2.5F, 6.5F, 3.55F}) {
+    pixels.u.push_back(x / 8);
+    pixels.v.push_back(1 - (x == 3.55F ? x : 0.5F) / 8);
+    pixels.colors.insert(pixels.colors.end(), 3, 0.5F);
+  }
   const StaticTexture texture = static_texture(8, 1, {{0, &pixels}});
   EXPECT_EQ(texture.seen.at(3, 3), 1);
   EXPECT_EQ(texture.seen.at(4, 3), 0);
   EXPECT_EQ(texture.texture.at(4, 3, 0), 0.0F);
   EXPECT_NEAR(texture.texture.at(3, 3, 0), 0.5F, 0.06F);
+}
+
+TEST(StaticTexture, PixelsCoarserThanTexelsAreTakenAsTheyAre) {
+  // Every pixel lies between four texels: nobody has half of its colour from one.
+  TexturePixels pixels;
+  for (int i = 0; i < 16; ++i) {
+    pixels.u.push_back(static_cast<float>(i % 4 * 2 + 1) / 8);
+    pixels.v.push_back(static_cast<float>(i / 4 * 2 + 1) / 8);
+    pixels.colors.insert(pixels.colors.end(), 3, 0.3F);
+  }
+  const StaticTexture texture = static_texture(8, 1, {{0, &pixels}});
+  EXPECT_NEAR(texture.texture.at(5, 5, 1), 0.3F, 1e-3F);
 }
 
 Image waves(double phase) {

@@ -101,9 +101,16 @@ TEST(Network, AMeanTextureAloneIsSampledAsTheRasterSays) {
   }
 }
 
-TEST(Network, GradientsAreThoseOfFiniteDifferences) {
+/// With branches as fine as the texture, and half as fine.
+class NetworkGradients : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Resolutions, NetworkGradients, ::testing::Values(16, 32));
+
+TEST_P(NetworkGradients, AreThoseOfFiniteDifferences) {
   const AppearanceData data = small_data();
-  AppearanceModel model = initial_model(data, network_options(small_options()), 3);
+  TrainOptions options = small_options();
+  options.resolution = GetParam();
+  ASSERT_EQ(branch_resolution_of(network_options(options)), 16);
+  AppearanceModel model = initial_model(data, network_options(options), 3);
   awaken(model);
   const std::vector<int> batch = {0, 3};
   const auto gradient = learner(model, data).loss_gradient(batch);
@@ -298,11 +305,15 @@ TEST(AppearanceModelRefused, WhatIsNoModelOfThisArchitecture) {
   refused([](auto&, auto& t) { t["network.channels"] = "many"; }, "channels");
   refused([](auto&, auto& t) { t["network.channels"] = "4"; }, "tensor ");
   refused([](auto&, auto& t) { t["network.resolution"] = "17"; }, "power of 2");
+  refused([](auto&, auto& t) { t["network.shading"] = "3"; }, "power of 2");
   refused([](auto& a, auto&) { a.erase("texture.mean"); }, "texture.mean");
   refused([](auto& a, auto&) { a["more"] = tensor_of(std::vector<float>{1}); }, "tensors");
   refused([](auto& a, auto&) { a["shadow.last.b"] = tensor_of(std::vector<float>{std::nanf("")}); },
           "shadow.last.b");
   TrainOptions other = options;
+  other.shading = 3;
+  ATELIER_EXPECT_REFUSED(start_training(data, other), LogicError, "power of 2");
+  other = options;
   other.channels = 3;
   ATELIER_EXPECT_REFUSED(require_same_training(training, data, other), DataError, "channels");
   other = options;
