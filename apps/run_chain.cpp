@@ -63,23 +63,21 @@ fs::path template_meshes(const RunPlaces& places, const CaptureFacts& /*facts*/)
   return template_surfaces(places.workspace);
 }
 
-bool captured_clothes(const CaptureFacts& facts) {
-  return facts.clothed_frames > 0;
+Names of_clothes(const CaptureFacts& /*facts*/) {
+  return {"body", "register"};
 }
 
-Names of_scene(const CaptureFacts& facts) {
-  return captured_clothes(facts) ? Names{"body", "register"} : Names{"personalize", "track"};
-}
-
-fs::path scene_of(const RunPlaces& places, const CaptureFacts& facts) {
-  return captured_clothes(facts) ? captured_scene(places.workspace)
-                                 : drafted_scene(places.workspace);
+fs::path scene_of(const RunPlaces& places, const CaptureFacts& /*facts*/) {
+  return captured_scene(places.workspace);
 }
 
 std::string no_scene(const CaptureFacts& facts) {
-  return captured_clothes(facts) || find_stage(all_stages(), "animate") == nullptr
-             ? no_evidence(facts)
-             : "no garment was captured; animate puts a drafted one on";
+  return facts.clothed_frames > 0 ? "" : "no garment was captured; animate puts a drafted one on";
+}
+
+/// Where no garment was captured, drafted ones are worn.
+Names of_worn(const CaptureFacts& facts) {
+  return facts.clothed_frames > 0 ? Names{"body", "template", "register"} : Names{};
 }
 
 // Seconds on two cores, from demo captures of seeds 5 and 11.
@@ -93,9 +91,9 @@ constexpr std::array kSteps = {
     RunStep{"register", no_clothes, nullptr, nullptr, {.seconds = 10, .per_clothed = 3}},
     RunStep{"flatten", no_clothes, template_alone, template_meshes, {.seconds = 20}},
     RunStep{"material", no_clothes, nullptr, nullptr, {.seconds = 30}},
-    RunStep{"simulate", no_scene, of_scene, scene_of, {.seconds = 20, .per_frame = 0.5}},
+    RunStep{"simulate", no_scene, of_clothes, scene_of, {.seconds = 20, .per_frame = 0.5}},
     RunStep{"appearance", no_look, nullptr, nullptr, {.seconds = 100, .per_clothed = 1}},
-    RunStep{"animate", no_evidence, nullptr, nullptr, {.seconds = 40}},
+    RunStep{"animate", no_evidence, of_worn, nullptr, {.seconds = 40}},
 };
 
 }  // namespace

@@ -16,11 +16,6 @@
 #include "core/store/commit.h"
 #include "core/store/consent_file.h"
 #include "core/store/result.h"
-#if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION) && \
-    defined(ATELIER_HAS_SIMULATION)
-#include "apps/dressing.h"
-#include "bodymodel/personal_body.h"
-#endif
 
 namespace atelier {
 namespace {
@@ -156,41 +151,6 @@ fs::path captured_scene(const fs::path& workspace) {
     }
   });
 }
-
-#if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_REGISTRATION) && \
-    defined(ATELIER_HAS_SIMULATION)
-fs::path drafted_scene(const fs::path& workspace) {
-  const fs::path person = result_of(workspace, "personalize") / "person.npz";
-  const fs::path tracked = result_of(workspace, "track");
-  return renewed(workspace, "scene", made_of({person.parent_path(), tracked}),
-                 [&](const fs::path& folder) {
-                   fs::path longest;
-                   for (const auto& entry : fs::directory_iterator(tracked / "motion")) {
-                     const bool longer =
-                         longest.empty() || entry.file_size() > fs::file_size(longest) ||
-                         (entry.file_size() == fs::file_size(longest) && entry.path() < longest);
-                     longest = longer ? entry.path() : longest;
-                   }
-                   if (longest.empty()) {
-                     throw DataError(tracked.string(), "motion", "none", "a tracked sequence");
-                   }
-                   OutfitOptions options;
-                   options.garment = "tee+skirt";
-                   const Outfit outfit = dress_body(read_personal_body(person).model, options);
-                   Mesh garments;
-                   garments.vertices = outfit.state.positions;
-                   garments.faces = outfit.cloth.faces;
-                   write_mesh(folder / "garment.obj", garments);
-                   fs::copy_file(person, folder / "body.npz");
-                   fs::copy_file(longest, folder / "motion.npz");
-                 });
-}
-#else
-fs::path drafted_scene(const fs::path& workspace) {
-  throw DataError(workspace.string(), "scene", "a program that can draft no garment",
-                  "one that is built with bodymodel, registration and simulation");
-}
-#endif
 
 }  // namespace atelier
 

@@ -8,7 +8,7 @@ namespace atelier {
 
 /// INPUTs that a run makes of a workspace's results, in folders of the workspace: made anew only
 /// when these results have changed, and then whole, with their consent. Throws DataError where a
-/// result is missing or damaged, as `dress_body` does, and EnvironmentError.
+/// result is missing or damaged, and EnvironmentError.
 
 /// What `flatten` reads: the template's meshes, in the folder `surfaces`.
 std::filesystem::path template_surfaces(const std::filesystem::path& workspace);
@@ -18,10 +18,6 @@ std::filesystem::path template_surfaces(const std::filesystem::path& workspace);
 /// The registered garments in the pose of their first frame, all in one mesh, and the body under
 /// them in every registered frame.
 std::filesystem::path captured_scene(const std::filesystem::path& workspace);
-
-/// Where no garment was captured: a tee and a skirt, drafted to the measures of the person's body
-/// and sewn on it, and the person's tracked motion (the longest sequence).
-std::filesystem::path drafted_scene(const std::filesystem::path& workspace);
 
 }  // namespace atelier
 
