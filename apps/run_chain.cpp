@@ -93,7 +93,7 @@ constexpr std::array kSteps = {
     RunStep{"material", no_clothes, nullptr, nullptr, {.seconds = 30}},
     RunStep{"simulate", no_scene, of_clothes, scene_of, {.seconds = 20, .per_frame = 0.5}},
     RunStep{"appearance", no_look, nullptr, nullptr, {.seconds = 100, .per_clothed = 1}},
-    RunStep{"animate", no_evidence, of_worn, nullptr, {.seconds = 40}},
+    RunStep{"animate", no_evidence, of_worn, nullptr, {.seconds = 20, .per_frame = 1}},
 };
 
 }  // namespace
