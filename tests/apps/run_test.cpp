@@ -321,7 +321,7 @@ TEST_F(Run, RefusesOptionsAndStagesThatThereAreNot) {
   expect_refusal(run({"--from", "tracks"}), 2, "did you mean 'track'?");
   expect_refusal(run({"--from", "track", "--to", "reconstruct"}), 2, "lies before");
   expect_refusal(run({"--jobs", "-1"}), 2, "whole number");
-  expect_refusal(run({"--material", "demin"}), 2, "it takes custom, silk");
+  expect_refusal(run({"--material", "demin"}), 2, "custom, silk");
   EXPECT_FALSE(fs::exists(workspace_));
 }
 
