@@ -94,7 +94,8 @@ std::vector<Measure> measure_material(const fs::path& workspace, const fs::path&
   const CaptureTruth truth = read_capture_truth(capture);
   std::vector<Measure> each;
   double worst = 0;
-  for (const auto& [name, material] : read_materials(*result)) {
+  for (const auto& [name, fit] : read_materials(*result)) {
+    const Material& material = fit.material;
     const TruthGarment* garment = true_garment(truth, name);
     if (garment == nullptr) {
       continue;

@@ -1,6 +1,7 @@
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CAPTURE_SURFACE)
 
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -130,6 +131,30 @@ Points places_in(const VisualHull& hull) {
   return places;
 }
 
+/// The views of one share: neighbours around the subject, since each is compared with its
+/// neighbours and their maps are needed too.
+std::vector<std::size_t> share_of(const std::vector<Camera>& cameras, int share, int shares) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Camera& camera : cameras) {
+    middle += camera_center(camera) / static_cast<double>(cameras.size());
+  }
+  std::vector<std::pair<double, std::size_t>> around;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Eigen::Vector3d from = camera_center(cameras[i]) - middle;
+    around.emplace_back(std::atan2(from.x(), from.z()), i);
+  }
+  std::sort(around.begin(), around.end());
+  std::vector<std::size_t> views;
+  const std::size_t count = around.size();
+  const auto part = static_cast<std::size_t>(share);
+  const auto parts = static_cast<std::size_t>(shares);
+  for (std::size_t i = part * count / parts; i < (part + 1) * count / parts; ++i) {
+    views.push_back(around[i].second);
+  }
+  std::sort(views.begin(), views.end());
+  return views;
+}
+
 int run(const DepthArguments& arguments, const DepthOptions& options) {
   if (arguments.capture.empty() || arguments.out.empty()) {
     throw UsageError("depth takes a CAPTURE and OUT: atelier depth CAPTURE OUT");
@@ -174,13 +199,9 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
   make_private_directory(folder);
   write_file_atomically(folder / "depth.json", origin);  // first, so that a kill leaves it ours
   write_dense_workspace(folder, instant.cameras, instant.images, places_in(instant.hull));
-  std::vector<std::size_t> wanted;
-  for (std::size_t i = 0; i < instant.cameras.size(); ++i) {
-    if (static_cast<int>(i) % share.shards == share.shard &&
-        !has_depth_map(folder, instant.cameras[i])) {
-      wanted.push_back(i);
-    }
-  }
+  std::vector<std::size_t> wanted = share_of(instant.cameras, share.shard, share.shards);
+  std::erase_if(wanted,
+                [&](std::size_t view) { return has_depth_map(folder, instant.cameras[view]); });
   std::vector<DepthMap> maps;
   if (!wanted.empty()) {
     maps = instant_depths(instant, used, device, wanted);

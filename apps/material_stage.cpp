@@ -398,12 +398,46 @@ void run_material(StageRun& run) {
   run.metric("fitted", fitted ? 1 : 0);
 }
 
-std::map<std::string, Material> read_materials(const fs::path& result) {
+Material trusted_material(const FoundMaterial& found) {
+  Material material = found.material;
+  const Material custom;
+  if (found.stretch_at_edge) {
+    material.stretch_warp = custom.stretch_warp;
+    material.stretch_weft = custom.stretch_weft;
+    material.shear = custom.shear;
+  }
+  if (found.bending_at_edge) {
+    material.bending = custom.bending;
+  }
+  return material;
+}
+
+namespace {
+
+/// Whether a value is the least or the largest that trials had.
+bool is_at_edge(const std::vector<JsonPlace>& trials, const std::string& field, double value) {
+  if (trials.empty()) {
+    return false;  // given, not found
+  }
+  double low = std::numeric_limits<double>::infinity();
+  double high = 0;
+  for (const JsonPlace& trial : trials) {
+    const double tried = trial.at(field).number();
+    low = std::min(low, tried);
+    high = std::max(high, tried);
+  }
+  constexpr double kSame = 1 + 1e-6;
+  return value <= low * kSame || value >= high / kSame;
+}
+
+}  // namespace
+
+std::map<std::string, FoundMaterial> read_materials(const fs::path& result) {
   const fs::path file = result / "material.json";
   const nlohmann::json parsed =
       parse_json(read_file_text(file, Limits().text_file_bytes), file.string());
   const JsonPlace all = JsonPlace(parsed, file.string()).at("garments");
-  std::map<std::string, Material> materials;
+  std::map<std::string, FoundMaterial> materials;
   for (const auto& [name, json] : parsed.at("garments").items()) {
     const JsonPlace place = all.at(name).at("material");
     Material material;
@@ -416,7 +450,9 @@ std::map<std::string, Material> read_materials(const fs::path& result) {
     if (!problems.empty()) {
       throw DataError(file.string(), name, problems.front(), "a material in its ranges");
     }
-    materials[name] = material;
+    const std::vector<JsonPlace> trials = all.at(name).items("trials");
+    materials[name] = {material, is_at_edge(trials, "stretch", material.stretch_warp),
+                       is_at_edge(trials, "bending", material.bending)};
   }
   return materials;
 }

@@ -42,9 +42,20 @@ inline constexpr std::array kMaterialMetrics = {
 /// that does as well, every trial; grid.png: the garments at the end of the coarse grid's scenes.
 void run_material(StageRun& run);
 
+/// A garment's material as it was found or given.
+struct FoundMaterial {
+  Material material;
+  bool stretch_at_edge = false;  ///< the best trial is the softest or the stiffest of all: the data
+  bool bending_at_edge = false;  ///< bound it on one side alone
+};
+
 /// Materials of the garments, by their names, from the stage's result. Throws DataError for a file
 /// that is damaged.
-std::map<std::string, Material> read_materials(const std::filesystem::path& result);
+std::map<std::string, FoundMaterial> read_materials(const std::filesystem::path& result);
+
+/// The material to simulate with: what was found, but for a stiffness at the edge of what was
+/// tried, which is no answer and gives way to that of `custom` cloth. Our choice.
+Material trusted_material(const FoundMaterial& found);
 
 }  // namespace atelier
 

@@ -139,6 +139,56 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
   run.metric("keypoints_found", wanted > 0 ? found / wanted : 0);
 }
 
+/// Throws DataError where a picture, mask or label image is not as large as the camera says.
+void require_size(const char* what, int width, int height, const Camera& camera, int frame,
+                  const DataPlace& place) {
+  if (width != camera.width || height != camera.height) {
+    const auto size = [](int w, int h) { return std::to_string(w) + "x" + std::to_string(h); };
+    throw DataError(place.file.string(), "camera " + camera.id + ", frame " + std::to_string(frame),
+                    std::string(what) + " of " + size(width, height) + " pixels",
+                    size(camera.width, camera.height) + ", as the camera has");
+  }
+}
+
+/// What is not there of the capture's frames, as far as it is worked on: views without a picture or
+/// a mask, and frames that have too few of them.
+std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int>& frames) {
+  std::vector<Finding> findings;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const CameraFrames& camera = dataset.frames[c];
+    std::vector<int> without;
+    for (const int frame : frames) {
+      if (!camera.images.contains(frame) ||
+          (!camera.masks.contains(frame) && !camera.labels.contains(frame))) {
+        without.push_back(frame);
+      }
+    }
+    if (!without.empty()) {
+      findings.push_back({Severity::Warning, "view-missing", dataset.cameras[c].id,
+                          "no picture or no mask of " + std::to_string(without.size()) + " of " +
+                              std::to_string(frames.size()) + " frames, the first is " +
+                              std::to_string(without.front()),
+                          "its other frames are used"});
+    }
+  }
+  std::vector<int> dropped;
+  for (const int frame : frame_ids(dataset)) {
+    if (!std::binary_search(frames.begin(), frames.end(), frame) &&
+        std::any_of(dataset.frames.begin(), dataset.frames.end(),
+                    [&](const CameraFrames& camera) { return camera.images.contains(frame); })) {
+      dropped.push_back(frame);
+    }
+  }
+  if (!dropped.empty() && !frames.empty()) {
+    findings.push_back({Severity::Warning, "frame-without-masks",
+                        "frame " + std::to_string(dropped.front()),
+                        std::to_string(dropped.size()) +
+                            " frames have pictures with masks or labels in fewer than two views",
+                        "they get no surface; atelier masks makes masks"});
+  }
+  return findings;
+}
+
 /// Where each scan is open: its loops' centres, lengths and areas, the largest first.
 void map_holes(StageRun& run, const std::vector<int>& frames) {
   if (frames.empty()) {
@@ -213,8 +263,8 @@ int halvings_for(const Dataset& dataset, double gibibytes) {
 std::string halvings_text(int halvings, double gibibytes) {
   char text[200];
   std::snprintf(text, sizeof(text),
-                "pictures are taken at 1/%d of their size, to work on a frame within %.3g GiB "
-                "(--memory)",
+                "pictures are taken at 1/%d of their size, so that those of a frame take %.3g GiB "
+                "at most where four halvings do it (--memory)",
                 1 << halvings, gibibytes);
   return text;
 }
@@ -240,9 +290,16 @@ std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvi
     view.camera = dataset.cameras[c];
     view.image = std::move(*image);
     view.mask = std::move(*mask);
+    const CameraFrames& files = dataset.frames[c];
+    require_size("a picture", view.image.width, view.image.height, view.camera, frame,
+                 files.images.at(frame));
     if (auto labels = reader.labels(index, frame)) {
       view.labels = std::move(*labels);
+      require_size("a label image", view.labels.width, view.labels.height, view.camera, frame,
+                   files.labels.at(frame));
     }
+    require_size("a mask", view.mask.width, view.mask.height, view.camera, frame,
+                 files.masks.contains(frame) ? files.masks.at(frame) : files.labels.at(frame));
     for (int i = 0; i < halvings; ++i) {
       view.camera = halved(view.camera);
       view.image = halved(view.image);
@@ -285,13 +342,27 @@ void run_reconstruct(StageRun& run) {
   }
   const bool by_color =
       options.label_by_color && !frames.empty() && !has_labels(dataset, frames[0]);
+  for (const Finding& finding : missing_views(dataset, frames)) {
+    run.say(to_string(finding));
+  }
   const int halvings = halvings_for(dataset, options.memory);
   if (halvings > 0) {
     run.say(halvings_text(halvings, options.memory));
   }
   if (!run.each_frame("scans", ".h5", frames, [&](int frame, const std::filesystem::path& file) {
-        const ReconstructedScan scan =
-            reconstruct_scan(instant_of(dataset, frame, halvings), options.scan, run.device());
+        const ReconstructedScan scan = [&] {
+          try {
+            return reconstruct_scan(instant_of(dataset, frame, halvings), options.scan,
+                                    run.device());
+          } catch (const DataError& error) {
+            if (!error.file.empty()) {
+              throw;
+            }
+            throw DataError(run.input("capture").string(),
+                            "frame " + std::to_string(frame) + ", " + error.where, error.found,
+                            error.expected);
+          }
+        }();
         for (const Finding& finding : scan.findings) {
           run.say("frame " + std::to_string(frame) + ": " + to_string(finding));
         }

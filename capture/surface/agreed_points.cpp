@@ -101,7 +101,7 @@ void mend_masks(std::vector<InstantView>& views, double reach, std::vector<Findi
     ByteImage& mask = views[i].mask;
     if (fits[i] == MaskFit::Inverted) {
       findings.push_back({Severity::Warning, "view-mask-inverted", views[i].camera.id,
-                          "the mask shows background where the others show the subject",
+                          "the mask shows background where the subject must be",
                           "it is read the other way round"});
       for (std::uint8_t& pixel : mask.data) {
         pixel = pixel != 0 ? 0 : 255;
@@ -158,6 +158,7 @@ double agreement(const std::vector<DepthMap>& maps, std::size_t view, const Fuse
 void leave_out_strays(std::vector<DepthMap>& maps, const FuseOptions& options,
                       std::vector<Finding>& findings) {
   constexpr std::size_t kFew = 4;  // of three, none can be told from the others
+  constexpr std::size_t kSure = 8;
   if (maps.size() < kFew) {
     return;
   }
@@ -173,7 +174,9 @@ void leave_out_strays(std::vector<DepthMap>& maps, const FuseOptions& options,
                           std::to_string(std::lround(100 * shares[i])) +
                               "% of what it sees is confirmed by another view, " +
                               std::to_string(std::lround(100 * usual)) + "% is usual",
-                          "its surface is left out; calibrate it again"});
+                          maps.size() < kSure ? "its surface is left out; calibrate it again, or "
+                                                "its neighbours: of so few views it is a guess"
+                                              : "its surface is left out; calibrate it again"});
       std::fill(maps[i].depth.data.begin(), maps[i].depth.data.end(), 0.0f);
     }
   }

@@ -167,6 +167,22 @@ TEST_F(Animate, AMaterialIsFittedOrTakenAndThenUsed) {
   const ChildResult done = animate();
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, ::testing::Not(HasSubstr("no fitted material")));
+  // The softest or the stiffest of all that was tried is no answer, and animate says so.
+  const nlohmann::json lower = nlohmann::json::parse(read_file_text(
+      workspace() / "material" / "current" / "material.json", 1 << 20))["garments"]["lower"];
+  bool at_edge = false;
+  for (const auto& [tried, found] :
+       {std::pair{"stretch", "stretch_warp"}, {"bending", "bending"}}) {
+    double low = 1e9;
+    double high = 0;
+    for (const nlohmann::json& trial : lower["trials"]) {
+      low = std::min(low, trial[tried].get<double>());
+      high = std::max(high, trial[tried].get<double>());
+    }
+    const double best = lower["material"][found].get<double>();
+    at_edge = at_edge || best <= low * 1.000001 || best >= high / 1.000001;
+  }
+  EXPECT_EQ((done.out + done.err).find("lies at the edge") != std::string::npos, at_edge);
   ASSERT_EQ(stage("material", {"--material.name", "denim"}).exit_code, 0);
   const nlohmann::json json = nlohmann::json::parse(
       read_file_text(workspace() / "material" / "current" / "material.json", 1 << 20));

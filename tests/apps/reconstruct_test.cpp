@@ -192,6 +192,25 @@ TEST_F(Reconstruct, TheHullClosesWhatStereoSeesNothingOf) {
   EXPECT_GT(mesh_statistics(closed).area, mesh_statistics(open).area);
 }
 
+TEST_F(Reconstruct, RefusesALabelImageOfAnotherSizeAndSaysWhere) {
+  write_labels(capture_ / "labels" / "01" / "000000.png", ByteImage(20, 30, 1, 1));
+  const ChildResult result = reconstruct();
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, AllOf(HasSubstr("a label image of 20x30"),
+                                HasSubstr("camera 01, frame 0"), HasSubstr("as the camera has")));
+}
+
+TEST_F(Reconstruct, AFrameOfBlackPicturesIsNamed) {
+  for (const auto& camera : fs::directory_iterator(capture_ / "images")) {
+    ByteImage image = read_byte_image(camera.path() / "000000.png");
+    std::fill(image.data.begin(), image.data.end(), std::uint8_t{0});
+    write_image(camera.path() / "000000.png", image);
+  }
+  const ChildResult result = reconstruct();
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, AllOf(HasSubstr("frame 0, views"), HasSubstr("with a subject in them")));
+}
+
 TEST_F(Reconstruct, LittleMemoryHalvesThePictures) {
   const ChildResult result = reconstruct({"--memory", "0.02"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -214,6 +233,7 @@ TEST_F(Reconstruct, AMissingPictureLeavesTheOtherViews) {
   fs::remove(picture("05"));
   const ChildResult result = reconstruct();
   ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("view-missing [05]"));
   EXPECT_GT(scan().faces.rows(), 500);
 }
 
