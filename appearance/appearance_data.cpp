@@ -121,7 +121,7 @@ void read_views(AppearanceData& data, const Archive& archive, const std::string&
 }  // namespace
 
 TexturePixels texture_pixels(const AppearanceView& view) {
-  static const std::array<float, 256> kLinear = [] {
+  static const std::array<float, 256> linear_of_byte = [] {
     ByteImage ramp(256, 1, 1);
     for (int i = 0; i < 256; ++i) {
       ramp.data[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(i);
@@ -134,7 +134,7 @@ TexturePixels texture_pixels(const AppearanceView& view) {
   TexturePixels pixels{view.u, view.v, {}};
   pixels.colors.reserve(view.colors.size());
   for (const std::uint8_t byte : view.colors) {
-    pixels.colors.push_back(kLinear[byte]);
+    pixels.colors.push_back(linear_of_byte[byte]);
   }
   return pixels;
 }

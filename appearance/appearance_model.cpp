@@ -43,11 +43,12 @@ void add_unet(std::vector<ParameterShape>& all, const NetworkOptions& options,
   const auto bias = [&](int level) { return options.pixel_bias ? side >> level : 0; };
   add_convolution(all, name + ".first", inputs, width_of(options, 0), 3, false, bias(0));
   for (int level = 0; level < level_count(side); ++level) {
-    const std::string number = std::to_string(level);
+    const std::string down = name + ".down" + std::to_string(level);
+    const std::string up = name + ".up" + std::to_string(level);
     const int fine = width_of(options, level);
     const int coarse = width_of(options, level + 1);
-    add_convolution(all, name + ".down" + number, fine, coarse, 4, false, bias(level + 1));
-    add_convolution(all, name + ".up" + number, coarse, fine, 4, true, bias(level));
+    add_convolution(all, down, fine, coarse, 4, false, bias(level + 1));
+    add_convolution(all, up, coarse, fine, 4, true, bias(level));
   }
   add_convolution(all, name + ".last", width_of(options, 0) + inputs, 3, 3, false, bias(0));
 }

@@ -25,7 +25,7 @@ std::array<double, kSide> gaussian() {
 
 /// Of one pixel, the sum over its channels.
 double similarity_at(const Image& a, const Image& b, const ByteImage& mask, int x, int y) {
-  static const std::array<double, kSide> kWeights = gaussian();
+  static const std::array<double, kSide> falling = gaussian();  // from -kReach to kReach
   constexpr double kC1 = 0.01 * 0.01;
   constexpr double kC2 = 0.03 * 0.03;
   double total = 0;
@@ -41,8 +41,10 @@ double similarity_at(const Image& a, const Image& b, const ByteImage& mask, int 
         if (mask.at(i, j) == 0) {
           continue;
         }
-        const double w = kWeights[static_cast<std::size_t>(i - x + kReach)] *
-                         kWeights[static_cast<std::size_t>(j - y + kReach)];
+        const int column = i - x + kReach;
+        const int row = j - y + kReach;
+        const double w =
+            falling[static_cast<std::size_t>(column)] * falling[static_cast<std::size_t>(row)];
         const double va = a.at(i, j, c);
         const double vb = b.at(i, j, c);
         weight += w;

@@ -165,6 +165,7 @@ TrainResult train(Training training, const AppearanceData& data, const TrainOpti
   std::vector<double> rates;
   for (std::int64_t i = result.training.iteration; i < known.iterations && !result.stopped;) {
     std::vector<int> batch;
+    batch.reserve(static_cast<std::size_t>(known.batch));
     for (int k = 0; k < known.batch; ++k) {
       batch.push_back(training_view(known.seed, view_count, i * known.batch + k));
     }

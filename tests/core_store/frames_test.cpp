@@ -475,17 +475,19 @@ TEST_F(SideBySide, ManyShardsInThreadsCommitOnce) {
   EXPECT_EQ(std::count(ends.begin(), ends.end(), End::Stopped), 0);
   EXPECT_EQ(behaviour().written.size(), 40u);
   EXPECT_EQ(run(request()).end, End::AlreadyDone);
-  EXPECT_EQ(workspace_status(kTestStages, root_ / "work", Check::Digests)[3].state,
-            StageStatus::State::Done);
+  EXPECT_EQ(
+      status_of(workspace_status(kTestStages, root_ / "work", Check::Digests), "frames").state,
+      StageStatus::State::Done);
 }
 
 TEST_F(SideBySide, StatusSeesARunAndItsFrames) {
   StageStatus status;
-  run_around(request(), 2, [&] { status = workspace_status(kTestStages, root_ / "work")[3]; });
+  run_around(request(), 2,
+             [&] { status = status_of(workspace_status(kTestStages, root_ / "work"), "frames"); });
   EXPECT_TRUE(status.running);
   ASSERT_EQ(status.unfinished.size(), 1u);
   EXPECT_EQ(status.unfinished[0].frames, 2);
-  EXPECT_FALSE(workspace_status(kTestStages, root_ / "work")[3].running);
+  EXPECT_FALSE(status_of(workspace_status(kTestStages, root_ / "work"), "frames").running);
 }
 
 }  // namespace

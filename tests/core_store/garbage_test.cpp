@@ -184,7 +184,7 @@ TEST_F(GarbageTest, StatusWithoutACurrentResult) {
   EXPECT_EQ(status[0].state, StageStatus::State::None);
   EXPECT_FALSE(status[0].running);
   EXPECT_EQ(status[0].older_results, 0) << "nothing that collect_garbage removes";
-  EXPECT_EQ(status[3].state, StageStatus::State::Unfinished);
+  EXPECT_EQ(status_of(status, "frames").state, StageStatus::State::Unfinished);
 }
 
 TEST_F(GarbageTest, StatusOfADamagedManifest) {

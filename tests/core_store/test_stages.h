@@ -10,6 +10,7 @@
 
 #include "core/io/file_bytes.h"
 #include "core/store/stage.h"
+#include "core/store/workspace_status.h"
 #include "core/store/write_text.h"
 
 namespace atelier::testing {
@@ -163,5 +164,11 @@ inline constexpr std::array kTestStages = {
           .run = run_frames,
           .frame_wise = true},
 };
+
+/// What is said of one stage of the table.
+inline const StageStatus& status_of(const std::vector<StageStatus>& all, std::string_view stage) {
+  return *std::find_if(all.begin(), all.end(),
+                       [&](const StageStatus& status) { return status.stage == stage; });
+}
 
 }  // namespace atelier::testing
