@@ -290,7 +290,10 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
     throw DataError(file, "schema", schema.substr(0, 60), kSchema);
   }
   if (const std::string& version = text_at(texts, "version", file); version != kVersion) {
-    throw DataError(file, "version", version.substr(0, 20), kVersion);
+    throw DataError(file, "version", version.substr(0, 20),
+                    std::string(kVersion) +
+                        ", as this program's 'atelier appearance' makes them; "
+                        "run it again");
   }
   AppearanceModel model;
   model.name = text_at(texts, "name", file);

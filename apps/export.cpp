@@ -217,9 +217,19 @@ std::string consent_warnings(const StageStatus& status) {
 }
 
 #ifdef ATELIER_HAS_BODYMODEL
+/// The networks that a result of `animate` was drawn by; "" if there are none.
+fs::path networks_of(const Manifest& manifest, const fs::path& workspace) {
+  for (const ManifestInput& input : manifest.inputs) {
+    if (input.kind == "networks") {
+      return workspace / input.stage / fs::path(input.path).filename();
+    }
+  }
+  return {};
+}
+
 /// Motions as BVH too, and what `animate` made as one scene.
-void export_motions(const fs::path& result, const fs::path& place,
-                    const std::set<fs::path>& files) {
+void export_motions(const fs::path& result, const fs::path& networks, const fs::path& place,
+                    ExportFormat format, const std::set<fs::path>& files) {
   for (const fs::path& file : files) {
     if (is_motion_result(result / file)) {
       fs::path bvh = place / file;
@@ -229,9 +239,13 @@ void export_motions(const fs::path& result, const fs::path& place,
     }
   }
   if (is_animation_result(result)) {
-    write_gltf(place / "avatar.glb", avatar_scene(result));
+    write_gltf(place / "avatar.glb", avatar_scene(result, networks));
     std::cout << printable((place / "avatar.glb").string())
               << ", body with skin and garments, animated\n";
+    if (format == ExportFormat::Usda) {
+      write_usd_sequences(place / "avatar.usda", avatar_sequences(result));
+      std::cout << printable((place / "avatar.usda").string()) << ", body and garments, animated\n";
+    }
   }
 }
 #endif
@@ -282,7 +296,7 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
     rest.insert(output.path);
   }
 #ifdef ATELIER_HAS_BODYMODEL
-  export_motions(result, place, rest);
+  export_motions(result, networks_of(manifest, workspace), place, format, rest);
 #endif
   export_sequences(result, place, format, rest);
   std::int64_t meshes = 0;

@@ -6,6 +6,9 @@
 #include <utility>
 #include <vector>
 
+#ifdef ATELIER_HAS_APPEARANCE
+#include "appearance/appearance_model.h"
+#endif
 #include "bodymodel/body_archive.h"
 #include "bodymodel/gltf_body.h"
 #include "bodymodel/motion_bvh.h"
@@ -13,7 +16,9 @@
 #include "bodymodel/tracked_motion.h"
 #include "core/archive.h"
 #include "core/error.h"
+#include "core/io/image_file.h"
 #include "core/io/npz.h"
+#include "core/io/safetensors.h"
 #include "core/sequence_archive.h"
 
 namespace atelier {
@@ -61,6 +66,7 @@ GltfScene joined_scenes(GltfScene scene, const GltfScene& other) {
     scene.roots.push_back(root + nodes);
   }
   scene.meshes.insert(scene.meshes.end(), other.meshes.begin(), other.meshes.end());
+  scene.materials.insert(scene.materials.end(), other.materials.begin(), other.materials.end());
   for (GltfSkin skin : other.skins) {
     for (int& joint : skin.joints) {
       joint += nodes;
@@ -80,11 +86,55 @@ GltfScene joined_scenes(GltfScene scene, const GltfScene& other) {
   return scene;
 }
 
+namespace {
+
+std::vector<fs::path> garments_of(const fs::path& result) {
+  std::vector<fs::path> garments;
+  if (fs::is_directory(result / "garments")) {
+    for (const auto& entry : fs::directory_iterator(result / "garments")) {
+      garments.push_back(entry.path());
+    }
+  }
+  std::sort(garments.begin(), garments.end());
+  return garments;
+}
+
+/// What the pictures of animate draw skin with, roughly that of any person.
+GltfMaterial skin_material() {
+  return {"skin", {0.62, 0.45, 0.36}, {}};
+}
+
+/// A garment's best texture that does not change; one colour where none was learnt of this mesh.
+/// Takes the mesh's texture coordinates from there.
+GltfMaterial cloth_material(const std::string& garment, const fs::path& networks, Mesh& mesh) {
+  GltfMaterial material{garment, {0.14, 0.22, 0.42}, {}};
+#ifdef ATELIER_HAS_APPEARANCE
+  const fs::path file = networks / garment / "model.safetensors";
+  if (networks.empty() || !fs::exists(file)) {
+    return material;
+  }
+  const Safetensors found = read_safetensors(file);
+  const AppearanceModel model = appearance_model_of(found.tensors, found.metadata, file.string());
+  if (model.faces != mesh.faces) {
+    return material;
+  }
+  mesh.uvs = model.uvs;
+  mesh.uv_faces = model.uv_faces;
+  const std::string png = image_bytes(model.static_texture, ImageFormat::Png);
+  const auto* bytes = reinterpret_cast<const std::byte*>(png.data());
+  material.texture.assign(bytes, bytes + png.size());
+  material.color.setOnes();
+#endif
+  return material;
+}
+
+}  // namespace
+
 bool is_animation_result(const fs::path& result) {
   return fs::exists(result / "body.npz") && fs::exists(result / "motion.npz");
 }
 
-GltfScene avatar_scene(const fs::path& result) {
+GltfScene avatar_scene(const fs::path& result, const fs::path& networks) {
   BodyModel body = read_body(result / "body.npz");
   const MotionClip clip = read_motion(result / "motion.npz");
   if (clip.skeleton.names != body.skeleton.names) {
@@ -94,26 +144,39 @@ GltfScene avatar_scene(const fs::path& result) {
   body.name = "body";
   body.skin = repair_skin_weights(body.skin, joint_count(body), {.max_slots = 4}).skin;
   GltfScene scene = gltf_body(body, {}, clip.motion);
-  std::vector<fs::path> garments;
-  if (fs::is_directory(result / "garments")) {
-    for (const auto& entry : fs::directory_iterator(result / "garments")) {
-      garments.push_back(entry.path());
+  for (GltfMesh& mesh : scene.meshes) {
+    for (GltfPrimitive& primitive : mesh.primitives) {
+      primitive.material = "skin";
     }
   }
-  std::sort(garments.begin(), garments.end());
-  for (const fs::path& garment : garments) {
+  scene.materials.push_back(skin_material());
+  for (const fs::path& garment : garments_of(result)) {
+    const std::string name = garment.filename().string();
     const Sequence sequence = open_sequence(garment);
-    const SequenceHeader header = read_sequence_header(garment);
+    Mesh shared = read_sequence_header(garment).shared;
+    GltfMaterial look = cloth_material(name, networks, shared);
     std::vector<Mesh> frames;
     for (Index i = 0; i < frame_count(sequence); ++i) {
       frames.push_back(frame(sequence, i));
-      frames.back().uvs = header.shared.uvs;
-      frames.back().uv_faces = header.shared.uv_faces;
+      frames.back().uvs = shared.uvs;
+      frames.back().uv_faces = shared.uv_faces;
     }
-    scene = joined_scenes(std::move(scene),
-                          gltf_morph_sequence(frames, sequence.fps, garment.filename().string()));
+    GltfScene cloth = gltf_morph_sequence(frames, sequence.fps, name);
+    for (GltfPrimitive& primitive : cloth.meshes.at(0).primitives) {
+      primitive.material = look.name;
+    }
+    cloth.materials.push_back(std::move(look));
+    scene = joined_scenes(std::move(scene), cloth);
   }
   return scene;
+}
+
+std::vector<NamedSequence> avatar_sequences(const fs::path& result) {
+  std::vector<NamedSequence> all = {{"body", open_sequence(result / "body")}};
+  for (const fs::path& garment : garments_of(result)) {
+    all.push_back({garment.filename().string(), open_sequence(garment)});
+  }
+  return all;
 }
 
 }  // namespace atelier

@@ -3,8 +3,10 @@
 #ifdef ATELIER_HAS_BODYMODEL
 
 #include <filesystem>
+#include <vector>
 
 #include "core/io/mesh_gltf.h"
+#include "core/io/usd_sequence.h"
 
 namespace atelier {
 
@@ -21,8 +23,13 @@ GltfScene joined_scenes(GltfScene scene, const GltfScene& other);
 bool is_animation_result(const std::filesystem::path& result);
 
 /// Such a result as one scene: the body with its skin, four influences a vertex, moved by its
-/// joints; each garment as morph targets, a frame each. Throws DataError for damaged files.
-GltfScene avatar_scene(const std::filesystem::path& result);
+/// joints; each garment as morph targets, a frame each, with the texture that does not change of
+/// what `appearance` learnt (joined_scenes, image inside). Throws DataError for damaged files.
+/// @param networks  the result of `appearance` that it was drawn by; "": one colour each
+GltfScene avatar_scene(const std::filesystem::path& result, const std::filesystem::path& networks);
+
+/// Such a result as sequences side by side: "body", and each garment under its name.
+std::vector<NamedSequence> avatar_sequences(const std::filesystem::path& result);
 
 }  // namespace atelier
 

@@ -1,9 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <exception>
-#include <filesystem>
 #include <iostream>
-#include <new>
 #include <string>
 #include <vector>
 
@@ -11,12 +9,10 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/exit_code.h"
+#include "apps/failure.h"
 #include "apps/printable.h"
 #include "apps/program.h"
 #include "apps/standard_output.h"
-#include "apps/usage_error.h"
-#include "core/error.h"
-#include "core/system_reason.h"
 
 namespace {
 
@@ -48,22 +44,11 @@ int main(int argc, char** argv) {
       return fail(kExitEnvironment, "standard output: cannot write");
     }
     return code;
-  } catch (const UsageError& error) {
-    return fail(kExitUsage, error.what(), true);  // an options file may have several mistakes
   } catch (const CLI::ParseError& error) {
     return fail(kExitUsage, error.what());
-  } catch (const DataError& error) {
-    return fail(kExitBadData, error.what());
-  } catch (const EnvironmentError& error) {
-    return fail(kExitEnvironment, error.what());
-  } catch (const std::filesystem::filesystem_error& error) {
-    return fail(kExitEnvironment,
-                error.path1().string() + ": " + system_reason(error.code().value()));
-  } catch (const std::bad_alloc&) {
-    return fail(kExitEnvironment, "memory: there is not enough; use fewer --jobs or smaller data");
-  } catch (const LogicError& error) {
-    return fail(kExitBug, std::string(error.what()) + "; this is a defect of the program");
   } catch (const std::exception& error) {
-    return fail(kExitBug, std::string(error.what()) + "; this is a defect of the program");
+    const Failure failure = failure_of(error);
+    return fail(failure.exit_code, failure.text,
+                failure.exit_code == kExitUsage);  // an options file may have several mistakes
   }
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
@@ -69,11 +70,11 @@ const StageStatus* sound(const ReportPlaces& places, const std::string& stage) {
              : nullptr;
 }
 
-/// The result's folder; "" where there is none.
+/// The result's folder; one that is not there where there is no result.
 fs::path result_of(const ReportPlaces& places, const std::string& stage) {
   const StageStatus* status = sound(places, stage);
-  return status == nullptr ? fs::path()
-                           : places.workspace / stage / folder_name(status->manifest->key);
+  return places.workspace / stage /
+         (status == nullptr ? "none" : folder_name(status->manifest->key));
 }
 
 /// The capture that the keypoints and scans came from, opened as then.
@@ -139,7 +140,7 @@ std::optional<Tracked> tracked_of(const ReportPlaces& places, const Dataset& dat
       file = one;
     }
   }
-  if (result.empty() || file.empty()) {
+  if (file.empty()) {
     return std::nullopt;
   }
   Tracked tracked{read_tracked_motion(file), -1};
@@ -235,8 +236,12 @@ std::string track_plots(const ReportPlaces& places) {
   return html;
 }
 
-/// Bones over the front camera's pictures, red in frames that are not trusted.
-std::string skeleton_pictures(const ReportPlaces& places) {
+/// Some frames' pictures of the front camera, each drawn over; a picture that `draw` has nothing
+/// for is left out.
+std::string front_pictures(
+    const ReportPlaces& places, const std::string& caption,
+    const std::function<std::optional<Image>(const Camera&, const TrackedMotion&, int, Image)>&
+        draw) {
   std::optional<Dataset> dataset = dataset_of(places);
   const std::optional<Tracked> tracked = dataset ? tracked_of(places, *dataset) : std::nullopt;
   if (!tracked || tracked->camera < 0) {
@@ -245,35 +250,44 @@ std::string skeleton_pictures(const ReportPlaces& places) {
   const Camera camera = dataset->cameras[static_cast<std::size_t>(tracked->camera)];
   FrameReader reader(std::move(*dataset));
   std::vector<CaptionedImage> cells;
-  const TrackedMotion& motion = tracked->motion;
-  for (const int id : spread(motion.motion.frame_ids, kPictures)) {
-    const auto row = static_cast<std::size_t>(
-        std::find(motion.motion.frame_ids.begin(), motion.motion.frame_ids.end(), id) -
-        motion.motion.frame_ids.begin());
+  for (const int id : spread(tracked->motion.motion.frame_ids, kPictures)) {
     const auto image = reader.image(tracked->camera, id);
-    if (!image) {
+    if (!image || image->width != camera.width || image->height != camera.height) {
       continue;
     }
-    const double unit = camera.height / 480.0;
-    std::vector<Mark> marks;
-    for (std::size_t j = 1; j < motion.skeleton.parents.size(); ++j) {
-      const auto a =
-          project(camera, motion.joints[row].row(motion.skeleton.parents[j]).transpose());
-      const auto b = project(camera, motion.joints[row].row(static_cast<Index>(j)).transpose());
-      if (a && b) {
-        marks.emplace_back(Polyline{.points = {*a, *b},
-                                    .color = motion.trusted[row] != 0
-                                                 ? Eigen::Vector3f(0.1F, 0.9F, 0.2F)
-                                                 : Eigen::Vector3f(0.9F, 0.1F, 0.05F),
-                                    .width = 2.2 * unit});
-        marks.emplace_back(Circle{.center = *b, .radius = 2.6 * unit, .color = {1, 0.8F, 0}});
-      }
+    if (const auto drawn = draw(camera, tracked->motion, id, coloured(*image))) {
+      cells.push_back({scaled(*drawn), "frame " + std::to_string(id)});
     }
-    cells.push_back({scaled(drawn(coloured(*image), marks)), "frame " + std::to_string(id)});
   }
   return cells.empty() ? ""
                        : figure(contact_sheet(cells, {.columns = static_cast<int>(kPictures)}),
-                                "The skeleton over the pictures of camera " + camera.id);
+                                caption + camera.id);
+}
+
+/// Bones, red in frames that are not trusted.
+Image with_bones(const Camera& camera, const TrackedMotion& motion, int id, const Image& picture) {
+  const auto row = static_cast<std::size_t>(
+      std::find(motion.motion.frame_ids.begin(), motion.motion.frame_ids.end(), id) -
+      motion.motion.frame_ids.begin());
+  const double unit = camera.height / 480.0;
+  std::vector<Mark> marks;
+  for (std::size_t j = 1; j < motion.skeleton.parents.size(); ++j) {
+    const auto a = project(camera, motion.joints[row].row(motion.skeleton.parents[j]).transpose());
+    const auto b = project(camera, motion.joints[row].row(static_cast<Index>(j)).transpose());
+    if (a && b) {
+      marks.emplace_back(Polyline{.points = {*a, *b},
+                                  .color = motion.trusted[row] != 0
+                                               ? Eigen::Vector3f(0.1F, 0.9F, 0.2F)
+                                               : Eigen::Vector3f(0.9F, 0.1F, 0.05F),
+                                  .width = 2.2 * unit});
+      marks.emplace_back(Circle{.center = *b, .radius = 2.6 * unit, .color = {1, 0.8F, 0}});
+    }
+  }
+  return drawn(picture, marks);
+}
+
+std::string skeleton_pictures(const ReportPlaces& places) {
+  return front_pictures(places, "The skeleton over the pictures of camera ", with_bones);
 }
 
 /// What a camera sees of meshes, with coverage.
@@ -300,33 +314,21 @@ Image over(const Image& picture, const Image& drawn, float opacity) {
   return both;
 }
 
-/// The body over the front camera's pictures, as if clothes were glass.
+/// The body, as if clothes were glass.
 std::string body_pictures(const ReportPlaces& places) {
-  std::optional<Dataset> dataset = dataset_of(places);
-  const std::optional<Tracked> tracked = dataset ? tracked_of(places, *dataset) : std::nullopt;
-  if (!tracked || tracked->camera < 0) {
-    return "";
-  }
-  const Camera camera = dataset->cameras[static_cast<std::size_t>(tracked->camera)];
-  FrameReader reader(std::move(*dataset));
   const Sequence bodies = open_sequence(result_of(places, "body"));
-  std::vector<CaptionedImage> cells;
-  for (const int id : spread(tracked->motion.motion.frame_ids, kPictures)) {
-    const auto at = std::find(bodies.frame_ids.begin(), bodies.frame_ids.end(), id);
-    const auto image = reader.image(tracked->camera, id);
-    if (at == bodies.frame_ids.end() || !image || image->width != camera.width ||
-        image->height != camera.height) {
-      continue;
-    }
-    RenderMesh body{frame(bodies, at - bodies.frame_ids.begin()), clay_look()};
-    body.look.color = {0.25F, 0.55F, 0.8F};
-    cells.push_back({scaled(over(coloured(*image), rendered({body}, camera), 0.7F)),
-                     "frame " + std::to_string(id)});
-  }
-  return cells.empty()
-             ? ""
-             : figure(contact_sheet(cells, {.columns = static_cast<int>(kPictures)}),
-                      "The body under the clothes, over the pictures of camera " + camera.id);
+  return front_pictures(
+      places, "The body under the clothes, over the pictures of camera ",
+      [&](const Camera& camera, const TrackedMotion& /*motion*/, int id,
+          const Image& picture) -> std::optional<Image> {
+        const auto at = std::find(bodies.frame_ids.begin(), bodies.frame_ids.end(), id);
+        if (at == bodies.frame_ids.end()) {
+          return std::nullopt;
+        }
+        RenderMesh body{frame(bodies, at - bodies.frame_ids.begin()), clay_look()};
+        body.look.color = {0.25F, 0.55F, 0.8F};
+        return over(picture, rendered({body}, camera), 0.7F);
+      });
 }
 
 /// How far each vertex is from the frame's scan, in colours.

@@ -15,6 +15,7 @@
 #include "core/sequence_archive.h"
 #include "core/store/commit.h"
 #include "core/store/consent_file.h"
+#include "core/store/input_digest.h"
 #include "core/store/result.h"
 
 namespace atelier {
@@ -34,7 +35,7 @@ fs::path result_of(const fs::path& workspace, const std::string& stage) {
 
 /// Which results, by the keys that their folders are named after, and what their people agreed to.
 struct MadeOf {
-  std::string text = "1\n";  // the version of this file: what it makes of the same results
+  std::string text = "2\n";  // the version of this file: what it makes of the same results
   std::vector<Consent> consent;
 };
 
@@ -56,12 +57,36 @@ MadeOf made_of(const std::vector<fs::path>& results) {
   return all;
 }
 
-/// Fills a new folder and puts it in the older one's place, unless that was made of the same.
+/// Every file below a folder but the note itself, with its digest, a line each.
+std::string contents_of(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_directory() && entry.path() != folder / kMadeOf) {
+      files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  std::string text;
+  for (const fs::path& file : files) {
+    text += file.lexically_relative(folder).generic_string() + " " +
+            hex(digest_of_file(file).digest) + "\n";
+  }
+  return text;
+}
+
+/// Whether the folder is what was made of these results, byte for byte: nobody else looks whether
+/// it is damaged, since it is the INPUT of the stage that reads it.
+bool is_current(const fs::path& folder, const MadeOf& from) {
+  const fs::path note = folder / kMadeOf;
+  return fs::exists(note) &&
+         read_file_text(note, Limits{}.text_file_bytes) == from.text + contents_of(folder);
+}
+
+/// Fills a new folder and puts it in the older one's place, unless that is what it would become.
 fs::path renewed(const fs::path& workspace, const std::string& name, const MadeOf& from,
                  const std::function<void(const fs::path&)>& fill) {
   const fs::path folder = workspace / name;
-  const fs::path note = folder / kMadeOf;
-  if (fs::exists(note) && read_file_text(note, Limits{}.text_file_bytes) == from.text) {
+  if (is_current(folder, from)) {
     return folder;
   }
   const fs::path fresh = workspace / ("." + name + "-new");
@@ -71,7 +96,7 @@ fs::path renewed(const fs::path& workspace, const std::string& name, const MadeO
   if (!from.consent.empty()) {
     write_file_atomically(fresh / kConsentFile, consent_toml(from.consent));
   }
-  write_file_atomically(fresh / kMadeOf, from.text);
+  write_file_atomically(fresh / kMadeOf, from.text + contents_of(fresh));
   sync_directory(fresh);
   remove_folder(folder);
   fs::rename(fresh, folder);

@@ -3,12 +3,12 @@
 #include <charconv>
 #include <iostream>
 #include <memory>
-#include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/arguments.h"
 #include "apps/exit_code.h"
+#include "apps/failure.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
 #include "apps/stage_console.h"
@@ -19,7 +19,6 @@
 #include "core/store/file_kind.h"
 #include "core/store/run_stage.h"
 #include "core/store/workspace_folder.h"
-#include "core/system_reason.h"
 #include "core/utf8.h"
 
 namespace atelier {
@@ -138,22 +137,8 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
   StageConsole console(stage, arguments.json);
   try {
     return work(stage, request, arguments.dry_run, console);
-  } catch (const DataError& error) {  // told to machines, and thrown on to main
-    console.show_error({error.file, error.where, error.found, error.expected}, kExitBadData);
-    throw;
-  } catch (const EnvironmentError& error) {
-    console.show_error({"", "", error.what(), ""}, kExitEnvironment);
-    throw;
-  } catch (const std::filesystem::filesystem_error& error) {
-    console.show_error({error.path1().string(), "", system_reason(error.code().value()), ""},
-                       kExitEnvironment);
-    throw;
-  } catch (const std::bad_alloc&) {
-    console.show_error({"", "memory", "there is not enough", "fewer --jobs or smaller data"},
-                       kExitEnvironment);
-    throw;
-  } catch (const std::exception& error) {
-    console.show_error({"", "", error.what(), "no defect of the program"}, kExitBug);
+  } catch (const std::exception& error) {  // told to machines, and thrown on to main
+    console.show_error(failure_of(error));
     throw;
   }
 }

@@ -255,7 +255,7 @@ void StageConsole::show_report(const StageReport& report) {
   show_consent(report.plan);
 }
 
-void StageConsole::show_error(const Failure& failure, int exit_code) {
+void StageConsole::show_error(const Failure& failure) {
   if (json_) {
     std::cout << json_text(nlohmann::json{{"event", "error"},
                                           {"stage", stage_.name},
@@ -263,7 +263,7 @@ void StageConsole::show_error(const Failure& failure, int exit_code) {
                                           {"where", failure.where},
                                           {"found", failure.found},
                                           {"expected", failure.expected},
-                                          {"exit_code", exit_code}})
+                                          {"exit_code", failure.exit_code}})
               << std::endl;
   }
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "apps/failure.h"
 #include "core/store/run_stage.h"
 
 namespace atelier {
@@ -26,13 +27,7 @@ class StageConsole {
   void show_plan(const StagePlan& plan);
   void show_report(const StageReport& report);
   /// The event "error", for machines; people read it on standard error.
-  struct Failure {
-    std::string file;
-    std::string where;
-    std::string found;
-    std::string expected;
-  };
-  void show_error(const Failure& failure, int exit_code);
+  void show_error(const Failure& failure);
   /// Takes away the line that renews itself, before others write.
   void clear_line();
 

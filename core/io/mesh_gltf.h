@@ -28,6 +28,14 @@ struct GltfPrimitive {
   std::string material;                  ///< name, "" if none
 };
 
+/// How the triangles of a material look. Written, not read.
+struct GltfMaterial {
+  std::string name;
+  Eigen::Vector3d color =
+      Eigen::Vector3d::Ones();     ///< base colour, linear, a factor of the texture
+  std::vector<std::byte> texture;  ///< of the base colour, a PNG file; or empty
+};
+
 struct GltfMesh {
   std::string name;
   std::vector<GltfPrimitive> primitives;
@@ -74,11 +82,12 @@ struct GltfAnimation {
 };
 
 /// A glTF 2.0 file as plain data. Metres, right-handed, Y up, as glTF has it. Cameras, lights,
-/// textures and materials but their names are left out; images are not decoded.
+/// textures and, of what is read, materials but their names are left out; images are not decoded.
 struct GltfScene {
   std::vector<GltfNode> nodes;  ///< a forest; children may stand before their parents
   std::vector<int> roots;       ///< nodes of the default scene; if there is no scene, all roots
   std::vector<GltfMesh> meshes;
+  std::vector<GltfMaterial> materials;  ///< of those that primitives name; others are white
   std::vector<GltfSkin> skins;
   std::vector<GltfAnimation> animations;
   std::vector<Finding> findings;  ///< what was skipped

@@ -98,6 +98,7 @@ class GltfWriter {
   }
 
   void add_mesh(const GltfMesh& mesh);
+  void add_material(const std::string& name);
   tinygltf::Primitive primitive_of(const GltfPrimitive& source);
   void add_nodes();
   void add_skin(const GltfSkin& skin);
@@ -221,12 +222,45 @@ tinygltf::Primitive GltfWriter::primitive_of(const GltfPrimitive& unsplit) {
     const auto [place, fresh] =
         materials_.try_emplace(source.material, static_cast<int>(materials_.size()));
     if (fresh) {
-      model_.materials.emplace_back().name = source.material;
-      model_.materials.back().doubleSided = true;
+      add_material(source.material);
     }
     primitive.material = place->second;
   }
   return primitive;
+}
+
+void GltfWriter::add_material(const std::string& name) {
+  tinygltf::Material material;
+  material.name = name;
+  material.doubleSided = true;
+  for (const GltfMaterial& look : scene_.materials) {
+    if (look.name != name) {
+      continue;
+    }
+    tinygltf::PbrMetallicRoughness& surface = material.pbrMetallicRoughness;
+    surface.baseColorFactor = {look.color.x(), look.color.y(), look.color.z(), 1};
+    surface.metallicFactor = 0;
+    if (!look.texture.empty()) {
+      std::vector<unsigned char>& data = model_.buffers[0].data;
+      tinygltf::BufferView view;
+      view.buffer = 0;
+      view.byteOffset = data.size();
+      view.byteLength = look.texture.size();
+      const auto* bytes = reinterpret_cast<const unsigned char*>(look.texture.data());
+      data.insert(data.end(), bytes, bytes + look.texture.size());
+      data.resize((data.size() + 3) / 4 * 4);
+      model_.bufferViews.push_back(view);
+      tinygltf::Image image;
+      image.bufferView = static_cast<int>(model_.bufferViews.size()) - 1;
+      image.mimeType = "image/png";
+      model_.images.push_back(std::move(image));
+      tinygltf::Texture texture;
+      texture.source = static_cast<int>(model_.images.size()) - 1;
+      model_.textures.push_back(texture);
+      surface.baseColorTexture.index = static_cast<int>(model_.textures.size()) - 1;
+    }
+  }
+  model_.materials.push_back(std::move(material));
 }
 
 void GltfWriter::add_mesh(const GltfMesh& source) {

@@ -1,5 +1,9 @@
 #include "core/io/usd_sequence.h"
 
+#include <algorithm>
+#include <limits>
+#include <set>
+
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/text_writer.h"
@@ -25,20 +29,9 @@ void append_point(std::string& text, const Eigen::RowVector3d& p) {
   }
 }
 
-}  // namespace
-
-void write_usd_sequence(const std::filesystem::path& path, const Sequence& sequence,
-                        const std::string& name) {
-  const Index count = frame_count(sequence);
-  ATELIER_CHECK(count > 0 && sequence.faces.rows() > 0, "USD takes frames over one topology");
-  ATELIER_CHECK(sequence.fps > 0, "USD takes a frame rate");
-  AtomicFile file(path);
-  std::string text = "#usda 1.0\n(\n    defaultPrim = \"root\"\n    metersPerUnit = 1\n";
-  text += "    upAxis = \"Y\"\n    timeCodesPerSecond = " + number_text(sequence.fps);
-  text += "\n    framesPerSecond = " + number_text(sequence.fps);
-  text += "\n    startTimeCode = " + number_text(sequence.frame_ids.front());
-  text += "\n    endTimeCode = " + number_text(sequence.frame_ids.back());
-  text += "\n)\n\ndef Xform \"root\"\n{\n    def Mesh \"" + prim_name(name) + "\"\n    {\n";
+/// The prim of one sequence, written as its frames are read.
+void write_prim(AtomicFile& file, const Sequence& sequence, const std::string& name) {
+  std::string text = "\n    def Mesh \"" + name + "\"\n    {\n";
   text += "        uniform token subdivisionScheme = \"none\"\n";
   text += "        int[] faceVertexCounts = [";
   for (Index f = 0; f < sequence.faces.rows(); ++f) {
@@ -52,7 +45,7 @@ void write_usd_sequence(const std::filesystem::path& path, const Sequence& seque
     }
   }
   text += "]\n        point3f[] points.timeSamples = {\n";
-  for (Index i = 0; i < count; ++i) {
+  for (Index i = 0; i < frame_count(sequence); ++i) {
     const Points points = frame(sequence, i).vertices;
     append_number(text, sequence.frame_ids[static_cast<std::size_t>(i)]);
     text += ": [";
@@ -64,9 +57,45 @@ void write_usd_sequence(const std::filesystem::path& path, const Sequence& seque
     file.write(text);
     text.clear();
   }
-  text += "        }\n    }\n}\n";
-  file.write(text);
+  file.write("        }\n    }\n");
+}
+
+}  // namespace
+
+void write_usd_sequences(const std::filesystem::path& path,
+                         std::span<const NamedSequence> sequences) {
+  ATELIER_CHECK(!sequences.empty(), "USD takes at least one sequence");
+  const double fps = sequences.front().sequence.fps;
+  ATELIER_CHECK(fps > 0, "USD takes a frame rate");
+  int first = std::numeric_limits<int>::max();
+  int last = std::numeric_limits<int>::min();
+  std::set<std::string> names;
+  for (const auto& [name, sequence] : sequences) {
+    ATELIER_CHECK(frame_count(sequence) > 0 && sequence.faces.rows() > 0,
+                  "USD takes frames over one topology");
+    ATELIER_CHECK(sequence.fps == fps, "sequences of one USD file have one frame rate");
+    ATELIER_CHECK(names.insert(prim_name(name)).second, "two prims of the name " + prim_name(name));
+    first = std::min(first, sequence.frame_ids.front());
+    last = std::max(last, sequence.frame_ids.back());
+  }
+  AtomicFile file(path);
+  std::string text = "#usda 1.0\n(\n    defaultPrim = \"root\"\n    metersPerUnit = 1\n";
+  text += "    upAxis = \"Y\"\n    timeCodesPerSecond = " + number_text(fps);
+  text += "\n    framesPerSecond = " + number_text(fps);
+  text += "\n    startTimeCode = " + number_text(first);
+  text += "\n    endTimeCode = " + number_text(last);
+  file.write(text + "\n)\n\ndef Xform \"root\"\n{");
+  for (const auto& [name, sequence] : sequences) {
+    write_prim(file, sequence, prim_name(name));
+  }
+  file.write("}\n");
   file.commit();
+}
+
+void write_usd_sequence(const std::filesystem::path& path, const Sequence& sequence,
+                        const std::string& name) {
+  const NamedSequence one{name, sequence};
+  write_usd_sequences(path, std::span(&one, 1));
 }
 
 }  // namespace atelier

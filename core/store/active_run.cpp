@@ -5,12 +5,16 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <fstream>
 #include <system_error>
 #include <thread>
 
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -40,6 +44,22 @@ std::string gigabytes(double bytes) {
   return text;
 }
 
+/// Peak resident memory, bytes, of this process or of the largest child that has ended.
+std::int64_t peak_memory_bytes(int whose) {
+  struct rusage usage {};
+  getrusage(whose, &usage);
+  return std::int64_t{usage.ru_maxrss} * 1024;
+}
+
+/// Begins this process's peak anew, at what it holds now: stages that run in one process have a
+/// peak each. Where the system has no such file, it stays that of the whole process.
+void forget_peak_memory() {
+#ifdef __GLIBC__
+  malloc_trim(0);  // what an earlier stage has freed is not this one's
+#endif
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
+
 }  // namespace
 
 ActiveRun::ActiveRun(const Stage& stage, const StageRequest& request, const StagePlan& plan,
@@ -48,7 +68,10 @@ ActiveRun::ActiveRun(const Stage& stage, const StageRequest& request, const Stag
       request_(request),
       plan_(plan),
       events_(events),
-      started_(seconds_since_1970()) {}
+      started_(seconds_since_1970()),
+      earlier_children_(peak_memory_bytes(RUSAGE_CHILDREN)) {
+  forget_peak_memory();
+}
 
 const std::filesystem::path& ActiveRun::input(std::string_view kind) const {
   for (std::size_t i = 0; i < plan_.manifest.inputs.size(); ++i) {
@@ -237,7 +260,7 @@ void ActiveRun::one_frame(int frame_id, const std::string& path,
   record.output =
       write_file(path, [&](const std::filesystem::path& file) { write(frame_id, file); });
   record.seconds = seconds_since(start);
-  record.peak_memory_bytes = peak_memory_bytes();
+  record.peak_memory_bytes = peak_memory();
   const std::lock_guard lock(mutex_);
   log_->append(record);
   frames_[frame_id] = record;
@@ -332,10 +355,16 @@ void ActiveRun::need_space(std::int64_t bytes) const {
   }
 }
 
+std::int64_t ActiveRun::peak_memory() const {
+  const std::int64_t own = peak_memory_bytes(RUSAGE_SELF);
+  const std::int64_t children = peak_memory_bytes(RUSAGE_CHILDREN);
+  return children > earlier_children_ ? std::max(own, children) : own;
+}
+
 Manifest ActiveRun::finished_manifest() const {
   Manifest manifest = plan_.manifest;
   std::map<std::string, ManifestOutput> sorted = outputs_;
-  manifest.peak_memory_bytes = peak_memory_bytes();
+  manifest.peak_memory_bytes = peak_memory();
   manifest.work_seconds = seconds_since(start_) - frame_loop_;
   for (const auto& [frame_id, record] : frames_) {
     sorted[record.output.path] = record.output;
@@ -355,12 +384,6 @@ std::string frame_path(const std::string& folder, int frame_id, const std::strin
   char name[32];
   std::snprintf(name, sizeof name, "%06d", frame_id);
   return folder + "/" + name + extension;
-}
-
-std::int64_t peak_memory_bytes() {
-  struct rusage usage {};
-  getrusage(RUSAGE_SELF, &usage);
-  return std::int64_t{usage.ru_maxrss} * 1024;
 }
 
 }  // namespace atelier

@@ -53,6 +53,8 @@ class ActiveRun : public StageRun {
   const void* option_values() const override { return request_.options.values.get(); }
 
  private:
+  /// Bytes, of this process since the run began, or of a child that needed more than any before.
+  std::int64_t peak_memory() const;
   /// Under the commit lock: locks this run's frames and learns which are finished. False if the
   /// staging folder is gone, since another run has committed it.
   bool open_frames(const std::string& folder, const std::string& extension,
@@ -88,12 +90,10 @@ class ActiveRun : public StageRun {
   std::optional<FileLock> commit_lock_;  ///< held from the last frame to the commit
   std::map<std::string, ManifestOutput> outputs_;
   std::map<std::string, double> metrics_;
+  std::int64_t earlier_children_;  ///< bytes, the most that a child needed before this run
 };
 
 /// "statistics/000012.json".
 std::string frame_path(const std::string& folder, int frame_id, const std::string& extension);
-
-/// Peak resident memory of this process, bytes.
-std::int64_t peak_memory_bytes();
 
 }  // namespace atelier

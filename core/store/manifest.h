@@ -56,7 +56,7 @@ struct Manifest {
   std::string started;  ///< "2026-11-21T10:40:00Z"
   std::string finished;
   double work_seconds = 0;             ///< summed over frames, threads, shards and resumed runs
-  std::int64_t peak_memory_bytes = 0;  ///< of the process that needed most
+  std::int64_t peak_memory_bytes = 0;  ///< of the process that needed most, while it did this
 };
 
 /// SHA-256 of stage name, version, device, canonical options and inputs' kinds and digests: the

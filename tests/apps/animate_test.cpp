@@ -201,6 +201,8 @@ TEST_F(Animate, ExportsOpenAndShowTheSame) {
   const GltfScene avatar = read_gltf(out / "animate" / "avatar.glb");
   ASSERT_EQ(avatar.meshes.size(), 2u);
   EXPECT_EQ(avatar.skins.size(), 1u);
+  EXPECT_EQ(avatar.meshes[0].primitives[0].material, "skin");
+  EXPECT_EQ(avatar.meshes[1].primitives[0].material, "lower");
   EXPECT_EQ(avatar.meshes[1].primitives[0].targets.size(), 2u) << "beside the first frame";
   ASSERT_EQ(avatar.animations.size(), 1u);
   const auto last = [&](GltfPath path) {
@@ -237,6 +239,8 @@ TEST_F(Animate, ExportsOpenAndShowTheSame) {
             0);
   EXPECT_THAT(read_file_text(root_ / "usd" / "animate" / "garments" / "lower.usda", 1 << 20),
               HasSubstr("points.timeSamples"));
+  EXPECT_THAT(read_file_text(root_ / "usd" / "animate" / "avatar.usda", 1 << 24),
+              AllOf(HasSubstr("def Mesh \"body\""), HasSubstr("def Mesh \"lower\"")));
 }
 
 TEST_F(Animate, CamerasOfACaptureThatIsGoneAreRefused) {

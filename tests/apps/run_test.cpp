@@ -276,6 +276,44 @@ TEST_F(Run, ConsentGoesAlongIntoWhatIsMadeOfResults) {
   EXPECT_TRUE(fs::exists(workspace_ / "flatten/current/upper/pattern.svg"));
 }
 
+TEST_F(Run, DamagedInputsThatItMadeOfResultsAreMadeAnew) {
+  write_small_capture(capture_, SmallCapture());
+  make_template(workspace_);
+  const std::vector<std::string> flatten = {"--from", "flatten", "--to", "flatten"};
+  ASSERT_EQ(run(flatten).exit_code, 0);
+  const Digest expected = outputs_digest(manifest("flatten"));
+  const fs::path file = workspace_ / "surfaces" / "upper.obj";
+  const std::string sound = read_file_text(file, 1 << 20);
+  std::string bit = sound;
+  bit[sound.find("0.05")] = '1';
+  for (const std::string& damaged : {bit, sound.substr(0, sound.size() / 2), std::string()}) {
+    std::ofstream(file) << damaged;
+    const ChildResult result = run(flatten);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("flatten is done already"));
+    EXPECT_EQ(read_file_text(file, 1 << 20), sound);
+  }
+  fs::remove(file);
+  EXPECT_THAT(run(flatten).out, HasSubstr("flatten is done already"));
+  EXPECT_EQ(outputs_digest(manifest("flatten")), expected);
+}
+
+TEST_F(Run, AnyErrorOfAStageLeavesAReport) {
+  run({"--to", "validate"});  // so that there is something to report on
+  // A lock that another run holds: an error of the surroundings, not of the data.
+  const fs::path lock = workspace_ / "reconstruct" / ".lock";
+  fs::create_directories(lock.parent_path());
+  const auto held = FileLock::try_lock(lock, FileLock::Mode::Exclusive);
+  ASSERT_TRUE(held);
+  const ChildResult result = run({"--from", "reconstruct", "--to", "track"});
+  EXPECT_EQ(result.exit_code, 5) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("reconstruct FAILED: "),
+                                HasSubstr("track was skipped: it reads the result of reconstruct"),
+                                HasSubstr("report: ")));
+  EXPECT_THAT(read_file_text(workspace_ / "report/index.html", 1 << 26),
+              HasSubstr("another run is working"));
+}
+
 TEST_F(Run, ADamagedResultIsNotBuiltUpon) {
   write_small_capture(capture_, SmallCapture());
   std::ofstream(make_template(workspace_) / "garments" / "upper.obj", std::ios::app) << "v 9 9 9\n";

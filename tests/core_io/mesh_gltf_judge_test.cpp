@@ -8,6 +8,8 @@
 
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_gltf.h"
+#include "tests/support/shapes.h"
+#include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
 
 namespace atelier {
@@ -83,6 +85,44 @@ void expect_same(const GltfScene& scene, const tinygltf::Model& model, const std
       ASSERT_EQ(ours.times.size(), times.count);
       EXPECT_EQ(static_cast<float>(ours.times.back()), float_at(model, times, times.count - 1, 0));
     }
+  }
+}
+
+TEST(GltfJudge, ATextureIsThereAsItWasGiven) {
+  GltfScene scene = gltf_scene(testing::tetrahedron());
+  scene.meshes[0].primitives[0].material = "cloth";
+  GltfMaterial look{"cloth", {0.5, 0.25, 1}, {}};
+  for (const char c : std::string("not decoded")) {
+    look.texture.push_back(static_cast<std::byte>(c));
+  }
+  scene.materials = {{"unused", {1, 1, 1}, {}}, look};
+  const testing::TemporaryDirectory folder;
+  for (const char* name : {"a.glb", "a.gltf"}) {
+    write_gltf(folder.path() / name, scene);
+    tinygltf::TinyGLTF reader;
+    std::string image;
+    reader.SetImageLoader(
+        [](tinygltf::Image*, const int, std::string*, std::string*, int, int,
+           const unsigned char* bytes, int count, void* text) {
+          static_cast<std::string*>(text)->assign(reinterpret_cast<const char*>(bytes),
+                                                  static_cast<std::size_t>(count));
+          return true;
+        },
+        &image);
+    tinygltf::Model model;
+    std::string error;
+    std::string warning;
+    const std::string path = (folder.path() / name).string();
+    ASSERT_TRUE(path.ends_with(".glb") ? reader.LoadBinaryFromFile(&model, &error, &warning, path)
+                                       : reader.LoadASCIIFromFile(&model, &error, &warning, path))
+        << error;
+    ASSERT_EQ(model.materials.size(), 1U);
+    const tinygltf::PbrMetallicRoughness& surface = model.materials[0].pbrMetallicRoughness;
+    EXPECT_EQ(surface.baseColorFactor, (std::vector<double>{0.5, 0.25, 1, 1}));
+    ASSERT_EQ(surface.baseColorTexture.index, 0);
+    EXPECT_EQ(model.images.at(model.textures.at(0).source).mimeType, "image/png");
+    EXPECT_EQ(image, "not decoded");
+    EXPECT_EQ(read_gltf(folder.path() / name).meshes[0].primitives[0].material, "cloth");
   }
 }
 

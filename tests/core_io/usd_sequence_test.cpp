@@ -29,23 +29,27 @@ class UsdText {
     expect("Xform");
     expect("\"root\"");
     expect("{");
-    expect("def");
-    expect("Mesh");
-    name_ = word();
-    expect("{");
     while (!take("}")) {
-      property();
+      expect("def");
+      expect("Mesh");
+      prims_.emplace_back().name = word();
+      expect("{");
+      while (!take("}")) {
+        property(prims_.back());
+      }
     }
-    expect("}");
     skip();
     EXPECT_EQ(at_, text_.size());
   }
 
+  struct Prim {
+    std::string name;
+    std::map<std::string, std::string> tokens;
+    std::map<std::string, std::vector<double>> arrays;
+    std::map<int, std::vector<double>> samples;
+  };
   std::map<std::string, std::string> layer_;
-  std::string name_;
-  std::map<std::string, std::string> tokens_;
-  std::map<std::string, std::vector<double>> arrays_;
-  std::map<int, std::vector<double>> samples_;
+  std::vector<Prim> prims_;
 
  private:
   void skip() {
@@ -90,7 +94,7 @@ class UsdText {
     }
     return out;
   }
-  void property() {
+  void property(Prim& prim) {
     std::string type = word();
     if (type == "uniform") {
       type = word();
@@ -105,13 +109,13 @@ class UsdText {
       while (!take("}")) {
         const int time = std::stoi(word());
         expect(":");
-        samples_[time] = numbers();
+        prim.samples[time] = numbers();
         expect(",");
       }
     } else if (type == "token") {
-      tokens_[name] = word();
+      prim.tokens[name] = word();
     } else {
-      arrays_[name] = numbers();
+      prim.arrays[name] = numbers();
     }
   }
 
@@ -141,20 +145,51 @@ TEST(UsdSequence, HoldsWhatAReaderNeeds) {
   EXPECT_EQ(usd.layer_.at("timeCodesPerSecond"), "24");
   EXPECT_EQ(usd.layer_.at("startTimeCode"), "7");
   EXPECT_EQ(usd.layer_.at("endTimeCode"), "9");
-  EXPECT_EQ(usd.name_, "\"__dress_\"");
-  EXPECT_EQ(usd.tokens_.at("subdivisionScheme"), "\"none\"");
-  EXPECT_EQ(usd.arrays_.at("faceVertexCounts"), (std::vector<double>{3, 3}));
-  EXPECT_EQ(usd.arrays_.at("faceVertexIndices"), (std::vector<double>{0, 1, 2, 0, 2, 3}));
-  ASSERT_EQ(usd.samples_.size(), 2U);
+  ASSERT_EQ(usd.prims_.size(), 1U);
+  const UsdText::Prim& prim = usd.prims_[0];
+  EXPECT_EQ(prim.name, "\"__dress_\"");
+  EXPECT_EQ(prim.tokens.at("subdivisionScheme"), "\"none\"");
+  EXPECT_EQ(prim.arrays.at("faceVertexCounts"), (std::vector<double>{3, 3}));
+  EXPECT_EQ(prim.arrays.at("faceVertexIndices"), (std::vector<double>{0, 1, 2, 0, 2, 3}));
+  ASSERT_EQ(prim.samples.size(), 2U);
   for (const int i : {0, 1}) {
     const Points expected = frame(sequence, i).vertices;
-    const std::vector<double>& points = usd.samples_.at(i == 0 ? 7 : 9);
+    const std::vector<double>& points = prim.samples.at(i == 0 ? 7 : 9);
     ASSERT_EQ(points.size(), 12U);
     for (std::size_t k = 0; k < 12; ++k) {
       const double value = expected(static_cast<Index>(k / 3), static_cast<Index>(k % 3));
       EXPECT_EQ(static_cast<float>(points[k]), static_cast<float>(value));
     }
   }
+}
+
+TEST(UsdSequence, SeveralStandBesideOneAnother) {
+  const testing::TemporaryDirectory folder;
+  const auto path = folder.path() / "a.usda";
+  Sequence earlier = two_frames();
+  earlier.frame_ids = {3, 4};
+  const std::vector<NamedSequence> both = {{"body", two_frames()}, {"dress", earlier}};
+  write_usd_sequences(path, both);
+  const UsdText usd(read_file_text(path, 1 << 20));
+  ASSERT_EQ(usd.prims_.size(), 2U);
+  EXPECT_EQ(usd.prims_[0].name, "\"body\"");
+  EXPECT_EQ(usd.prims_[1].name, "\"dress\"");
+  EXPECT_EQ(usd.prims_[1].samples.begin()->first, 3);
+  EXPECT_EQ(usd.prims_[0].samples.begin()->first, 7);
+  EXPECT_EQ(usd.layer_.at("startTimeCode"), "3");
+  EXPECT_EQ(usd.layer_.at("endTimeCode"), "9");
+}
+
+TEST(UsdSequence, RefusesSequencesThatDoNotGoTogether) {
+  const testing::TemporaryDirectory folder;
+  const auto path = folder.path() / "a.usda";
+  std::vector<NamedSequence> both = {{"a b", two_frames()}, {"a_b", two_frames()}};
+  EXPECT_THROW(write_usd_sequences(path, both), LogicError) << "one name for both";
+  both[1].name = "c";
+  both[1].sequence.fps = 30;
+  EXPECT_THROW(write_usd_sequences(path, both), LogicError);
+  EXPECT_THROW(write_usd_sequences(path, {}), LogicError);
+  EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 TEST(UsdSequence, RefusesWhatHasNoSharedTopologyFramesOrRate) {

@@ -1,0 +1,329 @@
+#ifdef ATELIER_HAS_CAPTURE
+
+#include "apps/chain_run.h"
+
+#include <algorithm>
+#include <ctime>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/failure.h"
+#include "apps/interrupt.h"
+#include "apps/json_text.h"
+#include "apps/option_flags.h"
+#include "apps/printable.h"
+#include "apps/run_options.h"
+#include "apps/stages.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/store/result.h"
+#include "core/store/run_stage.h"
+#include "core/store/utc_time.h"
+
+namespace atelier {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// A stage's place in the chain. @param without  of no stage
+std::size_t place_of(const std::string& stage, std::size_t without) {
+  for (std::size_t i = 0; i < run_steps().size(); ++i) {
+    if (run_steps()[i].stage == stage) {
+      return i;
+    }
+  }
+  return without;
+}
+
+}  // namespace
+
+void show_event(const nlohmann::json& json) {
+  std::cout << json_text(json) << std::endl;
+}
+
+ChainRun::ChainRun(const RunArguments& arguments, const OptionSet& options)
+    : arguments_(arguments),
+      options_(options),
+      facts_(capture_facts(arguments.places.capture,
+                           options_of<DatasetOptions>(options_of<RunOptions>(options).capture))) {
+  if (facts_.clothed_frames == 0) {
+    suggest("animate.garment", "tee+skirt", "no garment was captured");
+  }
+  if (facts_.masked_frames == 0) {
+    // Detectors are off by centimetres where joints truly are; with surfaces that does not
+    // matter, alone they would bend the body's shape until no calf is left of it.
+    suggest("personalize.input.keypoint_noise", "0.05", "keypoints alone");
+  }
+  account_.capture = arguments.places.capture.string();
+  account_.started = utc_text(static_cast<double>(std::time(nullptr)));
+  for (const RunStep& step : run_steps()) {
+    account_.stages.push_back({std::string(step.stage), "", "", expected_seconds(step, facts_), 0});
+  }
+  pass_over();
+}
+
+void ChainRun::announce() const {
+  double seconds = 0;
+  int stages = 0;
+  for (const RunStageAccount& one : account_.stages) {
+    if (one.end.empty()) {
+      ++stages;
+      seconds += has_result(one.stage) ? 0 : one.expected;
+    }
+  }
+  if (arguments_.json) {
+    show_event({{"event", "run"}, {"stages", stages}, {"expected_seconds", seconds}});
+    return;
+  }
+  std::cout << "run: " << facts_.cameras << " cameras, " << counted(facts_.frames, "frame") << ", "
+            << facts_.masked_frames << " with masks, " << facts_.clothed_frames
+            << " of them clothed\nrun: " << counted(stages, "stage") << ", about "
+            << duration_text(seconds) << " on " << counted(thread_count(), "core")
+            << " for what is not there yet" << std::endl;
+  for (const RunStageAccount& one : account_.stages) {
+    if (one.end == "skipped") {
+      std::cout << "run: " << one.stage << " is skipped: " << one.why << std::endl;
+    }
+  }
+}
+
+/// Every stage in its order.
+void ChainRun::work() {
+  int place = 0;
+  const auto asked = std::count_if(account_.stages.begin(), account_.stages.end(),
+                                   [](const RunStageAccount& one) { return one.end.empty(); });
+  for (std::size_t i = 0; i < account_.stages.size(); ++i) {
+    RunStageAccount& one = account_.stages[i];
+    if (!one.end.empty()) {
+      continue;
+    }
+    ++place;
+    if (!arguments_.json) {
+      std::cout << "run: [" << place << " of " << asked << "] " << one.stage;
+      if (!has_result(one.stage)) {
+        std::cout << ", about " << duration_text(factor() * one.expected) << "; about "
+                  << duration_text(factor() * one.expected + rest_after(i)) << " left in all";
+      }
+      std::cout << std::endl;
+    }
+    stage(i);
+    pass_over();
+  }
+  account_.seconds = seconds_since(begin_);
+}
+
+/// What would be done.
+void ChainRun::plan() {
+  std::set<std::string_view> working;
+  for (std::size_t i = 0; i < account_.stages.size(); ++i) {
+    const RunStageAccount& one = account_.stages[i];
+    std::string words = one.end;
+    std::vector<std::string> why = {one.why};
+    if (one.end.empty()) {
+      std::tie(words, why) = planned(i, working);
+      if (words != "would do nothing") {
+        working.insert(run_steps()[i].stage);
+      }
+    }
+    if (arguments_.json) {
+      show_event({{"event", "plan"},
+                  {"stage", one.stage},
+                  {"state", words},
+                  {"reasons", why},
+                  {"expected_seconds", one.expected}});
+      continue;
+    }
+    std::string reasons;
+    for (const std::string& reason : why) {
+      reasons += (reasons.empty() ? ": " : "; ") + reason;
+    }
+    std::string name = one.stage;
+    name.resize(std::max<std::size_t>(name.size(), 12), ' ');
+    std::cout << "  " << name << " " << words << (why.front().empty() ? "" : printable(reasons))
+              << "\n";
+  }
+}
+
+/// Sets an option that nobody set, of a stage that the program has.
+void ChainRun::suggest(const std::string& name, const std::string& value, const std::string& why) {
+  for (const OptionField& field : options_.table.fields) {
+    if (field.name == name && field.source == "default") {
+      const std::string problem = set_option(options_.table, name, value, why);
+      ATELIER_CHECK(problem.empty(), problem);
+      return;
+    }
+  }
+}
+
+bool ChainRun::has_result(const std::string& stage) const {
+  return current_name(arguments_.places.workspace / stage).has_value();
+}
+
+const RunStageAccount* ChainRun::account_of(std::string_view stage) const {
+  const auto found = std::find_if(account_.stages.begin(), account_.stages.end(),
+                                  [&](const RunStageAccount& one) { return one.stage == stage; });
+  return found == account_.stages.end() ? nullptr : &*found;
+}
+
+/// Stages that nobody asked for, that this program does not have, for which the capture has
+/// nothing, and those that would read their results.
+void ChainRun::pass_over() {
+  const auto begin = place_of(arguments_.from, 0);
+  const auto end = place_of(arguments_.to, run_steps().size() - 1);
+  for (std::size_t i = 0; i < account_.stages.size(); ++i) {
+    RunStageAccount& one = account_.stages[i];
+    const RunStep& step = run_steps()[i];
+    if (!one.end.empty()) {
+      continue;
+    }
+    if (i < begin || i > end) {
+      one.end = "not asked for";
+      continue;
+    }
+    one.why = find_stage(all_stages(), step.stage) == nullptr ? "this version does not have it"
+                                                              : step.lacks(facts_);
+    for (const std::string_view needed : needed_stages(step, facts_)) {
+      const RunStageAccount* other = account_of(needed);
+      if (one.why.empty() && other != nullptr &&
+          (other->end == "skipped" || other->end == "failed")) {
+        one.why = "it reads the result of " + other->stage + ", which " +
+                  (other->end == "failed" ? "failed" : "is skipped");
+      }
+    }
+    one.end = one.why.empty() ? "" : "skipped";
+    if (arguments_.json && !one.end.empty()) {
+      show_event({{"event", "skip"}, {"stage", one.stage}, {"why", one.why}});
+    }
+  }
+}
+
+/// How much longer than expected stages have taken so far, cautiously: what is expected of all
+/// counts as if a fifth of it had gone as expected.
+double ChainRun::factor() const {
+  constexpr double kCaution = 0.2;
+  double expected = 0;
+  double taken = 0;
+  for (const RunStageAccount& one : account_.stages) {
+    if (one.end == "done") {
+      expected += one.expected;
+      taken += one.seconds;
+    }
+    expected += kCaution * one.expected;
+    taken += kCaution * one.expected;
+  }
+  return expected > 0 ? taken / expected : 1;
+}
+
+double ChainRun::rest_after(std::size_t i) const {
+  double seconds = 0;
+  for (std::size_t k = i + 1; k < account_.stages.size(); ++k) {
+    const RunStageAccount& one = account_.stages[k];
+    seconds += one.end.empty() && !has_result(one.stage) ? one.expected : 0;
+  }
+  return factor() * seconds;
+}
+
+StageRequest ChainRun::request_of(std::size_t i, bool make_input) const {
+  const RunStep& step = run_steps()[i];
+  const Stage& row = *find_stage(all_stages(), step.stage);
+  StageRequest request;
+  request.workspace = arguments_.places.workspace;
+  request.input = step.input != nullptr && make_input ? step.input(arguments_.places, facts_)
+                                                      : arguments_.places.capture;
+  request.options = stage_options(options_, std::string(step.stage));
+  request.jobs = arguments_.jobs;
+  request.device = arguments_.device == "cuda" && row.has_cuda ? Device::Cuda : Device::Cpu;
+  return request;
+}
+
+void ChainRun::stage(std::size_t i) {
+  RunStageAccount& one = account_.stages[i];
+  const Stage& row = *find_stage(all_stages(), one.stage);
+  StageConsole console(row, arguments_.json);
+  console.set_rest(rest_after(i));
+  StageEvents events;
+  events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };
+  events.say = [&](const std::string& line) { console.say(line); };
+  events.stop = interrupted;
+  const Clock::time_point begin = Clock::now();
+  try {
+    const StageReport report = run_stage(all_stages(), row, request_of(i, true), events);
+    one.seconds = seconds_since(begin);
+    if (report.end == StageReport::End::Stopped) {
+      console.show_report(report);
+      std::cout.flush();
+      end_by_signal();
+    }
+    one.end = report.end == StageReport::End::AlreadyDone ? "done already" : "done";
+    show_end(console, report, one);
+    if (report.input_errors) {
+      one.why = "the capture has errors (see its page in the report); what follows may be wrong";
+      exit_code_ = kExitBadData;
+    }
+  } catch (const std::exception& error) {
+    const Failure failure = failure_of(error);
+    one.end = "failed";
+    one.why = failure.text;
+    one.seconds = seconds_since(begin);
+    exit_code_ = exit_code_ == kExitDone ? failure.exit_code : exit_code_;
+    console.show_error(failure);
+    console.clear_line();
+    std::cerr << "atelier: " << one.stage << ": " << printable(failure.text) << std::endl;
+  }
+}
+
+/// A line for people, the event of the stage's own command for machines.
+void ChainRun::show_end(StageConsole& console, const StageReport& report,
+                        const RunStageAccount& one) {
+  if (arguments_.json) {
+    console.show_report(report);
+    return;
+  }
+  console.clear_line();
+  std::cout << "run: " << one.stage << " is " << one.end;
+  if (report.end == StageReport::End::Done) {
+    std::cout << ", " << duration_text(one.seconds) << ", "
+              << bytes_text(static_cast<double>(report.manifest.peak_memory_bytes)) << " of memory";
+  }
+  std::cout << std::endl;
+  for (const std::string& warning : report.plan.warnings) {
+    if (warnings_.insert(warning).second) {
+      std::cout << "  warning: " << printable(warning) << std::endl;
+    }
+  }
+}
+
+/// What `--dry-run` says of one stage. @param working  stages before it that would work
+std::pair<std::string, std::vector<std::string>> ChainRun::planned(
+    std::size_t i, const std::set<std::string_view>& working) const {
+  const RunStep& step = run_steps()[i];
+  bool earlier = false;
+  for (const std::string_view needed : needed_stages(step, facts_)) {
+    if (!has_result(std::string(needed))) {
+      return {"would run", {"after " + std::string(needed)}};
+    }
+    earlier = earlier || working.contains(needed);
+  }
+  if (step.input != nullptr) {
+    return {
+        has_result(std::string(step.stage)) && !earlier ? "would look at its result" : "would run",
+        {"its input is made of earlier results"}};
+  }
+  StagePlan plan;
+  try {
+    plan = plan_stage(all_stages(), *find_stage(all_stages(), step.stage), request_of(i, false),
+                      {.progress = {}, .say = {}, .stop = interrupted});
+  } catch (const StopRequested&) {
+    end_by_signal();
+  }
+  if (plan.state == StagePlan::State::Done) {
+    return {"would do nothing", {earlier ? "unless an earlier stage's result changes" : ""}};
+  }
+  return {plan.state == StagePlan::State::Resume ? "would go on" : "would run", plan.reasons};
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <exception>
+#include <string>
+
+namespace atelier {
+
+/// An error in the words and with the exit code that the program ends with because of it.
+struct Failure {
+  std::string text;   ///< one sentence; of a UsageError several lines
+  int exit_code = 0;  ///< exit_code.h
+  std::string file;   ///< as DataError has them, for machines
+  std::string where;
+  std::string found;
+  std::string expected;
+};
+
+/// What an exception means for whoever started the program.
+Failure failure_of(const std::exception& error);
+
+}  // namespace atelier

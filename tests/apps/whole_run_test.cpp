@@ -1,0 +1,467 @@
+// Whole runs of the chain that are killed, that find the disk full, and whose files are damaged:
+// never a crash, never a silently wrong result, always resumable to the same digests. The ordinary
+// tests take few small pictures and keypoints of one person, and the stages that need no more;
+// ATELIER_SOAK=1 takes the preset `tiny` and every stage, in full.
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+
+#include "apps/run_account.h"
+#include "core/atomic_file.h"
+#include "core/io/file_bytes.h"
+#include "core/random.h"
+#include "core/store/result.h"
+#include "tests/support/child_process.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+
+using Digests = std::map<std::string, std::string>;
+
+bool soak() {
+  const char* value = std::getenv("ATELIER_SOAK");
+  return value != nullptr && std::string(value) == "1";
+}
+
+/// A count from the environment, where it has one.
+int number(const char* variable, int otherwise) {
+  const char* value = std::getenv(variable);
+  return value == nullptr ? otherwise : std::atoi(value);
+}
+
+void copy_folder(const fs::path& from, const fs::path& to) {
+  fs::create_directories(to.parent_path());
+  fs::copy(from, to, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+}
+
+std::vector<fs::path> files_below(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file() && !entry.is_symlink()) {
+      files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// How a file can suffer without anyone writing to it on purpose.
+enum class Damage { Truncated, BitFlipped };
+constexpr Damage kDamages[] = {Damage::Truncated, Damage::BitFlipped};
+
+void write_bytes(const fs::path& file, const std::vector<std::byte>& bytes) {
+  std::ofstream(file, std::ios::binary | std::ios::trunc)
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+}
+
+/// A file that is damaged at a random place to the end of the scope. It is not empty.
+class DamagedFile {
+ public:
+  DamagedFile(fs::path file, Damage damage, Random& random)
+      : file_(std::move(file)), sound_(read_file_bytes(file_, 1 << 28)) {
+    std::vector<std::byte> bytes = sound_;
+    const std::uint64_t at = uniform_index(random, bytes.size());
+    if (damage == Damage::Truncated) {
+      bytes.resize(at);
+    } else {
+      bytes[at] ^= std::byte{1} << uniform_index(random, 8);
+    }
+    write_bytes(file_, bytes);
+    what_ = file_.string() +
+            (damage == Damage::Truncated ? " cut at " : " with a bit flipped at ") +
+            std::to_string(at);
+  }
+  ~DamagedFile() { write_bytes(file_, sound_); }
+  DamagedFile(const DamagedFile&) = delete;
+  DamagedFile& operator=(const DamagedFile&) = delete;
+  const std::string& what() const { return what_; }
+
+ private:
+  fs::path file_;
+  std::vector<std::byte> sound_;
+  std::string what_;
+};
+
+/// Every file in full, else about `sampled` of them. Empty ones cannot suffer.
+std::vector<fs::path> some_files(const fs::path& folder, std::size_t sampled) {
+  std::vector<fs::path> files = files_below(folder);
+  std::erase_if(files, [](const fs::path& file) { return fs::file_size(file) == 0; });
+  const std::size_t stride = soak() ? 1 : std::max<std::size_t>(1, files.size() / sampled);
+  std::vector<fs::path> some;
+  for (std::size_t i = 0; i < files.size(); i += stride) {
+    some.push_back(files[i]);
+  }
+  return some;
+}
+
+/// A capture and what an undisturbed run makes of it, for all tests of this file.
+class WholeRun : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryDirectory;
+    std::vector<std::string> capture = {program_path(), "synthesize", this_capture().string()};
+    if (soak()) {
+      capture.insert(capture.end(), {"--preset", "tiny"});
+    } else {
+      capture.insert(capture.end(),
+                     {"--dome.cameras", "4", "--dome.width", "90", "--dome.height", "120",
+                      "--frames", "0", "--minimal_frames", "4", "--held_out_cameras", "0",
+                      "--held_out_share", "0", "--skin_resolution", "128", "--samples", "1"});
+    }
+    made_ = run_child(capture);
+    if (made_.exit_code == 0) {
+      make_real();
+      made_ = run_child(chain(this_capture(), undisturbed()));
+    }
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  /// Makes the capture one of a real studio, whose runs measure nothing against the truth; the
+  /// small one without masks, of whose frames keypoints alone are reconstructed, in a moment.
+  static void make_real() {
+    fs::remove_all(this_capture() / "truth");
+    if (!soak()) {
+      fs::remove_all(this_capture() / "labels");
+    }
+    const fs::path file = this_capture() / "capture.toml";
+    std::string text = read_file_text(file, 1 << 20);
+    const std::string synthetic = "synthetic = true";
+    text.replace(text.find(synthetic), synthetic.size(), "synthetic = false");
+    std::ofstream(file) << text;
+  }
+
+  void SetUp() override {
+    ASSERT_EQ(made_.exit_code, 0) << made_.err;
+    const RunAccount account = read_run_account(undisturbed()).value();
+    for (const RunStageAccount& one : account.stages) {
+      if (one.end == "done") {
+        seconds_[one.stage] = one.seconds;
+        stages_.push_back(one.stage);
+      }
+    }
+    ASSERT_GE(stages_.size(), 4U) << made_.out;
+    expected_ = digests(undisturbed());
+  }
+
+  static fs::path this_capture() { return folder_->path() / "capture"; }
+  static fs::path undisturbed() { return folder_->path() / "undisturbed"; }
+  static std::vector<std::string> chain(const fs::path& capture, const fs::path& workspace,
+                                        const std::vector<std::string>& more = {}) {
+    std::vector<std::string> all = {program_path(), "run", capture.string(), workspace.string()};
+    if (soak()) {
+      // Trained as long as kills need to find it at work, no longer.
+      all.insert(all.end(), {"--appearance.iterations", "20"});
+    } else {
+      all.insert(all.end(), {"--personalize.samples", "800", "--personalize.shape_rounds", "2",
+                             "--personalize.surface_rounds", "1"});
+      if (std::find(more.begin(), more.end(), "--to") == more.end()) {
+        all.insert(all.end(), {"--to", "track"});
+      }
+    }
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  /// Every output of every current result, or of one stage's, by name.
+  static Digests digests(const fs::path& workspace, const std::string& only = "") {
+    Digests all;
+    for (const auto& entry : fs::directory_iterator(workspace)) {
+      const std::string stage = entry.path().filename().string();
+      const auto current = current_name(entry.path());
+      if (!current || (!only.empty() && stage != only)) {
+        continue;
+      }
+      for (const ManifestOutput& output : read_manifest(entry.path() / *current, stage).outputs) {
+        all[stage + "/" + output.path] = hex(output.digest);
+      }
+    }
+    return all;
+  }
+  Digests expected_of(const std::string& stage) const {
+    Digests some;
+    for (const auto& [path, digest] : expected_) {
+      if (path.starts_with(stage + "/")) {
+        some[path] = digest;
+      }
+    }
+    return some;
+  }
+  /// Nothing unfinished is left.
+  static void expect_clean(const fs::path& workspace) {
+    for (const fs::path& file : files_below(workspace)) {
+      EXPECT_FALSE(is_temporary_name(file.filename().string())) << file;
+      EXPECT_EQ(file.string().find(".staging-"), std::string::npos) << file;
+    }
+  }
+  /// The undisturbed workspace as it was before that stage; with it if `with` says so.
+  void copy_up_to(const std::string& stage, const fs::path& workspace, bool with) const {
+    for (const std::string& one : stages_) {
+      if (one == stage && !with) {
+        return;
+      }
+      copy_folder(undisturbed() / one, workspace / one);
+      if (one == stage) {
+        return;
+      }
+    }
+  }
+
+  static TemporaryDirectory* folder_;
+  static ChildResult made_;
+  std::map<std::string, double> seconds_;  ///< that each stage took undisturbed
+  std::vector<std::string> stages_;        ///< that the chain did, in their order
+  Digests expected_;
+  TemporaryDirectory root_;
+};
+
+TemporaryDirectory* WholeRun::folder_ = nullptr;
+ChildResult WholeRun::made_;
+
+TEST_F(WholeRun, KilledAtRandomInEveryStageItComesToTheSameDigests) {
+  const int wanted = soak() ? number("ATELIER_SOAK_KILLS", 100) : 10;
+  const int kills_in_a_stage = soak() ? 2 : 3;
+  constexpr int kMostRuns = 30;
+  Random random{1, 0, 0};
+  int kills = 0;
+  int runs = 0;
+  for (; kills < wanted && runs < kMostRuns; ++runs) {
+    const fs::path workspace = root_ / ("work" + std::to_string(runs));
+    for (const std::string& stage : stages_) {
+      for (int kill = 0; kill < kills_in_a_stage && !current_name(workspace / stage); ++kill) {
+        char seconds[32];
+        std::snprintf(seconds, sizeof seconds, "%.3f",
+                      uniform(random, 0.02, 0.3 + seconds_[stage]));
+        std::vector<std::string> command = {"timeout", "--foreground", "-s", "KILL", seconds};
+        const std::vector<std::string> run = chain(this_capture(), workspace);
+        command.insert(command.end(), run.begin(), run.end());
+        const ChildResult result = run_child(command);
+        EXPECT_THAT(result.exit_code, AnyOf(0, 128 + SIGKILL)) << result.err;
+        kills += result.exit_code == 128 + SIGKILL ? 1 : 0;
+      }
+      const ChildResult rest = run_child(chain(this_capture(), workspace, {"--to", stage}));
+      ASSERT_EQ(rest.exit_code, 0) << rest.err;
+    }
+    const ChildResult last = run_child(chain(this_capture(), workspace));
+    ASSERT_EQ(last.exit_code, 0) << last.err;
+    EXPECT_EQ(digests(workspace), expected_);
+    expect_clean(workspace);
+    fs::remove_all(workspace);
+    std::printf("%d kills in %d runs\n", kills, runs + 1);
+  }
+  EXPECT_GE(kills, wanted);
+  RecordProperty("kills", kills);
+  RecordProperty("runs", runs);
+}
+
+TEST_F(WholeRun, AFullDiskEndsEachStageWithASentenceAndItGoesOnToTheSameDigests) {
+  const fs::path disk = root_ / "disk";
+  fs::create_directories(disk);
+  if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=300m") != 0) {
+    GTEST_SKIP() << "mounting is not allowed here: " << std::strerror(errno);
+  }
+  Random random{2, 0, 0};
+  int full = 0;
+  for (const std::string& stage : stages_) {
+    const auto name = current_name(undisturbed() / stage);
+    double needed = 0;
+    for (const ManifestOutput& output :
+         read_manifest(undisturbed() / stage / *name, stage).outputs) {
+      needed += static_cast<double>(output.size);
+    }
+    for (int i = 0; i < (soak() ? 3 : 1); ++i) {
+      const fs::path workspace = disk / "work";
+      copy_up_to(stage, workspace, false);
+      const double left = uniform(random, 0, 0.9 * needed);
+      SCOPED_TRACE(stage + " with " + std::to_string(left) + " bytes left");
+      const double ballast = static_cast<double>(fs::space(disk).available) - left;
+      run_child({"fallocate", "-l", std::to_string(static_cast<std::int64_t>(ballast)),
+                 (disk / "ballast").string()});
+      const std::vector<std::string> command =
+          chain(this_capture(), workspace, {"--from", stage, "--to", stage});
+      const ChildResult failed = run_child(command);
+      EXPECT_EQ(failed.exit_code, 5) << failed.out << failed.err;
+      EXPECT_THAT(failed.err, HasSubstr("atelier: "));
+      EXPECT_THAT(failed.err, AnyOf(HasSubstr("No space left on device"), HasSubstr("are free")));
+      full += failed.exit_code == 5 ? 1 : 0;
+      fs::remove(disk / "ballast");
+      const ChildResult next = run_child(command);
+      EXPECT_EQ(next.exit_code, 0) << next.err;
+      EXPECT_EQ(digests(workspace, stage), expected_of(stage));
+      expect_clean(workspace);
+      fs::remove_all(workspace);
+      if (next.exit_code != 0) {
+        break;
+      }
+    }
+  }
+  umount2(disk.c_str(), MNT_DETACH);
+  RecordProperty("full_disks", full);
+}
+
+TEST_F(WholeRun, ADamagedFileOfAResultIsRefusedByExportAndMadeAnewByARun) {
+  const fs::path workspace = root_ / "work";
+  copy_folder(undisturbed(), workspace);
+  Random random{3, 0, 0};
+  int damaged = 0;
+  for (const std::string& stage : stages_) {
+    const fs::path folder = fs::canonical(workspace / stage / "current");
+    int made_anew = 0;
+    for (const fs::path& file : some_files(folder, 2)) {
+      for (const Damage damage : kDamages) {
+        const DamagedFile hurt(file, damage, random);
+        SCOPED_TRACE(hurt.what());
+        const ChildResult refused = run_child({program_path(), "export", workspace.string(),
+                                               (root_ / "out").string(), "--stage", stage});
+        EXPECT_EQ(refused.exit_code, 3) << refused.err;
+        EXPECT_FALSE(fs::exists(root_ / "out"));
+        ++damaged;
+        if (made_anew++ == 0) {  // once a stage: the work is the same
+          const ChildResult again =
+              run_child(chain(this_capture(), workspace, {"--from", stage, "--to", stage}));
+          EXPECT_EQ(again.exit_code, 0) << again.err;
+          EXPECT_EQ(digests(workspace, stage), expected_of(stage));
+        }
+      }
+    }
+  }
+  const ChildResult end = run_child(chain(this_capture(), workspace));
+  EXPECT_EQ(end.exit_code, 0) << end.err;
+  EXPECT_EQ(digests(workspace), expected_);
+  RecordProperty("damaged", damaged);
+}
+
+TEST_F(WholeRun, ADamagedResultIsRefusedByTheStageThatReadsIt) {
+  // Stages whose only work before they refuse is to look at their inputs.
+  const std::map<std::string, std::string> readers = {{"reconstruct", "personalize"},
+                                                      {"personalize", "track"},
+                                                      {"track", "body"},
+                                                      {"body", "register"},
+                                                      {"template", "register"},
+                                                      {"register", "material"},
+                                                      {"flatten", ""},
+                                                      {"material", "animate"},
+                                                      {"appearance", "animate"}};
+  const fs::path workspace = root_ / "work";
+  Random random{4, 0, 0};
+  int refused = 0;
+  for (const std::string& stage : stages_) {
+    const auto reader = readers.find(stage);
+    if (reader == readers.end() ||
+        std::find(stages_.begin(), stages_.end(), reader->second) == stages_.end()) {
+      continue;
+    }
+    fs::remove_all(workspace);
+    copy_folder(undisturbed(), workspace);
+    const fs::path folder = fs::canonical(workspace / stage / "current");
+    for (const fs::path& file : some_files(folder, 2)) {
+      const DamagedFile hurt(file, kDamages[refused % 2], random);
+      SCOPED_TRACE(hurt.what());
+      const ChildResult result = run_child(
+          chain(this_capture(), workspace, {"--from", reader->second, "--to", reader->second}));
+      EXPECT_EQ(result.exit_code, 3) << result.out;
+      EXPECT_THAT(result.err, HasSubstr(stage));
+      EXPECT_THAT(result.out, HasSubstr("report: "));
+      ++refused;
+    }
+  }
+  RecordProperty("refused", refused);
+}
+
+TEST_F(WholeRun, ADamagedFileOfTheCaptureIsFoundAndTheSoundOneLeadsBack) {
+  const fs::path capture = root_ / "capture";
+  const fs::path workspace = root_ / "work";
+  copy_folder(this_capture(), capture);
+  ASSERT_EQ(run_child(chain(capture, workspace, {"--to", "validate"})).exit_code, 0);
+  const Digests expected = digests(workspace, "validate");
+  const auto errors = [&] {
+    const auto name = current_name(workspace / "validate");
+    return read_manifest(workspace / "validate" / *name, "validate").metrics.at("errors");
+  };
+  ASSERT_EQ(errors(), 0);
+  Random random{5, 0, 0};
+  int damaged = 0;
+  int found = 0;
+  int deeper = 0;
+  for (const fs::path& file : some_files(capture, 8)) {
+    const std::string path = fs::relative(file, capture).string();
+    for (const Damage damage : kDamages) {
+      const DamagedFile hurt(file, damage, random);
+      SCOPED_TRACE(hurt.what());
+      const ChildResult result = run_child(chain(capture, workspace, {"--to", "validate"}));
+      EXPECT_EQ(result.signal, 0);
+      EXPECT_THAT(result.exit_code, AnyOf(0, 3)) << result.err;
+      ++damaged;
+      found += result.exit_code == 3 ? 1 : 0;
+      if (path.ends_with(".png")) {
+        EXPECT_EQ(result.exit_code, 3) << "pictures have checksums";
+      }
+      if (result.exit_code == 0) {
+        // What cannot be told from what it might have been is another capture: never the old
+        // result.
+        EXPECT_THAT(result.out, HasSubstr("validate is done,"));
+      }
+      if (soak() && uniform_index(random, 16) == 0) {
+        const ChildResult next =
+            run_child(chain(capture, root_ / "deeper", {"--to", "personalize"}));
+        EXPECT_EQ(next.signal, 0);
+        EXPECT_THAT(next.exit_code, AnyOf(0, 3)) << next.err;
+        fs::remove_all(root_ / "deeper");
+        ++deeper;
+      }
+    }
+  }
+  const ChildResult back = run_child(chain(capture, workspace, {"--to", "validate"}));
+  EXPECT_EQ(back.exit_code, 0) << back.err;
+  EXPECT_THAT(back.out, HasSubstr("validate is done already"));
+  EXPECT_EQ(digests(workspace, "validate"), expected);
+  RecordProperty("damaged", damaged);
+  RecordProperty("found_by_validate", found);
+  RecordProperty("taken_further", deeper);
+}
+
+TEST_F(WholeRun, WhatIsMadeOfResultsForAStageIsMadeAnewWhereItIsDamaged) {
+  if (std::find(stages_.begin(), stages_.end(), "flatten") == stages_.end()) {
+    GTEST_SKIP() << "the ordinary chain ends before";
+  }
+  const fs::path workspace = root_ / "work";
+  copy_folder(undisturbed(), workspace);
+  Random random{6, 0, 0};
+  for (const char* folder : {"surfaces", "scene"}) {
+    const std::string stage = std::string(folder) == "scene" ? "simulate" : "flatten";
+    for (const fs::path& file : files_below(workspace / folder)) {
+      for (const Damage damage : kDamages) {
+        const DamagedFile hurt(file, damage, random);
+        SCOPED_TRACE(hurt.what());
+        const ChildResult result =
+            run_child(chain(this_capture(), workspace, {"--from", stage, "--to", stage}));
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        EXPECT_THAT(result.out, HasSubstr(stage + " is done already"));
+      }
+    }
+  }
+  EXPECT_EQ(digests(workspace), expected_);
+}
+
+}  // namespace
+}  // namespace atelier::testing
+
+#endif
