@@ -12,7 +12,7 @@
 namespace atelier {
 namespace {
 
-constexpr const char* kSchema = "atelier.appearance";
+constexpr const char* kModelSchema = "atelier.appearance";
 constexpr const char* kVersion = "2";
 constexpr int kLeastSide = 8;   // texels a side where the UNet turns round
 constexpr int kMostGrowth = 8;  // of its widths
@@ -273,7 +273,7 @@ std::map<std::string, Tensor> tensors_of(const AppearanceModel& model) {
 std::map<std::string, std::string> texts_of(const AppearanceModel& model) {
   NetworkOptions options = model.options;
   std::map<std::string, std::string> texts;
-  texts["schema"] = kSchema;
+  texts["schema"] = kModelSchema;
   texts["version"] = kVersion;
   texts["name"] = model.name;
   texts["cameras"] = list_of(model.camera_ids);
@@ -286,8 +286,8 @@ std::map<std::string, std::string> texts_of(const AppearanceModel& model) {
 AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors,
                                     const std::map<std::string, std::string>& texts,
                                     const std::string& file) {
-  if (const std::string& schema = text_at(texts, "schema", file); schema != kSchema) {
-    throw DataError(file, "schema", schema.substr(0, 60), kSchema);
+  if (const std::string& schema = text_at(texts, "schema", file); schema != kModelSchema) {
+    throw DataError(file, "schema", schema.substr(0, 60), kModelSchema);
   }
   if (const std::string& version = text_at(texts, "version", file); version != kVersion) {
     throw DataError(file, "version", version.substr(0, 20),

@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "core/cross.h"
 #include "core/error.h"
 #include "core/raster.h"
 
@@ -18,10 +19,6 @@ struct Border {
   Eigen::Vector2d across_a{0, 0}, across_b{0, 0};  // the same points on the other chart
   Eigen::Vector2d across_third{0, 0};              // the corner of the other face off the seam
 };
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 /// Every edge of the texture that only one face has. Charts may be mirrored: each face says on
 /// which side of its edge it lies.

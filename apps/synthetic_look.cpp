@@ -11,16 +11,12 @@
 #include "bodymodel/kinematics.h"
 #include "capture/atlas.h"
 #include "core/parallel.h"
+#include "core/smooth_step.h"
 
 namespace atelier {
 namespace {
 
 using Color = Eigen::Vector3f;
-
-double step(double low, double high, double x) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
 
 Color mixed(const Color& a, const Color& b, double share) {
   return a + static_cast<float>(std::clamp(share, 0.0, 1.0)) * (b - a);
@@ -56,7 +52,7 @@ struct Painter {
     // Roots of hair through the scalp, so that the hairline is no edge.
     if (p.y() > head.joint.y() - 0.05) {
       const double root = value_noise(p.x() * 500, p.y() * 120, p.z() * 500, seed + 4);
-      const double roots = step(0.000, 0.013, above_hairline(head, p) + 0.006 * root);
+      const double roots = smooth_step(above_hairline(head, p) + 0.006 * root, 0.000, 0.013);
       color = mixed(color, 0.8F * head.hair, 0.9 * roots);
     }
     // Tight clothing: shorts, and a top for who wears one.
@@ -88,7 +84,7 @@ struct Painter {
     const double lip = 1 - std::pow(q.x() / 0.82, 2) - std::pow(lip_y, 2);
     if (lip > 0) {
       color = mixed(color, Color(0.8F * tone.x(), 0.42F * tone.y(), 0.45F * tone.z()),
-                    step(0, 0.25, lip));
+                    smooth_step(lip, 0, 0.25));
       color *= static_cast<float>(1 - 0.45 * std::exp(-std::pow((q.y() + 2.05) / 0.05, 2)));
     }
     // Brows.
@@ -96,7 +92,7 @@ struct Painter {
     if (x > 0.38 && x < 1.75) {
       const double thin = 0.11 * (1 - 0.5 * (x - 0.38) / 1.4);
       const double brow = 1 - std::abs(q.y() - arch) / thin;
-      color = mixed(color, 0.55F * head.hair, 0.85 * step(0, 0.6, brow));
+      color = mixed(color, 0.55F * head.hair, 0.85 * smooth_step(brow, 0, 0.6));
     }
     // Eyes: a lid line, white, iris, pupil.
     const double ex = (x - 1) / 0.47;
@@ -104,7 +100,7 @@ struct Painter {
     const double eye = 1 - ex * ex - std::abs(ey);
     if (eye > -0.25) {
       const Color lid = 0.25F * tone;
-      color = mixed(color, lid, 0.8 * step(-0.25, 0.0, eye));
+      color = mixed(color, lid, 0.8 * smooth_step(eye, -0.25, 0.0));
     }
     if (eye > 0) {
       const double r = std::hypot(x - 1, q.y() - 0.02);
@@ -115,7 +111,7 @@ struct Painter {
       if (std::hypot(x - 1.06, q.y() - 0.09) < 0.035) {
         ball = Color(0.9F, 0.9F, 0.9F);
       }
-      color = mixed(color, ball, step(0.0, 0.12, eye));
+      color = mixed(color, ball, smooth_step(eye, 0.0, 0.12));
     }
   }
 };

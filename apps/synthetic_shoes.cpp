@@ -11,6 +11,7 @@
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
 #include "core/error.h"
+#include "core/smooth_step.h"
 
 namespace atelier {
 namespace {
@@ -24,11 +25,6 @@ constexpr double kRoom = 0.006;     // m between foot and shoe
 constexpr double kRim = 0.012;      // m above the floor, where sole and upper meet
 constexpr double kReach = 0.008;    // m along the foot whose vertices make a cross-section
 constexpr double kRounding = 0.02;  // m over which outlines are smoothed
-
-double step(double low, double high, double x) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
 
 /// A foot seen from its ankle: `along` to the toes, `across` to the person's left, and its outline.
 struct Foot {
@@ -186,7 +182,7 @@ void add_shoe(BodyModel& shoes, const Foot& foot, double floor, const Paint& pai
       shoes.mesh.colors.row(v) = paint.at(foot, along, across, p.y()).transpose();
       // It bends at the ball of the foot.
       const double toes =
-          foot.toe_joint >= 0 ? step(foot.toe_at - 0.015, foot.toe_at + 0.02, along) : 0;
+          foot.toe_joint >= 0 ? smooth_step(along, foot.toe_at - 0.015, foot.toe_at + 0.02) : 0;
       shoes.skin.joints.row(v) << foot.ankle_joint, std::max(0, foot.toe_joint);
       shoes.skin.weights.row(v) << 1 - toes, toes;
     }

@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/smooth_step.h"
 
 namespace atelier {
 namespace {
@@ -179,11 +180,6 @@ BodyModel worn_model(const BodyModel& body, const std::string& name, const Part&
   return model;
 }
 
-double step(double low, double high, double x) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
-
 }  // namespace
 
 HeadPlaces head_places(const BodyModel& body, std::uint64_t seed) {
@@ -234,9 +230,9 @@ double above_hairline(const HeadPlaces& head, const Eigen::Vector3d& place) {
   const double depth = (head.front - head.back) / 2;
   const double y = (place.y() - head.top.y()) / height;  // 0 at the top, -1 at the skull's base
   const double z = (place.z() - middle) / depth;         // 1 in front, -1 at the back
-  const double sides =
-      head.long_hair ? 0.85 * (1 - step(0.05, 0.35, z)) : 0.42 * (1 - step(-0.55, -0.05, z));
-  const double line = -0.16 - 0.24 * (1 - step(0.25, 0.85, z)) - sides;
+  const double sides = head.long_hair ? 0.85 * (1 - smooth_step(z, 0.05, 0.35))
+                                      : 0.42 * (1 - smooth_step(z, -0.55, -0.05));
+  const double line = -0.16 - 0.24 * (1 - smooth_step(z, 0.25, 0.85)) - sides;
   return (y - line) * height;
 }
 
@@ -258,7 +254,8 @@ Image strands(const Color& hair, int resolution, std::uint64_t seed) {
                              seed + stream);
         };
         const double shade = 1 + 0.20 * at(9, 5, 0) + 0.38 * at(38, 6, 1) + 0.45 * at(110, 9, 2);
-        const double tips = 1 + 0.25 * step(0.4, 1.0, down);  // lighter where the sun got them
+        const double tips =
+            1 + 0.25 * smooth_step(down, 0.4, 1.0);  // lighter where the sun got them
         for (int c = 0; c < 3; ++c) {
           image.at(x, static_cast<int>(row), c) =
               std::clamp(static_cast<float>(std::max(0.12, shade) * tips) * hair[c], 0.003F, 0.9F);
@@ -312,13 +309,15 @@ WornLayer hair_cap(const BodyModel& body, std::uint64_t seed) {
     const double locks =
         value_noise(7 * std::cos(angle), 7 * std::sin(angle), 9 * p.y(), seed + 91);
     // At the forehead hair rises slowly out of the skin; elsewhere it is cut.
-    const double front = step(0.2, 0.7, (p.z() - middle) / (head.front - middle));
+    const double front = smooth_step((p.z() - middle) / (head.front - middle), 0.2, 0.7);
     const double rise = (0.30 - 0.16 * front) * std::max(0.0, in);
-    const double lift = -0.002 + std::min(rise, 0.012 + 0.011 * step(0.0, 0.09, in)) +
-                        0.0022 * locks * step(0, 0.02, in) + 0.3 * std::clamp(in, -0.05, 0.0);
+    const double lift = -0.002 + std::min(rise, 0.012 + 0.011 * smooth_step(in, 0.0, 0.09)) +
+                        0.0022 * locks * smooth_step(in, 0, 0.02) +
+                        0.3 * std::clamp(in, -0.05, 0.0);
     const double y = (p.y() - head.top.y()) / height;
-    const double before_ears = step(-0.30, 0.08, (p.z() - middle) / (head.front - middle));
-    const double hanging = head.long_hair ? (1 - step(-0.65, -0.30, y)) * (1 - before_ears) : 0;
+    const double before_ears = smooth_step((p.z() - middle) / (head.front - middle), -0.30, 0.08);
+    const double hanging =
+        head.long_hair ? (1 - smooth_step(y, -0.65, -0.30)) * (1 - before_ears) : 0;
     const Eigen::Vector2d outward(p.x(), p.z() - middle);
     p += (1 - hanging) * lift * part.normals.row(v).transpose();
     if (hanging > 0 && outward.norm() > 1e-6) {

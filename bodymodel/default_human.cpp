@@ -228,7 +228,7 @@ Solved solve_build(const Maker& maker, const DefaultHumanOptions& options,
   return solved;
 }
 
-double mix(double female, double male, double share) {
+double between(double female, double male, double share) {
   return female + share * (male - female);
 }
 
@@ -320,21 +320,22 @@ double likely_mass(const DefaultHumanOptions& options) {
   // Every girth given tells the bulk, with its spread; so does the average person, with the mass's.
   const Parameter& of_stature = kParameters[0];
   const Parameter& of_mass = kParameters[1];
-  const double average_stature = mix(of_stature.female, of_stature.male, options.male);
+  const double average_stature = between(of_stature.female, of_stature.male, options.male);
   const double tall = options.stature > 0 ? std::log(options.stature / average_stature) : 0;
   const double mean = (of_mass.by_stature - 1) * tall / 2;
   double information = 4 / (of_mass.residual * of_mass.residual);
   double bulk = information * mean;
   for (const Parameter& p : kParameters) {
     if (p.by_bulk > 0 && options.*p.option > 0) {
-      const double average = mix(p.female, p.male, options.male);
+      const double average = between(p.female, p.male, options.male);
       const double found = std::log(options.*p.option / average) - p.by_stature * tall;
       const double weight = p.by_bulk / (p.residual * p.residual);
       bulk += weight * found;
       information += weight * p.by_bulk;
     }
   }
-  return mix(of_mass.female, of_mass.male, options.male) * std::exp(tall + 2 * bulk / information);
+  return between(of_mass.female, of_mass.male, options.male) *
+         std::exp(tall + 2 * bulk / information);
 }
 
 BodyMeasurements expected_measures(const DefaultHumanOptions& options) {
@@ -344,7 +345,7 @@ BodyMeasurements expected_measures(const DefaultHumanOptions& options) {
   double bulk = 1;
   for (std::size_t i = 0; i < kCount; ++i) {
     const Parameter& p = kParameters[i];
-    const double average = mix(p.female, p.male, options.male);
+    const double average = between(p.female, p.male, options.male);
     double value = options.*p.option;
     if (value == 0) {
       value = i == 1 ? likely_mass(options)

@@ -9,8 +9,6 @@
 namespace atelier {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 int axis_of(char letter) {
   return letter - 'X';
 }
@@ -60,12 +58,14 @@ Eigen::Vector3d euler_angles(const std::string& order, const Eigen::Matrix3d& ro
 Eigen::Vector3d euler_angles(const std::string& order, const Eigen::Matrix3d& rotation,
                              const Eigen::Vector3d& near) {
   const Eigen::Vector3d first = euler_angles(order, rotation);
-  const Eigen::Vector3d second(first[0] + kPi, kPi - first[1], first[2] + kPi);
+  const Eigen::Vector3d second(first[0] + std::numbers::pi, std::numbers::pi - first[1],
+                               first[2] + std::numbers::pi);
   Eigen::Vector3d best = first;
   double least = -1;
   for (Eigen::Vector3d angles : {first, second}) {
     for (int i = 0; i < 3; ++i) {
-      angles[i] += 2 * kPi * std::round((near[i] - angles[i]) / (2 * kPi));
+      angles[i] +=
+          2 * std::numbers::pi * std::round((near[i] - angles[i]) / (2 * std::numbers::pi));
     }
     const double off = (angles - near).cwiseAbs().sum();
     if (least < 0 || off < least) {

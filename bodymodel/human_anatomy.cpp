@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/smooth_step.h"
+
 namespace atelier {
 namespace {
 
@@ -123,11 +125,6 @@ double interpolate(const std::vector<HumanSection>& rows, double HumanSection::*
   const double t3 = t2 * t;
   return (2 * t3 - 3 * t2 + 1) * value(i) + (t3 - 2 * t2 + t) * m0 +
          (-2 * t3 + 3 * t2) * value(i + 1) + (t3 - t2) * m1;
-}
-
-double smooth_step(double x, double low, double high) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
 }
 
 constexpr double kAnkleHeight = 42;

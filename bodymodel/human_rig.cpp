@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "core/smooth_step.h"
+
 namespace atelier {
 namespace {
 
@@ -84,11 +86,6 @@ constexpr double kFingerLimit = 100;  // flexion 90 to 100 at each of the first 
 
 Vec3d mirrored(Vec3d p) {
   return {-p.x, p.y, p.z};
-}
-
-double smooth_step(double x, double low, double high) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
 }
 
 // Positions of the left-side and middle joints; zero where the right side's will be.

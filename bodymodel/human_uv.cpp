@@ -3,15 +3,26 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <tuple>
 #include <utility>
 
 namespace atelier {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-enum Island { Face, BackOfHead, Front, Back, Arm, HandBack, Palm, Leg, FootTop, Sole, IslandCount };
+enum Island {
+  FaceIsland,
+  BackOfHeadIsland,
+  FrontIsland,
+  BackIsland,
+  ArmIsland,
+  HandBackIsland,
+  PalmIsland,
+  LegIsland,
+  FootTopIsland,
+  SoleIsland,
+  IslandCount
+};
 
 // Where each island of the left half lies in the atlas: lower left corner and size; islands of the
 // middle hold both halves. The right side's limbs lie beside the left side's.
@@ -129,24 +140,24 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
     };
     const double along_arm = dot(p - j.wrist, arm_axis) / k;
     if (p.x > j.elbow.x && along_arm > 0) {
-      return dot(n, hand_up) > 0 ? HandBack : Palm;
+      return dot(n, hand_up) > 0 ? HandBackIsland : PalmIsland;
     }
     if (p.y < k * 52) {
       if (p.z > k * 76) {  // round toes: cut half way up
-        return n.y > 0 ? FootTop : Sole;
+        return n.y > 0 ? FootTopIsland : SoleIsland;
       }
-      return n.y > 0.25 * norm(n) || p.y > k * 14 ? FootTop : Sole;
+      return n.y > 0.25 * norm(n) || p.y > k * 14 ? FootTopIsland : SoleIsland;
     }
     if (count(3) >= 2 && p.y > k * 866) {
-      return p.z > head_centre.z ? Face : BackOfHead;
+      return p.z > head_centre.z ? FaceIsland : BackOfHeadIsland;
     }
     if (count(2) + count(4) >= 2 && dot(p - j.shoulder, {0.93, -0.37, 0}) > 0) {
-      return Arm;
+      return ArmIsland;
     }
     if (dot(p - j.hip, {0.61, -0.79, 0}) > 0 && p.y < k * 600) {
-      return Leg;
+      return LegIsland;
     }
-    return n.z > 0 ? Front : Back;
+    return n.z > 0 ? FrontIsland : BackIsland;
   };
   // A face's corner in its island, in metres.
   const auto place = [&](Island island, Vec3d p, double near_angle) -> std::array<double, 2> {
@@ -157,38 +168,38 @@ HumanAtlas human_atlas(const HumanTemplate& body, const Triangles& faces) {
       const HumanSection section =
           section_at(tube, std::clamp(tau, 0.0, static_cast<double>(tube.sections.size() - 1)));
       double angle = std::atan2(dot(q, tube.v) - section.cv, dot(q, tube.u) - section.cu) - cut;
-      while (angle < near_angle - kPi) {
-        angle += 2 * kPi;
+      while (angle < near_angle - std::numbers::pi) {
+        angle += 2 * std::numbers::pi;
       }
-      while (angle > near_angle + kPi) {
-        angle -= 2 * kPi;
+      while (angle > near_angle + std::numbers::pi) {
+        angle -= 2 * std::numbers::pi;
       }
       return {angle, -s};
     };
     switch (island) {
-      case Face:
-      case BackOfHead: {
+      case FaceIsland:
+      case BackOfHeadIsland: {
         Vec3d d = p - head_centre;
         d = (1 / norm(d)) * d;
-        const double z = island == Face ? d.z : -d.z;
+        const double z = island == FaceIsland ? d.z : -d.z;
         const double across = std::hypot(d.x, d.y);
         const double angle = std::acos(std::clamp(z, -1.0, 1.0));
         const double r = across > 1e-9 ? angle / across : 1;
-        return {(island == Face ? 1 : -1) * r * d.x, r * d.y};
+        return {(island == FaceIsland ? 1 : -1) * r * d.x, r * d.y};
       }
-      case Front:
+      case FrontIsland:
         return {p.x, p.y};
-      case Back:
+      case BackIsland:
         return {-p.x, p.y};
-      case Arm:
+      case ArmIsland:
         return round_tube(field.anatomy.arm, 0);
-      case Leg:
+      case LegIsland:
         return round_tube(field.anatomy.leg, 0);
-      case HandBack:
+      case HandBackIsland:
         return {dot(p - j.wrist, {0, 0, 1}), -dot(p - j.wrist, arm_axis)};
-      case Palm:
+      case PalmIsland:
         return {-dot(p - j.wrist, {0, 0, 1}), -dot(p - j.wrist, arm_axis)};
-      case FootTop: {
+      case FootTopIsland: {
         // Spread like a skirt: what is lower lies further out from the foot's middle line.
         const double ahead = std::clamp(p.z - j.ankle.z, 0.0, 70 * k);
         const double x = p.x - j.ankle.x - 0.09 * ahead;

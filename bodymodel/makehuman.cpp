@@ -12,7 +12,6 @@
 namespace atelier {
 namespace {
 
-constexpr double kMetresPerUnit = 0.1;
 constexpr const char* kBodyGroup = "body";
 constexpr double kMostMissing = 0.25;  // share of a body that macro targets may leave out
 
@@ -203,7 +202,7 @@ MakeHumanBody read_makehuman(const MakeHumanFiles& files, const MakeHumanOptions
   const VertexGroups groups = vertex_groups(polygons);
   MakeHumanBody body;
   body.base_vertices = body_vertices(groups, base_name);
-  body.base = kMetresPerUnit * polygons.vertices;
+  body.base = kMetresPerMakeHumanUnit * polygons.vertices;
   const Index base_count = body.base.rows();
   apply_macros(files, options.macros, body.base, body.findings, limits);
   double floor = body.base(body.base_vertices[0], 1);

@@ -10,8 +10,6 @@
 namespace atelier {
 namespace {
 
-constexpr double kMetresPerUnit = 0.1;  // MakeHuman works in decimetres
-
 struct Anchor {
   const char* name;
   double weight;
@@ -89,7 +87,7 @@ Blendshape read_target(std::span<const std::byte> bytes, const std::string& name
   Blendshape shape;
   shape.offsets.resize(static_cast<Index>(moved.size()), 3);
   for (const auto& [vertex, offset] : moved) {
-    shape.offsets.row(static_cast<Index>(shape.vertices.size())) = kMetresPerUnit * offset;
+    shape.offsets.row(static_cast<Index>(shape.vertices.size())) = kMetresPerMakeHumanUnit * offset;
     shape.vertices.push_back(vertex);
   }
   return shape;

@@ -11,6 +11,9 @@
 
 namespace atelier {
 
+/// MakeHuman works in decimetres.
+inline constexpr double kMetresPerMakeHumanUnit = 0.1;
+
 /// Reads a MakeHuman .target: lines "vertex dx dy dz" in decimetres, '#' comments. A target without
 /// lines is valid (the "average" ones are). Offsets in metres; a vertex named twice is added up.
 /// Throws DataError, with the line, for a vertex out of [0, base_vertices), a number that is not

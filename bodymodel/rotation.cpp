@@ -8,7 +8,6 @@
 namespace atelier {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kSeries = 1e-3;  // below this angle the series are exact to double precision
 
 // The scalar functions of t = |r| that every formula here is made of.
@@ -112,15 +111,15 @@ Eigen::Vector3d nearest_equivalent(const Eigen::Vector3d& r, const Eigen::Vector
   Eigen::Vector3d axis;
   if (t < 1e-9) {
     // No rotation: any axis serves, so the one that `near` turns about.
-    if (near.norm() < kPi) {
+    if (near.norm() < std::numbers::pi) {
       return r;
     }
     axis = near.normalized();
   } else {
     axis = r / t;
   }
-  const double turns = std::round((axis.dot(near) - t) / (2 * kPi));
-  return (t + 2 * kPi * turns) * axis;
+  const double turns = std::round((axis.dot(near) - t) / (2 * std::numbers::pi));
+  return (t + 2 * std::numbers::pi * turns) * axis;
 }
 
 }  // namespace atelier

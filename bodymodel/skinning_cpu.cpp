@@ -4,14 +4,14 @@
 namespace atelier {
 namespace {
 
-constexpr Index kGrain = 4096;
+constexpr Index kVerticesPerChunk = 4096;
 
 template <class Transform, class SkinOne>
 Points skin(const Points& rest, const SkinWeights& weights,
             const std::vector<Transform>& transforms, const SkinOne& skin_one) {
   Points skinned(rest.rows(), 3);
   const int slots = static_cast<int>(weights.weights.cols());
-  parallel_for(rest.rows(), kGrain, [&](Index begin, Index end) {
+  parallel_for(rest.rows(), kVerticesPerChunk, [&](Index begin, Index end) {
     const double* from = rest.data() + 3 * begin;
     double* to = skinned.data() + 3 * begin;
     const int* joints = weights.joints.data() + slots * begin;
@@ -36,7 +36,7 @@ Points skin_linear_cpu(const Points& rest, const SkinWeights& weights,
   if (vectors && has_avx2) {
     Points skinned(rest.rows(), 3);
     const int slots = static_cast<int>(weights.weights.cols());
-    parallel_for(rest.rows(), kGrain, [&](Index begin, Index end) {
+    parallel_for(rest.rows(), kVerticesPerChunk, [&](Index begin, Index end) {
       skin_linear_avx2(rest.data() + 3 * begin, weights.joints.data() + slots * begin,
                        weights.weights.data() + slots * begin, slots, transforms.data(),
                        end - begin, skinned.data() + 3 * begin);

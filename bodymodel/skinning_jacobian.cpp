@@ -10,7 +10,7 @@
 namespace atelier {
 namespace {
 
-constexpr Index kGrain = 256;
+constexpr Index kRowsPerChunk = 256;
 constexpr Index kMaxSlots = 32;
 
 using Matrix34 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
@@ -141,7 +141,7 @@ SkinRows skin_jacobian_rows(const BodyModel& model, const PosedBody& posed,
   const bool correct = posed.feature_gradient.rows() > 0;
   const Index slots = model.skin.weights.cols();
 
-  parallel_for(directions.rows(), kGrain, [&](Index first, Index last) {
+  parallel_for(directions.rows(), kRowsPerChunk, [&](Index first, Index last) {
     SlotPoints slot;
     for (Index i = first; i < last; ++i) {
       const int vertex = vertices[static_cast<std::size_t>(i)];

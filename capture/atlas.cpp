@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/cross.h"
 #include "core/error.h"
 
 namespace atelier {
 namespace {
 
 constexpr int kGrow = 8;
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 void grow(Atlas& atlas) {
   const int n = atlas.position.width;

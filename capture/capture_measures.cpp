@@ -36,13 +36,13 @@ Measure calibration(const std::vector<Camera>& truth, const std::vector<Camera>&
           Measure::Side::None,      "points of the capture volume, all cameras"};
 }
 
-struct Detections {
+struct DetectorErrors {
   std::vector<double> errors;  ///< px at 1000 rows
   int in_picture = 0;
 };
 
 /// Adds one picture's keypoints.
-void add_detections(Detections& all, const fs::path& file, const KeypointSchema& schema,
+void add_detections(DetectorErrors& all, const fs::path& file, const KeypointSchema& schema,
                     const CaptureTruth& truth, const TruthFrame& frame, const Camera& camera) {
   const nlohmann::json parsed = read_json(file);
   const std::vector<JsonPlace> people = JsonPlace(parsed, file.string()).items("people");
@@ -205,7 +205,7 @@ std::vector<Measure> measure_capture(const fs::path& capture) {
   const CaptureTruth truth = read_capture_truth(capture);
   const KeypointSchema& schema = keypoint_schema(info.keypoint_schema);
   std::vector<Measure> measures = {calibration(truth.cameras, read_cameras(capture))};
-  Detections detections;
+  DetectorErrors detections;
   double iou = 0;
   int pictures = 0;
   double deepest = 0;

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "capture/label_taxonomy.h"
+#include "capture/sentence.h"
 #include "core/error.h"
 #include "core/median.h"
 #include "core/sha256.h"
@@ -88,12 +89,6 @@ PictureFacts facts_of(const ByteImage& image, int frame_id) {
     facts.saturated = top / count;
   }
   return facts;
-}
-
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.0f%%", 100 * share);
-  return text;
 }
 
 void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& pictures,

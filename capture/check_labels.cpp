@@ -9,6 +9,7 @@
 
 #include "capture/keypoint_schema.h"
 #include "capture/label_taxonomy.h"
+#include "capture/sentence.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -35,12 +36,6 @@ constexpr std::array kJoints = {
     JointLabels{"left_ankle", {Label::Lower, Label::Shoes, Label::Dress, Label::Skin}},
     JointLabels{"right_ankle", {Label::Lower, Label::Shoes, Label::Dress, Label::Skin}},
 };
-
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.0f%%", 100 * share);
-  return text;
-}
 
 /// Where a joint is in a camera's picture, if it is known.
 std::optional<Eigen::Vector2d> pixel_of(const Dataset& dataset, const KeypointCheck& keypoints,

@@ -14,7 +14,6 @@
 namespace atelier {
 namespace {
 
-constexpr double kNowhere = 1000;  // px: of a point that has no place in the picture
 /// Times the usual error of a camera whose detections fit: one that counts less is held against
 /// points that the others alone made, and fits them less well than those do.
 constexpr double kFitsAlone = 2.5;

@@ -14,7 +14,6 @@ namespace atelier {
 namespace {
 
 constexpr double kFits = 12;         // px of a picture 1000 rows high: no detector is further off
-constexpr double kNowhere = 1000;    // px: of a point that has no place in the picture
 constexpr std::size_t kSample = 10;  // frames that a reading of all cameras is tried on
 
 /// How well all cameras fit together.

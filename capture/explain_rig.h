@@ -8,6 +8,9 @@
 
 namespace atelier {
 
+/// px: of a point that has no place in the picture.
+inline constexpr double kNowhere = 1000;
+
 /// The reading (camera_readings.h) under which all cameras fit together, where they do not as they
 /// were read: triangulates some frames under each. Nothing if none makes them fit.
 /// O(readings x cameras^3).

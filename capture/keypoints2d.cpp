@@ -13,7 +13,7 @@ namespace {
 /// Beyond this no detection lies, whatever the picture's size.
 constexpr double kFarthest = 1e6;
 
-Keypoints2d points_of(const JsonPlace& place, const std::vector<double>& values, double shift) {
+Keypoints2d keypoints_of(const JsonPlace& place, const std::vector<double>& values, double shift) {
   if (values.size() % 3 != 0) {
     place.fail(std::to_string(values.size()) + " numbers", "triples of x, y and confidence");
   }
@@ -76,7 +76,7 @@ std::vector<PersonKeypoints> parse_openpose(std::string_view text, const std::st
   for (const JsonPlace& entry : root.at("people").items()) {
     const JsonPlace body = entry.at("pose_keypoints_2d");
     PersonKeypoints person;
-    person.points = points_of(body, body.numbers(), shift);
+    person.points = keypoints_of(body, body.numbers(), shift);
     if (person.points.rows() == 0) {
       continue;  // what the detector writes for a person of whom only a hand was seen
     }
@@ -103,7 +103,7 @@ std::vector<PersonKeypoints> parse_easymocap_annotation(std::string_view text,
   for (const JsonPlace& entry : parsed.is_array() ? root.items() : root.at("annots").items()) {
     const JsonPlace body = entry.at("keypoints");
     PersonKeypoints person;
-    person.points = points_of(body, flat_numbers(body), shift);
+    person.points = keypoints_of(body, flat_numbers(body), shift);
     if (const auto id = entry.has("personID") ? entry.find("personID") : entry.find("id")) {
       person.id = id_of(*id);
     }

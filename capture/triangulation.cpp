@@ -17,7 +17,7 @@ constexpr double kLeastAngle = 0.052;  // rad between the rays of a pair that st
 constexpr double kOffFactor = 2;       // times the others' median error: the camera is named
 
 /// One camera's view of a keypoint.
-struct Sighting {
+struct ViewRay {
   std::size_t camera;
   Eigen::Vector2d pixel;
   double confidence;
@@ -30,11 +30,10 @@ double rows_factor(const Camera& camera) {
   return camera.height / 1000.0;
 }
 
-std::vector<Sighting> sightings_of(const std::vector<Camera>& cameras,
-                                   const Keypoints2d& detections,
-                                   const TriangulationOptions& options,
-                                   const std::vector<double>& scale) {
-  std::vector<Sighting> all;
+std::vector<ViewRay> sightings_of(const std::vector<Camera>& cameras, const Keypoints2d& detections,
+                                  const TriangulationOptions& options,
+                                  const std::vector<double>& scale) {
+  std::vector<ViewRay> all;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const auto row = static_cast<Index>(i);
     const double confidence = detections(row, 2);
@@ -57,7 +56,7 @@ std::vector<Sighting> sightings_of(const std::vector<Camera>& cameras,
 
 /// Middle of the shortest line between two rays; nothing where they are nearly parallel or meet
 /// behind a camera.
-std::optional<Eigen::Vector3d> between(const Sighting& a, const Sighting& b) {
+std::optional<Eigen::Vector3d> between(const ViewRay& a, const ViewRay& b) {
   const double cosine = a.direction.dot(b.direction);
   const double sine2 = 1 - cosine * cosine;
   if (sine2 < kLeastAngle * kLeastAngle) {
@@ -72,8 +71,8 @@ std::optional<Eigen::Vector3d> between(const Sighting& a, const Sighting& b) {
   return 0.5 * (a.origin + s * a.direction + b.origin + t * b.direction);
 }
 
-std::optional<Eigen::Vector2d> residual(const std::vector<Camera>& cameras,
-                                        const Sighting& sighting, const Eigen::Vector3d& place) {
+std::optional<Eigen::Vector2d> residual(const std::vector<Camera>& cameras, const ViewRay& sighting,
+                                        const Eigen::Vector3d& place) {
   const auto pixel = project(cameras[sighting.camera], place);
   if (!pixel) {
     return std::nullopt;
@@ -82,10 +81,10 @@ std::optional<Eigen::Vector2d> residual(const std::vector<Camera>& cameras,
 }
 
 /// Support of a place: each sighting adds up to its confidence.
-double support(const std::vector<Camera>& cameras, const std::vector<Sighting>& sightings,
+double support(const std::vector<Camera>& cameras, const std::vector<ViewRay>& sightings,
                const Eigen::Vector3d& place) {
   double sum = 0;
-  for (const Sighting& sighting : sightings) {
+  for (const ViewRay& sighting : sightings) {
     const auto off = residual(cameras, sighting, place);
     if (off && off->norm() < sighting.inlier) {
       const double share = off->squaredNorm() / (sighting.inlier * sighting.inlier);
@@ -106,10 +105,10 @@ struct Normal {
   Eigen::Vector3d vector = Eigen::Vector3d::Zero();
 };
 
-Normal normal_equations(const std::vector<Camera>& cameras, const std::vector<Sighting>& sightings,
+Normal normal_equations(const std::vector<Camera>& cameras, const std::vector<ViewRay>& sightings,
                         const Eigen::Vector3d& place, bool robust) {
   Normal normal;
-  for (const Sighting& sighting : sightings) {
+  for (const ViewRay& sighting : sightings) {
     const auto off = residual(cameras, sighting, place);
     const auto jacobian = project_jacobian(cameras[sighting.camera], place);
     if (!off || !jacobian || (!robust && off->norm() >= sighting.inlier)) {
@@ -125,7 +124,7 @@ Normal normal_equations(const std::vector<Camera>& cameras, const std::vector<Si
 
 /// The best of all pairs.
 std::optional<Eigen::Vector3d> first_place(const std::vector<Camera>& cameras,
-                                           const std::vector<Sighting>& sightings) {
+                                           const std::vector<ViewRay>& sightings) {
   std::optional<Eigen::Vector3d> best;
   double most = 0;
   for (std::size_t i = 0; i < sightings.size(); ++i) {
@@ -164,7 +163,7 @@ SpacePoint triangulate_point(const std::vector<Camera>& cameras, const Keypoints
                              const std::vector<double>& scale) {
   ATELIER_CHECK(detections.rows() == static_cast<Index>(cameras.size()), "a row for each camera");
   ATELIER_CHECK(scale.empty() || scale.size() == cameras.size(), "a scale for each camera");
-  const std::vector<Sighting> sightings = sightings_of(cameras, detections, options, scale);
+  const std::vector<ViewRay> sightings = sightings_of(cameras, detections, options, scale);
   const auto start = first_place(cameras, sightings);
   if (!start) {
     return {};
@@ -186,7 +185,7 @@ SpacePoint triangulate_point(const std::vector<Camera>& cameras, const Keypoints
   point.place = place;
   double squares = 0;
   double in_sigmas = 0;
-  for (const Sighting& sighting : sightings) {
+  for (const ViewRay& sighting : sightings) {
     const auto off = residual(cameras, sighting, place);
     if (off && off->norm() < sighting.inlier) {
       ++point.views;

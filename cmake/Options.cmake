@@ -23,6 +23,12 @@ else()
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
 
+# Six sources are one translation unit: from nothing everything is built in half the time, and one
+# changed source still in seconds. Two file-local things of one name may meet in a batch: the compiler
+# says so. -DCMAKE_UNITY_BUILD=OFF compiles each source alone.
+set(CMAKE_UNITY_BUILD ON CACHE BOOL "Compile sources in batches")
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 6)
+
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
   # ccache keeps nothing that uses precompiled headers unless it is told that their dates and macros

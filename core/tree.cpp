@@ -11,7 +11,7 @@
 namespace atelier {
 namespace {
 
-constexpr Index kGrain = 256;  // queries per chunk
+constexpr Index kQueriesPerChunk = 256;  // queries per chunk
 
 Vec3d vec(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
@@ -51,7 +51,7 @@ TreeHit<double> trace(const TreeView<double>& tree, const Ray& ray, bool any) {
 template <class T, class Answer>
 std::vector<T> answers(std::size_t n, const Answer& answer) {
   std::vector<T> results(n);
-  parallel_for(static_cast<Index>(n), kGrain, [&](Index begin, Index end) {
+  parallel_for(static_cast<Index>(n), kQueriesPerChunk, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i) {
       results[i] = answer(i);
     }

@@ -11,7 +11,7 @@
 namespace atelier {
 namespace {
 
-constexpr Index kGrain = 256;  // queries per chunk
+constexpr Index kPointsPerChunk = 256;  // queries per chunk
 
 template <class Row>
 Vec3d vec(const Row& row) {
@@ -152,7 +152,7 @@ std::vector<double> winding_numbers(const WindingTree& tree, const Points& queri
 #endif
   const WindingView<double> view = winding_view(tree);
   std::vector<double> numbers(all.size());
-  parallel_for(queries.rows(), kGrain, [&](Index begin, Index end) {
+  parallel_for(queries.rows(), kPointsPerChunk, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i) {
       numbers[i] = winding_in_tree(view, all[i], options.accuracy);
     }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "core/cross.h"
 #include "core/error.h"
 #include "core/topology.h"
 #include "registration/panel_energy.h"
@@ -17,10 +18,6 @@ namespace atelier {
 namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 void check_face_shapes(const Points& vertices, const Triangles& faces) {
   if (!vertices.allFinite()) {

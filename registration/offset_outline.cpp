@@ -6,16 +6,13 @@
 #include <map>
 #include <vector>
 
+#include "core/cross.h"
 #include "core/error.h"
 
 namespace atelier {
 namespace {
 
 using Vector2 = Eigen::Vector2d;
-
-double cross(const Vector2& a, const Vector2& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 /// Every edge moved outwards and joined to the next; it may cross itself.
 std::vector<Vector2> raw_offset(const std::vector<Vector2>& loop, double distance) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/cross.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -37,10 +38,6 @@ Stretches stretches_of(const Matrix2& f) {
     return r;
   };
   return {rotation(left), rotation(right), {turning + stretching, turning - stretching}};
-}
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
 }
 
 }  // namespace

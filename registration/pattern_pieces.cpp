@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/cross.h"
 #include "core/error.h"
 #include "core/topology.h"
 #include "registration/offset_outline.h"
@@ -14,10 +15,6 @@ namespace {
 
 using Vector2 = Eigen::Vector2d;
 using Run = std::vector<Vector2>;
-
-double cross(const Vector2& a, const Vector2& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 double length_of(const Run& run) {
   double length = 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "core/cross.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -46,10 +47,6 @@ Polyline fine_polyline(const Panel& panel, int edge_idx) {
         i == 0 ? 0 : line.lengths.back() + (line.points[i] - line.points[i - 1]).norm());
   }
   return line;
-}
-
-double cross(const Vector2& a, const Vector2& b) {
-  return a.x() * b.y() - a.y() * b.x();
 }
 
 bool segments_cross(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& d) {

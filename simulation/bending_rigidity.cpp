@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <unordered_map>
 
 #include "core/error.h"
 
 namespace atelier {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// Corners of a face in a plane whose x is the direction from which angles count.
 using FlatCorners = std::array<Eigen::Vector2d, 3>;
@@ -107,7 +106,7 @@ BendingRigidity bending_rigidity(const Garment& garment, int directions,
     return out;
   }
   for (int d = 0; d < directions; ++d) {
-    const double angle = kPi * d / directions;
+    const double angle = std::numbers::pi * d / directions;
     double energy = 0;
     for (std::size_t h = 0; h < sides.size(); ++h) {
       double jump = 0;

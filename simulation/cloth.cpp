@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <queue>
 #include <tuple>
 
@@ -13,8 +14,6 @@
 
 namespace atelier {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// Flat shape of one face: its corners in the plane of the pattern (y is warp), or of the template.
 struct FlatFace {
@@ -64,7 +63,7 @@ std::vector<FlatFace> flat_faces(const Garment& garment, double min_angle_deg) {
     }
     // The smallest angle faces the shortest edge; height over the longest edge bounds its sine.
     const double sine = longest > 0 ? 2 * flat.area / (longest * longest) : 0;
-    if (!(sine > std::sin(min_angle_deg * kPi / 180) * 0.5)) {
+    if (!(sine > std::sin(min_angle_deg * std::numbers::pi / 180) * 0.5)) {
       throw DataError(garment.name, face_name(f), "a degenerate triangle of the rest shape",
                       "triangles with corners above " + std::to_string(min_angle_deg) +
                           " degrees; remesh the garment");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "core/error.h"
@@ -9,8 +10,6 @@
 
 namespace atelier {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// The ring between `inner` and `outer` rings of radius `step` each, of which ring r has 6 r
 /// vertices: the part of a disc of triangles that hangs.
@@ -23,7 +22,7 @@ Mesh ring_mesh(int inner, int outer, double step) {
   mesh.vertices.resize(first[outer + 1], 3);
   for (int r = inner; r <= outer; ++r) {
     for (int i = 0; i < 6 * r; ++i) {
-      const double angle = 2 * kPi * i / (6 * r);
+      const double angle = 2 * std::numbers::pi * i / (6 * r);
       mesh.vertices.row(first[r] + i) << r * step * std::cos(angle), 0, -r * step * std::sin(angle);
     }
   }
@@ -146,9 +145,9 @@ CusickDrape cusick_drape(const Material& material, const CusickOptions& options,
   out.mesh = garment.mesh;
   out.mesh.vertices = state.positions;
   out.rest_speed = state.velocities.rowwise().norm().maxCoeff();
-  const double disc_area = kPi * disc * disc;
+  const double disc_area = std::numbers::pi * disc * disc;
   const double area = shadow_area(out.mesh, disc, 1.05 * specimen);
-  out.coefficient = 100 * (area - disc_area) / (kPi * specimen * specimen - disc_area);
+  out.coefficient = 100 * (area - disc_area) / (std::numbers::pi * specimen * specimen - disc_area);
   return out;
 }
 

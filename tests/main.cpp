@@ -10,7 +10,7 @@
 #define ATELIER_SMALL_PROGRAM ""
 #endif
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 std::filesystem::path source_directory() {
   return ATELIER_SOURCE_DIR;
@@ -24,10 +24,10 @@ std::string small_program_path() {
   return ATELIER_SMALL_PROGRAM;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  const atelier::testing::TemporaryRoot root;
+  const atelier::fixtures::TemporaryRoot root;
   return RUN_ALL_TESTS();
 }

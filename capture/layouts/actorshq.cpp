@@ -16,8 +16,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kWorld = {1, ""};
-const FileWorld kWritten = {1, "y"};
+const FileWorld kActorsHqWorld = {1, ""};
+const FileWorld kActorsHqWritten = {1, "y"};
 
 /// The folder of one resolution: the one named, else the finest that is there.
 fs::path scale_folder(const fs::path& path) {
@@ -145,7 +145,7 @@ Dataset read_actorshq(const fs::path& path, const DatasetOptions& /*options*/,
   dataset.cameras =
       parse_actorshq_cameras(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kWorld;
+  dataset.file_world = kActorsHqWorld;
   dataset.info.keypoint_schema.clear();
   dataset = with_pictures(std::move(dataset), &CameraFrames::images, folder / "rgbs", limits);
   dataset = with_pictures(std::move(dataset), &CameraFrames::masks, folder / "masks", limits);
@@ -159,7 +159,7 @@ std::vector<std::string> write_actorshq(const LayoutSource& source, const fs::pa
   std::string csv = "name,w,h,rx,ry,rz,tx,ty,tz,fx,fy,px,py\n";
   const fs::path scale = out / "1x";
   make_private_directory(scale);
-  const std::vector<Camera> cameras = cameras_in(source, kWritten);
+  const std::vector<Camera> cameras = cameras_in(source, kActorsHqWritten);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
     if (camera.gain != Eigen::Vector3d::Ones()) {

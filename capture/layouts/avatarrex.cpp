@@ -15,8 +15,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kWorld = {1, ""};
-const FileWorld kWritten = {1, "y"};
+const FileWorld kAvatarRexWorld = {1, ""};
+const FileWorld kAvatarRexWritten = {1, "y"};
 
 /// Eight digits, as both data sets have them.
 std::string eight_digits(int frame) {
@@ -37,7 +37,7 @@ Dataset read_cameras_of(const fs::path& file, const Limits& limits) {
   dataset.cameras =
       parse_avatarrex_cameras(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kWorld;
+  dataset.file_world = kAvatarRexWorld;
   dataset.info.keypoint_schema.clear();
   if (fs::exists(dataset.root / "missing_img_files.txt")) {
     dataset.findings.push_back({Severity::Note, "missing-frames-listed",
@@ -55,7 +55,7 @@ std::vector<std::string> write_files(const LayoutSource& source, const fs::path&
   std::vector<std::string> lost = {
       "frame rate, keypoints and labels are left out (masks of the person are kept)"};
   nlohmann::ordered_json root;
-  const std::vector<Camera> cameras = cameras_in(source, kWritten);
+  const std::vector<Camera> cameras = cameras_in(source, kAvatarRexWritten);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
     const OpencvCamera opencv = opencv_of(camera);

@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Nothing is said of the world; ours is written as it is.
-const FileWorld kWorld = {0, ""};
-const FileWorld kWritten = {1, "y"};
+const FileWorld kColmapWorld = {0, ""};
+const FileWorld kColmapWritten = {1, "y"};
 
 /// COLMAP's camera models (src/colmap/sensor/models.h). `slots` says what each parameter is: f both
 /// focal lengths, x and y one each, u and v the principal point, 0 to 7 a coefficient of ours.
@@ -34,7 +34,7 @@ struct Model {
   Distortion distortion;
   int parameters;
 };
-constexpr std::array kModels = {
+constexpr std::array kColmapModels = {
     Model{0, "SIMPLE_PINHOLE", "fuv", Distortion::None, 3},
     Model{1, "PINHOLE", "xyuv", Distortion::None, 4},
     Model{2, "SIMPLE_RADIAL", "fuv0", Distortion::Brown, 4},
@@ -51,7 +51,7 @@ constexpr std::array kModels = {
 
 std::string read_models() {
   std::string names;
-  for (const Model& model : kModels) {
+  for (const Model& model : kColmapModels) {
     if (model.slots != nullptr) {
       names += (names.empty() ? "" : ", ") + std::string(model.name);
     }
@@ -97,7 +97,7 @@ std::pair<const Model*, std::vector<double>> model_of(const Camera& camera) {
                  : camera.distortion_model == Distortion::None  ? 1
                  : rational                                     ? 6
                                                                 : 4;
-  const Model& model = kModels[static_cast<std::size_t>(id)];
+  const Model& model = kColmapModels[static_cast<std::size_t>(id)];
   std::vector<double> values = {camera.fx, camera.fy, camera.cx, camera.cy};
   values.insert(values.end(), d.begin(), d.begin() + (model.parameters - 4));
   return {&model, values};
@@ -189,7 +189,7 @@ Dataset dataset_of_model(const fs::path& path, const std::map<std::uint32_t, Cam
     }
   }
   dataset.root = root;
-  dataset.file_world = kWorld;
+  dataset.file_world = kColmapWorld;
   return dataset;
 }
 
@@ -201,7 +201,7 @@ struct WrittenModel {
 
 WrittenModel write_pictures(const LayoutSource& source, const fs::path& out) {
   WrittenModel model;
-  model.cameras = cameras_in(source, kWritten);
+  model.cameras = cameras_in(source, kColmapWritten);
   std::uint32_t id = 0;
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
     const Camera& camera = model.cameras[c];
@@ -310,9 +310,9 @@ std::map<std::uint32_t, Camera> parse_colmap_cameras_text(std::string_view text,
   TextScanner scanner(text, file, limits.line_bytes);
   each_numbered(scanner, "CAMERA_ID", limits, [&](std::uint32_t id, const auto& fail) {
     const std::string name(scanner.next_word());
-    const auto* model = std::find_if(kModels.begin(), kModels.end(),
+    const auto* model = std::find_if(kColmapModels.begin(), kColmapModels.end(),
                                      [&](const Model& known) { return known.name == name; });
-    if (model == kModels.end() || model->slots == nullptr) {
+    if (model == kColmapModels.end() || model->slots == nullptr) {
       fail("the camera model " + in_quotes(name), "one of " + read_models());
     }
     const std::int64_t width = scanner.integer("WIDTH");
@@ -369,9 +369,9 @@ std::map<std::uint32_t, Camera> parse_colmap_cameras_binary(std::span<const std:
   for (std::size_t i = 0; i < count; ++i) {
     const auto id = reader.little<std::uint32_t>("camera id");
     const auto number = reader.little<std::int32_t>("camera model");
-    const auto* model = std::find_if(kModels.begin(), kModels.end(),
+    const auto* model = std::find_if(kColmapModels.begin(), kColmapModels.end(),
                                      [&](const Model& known) { return known.id == number; });
-    if (model == kModels.end() || model->slots == nullptr) {
+    if (model == kColmapModels.end() || model->slots == nullptr) {
       fail("the camera model " + std::to_string(number), "one of " + read_models());
     }
     const auto width = reader.little<std::uint64_t>("width");

@@ -18,9 +18,9 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kWorld = {1, ""};
-const FileWorld kWritten = {1, "y"};
-constexpr double kFps = 15;
+const FileWorld kDnaWorld = {1, ""};
+const FileWorld kDnaWritten = {1, "y"};
+constexpr double kDnaFps = 15;
 
 /// main/<id>.smc and its annotations; empty if there are none.
 struct Files {
@@ -117,7 +117,7 @@ Dataset read_dna(const fs::path& path, const DatasetOptions& /*options*/, const 
   }
   Dataset dataset;
   dataset.root = path;
-  dataset.file_world = kWorld;
+  dataset.file_world = kDnaWorld;
   dataset.keypoint_file = KeypointFile::Rows;
   dataset.keypoint_shift = 0.5;
   dataset.info.keypoint_schema.clear();
@@ -234,7 +234,7 @@ Dataset read_dna(const fs::path& path, const DatasetOptions& /*options*/, const 
                                 files.main.string() + ": " + name, why,
                                 "nothing, if it is not needed"});
   }
-  dataset.info.sequences.push_back({"capture", "clothed", kFps, {}});
+  dataset.info.sequences.push_back({"capture", "clothed", kDnaFps, {}});
   return dataset;
 }
 
@@ -248,7 +248,7 @@ std::vector<std::string> write_dna(const LayoutSource& source, const fs::path& o
   images.schema = "dna.main";
   Archive annotations;
   annotations.schema = "dna.annotations";
-  const std::vector<Camera> cameras = cameras_in(source, kWritten);
+  const std::vector<Camera> cameras = cameras_in(source, kDnaWritten);
   const auto frame_count = static_cast<std::int64_t>(source.sequence.frame_ids.size());
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];

@@ -17,7 +17,7 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kWorld = {1, "z"};
+const FileWorld kEasyMocapWorld = {1, "z"};
 
 const RowMatrix& matrix_of_key(const OpencvYaml& yaml, const std::string& key, Index rows,
                                Index cols, const std::string& file) {
@@ -183,7 +183,7 @@ Dataset read_easymocap(const fs::path& path, const DatasetOptions& /*options*/,
   }
   Dataset dataset;
   dataset.root = path;
-  dataset.file_world = kWorld;
+  dataset.file_world = kEasyMocapWorld;
   dataset.cameras = parse_easymocap_cameras(
       read_file_text(path / "intri.yml", limits.text_file_bytes),
       read_file_text(path / "extri.yml", limits.text_file_bytes), path.string(), limits);
@@ -218,7 +218,7 @@ Dataset read_easymocap(const fs::path& path, const DatasetOptions& /*options*/,
 
 std::vector<std::string> write_easymocap(const LayoutSource& source, const fs::path& out) {
   std::vector<std::string> lost;
-  const std::vector<Camera> cameras = cameras_in(source, kWorld);
+  const std::vector<Camera> cameras = cameras_in(source, kEasyMocapWorld);
   std::string intrinsics = names_yaml(cameras);
   std::string extrinsics = names_yaml(cameras);
   int number = 0;

@@ -17,10 +17,10 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kWorld = {0.001, ""};
-const FileWorld kWritten = {0.001, "y"};
+const FileWorld kGoliathWorld = {0.001, ""};
+const FileWorld kGoliathWritten = {0.001, "y"};
 
-fs::path calibration_file(const fs::path& path) {
+fs::path goliath_calibration(const fs::path& path) {
   const fs::path file = fs::is_regular_file(path) ? path : path / "camera_calibration.json";
   return file.filename() == "camera_calibration.json" && fs::is_regular_file(file) ? file
                                                                                    : fs::path();
@@ -42,7 +42,7 @@ Dataset with_zips(Dataset dataset, std::map<int, DataPlace> CameraFrames::*kind,
 }  // namespace
 
 std::string recognize_goliath(const fs::path& path) {
-  const fs::path file = calibration_file(path);
+  const fs::path file = goliath_calibration(path);
   return file.empty() ? "" : "camera_calibration.json";
 }
 
@@ -86,7 +86,7 @@ std::vector<Camera> parse_goliath_cameras(std::string_view text, const std::stri
 
 Dataset read_goliath(const fs::path& path, const DatasetOptions& /*options*/,
                      const Limits& limits) {
-  const fs::path file = calibration_file(path);
+  const fs::path file = goliath_calibration(path);
   if (file.empty()) {
     throw DataError(path.string(), "", "no camera_calibration.json", "the file of KRT");
   }
@@ -96,7 +96,7 @@ Dataset read_goliath(const fs::path& path, const DatasetOptions& /*options*/,
   dataset.cameras =
       parse_goliath_cameras(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kWorld;
+  dataset.file_world = kGoliathWorld;
   dataset.info.keypoint_schema.clear();
   dataset.info.label_taxonomy = "goliath_28";
   dataset = with_zips(std::move(dataset), &CameraFrames::images, root / "image", limits);
@@ -122,7 +122,7 @@ std::vector<std::string> write_goliath(const LayoutSource& source, const fs::pat
   nlohmann::ordered_json root;
   root["KRT"] = nlohmann::ordered_json::array();
   make_private_directory(out / "image");
-  const std::vector<Camera> cameras = cameras_in(source, kWritten);
+  const std::vector<Camera> cameras = cameras_in(source, kGoliathWritten);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
     const OpencvCamera opencv = opencv_of(camera);

@@ -15,8 +15,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kWorld = {0.001, "z"};
-constexpr double kFps = 50;
+const FileWorld kHuman36mWorld = {0.001, "z"};
+constexpr double kHuman36mFps = 50;
 
 /// Rows of the pictures of the data set's own four cameras; they are 1000 pixels wide.
 int known_height(const std::string& id) {
@@ -26,7 +26,7 @@ int known_height(const std::string& id) {
   return id == "55011271" || id == "58860488" ? 1000 : 0;
 }
 
-fs::path calibration_file(const fs::path& path) {
+fs::path human36m_calibration(const fs::path& path) {
   if (fs::is_regular_file(path)) {
     return path.filename().string().ends_with("camera-parameters.json") ? path : fs::path();
   }
@@ -37,7 +37,7 @@ fs::path calibration_file(const fs::path& path) {
 }  // namespace
 
 std::string recognize_human36m(const fs::path& path) {
-  const fs::path file = calibration_file(path);
+  const fs::path file = human36m_calibration(path);
   return file.empty() ? "" : file.filename().string();
 }
 
@@ -90,7 +90,7 @@ std::vector<Camera> parse_human36m_cameras(std::string_view text, const std::str
 }
 
 Dataset read_human36m(const fs::path& path, const DatasetOptions& options, const Limits& limits) {
-  const fs::path file = calibration_file(path);
+  const fs::path file = human36m_calibration(path);
   if (file.empty()) {
     throw DataError(path.string(), "", "no camera-parameters.json", "the calibration");
   }
@@ -100,13 +100,13 @@ Dataset read_human36m(const fs::path& path, const DatasetOptions& options, const
   dataset.cameras = parse_human36m_cameras(read_file_text(file, limits.text_file_bytes),
                                            options.subject, file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kWorld;
+  dataset.file_world = kHuman36mWorld;
   dataset.info.keypoint_schema.clear();
   dataset.info.subject = options.subject == "auto" ? "" : options.subject;
   for (const char* base : {"images", "videos"}) {
     dataset = with_pictures(std::move(dataset), &CameraFrames::images, root / base, limits);
   }
-  dataset.info.sequences.push_back({"capture", "clothed", kFps, {}});
+  dataset.info.sequences.push_back({"capture", "clothed", kHuman36mFps, {}});
   return dataset;
 }
 
@@ -117,7 +117,7 @@ std::vector<std::string> write_human36m(const LayoutSource& source, const fs::pa
   nlohmann::ordered_json root;
   const std::string subject =
       source.dataset().info.subject.empty() ? "S1" : source.dataset().info.subject;
-  const std::vector<Camera> cameras = cameras_in(source, kWorld);
+  const std::vector<Camera> cameras = cameras_in(source, kHuman36mWorld);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
     const OpencvCamera opencv = opencv_of(camera);

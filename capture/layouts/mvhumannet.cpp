@@ -18,8 +18,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kWorld = {0, ""};
-const FileWorld kWritten = {1, "y"};
+const FileWorld kMvHumanNetWorld = {0, ""};
+const FileWorld kMvHumanNetWritten = {1, "y"};
 
 /// "CC32871A004" of "1_CC32871A004.png".
 std::string camera_name(const std::string& key) {
@@ -120,7 +120,7 @@ Dataset read_mvhumannet(const fs::path& path, const DatasetOptions& options, con
       read_file_text(path / "camera_extrinsics.json", limits.text_file_bytes), path.string(),
       limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kWorld;
+  dataset.file_world = kMvHumanNetWorld;
   const fs::path scale = path / "camera_scale.pkl";
   constexpr std::int64_t kSmall = 4096;
   if (fs::is_regular_file(scale) && fs::file_size(scale) <= kSmall) {
@@ -157,7 +157,7 @@ std::vector<std::string> write_mvhumannet(const LayoutSource& source, const fs::
       "expect"};
   nlohmann::ordered_json intrinsics;
   nlohmann::ordered_json extrinsics;
-  const std::vector<Camera> cameras = cameras_in(source, kWritten);
+  const std::vector<Camera> cameras = cameras_in(source, kMvHumanNetWritten);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
     const OpencvCamera opencv = opencv_of(camera);

@@ -18,8 +18,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kWorld = {0, "z"};
-const FileWorld kWritten = {1, "z"};
+const FileWorld kNerfstudioWorld = {0, "z"};
+const FileWorld kNerfstudioWritten = {1, "z"};
 
 /// From their camera (x right, y up, z back) to ours and back.
 const Eigen::DiagonalMatrix<double, 3> kAxes(1, -1, -1);
@@ -193,7 +193,7 @@ Dataset read_nerfstudio(const fs::path& path, const DatasetOptions& /*options*/,
   }
   Dataset dataset = dataset_of(posed, file.string());
   dataset.root = root;
-  dataset.file_world = kWorld;
+  dataset.file_world = kNerfstudioWorld;
   return dataset;
 }
 
@@ -202,7 +202,7 @@ std::vector<std::string> write_nerfstudio(const LayoutSource& source, const fs::
       "keypoints and labels are left out (masks of the person are kept)"};
   nlohmann::ordered_json root;
   root["frames"] = nlohmann::ordered_json::array();
-  const std::vector<Camera> cameras = cameras_in(source, kWritten);
+  const std::vector<Camera> cameras = cameras_in(source, kNerfstudioWritten);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
     Eigen::Matrix4d world_from_camera = Eigen::Matrix4d::Identity();

@@ -60,9 +60,9 @@ std::vector<Line> lines_of(std::string_view text, const std::string& file, const
   return lines;
 }
 
-class Parser {
+class YamlParser {
  public:
-  Parser(std::vector<Line> lines, std::string file)
+  YamlParser(std::vector<Line> lines, std::string file)
       : lines_(std::move(lines)), file_(std::move(file)) {}
 
   OpencvYaml parse() {
@@ -213,7 +213,7 @@ OpencvYaml parse_opencv_yaml(std::string_view text, const std::string& file, con
     throw DataError(file, "", std::to_string(text.size()) + " bytes",
                     "at most " + std::to_string(limits.text_file_bytes));
   }
-  return Parser(lines_of(text, file, limits), file).parse();
+  return YamlParser(lines_of(text, file, limits), file).parse();
 }
 
 std::string opencv_yaml_matrix(const std::string& name, const RowMatrix& matrix) {

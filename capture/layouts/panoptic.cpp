@@ -15,10 +15,10 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kWorld = {0.01, "-y"};
-constexpr double kFps = 29.97;
+const FileWorld kPanopticWorld = {0.01, "-y"};
+constexpr double kPanopticFps = 29.97;
 
-fs::path calibration_file(const fs::path& path) {
+fs::path panoptic_calibration(const fs::path& path) {
   const auto is_one = [](const fs::path& file) {
     const std::string name = file.filename().string();
     return name.starts_with("calibration_") && name.ends_with(".json") &&
@@ -42,7 +42,7 @@ std::string two_digits(std::size_t i) {
 }  // namespace
 
 std::string recognize_panoptic(const fs::path& path) {
-  const fs::path file = calibration_file(path);
+  const fs::path file = panoptic_calibration(path);
   return file.empty() ? "" : file.filename().string();
 }
 
@@ -75,7 +75,7 @@ std::vector<Camera> parse_panoptic_cameras(std::string_view text, const std::str
 
 Dataset read_panoptic(const fs::path& path, const DatasetOptions& /*options*/,
                       const Limits& limits) {
-  const fs::path file = calibration_file(path);
+  const fs::path file = panoptic_calibration(path);
   if (file.empty()) {
     throw DataError(path.string(), "", "no calibration_*.json", "the calibration of the sequence");
   }
@@ -84,7 +84,7 @@ Dataset read_panoptic(const fs::path& path, const DatasetOptions& /*options*/,
   dataset.cameras =
       parse_panoptic_cameras(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kWorld;
+  dataset.file_world = kPanopticWorld;
   dataset.info.keypoint_schema.clear();
   for (const std::string kind : {"hd", "vga", "kinect"}) {
     for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
@@ -104,7 +104,7 @@ Dataset read_panoptic(const fs::path& path, const DatasetOptions& /*options*/,
   dataset = with_pictured_cameras(std::move(dataset));
   dataset.keypoints3d = numbered_files(dataset.root / "hdPose3d_stage1_coco19", {".json"}, limits);
   dataset.keypoint_schema_3d = "coco_19";
-  dataset.info.sequences.push_back({"capture", "clothed", kFps, {}});
+  dataset.info.sequences.push_back({"capture", "clothed", kPanopticFps, {}});
   return dataset;
 }
 
@@ -116,7 +116,7 @@ std::vector<std::string> write_panoptic(const LayoutSource& source, const fs::pa
   nlohmann::ordered_json root;
   root["calibDataSource"] = source.sequence.name;
   root["cameras"] = nlohmann::ordered_json::array();
-  const std::vector<Camera> cameras = cameras_in(source, kWorld);
+  const std::vector<Camera> cameras = cameras_in(source, kPanopticWorld);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
     const OpencvCamera opencv = opencv_of(camera);

@@ -16,7 +16,7 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kWorld = {0.001, "z"};
+const FileWorld kQualisysWorld = {0.001, "z"};
 constexpr double kSubPixels = 64;  ///< QTM's units in a pixel
 
 /// Turns QTM's camera (x right, y up, z back) to ours.
@@ -34,7 +34,7 @@ double number_of(const XmlElement& element, const std::string& key, const std::s
   return value;
 }
 
-fs::path calibration_file(const fs::path& path) {
+fs::path qualisys_calibration(const fs::path& path) {
   if (fs::is_regular_file(path)) {
     return path.filename().string().ends_with(".qca.txt") ? path : fs::path();
   }
@@ -58,7 +58,7 @@ std::string escaped(const std::string& text) {
 }  // namespace
 
 std::string recognize_qualisys(const fs::path& path) {
-  const fs::path file = calibration_file(path);
+  const fs::path file = qualisys_calibration(path);
   return file.empty() ? "" : file.filename().string();
 }
 
@@ -148,7 +148,7 @@ std::vector<Camera> parse_qualisys(std::string_view text, const std::string& fil
 
 Dataset read_qualisys(const fs::path& path, const DatasetOptions& /*options*/,
                       const Limits& limits) {
-  const fs::path file = calibration_file(path);
+  const fs::path file = qualisys_calibration(path);
   if (file.empty()) {
     throw DataError(path.string(), "", "no *.qca.txt", "a calibration of QTM");
   }
@@ -158,7 +158,7 @@ Dataset read_qualisys(const fs::path& path, const DatasetOptions& /*options*/,
   dataset.cameras =
       parse_qualisys(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kWorld;
+  dataset.file_world = kQualisysWorld;
   return with_pose2sim_frames(std::move(dataset), limits);
 }
 
@@ -168,7 +168,7 @@ std::vector<std::string> write_qualisys(const LayoutSource& source, const fs::pa
   std::string text =
       "<?xml version='1.0' encoding='UTF-8'?>\n<calibration type=\"regular\" "
       "source=\"atelier\">\n  <cameras>\n";
-  const std::vector<Camera> cameras = cameras_in(source, kWorld);
+  const std::vector<Camera> cameras = cameras_in(source, kQualisysWorld);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
     const OpencvCamera opencv = opencv_of(camera);

@@ -17,9 +17,9 @@ bool is_name(char c) {
          c == '-' || c == '.' || c == ':';
 }
 
-class Parser {
+class XmlParser {
  public:
-  Parser(std::string_view text, const std::string& file, const Limits& limits)
+  XmlParser(std::string_view text, const std::string& file, const Limits& limits)
       : text_(text), file_(file), limits_(limits) {}
 
   std::vector<XmlElement> parse() {
@@ -231,7 +231,7 @@ std::vector<XmlElement> parse_xml_elements(std::string_view text, const std::str
     throw DataError(file, "", std::to_string(text.size()) + " bytes",
                     "at most " + std::to_string(limits.text_file_bytes));
   }
-  return Parser(text, file, limits).parse();
+  return XmlParser(text, file, limits).parse();
 }
 
 }  // namespace atelier

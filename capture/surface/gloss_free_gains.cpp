@@ -17,7 +17,7 @@ constexpr double kHold = 0.02;            // how far gloss may have put the give
 // Samples of a camera that count as independent: gloss and wrong places are alike nearby.
 constexpr double kIndependent = 200;
 constexpr std::size_t kLeastSamples = 100;
-constexpr int kRounds = 20;
+constexpr int kGainRounds = 20;
 
 /// Without the part along white.
 Vector chroma(const Vector& color) {
@@ -47,7 +47,7 @@ MeasuredGains gloss_free_gains(const std::vector<std::vector<ColorSample>>& plac
   MeasuredGains result = first;
   Eigen::MatrixX3d& found = result.gain;
   double scale = 0.1;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kGainRounds; ++round) {
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(unknowns, unknowns);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
     std::vector<double> residuals;
@@ -113,7 +113,7 @@ MeasuredGains gloss_free_gains(const std::vector<std::vector<ColorSample>>& plac
       found.row(a).array() *= (-change.segment<3>(3 * a).array()).exp().transpose();
     }
     scale = std::max(1.4826 * median(residuals), 1e-4);
-    if (change.cwiseAbs().maxCoeff() < 1e-9 || round + 1 == kRounds) {
+    if (change.cwiseAbs().maxCoeff() < 1e-9 || round + 1 == kGainRounds) {
       const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
       const Eigen::VectorXd deviation = inverse.diagonal().cwiseMax(0).cwiseSqrt();
       for (Index a = 0; a < cameras; ++a) {

@@ -17,7 +17,7 @@
 namespace atelier {
 namespace {
 
-constexpr std::uint64_t kMaxCorners = 1024;  // ear clipping costs the square
+constexpr std::uint64_t kMaxFaceCorners = 1024;  // ear clipping costs the square
 
 /// What a vertex property means.
 enum Role { X, Y, Z, Nx, Ny, Nz, Red, Green, Blue, U, V, Label, Confidence, Roles };
@@ -350,9 +350,9 @@ void PlyBody<Source>::read_faces(const PlyElement& element) {
 template <class Source>
 void PlyBody<Source>::read_polygon(const PlyProperty& property, std::uint64_t row) {
   const std::uint64_t length = list_length(property);
-  if (length < 3 || length > kMaxCorners) {
+  if (length < 3 || length > kMaxFaceCorners) {
     fail_row("face", row, std::to_string(length) + " corners",
-             "3 to " + std::to_string(kMaxCorners));
+             "3 to " + std::to_string(kMaxFaceCorners));
   }
   triangles_ += static_cast<std::int64_t>(length) - 2;
   if (triangles_ > limits_.mesh_faces) {
@@ -373,7 +373,7 @@ void PlyBody<Source>::read_polygon(const PlyProperty& property, std::uint64_t ro
 template <class Source>
 void PlyBody<Source>::read_corner_uvs(const PlyProperty& property) {
   const std::uint64_t length = list_length(property);
-  if (length > 2 * kMaxCorners) {
+  if (length > 2 * kMaxFaceCorners) {
     source_.fail("texcoord of " + std::to_string(length) + " numbers", "two a corner");
   }
   uv_list_.clear();

@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "core/cross.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -47,10 +48,6 @@ constexpr Unit kUnits[] = {{"m", 1},
 
 using Corner = int;  // of a polygon, from 0
 using Ear = std::array<Corner, 3>;
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 /// Twice the signed area.
 double turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {

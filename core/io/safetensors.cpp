@@ -148,15 +148,15 @@ void append(std::vector<std::byte>& bytes, std::string_view text) {
 }
 
 /// What the beginning of a file says of all of it.
-struct Layout {
+struct TensorFileLayout {
   std::map<std::string, std::string> metadata;
   std::vector<Entry> entries;  ///< sorted; the file's bytes from `data_at` on, without a gap
   std::size_t data_at = 0;
 };
 
 /// @param start  the file, or so much of it that the longest header is in it
-Layout layout_of(std::span<const std::byte> start, std::uint64_t file_bytes,
-                 const std::string& file, const Limits& limits) {
+TensorFileLayout tensor_file_layout(std::span<const std::byte> start, std::uint64_t file_bytes,
+                                    const std::string& file, const Limits& limits) {
   ByteReader reader(start, file);
   const auto header_bytes = reader.little<std::uint64_t>("the header's length");
   if (header_bytes > static_cast<std::uint64_t>(limits.safetensors_header_bytes)) {
@@ -173,7 +173,7 @@ Layout layout_of(std::span<const std::byte> start, std::uint64_t file_bytes,
     reader.fail(std::to_string(header.size()) + " tensors",
                 "at most " + std::to_string(limits.safetensors_entries));
   }
-  Layout layout;
+  TensorFileLayout layout;
   std::vector<Entry>& entries = layout.entries;
   const HeaderReader header_reader(file, limits);
   for (const auto& [name, value] : header.items()) {
@@ -214,7 +214,7 @@ Layout layout_of(std::span<const std::byte> start, std::uint64_t file_bytes,
 
 Safetensors parse_safetensors(std::span<const std::byte> bytes, const std::string& file,
                               const Limits& limits) {
-  const Layout layout = layout_of(bytes, bytes.size(), file, limits);
+  const TensorFileLayout layout = tensor_file_layout(bytes, bytes.size(), file, limits);
   Safetensors content;
   content.metadata = layout.metadata;
   for (const Entry& entry : layout.entries) {
@@ -234,7 +234,7 @@ Safetensors parse_safetensors(std::span<const std::byte> bytes, const std::strin
 Safetensors read_safetensors(const std::filesystem::path& path, const Limits& limits) {
   const FileStart start =
       read_file_start(path, 8 + limits.safetensors_header_bytes, limits.tensor_bytes);
-  layout_of(start.bytes, start.file_bytes, path.string(), limits);
+  tensor_file_layout(start.bytes, start.file_bytes, path.string(), limits);
   return parse_safetensors(read_file_bytes(path, limits.tensor_bytes), path.string(), limits);
 }
 

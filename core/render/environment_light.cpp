@@ -9,7 +9,6 @@ namespace atelier {
 
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kLevels = 6;
 constexpr int kRows = 33;
 constexpr int kColumns = 64;
@@ -18,7 +17,8 @@ constexpr std::uint32_t kIrradianceSamples = 4096;
 
 // Column and row in [0,1) of a direction: the middle looks to -Z, +X lies right of it, +Y on top.
 Point2f equirectangular(Vec3f d) {
-  return {0.5f + std::atan2(d.x, -d.z) / (2 * kPi), std::acos(std::clamp(d.y, -1.0f, 1.0f)) / kPi};
+  return {0.5f + std::atan2(d.x, -d.z) / (2 * std::numbers::pi_v<float>),
+          std::acos(std::clamp(d.y, -1.0f, 1.0f)) / std::numbers::pi_v<float>};
 }
 
 Vec3f image_radiance(const Image& image, Vec3f d) {
@@ -55,7 +55,7 @@ void fill_cells(EnvironmentLight& light) {
         const float v = (static_cast<float>(r) + (static_cast<float>(s / kSub) + 0.5f) / kSub) /
                         static_cast<float>(light.cell_rows);
         const float y = 1 - 2 * v;
-        const float a = 2 * kPi * (u - 0.5f);
+        const float a = 2 * std::numbers::pi_v<float> * (u - 0.5f);
         const float h = std::sqrt(std::max(0.0f, 1 - y * y));
         cell += luminance(radiance(light, {h * std::sin(a), y, -h * std::cos(a)})) + 1e-6f;
       }
@@ -70,7 +70,7 @@ void fill_cells(EnvironmentLight& light) {
 }
 
 int cell_of(const EnvironmentLight& light, Vec3f d) {
-  const float u = 0.5f + std::atan2(d.x, -d.z) / (2 * kPi);
+  const float u = 0.5f + std::atan2(d.x, -d.z) / (2 * std::numbers::pi_v<float>);
   const float v = 0.5f * (1 - d.y);
   const int c = std::clamp(static_cast<int>(u * static_cast<float>(light.cell_columns)), 0,
                            light.cell_columns - 1);
@@ -85,7 +85,7 @@ float cell_share(const EnvironmentLight& light, int cell) {
 
 float brightness_density(const EnvironmentLight& light, Vec3f d) {
   const float cells = static_cast<float>(light.cumulative.size());
-  return cell_share(light, cell_of(light, d)) * cells / (4 * kPi);
+  return cell_share(light, cell_of(light, d)) * cells / (4 * std::numbers::pi_v<float>);
 }
 
 Vec3f lobe_mean(const EnvironmentLight& light, Vec3f direction, float roughness) {
@@ -122,8 +122,8 @@ EnvironmentLight environment_light(const Environment& environment,
         const float y = 1 - 2 * static_cast<float>(r) / (kRows - 1);
         const float h = std::sqrt(std::max(0.0f, 1 - y * y));
         for (int c = 0; c < columns; ++c) {
-          const float a =
-              2 * kPi * ((static_cast<float>(c) + 0.5f) / static_cast<float>(columns) - 0.5f);
+          const float a = 2 * std::numbers::pi_v<float> *
+                          ((static_cast<float>(c) + 0.5f) / static_cast<float>(columns) - 0.5f);
           const Vec3f d{h * std::sin(a), y, -h * std::cos(a)};
           const Vec3f value = level == 0 ? radiance(light, d) : lobe_mean(light, d, roughness);
           table.at(c, r, 0) = value.x;
@@ -167,9 +167,10 @@ Vec3f glossy_radiance(const EnvironmentLight& light, Vec3f direction, float roug
     if (table.width == 1) {
       return mix(read(table, 0, r0), read(table, 0, r0 + 1), fr);
     }
-    const float x = (0.5f + std::atan2(direction.x, -direction.z) / (2 * kPi)) *
-                        static_cast<float>(table.width) -
-                    0.5f;
+    const float x =
+        (0.5f + std::atan2(direction.x, -direction.z) / (2 * std::numbers::pi_v<float>)) *
+            static_cast<float>(table.width) -
+        0.5f;
     const float x_floor = std::floor(x);
     const float fx = x - x_floor;
     const int c0 = (static_cast<int>(x_floor) + table.width) % table.width;
@@ -200,7 +201,7 @@ Vec3f open_irradiance(const EnvironmentLight& light, Vec3f normal) {
 EnvironmentSample sample_environment(const EnvironmentLight& light, const Frame& frame,
                                      std::uint32_t index, std::uint32_t seed) {
   if (light.cumulative.empty()) {
-    return {frame.world(cosine_direction(sobol_point(index, seed))), kPi};
+    return {frame.world(cosine_direction(sobol_point(index, seed))), std::numbers::pi_v<float>};
   }
   Vec3f direction{0, 0, 0};
   const bool by_cosine = index % 2 == 0;
@@ -217,7 +218,7 @@ EnvironmentSample sample_environment(const EnvironmentLight& light, const Frame&
     const int row = cell / light.cell_columns;
     const int column = cell % light.cell_columns;
     const float a =
-        2 * kPi *
+        2 * std::numbers::pi_v<float> *
         ((static_cast<float>(column) + rest) / static_cast<float>(light.cell_columns) - 0.5f);
     const float y = 1 - 2 * (static_cast<float>(row) + u.y) / static_cast<float>(light.cell_rows);
     const float h = std::sqrt(std::max(0.0f, 1 - y * y));
@@ -227,7 +228,8 @@ EnvironmentSample sample_environment(const EnvironmentLight& light, const Frame&
   if (cosine <= 0) {
     return {direction, 0};
   }
-  return {direction, cosine / (0.5f * cosine / kPi + 0.5f * brightness_density(light, direction))};
+  return {direction, cosine / (0.5f * cosine / std::numbers::pi_v<float> +
+                               0.5f * brightness_density(light, direction))};
 }
 
 }  // namespace atelier

@@ -11,7 +11,6 @@ namespace atelier {
 
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kCell = 0.04f;            // m, of the finest grid: sharper shadows are left to rays
 constexpr int kCoarsest = 8;              // cells a side of the squares that are looked at first
 constexpr float kStraight = 0.02f;        // of all light: what interpolation may be off by
@@ -140,7 +139,7 @@ class Filling {
       for (std::size_t ray = 0; ray < rays.size(); ++ray) {
         blocked += rays.visible(ray) ? 0 : weights[ray];
       }
-      const Vec3f open = (kPi * form) * light.radiance;
+      const Vec3f open = (std::numbers::pi_v<float> * form) * light.radiance;
       shadow.open += open;
       shadow.missing += (all > 0 ? blocked / all : 0.0f) * open;
     }

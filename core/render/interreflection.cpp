@@ -15,8 +15,6 @@ namespace atelier {
 
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr float kColorTexels = 128;  // a texture's side in the texels that a bounce tells apart
 constexpr std::uint64_t kStream = 0x626F756E6365;  // apart from those of prepare
 
@@ -96,7 +94,9 @@ Vec3f light_of(const PreparedScene::Data& scene, Vec3f point, Vec3f normal, int 
     for (std::size_t ray = 0; ray < rays.size(); ++ray) {
       visible += rays.visible(ray) ? 1 : 0;
     }
-    sum += (kPi * form * static_cast<float>(visible) / static_cast<float>(count)) * light.radiance;
+    sum += (std::numbers::pi_v<float> * form * static_cast<float>(visible) /
+            static_cast<float>(count)) *
+           light.radiance;
   }
   return sum;
 }
@@ -124,8 +124,9 @@ std::vector<Sides> radiances(const PreparedScene::Data& scene,
           if (!is_lit(irradiance)) {
             return Vec3f{0, 0, 0};  // what sees no sky sees no light: inside, or of no face
           }
-          return (1 / kPi) * product(color, irradiance + light_of(scene, p, normal, light_rays,
-                                                                  seed_of(seed, m, v), rays));
+          return (1 / std::numbers::pi_v<float>)*product(
+              color,
+              irradiance + light_of(scene, p, normal, light_rays, seed_of(seed, m, v), rays));
         };
         const Vec3f n = normals[m][v];
         sides.front[v] = thrown(sides.front[v], mesh.front_irradiance[v], n);
@@ -174,7 +175,7 @@ Vec3f gathered_bounce(const PreparedScene::Data& scene, const std::vector<Sides>
       packet.ray.dir_y[lane] = d.y;
       packet.ray.dir_z[lane] = d.z;
       packet.ray.tnear[lane] = used ? scene.epsilon : 1;
-      packet.ray.tfar[lane] = used ? kFar : 0;
+      packet.ray.tfar[lane] = used ? std::numeric_limits<float>::infinity() : 0;
       packet.ray.mask[lane] = ~0u;
       packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
       packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
@@ -186,7 +187,7 @@ Vec3f gathered_bounce(const PreparedScene::Data& scene, const std::vector<Sides>
       }
     }
   }
-  return (kPi / static_cast<float>(count)) * sum;
+  return (std::numbers::pi_v<float> / static_cast<float>(count)) * sum;
 }
 
 /// Half way to the mean of the neighbours. Few rays are noise that the eye finds.

@@ -18,13 +18,13 @@ namespace atelier {
 
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr int kGroundCells = 128;  // a side of the grid on which the ground's light is gathered
 
 struct Bounds {
-  Vec3f min{kFar, kFar, kFar};
-  Vec3f max{-kFar, -kFar, -kFar};
+  Vec3f min{std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
+            std::numeric_limits<float>::infinity()};
+  Vec3f max{-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+            -std::numeric_limits<float>::infinity()};
 };
 
 std::vector<Vec3f> smooth_normals(const Mesh& mesh) {
@@ -111,9 +111,10 @@ Vec3f ground_radiance(const Ground& ground, const std::vector<RectangleLight>& l
                       const EnvironmentLight& environment, Vec3f point) {
   Vec3f irradiance = open_irradiance(environment, {0, 1, 0});
   for (const RectangleLight& light : lights) {
-    irradiance += kPi * form_factor(light, point, {0, 1, 0}).value * light.radiance;
+    irradiance +=
+        std::numbers::pi_v<float> * form_factor(light, point, {0, 1, 0}).value * light.radiance;
   }
-  return (1 / kPi) * product(vec3f(ground.color), irradiance);
+  return (1 / std::numbers::pi_v<float>)*product(vec3f(ground.color), irradiance);
 }
 
 void gather_vertices(PreparedScene::Data& scene,
@@ -205,7 +206,8 @@ Vec3f gathered_irradiance(const PreparedScene::Data& scene, Vec3f point, Vec3f n
       const EnvironmentSample s =
           sample_environment(scene.environment, frame, static_cast<std::uint32_t>(i), seed);
       if (s.weight > 0) {
-        const std::size_t ray = rays.add(origin, s.direction, scene.epsilon, kFar);
+        const std::size_t ray =
+            rays.add(origin, s.direction, scene.epsilon, std::numeric_limits<float>::infinity());
         light[ray] = s.weight * radiance(scene.environment, s.direction);
       }
     }

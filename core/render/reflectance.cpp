@@ -7,7 +7,6 @@ namespace atelier {
 
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kCosines = 32;
 constexpr int kRoughnesses = 16;
 constexpr std::uint32_t kQuadrature = 1024;
@@ -26,7 +25,7 @@ float column_cosine(int i) {
 // Trowbridge and Reitz's distribution; a2 is the fourth power of the roughness.
 float distribution(float n_dot_h, float a2) {
   const float d = (a2 - 1) * n_dot_h * n_dot_h + 1;
-  return a2 / (kPi * d * d);
+  return a2 / (std::numbers::pi_v<float> * d * d);
 }
 
 GlossAlbedo integrate_gloss(float n_dot_v, float roughness) {
@@ -58,7 +57,7 @@ float integrate_sheen(float n_dot_v) {
     if (l.z <= 0) {
       continue;
     }
-    sum += kPi * sheen(n_dot_v, l.z, normalized(v + l).z);
+    sum += std::numbers::pi_v<float> * sheen(n_dot_v, l.z, normalized(v + l).z);
   }
   return static_cast<float>(std::min(1.0, sum / kQuadrature));
 }
@@ -93,7 +92,7 @@ Vec3f gloss_half_vector(Point2f u, float roughness) {
   const float a2 = roughness * roughness * roughness * roughness;
   const float cos_h = std::sqrt((1 - u.x) / (1 + (a2 - 1) * u.x));
   const float sin_h = std::sqrt(std::max(0.0f, 1 - cos_h * cos_h));
-  const float phi = 2 * kPi * u.y;
+  const float phi = 2 * std::numbers::pi_v<float> * u.y;
   return {sin_h * std::cos(phi), sin_h * std::sin(phi), cos_h};
 }
 
@@ -128,7 +127,7 @@ float sheen(float n_dot_v, float n_dot_l, float n_dot_h) {
   constexpr float kInverse = 1 / kSheenRoughness;
   const float sin2 = std::max(0.0f, 1 - n_dot_h * n_dot_h);
   static_assert(kInverse == 2.0f, "pow(sin, 1/roughness) is written as sin^2 below");
-  const float density = (2 + kInverse) * sin2 / (2 * kPi);
+  const float density = (2 + kInverse) * sin2 / (2 * std::numbers::pi_v<float>);
   return density / (4 * std::max(1e-4f, n_dot_l + n_dot_v - n_dot_l * n_dot_v));
 }
 

@@ -9,8 +9,6 @@ namespace atelier {
 
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 struct Corners {
   std::uint32_t vertex[3];
   Vec3f position[3];
@@ -180,8 +178,8 @@ ShadingPoint ground_point(const PreparedScene::Data& scene, Vec3f position, Vec3
 }
 
 Vec3f diffuse_light(const ShadingPoint& point, Vec3f irradiance) {
-  return (point.base_share / kPi) *
-         product(product(point.diffuse, point.diffuse_share), irradiance);
+  return (point.base_share / std::numbers::pi_v<float>)*product(
+      product(point.diffuse, point.diffuse_share), irradiance);
 }
 
 Vec3f gloss_towards_viewer(const ShadingPoint& point, Vec3f light_direction, float n_dot_l) {
@@ -216,7 +214,7 @@ Vec3f ambient_light(const PreparedScene::Data& scene, const ShadingPoint& point,
         product(e, glossy_radiance(scene.environment, normalized(reflected), point.roughness));
   }
   if (point.sheen > 0) {
-    result += (point.sheen * sheen_albedo(point.n_dot_v) / kPi) * irradiance;
+    result += (point.sheen * sheen_albedo(point.n_dot_v) / std::numbers::pi_v<float>)*irradiance;
   }
   return result;
 }

@@ -12,7 +12,6 @@ namespace atelier {
 
 namespace {
 
-constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr int kPacket = 16;  // rays that are traced together
 
 void put(Image& image, int x, int y, Vec3f value) {
@@ -94,7 +93,7 @@ SurfaceMaps surface_maps(const PreparedScene& scene, const Camera& camera, std::
           packet.ray.dir_y[lane] = d.y;
           packet.ray.dir_z[lane] = d.z;
           packet.ray.tnear[lane] = direction ? 0.0f : 1.0f;
-          packet.ray.tfar[lane] = direction ? kFar : 0.0f;
+          packet.ray.tfar[lane] = direction ? std::numeric_limits<float>::infinity() : 0.0f;
           packet.ray.mask[lane] = ~0u;
           packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
           packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;

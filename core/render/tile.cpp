@@ -16,8 +16,6 @@ namespace atelier {
 
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr int kFirstRun = 4;  // samples of each pixel that are shaded together: first these, which
 constexpr int kNextRun = 16;  // may show that a tile is empty, then as many as stay in cache
 constexpr int kEmptyRun = 1;  // the first where no mesh is seen: all is smooth but sharp shadows
@@ -210,7 +208,7 @@ class Tile {
           packet.ray.dir_y[count] = d->y;
           packet.ray.dir_z[count] = d->z;
           packet.ray.tnear[count] = 0;
-          packet.ray.tfar[count] = kFar;
+          packet.ray.tfar[count] = std::numeric_limits<float>::infinity();
           packet.ray.time[count] = 0;
           packet.ray.mask[count] = ~0u;
           packet.ray.id[count] = 0;
@@ -232,7 +230,7 @@ class Tile {
   void keep(const RTCRayHit16& packet, int lane, int y, std::uint32_t pixel, std::uint32_t index,
             Vec3f direction) {
     const bool hit = packet.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID;
-    const float distance = hit ? packet.ray.tfar[lane] : kFar;
+    const float distance = hit ? packet.ray.tfar[lane] : std::numeric_limits<float>::infinity();
     Shaded s{};
     s.pixel = pixel;
     s.index = index;
@@ -403,7 +401,7 @@ class Tile {
       if (sum.form.value <= 0) {
         continue;
       }
-      const Vec3f open = (kPi * sum.form.value) * light.radiance;
+      const Vec3f open = (std::numbers::pi_v<float> * sum.form.value) * light.radiance;
       // Above the horizon the closed form is exact and rays only say which share is seen; across
       // it, rays that start below count for nothing and the plain mean is the one without bias.
       const Vec3f irradiance =
@@ -478,7 +476,8 @@ class Tile {
       }
       float openness = 1;
       if (s.point.gloss > 0) {
-        const Vec3f open = kPi * glossy_radiance(scene_.environment, s.point.normal, 1);
+        const Vec3f open =
+            std::numbers::pi_v<float> * glossy_radiance(scene_.environment, s.point.normal, 1);
         openness = std::clamp(luminance(irradiance) / std::max(1e-6f, luminance(open)), 0.0f, 1.0f);
       }
       s.light += ambient_light(scene_, s.point, irradiance, openness);
@@ -496,7 +495,7 @@ class Tile {
       const EnvironmentSample e = sample_environment(scene_.environment, frame,
                                                      (s.index * count + k) & 0xFFFFu, ambient_seed);
       if (e.weight > 0) {
-        rays_.add(origin, e.direction, scene_.epsilon, kFar);
+        rays_.add(origin, e.direction, scene_.epsilon, std::numeric_limits<float>::infinity());
         ambient_radiance_.push_back(e.weight * radiance(scene_.environment, e.direction));
       }
     }
@@ -551,7 +550,9 @@ class Tile {
       return shares(s.missing, open + s.open);
     }
     for (const RectangleLight& light : scene_.lights) {
-      open += (kPi * form_factor(light, s.point.position, s.point.normal).value) * light.radiance;
+      open +=
+          (std::numbers::pi_v<float> * form_factor(light, s.point.position, s.point.normal).value) *
+          light.radiance;
     }
     return shares(s.missing, open);
   }

@@ -17,9 +17,9 @@ constexpr int kSchemaVersion = 1;
 constexpr const char* kSelf = "manifest_sha256";
 
 /// One JSON object that is read field by field, each asked for by name and type.
-class Reader {
+class ObjectReader {
  public:
-  Reader(const nlohmann::json& object, const std::string& file, std::string place)
+  ObjectReader(const nlohmann::json& object, const std::string& file, std::string place)
       : object_(object), file_(file), place_(std::move(place)) {
     if (!object_.is_object()) {
       refuse(place_, object_.type_name(), "an object");
@@ -177,11 +177,11 @@ std::string numbered(const char* name, std::size_t i) {
 
 /// The items of an array of objects: `read` takes the fields of one; more fields are refused.
 template <class Item, class Read>
-std::vector<Item> read_items(Reader& manifest, const char* name, const std::string& file,
+std::vector<Item> read_items(ObjectReader& manifest, const char* name, const std::string& file,
                              const Read& read) {
   std::vector<Item> items;
   for (const auto& value : manifest.array(name)) {
-    Reader reader(value, file, numbered(name, items.size()));
+    ObjectReader reader(value, file, numbered(name, items.size()));
     Item item = read(reader);
     reader.finish();
     items.push_back(std::move(item));
@@ -189,9 +189,9 @@ std::vector<Item> read_items(Reader& manifest, const char* name, const std::stri
   return items;
 }
 
-std::vector<ManifestOption> read_options(Reader& manifest, const std::string& file) {
+std::vector<ManifestOption> read_options(ObjectReader& manifest, const std::string& file) {
   std::set<std::string> names;
-  return read_items<ManifestOption>(manifest, "options", file, [&](Reader& reader) {
+  return read_items<ManifestOption>(manifest, "options", file, [&](ObjectReader& reader) {
     ManifestOption option;
     option.name = reader.text("name");
     option.json = reader.field("value").dump();
@@ -204,8 +204,8 @@ std::vector<ManifestOption> read_options(Reader& manifest, const std::string& fi
   });
 }
 
-std::vector<ManifestInput> read_inputs(Reader& manifest, const std::string& file) {
-  return read_items<ManifestInput>(manifest, "inputs", file, [](Reader& reader) {
+std::vector<ManifestInput> read_inputs(ObjectReader& manifest, const std::string& file) {
+  return read_items<ManifestInput>(manifest, "inputs", file, [](ObjectReader& reader) {
     ManifestInput input;
     input.kind = reader.text("kind");
     input.path = reader.text("path");
@@ -220,10 +220,10 @@ std::vector<ManifestInput> read_inputs(Reader& manifest, const std::string& file
   });
 }
 
-std::vector<ManifestOutput> read_outputs(Reader& manifest, const std::string& file) {
+std::vector<ManifestOutput> read_outputs(ObjectReader& manifest, const std::string& file) {
   std::set<std::string> paths;
   std::string before;
-  return read_items<ManifestOutput>(manifest, "outputs", file, [&](Reader& reader) {
+  return read_items<ManifestOutput>(manifest, "outputs", file, [&](ObjectReader& reader) {
     ManifestOutput output;
     output.path = reader.text("path");
     output.size = reader.count("size");
@@ -248,8 +248,8 @@ std::vector<ManifestOutput> read_outputs(Reader& manifest, const std::string& fi
   });
 }
 
-std::vector<Consent> read_consent(Reader& manifest, const std::string& file) {
-  return read_items<Consent>(manifest, "consent", file, [](Reader& reader) {
+std::vector<Consent> consent_of(ObjectReader& manifest, const std::string& file) {
+  return read_items<Consent>(manifest, "consent", file, [](ObjectReader& reader) {
     Consent one;
     one.who = reader.text("who");
     one.scope = reader.text("scope");
@@ -258,7 +258,7 @@ std::vector<Consent> read_consent(Reader& manifest, const std::string& file) {
   });
 }
 
-std::map<std::string, double> read_metrics(Reader& manifest) {
+std::map<std::string, double> read_metrics(ObjectReader& manifest) {
   std::map<std::string, double> metrics;
   for (const auto& item : manifest.object("metrics").items()) {
     if (!item.value().is_number()) {
@@ -352,7 +352,7 @@ Manifest parse_manifest(std::string_view text, const std::string& file, const Li
   nlohmann::json json = parse_json(text, file, limits);
   Manifest manifest;
   {
-    Reader reader(json, file, "");
+    ObjectReader reader(json, file, "");
     if (reader.text("schema") != kSchema) {
       reader.refuse("schema", "'" + reader.text("schema").substr(0, 80) + "'", kSchema);
     }
@@ -384,7 +384,7 @@ Manifest parse_manifest(std::string_view text, const std::string& file, const Li
     manifest.canonical_options = reader.text("canonical_options");
     manifest.inputs = read_inputs(reader, file);
     manifest.outputs = read_outputs(reader, file);
-    manifest.consent = read_consent(reader, file);
+    manifest.consent = consent_of(reader, file);
     manifest.metrics = read_metrics(reader);
     manifest.build = reader.text("build");
     manifest.started = reader.text("started");

@@ -14,7 +14,7 @@ namespace {
 /// A sheet of two charts, left and right half of its surface, with a gap between them in the
 /// texture.
 struct TwoCharts {
-  Mesh mesh = testing::grid(2, 1);
+  Mesh mesh = fixtures::grid(2, 1);
   TexelMap map;
   TwoCharts() {
     mesh.uvs.resize(3 * mesh.faces.rows(), 2);

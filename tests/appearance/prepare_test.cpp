@@ -15,8 +15,8 @@ constexpr int kSide = 48;
 
 /// A sheet and a small lid over it, seen from above by two cameras.
 struct Studio {
-  Mesh cloth = testing::grid(4, 4);
-  Mesh lid = testing::grid(1, 1);
+  Mesh cloth = fixtures::grid(4, 4);
+  Mesh lid = fixtures::grid(1, 1);
   DressedSubject subject;
   DrawnSurface surface;
   std::vector<Camera> cameras;

@@ -18,7 +18,7 @@ namespace {
 
 /// The plane y = 0 over [0,1]^2 with u along x and v against z.
 Mesh sheet() {
-  Mesh mesh = testing::grid(4, 4);
+  Mesh mesh = fixtures::grid(4, 4);
   mesh.uvs.resize(mesh.vertices.rows(), 2);
   mesh.uvs.col(0) = mesh.vertices.col(0);
   mesh.uvs.col(1) = 1 - mesh.vertices.col(2).array();
@@ -80,8 +80,8 @@ TEST(SurfaceFrame, PicturesFillWhatIsBesideACharts) {
 TEST(Occlusion, OfAFloorBesideAHighWallIsOneHalf) {
   // A wall far longer and higher than the floor's texels are away from it hides half of the sky.
   const Mesh floor = sheet();
-  const Mesh wall = testing::mesh_of({{-50, 0, 1}, {50, 0, 1}, {50, 80, 1}, {-50, 80, 1}},
-                                     {{0, 1, 2}, {0, 2, 3}});
+  const Mesh wall = fixtures::mesh_of({{-50, 0, 1}, {50, 0, 1}, {50, 80, 1}, {-50, 80, 1}},
+                                      {{0, 1, 2}, {0, 2, 3}});
   SurfaceFrame frame = frame_of(floor);
   OcclusionOptions options;
   options.reach = 100;
@@ -111,7 +111,7 @@ TEST(Occlusion, OfAHorizonAtAnAngleFollowsTheCosineLaw) {
     faces.push_back({a, a + 1, b});
     faces.push_back({b, a + 1, b + 1});
   }
-  const Mesh lid = testing::mesh_of(vertices, faces);
+  const Mesh lid = fixtures::mesh_of(vertices, faces);
   SurfaceFrame point;
   point.position = Eigen::RowVector3f(0, 0, 0);
   point.normal = Eigen::RowVector3f(0, 1, 0);
@@ -127,7 +127,7 @@ TEST(Occlusion, OfAHorizonAtAnAngleFollowsTheCosineLaw) {
 }
 
 TEST(Occlusion, IsTheSameOnAnyNumberOfThreads) {
-  const Mesh ball = testing::sphere(3);
+  const Mesh ball = fixtures::sphere(3);
   const SurfaceFrame frame = frame_of(sheet());
   const TriangleTree tree = build_tree(ball.vertices, ball.faces);
   set_thread_count(1);
@@ -141,7 +141,7 @@ TEST(Occlusion, IsTheSameOnAnyNumberOfThreads) {
 TEST(Occlusion, CudaAgrees) {
   Mesh cloth = sheet();
   cloth.vertices.col(1) = 0.2 * (9 * cloth.vertices.col(0).array()).sin();
-  const Mesh ball = testing::sphere(3);
+  const Mesh ball = fixtures::sphere(3);
   const JoinedSurfaces all =
       joined_surfaces({{&ball.vertices, &ball.faces}, {&cloth.vertices, &cloth.faces}});
   const TriangleTree tree = build_tree(all.vertices, all.faces);
@@ -169,7 +169,7 @@ Camera from_above() {
 
 TEST(JoinedSurfaces, KeepTheirOrder) {
   const Mesh cloth = sheet();
-  const Mesh ball = testing::sphere(0);
+  const Mesh ball = fixtures::sphere(0);
   const JoinedSurfaces all =
       joined_surfaces({{&ball.vertices, &ball.faces}, {&cloth.vertices, &cloth.faces}});
   EXPECT_EQ(all.first_face, (std::vector<int>{0, 8, 8 + static_cast<int>(cloth.faces.rows())}));
@@ -179,7 +179,7 @@ TEST(JoinedSurfaces, KeepTheirOrder) {
 
 TEST(VisiblePixels, KnowTheirTextureAndWhatHidesThem) {
   const Mesh cloth = sheet();
-  Mesh lid = testing::grid(1, 1);
+  Mesh lid = fixtures::grid(1, 1);
   lid.vertices.col(0) *= 0.5;
   lid.vertices.col(1).array() += 0.5;  // hides a little more than the left half
   const JoinedSurfaces all =

@@ -13,7 +13,7 @@ namespace {
 
 /// A flat sheet of 1 m, cut down the middle into two charts that tile the same texture.
 Mesh cut_sheet() {
-  Mesh mesh = testing::grid(8, 8);
+  Mesh mesh = fixtures::grid(8, 8);
   mesh.uv_faces = mesh.faces;
   const Index count = mesh.vertices.rows();
   mesh.uvs.resize(2 * count, 2);

@@ -7,7 +7,7 @@
 #include "core/normals.h"
 #include "tests/support/shapes.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A small garment that brightens where its normal is along x, with a highlight towards the camera:
 /// three frames of a waving sheet, two cameras of different gain, every texel of 16 x 16 seen in
@@ -66,4 +66,4 @@ inline AppearanceData small_data() {
   return data;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -14,8 +14,8 @@
 namespace atelier {
 namespace {
 
+using fixtures::small_data;
 using ::testing::HasSubstr;
-using testing::small_data;
 
 TrainOptions small_options(int iterations = 8) {
   TrainOptions options;

@@ -12,7 +12,7 @@
 namespace atelier {
 namespace {
 
-using testing::small_data;
+using fixtures::small_data;
 
 constexpr int kSide = 32;
 
@@ -31,7 +31,7 @@ Camera above() {
 struct Stage {
   AppearanceData data = small_data();
   std::shared_ptr<const AppearanceModel> model;
-  Mesh lid = testing::grid(1, 1);
+  Mesh lid = fixtures::grid(1, 1);
   Points sheet = data.frames[1].position.cast<double>();
 
   Stage() {

@@ -11,7 +11,7 @@
 namespace atelier {
 namespace {
 
-using testing::small_data;
+using fixtures::small_data;
 
 /// A model that has learnt a little, so that every part of it gives something.
 AppearanceModel learnt_model(const AppearanceData& data) {

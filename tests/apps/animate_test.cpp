@@ -18,7 +18,7 @@
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
@@ -317,6 +317,6 @@ TEST_F(Animate, DamagedResultsAreRefused) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 #endif

@@ -23,7 +23,7 @@
 #include "tests/support/shapes.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
@@ -274,6 +274,6 @@ TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 #endif

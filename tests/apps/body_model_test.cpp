@@ -12,7 +12,7 @@
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -103,7 +103,7 @@ TEST_F(BodyModelCommand, AMotionBecomesGltfAndBack) {
 }
 
 TEST_F(BodyModelCommand, FbxIsTakenAsGltfIs) {
-  const std::string fbx = (testing::source_directory() / "fuzz/corpus/fbx/blender.fbx").string();
+  const std::string fbx = (fixtures::source_directory() / "fuzz/corpus/fbx/blender.fbx").string();
   const ChildResult body = run({"convert", fbx, "--out", (folder_ / "body.npz").string()});
   if (!reads_fbx()) {
     EXPECT_EQ(body.exit_code, 3);
@@ -169,7 +169,7 @@ TEST_F(BodyModelCommand, AShapeIsKeptWhenABodyIsConverted) {
 TEST_F(BodyModelCommand, TargetsShapeAMakeHumanBody) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   const std::string longer =
-      (testing::test_data_root() / "makehuman/targets/measure/measure-neck-circ-incr.target")
+      (fixtures::test_data_root() / "makehuman/targets/measure/measure-neck-circ-incr.target")
           .string();
   const auto neck = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"measure", base.string(), "--json"});
@@ -371,4 +371,4 @@ TEST_F(BodyModelCommand, RefusesWrongFiles) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -7,7 +7,7 @@
 
 #include "tests/support/child_process.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// What headless Chromium makes of a page.
 struct BrowsedPage {
@@ -51,4 +51,4 @@ window.onload = () => {
   return found;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

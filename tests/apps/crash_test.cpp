@@ -13,7 +13,7 @@
 #include "tests/apps/statistics_fixture.h"
 #include "tests/apps/system_calls.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -284,4 +284,4 @@ TEST_F(Crash, ASignalToEndSaysHowManyFramesAreKept) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

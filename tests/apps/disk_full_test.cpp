@@ -10,7 +10,7 @@
 #include "tests/apps/statistics_fixture.h"
 #include "tests/apps/system_calls.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -172,4 +172,4 @@ TEST_F(DiskFull, AnOlderResultSurvivesATinyDisk) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -12,9 +12,9 @@
 namespace atelier {
 namespace {
 
-using testing::ChildResult;
+using fixtures::ChildResult;
+using fixtures::run_child;
 using ::testing::HasSubstr;
-using testing::run_child;
 
 // What it drapes is tested in tests/dressing; here is what it refuses, before any work is done.
 class DrapeRefuses : public ::testing::Test {
@@ -25,7 +25,7 @@ class DrapeRefuses : public ::testing::Test {
     }
   }
   static ChildResult run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {testing::program_path(), "drape"});
+    arguments.insert(arguments.begin(), {fixtures::program_path(), "drape"});
     return run_child(arguments);
   }
   void refused(std::vector<std::string> arguments, int code, const std::string& words) const {
@@ -35,7 +35,7 @@ class DrapeRefuses : public ::testing::Test {
     EXPECT_THAT(result.err, HasSubstr(words));
     EXPECT_FALSE(std::filesystem::exists(root_.path() / "out")) << words;
   }
-  testing::TemporaryDirectory root_;
+  fixtures::TemporaryDirectory root_;
 };
 
 TEST_F(DrapeRefuses, PlacesThatAreMissingOrTaken) {

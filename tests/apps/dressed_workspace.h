@@ -18,7 +18,7 @@
 #include "tests/capture/small_capture.h"
 #include "tests/support/shapes.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A person whose skin is a trunk: an egg that follows the spine.
 inline BodyModel trunk_body() {
@@ -205,4 +205,4 @@ inline void write_dressed_workspace(const std::filesystem::path& capture,
   }
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -14,7 +14,7 @@
 namespace atelier {
 namespace {
 
-using testing::ChildResult;
+using fixtures::ChildResult;
 using ::testing::HasSubstr;
 
 /// An open tube of 0.15 m radius and 0.4 m height, a skirt of sorts, in a file.
@@ -50,8 +50,8 @@ class Flatten : public ::testing::Test {
   std::filesystem::path out() const { return root_.path() / "out"; }
 
   static ChildResult run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {testing::program_path(), "flatten"});
-    return testing::run_child(arguments);
+    arguments.insert(arguments.begin(), {fixtures::program_path(), "flatten"});
+    return fixtures::run_child(arguments);
   }
   ChildResult alone(std::vector<std::string> more = {}) const {
     std::filesystem::remove_all(out());
@@ -59,7 +59,7 @@ class Flatten : public ::testing::Test {
     return run(std::move(more));
   }
 
-  testing::TemporaryDirectory root_;
+  fixtures::TemporaryDirectory root_;
 };
 
 TEST_F(Flatten, ATubeBecomesPanelsOfItsArea) {
@@ -78,9 +78,9 @@ TEST_F(Flatten, ATubeBecomesPanelsOfItsArea) {
 TEST_F(Flatten, ItsGarmentIsSimulatedFromTheFlatRestShape) {
   ASSERT_EQ(alone().exit_code, 0);
   const ChildResult result =
-      testing::run_child({testing::program_path(), "simulate", "--garment",
-                          (out() / "garment.obj").string(), "--flat_rest", "--out",
-                          (root_.path() / "frames").string(), "--settle", "2", "--no-pictures"});
+      fixtures::run_child({fixtures::program_path(), "simulate", "--garment",
+                           (out() / "garment.obj").string(), "--flat_rest", "--out",
+                           (root_.path() / "frames").string(), "--settle", "2", "--no-pictures"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 

@@ -14,7 +14,7 @@
 #include "tests/apps/program_fixture.h"
 #include "tests/support/places.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::AllOf;
@@ -141,4 +141,4 @@ TEST_F(Inspect, FindsWhatIsDamaged) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

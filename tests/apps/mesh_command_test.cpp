@@ -10,7 +10,7 @@
 #include "core/io/mesh_gltf.h"
 #include "tests/apps/program_fixture.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::AllOf;
@@ -98,4 +98,4 @@ TEST_F(MeshCommand, ConvertTakesItsOptionsFromFilesAndFlagsAsStagesDo) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

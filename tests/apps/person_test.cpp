@@ -21,7 +21,7 @@
 #include "tests/support/read_text.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
@@ -284,6 +284,6 @@ TEST_F(Person, WrongCallsAreRefused) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 #endif

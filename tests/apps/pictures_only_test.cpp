@@ -17,7 +17,7 @@
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
@@ -190,6 +190,6 @@ TEST(ConvertCaptureCommand, TakesCamerasOfACalibration) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 #endif

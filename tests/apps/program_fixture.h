@@ -8,7 +8,7 @@
 
 #include "tests/apps/statistics_fixture.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// The program as a child process, with a folder of boxes as its input.
 class Program : public StatisticsFixture {
@@ -26,4 +26,4 @@ class Program : public StatisticsFixture {
   }
 };
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

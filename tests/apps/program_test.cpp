@@ -12,7 +12,7 @@
 #include "tests/apps/program_fixture.h"
 #include "tests/support/places.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::AllOf;
@@ -228,4 +228,4 @@ TEST_F(Program, TooLittleMemoryIsTheEnvironment) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -18,7 +18,7 @@
 #include "tests/support/read_text.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
@@ -251,6 +251,6 @@ TEST_F(Reconstruct, RefusesOneCameraAndNothingToWorkOn) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 #endif

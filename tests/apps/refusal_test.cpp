@@ -11,7 +11,7 @@
 #include "tests/apps/program_fixture.h"
 #include "tests/support/places.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -357,4 +357,4 @@ TEST_F(BadFiles, EveryMistakeOfAnOptionsFileIsALineOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -14,7 +14,7 @@
 #include "tests/apps/statistics_fixture.h"
 #include "tests/support/places.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::AllOf;
@@ -324,4 +324,4 @@ TEST_F(Report, ExportsASimulatedSequenceInEveryFormat) {
   }
 }
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

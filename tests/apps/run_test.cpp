@@ -26,7 +26,7 @@
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
@@ -407,6 +407,6 @@ TEST_F(Run, AnAccountThatIsNoneIsRefused) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 #endif

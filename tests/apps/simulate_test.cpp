@@ -17,9 +17,9 @@
 namespace atelier {
 namespace {
 
-using testing::ChildResult;
+using fixtures::ChildResult;
+using fixtures::run_child;
 using ::testing::HasSubstr;
-using testing::run_child;
 
 /// A square of cloth over a pyramid, in files.
 class Simulate : public ::testing::Test {
@@ -63,7 +63,7 @@ class Simulate : public ::testing::Test {
   }
 
   static ChildResult run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), testing::program_path());
+    arguments.insert(arguments.begin(), fixtures::program_path());
     return run_child(arguments);
   }
   ChildResult alone(std::vector<std::string> more) const {
@@ -99,7 +99,7 @@ class Simulate : public ::testing::Test {
     return "";
   }
 
-  testing::TemporaryDirectory root_;
+  fixtures::TemporaryDirectory root_;
 };
 
 TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {

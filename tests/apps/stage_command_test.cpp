@@ -12,7 +12,7 @@
 #include "core/store/file_lock.h"
 #include "tests/apps/program_fixture.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -216,4 +216,4 @@ TEST_F(StageCommand, ReadsAteliersOwnSequences) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

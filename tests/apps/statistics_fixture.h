@@ -17,7 +17,7 @@
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// Writes `frames` boxes that grow, box_000.obj and so on.
 inline void write_boxes(const std::filesystem::path& folder, int frames) {
@@ -95,4 +95,4 @@ class StatisticsFixture : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -27,7 +27,7 @@
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
@@ -528,6 +528,6 @@ TEST(SynthesizeRefuses, AFullDiskLeavesNothingThatLooksWhole) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 #endif

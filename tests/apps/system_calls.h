@@ -11,7 +11,7 @@
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// One system call of a run: its name and how many of that name came before it, from 1.
 struct SystemCall {
@@ -79,4 +79,4 @@ inline int injection_stride(int sampled) {
   return soak != nullptr && std::string(soak) == "1" ? 1 : sampled;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -9,7 +9,7 @@
 #include "apps/exit_code.h"
 #include "tests/apps/program_fixture.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -76,4 +76,4 @@ TEST_F(WorkspaceCommand, GcRemovesOlderResults) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -22,7 +22,7 @@ using ::testing::ThrowsMessage;
 using Arrays = std::map<std::string, Tensor>;
 
 BodyModel whole_body() {
-  BodyModel model = testing::synthetic_body();
+  BodyModel model = fixtures::synthetic_body();
   model.skeleton.limits_min = Points::Constant(7, 3, -1);
   model.skeleton.limits_max = Points::Constant(7, 3, 1);
   model.regressor.assign(7, {{1, 2}, {0.25, 0.75}});
@@ -30,7 +30,7 @@ BodyModel whole_body() {
 }
 
 TEST(BodyArchive, ABodyReadsBackToTheSameBits) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const BodyModel model = whole_body();
   write_body(folder / "body.npz", model);
   const BodyModel back = read_body(folder / "body.npz");
@@ -41,13 +41,13 @@ TEST(BodyArchive, ABodyReadsBackToTheSameBits) {
   EXPECT_EQ(back.shape[1].surface.vertices, model.shape[1].surface.vertices);
   EXPECT_EQ(back.groups[0].vertices, model.groups[0].vertices);
   EXPECT_EQ(back.regressor[3].weights, model.regressor[3].weights);
-  const Pose pose = testing::random_pose(model.skeleton, 4);
+  const Pose pose = fixtures::random_pose(model.skeleton, 4);
   const Eigen::Vector2d shape(1.8, 0.4);
   EXPECT_EQ(skin_vertices(back, pose, shape), skin_vertices(model, pose, shape));
 }
 
 TEST(BodyArchive, APlainBodyReadsBack) {
-  const BodyModel model = testing::person_body(testing::person_skeleton());
+  const BodyModel model = fixtures::person_body(fixtures::person_skeleton());
   const BodyModel back = body_of_arrays(Npz(npz_bytes(body_arrays(model)), "p.npz"));
   EXPECT_TRUE(back.shape.empty());
   EXPECT_TRUE(back.correctives.empty());
@@ -56,8 +56,8 @@ TEST(BodyArchive, APlainBodyReadsBack) {
 }
 
 TEST(BodyArchive, AMotionReadsBackToTheSameBits) {
-  const testing::TemporaryDirectory folder;
-  MotionClip clip = testing::person_clip();
+  const fixtures::TemporaryDirectory folder;
+  MotionClip clip = fixtures::person_clip();
   clip.end_sites = {{12, {0, 0.2, 0}}};
   write_motion(folder / "walk.npz", clip);
   const MotionClip back = read_motion(folder / "walk.npz");
@@ -76,7 +76,7 @@ TEST(BodyArchive, RefusesOtherUnitsAndAxes) {
     body[name].strings[0] = word;
     EXPECT_THAT([&] { body_of_arrays(Npz(npz_bytes(body), "b.npz")); },
                 ThrowsMessage<DataError>(AllOf(HasSubstr(said), HasSubstr("metres, Y up"))));
-    Arrays motion = motion_arrays(testing::person_clip());
+    Arrays motion = motion_arrays(fixtures::person_clip());
     motion[name].strings[0] = word;
     EXPECT_THAT([&] { motion_of_arrays(Npz(npz_bytes(motion), "m.npz")); },
                 ThrowsMessage<DataError>(AllOf(HasSubstr(said), HasSubstr("metres, Y up"))));
@@ -96,7 +96,7 @@ TEST(BodyArchive, RefusesNumbersBeyondTheCeiling) {
                 ThrowsMessage<DataError>(
                     HasSubstr(std::string(name) + "[1]: -1e+300; expected at most 1e+09")));
   }
-  Arrays arrays = motion_arrays(testing::person_clip());
+  Arrays arrays = motion_arrays(fixtures::person_clip());
   const double far = 2e9;
   std::memcpy(arrays.at("root_translation").data.data(), &far, sizeof far);
   const auto read = [&](const Limits& limits) {
@@ -163,7 +163,7 @@ TEST(BodyArchive, RefusesBrokenBodies) {
 
 TEST(BodyArchive, RefusesBrokenMotions) {
   const auto refused = [](void (*spoil)(Arrays&), const char* where) {
-    Arrays arrays = motion_arrays(testing::person_clip());
+    Arrays arrays = motion_arrays(fixtures::person_clip());
     spoil(arrays);
     EXPECT_THAT([&] { motion_of_arrays(Npz(npz_bytes(arrays), "m.npz")); },
                 ThrowsMessage<DataError>(AllOf(HasSubstr("m.npz"), HasSubstr(where))));

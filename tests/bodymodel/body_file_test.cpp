@@ -19,11 +19,11 @@ namespace atelier {
 namespace {
 
 namespace fs = std::filesystem;
+using fixtures::person_body;
+using fixtures::person_clip;
+using fixtures::person_skeleton;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using testing::person_body;
-using testing::person_clip;
-using testing::person_skeleton;
 using ::testing::ThrowsMessage;
 
 fs::path file(const std::string& name) {
@@ -31,7 +31,7 @@ fs::path file(const std::string& name) {
 }
 
 // Joints as MHR and momentum name them.
-testing::PersonNames mhr_names() {
+fixtures::PersonNames mhr_names() {
   return {"root",    "l_upleg",  "l_lowleg", "l_foot",     "l_ball",  "r_upleg",  "r_lowleg",
           "r_foot",  "r_ball",   "c_spine0", "c_spine3",   "c_neck",  "c_head",   "l_clavicle",
           "l_uparm", "l_lowarm", "l_wrist",  "r_clavicle", "r_uparm", "r_lowarm", "r_wrist"};

@@ -11,9 +11,9 @@
 namespace atelier {
 namespace {
 
+using fixtures::synthetic_body;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using testing::synthetic_body;
 using ::testing::ThrowsMessage;
 
 TEST(BodyModel, AcceptsAWholeModel) {

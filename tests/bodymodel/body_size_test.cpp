@@ -18,16 +18,16 @@
 namespace atelier {
 namespace {
 
+using fixtures::person_body;
+using fixtures::person_skeleton;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using testing::person_body;
-using testing::person_skeleton;
 using ::testing::ThrowsMessage;
 
 TEST(BodySize, AScaledBodyMovesAsTheBody) {
-  const BodyModel model = testing::synthetic_body();
+  const BodyModel model = fixtures::synthetic_body();
   const BodyModel large = scaled_body(model, 100);
-  Pose pose = testing::random_pose(model.skeleton, 3);
+  Pose pose = fixtures::random_pose(model.skeleton, 3);
   Eigen::VectorXd shape = neutral_shape(model);
   shape[0] += 0.1;  // in metres
   shape[1] += 0.2;  // a share
@@ -70,7 +70,7 @@ TEST(BodySize, APersonWhoLiesAlongZIsRefused) {
 }
 
 TEST(BodySize, AFileInCentimetresIsReadOnceItIsSaid) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const std::filesystem::path path = folder / "cm.glb";
   const BodyModel person = person_body(person_skeleton());
   write_gltf(path, gltf_body(scaled_body(person, 100)));

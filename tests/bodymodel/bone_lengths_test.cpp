@@ -12,7 +12,7 @@
 #include "tests/support/refusals.h"
 #include "tests/support/test_data.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 const BodyModel& human() {
@@ -122,4 +122,4 @@ TEST(BoneLengths, WhatIsNoPersonIsRefused) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -11,7 +11,7 @@
 #include "core/topology.h"
 #include "tests/support/shapes.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A ball of the size of a trunk: body, clothes and scans with known answers.
 inline Mesh ball(double radius, int levels = 4) {
@@ -88,4 +88,4 @@ inline Points smooth_noise(const Mesh& mesh, double rms, std::uint64_t seed, int
   return noise * (rms / std::sqrt(noise.rowwise().squaredNorm().mean()));
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

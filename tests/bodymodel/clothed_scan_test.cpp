@@ -13,9 +13,9 @@
 namespace atelier {
 namespace {
 
-using testing::ball;
-using testing::part_of;
-using testing::worn_on;
+using fixtures::ball;
+using fixtures::part_of;
+using fixtures::worn_on;
 
 bool is_top(const Eigen::RowVector3d& p) {
   return p.y() > 0.001;
@@ -126,7 +126,7 @@ TEST(BodyCover, TellsBareFromCoveredAndTightFromLoose) {
 
 TEST(BodyCover, ASkirtFarOffStillCoversTheLeg) {
   const Mesh leg = ball(0.08);
-  Mesh skirt = testing::tube(60, 20, 1.6);
+  Mesh skirt = fixtures::tube(60, 20, 1.6);
   skirt.vertices *= 0.3;
   skirt.vertices.col(1).array() -= 0.24;
   ClothedScan scan{skirt, std::vector<ScanRole>(static_cast<std::size_t>(skirt.vertices.rows()),

@@ -30,7 +30,7 @@ struct Agreement {
   double normals = 0;              ///< share of our area with normals within 20 degrees
 };
 
-Agreement agreement(const testing::SurfaceFit& fit, const Mesh& target) {
+Agreement agreement(const fixtures::SurfaceFit& fit, const Mesh& target) {
   Agreement result;
   const Triangles& faces = fit.model.mesh.faces;
   const TriangleTree theirs = build_tree(target.vertices, target.faces);
@@ -82,11 +82,11 @@ Agreement agreement(const testing::SurfaceFit& fit, const Mesh& target) {
 
 void expect_near_makehuman(bool male, double stature) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
-  const testing::MakeHumanAdult adult =
-      testing::makehuman_adult(base.parent_path().parent_path(), male);
+  const fixtures::MakeHumanAdult adult =
+      fixtures::makehuman_adult(base.parent_path().parent_path(), male);
   DefaultHumanOptions options = male ? male_human() : female_human();
   options.stature = stature;
-  const testing::SurfaceFit fit = testing::fit_default_human(adult.mesh, adult.joints, options);
+  const fixtures::SurfaceFit fit = fixtures::fit_default_human(adult.mesh, adult.joints, options);
   const Agreement a = agreement(fit, adult.mesh);
   const double limits[kRegions] = {0.008, 0.012, 0.015, 0.015};
   const char* names[kRegions] = {"trunk and limbs", "head", "hands", "feet"};

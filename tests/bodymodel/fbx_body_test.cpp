@@ -28,15 +28,15 @@ namespace atelier {
 namespace {
 
 namespace fs = std::filesystem;
+using fixtures::fbx_text;
+using fixtures::FbxTextOptions;
 using ::testing::Contains;
-using testing::fbx_text;
-using testing::FbxTextOptions;
 using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 // MHR's and momentum's names.
-testing::PersonNames mhr_names() {
+fixtures::PersonNames mhr_bone_names() {
   return {"root",    "l_upleg",  "l_lowleg", "l_foot",     "l_ball",  "r_upleg",  "r_lowleg",
           "r_foot",  "r_ball",   "c_spine0", "c_spine3",   "c_neck",  "c_head",   "l_clavicle",
           "l_uparm", "l_lowarm", "l_wrist",  "r_clavicle", "r_uparm", "r_lowarm", "r_wrist"};
@@ -44,7 +44,7 @@ testing::PersonNames mhr_names() {
 
 // Without what neither glTF nor FBX can hold.
 BodyModel plain_body() {
-  BodyModel model = testing::synthetic_body(40, 4);
+  BodyModel model = fixtures::synthetic_body(40, 4);
   model.correctives.clear();
   model.shape.clear();
   model.groups.clear();
@@ -69,7 +69,7 @@ void expect_same_body(const BodyModel& a, const BodyModel& b, const char* which)
   std::vector<int> in_b;
   const Points rest_a = rest_positions(a.skeleton);
   const Points rest_b = rest_positions(b.skeleton);
-  Pose pose_b = testing::random_pose(b.skeleton, 5, 0.3);
+  Pose pose_b = fixtures::random_pose(b.skeleton, 5, 0.3);
   Pose pose_a = pose_b;
   for (std::size_t j = 0; j < a.skeleton.names.size(); ++j) {
     const int other = find_joint(b.skeleton, a.skeleton.names[j]);
@@ -140,7 +140,7 @@ TEST(FbxBody, TheDefaultHumanIsWhatGltfMakesOfIt) {
 
 TEST(FbxBody, MhrsNamesInCentimetresMoveEndToEnd) {
   ATELIER_NEEDS_FBX();
-  BodyModel person = testing::person_body(testing::person_skeleton(mhr_names()));
+  BodyModel person = fixtures::person_body(fixtures::person_skeleton(mhr_bone_names()));
   ShapeParameter taller;
   taller.name = "identity_0";
   taller.surface.offsets = Points::Constant(vertex_count(person), 3, 0.01);
@@ -157,7 +157,7 @@ TEST(FbxBody, MhrsNamesInCentimetresMoveEndToEnd) {
   EXPECT_NEAR(file.model.shape[0].surface.offsets(7, 1), 0.01, 1e-6);
   const Humanoid humanoid = recognised_humanoid(file.model.skeleton);
   EXPECT_EQ(file.model.skeleton.names[static_cast<std::size_t>(humanoid.neck.back())], "c_head");
-  const Retargeted moved = retarget(testing::person_clip(), file.model);
+  const Retargeted moved = retarget(fixtures::person_clip(), file.model);
   EXPECT_EQ(moved.motion.poses.size(), 5u);
   EXPECT_NEAR(moved.scale, 1, 1e-5);
   EXPECT_TRUE(moved.findings.empty());
@@ -165,7 +165,7 @@ TEST(FbxBody, MhrsNamesInCentimetresMoveEndToEnd) {
 
 TEST(FbxBody, AFileSavedInAnotherPoseRestsInItsBindPose) {
   ATELIER_NEEDS_FBX();
-  const BodyModel person = testing::person_body(testing::person_skeleton());
+  const BodyModel person = fixtures::person_body(fixtures::person_skeleton());
   FbxTextOptions options;
   options.moved.topLeftCorner<3, 3>() << 0, 0, 1, 0, 1, 0, -1, 0, 0;
   options.moved.topRightCorner<3, 1>() << 30, -20, 10;
@@ -176,7 +176,7 @@ TEST(FbxBody, AFileSavedInAnotherPoseRestsInItsBindPose) {
 
 TEST(FbxBody, JointsThatMoveNothingAreJoints) {
   ATELIER_NEEDS_FBX();
-  BodyModel person = testing::person_body(testing::person_skeleton());
+  BodyModel person = fixtures::person_body(fixtures::person_skeleton());
   person.skin.joints = (person.skin.joints.array() == 14)  // an arm in the middle
                            .select(13, person.skin.joints);
   person.skin.joints = (person.skin.joints.array() == 12)  // and the head, an end
@@ -199,7 +199,7 @@ TEST(FbxBody, JointsThatMoveNothingAreJoints) {
 
 TEST(FbxBody, WeightsAreScaledAndTheHeaviestEightKept) {
   ATELIER_NEEDS_FBX();
-  BodyModel model = testing::person_body(testing::person_skeleton());
+  BodyModel model = fixtures::person_body(fixtures::person_skeleton());
   const Index count = vertex_count(model);
   model.skin.joints.resize(count, 12);
   model.skin.weights.resize(count, 12);
@@ -237,7 +237,7 @@ std::string with_animation(std::string text) {
 
 TEST(FbxMotion, AnAnimationIsRead) {
   ATELIER_NEEDS_FBX();
-  const BodyModel person = testing::person_body(testing::person_skeleton());
+  const BodyModel person = fixtures::person_body(fixtures::person_skeleton());
   const fs::path path = fs::path(::testing::TempDir()) / "atelier_fbx_motion.fbx";
   std::ofstream(path) << with_animation(fbx_text(person));
   MotionOptions options;
@@ -258,8 +258,8 @@ TEST(FbxMotion, AnAnimationIsRead) {
 // along y, leaf bones, a baked animation. Skips where Blender is not installed.
 TEST(FbxBody, TheDefaultHumanComesBackFromBlender) {
   ATELIER_NEEDS_FBX();
-  const testing::TemporaryDirectory folder;
-  if (testing::run_child({"sh", "-c", "command -v blender"}).exit_code != 0) {
+  const fixtures::TemporaryDirectory folder;
+  if (fixtures::run_child({"sh", "-c", "command -v blender"}).exit_code != 0) {
     GTEST_SKIP() << "no program blender (scripts/setup --judges)";
   }
   BodyModel model = default_human();
@@ -276,8 +276,8 @@ bpy.ops.import_scene.gltf(filepath=source)
 bpy.ops.export_scene.fbx(filepath=target)
 )";
   ASSERT_EQ(
-      testing::run_child({"blender", "--background", "--python", (folder / "save.py").string(),
-                          "--", (folder / "human.glb").string(), (folder / "human.fbx").string()})
+      fixtures::run_child({"blender", "--background", "--python", (folder / "save.py").string(),
+                           "--", (folder / "human.glb").string(), (folder / "human.fbx").string()})
           .exit_code,
       0);
   const BodyModel back = read_body_file(folder / "human.fbx").model;
@@ -306,7 +306,7 @@ bpy.ops.export_scene.fbx(filepath=target)
 
 TEST(FbxBodyRefused, WhatHoldsNoBody) {
   ATELIER_NEEDS_FBX();
-  BodyModel nobody = testing::person_body(testing::person_skeleton());
+  BodyModel nobody = fixtures::person_body(fixtures::person_skeleton());
   std::string text = fbx_text(nobody);
   text.erase(text.find("C: \"OO\",300,100\n"), 16);  // the skin is not the mesh's
   EXPECT_THAT([&] { body_of(text); }, ThrowsMessage<DataError>(HasSubstr("no mesh with a skin")));
@@ -322,7 +322,7 @@ TEST(FbxBodyRefused, OfAPersonInMetresThatSaysCentimetres) {
   const fs::path path = fs::path(::testing::TempDir()) / "atelier_fbx_small.fbx";
   FbxTextOptions options;
   options.centimetres = 100;
-  std::string text = fbx_text(testing::person_body(testing::person_skeleton()), options);
+  std::string text = fbx_text(fixtures::person_body(fixtures::person_skeleton()), options);
   const std::string said = "\"UnitScaleFactor\", \"double\", \"Number\", \"\",100";
   text.replace(text.find(said), said.size(), "\"UnitScaleFactor\", \"double\", \"Number\", \"\",1");
   std::ofstream(path) << text;

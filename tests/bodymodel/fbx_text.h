@@ -11,7 +11,7 @@
 #include "bodymodel/rotation.h"
 #include "core/io/text_writer.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 struct FbxTextOptions {
   double centimetres = 1;  ///< of the file's unit; what is said and what is meant
@@ -165,4 +165,4 @@ inline std::string fbx_text(const BodyModel& model, const FbxTextOptions& option
   return fbx_head(options) + "Objects: {\n" + objects + "}\nConnections: {\n" + connections + "}\n";
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -23,8 +23,8 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 // Without what glTF cannot hold.
-BodyModel plain_body() {
-  BodyModel model = testing::synthetic_body(40, 4);
+BodyModel plain_gltf_body() {
+  BodyModel model = fixtures::synthetic_body(40, 4);
   model.correctives.clear();
   model.shape.clear();
   return model;
@@ -34,14 +34,14 @@ Motion short_motion(const Skeleton& skeleton) {
   Motion motion;
   motion.fps = 30;
   for (int i = 0; i < 4; ++i) {
-    motion.poses.push_back(testing::random_pose(skeleton, i, 0.3));
+    motion.poses.push_back(fixtures::random_pose(skeleton, i, 0.3));
     motion.frame_ids.push_back(i);
   }
   return motion;
 }
 
 TEST(GltfMotion, AMotionWithoutABodyReadsBack) {
-  MotionClip clip = testing::person_clip();
+  MotionClip clip = fixtures::person_clip();
   clip.skeleton.rest_rotations = Points::Zero(21, 3);
   clip.skeleton.rest_rotations.row(14) << 0, 0.2, -0.7;
   const std::string bytes = glb_bytes(gltf_motion(clip));
@@ -60,7 +60,7 @@ TEST(GltfMotion, AMotionWithoutABodyReadsBack) {
 
 TEST(GltfMotion, NoFrameIsLostToRoundedTimes) {
   for (const double fps : {30.0, 40.0, 120.0}) {
-    MotionClip clip = testing::person_clip();
+    MotionClip clip = fixtures::person_clip();
     clip.motion.fps = fps;
     const Pose pose = clip.motion.poses.front();
     clip.motion.poses.assign(1300, pose);
@@ -76,7 +76,7 @@ TEST(GltfMotion, NoFrameIsLostToRoundedTimes) {
 }
 
 TEST(GltfBody, WhatIsWrittenReadsBack) {
-  const BodyModel model = plain_body();
+  const BodyModel model = plain_gltf_body();
   const Motion motion = short_motion(model.skeleton);
   const std::string bytes = glb_bytes(gltf_body(model, {}, motion));
   const GltfScene scene = read_gltf(std::as_bytes(std::span(bytes)), "a.glb");
@@ -96,13 +96,13 @@ TEST(GltfBody, WhatIsWrittenReadsBack) {
 }
 
 TEST(GltfBody, ASceneAndItsBodyShowTheSame) {
-  const BodyModel model = plain_body();
+  const BodyModel model = plain_gltf_body();
   const GltfScene scene = gltf_body(model);
   EXPECT_LT((rest_mesh(scene).vertices - model.mesh.vertices).cwiseAbs().maxCoeff(), 1e-9);
 }
 
 TEST(GltfBody, NormalsAreWritten) {
-  const BodyModel model = plain_body();
+  const BodyModel model = plain_gltf_body();
   const std::string bytes = glb_bytes(gltf_body(model));
   const GltfScene scene = read_gltf(std::as_bytes(std::span(bytes)), "a.glb");
   const Points normals = scene.meshes[0].primitives[0].mesh.normals;
@@ -111,7 +111,7 @@ TEST(GltfBody, NormalsAreWritten) {
 }
 
 TEST(GltfBody, AShapeIsBakedIn) {
-  BodyModel model = testing::synthetic_body(40, 4);
+  BodyModel model = fixtures::synthetic_body(40, 4);
   const Eigen::Vector2d shape(1.9, 1);
   const GltfBody back = read_gltf_body(gltf_body(model, shape));
   EXPECT_LT((back.model.mesh.vertices - shape_body(model, shape).vertices).norm(), 1e-9);
@@ -120,7 +120,7 @@ TEST(GltfBody, AShapeIsBakedIn) {
 TEST(GltfBody, AnArmatureMayBeScaledAndTurned) {
   // As exporters write it: a parent node that turns and scales the whole skeleton, which the bind
   // matrices undo.
-  const BodyModel model = plain_body();
+  const BodyModel model = plain_gltf_body();
   GltfScene scene = gltf_body(model);
   GltfNode armature;
   armature.name = "Armature";
@@ -141,7 +141,7 @@ TEST(GltfBody, AnArmatureMayBeScaledAndTurned) {
 }
 
 TEST(GltfBody, SplinesAndStepsAreSampled) {
-  GltfScene scene = gltf_body(plain_body());
+  GltfScene scene = gltf_body(plain_gltf_body());
   GltfChannel step{1, GltfPath::Rotation, GltfInterpolation::Step, {0, 1}, {}};
   step.values.resize(2, 4);
   step.values << 0, 0, 0, 1, 0, 0, 1, 0;
@@ -158,7 +158,7 @@ TEST(GltfBody, SplinesAndStepsAreSampled) {
 }
 
 TEST(GltfBody, MorphTargetsBecomeShapes) {
-  GltfScene scene = gltf_body(plain_body());
+  GltfScene scene = gltf_body(plain_gltf_body());
   GltfMorphTarget target;
   target.positions = Points::Constant(40, 3, 0.1);
   scene.meshes[0].primitives[0].targets = {target};
@@ -195,7 +195,7 @@ TEST(GltfBody, TheFoxLoads) {
 
 TEST(GltfBody, RefusesWhatIsNoBody) {
   const auto refused = [](void (*spoil)(GltfScene&), const char* message) {
-    GltfScene scene = gltf_body(plain_body());
+    GltfScene scene = gltf_body(plain_gltf_body());
     spoil(scene);
     EXPECT_THAT([&] { read_gltf_body(scene, "a.glb"); },
                 ThrowsMessage<DataError>(HasSubstr(message)));
@@ -213,7 +213,7 @@ TEST(GltfBody, RefusesWhatIsNoBody) {
 }
 
 TEST(GltfBody, RefusesWhatIsNoMotion) {
-  GltfScene scene = gltf_body(plain_body());
+  GltfScene scene = gltf_body(plain_gltf_body());
   EXPECT_THAT([&] { read_gltf_motion(scene, "a.glb"); },
               ThrowsMessage<DataError>(HasSubstr("animation 0")));
   GltfChannel channel{static_cast<int>(scene.nodes.size()) - 1,
@@ -235,7 +235,7 @@ TEST(GltfBody, RefusesWhatIsNoMotion) {
 }
 
 TEST(GltfBody, RefusesToWritePosesOfAnotherSkeleton) {
-  const BodyModel model = plain_body();
+  const BodyModel model = plain_gltf_body();
   Motion motion = short_motion(model.skeleton);
   motion.poses[2].rotations.conservativeResize(3, 3);
   EXPECT_THAT([&] { gltf_body(model, {}, motion); },

@@ -12,9 +12,9 @@
 namespace atelier {
 namespace {
 
+using fixtures::person_skeleton;
+using fixtures::PersonNames;
 using ::testing::HasSubstr;
-using testing::person_skeleton;
-using testing::PersonNames;
 using ::testing::ThrowsMessage;
 
 // The same 21 joints as several rigs name them.
@@ -60,7 +60,8 @@ void expect_person(const Humanoid& person) {
 }
 
 TEST(Humanoid, NamesOfManyRigs) {
-  for (const PersonNames& names : {testing::mixamo_names(), kSmpl, kUnreal, kPoser, kAsf, kBiped}) {
+  for (const PersonNames& names :
+       {fixtures::mixamo_names(), kSmpl, kUnreal, kPoser, kAsf, kBiped}) {
     SCOPED_TRACE(names[1]);
     const std::optional<Humanoid> person = find_humanoid(person_skeleton(names));
     ASSERT_TRUE(person.has_value());
@@ -69,7 +70,7 @@ TEST(Humanoid, NamesOfManyRigs) {
 }
 
 TEST(Humanoid, PrefixesDoNotMatter) {
-  PersonNames names = testing::mixamo_names();
+  PersonNames names = fixtures::mixamo_names();
   for (std::string& name : names) {
     name = "mixamorig:" + name;
   }
@@ -121,7 +122,7 @@ TEST(Humanoid, LegLength) {
 }
 
 TEST(Humanoid, EveryRealMotionHasAPerson) {
-  const std::filesystem::path root = testing::test_data_root();
+  const std::filesystem::path root = fixtures::test_data_root();
   if (!std::filesystem::exists(root / "mocap_bvh")) {
     GTEST_SKIP() << "no test data at " << root;
   }
@@ -136,7 +137,7 @@ TEST(Humanoid, EveryRealMotionHasAPerson) {
 }
 
 TEST(Humanoid, RefusesASkeletonOfNobody) {
-  EXPECT_THAT([] { recognised_humanoid(testing::synthetic_body().skeleton, "fox.glb"); },
+  EXPECT_THAT([] { recognised_humanoid(fixtures::synthetic_body().skeleton, "fox.glb"); },
               ThrowsMessage<DataError>(::testing::AllOf(HasSubstr("fox.glb"),
                                                         HasSubstr("joints that match no person"),
                                                         HasSubstr("root, spine, head"))));

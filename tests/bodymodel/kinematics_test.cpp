@@ -13,11 +13,11 @@
 namespace atelier {
 namespace {
 
-using testing::finite_difference_jacobian;
+using fixtures::finite_difference_jacobian;
+using fixtures::jacobian_error;
+using fixtures::random_pose;
+using fixtures::synthetic_body;
 using ::testing::HasSubstr;
-using testing::jacobian_error;
-using testing::random_pose;
-using testing::synthetic_body;
 using ::testing::ThrowsMessage;
 
 Eigen::VectorXd flat(const Points& points) {

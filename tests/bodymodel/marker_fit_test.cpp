@@ -20,13 +20,13 @@
 namespace atelier {
 namespace {
 
+using fixtures::joint_centre_names;
+using fixtures::marked_person;
+using fixtures::MarkedPerson;
+using fixtures::opensim_names;
+using fixtures::plug_in_gait_names;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using testing::joint_centre_names;
-using testing::marked_person;
-using testing::MarkedPerson;
-using testing::opensim_names;
-using testing::plug_in_gait_names;
 using ::testing::ThrowsMessage;
 
 const Finding* finding(const MotionClip& clip, const std::string& code) {
@@ -108,7 +108,7 @@ TEST(MarkerPose, JacobianAgreesWithFiniteDifferences) {
   for (Index i = 0; i < pose.rotations.size(); ++i) {
     pose.rotations.data()[i] = 0.5 * normal(random);
   }
-  const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(
+  const Eigen::MatrixXd numeric = fixtures::finite_difference_jacobian(
       [&](const Eigen::VectorXd& x) {
         const Points at =
             marker_positions(markers, forward_kinematics(skeleton, pose_of_vector(x)));
@@ -116,7 +116,7 @@ TEST(MarkerPose, JacobianAgreesWithFiniteDifferences) {
       },
       pose_vector(pose));
   const double error =
-      testing::jacobian_error(marker_positions_jacobian(skeleton, pose, markers), numeric);
+      fixtures::jacobian_error(marker_positions_jacobian(skeleton, pose, markers), numeric);
   EXPECT_LT(error, 1e-8);
 }
 
@@ -216,7 +216,7 @@ TEST(MarkerFit, ATrcFileIsAMotionLikeAnyOther) {
   const MarkedPerson person = marked_person(joint_centre_names(), 0, 0, 12);
   {
     std::FILE* file = std::fopen(path.c_str(), "w");
-    const std::string text = testing::trc_text(person.clip, "mm", 1000);
+    const std::string text = fixtures::trc_text(person.clip, "mm", 1000);
     std::fwrite(text.data(), 1, text.size(), file);
     std::fclose(file);
   }

@@ -35,7 +35,7 @@ Mesh tube(double a, double b, double cx, int sides = 720) {
   return mesh;
 }
 
-BodyModel human() {
+BodyModel measured_human() {
   DefaultHumanOptions options;
   options.shape_basis = false;
   options.correctives = false;
@@ -76,7 +76,7 @@ TEST(GirthAt, TakesThePieceRoundTheBoneAndItsConvexOutline) {
 }
 
 TEST(MeasureBody, IsTheSameWhereverTheBodyStands) {
-  BodyModel model = human();
+  BodyModel model = measured_human();
   const BodyMeasurements here = measure_body(model.mesh, model.skeleton);
   const Eigen::RowVector3d move(3, -1, 7);
   model.mesh.vertices.rowwise() += move;
@@ -106,7 +106,7 @@ void add_piece(BodyModel& model, const Mesh& piece, const Eigen::RowVector3d& pl
 }
 
 TEST(MeasureBody, EyesTeethAndHairAreNotMeasured) {
-  BodyModel model = human();
+  BodyModel model = measured_human();
   model.shape.clear();
   const BodyMeasurements plain = measure_body(model);
   const double top = model.mesh.vertices.col(1).maxCoeff();
@@ -144,7 +144,7 @@ TEST(MeasureBody, MakeHumanWithEyesIsMeasuredAsItsSkin) {
 }
 
 TEST(MeasureBody, ScalesWithTheBody) {
-  BodyModel model = human();
+  BodyModel model = measured_human();
   const BodyMeasurements one = measure_body(model.mesh, model.skeleton);
   model.mesh.vertices *= 1.1;
   model.skeleton.offsets *= 1.1;
@@ -166,7 +166,7 @@ TEST(MeasureBody, NamesAreUniqueAndHaveUnits) {
 }
 
 TEST(MeasureBody, RefusesASkeletonWithoutItsJoints) {
-  BodyModel model = human();
+  BodyModel model = measured_human();
   model.skeleton.names[find_joint(model.skeleton, "left_knee")] = "knee";
   try {
     measure_body(model.mesh, model.skeleton);
@@ -178,7 +178,7 @@ TEST(MeasureBody, RefusesASkeletonWithoutItsJoints) {
 }
 
 TEST(MeasureBody, RefusesBonesOutsideTheSkin) {
-  BodyModel model = human();
+  BodyModel model = measured_human();
   model.skeleton.offsets(0, 2) += 2;  // the skeleton stands beside its body
   try {
     measure_body(model.mesh, model.skeleton);
@@ -190,7 +190,7 @@ TEST(MeasureBody, RefusesBonesOutsideTheSkin) {
 }
 
 TEST(MeasureBody, GirthsOfTheTrunkDoNotAskWhereTheSpineRuns) {
-  BodyModel model = human();
+  BodyModel model = measured_human();
   const BodyMeasurements inside = measure_body(model.mesh, model.skeleton);
   // MakeHuman's pelvis and neck joints lie so far back that the line between them leaves the small
   // of the back; here by 12 cm.
@@ -209,7 +209,7 @@ TEST(MeasureBody, GirthsOfTheTrunkDoNotAskWhereTheSpineRuns) {
 }
 
 TEST(MeasureBody, RefusesAnOpenSkin) {
-  BodyModel model = human();
+  BodyModel model = measured_human();
   // Half of the triangles: no cut closes.
   const Triangles left = model.mesh.faces.topRows(model.mesh.faces.rows() / 2);
   model.mesh.faces = left;
@@ -217,15 +217,15 @@ TEST(MeasureBody, RefusesAnOpenSkin) {
 }
 
 template <class Spoil>
-void expect_refused(const char* words, const Spoil& spoil) {
-  BodyModel model = human();
+void expect_refused_measure(const char* words, const Spoil& spoil) {
+  BodyModel model = measured_human();
   spoil(model);
   EXPECT_THAT([&] { measure_body(model); },
               ::testing::ThrowsMessage<DataError>(::testing::HasSubstr(words)));
 }
 
 TEST(MeasureBody, RefusesWhatHasNoVolume) {
-  expect_refused("an opening of 0.", [](BodyModel& m) {  // without a foot
+  expect_refused_measure("an opening of 0.", [](BodyModel& m) {  // without a foot
     const double ankle = rest_positions(m.skeleton)(find_joint(m.skeleton, "left_ankle"), 1);
     Triangles kept(m.mesh.faces.rows(), 3);
     Index count = 0;
@@ -239,20 +239,21 @@ TEST(MeasureBody, RefusesWhatHasNoVolume) {
     m.mesh.uv_faces.resize(0, 3);
     m.mesh.uvs.resize(0, 2);
   });
-  expect_refused("counter-clockwise from outside",
-                 [](BodyModel& m) { m.mesh.faces.col(1).swap(m.mesh.faces.col(2)); });
+  expect_refused_measure("counter-clockwise from outside",
+                         [](BodyModel& m) { m.mesh.faces.col(1).swap(m.mesh.faces.col(2)); });
 }
 
 TEST(MeasureBody, RefusesWhoDoesNotStand) {
-  expect_refused("legs that do not stand upright", [](BodyModel& m) {
+  expect_refused_measure("legs that do not stand upright", [](BodyModel& m) {
     m.skeleton.offsets.row(find_joint(m.skeleton, "left_knee")) << 0, 0, 0.4;
     m.skeleton.offsets.row(find_joint(m.skeleton, "left_ankle")) << 0, 0, 0.4;
   });
-  expect_refused("hips and neck that do not stand upright", [](BodyModel& m) {  // a trunk level
-    for (const char* name : {"spine1", "spine2", "spine3", "neck"}) {
-      m.skeleton.offsets.row(find_joint(m.skeleton, name)) << 0, 0, 0.15;
-    }
-  });
+  expect_refused_measure("hips and neck that do not stand upright",
+                         [](BodyModel& m) {  // a trunk level
+                           for (const char* name : {"spine1", "spine2", "spine3", "neck"}) {
+                             m.skeleton.offsets.row(find_joint(m.skeleton, name)) << 0, 0, 0.15;
+                           }
+                         });
 }
 
 TEST(Measure, SplitSeamsAreJoined) {

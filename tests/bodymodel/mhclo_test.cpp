@@ -69,7 +69,7 @@ TEST(Mhclo, RefusesBrokenFiles) {
 }
 
 MakeHumanBody real_body(double gender) {
-  const std::filesystem::path root = testing::test_data_root() / "makehuman";
+  const std::filesystem::path root = fixtures::test_data_root() / "makehuman";
   MakeHumanFiles files;
   files.base = root / "base/base.obj";
   files.rig = root / "base/default.mhskel";
@@ -112,7 +112,7 @@ TEST(Mhclo, AGarmentMovesWithItsBody) {
 TEST(Mhclo, RefusesAnObjElsewhere) {
   ATELIER_TEST_FILE(file, "makehuman/base/base.obj");
   const MakeHumanBody body = real_body(0.5);
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   for (const std::string obj : {"../shirt.obj", "/etc/shirt.obj", "sub/shirt.obj", ""}) {
     std::ofstream(folder / "a.mhclo") << "basemesh hm08\nobj_file " << obj << "\nverts 0\n1\n";
     EXPECT_THAT([&] { read_makehuman_garment(folder / "a.mhclo", body); },
@@ -124,7 +124,7 @@ TEST(Mhclo, RefusesAnObjElsewhere) {
 TEST(Mhclo, RefusesAnObjOfAnotherGarment) {
   ATELIER_TEST_FILE(file, "makehuman/base/base.obj");
   const MakeHumanBody body = real_body(0.5);
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / "s.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   std::ofstream(folder / "a.mhclo") << "basemesh hm08\nobj_file s.obj\nverts 0\n1\n";
   EXPECT_THAT([&] { read_makehuman_garment(folder / "a.mhclo", body); },

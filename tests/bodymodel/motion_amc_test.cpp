@@ -23,7 +23,7 @@ using ::testing::ThrowsMessage;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-const std::string kAsf =
+const std::string kMotionAmcAsf =
     ":version 1.10\n:name VICON\n:units\n  mass 1.0\n  length 0.45\n  angle deg\n:documentation\n"
     "   anything\n:root\n   order TX TY TZ RX RY RZ\n   axis XYZ\n   position 0 0 0\n"
     "   orientation 0 0 0\n:bonedata\n  begin\n     id 1\n     name thigh\n     direction 0 -1 0\n"
@@ -35,14 +35,14 @@ const std::string kAmc =
     "#!OML:ASF x\n:FULLY-SPECIFIED\n:DEGREES\n1\nroot 1 2 3 10 20 30\nthigh 5 6 7\nshin 40\n2\n"
     "root 1 2 3 0 0 0\nthigh 0 0 0\nshin 0\n";
 
-MotionClip parse(const std::string& asf, const std::string& amc,
-                 const MotionOptions& options = {1, 'y', 0}) {
+MotionClip parse_amc(const std::string& asf, const std::string& amc,
+                     const MotionOptions& options = {1, 'y', 0}) {
   return read_amc(std::as_bytes(std::span(asf)), "a.asf", std::as_bytes(std::span(amc)), "a.amc",
                   options);
 }
 
 TEST(Amc, JointsAreWhereBonesBegin) {
-  const MotionClip clip = parse(kAsf, kAmc);
+  const MotionClip clip = parse_amc(kMotionAmcAsf, kAmc);
   EXPECT_EQ(clip.skeleton.names, (std::vector<std::string>{"root", "thigh", "shin"}));
   const Points rest = rest_positions(clip.skeleton);
   EXPECT_NEAR(rest.row(1).norm(), 0, 1e-15);
@@ -54,7 +54,7 @@ TEST(Amc, JointsAreWhereBonesBegin) {
 }
 
 TEST(Amc, RotationsAreInTheBonesAxes) {
-  const MotionClip clip = parse(kAsf, kAmc);
+  const MotionClip clip = parse_amc(kMotionAmcAsf, kAmc);
   // C from "axis 10 20 30 XYZ" turns about x first; M is about the bone's x alone.
   const Eigen::Matrix3d c = euler_matrix("ZYX", kDegree * Eigen::Vector3d(30, 20, 10));
   const Eigen::Matrix3d expected = c * axis_rotation(0, 40 * kDegree) * c.transpose();
@@ -88,12 +88,12 @@ struct AmcRefusalCase {
 class AmcRefusal : public ::testing::TestWithParam<AmcRefusalCase> {};
 
 TEST_P(AmcRefusal, NamesTheLine) {
-  std::string asf = kAsf;
+  std::string asf = kMotionAmcAsf;
   std::string amc = kAmc;
   std::string& text = GetParam().in_asf ? asf : amc;
   text.replace(text.find(GetParam().from), std::string(GetParam().from).size(), GetParam().to);
   EXPECT_THAT(
-      [&] { parse(asf, amc); },
+      [&] { parse_amc(asf, amc); },
       ThrowsMessage<DataError>(AllOf(HasSubstr(GetParam().in_asf ? "a.asf: line" : "a.amc: line"),
                                      HasSubstr(GetParam().message))));
 }
@@ -133,8 +133,9 @@ INSTANTIATE_TEST_SUITE_P(Files, AmcRefusal, ::testing::ValuesIn(kAmcCases),
                          [](const auto& file) { return std::string(file.param.name); });
 
 TEST(Amc, RefusesNothing) {
-  EXPECT_THAT([] { parse(kAsf, ""); }, ThrowsMessage<DataError>(HasSubstr("no frames")));
-  EXPECT_THAT([] { parse("", kAmc); }, ThrowsMessage<DataError>(HasSubstr("no bones")));
+  EXPECT_THAT([] { parse_amc(kMotionAmcAsf, ""); },
+              ThrowsMessage<DataError>(HasSubstr("no frames")));
+  EXPECT_THAT([] { parse_amc("", kAmc); }, ThrowsMessage<DataError>(HasSubstr("no bones")));
 }
 
 const std::string kTrc =

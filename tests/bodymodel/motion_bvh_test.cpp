@@ -23,8 +23,8 @@ constexpr double kPi = std::numbers::pi;
 
 const MotionOptions kMetres{1, 'y', 0};
 
-MotionClip parse(const std::string& text, const MotionOptions& options = kMetres,
-                 const Limits& limits = {}) {
+MotionClip parse_bvh(const std::string& text, const MotionOptions& options = kMetres,
+                     const Limits& limits = {}) {
   return read_bvh(std::as_bytes(std::span(text)), "a.bvh", options, limits);
 }
 
@@ -44,7 +44,7 @@ std::string good_arm() {
 }
 
 TEST(Bvh, ReadsTreeOffsetsAndMotion) {
-  const MotionClip clip = parse(good_arm());
+  const MotionClip clip = parse_bvh(good_arm());
   EXPECT_EQ(clip.skeleton.names, (std::vector<std::string>{"shoulder", "elbow"}));
   EXPECT_EQ(clip.skeleton.parents, (std::vector<int>{-1, 0}));
   EXPECT_EQ(clip.end_sites.size(), 1u);
@@ -63,7 +63,7 @@ TEST(Bvh, EveryOrderOfRotationsIsTheProductInTheFilesOrder) {
     for (const char axis : order) {
       channels += std::string(" ") + axis + "rotation";
     }
-    const MotionClip clip = parse(arm(channels, "0 0 0 0 0 0 10 -20 70", "0 0 0 0 0 0 0 0 0"));
+    const MotionClip clip = parse_bvh(arm(channels, "0 0 0 0 0 0 10 -20 70", "0 0 0 0 0 0 0 0 0"));
     const Eigen::Matrix3d expected = euler_matrix(order, kPi / 180 * Eigen::Vector3d(10, -20, 70));
     EXPECT_LT((rotation_matrix(clip.motion.poses[0].rotations.row(1)) - expected).norm(), 1e-12)
         << order;
@@ -71,19 +71,20 @@ TEST(Bvh, EveryOrderOfRotationsIsTheProductInTheFilesOrder) {
 }
 
 TEST(Bvh, OneTwoAndNoRotationChannelsAreFine) {
-  EXPECT_NEAR(
-      parse(arm("1 Yrotation", "0 0 0 0 0 0 45", "0 0 0 0 0 0 0")).motion.poses[0].rotations(1, 1),
-      kPi / 4, 1e-12);
-  EXPECT_EQ(parse(arm("0", "0 0 0 0 0 0", "0 0 0 0 0 0")).motion.poses[0].rotations.row(1).norm(),
-            0);
+  EXPECT_NEAR(parse_bvh(arm("1 Yrotation", "0 0 0 0 0 0 45", "0 0 0 0 0 0 0"))
+                  .motion.poses[0]
+                  .rotations(1, 1),
+              kPi / 4, 1e-12);
+  EXPECT_EQ(
+      parse_bvh(arm("0", "0 0 0 0 0 0", "0 0 0 0 0 0")).motion.poses[0].rotations.row(1).norm(), 0);
 }
 
 TEST(Bvh, SixChannelJointsKeepTheirBones) {
   // Absolute positions, equal to the OFFSET, and changes of it, zero: both leave the bone alone.
   for (const std::string position : {"0.3 0 0", "0 0 0"}) {
     const MotionClip clip =
-        parse(arm("6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
-                  "0 0 0 0 0 0 " + position + " 90 0 0", "0 0 0 0 0 0 " + position + " 0 0 0"));
+        parse_bvh(arm("6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
+                      "0 0 0 0 0 0 " + position + " 90 0 0", "0 0 0 0 0 0 " + position + " 0 0 0"));
     EXPECT_TRUE(clip.findings.empty());
     EXPECT_NEAR(clip.skeleton.offsets(1, 0), 0.3, 1e-15);
     EXPECT_NEAR(clip.motion.poses[0].rotations(1, 2), kPi / 2, 1e-12);
@@ -91,15 +92,16 @@ TEST(Bvh, SixChannelJointsKeepTheirBones) {
 }
 
 TEST(Bvh, ABoneThatStretchesIsSaid) {
-  const MotionClip clip = parse(arm("6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
-                                    "0 0 0 0 0 0 0.3 0 0 90 0 0", "0 0 0 0 0 0 0.5 0 0 0 0 0"));
+  const MotionClip clip =
+      parse_bvh(arm("6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
+                    "0 0 0 0 0 0 0.3 0 0 90 0 0", "0 0 0 0 0 0 0.5 0 0 0 0 0"));
   ASSERT_EQ(clip.findings.size(), 1u);
   EXPECT_EQ(clip.findings[0].code, "motion-stretch");
 }
 
 TEST(Bvh, WritersHabitsAreFine) {
   // Windows line ends, lower case, braces on the name's line, names with blanks, named end sites.
-  const MotionClip clip = parse(
+  const MotionClip clip = parse_bvh(
       "hierarchy\r\nroot my hips {\r\noffset 0 0 0\r\nchannels 3 zrotation xrotation yrotation\r\n"
       "end site tip\r\n{ offset 0 1 0 }\r\n}\r\nmotion\r\nframes:\t1\r\nframe time: .04\r\n1 2 3");
   EXPECT_EQ(clip.skeleton.names[0], "my hips");
@@ -109,7 +111,7 @@ TEST(Bvh, WritersHabitsAreFine) {
 TEST(Bvh, RepeatedNamesAreNumberedAndSaid) {
   std::string text = good_arm();
   text.replace(text.find("elbow"), 5, "shoulder");
-  const MotionClip clip = parse(text);
+  const MotionClip clip = parse_bvh(text);
   EXPECT_EQ(clip.skeleton.names[1], "shoulder_2");
   ASSERT_EQ(clip.findings.size(), 1u);
   EXPECT_EQ(clip.findings[0].code, "motion-names");
@@ -117,16 +119,16 @@ TEST(Bvh, RepeatedNamesAreNumberedAndSaid) {
 
 TEST(Bvh, WhatIsWrittenReadsBack) {
   MotionClip clip;
-  clip.skeleton = testing::synthetic_body().skeleton;
+  clip.skeleton = fixtures::synthetic_body().skeleton;
   clip.motion.fps = 30;
   for (int frame = 0; frame < 4; ++frame) {
-    clip.motion.poses.push_back(testing::random_pose(clip.skeleton, frame));
+    clip.motion.poses.push_back(fixtures::random_pose(clip.skeleton, frame));
     clip.motion.frame_ids.push_back(frame);
   }
   for (const std::string order : {"ZXY", "XYZ", "YZX"}) {
     BvhWriteOptions options;
     options.order = order;
-    const MotionClip back = parse(bvh_text(clip, options), {0.01, 'y', 0});
+    const MotionClip back = parse_bvh(bvh_text(clip, options), {0.01, 'y', 0});
     EXPECT_EQ(back.motion.fps, 30);
     for (std::size_t frame = 0; frame < 4; ++frame) {
       const Points was = forward_kinematics(clip.skeleton, clip.motion.poses[frame]).positions;
@@ -141,7 +143,7 @@ TEST(Bvh, WhatIsWrittenReadsBack) {
 }
 
 TEST(Bvh, EveryRealFileLoads) {
-  const std::filesystem::path root = testing::test_data_root();
+  const std::filesystem::path root = fixtures::test_data_root();
   if (!std::filesystem::exists(root / "mocap_bvh")) {
     GTEST_SKIP() << "no test data at " << root;
   }
@@ -185,7 +187,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 class BvhRefusal : public ::testing::TestWithParam<Refusal> {};
 
 TEST_P(BvhRefusal, NamesLineAndRule) {
-  EXPECT_THAT([&] { parse(GetParam().text); },
+  EXPECT_THAT([&] { parse_bvh(GetParam().text); },
               ThrowsMessage<DataError>(AllOf(HasSubstr("a.bvh"), HasSubstr(GetParam().where),
                                              HasSubstr(GetParam().message))));
 }
@@ -242,12 +244,12 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Bvh, RefusesMoreJointsThanTheLimit) {
   Limits limits;
   limits.joints = 1;
-  EXPECT_THAT([&] { parse(good_arm(), kMetres, limits); },
+  EXPECT_THAT([&] { parse_bvh(good_arm(), kMetres, limits); },
               ThrowsMessage<DataError>(HasSubstr("at most 1")));
 }
 
 TEST(Bvh, RefusesToWriteAnUnknownOrder) {
-  const MotionClip clip = parse(good_arm());
+  const MotionClip clip = parse_bvh(good_arm());
   BvhWriteOptions options;
   options.order = "XYX";
   EXPECT_THAT([&] { bvh_text(clip, options); },
@@ -255,7 +257,7 @@ TEST(Bvh, RefusesToWriteAnUnknownOrder) {
 }
 
 TEST(Bvh, RefusesToWriteABrokenClip) {
-  MotionClip clip = parse(good_arm());
+  MotionClip clip = parse_bvh(good_arm());
   clip.motion.poses[1].rotations(1, 0) = NAN;
   EXPECT_THAT([&] { bvh_text(clip); }, ThrowsMessage<DataError>(HasSubstr("frame 1")));
 }

@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 std::filesystem::path corpus(const char* name) {
-  return testing::source_directory() / "fuzz/corpus/c3d" / name;
+  return fixtures::source_directory() / "fuzz/corpus/c3d" / name;
 }
 
 TEST(C3d, RealNumbersLittleEndian) {

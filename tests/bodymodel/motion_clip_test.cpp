@@ -16,8 +16,8 @@
 namespace atelier {
 namespace {
 
+using fixtures::person_clip;
 using ::testing::HasSubstr;
-using testing::person_clip;
 using ::testing::ThrowsMessage;
 
 TEST(MotionClip, GuessesUnitsByTheLegs) {

@@ -14,8 +14,8 @@
 namespace atelier {
 namespace {
 
+using fixtures::person_clip;
 using ::testing::HasSubstr;
-using testing::person_clip;
 using ::testing::ThrowsMessage;
 
 MotionClip in_centimetres() {
@@ -32,7 +32,7 @@ double legs(const MotionClip& clip) {
 }
 
 TEST(MotionFile, EveryWrittenFormatReadsBack) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   MotionClip clip = person_clip();
   clip.motion.fps = 50;
   for (const char* name : {"a.bvh", "a.npz", "a.glb", "a.gltf"}) {
@@ -49,7 +49,7 @@ TEST(MotionFile, EveryWrittenFormatReadsBack) {
 }
 
 TEST(MotionFile, CentimetresInAFormatOfMetresAreRepairedAndSaid) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   for (const char* name : {"cm.npz", "cm.glb"}) {
     SCOPED_TRACE(name);
     write_motion_file(folder / name, in_centimetres());
@@ -62,7 +62,7 @@ TEST(MotionFile, CentimetresInAFormatOfMetresAreRepairedAndSaid) {
 }
 
 TEST(MotionFile, WhatIsSaidOfANpzCounts) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_motion_file(folder / "m.npz", person_clip());
   EXPECT_TRUE(read_motion_file(folder / "m.npz").findings.empty());
   MotionOptions options;

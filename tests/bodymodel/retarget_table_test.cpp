@@ -28,10 +28,10 @@ namespace atelier {
 namespace {
 
 namespace fs = std::filesystem;
+using fixtures::person_body;
+using fixtures::person_clip;
+using fixtures::person_skeleton;
 using ::testing::HasSubstr;
-using testing::person_body;
-using testing::person_clip;
-using testing::person_skeleton;
 using ::testing::ThrowsMessage;
 
 fs::path folder() {
@@ -170,7 +170,7 @@ fs::path trc_file() {
     clip.positions.push_back(at);
     clip.seen.emplace_back(13, true);
   }
-  write(folder() / "person.trc", testing::trc_text(clip, "mm", 1000));
+  write(folder() / "person.trc", fixtures::trc_text(clip, "mm", 1000));
   return folder() / "person.trc";
 }
 
@@ -254,7 +254,7 @@ TEST(RetargetTable, EveryFormatMovesEveryBody) {
   DefaultHumanOptions plain = female_human();
   plain.shape_basis = false;
   bodies.emplace_back("default human", default_human(plain));
-  const fs::path base = testing::test_data_root() / "makehuman/base/base.obj";
+  const fs::path base = fixtures::test_data_root() / "makehuman/base/base.obj";
   if (fs::exists(base)) {
     bodies.emplace_back("MakeHuman", read_body_file(base).model);
   }

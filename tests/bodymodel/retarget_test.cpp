@@ -22,10 +22,10 @@
 namespace atelier {
 namespace {
 
+using fixtures::person_body;
+using fixtures::person_clip;
+using fixtures::person_skeleton;
 using ::testing::HasSubstr;
-using testing::person_body;
-using testing::person_clip;
-using testing::person_skeleton;
 using ::testing::ThrowsMessage;
 
 RetargetOptions plain() {
@@ -274,7 +274,7 @@ Eigen::Vector3d look(const BodyModel& model, int head, const Pose& pose) {
 // Every BVH of the data: captures, and MakeHuman's poses and animations.
 TEST(Retarget, EveryRealMotionOnMakeHumanAndTheDefaultHuman) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
-  const std::filesystem::path root = testing::test_data_root();
+  const std::filesystem::path root = fixtures::test_data_root();
   DefaultHumanOptions human = female_human();
   human.shape_basis = false;
   const BodyModel bodies[] = {makehuman(root).model, default_human(human)};
@@ -346,7 +346,7 @@ TEST(Retarget, AnAbsurdScaleIsSaidWithItsNumber) {
 TEST(Retarget, AWalkKeepsItsFeetOnTheGround) {
   ATELIER_TEST_FILE(path, "mocap_bvh/bvh_python/test_freebvh.bvh");
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
-  const MakeHumanBody body = makehuman(testing::test_data_root());
+  const MakeHumanBody body = makehuman(fixtures::test_data_root());
   const Retargeted result = retarget(read_bvh(path), body.model);
   const Humanoid person = recognised_humanoid(body.model.skeleton);
   int standing = 0;
@@ -372,7 +372,7 @@ TEST(Retarget, AWalkKeepsItsFeetOnTheGround) {
 
 TEST(Retarget, RefusesAMotionOfNobody) {
   MotionClip clip = person_clip();
-  clip.skeleton = testing::synthetic_body().skeleton;
+  clip.skeleton = fixtures::synthetic_body().skeleton;
   clip.name = "fox";
   clip.motion.poses.resize(1);
   clip.motion.poses[0] = rest_pose(clip.skeleton);
@@ -381,7 +381,7 @@ TEST(Retarget, RefusesAMotionOfNobody) {
 }
 
 TEST(Retarget, RefusesABodyOfNobody) {
-  EXPECT_THAT([&] { retarget(person_clip(), testing::synthetic_body()); },
+  EXPECT_THAT([&] { retarget(person_clip(), fixtures::synthetic_body()); },
               ThrowsMessage<DataError>(HasSubstr("synthetic")));
 }
 

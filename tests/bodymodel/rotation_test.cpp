@@ -12,14 +12,12 @@
 namespace atelier {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Eigen::Vector3d random_vector(Random& random, double scale) {
   return {scale * normal(random), scale * normal(random), scale * normal(random)};
 }
 
 TEST(Rotation, MatrixIsRightHandedAboutItsAxis) {
-  const Eigen::Matrix3d quarter = rotation_matrix({0, 0, kPi / 2});
+  const Eigen::Matrix3d quarter = rotation_matrix({0, 0, std::numbers::pi / 2});
   EXPECT_NEAR((quarter * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 0, 1e-15);
 }
 
@@ -44,7 +42,7 @@ TEST(Rotation, DerivativesAgreeWithFiniteDifferences) {
   Random random{2};
   for (const double scale : {0.0, 1e-5, 1e-2, 0.5, 2.0}) {
     const Eigen::Vector3d r = random_vector(random, scale);
-    const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(
+    const Eigen::MatrixXd numeric = fixtures::finite_difference_jacobian(
         [](const Eigen::VectorXd& x) {
           const Eigen::Matrix3d m = rotation_matrix(x);
           return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(m.data(), 9));
@@ -57,15 +55,16 @@ TEST(Rotation, DerivativesAgreeWithFiniteDifferences) {
                     .maxCoeff(),
                 1e-9);
     }
-    const Eigen::MatrixXd numeric_quaternion = testing::finite_difference_jacobian(
+    const Eigen::MatrixXd numeric_quaternion = fixtures::finite_difference_jacobian(
         [](const Eigen::VectorXd& x) { return Eigen::VectorXd(quaternion_of(x)); }, r);
-    EXPECT_LT(testing::jacobian_error(quaternion_jacobian(r), numeric_quaternion), 1e-9);
+    EXPECT_LT(fixtures::jacobian_error(quaternion_jacobian(r), numeric_quaternion), 1e-9);
   }
 }
 
 TEST(Rotation, LogarithmInvertsExponential) {
   Random random{3};
-  for (const double angle : {0.0, 1e-9, 1e-4, 1.0, 3.0, kPi - 1e-6, kPi - 1e-12}) {
+  for (const double angle :
+       {0.0, 1e-9, 1e-4, 1.0, 3.0, std::numbers::pi - 1e-6, std::numbers::pi - 1e-12}) {
     const Eigen::Vector3d r = angle * random_vector(random, 1).normalized();
     EXPECT_LT((rotation_matrix(rotation_vector(rotation_matrix(r))) - rotation_matrix(r)).norm(),
               1e-12);
@@ -91,12 +90,14 @@ TEST(Rotation, BetweenDirections) {
 
 TEST(Rotation, NearestEquivalentKeepsTheRotationAndStaysNear) {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 1, 0).normalized();
-  const Eigen::Vector3d r = (kPi - 0.1) * -axis;
-  const Eigen::Vector3d moved = nearest_equivalent(r, (kPi - 0.1) * axis);
-  EXPECT_NEAR((moved - (kPi + 0.1) * axis).norm(), 0, 1e-12);
+  const Eigen::Vector3d r = (std::numbers::pi - 0.1) * -axis;
+  const Eigen::Vector3d moved = nearest_equivalent(r, (std::numbers::pi - 0.1) * axis);
+  EXPECT_NEAR((moved - (std::numbers::pi + 0.1) * axis).norm(), 0, 1e-12);
   EXPECT_LT((rotation_matrix(moved) - rotation_matrix(r)).norm(), 1e-13);
-  EXPECT_NEAR((nearest_equivalent(Eigen::Vector3d::Zero(), 6.2 * axis) - 2 * kPi * axis).norm(), 0,
-              1e-12);
+  EXPECT_NEAR(
+      (nearest_equivalent(Eigen::Vector3d::Zero(), 6.2 * axis) - 2 * std::numbers::pi * axis)
+          .norm(),
+      0, 1e-12);
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ TEST(SkinWeights, TheLightestArePrunedAndSaid) {
 }
 
 TEST(SkinWeights, ARepairedModelPassesItsCheck) {
-  BodyModel model = testing::synthetic_body();
+  BodyModel model = fixtures::synthetic_body();
   model.skin.weights *= 0.9;
   model.skin.weights(3, 0) = -0.01;
   EXPECT_THROW(check_body_model(model), DataError);

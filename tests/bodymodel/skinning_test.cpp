@@ -16,11 +16,11 @@
 namespace atelier {
 namespace {
 
-using testing::finite_difference_jacobian;
+using fixtures::finite_difference_jacobian;
+using fixtures::jacobian_error;
+using fixtures::random_pose;
+using fixtures::synthetic_body;
 using ::testing::HasSubstr;
-using testing::jacobian_error;
-using testing::random_pose;
-using testing::synthetic_body;
 using ::testing::ThrowsMessage;
 
 TEST(Skinning, RestPoseGivesTheTemplate) {
@@ -79,11 +79,11 @@ TEST(Skinning, ShapeIsLinearInPhysicalValues) {
 }
 
 TEST(Skinning, AModelAtAShapeHasTheSameShapesFromThere) {
-  const BodyModel model = testing::synthetic_body();
+  const BodyModel model = fixtures::synthetic_body();
   const Eigen::Vector2d here(1.9, 0.7);
   const BodyModel moved = at_shape(model, here);
   EXPECT_EQ(neutral_shape(moved), here);
-  const Pose pose = testing::random_pose(model.skeleton, 5);
+  const Pose pose = fixtures::random_pose(model.skeleton, 5);
   EXPECT_LT((skin_vertices(moved, pose) - skin_vertices(model, pose, here)).norm(), 1e-12);
   const Eigen::Vector2d other(1.6, -0.2);
   EXPECT_LT((skin_vertices(moved, pose, other) - skin_vertices(model, pose, other)).norm(), 1e-12);

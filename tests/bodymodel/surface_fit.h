@@ -15,7 +15,7 @@
 #include "core/normals.h"
 #include "core/tree.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A default human in the shape and pose that lie nearest to a surface.
 struct SurfaceFit {
@@ -200,4 +200,4 @@ inline SurfaceFit fit_default_human(const Mesh& target, const JointHints& hints,
   return fit;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -4,7 +4,7 @@
 #include "bodymodel/kinematics.h"
 #include "core/random.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 inline Points random_points(Random& random, Index rows, double scale) {
   Points points(rows, 3);
@@ -74,4 +74,4 @@ inline Pose random_pose(const Skeleton& skeleton, std::uint64_t seed, double sca
   return pose;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

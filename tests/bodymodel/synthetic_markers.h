@@ -12,7 +12,7 @@
 #include "bodymodel/motion_trc.h"
 #include "core/random.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 inline std::vector<std::string> joint_centre_names() {
   return {"RHip",  "RKnee",     "RAnkle",  "RBigToe",   "RSmallToe", "RHeel",  "LHip",
@@ -141,4 +141,4 @@ inline std::string trc_text(const MarkerClip& clip, const char* unit = "m",
   return text;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -6,7 +6,7 @@
 #include "bodymodel/kinematics.h"
 #include "bodymodel/motion_clip.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// Names of the joints of `person_skeleton`, in its order, as one rig would have it.
 using PersonNames = std::vector<std::string>;
@@ -73,4 +73,4 @@ inline BodyModel person_body(const Skeleton& skeleton) {
   return model;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

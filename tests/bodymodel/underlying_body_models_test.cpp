@@ -14,9 +14,9 @@
 namespace atelier {
 namespace {
 
-using testing::part_of;
-using testing::smooth_noise;
-using testing::worn_on;
+using fixtures::part_of;
+using fixtures::smooth_noise;
+using fixtures::worn_on;
 
 /// A person of any model who wears something about the trunk and the thighs, and whose tracked body
 /// is wrong by millimetres. Arms are left bare: what is beside them is not over them.
@@ -60,7 +60,7 @@ TEST(UnderlyingBodyModels, MakeHuman) {
 /// Frames of a ball whose shape is wrong alike in all of them, and whose cloth hides another part
 /// of it in each.
 PosedScan ball_frame(Index frame, bool with_scan = true) {
-  const Mesh truth = testing::ball(0.3, 3);
+  const Mesh truth = fixtures::ball(0.3, 3);
   PosedScan at;
   at.posed = truth.vertices + smooth_noise(truth, 0.005, 4);
   if (with_scan) {
@@ -76,7 +76,7 @@ PosedScan ball_frame(Index frame, bool with_scan = true) {
 }
 
 TEST(UnderlyingSequence, FramesAreTheSameInAnyOrder) {
-  const Mesh truth = testing::ball(0.3, 3);
+  const Mesh truth = fixtures::ball(0.3, 3);
   const auto load = [](Index frame) { return ball_frame(frame); };
   const UnderlyingSequence forwards(truth.faces, 5, load);
   const UnderlyingSequence backwards(truth.faces, 5, load);
@@ -87,7 +87,7 @@ TEST(UnderlyingSequence, FramesAreTheSameInAnyOrder) {
 }
 
 TEST(UnderlyingSequence, NeighboursTellWhatAFrameHides) {
-  const Mesh truth = testing::ball(0.3, 3);
+  const Mesh truth = fixtures::ball(0.3, 3);
   const auto load = [](Index frame) { return ball_frame(frame); };
   UnderlyingSequenceOptions options;
   const auto error = [&] {
@@ -110,7 +110,7 @@ TEST(UnderlyingSequence, NeighboursTellWhatAFrameHides) {
 }
 
 TEST(UnderlyingSequence, AFrameWithoutScanIsBridged) {
-  const Mesh truth = testing::ball(0.3, 3);
+  const Mesh truth = fixtures::ball(0.3, 3);
   const UnderlyingSequence sequence(truth.faces, 5,
                                     [](Index frame) { return ball_frame(frame, frame != 2); });
   const UnderlyingBody body = sequence.at(2);
@@ -120,14 +120,14 @@ TEST(UnderlyingSequence, AFrameWithoutScanIsBridged) {
 }
 
 TEST(UnderlyingSequence, NoScanAtAllGivesThePersonalBody) {
-  const Mesh truth = testing::ball(0.3, 3);
+  const Mesh truth = fixtures::ball(0.3, 3);
   const UnderlyingSequence sequence(truth.faces, 2,
                                     [](Index frame) { return ball_frame(frame, false); });
   EXPECT_EQ(sequence.at(1).vertices, ball_frame(1).posed);
 }
 
 TEST(UnderlyingSequence, RefusesFramesThatAreNotThere) {
-  const Mesh truth = testing::ball(0.3, 3);
+  const Mesh truth = fixtures::ball(0.3, 3);
   const UnderlyingSequence sequence(truth.faces, 2,
                                     [](Index frame) { return ball_frame(frame, false); });
   ATELIER_EXPECT_REFUSED(sequence.at(2), LogicError, "no such frame");

@@ -15,12 +15,12 @@
 namespace atelier {
 namespace {
 
-using testing::ball;
-using testing::part_of;
-using testing::smooth_noise;
-using testing::worn_on;
+using fixtures::ball;
+using fixtures::part_of;
+using fixtures::smooth_noise;
+using fixtures::worn_on;
 
-bool is_top(const Eigen::RowVector3d& p) {
+bool is_top_vertex(const Eigen::RowVector3d& p) {
   return p.y() > 0.001;
 }
 
@@ -33,7 +33,7 @@ struct Scene {
   BodyCover cover;
 
   explicit Scene(double gap = 0.005, double wrong = 0.006) {
-    scan = worn_on(truth, is_top, gap);
+    scan = worn_on(truth, is_top_vertex, gap);
     garment = part_of(scan, [](const auto& p) { return p.y() > 0.02; }).mesh;
     posed = truth.vertices + smooth_noise(truth, wrong, 5);
     posed.col(0).array() += 0.004;

@@ -12,7 +12,7 @@
 namespace atelier {
 namespace {
 
-using testing::random_points;
+using fixtures::random_points;
 
 /// Every kind of term on a small sphere.
 VertexEnergy every_term(const Mesh& mesh, bool saturating = true) {
@@ -41,23 +41,23 @@ Points points_of(const Eigen::VectorXd& x) {
 }
 
 TEST(VertexEnergy, GradientAgreesWithFiniteDifferences) {
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   const VertexEnergy energy = every_term(mesh);
   const Eigen::VectorXd x =
       Eigen::Map<const Eigen::VectorXd>(mesh.vertices.data(), mesh.vertices.size());
   const Points gradient = vertex_energy_gradient(energy, mesh.vertices);
-  const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(
+  const Eigen::MatrixXd numeric = fixtures::finite_difference_jacobian(
       [&](const Eigen::VectorXd& at) {
         return Eigen::VectorXd::Constant(1, vertex_energy(energy, points_of(at)));
       },
       x);
   const Eigen::MatrixXd analytic =
       Eigen::Map<const Eigen::RowVectorXd>(gradient.data(), gradient.size());
-  EXPECT_LT(testing::jacobian_error(analytic, numeric), 1e-7);
+  EXPECT_LT(fixtures::jacobian_error(analytic, numeric), 1e-7);
 }
 
 TEST(VertexEnergy, OneStepReachesTheMinimumOfAQuadratic) {
-  const Mesh mesh = testing::sphere(2);
+  const Mesh mesh = fixtures::sphere(2);
   const VertexEnergy energy = every_term(mesh, false);
   const Points x = lower_vertex_energy(energy, mesh.vertices,
                                        {.steps = 1, .iterations = 500, .tolerance = 1e-12});
@@ -66,7 +66,7 @@ TEST(VertexEnergy, OneStepReachesTheMinimumOfAQuadratic) {
 }
 
 TEST(VertexEnergy, SaturatingRowsGoDownAndConverge) {
-  const Mesh mesh = testing::sphere(2);
+  const Mesh mesh = fixtures::sphere(2);
   const VertexEnergy energy = every_term(mesh);
   Points x = mesh.vertices;
   double last = vertex_energy(energy, x);
@@ -100,7 +100,7 @@ TEST(VertexEnergy, AnOutlierPullsLessTheFartherItIs) {
 }
 
 TEST(VertexEnergy, RefusesWhatDoesNotFitTogether) {
-  const Mesh mesh = testing::sphere(0);
+  const Mesh mesh = fixtures::sphere(0);
   VertexEnergy energy = every_term(mesh);
   energy.anchor_weights.conservativeResize(3);
   ATELIER_EXPECT_REFUSED(vertex_energy(energy, mesh.vertices), LogicError, "needs an anchor");

@@ -9,7 +9,7 @@
 #include "tests/bodymodel_tracking/posed_person.h"
 #include "tests/support/test_data.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 constexpr int kFrames = 4;
@@ -100,4 +100,4 @@ TEST(TrackedModels, MakeHuman) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

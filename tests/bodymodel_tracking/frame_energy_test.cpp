@@ -9,7 +9,7 @@
 #include "tests/bodymodel_tracking/posed_person.h"
 #include "tests/support/finite_differences.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 /// Variables at which limits are broken and nothing is at a kink.
@@ -145,4 +145,4 @@ TEST(FrameEnergy, WrongSizesAreRefused) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

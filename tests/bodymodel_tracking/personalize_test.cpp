@@ -12,7 +12,7 @@
 #include "tests/bodymodel_tracking/posed_person.h"
 #include "tests/support/finite_differences.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::Contains;
@@ -227,4 +227,4 @@ TEST(Personalize, EveryVertexHasAMirrorImage) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 const BodyModel& plain_human() {
   static const BodyModel model = [] {
@@ -72,4 +72,4 @@ double joint_error(const FittedPerson& person, const Eigen::VectorXd& a, const E
   return sum / static_cast<double>(gap.size() / 3);
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

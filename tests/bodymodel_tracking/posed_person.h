@@ -7,7 +7,7 @@
 #include "bodymodel/tracking/track.h"
 #include "core/random.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A person for these tests: the default human without a shape space.
 const BodyModel& plain_human();
@@ -28,4 +28,4 @@ Eigen::VectorXd walking(const FittedPerson& person, double seconds);
 /// Mean distance of joints, metres.
 double joint_error(const FittedPerson& person, const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -7,7 +7,7 @@
 #include "tests/bodymodel_tracking/posed_person.h"
 #include "tests/support/test_data.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 /// Pose2Sim's name of a keypoint as ours: "RBigToe" is "right_big_toe".
@@ -98,4 +98,4 @@ TEST(RealTrial, AHundredFramesAreFollowedByKeypointsAlone) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -10,7 +10,7 @@
 #include "core/parallel.h"
 #include "tests/bodymodel_tracking/posed_person.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::Contains;
@@ -350,4 +350,4 @@ TEST(Track, WrongCallsAreRefused) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -27,18 +27,18 @@ Output run(const std::string& command) {
   return output;
 }
 
-Output configure(const testing::TemporaryDirectory& folder, const std::string& flags) {
-  return run("cmake -G Ninja -S '" + testing::source_directory().string() + "' -B '" +
+Output configure(const fixtures::TemporaryDirectory& folder, const std::string& flags) {
+  return run("cmake -G Ninja -S '" + fixtures::source_directory().string() + "' -B '" +
              (folder / "build").string() + "' -DATELIER_CUDA=OFF " + flags);
 }
 
-bool has_target(const testing::TemporaryDirectory& folder, const std::string& target) {
+bool has_target(const fixtures::TemporaryDirectory& folder, const std::string& target) {
   return run("ninja -C '" + (folder / "build").string() + "' -t query lib" + target + ".a").code ==
          0;
 }
 
 TEST(Configure, CoreAndSimulationBuildWhereOnlyEigenAndHdf5Are) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   std::string flags = "-DTINYGLTF_INCLUDE=no -DTINYGLTF_LIBRARY=";
   for (const char* package :
        {"TBB", "OpenCV", "PkgConfig", "nlohmann_json", "CLI11", "spdlog", "embree", "GTest",
@@ -57,12 +57,12 @@ TEST(Configure, CoreAndSimulationBuildWhereOnlyEigenAndHdf5Are) {
 }
 
 TEST(ConfigureRefused, DependencyWithoutPublicOrPrivate) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const std::string lists = (folder / "CMakeLists.txt").string();
   FILE* file = fopen(lists.c_str(), "w");
   const std::string text =
       "cmake_minimum_required(VERSION 3.24)\nproject(x CXX)\ninclude(\"" +
-      testing::source_directory().string() +
+      fixtures::source_directory().string() +
       "/cmake/Targets.cmake\")\natelier_library(part DIRECTORY part Eigen3::Eigen)\n";
   fputs(text.c_str(), file);
   fclose(file);

@@ -60,7 +60,7 @@ std::set<std::string> needed_by(const std::string& file) {
 
 /// Every word of the tables' last columns that names a shared library.
 std::set<std::string> listed_libraries() {
-  std::ifstream document(testing::source_directory() / "docs/dependencies.md");
+  std::ifstream document(fixtures::source_directory() / "docs/dependencies.md");
   std::set<std::string> listed;
   for (std::string line; std::getline(document, line);) {
     if (!line.starts_with("| ") || !line.ends_with("|")) {
@@ -89,24 +89,24 @@ TEST(Dependencies, StemsHaveNoVersions) {
 }
 
 TEST(Dependencies, WhatTheProgramNeedsIsInTheTable) {
-  if (testing::program_path().empty()) {
+  if (fixtures::program_path().empty()) {
     GTEST_SKIP() << "the program is not built";
   }
   const std::set<std::string> listed = listed_libraries();
-  const std::set<std::string> needed = needed_by(testing::program_path());
-  ASSERT_THAT(needed, Not(IsEmpty())) << "readelf says nothing of " << testing::program_path();
+  const std::set<std::string> needed = needed_by(fixtures::program_path());
+  ASSERT_THAT(needed, Not(IsEmpty())) << "readelf says nothing of " << fixtures::program_path();
   for (const std::string& library : needed) {
     EXPECT_THAT(listed, Contains(library));
   }
 }
 
 TEST(Dependencies, WhatThoseNeedIsInTheTable) {
-  if (testing::program_path().empty()) {
+  if (fixtures::program_path().empty()) {
     GTEST_SKIP() << "the program is not built";
   }
   const std::set<std::string> listed = listed_libraries();
-  const std::set<std::string> direct = needed_by(testing::program_path());
-  std::istringstream lines(output_of("ldd '" + testing::program_path() + "' 2>/dev/null"));
+  const std::set<std::string> direct = needed_by(fixtures::program_path());
+  std::istringstream lines(output_of("ldd '" + fixtures::program_path() + "' 2>/dev/null"));
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
     std::string soname;

@@ -61,7 +61,7 @@ TEST(DependencyLaw, SiblingsNeverIncludeEachOther) {
     if (folder == "apps") {
       continue;
     }
-    for_each_own_include(testing::source_directory() / folder, true,
+    for_each_own_include(fixtures::source_directory() / folder, true,
                          [&](const std::string& file, const std::string& included) {
                            const std::string top = top_folder(included);
                            EXPECT_TRUE(top == folder || top == "core")
@@ -72,7 +72,7 @@ TEST(DependencyLaw, SiblingsNeverIncludeEachOther) {
 }
 
 TEST(DependencyLaw, AppsIncludeByFullPath) {
-  for_each_own_include(testing::source_directory() / "apps", true,
+  for_each_own_include(fixtures::source_directory() / "apps", true,
                        [](const std::string& file, const std::string& included) {
                          EXPECT_EQ(kFolders.count(top_folder(included)), 1U)
                              << file << " includes " << included;
@@ -82,7 +82,7 @@ TEST(DependencyLaw, AppsIncludeByFullPath) {
 // core uses none of its parts; core/io neither render nor store; those two use io alone.
 TEST(DependencyLaw, PartsOfCoreKeepTheirOrder) {
   const auto check = [](const std::string& folder, const std::set<std::string>& allowed) {
-    for_each_own_include(testing::source_directory() / folder, false,
+    for_each_own_include(fixtures::source_directory() / folder, false,
                          [&](const std::string& file, const std::string& included) {
                            for (const std::string part : {"core/io", "core/render", "core/store"}) {
                              if (included.starts_with(part + "/")) {
@@ -103,7 +103,7 @@ TEST(DependencyLaw, PartsOfCoreKeepTheirOrder) {
 TEST(DependencyLaw, HeadersIncludeNoHeavyPackage) {
   const std::regex heavy(
       R"re(^\s*#\s*include\s+<(torch/|pcl/|CGAL/|ceres/|opencv2/|embree3/|CLI/|spdlog/|hdf5\.h|nlohmann/json\.hpp|toml\+\+/|tiny_gltf\.h|tbb/|oneapi/))re");
-  const fs::path root = testing::source_directory();
+  const fs::path root = fixtures::source_directory();
   std::map<std::string, std::string> private_folders;  // header -> the folder that may include it
   for (const std::string& folder : kFolders) {
     if (!fs::exists(root / folder) || folder == "apps") {
@@ -140,7 +140,7 @@ TEST(DependencyLaw, HeadersIncludeNoHeavyPackage) {
 
 TEST(DependencyLaw, EveryHeaderIsGuardedOnce) {
   for (const std::string& folder : kFolders) {
-    const fs::path path = testing::source_directory() / folder;
+    const fs::path path = fixtures::source_directory() / folder;
     if (!fs::exists(path)) {
       continue;
     }

@@ -68,7 +68,7 @@ TEST(CaptureInfo, RefusesMalformedFiles) {
 }
 
 TEST(CaptureInfo, AFolderWithoutItIsNoFinishedCapture) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ATELIER_EXPECT_REFUSED(read_capture_info(folder.path()), DataError, "finished native capture");
 }
 

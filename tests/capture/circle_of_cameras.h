@@ -7,7 +7,7 @@
 
 #include "core/camera.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// Cameras in a circle, two heights in turn, that look at the middle of a person. The first stands
 /// on the z axis.
@@ -44,4 +44,4 @@ inline std::vector<Camera> circle_of_cameras(const CircleOfCameras& circle = {})
   return cameras;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -46,11 +46,11 @@ class Colmap : public ::testing::Test {
     Camera& fisheye = small_.cameras[1];
     fisheye.distortion_model = Distortion::Fisheye;
     fisheye.distortion = {0.02, -0.003, 0.001, 0.0005};
-    testing::write_small_capture(folder_ / "capture", small_);
+    fixtures::write_small_capture(folder_ / "capture", small_);
   }
 
-  testing::TemporaryDirectory folder_;
-  testing::SmallCapture small_;
+  fixtures::TemporaryDirectory folder_;
+  fixtures::SmallCapture small_;
 };
 
 TEST_F(Colmap, CountsTheCamerasAndPicturesThatWeWrote) {

@@ -28,7 +28,7 @@ const Finding* find_finding(const Dataset& dataset, const std::string& code) {
 
 class Datasets : public ::testing::Test {
  protected:
-  void SetUp() override { testing::write_small_capture(capture(), small_); }
+  void SetUp() override { fixtures::write_small_capture(capture(), small_); }
 
   fs::path capture() const { return folder_ / "capture"; }
   /// The capture in another layout.
@@ -42,8 +42,8 @@ class Datasets : public ::testing::Test {
     write_file_atomically(file, text.replace(at, from.size(), to));
   }
 
-  testing::TemporaryDirectory folder_;
-  testing::SmallCapture small_;
+  fixtures::TemporaryDirectory folder_;
+  fixtures::SmallCapture small_;
 };
 
 TEST_F(Datasets, ANativeCaptureOpensWithAllItSays) {
@@ -92,7 +92,7 @@ TEST_F(Datasets, PicturesOfHalfTheSizeScaleTheirCameras) {
 TEST_F(Datasets, ThePrincipalPointTellsTheFullSizeWhereTheLayoutDoesNot) {
   small_.cameras[0].cx = 30.5;
   fs::remove_all(capture());
-  testing::write_small_capture(capture(), small_);
+  fixtures::write_small_capture(capture(), small_);
   const fs::path folder = in("mvhumannet");
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder / "images")) {
     if (entry.is_regular_file()) {

@@ -33,7 +33,7 @@ RowMatrix rows(Index row_count, Index columns, double value) {
 class Dna : public ::testing::Test {
  protected:
   Dna() {
-    testing::write_small_capture(folder_ / "capture");
+    fixtures::write_small_capture(folder_ / "capture");
     capture_ = write_layout(folder_ / "capture", "dna", folder_ / "out").folders.front();
     annotations_ = capture_ / "annotations" / "clothed_annots.smc";
     sound_ = read_archive(annotations_, "dna.annotations", 1);
@@ -60,7 +60,7 @@ class Dna : public ::testing::Test {
     }
   }
 
-  testing::TemporaryDirectory folder_;
+  fixtures::TemporaryDirectory folder_;
   fs::path capture_;
   fs::path annotations_;
   Archive sound_;

@@ -39,8 +39,8 @@ void write_grey_video(const fs::path& path, Index count) {
 }
 
 TEST(FrameSources, AZipOfPicturesIsACamera) {
-  const testing::TemporaryDirectory folder;
-  testing::write_small_capture(folder / "capture");
+  const fixtures::TemporaryDirectory folder;
+  fixtures::write_small_capture(folder / "capture");
   std::vector<std::pair<std::string, std::vector<std::byte>>> members = {{"00/", {}},
                                                                          {"00/notes.txt", {}}};
   for (const int frame : {3, 4}) {
@@ -64,7 +64,7 @@ TEST(FrameSources, AZipOfPicturesIsACamera) {
 }
 
 TEST(FrameSources, AVideoIsReadInAnyOrder) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   make_private_directory(folder / "videos");
   write_grey_video(folder / "videos/a.mp4", 6);
   const Dataset dataset = open_dataset(folder.path());
@@ -81,7 +81,7 @@ TEST(FrameSources, AVideoIsReadInAnyOrder) {
 }
 
 TEST(FrameSources, VideosThatAreNoneAreRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_grey_video(folder / "good.mp4", 3);
   std::vector<std::byte> bytes = read_file_bytes(folder / "good.mp4", 1 << 24);
   const auto refused = [&](const char* name, const std::string& content, const char* words) {
@@ -102,14 +102,14 @@ TEST(FrameSources, VideosThatAreNoneAreRefused) {
 }
 
 TEST(FrameSources, ADamagedZipIsRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   make_private_directory(folder / "images");
   write_file_atomically(folder / "images/a.zip", "no zip at all");
   ATELIER_EXPECT_REFUSED(open_dataset(folder.path()), DataError, "no readable zip");
 }
 
 TEST(Keypoints, SeveralPeopleWithTheirNumbersReadBack) {
-  const std::vector<PersonKeypoints> people = testing::small_people(1);
+  const std::vector<PersonKeypoints> people = fixtures::small_people(1);
   const std::vector<PersonKeypoints> back =
       parse_openpose(openpose_json(people, 0.5), "people.json", 0.5);
   ASSERT_EQ(back.size(), 2U);
@@ -153,8 +153,8 @@ TEST(Keypoints, PointsInSpaceReadBackInTheirWorld) {
   EXPECT_EQ(back[0].id, 4);
   EXPECT_EQ(back[0].points, person.points);
   // In a data set they are metres, Y up: EasyMocap has Z up.
-  const testing::TemporaryDirectory folder;
-  testing::write_small_capture(folder / "capture");
+  const fixtures::TemporaryDirectory folder;
+  fixtures::write_small_capture(folder / "capture");
   const fs::path out =
       write_layout(folder / "capture", "easymocap", folder / "out").folders.front();
   make_private_directory(out / "keypoints3d");

@@ -26,7 +26,7 @@
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 double median_of(std::vector<double> values) {
@@ -358,4 +358,4 @@ TEST(Keypoints3d, ARealRecordingAgainstWhatItWasPublishedWith) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

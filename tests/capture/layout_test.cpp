@@ -93,8 +93,8 @@ double worst_projection(const Camera& a, const Camera& b) {
 class EveryLayout : public ::testing::TestWithParam<Holds> {
  protected:
   /// The small capture in the layout and back.
-  Dataset there_and_back(const testing::SmallCapture& capture) {
-    testing::write_small_capture(folder_ / "capture", capture);
+  Dataset there_and_back(const fixtures::SmallCapture& capture) {
+    fixtures::write_small_capture(folder_ / "capture", capture);
     const LayoutReport report =
         write_layout(folder_ / "capture", GetParam().layout, folder_ / "out");
     EXPECT_EQ(report.folders.size(), 1U);
@@ -107,7 +107,7 @@ class EveryLayout : public ::testing::TestWithParam<Holds> {
     return dataset;
   }
 
-  testing::TemporaryDirectory folder_;
+  fixtures::TemporaryDirectory folder_;
   LayoutReport report_;
   double unit_ = 0;
 };
@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayout, ::testing::ValuesIn(kLayouts),
                          [](const auto& layout) { return std::string(layout.param.layout); });
 
 TEST_P(EveryLayout, KeepsProjectionsPicturesAndWhatElseItHolds) {
-  testing::SmallCapture capture;
+  fixtures::SmallCapture capture;
   for (Camera& camera : capture.cameras) {
     if (GetParam().distortion) {
       camera.distortion_model = Distortion::Brown;
@@ -160,7 +160,7 @@ TEST_P(EveryLayout, KeepsProjectionsPicturesAndWhatElseItHolds) {
         EXPECT_EQ(mask->at(6, 5), 0);
       }
       const std::vector<PersonKeypoints> people = reader.keypoints(index, id);
-      const std::vector<PersonKeypoints> expected_people = testing::small_people(frame);
+      const std::vector<PersonKeypoints> expected_people = fixtures::small_people(frame);
       ASSERT_EQ(people.size(), !GetParam().detections ? 0U : GetParam().first_person ? 1U : 2U);
       for (std::size_t i = 0; i < people.size(); ++i) {
         EXPECT_LT((people[i].points - expected_people[i].points).cwiseAbs().maxCoeff(), 1e-9);
@@ -171,7 +171,7 @@ TEST_P(EveryLayout, KeepsProjectionsPicturesAndWhatElseItHolds) {
 }
 
 TEST_P(EveryLayout, KeepsFisheyeOrSaysThatItIsLost) {
-  testing::SmallCapture capture;
+  fixtures::SmallCapture capture;
   for (Camera& camera : capture.cameras) {
     camera.distortion_model = Distortion::Fisheye;
     camera.distortion = {0.02, -0.003, 0.001, 0.0005};
@@ -189,7 +189,7 @@ TEST_P(EveryLayout, KeepsFisheyeOrSaysThatItIsLost) {
 }
 
 TEST_P(EveryLayout, SaysWhatOfAGainIsLost) {
-  testing::SmallCapture capture;
+  fixtures::SmallCapture capture;
   capture.cameras[1].gain = {1.1, 1, 0.9};
   there_and_back(capture);
   bool said = false;
@@ -200,7 +200,7 @@ TEST_P(EveryLayout, SaysWhatOfAGainIsLost) {
 }
 
 TEST_P(EveryLayout, TakesJpegBytesAsTheyAre) {
-  testing::SmallCapture capture;
+  fixtures::SmallCapture capture;
   capture.extension = ".jpg";
   const Dataset dataset = there_and_back(capture);
   FrameReader reader(dataset);
@@ -220,7 +220,7 @@ TEST_P(EveryLayout, RefusesAFolderWithoutItsFiles) {
 }
 
 TEST_P(EveryLayout, IsRefusedWhereItsCalibrationIsCutOff) {
-  testing::write_small_capture(folder_ / "capture");
+  fixtures::write_small_capture(folder_ / "capture");
   const fs::path out =
       write_layout(folder_ / "capture", GetParam().layout, folder_ / "out").folders.front();
   // The largest file that is no picture: the calibration.
@@ -246,7 +246,7 @@ TEST_P(EveryLayout, IsRefusedWhereItsCalibrationIsCutOff) {
 class Layout : public ::testing::Test {
  protected:
   void SetUp() override {
-    testing::write_small_capture(capture(), small_);
+    fixtures::write_small_capture(capture(), small_);
     cameras_ = small_.cameras;
   }
 
@@ -257,8 +257,8 @@ class Layout : public ::testing::Test {
   }
   nlohmann::json json(const fs::path& path) const { return parse_json(text(path)); }
 
-  testing::TemporaryDirectory folder_;
-  testing::SmallCapture small_;
+  fixtures::TemporaryDirectory folder_;
+  fixtures::SmallCapture small_;
   std::vector<Camera> cameras_;
 };
 

@@ -3,7 +3,7 @@
 #include "capture/camera_readings.h"
 #include "tests/capture/seeded_defects.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 Camera& camera(Spoiled& spoiled, std::size_t c) {
@@ -242,4 +242,4 @@ std::vector<SeededDefect> calibration_defects() {
   };
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

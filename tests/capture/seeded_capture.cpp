@@ -12,7 +12,7 @@
 #include "core/io/image_file.h"
 #include "core/random.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 constexpr std::uint8_t kBackground = 0;
@@ -288,4 +288,4 @@ void write_seeded(const SeededCapture& capture, const std::filesystem::path& fol
   std::ofstream(folder / "capture.toml") << capture_toml(capture.info);
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -10,7 +10,7 @@
 #include "core/types.h"
 #include "tests/capture/circle_of_cameras.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// What a good capture is made with.
 struct SeededRig {
@@ -59,4 +59,4 @@ SeededPicture seeded_picture(const SeededRig& rig, const Camera& camera, std::si
 /// Writes it as a native capture.
 void write_seeded(const SeededCapture& capture, const std::filesystem::path& folder);
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -6,7 +6,7 @@
 #include "capture/validate.h"
 #include "core/options.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 std::vector<SeededDefect> all_defects() {
   std::vector<SeededDefect> all = calibration_defects();
@@ -51,4 +51,4 @@ bool blames_another(const Finding& finding, const SeededDefect& defect) {
          !finding.place.starts_with(std::string(defect.place).substr(0, 4));
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

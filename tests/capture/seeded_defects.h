@@ -7,7 +7,7 @@
 #include "core/finding.h"
 #include "tests/capture/seeded_capture.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A good capture that is about to be spoiled.
 struct Spoiled {
@@ -46,4 +46,4 @@ bool names(const Finding& finding, const SeededDefect& defect);
 /// An error in one camera that is said of another.
 bool blames_another(const Finding& finding, const SeededDefect& defect);
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

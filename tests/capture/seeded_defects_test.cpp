@@ -15,7 +15,7 @@
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 const SeededCapture& good_capture(int rig) {
@@ -117,4 +117,4 @@ TEST(SeededDefects, TheTableIsInTheDocuments) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -4,7 +4,7 @@
 #include "capture/truth_archive.h"
 #include "tests/capture/seeded_defects.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 template <class Change>
@@ -183,4 +183,4 @@ std::vector<SeededDefect> detection_defects() {
   };
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

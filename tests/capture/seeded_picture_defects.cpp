@@ -4,7 +4,7 @@
 #include "capture/truth_archive.h"
 #include "tests/capture/seeded_defects.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 std::filesystem::path file(const Spoiled& spoiled, const char* kind, const char* camera,
@@ -187,4 +187,4 @@ std::vector<SeededDefect> picture_defects() {
   };
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

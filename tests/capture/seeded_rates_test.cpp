@@ -16,7 +16,7 @@
 #include "tests/capture/seeded_defects.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 bool soak() {
@@ -187,4 +187,4 @@ TEST(SeededRates, GoodCapturesSmallAndLarge) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -13,7 +13,7 @@
 #include "core/atomic_file.h"
 #include "core/io/image_file.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// What a small native capture is made with.
 struct SmallCapture {
@@ -76,4 +76,4 @@ inline void write_small_capture(const std::filesystem::path& folder,
   write_file_atomically(folder / "capture.toml", capture_toml(info));
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -11,7 +11,7 @@
 #include "core/random.h"
 #include "tests/capture/circle_of_cameras.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::IsEmpty;
@@ -209,4 +209,4 @@ TEST(Triangulate, RefusesSizesThatDiffer) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

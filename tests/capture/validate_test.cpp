@@ -20,7 +20,7 @@
 #include "tests/capture/circle_of_cameras.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -506,4 +506,4 @@ TEST_F(CheckKeypoints, TwentyFivePointsThatShouldBeSeventeen) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

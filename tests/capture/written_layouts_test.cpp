@@ -6,7 +6,7 @@
 #include "tests/capture/seeded_defects.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 class WrittenLayout : public ::testing::TestWithParam<std::string> {};
@@ -31,4 +31,4 @@ TEST_P(WrittenLayout, OfAGoodCaptureHasNoError) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -12,7 +12,7 @@
 #include "tests/support/finite_differences.h"
 #include "tests/support/refusals.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -358,4 +358,4 @@ TEST(StandUp, TurnsTheRigUprightAndOntoTheGround) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

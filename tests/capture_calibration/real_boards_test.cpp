@@ -21,7 +21,7 @@
 #include "tests/support/refusals.h"
 #include "tests/support/test_data.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -414,4 +414,4 @@ TEST(RealBoards, CaliscopeCharucoIsNoWorseThanWhatWasShipped) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

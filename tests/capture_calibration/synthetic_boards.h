@@ -8,7 +8,7 @@
 #include "capture/calibration/lens.h"
 #include "core/random.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// Cameras on an arc that look at the origin, 2 m away, with lenses that are not alike.
 inline std::vector<Camera> arc_of_cameras(int count, double distortion = 1) {
@@ -107,4 +107,4 @@ inline std::vector<RigidNumbers> held_boards(const BoardOptions& board, int coun
   return boards;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -11,7 +11,7 @@
 #include "tests/capture_detection/small_network.h"
 #include "tests/support/refusals.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 const std::vector<std::vector<float>> kEach = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -129,4 +129,4 @@ TEST(Detect, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

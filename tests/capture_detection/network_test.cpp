@@ -12,7 +12,7 @@
 #include "tests/capture_detection/small_network.h"
 #include "tests/support/refusals.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -39,10 +39,10 @@ Image three_blobs() {
   return image;
 }
 
-const std::vector<std::vector<float>> kEach = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+const std::vector<std::vector<float>> kNetworkEach = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 TEST(Network, HeatmapsGiveThePointsThatWereDrawn) {
-  const auto outputs = run_network(onnx_bytes(mixing_network(kEach, kWidth, kHeight)),
+  const auto outputs = run_network(onnx_bytes(mixing_network(kNetworkEach, kWidth, kHeight)),
                                    {{three_blobs()}}, "small.onnx");
   ASSERT_EQ(outputs.size(), 1U);
   ASSERT_EQ(outputs[0].size(), 1U);
@@ -56,7 +56,7 @@ TEST(Network, HeatmapsGiveThePointsThatWereDrawn) {
 }
 
 TEST(Network, SimccGivesThePixelsThatWereDrawn) {
-  const auto outputs = run_network(onnx_bytes(simcc_network(kEach, kWidth, kHeight)),
+  const auto outputs = run_network(onnx_bytes(simcc_network(kNetworkEach, kWidth, kHeight)),
                                    {{three_blobs()}, {three_blobs()}}, "small.onnx");
   ASSERT_EQ(outputs.size(), 2U);
   ASSERT_EQ(outputs[1].size(), 2U);
@@ -76,8 +76,8 @@ TEST(Network, ParsingGivesTheClassOfEachPixel) {
       image.at(x, y, x < 8 ? 0 : x < 16 ? 1 : 2) = 1;
     }
   }
-  const auto outputs =
-      run_network(onnx_bytes(mixing_network(kEach, kWidth, kHeight)), {{image}}, "small.onnx");
+  const auto outputs = run_network(onnx_bytes(mixing_network(kNetworkEach, kWidth, kHeight)),
+                                   {{image}}, "small.onnx");
   const ByteImage labels = decode_parsing(outputs[0][0], 2 * kWidth, 2 * kHeight);
   EXPECT_EQ(labels.at(4, 10), 0);
   EXPECT_EQ(labels.at(24, 10), 1);
@@ -97,23 +97,23 @@ TEST(Network, HostileFilesAreRefusedAndHarmNobody) {
   };
   EXPECT_TRUE(refused({}));
   EXPECT_TRUE(refused(std::vector<std::byte>(1000, std::byte{0xFF})));
-  const std::vector<std::byte> good = onnx_bytes(mixing_network(kEach, kWidth, kHeight));
+  const std::vector<std::byte> good = onnx_bytes(mixing_network(kNetworkEach, kWidth, kHeight));
   int cut_refused = 0;
   for (std::size_t cut = 1; cut < good.size(); cut += 23) {
     cut_refused += refused({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(cut)}) ? 1 : 0;
   }
   EXPECT_GT(cut_refused, 5);
   // An operator that nobody knows, and a tensor that says it is larger than the file.
-  SmallNetwork strange = mixing_network(kEach, kWidth, kHeight);
+  SmallNetwork strange = mixing_network(kNetworkEach, kWidth, kHeight);
   strange.nodes = {node("Frobnicate", {"input"}, "maps")};
   EXPECT_TRUE(refused(onnx_bytes(strange)));
-  SmallNetwork vast = mixing_network(kEach, kWidth, kHeight);
+  SmallNetwork vast = mixing_network(kNetworkEach, kWidth, kHeight);
   vast.initializers = {tensor("w", {1LL << 20, 1LL << 20, 1, 1}, {1, 2, 3})};
   EXPECT_TRUE(refused(onnx_bytes(vast)));
 }
 
 TEST(Network, EveryFlippedByteEndsInAnAnswerOrARefusal) {
-  const std::vector<std::byte> good = onnx_bytes(mixing_network(kEach, 8, 8));
+  const std::vector<std::byte> good = onnx_bytes(mixing_network(kNetworkEach, 8, 8));
   for (std::size_t at = 0; at < good.size(); at += 11) {
     std::vector<std::byte> damaged = good;
     damaged[at] ^= std::byte{0x41};
@@ -126,7 +126,7 @@ TEST(Network, EveryFlippedByteEndsInAnAnswerOrARefusal) {
 }
 
 TEST(Network, RefusesPicturesThatAreNone) {
-  const std::vector<std::byte> good = onnx_bytes(mixing_network(kEach, 8, 8));
+  const std::vector<std::byte> good = onnx_bytes(mixing_network(kNetworkEach, 8, 8));
   ATELIER_EXPECT_REFUSED(run_network(good, {{Image(8, 8, 1)}}, "x"), LogicError, "three channels");
   ATELIER_EXPECT_REFUSED(run_network(good, {{Image()}}, "x"), LogicError, "has pixels");
   Image nan(8, 8, 3, std::nanf(""));
@@ -216,4 +216,4 @@ TEST(Decode, OpenPoseFieldsKeepTwoPeopleApart) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 // Networks small enough to be written by hand: ONNX is protobuf (onnx/onnx.proto), of which a
 // handful of fields make a model.
@@ -143,4 +143,4 @@ inline SmallNetwork simcc_network(const std::vector<std::vector<float>>& weights
   return network;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -14,7 +14,7 @@
 #include "core/random.h"
 #include "tests/support/refusals.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 constexpr int kWidth = 160;
@@ -193,4 +193,4 @@ TEST(Masks, StandNoiseNanAndEmptyPictures) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

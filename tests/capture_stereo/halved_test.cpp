@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 TEST(Halved, EachPixelIsTheMeanOfFourInEveryChannel) {
@@ -51,4 +51,4 @@ TEST(Halved, OfLabelsTheGreatestStays) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

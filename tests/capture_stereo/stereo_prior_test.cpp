@@ -5,7 +5,7 @@
 
 #include "capture/stereo/stereo_prior_math.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 /// Beliefs of a small view, every pixel sure of one plane.
@@ -114,4 +114,4 @@ TEST(StereoPrior, CellsBeyondTheImageHoldNothing) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

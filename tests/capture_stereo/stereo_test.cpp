@@ -11,7 +11,7 @@
 #include "tests/capture_stereo/textured_ball.h"
 #include "tests/support/devices.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 struct Errors {
@@ -242,4 +242,4 @@ TEST(StereoRefusal, CudaWithoutADevice) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "tests/capture_stereo/textured_ball.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 /// Cameras all around, and the ball's masks in them.
@@ -227,4 +227,4 @@ TEST(Undistorted, RefusesAnImageOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -9,7 +9,7 @@
 #include "capture/stereo/stereo.h"
 #include "core/random.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A ball with a solid texture, seen by cameras on an arc around it: everything is known exactly.
 struct TexturedBall {
@@ -126,4 +126,4 @@ struct TexturedBall {
   static constexpr int kSources = 4;
 };
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "tests/capture_stereo/textured_ball.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::Each;
@@ -97,4 +97,4 @@ TEST(CheckMasks, RefusesOtherNumbersAndSizes) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

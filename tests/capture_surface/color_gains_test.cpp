@@ -11,7 +11,7 @@
 #include "core/random.h"
 #include "tests/support/refusals.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 struct Scene {
@@ -178,4 +178,4 @@ TEST(GainError, RefusesCamerasOfAnotherCaptureAndGainsThatAreNone) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -13,7 +13,7 @@
 #include "tests/capture_stereo/textured_ball.h"
 #include "tests/support/refusals.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 /// Views of the ball with a gain for each camera and channel.
@@ -89,6 +89,6 @@ TEST(ColorSamples, AreRefusedWithoutASubject) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 #endif

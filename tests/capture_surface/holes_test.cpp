@@ -9,7 +9,7 @@
 #include "tests/capture_stereo/textured_ball.h"
 #include "tests/support/shapes.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 TEST(Holes, AClosedSurfaceHasNone) {
@@ -104,4 +104,4 @@ TEST(HullSupport, RefusesToStandAlone) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

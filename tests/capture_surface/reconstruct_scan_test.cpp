@@ -11,7 +11,7 @@
 #include "tests/capture_stereo/textured_ball.h"
 #include "tests/support/refusals.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 /// Fourteen narrow views all around a textured ball, label 3 above and 4 below.
@@ -209,4 +209,4 @@ TEST(ReconstructScan, RefusesTooFewViewsViewsApartAndOtherSizes) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -11,7 +11,7 @@
 #include "core/random.h"
 #include "tests/support/refusals.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 constexpr std::uint8_t kSkin = 1;
@@ -132,4 +132,4 @@ TEST(SplitByColor, RefusesScansWithoutColoursOrFaces) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

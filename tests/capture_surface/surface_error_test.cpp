@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 /// A square metre at height z, facing up.
@@ -96,4 +96,4 @@ TEST(SurfaceErrorOf, RefusesAScanWithoutFacesAndATruthThatNobodySees) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -12,7 +12,7 @@
 #include "core/mesh_statistics.h"
 #include "core/random.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 constexpr double kRadius = 0.3;
@@ -202,4 +202,4 @@ TEST(SurfaceLabels, RefuseImagesOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -76,14 +76,14 @@ std::string refusal(const Call& call) {
 }
 
 TEST(Archive, ReadsWhatItWrites) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   expect_equal(read_archive(folder / "a.h5", "test.sample", 2), sample());
   expect_equal(parse_archive(bytes_of(folder / "a.h5"), "test.sample", 2), sample());
 }
 
 TEST(Archive, ReadsWhatItWritesInManyChunks) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   std::vector<float> values(3 * 300'001);  // 3.4 MB: four chunks, the last one not full
   for (std::size_t i = 0; i < values.size(); ++i) {
     values[i] = static_cast<float>(i);
@@ -97,7 +97,7 @@ TEST(Archive, ReadsWhatItWritesInManyChunks) {
 }
 
 TEST(Archive, AnEmptyArchiveIsAnArchive) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Archive archive;
   archive.schema = "test.empty";
   write_archive(folder / "a.h5", archive);
@@ -105,7 +105,7 @@ TEST(Archive, AnEmptyArchiveIsAnArchive) {
 }
 
 TEST(Archive, ManyDatasetsGrowTheUserBlock) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Archive archive;
   archive.schema = "test.many";
   for (int i = 0; i < 300; ++i) {
@@ -116,14 +116,14 @@ TEST(Archive, ManyDatasetsGrowTheUserBlock) {
 }
 
 TEST(Archive, TheSameArchiveGivesTheSameBytes) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   write_archive(folder / "b.h5", sample());
   EXPECT_EQ(bytes_of(folder / "a.h5"), bytes_of(folder / "b.h5"));
 }
 
 TEST(Archive, IsForItsOwnerAlone) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   struct stat status {};
   ASSERT_EQ(stat((folder / "a.h5").c_str(), &status), 0);
@@ -134,7 +134,7 @@ TEST(Archive, OpensInH5pyWithNoHelp) {
   if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0) {
     GTEST_SKIP() << "no h5py (python3-h5py)";
   }
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   std::ofstream(folder / "check.py")
       << "import h5py, numpy as np\n"
@@ -158,7 +158,7 @@ assert f['big'][0] == 2**64 - 1
 }
 
 TEST(Archive, ContentsAreReadWithoutTheData) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   const Archive contents = archive_contents(folder / "a.h5");
   EXPECT_EQ(contents.schema, "test.sample");
@@ -169,7 +169,7 @@ TEST(Archive, ContentsAreReadWithoutTheData) {
 }
 
 TEST(Archive, SeveralThreadsWriteAtOnce) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   parallel_for(16, 1, [&](Index begin, Index) {
     write_archive(folder / (std::to_string(begin) + ".h5"), sample());
   });
@@ -179,7 +179,7 @@ TEST(Archive, SeveralThreadsWriteAtOnce) {
 }
 
 TEST(Archive, EveryFlippedByteIsRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Archive archive;
   archive.schema = "test.small";
   archive.datasets["a"] = tensor_of(std::vector<float>{1, 2, 3});
@@ -193,7 +193,7 @@ TEST(Archive, EveryFlippedByteIsRefused) {
 }
 
 TEST(Archive, AnotherSchemaOrANewerVersionIsRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   EXPECT_THAT(refusal([&] { read_archive(folder / "a.h5", "test.other", 2); }),
               HasSubstr("test.sample; expected test.other"));
@@ -202,7 +202,7 @@ TEST(Archive, AnotherSchemaOrANewerVersionIsRefused) {
 }
 
 TEST(Archive, WhatIsNoArchiveIsRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / "text.h5") << "hello";
   EXPECT_THAT(refusal([&] { read_archive(folder / "text.h5", "x", 1); }),
               HasSubstr("no archive of Atelier"));
@@ -212,7 +212,7 @@ TEST(Archive, WhatIsNoArchiveIsRefused) {
 }
 
 TEST(Archive, WhatCannotBeWrittenIsALogicError) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto refuse = [&](const auto& change) {
     Archive archive = sample();
     change(archive);
@@ -236,7 +236,7 @@ TEST(Archive, WhatCannotBeWrittenIsALogicError) {
 
 TEST(Archive, AFullDiskIsAnEnvironmentErrorAtEverySize) {
   // The file size limit stands for a full disk: writes beyond it fail.
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_archive(folder / "old.h5", sample());
   const std::vector<std::byte> old = bytes_of(folder / "old.h5");
   Archive archive = sample();
@@ -253,7 +253,7 @@ TEST(Archive, AFullDiskIsAnEnvironmentErrorAtEverySize) {
       } catch (const EnvironmentError& error) {
         code = std::string(error.what()).find("old.h5") != std::string::npos ? 0 : 2;
       }
-      testing::leave(code);
+      fixtures::leave(code);
     }
     int status = 0;
     waitpid(child, &status, 0);
@@ -264,7 +264,7 @@ TEST(Archive, AFullDiskIsAnEnvironmentErrorAtEverySize) {
 }
 
 TEST(Archive, AMissingFolderIsAnEnvironmentError) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(write_archive(folder / "missing/a.h5", sample()), EnvironmentError);
 }
 

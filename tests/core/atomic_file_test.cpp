@@ -42,7 +42,7 @@ std::size_t files_in(const std::filesystem::path& folder) {
 }
 
 TEST(AtomicFile, AppearsWholeAtCommit) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   AtomicFile file(folder / "a");
   file.write("hello ");
   file.write("world");
@@ -54,7 +54,7 @@ TEST(AtomicFile, AppearsWholeAtCommit) {
 }
 
 TEST(AtomicFile, IsForItsOwnerAlone) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / "a", "x");
   EXPECT_EQ(mode_of(folder / "a"), 0600u);
   write_file_atomically(folder / "b", "x", 0644);
@@ -62,14 +62,14 @@ TEST(AtomicFile, IsForItsOwnerAlone) {
 }
 
 TEST(AtomicFile, ReplacesAnOlderFile) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / "a", "old and longer");
   write_file_atomically(folder / "a", "new");
   EXPECT_EQ(content(folder / "a"), "new");
 }
 
 TEST(AtomicFile, WithoutCommitNothingIsLeft) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / "a", "old");
   {
     AtomicFile file(folder / "a");
@@ -80,7 +80,7 @@ TEST(AtomicFile, WithoutCommitNothingIsLeft) {
 }
 
 TEST(AtomicFile, AnExceptionDoesNotCommit) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   try {
     AtomicFile file(folder / "a");
     file.write("half");
@@ -91,7 +91,7 @@ TEST(AtomicFile, AnExceptionDoesNotCommit) {
 }
 
 TEST(AtomicFile, ALibraryMayWriteByName) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   AtomicFile file(folder / "a");
   std::ofstream(file.temporary_path(), std::ios::trunc) << "by another descriptor";
   file.commit();
@@ -99,7 +99,7 @@ TEST(AtomicFile, ALibraryMayWriteByName) {
 }
 
 TEST(AtomicFile, NamesOfTemporaryFilesAreKnown) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const AtomicFile file(folder / "a");
   EXPECT_TRUE(is_temporary_name(file.temporary_path().filename().string()));
   EXPECT_FALSE(is_temporary_name("a"));
@@ -108,13 +108,13 @@ TEST(AtomicFile, NamesOfTemporaryFilesAreKnown) {
 }
 
 TEST(AtomicFile, TheLongestNameWorks) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / std::string(255, 'n'), "x");
   EXPECT_EQ(content(folder / std::string(255, 'n')), "x");
 }
 
 TEST(AtomicFile, AMissingFolderIsAnEnvironmentErrorWithThePath) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   try {
     AtomicFile file(folder / "missing/a");
     FAIL();
@@ -125,7 +125,7 @@ TEST(AtomicFile, AMissingFolderIsAnEnvironmentErrorWithThePath) {
 }
 
 TEST(AtomicFile, AFolderUnderTheNameIsNotReplaced) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   std::filesystem::create_directory(folder / "a");
   EXPECT_THROW(write_file_atomically(folder / "a", "x"), EnvironmentError);
   EXPECT_TRUE(std::filesystem::is_directory(folder / "a"));
@@ -133,7 +133,7 @@ TEST(AtomicFile, AFolderUnderTheNameIsNotReplaced) {
 }
 
 TEST(AtomicFile, MisuseIsALogicError) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(AtomicFile(folder.path() / ""), LogicError);
   AtomicFile file(folder / "a");
   file.commit();
@@ -155,7 +155,7 @@ bool fails_on_a_small_disk(const std::function<void()>& action, const std::strin
     } catch (const EnvironmentError& error) {
       code = std::string(error.what()).find(words) != std::string::npos ? 0 : 2;
     }
-    testing::leave(code);
+    fixtures::leave(code);
   }
   int status = 0;
   waitpid(child, &status, 0);
@@ -163,7 +163,7 @@ bool fails_on_a_small_disk(const std::function<void()>& action, const std::strin
 }
 
 TEST(AtomicFile, AFullDiskKeepsTheOlderFile) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / "a", "old");
   EXPECT_TRUE(
       fails_on_a_small_disk([&] { write_file_atomically(folder / "a", std::string(10'000, 'x')); },
@@ -174,7 +174,7 @@ TEST(AtomicFile, AFullDiskKeepsTheOlderFile) {
 
 TEST(AtomicFile, DevFullIsAnEnvironmentError) {
   // A descriptor whose every write fails with ENOSPC, put in the place of the temporary file.
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const pid_t child = fork();
   if (child == 0) {
     AtomicFile file(folder / "a");
@@ -192,7 +192,7 @@ TEST(AtomicFile, DevFullIsAnEnvironmentError) {
     } catch (const EnvironmentError& error) {
       code = std::string(error.what()).find("No space left") != std::string::npos ? 0 : 2;
     }
-    testing::leave(code);
+    fixtures::leave(code);
   }
   int status = 0;
   waitpid(child, &status, 0);
@@ -201,7 +201,7 @@ TEST(AtomicFile, DevFullIsAnEnvironmentError) {
 }
 
 TEST(PrivateDirectory, IsForItsOwnerAloneWithItsParents) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   make_private_directory(folder / "a/b/c/");
   for (const char* name : {"a", "a/b", "a/b/c"}) {
     EXPECT_EQ(mode_of(folder / name), 0700u) << name;
@@ -209,7 +209,7 @@ TEST(PrivateDirectory, IsForItsOwnerAloneWithItsParents) {
 }
 
 TEST(PrivateDirectory, AnExistingOneIsLeftAlone) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   std::filesystem::create_directory(folder / "a");
   chmod((folder / "a").c_str(), 0755);
   make_private_directory(folder / "a");
@@ -217,14 +217,14 @@ TEST(PrivateDirectory, AnExistingOneIsLeftAlone) {
 }
 
 TEST(PrivateDirectory, AFileInTheWayIsAnEnvironmentError) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / "a") << "x";
   EXPECT_THROW(make_private_directory(folder / "a"), EnvironmentError);
   EXPECT_THROW(make_private_directory(folder / "a/b"), EnvironmentError);
 }
 
 TEST(SyncDirectory, AMissingFolderIsAnEnvironmentError) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   EXPECT_NO_THROW(sync_directory(folder.path()));
   EXPECT_THROW(sync_directory(folder / "missing"), EnvironmentError);
 }

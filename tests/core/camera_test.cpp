@@ -63,9 +63,9 @@ TEST_P(CameraModels, JacobianMatchesFiniteDifferences) {
     const Eigen::Vector3d point = random_point(camera, random);
     const auto analytic = project_jacobian(camera, point);
     ASSERT_TRUE(analytic.has_value());
-    const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(
+    const Eigen::MatrixXd numeric = fixtures::finite_difference_jacobian(
         [&](const Eigen::VectorXd& x) { return Eigen::VectorXd(*project(camera, x)); }, point);
-    EXPECT_LT(testing::jacobian_error(*analytic, numeric), 1e-6);
+    EXPECT_LT(fixtures::jacobian_error(*analytic, numeric), 1e-6);
   }
 }
 
@@ -115,7 +115,7 @@ TEST(Camera, KnownBrownDistortion) {
   EXPECT_LT((*project(camera, {x, y, 1}) - expected).norm(), 1e-15);
 }
 
-std::string refusal(const Camera& camera) {
+std::string camera_refusal(const Camera& camera) {
   try {
     check_camera(camera, "rig.json");
   } catch (const DataError& error) {
@@ -126,45 +126,45 @@ std::string refusal(const Camera& camera) {
 }
 
 TEST(CameraRefused, GoodCameraIsAccepted) {
-  EXPECT_EQ(refusal(make_camera(Distortion::Brown)), "");
+  EXPECT_EQ(camera_refusal(make_camera(Distortion::Brown)), "");
 }
 
 TEST(CameraRefused, SizeFocalLengthAndCentre) {
   Camera camera = make_camera(Distortion::None);
   camera.width = 0;
-  EXPECT_NE(refusal(camera).find("positive size"), std::string::npos);
+  EXPECT_NE(camera_refusal(camera).find("positive size"), std::string::npos);
   camera = make_camera(Distortion::None);
   camera.fx = -900;
-  EXPECT_NE(refusal(camera).find("focal lengths"), std::string::npos);
+  EXPECT_NE(camera_refusal(camera).find("focal lengths"), std::string::npos);
   camera = make_camera(Distortion::None);
   camera.fy = NAN;
-  EXPECT_NE(refusal(camera).find("focal lengths"), std::string::npos);
+  EXPECT_NE(camera_refusal(camera).find("focal lengths"), std::string::npos);
   camera = make_camera(Distortion::None);
   camera.cx = INFINITY;
-  EXPECT_NE(refusal(camera).find("principal point"), std::string::npos);
+  EXPECT_NE(camera_refusal(camera).find("principal point"), std::string::npos);
 }
 
 TEST(CameraRefused, RotationThatMirrorsOrScales) {
   Camera camera = make_camera(Distortion::None);
   camera.camera_from_world_rotation.row(2) *= -1;
-  EXPECT_NE(refusal(camera).find("mirrors"), std::string::npos);
+  EXPECT_NE(camera_refusal(camera).find("mirrors"), std::string::npos);
   camera = make_camera(Distortion::None);
   camera.camera_from_world_rotation *= 1.001;
-  EXPECT_NE(refusal(camera).find("orthonormal"), std::string::npos);
+  EXPECT_NE(camera_refusal(camera).find("orthonormal"), std::string::npos);
   camera.camera_from_world_rotation(0, 0) = NAN;
-  EXPECT_NE(refusal(camera).find("not finite"), std::string::npos);
+  EXPECT_NE(camera_refusal(camera).find("not finite"), std::string::npos);
 }
 
 TEST(CameraRefused, DistortionGainAndTranslation) {
   Camera camera = make_camera(Distortion::Brown);
   camera.distortion[3] = NAN;
-  EXPECT_NE(refusal(camera).find("distortion"), std::string::npos);
+  EXPECT_NE(camera_refusal(camera).find("distortion"), std::string::npos);
   camera = make_camera(Distortion::Brown);
   camera.gain[1] = 0;
-  EXPECT_NE(refusal(camera).find("gain"), std::string::npos);
+  EXPECT_NE(camera_refusal(camera).find("gain"), std::string::npos);
   camera = make_camera(Distortion::Brown);
   camera.camera_from_world_translation[0] = NAN;
-  EXPECT_NE(refusal(camera).find("pose"), std::string::npos);
+  EXPECT_NE(camera_refusal(camera).find("pose"), std::string::npos);
 }
 
 TEST(CameraRefused, RayThroughAPixelThatIsNotFinite) {

@@ -38,7 +38,7 @@ Garment tube() {
   return garment;
 }
 
-std::string refusal(const std::function<void(Archive&)>& change) {
+std::string garment_archive_refusal(const std::function<void(Archive&)>& change) {
   Archive archive = archive_of(tube());
   change(archive);
   try {
@@ -50,7 +50,7 @@ std::string refusal(const std::function<void(Archive&)>& change) {
 }
 
 TEST(GarmentArchive, KeepsEverythingToTheBit) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const Garment garment = tube();
   write_garment_archive(folder / "upper.h5", garment);
   const Garment again = read_garment_archive(folder / "upper.h5");
@@ -83,7 +83,7 @@ TEST(GarmentArchive, KeepsEverythingToTheBit) {
 }
 
 TEST(GarmentArchive, WhatIsEmptyIsNotThere) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Garment garment;
   garment.mesh = tube().mesh;
   garment.mesh.uvs.resize(0, 2);
@@ -98,7 +98,7 @@ TEST(GarmentArchive, WhatIsEmptyIsNotThere) {
 }
 
 TEST(GarmentArchive, AnInvalidGarmentIsNotWrittenRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Garment garment = tube();
   garment.boundaries[0][0] = 8;
   EXPECT_THROW(write_garment_archive(folder / "a.h5", garment), DataError);
@@ -109,7 +109,7 @@ TEST(GarmentArchive, AnInvalidGarmentIsNotWrittenRefused) {
 }
 
 TEST(GarmentArchive, AnotherSchemaIsRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Archive archive = archive_of(tube());
   archive.schema = "atelier.mesh";
   write_archive(folder / "a.h5", archive);
@@ -121,13 +121,15 @@ TEST(GarmentArchive, AnotherSchemaIsRefused) {
 }
 
 TEST(GarmentArchive, OtherUnitsAndUnnamedArraysAreRefused) {
-  EXPECT_THAT(refusal([](Archive& a) { a.units = "cm"; }), HasSubstr("a.h5: units: cm"));
-  EXPECT_THAT(refusal([](Archive& a) { a.up_axis = "z"; }), HasSubstr("up z"));
-  EXPECT_THAT(refusal([](Archive& a) { a.datasets["extra"] = tensor_of(std::vector<int>{1}); }),
+  EXPECT_THAT(garment_archive_refusal([](Archive& a) { a.units = "cm"; }),
+              HasSubstr("a.h5: units: cm"));
+  EXPECT_THAT(garment_archive_refusal([](Archive& a) { a.up_axis = "z"; }), HasSubstr("up z"));
+  EXPECT_THAT(garment_archive_refusal(
+                  [](Archive& a) { a.datasets["extra"] = tensor_of(std::vector<int>{1}); }),
               HasSubstr("extra: not of this schema"));
-  EXPECT_THAT(
-      refusal([](Archive& a) { a.datasets["cloth/extra"] = tensor_of(std::vector<int>{1}); }),
-      HasSubstr("extra: not of this schema"));
+  EXPECT_THAT(garment_archive_refusal(
+                  [](Archive& a) { a.datasets["cloth/extra"] = tensor_of(std::vector<int>{1}); }),
+              HasSubstr("extra: not of this schema"));
 }
 
 TEST(GarmentArchive, IndicesOutOfRangeAreRefused) {
@@ -135,23 +137,23 @@ TEST(GarmentArchive, IndicesOutOfRangeAreRefused) {
     const auto rows = static_cast<std::int64_t>(values.size()) / columns;
     return tensor_of(values, {rows, columns});
   };
-  EXPECT_THAT(refusal([&](Archive& a) {
+  EXPECT_THAT(garment_archive_refusal([&](Archive& a) {
                 a.datasets["boundaries"] = ints({0, 8}, 2);
               }),
               HasSubstr("index 8"));
-  EXPECT_THAT(refusal([&](Archive& a) {
+  EXPECT_THAT(garment_archive_refusal([&](Archive& a) {
                 a.datasets["boundaries"] = ints({3, 1}, 2);
               }),
               HasSubstr("a boundary that has a name"));
-  EXPECT_THAT(refusal([&](Archive& a) {
+  EXPECT_THAT(garment_archive_refusal([&](Archive& a) {
                 a.datasets["seams"] = ints({2, 1, 1}, 3);
               }),
               HasSubstr("a seam and two of 8 vertices"));
-  EXPECT_THAT(refusal([&](Archive& a) {
+  EXPECT_THAT(garment_archive_refusal([&](Archive& a) {
                 a.datasets["attachments/places"] = ints({8, 0, 0, 0}, 2);
               }),
               HasSubstr("vertex 8"));
-  EXPECT_THAT(refusal([&](Archive& a) {
+  EXPECT_THAT(garment_archive_refusal([&](Archive& a) {
                 a.datasets["attachments/places"] = ints({0, 0}, 2);
               }),
               HasSubstr("attachments/coordinates: 2 rows"));

@@ -15,11 +15,11 @@
 namespace atelier {
 namespace {
 
-using testing::mesh_of;
+using fixtures::mesh_of;
 
 /// A flat grid with jittered inner vertices, obtuse faces among them.
 Mesh jittered_grid() {
-  Mesh mesh = testing::grid(9, 7);
+  Mesh mesh = fixtures::grid(9, 7);
   Random random{1};
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
     if (v % 10 > 0 && v % 10 < 9 && v >= 10 && v < 70) {
@@ -31,7 +31,7 @@ Mesh jittered_grid() {
 }
 
 TEST(Laplacian, IsSymmetricAndItsRowsSumToZero) {
-  const Mesh mesh = testing::torus(20, 12);
+  const Mesh mesh = fixtures::torus(20, 12);
   const auto laplacian = cotangent_laplacian(mesh.vertices, mesh.faces);
   const Eigen::MatrixXd dense = laplacian;
   EXPECT_EQ(dense, dense.transpose());  // to the bit
@@ -71,7 +71,7 @@ TEST(Laplacian, EnergyOfALinearFunctionIsItsSlopeSquaredTimesTheArea) {
 }
 
 TEST(Laplacian, EigenvaluesOfTheSphere) {
-  const Mesh mesh = testing::sphere(3);
+  const Mesh mesh = fixtures::sphere(3);
   const Eigen::MatrixXd laplacian = cotangent_laplacian(mesh.vertices, mesh.faces);
   for (const Eigen::VectorXd& mass :
        {vertex_areas(mesh.vertices, mesh.faces), voronoi_areas(mesh.vertices, mesh.faces)}) {
@@ -94,7 +94,7 @@ TEST(Laplacian, EigenvaluesOfTheSphere) {
 TEST(Laplacian, OfPositionsIsTheCurvatureNormal) {
   // On the unit sphere the Laplacian of the position is minus twice the position.
   const auto error = [](int levels) {
-    const Mesh mesh = testing::sphere(levels);
+    const Mesh mesh = fixtures::sphere(levels);
     const Eigen::VectorXd mass = voronoi_areas(mesh.vertices, mesh.faces);
     const Points curvature = mass.cwiseInverse().asDiagonal() *
                              (cotangent_laplacian(mesh.vertices, mesh.faces) * mesh.vertices);
@@ -105,7 +105,7 @@ TEST(Laplacian, OfPositionsIsTheCurvatureNormal) {
 }
 
 TEST(VoronoiAreas, SumToTheArea) {
-  for (const Mesh& mesh : {jittered_grid(), testing::torus(20, 12), testing::sphere(3)}) {
+  for (const Mesh& mesh : {jittered_grid(), fixtures::torus(20, 12), fixtures::sphere(3)}) {
     const Eigen::VectorXd areas = voronoi_areas(mesh.vertices, mesh.faces);
     EXPECT_NEAR(areas.sum(), face_areas(mesh.vertices, mesh.faces).sum(), 1e-12);
     EXPECT_GT(areas.minCoeff(), 0);
@@ -122,7 +122,7 @@ TEST(VoronoiAreas, OfARightAngleAndAnObtuseOne) {
 }
 
 TEST(Gradient, OfALinearFunctionIsItsSlope) {
-  const Mesh mesh = testing::sphere(2);
+  const Mesh mesh = fixtures::sphere(2);
   const auto gradient = gradient_operator(mesh.vertices, mesh.faces);
   const Eigen::Vector3d slope(1, -2, 0.5);
   const Eigen::VectorXd g = gradient * (mesh.vertices * slope);
@@ -135,7 +135,7 @@ TEST(Gradient, OfALinearFunctionIsItsSlope) {
 }
 
 TEST(Gradient, MakesTheLaplacian) {
-  const Mesh mesh = testing::torus(16, 10);
+  const Mesh mesh = fixtures::torus(16, 10);
   const auto gradient = gradient_operator(mesh.vertices, mesh.faces);
   const Eigen::VectorXd areas = face_areas(mesh.vertices, mesh.faces);
   const Eigen::VectorXd triple = areas.replicate(1, 3).transpose().reshaped();
@@ -180,7 +180,7 @@ TEST(Laplacian, SkipsFacesWithoutAreaWhereAsked) {
 }
 
 TEST(LaplacianRefuses, FacesThatNameNoVertex) {
-  Mesh mesh = testing::sphere(1);
+  Mesh mesh = fixtures::sphere(1);
   mesh.faces(0, 0) = 99;
   ATELIER_EXPECT_REFUSED(cotangent_laplacian(mesh.vertices, mesh.faces), LogicError, "not there");
   ATELIER_EXPECT_REFUSED(gradient_operator(mesh.vertices, mesh.faces), LogicError, "not there");
@@ -188,7 +188,7 @@ TEST(LaplacianRefuses, FacesThatNameNoVertex) {
 }
 
 TEST(LaplacianRefuses, VerticesThatAreNotFinite) {
-  Mesh mesh = testing::sphere(1);
+  Mesh mesh = fixtures::sphere(1);
   mesh.vertices(4, 1) = std::numeric_limits<double>::quiet_NaN();
   ATELIER_EXPECT_REFUSED(cotangent_laplacian(mesh.vertices, mesh.faces), LogicError, "finite");
   ATELIER_EXPECT_REFUSED(gradient_operator(mesh.vertices, mesh.faces), LogicError, "finite");

@@ -12,10 +12,10 @@
 namespace atelier {
 namespace {
 
-using testing::mesh_of;
+using fixtures::mesh_of;
 
 TEST(Normals, FacesOfASphereLookOutwards) {
-  const Mesh mesh = testing::sphere(3);
+  const Mesh mesh = fixtures::sphere(3);
   const Points normals = face_normals(mesh.vertices, mesh.faces);
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
     EXPECT_NEAR(normals.row(f).norm(), 1, 1e-14);
@@ -25,7 +25,7 @@ TEST(Normals, FacesOfASphereLookOutwards) {
 
 TEST(Normals, VerticesOfFinerSpheresComeCloserToTheirNormals) {
   const auto error = [](int levels) {
-    const Mesh mesh = testing::sphere(levels);
+    const Mesh mesh = fixtures::sphere(levels);
     return (vertex_normals(mesh.vertices, mesh.faces) - mesh.vertices).rowwise().norm().maxCoeff();
   };
   EXPECT_LT(error(4), 0.02);
@@ -61,7 +61,7 @@ TEST(Areas, OfATriangleAndASphere) {
   const Mesh triangle = mesh_of({{0, 0, 0}, {3, 0, 0}, {0, 4, 0}}, {{0, 1, 2}});
   EXPECT_DOUBLE_EQ(face_areas(triangle.vertices, triangle.faces)[0], 6);
   EXPECT_DOUBLE_EQ(vertex_areas(triangle.vertices, triangle.faces)[1], 2);
-  const Mesh ball = testing::sphere(5);
+  const Mesh ball = fixtures::sphere(5);
   EXPECT_NEAR(face_areas(ball.vertices, ball.faces).sum(), 4 * std::numbers::pi, 0.01);
   EXPECT_NEAR(vertex_areas(ball.vertices, ball.faces).sum(),
               face_areas(ball.vertices, ball.faces).sum(), 1e-12);

@@ -14,7 +14,7 @@
 namespace atelier {
 namespace {
 
-Mesh triangle() {
+Mesh one_triangle() {
   Mesh mesh;
   mesh.vertices.resize(3, 3);
   mesh.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
@@ -40,13 +40,13 @@ void expect_words(const std::string& text, const std::string& words) {
 }
 
 TEST(Mesh, AGoodOneAndAnEmptyOneAreAccepted) {
-  EXPECT_NO_THROW(check_mesh(triangle()));
+  EXPECT_NO_THROW(check_mesh(one_triangle()));
   EXPECT_NO_THROW(check_mesh(Mesh{}));
 }
 
 TEST(MeshRefused, IndexOutOfRange) {
   for (const int bad : {-1, 3, 2147483647}) {
-    Mesh mesh = triangle();
+    Mesh mesh = one_triangle();
     mesh.faces(0, 1) = bad;
     expect_words(words_of_refusal([&] { check_mesh(mesh, "a.obj"); }),
                  "a.obj: face 0: index " + std::to_string(bad) + "; expected 0 to 2");
@@ -55,32 +55,32 @@ TEST(MeshRefused, IndexOutOfRange) {
 
 TEST(MeshRefused, NumberThatIsNotFinite) {
   for (const double bad : {double{NAN}, double{INFINITY}, -double{INFINITY}}) {
-    Mesh mesh = triangle();
+    Mesh mesh = one_triangle();
     mesh.vertices(2, 1) = bad;
     expect_words(words_of_refusal([&] { check_mesh(mesh); }), "vertex 2: not finite");
   }
-  Mesh mesh = triangle();
+  Mesh mesh = one_triangle();
   mesh.confidence = Eigen::VectorXf::Constant(3, NAN);
   expect_words(words_of_refusal([&] { check_mesh(mesh); }), "confidence 0");
 }
 
 TEST(MeshRefused, AttributeOfAnotherLength) {
-  Mesh mesh = triangle();
+  Mesh mesh = one_triangle();
   mesh.normals = Points::Zero(2, 3);
   expect_words(words_of_refusal([&] { check_mesh(mesh); }), "normals: 2 rows; expected 3");
-  mesh = triangle();
+  mesh = one_triangle();
   mesh.labels = {1};
   expect_words(words_of_refusal([&] { check_mesh(mesh); }), "labels: 1 rows");
-  mesh = triangle();
+  mesh = one_triangle();
   mesh.uvs = Points2::Zero(1, 2);
   mesh.uv_faces = Triangles::Constant(1, 3, 1);
   expect_words(words_of_refusal([&] { check_mesh(mesh); }), "uv face 0: index 1; expected 0 to 0");
 }
 
 TEST(Sequence, HoldsMeshesAndFindsTheSharedTopology) {
-  Mesh moved = triangle();
+  Mesh moved = one_triangle();
   moved.vertices.array() += 1;
-  const Sequence sequence = sequence_of({triangle(), moved}, 30, {5, 7});
+  const Sequence sequence = sequence_of({one_triangle(), moved}, 30, {5, 7});
   EXPECT_EQ(frame_count(sequence), 2);
   EXPECT_EQ(sequence.faces.rows(), 1);
   EXPECT_EQ(frame(sequence, 1).vertices, moved.vertices);
@@ -88,30 +88,30 @@ TEST(Sequence, HoldsMeshesAndFindsTheSharedTopology) {
 }
 
 TEST(Sequence, ScansKeepTheirOwnTopology) {
-  Mesh other = triangle();
+  Mesh other = one_triangle();
   other.faces << 2, 1, 0;
-  const Sequence sequence = sequence_of({triangle(), other}, 30);
+  const Sequence sequence = sequence_of({one_triangle(), other}, 30);
   EXPECT_EQ(sequence.faces.rows(), 0);
   EXPECT_EQ(frame(sequence, 1).faces, other.faces);
 }
 
 TEST(SequenceRefused, FrameOutOfRange) {
-  const Sequence sequence = sequence_of({triangle()}, 30);
+  const Sequence sequence = sequence_of({one_triangle()}, 30);
   EXPECT_THROW(frame(sequence, -1), LogicError);
   expect_words(words_of_refusal([&] { frame(sequence, 1); }), "frame 1 of 1");
-  EXPECT_THROW(sequence_of({triangle()}, 30, {1, 2}), LogicError);
+  EXPECT_THROW(sequence_of({one_triangle()}, 30, {1, 2}), LogicError);
 }
 
 TEST(SequenceRefused, ReaderThatReturnsAnotherTopologyOrABrokenMesh) {
-  Sequence sequence = sequence_of({triangle()}, 30, {4});
+  Sequence sequence = sequence_of({one_triangle()}, 30, {4});
   sequence.load = [](Index) {
-    Mesh mesh = triangle();
+    Mesh mesh = one_triangle();
     mesh.faces << 2, 1, 0;
     return mesh;
   };
   expect_words(words_of_refusal([&] { frame(sequence, 0); }), "frame 4: faces: another topology");
   sequence.load = [](Index) {
-    Mesh mesh = triangle();
+    Mesh mesh = one_triangle();
     mesh.vertices(0, 0) = NAN;
     return mesh;
   };
@@ -163,7 +163,7 @@ TEST(SkeletonRefused, NamesAndArrays) {
 
 Garment patch() {
   Garment garment;
-  garment.mesh = triangle();
+  garment.mesh = one_triangle();
   return garment;
 }
 

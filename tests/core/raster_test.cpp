@@ -17,9 +17,9 @@
 namespace atelier {
 namespace {
 
-using testing::mesh_of;
+using fixtures::mesh_of;
 
-class RasterOnDevice : public testing::DeviceTest {};
+class RasterOnDevice : public fixtures::DeviceTest {};
 ATELIER_ON_EVERY_DEVICE(RasterOnDevice);
 
 /// A camera at the origin whose pixels are world coordinates of the plane z = 1.
@@ -92,7 +92,7 @@ TEST_P(RasterOnDevice, NeighboursCoverEachPixelOnce) {
   // A grid over the whole image whose vertices and edges fall on pixel centres, and one jittered.
   Random random{1};
   for (const double jitter : {0.0, 0.3, 1.4}) {
-    Mesh mesh = testing::grid(6, 6);
+    Mesh mesh = fixtures::grid(6, 6);
     for (Index v = 0; v < mesh.vertices.rows(); ++v) {
       const double x = -2.5 + 4 * 6 * mesh.vertices(v, 0);
       const double y = -2.5 + 4 * 6 * mesh.vertices(v, 2);
@@ -123,7 +123,7 @@ TEST_P(RasterOnDevice, AFanAroundAPixelCentreCoversItOnce) {
 
 TEST_P(RasterOnDevice, NeighboursThatAreClippedCoverEachPixelOnce) {
   // A floor that passes under the camera and far behind it, cut at the near plane.
-  Mesh mesh = testing::grid(5, 5);
+  Mesh mesh = fixtures::grid(5, 5);
   mesh.vertices = mesh.vertices.array() * 40 - 20;
   mesh.vertices.col(1).setConstant(-1.5);
   const Camera camera = looking_camera(40, 30, 0.3);
@@ -136,7 +136,7 @@ TEST_P(RasterOnDevice, NeighboursThatAreClippedCoverEachPixelOnce) {
 }
 
 TEST_P(RasterOnDevice, AgreesWithRays) {
-  const Mesh mesh = testing::torus(50, 30);
+  const Mesh mesh = fixtures::torus(50, 30);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Camera camera = looking_camera(160, 120, 4);
   camera.camera_from_world_rotation =
@@ -181,7 +181,7 @@ TEST_P(RasterOnDevice, AgreesWithRays) {
 
 TEST_P(RasterOnDevice, BothDevicesGiveTheSameBits) {
   Random random{2};
-  Mesh mesh = testing::torus(80, 60);
+  Mesh mesh = fixtures::torus(80, 60);
   for (Index i = 0; i < mesh.vertices.size(); ++i) {
     mesh.vertices.data()[i] += uniform(random, -0.05, 0.05);  // crossing faces, long ones
   }
@@ -259,7 +259,7 @@ TEST_P(RasterOnDevice, FacesBeyondTheGuardBandAreCut) {
 }
 
 TEST_P(RasterOnDevice, FacesSeenFromBehindCanBeLeftOut) {
-  const Mesh mesh = testing::sphere(3);
+  const Mesh mesh = fixtures::sphere(3);
   const Camera camera = looking_camera(64, 64, 3);
   RasterOptions cull;
   cull.cull_back = true;
@@ -274,7 +274,7 @@ TEST_P(RasterOnDevice, DistortedVerticesFallWhereTheCameraPutsThem) {
   Camera camera = looking_camera(200, 200, 3);
   camera.distortion_model = Distortion::Brown;
   camera.distortion = {-0.2, 0.05, 0.001, -0.002};
-  const Mesh mesh = testing::sphere(5);
+  const Mesh mesh = fixtures::sphere(5);
   const Raster raster = rasterize(mesh.vertices, mesh.faces, camera, {}, device());
   int checked = 0;
   for (int y = 0; y < 200; y += 3) {
@@ -323,7 +323,7 @@ TEST_P(RasterOnDevice, NothingDrawsNothing) {
 }
 
 TEST(Raster, IsTheSameOnAnyNumberOfThreads) {
-  const Mesh mesh = testing::torus(60, 40);
+  const Mesh mesh = fixtures::torus(60, 40);
   const Camera camera = looking_camera(150, 100, 3);
   set_thread_count(1);
   const Raster one = rasterize(mesh.vertices, mesh.faces, camera);
@@ -334,7 +334,7 @@ TEST(Raster, IsTheSameOnAnyNumberOfThreads) {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(RasterRefuses, VerticesThatAreNotFinite) {
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   for (const double bad : {kNan, std::numeric_limits<double>::infinity(), 1e100}) {
     Points broken = mesh.vertices;
     broken(3, 2) = bad;
@@ -344,7 +344,7 @@ TEST(RasterRefuses, VerticesThatAreNotFinite) {
 }
 
 TEST(RasterRefuses, FacesThatNameNoVertex) {
-  Mesh mesh = testing::sphere(1);
+  Mesh mesh = fixtures::sphere(1);
   for (const int bad : {400, -1}) {
     mesh.faces(2, 1) = bad;
     ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, looking_camera(16, 16, 3)),
@@ -353,7 +353,7 @@ TEST(RasterRefuses, FacesThatNameNoVertex) {
 }
 
 TEST(RasterRefuses, NearPlanesOutOfRange) {
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   for (const double near : {0.0, -1.0, kNan, 1e7}) {
     ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, looking_camera(16, 16, 3), {near}),
                            LogicError, "near must be");
@@ -361,7 +361,7 @@ TEST(RasterRefuses, NearPlanesOutOfRange) {
 }
 
 TEST(RasterRefuses, CamerasWithoutPixelsOrFocalLength) {
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   Camera camera = looking_camera(16, 16, 3);
   camera.width = 0;
   ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, camera), DataError, "looking");
@@ -371,7 +371,7 @@ TEST(RasterRefuses, CamerasWithoutPixelsOrFocalLength) {
 }
 
 TEST(RasterRefuses, ImagesThatAreTooLarge) {
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, looking_camera(32769, 1, 3)),
                          DataError, "at most 32768 a side");
   ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, looking_camera(1, 32769, 3)),
@@ -382,7 +382,7 @@ TEST(RasterRefuses, CudaWhereThereIsNone) {
   if (cuda_available()) {
     GTEST_SKIP() << "there is a CUDA device";
   }
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   ATELIER_EXPECT_REFUSED(
       rasterize(mesh.vertices, mesh.faces, looking_camera(16, 16, 3), {}, Device::Cuda),
       EnvironmentError, "CUDA");

@@ -34,7 +34,7 @@ Mesh square(double y) {
   return mesh;
 }
 
-void expect_equal(const Mesh& a, const Mesh& b) {
+void expect_equal_sequences(const Mesh& a, const Mesh& b) {
   EXPECT_TRUE(equal_arrays(a.vertices, b.vertices));
   EXPECT_TRUE(equal_arrays(a.faces, b.faces));
   EXPECT_TRUE(equal_arrays(a.normals, b.normals));
@@ -46,7 +46,7 @@ void expect_equal(const Mesh& a, const Mesh& b) {
 }
 
 template <class Call>
-std::string refusal(const Call& call) {
+std::string sequence_archive_refusal(const Call& call) {
   try {
     call();
   } catch (const DataError& error) {
@@ -56,40 +56,40 @@ std::string refusal(const Call& call) {
 }
 
 TEST(MeshArchive, KeepsEveryAttributeToTheBit) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const Mesh mesh = square(1.0 / 3.0);
   write_mesh_archive(folder / "a.h5", mesh);
-  expect_equal(read_mesh_archive(folder / "a.h5"), mesh);
+  expect_equal_sequences(read_mesh_archive(folder / "a.h5"), mesh);
 }
 
 TEST(MeshArchive, KeepsWhatIsEmptyEmpty) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Mesh mesh;
   mesh.vertices = square(0).vertices;
   write_mesh_archive(folder / "a.h5", mesh);
-  expect_equal(read_mesh_archive(folder / "a.h5"), mesh);
+  expect_equal_sequences(read_mesh_archive(folder / "a.h5"), mesh);
   EXPECT_EQ(archive_contents(folder / "a.h5").datasets.size(), 1u);
-  expect_equal(mesh_of(archive_of(Mesh{})), Mesh{});
+  expect_equal_sequences(mesh_of(archive_of(Mesh{})), Mesh{});
 }
 
 TEST(MeshArchive, RefusesCoordinatesBeyondTheCeiling) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Mesh mesh = square(0);
   mesh.vertices(1, 1) = -1e300;
   write_archive(folder / "far.h5", archive_of(mesh));
-  EXPECT_THAT(refusal([&] { read_mesh_archive(folder / "far.h5"); }),
+  EXPECT_THAT(sequence_archive_refusal([&] { read_mesh_archive(folder / "far.h5"); }),
               AllOf(HasSubstr("far.h5: vertices"), HasSubstr("coordinate 1e+300"),
                     HasSubstr("at most 1e+09")));
   mesh.vertices(1, 1) = 1e9;
   write_archive(folder / "near.h5", archive_of(mesh));
-  expect_equal(read_mesh_archive(folder / "near.h5"), mesh);
+  expect_equal_sequences(read_mesh_archive(folder / "near.h5"), mesh);
   Limits limits;
   limits.mesh_coordinate = 10;
   EXPECT_THROW(read_mesh_archive(folder / "near.h5", limits), DataError);
 }
 
 TEST(MeshArchive, AnInvalidMeshIsNotWritten) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Mesh mesh = square(0);
   mesh.faces(0, 0) = 4;
   EXPECT_THROW(write_mesh_archive(folder / "a.h5", mesh), DataError);
@@ -102,7 +102,7 @@ TEST(MeshArchive, WhatDoesNotFitTheSchemaIsRefused) {
   const auto refuse = [](const auto& change) {
     Archive archive = archive_of(square(0));
     change(archive);
-    return refusal([&] { mesh_of(archive, "a.h5"); });
+    return sequence_archive_refusal([&] { mesh_of(archive, "a.h5"); });
   };
   EXPECT_THAT(refuse([](Archive& a) { a.units = "cm"; }), HasSubstr("a.h5: units: cm"));
   EXPECT_THAT(refuse([](Archive& a) { a.up_axis = "z"; }), HasSubstr("up z"));
@@ -125,7 +125,7 @@ TEST(MeshArchive, WhatDoesNotFitTheSchemaIsRefused) {
 }
 
 TEST(SequenceArchive, ReadsWhatItWrites) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const Sequence sequence = sequence_of({square(0), square(1), square(2)}, 30, {3, 7, 100});
   write_sequence(folder / "drape", sequence);
   const Sequence again = open_sequence(folder / "drape");
@@ -133,31 +133,31 @@ TEST(SequenceArchive, ReadsWhatItWrites) {
   EXPECT_THAT(again.frame_ids, ElementsAre(3, 7, 100));
   EXPECT_TRUE(equal_arrays(again.faces, sequence.faces));
   for (Index i = 0; i < 3; ++i) {
-    expect_equal(frame(again, i), square(static_cast<double>(i)));
+    expect_equal_sequences(frame(again, i), square(static_cast<double>(i)));
   }
   EXPECT_TRUE(std::filesystem::exists(folder / "drape/frames/000100.h5"));
 }
 
 TEST(SequenceArchive, StoresTheTopologyOnce) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_sequence(folder.path(), sequence_of({square(0), square(1)}, 30));
   EXPECT_TRUE(archive_contents(folder / "sequence.h5").datasets.contains("faces"));
   EXPECT_FALSE(archive_contents(folder / "frames/000000.h5").datasets.contains("faces"));
 }
 
 TEST(SequenceArchive, ScansHaveATopologyEach) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Mesh other = square(1);
   other.faces.conservativeResize(1, 3);
   other.uv_faces.conservativeResize(1, 3);
   write_sequence(folder.path(), sequence_of({square(0), other}, 30));
   const Sequence again = open_sequence(folder.path());
   EXPECT_EQ(again.faces.rows(), 0);
-  expect_equal(frame(again, 1), other);
+  expect_equal_sequences(frame(again, 1), other);
 }
 
 TEST(SequenceArchive, FramesAreWrittenInAnyOrder) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   SequenceHeader header{60, {1, 2}, {}};
   header.shared.faces = square(0).faces;
   header.shared.uvs = square(0).uvs;
@@ -165,12 +165,12 @@ TEST(SequenceArchive, FramesAreWrittenInAnyOrder) {
   write_sequence_header(folder.path(), header);
   write_sequence_frame(folder.path(), header, 2, square(2));
   const Sequence sequence = open_sequence(folder.path());
-  expect_equal(frame(sequence, 1), square(2));
-  EXPECT_THAT(refusal([&] { frame(sequence, 0); }), HasSubstr("000001.h5"));
+  expect_equal_sequences(frame(sequence, 1), square(2));
+  EXPECT_THAT(sequence_archive_refusal([&] { frame(sequence, 0); }), HasSubstr("000001.h5"));
 }
 
 TEST(SequenceArchive, AFrameOfAnotherTopologyIsRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const SequenceHeader header{30, {0}, {{}, square(0).faces, {}, {}, {}, {}, {}, {}}};
   write_sequence_header(folder.path(), header);
   Mesh mesh = square(0);
@@ -184,14 +184,15 @@ TEST(SequenceArchive, AFrameOfAnotherTopologyIsRefused) {
   small.vertices = square(0).vertices.topRows(3);
   std::filesystem::create_directories(folder / "frames");
   write_mesh_archive(folder / "frames/000000.h5", small);
-  EXPECT_THAT(refusal([&] { frame(open_sequence(folder.path()), 0); }), HasSubstr("index 3"));
+  EXPECT_THAT(sequence_archive_refusal([&] { frame(open_sequence(folder.path()), 0); }),
+              HasSubstr("index 3"));
   write_mesh_archive(folder / "frames/000000.h5", square(0));
-  EXPECT_THAT(refusal([&] { frame(open_sequence(folder.path()), 0); }),
+  EXPECT_THAT(sequence_archive_refusal([&] { frame(open_sequence(folder.path()), 0); }),
               HasSubstr("a topology of its own"));
 }
 
 TEST(SequenceArchive, ABadHeaderIsALogicError) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(write_sequence_header(folder.path(), {0, {0}, {}}), LogicError);
   EXPECT_THROW(write_sequence_header(folder.path(), {30, {1, 1}, {}}), LogicError);
   EXPECT_THROW(write_sequence_header(folder.path(), {30, {-1}, {}}), LogicError);
@@ -199,7 +200,7 @@ TEST(SequenceArchive, ABadHeaderIsALogicError) {
 }
 
 TEST(SequenceArchive, ABadHeaderInAFileIsRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto refuse = [&](const auto& change) {
     Archive archive;
     archive.schema = "atelier.sequence";
@@ -207,7 +208,7 @@ TEST(SequenceArchive, ABadHeaderInAFileIsRefused) {
     archive.datasets["frame_ids"] = tensor_of(std::vector<int>{0, 1});
     change(archive);
     write_archive(folder / "sequence.h5", archive);
-    return refusal([&] { open_sequence(folder.path()); });
+    return sequence_archive_refusal([&] { open_sequence(folder.path()); });
   };
   EXPECT_EQ(refuse([](Archive&) {}), "");
   EXPECT_THAT(refuse([](Archive& a) { a.numbers.clear(); }), HasSubstr("fps: missing"));
@@ -221,7 +222,8 @@ TEST(SequenceArchive, ABadHeaderInAFileIsRefused) {
                 a.datasets["vertices"] = tensor_of(std::vector<double>{0, 0, 0}, {1, 3});
               }),
               HasSubstr("vertices"));
-  EXPECT_THAT(refusal([&] { open_sequence(folder / "missing"); }), HasSubstr("sequence.h5"));
+  EXPECT_THAT(sequence_archive_refusal([&] { open_sequence(folder / "missing"); }),
+              HasSubstr("sequence.h5"));
 }
 
 }  // namespace

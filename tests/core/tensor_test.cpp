@@ -12,7 +12,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kTensorNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Tensor, HoldsAVectorAndAMatrix) {
   const Tensor vector = tensor_of(std::vector<int>{1, 2, 3});
@@ -95,7 +95,7 @@ TEST(Tensor, TextIsNoNumber) {
 }
 
 TEST(Tensor, NotANumberIsFoundWithItsPlace) {
-  const Tensor tensor = tensor_of(std::vector<double>{1, 2, 3, kNan}, {2, 2});
+  const Tensor tensor = tensor_of(std::vector<double>{1, 2, 3, kTensorNan}, {2, 2});
   try {
     check_finite(tensor, "a.npz", "poses");
     FAIL();
@@ -107,7 +107,7 @@ TEST(Tensor, NotANumberIsFoundWithItsPlace) {
   EXPECT_NO_THROW(check_finite(half, "", ""));
   half.type = ElementType::Float16;
   EXPECT_THROW(check_finite(half, "", ""), DataError);
-  Tensor complex = tensor_of(std::vector<double>{0, kNan}, {2});
+  Tensor complex = tensor_of(std::vector<double>{0, kTensorNan}, {2});
   complex.type = ElementType::Complex128;
   complex.shape = {1};
   EXPECT_THROW(check_finite(complex, "", ""), DataError);

@@ -10,15 +10,15 @@
 namespace atelier {
 namespace {
 
+using fixtures::grid;
+using fixtures::mesh_of;
+using fixtures::sphere;
+using fixtures::tetrahedron;
+using fixtures::torus;
+using fixtures::tube;
 using ::testing::ElementsAre;
-using testing::grid;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using testing::mesh_of;
-using testing::sphere;
-using testing::tetrahedron;
-using testing::torus;
-using testing::tube;
 
 Topology of(const Mesh& mesh) {
   return topology_of(mesh.faces, mesh.vertices.rows());

@@ -33,7 +33,7 @@ std::vector<Vec3<T>> random_vectors(std::size_t n, double size, std::uint64_t se
 
 TYPED_TEST(CudaTreeTest, RefitsOnTheDeviceAndAnswersAsTheCpuDoes) {
   using T = TypeParam;
-  Mesh mesh = testing::torus(300, 200);  // 120,000 faces: several launches and the top block
+  Mesh mesh = fixtures::torus(300, 200);  // 120,000 faces: several launches and the top block
   TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   CudaTree<T> device_tree(tree);
   std::vector<Vec3<T>> moved(static_cast<std::size_t>(mesh.vertices.rows()));
@@ -63,7 +63,7 @@ TYPED_TEST(CudaTreeTest, RefitsOnTheDeviceAndAnswersAsTheCpuDoes) {
 
 TYPED_TEST(CudaTreeTest, RepeatsBitForBit) {
   using T = TypeParam;
-  const Mesh mesh = testing::torus(100, 60);
+  const Mesh mesh = fixtures::torus(100, 60);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   const auto queries = random_vectors<T>(3000, 1.5, 2);
   const auto directions = random_vectors<T>(3000, 1, 3);

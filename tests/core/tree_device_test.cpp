@@ -10,7 +10,7 @@
 namespace atelier {
 namespace {
 
-class TreeOnDevice : public testing::DeviceTest {};
+class TreeOnDevice : public fixtures::DeviceTest {};
 ATELIER_ON_EVERY_DEVICE(TreeOnDevice);
 
 Points random_points(Index n, double size, std::uint64_t seed) {
@@ -23,7 +23,7 @@ Points random_points(Index n, double size, std::uint64_t seed) {
 }
 
 TEST_P(TreeOnDevice, ClosestPointsAreThoseOfOneQuery) {
-  const Mesh mesh = testing::torus(60, 40);
+  const Mesh mesh = fixtures::torus(60, 40);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   const Points queries = random_points(1000, 1.5, 1);
   const auto found = closest_points(tree, queries, 0.5, device());
@@ -43,7 +43,7 @@ TEST_P(TreeOnDevice, ClosestPointsAreThoseOfOneQuery) {
 }
 
 TEST_P(TreeOnDevice, QueriesOnVerticesTakeTheLowestFace) {
-  const Mesh mesh = testing::sphere(3);
+  const Mesh mesh = fixtures::sphere(3);
   const auto found =
       closest_points(build_tree(mesh.vertices, mesh.faces), mesh.vertices, 1, device());
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
@@ -57,7 +57,7 @@ TEST_P(TreeOnDevice, QueriesOnVerticesTakeTheLowestFace) {
 }
 
 TEST_P(TreeOnDevice, HitsAreThoseOfOneRay) {
-  const Mesh mesh = testing::torus(60, 40);
+  const Mesh mesh = fixtures::torus(60, 40);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   const Points origins = random_points(1000, 1.5, 2);
   const Points directions = random_points(1000, 1, 3);
@@ -82,7 +82,7 @@ TEST_P(TreeOnDevice, HitsAreThoseOfOneRay) {
 }
 
 TEST_P(TreeOnDevice, NoRayPassesBetweenFaces) {
-  const Mesh mesh = testing::sphere(4);
+  const Mesh mesh = fixtures::sphere(4);
   std::vector<Ray> rays;
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
     const Eigen::Vector3d origin(0.1, -0.2, 0.05);
@@ -94,7 +94,7 @@ TEST_P(TreeOnDevice, NoRayPassesBetweenFaces) {
 }
 
 TEST_P(TreeOnDevice, RefitAnswersAsANewTreeDoes) {
-  Mesh mesh = testing::torus(200, 100);
+  Mesh mesh = fixtures::torus(200, 100);
   TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   mesh.vertices += random_points(mesh.vertices.rows(), 0.02, 4);
   tree = refit_tree(std::move(tree), mesh.vertices);
@@ -112,7 +112,7 @@ TEST_P(TreeOnDevice, NothingIsNoTrouble) {
   const TriangleTree empty = build_tree(Points(0, 3), Triangles(0, 3));
   EXPECT_EQ(closest_points(empty, Points::Zero(2, 3), 1, device())[1].face, -1);
   EXPECT_EQ(first_hits(empty, {Ray{}}, device())[0].face, -1);
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   EXPECT_TRUE(closest_points(tree, Points(0, 3), 1, device()).empty());
   EXPECT_TRUE(any_hits(tree, {}, device()).empty());

@@ -12,15 +12,15 @@
 namespace atelier {
 namespace {
 
+using fixtures::mesh_of;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-using testing::mesh_of;
 
 Vec3d vec(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
 }
 
-Eigen::Vector3d random_point(Random& random, double size) {
+Eigen::Vector3d random_place(Random& random, double size) {
   const double x = uniform(random, -size, size);
   const double y = uniform(random, -size, size);
   return {x, y, uniform(random, -size, size)};
@@ -33,10 +33,10 @@ Mesh soup(int count, std::uint64_t seed) {
   mesh.vertices.resize(3 * count, 3);
   mesh.faces.resize(count, 3);
   for (int f = 0; f < count; ++f) {
-    const Eigen::Vector3d center = random_point(random, 1);
+    const Eigen::Vector3d center = random_place(random, 1);
     const double size = std::exp(uniform(random, -7, 0));
     for (int k = 0; k < 3; ++k) {
-      mesh.vertices.row(3 * f + k) = center + random_point(random, size);
+      mesh.vertices.row(3 * f + k) = center + random_place(random, size);
       mesh.faces(f, k) = 3 * f + k;
     }
     if (f % 10 == 3) {
@@ -133,7 +133,7 @@ TEST(Tree, ClosestPointsAreThoseOfALoopToTheBit) {
     expect_sound(tree, count);
     Random random{2};
     for (int i = 0; i < 300; ++i) {
-      const Eigen::Vector3d query = random_point(random, i % 10 == 0 ? 100 : 1.5);
+      const Eigen::Vector3d query = random_place(random, i % 10 == 0 ? 100 : 1.5);
       const auto expected = closest_by_loop(mesh, query);
       const ClosestPoint found = closest_point(tree, query);
       ASSERT_EQ(found.face, expected.face);
@@ -151,7 +151,7 @@ TEST(Tree, ClosestPointIsNearerThanSamplesOfTheSurface) {
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Random random{4};
   for (int i = 0; i < 50; ++i) {
-    const Eigen::Vector3d query = random_point(random, 1.5);
+    const Eigen::Vector3d query = random_place(random, 1.5);
     const double distance = std::sqrt(closest_point(tree, query).squared_distance);
     for (int f = 0; f < 80; ++f) {
       for (int u = 0; u <= 6; ++u) {
@@ -166,7 +166,7 @@ TEST(Tree, ClosestPointIsNearerThanSamplesOfTheSurface) {
 }
 
 TEST(Tree, QueriesOnVerticesAndEdgesTakeTheLowestFace) {
-  const Mesh mesh = testing::sphere(3);
+  const Mesh mesh = fixtures::sphere(3);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
     for (int k = 0; k < 3; ++k) {
@@ -228,15 +228,15 @@ TEST(Tree, RefitAnswersAsANewTreeDoes) {
   TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Random random{7};
   for (Index i = 0; i < mesh.vertices.rows(); ++i) {
-    mesh.vertices.row(i) += random_point(random, 0.3);
+    mesh.vertices.row(i) += random_place(random, 0.3);
   }
   tree = refit_tree(std::move(tree), mesh.vertices);
   expect_sound(tree, 300);
   for (int i = 0; i < 300; ++i) {
-    const Eigen::Vector3d query = random_point(random, 1.5);
+    const Eigen::Vector3d query = random_place(random, 1.5);
     const auto expected = closest_by_loop(mesh, query);
     EXPECT_EQ(closest_point(tree, query).face, expected.face);
-    const Ray ray = {query, random_point(random, 1)};
+    const Ray ray = {query, random_place(random, 1)};
     EXPECT_EQ(first_hit(tree, ray).face, hit_by_loop(mesh, ray).face);
   }
 }
@@ -245,13 +245,13 @@ TEST(Tree, PointsFindTheirNeighbours) {
   Random random{8};
   Points points(500, 3);
   for (Index i = 0; i < points.rows(); ++i) {
-    points.row(i) = random_point(random, 1);
+    points.row(i) = random_place(random, 1);
   }
   points.row(401) = points.row(17);
   const TriangleTree tree = build_point_tree(points);
   EXPECT_EQ(closest_point(tree, points.row(401)).face, 17);
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Vector3d query = random_point(random, 1.2);
+    const Eigen::Vector3d query = random_place(random, 1.2);
     Index nearest = 0;
     (points.rowwise() - query.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
     const ClosestPoint found = closest_point(tree, query);
@@ -266,7 +266,7 @@ TEST(Tree, FirstHitsAreThoseOfALoop) {
   Random random{10};
   int hits = 0;
   for (int i = 0; i < 2000; ++i) {
-    Ray ray = {random_point(random, 2), random_point(random, 1)};
+    Ray ray = {random_place(random, 2), random_place(random, 1)};
     if (i % 3 == 0) {
       ray.direction[i % 2] = 0;  // along the planes of boxes
     }
@@ -292,12 +292,12 @@ TEST(Tree, FirstHitsAreThoseOfALoop) {
 
 TEST(Tree, NoRayPassesBetweenFaces) {
   // Rays from inside through every vertex and edge midpoint of a closed surface.
-  const Mesh mesh = testing::sphere(3);
+  const Mesh mesh = fixtures::sphere(3);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Random random{11};
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
     for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d origin = random_point(random, 0.3);
+      const Eigen::Vector3d origin = random_place(random, 0.3);
       const Eigen::Vector3d a = mesh.vertices.row(mesh.faces(f, k));
       const Eigen::Vector3d b = mesh.vertices.row(mesh.faces(f, (k + 1) % 3));
       for (const Eigen::Vector3d& target : {a, Eigen::Vector3d(0.5 * (a + b))}) {
@@ -310,7 +310,7 @@ TEST(Tree, NoRayPassesBetweenFaces) {
 }
 
 TEST(Tree, RaysAlongAxesMeetFlatBoxes) {
-  const Mesh mesh = testing::grid(8, 8);  // in the plane y = 0
+  const Mesh mesh = fixtures::grid(8, 8);  // in the plane y = 0
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   for (int x = 0; x <= 16; ++x) {
     for (int z = 0; z <= 16; ++z) {
@@ -341,7 +341,7 @@ TEST(Tree, FacesWithinARadius) {
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Random random{13};
   for (int i = 0; i < 50; ++i) {
-    const Eigen::Vector3d query = random_point(random, 1);
+    const Eigen::Vector3d query = random_place(random, 1);
     const double radius = uniform(random, 0, 0.6);
     std::vector<int> expected;
     for (int f = 0; f < 300; ++f) {
@@ -356,7 +356,7 @@ TEST(Tree, FacesWithinARadius) {
 }
 
 TEST(Tree, FacesInABox) {
-  const Mesh mesh = testing::grid(10, 10);
+  const Mesh mesh = fixtures::grid(10, 10);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   EXPECT_THAT(faces_in_box(tree, {0.01, -1, 0.01}, {0.02, 1, 0.02}), ElementsAre(0, 1));
   EXPECT_EQ(faces_in_box(tree, {-1, -1, -1}, {2, 1, 2}).size(), 200u);
@@ -381,7 +381,7 @@ TEST(Tree, IsTheSameOnAnyNumberOfThreads) {
 }
 
 TEST(Tree, FloatWalksTheSameTree) {
-  const Mesh mesh = testing::sphere(3);
+  const Mesh mesh = fixtures::sphere(3);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   std::vector<Vec3f> vertices;
   for (const Vec3d& v : tree.vertices) {
@@ -398,7 +398,7 @@ TEST(Tree, FloatWalksTheSameTree) {
                                 static_cast<int>(nodes.size())};
   Random random{15};
   for (int i = 0; i < 500; ++i) {
-    const Eigen::Vector3d query = random_point(random, 2);
+    const Eigen::Vector3d query = random_place(random, 2);
     const Vec3f q = {static_cast<float>(query.x()), static_cast<float>(query.y()),
                      static_cast<float>(query.z())};
     const auto near = nearest_in_tree(view, q, std::numeric_limits<float>::infinity());
@@ -412,7 +412,7 @@ TEST(Tree, FloatWalksTheSameTree) {
 
 // What must be refused.
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kTreeNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 TriangleTree some_tree() {
@@ -422,7 +422,7 @@ TriangleTree some_tree() {
 
 TEST(TreeRefuses, VerticesThatAreNotFinite) {
   const Mesh good = soup(20, 16);
-  for (const double bad : {kNan, kInf, -kInf, 1e100}) {
+  for (const double bad : {kTreeNan, kInf, -kInf, 1e100}) {
     Mesh mesh = good;
     mesh.vertices(7, 1) = bad;
     ATELIER_EXPECT_REFUSED(build_tree(mesh.vertices, mesh.faces), LogicError, "finite coordinates");
@@ -456,7 +456,7 @@ TEST(TreeRefuses, LeavesOfNoSize) {
 
 TEST(TreeRefuses, QueriesThatAreNotFinite) {
   const TriangleTree tree = some_tree();
-  for (const double bad : {kNan, kInf, -kInf}) {
+  for (const double bad : {kTreeNan, kInf, -kInf}) {
     ATELIER_EXPECT_REFUSED(closest_point(tree, {0, bad, 0}), LogicError, "a query must be finite");
     ATELIER_EXPECT_REFUSED(closest_points(tree, Points::Constant(2, 3, bad)), LogicError,
                            "a query must be finite");
@@ -467,7 +467,7 @@ TEST(TreeRefuses, QueriesThatAreNotFinite) {
 
 TEST(TreeRefuses, NegativeDistances) {
   const TriangleTree tree = some_tree();
-  for (const double bad : {-1.0, kNan}) {
+  for (const double bad : {-1.0, kTreeNan}) {
     ATELIER_EXPECT_REFUSED(closest_point(tree, {0, 0, 0}, bad), LogicError, "0 or more");
     ATELIER_EXPECT_REFUSED(closest_points(tree, Points::Zero(1, 3), bad), LogicError, "0 or more");
     ATELIER_EXPECT_REFUSED(faces_within(tree, {0, 0, 0}, bad), LogicError, "0 or more");
@@ -476,7 +476,7 @@ TEST(TreeRefuses, NegativeDistances) {
 
 TEST(TreeRefuses, RaysThatAreNotFinite) {
   const TriangleTree tree = some_tree();
-  for (const double bad : {kNan, kInf, -kInf}) {
+  for (const double bad : {kTreeNan, kInf, -kInf}) {
     ATELIER_EXPECT_REFUSED(first_hit(tree, {{bad, 0, 0}, {1, 0, 0}}), LogicError,
                            "origin must be finite");
     ATELIER_EXPECT_REFUSED(any_hit(tree, {{0, 0, 0}, {1, 0, bad}}), LogicError,
@@ -494,14 +494,15 @@ TEST(TreeRefuses, RaysWithoutDirection) {
 TEST(TreeRefuses, RaysWhoseIntervalIsEmpty) {
   const TriangleTree tree = some_tree();
   ATELIER_EXPECT_REFUSED(first_hit(tree, {{0, 0, 0}, {0, 0, 1}, 2, 1}), LogicError, "t_min");
-  ATELIER_EXPECT_REFUSED(first_hit(tree, {{0, 0, 0}, {0, 0, 1}, kNan, 1}), LogicError, "t_min");
-  ATELIER_EXPECT_REFUSED(any_hits(tree, {{{0, 0, 0}, {0, 0, 1}, 0, kNan}}), LogicError, "t_min");
+  ATELIER_EXPECT_REFUSED(first_hit(tree, {{0, 0, 0}, {0, 0, 1}, kTreeNan, 1}), LogicError, "t_min");
+  ATELIER_EXPECT_REFUSED(any_hits(tree, {{{0, 0, 0}, {0, 0, 1}, 0, kTreeNan}}), LogicError,
+                         "t_min");
 }
 
 TEST(TreeRefuses, BoxesThatAreNone) {
   const TriangleTree tree = some_tree();
   ATELIER_EXPECT_REFUSED(faces_in_box(tree, {1, 0, 0}, {0, 1, 1}), LogicError, "low <= high");
-  for (const double bad : {kNan, kInf, -kInf}) {
+  for (const double bad : {kTreeNan, kInf, -kInf}) {
     ATELIER_EXPECT_REFUSED(faces_in_box(tree, {0, bad, 0}, {1, 1, 1}), LogicError,
                            "a box must be finite");
   }

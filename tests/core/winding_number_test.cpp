@@ -14,7 +14,7 @@
 namespace atelier {
 namespace {
 
-Points random_points(Index n, double size, std::uint64_t seed) {
+Points scattered_points(Index n, double size, std::uint64_t seed) {
   Random random{seed};
   Points points(n, 3);
   for (Index i = 0; i < points.size(); ++i) {
@@ -32,7 +32,7 @@ Mesh join(const Mesh& a, const Mesh& b) {
   return both;
 }
 
-class WindingOnDevice : public testing::DeviceTest {
+class WindingOnDevice : public fixtures::DeviceTest {
  protected:
   /// The largest difference from the exact sum, for each accuracy.
   static std::vector<double> worst_errors(const Mesh& mesh, const Points& queries,
@@ -56,9 +56,9 @@ class WindingOnDevice : public testing::DeviceTest {
 ATELIER_ON_EVERY_DEVICE(WindingOnDevice);
 
 TEST_P(WindingOnDevice, ClosedSurfacesAreOneInsideAndZeroOutside) {
-  const Mesh mesh = testing::torus(60, 40);
+  const Mesh mesh = fixtures::torus(60, 40);
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
-  const Points queries = random_points(500, 1.5, 1);
+  const Points queries = scattered_points(500, 1.5, 1);
   const auto numbers = winding_numbers(tree, queries, {}, device());
   for (Index i = 0; i < queries.rows(); ++i) {
     const double ring = std::hypot(queries(i, 0), queries(i, 2)) - 1;
@@ -70,9 +70,9 @@ TEST_P(WindingOnDevice, ClosedSurfacesAreOneInsideAndZeroOutside) {
 }
 
 TEST_P(WindingOnDevice, ErrorsStayBelowTheBoundOnOpenAndClosedSurfaces) {
-  const Points queries = random_points(300, 1.6, 2);
-  for (const Mesh& mesh :
-       {testing::sphere(3), testing::tube(50, 16), testing::grid(28, 28), testing::torus(50, 30)}) {
+  const Points queries = scattered_points(300, 1.6, 2);
+  for (const Mesh& mesh : {fixtures::sphere(3), fixtures::tube(50, 16), fixtures::grid(28, 28),
+                           fixtures::torus(50, 30)}) {
     const auto errors = worst_errors(mesh, queries, {2, WindingOptions{}.accuracy, 100});
     EXPECT_LT(errors[0], 2e-2);
     EXPECT_LT(errors[1], 5e-3);
@@ -82,7 +82,7 @@ TEST_P(WindingOnDevice, ErrorsStayBelowTheBoundOnOpenAndClosedSurfaces) {
 
 TEST_P(WindingOnDevice, SoupsOfRandomTriangles) {
   Mesh mesh;
-  mesh.vertices = random_points(6000, 1, 3);
+  mesh.vertices = scattered_points(6000, 1, 3);
   for (Index f = 0; f < 2000; ++f) {
     mesh.vertices.row(3 * f + 1) = mesh.vertices.row(3 * f) + 0.1 * mesh.vertices.row(3 * f + 1);
     mesh.vertices.row(3 * f + 2) = mesh.vertices.row(3 * f) + 0.1 * mesh.vertices.row(3 * f + 2);
@@ -91,7 +91,7 @@ TEST_P(WindingOnDevice, SoupsOfRandomTriangles) {
   for (Index i = 0; i < 6000; ++i) {
     mesh.faces.data()[i] = static_cast<int>(i);
   }
-  EXPECT_LT(worst_errors(mesh, random_points(300, 1.5, 4), {3})[0], 5e-3);
+  EXPECT_LT(worst_errors(mesh, scattered_points(300, 1.5, 4), {3})[0], 5e-3);
 }
 
 TEST_P(WindingOnDevice, NothingIsZero) {
@@ -101,11 +101,11 @@ TEST_P(WindingOnDevice, NothingIsZero) {
 }
 
 TEST_P(WindingOnDevice, OrientedPointsOfASphere) {
-  const Mesh mesh = testing::sphere(4);
+  const Mesh mesh = fixtures::sphere(4);
   const Points normals = vertex_normals(mesh.vertices, mesh.faces);
   const Eigen::VectorXd areas = vertex_areas(mesh.vertices, mesh.faces);
   const WindingTree tree = build_winding_tree(mesh.vertices, normals, areas);
-  const Points queries = random_points(300, 1.5, 5);
+  const Points queries = scattered_points(300, 1.5, 5);
   const auto numbers = winding_numbers(tree, queries, {}, device());
   for (Index i = 0; i < queries.rows(); ++i) {
     const double radius = queries.row(i).norm();
@@ -118,7 +118,7 @@ TEST_P(WindingOnDevice, OrientedPointsOfASphere) {
 }
 
 TEST(Winding, HasASign) {
-  Mesh mesh = testing::sphere(3);
+  Mesh mesh = fixtures::sphere(3);
   EXPECT_NEAR(exact_winding_number(mesh.vertices, mesh.faces, {0.1, 0.2, 0.3}), 1, 1e-12);
   EXPECT_NEAR(exact_winding_number(mesh.vertices, mesh.faces, {1.1, 0.2, 0.3}), 0, 1e-12);
   mesh.faces.col(0).swap(mesh.faces.col(1));
@@ -128,9 +128,9 @@ TEST(Winding, HasASign) {
 }
 
 TEST(Winding, CountsOverlaps) {
-  Mesh shifted = testing::sphere(4);
+  Mesh shifted = fixtures::sphere(4);
   shifted.vertices.col(0).array() += 0.5;
-  const Mesh mesh = join(testing::sphere(4), shifted);
+  const Mesh mesh = join(fixtures::sphere(4), shifted);
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   EXPECT_NEAR(winding_number(tree, {0.25, 0, 0}), 2, 1e-2);
   EXPECT_NEAR(winding_number(tree, {-0.8, 0, 0}), 1, 1e-2);
@@ -138,7 +138,7 @@ TEST(Winding, CountsOverlaps) {
 }
 
 TEST(Winding, OfAnOpenHemisphereAtItsCentreIsAHalf) {
-  Mesh mesh = testing::sphere(4);
+  Mesh mesh = fixtures::sphere(4);
   std::vector<int> upper;
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
     const double y = mesh.vertices(mesh.faces(f, 0), 1) + mesh.vertices(mesh.faces(f, 1), 1) +
@@ -153,7 +153,7 @@ TEST(Winding, OfAnOpenHemisphereAtItsCentreIsAHalf) {
 }
 
 TEST(Winding, JumpsByOneAcrossTheSurface) {
-  const Mesh mesh = testing::grid(20, 20);  // open
+  const Mesh mesh = fixtures::grid(20, 20);  // open
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   const double above = winding_number(tree, {0.43, 1e-7, 0.57});
   const double below = winding_number(tree, {0.43, -1e-7, 0.57});
@@ -161,7 +161,7 @@ TEST(Winding, JumpsByOneAcrossTheSurface) {
 }
 
 TEST(Winding, IsFiniteOnTheSurface) {
-  const Mesh mesh = testing::sphere(2);
+  const Mesh mesh = fixtures::sphere(2);
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
     const double number = winding_number(tree, mesh.vertices.row(v));
@@ -174,11 +174,11 @@ TEST(Winding, IsFiniteOnTheSurface) {
 }
 
 TEST(Winding, RefitAnswersAsANewTreeDoes) {
-  Mesh mesh = testing::torus(40, 30);
+  Mesh mesh = fixtures::torus(40, 30);
   WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   mesh.vertices.col(1) *= 2;
   tree = refit_winding_tree(std::move(tree), mesh.vertices);
-  const Points queries = random_points(200, 1.5, 6);
+  const Points queries = scattered_points(200, 1.5, 6);
   for (Index i = 0; i < queries.rows(); ++i) {
     EXPECT_NEAR(winding_number(tree, queries.row(i)),
                 exact_winding_number(mesh.vertices, mesh.faces, queries.row(i)), 1e-2);
@@ -186,7 +186,7 @@ TEST(Winding, RefitAnswersAsANewTreeDoes) {
 }
 
 TEST(Winding, DegenerateFacesWeighNothing) {
-  const Points vertices = random_points(30, 1, 7);
+  const Points vertices = scattered_points(30, 1, 7);
   Triangles faces(10, 3);
   for (int f = 0; f < 10; ++f) {
     faces.row(f) << 3 * f, 3 * f, 3 * f + 1;
@@ -210,7 +210,7 @@ TEST(WindingMoments, FarValuesComeFromMomentsToThirdOrder) {
 }
 
 TEST(WindingMoments, DoNotDependOnTheOrderOfJoining) {
-  const Mesh mesh = testing::tetrahedron();
+  const Mesh mesh = fixtures::tetrahedron();
   const auto of = [&](Index f) {
     const auto at = [&](int k) {
       const auto row = mesh.vertices.row(mesh.faces(f, k));
@@ -241,19 +241,19 @@ TEST(WindingMoments, DoNotDependOnTheOrderOfJoining) {
   EXPECT_NEAR(nested.area, flat.area, 1e-13);
 }
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kWindingNumberNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(WindingRefuses, VerticesThatAreNotFinite) {
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   Points broken = mesh.vertices;
-  broken(3, 1) = kNan;
+  broken(3, 1) = kWindingNumberNan;
   ATELIER_EXPECT_REFUSED(build_winding_tree(broken, mesh.faces), LogicError, "finite coordinates");
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   ATELIER_EXPECT_REFUSED(refit_winding_tree(tree, broken), LogicError, "finite coordinates");
 }
 
 TEST(WindingRefuses, FacesThatNameNoVertex) {
-  Mesh mesh = testing::sphere(1);
+  Mesh mesh = fixtures::sphere(1);
   mesh.faces(0, 0) = 1000;
   ATELIER_EXPECT_REFUSED(build_winding_tree(mesh.vertices, mesh.faces), LogicError,
                          "a vertex that is not there");
@@ -262,26 +262,27 @@ TEST(WindingRefuses, FacesThatNameNoVertex) {
 }
 
 TEST(WindingRefuses, QueriesThatAreNotFinite) {
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
-  ATELIER_EXPECT_REFUSED(winding_number(tree, {kNan, 0, 0}), LogicError, "a query must be finite");
-  ATELIER_EXPECT_REFUSED(winding_numbers(tree, Points::Constant(1, 3, kNan)), LogicError,
+  ATELIER_EXPECT_REFUSED(winding_number(tree, {kWindingNumberNan, 0, 0}), LogicError,
                          "a query must be finite");
-  ATELIER_EXPECT_REFUSED(exact_winding_number(mesh.vertices, mesh.faces, {0, kNan, 0}), LogicError,
-                         "a query must be finite");
+  ATELIER_EXPECT_REFUSED(winding_numbers(tree, Points::Constant(1, 3, kWindingNumberNan)),
+                         LogicError, "a query must be finite");
+  ATELIER_EXPECT_REFUSED(exact_winding_number(mesh.vertices, mesh.faces, {0, kWindingNumberNan, 0}),
+                         LogicError, "a query must be finite");
 }
 
 TEST(WindingRefuses, AccuraciesOutOfRange) {
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
-  for (const double bad : {0.5, 101.0, kNan}) {
+  for (const double bad : {0.5, 101.0, kWindingNumberNan}) {
     ATELIER_EXPECT_REFUSED(winding_number(tree, {0, 0, 0}, {bad}), LogicError, "1..100");
     ATELIER_EXPECT_REFUSED(winding_numbers(tree, mesh.vertices, {bad}), LogicError, "1..100");
   }
 }
 
 TEST(WindingRefuses, OrientedPointsOfDifferentNumbers) {
-  const Points points = testing::sphere(1).vertices;
+  const Points points = fixtures::sphere(1).vertices;
   const Eigen::VectorXd areas = Eigen::VectorXd::Ones(points.rows());
   const Eigen::VectorXd few = Eigen::VectorXd::Ones(3);
   ATELIER_EXPECT_REFUSED(build_winding_tree(points, points.topRows(3), areas), LogicError,
@@ -292,16 +293,16 @@ TEST(WindingRefuses, OrientedPointsOfDifferentNumbers) {
 }
 
 TEST(WindingRefuses, NormalsAndAreasThatAreNotFinite) {
-  const Points points = testing::sphere(1).vertices;
+  const Points points = fixtures::sphere(1).vertices;
   const Eigen::VectorXd areas = Eigen::VectorXd::Ones(points.rows());
-  ATELIER_EXPECT_REFUSED(build_winding_tree(points, points * kNan, areas), LogicError,
+  ATELIER_EXPECT_REFUSED(build_winding_tree(points, points * kWindingNumberNan, areas), LogicError,
                          "normals and areas must be finite");
-  ATELIER_EXPECT_REFUSED(build_winding_tree(points, points, areas * kNan), LogicError,
+  ATELIER_EXPECT_REFUSED(build_winding_tree(points, points, areas * kWindingNumberNan), LogicError,
                          "normals and areas must be finite");
 }
 
 TEST(WindingRefuses, ToRefitOrientedPoints) {
-  const Points points = testing::sphere(1).vertices;
+  const Points points = fixtures::sphere(1).vertices;
   const WindingTree tree = build_winding_tree(points, points, Eigen::VectorXd::Ones(points.rows()));
   ATELIER_EXPECT_REFUSED(refit_winding_tree(tree, points), LogicError, "built anew");
 }

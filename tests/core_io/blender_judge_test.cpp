@@ -54,7 +54,7 @@ for path in sys.argv[sys.argv.index('--') + 1:]:
 
 /// An ellipsoid whose texture coordinates and colours follow from the position.
 Mesh egg() {
-  Mesh mesh = testing::sphere(2);
+  Mesh mesh = fixtures::sphere(2);
   mesh.vertices.col(0) *= 0.5;
   mesh.vertices.col(2) *= 0.25;
   mesh.uvs.resize(mesh.vertices.rows(), 2);
@@ -67,8 +67,8 @@ Mesh egg() {
 }
 
 TEST(Blender, ReadsOurObjPlyAndGlb) {
-  const testing::TemporaryDirectory folder;
-  if (testing::run_child({"sh", "-c", "command -v blender"}).exit_code != 0) {
+  const fixtures::TemporaryDirectory folder;
+  if (fixtures::run_child({"sh", "-c", "command -v blender"}).exit_code != 0) {
     GTEST_SKIP() << "no program blender (scripts/setup --judges)";
   }
   const Mesh mesh = egg();
@@ -91,7 +91,7 @@ TEST(Blender, ReadsOurObjPlyAndGlb) {
   for (const std::string& name : names) {
     command.push_back((folder / name).string());
   }
-  const testing::ChildResult result = testing::run_child(command);
+  const fixtures::ChildResult result = fixtures::run_child(command);
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
 
   std::map<std::string, std::vector<double>> judged;

@@ -40,9 +40,9 @@ fs::path sparse_file(const fs::path& path, std::int64_t bytes, std::string_view 
 }
 
 /// What a reader says to a file one byte larger than it takes.
-std::string refusal(const char* name, std::int64_t ceiling,
-                    const std::function<void(const fs::path&)>& read) {
-  const testing::TemporaryDirectory folder;
+std::string file_size_refusal(const char* name, std::int64_t ceiling,
+                              const std::function<void(const fs::path&)>& read) {
+  const fixtures::TemporaryDirectory folder;
   try {
     read(sparse_file(folder.path() / name, ceiling + 1));
   } catch (const DataError& error) {
@@ -58,37 +58,39 @@ std::string at_most(std::int64_t bytes) {
 TEST(FileSize, EveryReaderRefusesBeyondItsCeiling) {
   const Limits limits;
   for (const char* name : {"a.obj", "a.ply", "a.gltf", "a.glb"}) {
-    EXPECT_EQ(refusal(name, limits.mesh_file_bytes, [](const fs::path& path) { read_mesh(path); }),
+    EXPECT_EQ(file_size_refusal(name, limits.mesh_file_bytes,
+                                [](const fs::path& path) { read_mesh(path); }),
               at_most(limits.mesh_file_bytes))
         << name;
   }
   for (const char* name : {"a.png", "a.jpg", "a.avif"}) {
-    EXPECT_EQ(
-        refusal(name, limits.image_file_bytes, [](const fs::path& path) { read_image(path); }),
-        at_most(limits.image_file_bytes))
+    EXPECT_EQ(file_size_refusal(name, limits.image_file_bytes,
+                                [](const fs::path& path) { read_image(path); }),
+              at_most(limits.image_file_bytes))
         << name;
   }
+  EXPECT_EQ(file_size_refusal("a.json", limits.text_file_bytes,
+                              [](const fs::path& path) { read_json(path); }),
+            at_most(limits.text_file_bytes));
+  EXPECT_EQ(file_size_refusal("a.toml", limits.text_file_bytes,
+                              [](const fs::path& path) { read_toml(path); }),
+            at_most(limits.text_file_bytes));
   EXPECT_EQ(
-      refusal("a.json", limits.text_file_bytes, [](const fs::path& path) { read_json(path); }),
-      at_most(limits.text_file_bytes));
-  EXPECT_EQ(
-      refusal("a.toml", limits.text_file_bytes, [](const fs::path& path) { read_toml(path); }),
-      at_most(limits.text_file_bytes));
-  EXPECT_EQ(refusal("a.npy", limits.tensor_bytes, [](const fs::path& path) { read_npy(path); }),
-            at_most(limits.tensor_bytes));
-  EXPECT_EQ(refusal("a.safetensors", limits.tensor_bytes,
-                    [](const fs::path& path) { read_safetensors(path); }),
-            at_most(limits.tensor_bytes));
-  EXPECT_EQ(refusal("a.h5", limits.tensor_bytes,
-                    [](const fs::path& path) { read_archive(path, "atelier.mesh", 1); }),
-            at_most(limits.tensor_bytes));
-  EXPECT_EQ(
-      refusal("a.h5", limits.tensor_bytes, [](const fs::path& path) { archive_contents(path); }),
+      file_size_refusal("a.npy", limits.tensor_bytes, [](const fs::path& path) { read_npy(path); }),
       at_most(limits.tensor_bytes));
+  EXPECT_EQ(file_size_refusal("a.safetensors", limits.tensor_bytes,
+                              [](const fs::path& path) { read_safetensors(path); }),
+            at_most(limits.tensor_bytes));
+  EXPECT_EQ(file_size_refusal("a.h5", limits.tensor_bytes,
+                              [](const fs::path& path) { read_archive(path, "atelier.mesh", 1); }),
+            at_most(limits.tensor_bytes));
+  EXPECT_EQ(file_size_refusal("a.h5", limits.tensor_bytes,
+                              [](const fs::path& path) { archive_contents(path); }),
+            at_most(limits.tensor_bytes));
 }
 
 TEST(FileSize, AFrameOfASequenceIsRefusedToo) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   sparse_file(folder.path() / "frame_1.obj", Limits{}.mesh_file_bytes + 1);
   const Sequence sequence = read_sequence_folder(folder.path());
   ATELIER_EXPECT_REFUSED(sequence.load(0), DataError, "at most");
@@ -96,7 +98,7 @@ TEST(FileSize, AFrameOfASequenceIsRefusedToo) {
 
 // Mapped, not read: its pages come only where HDF5 looks.
 TEST(FileSize, HugeHdf5OfOthersIsLeftToItsWorker) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const fs::path path = sparse_file(folder.path() / "a.h5", 15LL << 30);
   EXPECT_THROW(foreign_hdf5_contents(path), DataError);
 }
@@ -121,12 +123,12 @@ class HugeFile : public ::testing::Test {
     try {
       read();
     } catch (const DataError&) {
-      testing::leave(0);
+      fixtures::leave(0);
     }
-    testing::leave(1);
+    fixtures::leave(1);
   }
 
-  testing::TemporaryDirectory folder_;
+  fixtures::TemporaryDirectory folder_;
 };
 
 TEST_F(HugeFile, ZerosAreRefusedByTheirHeader) {

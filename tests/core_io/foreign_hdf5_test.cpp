@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 
 /// h5py in a child process makes the files; false where there is none.
-bool run_h5py(const testing::TemporaryDirectory& folder, const std::string& code) {
+bool run_h5py(const fixtures::TemporaryDirectory& folder, const std::string& code) {
   std::ofstream(folder / "make.py")
       << "import h5py, numpy as np, os\nos.chdir('" << folder.path().string() << "')\n"
       << code;
@@ -30,8 +30,8 @@ bool run_h5py(const testing::TemporaryDirectory& folder, const std::string& code
     GTEST_SKIP() << "no h5py (python3-h5py)";                              \
   }
 
-std::string refusal(const std::filesystem::path& path, const std::vector<std::string>& names,
-                    const Limits& limits = {}) {
+std::string foreign_hdf5_refusal(const std::filesystem::path& path,
+                                 const std::vector<std::string>& names, const Limits& limits = {}) {
   try {
     read_foreign_hdf5(path, names, limits);
   } catch (const DataError& error) {
@@ -42,7 +42,7 @@ std::string refusal(const std::filesystem::path& path, const std::vector<std::st
 
 TEST(ForeignHdf5, ReadsEveryKindThatH5pyWrites) {
   ATELIER_NEEDS_H5PY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
 with h5py.File('a.h5', 'w') as f:
     f['f4'] = np.array([[1, 2], [3, 4]], 'f4')
@@ -93,7 +93,7 @@ with h5py.File('a.h5', 'w') as f:
 
 TEST(ForeignHdf5, ListsWhatThereIs) {
   ATELIER_NEEDS_H5PY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
 with h5py.File('a.h5', 'w') as f:
     f['Camera/00/K'] = np.eye(3)
@@ -119,7 +119,7 @@ with h5py.File('a.h5', 'w') as f:
 }
 
 TEST(ForeignHdf5, ReadsOurOwnArchives) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   Archive archive;
   archive.schema = "test.sample";
   archive.datasets["group/points"] = tensor_of(std::vector<double>{1, 2, 3}, {1, 3});
@@ -137,7 +137,7 @@ TEST(ForeignHdf5, ReadsOurOwnArchives) {
 
 TEST(ForeignHdf5, WhatReachesOutOfTheFileIsRefused) {
   ATELIER_NEEDS_H5PY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
 with h5py.File('other.h5', 'w') as f:
     f['x'] = np.arange(3)
@@ -152,18 +152,22 @@ with h5py.File('a.h5', 'w') as f:
     layout[:] = h5py.VirtualSource('other.h5', 'x', shape=(3,))
     f.create_virtual_dataset('virtual', layout)
 )"));
-  EXPECT_EQ(refusal(folder / "a.h5", {"x"}), "");
-  EXPECT_THAT(refusal(folder / "a.h5", {"soft"}), HasSubstr("soft: a soft link"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"loop"}), HasSubstr("a soft link"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"out"}), HasSubstr("out: a link to another file"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"dir/out/x"}), HasSubstr("a link to another file"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"raw"}), HasSubstr("raw: data in another file"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"virtual"}), HasSubstr("virtual: a virtual dataset"));
+  EXPECT_EQ(foreign_hdf5_refusal(folder / "a.h5", {"x"}), "");
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"soft"}), HasSubstr("soft: a soft link"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"loop"}), HasSubstr("a soft link"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"out"}),
+              HasSubstr("out: a link to another file"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"dir/out/x"}),
+              HasSubstr("a link to another file"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"raw"}),
+              HasSubstr("raw: data in another file"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"virtual"}),
+              HasSubstr("virtual: a virtual dataset"));
 }
 
 TEST(ForeignHdf5, TypesThatAreNoNumbersAreRefused) {
   ATELIER_NEEDS_H5PY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
 with h5py.File('a.h5', 'w') as f:
     f['pair'] = np.zeros(2, dtype=[('a', 'f4'), ('b', 'i4')])
@@ -175,19 +179,21 @@ with h5py.File('a.h5', 'w') as f:
     f['null'] = h5py.Empty('f4')
     f['type'] = np.dtype('f4')
 )"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"pair"}), HasSubstr("a compound type"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"complex"}), HasSubstr("a compound type"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"list"}), HasSubstr("lists of variable length"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"ref"}), HasSubstr("references"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"opaque"}), HasSubstr("neither number nor string"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"array"}), HasSubstr("a compound type"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"null"}), HasSubstr("no value"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"type"}), HasSubstr("no dataset"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"pair"}), HasSubstr("a compound type"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"complex"}), HasSubstr("a compound type"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"list"}),
+              HasSubstr("lists of variable length"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"ref"}), HasSubstr("references"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"opaque"}),
+              HasSubstr("neither number nor string"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"array"}), HasSubstr("a compound type"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"null"}), HasSubstr("no value"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"type"}), HasSubstr("no dataset"));
 }
 
 TEST(ForeignHdf5, DeclaredSizesMustBePaidFor) {
   ATELIER_NEEDS_H5PY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
 with h5py.File('a.h5', 'w') as f:
     f.create_dataset('terabyte', shape=(1 << 37,), dtype='f8')
@@ -197,35 +203,38 @@ with h5py.File('a.h5', 'w') as f:
     f.create_dataset('zero', shape=(0, 1 << 62), dtype='f8')
     f.create_dataset('bomb', data=np.zeros(1 << 24), compression='gzip', chunks=(1 << 20,))
 )"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"terabyte"}), HasSubstr("elements"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"gigabyte"}), HasSubstr("times the stored bytes"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"chunked"}), HasSubstr("times the stored bytes"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"overflow"}), HasSubstr("elements"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"zero"}), HasSubstr("elements"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"terabyte"}), HasSubstr("elements"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"gigabyte"}),
+              HasSubstr("times the stored bytes"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"chunked"}),
+              HasSubstr("times the stored bytes"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"overflow"}), HasSubstr("elements"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"zero"}), HasSubstr("elements"));
   Limits limits;
   limits.inflate_ratio = 100;
-  EXPECT_THAT(refusal(folder / "a.h5", {"bomb"}, limits), HasSubstr("times the stored bytes"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"bomb"}, limits),
+              HasSubstr("times the stored bytes"));
   limits = {};
   limits.worker_memory_bytes = 64 << 20;
-  EXPECT_NE(refusal(folder / "a.h5", {"bomb"}, limits), "");
+  EXPECT_NE(foreign_hdf5_refusal(folder / "a.h5", {"bomb"}, limits), "");
 }
 
 TEST(ForeignHdf5, AMissingNameIsRefused) {
   ATELIER_NEEDS_H5PY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, "h5py.File('a.h5', 'w')['x/y'] = np.arange(3)"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"z"}), HasSubstr("z: no such object"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"x"}), HasSubstr("x: no dataset"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"x/../x/y"}), HasSubstr("no such object"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"x/./y"}), HasSubstr("no such object"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"x//y"}), HasSubstr("no such object"));
-  EXPECT_THAT(refusal(folder / "a.h5", {"x/y@unit"}), HasSubstr("no such attribute"));
-  EXPECT_NE(refusal(folder / "a.h5", {"x/y/z"}), "");
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"z"}), HasSubstr("z: no such object"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"x"}), HasSubstr("x: no dataset"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"x/../x/y"}), HasSubstr("no such object"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"x/./y"}), HasSubstr("no such object"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"x//y"}), HasSubstr("no such object"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"x/y@unit"}), HasSubstr("no such attribute"));
+  EXPECT_NE(foreign_hdf5_refusal(folder / "a.h5", {"x/y/z"}), "");
 }
 
 TEST(ForeignHdf5, DeepGroupsAreLeftOut) {
   ATELIER_NEEDS_H5PY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, "h5py.File('a.h5', 'w').create_group('/'.join(['g'] * 500))"));
   const ForeignHdf5Contents contents = foreign_hdf5_contents(folder / "a.h5");
   ASSERT_EQ(contents.left_out.size(), 1u);
@@ -234,7 +243,7 @@ TEST(ForeignHdf5, DeepGroupsAreLeftOut) {
 
 TEST(ForeignHdf5, TooManyNamesAreRefused) {
   ATELIER_NEEDS_H5PY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
 with h5py.File('a.h5', 'w') as f:
     for i in range(50):
@@ -247,13 +256,13 @@ with h5py.File('a.h5', 'w') as f:
 }
 
 TEST(ForeignHdf5, WhatIsNoHdf5IsRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / "text.h5") << "hello";
   std::ofstream(folder / "empty.h5");
-  EXPECT_THAT(refusal(folder / "text.h5", {"x"}), HasSubstr("no HDF5, or damaged"));
-  EXPECT_THAT(refusal(folder / "empty.h5", {"x"}), HasSubstr("an empty file"));
-  EXPECT_NE(refusal(folder / "missing.h5", {"x"}), "");
-  EXPECT_NE(refusal(folder.path(), {"x"}), "");
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "text.h5", {"x"}), HasSubstr("no HDF5, or damaged"));
+  EXPECT_THAT(foreign_hdf5_refusal(folder / "empty.h5", {"x"}), HasSubstr("an empty file"));
+  EXPECT_NE(foreign_hdf5_refusal(folder / "missing.h5", {"x"}), "");
+  EXPECT_NE(foreign_hdf5_refusal(folder.path(), {"x"}), "");
 }
 
 }  // namespace

@@ -19,19 +19,19 @@
 namespace atelier {
 namespace {
 
+using fixtures::TemporaryDirectory;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::TemporaryDirectory;
 
 std::span<const std::byte> bytes_of(const std::string& text) {
   return std::as_bytes(std::span(text));
 }
 
 std::string corpus(const std::string& file) {
-  return read_file_text(testing::source_directory() / "fuzz" / "corpus" / file, 1 << 20);
+  return read_file_text(fixtures::source_directory() / "fuzz" / "corpus" / file, 1 << 20);
 }
 
-std::string refusal(const std::string& file, const Limits& limits = {}) {
+std::string image_file_refusal(const std::string& file, const Limits& limits = {}) {
   try {
     read_image(bytes_of(file), "test", {}, limits);
   } catch (const DataError& error) {
@@ -192,7 +192,7 @@ TEST(ReadImage, OrientationIsReportedAndNotApplied) {
 
 TEST(ReadImage, EveryFileOfTheCorpusIsRead) {
   for (const char* format : {"png", "jpeg", "tiff", "webp", "bmp", "avif"}) {
-    for (const auto& entry : std::filesystem::directory_iterator(testing::source_directory() /
+    for (const auto& entry : std::filesystem::directory_iterator(fixtures::source_directory() /
                                                                  "fuzz" / "corpus" / format)) {
       const ImageHeader header = read_image_header(entry.path());
       const Image image = read_image(entry.path(), {.keep_alpha = true});
@@ -241,14 +241,14 @@ TEST(ReadImage, JpegWithDamageInsideIsRefused) {
   // A marker in the middle of the scan.
   file[file.size() - 300] = '\xFF';
   file[file.size() - 299] = '\xD9';
-  EXPECT_THAT(refusal(file), HasSubstr("libjpeg"));
+  EXPECT_THAT(image_file_refusal(file), HasSubstr("libjpeg"));
 }
 
 TEST(ReadImage, PngWithOneFlippedBitOfPixelsIsRefused) {
   std::string file = corpus("png/small.png");
   const std::size_t at = file.find("IDAT") + 12;
   file[at] = static_cast<char>(file[at] ^ 1);
-  EXPECT_THAT(refusal(file), HasSubstr("libpng"));
+  EXPECT_THAT(image_file_refusal(file), HasSubstr("libpng"));
 }
 
 TEST(ReadImage, CeilingsAreCheckedBeforeAnythingIsDecoded) {
@@ -265,18 +265,18 @@ TEST(ReadImage, CeilingsAreCheckedBeforeAnythingIsDecoded) {
   }
   limits = {};
   limits.image_file_bytes = 20;
-  EXPECT_THAT(refusal(corpus("png/small.png"), limits), HasSubstr("at most 20"));
+  EXPECT_THAT(image_file_refusal(corpus("png/small.png"), limits), HasSubstr("at most 20"));
   // A few bytes that promise a picture of 60 million pixels.
   std::string bomb = corpus("png/small.png");
   bomb.replace(16, 8, std::string("\0\0\x1f\x40\0\0\x1f\x40", 8));
-  EXPECT_THAT(refusal(bomb), HasSubstr("8000 x 8000 pixels in 188 bytes"));
+  EXPECT_THAT(image_file_refusal(bomb), HasSubstr("8000 x 8000 pixels in 188 bytes"));
 }
 
 TEST(ReadImage, RefusesOtherFormats) {
-  EXPECT_THAT(refusal(""), HasSubstr("no known image format"));
-  EXPECT_THAT(refusal("GIF89a"), HasSubstr("no known image format"));
-  EXPECT_THAT(refusal("\x76\x2f\x31\x01 OpenEXR"), HasSubstr("no known image format"));
-  EXPECT_THAT(refusal("P6 1 1 255 abc"), HasSubstr("no known image format"));
+  EXPECT_THAT(image_file_refusal(""), HasSubstr("no known image format"));
+  EXPECT_THAT(image_file_refusal("GIF89a"), HasSubstr("no known image format"));
+  EXPECT_THAT(image_file_refusal("\x76\x2f\x31\x01 OpenEXR"), HasSubstr("no known image format"));
+  EXPECT_THAT(image_file_refusal("P6 1 1 255 abc"), HasSubstr("no known image format"));
   const TemporaryDirectory folder;
   EXPECT_THROW(read_image(folder / "absent.png"), DataError);
   EXPECT_THROW(read_image(folder.path()), DataError);

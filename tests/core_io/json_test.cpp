@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string refusal(const std::string& text, const Limits& limits = {}) {
+std::string json_refusal(const std::string& text, const Limits& limits = {}) {
   try {
     parse_json(text, "a.json", limits);
   } catch (const DataError& error) {
@@ -51,47 +51,47 @@ TEST(Json, KeepsTheExtremesOf64BitIntegers) {
 TEST(Json, ReadsNestingUpToTheLimit) {
   const std::string deep = std::string(64, '[') + std::string(64, ']');
   EXPECT_NO_THROW(parse_json(deep));
-  EXPECT_THAT(refusal("[" + deep + "]"), HasSubstr("nesting deeper than 64"));
+  EXPECT_THAT(json_refusal("[" + deep + "]"), HasSubstr("nesting deeper than 64"));
 }
 
 TEST(Json, NestingOfAMillionLevelsIsRefusedAtOnce) {
-  EXPECT_THAT(refusal(std::string(1'000'000, '[')), HasSubstr("nesting deeper than 64"));
+  EXPECT_THAT(json_refusal(std::string(1'000'000, '[')), HasSubstr("nesting deeper than 64"));
 }
 
 TEST(Json, ALongStringIsRefused) {
   Limits limits;
   limits.text_string_bytes = 10;
-  EXPECT_EQ(refusal("[\"0123456789\"]", limits), "");
-  EXPECT_THAT(refusal("[\"0123456789a\"]", limits), HasSubstr("a string of 11 bytes"));
-  EXPECT_THAT(refusal("{\"0123456789a\": 1}", limits), HasSubstr("a string of 11 bytes"));
+  EXPECT_EQ(json_refusal("[\"0123456789\"]", limits), "");
+  EXPECT_THAT(json_refusal("[\"0123456789a\"]", limits), HasSubstr("a string of 11 bytes"));
+  EXPECT_THAT(json_refusal("{\"0123456789a\": 1}", limits), HasSubstr("a string of 11 bytes"));
 }
 
 TEST(Json, TooManyValuesAreRefused) {
   Limits limits;
   limits.text_values = 3;
-  EXPECT_EQ(refusal("[1, 2]", limits), "");
-  EXPECT_THAT(refusal("[1, 2, 3]", limits), HasSubstr("more than 3 values"));
+  EXPECT_EQ(json_refusal("[1, 2]", limits), "");
+  EXPECT_THAT(json_refusal("[1, 2, 3]", limits), HasSubstr("more than 3 values"));
 }
 
 TEST(Json, ALargeTextIsRefused) {
   Limits limits;
   limits.text_file_bytes = 4;
-  EXPECT_THAT(refusal("[1,2]", limits), HasSubstr("5 bytes of JSON"));
+  EXPECT_THAT(json_refusal("[1,2]", limits), HasSubstr("5 bytes of JSON"));
 }
 
 TEST(Json, ErrorsNameFileLineAndColumn) {
-  EXPECT_THAT(refusal("{\n  \"a\": 1,\n  \"b\": x\n}"), HasSubstr("a.json: line 3, column 8"));
-  EXPECT_THAT(refusal("{\n  \"a\": 1,\n  \"a\": 2\n}"), HasSubstr("a.json: line 3, column 5"));
+  EXPECT_THAT(json_refusal("{\n  \"a\": 1,\n  \"b\": x\n}"), HasSubstr("a.json: line 3, column 8"));
+  EXPECT_THAT(json_refusal("{\n  \"a\": 1,\n  \"a\": 2\n}"), HasSubstr("a.json: line 3, column 5"));
 }
 
 TEST(Json, ReadsAFile) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / "x.json") << "{\"fps\": 30}";
   EXPECT_EQ(read_json(folder / "x.json")["fps"], 30);
 }
 
 TEST(Json, AMissingFileAndAFolderAreDataErrors) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(read_json(folder / "missing.json"), DataError);
   EXPECT_THROW(read_json(folder.path()), DataError);
 }

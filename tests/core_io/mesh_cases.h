@@ -7,7 +7,7 @@
 #include "core/io/polygon_mesh.h"
 #include "tests/support/shapes.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// What DataError says when `read` is called; "was read" if it throws none.
 template <class Read>
@@ -42,4 +42,4 @@ inline Mesh full_mesh() {
   return mesh;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

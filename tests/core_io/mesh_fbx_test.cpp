@@ -18,7 +18,7 @@ using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-const std::filesystem::path kCorpus = testing::source_directory() / "fuzz" / "corpus" / "fbx";
+const std::filesystem::path kCorpus = fixtures::source_directory() / "fuzz" / "corpus" / "fbx";
 
 GltfScene scene_of(const std::string& text) {
   return read_fbx(std::as_bytes(std::span(text)), "a.fbx");

@@ -19,14 +19,14 @@
 namespace atelier {
 namespace {
 
+using fixtures::TemporaryDirectory;
 using ::testing::HasSubstr;
-using testing::TemporaryDirectory;
 
 GltfScene parse(const std::string& file, const Limits& limits = {}) {
   return read_gltf(std::as_bytes(std::span(file)), "test", limits);
 }
 
-std::string refusal(const std::string& file, const Limits& limits = {}) {
+std::string mesh_gltf_refusal(const std::string& file, const Limits& limits = {}) {
   try {
     parse(file, limits);
   } catch (const DataError& error) {
@@ -36,7 +36,7 @@ std::string refusal(const std::string& file, const Limits& limits = {}) {
 }
 
 Mesh colored_sphere() {
-  Mesh mesh = testing::sphere(2);
+  Mesh mesh = fixtures::sphere(2);
   const Index n = mesh.vertices.rows();
   mesh.normals = vertex_normals(mesh.vertices, mesh.faces);
   mesh.colors.resize(n, 3);
@@ -168,7 +168,7 @@ TEST(GltfRoundTrip, SkinAnimationAndNames) {
 }
 
 TEST(GltfRoundTrip, MorphSequenceGivesEveryFrameBack) {
-  std::vector<Mesh> frames(5, testing::sphere(1));
+  std::vector<Mesh> frames(5, fixtures::sphere(1));
   for (std::size_t f = 0; f < frames.size(); ++f) {
     frames[f].vertices.array() *= 1 + 0.1 * static_cast<double>(f);
     frames[f].normals = vertex_normals(frames[f].vertices, frames[f].faces);
@@ -229,9 +229,9 @@ TEST(RestMesh, SkinFollowsItsJoints) {
 }
 
 TEST(RestMesh, NodesCarryTheirMeshesAndMirrorsTurnFaces) {
-  GltfScene scene = gltf_scene(testing::tetrahedron());
+  GltfScene scene = gltf_scene(fixtures::tetrahedron());
   scene.meshes[0].primitives[0].mesh.normals =
-      vertex_normals(testing::tetrahedron().vertices, testing::tetrahedron().faces);
+      vertex_normals(fixtures::tetrahedron().vertices, fixtures::tetrahedron().faces);
   scene.nodes.resize(3);
   scene.nodes[1].parent = 0;
   scene.nodes[0].mesh = -1;
@@ -310,10 +310,10 @@ TEST(ReadGltf, SparseAccessorsReplaceElements) {
                      "{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"," + sparse)));
   EXPECT_EQ(zeros.vertices.row(1), Eigen::RowVector3d(0, 1, 0));
   EXPECT_EQ(zeros.vertices.row(2), Eigen::RowVector3d(0, 0, 0));
-  EXPECT_THAT(
-      refusal(triangle("\"type\":\"VEC3\"}",
-                       "\"type\":\"VEC3\",\"sparse\":{\"count\":4,\"indices\":{},\"values\":{}}}")),
-      HasSubstr("accessors[0].sparse.count: 4"));
+  EXPECT_THAT(mesh_gltf_refusal(triangle(
+                  "\"type\":\"VEC3\"}",
+                  "\"type\":\"VEC3\",\"sparse\":{\"count\":4,\"indices\":{},\"values\":{}}}")),
+              HasSubstr("accessors[0].sparse.count: 4"));
 }
 
 TEST(ReadGltf, NormalizedAndQuantizedIntegers) {
@@ -414,48 +414,50 @@ TEST(ReadGltf, RefusesDamage) {
        "'VEC3' for"},
   };
   for (const auto& test : kCases) {
-    EXPECT_THAT(refusal(triangle(test.from, test.to)), HasSubstr(test.words)) << test.to;
+    EXPECT_THAT(mesh_gltf_refusal(triangle(test.from, test.to)), HasSubstr(test.words)) << test.to;
   }
-  EXPECT_THAT(refusal("glTF"), HasSubstr("version"));
-  EXPECT_THAT(refusal(""), HasSubstr("an empty file; expected glTF 2.0"));
-  const std::string cut = refusal("{");
+  EXPECT_THAT(mesh_gltf_refusal("glTF"), HasSubstr("version"));
+  EXPECT_THAT(mesh_gltf_refusal(""), HasSubstr("an empty file; expected glTF 2.0"));
+  const std::string cut = mesh_gltf_refusal("{");
   EXPECT_EQ(cut.find("; expected"), cut.rfind("; expected")) << cut;
-  EXPECT_THAT(refusal("[]"), HasSubstr("array"));
+  EXPECT_THAT(mesh_gltf_refusal("[]"), HasSubstr("array"));
 }
 
 TEST(ReadGltf, RefusesBrokenContainers) {
-  const std::string good = glb_bytes(gltf_scene(testing::tetrahedron()));
+  const std::string good = glb_bytes(gltf_scene(fixtures::tetrahedron()));
   for (std::size_t size = 4; size < good.size(); size += 7) {
-    EXPECT_NE(refusal(good.substr(0, size)), "was read") << size;
+    EXPECT_NE(mesh_gltf_refusal(good.substr(0, size)), "was read") << size;
   }
-  EXPECT_THAT(refusal(good + "x"), HasSubstr("a length of"));
+  EXPECT_THAT(mesh_gltf_refusal(good + "x"), HasSubstr("a length of"));
   std::string version = good;
   version[4] = 1;
-  EXPECT_THAT(refusal(version), HasSubstr("GLB version 1"));
+  EXPECT_THAT(mesh_gltf_refusal(version), HasSubstr("GLB version 1"));
   std::string binary_first = good;
   binary_first.replace(16, 4, std::string("BIN\0", 4));
-  EXPECT_THAT(refusal(binary_first), HasSubstr("another chunk"));
+  EXPECT_THAT(mesh_gltf_refusal(binary_first), HasSubstr("another chunk"));
 }
 
 TEST(ReadGltf, CeilingsAreKept) {
   Limits limits;
   limits.mesh_vertices = 2;
-  EXPECT_THAT(refusal(triangle(), limits), HasSubstr("accessors[0].count: 3; expected 0 to 2"));
+  EXPECT_THAT(mesh_gltf_refusal(triangle(), limits),
+              HasSubstr("accessors[0].count: 3; expected 0 to 2"));
   limits = {};
   limits.mesh_faces = 0;
-  EXPECT_THAT(refusal(triangle(), limits), HasSubstr("accessors[1].count: 3"));
+  EXPECT_THAT(mesh_gltf_refusal(triangle(), limits), HasSubstr("accessors[1].count: 3"));
   limits = {};
   limits.mesh_file_bytes = 100;
-  EXPECT_THAT(refusal(triangle(), limits), HasSubstr("at most 100"));
+  EXPECT_THAT(mesh_gltf_refusal(triangle(), limits), HasSubstr("at most 100"));
   limits = {};
   limits.joints = 1;
-  EXPECT_THAT(refusal(glb_bytes(bent_arm()), limits), HasSubstr("2 joints; expected 1 to 1"));
+  EXPECT_THAT(mesh_gltf_refusal(glb_bytes(bent_arm()), limits),
+              HasSubstr("2 joints; expected 1 to 1"));
 }
 
 TEST(ReadGltf, CoordinatesHaveACeiling) {
-  Mesh mesh = testing::tetrahedron();
+  Mesh mesh = fixtures::tetrahedron();
   mesh.vertices(2, 1) = 1e10;
-  EXPECT_THAT(refusal(glb_bytes(gltf_scene(mesh))),
+  EXPECT_THAT(mesh_gltf_refusal(glb_bytes(gltf_scene(mesh))),
               HasSubstr("coordinate 1e+10; expected at most"));
   mesh.vertices(2, 1) = 1e8;
   GltfScene scene = gltf_scene(mesh);
@@ -500,8 +502,8 @@ TEST(ReadGltf, ExternalBuffersStayBelowTheFolder) {
 
 TEST(WriteGltf, RefusesInconsistentScenes) {
   const TemporaryDirectory folder;
-  EXPECT_THROW(write_gltf(folder / "a.obj", gltf_scene(testing::tetrahedron())), LogicError);
-  EXPECT_THROW(write_gltf(folder / "absent" / "a.glb", gltf_scene(testing::tetrahedron())),
+  EXPECT_THROW(write_gltf(folder / "a.obj", gltf_scene(fixtures::tetrahedron())), LogicError);
+  EXPECT_THROW(write_gltf(folder / "absent" / "a.glb", gltf_scene(fixtures::tetrahedron())),
                EnvironmentError);
   GltfScene scene = bent_arm();
   scene.nodes[0].parent = 1;
@@ -528,8 +530,8 @@ TEST(WriteGltf, RefusesInconsistentScenes) {
   scene.roots = {3};
   EXPECT_THROW(glb_bytes(scene), LogicError);
   EXPECT_THROW(gltf_morph_sequence({}, 25), LogicError);
-  EXPECT_THROW(gltf_morph_sequence({testing::tetrahedron()}, 0), LogicError);
-  EXPECT_THROW(gltf_morph_sequence({testing::tetrahedron(), testing::sphere(1)}, 25), LogicError);
+  EXPECT_THROW(gltf_morph_sequence({fixtures::tetrahedron()}, 0), LogicError);
+  EXPECT_THROW(gltf_morph_sequence({fixtures::tetrahedron(), fixtures::sphere(1)}, 25), LogicError);
 }
 
 TEST(RealGltf, SkinnedFox) {

@@ -19,22 +19,22 @@
 namespace atelier {
 namespace {
 
+using fixtures::TemporaryDirectory;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::TemporaryDirectory;
 
-PolygonMesh parse(const std::string& text, const Limits& limits = {}) {
+PolygonMesh parse_obj(const std::string& text, const Limits& limits = {}) {
   return read_obj(std::as_bytes(std::span(text)), "test.obj", limits);
 }
 
-std::string refusal(const std::string& text, const Limits& limits = {}) {
-  return testing::refusal_of([&] { parse(text, limits); });
+std::string mesh_obj_refusal(const std::string& text, const Limits& limits = {}) {
+  return fixtures::refusal_of([&] { parse_obj(text, limits); });
 }
 
-const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+const std::string kMeshObjSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
 TEST(ReadObj, QuadBecomesTwoTriangles) {
-  const PolygonMesh polygons = parse(kSquare + "f 1 2 3 4\n");
+  const PolygonMesh polygons = parse_obj(kMeshObjSquare + "f 1 2 3 4\n");
   EXPECT_EQ(polygon_count(polygons), 1);
   const Mesh mesh = triangulated(polygons);
   ASSERT_EQ(mesh.faces.rows(), 2);
@@ -43,36 +43,37 @@ TEST(ReadObj, QuadBecomesTwoTriangles) {
 }
 
 TEST(ReadObj, ReadsEveryCornerForm) {
-  const PolygonMesh mesh = parse(kSquare +
-                                 "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n"
-                                 "f 1 2 3\nf 1/1 2/2 3/3\nf 1//1 2//1 3//1\nf 1/1/1 2/2/1 3/3/1\n");
+  const PolygonMesh mesh =
+      parse_obj(kMeshObjSquare +
+                "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n"
+                "f 1 2 3\nf 1/1 2/2 3/3\nf 1//1 2//1 3//1\nf 1/1/1 2/2/1 3/3/1\n");
   EXPECT_EQ(polygon_count(mesh), 4);
   EXPECT_THAT(mesh.corner_uvs, ElementsAre(-1, -1, -1, 0, 1, 2, -1, -1, -1, 0, 1, 2));
   EXPECT_THAT(mesh.corner_normals, ElementsAre(-1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0));
 }
 
 TEST(ReadObj, NegativeIndicesCountBack) {
-  const PolygonMesh mesh = parse(kSquare + "f -4 -3 -2\nv 5 5 5\nf -1 -2 -3\n");
+  const PolygonMesh mesh = parse_obj(kMeshObjSquare + "f -4 -3 -2\nv 5 5 5\nf -1 -2 -3\n");
   EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2, 4, 3, 2));
 }
 
 TEST(ReadObj, IndicesMayPointAhead) {
-  EXPECT_THAT(parse("f 1 2 3\n" + kSquare).corner_vertices, ElementsAre(0, 1, 2));
+  EXPECT_THAT(parse_obj("f 1 2 3\n" + kMeshObjSquare).corner_vertices, ElementsAre(0, 1, 2));
 }
 
 TEST(ReadObj, LineEndsByteOrderMarkTabsAndContinuation) {
-  const PolygonMesh mesh = parse(
+  const PolygonMesh mesh = parse_obj(
       "\xEF\xBB\xBFv 0 0 0\r\nv\t1\t0\t0\r\n  v 1 1 0  \r\n\r\nf 1 \\\r\n 2 \\\n 3 # a comment");
   EXPECT_THAT(mesh.corner_vertices, ElementsAre(0, 1, 2));
   EXPECT_EQ(mesh.vertices(1, 0), 1);
 }
 
 TEST(ReadObj, CommentThatEndsInABackslashEatsNothing) {
-  EXPECT_EQ(parse("# C:\\models\\\n" + kSquare + "f 1 2 3\n").vertices.rows(), 4);
+  EXPECT_EQ(parse_obj("# C:\\models\\\n" + kMeshObjSquare + "f 1 2 3\n").vertices.rows(), 4);
 }
 
 TEST(ReadObj, NumbersOfEveryForm) {
-  const PolygonMesh mesh = parse("v +1 -.5 1e-3\nv 1. 1E2 -0\nv 1e-400 4.9e-324 -1e9\n");
+  const PolygonMesh mesh = parse_obj("v +1 -.5 1e-3\nv 1. 1E2 -0\nv 1e-400 4.9e-324 -1e9\n");
   EXPECT_EQ(mesh.vertices(0, 0), 1);
   EXPECT_EQ(mesh.vertices(0, 1), -0.5);
   EXPECT_EQ(mesh.vertices(0, 2), 1e-3);
@@ -88,23 +89,23 @@ TEST(ReadObj, NumbersDoNotDependOnTheLocale) {
   const std::string kept = before;
   for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8", "C.UTF-8"}) {
     std::setlocale(LC_ALL, name);  // stays as it is where the locale is not installed
-    EXPECT_EQ(parse("v 0.5 1.25 2\n").vertices(0, 1), 1.25);
+    EXPECT_EQ(parse_obj("v 0.5 1.25 2\n").vertices(0, 1), 1.25);
   }
   std::setlocale(LC_ALL, kept.c_str());
 }
 
 TEST(ReadObj, ColorsAreLinearised) {
-  const PolygonMesh mesh = parse("v 0 0 0 0 0.5 1\nv 1 0 0 1 1 1\nv 1 1 0 0 0 0\nf 1 2 3\n");
+  const PolygonMesh mesh = parse_obj("v 0 0 0 0 0.5 1\nv 1 0 0 1 1 1\nv 1 1 0 0 0 0\nf 1 2 3\n");
   ASSERT_EQ(mesh.colors.rows(), 3);
   EXPECT_NEAR(mesh.colors(0, 1), 0.214041, 1e-5);
   EXPECT_EQ(mesh.colors(1, 0), 1);
 }
 
 TEST(ReadObj, GroupsObjectsAndMaterialsAreKept) {
-  const PolygonMesh mesh =
-      parse("mtllib a b.mtl\n" + kSquare +
-            "f 1 2 3\no Body One\ng left arm\nusemtl skin\nf 1 2 4\ng right\nf 2 3 4\ng left arm\n"
-            "f 1 3 4\n");
+  const PolygonMesh mesh = parse_obj(
+      "mtllib a b.mtl\n" + kMeshObjSquare +
+      "f 1 2 3\no Body One\ng left arm\nusemtl skin\nf 1 2 4\ng right\nf 2 3 4\ng left arm\n"
+      "f 1 3 4\n");
   EXPECT_THAT(mesh.group_names, ElementsAre("left arm", "right"));
   EXPECT_THAT(mesh.polygon_groups, ElementsAre(-1, 0, 1, 0));
   EXPECT_THAT(mesh.object_names, ElementsAre("Body One"));
@@ -113,7 +114,7 @@ TEST(ReadObj, GroupsObjectsAndMaterialsAreKept) {
 }
 
 TEST(ReadObj, OnlyPointsIsAMeshWithoutFaces) {
-  const Mesh mesh = triangulated(parse("v 0 0 0\nvn 0 0 2\nv 1 2 3\nvn 0 3 0\n"));
+  const Mesh mesh = triangulated(parse_obj("v 0 0 0\nvn 0 0 2\nv 1 2 3\nvn 0 3 0\n"));
   EXPECT_EQ(mesh.faces.rows(), 0);
   ASSERT_EQ(mesh.normals.rows(), 2);
   EXPECT_EQ(mesh.normals.row(1), Eigen::RowVector3d(0, 1, 0));
@@ -122,27 +123,27 @@ TEST(ReadObj, OnlyPointsIsAMeshWithoutFaces) {
 TEST(ReadObj, NormalsAreKeptOnlyWhereEachVertexHasOne) {
   const std::string normals = "vn 0 0 1\nvn 0 0 2\nvn 1 0 0\n";
   const std::string triangle = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
-  EXPECT_EQ(triangulated(parse(triangle + normals + "f 1//2 2//1 3//3\n")).normals.rows(), 3);
-  EXPECT_EQ(triangulated(parse(triangle + normals + "f 1//1 2//1 3//1\nf 1//3 2//1 3//1\n"))
+  EXPECT_EQ(triangulated(parse_obj(triangle + normals + "f 1//2 2//1 3//3\n")).normals.rows(), 3);
+  EXPECT_EQ(triangulated(parse_obj(triangle + normals + "f 1//1 2//1 3//1\nf 1//3 2//1 3//1\n"))
                 .normals.rows(),
             0);
-  EXPECT_EQ(triangulated(parse(triangle + "vn 0 0 0\nf 1//1 2//1 3//1\n")).normals.rows(), 0);
+  EXPECT_EQ(triangulated(parse_obj(triangle + "vn 0 0 0\nf 1//1 2//1 3//1\n")).normals.rows(), 0);
 }
 
 TEST(ReadObj, MangledCommentsAreSkippedWithAFinding) {
   // As in the files of a published cloth simulator.
-  const PolygonMesh mesh = parse("File Generated by Meshlab\n: 4\n" + kSquare +
-                                 "f 1 2 3\n5563 vertices, 0 vertices normals\n");
+  const PolygonMesh mesh = parse_obj("File Generated by Meshlab\n: 4\n" + kMeshObjSquare +
+                                     "f 1 2 3\n5563 vertices, 0 vertices normals\n");
   ASSERT_EQ(mesh.findings.size(), 1u);
   EXPECT_THAT(mesh.findings[0].what, HasSubstr("3 lines begin with an unknown word"));
   EXPECT_THAT(mesh.findings[0].place, HasSubstr("line 1"));
 }
 
 TEST(ReadObj, UnitsAndUpAxisComeFromComments) {
-  const PolygonMesh said = parse("# Units: Centimeters\n# up: z\n" + kSquare);
+  const PolygonMesh said = parse_obj("# Units: Centimeters\n# up: z\n" + kMeshObjSquare);
   EXPECT_EQ(said.convention.metres_per_unit, 0.01);
   EXPECT_EQ(said.convention.up, 'z');
-  const PolygonMesh silent = parse("# units: furlongs\n# up: north\n" + kSquare);
+  const PolygonMesh silent = parse_obj("# units: furlongs\n# up: north\n" + kMeshObjSquare);
   EXPECT_EQ(silent.convention.metres_per_unit, 0);
   EXPECT_EQ(silent.convention.up, '\0');
 }
@@ -193,46 +194,50 @@ TEST(ReadObj, RefusesWhatItCannotRead) {
       {"v 0 0 0\nw 1 0 0\n", "numbers behind the unknown word 'w'"},
   };
   for (const auto& test : kCases) {
-    EXPECT_THAT(refusal(test.text), HasSubstr(test.words)) << test.text;
+    EXPECT_THAT(mesh_obj_refusal(test.text), HasSubstr(test.words)) << test.text;
   }
-  EXPECT_THAT(refusal(std::string("v 0 0 0\nv 0 \0 0 0\n", 19)), HasSubstr("line 2: a NUL byte"));
+  EXPECT_THAT(mesh_obj_refusal(std::string("v 0 0 0\nv 0 \0 0 0\n", 19)),
+              HasSubstr("line 2: a NUL byte"));
 }
 
 TEST(ReadObj, CeilingsAreKept) {
   Limits limits;
   limits.mesh_vertices = 3;
-  EXPECT_THAT(refusal(kSquare, limits), HasSubstr("more than 3 vertices"));
-  EXPECT_THAT(refusal("v 0 0 0\nvt 0 0\nvt 0 0\nvt 0 0\nvt 0 0\n", limits),
+  EXPECT_THAT(mesh_obj_refusal(kMeshObjSquare, limits), HasSubstr("more than 3 vertices"));
+  EXPECT_THAT(mesh_obj_refusal("v 0 0 0\nvt 0 0\nvt 0 0\nvt 0 0\nvt 0 0\n", limits),
               HasSubstr("more than 3 texture coordinates"));
-  EXPECT_THAT(refusal("v 0 0 0\nvn 0 0 1\nvn 0 0 1\nvn 0 0 1\nvn 0 0 1\n", limits),
+  EXPECT_THAT(mesh_obj_refusal("v 0 0 0\nvn 0 0 1\nvn 0 0 1\nvn 0 0 1\nvn 0 0 1\n", limits),
               HasSubstr("more than 3 normals"));
   limits = {};
   limits.mesh_faces = 1;
-  EXPECT_THAT(refusal(kSquare + "f 1 2 3 4\n", limits), HasSubstr("more than 1 triangles"));
+  EXPECT_THAT(mesh_obj_refusal(kMeshObjSquare + "f 1 2 3 4\n", limits),
+              HasSubstr("more than 1 triangles"));
   limits = {};
   limits.line_bytes = 20;
-  EXPECT_THAT(refusal(kSquare + "# 12345678901234567890\n", limits),
+  EXPECT_THAT(mesh_obj_refusal(kMeshObjSquare + "# 12345678901234567890\n", limits),
               HasSubstr("line 5: a line of 22 bytes"));
-  EXPECT_THAT(refusal(kSquare + "f 1 2 3 \\\n 4 1 2 3 4 1 2 3\n", limits), HasSubstr("a line of"));
-  std::string many = kSquare + "f";
+  EXPECT_THAT(mesh_obj_refusal(kMeshObjSquare + "f 1 2 3 \\\n 4 1 2 3 4 1 2 3\n", limits),
+              HasSubstr("a line of"));
+  std::string many = kMeshObjSquare + "f";
   for (int i = 0; i < 1025; ++i) {
     many += " 1";
   }
-  EXPECT_THAT(refusal(many), HasSubstr("more than 1024 corners"));
+  EXPECT_THAT(mesh_obj_refusal(many), HasSubstr("more than 1024 corners"));
 }
 
 TEST(ReadObj, TheCeilingOfCoordinatesCanBeSet) {
   Limits limits;
   limits.mesh_coordinate = 2;
-  EXPECT_EQ(refusal("v 2 -2 0\n", limits), "was read");
-  EXPECT_THAT(refusal("v 2.5 0 0\n", limits), HasSubstr("coordinate 2.5; expected at most 2"));
+  EXPECT_EQ(mesh_obj_refusal("v 2 -2 0\n", limits), "was read");
+  EXPECT_THAT(mesh_obj_refusal("v 2.5 0 0\n", limits),
+              HasSubstr("coordinate 2.5; expected at most 2"));
   limits.mesh_coordinate = 1e308;
-  EXPECT_EQ(refusal("v 1e300 0 0\n", limits), "was read");
+  EXPECT_EQ(mesh_obj_refusal("v 1e300 0 0\n", limits), "was read");
 }
 
 TEST(ReadObj, FileLargerThanTheCeilingIsNotRead) {
   const TemporaryDirectory folder;
-  write_obj(folder / "sphere.obj", testing::sphere(2));
+  write_obj(folder / "sphere.obj", fixtures::sphere(2));
   Limits limits;
   limits.mesh_file_bytes = 100;
   EXPECT_THROW(read_obj(folder / "sphere.obj", limits), DataError);
@@ -241,7 +246,7 @@ TEST(ReadObj, FileLargerThanTheCeilingIsNotRead) {
 
 /// With a seam.
 Mesh full_mesh() {
-  Mesh mesh = testing::full_mesh();
+  Mesh mesh = fixtures::full_mesh();
   const Index n = mesh.uvs.rows();
   mesh.uvs.conservativeResize(n + 1, 2);
   mesh.uvs.row(n) << 0.1, 0.7;
@@ -267,15 +272,15 @@ TEST(WriteObj, RoundTripKeepsEveryBit) {
 }
 
 TEST(WriteObj, PolygonsNamesAndCornersComeBack) {
-  const std::string text = "# units: cm\n# up: z\nmtllib m.mtl\n" + kSquare +
+  const std::string text = "# units: cm\n# up: z\nmtllib m.mtl\n" + kMeshObjSquare +
                            "vt 0 0\nvt 1 0.25\nvn 0 0 1\nvn 1 0 0\no a\ng one\nusemtl red\n"
                            "f 1/1/1 2/2/2 3/1/1 4/1/1\ng two\nf 1 2 3\n";
-  const PolygonMesh mesh = parse(text);
+  const PolygonMesh mesh = parse_obj(text);
   EXPECT_EQ(obj_text(mesh), text);
 }
 
 TEST(WriteObj, RefusesWhatCannotBeSaid) {
-  PolygonMesh mesh = parse(kSquare + "g a\nf 1 2 3 4\n");
+  PolygonMesh mesh = parse_obj(kMeshObjSquare + "g a\nf 1 2 3 4\n");
   mesh.group_names[0] = "a\nv 1 2 3";
   EXPECT_THROW(obj_text(mesh), LogicError);
   mesh.group_names[0] = "a\\";
@@ -332,7 +337,7 @@ TEST(RealObj, GarmentsOfAClothSimulator) {
     check_mesh(mesh, file.file);
     // What is written is the same mesh.
     const std::string text = obj_text(polygons_of(mesh));
-    EXPECT_EQ(triangulated(parse(text)).vertices, mesh.vertices) << file.file;
+    EXPECT_EQ(triangulated(parse_obj(text)).vertices, mesh.vertices) << file.file;
   }
 }
 

@@ -19,16 +19,16 @@
 namespace atelier {
 namespace {
 
+using fixtures::TemporaryDirectory;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::TemporaryDirectory;
 
-PolygonMesh parse(const std::string& text, const Limits& limits = {}) {
+PolygonMesh parse_ply(const std::string& text, const Limits& limits = {}) {
   return read_ply(std::as_bytes(std::span(text)), "test.ply", limits);
 }
 
-std::string refusal(const std::string& text, const Limits& limits = {}) {
-  return testing::refusal_of([&] { parse(text, limits); });
+std::string mesh_ply_refusal(const std::string& text, const Limits& limits = {}) {
+  return fixtures::refusal_of([&] { parse_ply(text, limits); });
 }
 
 template <class T>
@@ -46,7 +46,7 @@ std::string ascii(const std::string& header, const std::string& body) {
 }
 
 TEST(ReadPly, AsciiSquare) {
-  const PolygonMesh mesh = parse(
+  const PolygonMesh mesh = parse_ply(
       ascii("comment by hand\nobj_info x\nelement vertex 4\n" + kXyz + "element face 1\n" + kList,
             "0 0 0\n1 0 0\n\n1 1 0\r\n0 1 0.5\n4 0 1 2 3\n"));
   EXPECT_EQ(mesh.vertices(3, 2), 0.5);
@@ -59,7 +59,7 @@ TEST(ReadPly, CarriageReturnsBehindTheHeaderLines) {
       "ply\r\nformat binary_little_endian 1.0\r\nelement vertex 1\r\nproperty float x\r\n"
       "property float y\r\nproperty float z\r\nend_header\r\n" +
       raw(1.0f) + raw(2.0f) + raw(3.0f);
-  EXPECT_EQ(parse(text).vertices.row(0), Eigen::RowVector3d(1, 2, 3));
+  EXPECT_EQ(parse_ply(text).vertices.row(0), Eigen::RowVector3d(1, 2, 3));
 }
 
 TEST(ReadPly, EveryTypeInEitherByteOrder) {
@@ -79,7 +79,7 @@ TEST(ReadPly, EveryTypeInEitherByteOrder) {
     for (int i = 0; i < 3; ++i) {
       text += raw<std::uint32_t>(0, big);
     }
-    const PolygonMesh mesh = parse(text);
+    const PolygonMesh mesh = parse_ply(text);
     EXPECT_EQ(mesh.vertices.row(0), Eigen::RowVector3d(-5, -300, -70'000));
     EXPECT_NEAR(mesh.vertex_normals(0, 0), 0.6, 1e-7);
     EXPECT_EQ(mesh.labels[0], 200);
@@ -91,7 +91,7 @@ TEST(ReadPly, EveryTypeInEitherByteOrder) {
 }
 
 TEST(ReadPly, UnknownElementsAndPropertiesAreSkipped) {
-  const PolygonMesh mesh = parse(ascii(
+  const PolygonMesh mesh = parse_ply(ascii(
       "element camera 2\nproperty list uchar float stuff\nproperty int id\nelement vertex 3\n" +
           kXyz + "property list char short tags\nelement face 1\nproperty uchar flags\n" + kList +
           "element edge 1\nproperty int a\nproperty int b\n",
@@ -102,22 +102,23 @@ TEST(ReadPly, UnknownElementsAndPropertiesAreSkipped) {
 
 TEST(ReadPly, FacesMayComeBeforeVertices) {
   const std::string header = "element face 1\n" + kList + "element vertex 3\n" + kXyz;
-  EXPECT_EQ(triangulated(parse(ascii(header, "3 0 1 2\n0 0 0\n1 0 0\n0 1 0\n"))).faces.rows(), 1);
-  EXPECT_THAT(refusal(ascii(header, "3 0 1 3\n0 0 0\n1 0 0\n0 1 0\n")),
+  EXPECT_EQ(triangulated(parse_ply(ascii(header, "3 0 1 2\n0 0 0\n1 0 0\n0 1 0\n"))).faces.rows(),
+            1);
+  EXPECT_THAT(mesh_ply_refusal(ascii(header, "3 0 1 3\n0 0 0\n1 0 0\n0 1 0\n")),
               HasSubstr("face 0: index 3; expected 0 to 2"));
 }
 
 TEST(ReadPly, CornerTextureCoordinatesAreSharedWhereEqual) {
-  const PolygonMesh mesh =
-      parse(ascii("element vertex 4\n" + kXyz + "element face 2\n" + kList +
-                      "property list uchar float texcoord\n",
-                  "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 6 0 0 1 0 1 1\n3 0 2 3 6 0 0 0.5 1 0 1\n"));
+  const PolygonMesh mesh = parse_ply(
+      ascii("element vertex 4\n" + kXyz + "element face 2\n" + kList +
+                "property list uchar float texcoord\n",
+            "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 6 0 0 1 0 1 1\n3 0 2 3 6 0 0 0.5 1 0 1\n"));
   EXPECT_EQ(mesh.uvs.rows(), 5);
   EXPECT_THAT(mesh.corner_uvs, ElementsAre(0, 1, 2, 0, 3, 4));
 }
 
 TEST(ReadPly, ConfidenceIsClampedAndUselessNormalsDropped) {
-  const PolygonMesh mesh = parse(ascii(
+  const PolygonMesh mesh = parse_ply(ascii(
       "element vertex 2\n" + kXyz +
           "property float nx\nproperty float ny\nproperty float nz\nproperty float confidence\n",
       "0 0 0 0 0 1 1.5\n1 0 0 0 0 0 0.25\n"));
@@ -183,13 +184,13 @@ TEST(ReadPly, RefusesBrokenHeaders) {
        "triangle strips"},
   };
   for (const auto& test : kCases) {
-    EXPECT_THAT(refusal(test.text), HasSubstr(test.words)) << test.text;
+    EXPECT_THAT(mesh_ply_refusal(test.text), HasSubstr(test.words)) << test.text;
   }
   std::string many = "ply\nformat ascii 1.0\n";
   for (int i = 0; i < 300; ++i) {
     many += "element e" + std::to_string(i) + " 0\n";
   }
-  EXPECT_THAT(refusal(many), HasSubstr("too many elements"));
+  EXPECT_THAT(mesh_ply_refusal(many), HasSubstr("too many elements"));
 }
 
 TEST(ReadPly, RefusesBrokenBodies) {
@@ -216,17 +217,17 @@ TEST(ReadPly, RefusesBrokenBodies) {
       {"0 0 0\n3 0 0 0\n3 0 0 0\n", "more lines"},
   };
   for (const auto& test : kCases) {
-    EXPECT_THAT(refusal(ascii(header, test.body)), HasSubstr(test.words)) << test.body;
+    EXPECT_THAT(mesh_ply_refusal(ascii(header, test.body)), HasSubstr(test.words)) << test.body;
   }
   const std::string labels = "element vertex 1\n" + kXyz + "property int label\n";
-  EXPECT_THAT(refusal(ascii(labels, "0 0 0 256\n")), HasSubstr("label 256"));
-  EXPECT_THAT(refusal(ascii(labels, "0 0 0 -1\n")), HasSubstr("label -1"));
+  EXPECT_THAT(mesh_ply_refusal(ascii(labels, "0 0 0 256\n")), HasSubstr("label 256"));
+  EXPECT_THAT(mesh_ply_refusal(ascii(labels, "0 0 0 -1\n")), HasSubstr("label -1"));
   const std::string colors = "element vertex 1\n" + kXyz +
                              "property float red\nproperty float green\nproperty float blue\n";
-  EXPECT_THAT(refusal(ascii(colors, "0 0 0 0 0 1.5\n")), HasSubstr("colour 1.5"));
+  EXPECT_THAT(mesh_ply_refusal(ascii(colors, "0 0 0 0 0 1.5\n")), HasSubstr("colour 1.5"));
   const std::string corners = "element vertex 3\n" + kXyz + "element face 1\n" + kList +
                               "property list uchar float texcoord\n";
-  EXPECT_THAT(refusal(ascii(corners, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 4 0 0 1 1\n")),
+  EXPECT_THAT(mesh_ply_refusal(ascii(corners, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 4 0 0 1 1\n")),
               HasSubstr("texcoord of 4 numbers"));
 }
 
@@ -234,25 +235,32 @@ TEST(ReadPly, RefusesBinaryThatDoesNotFit) {
   const std::string head = "ply\nformat binary_little_endian 1.0\n";
   const std::string vertex = "element vertex 1\n" + kXyz;
   const std::string body = raw(0.0f) + raw(0.0f) + raw(0.0f);
-  EXPECT_THAT(refusal(head + "element vertex 2000000000\n" + kXyz + "end_header\n" + body),
+  EXPECT_THAT(mesh_ply_refusal(head + "element vertex 2000000000\n" + kXyz + "end_header\n" + body),
               HasSubstr("2000000000 rows of 'vertex' in 12 bytes"));
-  EXPECT_THAT(refusal(head + "element vertex 9223372036854775807\n" + kXyz + "end_header\n" + body),
+  EXPECT_THAT(mesh_ply_refusal(head + "element vertex 9223372036854775807\n" + kXyz +
+                               "end_header\n" + body),
               HasSubstr("rows of 'vertex'"));
-  EXPECT_THAT(refusal(head + vertex + "end_header\n" + body + "x"), HasSubstr("1 bytes more"));
-  EXPECT_THAT(refusal(head + vertex + "end_header\n" + body.substr(1)), HasSubstr("1 rows of"));
-  EXPECT_THAT(refusal(head + vertex + "end_header\n" + raw(0.0f) + raw(0.0f) + raw(std::nanf(""))),
-              HasSubstr("vertex 0: z is nan"));
-  EXPECT_THAT(refusal(head + vertex + "end_header\n" + raw(INFINITY) + raw(0.0f) + raw(0.0f)),
-              HasSubstr("vertex 0: x is inf"));
+  EXPECT_THAT(mesh_ply_refusal(head + vertex + "end_header\n" + body + "x"),
+              HasSubstr("1 bytes more"));
+  EXPECT_THAT(mesh_ply_refusal(head + vertex + "end_header\n" + body.substr(1)),
+              HasSubstr("1 rows of"));
+  EXPECT_THAT(
+      mesh_ply_refusal(head + vertex + "end_header\n" + raw(0.0f) + raw(0.0f) + raw(std::nanf(""))),
+      HasSubstr("vertex 0: z is nan"));
+  EXPECT_THAT(
+      mesh_ply_refusal(head + vertex + "end_header\n" + raw(INFINITY) + raw(0.0f) + raw(0.0f)),
+      HasSubstr("vertex 0: x is inf"));
   const std::string faces = head + vertex +
                             "element face 1\nproperty list int int vertex_indices\n" +
                             "end_header\n" + body;
-  EXPECT_THAT(refusal(faces + raw<std::int32_t>(-3)), HasSubstr("a list of -3 items"));
-  EXPECT_THAT(refusal(faces + raw<std::int32_t>(2'000'000'000)), HasSubstr("2000000000 corners"));
-  EXPECT_THAT(refusal(faces + raw<std::int32_t>(3) + raw<std::int32_t>(0)), HasSubstr("number"));
+  EXPECT_THAT(mesh_ply_refusal(faces + raw<std::int32_t>(-3)), HasSubstr("a list of -3 items"));
+  EXPECT_THAT(mesh_ply_refusal(faces + raw<std::int32_t>(2'000'000'000)),
+              HasSubstr("2000000000 corners"));
+  EXPECT_THAT(mesh_ply_refusal(faces + raw<std::int32_t>(3) + raw<std::int32_t>(0)),
+              HasSubstr("number"));
   const std::string skipped = head + "element junk 1\nproperty list uint double a\n" + vertex +
                               "end_header\n" + raw<std::uint32_t>(0xFFFFFFFF) + body;
-  EXPECT_THAT(refusal(skipped), HasSubstr("list"));
+  EXPECT_THAT(mesh_ply_refusal(skipped), HasSubstr("list"));
 }
 
 TEST(ReadPly, CeilingsAreKept) {
@@ -260,23 +268,23 @@ TEST(ReadPly, CeilingsAreKept) {
                                  "0 0 0\n1 0 0\n1 1 0\n0 1 0.5\n4 0 1 2 3\n");
   Limits limits;
   limits.mesh_vertices = 3;
-  EXPECT_THAT(refusal(text, limits), HasSubstr("4 vertices; expected at most 3"));
+  EXPECT_THAT(mesh_ply_refusal(text, limits), HasSubstr("4 vertices; expected at most 3"));
   limits = {};
   limits.mesh_faces = 1;
-  EXPECT_THAT(refusal(text, limits), HasSubstr("more than 1 triangles"));
+  EXPECT_THAT(mesh_ply_refusal(text, limits), HasSubstr("more than 1 triangles"));
   limits.mesh_faces = 0;
-  EXPECT_THAT(refusal(text, limits), HasSubstr("1 faces; expected at most 0"));
+  EXPECT_THAT(mesh_ply_refusal(text, limits), HasSubstr("1 faces; expected at most 0"));
   limits = {};
   limits.line_bytes = 10;
-  EXPECT_THAT(refusal(text, limits), HasSubstr("a line of"));
+  EXPECT_THAT(mesh_ply_refusal(text, limits), HasSubstr("a line of"));
 }
 
 class WritePly : public ::testing::TestWithParam<PlyFormat> {};
 
 TEST_P(WritePly, ExactRoundTripKeepsEveryBit) {
-  const Mesh mesh = testing::full_mesh();
+  const Mesh mesh = fixtures::full_mesh();
   const PolygonMesh polygons =
-      parse(ply_bytes(polygons_of(mesh), {.format = GetParam(), .exact = true}));
+      parse_ply(ply_bytes(polygons_of(mesh), {.format = GetParam(), .exact = true}));
   EXPECT_EQ(polygons.convention.metres_per_unit, 1);
   EXPECT_EQ(polygons.convention.up, 'y');
   EXPECT_TRUE(polygons.findings.empty());
@@ -292,15 +300,15 @@ TEST_P(WritePly, ExactRoundTripKeepsEveryBit) {
 }
 
 TEST_P(WritePly, FloatRoundTripKeepsFloatsAndBytes) {
-  const Mesh mesh = testing::full_mesh();
-  const Mesh back = triangulated(parse(ply_bytes(polygons_of(mesh), {.format = GetParam()})));
+  const Mesh mesh = fixtures::full_mesh();
+  const Mesh back = triangulated(parse_ply(ply_bytes(polygons_of(mesh), {.format = GetParam()})));
   EXPECT_EQ(back.vertices.cast<float>(), mesh.vertices.cast<float>());
   EXPECT_EQ(back.labels, mesh.labels);
   EXPECT_LT((back.normals - mesh.normals).cwiseAbs().maxCoeff(), 1e-6);
   EXPECT_LT((back.colors - mesh.colors).cwiseAbs().maxCoeff(), 0.5 / 255 * 2.4);
   // A second trip changes nothing.
   const std::string again = ply_bytes(polygons_of(back), {.format = GetParam()});
-  EXPECT_EQ(ply_bytes(polygons_of(triangulated(parse(again))), {.format = GetParam()}), again);
+  EXPECT_EQ(ply_bytes(polygons_of(triangulated(parse_ply(again))), {.format = GetParam()}), again);
 }
 
 TEST_P(WritePly, SeamsPolygonsAndMissingTextureCoordinates) {
@@ -312,7 +320,7 @@ TEST_P(WritePly, SeamsPolygonsAndMissingTextureCoordinates) {
   mesh.uvs.resize(5, 2);
   mesh.uvs << 0, 0, 1, 0, 1, 1, 0, 1, 0.5, 0.5;
   mesh.corner_uvs = {0, 1, 2, 3, 4, 1, 2, -1, -1, -1};
-  const PolygonMesh back = parse(ply_bytes(mesh, {.format = GetParam()}));
+  const PolygonMesh back = parse_ply(ply_bytes(mesh, {.format = GetParam()}));
   EXPECT_EQ(back.polygon_starts, mesh.polygon_starts);
   EXPECT_EQ(back.corner_vertices, mesh.corner_vertices);
   EXPECT_EQ(back.convention.metres_per_unit, 0);
@@ -332,10 +340,11 @@ TEST_P(WritePly, PolygonOfAThousandCornersAndPointsAlone) {
     mesh.corner_vertices.push_back(i);
   }
   mesh.polygon_starts = {0, 1000};
-  EXPECT_EQ(parse(ply_bytes(mesh, {.format = GetParam()})).corner_vertices, mesh.corner_vertices);
+  EXPECT_EQ(parse_ply(ply_bytes(mesh, {.format = GetParam()})).corner_vertices,
+            mesh.corner_vertices);
   mesh.corner_vertices.clear();
   mesh.polygon_starts = {0};
-  EXPECT_EQ(parse(ply_bytes(mesh, {.format = GetParam()})).vertices.rows(), 1000);
+  EXPECT_EQ(parse_ply(ply_bytes(mesh, {.format = GetParam()})).vertices.rows(), 1000);
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, WritePly,
@@ -347,7 +356,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, WritePly,
 
 TEST(WritePlyFile, RefusesBrokenMeshesAndFolders) {
   const TemporaryDirectory folder;
-  Mesh mesh = testing::tetrahedron();
+  Mesh mesh = fixtures::tetrahedron();
   write_ply(folder / "a.ply", mesh);
   EXPECT_EQ(read_ply(folder / "a.ply").vertices.rows(), 4);
   EXPECT_THROW(write_ply(folder / "absent" / "a.ply", mesh), EnvironmentError);
@@ -358,7 +367,7 @@ TEST(WritePlyFile, RefusesBrokenMeshesAndFolders) {
 
 TEST(WritePlyFile, RefusesWhatAFloatCannotHold) {
   const TemporaryDirectory folder;
-  Mesh mesh = testing::tetrahedron();
+  Mesh mesh = fixtures::tetrahedron();
   mesh.vertices(1, 2) = -1e300;
   for (const char* name : {"a.ply", "a.glb"}) {
     try {
@@ -379,13 +388,13 @@ TEST(WritePlyFile, RefusesWhatAFloatCannotHold) {
 TEST(ReadPly, RefusesTextureCoordinatesBeyondTheCeiling) {
   const std::string corners = "element vertex 3\n" + kXyz + "element face 1\n" + kList +
                               "property list uchar double texcoord\n";
-  EXPECT_THAT(refusal(ascii(corners, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 1 0 1e300\n")),
+  EXPECT_THAT(mesh_ply_refusal(ascii(corners, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 1 0 1e300\n")),
               HasSubstr("face 0: coordinate 1e+300"));
 }
 
 TEST(MeshFile, ReadsAndWritesByExtension) {
   const TemporaryDirectory folder;
-  const Mesh mesh = testing::sphere(1);
+  const Mesh mesh = fixtures::sphere(1);
   for (const char* name : {"a.obj", "a.ply", "B.PLY"}) {
     write_mesh(folder / name, mesh);
     const Mesh back = read_mesh(folder / name, {.metres_per_unit = 0.01, .up = 'z'});
@@ -399,7 +408,7 @@ TEST(MeshFile, ReadsAndWritesByExtension) {
 
 TEST(MeshFile, ConvertsWhatTheFileSays) {
   const TemporaryDirectory folder;
-  PolygonMesh polygons = polygons_of(testing::tetrahedron());
+  PolygonMesh polygons = polygons_of(fixtures::tetrahedron());
   polygons.convention = {.metres_per_unit = 0.001, .up = 'z'};
   write_ply(folder / "a.ply", polygons);
   const Mesh mesh = read_mesh(folder / "a.ply");

@@ -24,7 +24,7 @@ bool run_numpy(const std::string& code) {
   if (!run_numpy("pass")) GTEST_SKIP() << "no NumPy (python3-numpy)"
 
 template <class Call>
-std::string refusal(const Call& call) {
+std::string npz_refusal(const Call& call) {
   try {
     call();
   } catch (const DataError& error) {
@@ -66,14 +66,14 @@ TEST(Npy, TextRoundTrips) {
 TEST(Npy, AByteLessAndAByteMoreAreRefused) {
   std::vector<std::byte> bytes = npy_bytes(tensor_of(std::vector<float>{1, 2}));
   bytes.push_back(std::byte{0});
-  EXPECT_THAT(refusal([&] { parse_npy(bytes, "a.npy"); }), HasSubstr("9 bytes of data"));
+  EXPECT_THAT(npz_refusal([&] { parse_npy(bytes, "a.npy"); }), HasSubstr("9 bytes of data"));
   bytes.resize(bytes.size() - 2);
-  EXPECT_THAT(refusal([&] { parse_npy(bytes, "a.npy"); }), HasSubstr("7 bytes of data"));
+  EXPECT_THAT(npz_refusal([&] { parse_npy(bytes, "a.npy"); }), HasSubstr("7 bytes of data"));
 }
 
 TEST(Npy, ReadsEveryKindThatNumPyWrites) {
   ATELIER_NEEDS_NUMPY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_numpy(
       "a = (np.arange(24).reshape(2,3,4) % 2)\n"
       "for t in ['?','i1','i2','i4','i8','u1','u2','u4','u8','f2','f4','f8','c8','c16','>i2',"
@@ -106,7 +106,7 @@ TEST(Npy, ReadsEveryKindThatNumPyWrites) {
 
 TEST(Npy, FortranOrderOfOddShapesComesOutRowMajor) {
   ATELIER_NEEDS_NUMPY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_numpy("np.save('" + (folder / "a.npy").string() +
                         "', np.asfortranarray(np.arange(210).reshape(2,3,5,7)))"));
   const std::vector<std::int64_t> values = integers_of(read_npy(folder / "a.npy"));
@@ -117,7 +117,7 @@ TEST(Npy, FortranOrderOfOddShapesComesOutRowMajor) {
 
 TEST(Npy, ReadsNumPyStrings) {
   ATELIER_NEEDS_NUMPY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const std::string root = folder.path().string();
   ASSERT_TRUE(run_numpy("np.save('" + root +
                         "/u.npy', np.array(['female', chr(0xe9)+chr(0x1f600)]))\n"
@@ -134,7 +134,7 @@ TEST(Npy, ReadsNumPyStrings) {
 
 TEST(Npy, NumPyReadsWhatIsWritten) {
   ATELIER_NEEDS_NUMPY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_npz(folder / "a.npz",
             {{"points", tensor_of(std::vector<double>{1, 2, 3, 4, 5, 6}, {2, 3})},
              {"faces", tensor_of(std::vector<int>{7, 8, 9}, {1, 3})},
@@ -172,7 +172,7 @@ TEST(Npz, TheSameArraysGiveTheSameBytes) {
 
 TEST(Npz, ReadsNumPysZip64AndDeflate) {
   ATELIER_NEEDS_NUMPY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const std::string root = folder.path().string();
   ASSERT_TRUE(
       run_numpy("a = dict(poses=np.arange(12.).reshape(4,3), gender='female', "
@@ -193,18 +193,18 @@ TEST(Npz, ReadsNumPysZip64AndDeflate) {
 
 TEST(Npz, AMissingArrayIsRefusedWithTheNamesThereAre) {
   const Npz npz(npz_bytes({{"poses", tensor_of(std::vector<int>{1})}}), "amass.npz");
-  const std::string what = refusal([&] { npz.read("betas"); });
+  const std::string what = npz_refusal([&] { npz.read("betas"); });
   EXPECT_THAT(what, HasSubstr("amass.npz: no array \"betas\""));
   EXPECT_THAT(what, HasSubstr("one of: poses"));
 }
 
 TEST(Npz, ObjectArraysAreRefusedByName) {
   ATELIER_NEEDS_NUMPY();
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_numpy("np.savez('" + (folder / "a.npz").string() +
                         "', x=np.array([{}], dtype=object), y=np.zeros(2))"));
   const Npz npz(folder / "a.npz");
-  EXPECT_THAT(refusal([&] { npz.read("x"); }), HasSubstr("an array of Python objects"));
+  EXPECT_THAT(npz_refusal([&] { npz.read("x"); }), HasSubstr("an array of Python objects"));
   EXPECT_EQ(doubles_of(npz.read("y")).size(), 2u);  // the others can still be read
 }
 
@@ -213,12 +213,13 @@ TEST(Npz, AZipBombIsRefusedBeforeItIsInflated) {
       npz_bytes({{"bomb", tensor_of(std::vector<double>(2'000'000))}});
   Limits limits;
   limits.inflate_free_bytes = 1 << 20;
-  EXPECT_THAT(refusal([&] { Npz(bytes, "a", limits).read("bomb"); }),
+  EXPECT_THAT(npz_refusal([&] { Npz(bytes, "a", limits).read("bomb"); }),
               HasSubstr("at most 1000 times the stored bytes"));
-  EXPECT_EQ(refusal([&] { Npz(bytes, "a").read("bomb"); }), "");
+  EXPECT_EQ(npz_refusal([&] { Npz(bytes, "a").read("bomb"); }), "");
   limits = {};
   limits.tensor_bytes = 1 << 20;
-  EXPECT_THAT(refusal([&] { Npz(bytes, "a", limits).read("bomb"); }), HasSubstr("at most 1048576"));
+  EXPECT_THAT(npz_refusal([&] { Npz(bytes, "a", limits).read("bomb"); }),
+              HasSubstr("at most 1048576"));
 }
 
 TEST(Npz, TooManyMembersAreRefused) {
@@ -226,21 +227,21 @@ TEST(Npz, TooManyMembersAreRefused) {
   limits.archive_entries = 1;
   const std::vector<std::byte> bytes =
       npz_bytes({{"a", tensor_of(std::vector<int>{1})}, {"b", tensor_of(std::vector<int>{1})}});
-  EXPECT_THAT(refusal([&] { Npz(bytes, "a", limits); }), HasSubstr("2 members"));
+  EXPECT_THAT(npz_refusal([&] { Npz(bytes, "a", limits); }), HasSubstr("2 members"));
 }
 
 TEST(Npz, DamageIsFoundByTheChecksum) {
   std::vector<std::byte> bytes = npz_bytes({{"a", tensor_of(std::vector<int>(50, 7))}}, false);
   bytes[250] ^= std::byte{1};
-  EXPECT_THAT(refusal([&] { Npz(bytes, "x").read("a"); }), HasSubstr("CRC"));
+  EXPECT_THAT(npz_refusal([&] { Npz(bytes, "x").read("a"); }), HasSubstr("CRC"));
 }
 
 TEST(Npz, WhatIsNoFileOrNoZipIsRefused) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(Npz(folder / "missing.npz"), DataError);
   EXPECT_THROW(Npz(folder.path()), DataError);
   std::ofstream(folder / "text.npz") << "hello";
-  EXPECT_THAT(refusal([&] { Npz(folder / "text.npz"); }), HasSubstr("no readable zip"));
+  EXPECT_THAT(npz_refusal([&] { Npz(folder / "text.npz"); }), HasSubstr("no readable zip"));
 }
 
 }  // namespace

@@ -19,9 +19,9 @@
 namespace atelier {
 namespace {
 
+using fixtures::TemporaryDirectory;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
-using testing::TemporaryDirectory;
 
 /// What a command prints, "" if it fails.
 std::string output_of(const std::string& command) {
@@ -53,7 +53,7 @@ class Assimp : public ::testing::Test {
 };
 
 Mesh ball() {
-  Mesh mesh = testing::sphere(2);
+  Mesh mesh = fixtures::sphere(2);
   mesh.normals = mesh.vertices;
   mesh.colors = Colors::Constant(mesh.vertices.rows(), 3, 0.5F);
   mesh.uvs = mesh.vertices.leftCols(2);

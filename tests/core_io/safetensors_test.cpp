@@ -40,7 +40,7 @@ std::vector<std::byte> file_of(const std::string& header, std::size_t data_bytes
   return bytes;
 }
 
-std::string refusal(const std::vector<std::byte>& bytes, const Limits& limits = {}) {
+std::string safetensors_refusal(const std::vector<std::byte>& bytes, const Limits& limits = {}) {
   try {
     parse_safetensors(bytes, "net.safetensors", limits);
   } catch (const DataError& error) {
@@ -50,7 +50,7 @@ std::string refusal(const std::vector<std::byte>& bytes, const Limits& limits = 
 }
 
 TEST(Safetensors, ReadsWhatItWrites) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_safetensors(folder / "a.safetensors", sample());
   const Safetensors again = read_safetensors(folder / "a.safetensors");
   EXPECT_EQ(again.metadata, sample().metadata);
@@ -74,7 +74,7 @@ TEST(Safetensors, AnIndependentReaderFindsTheTensors) {
   if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) {
     GTEST_SKIP() << "no NumPy (python3-numpy)";
   }
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_safetensors(folder / "a.safetensors", sample());
   std::ofstream(folder / "check.py") << "path = '" << (folder / "a.safetensors").string() << "'\n"
                                      << R"(
@@ -129,8 +129,8 @@ TEST(Safetensors, TooManyTensorsAreRefusedBothWays) {
   }
   Limits limits;
   limits.safetensors_entries = 10;
-  EXPECT_THAT(refusal(file_of(header + "}", 0), limits), HasSubstr("11 tensors"));
-  EXPECT_EQ(refusal(file_of(header + "}", 0)), "");
+  EXPECT_THAT(safetensors_refusal(file_of(header + "}", 0), limits), HasSubstr("11 tensors"));
+  EXPECT_EQ(safetensors_refusal(file_of(header + "}", 0)), "");
   Safetensors content;
   for (int i = 0; i <= 65'536; ++i) {
     content.tensors[std::to_string(i)] = Tensor{ElementType::UInt8, {0}, {}, {}};
@@ -139,7 +139,7 @@ TEST(Safetensors, TooManyTensorsAreRefusedBothWays) {
 }
 
 TEST(Safetensors, AHeaderOfMoreThanAMegabyteIsRefused) {
-  EXPECT_THAT(refusal(file_of("{" + std::string(1 << 20, ' ') + "}", 0)),
+  EXPECT_THAT(safetensors_refusal(file_of("{" + std::string(1 << 20, ' ') + "}", 0)),
               HasSubstr("a header of 1048578 bytes"));
 }
 

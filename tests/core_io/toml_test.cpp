@@ -15,7 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string refusal(const std::string& text, const Limits& limits = {}) {
+std::string toml_refusal(const std::string& text, const Limits& limits = {}) {
   try {
     parse_toml(text, "capture.toml", limits);
   } catch (const DataError& error) {
@@ -82,55 +82,58 @@ TEST(Toml, KnowsTheLineOfEveryValue) {
 }
 
 TEST(Toml, ErrorsNameFileLineAndColumn) {
-  EXPECT_THAT(refusal("a = 1\nb = = 2\n"), HasSubstr("capture.toml: line 2, column"));
-  EXPECT_THAT(refusal("a = 1\na = 2\n"), HasSubstr("line 2"));
-  EXPECT_THAT(refusal("a = 1\nb = nan\n"), HasSubstr("line 2, column 5: a number that is not"));
+  EXPECT_THAT(toml_refusal("a = 1\nb = = 2\n"), HasSubstr("capture.toml: line 2, column"));
+  EXPECT_THAT(toml_refusal("a = 1\na = 2\n"), HasSubstr("line 2"));
+  EXPECT_THAT(toml_refusal("a = 1\nb = nan\n"),
+              HasSubstr("line 2, column 5: a number that is not"));
 }
 
 TEST(Toml, NestingIsCappedInEveryDisguise) {
   const std::string deep = "nesting deeper than 64";
-  EXPECT_EQ(refusal("a = " + repeated("[", 60) + repeated("]", 60)), "");
-  EXPECT_THAT(refusal("a = " + repeated("[", 65) + repeated("]", 65)), HasSubstr(deep));
-  EXPECT_THAT(refusal("a" + repeated(".a", 100'000) + " = 1"), HasSubstr(deep));
-  EXPECT_THAT(refusal("[a" + repeated(".a", 100) + "]\nb = 1"), HasSubstr(deep));
-  EXPECT_THAT(refusal("[a" + repeated(".a", 40) + "]\nb" + repeated(".b", 40) + " = 1"),
+  EXPECT_EQ(toml_refusal("a = " + repeated("[", 60) + repeated("]", 60)), "");
+  EXPECT_THAT(toml_refusal("a = " + repeated("[", 65) + repeated("]", 65)), HasSubstr(deep));
+  EXPECT_THAT(toml_refusal("a" + repeated(".a", 100'000) + " = 1"), HasSubstr(deep));
+  EXPECT_THAT(toml_refusal("[a" + repeated(".a", 100) + "]\nb = 1"), HasSubstr(deep));
+  EXPECT_THAT(toml_refusal("[a" + repeated(".a", 40) + "]\nb" + repeated(".b", 40) + " = 1"),
               HasSubstr(deep));
-  EXPECT_THAT(refusal("x = " + repeated("{a = ", 65) + "1" + repeated("}", 65)), HasSubstr(deep));
-  EXPECT_THAT(refusal("x = " + repeated("{a.b.c = ", 30) + "1" + repeated("}", 30)),
+  EXPECT_THAT(toml_refusal("x = " + repeated("{a = ", 65) + "1" + repeated("}", 65)),
               HasSubstr(deep));
-  EXPECT_THAT(refusal("x = " + repeated("[{a = ", 40) + "1" + repeated("}]", 40)), HasSubstr(deep));
-  EXPECT_THAT(refusal("\"a\"" + repeated(".'a'", 100) + " = 1"), HasSubstr(deep));
+  EXPECT_THAT(toml_refusal("x = " + repeated("{a.b.c = ", 30) + "1" + repeated("}", 30)),
+              HasSubstr(deep));
+  EXPECT_THAT(toml_refusal("x = " + repeated("[{a = ", 40) + "1" + repeated("}]", 40)),
+              HasSubstr(deep));
+  EXPECT_THAT(toml_refusal("\"a\"" + repeated(".'a'", 100) + " = 1"), HasSubstr(deep));
 }
 
 TEST(Toml, StringsDoNotHideNesting) {
   // Four quotes close a string that ends in a quote; a naive scan would think that one is open.
   const std::string dots = "a" + repeated(".a", 100'000) + " = 1";
-  EXPECT_THAT(refusal("x = \"\"\"a\"\"\"\"\n" + dots), HasSubstr("nesting deeper"));
-  EXPECT_THAT(refusal("x = {s = \"\"\"a\"\"\"\", " + dots + "}"), HasSubstr("nesting deeper"));
-  EXPECT_THAT(refusal("x = {s = '''a''''', " + dots + "}"), HasSubstr("nesting deeper"));
-  EXPECT_THAT(refusal("x = {s = \"\\\"\", " + dots + "}"), HasSubstr("nesting deeper"));
-  EXPECT_THAT(refusal("x = {s = \"\", " + dots + "}"), HasSubstr("nesting deeper"));
-  EXPECT_THAT(refusal("# \"\n" + dots), HasSubstr("nesting deeper"));
+  EXPECT_THAT(toml_refusal("x = \"\"\"a\"\"\"\"\n" + dots), HasSubstr("nesting deeper"));
+  EXPECT_THAT(toml_refusal("x = {s = \"\"\"a\"\"\"\", " + dots + "}"), HasSubstr("nesting deeper"));
+  EXPECT_THAT(toml_refusal("x = {s = '''a''''', " + dots + "}"), HasSubstr("nesting deeper"));
+  EXPECT_THAT(toml_refusal("x = {s = \"\\\"\", " + dots + "}"), HasSubstr("nesting deeper"));
+  EXPECT_THAT(toml_refusal("x = {s = \"\", " + dots + "}"), HasSubstr("nesting deeper"));
+  EXPECT_THAT(toml_refusal("# \"\n" + dots), HasSubstr("nesting deeper"));
 }
 
 TEST(Toml, DotsInTextsAndNumbersAreNoNesting) {
-  EXPECT_EQ(refusal("a = \"" + repeated(".", 1000) + "\""), "");
-  EXPECT_EQ(refusal("a = [" + repeated("1.5, ", 1000) + "]"), "");
-  EXPECT_EQ(refusal("# " + repeated("[.", 1000)), "");
-  EXPECT_EQ(refusal("a = \"\"\"\n" + repeated("[[.\n", 1000) + "\"\"\""), "");
-  EXPECT_EQ(refusal(repeated("[[a]]\nb.c = 1\n", 1000)), "");
+  EXPECT_EQ(toml_refusal("a = \"" + repeated(".", 1000) + "\""), "");
+  EXPECT_EQ(toml_refusal("a = [" + repeated("1.5, ", 1000) + "]"), "");
+  EXPECT_EQ(toml_refusal("# " + repeated("[.", 1000)), "");
+  EXPECT_EQ(toml_refusal("a = \"\"\"\n" + repeated("[[.\n", 1000) + "\"\"\""), "");
+  EXPECT_EQ(toml_refusal(repeated("[[a]]\nb.c = 1\n", 1000)), "");
 }
 
 TEST(Toml, LimitsAreKept) {
   Limits limits;
   limits.text_string_bytes = 3;
-  EXPECT_THAT(refusal("a = \"1234\"", limits), HasSubstr("a string of 4 bytes"));
+  EXPECT_THAT(toml_refusal("a = \"1234\"", limits), HasSubstr("a string of 4 bytes"));
   limits = {};
   limits.text_values = 3;
-  EXPECT_THAT(refusal("a = [1, 2, 3]", limits), HasSubstr("more than 3 values"));
+  EXPECT_THAT(toml_refusal("a = [1, 2, 3]", limits), HasSubstr("more than 3 values"));
   limits = {};
   limits.text_file_bytes = 4;
-  EXPECT_THAT(refusal("a = 1", limits), HasSubstr("5 bytes of TOML"));
+  EXPECT_THAT(toml_refusal("a = 1", limits), HasSubstr("5 bytes of TOML"));
 }
 
 TEST(Toml, ReadsFilesOfOtherTools) {
@@ -139,12 +142,12 @@ TEST(Toml, ReadsFilesOfOtherTools) {
   ATELIER_TEST_FILE(pose2sim, "pose2sim_demo/single/Config.toml");
   EXPECT_TRUE(read_toml(pose2sim).contains("project"));
   EXPECT_TRUE(
-      read_toml(testing::test_data_root() / "pose2sim_demo/single/calibration/Calib_qualisys.toml")
+      read_toml(fixtures::test_data_root() / "pose2sim_demo/single/calibration/Calib_qualisys.toml")
           .is_object());
 }
 
 TEST(Toml, AMissingFileIsADataError) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(read_toml(folder / "missing.toml"), DataError);
 }
 

@@ -135,7 +135,7 @@ Sequence two_frames() {
 }
 
 TEST(UsdSequence, HoldsWhatAReaderNeeds) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder.path() / "a.usda";
   const Sequence sequence = two_frames();
   write_usd_sequence(path, sequence, "7 dress!");
@@ -193,7 +193,7 @@ TEST(UsdSequence, RefusesSequencesThatDoNotGoTogether) {
 }
 
 TEST(UsdSequence, RefusesWhatHasNoSharedTopologyFramesOrRate) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder.path() / "a.usda";
   Sequence sequence = two_frames();
   sequence.fps = 0;

@@ -20,8 +20,8 @@ namespace {
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
-std::string refusal(const std::function<std::vector<std::byte>()>& work,
-                    const Limits& limits = {}) {
+std::string worker_refusal(const std::function<std::vector<std::byte>()>& work,
+                           const Limits& limits = {}) {
   try {
     run_in_worker(work, "x.h5", limits);
   } catch (const DataError& error) {
@@ -37,19 +37,19 @@ TEST(Worker, ReturnsWhatTheWorkReturns) {
 }
 
 TEST(Worker, PassesOnARefusal) {
-  EXPECT_EQ(
-      refusal([]() -> std::vector<std::byte> { throw DataError("", "here", "this", "that"); }),
-      "x.h5: here: this; expected that");
+  EXPECT_EQ(worker_refusal(
+                []() -> std::vector<std::byte> { throw DataError("", "here", "this", "that"); }),
+            "x.h5: here: this; expected that");
 }
 
 TEST(Worker, ACrashIsADataError) {
-  EXPECT_THAT(refusal([]() -> std::vector<std::byte> {
+  EXPECT_THAT(worker_refusal([]() -> std::vector<std::byte> {
                 std::raise(SIGSEGV);
                 return {};
               }),
               HasSubstr("x.h5: the process that read it died: Segmentation fault"));
-  EXPECT_THAT(refusal([]() -> std::vector<std::byte> { _exit(3); }), HasSubstr("failed"));
-  EXPECT_THAT(refusal([]() -> std::vector<std::byte> { throw std::runtime_error("x"); }),
+  EXPECT_THAT(worker_refusal([]() -> std::vector<std::byte> { _exit(3); }), HasSubstr("failed"));
+  EXPECT_THAT(worker_refusal([]() -> std::vector<std::byte> { throw std::runtime_error("x"); }),
               HasSubstr("the process that read it"));
 }
 
@@ -57,7 +57,7 @@ TEST(Worker, AnEndlessLoopIsADataError) {
   Limits limits;
   limits.worker_cpu_seconds = 1;
   EXPECT_THAT(
-      refusal(
+      worker_refusal(
           []() -> std::vector<std::byte> {
             volatile bool forever = true;
             while (forever) {
@@ -72,12 +72,12 @@ TEST(Worker, AnEndlessLoopIsADataError) {
 TEST(Worker, TooMuchMemoryIsADataError) {
   Limits limits;
   limits.worker_memory_bytes = 64 << 20;
-  EXPECT_THAT(refusal([] { return std::vector<std::byte>(100 << 20); }, limits),
+  EXPECT_THAT(worker_refusal([] { return std::vector<std::byte>(100 << 20); }, limits),
               HasSubstr("more than 64 MB of memory"));
 }
 
 TEST(Worker, CannotOpenWriteOrConnect) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / "secret") << "x";
   const std::string path = (folder / "secret").string();
   const std::vector<std::byte> reply = run_in_worker(

@@ -14,7 +14,7 @@
 namespace atelier {
 namespace {
 
-using testing::color_at;
+using fixtures::color_at;
 using ::testing::HasSubstr;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -202,7 +202,7 @@ TEST(ColorMaps, ValuesAreScaled) {
 
 TEST(ColorMaps, BarShowsTheMapUpright) {
   const Image bar = color_bar(ColorMap::Viridis, 0, 12.5, "strain / %", 300);
-  testing::keep_picture("color_bar", bar);
+  fixtures::keep_picture("color_bar", bar);
   EXPECT_EQ(bar.height, 300);
   EXPECT_LT((color_at(bar, 20, 286) - map_color(ColorMap::Viridis, 0)).norm(), 0.02f);
   EXPECT_LT((color_at(bar, 20, 38) - map_color(ColorMap::Viridis, 1)).norm(), 0.02f);
@@ -243,7 +243,7 @@ TEST(ContactSheet, CellsAreScaledAndCaptionsCut) {
       {{Image(100, 50, 3, 0.5f), "a caption that is much too long for so narrow a cell"},
        {Image(300, 300, 3, 0.2f), "short"}},
       {.columns = 2, .cell_width = 80, .gap = 5, .title = "Title"});
-  testing::keep_picture("contact_sheet", sheet);
+  fixtures::keep_picture("contact_sheet", sheet);
   EXPECT_EQ(sheet.width, 5 + 2 * 85);
 }
 

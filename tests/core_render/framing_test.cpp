@@ -14,7 +14,7 @@
 namespace atelier {
 namespace {
 
-using testing::sphere;
+using fixtures::sphere;
 
 TEST(Framing, EveryPointLiesInsideAndOneAtTheMargin) {
   const Points points =

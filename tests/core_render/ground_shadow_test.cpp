@@ -17,10 +17,10 @@
 namespace atelier {
 namespace {
 
-using testing::look_at;
-using testing::matt;
-using testing::rectangle;
-using testing::sphere;
+using fixtures::look_at;
+using fixtures::matt;
+using fixtures::rectangle;
+using fixtures::sphere;
 
 /// A large soft box over seamless paper, and what hangs between them.
 Scene under_a_soft_box(const Mesh& mesh) {

@@ -12,14 +12,12 @@
 namespace atelier {
 namespace {
 
-using testing::color_at;
-using testing::floor_grid;
-using testing::look_at;
-using testing::matt;
-using testing::rectangle;
-using testing::sphere;
-
-constexpr double kPi = std::numbers::pi;
+using fixtures::color_at;
+using fixtures::floor_grid;
+using fixtures::look_at;
+using fixtures::matt;
+using fixtures::rectangle;
+using fixtures::sphere;
 
 Scene lone(const Mesh& mesh, const Look& look, const Environment& environment) {
   Scene scene;
@@ -81,7 +79,8 @@ TEST(Environment, GradientIrradianceOnAHorizontalPlane) {
   sky.zenith = {1, 1, 1};
   sky.horizon = {0.25f, 0.25f, 0.25f};
   const EnvironmentLight light = environment_light(sky, std::nullopt);
-  EXPECT_NEAR(open_irradiance(light, {0, 1, 0}).x, kPi * 0.25 + 0.75 * 2 * kPi / 3, 1e-3);
+  EXPECT_NEAR(open_irradiance(light, {0, 1, 0}).x,
+              std::numbers::pi * 0.25 + 0.75 * 2 * std::numbers::pi / 3, 1e-3);
 }
 
 TEST(Environment, GroundThrowsLightBackUp) {
@@ -99,7 +98,7 @@ TEST(Environment, ConstantImageEqualsConstantGradient) {
   environment.image = std::make_shared<Image>(16, 8, 3, 0.7f);
   const EnvironmentLight light = environment_light(environment, std::nullopt);
   for (const Vec3f n : {Vec3f{0, 1, 0}, Vec3f{0, -1, 0}, normalized(Vec3f{1, 0.2f, -0.5f})}) {
-    EXPECT_NEAR(open_irradiance(light, n).x, 0.7 * kPi, 0.01);
+    EXPECT_NEAR(open_irradiance(light, n).x, 0.7 * std::numbers::pi, 0.01);
     EXPECT_NEAR(glossy_radiance(light, n, 0.5f).x, 0.7, 1e-4);
   }
 }
@@ -132,9 +131,10 @@ TEST(Environment, SmallSunIsFoundByItsBrightness) {
       for (int c = 0; c < 3; ++c) {
         image->at(x, y, c) = 100;
       }
-      const double polar = kPi * (y + 0.5) / 128;
+      const double polar = std::numbers::pi * (y + 0.5) / 128;
       const double pixel =
-          (2 * kPi / 256) * (std::cos(kPi * y / 128) - std::cos(kPi * (y + 1) / 128));
+          (2 * std::numbers::pi / 256) *
+          (std::cos(std::numbers::pi * y / 128) - std::cos(std::numbers::pi * (y + 1) / 128));
       solid += pixel;
       expected += 100 * pixel * std::cos(polar);
     }
@@ -159,7 +159,7 @@ double corner_factor(double a, double b, double c) {
   const double A = a / c, B = b / c;
   return (A / std::sqrt(1 + A * A) * std::atan(B / std::sqrt(1 + A * A)) +
           B / std::sqrt(1 + B * B) * std::atan(A / std::sqrt(1 + B * B))) /
-         (2 * kPi);
+         (2 * std::numbers::pi);
 }
 
 AreaLight overhead(double half_x, double half_z, double height) {
@@ -205,7 +205,7 @@ TEST(AreaLight, FormFactorAgreesWithQuadratureAtAnyTilt) {
         sum += cos_n * cos_l / (d2 * d2);
       }
     }
-    const double expected = sum * light.area / (kN * kN) / kPi;
+    const double expected = sum * light.area / (kN * kN) / std::numbers::pi;
     EXPECT_NEAR(form_factor(light, p, n).value, expected, 2e-4 + 1e-3 * expected) << trial;
   }
 }
@@ -404,7 +404,7 @@ TEST(Reflectance, GlossAlbedoAgreesWithTheLobe) {
         const Vec3f l = cosine_direction(sobol_point(static_cast<std::uint32_t>(i), 99));
         const Vec3f h = normalized(v + l);
         const double f = 0.04 + 0.96 * fresnel_weight(dot(v, h));
-        sum += kPi * f * ggx(n_dot_v, std::max(1e-6f, l.z), h.z, roughness);
+        sum += std::numbers::pi * f * ggx(n_dot_v, std::max(1e-6f, l.z), h.z, roughness);
       }
       const GlossAlbedo albedo = gloss_albedo(n_dot_v, roughness);
       EXPECT_NEAR(sum / kN, 0.04 * albedo.scale + albedo.bias, 0.004)

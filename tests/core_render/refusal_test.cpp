@@ -16,17 +16,17 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kRefusalNan = std::numeric_limits<float>::quiet_NaN();
 
 Scene good_scene() {
   Scene scene;
-  scene.meshes.push_back({testing::sphere(6, 8), testing::matt({0.5f, 0.5f, 0.5f})});
+  scene.meshes.push_back({fixtures::sphere(6, 8), fixtures::matt({0.5f, 0.5f, 0.5f})});
   scene.area_lights.push_back({});
   return scene;
 }
 
 Camera good_camera() {
-  return testing::look_at({0, 0, 5}, {0, 0, 0}, 8, 8, 10);
+  return fixtures::look_at({0, 0, 5}, {0, 0, 0}, 8, 8, 10);
 }
 
 void expect_refused(const Scene& scene, const std::string& where, const std::string& words) {
@@ -54,7 +54,7 @@ TEST(Refusal, GoodSceneIsAccepted) {
 
 TEST(Refusal, MeshWithNan) {
   Scene scene = good_scene();
-  scene.meshes[0].mesh.vertices(3, 1) = kNan;
+  scene.meshes[0].mesh.vertices(3, 1) = kRefusalNan;
   expect_refused(scene, "mesh 0", "finite");
 }
 
@@ -101,7 +101,7 @@ TEST(Refusal, TextureWithTooFewNumbers) {
 TEST(Refusal, TextureWithNan) {
   Scene scene = good_scene();
   auto texture = std::make_shared<Image>(4, 4, 3, 0.5f);
-  texture->data[7] = kNan;
+  texture->data[7] = kRefusalNan;
   scene.meshes[0].look.texture = texture;
   expect_refused(scene, "mesh 0 texture", "finite");
 }
@@ -120,7 +120,7 @@ TEST(Refusal, ReflectanceAboveOne) {
 
 TEST(Refusal, ReflectanceNan) {
   Scene scene = good_scene();
-  scene.meshes[0].look.color = {kNan, 0.5f, 0.5f};
+  scene.meshes[0].look.color = {kRefusalNan, 0.5f, 0.5f};
   expect_refused(scene, "mesh 0 color", "nan");
 }
 
@@ -156,7 +156,7 @@ TEST(Refusal, LightThatIsNoRectangle) {
 
 TEST(Refusal, LightWithNan) {
   Scene scene = good_scene();
-  scene.area_lights[0].center.x() = kNan;
+  scene.area_lights[0].center.x() = kRefusalNan;
   expect_refused(scene, "area light 0", "finite");
 }
 
@@ -187,13 +187,13 @@ TEST(Refusal, EnvironmentImageWithNegativeLight) {
 TEST(Refusal, GroundAtNan) {
   Scene scene = good_scene();
   scene.ground = Ground{};
-  scene.ground->height = kNan;
+  scene.ground->height = kRefusalNan;
   expect_refused(scene, "ground height", "nan");
 }
 
 TEST(Refusal, BackgroundNan) {
   Scene scene = good_scene();
-  scene.background.bottom = {0, kNan, 0};
+  scene.background.bottom = {0, kRefusalNan, 0};
   expect_refused(scene, "background bottom", "nan");
 }
 
@@ -231,7 +231,7 @@ TEST(Refusal, CameraWithoutPixels) {
 
 TEST(Refusal, CameraWithNanFocalLength) {
   Camera camera = good_camera();
-  camera.fx = kNan;
+  camera.fx = kRefusalNan;
   EXPECT_THROW(render(good_scene(), camera), DataError);
 }
 
@@ -279,7 +279,7 @@ TEST(Degenerate, CameraInsideAMeshSeesItsInside) {
   Scene scene = good_scene();
   scene.environment = constant_environment({1, 1, 1});
   const Image image =
-      render(scene, testing::look_at({0, 0, 0}, {0, 0, 1}, 8, 8, 10), {.alpha = true});
+      render(scene, fixtures::look_at({0, 0, 0}, {0, 0, 1}, 8, 8, 10), {.alpha = true});
   EXPECT_EQ(image.at(4, 4, 3), 1);
 }
 

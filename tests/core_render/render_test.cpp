@@ -14,11 +14,11 @@
 namespace atelier {
 namespace {
 
-using testing::color_at;
-using testing::look_at;
-using testing::matt;
-using testing::rectangle;
-using testing::sphere;
+using fixtures::color_at;
+using fixtures::look_at;
+using fixtures::matt;
+using fixtures::rectangle;
+using fixtures::sphere;
 
 // Under constant light of 1 a flat matt surface shows its reflectance.
 Scene bright(const Mesh& mesh, const Look& look) {

@@ -11,7 +11,7 @@
 #include "core/mesh.h"
 #include "core/render/scene.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A unit sphere of latitudes and longitudes with uvs, poles on the y axis.
 inline Mesh sphere(int rows = 48, int columns = 96, double radius = 1,
@@ -134,4 +134,4 @@ inline void keep_picture(const std::string& name, const Image& image) {
   write_image(std::string(folder) + "/" + name + ".png", image);
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

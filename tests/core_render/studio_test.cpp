@@ -11,8 +11,8 @@ namespace atelier {
 namespace {
 
 TEST(Studio, SphereIsWellExposed) {
-  const Image picture = picture_of(testing::sphere(), kThreeQuarter, {96, 96, 8, {}});
-  testing::keep_picture("studio_sphere", picture);
+  const Image picture = picture_of(fixtures::sphere(), kThreeQuarter, {96, 96, 8, {}});
+  fixtures::keep_picture("studio_sphere", picture);
   for (const float value : picture.data) {
     ASSERT_GE(value, 0.0f);
     ASSERT_LE(value, 1.0f);
@@ -54,7 +54,7 @@ TEST(Studio, ShowsABodyFromAllSides) {
     views.push_back({picture_of(body, view, options), name});
   }
   const Image sheet = contact_sheet(views, {.columns = 4, .title = "MakeHuman base"});
-  testing::keep_picture("studio_body", sheet);
+  fixtures::keep_picture("studio_body", sheet);
   EXPECT_GT(sheet.width, 4 * options.width);
 }
 

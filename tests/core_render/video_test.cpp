@@ -49,7 +49,7 @@ std::vector<cv::Mat> read_back(const std::filesystem::path& path) {
 }
 
 TEST(Video, PlaysBackFrameByFrame) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 10, [](Index i) { return moving(i); }, {.fps = 12, .quality = 12});
   const auto frames = read_back(path);
@@ -65,7 +65,7 @@ TEST(Video, PlaysBackFrameByFrame) {
 }
 
 TEST(Video, IndexLiesInFrontSoThatBrowsersStartAtOnce) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 3, [](Index i) { return moving(i); });
   const std::string bytes = bytes_of(path);
@@ -75,7 +75,7 @@ TEST(Video, IndexLiesInFrontSoThatBrowsersStartAtOnce) {
 }
 
 TEST(Video, OddSizesBecomeEven) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 2, [](Index i) { return moving(i, 63, 47); });
   const auto frames = read_back(path);
@@ -85,14 +85,14 @@ TEST(Video, OddSizesBecomeEven) {
 }
 
 TEST(Video, OneFrameAndOnePixelAreEnough) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 1, [](Index) { return Image(1, 1, 3, 0.5f); });
   EXPECT_EQ(read_back(path).size(), 1u);
 }
 
 TEST(Video, SameFramesGiveTheSameBytes) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   for (const char* name : {"a.mp4", "b.mp4"}) {
     write_video(folder / name, 5, [](Index i) { return moving(i); });
   }
@@ -103,7 +103,7 @@ TEST(Video, ProbeSaysWhatBrowsersNeed) {
   if (std::system("ffprobe -version >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "no ffprobe";
   }
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_video(folder / "a.mp4", 4, [](Index i) { return moving(i); }, {.fps = 29.97});
   const std::string command = "ffprobe -v error -count_frames -show_streams " +
                               (folder / "a.mp4").string() + " > " + (folder / "probe").string();
@@ -116,8 +116,8 @@ TEST(Video, ProbeSaysWhatBrowsersNeed) {
 }
 
 TEST(Video, ABrowserDecodesIt) {
-  const testing::TemporaryDirectory folder;
-  if (testing::run_child({"sh", "-c", "command -v chromium"}).exit_code != 0) {
+  const fixtures::TemporaryDirectory folder;
+  if (fixtures::run_child({"sh", "-c", "command -v chromium"}).exit_code != 0) {
     GTEST_SKIP() << "no program chromium (scripts/setup)";
   }
   write_video(folder / "a.mp4", 10, [](Index i) { return moving(i); }, {.fps = 5});
@@ -126,10 +126,10 @@ TEST(Video, ABrowserDecodesIt) {
       << "<video id=v muted preload=auto src=a.mp4></video><script>onload = () => {"
          "document.body.textContent = `ready ${v.readyState >= 2} size ${v.videoWidth}x"
          "${v.videoHeight} seconds ${v.duration.toFixed(2)} error ${v.error}`}</script>";
-  const testing::ChildResult result =
-      testing::run_child({"chromium", "--headless", "--no-sandbox", "--disable-gpu",
-                          "--user-data-dir=" + (folder / "profile").string(), "--dump-dom",
-                          "file://" + (folder / "page.html").string()});
+  const fixtures::ChildResult result =
+      fixtures::run_child({"chromium", "--headless", "--no-sandbox", "--disable-gpu",
+                           "--user-data-dir=" + (folder / "profile").string(), "--dump-dom",
+                           "file://" + (folder / "page.html").string()});
   EXPECT_THAT(result.out, HasSubstr("ready true size 64x48 seconds 2.00 error null")) << result.err;
 }
 
@@ -137,7 +137,7 @@ TEST(Video, ColoursComeBack) {
   if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "no ffmpeg (OpenCV's reader takes every video for BT.601)";
   }
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   write_video(folder / "a.mp4", 1, [](Index i) { return moving(i); }, {.quality = 5});
   const std::string command = "ffmpeg -v error -i " + (folder / "a.mp4").string() +
                               " -pix_fmt rgb24 -f rawvideo " + (folder / "rgb").string();
@@ -156,7 +156,7 @@ TEST(Video, ColoursComeBack) {
 }
 
 TEST(VideoRefusal, NoFramesOrWrongOnes) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   EXPECT_THROW(write_video(path, 0, [](Index i) { return moving(i); }), LogicError);
   EXPECT_THROW(write_video(path, 1, [](Index) { return Image(4, 4, 1); }), LogicError);
@@ -169,7 +169,7 @@ TEST(VideoRefusal, NoFramesOrWrongOnes) {
 }
 
 TEST(VideoRefusal, OptionsOutOfRange) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto frame = [](Index i) { return moving(i); };
   EXPECT_THROW(write_video(folder / "a.mp4", 1, frame, {.fps = 0}), LogicError);
   EXPECT_THROW(write_video(folder / "a.mp4", 1, frame, {.fps = 1e9}), LogicError);
@@ -178,7 +178,7 @@ TEST(VideoRefusal, OptionsOutOfRange) {
 }
 
 TEST(VideoRefusal, FolderThatIsNotThere) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(write_video(folder / "none/a.mp4", 1, [](Index i) { return moving(i); }),
                EnvironmentError);
 }
@@ -205,7 +205,7 @@ class SmallFiles {
 };
 
 TEST(VideoRefusal, DiskThatTakesNoMoreLeavesTheOlderFile) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 2, [](Index i) { return moving(i); });
   const std::string before = bytes_of(path);
@@ -223,7 +223,7 @@ TEST(VideoRefusal, DiskThatTakesNoMoreLeavesTheOlderFile) {
 }
 
 TEST(VideoRefusal, FailingFrameLeavesTheOlderFile) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 2, [](Index i) { return moving(i); });
   const std::string before = bytes_of(path);

@@ -7,7 +7,7 @@
 #include "core/store/workspace_status.h"
 #include "tests/core_store/run_stage_fixture.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::Contains;
@@ -171,4 +171,4 @@ TEST_F(DamagedResult, CurrentIsAFile) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -16,7 +16,7 @@
 #include "tests/core_store/test_stages.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::ElementsAre;
@@ -491,4 +491,4 @@ TEST_F(SideBySide, StatusSeesARunAndItsFrames) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

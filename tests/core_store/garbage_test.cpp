@@ -13,7 +13,7 @@
 #include "tests/core_store/test_stages.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::HasSubstr;
@@ -354,4 +354,4 @@ TEST_F(GarbageTest, LocksRefuseLinksAndFolders) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

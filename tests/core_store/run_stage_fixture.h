@@ -11,7 +11,7 @@
 #include "tests/core_store/test_stages.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 inline void write(const std::filesystem::path& path, const std::string& text) {
   std::filesystem::create_directories(path.parent_path());
@@ -68,4 +68,4 @@ class RunStage : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

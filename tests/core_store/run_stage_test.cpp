@@ -14,7 +14,7 @@
 #include "core/store/workspace_status.h"
 #include "tests/core_store/run_stage_fixture.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::Contains;
@@ -562,4 +562,4 @@ TEST_F(RunStage, StopsWhileAnEarlierResultIsDigested) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

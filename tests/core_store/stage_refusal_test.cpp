@@ -8,7 +8,7 @@
 #include "core/store/run_stage.h"
 #include "tests/core_store/run_stage_fixture.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::ElementsAre;
@@ -230,4 +230,4 @@ TEST_P(StageFrameMisuse, IsRefused) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

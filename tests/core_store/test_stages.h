@@ -13,7 +13,7 @@
 #include "core/store/workspace_status.h"
 #include "core/store/write_text.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// What the test stages do besides their work; each test sets it anew.
 struct Behaviour {
@@ -171,4 +171,4 @@ inline const StageStatus& status_of(const std::vector<StageStatus>& all, std::st
                        [&](const StageStatus& status) { return status.stage == stage; });
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

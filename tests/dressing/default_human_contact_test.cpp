@@ -9,7 +9,7 @@
 namespace atelier {
 namespace {
 
-using testing::woman;
+using fixtures::woman;
 constexpr double kPi = 3.14159265358979323846;
 
 /// 0 to 1 between two frames, slow at both ends.
@@ -30,14 +30,14 @@ class DroppedOnAHuman : public ::testing::TestWithParam<Drop> {};
 TEST_P(DroppedOnAHuman, HangsOutside) {
   const double top = woman().mesh.vertices.col(1).maxCoeff();
   const Cloth cloth =
-      make_cloth(testing::square(GetParam().cells, GetParam().size, {0, top + 0.02, 0}));
-  for (const Device device : testing::devices()) {
+      make_cloth(fixtures::square(GetParam().cells, GetParam().size, {0, top + 0.02, 0}));
+  for (const Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, woman().mesh.faces, options, device);
-    const testing::Course course = testing::run_on(solver, woman().mesh.faces, 90, 15,
-                                                   [](int) { return woman().mesh.vertices; });
-    EXPECT_LT(course.deepest, testing::kDeepest);
+    const fixtures::Course course = fixtures::run_on(solver, woman().mesh.faces, 90, 15,
+                                                     [](int) { return woman().mesh.vertices; });
+    EXPECT_LT(course.deepest, fixtures::kDeepest);
     EXPECT_LT(course.most_strain, 0.2);
     EXPECT_GT(course.end.positions.col(1).maxCoeff(), top - 0.01) << "it stays on her head";
     EXPECT_LT(course.end.positions.col(1).minCoeff(), top - 0.3) << "its corners hang";
@@ -53,19 +53,19 @@ INSTANTIATE_TEST_SUITE_P(Squares, DroppedOnAHuman,
 
 TEST(ClothOnAHuman, PinchedInAnArmpitItComesOutWhole) {
   // A towel over the left shoulder; the arm goes from straight out to the side and back.
-  const Eigen::Vector3d shoulder = testing::rest_joint("left_shoulder");
+  const Eigen::Vector3d shoulder = fixtures::rest_joint("left_shoulder");
   const Garment towel =
-      testing::square(16, 0.36, {shoulder.x() + 0.06, shoulder.y() + 0.10, shoulder.z()});
+      fixtures::square(16, 0.36, {shoulder.x() + 0.06, shoulder.y() + 0.10, shoulder.z()});
   const Cloth cloth = make_cloth(towel);
   const auto at = [&](int frame) {
     const double down = ramp(frame, 30, 60) - ramp(frame, 80, 110);
-    return testing::posed_woman({{"left_shoulder", {0, 0, (45 - 85 * down) * kPi / 180}}});
+    return fixtures::posed_woman({{"left_shoulder", {0, 0, (45 - 85 * down) * kPi / 180}}});
   };
-  for (const Device device : testing::devices()) {
+  for (const Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, woman().mesh.faces, options, device);
-    const testing::Course course = testing::run_on(solver, woman().mesh.faces, 130, 10, at);
+    const fixtures::Course course = fixtures::run_on(solver, woman().mesh.faces, 130, 10, at);
     // Where arm and trunk leave no room for the cloth's thickness it lies half way between them,
     // to this:
     constexpr double kHalfWay = 2e-4;  // m
@@ -78,26 +78,26 @@ TEST(ClothOnAHuman, PinchedInAnArmpitItComesOutWhole) {
 
 TEST(ClothOnAHuman, PinchedBehindAKneeItComesOutWhole) {
   // A cloth hangs behind the left knee, held at its upper edge; the shank swings up and back.
-  const Eigen::Vector3d knee = testing::rest_joint("left_knee");
-  Garment hanging = testing::square(14, 0.34, {0, 0, 0});
+  const Eigen::Vector3d knee = fixtures::rest_joint("left_knee");
+  Garment hanging = fixtures::square(14, 0.34, {0, 0, 0});
   for (Index v = 0; v < hanging.mesh.vertices.rows(); ++v) {
     const Eigen::RowVector3d p = hanging.mesh.vertices.row(v);
     hanging.mesh.vertices.row(v) << knee.x() + p.x(), knee.y() + 0.04 - p.z(), knee.z() - 0.12;
   }
   const double top = hanging.mesh.vertices.col(1).maxCoeff();
   const Cloth cloth = make_cloth(
-      hanging, testing::vertices_where(hanging.mesh.vertices,
-                                       [&](double, double y, double) { return y > top - 1e-6; }));
+      hanging, fixtures::vertices_where(hanging.mesh.vertices,
+                                        [&](double, double y, double) { return y > top - 1e-6; }));
   const auto at = [&](int frame) {
     const double bent = ramp(frame, 10, 55) - ramp(frame, 70, 115);
-    return testing::posed_woman({{"left_knee", {130 * bent * kPi / 180, 0, 0}}});
+    return fixtures::posed_woman({{"left_knee", {130 * bent * kPi / 180, 0, 0}}});
   };
-  for (const Device device : testing::devices()) {
+  for (const Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, woman().mesh.faces, options, device);
-    const testing::Course course = testing::run_on(solver, woman().mesh.faces, 130, 10, at);
-    EXPECT_LT(course.deepest, testing::kDeepest);
+    const fixtures::Course course = fixtures::run_on(solver, woman().mesh.faces, 130, 10, at);
+    EXPECT_LT(course.deepest, fixtures::kDeepest);
     EXPECT_LT(course.most_strain, 0.3);
     EXPECT_EQ(course.excused, 0);
     EXPECT_TRUE(course.end.positions.allFinite());
@@ -106,8 +106,8 @@ TEST(ClothOnAHuman, PinchedBehindAKneeItComesOutWhole) {
 
 TEST(ClothOnAHuman, AStartACentimetreInsideHerIsResolvedGently) {
   // Her own skin from the waist to the chest as a garment, a centimetre too deep.
-  const double low = testing::rest_joint("pelvis").y() + 0.05;
-  const double high = testing::rest_joint("left_shoulder").y() - 0.15;
+  const double low = fixtures::rest_joint("pelvis").y() + 0.05;
+  const double high = fixtures::rest_joint("left_shoulder").y() - 0.15;
   const Points& skin = woman().mesh.vertices;
   const Points inner = skin - 0.01 * vertex_normals(skin, woman().mesh.faces);
   std::vector<int> place(static_cast<std::size_t>(skin.rows()), -1);
@@ -148,7 +148,7 @@ TEST(ClothOnAHuman, AStartACentimetreInsideHerIsResolvedGently) {
   cloth_options.min_rest_angle = 0.5;
   const Cloth cloth = make_cloth(garment, {}, cloth_options);
   ASSERT_GT(cloth.rest_positions.rows(), 300);
-  for (const Device device : testing::devices()) {
+  for (const Device device : fixtures::devices()) {
     ClothSolver solver(cloth, woman().mesh.faces, {}, device);
     double fastest = 0;
     Control control;
@@ -157,9 +157,9 @@ TEST(ClothOnAHuman, AStartACentimetreInsideHerIsResolvedGently) {
       solver.advance(control);
       fastest = std::max(fastest, solver.state().velocities.rowwise().norm().maxCoeff());
     }
-    const testing::Guard guard =
-        testing::contact_guard(solver.state().positions, skin, woman().mesh.faces, 3e-3);
-    EXPECT_LT(guard.deepest, testing::kDeepest);
+    const fixtures::Guard guard =
+        fixtures::contact_guard(solver.state().positions, skin, woman().mesh.faces, 3e-3);
+    EXPECT_LT(guard.deepest, fixtures::kDeepest);
     EXPECT_LT(fastest, 2.0) << "no explosion";
   }
 }

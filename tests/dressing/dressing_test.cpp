@@ -14,8 +14,8 @@
 namespace atelier {
 namespace {
 
+using fixtures::woman;
 using ::testing::HasSubstr;
-using testing::woman;
 
 OutfitOptions coarse(const std::string& garment) {
   OutfitOptions options;
@@ -62,10 +62,10 @@ TEST_P(RealGarments, DrapeOnABodyThatTheyFit) {
   const double top = outfit.state.positions.col(1).maxCoeff();
   EXPECT_GT(top, GetParam().lowest_top);
   EXPECT_LT(top, GetParam().highest_top);
-  EXPECT_LT(testing::contact_guard(outfit.state.positions, body.mesh.vertices, body.mesh.faces,
-                                   outfit.solver.thickness)
+  EXPECT_LT(fixtures::contact_guard(outfit.state.positions, body.mesh.vertices, body.mesh.faces,
+                                    outfit.solver.thickness)
                 .deepest,
-            testing::kDeepest);
+            fixtures::kDeepest);
   EXPECT_LT(count_crossings(outfit.state.positions, outfit.cloth.faces), 30);
   // It is one piece: seams are points of both panels.
   EXPECT_GT(outfit.garments[0].seams.size(), 3U);
@@ -98,7 +98,7 @@ TEST(RealGarmentsRefused, OneThatNoAdultFits) {
 TEST(DressingRefused, SeamsThatTheBodyKeepsOpen) {
   // Two squares before and behind her, sewn together straight through the trunk.
   const auto panel = [](double z) {
-    Garment one = testing::square(4, 0.2, {0, 0, 0});
+    Garment one = fixtures::square(4, 0.2, {0, 0, 0});
     for (Index v = 0; v < one.mesh.vertices.rows(); ++v) {
       const Eigen::RowVector3d p = one.mesh.vertices.row(v);
       one.mesh.vertices.row(v) << p.x(), 1.1 - p.z(), z;
@@ -135,10 +135,10 @@ TEST(Layers, ATeeOverASkirtStaysOutside) {
   ASSERT_EQ(outfit.garments.size(), 2U);
   EXPECT_EQ(outfit.garments[0].label, Label::Lower) << "the inner layer first";
   EXPECT_EQ(outfit.garments[1].label, Label::Upper);
-  EXPECT_LT(testing::contact_guard(outfit.state.positions, woman().mesh.vertices,
-                                   woman().mesh.faces, outfit.solver.thickness)
+  EXPECT_LT(fixtures::contact_guard(outfit.state.positions, woman().mesh.vertices,
+                                    woman().mesh.faces, outfit.solver.thickness)
                 .deepest,
-            testing::kDeepest);
+            fixtures::kDeepest);
   const Mesh& skirt = outfit.garments[0].garment.mesh;
   const Mesh& tee = outfit.garments[1].garment.mesh;
   EXPECT_LT(tee.vertices.col(1).minCoeff(), skirt.vertices.col(1).maxCoeff()) << "they overlap";
@@ -155,25 +155,25 @@ TEST(ExtremeMotion, ADressOutlastsIt) {
     const double kick = std::pow(std::sin(2.5 * t), 2);
     const double squat = std::pow(std::sin(1.3 * t), 2);
     const double arms = std::pow(std::sin(1.9 * t), 2);
-    return testing::posed_woman({{"pelvis", {0, 1.5 * std::sin(2.1 * t), 0}},
-                                 {"left_hip", {-1.2 * kick, 0, 0.2 * kick}},
-                                 {"left_knee", {0.6 * kick, 0, 0}},
-                                 {"right_hip", {-0.5 * squat, 0, 0}},
-                                 {"right_knee", {0.9 * squat, 0, 0}},
-                                 {"spine2", {0.3 * std::sin(3 * t), 0.3 * std::sin(2 * t), 0}},
-                                 {"left_shoulder", {0, 0, 0.9 * arms}},
-                                 {"right_shoulder", {0, 0, -0.9 * arms}}});
+    return fixtures::posed_woman({{"pelvis", {0, 1.5 * std::sin(2.1 * t), 0}},
+                                  {"left_hip", {-1.2 * kick, 0, 0.2 * kick}},
+                                  {"left_knee", {0.6 * kick, 0, 0}},
+                                  {"right_hip", {-0.5 * squat, 0, 0}},
+                                  {"right_knee", {0.9 * squat, 0, 0}},
+                                  {"spine2", {0.3 * std::sin(3 * t), 0.3 * std::sin(2 * t), 0}},
+                                  {"left_shoulder", {0, 0, 0.9 * arms}},
+                                  {"right_shoulder", {0, 0, -0.9 * arms}}});
   };
-  const int frames = testing::frames_or_soak(300);
-  for (const Device device : testing::devices()) {
+  const int frames = fixtures::frames_or_soak(300);
+  for (const Device device : fixtures::devices()) {
     XpbdOptions options = outfit.solver;
     options.substeps = 10;
     ClothSolver solver(outfit.cloth, woman().mesh.faces, options, device);
     solver.set_state(outfit.state);
-    const testing::Course course = testing::run_on(solver, woman().mesh.faces, frames, 30, at);
+    const fixtures::Course course = fixtures::run_on(solver, woman().mesh.faces, frames, 30, at);
     EXPECT_TRUE(course.end.positions.allFinite());
     EXPECT_LT(course.most_strain, 0.35);
-    EXPECT_LT(course.deepest, testing::kDeepest);
+    EXPECT_LT(course.deepest, fixtures::kDeepest);
     EXPECT_GT(course.end.positions.col(1).maxCoeff(), 1.2) << "it is still on her shoulders";
     RecordProperty(std::string("deepest_um_") + device_name(device),
                    static_cast<int>(1e6 * course.deepest));

@@ -7,7 +7,7 @@
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/contact_guard.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// The default woman, made once.
 inline const BodyModel& woman() {
@@ -74,4 +74,4 @@ Course run_on(ClothSolver& solver, const Triangles& faces, int frames, int every
   return course;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -3,10 +3,8 @@
 #include "tests/hostile/readers.h"
 #include "tests/hostile/sandbox.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
-
-constexpr std::size_t kMutations = 4'000;  // per reader, over the whole corpus
 
 /// Each test reads its inputs in a child process: read or refused by DataError, nothing else.
 class Damage : public ::testing::TestWithParam<Reader> {};
@@ -56,7 +54,7 @@ TEST_P(Damage, MutationsAreReadOrRefused) {
   }
   ASSERT_FALSE(corpus.empty());
   EXPECT_EQ(
-      read_all_in_sandbox(GetParam(), kMutations / stride_of(GetParam()),
+      read_all_in_sandbox(GetParam(), mutations_of(GetParam()),
                           [&](std::size_t i) { return mutated(corpus[i % corpus.size()], i); }),
       "");
 }
@@ -75,4 +73,4 @@ INSTANTIATE_TEST_SUITE_P(Readers, Damage, ::testing::ValuesIn(all_readers()),
                          [](const auto& instance) { return instance.param.name; });
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -9,7 +9,7 @@
 #include "tests/hostile/readers.h"
 #include "tests/support/places.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 class Malformed : public ::testing::TestWithParam<MalformedFile> {};
@@ -71,4 +71,4 @@ TEST(MalformedFiles, EveryReaderHasFifteen) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

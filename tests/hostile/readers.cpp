@@ -5,19 +5,28 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <map>
+#include <set>
 #include <stdexcept>
 
 #include "core/random.h"
 #include "tests/support/places.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 const std::filesystem::path kSource = source_directory();
 
-/// Readers that start a process per file: too slow for every bit in the ordinary suite.
-const std::map<std::string, std::size_t> kStrides = {{"foreign_hdf5", 97}, {"fbx", 97}};
+/// Readers that start a process per file.
+const std::set<std::string> kInProcesses = {"foreign_hdf5", "fbx"};
+
+/// Readers of a format whose every bit another reader is given: "archive", "safetensors", "gltf".
+const std::set<std::string> kOfOneFormat = {
+    "garment", "truth", "tracked_motion", "body_archive", "personal_body", "smpl", "gltf_body"};
+
+bool soaking() {
+  const char* soak = std::getenv("ATELIER_SOAK");
+  return soak != nullptr && std::string(soak) == "1";
+}
 
 std::string trimmed(const std::string& text) {
   const std::size_t begin = text.find_first_not_of(" \t");
@@ -54,12 +63,14 @@ std::filesystem::path small_file_of(const Reader& reader) {
 }
 
 std::size_t stride_of(const Reader& reader) {
-  const char* soak = std::getenv("ATELIER_SOAK");
-  if (soak != nullptr && std::string(soak) == "1") {
-    return 1;
-  }
-  const auto found = kStrides.find(reader.name);
-  return found == kStrides.end() ? 1 : found->second;
+  return soaking()                            ? 1
+         : kInProcesses.contains(reader.name) ? 97
+         : kOfOneFormat.contains(reader.name) ? 5
+                                              : 1;
+}
+
+std::size_t mutations_of(const Reader& reader) {
+  return kInProcesses.contains(reader.name) && !soaking() ? 41 : 4'000;
 }
 
 std::vector<MalformedFile> all_malformed_files() {
@@ -163,4 +174,4 @@ Bytes mutated(const Bytes& bytes, std::uint64_t number) {
   return result;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 using Bytes = std::vector<std::byte>;
 
@@ -33,9 +33,13 @@ std::vector<std::filesystem::path> corpus_of(const Reader& reader);
 /// 4 KB.
 std::filesystem::path small_file_of(const Reader& reader);
 
-/// Every `stride`-th of the damaged versions is tried. 1 with ATELIER_SOAK=1 and for most readers;
-/// larger for readers that start a process for each file.
+/// Every `stride`-th of the truncations and flipped bits is tried. 1 with ATELIER_SOAK=1 and for
+/// most readers; larger for those that start a process for each file, and for all but one of a
+/// format.
 std::size_t stride_of(const Reader& reader);
+
+/// How many mutated files of its corpus are tried: thousands, but where each starts a process.
+std::size_t mutations_of(const Reader& reader);
 
 /// One hand-made malformed file: a line of tests/hostile/malformed/<reader>/index.txt,
 ///   file | what is wrong | words the error must contain
@@ -61,4 +65,4 @@ Bytes bytes_of(const std::filesystem::path& path);
 /// alone.
 Bytes mutated(const Bytes& bytes, std::uint64_t number);
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -25,7 +25,7 @@ extern "C" const char* __asan_default_options() {
 }
 #endif
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 constexpr std::size_t kMemory = std::size_t{512} << 20;
@@ -152,4 +152,4 @@ std::string read_all_in_sandbox(const Reader& reader, std::size_t count,
   return result;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

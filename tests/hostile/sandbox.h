@@ -5,7 +5,7 @@
 
 #include "tests/hostile/readers.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// Reads many inputs in a child process that may take 512 MB of memory more than it has at its
 /// start and 10 s per input. `input(i)` makes the i-th of `count` inputs.
@@ -15,4 +15,4 @@ namespace atelier::testing {
 std::string read_all_in_sandbox(const Reader& reader, std::size_t count,
                                 const std::function<Bytes(std::size_t i)>& input);
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -38,7 +38,7 @@ struct Case {
 
 Case make_case(int which) {
   Case made;
-  const Mesh mesh = testing::grid(3, 2);
+  const Mesh mesh = fixtures::grid(3, 2);
   made.model = cloth_model(mesh.vertices, mesh.faces);
   made.x = mesh.vertices + noise(mesh.vertices.rows(), 0.15, 1);
   const Index edges = made.model.topology.edges.rows();
@@ -96,13 +96,13 @@ class ClothEnergyOf : public ::testing::TestWithParam<int> {};
 TEST_P(ClothEnergyOf, GradientAgreesWithFiniteDifferences) {
   const Case made = make_case(GetParam());
   const Eigen::VectorXd x = flat_of(made.x);
-  const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(
+  const Eigen::MatrixXd numeric = fixtures::finite_difference_jacobian(
       [&](const Eigen::VectorXd& at) {
         return Eigen::VectorXd::Constant(1, cloth_energy(made.model, made.terms, points_of(at)));
       },
       x);
   const Eigen::VectorXd analytic = flat_of(cloth_energy_gradient(made.model, made.terms, made.x));
-  EXPECT_LT(testing::jacobian_error(analytic.transpose(), numeric), 1e-6);
+  EXPECT_LT(fixtures::jacobian_error(analytic.transpose(), numeric), 1e-6);
 }
 
 TEST_P(ClothEnergyOf, MatrixIsHalfTheHessianOfWhatIsQuadratic) {
@@ -113,33 +113,33 @@ TEST_P(ClothEnergyOf, MatrixIsHalfTheHessianOfWhatIsQuadratic) {
   ShapeSolver solver(made.model);
   const Eigen::MatrixXd lower = solver.matrix(made.terms, made.x);
   const Eigen::MatrixXd full = lower.selfadjointView<Eigen::Lower>();
-  const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(
+  const Eigen::MatrixXd numeric = fixtures::finite_difference_jacobian(
       [&](const Eigen::VectorXd& at) {
         return flat_of(cloth_energy_gradient(made.model, made.terms, points_of(at)));
       },
       flat_of(made.x));
-  EXPECT_LT(testing::jacobian_error(2 * full, numeric), 1e-6);
+  EXPECT_LT(fixtures::jacobian_error(2 * full, numeric), 1e-6);
 }
 
 INSTANTIATE_TEST_SUITE_P(Terms, ClothEnergyOf, ::testing::Range(0, 8));
 
 TEST(ClothEnergy, MatrixOfLengthsIsTheHessianOfStretchedEdges) {
   Case made = make_case(0);
-  made.x = 1.5 * testing::grid(3, 2).vertices + noise(12, 0.02, 8);  // every edge is too long
+  made.x = 1.5 * fixtures::grid(3, 2).vertices + noise(12, 0.02, 8);  // every edge is too long
   made.terms.compress = made.terms.stretch;
   ShapeSolver solver(made.model);
   const Eigen::MatrixXd full =
       Eigen::MatrixXd(solver.matrix(made.terms, made.x)).selfadjointView<Eigen::Lower>();
-  const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(
+  const Eigen::MatrixXd numeric = fixtures::finite_difference_jacobian(
       [&](const Eigen::VectorXd& at) {
         return flat_of(cloth_energy_gradient(made.model, made.terms, points_of(at)));
       },
       flat_of(made.x));
-  EXPECT_LT(testing::jacobian_error(2 * full, numeric), 1e-5);
+  EXPECT_LT(fixtures::jacobian_error(2 * full, numeric), 1e-5);
 }
 
 TEST(ClothEnergy, ShapeAtRestHasNoEnergyAndMayTurn) {
-  const Mesh mesh = testing::grid(4, 4);
+  const Mesh mesh = fixtures::grid(4, 4);
   const ClothModel model = cloth_model(mesh.vertices, mesh.faces);
   ClothTerms terms;
   terms.stretch = terms.compress = terms.bend = 1;
@@ -152,7 +152,7 @@ TEST(ClothEnergy, ShapeAtRestHasNoEnergyAndMayTurn) {
 TEST(ClothEnergy, CylinderBendsByItsCurvature) {
   // A sheet rolled to radius r: the integral of the squared curvature is area / r^2.
   const int n = 40;
-  Mesh mesh = testing::grid(n, n);
+  Mesh mesh = fixtures::grid(n, n);
   const ClothModel model = cloth_model(mesh.vertices, mesh.faces);
   const double r = 2;
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
@@ -181,14 +181,14 @@ TEST(ShapeSolver, FindsTheMinimumOfWhatIsQuadratic) {
 }
 
 TEST(ShapeSolver, StaysWhereNothingPulls) {
-  const Mesh mesh = testing::grid(2, 2);
+  const Mesh mesh = fixtures::grid(2, 2);
   const ClothModel model = cloth_model(mesh.vertices, mesh.faces);
   ShapeSolver solver(model);
   EXPECT_EQ(solver.lower({}, mesh.vertices), mesh.vertices);
 }
 
 TEST(ClothModel, BrokenMeshesAreRefused) {
-  const Mesh mesh = testing::grid(2, 2);
+  const Mesh mesh = fixtures::grid(2, 2);
   ATELIER_EXPECT_REFUSED(cloth_model(mesh.vertices, Triangles(0, 3)), DataError, "none");
   Triangles three = mesh.faces;
   three.conservativeResize(three.rows() + 1, 3);
@@ -205,8 +205,8 @@ TEST(ClothModel, BrokenMeshesAreRefused) {
 }
 
 TEST(RideOnBody, RigidMotionCarriesClothAlong) {
-  const Mesh body = testing::sphere(2);
-  const Mesh cloth = testing::grid(3, 3);
+  const Mesh body = fixtures::sphere(2);
+  const Mesh cloth = fixtures::grid(3, 3);
   const Points above = cloth.vertices.rowwise() + Eigen::RowVector3d(-0.5, 1.2, -0.5);
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(0.5, Eigen::Vector3d(0, 1, 1).normalized()).toRotationMatrix();
@@ -222,7 +222,7 @@ TEST(RideOnBody, RigidMotionCarriesClothAlong) {
 }
 
 TEST(RideOnBody, OtherTopologyIsRefused) {
-  const Mesh body = testing::sphere(1);
+  const Mesh body = fixtures::sphere(1);
   ATELIER_EXPECT_REFUSED(ride_on_body(body.vertices, body.faces, body.vertices, Points::Zero(3, 3)),
                          LogicError, "different topologies");
 }

@@ -44,14 +44,14 @@ std::vector<char> opened(const Mesh& mesh) {
 }
 
 TEST(CutSurface, WithoutCutsIsTheSurface) {
-  const Mesh mesh = testing::tube(8, 4);
+  const Mesh mesh = fixtures::tube(8, 4);
   const SurfaceCut cut = cut_surface(topology(mesh), no_cut(topology(mesh)));
   EXPECT_EQ(cut.panel_count, 1);
   EXPECT_EQ(static_cast<Index>(cut.source.size()), mesh.vertices.rows());
 }
 
 TEST(CutSurface, LabelsPartPanels) {
-  const Mesh mesh = testing::grid(6, 4);
+  const Mesh mesh = fixtures::grid(6, 4);
   std::vector<int> labels;
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
     labels.push_back(mesh.vertices(mesh.faces(f, 0), 0) < 0.49 ? 3 : 8);
@@ -63,7 +63,7 @@ TEST(CutSurface, LabelsPartPanels) {
 }
 
 TEST(CutSurface, RefusesWhatIsNoEdge) {
-  const Mesh mesh = testing::grid(3, 3);
+  const Mesh mesh = fixtures::grid(3, 3);
   try {
     cut_at_edges(topology(mesh), {{0, 15}});
     FAIL() << "not refused";
@@ -75,7 +75,7 @@ TEST(CutSurface, RefusesWhatIsNoEdge) {
 }
 
 TEST(OpenToDiscs, TubesSpheresAndToriBecomeDiscs) {
-  for (const Mesh& mesh : {testing::tube(12, 5), testing::sphere(2), testing::torus(16, 8)}) {
+  for (const Mesh& mesh : {fixtures::tube(12, 5), fixtures::sphere(2), fixtures::torus(16, 8)}) {
     const SurfaceCut cut = cut_surface(topology(mesh), opened(mesh));
     const Topology open = topology_of(cut.faces, static_cast<Index>(cut.source.size()));
     EXPECT_EQ(cut.panel_count, 1);
@@ -85,7 +85,7 @@ TEST(OpenToDiscs, TubesSpheresAndToriBecomeDiscs) {
 }
 
 TEST(OpenToDiscs, ATubeIsOpenedAlongTheShortestWay) {
-  const Mesh mesh = testing::tube(12, 5, 2);
+  const Mesh mesh = fixtures::tube(12, 5, 2);
   const std::vector<char> cut = opened(mesh);
   const std::vector<double> lengths = edge_lengths(topology(mesh), mesh.vertices);
   double length = 0;
@@ -96,14 +96,14 @@ TEST(OpenToDiscs, ATubeIsOpenedAlongTheShortestWay) {
 }
 
 TEST(OpenToDiscs, RefusesNegativeCosts) {
-  const Mesh mesh = testing::tube(12, 5);
+  const Mesh mesh = fixtures::tube(12, 5);
   const Topology whole = topology(mesh);
   std::vector<double> costs(static_cast<std::size_t>(whole.edges.rows()), -1);
   EXPECT_THROW(opened_to_discs(whole, no_cut(whole), costs), LogicError);
 }
 
 TEST(FlattenSurface, ATubeBecomesARectangle) {
-  const Mesh mesh = testing::tube(24, 8, 2);
+  const Mesh mesh = fixtures::tube(24, 8, 2);
   const FlatPattern pattern = flatten_surface(mesh, opened(mesh));
   const FlatMeasures measures = measure_flat(mesh, pattern);
   EXPECT_EQ(pattern.cut.panel_count, 1);
@@ -120,7 +120,7 @@ TEST(FlattenSurface, ATubeBecomesARectangle) {
 }
 
 TEST(FlattenSurface, SeamsOfASphereHaveEqualSides) {
-  const Mesh mesh = testing::sphere(3);
+  const Mesh mesh = fixtures::sphere(3);
   const Topology whole = topology(mesh);
   std::vector<int> labels;  // eight segments
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
@@ -141,7 +141,7 @@ TEST(FlattenSurface, SeamsOfASphereHaveEqualSides) {
 }
 
 TEST(FlattenSurface, TheRestShapeOfTheGarmentIsThePattern) {
-  const Mesh mesh = testing::tube(16, 6, 1);
+  const Mesh mesh = fixtures::tube(16, 6, 1);
   const FlatPattern pattern = flatten_surface(mesh, opened(mesh));
   const Garment garment = garment_of(mesh, pattern);
   EXPECT_NO_THROW(check_garment(garment));
@@ -351,39 +351,39 @@ void expect_refused(const Act& act, const std::string& words) {
 
 TEST(CheckFlattenable, RefusesBadSurfaces) {
   expect_refused([] { check_flattenable(Mesh{}, "a.obj"); }, "a.obj");
-  Mesh mesh = testing::grid(3, 3);
+  Mesh mesh = fixtures::grid(3, 3);
   mesh.vertices(2, 2) = std::numeric_limits<double>::infinity();
   expect_refused([&] { check_flattenable(mesh); }, "finite");
-  const Mesh fin = testing::mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}},
-                                    {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}});
+  const Mesh fin = fixtures::mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}},
+                                     {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}});
   expect_refused([&] { check_flattenable(fin); }, "three triangles");
-  Mesh turned = testing::grid(2, 2);
+  Mesh turned = fixtures::grid(2, 2);
   std::swap(turned.faces(0, 1), turned.faces(0, 2));
   expect_refused([&] { check_flattenable(turned); }, "opposite orientation");
-  Mesh twice = testing::grid(2, 2);
+  Mesh twice = fixtures::grid(2, 2);
   twice.faces.row(1) = twice.faces.row(0);
   expect_refused([&] { check_flattenable(twice); }, "twice");
-  Mesh point = testing::grid(2, 2);
+  Mesh point = fixtures::grid(2, 2);
   point.faces(0, 1) = point.faces(0, 0);
   expect_refused([&] { check_flattenable(point); }, "three different");
 }
 
 TEST(FlattenSurface, RefusesPanelsThatAreNoDiscsByName) {
-  const Mesh tube = testing::tube(8, 3);
+  const Mesh tube = fixtures::tube(8, 3);
   expect_refused([&] { flatten_surface(tube, no_cut(topology(tube))); }, "panel 0");
-  const Mesh sphere = testing::sphere(1);
+  const Mesh sphere = fixtures::sphere(1);
   expect_refused([&] { flatten_surface(sphere, no_cut(topology(sphere))); }, "closed surface");
   EXPECT_THROW(flatten_surface(tube, {}), LogicError);
 }
 
 TEST(FlattenSurface, RefusesTrianglesWithoutArea) {
-  Mesh mesh = testing::grid(3, 3);
+  Mesh mesh = fixtures::grid(3, 3);
   mesh.vertices.row(5) = mesh.vertices.row(4);
   expect_refused([&] { flatten_surface(mesh, no_cut(topology(mesh))); }, "no area");
 }
 
 TEST(FindSeams, ConeAndTubeNeedNoMoreThanASeam) {
-  Mesh mesh = testing::tube(32, 10, 0.6);
+  Mesh mesh = fixtures::tube(32, 10, 0.6);
   mesh.vertices.col(0) *= 0.2;
   mesh.vertices.col(2) *= 0.2;
   FindSeamsOptions options;
@@ -396,7 +396,7 @@ TEST(FindSeams, ConeAndTubeNeedNoMoreThanASeam) {
 }
 
 TEST(FindSeams, FrontAndBackOfATubeAreItsHalves) {
-  Mesh mesh = testing::tube(32, 10, 0.6);
+  Mesh mesh = fixtures::tube(32, 10, 0.6);
   mesh.vertices.col(0) *= 0.2;
   mesh.vertices.col(2) *= 0.2;
   const FoundSeams found = find_seams(mesh, no_cut(topology(mesh)));
@@ -407,7 +407,7 @@ TEST(FindSeams, FrontAndBackOfATubeAreItsHalves) {
 }
 
 TEST(FindSeams, AHalfSphereIsCutUntilTheStretchIsWithinBounds) {
-  Mesh sphere = testing::sphere(3);
+  Mesh sphere = fixtures::sphere(3);
   Mesh half;
   half.vertices = sphere.vertices * 0.12;
   half.faces.resize(0, 3);
@@ -433,7 +433,7 @@ TEST(FindSeams, AHalfSphereIsCutUntilTheStretchIsWithinBounds) {
 }
 
 TEST(FindSeams, RefusesOtherFlagsAndBadSurfaces) {
-  const Mesh mesh = testing::grid(3, 3);
+  const Mesh mesh = fixtures::grid(3, 3);
   EXPECT_THROW(find_seams(mesh, {}), LogicError);
   expect_refused([] { find_seams(Mesh{}, {}); }, "no triangle");
 }
@@ -516,48 +516,48 @@ TEST(LayOutPattern, PiecesLieOnTheFabricApart) {
 
 TEST(PatternSvg, IsAtTrueScale) {
   const PatternLayout layout = dress_layout();
-  const testing::ReadSvg svg = testing::read_svg(pattern_svg(layout, "a <dress> & \"more\""));
+  const fixtures::ReadSvg svg = fixtures::read_svg(pattern_svg(layout, "a <dress> & \"more\""));
   EXPECT_THAT(svg.layers, ElementsAre("cut", "sew", "grain", "notches", "text", "scale"));
   EXPECT_NEAR(svg.width, 1000 * layout.width + 40, 1e-3);
-  EXPECT_NEAR(std::abs(testing::area_of(svg.paths.at("square-100mm"))), 1e4, 1e-2);
+  EXPECT_NEAR(std::abs(fixtures::area_of(svg.paths.at("square-100mm"))), 1e4, 1e-2);
   for (const PatternPiece& piece : layout.pieces) {
-    testing::Loop line;
+    fixtures::Loop line;
     for (Index i = 0; i < piece.sew_line.rows(); ++i) {
       line.emplace_back(piece.sew_line(i, 0), piece.sew_line(i, 1));
     }
-    const double area = 1e6 * testing::area_of(line);
+    const double area = 1e6 * fixtures::area_of(line);
     // y runs down: clockwise.
-    EXPECT_NEAR(testing::area_of(svg.paths.at("sew-" + piece.name)), -area, 1e-4 * area);
-    EXPECT_LT(testing::area_of(svg.paths.at("cut-" + piece.name)), -area);
+    EXPECT_NEAR(fixtures::area_of(svg.paths.at("sew-" + piece.name)), -area, 1e-4 * area);
+    EXPECT_LT(fixtures::area_of(svg.paths.at("cut-" + piece.name)), -area);
   }
 }
 
 TEST(PatternDxf, IsReadByAnotherReaderAtTrueScale) {
   const PatternLayout layout = dress_layout();
-  const testing::ReadDxf dxf = testing::read_dxf(pattern_dxf(layout, "dress"));
+  const fixtures::ReadDxf dxf = fixtures::read_dxf(pattern_dxf(layout, "dress"));
   EXPECT_EQ(dxf.version, "AC1009");
   EXPECT_EQ(dxf.inserted.size(), layout.pieces.size());
   EXPECT_THAT(dxf.texts, ::testing::Contains("UNITS: METRIC"));
   std::vector<double> areas;
   for (const PatternPiece& piece : layout.pieces) {
-    testing::Loop line;
+    fixtures::Loop line;
     for (Index i = 0; i < piece.sew_line.rows(); ++i) {
       line.emplace_back(1000 * piece.sew_line(i, 0), 1000 * piece.sew_line(i, 1));
     }
-    areas.push_back(testing::area_of(line));
+    areas.push_back(fixtures::area_of(line));
   }
   for (std::size_t i = 0; i < dxf.inserted.size(); ++i) {
     const auto& block = dxf.closed.at(dxf.inserted[i]);
     ASSERT_EQ(block.at("1").size(), 1U);
     ASSERT_EQ(block.at("14").size(), 1U);
-    EXPECT_NEAR(testing::area_of(block.at("14").front()), areas[i], 1e-4 * areas[i]);
-    EXPECT_GT(testing::area_of(block.at("1").front()), areas[i]);
+    EXPECT_NEAR(fixtures::area_of(block.at("14").front()), areas[i], 1e-4 * areas[i]);
+    EXPECT_GT(fixtures::area_of(block.at("1").front()), areas[i]);
     EXPECT_EQ(dxf.lines.at(dxf.inserted[i]).at("7"), 1);
   }
 }
 
 TEST(LayOutPattern, SewnSidesHaveNotchesAtTheSameLengths) {
-  const Mesh tube = testing::tube(24, 8, 2);
+  const Mesh tube = fixtures::tube(24, 8, 2);
   const PatternLayout layout = lay_out_pattern(flatten_surface(tube, opened(tube)));
   ASSERT_EQ(layout.pieces.size(), 1U);
   EXPECT_GT(layout.width, 6);  // wider than the fabric that was asked for

@@ -44,7 +44,7 @@ void expect_same_edges(const Points& curved, const Points2& flat, const Triangle
 
 /// A grid of the unit square, bent.
 Mesh bent_grid(int cells, const std::function<Eigen::Vector3d(double, double)>& bend) {
-  Mesh mesh = testing::grid(cells, cells);
+  Mesh mesh = fixtures::grid(cells, cells);
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
     mesh.vertices.row(v) = bend(mesh.vertices(v, 0), mesh.vertices(v, 2)).transpose();
   }
@@ -52,7 +52,7 @@ Mesh bent_grid(int cells, const std::function<Eigen::Vector3d(double, double)>& 
 }
 
 TEST(FlattenPanel, FlatStaysAsItIs) {
-  const Mesh mesh = testing::grid(8, 8);
+  const Mesh mesh = fixtures::grid(8, 8);
   const FlatPanel flat = flatten_panel(mesh.vertices, mesh.faces);
   EXPECT_TRUE(flat.converged);
   EXPECT_FALSE(flat.overlaps);
@@ -74,7 +74,7 @@ TEST(FlattenPanel, ConesUnrollToLengthsOfTheirChords) {
 }
 
 TEST(FlattenPanel, ASphereCapIsStretchedLittleAndNothingIsTurnedOver) {
-  Mesh mesh = testing::sphere(4);
+  Mesh mesh = fixtures::sphere(4);
   Triangles upper(0, 3);
   std::vector<int> number(static_cast<std::size_t>(mesh.vertices.rows()), -1);
   std::vector<Eigen::Vector3d> kept;
@@ -110,7 +110,7 @@ TEST(FlattenPanel, ASphereCapIsStretchedLittleAndNothingIsTurnedOver) {
 
 TEST(FlattenPanel, NothingIsTurnedOverFromTuttesEmbeddingOfADeepFold) {
   // Nearly the whole sphere through a small hole: no map is near isometric.
-  const Mesh sphere = testing::sphere(3);
+  const Mesh sphere = fixtures::sphere(3);
   const Triangles faces = sphere.faces.bottomRows(sphere.faces.rows() - 1);
   const FlatPanel flat = flatten_panel(sphere.vertices, faces);
   EXPECT_EQ(turned_over(flat.vertices, faces), 0);
@@ -118,7 +118,7 @@ TEST(FlattenPanel, NothingIsTurnedOverFromTuttesEmbeddingOfADeepFold) {
 }
 
 TEST(FlattenPanel, HoldsLengthsThatSeamsNeed) {
-  const Mesh mesh = testing::grid(6, 6);
+  const Mesh mesh = fixtures::grid(6, 6);
   FlattenPanelOptions options;
   options.length_weight = 1e4;
   const double wanted = 1.05 / 6;
@@ -187,7 +187,7 @@ TEST(CrossesItself, KnowsBowsAndSquares) {
 }
 
 template <class Act>
-void expect_refused(const Act& act, const std::string& words) {
+void expect_refused_panel(const Act& act, const std::string& words) {
   try {
     act();
     FAIL() << "not refused";
@@ -197,35 +197,35 @@ void expect_refused(const Act& act, const std::string& words) {
 }
 
 TEST(FlattenPanel, RefusesWhatIsNoPanel) {
-  const Mesh grid = testing::grid(3, 3);
-  expect_refused([] { flatten_panel(Points(0, 3), Triangles(0, 3)); }, "no triangle");
-  const Mesh sphere = testing::sphere(1);
-  expect_refused([&] { flatten_panel(sphere.vertices, sphere.faces); }, "closed");
-  const Mesh tube = testing::tube(8, 3);
-  expect_refused([&] { flatten_panel(tube.vertices, tube.faces); }, "2 boundary loops");
+  const Mesh grid = fixtures::grid(3, 3);
+  expect_refused_panel([] { flatten_panel(Points(0, 3), Triangles(0, 3)); }, "no triangle");
+  const Mesh sphere = fixtures::sphere(1);
+  expect_refused_panel([&] { flatten_panel(sphere.vertices, sphere.faces); }, "closed");
+  const Mesh tube = fixtures::tube(8, 3);
+  expect_refused_panel([&] { flatten_panel(tube.vertices, tube.faces); }, "2 boundary loops");
   Points more(grid.vertices.rows() + 1, 3);
   more << grid.vertices, Eigen::RowVector3d(5, 5, 5);
-  expect_refused([&] { flatten_panel(more, grid.faces); }, "in no triangle");
+  expect_refused_panel([&] { flatten_panel(more, grid.faces); }, "in no triangle");
   Points twice(2 * grid.vertices.rows(), 3);
   twice << grid.vertices, grid.vertices;
   Triangles both(2 * grid.faces.rows(), 3);
   both << grid.faces, grid.faces.array() + static_cast<int>(grid.vertices.rows());
-  expect_refused([&] { flatten_panel(twice, both); }, "2 pieces");
+  expect_refused_panel([&] { flatten_panel(twice, both); }, "2 pieces");
 }
 
 TEST(FlattenPanel, RefusesBadTriangles) {
-  Mesh grid = testing::grid(3, 3);
+  Mesh grid = fixtures::grid(3, 3);
   grid.vertices(5, 1) = std::numeric_limits<double>::quiet_NaN();
-  expect_refused([&] { flatten_panel(grid.vertices, grid.faces); }, "not finite");
+  expect_refused_panel([&] { flatten_panel(grid.vertices, grid.faces); }, "not finite");
   grid.vertices.row(5) = grid.vertices.row(6);
-  expect_refused([&] { flatten_panel(grid.vertices, grid.faces); }, "no area");
-  const Mesh fin = testing::mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}},
-                                    {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}});
-  expect_refused([&] { flatten_panel(fin.vertices, fin.faces); }, "non-manifold-edge");
+  expect_refused_panel([&] { flatten_panel(grid.vertices, grid.faces); }, "no area");
+  const Mesh fin = fixtures::mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}},
+                                     {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}});
+  expect_refused_panel([&] { flatten_panel(fin.vertices, fin.faces); }, "non-manifold-edge");
 }
 
 TEST(FlattenPanel, RefusesAStartThatTurnsAFaceOver) {
-  const Mesh grid = testing::grid(2, 2);
+  const Mesh grid = fixtures::grid(2, 2);
   Points2 start(grid.vertices.rows(), 2);
   start << grid.vertices.col(0), grid.vertices.col(2);  // the other side
   EXPECT_THROW(flatten_panel(grid.vertices, grid.faces, {}, {}, start), LogicError);

@@ -92,7 +92,7 @@ TEST(GarmentPatternJson, EveryRealPatternBecomesAGarment) {
   EXPECT_GE(count, 15);
 }
 
-void expect_refused(const std::string& text, const std::string& words) {
+void expect_refused_json(const std::string& text, const std::string& words) {
   try {
     parse(text);
     FAIL() << "accepted: " << words;
@@ -102,27 +102,28 @@ void expect_refused(const std::string& text, const std::string& words) {
 }
 
 TEST(GarmentPatternJsonRefused, WhatIsNoPattern) {
-  expect_refused("{}", "no 'properties'");
-  expect_refused("[1, 2]", "no 'properties'");
-  expect_refused("{", "p.json");
-  expect_refused(replaced("\"panels\"", "\"panel\""), "no 'panels'");
-  expect_refused(replaced("\"stitches\"", "\"seams\""), "no 'stitches'");
+  expect_refused_json("{}", "no 'properties'");
+  expect_refused_json("[1, 2]", "no 'properties'");
+  expect_refused_json("{", "p.json");
+  expect_refused_json(replaced("\"panels\"", "\"panel\""), "no 'panels'");
+  expect_refused_json(replaced("\"stitches\"", "\"seams\""), "no 'stitches'");
 }
 
 TEST(GarmentPatternJsonRefused, UnitsAndCurvature) {
-  expect_refused(replaced("100", "0"), "units_in_meter");
-  expect_refused(replaced("100", "\"m\""), "a number");
-  expect_refused(replaced("\"relative\"", "\"polar\""), "relative or absolute");
-  expect_refused(replaced("[0.5, -0.1]", "[0.5]"), "2 numbers");
+  expect_refused_json(replaced("100", "0"), "units_in_meter");
+  expect_refused_json(replaced("100", "\"m\""), "a number");
+  expect_refused_json(replaced("\"relative\"", "\"polar\""), "relative or absolute");
+  expect_refused_json(replaced("[0.5, -0.1]", "[0.5]"), "2 numbers");
 }
 
 TEST(GarmentPatternJsonRefused, IndicesAndNames) {
-  expect_refused(replaced("[0, 1]", "[0, 4]"), "an index from 0 to 4");
-  expect_refused(replaced("[0, 1]", "[-1, 1]"), "an index from 0 to 4");
-  expect_refused(replaced("[0, 1]", "[0, 1.5]"), "an index");
-  expect_refused(replaced("\"panel\": \"front\"", "\"panel\": \"side\""), "the name of a panel");
-  expect_refused(replaced("\"edge\": 1", "\"edge\": 9"), "an index from 0 to 4");
-  expect_refused(replaced("[[0, 0], [40, 0]", "[[0, 0], [40]"), "2 numbers");
+  expect_refused_json(replaced("[0, 1]", "[0, 4]"), "an index from 0 to 4");
+  expect_refused_json(replaced("[0, 1]", "[-1, 1]"), "an index from 0 to 4");
+  expect_refused_json(replaced("[0, 1]", "[0, 1.5]"), "an index");
+  expect_refused_json(replaced("\"panel\": \"front\"", "\"panel\": \"side\""),
+                      "the name of a panel");
+  expect_refused_json(replaced("\"edge\": 1", "\"edge\": 9"), "an index from 0 to 4");
+  expect_refused_json(replaced("[[0, 0], [40, 0]", "[[0, 0], [40]"), "2 numbers");
 }
 
 }  // namespace

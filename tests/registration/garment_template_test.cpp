@@ -18,7 +18,7 @@
 #include "registration/surface_through_points.h"
 #include "tests/registration/mannequin.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::AnyOf;
@@ -439,4 +439,4 @@ TEST(LimbAxisRefused, AnatomyThatDoesNotFitTheBody) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -10,7 +10,7 @@
 #include "core/random.h"
 #include "registration/garment_template.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A limb of a mannequin: a capsule from one point to another.
 struct Capsule {
@@ -261,4 +261,4 @@ inline ClothedFrames frames_of(const std::vector<std::vector<Capsule>>& poses,
   return frames;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

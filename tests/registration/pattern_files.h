@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 using Loop = std::vector<std::pair<double, double>>;
 
@@ -202,4 +202,4 @@ inline double area_of(const Loop& loop) {
   return twice / 2;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

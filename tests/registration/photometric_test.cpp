@@ -13,13 +13,13 @@
 namespace atelier {
 namespace {
 
-using testing::blotches;
+using fixtures::blotches;
 
 constexpr int kLevels = 3;
 
 /// A tube, its texture where it is, and what is seen after it has slid along itself.
 struct Slid {
-  Mesh mesh = testing::cloth_tube(30, 16);
+  Mesh mesh = fixtures::cloth_tube(30, 16);
   ClothModel model = cloth_model(mesh.vertices, mesh.faces);
   ClothSamples samples = cloth_samples(mesh.vertices, mesh.faces, 0.008);
   GarmentTexture texture;
@@ -28,11 +28,11 @@ struct Slid {
 
   explicit Slid(double angle, double lift) {
     const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
-    const auto before = testing::cylinder_views(kLevels, blotches);
+    const auto before = fixtures::cylinder_views(kLevels, blotches);
     seen = vertex_views(mesh.vertices, mesh.faces, before, {&tree});
     add_texture(texture, samples, mesh.vertices, mesh.faces, before, seen);
     // Half as bright, darker to one side: neither is a motion.
-    views = testing::cylinder_views(kLevels, [=](double u, double y) {
+    views = fixtures::cylinder_views(kLevels, [=](double u, double y) {
       return (0.4 + 0.2 * std::cos(u)) * blotches(u - angle, y - lift);
     });
   }
@@ -59,7 +59,7 @@ TEST(Photometric, KnownSlideIsRecoveredOnACylinder) {
   const double angle = 0.06;  // 9 mm
   const double lift = 0.007;  // m
   const Slid slid(angle, lift);
-  const Points expected = testing::screwed(slid.mesh.vertices, angle, lift);
+  const Points expected = fixtures::screwed(slid.mesh.vertices, angle, lift);
   ShapeSolver solver(slid.model);
   Points x = slid.mesh.vertices;
   for (int level = kLevels - 1; level >= 0; --level) {
@@ -115,18 +115,18 @@ TEST(Photometric, GradientLeadsDownhill) {
         .energy;
   };
   const Points at = slid.mesh.vertices;
-  EXPECT_LT(energy(testing::screwed(at, 0.01, 0)), energy(at));
-  EXPECT_GT(energy(testing::screwed(at, -0.01, 0)), energy(at));
+  EXPECT_LT(energy(fixtures::screwed(at, 0.01, 0)), energy(at));
+  EXPECT_GT(energy(fixtures::screwed(at, -0.01, 0)), energy(at));
 }
 
 TEST(Photometric, PlainClothSaysNothing) {
   Slid slid(0, 0);
-  slid.views = testing::cylinder_views(kLevels, [](double, double) { return 0.4; });
+  slid.views = fixtures::cylinder_views(kLevels, [](double, double) { return 0.4; });
   slid.texture = {};
   add_texture(slid.texture, slid.samples, slid.mesh.vertices, slid.mesh.faces, slid.views,
               slid.seen);
   const PhotometricTerm term =
-      photometric_term(slid.model, testing::screwed(slid.mesh.vertices, 0.03, 0), slid.samples,
+      photometric_term(slid.model, fixtures::screwed(slid.mesh.vertices, 0.03, 0), slid.samples,
                        slid.texture, slid.views, slid.seen, 0);
   double most = 0;
   for (const FaceQuadratic& q : term.quadratics) {
@@ -136,11 +136,11 @@ TEST(Photometric, PlainClothSaysNothing) {
 }
 
 TEST(Photometric, WhatHidesTheClothHidesIt) {
-  const Mesh mesh = testing::cloth_tube(24, 8);
+  const Mesh mesh = fixtures::cloth_tube(24, 8);
   const TriangleTree own = build_tree(mesh.vertices, mesh.faces);
-  const auto views = testing::cylinder_views(1, blotches);
+  const auto views = fixtures::cylinder_views(1, blotches);
   const auto open = vertex_views(mesh.vertices, mesh.faces, views, {&own});
-  Mesh coat = testing::cloth_tube(24, 8);
+  Mesh coat = fixtures::cloth_tube(24, 8);
   coat.vertices.col(0) *= 1.5;
   coat.vertices.col(2) *= 1.5;
   const TriangleTree around = build_tree(coat.vertices, coat.faces);
@@ -161,8 +161,8 @@ TEST(Photometric, WhatHidesTheClothHidesIt) {
 }
 
 TEST(Photometric, GarmentOutsideOfThePictureIsNotSeen) {
-  const Mesh mesh = testing::cloth_tube(12, 4);
-  const auto views = testing::cylinder_views(1, blotches);
+  const Mesh mesh = fixtures::cloth_tube(12, 4);
+  const auto views = fixtures::cylinder_views(1, blotches);
   const Points away = mesh.vertices.rowwise() + Eigen::RowVector3d(0, 5, 0);
   for (const auto& of_view : vertex_views(away, mesh.faces, views, {})) {
     for (const float cosine : of_view) {
@@ -172,8 +172,8 @@ TEST(Photometric, GarmentOutsideOfThePictureIsNotSeen) {
 }
 
 TEST(Photometric, MaskKeepsWhatIsOutsideFromBeingSeen) {
-  const Mesh mesh = testing::cloth_tube(12, 4);
-  auto views = testing::cylinder_views(1, blotches);
+  const Mesh mesh = fixtures::cloth_tube(12, 4);
+  auto views = fixtures::cylinder_views(1, blotches);
   views[0].mask = ByteImage(160, 160, 1, 0);
   const auto seen = vertex_views(mesh.vertices, mesh.faces, views, {});
   EXPECT_EQ(std::count_if(seen[0].begin(), seen[0].end(), [](float c) { return c > 0; }), 0);
@@ -182,7 +182,7 @@ TEST(Photometric, MaskKeepsWhatIsOutsideFromBeingSeen) {
 
 TEST(Photometric, PicturesOfOtherSizesAreRefused) {
   PhotoView view;
-  view.camera = testing::looking_at({1, 1, 0}, {0, 1, 0}, 16);
+  view.camera = fixtures::looking_at({1, 1, 0}, {0, 1, 0}, 16);
   view.image = Image(8, 16, 3);
   ATELIER_EXPECT_REFUSED(view_pyramid(view, 2), LogicError, "another size");
   view.image = Image(16, 16, 3);
@@ -194,7 +194,7 @@ TEST(Photometric, PicturesOfOtherSizesAreRefused) {
 }
 
 TEST(ClothSamples, AreasAddUpAndPointsLieInside) {
-  const Mesh mesh = testing::cloth_tube(12, 5);
+  const Mesh mesh = fixtures::cloth_tube(12, 5);
   const ClothSamples samples = cloth_samples(mesh.vertices, mesh.faces, 0.006);
   double area = 0;
   for (std::size_t s = 0; s < samples.areas.size(); ++s) {

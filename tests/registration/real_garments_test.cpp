@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST(ConsistentlyOriented, TurnsTheFewRound) {
-  const Mesh mesh = testing::sphere(2);
+  const Mesh mesh = fixtures::sphere(2);
   Triangles mixed = mesh.faces;
   for (const int face : {3, 17, 18, 60}) {
     std::swap(mixed(face, 1), mixed(face, 2));

@@ -20,7 +20,7 @@ constexpr std::uint8_t kCloth = 5;
 Garment garment_of_tube(int around = 24, int along = 14) {
   Garment garment;
   garment.name = "tube";
-  garment.mesh = testing::cloth_tube(around, along);
+  garment.mesh = fixtures::cloth_tube(around, along);
   return garment;
 }
 
@@ -32,7 +32,7 @@ Mesh labelled(Mesh mesh, const Points& vertices, std::uint8_t label = kCloth) {
 
 /// A slim body inside the tube.
 Mesh body_of_tube(int levels = 2) {
-  Mesh body = testing::sphere(levels);
+  Mesh body = fixtures::sphere(levels);
   body.vertices.col(0) *= 0.10;
   body.vertices.col(2) *= 0.10;
   body.vertices.col(1) = 0.35 * body.vertices.col(1).array() + 1.05;
@@ -53,7 +53,7 @@ TEST(RegisterGarment, MovedTubeIsRecovered) {
   const Eigen::RowVector3d centre(0, 1.05, 0);
   const Points moved = ((model.vertices.rowwise() - centre) * turn.transpose()).rowwise() +
                        (centre + Eigen::RowVector3d(0.03, 0.02, -0.02));
-  const Mesh fine = testing::cloth_tube(60, 33);
+  const Mesh fine = fixtures::cloth_tube(60, 33);
   const Points scan = ((fine.vertices.rowwise() - centre) * turn.transpose()).rowwise() +
                       (centre + Eigen::RowVector3d(0.03, 0.02, -0.02));
   RegistrationFrame frame;
@@ -77,7 +77,7 @@ TEST(RegisterGarment, StretchedTubeIsRecoveredByItsOpenings) {
     points.col(1) = 1.04 * (points.col(1).array() - 1.05) + 1.05;
     return points;
   };
-  const Mesh fine = testing::cloth_tube(60, 33);
+  const Mesh fine = fixtures::cloth_tube(60, 33);
   RegistrationFrame frame;
   frame.scan = garment_scan(labelled(fine, stretched(fine.vertices)), {kCloth});
   RegisterOptions options = shape_alone();
@@ -103,16 +103,16 @@ TEST(RegisterGarment, PicturesFindATwistThatTheShapeDoesNotShow) {
   const RegistrationModel model = registration_model(garment, options);
   const double angle = 0.06;
   RegistrationFrame before;
-  before.views = testing::cylinder_views(3, testing::blotches);
+  before.views = fixtures::cylinder_views(3, fixtures::blotches);
   GarmentTexture texture;
   add_texture(texture, model.samples, model.vertices, garment.mesh.faces, before.views,
               garment_views(model, model.vertices, before));
-  const Mesh fine = testing::cloth_tube(60, 33);
+  const Mesh fine = fixtures::cloth_tube(60, 33);
   RegistrationFrame frame;
   frame.scan = garment_scan(labelled(fine, fine.vertices), {kCloth});
-  frame.views = testing::cylinder_views(
-      3, [=](double u, double y) { return 0.6 * testing::blotches(u - angle, y); });
-  const Points expected = testing::screwed(model.vertices, angle, 0);
+  frame.views = fixtures::cylinder_views(
+      3, [=](double u, double y) { return 0.6 * fixtures::blotches(u - angle, y); });
+  const Points expected = fixtures::screwed(model.vertices, angle, 0);
   ShapeSolver solver(model.cloth);
   const auto error = [&](const RegisterOptions& with) {
     return (register_garment(solver, model, model.vertices, frame, texture, with).vertices -
@@ -162,13 +162,13 @@ TEST(RegisterGarment, WithoutAScanItStaysWhereItWasPredicted) {
 }
 
 TEST(RegisterGarment, LabelsThatCoverNothingGiveNoScan) {
-  const Mesh tube = testing::cloth_tube(12, 4);
+  const Mesh tube = fixtures::cloth_tube(12, 4);
   EXPECT_EQ(garment_scan(labelled(tube, tube.vertices, 1), {kCloth}).faces.rows(), 0);
   EXPECT_EQ(garment_scan(tube, {kCloth}).faces.rows(), tube.faces.rows());  // no labels: all
 }
 
 TEST(RegisterGarment, SpecksOfWrongLabelsAreLeftOut) {
-  Mesh scan = labelled(testing::cloth_tube(20, 10), testing::cloth_tube(20, 10).vertices);
+  Mesh scan = labelled(fixtures::cloth_tube(20, 10), fixtures::cloth_tube(20, 10).vertices);
   const Index vertices = scan.vertices.rows();
   const Index faces = scan.faces.rows();
   scan.vertices.conservativeResize(vertices + 3, 3);
@@ -181,16 +181,16 @@ TEST(RegisterGarment, SpecksOfWrongLabelsAreLeftOut) {
 }
 
 TEST(RegisterGarment, ScansThatAreNoMeshesAreRefused) {
-  Mesh scan = labelled(testing::cloth_tube(6, 2), testing::cloth_tube(6, 2).vertices);
+  Mesh scan = labelled(fixtures::cloth_tube(6, 2), fixtures::cloth_tube(6, 2).vertices);
   scan.faces(0, 0) = 1000;
   ATELIER_EXPECT_REFUSED(garment_scan(scan, {kCloth}, "000001.h5"), DataError, "000001.h5");
-  scan = labelled(testing::cloth_tube(6, 2), testing::cloth_tube(6, 2).vertices);
+  scan = labelled(fixtures::cloth_tube(6, 2), fixtures::cloth_tube(6, 2).vertices);
   scan.vertices(0, 0) = std::nan("");
   ATELIER_EXPECT_REFUSED(garment_scan(scan, {kCloth}), DataError, "finite");
 }
 
 TEST(RegisterGarment, TurnedTrianglesAreFound) {
-  const Mesh mesh = testing::grid(6, 6);
+  const Mesh mesh = fixtures::grid(6, 6);
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
   EXPECT_TRUE(inverted_faces(topology, mesh.vertices).empty());
   Points folded = mesh.vertices;
@@ -215,7 +215,7 @@ TEST(RegisterGarment, TurnedTrianglesArePutRight) {
 struct Spin {
   Garment garment = garment_of_tube(20, 10);
   Mesh body = body_of_tube();
-  Mesh fine = testing::cloth_tube(40, 20);
+  Mesh fine = fixtures::cloth_tube(40, 20);
   RegistrationSource source;
   int loads = 0;
 
@@ -234,8 +234,8 @@ struct Spin {
     };
   }
   Points at(Index row, const Points& points) const {
-    return testing::screwed(points, 0.2 * static_cast<double>(row - source.template_row),
-                            0.01 * static_cast<double>(row - source.template_row));
+    return fixtures::screwed(points, 0.2 * static_cast<double>(row - source.template_row),
+                             0.01 * static_cast<double>(row - source.template_row));
   }
 };
 
@@ -335,9 +335,9 @@ TEST(RegisterSequence, BrokenTemplatesAreRefused) {
 }
 
 TEST(RegistrationError, SlidesAreErrorsOfPointsAlone) {
-  const Mesh mesh = testing::cloth_tube(200, 40);
+  const Mesh mesh = fixtures::cloth_tube(200, 40);
   const TrueBinding binding = bind_to_truth(mesh.vertices, mesh.vertices, mesh.faces);
-  const Points slid = testing::screwed(mesh.vertices, 0.02, 0);
+  const Points slid = fixtures::screwed(mesh.vertices, 0.02, 0);
   const RegistrationError error =
       registration_error(slid, mesh.faces, binding, mesh.vertices, mesh.faces, {});
   EXPECT_EQ(static_cast<Index>(error.points.size()), mesh.vertices.rows());
@@ -348,7 +348,7 @@ TEST(RegistrationError, SlidesAreErrorsOfPointsAlone) {
 }
 
 TEST(RegistrationError, WhatIsNotSeenDoesNotCount) {
-  const Mesh mesh = testing::cloth_tube(10, 4);
+  const Mesh mesh = fixtures::cloth_tube(10, 4);
   const TrueBinding binding = bind_to_truth(mesh.vertices, mesh.vertices, mesh.faces);
   const std::vector<char> none(static_cast<std::size_t>(mesh.vertices.rows()), 0);
   const RegistrationError error =
@@ -358,7 +358,7 @@ TEST(RegistrationError, WhatIsNotSeenDoesNotCount) {
 }
 
 TEST(RegistrationError, BindingOfAnotherTemplateIsRefused) {
-  const Mesh mesh = testing::cloth_tube(10, 4);
+  const Mesh mesh = fixtures::cloth_tube(10, 4);
   const TrueBinding binding = bind_to_truth(mesh.vertices, mesh.vertices, mesh.faces);
   ATELIER_EXPECT_REFUSED(registration_error(mesh.vertices.topRows(5), Triangles(0, 3), binding,
                                             mesh.vertices, mesh.faces, {}),

@@ -8,7 +8,7 @@
 #include "registration/photometric.h"
 #include "tests/support/shapes.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// An open tube of cloth around the Y axis: radius 0.15 m, y in [0.8, 1.3].
 inline Mesh cloth_tube(int around, int along) {
@@ -89,4 +89,4 @@ inline std::vector<ViewPyramid> cylinder_views(int levels,
   return views;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

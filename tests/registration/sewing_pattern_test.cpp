@@ -211,52 +211,52 @@ std::string words(const SewingPattern& pattern) {
   return "accepted";
 }
 
-void expect_refused(const SewingPattern& pattern, const std::string& expected) {
+void expect_refused_pattern(const SewingPattern& pattern, const std::string& expected) {
   EXPECT_NE(words(pattern).find(expected), std::string::npos) << words(pattern);
 }
 
 TEST(SewingPatternRefused, PanelsThatAreNoLoop) {
-  expect_refused(SewingPattern{}, "no panels");
+  expect_refused_pattern(SewingPattern{}, "no panels");
   SewingPattern pattern = square_pattern();
   pattern.panels[0].edges[1].end = 3;
-  expect_refused(pattern, "does not end where the next one starts");
+  expect_refused_pattern(pattern, "does not end where the next one starts");
   pattern = square_pattern();
   pattern.panels[0].edges[1].end = 9;
-  expect_refused(pattern, "a corner that does not exist");
+  expect_refused_pattern(pattern, "a corner that does not exist");
   pattern = square_pattern();
   pattern.panels[0].edges.resize(1);
-  expect_refused(pattern, "a closed loop");
+  expect_refused_pattern(pattern, "a closed loop");
   pattern = square_pattern();
   pattern.panels[0].corners.row(1) = pattern.panels[0].corners.row(0);
-  expect_refused(pattern, "no length");
+  expect_refused_pattern(pattern, "no length");
 }
 
 TEST(SewingPatternRefused, OutlinesThatCrossOrRunClockwise) {
   SewingPattern pattern = square_pattern();
   pattern.panels[0].corners.col(0) *= -1;
-  expect_refused(pattern, "counter-clockwise");
+  expect_refused_pattern(pattern, "counter-clockwise");
   pattern = square_pattern();
   pattern.panels[0].corners.row(2) << 0.2, -0.1;
-  expect_refused(pattern, "crosses itself");
+  expect_refused_pattern(pattern, "crosses itself");
   pattern = square_pattern();
   pattern.panels[0].corners(2, 0) = NAN;
-  expect_refused(pattern, "not finite");
+  expect_refused_pattern(pattern, "not finite");
   pattern = square_pattern();
   pattern.panels[0].edges[0].controls.assign(3, {0, 0});
-  expect_refused(pattern, "3 control points");
+  expect_refused_pattern(pattern, "3 control points");
 }
 
 TEST(SewingPatternRefused, SeamsThatNameNothingOrTwice) {
   SewingPattern pattern = square_pattern();
   pattern.seams = {{"side", 0, 1, 1, 3}};
-  expect_refused(pattern, "panel 1");
+  expect_refused_pattern(pattern, "panel 1");
   pattern.seams = {{"side", 0, 1, 0, 7}};
-  expect_refused(pattern, "edge 7");
+  expect_refused_pattern(pattern, "edge 7");
   pattern.seams = {{"side", 0, 1, 0, 1}};
-  expect_refused(pattern, "not sewn already");
+  expect_refused_pattern(pattern, "not sewn already");
   pattern = square_pattern();
   pattern.panels.push_back(pattern.panels[0]);
-  expect_refused(pattern, "a unique name");
+  expect_refused_pattern(pattern, "a unique name");
 }
 
 TEST(ParametricPatternsRefused, MeasuresThatMakeNoGarment) {

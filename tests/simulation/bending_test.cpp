@@ -10,7 +10,7 @@ namespace {
 
 // T9: a bent template opens, or keeps its shape where rest angles are the template's.
 TEST(RestAngles, ACylinderOpensUnlessTheTemplateIsItsRest) {
-  Mesh mesh = testing::sheet(3, 16, 0.01);
+  Mesh mesh = fixtures::sheet(3, 16, 0.01);
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
     const double a = mesh.vertices(v, 2) / 0.04;
     mesh.vertices(v, 1) = 0.04 * std::sin(a);
@@ -22,7 +22,7 @@ TEST(RestAngles, ACylinderOpensUnlessTheTemplateIsItsRest) {
   for (const char* rest : {"flat", "template"}) {
     ClothOptions options;
     options.rest_angles = rest;
-    const Cloth cloth = make_cloth(testing::garment_of(mesh, 0.2, 1000, 1e-4), {}, options);
+    const Cloth cloth = make_cloth(fixtures::garment_of(mesh, 0.2, 1000, 1e-4), {}, options);
     XpbdOptions xpbd;
     xpbd.velocity_damping = 5;
     ClothSolver solver(cloth, {}, xpbd);
@@ -40,7 +40,7 @@ TEST(RestAngles, ACylinderOpensUnlessTheTemplateIsItsRest) {
 }
 
 TEST(Garment, ThatCannotBeSimulatedIsRefused) {
-  const Garment good = testing::garment_of(testing::sheet(3, 3, 0.05), 0.2, 100, 1e-5);
+  const Garment good = fixtures::garment_of(fixtures::sheet(3, 3, 0.05), 0.2, 100, 1e-5);
   const auto refused = [](const Garment& garment, const std::string& words) {
     try {
       make_cloth(garment);

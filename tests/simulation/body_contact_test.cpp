@@ -27,11 +27,11 @@ struct Slide {
 };
 Slide slide(double angle, double friction, double height) {
   Slide out;
-  Garment garment = testing::garment_of(testing::sheet(3, 3, 0.03), 0.2, 500, 1e-4);
+  Garment garment = fixtures::garment_of(fixtures::sheet(3, 3, 0.03), 0.2, 500, 1e-4);
   garment.material.friction = friction;
   garment.material.thickness = 1e-3;
   out.cloth = make_cloth(garment);
-  out.plane = testing::incline(angle, 20);
+  out.plane = fixtures::incline(angle, 20);
   out.state = rest_state(out.cloth);
   const Eigen::AngleAxisd turn(-angle, Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d normal = turn * Eigen::Vector3d::UnitY();
@@ -45,7 +45,7 @@ Slide slide(double angle, double friction, double height) {
 // T12: a = g (sin - mu cos) down the slope while it slides.
 TEST(Incline, SlidesAsCoulombSays) {
   const double angle = kPi / 4;
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     for (const char* precision : {"double", "float"}) {
       for (double mu : {0.0, 0.3, 0.6, 0.9, 0.99}) {
         const Slide s = slide(angle, mu, 0);
@@ -69,7 +69,7 @@ TEST(Incline, SlidesAsCoulombSays) {
 
 TEST(Incline, SticksWithoutCreepBeyondTheAngleOfFriction) {
   const double angle = kPi / 4;
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     for (const char* precision : {"double", "float"}) {
       for (double mu : {1.01, 1.1}) {
         const Slide s = slide(angle, mu, 0);
@@ -210,13 +210,13 @@ TEST(Capstan, SlipsAtTheExponentialOfTheAngle) {
 }
 
 TEST(Sphere, ClothDroppedOnItRestsOutside) {
-  const Mesh ball = testing::sphere(0.2, 24, 48);
-  Garment garment = testing::garment_of(testing::sheet(30, 30, 0.02), 0.2, 300, 1e-5);
+  const Mesh ball = fixtures::sphere(0.2, 24, 48);
+  Garment garment = fixtures::garment_of(fixtures::sheet(30, 30, 0.02), 0.2, 300, 1e-5);
   garment.mesh.vertices.col(0).array() -= 0.3;
   garment.mesh.vertices.col(2).array() -= 0.3;
   garment.mesh.vertices.col(1).array() += 0.22;
   const Cloth cloth = make_cloth(garment);
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     ClothSolver solver(cloth, ball.faces, {}, device);
     FrameReport report;
     double deepest = 0;
@@ -234,10 +234,10 @@ TEST(Sphere, ClothDroppedOnItRestsOutside) {
 
 // T14: the square follows a turning sphere the more, the higher the friction.
 TEST(Sphere, TurningItTakesTheClothAlongByFriction) {
-  const Mesh ball = testing::sphere(0.2, 24, 48);
+  const Mesh ball = fixtures::sphere(0.2, 24, 48);
   double last = -1;
   for (double mu : {0.0, 0.05, 0.1, 0.3, 1.0}) {
-    Garment garment = testing::garment_of(testing::sheet(20, 20, 0.02), 0.2, 300, 1e-5);
+    Garment garment = fixtures::garment_of(fixtures::sheet(20, 20, 0.02), 0.2, 300, 1e-5);
     garment.mesh.vertices.col(0).array() -= 0.2;
     garment.mesh.vertices.col(2).array() -= 0.2;
     garment.mesh.vertices.col(1).array() += 0.205;
@@ -279,13 +279,13 @@ TEST(Sphere, TurningItTakesTheClothAlongByFriction) {
 
 // T17: body speed x h of more than five thicknesses.
 TEST(Sphere, ThrownThroughAHangingSheetItDoesNotPass) {
-  const Mesh ball = testing::sphere(0.05, 16, 32);
-  Garment garment = testing::garment_of(testing::sheet(24, 24, 0.02), 0.2, 1000, 1e-5);
+  const Mesh ball = fixtures::sphere(0.05, 16, 32);
+  Garment garment = fixtures::garment_of(fixtures::sheet(24, 24, 0.02), 0.2, 1000, 1e-5);
   garment.material.thickness = 1e-3;
-  const std::vector<int> top = testing::vertices_where(
+  const std::vector<int> top = fixtures::vertices_where(
       garment.mesh.vertices, [](double, double, double z) { return z < 1e-9; });
   const Cloth cloth = make_cloth(garment, top);
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     ClothSolver solver(cloth, ball.faces, options, device);
     // The sheet lies flat in y = 0; the ball comes from below at 10 m/s: 17 mm a substep.
@@ -306,8 +306,8 @@ TEST(Sphere, ThrownThroughAHangingSheetItDoesNotPass) {
 }
 
 TEST(Sphere, AStartWithACentimetreOfOverlapIsResolvedGently) {
-  const Mesh ball = testing::sphere(0.2, 24, 48);
-  Garment garment = testing::garment_of(testing::sheet(20, 20, 0.01), 0.2, 300, 1e-5);
+  const Mesh ball = fixtures::sphere(0.2, 24, 48);
+  Garment garment = fixtures::garment_of(fixtures::sheet(20, 20, 0.01), 0.2, 300, 1e-5);
   garment.mesh.vertices.col(0).array() -= 0.1;
   garment.mesh.vertices.col(2).array() -= 0.1;
   for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
@@ -315,7 +315,7 @@ TEST(Sphere, AStartWithACentimetreOfOverlapIsResolvedGently) {
     garment.mesh.vertices.row(v) = p.normalized() * 0.19;
   }
   const Cloth cloth = make_cloth(garment);
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     ClothSolver solver(cloth, ball.faces, {}, device);
     Control control = still(ball.vertices);
     FrameReport report;
@@ -329,8 +329,8 @@ TEST(Sphere, AStartWithACentimetreOfOverlapIsResolvedGently) {
 }
 
 TEST(Control, ABodyThatTeleportsIsRefusedAndTheLastFrameIsKept) {
-  const Mesh ball = testing::sphere(0.2, 8, 16);
-  const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
+  const Mesh ball = fixtures::sphere(0.2, 8, 16);
+  const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
   ClothSolver solver(cloth, ball.faces, {});
   Control control = still(ball.vertices.rowwise() + Eigen::RowVector3d(0, -1, 0));
   solver.advance(control);
@@ -345,8 +345,8 @@ TEST(Control, ABodyThatTeleportsIsRefusedAndTheLastFrameIsKept) {
 }
 
 TEST(Control, NonFiniteAndIllSizedInputsAreRefused) {
-  const Mesh ball = testing::sphere(0.2, 8, 16);
-  const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
+  const Mesh ball = fixtures::sphere(0.2, 8, 16);
+  const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
   ClothSolver solver(cloth, ball.faces, {});
   Control control = still(ball.vertices);
   control.body_end(3, 1) = std::nan("");

@@ -11,7 +11,7 @@
 #include "core/garment.h"
 #include "simulation/xpbd.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A flat sheet in the plane y = 0 of `columns` x `rows` cells from (0, 0, 0) along x and z. Kind
 /// 'd': one diagonal; 'a': alternating diagonals; 'e': equilateral triangles of side `size` (rows
@@ -202,4 +202,4 @@ inline std::vector<Device> devices() {
   return out;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

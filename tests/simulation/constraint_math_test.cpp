@@ -29,8 +29,8 @@ TEST(Spring, GradientAgreesWithCentralDifferences) {
     Eigen::MatrixXd gradient(1, 6);
     gradient << s.gradient.x, s.gradient.y, s.gradient.z, -s.gradient.x, -s.gradient.y,
         -s.gradient.z;
-    const Eigen::MatrixXd numeric = testing::finite_difference_jacobian(f, x, 1e-6 * length);
-    EXPECT_LT(testing::jacobian_error(gradient, numeric), 1e-6);
+    const Eigen::MatrixXd numeric = fixtures::finite_difference_jacobian(f, x, 1e-6 * length);
+    EXPECT_LT(fixtures::jacobian_error(gradient, numeric), 1e-6);
   }
 }
 

@@ -7,7 +7,7 @@
 #include "core/tree.h"
 #include "core/winding_number.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// What the guard on contact with the body finds.
 struct Guard {
@@ -43,4 +43,4 @@ inline Guard contact_guard(const Points& cloth, const Points& body, const Triang
   return out;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,6 @@
 namespace atelier {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kDeepest = 1e-4;  // m, what the guard allows
 
 /// Limbs that overlap where they meet: each turns about its own joint.
@@ -54,7 +54,7 @@ struct Limbs {
 };
 
 Mesh capsule(double radius, double length, const Eigen::RowVector3d& centre) {
-  Mesh mesh = testing::sphere(radius, 20, 28);
+  Mesh mesh = fixtures::sphere(radius, 20, 28);
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
     mesh.vertices(v, 1) += mesh.vertices(v, 1) > 1e-9 ? length / 2 : -length / 2;
   }
@@ -64,7 +64,7 @@ Mesh capsule(double radius, double length, const Eigen::RowVector3d& centre) {
 
 Garment sheet_at(int cells, double size, double y) {
   Garment garment =
-      testing::garment_of(testing::sheet(cells, cells, size / cells, 'a'), 0.2, 400, 2e-6);
+      fixtures::garment_of(fixtures::sheet(cells, cells, size / cells, 'a'), 0.2, 400, 2e-6);
   garment.mesh.vertices.col(0).array() -= size / 2;
   garment.mesh.vertices.col(2).array() -= size / 2;
   garment.mesh.vertices.col(1).array() += y;
@@ -78,7 +78,7 @@ struct Course {
   double deepest = 0;
   double fastest = 0;
   double most_strain = 0;
-  testing::Guard last;
+  fixtures::Guard last;
   ClothState end;
 };
 
@@ -94,7 +94,7 @@ Course run(ClothSolver& solver, const Triangles& faces, int frames, int every, c
     course.most_strain = std::max(course.most_strain, report.strain_p95);
     if (i % every == every - 1 || i + 1 == frames) {
       course.end = solver.state();
-      course.last = testing::contact_guard(course.end.positions, control.body_end, faces, 2e-3);
+      course.last = fixtures::contact_guard(course.end.positions, control.body_end, faces, 2e-3);
       course.deepest = std::max(course.deepest, course.last.deepest);
       course.fastest = std::max(course.fastest, course.end.velocities.rowwise().norm().maxCoeff());
     }
@@ -114,9 +114,9 @@ TEST(ContactGuard, AnArmLaidToTheTrunkPinchesClothAndLetsItGo) {
   body.add(capsule(0.05, 0.4, shoulder - Eigen::RowVector3d(0, 0.2, 0)));
   const auto at = [&](int frame) {
     const double down = ramp(frame, 30, 60) - ramp(frame, 75, 105);
-    return body.turned((80 - 75 * down) * kPi / 180, shoulder);
+    return body.turned((80 - 75 * down) * std::numbers::pi / 180, shoulder);
   };
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     const Cloth cloth = make_cloth(sheet_at(16, 0.6, 0.36));
@@ -138,7 +138,8 @@ TEST(ContactGuard, AKneeFoldedOverClothLetsItGo) {
   // The shank swings up behind to 135 degrees: calf and thigh overlap by centimetres, and the fold
   // closes no faster than cloth may leave it (`depenetration_speed`).
   const auto at = [&](int frame) {
-    return body.turned((ramp(frame, 10, 50) - ramp(frame, 60, 100)) * 135 * kPi / 180, knee);
+    return body.turned((ramp(frame, 10, 50) - ramp(frame, 60, 100)) * 135 * std::numbers::pi / 180,
+                       knee);
   };
   Garment garment = sheet_at(16, 0.5, 0);
   // It hangs behind the leg from its upper edge.
@@ -146,10 +147,10 @@ TEST(ContactGuard, AKneeFoldedOverClothLetsItGo) {
     const Eigen::RowVector3d p = garment.mesh.vertices.row(v);
     garment.mesh.vertices.row(v) << 0.1, 0.05 + p.x(), p.z();
   }
-  const std::vector<int> top = testing::vertices_where(
+  const std::vector<int> top = fixtures::vertices_where(
       garment.mesh.vertices, [](double, double y, double) { return y > 0.299; });
   const Cloth cloth = make_cloth(garment, top);
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, body.faces, options, device);
@@ -164,7 +165,7 @@ TEST(ContactGuard, AKneeFoldedOverClothLetsItGo) {
 
 // T17: three sheets stacked on a sphere that begins to spin.
 TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
-  const Mesh ball = testing::sphere(0.2, 24, 48);
+  const Mesh ball = fixtures::sphere(0.2, 24, 48);
   std::vector<Cloth> sheets;
   for (int k = 0; k < 3; ++k) {
     sheets.push_back(make_cloth(sheet_at(10 + k, 0.4, 0.205 + 0.004 * k)));
@@ -174,7 +175,7 @@ TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
     const double angle = 0.04 * std::max(0, frame - 30);
     return ball.vertices * Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
   };
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, ball.faces, options, device);
@@ -203,7 +204,7 @@ Mesh tube(int around, int rings, double top, double bottom, double high, double 
   for (int r = 0; r < rings; ++r) {
     for (int i = 0; i < around; ++i) {
       const double share = r / (rings - 1.0);
-      const double angle = 2 * kPi * (i + 0.5 * (r % 2)) / around;
+      const double angle = 2 * std::numbers::pi * (i + 0.5 * (r % 2)) / around;
       const double radius = top + (bottom - top) * share;
       mesh.vertices.row(r * around + i) << radius * std::cos(angle), high + (low - high) * share,
           radius * std::sin(angle);
@@ -237,20 +238,20 @@ TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
     return (posed * spin.transpose()).rowwise() +
            Eigen::RowVector3d(0.05 * std::sin(9 * t), 0.05 * std::sin(11 * t), 0);
   };
-  Garment garment = testing::garment_of(tube(28, 12, 0.155, 0.3, 0.02, -0.4), 0.2, 400, 2e-6);
+  Garment garment = fixtures::garment_of(tube(28, 12, 0.155, 0.3, 0.02, -0.4), 0.2, 400, 2e-6);
   garment.material.thickness = 2e-3;
   std::vector<int> waist;
   for (int i = 0; i < 28; ++i) {
     waist.push_back(i);
   }
   const Cloth cloth = make_cloth(garment, waist);
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, body.faces, options, device);
-    const int frames = testing::frames_or_soak(300);
-    testing::Tenths strain(frames);
-    testing::Tenths crossings(frames);
+    const int frames = fixtures::frames_or_soak(300);
+    fixtures::Tenths strain(frames);
+    fixtures::Tenths crossings(frames);
     for (int i = 0; i < frames; ++i) {
       Control control;
       control.body_start = at(i);
@@ -280,16 +281,16 @@ TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
 
 // T17: a drop of fifty layers, ten elsewhere.
 TEST(ContactGuard, FiftyLayersSettleInOrder) {
-  if (!testing::soaking()) {
+  if (!fixtures::soaking()) {
     GTEST_SKIP() << "part of scripts/soak";
   }
-  const Mesh floor = testing::incline(0, 2);
+  const Mesh floor = fixtures::incline(0, 2);
   std::vector<Cloth> layers;
   for (int k = 0; k < 50; ++k) {
     layers.push_back(make_cloth(sheet_at(8 + k % 3, 0.15, 0.003 + 0.006 * k)));
   }
   const Cloth cloth = join_cloths(layers);
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, floor.faces, options, device);
@@ -306,12 +307,12 @@ TEST(ContactGuard, FiftyLayersSettleInOrder) {
 }
 
 TEST(ContactGuard, MaterialsOverSixOrdersOfMagnitudeStayFinite) {
-  const Mesh ball = testing::sphere(0.1, 12, 24);
+  const Mesh ball = fixtures::sphere(0.1, 12, 24);
   Random random{7, 0, 0};
   const auto spread = [&](double low, double high) {
     return low * std::pow(high / low, uniform(random));
   };
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     for (int trial = 0; trial < 24; ++trial) {
       Garment garment = sheet_at(8, 0.3, 0.13);
       garment.material.density = spread(1e-3, 1e3);

@@ -11,12 +11,13 @@
 namespace atelier {
 namespace {
 
-class Convergence : public testing::DeviceTest {};
+class Convergence : public fixtures::DeviceTest {};
 
 constexpr double kSize = 0.3;
 
 Cloth small_cloth() {
-  const Garment garment = testing::garment_of(testing::sheet(5, 5, kSize / 5, 'a'), 0.2, 50, 1e-4);
+  const Garment garment =
+      fixtures::garment_of(fixtures::sheet(5, 5, kSize / 5, 'a'), 0.2, 50, 1e-4);
   return make_cloth(garment, {0, 5});
 }
 

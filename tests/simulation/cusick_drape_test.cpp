@@ -9,7 +9,7 @@
 namespace atelier {
 namespace {
 
-class CusickDrapeTest : public testing::DeviceTest {};
+class CusickDrapeTest : public fixtures::DeviceTest {};
 
 // T10: what is published for each kind of fabric.
 TEST_P(CusickDrapeTest, FabricsDrapeAsPublished) {

@@ -10,8 +10,8 @@
 namespace atelier {
 namespace {
 
-class Cantilever : public testing::DeviceTest {};
-class HeartLoop : public testing::DeviceTest {};
+class Cantilever : public fixtures::DeviceTest {};
+class HeartLoop : public fixtures::DeviceTest {};
 
 XpbdOptions statics(double time_step, int substeps, double damping) {
   XpbdOptions options;
@@ -51,15 +51,15 @@ Cloth strip_cloth(const Garment& garment, const std::vector<int>& clamp, Across 
 double tip_drop(Mesh mesh, double gamma, Across across, Device device) {
   // As good as inextensible: its own weight stretches it by 1e-3. More would only be harder to
   // solve, and what is not solved looks like a softer strip.
-  const Garment garment = testing::garment_of(std::move(mesh), kDensity, 1000 * kWeight * kLength,
-                                              kWeight * kLength * kLength * kLength / gamma);
-  const std::vector<int> clamp = testing::vertices_where(
+  const Garment garment = fixtures::garment_of(std::move(mesh), kDensity, 1000 * kWeight * kLength,
+                                               kWeight * kLength * kLength * kLength / gamma);
+  const std::vector<int> clamp = fixtures::vertices_where(
       garment.mesh.vertices, [](double, double, double z) { return z < 1e-9; });
   // A stiffer strip is solved with smaller steps, and comes to rest the sooner.
   const double slow = std::sqrt(std::min(1.0, gamma / 10));
   ClothSolver solver(strip_cloth(garment, clamp, across), {}, statics(slow / 60, 600, 20 / slow),
                      device);
-  const ClothState state = testing::settle(solver, {}, 40, 1e-5);
+  const ClothState state = fixtures::settle(solver, {}, 40, 1e-5);
   double drop = 0;
   int count = 0;
   for (Index v = 0; v < state.positions.rows(); ++v) {
@@ -75,7 +75,7 @@ double tip_drop(Mesh mesh, double gamma, Across across, Device device) {
 Mesh strip(char kind, int elements, int columns = 1) {
   const double row = kLength / elements;
   Mesh mesh =
-      testing::sheet(columns, elements + 1, kind == 'e' ? row / (std::sqrt(3.0) / 2) : row, kind);
+      fixtures::sheet(columns, elements + 1, kind == 'e' ? row / (std::sqrt(3.0) / 2) : row, kind);
   mesh.vertices.col(2).array() -= row;
   return mesh;
 }
@@ -142,13 +142,13 @@ ATELIER_ON_EVERY_DEVICE(Cantilever);
 double heart_loop(double load, Device device) {
   constexpr int kElements = 60;
   const double row = kLength / kElements;
-  Mesh mesh = testing::sheet(2, kElements + 2, row / (std::sqrt(3.0) / 2), 'e');
+  Mesh mesh = fixtures::sheet(2, kElements + 2, row / (std::sqrt(3.0) / 2), 'e');
   const double gravity = load > 0 ? 9.81 : 0;
   const double bending = load > 0 ? kWeight * kLength * kLength * kLength / load : 1e-5;
-  const Garment garment = testing::garment_of(
+  const Garment garment = fixtures::garment_of(
       mesh, kDensity,
       1e4 * bending / (kLength * kLength) + (load > 0 ? 1000 * kWeight * kLength : 0), bending);
-  const std::vector<int> clamp = testing::vertices_where(
+  const std::vector<int> clamp = fixtures::vertices_where(
       garment.mesh.vertices,
       [&](double, double, double z) { return z < 1.5 * row || z > (kElements + 0.5) * row; });
   const Cloth cloth = strip_cloth(garment, clamp, Across::Straight);
@@ -175,7 +175,7 @@ double heart_loop(double load, Device device) {
   const double frame = load > 0 ? std::min(1.0 / 60, 0.02 * unit) : 0.02 * unit;
   ClothSolver solver(cloth, {}, statics(frame, 600, 0.5 / frame), device);
   solver.set_state(state);
-  state = testing::settle(solver, control, 30, 1e-6);
+  state = fixtures::settle(solver, control, 30, 1e-6);
   return -state.positions.col(1).minCoeff() / kLength;
 }
 
@@ -197,7 +197,7 @@ ATELIER_ON_EVERY_DEVICE(HeartLoop);
 // T9: what is said of each kind of mesh.
 TEST(BendingRigidity, IsThePlatesOnEquilateralTrianglesAndThreeTimesItAcrossOneDiagonal) {
   const auto of = [](char kind) {
-    return bending_rigidity(testing::garment_of(testing::sheet(16, 16, 0.01, kind), 0.2, 100, 1));
+    return bending_rigidity(fixtures::garment_of(fixtures::sheet(16, 16, 0.01, kind), 0.2, 100, 1));
   };
   const BendingRigidity equilateral = of('e');
   EXPECT_NEAR(equilateral.lowest, 1, 0.02);
@@ -211,18 +211,18 @@ TEST(BendingRigidity, IsThePlatesOnEquilateralTrianglesAndThreeTimesItAcrossOneD
   EXPECT_NEAR(alternating.lowest, 1, 0.05);
   EXPECT_NEAR(alternating.highest, 1.5, 0.05);
   const BendingRigidity jittered =
-      bending_rigidity(testing::garment_of(jittered_strip(40, 5), 0.2, 100, 1));
+      bending_rigidity(fixtures::garment_of(jittered_strip(40, 5), 0.2, 100, 1));
   EXPECT_LT(jittered.anisotropy(), 1.2);
   RecordProperty("jittered_mean", std::to_string(jittered.mean));
   EXPECT_EQ(diagonal.by_direction.size(), 36U);
 }
 
 TEST(BendingRigidity, DoesNotDependOnSizeOrTheWayTheClothHangs) {
-  Garment garment = testing::garment_of(testing::sheet(12, 12, 0.01, 'd'), 0.2, 100, 1);
+  Garment garment = fixtures::garment_of(fixtures::sheet(12, 12, 0.01, 'd'), 0.2, 100, 1);
   const BendingRigidity flat = bending_rigidity(garment);
   garment.mesh.vertices *= 7;
   EXPECT_NEAR(bending_rigidity(garment).mean, flat.mean, 1e-9);
-  testing::use_flat_rest(garment);
+  fixtures::use_flat_rest(garment);
   EXPECT_NEAR(bending_rigidity(garment).mean, flat.mean, 1e-9);
   garment.mesh.vertices.col(1).swap(garment.mesh.vertices.col(2));
   EXPECT_NEAR(bending_rigidity(garment).highest, flat.highest, 1e-9);

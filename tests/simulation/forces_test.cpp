@@ -11,16 +11,16 @@
 namespace atelier {
 namespace {
 
-class Air : public testing::DeviceTest {};
-class Pins : public testing::DeviceTest {};
-class Sewing : public testing::DeviceTest {};
-class Tethers : public testing::DeviceTest {};
-class NotFinite : public testing::DeviceTest {};
+class Air : public fixtures::DeviceTest {};
+class Pins : public fixtures::DeviceTest {};
+class Sewing : public fixtures::DeviceTest {};
+class Tethers : public fixtures::DeviceTest {};
+class NotFinite : public fixtures::DeviceTest {};
 
-constexpr double kDensity = 0.1;
+constexpr double kForcesDensity = 0.1;
 
 Garment square() {
-  return testing::garment_of(testing::sheet(6, 6, 0.02, 'a'), kDensity, 500, 1e-5);
+  return fixtures::garment_of(fixtures::sheet(6, 6, 0.02, 'a'), kForcesDensity, 500, 1e-5);
 }
 
 // m g = 1/2 rho c A v^2, flat to the air.
@@ -34,7 +34,7 @@ TEST_P(Air, AFallingSheetReachesItsTerminalSpeed) {
     for (int i = 0; i < 480; ++i) {
       solver.advance({});
     }
-    const double expected = std::sqrt(2 * kDensity * 9.81 / (1.2 * drag));
+    const double expected = std::sqrt(2 * kForcesDensity * 9.81 / (1.2 * drag));
     const ClothState state = solver.state();
     EXPECT_NEAR(-state.velocities.col(1).mean() / expected, 1, 0.005);
     EXPECT_LT(state.velocities.col(0).cwiseAbs().maxCoeff(), 1e-3);
@@ -75,7 +75,7 @@ TEST_P(Air, WindPushesAlongTheNormalAndLiftsAcrossItself) {
     const Eigen::Vector3d pressure =
         0.5 * 1.2 * (1.3 * std::abs(along) * along * normal + 0.7 * along * speed * across);
     const Eigen::Vector3d gained = solver.state().velocities.colwise().mean() / step;
-    EXPECT_LT((gained - pressure / kDensity).norm(), 0.002 * pressure.norm() / kDensity)
+    EXPECT_LT((gained - pressure / kForcesDensity).norm(), 0.002 * pressure.norm() / kForcesDensity)
         << (field ? "field" : "everywhere");
   }
 }
@@ -143,7 +143,7 @@ TEST_P(Pins, AreWhereControlSaysAndAttachmentsRideOnTheTriangleExactly) {
 
 // The weight of what hangs on a seam, over the stiffness of its threads.
 TEST_P(Sewing, ThreadsHoldTheWeightOfWhatHangsOnThem) {
-  Garment garment = testing::garment_of(testing::sheet(4, 2, 0.05), kDensity, 2000, 1e-5);
+  Garment garment = fixtures::garment_of(fixtures::sheet(4, 2, 0.05), kForcesDensity, 2000, 1e-5);
   const Index half = garment.mesh.vertices.rows();
   const Index faces = garment.mesh.faces.rows();
   // Upright, the second panel below the first.
@@ -173,7 +173,7 @@ TEST_P(Sewing, ThreadsHoldTheWeightOfWhatHangsOnThem) {
   options.precision = "double";
   options.velocity_damping = 8;
   ClothSolver solver(cloth, {}, options, device());
-  const ClothState state = testing::settle(solver, {}, 120, 1e-6);
+  const ClothState state = fixtures::settle(solver, {}, 120, 1e-6);
   double pull = 0;
   double weight = 0;
   double tension = 0;
@@ -189,8 +189,8 @@ TEST_P(Sewing, ThreadsHoldTheWeightOfWhatHangsOnThem) {
 }
 
 TEST_P(Tethers, NothingHangsFurtherFromItsPinThanTheTetherAllows) {
-  const Garment garment = testing::garment_of(testing::sheet(10, 20, 0.02), 2, 10, 1e-6);
-  const std::vector<int> top = testing::vertices_where(
+  const Garment garment = fixtures::garment_of(fixtures::sheet(10, 20, 0.02), 2, 10, 1e-6);
+  const std::vector<int> top = fixtures::vertices_where(
       garment.mesh.vertices, [](double, double, double z) { return z < 1e-9; });
   for (const bool held : {false, true}) {
     ClothOptions cloth_options;

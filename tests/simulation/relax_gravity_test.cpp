@@ -11,7 +11,7 @@ namespace {
 /// A square of 0.4 m of soft cloth, in the plane z = 0, hanging from its upper edge.
 Garment hanging_cloth(std::vector<int>& pins) {
   Garment garment;
-  garment.mesh = testing::grid(8, 8);
+  garment.mesh = fixtures::grid(8, 8);
   for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
     const Eigen::RowVector3d p = garment.mesh.vertices.row(v);
     garment.mesh.vertices.row(v) << 0.4 * p.x(), 1 - 0.4 * p.z(), 0;

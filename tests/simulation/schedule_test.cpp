@@ -74,14 +74,15 @@ TEST(Schedule, EveryConstraintHasOnePlaceAndNoTwoMeet) {
       ClothOptions options;
       options.schedule.patches = patches;
       const Cloth cloth = make_cloth(
-          testing::garment_of(testing::sheet(40, 30, 0.02, kind), 0.2, 100, 1e-4), {}, options);
+          fixtures::garment_of(fixtures::sheet(40, 30, 0.02, kind), 0.2, 100, 1e-4), {}, options);
       expect_valid(cloth.schedule, constraints_of(cloth), cloth.rest_positions.rows());
     }
   }
 }
 
 TEST(Schedule, AGridOfTenThousandTakesFewPhasesAndColours) {
-  const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(99, 99, 0.01), 0.2, 100, 1e-4));
+  const Cloth cloth =
+      make_cloth(fixtures::garment_of(fixtures::sheet(99, 99, 0.01), 0.2, 100, 1e-4));
   expect_valid(cloth.schedule, constraints_of(cloth), 10000);
   EXPECT_LE(cloth.schedule.phases.size(), 4u);
   EXPECT_LE(cloth.schedule.max_colours, 18);
@@ -91,7 +92,7 @@ TEST(Schedule, AGridOfTenThousandTakesFewPhasesAndColours) {
 }
 
 TEST(Schedule, IsTheSameEveryTime) {
-  const Garment garment = testing::garment_of(testing::sheet(50, 50, 0.01, 'a'), 0.2, 100, 1e-4);
+  const Garment garment = fixtures::garment_of(fixtures::sheet(50, 50, 0.01, 'a'), 0.2, 100, 1e-4);
   const Schedule a = make_cloth(garment).schedule;
   const Schedule b = make_cloth(garment).schedule;
   EXPECT_EQ(a.order, b.order);

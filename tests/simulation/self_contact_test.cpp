@@ -11,9 +11,9 @@
 namespace atelier {
 namespace {
 
-Garment square(int cells, double size, double y) {
+Garment self_contact_square(int cells, double size, double y) {
   Garment garment =
-      testing::garment_of(testing::sheet(cells, cells, size / cells, 'a'), 0.2, 400, 2e-6);
+      fixtures::garment_of(fixtures::sheet(cells, cells, size / cells, 'a'), 0.2, 400, 2e-6);
   garment.mesh.vertices.col(0).array() -= size / 2;
   garment.mesh.vertices.col(2).array() -= size / 2;
   garment.mesh.vertices.col(1).array() += y;
@@ -67,10 +67,10 @@ TEST(SelfContact, APairThatWouldPassSlidesOnItself) {
 }
 
 TEST(SelfContact, ASheetFallingOnAnotherLandsOnIt) {
-  const Mesh floor = testing::incline(0, 2);
-  const Cloth cloth =
-      join_cloths({make_cloth(square(10, 0.2, 0.004)), make_cloth(square(13, 0.2, 0.03))});
-  for (Device device : testing::devices()) {
+  const Mesh floor = fixtures::incline(0, 2);
+  const Cloth cloth = join_cloths({make_cloth(self_contact_square(10, 0.2, 0.004)),
+                                   make_cloth(self_contact_square(13, 0.2, 0.03))});
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, floor.faces, options, device);
@@ -89,13 +89,13 @@ TEST(SelfContact, ASheetFallingOnAnotherLandsOnIt) {
 
 // T17: ten layers dropped together.
 TEST(SelfContact, TenLayersStayInOrder) {
-  const Mesh floor = testing::incline(0, 2);
+  const Mesh floor = fixtures::incline(0, 2);
   std::vector<Cloth> layers;
   for (int k = 0; k < 10; ++k) {
-    layers.push_back(make_cloth(square(8 + k % 3, 0.15, 0.003 + 0.006 * k)));
+    layers.push_back(make_cloth(self_contact_square(8 + k % 3, 0.15, 0.003 + 0.006 * k)));
   }
   const Cloth cloth = join_cloths(layers);
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, floor.faces, options, device);
@@ -112,17 +112,17 @@ TEST(SelfContact, TenLayersStayInOrder) {
 TEST(SelfContact, ATwistedStripDoesNotCross) {
   for (double turns : {0.5, 1.0, 2.0}) {
     constexpr int kCells = 8;
-    Garment garment =
-        testing::garment_of(testing::sheet(2 * kCells, kCells, 0.3 / kCells, 'a'), 0.2, 400, 1e-6);
+    Garment garment = fixtures::garment_of(fixtures::sheet(2 * kCells, kCells, 0.3 / kCells, 'a'),
+                                           0.2, 400, 1e-6);
     garment.material.thickness = 2e-3;
-    const std::vector<int> left = testing::vertices_where(
+    const std::vector<int> left = fixtures::vertices_where(
         garment.mesh.vertices, [](double x, double, double) { return x < 1e-9; });
-    const std::vector<int> right = testing::vertices_where(
+    const std::vector<int> right = fixtures::vertices_where(
         garment.mesh.vertices, [](double x, double, double) { return x > 0.599; });
     std::vector<int> pins = left;
     pins.insert(pins.end(), right.begin(), right.end());
     const Cloth cloth = make_cloth(garment, pins);
-    for (Device device : testing::devices()) {
+    for (Device device : fixtures::devices()) {
       XpbdOptions options;
       options.self_contact = true;
       ClothSolver solver(cloth, {}, options, device);
@@ -152,16 +152,16 @@ TEST(SelfContact, ATwistedStripDoesNotCross) {
 
 TEST(SelfContact, AStripFoldedOverItselfDoesNotCross) {
   // One end of a strip is turned over and pressed through the other.
-  Garment garment = testing::garment_of(testing::sheet(30, 5, 0.01, 'a'), 0.2, 400, 1e-6);
+  Garment garment = fixtures::garment_of(fixtures::sheet(30, 5, 0.01, 'a'), 0.2, 400, 1e-6);
   garment.material.thickness = 2e-3;
-  const std::vector<int> left = testing::vertices_where(
+  const std::vector<int> left = fixtures::vertices_where(
       garment.mesh.vertices, [](double x, double, double) { return x < 1e-9; });
-  const std::vector<int> right = testing::vertices_where(
+  const std::vector<int> right = fixtures::vertices_where(
       garment.mesh.vertices, [](double x, double, double) { return x > 0.299; });
   std::vector<int> pins = left;
   pins.insert(pins.end(), right.begin(), right.end());
   const Cloth cloth = make_cloth(garment, pins);
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, {}, options, device);
@@ -183,9 +183,9 @@ TEST(SelfContact, AStripFoldedOverItselfDoesNotCross) {
 TEST(SelfContact, FrictionHoldsOneSheetOnAnother) {
   // The floor is a belt; the upper sheet is carried only through the lower one, which is so large
   // that the upper one, left behind by 13 cm, does not come off it onto the belt.
-  const Mesh floor = testing::incline(0, 2);
-  const Cloth cloth =
-      join_cloths({make_cloth(square(20, 0.5, 0.002)), make_cloth(square(7, 0.1, 0.004))});
+  const Mesh floor = fixtures::incline(0, 2);
+  const Cloth cloth = join_cloths({make_cloth(self_contact_square(20, 0.5, 0.002)),
+                                   make_cloth(self_contact_square(7, 0.1, 0.004))});
   double carried[2];
   for (int k = 0; k < 2; ++k) {
     XpbdOptions options;
@@ -209,16 +209,17 @@ TEST(SelfContact, FrictionHoldsOneSheetOnAnother) {
 
 TEST(SelfContact, LayersThatStartCrossedComeApart) {
   // The outer layer begins 3 mm inside the inner one over a part.
-  const Mesh floor = testing::incline(0, 2);
-  Garment outer = square(13, 0.15, 0.012);
+  const Mesh floor = fixtures::incline(0, 2);
+  Garment outer = self_contact_square(13, 0.15, 0.012);
   for (Index v = 0; v < outer.mesh.vertices.rows(); ++v) {
     if (outer.mesh.vertices(v, 0) > 0.03) {
       outer.mesh.vertices(v, 1) = 0.005;
     }
   }
-  const Cloth cloth = join_cloths({make_cloth(square(10, 0.2, 0.008)), make_cloth(outer)});
+  const Cloth cloth =
+      join_cloths({make_cloth(self_contact_square(10, 0.2, 0.008)), make_cloth(outer)});
   ASSERT_GT(count_crossings(cloth.rest_positions, cloth.faces), 0);
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     ClothSolver solver(cloth, floor.faces, options, device);
@@ -231,11 +232,11 @@ TEST(SelfContact, LayersThatStartCrossedComeApart) {
 
 // Small enough for every sanitizer: scripts/gpu runs it under all of them.
 TEST(SelfContact, ShortTwinsAgree) {
-  const Mesh floor = testing::incline(0, 2);
-  const Cloth cloth =
-      join_cloths({make_cloth(square(3, 0.06, 0.003)), make_cloth(square(2, 0.05, 0.0045))});
+  const Mesh floor = fixtures::incline(0, 2);
+  const Cloth cloth = join_cloths({make_cloth(self_contact_square(3, 0.06, 0.003)),
+                                   make_cloth(self_contact_square(2, 0.05, 0.0045))});
   std::vector<Points> ends;
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     options.substeps = 4;
@@ -251,10 +252,10 @@ TEST(SelfContact, ShortTwinsAgree) {
 }
 
 TEST(SelfContact, RepeatsBitForBit) {
-  const Mesh floor = testing::incline(0, 2);
-  const Cloth cloth =
-      join_cloths({make_cloth(square(10, 0.2, 0.004)), make_cloth(square(13, 0.2, 0.02))});
-  for (Device device : testing::devices()) {
+  const Mesh floor = fixtures::incline(0, 2);
+  const Cloth cloth = join_cloths({make_cloth(self_contact_square(10, 0.2, 0.004)),
+                                   make_cloth(self_contact_square(13, 0.2, 0.02))});
+  for (Device device : fixtures::devices()) {
     Points first;
     for (int run = 0; run < 3; ++run) {
       XpbdOptions options;

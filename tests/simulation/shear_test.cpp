@@ -1,5 +1,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -9,13 +10,12 @@
 namespace atelier {
 namespace {
 
-class PictureFrame : public testing::DeviceTest {};
-class BiasExtension : public testing::DeviceTest {};
+class PictureFrame : public fixtures::DeviceTest {};
+class BiasExtension : public fixtures::DeviceTest {};
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180;
+constexpr double kDegree = std::numbers::pi / 180;
 
-XpbdOptions statics(int substeps) {
+XpbdOptions shear_statics(int substeps) {
   XpbdOptions options;
   options.substeps = substeps;
   options.precision = "double";
@@ -43,11 +43,11 @@ double shear_angle(const Garment& garment, const Points& x, Index face) {
 TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
   const double side = 0.2;
   const int cells = 10;
-  Garment garment = testing::garment_of(testing::sheet(cells, cells, side / cells), 0.2, 500, 0);
+  Garment garment = fixtures::garment_of(fixtures::sheet(cells, cells, side / cells), 0.2, 500, 0);
   garment.material.shear = 5;
-  testing::use_flat_rest(garment);
+  fixtures::use_flat_rest(garment);
   const std::vector<int> frame =
-      testing::vertices_where(garment.mesh.vertices, [&](double x, double, double z) {
+      fixtures::vertices_where(garment.mesh.vertices, [&](double x, double, double z) {
         return x < 1e-9 || z < 1e-9 || x > side - 1e-9 || z > side - 1e-9;
       });
   Control control;
@@ -59,7 +59,7 @@ TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
       options.shear = "quads";
     }
     const Cloth cloth = make_cloth(garment, frame, options);
-    ClothSolver solver(cloth, {}, statics(100), device());
+    ClothSolver solver(cloth, {}, shear_statics(100), device());
     double sheared = 0;
     for (const double degrees : {10.0, 20.0, 30.0}) {
       FrameReport report;
@@ -78,7 +78,8 @@ TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
       const Points x = solver.state().positions;
       const double moved =
           (x.row(x.rows() - 1) - x.row(0)).norm() - std::sqrt(2.0) * side;  // of the crosshead
-      const double expected = kPi / 2 - 2 * std::acos(1 / std::sqrt(2.0) + moved / (2 * side));
+      const double expected =
+          std::numbers::pi / 2 - 2 * std::acos(1 / std::sqrt(2.0) + moved / (2 * side));
       EXPECT_NEAR(expected, degrees * kDegree, 1e-6);
       double worst = 0;
       for (Index f = 0; f < garment.mesh.faces.rows(); ++f) {
@@ -161,13 +162,13 @@ TEST_P(BiasExtension, ShearsInThreeZones) {
   const Garment garment = bias_strip(columns, rows, p);
   const double width = columns * p;
   const double length = rows * p;
-  const std::vector<int> clamps = testing::vertices_where(
+  const std::vector<int> clamps = fixtures::vertices_where(
       garment.mesh.vertices,
       [&](double, double, double z) { return z < 1e-9 || z > length - 1e-9; });
   ClothOptions options;
   options.membrane = "strain";
   const Cloth cloth = make_cloth(garment, clamps, options);
-  XpbdOptions xpbd = statics(120);
+  XpbdOptions xpbd = shear_statics(120);
   ClothSolver solver(cloth, {}, xpbd, device());
   Control control;
   control.gravity.setZero();

@@ -1,5 +1,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -7,8 +8,6 @@
 
 namespace atelier {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 XpbdOptions double_options(double time_step, int substeps, int iterations) {
   XpbdOptions options;
@@ -24,7 +23,7 @@ TEST(Spring, HangsAtItsStaticExtensionForAnyIterationsAndSubsteps) {
   const double mass = 0.1;
   const double stiffness = 50;
   const double expected = mass * 9.81 / stiffness;
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     for (int iterations : {1, 5, 50}) {
       for (int substeps : {1, 10, 100}) {
         XpbdOptions options;
@@ -32,8 +31,8 @@ TEST(Spring, HangsAtItsStaticExtensionForAnyIterationsAndSubsteps) {
         options.iterations = iterations;
         options.velocity_damping = 8;
         options.precision = "double";
-        ClothSolver solver(testing::chain(1, 0.5, stiffness, mass, mass), {}, options, device);
-        const ClothState state = testing::settle(solver, {}, 400);
+        ClothSolver solver(fixtures::chain(1, 0.5, stiffness, mass, mass), {}, options, device);
+        const ClothState state = fixtures::settle(solver, {}, 400);
         EXPECT_NEAR(-state.positions(1, 1) - 0.5, expected, 1e-3 * expected)
             << iterations << " iterations, " << substeps << " substeps";
       }
@@ -49,7 +48,7 @@ TEST(Spring, OscillatesExactlyAsImplicitEuler) {
   Control control;
   control.gravity.setZero();
   for (double h : {0.02, 0.005, 0.001}) {
-    const Cloth cloth = testing::chain(1, 1.0, stiffness, mass, mass);
+    const Cloth cloth = fixtures::chain(1, 1.0, stiffness, mass, mass);
     ClothSolver solver(cloth, {}, double_options(h, 1, 1));
     ClothState state = rest_state(cloth);
     state.positions(1, 1) = -1.1;
@@ -68,8 +67,8 @@ TEST(Spring, OscillatesExactlyAsImplicitEuler) {
     EXPECT_NEAR(amplitude / 0.1 / factor, 1, 1e-4);
     EXPECT_NEAR(-end.positions(1, 1) - 1, x, 1e-4 * 0.1);
     const double phase = std::atan2(end.velocities(1, 1) / w0, -end.positions(1, 1) - 1);
-    const double expected = std::remainder(200 * std::atan(w0 * h), 2 * kPi);
-    EXPECT_NEAR(std::remainder(phase - expected, 2 * kPi), 0, 1e-4);
+    const double expected = std::remainder(200 * std::atan(w0 * h), 2 * std::numbers::pi);
+    EXPECT_NEAR(std::remainder(phase - expected, 2 * std::numbers::pi), 0, 1e-4);
   }
 }
 
@@ -79,7 +78,7 @@ TEST(Spring, DampingOfMacklinDecaysAsTheDampedOscillator) {
   const double stiffness = 40;
   const double time = 0.01;
   const double h = 0.002;
-  Cloth cloth = testing::chain(1, 1.0, stiffness, mass, mass);
+  Cloth cloth = fixtures::chain(1, 1.0, stiffness, mass, mass);
   cloth.material.damping = time;
   ClothSolver solver(cloth, {}, double_options(h, 1, 1));
   ClothState state = rest_state(cloth);
@@ -106,15 +105,15 @@ TEST(Chain, HangsAsTheSumOfItsLinks) {
   control.gravity = {0, -10, 0};
   // 19 free masses at g = 10, as in Small Steps: 190 N at the top.
   const double expected = mass * 10 / stiffness * (n - 1) * n / 2;
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     double last = 0;
     for (int substeps : {50, 100, 200}) {
       XpbdOptions options;
       options.substeps = substeps;
       options.velocity_damping = 10;
       options.precision = "double";
-      ClothSolver solver(testing::chain(n - 1, 0.1, stiffness, mass, mass), {}, options, device);
-      const ClothState state = testing::settle(solver, control, 600, 1e-7);
+      ClothSolver solver(fixtures::chain(n - 1, 0.1, stiffness, mass, mass), {}, options, device);
+      const ClothState state = fixtures::settle(solver, control, 600, 1e-7);
       const double error = -state.positions(n - 1, 1) - 0.1 * (n - 1) - expected;
       EXPECT_LT(std::abs(error), 1e4 * expected / (substeps * substeps) * 0.004);
       if (last != 0) {
@@ -132,7 +131,7 @@ TEST(Chain, SubstepsBeatIterationsUnderAHeavyEnd) {
     XpbdOptions options = double_options(1.0 / 60, substeps, iterations);
     options.velocity_damping = 2;
     options.report = false;
-    ClothSolver solver(testing::chain(19, 0.5, 1e12, 1, 1e5), {}, options);
+    ClothSolver solver(fixtures::chain(19, 0.5, 1e12, 1, 1e5), {}, options);
     for (int i = 0; i < 1500; ++i) {
       solver.advance({});
     }
@@ -150,15 +149,15 @@ TEST(Chain, SubstepsBeatIterationsUnderAHeavyEnd) {
 /// A tube of exactly equilateral triangles, without a free side, hanging along -y.
 Mesh equilateral_tube(int around, int rows, double size) {
   Mesh mesh;
-  const double radius = size / (2 * std::sin(kPi / around));
+  const double radius = size / (2 * std::sin(std::numbers::pi / around));
   // Every second ring is turned by half a step; the rise makes slanted edges `size` long.
-  const double turn = 2 * radius * std::sin(kPi / (2 * around));
+  const double turn = 2 * radius * std::sin(std::numbers::pi / (2 * around));
   const double rise = std::sqrt(size * size - turn * turn);
   mesh.vertices.resize(around * (rows + 1), 3);
   mesh.faces.resize(2 * around * rows, 3);
   for (int r = 0; r <= rows; ++r) {
     for (int i = 0; i < around; ++i) {
-      const double angle = 2 * kPi * (i + 0.5 * (r % 2)) / around;
+      const double angle = 2 * std::numbers::pi * (i + 0.5 * (r % 2)) / around;
       mesh.vertices.row(r * around + i) << radius * std::cos(angle), -r * rise,
           radius * std::sin(angle);
       if (r < rows) {
@@ -178,18 +177,18 @@ Mesh equilateral_tube(int around, int rows, double size) {
 TEST(Membrane, HangingEquilateralTubeElongatesByItsModulus) {
   const double modulus = 400;
   const double density = 0.5;
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     for (int around : {16, 32}) {
       const Garment garment =
-          testing::garment_of(equilateral_tube(around, around, 0.6 / around), density, modulus, 0);
+          fixtures::garment_of(equilateral_tube(around, around, 0.6 / around), density, modulus, 0);
       const double length = -garment.mesh.vertices.col(1).minCoeff();
-      const std::vector<int> top = testing::vertices_where(
+      const std::vector<int> top = fixtures::vertices_where(
           garment.mesh.vertices, [](double, double y, double) { return y > -1e-9; });
       XpbdOptions options = double_options(1.0 / 60, 20, 10);
       options.velocity_damping = 10;
       options.report = false;
       ClothSolver solver(make_cloth(garment, top), {}, options, device);
-      const ClothState state = testing::settle(solver, {}, 120, 1e-5);
+      const ClothState state = fixtures::settle(solver, {}, 120, 1e-5);
       const double expected = density * 9.81 * (length * length) / (2 * modulus);
       const double elongation = -state.positions.col(1).minCoeff() - length;
       EXPECT_NEAR(elongation / expected, 1, 0.02) << around << " around";
@@ -212,7 +211,7 @@ TEST(Catenary, SagsAndPullsAsTheInextensibleLine) {
   }
   const double sag = a * (std::cosh(span / (2 * a)) - 1);
   const double tension = weight * a * std::cosh(span / (2 * a));
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     Points x(n + 1, 3);
     std::vector<double> mass(n + 1, 0.5 * length / n);
     std::vector<ClothSpring> springs;
@@ -229,7 +228,7 @@ TEST(Catenary, SagsAndPullsAsTheInextensibleLine) {
     options.velocity_damping = 5;
     options.precision = "double";
     ClothSolver solver(make_spring_net(x, mass, springs, {0, n}), {}, options, device);
-    const ClothState state = testing::settle(solver, {}, 300);
+    const ClothState state = fixtures::settle(solver, {}, 300);
     EXPECT_NEAR(-state.positions(n / 2, 1) / sag, 1, 0.01);
     EXPECT_NEAR(solver.spring_forces()[0] / tension, 1, 0.02);
     RecordProperty("sag_error", std::to_string(-state.positions(n / 2, 1) / sag - 1));
@@ -238,7 +237,7 @@ TEST(Catenary, SagsAndPullsAsTheInextensibleLine) {
 
 // T15 (without contact)
 TEST(Invariants, FreeFlightKeepsMomentumAndNeverGainsEnergy) {
-  Garment garment = testing::garment_of(testing::sheet(12, 12, 0.02, 'a'), 0.2, 200, 1e-5);
+  Garment garment = fixtures::garment_of(fixtures::sheet(12, 12, 0.02, 'a'), 0.2, 200, 1e-5);
   const Cloth cloth = make_cloth(garment);
   ClothState state = rest_state(cloth);
   for (Index v = 0; v < state.velocities.rows(); ++v) {
@@ -277,8 +276,8 @@ TEST(Invariants, FreeFlightKeepsMomentumAndNeverGainsEnergy) {
 }
 
 TEST(Invariants, FallIsTheParabolaOfItsTimeStep) {
-  const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
-  for (Device device : testing::devices()) {
+  const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     ClothSolver solver(cloth, {}, options, device);
     for (int i = 0; i < 60; ++i) {

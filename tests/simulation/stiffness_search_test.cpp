@@ -129,8 +129,8 @@ TEST(StiffnessSearch, WhatCannotBeSearchedIsRefused) {
 /// stretching how long it becomes. Positions over time.
 std::vector<Points> fallen(double stretch, double bending, int substeps) {
   const Garment garment =
-      testing::garment_of(testing::sheet(4, 10, 0.02, 'e'), 0.4, stretch, bending);
-  const std::vector<int> held = testing::vertices_where(
+      fixtures::garment_of(fixtures::sheet(4, 10, 0.02, 'e'), 0.4, stretch, bending);
+  const std::vector<int> held = fixtures::vertices_where(
       garment.mesh.vertices, [](double, double, double z) { return z < 0.02; });
   const Cloth cloth = make_cloth(garment, held);
   XpbdOptions options;

@@ -10,7 +10,7 @@
 namespace atelier {
 namespace {
 
-class Sweep : public testing::DeviceTest {};
+class Sweep : public fixtures::DeviceTest {};
 
 double rms_angle(const Cloth& cloth, const Points& x) {
   const auto p = [&](int v) { return Vec3d{x(v, 0), x(v, 1), x(v, 2)}; };
@@ -41,10 +41,10 @@ XpbdOptions settling(int substeps) {
 
 // T18: a curtain, gathered to three quarters of its width at the top.
 TEST_P(Sweep, StifferBendingMakesFewerWrinkles) {
-  const Mesh flat = testing::sheet(24, 16, 0.0125, 'a');
-  const Garment garment = testing::garment_of(flat, 0.15, 300, 4e-6);
+  const Mesh flat = fixtures::sheet(24, 16, 0.0125, 'a');
+  const Garment garment = fixtures::garment_of(flat, 0.15, 300, 4e-6);
   const std::vector<int> top =
-      testing::vertices_where(flat.vertices, [](double, double, double z) { return z < 1e-9; });
+      fixtures::vertices_where(flat.vertices, [](double, double, double z) { return z < 1e-9; });
   const Cloth cloth = make_cloth(garment, top);
   ClothSweep sweep(cloth, {{1, 0.1}, {1, 1}, {1, 10}, {1, 100}}, {}, settling(30), device());
   ClothState start = rest_state(cloth);
@@ -73,10 +73,10 @@ TEST_P(Sweep, StifferBendingMakesFewerWrinkles) {
 
 // T18: a sheet by two corners; the strain falls with stiffness, as 1 / k where cloth is soft.
 TEST_P(Sweep, StifferClothStretchesLess) {
-  const Mesh flat = testing::sheet(12, 12, 0.02, 'e');
-  const Garment garment = testing::garment_of(flat, 0.15, 8, 1e-6);
+  const Mesh flat = fixtures::sheet(12, 12, 0.02, 'e');
+  const Garment garment = fixtures::garment_of(flat, 0.15, 8, 1e-6);
   const std::vector<int> top =
-      testing::vertices_where(flat.vertices, [](double, double, double z) { return z < 1e-9; });
+      fixtures::vertices_where(flat.vertices, [](double, double, double z) { return z < 1e-9; });
   const Cloth cloth = make_cloth(garment, top);
   ClothSweep sweep(cloth, {{1, 1}, {2, 1}, {4, 1}, {16, 1}, {64, 1}, {128, 1}}, {}, settling(60),
                    device());
@@ -106,7 +106,7 @@ TEST_P(Sweep, StifferClothStretchesLess) {
 ATELIER_ON_EVERY_DEVICE(Sweep);
 
 TEST(SweepRefused, FactorsThatAreNotAboveZero) {
-  const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(2, 2, 0.1), 0.2, 100, 1e-5));
+  const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(2, 2, 0.1), 0.2, 100, 1e-5));
   EXPECT_THROW(ClothSweep(cloth, {}, {}, {}), LogicError);
   EXPECT_THROW(ClothSweep(cloth, {{0, 1}}, {}, {}), LogicError);
   EXPECT_THROW(ClothSweep(cloth, {{1, -1}}, {}, {}), LogicError);

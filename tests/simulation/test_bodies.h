@@ -5,7 +5,7 @@
 
 #include "core/mesh.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A plane through the origin that falls by `angle` along +x, `size` each way, as a body.
 inline Mesh incline(double angle, double size) {
@@ -53,4 +53,4 @@ inline Mesh sphere(double radius, int rings, int sectors) {
   return mesh;
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

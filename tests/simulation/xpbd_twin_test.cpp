@@ -33,17 +33,17 @@ struct Scene {
 
 Scene scene(const std::string& membrane, double damping) {
   Scene out;
-  Garment garment = testing::garment_of(testing::sheet(30, 30, 0.02, 'a'), 0.2, 300, 1e-5);
+  Garment garment = fixtures::garment_of(fixtures::sheet(30, 30, 0.02, 'a'), 0.2, 300, 1e-5);
   garment.mesh.vertices.col(0).array() -= 0.3;
   garment.mesh.vertices.col(2).array() -= 0.3;
-  testing::use_flat_rest(garment);
+  fixtures::use_flat_rest(garment);
   garment.material.damping = damping;
   ClothOptions options;
   options.membrane = membrane;
   options.tether_stretch = 1.1;
   options.schedule.patches = 6;
   out.cloth = make_cloth(garment, {0, 30}, options);
-  out.ball = testing::sphere(0.15, 24, 48);
+  out.ball = fixtures::sphere(0.15, 24, 48);
   return out;
 }
 
@@ -158,7 +158,7 @@ TEST(Jacobi, GivesTheSameBitsOnAnyNumberOfThreads) {
   XpbdOptions options;
   options.sweep = "jacobi";
   options.iterations = 4;
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     Points reference;
     for (int threads : {0, 1}) {
       set_thread_count(threads);
@@ -178,9 +178,9 @@ TEST(Jacobi, GivesTheSameBitsOnAnyNumberOfThreads) {
 /// Every kind of launch, for as long as a sanitizer has patience: a frame of a small sheet.
 TEST(Twins, ShortFramesOfEveryKindAgree) {
   SKIP_WITHOUT_CUDA();
-  Garment garment = testing::garment_of(testing::sheet(6, 6, 0.05, 'a'), 0.2, 300, 1e-5);
-  testing::use_flat_rest(garment);
-  const Mesh ball = testing::sphere(0.15, 8, 12);
+  Garment garment = fixtures::garment_of(fixtures::sheet(6, 6, 0.05, 'a'), 0.2, 300, 1e-5);
+  fixtures::use_flat_rest(garment);
+  const Mesh ball = fixtures::sphere(0.15, 8, 12);
   Control control;
   control.body_start = ball.vertices.rowwise() + Eigen::RowVector3d(0.15, -0.152, 0.15);
   control.body_end = control.body_start;
@@ -250,7 +250,7 @@ TEST(Twins, EveryBarrierGivesTheSameBits) {
 
 TEST(Repeat, GivesTheSameBitsOnEveryDeviceAndThreadCount) {
   const Scene s = scene("springs", 0);
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     Points reference;
     for (int run = 0; run < 3; ++run) {
       set_thread_count(run == 1 ? 1 : 0);
@@ -283,7 +283,7 @@ TEST(Repeat, ACheckpointContinuesWithTheSameBits) {
     control.body_end = turned(control.body_end, frame + 1);
     return control;
   };
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     for (bool turns : {false, true}) {
       const auto control = [&](int f) { return turns ? turning(f) : s.control(f); };
       ClothSolver whole(s.cloth, s.ball.faces, {}, device);
@@ -309,7 +309,7 @@ TEST(Repeat, ACheckpointContinuesWithTheSameBits) {
 TEST(Sweep, EveryScenesIsWhatItWouldBeAlone) {
   const Scene s = scene("springs", 0);
   const std::vector<ClothVariation> variations{{1, 1, -1}, {4, 0.1, 0.1}, {0.3, 10, 0.9}};
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     ClothSweep sweep(s.cloth, variations, s.ball.faces, options, device);
     ASSERT_EQ(sweep.scene_count(), 3);
@@ -339,7 +339,7 @@ TEST(Sweep, FactorsScaleTheStiffnessOfTheCloth) {
   }
   XpbdOptions options;
   options.precision = "double";
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     ClothSweep sweep(s.cloth, {{1, 1, -1}, {4, 0.25, -1}}, s.ball.faces, options, device);
     ClothSolver alone(stiffer, s.ball.faces, options, device);
     for (int i = 0; i < 3; ++i) {
@@ -421,8 +421,8 @@ TEST(Solver, RefusesMoreScenesThanTheDeviceHasMemoryForAndGoesOn) {
 }
 
 TEST(Solver, StopsWhereAPositionIsNoLongerFiniteAndKeepsTheLastFrame) {
-  const Cloth cloth = make_cloth(testing::garment_of(testing::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
-  for (Device device : testing::devices()) {
+  const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
+  for (Device device : fixtures::devices()) {
     ClothSolver solver(cloth, {}, {}, device);
     solver.advance({});
     const Points good = solver.state().positions;

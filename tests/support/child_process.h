@@ -12,7 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// How a program ended and what it wrote.
 struct ChildResult {
@@ -123,4 +123,4 @@ inline ChildResult run_child(const std::vector<std::string>& command) {
   return ChildProcess(command).wait();
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -4,7 +4,7 @@
 
 #include "core/device.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A test body that runs once per device: `class Foo : public DeviceTest {};`, `TEST_P(Foo, ...)`
 /// with `device()`, and ATELIER_ON_EVERY_DEVICE(Foo). CUDA is skipped where no device answers.
@@ -18,7 +18,7 @@ class DeviceTest : public ::testing::TestWithParam<Device> {
   static Device device() { return GetParam(); }
 };
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 #define ATELIER_ON_EVERY_DEVICE(suite)                                                   \
   INSTANTIATE_TEST_SUITE_P(Devices, suite, ::testing::Values(Device::Cpu, Device::Cuda), \

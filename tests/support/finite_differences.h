@@ -1,11 +1,10 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <functional>
 
-#include <Eigen/Core>
-
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// Central differences of f at x: [rows of f, rows of x].
 inline Eigen::MatrixXd finite_difference_jacobian(
@@ -29,4 +28,4 @@ inline double jacobian_error(const Eigen::MatrixXd& analytic, const Eigen::Matri
   return ((analytic - numeric).array().abs() / numeric.array().abs().max(1.0)).maxCoeff();
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -11,7 +11,7 @@
 extern "C" void __gcov_dump();
 #endif
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 [[noreturn]] inline void leave(int code) {
 #ifdef ATELIER_COVERAGE
@@ -24,4 +24,4 @@ namespace atelier::testing {
   _exit(code);
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 // Known to one source alone (tests/main.cpp), so that every other object is the same wherever the
 // project lies and a compiler cache serves them all.
@@ -17,4 +17,4 @@ std::string program_path();
 /// The program with its stages and `status` alone, which starts in milliseconds; or empty.
 std::string small_program_path();
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

@@ -8,7 +8,7 @@
 
 #include "core/mesh.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A mesh from lists.
 inline Mesh mesh_of(const std::vector<std::array<double, 3>>& vertices,
@@ -124,4 +124,4 @@ inline Mesh tube(int around, int along, double height = 2) {
   return mesh_of(vertices, faces);
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

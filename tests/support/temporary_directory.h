@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// A fresh folder, removed with all its content at the end of the scope.
 class TemporaryDirectory {
@@ -32,4 +32,4 @@ class TemporaryDirectory {
   std::filesystem::path path_;
 };
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures

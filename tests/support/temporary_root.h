@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// The one folder for temporary files of a test program and of all that it starts (TMPDIR): gone at
 /// its end, whatever failed. A program that was killed cannot remove its own; the next one does,
@@ -66,4 +66,4 @@ class TemporaryRoot {
   int lock_ = -1;
 };
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
