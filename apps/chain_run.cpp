@@ -13,6 +13,7 @@
 #include "apps/option_flags.h"
 #include "apps/printable.h"
 #include "apps/run_options.h"
+#include "apps/run_scene.h"
 #include "apps/stages.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -111,7 +112,36 @@ void ChainRun::work() {
     stage(i);
     pass_over();
   }
+  export_avatar();
   account_.seconds = seconds_since(begin_);
+}
+
+void ChainRun::export_avatar() {
+#ifdef ATELIER_HAS_BODYMODEL
+  const RunStageAccount* animate = account_of("animate");
+  if (animate == nullptr || !animate->end.starts_with("done")) {
+    return;
+  }
+  RunStageAccount one;
+  one.stage = "export";
+  const Clock::time_point begin = Clock::now();
+  try {
+    const std::filesystem::path folder = exported_avatar(arguments_.places.workspace);
+    one.end = "done";
+    one.seconds = seconds_since(begin);
+    if (!arguments_.json) {
+      std::cout << "run: export is done: " << printable(folder.string())
+                << "; atelier export writes everything" << std::endl;
+    }
+  } catch (const std::exception& error) {
+    const Failure failure = failure_of(error);
+    one.end = "failed";
+    one.why = failure.text;
+    exit_code_ = exit_code_ == kExitDone ? failure.exit_code : exit_code_;
+    std::cerr << "atelier: export: " << printable(failure.text) << std::endl;
+  }
+  account_.stages.push_back(one);
+#endif
 }
 
 /// What would be done.

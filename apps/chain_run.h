@@ -63,6 +63,7 @@ class ChainRun {
   double rest_after(std::size_t i) const;
   StageRequest request_of(std::size_t i, bool make_input) const;
   void stage(std::size_t i);
+  void export_avatar();
   void show_end(StageConsole& console, const StageReport& report, const RunStageAccount& one);
   std::pair<std::string, std::vector<std::string>> planned(
       std::size_t i, const std::set<std::string_view>& working) const;

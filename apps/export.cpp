@@ -217,16 +217,6 @@ std::string consent_warnings(const StageStatus& status) {
 }
 
 #ifdef ATELIER_HAS_BODYMODEL
-/// The networks that a result of `animate` was drawn by; "" if there are none.
-fs::path networks_of(const Manifest& manifest, const fs::path& workspace) {
-  for (const ManifestInput& input : manifest.inputs) {
-    if (input.kind == "networks") {
-      return workspace / input.stage / fs::path(input.path).filename();
-    }
-  }
-  return {};
-}
-
 /// Motions as BVH too, and what `animate` made as one scene.
 void export_motions(const fs::path& result, const fs::path& networks, const fs::path& place,
                     ExportFormat format, const std::set<fs::path>& files) {

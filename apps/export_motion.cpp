@@ -14,6 +14,7 @@
 #include "bodymodel/motion_bvh.h"
 #include "bodymodel/skin_weights.h"
 #include "bodymodel/tracked_motion.h"
+#include "bodymodel/unpose.h"
 #include "core/archive.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
@@ -128,10 +129,59 @@ GltfMaterial cloth_material(const std::string& garment, const fs::path& networks
   return material;
 }
 
+/// What the surface of each frame is off the skin that the joints move (soft tissue, what tracking
+/// left), as morph targets: these apply before the skin does. Without them cloth that was simulated
+/// on those surfaces would be pierced.
+void add_surfaces(GltfScene& scene, const BodyModel& body, const MotionClip& clip,
+                  const Sequence& surfaces) {
+  constexpr double kLeast = 1e-4;  // m, below which skin is where it should be
+  const std::vector<Pose>& poses = clip.motion.poses;
+  const auto count = static_cast<Index>(poses.size());
+  GltfPrimitive& primitive = scene.meshes.at(0).primitives.at(0);
+  if (frame_count(surfaces) != count ||
+      primitive.mesh.vertices.rows() != body.mesh.vertices.rows()) {
+    return;
+  }
+  const ShapedBody shaped = shape_body(body);
+  std::vector<GltfMorphTarget> targets;
+  double most = 0;
+  for (Index i = 0; i < count; ++i) {
+    const Points rest = unposed_vertices(body, shaped, poses[static_cast<std::size_t>(i)],
+                                         frame(surfaces, i).vertices);
+    targets.push_back({rest - shaped.vertices, {}});
+    most = std::max(most, targets.back().positions.cwiseAbs().maxCoeff());
+  }
+  if (most < kLeast) {
+    return;
+  }
+  GltfChannel channel;
+  channel.path = GltfPath::Weights;
+  channel.values = Eigen::MatrixXd::Identity(count, count);
+  for (Index i = 0; i < count; ++i) {
+    channel.times.push_back(static_cast<double>(i) / clip.motion.fps);
+    scene.meshes[0].target_names.push_back("frame " + std::to_string(i));
+  }
+  for (std::size_t n = 0; n < scene.nodes.size(); ++n) {
+    channel.node = scene.nodes[n].mesh == 0 ? static_cast<int>(n) : channel.node;
+  }
+  primitive.targets = std::move(targets);
+  scene.meshes[0].weights.assign(static_cast<std::size_t>(count), 0.0);
+  scene.animations.at(0).channels.push_back(std::move(channel));
+}
+
 }  // namespace
 
 bool is_animation_result(const fs::path& result) {
   return fs::exists(result / "body.npz") && fs::exists(result / "motion.npz");
+}
+
+fs::path networks_of(const Manifest& manifest, const fs::path& workspace) {
+  for (const ManifestInput& input : manifest.inputs) {
+    if (input.kind == "networks") {
+      return workspace / input.stage / fs::path(input.path).filename();
+    }
+  }
+  return {};
 }
 
 GltfScene avatar_scene(const fs::path& result, const fs::path& networks) {
@@ -150,6 +200,7 @@ GltfScene avatar_scene(const fs::path& result, const fs::path& networks) {
     }
   }
   scene.materials.push_back(skin_material());
+  add_surfaces(scene, body, clip, open_sequence(result / "body"));
   for (const fs::path& garment : garments_of(result)) {
     const std::string name = garment.filename().string();
     const Sequence sequence = open_sequence(garment);

@@ -7,6 +7,7 @@
 
 #include "core/io/mesh_gltf.h"
 #include "core/io/usd_sequence.h"
+#include "core/store/manifest.h"
 
 namespace atelier {
 
@@ -22,9 +23,13 @@ GltfScene joined_scenes(GltfScene scene, const GltfScene& other);
 /// Whether a result is of `animate`: a body, its motion, and garments.
 bool is_animation_result(const std::filesystem::path& result);
 
+/// The networks that such a result was drawn by; "" if there are none.
+std::filesystem::path networks_of(const Manifest& manifest, const std::filesystem::path& workspace);
+
 /// Such a result as one scene: the body with its skin, four influences a vertex, moved by its
-/// joints; each garment as morph targets, a frame each, with the texture that does not change of
-/// what `appearance` learnt (joined_scenes, image inside). Throws DataError for damaged files.
+/// joints, with what each frame's surface is off that as morph targets; each garment as morph
+/// targets, a frame each, with the texture that does not change of what `appearance` learnt
+/// (joined_scenes, image inside). Throws DataError for damaged files.
 /// @param networks  the result of `appearance` that it was drawn by; "": one colour each
 GltfScene avatar_scene(const std::filesystem::path& result, const std::filesystem::path& networks);
 

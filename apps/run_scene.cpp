@@ -7,6 +7,9 @@
 #include <string>
 #include <vector>
 
+#ifdef ATELIER_HAS_BODYMODEL
+#include "apps/export_motion.h"
+#endif
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -176,6 +179,31 @@ fs::path captured_scene(const fs::path& workspace) {
     }
   });
 }
+
+#ifdef ATELIER_HAS_BODYMODEL
+fs::path exported_avatar(const fs::path& workspace) {
+  std::vector<fs::path> results = {result_of(workspace, "animate")};
+  if (current_name(workspace / "flatten")) {
+    results.push_back(result_of(workspace, "flatten"));
+  }
+  return renewed(workspace, "export", made_of(results), [&](const fs::path& folder) {
+    const fs::path& animated = results.front();
+    write_gltf(folder / "avatar.glb",
+               avatar_scene(animated, networks_of(read_manifest(animated, "animate"), workspace)));
+    export_bvh(animated / "motion.npz", folder / "motion.bvh");
+    for (std::size_t i = 1; i < results.size(); ++i) {
+      for (const auto& entry : fs::recursive_directory_iterator(results[i])) {
+        const fs::path extension = entry.path().extension();
+        if (extension == ".svg" || extension == ".dxf") {
+          const fs::path to = folder / entry.path().lexically_relative(results[i]);
+          make_private_directory(to.parent_path());
+          fs::copy_file(entry.path(), to);
+        }
+      }
+    }
+  });
+}
+#endif
 
 }  // namespace atelier
 

@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// INPUTs that a run makes of a workspace's results, in folders of the workspace: made anew only
+/// What a run makes of a workspace's results, in folders of the workspace: made anew only
 /// when these results have changed, and then whole, with their consent. Throws DataError where a
 /// result is missing or damaged, and EnvironmentError.
 
@@ -18,6 +18,12 @@ std::filesystem::path template_surfaces(const std::filesystem::path& workspace);
 /// The registered garments in the pose of their first frame, all in one mesh, and the body under
 /// them in every registered frame.
 std::filesystem::path captured_scene(const std::filesystem::path& workspace);
+
+#ifdef ATELIER_HAS_BODYMODEL
+/// For other programs, in the folder `export`: the avatar as glTF, its motion as BVH, and the
+/// patterns that were found (export_motion.h). `atelier export` writes everything.
+std::filesystem::path exported_avatar(const std::filesystem::path& workspace);
+#endif
 
 }  // namespace atelier
 

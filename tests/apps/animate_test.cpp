@@ -243,6 +243,24 @@ TEST_F(Animate, ExportsOpenAndShowTheSame) {
               AllOf(HasSubstr("def Mesh \"body\""), HasSubstr("def Mesh \"lower\"")));
 }
 
+TEST_F(Animate, ARunLeavesTheAvatarForOtherProgramsAndMakesItAnewWhereItIsDamaged) {
+  write_dressed_workspace(capture(), workspace());
+  const std::vector<std::string> command = {
+      "run",  capture().string(), workspace().string(), "--from", "animate",
+      "--to", "animate",          "--animate.pictures", "false",  "--animate.cloth.xpbd.substeps",
+      "6"};
+  const ChildResult done = run(command);
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("export is done: "));
+  const fs::path avatar = workspace() / "export" / "avatar.glb";
+  const std::string sound = read_file_text(avatar, 1 << 26);
+  EXPECT_EQ(read_gltf(avatar).meshes.size(), 2u);
+  EXPECT_EQ(read_motion_file(workspace() / "export" / "motion.bvh").motion.poses.size(), 3u);
+  fs::resize_file(avatar, 100);
+  ASSERT_EQ(run(command).exit_code, 0);
+  EXPECT_EQ(read_file_text(avatar, 1 << 26), sound);
+}
+
 TEST_F(Animate, CamerasOfACaptureThatIsGoneAreRefused) {
   write_dressed_workspace(capture(), workspace(), "track");
   fs::remove_all(capture());
