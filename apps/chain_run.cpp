@@ -52,11 +52,6 @@ ChainRun::ChainRun(const RunArguments& arguments, const OptionSet& options)
   if (facts_.clothed_frames == 0) {
     suggest("animate.garment", "tee+skirt", "no garment was captured");
   }
-  if (facts_.masked_frames == 0) {
-    // Detectors are off by centimetres where joints truly are; with surfaces that does not
-    // matter, alone they would bend the body's shape until no calf is left of it.
-    suggest("personalize.input.keypoint_noise", "0.05", "keypoints alone");
-  }
   account_.capture = arguments.places.capture.string();
   account_.started = utc_text(static_cast<double>(std::time(nullptr)));
   for (const RunStep& step : run_steps()) {

@@ -91,12 +91,19 @@ class Personalizer {
                            std::to_string(used_.size()) + " frames",
                            "three and more tell shape from pose better"});
     }
-    if (!model_.shape.empty()) {
-      solve(rough, kKeypointIterations, 1);
-      solve(options_.weights, kKeypointIterations, 1);
-    }
     any_scan_ = std::any_of(used_.begin(), used_.end(),
                             [&](std::size_t f) { return input_.frames[f].scan.points.rows() > 0; });
+    if (!model_.shape.empty()) {
+      solve(rough, kKeypointIterations, 1);
+      FrameWeights fine = options_.weights;
+      if (!any_scan_) {
+        // Detectors are off by centimetres where joints truly are. With scans that does not matter;
+        // alone they would bend the shape until no calf is left of it: so they are as noisy as the
+        // rough fit leaves them.
+        fine.keypoint = std::max(fine.keypoint, keypoint_error(person_));
+      }
+      solve(fine, kKeypointIterations, 1);
+    }
     if (!any_scan_) {
       findings_.push_back({Severity::Warning, "no-scans", "person", "keypoints alone",
                            "bone lengths are the person's; girths are the average's"});

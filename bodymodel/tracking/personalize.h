@@ -40,9 +40,9 @@ struct Personalization {
 ///    and towards the other side of the body where only that was seen; in turn with the poses.
 /// Three frames are enough; with fewer it warns. Only skin moves the surface: where a person was
 /// seen in loose clothing alone, the shape comes from skin and keypoints. Without scans the shape
-/// comes from keypoints alone. Works with every model of a person; one without shape parameters
-/// gets a size, bone lengths and the displacements. Throws as `track` does. O(frames x rounds x
-/// samples).
+/// comes from keypoints alone, taken for as noisy as a rough fit leaves them. Works with every
+/// model of a person; one without shape parameters gets a size, bone lengths and the displacements.
+/// Throws as `track` does. O(frames x rounds x samples).
 Personalization personalize(const BodyModel& model, const TrackInput& input,
                             const PersonalizeOptions& options = {});
 

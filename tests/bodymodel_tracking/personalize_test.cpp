@@ -181,6 +181,26 @@ TEST(Personalize, KeypointsAloneGiveBoneLengths) {
   EXPECT_NEAR(leg(found.person.model), leg(somebody()), 0.01);
 }
 
+// A detector is off where joints truly are by centimetres, and in every frame alike.
+TEST(Personalize, KeypointsAloneThatAreOffDoNotBendTheShape) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    TrackInput input = bare_frames(4, 0.003);
+    Random random(seed);
+    const Points bias = 0.03 * Points::NullaryExpr(input.frames[0].keypoints.rows(), 3,
+                                                   [&] { return normal(random); });
+    for (TrackFrame& frame : input.frames) {
+      frame.scan = {};
+      frame.keypoints += bias;
+    }
+    const PersonalBody found = personalize(shaped_human(), input).person;
+    for (std::size_t s = 0; s < shaped_human().shape.size(); ++s) {
+      const ShapeParameter& parameter = shaped_human().shape[s];
+      EXPECT_GE(found.shape[static_cast<Index>(s)], parameter.min) << parameter.name << seed;
+      EXPECT_LE(found.shape[static_cast<Index>(s)], parameter.max) << parameter.name << seed;
+    }
+  }
+}
+
 TEST(Personalize, WhatWasNotSeenIsSaid) {
   TrackInput input = bare_frames(2, 0.003);
   for (TrackFrame& frame : input.frames) {
