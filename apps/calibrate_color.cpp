@@ -40,7 +40,7 @@ struct CalibrateColorOptions {
   int frames = 3;
   DatasetOptions capture;
   ColorGainOptions gains;
-  ColorSampleOptions samples;
+  SmallScanOptions samples;
   ReconstructOptions reconstruct;
 };
 

@@ -17,6 +17,7 @@
 #include "apps/usage_error.h"
 #include "capture/cameras_file.h"
 #include "capture/layouts/colmap_dense.h"
+#include "capture/stereo/share_views.h"
 #include "capture/surface/reconstruct_scan.h"
 #include "capture/truth_archive.h"
 #include "core/atomic_file.h"
@@ -95,19 +96,50 @@ std::string origin_of(const DepthArguments& arguments, const DepthOptions& optio
   return json_text(origin, 1);
 }
 
+/// What two origins differ in, in words.
+std::string difference_of(const nlohmann::json& there, const nlohmann::json& wanted) {
+  const auto differs = [&](const char* key) {
+    return there.value(key, nlohmann::json()) != wanted.at(key);
+  };
+  if (differs("views")) {
+    return "other pictures: of another capture or frame, or of another size (--memory)";
+  }
+  if (differs("device")) {
+    return "another device";
+  }
+  return "other options";
+}
+
 /// Where the maps go: a new folder, or one that was begun with the same options.
 void open_folder(const fs::path& folder, const std::string& origin) {
   const fs::path file = folder / "depth.json";
-  if (fs::exists(file)) {
-    if (read_file_text(file, 1 << 24) != origin) {
-      throw UsageError("OUT " + folder.string() +
-                       " holds maps of another capture, frame, device or other options: give a "
-                       "new folder, or remove it");
-    }
+  if (!fs::exists(file)) {
+    require_new_place(folder, "OUT");
+    require_folder_place(folder);
     return;
   }
-  require_new_place(folder, "OUT");
-  require_folder_place(folder);
+  const std::string there = read_file_text(file, 1 << 24);
+  if (there == origin) {
+    return;
+  }
+  const nlohmann::json said = nlohmann::json::parse(there, nullptr, false);
+  if (!said.is_object() || said.value("schema", nlohmann::json()) != "atelier-depth") {
+    throw DataError(file.string(), "", "no account of what the maps are made of",
+                    "the file that depth wrote; give a new folder, or remove " + folder.string());
+  }
+  throw UsageError("OUT " + folder.string() + " holds maps of " +
+                   difference_of(said, nlohmann::json::parse(origin)) +
+                   "; give a new folder, or remove it");
+}
+
+/// The mesh is written last, after long work: what could stop that is refused first.
+void check_surface(const std::string& file) {
+  const std::string extension = fs::path(file).extension().string();
+  if (extension != ".obj" && extension != ".ply" && extension != ".glb") {
+    throw UsageError("--surface cannot be '" + file + "': it ends in .obj, .ply or .glb");
+  }
+  require_new_place(file, "--surface");
+  require_file_place(file);
 }
 
 /// Some of the hull's cells.
@@ -131,30 +163,6 @@ Points places_in(const VisualHull& hull) {
   return places;
 }
 
-/// The views of one share: neighbours around the subject, since each is compared with its
-/// neighbours and their maps are needed too.
-std::vector<std::size_t> share_of(const std::vector<Camera>& cameras, int share, int shares) {
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Camera& camera : cameras) {
-    middle += camera_center(camera) / static_cast<double>(cameras.size());
-  }
-  std::vector<std::pair<double, std::size_t>> around;
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const Eigen::Vector3d from = camera_center(cameras[i]) - middle;
-    around.emplace_back(std::atan2(from.x(), from.z()), i);
-  }
-  std::sort(around.begin(), around.end());
-  std::vector<std::size_t> views;
-  const std::size_t count = around.size();
-  const auto part = static_cast<std::size_t>(share);
-  const auto parts = static_cast<std::size_t>(shares);
-  for (std::size_t i = part * count / parts; i < (part + 1) * count / parts; ++i) {
-    views.push_back(around[i].second);
-  }
-  std::sort(views.begin(), views.end());
-  return views;
-}
-
 int run(const DepthArguments& arguments, const DepthOptions& options) {
   if (arguments.capture.empty() || arguments.out.empty()) {
     throw UsageError("depth takes a CAPTURE and OUT: atelier depth CAPTURE OUT");
@@ -164,12 +172,11 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
     throw UsageError("--views cannot be '" + arguments.views + "': it is i/n, i from 0 to n - 1");
   }
   if (!arguments.surface.empty()) {
-    const std::string extension = fs::path(arguments.surface).extension().string();
-    if (extension != ".obj" && extension != ".ply" && extension != ".glb") {
-      throw UsageError("--surface cannot be '" + arguments.surface +
-                       "': it ends in .obj, .ply or .glb");
-    }
-    require_file_place(arguments.surface);
+    check_surface(arguments.surface);
+  }
+  if (is_inside(arguments.out, arguments.capture)) {
+    throw UsageError("OUT " + arguments.out +
+                     " lies in the capture, which it would change: name a folder elsewhere");
   }
   const Device device = arguments.device == "cuda" ? Device::Cuda : Device::Cpu;
   const Dataset dataset = stage_dataset(arguments.capture, options.capture);
@@ -194,14 +201,15 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
   const std::string origin = origin_of(arguments, options, frame, views);
   open_folder(folder, origin);
   ReconstructOptions used = options.reconstruct;
-  equalize(views, used, device);
+  settle_cameras(views, used, device);
   const StraightInstant instant = straight_instant(std::move(views), used);
   make_private_directory(folder);
   write_file_atomically(folder / "depth.json", origin);  // first, so that a kill leaves it ours
   write_dense_workspace(folder, instant.cameras, instant.images, places_in(instant.hull));
-  std::vector<std::size_t> wanted = share_of(instant.cameras, share.shard, share.shards);
+  std::vector<std::size_t> wanted = share_of_views(instant.cameras, share.shard, share.shards);
   std::erase_if(wanted,
                 [&](std::size_t view) { return has_depth_map(folder, instant.cameras[view]); });
+  const std::size_t computed = computed_views(instant, used, wanted).size();
   std::vector<DepthMap> maps;
   if (!wanted.empty()) {
     maps = instant_depths(instant, used, device, wanted);
@@ -227,15 +235,13 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
     std::cerr << printable(to_string(finding)) << "\n";
   }
   if (arguments.json) {
-    const nlohmann::ordered_json json = {{"frame", frame},
-                                         {"views", instant.cameras.size()},
-                                         {"made", wanted.size()},
-                                         {"there", there},
-                                         {"out", arguments.out}};
+    const nlohmann::ordered_json json = {{"frame", frame},        {"views", instant.cameras.size()},
+                                         {"made", wanted.size()}, {"computed", computed},
+                                         {"there", there},        {"out", arguments.out}};
     std::cout << json_text(json, 1) << "\n";
   } else {
-    std::cout << "frame " << frame << ": " << wanted.size() << " depth maps made, " << there
-              << " of " << instant.cameras.size() << " are there\n"
+    std::cout << "frame " << frame << ": " << wanted.size() << " depth maps made (" << computed
+              << " views computed), " << there << " of " << instant.cameras.size() << " are there\n"
               << (arguments.surface.empty() ? arguments.out : arguments.surface) << "\n";
   }
   return kExitDone;
@@ -254,8 +260,9 @@ Action add_depth(CLI::App& parser) {
              "Folder of one frame's maps, also COLMAP's dense workspace; maps that are there "
              "are kept")
       .required();
-  add_option(parser, "--views", arguments->views,
-             "Only every n-th view, so that n machines share a frame [0/1]")
+  add_option(
+      parser, "--views", arguments->views,
+      "Only a share of the views, those side by side, so that n machines share a frame [0/1]")
       .type_name("i/n");
   add_option(parser, "--surface", arguments->surface,
              "The labelled surface too, once every view's map is there")

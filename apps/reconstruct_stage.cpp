@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -150,25 +151,45 @@ void require_size(const char* what, int width, int height, const Camera& camera,
   }
 }
 
+/// Of one camera's frames, those without a picture or without a mask.
+std::optional<Finding> missing_of(const std::string& camera, const CameraFrames& files,
+                                  const std::vector<int>& frames) {
+  std::size_t pictures = 0;
+  std::vector<int> without;
+  for (const int frame : frames) {
+    pictures += files.images.contains(frame) ? 1 : 0;
+    if (!files.images.contains(frame) ||
+        (!files.masks.contains(frame) && !files.labels.contains(frame))) {
+      without.push_back(frame);
+    }
+  }
+  const std::string all = std::to_string(frames.size());
+  const auto finding = [&](std::string what, std::string advice) {
+    return Finding{Severity::Warning, "view-missing", camera, std::move(what), std::move(advice)};
+  };
+  if (without.empty()) {
+    return std::nullopt;
+  }
+  if (pictures == 0) {
+    return finding("no picture of any of the " + all + " frames",
+                   "it takes no part; look where its pictures are and how they are named");
+  }
+  if (without.size() == frames.size()) {
+    return finding("no mask and no labels of any of its pictures",
+                   "it takes no part; atelier masks makes masks");
+  }
+  return finding("no picture or no mask of " + std::to_string(without.size()) + " of " + all +
+                     " frames, the first is " + std::to_string(without.front()),
+                 "its other frames are used");
+}
+
 /// What is not there of the capture's frames, as far as it is worked on: views without a picture or
 /// a mask, and frames that have too few of them.
 std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int>& frames) {
   std::vector<Finding> findings;
-  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-    const CameraFrames& camera = dataset.frames[c];
-    std::vector<int> without;
-    for (const int frame : frames) {
-      if (!camera.images.contains(frame) ||
-          (!camera.masks.contains(frame) && !camera.labels.contains(frame))) {
-        without.push_back(frame);
-      }
-    }
-    if (!without.empty()) {
-      findings.push_back({Severity::Warning, "view-missing", dataset.cameras[c].id,
-                          "no picture or no mask of " + std::to_string(without.size()) + " of " +
-                              std::to_string(frames.size()) + " frames, the first is " +
-                              std::to_string(without.front()),
-                          "its other frames are used"});
+  for (std::size_t c = 0; c < dataset.cameras.size() && !frames.empty(); ++c) {
+    if (auto finding = missing_of(dataset.cameras[c].id, dataset.frames[c], frames)) {
+      findings.push_back(std::move(*finding));
     }
   }
   std::vector<int> dropped;

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "capture/stereo/stereo.h"
-#include "capture/stereo/stereo_prior_math.h"
+#include "capture/stereo/stereo_propagation_math.h"
 
 namespace atelier {
 

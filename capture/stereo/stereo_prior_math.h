@@ -104,4 +104,43 @@ ATELIER_HOST_DEVICE inline Vec3f predicted_plane(const StereoProblem& problem,
   return {0, 0, 0};
 }
 
+/// What the prior predicts for a pixel; depth 0: nothing.
+ATELIER_HOST_DEVICE inline StereoPlane predicted_at(const StereoProblem& problem, Vec3f ray, int x,
+                                                    int y) {
+  StereoPlane plane = {0, {0, 0, -1}};
+  if (problem.prior == nullptr) {
+    return plane;
+  }
+  const Vec3f inverse = problem.prior[y / kPriorCell * prior_cells(problem.width) + x / kPriorCell];
+  const float inverse_depth = dot(inverse, ray);
+  if (inverse_depth > 0) {
+    plane.depth = 1 / inverse_depth;
+    plane.normal = (-1 / norm(inverse)) * inverse;
+  }
+  return plane;
+}
+
+/// How much of the prior counts for a window, 0 to 1: all of it where there is no texture beyond
+/// shading and noise; in texture the window knows better, and folds would be ironed flat.
+ATELIER_HOST_DEVICE inline float plainness(const ReferenceWindow& window) {
+  constexpr float kTexture = 0.01f;  // of values in [0,1], one standard deviation
+  return decay(-0.5f / (kTexture * kTexture) * window.variance);
+}
+
+/// Cost of a plane that is not the predicted one, 0 to prior_weight: bounded, so that what windows
+/// say clearly they still say (the prior of Xu and Tao 2020, equation 5, as a robust term).
+ATELIER_HOST_DEVICE inline float prior_doubt(const StereoProblem& problem,
+                                             const StereoPlane& predicted,
+                                             const StereoPlane& plane) {
+  constexpr float kPixels = 0.5f;  // of disparity in the first source, and
+  constexpr float kAngle = 0.35f;  // rad: one standard deviation each
+  if (!(predicted.depth > 0) || !(plane.depth > 0)) {
+    return 0;
+  }
+  const float shift =
+      problem.source[0].parallax * (1 / plane.depth - 1 / predicted.depth) * (1 / kPixels);
+  const float turn = 2 * (1 - dot(plane.normal, predicted.normal)) * (1 / (kAngle * kAngle));
+  return problem.prior_weight * (1 - decay(-0.5f * (shift * shift + (turn > 0 ? turn : 0))));
+}
+
 }  // namespace atelier

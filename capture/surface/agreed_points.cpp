@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "capture/stereo/choose_sources.h"
+#include "capture/stereo/share_views.h"
 #include "capture/stereo/undistort.h"
 #include "capture/surface/check_masks.h"
+#include "capture/surface/stereo_image.h"
 #include "core/error.h"
 #include "core/median.h"
 
@@ -35,28 +38,6 @@ StraightView straightened(const InstantView& view) {
     straight.labels = undistorted(view.camera, view.labels);
   }
   return straight;
-}
-
-/// One channel, gamma-coded: noise is then nearly even over brightness. Of coloured surfaces the
-/// difference of the channels instead of the brightness: a gloss of white light, which wanders over
-/// the surface with the view and lies behind round limbs, adds the same to all channels (after
-/// Mallick 2005; the blend is our choice).
-Image stereo_image(const Image& image) {
-  Image value(image.width, image.height, 1);
-  for (std::size_t p = 0; p < value.data.size(); ++p) {
-    const float* rgb = &image.data[3 * p];
-    const float luminance = 0.3F * rgb[0] + 0.6F * rgb[1] + 0.1F * rgb[2];
-    const float most = std::max({rgb[0], rgb[1], rgb[2], 1e-4F});
-    const float difference = most - std::min({rgb[0], rgb[1], rgb[2]});
-    constexpr float kGrey = 0.15F;     // saturation up to which brightness counts alone
-    constexpr float kColoured = 0.4F;  // from which the difference does
-    constexpr float kScale = 2;        // of the difference, to be about as large as brightness
-    const float t = std::clamp((difference / most - kGrey) / (kColoured - kGrey), 0.0F, 1.0F);
-    const float blend = t * t * (3 - 2 * t);
-    const float mixed = luminance + blend * (kScale * difference - luminance);
-    value.data[p] = std::pow(std::clamp(mixed, 0.0F, 1.0F), 1 / 2.2F);
-  }
-  return value;
 }
 
 bool is_black(const Image& image) {
@@ -154,31 +135,41 @@ double agreement(const std::vector<DepthMap>& maps, std::size_t view, const Fuse
 }
 
 /// Empties the maps of views that agree far less with the others than is usual: their calibration
-/// is wrong, and what they see is somewhere else.
+/// is wrong, and what they see is somewhere else. One after the other, the worst first, since its
+/// neighbours agree less for its sake too.
 void leave_out_strays(std::vector<DepthMap>& maps, const FuseOptions& options,
                       std::vector<Finding>& findings) {
   constexpr std::size_t kFew = 4;  // of three, none can be told from the others
   constexpr std::size_t kSure = 8;
-  if (maps.size() < kFew) {
-    return;
-  }
-  std::vector<double> shares;
-  for (std::size_t i = 0; i < maps.size(); ++i) {
-    shares.push_back(agreement(maps, i, options));
-  }
-  const double usual = median(shares);
   constexpr double kLeast = 0.6;  // of what is usual
-  for (std::size_t i = 0; i < maps.size(); ++i) {
-    if (shares[i] < kLeast * usual) {
-      findings.push_back({Severity::Warning, "view-disagrees", maps[i].camera.id,
-                          std::to_string(std::lround(100 * shares[i])) +
-                              "% of what it sees is confirmed by another view, " +
-                              std::to_string(std::lround(100 * usual)) + "% is usual",
-                          maps.size() < kSure ? "its surface is left out; calibrate it again, or "
-                                                "its neighbours: of so few views it is a guess"
-                                              : "its surface is left out; calibrate it again"});
-      std::fill(maps[i].depth.data.begin(), maps[i].depth.data.end(), 0.0f);
+  double usual = 0;
+  std::vector<char> left_out(maps.size(), 0);
+  for (std::size_t left = maps.size(); left >= kFew; --left) {
+    std::vector<double> shares;
+    std::size_t worst = maps.size();
+    double least = 2;
+    for (std::size_t i = 0; i < maps.size(); ++i) {
+      if (left_out[i] == 0) {
+        shares.push_back(agreement(maps, i, options));
+        if (shares.back() < least) {
+          least = shares.back();
+          worst = i;
+        }
+      }
     }
+    usual = std::max(usual, median(shares));
+    if (!(least < kLeast * usual)) {
+      return;
+    }
+    left_out[worst] = 1;
+    findings.push_back({Severity::Warning, "view-disagrees", maps[worst].camera.id,
+                        std::to_string(std::lround(100 * least)) +
+                            "% of what it sees is confirmed by another view, " +
+                            std::to_string(std::lround(100 * usual)) + "% is usual",
+                        maps.size() < kSure ? "its surface is left out; calibrate it again, or "
+                                              "its neighbours: of so few views it is a guess"
+                                            : "its surface is left out; calibrate it again"});
+    std::fill(maps[worst].depth.data.begin(), maps[worst].depth.data.end(), 0.0f);
   }
 }
 
@@ -196,15 +187,20 @@ StraightInstant straight_instant(std::vector<InstantView> views,
   for (InstantView& view : seeing) {
     StraightView straight = straightened(view);
     view = {};
-    if (!straight.labels.data.empty()) {
-      instant.labels.push_back({straight.camera, std::move(straight.labels)});
-    }
+    instant.labels.push_back(std::move(straight.labels));
     instant.cameras.push_back(std::move(straight.camera));
     instant.masks.push_back(std::move(straight.mask));
     instant.images.push_back(std::move(straight.image));
   }
   instant.hull = visual_hull(instant.cameras, instant.masks, options.hull);
   return instant;
+}
+
+std::vector<std::size_t> computed_views(const StraightInstant& instant,
+                                        const ReconstructOptions& options,
+                                        const std::vector<std::size_t>& wanted) {
+  return with_sources(
+      wanted, choose_sources(instant.cameras, looked_at(instant.cameras), options.stereo.sources));
 }
 
 std::vector<DepthMap> instant_depths(const StraightInstant& instant,
@@ -217,24 +213,17 @@ std::vector<DepthMap> instant_depths(const StraightInstant& instant,
                     "cameras whose views overlap, less than 80 degrees apart");
   }
   // Those that are computed, and where each then is.
-  std::vector<char> needed(cameras.size(), wanted.empty() ? 1 : 0);
-  for (const std::size_t view : wanted) {
-    ATELIER_CHECK(view < cameras.size(), "a view out of range");
-    needed[view] = 1;
-    for (const int source : sources[view]) {
-      needed[static_cast<std::size_t>(source)] = 1;
-    }
-  }
   std::vector<int> place(cameras.size(), -1);
-  int count = 0;
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    place[i] = needed[i] != 0 ? count++ : -1;
+  std::vector<std::size_t> computed(cameras.size());
+  std::iota(computed.begin(), computed.end(), std::size_t{0});
+  if (!wanted.empty()) {
+    computed = with_sources(wanted, sources);
+  }
+  for (std::size_t k = 0; k < computed.size(); ++k) {
+    place[computed[k]] = static_cast<int>(k);
   }
   std::vector<StereoView> views;
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    if (place[i] < 0) {
-      continue;
-    }
+  for (const std::size_t i : computed) {
     DepthBounds bounds = depth_bounds(instant.hull, cameras[i], instant.masks[i]);
     StereoView& view = views.emplace_back();
     view.camera = cameras[i];
@@ -247,13 +236,13 @@ std::vector<DepthMap> instant_depths(const StraightInstant& instant,
       }
     }
   }
-  std::vector<DepthMap> computed = stereo(views, options.stereo, device);
+  std::vector<DepthMap> found = stereo(views, options.stereo, device);
   std::vector<DepthMap> maps(cameras.size());
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     maps[i].camera = cameras[i];
-    if (place[i] >= 0) {
-      maps[i] = std::move(computed[static_cast<std::size_t>(place[i])]);
-    }
+  }
+  for (std::size_t k = 0; k < computed.size(); ++k) {
+    maps[computed[k]] = std::move(found[k]);
   }
   return maps;
 }

@@ -13,7 +13,7 @@ struct StraightInstant {
   std::vector<Camera> cameras;    ///< without distortion
   std::vector<Image> images;      ///< [H,W,3] of each, less its gain
   std::vector<ByteImage> masks;   ///< of each; empty: not known
-  std::vector<LabelView> labels;  ///< of those that have labels
+  std::vector<ByteImage> labels;  ///< of each; empty: none
   VisualHull hull;
   std::vector<Finding> findings;  ///< what was wrong with views, by their cameras' names
 };
@@ -26,9 +26,15 @@ struct StraightInstant {
 StraightInstant straight_instant(std::vector<InstantView> views,
                                  const ReconstructOptions& options = {});
 
-/// Stereo of the views within the hull. With `wanted`, only of these and of those that they are
-/// compared with, so that machines can share an instant; the other maps stay without pixels. A
-/// view whose sources are computed without theirs differs a little from one of a whole run.
+/// The views whose stereo is computed for the wanted ones: these and those that they are compared
+/// with.
+std::vector<std::size_t> computed_views(const StraightInstant& instant,
+                                        const ReconstructOptions& options,
+                                        const std::vector<std::size_t>& wanted);
+
+/// Stereo of the views within the hull. With `wanted`, only of their computed_views, so that
+/// machines can share an instant; the other maps stay without pixels. A view whose sources are
+/// computed without theirs differs a little from one of a whole run.
 std::vector<DepthMap> instant_depths(const StraightInstant& instant,
                                      const ReconstructOptions& options = {},
                                      Device device = Device::Cpu,

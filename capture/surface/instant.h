@@ -3,6 +3,7 @@
 #include "capture/stereo/fuse.h"
 #include "capture/stereo/stereo.h"
 #include "capture/stereo/visual_hull.h"
+#include "capture/surface/refine_cameras.h"
 #include "capture/surface/surface_from_points.h"
 #include "capture/surface/surface_labels.h"
 #include "core/camera.h"
@@ -25,7 +26,9 @@ struct ReconstructOptions {
   FuseOptions fuse;
   SurfaceOptions surface;
   SurfaceLabelOptions labels;
+  RefineCameraOptions refine;
   bool equalize = true;       ///< measure the views' gains first, on small pictures
+  bool align = true;          ///< find the views' poses again by the surface on small pictures
   bool hull_support = false;  ///< close what stereo sees nothing of by the hull, with confidence 0
 };
 OptionTable describe(ReconstructOptions& options);

@@ -14,6 +14,8 @@ namespace {
 constexpr std::uint8_t kBackground = 0;
 constexpr std::uint8_t kUnknown = 255;
 constexpr double kNearBorder = 0.25;  // weight of a pixel near another label
+constexpr double kUnsure = 0.25;      // of a view whose depth does not confirm the place
+constexpr double kDepthError = 0.02;  // relative, up to which it does
 
 /// One vertex's answer from one view.
 struct Vote {
@@ -33,6 +35,18 @@ bool near_border(const ByteImage& labels, int x, int y, int radius) {
     }
   }
   return false;
+}
+
+/// How sure the view is that the surface is at the point, which lies in its pixel (x, y).
+double sureness(const LabelView& view, const Eigen::Vector3d& point, int x, int y) {
+  if (view.depth == nullptr) {
+    return 1;
+  }
+  const double found = view.depth->depth.at(x, y);
+  const double depth = camera_from_world(view.camera, point).z();
+  return std::abs(found - depth) <= kDepthError * depth
+             ? kUnsure + (1 - kUnsure) * view.depth->confidence.at(x, y)
+             : kUnsure;
 }
 
 Vote vote_of(const LabelView& view, const TriangleTree& tree, const Eigen::Vector3d& point,
@@ -58,15 +72,11 @@ Vote vote_of(const LabelView& view, const TriangleTree& tree, const Eigen::Vecto
     return {};
   }
   const bool border = near_border(view.labels, x, y, static_cast<int>(options.border));
-  return {label, static_cast<float>(cosine * cosine * (border ? kNearBorder : 1))};
+  return {label, static_cast<float>(cosine * cosine * sureness(view, point, x, y) *
+                                    (border ? kNearBorder : 1))};
 }
 
 }  // namespace
-
-float label_certainty(const Mesh& mesh, Index vertex) {
-  constexpr float kLeast = 0.25F;
-  return mesh.confidence.size() > 0 ? kLeast + (1 - kLeast) * mesh.confidence[vertex] : 1.0F;
-}
 
 OptionTable describe(SurfaceLabelOptions& options) {
   OptionTable table;
@@ -86,6 +96,9 @@ LabelVotes label_votes(const Mesh& mesh, const std::vector<LabelView>& views,
     ATELIER_CHECK(view.labels.width == view.camera.width &&
                       view.labels.height == view.camera.height && view.labels.channels == 1,
                   "labels of another size than their camera's");
+    ATELIER_CHECK(view.depth == nullptr || (view.depth->depth.width == view.labels.width &&
+                                            view.depth->depth.height == view.labels.height),
+                  "labels of another size than their view's depth");
   }
   const auto n = static_cast<std::size_t>(mesh.vertices.rows());
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
@@ -94,10 +107,8 @@ LabelVotes label_votes(const Mesh& mesh, const std::vector<LabelView>& views,
   for (std::size_t i = 0; i < views.size(); ++i) {
     parallel_for(mesh.vertices.rows(), 256, [&](Index begin, Index end) {
       for (Index v = begin; v < end; ++v) {
-        Vote& vote = votes[i][static_cast<std::size_t>(v)];
-        vote = vote_of(views[i], tree, mesh.vertices.row(v).transpose(), normals.row(v).transpose(),
-                       options);
-        vote.weight *= label_certainty(mesh, v);
+        votes[i][static_cast<std::size_t>(v)] = vote_of(
+            views[i], tree, mesh.vertices.row(v).transpose(), normals.row(v).transpose(), options);
       }
     });
   }

@@ -1,24 +1,22 @@
 #include "capture/surface/reconstruct_scan.h"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "capture/surface/color_samples.h"
 #include "capture/surface/hull_support.h"
+#include "capture/surface/refine_cameras.h"
+#include "capture/surface/stereo_image.h"
 #include "core/error.h"
 
 namespace atelier {
 namespace {
 
-/// Gives the cameras the gains that their pictures show, as bright together as before. False if
-/// the pictures share too little to tell.
-bool take_gains(std::vector<InstantView>& views, const ReconstructOptions& options, Device device) {
-  ColorGains measured;
-  try {
-    measured =
-        color_gains(static_cast<int>(views.size()), color_samples(views, options, {}, device));
-  } catch (const DataError&) {
-    return false;  // what is wrong with the views is found and said again at full size
-  }
+/// Gives the cameras the gains that their pictures show, as bright together as before. Throws
+/// DataError if the pictures share too little to tell.
+void take_gains(std::vector<InstantView>& views, const SmallScan& scan) {
+  const ColorGains measured = color_gains(static_cast<int>(views.size()), color_samples(scan));
   Eigen::Vector3d brightness = Eigen::Vector3d::Zero();
   double count = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -33,7 +31,21 @@ bool take_gains(std::vector<InstantView>& views, const ReconstructOptions& optio
       views[i].camera.gain = measured.gain[i].cwiseProduct(brightness);
     }
   }
-  return true;
+}
+
+/// Gives the cameras the poses that their pictures show.
+void take_poses(std::vector<InstantView>& views, const SmallScan& scan,
+                const RefineCameraOptions& options) {
+  std::vector<Camera> cameras;
+  std::vector<Image> images;
+  for (const InstantView& view : views) {
+    cameras.push_back(view.camera);
+    images.push_back(stereo_image(view.image));
+  }
+  const RefinedCameras refined = refine_cameras(cameras, images, scan.places, options);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    views[i].camera = refined.cameras[i];
+  }
 }
 
 Mesh joined_points(const Mesh& a, const Mesh& b) {
@@ -64,6 +76,9 @@ OptionTable describe(ReconstructOptions& options) {
   table.add("equalize", options.equalize,
             "Measure the views' exposures and colours first, on small pictures. Off: the capture's "
             "gains are right.");
+  table.add("align", options.align,
+            "Find the cameras' poses again by the surface itself. Off: calibration is exact.");
+  table.add("refine", describe(options.refine));
   table.add(
       "hull_support", options.hull_support,
       "Close what stereo sees nothing of by the hull, with confidence 0. Nearer to a body than "
@@ -71,9 +86,28 @@ OptionTable describe(ReconstructOptions& options) {
   return table;
 }
 
-void equalize(std::vector<InstantView>& views, ReconstructOptions& options, Device device) {
-  if (options.equalize && !take_gains(views, options, device)) {
-    options.stereo.level_weight = 0;
+void settle_cameras(std::vector<InstantView>& views, ReconstructOptions& options, Device device) {
+  if (!options.equalize && !options.align) {
+    return;
+  }
+  // What is wrong with the views is found and said again at full size.
+  std::optional<SmallScan> scan;
+  try {
+    scan = small_scan(views, options, {}, device);
+  } catch (const DataError&) {
+  }
+  if (options.equalize) {
+    try {
+      if (scan) {
+        take_gains(views, *scan);
+      }
+    } catch (const DataError&) {
+      scan.reset();
+    }
+    options.stereo.level_weight = scan ? options.stereo.level_weight : 0;
+  }
+  if (options.align && scan) {
+    take_poses(views, *scan, options.refine);
   }
 }
 
@@ -83,11 +117,18 @@ ReconstructedScan surface_of(const StraightInstant& instant, std::vector<DepthMa
   ReconstructedScan result;
   const Mesh support = options.hull_support
                            ? hull_support(instant.hull, agreed.maps, agreed.points,
-                                          options.surface.trim, options.fuse.least_confidence)
+                                          std::max(options.surface.trim, options.hull.cell),
+                                          options.fuse.least_confidence)
                            : Mesh{};
   result.scan = surface_from_points(joined_points(agreed.points, support), options.surface);
-  result.scan.labels = smooth_labels(
-      result.scan, label_votes(result.scan, instant.labels, options.labels), options.labels);
+  std::vector<LabelView> labels;
+  for (std::size_t i = 0; i < instant.labels.size(); ++i) {
+    if (!instant.labels[i].data.empty()) {
+      labels.push_back({instant.cameras[i], instant.labels[i], &agreed.maps[i]});
+    }
+  }
+  result.scan.labels =
+      smooth_labels(result.scan, label_votes(result.scan, labels, options.labels), options.labels);
   result.points = std::move(agreed.points);
   result.maps = std::move(agreed.maps);
   result.findings = instant.findings;
@@ -98,7 +139,7 @@ ReconstructedScan surface_of(const StraightInstant& instant, std::vector<DepthMa
 ReconstructedScan reconstruct_scan(std::vector<InstantView> views,
                                    const ReconstructOptions& options, Device device) {
   ReconstructOptions used = options;
-  equalize(views, used, device);
+  settle_cameras(views, used, device);
   const StraightInstant instant = straight_instant(std::move(views), used);
   return surface_of(instant, instant_depths(instant, used, device), used);
 }

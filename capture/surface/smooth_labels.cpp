@@ -23,6 +23,13 @@ struct EdgeCost {
 using Graph =
     boost::adjacency_list<boost::setS, boost::vecS, boost::undirectedS, VertexCosts, EdgeCost>;
 
+/// How much a vertex's votes count, by its confidence: what the hull closes may lie off the
+/// surface. Our choice.
+double certainty_of(const Mesh& mesh, Index vertex) {
+  constexpr double kLeast = 0.25;
+  return mesh.confidence.size() > 0 ? kLeast + (1 - kLeast) * mesh.confidence[vertex] : 1;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> smooth_labels(const Mesh& mesh, const LabelVotes& votes,
@@ -45,7 +52,7 @@ std::vector<std::uint8_t> smooth_labels(const Mesh& mesh, const LabelVotes& vote
     Index best = 0;
     votes.probability.row(v).maxCoeff(&best);
     vertex.label = static_cast<std::size_t>(best);
-    const double certainty = label_certainty(mesh, v);
+    const double certainty = certainty_of(mesh, v);
     for (Index k = 0; k < votes.probability.cols(); ++k) {
       vertex.costs.push_back(-certainty * std::log(std::max(votes.probability(v, k), 1e-6)));
     }

@@ -1,6 +1,8 @@
 #include "capture/surface/surface_from_points.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -10,6 +12,7 @@
 #include <pcl/surface/poisson.h>
 
 #include "core/error.h"
+#include "core/median.h"
 #include "core/topology.h"
 #include "core/tree.h"
 
@@ -122,6 +125,20 @@ Mesh trimmed(const Mesh& mesh, const std::vector<char>& keep) {
   return result;
 }
 
+/// m from a point to its sixth neighbour: the median over some points.
+double spacing_of(const Points& points) {
+  constexpr Index kAsked = 200;
+  constexpr Index kNeighbour = 6;
+  std::vector<double> spacings;
+  for (Index k = 0; k < kAsked; ++k) {
+    const Eigen::RowVector3d own = points.row(k * points.rows() / kAsked);
+    Eigen::VectorXd squared = (points.rowwise() - own).rowwise().squaredNorm();
+    std::nth_element(squared.begin(), squared.begin() + kNeighbour, squared.end());
+    spacings.push_back(std::sqrt(squared(kNeighbour)));
+  }
+  return median(spacings);
+}
+
 /// Whether the piece of each vertex has the area.
 std::vector<char> of_large_pieces(const Mesh& mesh, double least_area) {
   const Components pieces = connected_components(topology_of(mesh.faces, mesh.vertices.rows()));
@@ -171,7 +188,8 @@ OptionTable describe(SurfaceOptions& options) {
   table.add("point_weight", options.point_weight, 0, 100, "",
             "How closely the surface keeps to the points.");
   table.add("trim", options.trim, 0.001, 1, "m",
-            "From the nearest point, beyond which the surface is cut away.");
+            "From the nearest point, beyond which the surface is cut away; more where points are "
+            "sparse.");
   table.add("least_piece", options.least_piece, 0, 100, "m2", "Pieces of less area are dropped.");
   table.add("edge_length", options.edge_length, 0, 1, "m",
             "Of the even triangles of the result; 0: as Poisson leaves them.");
@@ -193,16 +211,15 @@ Mesh surface_from_points(const Mesh& points, const SurfaceOptions& options) {
   check_points(points);
   Mesh mesh = poisson(points, options);
   const TriangleTree tree = build_point_tree(points.vertices);
-  const auto supported = [&](const Points& places) {
-    std::vector<char> keep;
-    for (const ClosestPoint& nearest : closest_points(tree, places)) {
-      keep.push_back(nearest.squared_distance <= options.trim * options.trim ? 1 : 0);
-    }
-    return keep;
-  };
-  mesh = trimmed(mesh, supported(mesh.vertices));
+  constexpr double kSpacings = 2.5;  // sparse points support what is between them
+  const double trim = std::max(options.trim, kSpacings * spacing_of(points.vertices));
+  std::vector<char> supported;
+  for (const ClosestPoint& nearest : closest_points(tree, mesh.vertices)) {
+    supported.push_back(nearest.squared_distance <= trim * trim ? 1 : 0);
+  }
+  mesh = trimmed(mesh, supported);
   if (mesh.faces.rows() == 0) {
-    throw DataError("", "points", "no surface within " + std::to_string(options.trim) + " m",
+    throw DataError("", "points", "no surface within " + std::to_string(trim) + " m",
                     "points that lie on one; check their normals, or raise trim");
   }
   if (options.edge_length > 0) {

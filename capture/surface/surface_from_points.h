@@ -10,7 +10,8 @@ struct SurfaceOptions {
   double outlier_sigma = 3;    ///< standard deviations of that distance beyond which a point goes
   int octree_depth = 8;        ///< of the Poisson system: 2^depth cells along the longest side
   double point_weight = 4;     ///< how closely the surface keeps to the points (screening)
-  double trim = 0.02;          ///< m from the nearest point beyond which the surface is cut away
+  double trim = 0.012;         ///< m from the nearest point beyond which the surface is cut away;
+                               ///< where points are sparse, 2.5 times their spacing if that is more
   double least_piece = 0.002;  ///< m2: pieces of less area are dropped
   double edge_length = 0.01;  ///< m, of the even triangles of the result; 0: as Poisson leaves them
 };

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "capture/stereo/stereo.h"
 #include "core/camera.h"
 #include "core/image.h"
 #include "core/mesh.h"
@@ -12,8 +13,10 @@ namespace atelier {
 
 /// What one camera says about labels.
 struct LabelView {
-  Camera camera;     ///< as its images are, distortion included
-  ByteImage labels;  ///< [H,W] numbers of the taxonomy; 255: says nothing
+  Camera camera;                    ///< as its images are, distortion included
+  ByteImage labels;                 ///< [H,W] numbers of the taxonomy; 255: says nothing
+  const DepthMap* depth = nullptr;  ///< what its stereo found, of the labels' size, or null: as
+                                    ///< sure as any view can be
 };
 
 struct SurfaceLabelOptions {
@@ -32,14 +35,11 @@ struct LabelVotes {
   std::vector<double> trust;      ///< [views] 0 to 1: how well each agrees with the others
 };
 
-/// How much a vertex's votes count: 0.25 at confidence 0 to 1 at confidence 1 or without any. Our
-/// choice.
-float label_certainty(const Mesh& mesh, Index vertex);
-
-/// Each vertex asks the views that see it (not hidden by the mesh itself), weighted by the cosine
-/// of the view, by the vertex's confidence where the mesh has one, and less near borders. Views
-/// that contradict the others lose weight round by round, so that a whole wrong image is outvoted.
-/// Throws LogicError for sizes that differ. Cost: V x views rays. Our choice of weights.
+/// Each vertex asks the views that see it (not hidden by the mesh itself), weighted by the squared
+/// cosine of the view, by how sure the view's own depth is that the surface is there (a quarter
+/// where it knows none or another one), and less near borders. Views that contradict the others
+/// lose weight round by round, so that a whole wrong image is outvoted. Throws LogicError for sizes
+/// that differ. Cost: V x views rays. Our choice of weights.
 LabelVotes label_votes(const Mesh& mesh, const std::vector<LabelView>& views,
                        const SurfaceLabelOptions& options = {});
 

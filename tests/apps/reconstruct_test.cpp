@@ -156,6 +156,10 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   const auto said = nlohmann::json::parse(second.out);
   EXPECT_EQ(said.at("there"), said.at("views"));
   EXPECT_LT(said.at("made"), said.at("views"));
+  EXPECT_GE(said.at("computed"), said.at("made"));
+  const ChildResult again = depth({"--surface", surface.string()});
+  EXPECT_EQ(again.exit_code, 2);  // before any work
+  EXPECT_THAT(again.err, HasSubstr("scan.ply is there already"));
   const ChildResult measured =
       run_child({program_path(), "evaluate", capture_.string(), "--truth", capture_.string(),
                  "--surface", surface.string(), "--json"});
@@ -163,7 +167,8 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   EXPECT_THAT(measured.out, HasSubstr("surface.completeness"));
   const ChildResult smaller = depth({"--memory", "0.02"});  // which makes other pictures
   EXPECT_EQ(smaller.exit_code, 2);
-  EXPECT_THAT(smaller.err, AllOf(HasSubstr("1/2 of their size"), HasSubstr("give a new folder")));
+  EXPECT_THAT(smaller.err, AllOf(HasSubstr("1/2 of their size"), HasSubstr("other pictures"),
+                                 HasSubstr("give a new folder")));
   const ChildResult other = depth({"--stereo.seed", "2"});
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_THAT(other.err, HasSubstr("other options"));
@@ -174,6 +179,33 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   const ChildResult nowhere = depth({"--frame", "77"});
   EXPECT_EQ(nowhere.exit_code, 3);
   EXPECT_THAT(nowhere.err, HasSubstr("frame 77"));
+  for (const char* broken : {"", "{", "[]", "{\"schema\": 7}", "\"atelier-depth\""}) {
+    std::ofstream(maps / "depth.json") << broken;
+    const ChildResult refused = depth({});
+    EXPECT_EQ(refused.exit_code, 3) << broken;
+    EXPECT_THAT(refused.err,
+                AllOf(HasSubstr("depth.json"), HasSubstr("what the maps are made of")));
+  }
+}
+
+TEST_F(Reconstruct, DepthIsNotWrittenIntoTheCaptureNorASurfaceNowhere) {
+  const auto depth = [&](const fs::path& out, std::vector<std::string> more) {
+    std::vector<std::string> call = {program_path(), "depth", capture_.string(), out.string()};
+    call.insert(call.end(), more.begin(), more.end());
+    return run_child(call);
+  };
+  const ChildResult inside = depth(capture_ / "maps", {});
+  EXPECT_EQ(inside.exit_code, 2);
+  EXPECT_THAT(inside.err, HasSubstr("lies in the capture"));
+  EXPECT_FALSE(fs::exists(capture_ / "maps"));
+  EXPECT_EQ(depth(capture_, {}).exit_code, 2);
+  const fs::path maps = own_.path() / "maps";
+  const ChildResult nowhere = depth(maps, {"--surface", (own_.path() / "no" / "a.ply").string()});
+  EXPECT_EQ(nowhere.exit_code, 5);
+  EXPECT_THAT(nowhere.err, HasSubstr("no such folder"));
+  fs::create_directory(own_.path() / "folder.ply");
+  EXPECT_EQ(depth(maps, {"--surface", (own_.path() / "folder.ply").string()}).exit_code, 2);
+  EXPECT_FALSE(fs::exists(maps));  // all of it before the work
 }
 
 TEST_F(Reconstruct, TheHullClosesWhatStereoSeesNothingOf) {
@@ -227,7 +259,16 @@ TEST_F(Reconstruct, AMissingPictureLeavesTheOtherViews) {
   fs::remove(picture("05"));
   const ChildResult result = reconstruct();
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("view-missing [05]"));
+  EXPECT_THAT(result.err, AllOf(HasSubstr("view-missing [05]: no picture of any of the 1 frames"),
+                                HasSubstr("it takes no part")));
+  EXPECT_GT(scan().faces.rows(), 500);
+}
+
+TEST_F(Reconstruct, AMissingMaskLeavesTheOtherViews) {
+  fs::remove(capture_ / "labels" / "03" / "000000.png");
+  const ChildResult result = reconstruct();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("view-missing [03]: no mask and no labels of any"));
   EXPECT_GT(scan().faces.rows(), 500);
 }
 

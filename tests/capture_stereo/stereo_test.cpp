@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "capture/stereo/stereo_propagation_math.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "tests/capture_stereo/textured_ball.h"
@@ -130,6 +131,35 @@ TEST_P(Stereo, LooksOnlyWhereItIsTold) {
         ASSERT_LT(normal.dot(*ray_direction(views[0].camera, {x + 0.5, y + 0.5})), 0);
       }
     }
+  }
+}
+
+TEST_P(Stereo, AViewTooSmallToBeHalvedKeepsItsPlanes) {
+  const TexturedBall ball;
+  auto views = ball.views(4, 0.25, 160, 160);
+  // One camera of 56 pixels among them: it stays as it is while the others are halved.
+  const auto small = ball.views(4, 0.25, 56, 56);
+  const std::vector<int> sources = views[2].sources;
+  views[2] = small[2];
+  views[2].sources = sources;
+  const auto maps = stereo(views, {}, device());
+  const Errors found = errors_of(ball, maps[2]);
+  const auto only_fine = stereo(views, {.levels = 1}, device());
+  EXPECT_LT(found.median, 0.006);
+  EXPECT_LT(found.median, 1.2 * errors_of(ball, only_fine[2]).median);
+}
+
+TEST(FinerPlane, IsItsOwnWhereTheViewWasNotHalved) {
+  std::vector<StereoPlane> planes(20);
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    planes[i] = {1 + 0.1F * static_cast<float>(i), {0, 0, -1}};
+  }
+  StereoProblem problem{};  // with no images: none is looked at
+  problem.width = 5;
+  problem.height = 4;
+  for (int p = 0; p < 20; ++p) {
+    EXPECT_EQ(finer_plane(problem, problem, planes.data(), p % 5, p / 5).depth,
+              planes[static_cast<std::size_t>(p)].depth);
   }
 }
 

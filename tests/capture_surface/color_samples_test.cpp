@@ -1,6 +1,4 @@
 // Gains of cameras round a textured ball, from the pictures alone: stereo, samples, least squares.
-#ifdef ATELIER_HAS_CAPTURE_SURFACE
-
 #include "capture/surface/color_samples.h"
 
 #include <cmath>
@@ -90,5 +88,3 @@ TEST(ColorSamples, AreRefusedWithoutASubject) {
 
 }  // namespace
 }  // namespace atelier::fixtures
-
-#endif

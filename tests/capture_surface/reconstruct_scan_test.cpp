@@ -199,6 +199,33 @@ TEST(ReconstructScan, AViewFivePixelsOffDoesNoHarm) {
   }
 }
 
+TEST(ReconstructScan, CamerasThatAreAPixelOffAreAligned) {
+  auto views = views_of_ball();
+  for (std::size_t i = 0; i < views.size(); ++i) {  // every way, nothing on average
+    views[i].camera.cx += 1.2 * std::cos(2.4 * static_cast<double>(i));
+    views[i].camera.cy += 1.2 * std::sin(2.4 * static_cast<double>(i));
+  }
+  ReconstructOptions as_told = small_options();
+  as_told.align = false;
+  const ReconstructedScan aligned = reconstruct_scan(views, small_options());
+  const ReconstructedScan crooked = reconstruct_scan(views, as_told);
+  EXPECT_THAT(aligned.findings, ::testing::IsEmpty());
+  EXPECT_LT(median_error(aligned.scan), 0.5 * median_error(crooked.scan));
+}
+
+TEST(ReconstructScan, OfFiveViewsTheOneThatIsOffIsNamedAlone) {
+  for (const std::size_t off : {1, 2}) {  // at the rim its neighbour has few others
+    auto views = views_of_ball();
+    views.resize(5);
+    views[off].camera.cx += 5;
+    const ReconstructedScan result = reconstruct_scan(views, small_options());
+    ASSERT_EQ(result.findings.size(), 1U) << off;
+    EXPECT_EQ(result.findings[0].code, "view-disagrees");
+    EXPECT_EQ(result.findings[0].place, "cam" + std::to_string(off));
+    EXPECT_THAT(result.findings[0].advice, ::testing::HasSubstr("of so few views it is a guess"));
+  }
+}
+
 TEST(ReconstructScan, RefusesTooFewViewsViewsApartAndOtherSizes) {
   auto views = views_of_ball();
   EXPECT_THROW(reconstruct_scan({}, small_options()), DataError);

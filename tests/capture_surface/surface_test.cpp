@@ -71,6 +71,23 @@ TEST(SurfaceFromPoints, WhatNoPointSupportsStaysOpen) {
   EXPECT_GT(surface.vertices.col(2).maxCoeff(), 0.1);
 }
 
+TEST(SurfaceFromPoints, SparsePointsSupportWhatIsBetweenThem) {
+  // 35 mm apart: nearly everywhere farther from a point than the trim.
+  const Mesh surface =
+      surface_from_points(sphere_points(1000), {.octree_depth = 5, .edge_length = 0.03});
+  EXPECT_GT(mesh_statistics(surface).area, 0.97 * 4 * 3.14159265 * kRadius * kRadius);
+}
+
+TEST(SurfaceFromPoints, WhatIsFartherFromPointsThanTheTrimGoes) {
+  const Mesh points = sphere_points(15000, 0.1);
+  const auto highest = [&](double trim) {
+    return surface_from_points(points, {.octree_depth = 6, .trim = trim, .edge_length = 0.02})
+        .vertices.col(2)
+        .maxCoeff();
+  };
+  EXPECT_LT(highest(0.012), highest(0.04) - 0.01);
+}
+
 TEST(SurfaceFromPoints, OutliersGo) {
   Mesh points = sphere_points(3000);
   points.vertices.row(17) << 1, 1, 1;
@@ -105,8 +122,14 @@ TEST(EvenlyRemeshed, RefusesWhatIsNoManifold) {
 
 /// A ball whose upper half has label 3, the lower 4, before eight cameras.
 struct LabelledBall {
-  Mesh mesh = surface_from_points(sphere_points(10000), {.octree_depth = 6, .edge_length = 0.02});
+  Mesh mesh = sphere();
   std::vector<LabelView> views;
+
+  static const Mesh& sphere() {
+    static const Mesh made =
+        surface_from_points(sphere_points(10000), {.octree_depth = 6, .edge_length = 0.02});
+    return made;
+  }
 
   LabelledBall() {
     for (int i = 0; i < 8; ++i) {
@@ -169,6 +192,72 @@ TEST(SurfaceLabels, AWholeWrongViewAndSaltAreOutvoted) {
   EXPECT_GT(ball.right_share(smooth_labels(ball.mesh, votes)), 0.97);
 }
 
+/// What a view's stereo would find of the ball, everywhere as sure.
+DepthMap map_of_ball(const Camera& camera, float confidence) {
+  DepthMap map;
+  map.camera = camera;
+  map.depth = Image(camera.width, camera.height, 1);
+  map.confidence = Image(camera.width, camera.height, 1, confidence);
+  const Eigen::Vector3d centre = camera_center(camera);
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const Eigen::Vector3d ray = ray_direction(camera, {x + 0.5, y + 0.5})->normalized();
+      const double b = ray.dot(centre);
+      const double inside = b * b - centre.squaredNorm() + kRadius * kRadius;
+      if (inside > 0) {
+        const double distance = -b - std::sqrt(inside);
+        map.depth.at(x, y) =
+            static_cast<float>(distance * camera.camera_from_world_rotation.row(2).dot(ray));
+      }
+    }
+  }
+  return map;
+}
+
+/// Two views 45 degrees apart, of which the second says the wrong labels: the share of the vertices
+/// between them whose label is right, with so much confidence in each.
+double right_between(float confidence_of_right, float confidence_of_wrong, double shift = 0) {
+  LabelledBall ball;
+  ball.views.resize(2);
+  for (std::uint8_t& label : ball.views[1].labels.data) {
+    label = label == 3 ? 4 : label == 4 ? 3 : 0;
+  }
+  DepthMap right = map_of_ball(ball.views[0].camera, confidence_of_right);
+  DepthMap wrong = map_of_ball(ball.views[1].camera, confidence_of_wrong);
+  for (float& depth : wrong.depth.data) {
+    depth += static_cast<float>(shift);
+  }
+  ball.views[0].depth = &right;
+  ball.views[1].depth = &wrong;
+  SurfaceLabelOptions options;
+  options.rounds = 1;  // in the first round both are trusted
+  const auto labels =
+      smooth_labels(ball.mesh, label_votes(ball.mesh, ball.views, options), options);
+  const Eigen::Vector3d between = (camera_center(ball.views[0].camera).normalized() +
+                                   camera_center(ball.views[1].camera).normalized())
+                                      .normalized();
+  double good = 0;
+  double all = 0;
+  for (Index v = 0; v < ball.mesh.vertices.rows(); ++v) {
+    const Eigen::Vector3d place = ball.mesh.vertices.row(v).transpose();
+    if (place.normalized().dot(between) > 0.94 && std::abs(place.y()) > 0.04) {
+      good += labels[static_cast<std::size_t>(v)] == (place.y() > 0 ? 3 : 4) ? 1 : 0;
+      all += 1;
+    }
+  }
+  EXPECT_GT(all, 50);
+  return good / all;
+}
+
+TEST(SurfaceLabels, AWrongViewThatIsLessSureIsOutvoted) {
+  EXPECT_GT(right_between(0.95F, 0.05F), 0.97);
+  EXPECT_LT(right_between(0.05F, 0.95F), 0.03);  // it is confidence that decides
+}
+
+TEST(SurfaceLabels, AWrongViewThatSeesAnotherSurfaceIsOutvoted) {
+  EXPECT_GT(right_between(0.9F, 0.95F, 0.1), 0.97);
+}
+
 TEST(SurfaceLabels, APointThatNobodyIsSureOfLeansOnItsNeighbours) {
   LabelledBall ball;
   LabelVotes votes = label_votes(ball.mesh, ball.views);
@@ -198,6 +287,10 @@ TEST(SurfaceLabels, WithoutAViewNothingIsKnown) {
 TEST(SurfaceLabels, RefuseImagesOfAnotherSize) {
   LabelledBall ball;
   ball.views[0].labels = ByteImage(10, 10, 1);
+  EXPECT_THROW(label_votes(ball.mesh, ball.views), LogicError);
+  ball = {};
+  const DepthMap other;
+  ball.views[3].depth = &other;
   EXPECT_THROW(label_votes(ball.mesh, ball.views), LogicError);
 }
 

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "core/image.h"
+
+namespace atelier {
+
+/// One channel, gamma-coded: noise is then nearly even over brightness. Of coloured surfaces the
+/// difference of the channels instead of the brightness: a gloss of white light, which wanders over
+/// the surface with the view and lies behind round limbs, adds the same to all channels (after
+/// Mallick 2005; the blend is our choice).
+/// @param image  [H,W,3] linear RGB
+Image stereo_image(const Image& image);
+
+}  // namespace atelier
