@@ -20,9 +20,9 @@ constexpr std::size_t kMostViews = 5;     // of a place, those that face it most
 constexpr double kLeastContrast = 0.012;  // standard deviation of a patch of values in [0,1]
 constexpr double kSteepestCosine = 0.45;  // of view and normal: beyond, patches look different
 constexpr double kSecondBest = 0.04;      // of correlation, that another place must be worse by
-constexpr double kNoise = 0.5;      // px of a match: patches of one fold or gloss are off together
-constexpr double kLeastOff = 0.05;  // px, that calibrations are off by at least
-constexpr double kLoss = 1;         // px beyond which a match counts less and less
+constexpr double kNoise = 0.3;            // px of a match
+constexpr double kLeastOff = 0.1;         // px, that calibrations are off by at least
+constexpr double kLoss = 1;               // px beyond which a match counts less and less
 constexpr int kLeastPlaces = 100;
 
 using Patch = Eigen::Matrix<double, kSamples, 1>;
@@ -352,9 +352,11 @@ RefinedCameras refine_cameras(const std::vector<Camera>& cameras, const std::vec
     }
   }
   result.before = median_error(cameras, found);
+  // Places take up about half of what calibrations are off by: two or three views have each.
+  const double off = std::max(2 * result.before, kLeastOff);
   constexpr int kSteps = 10;
   for (int i = 0; i < kSteps; ++i) {
-    adjust(result.cameras, cameras, found, distance, std::max(result.before, kLeastOff));
+    adjust(result.cameras, cameras, found, distance, off);
   }
   result.after = median_error(result.cameras, found);
   return result;
