@@ -44,7 +44,7 @@ std::vector<InstantView> views_with_gains(std::vector<Eigen::Vector3d>& gains) {
   return views;
 }
 
-ReconstructOptions small_options() {
+ReconstructOptions quick_options() {
   ReconstructOptions options;
   options.stereo.iterations = 3;
   options.stereo.refinements = 1;
@@ -56,7 +56,7 @@ ReconstructOptions small_options() {
 TEST(ColorSamples, GiveTheGainsOfCamerasRoundABall) {
   std::vector<Eigen::Vector3d> truth;
   const std::vector<InstantView> views = views_with_gains(truth);
-  const auto samples = color_samples(views, small_options());
+  const auto samples = color_samples(views, quick_options());
   EXPECT_GT(samples.size(), 2000U);
   const ColorGains found = color_gains(static_cast<int>(views.size()), samples);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -83,7 +83,7 @@ TEST(ColorSamples, AreRefusedWithoutASubject) {
   for (InstantView& view : views) {
     view.mask = ByteImage(120, 120, 1);
   }
-  ATELIER_EXPECT_REFUSED(color_samples(views, small_options()), DataError, "at least two");
+  ATELIER_EXPECT_REFUSED(color_samples(views, quick_options()), DataError, "at least two");
 }
 
 }  // namespace
