@@ -1,6 +1,5 @@
-#pragma once
-
 // Parsed once for the program (cmake/Targets.cmake); each source still includes what it uses.
+#pragma once
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -33,7 +33,8 @@ Json json_of(const FrameReport& r) {
                {"self",
                 {{"contacts", r.self_contacts},
                  {"candidates", r.self_candidates},
-                 {"self_searches", r.self_searches}}}};
+                 {"self_searches", r.self_searches},
+                 {"self_renewals", r.self_renewals}}}};
   json["self"]["crossings"] = r.crossings >= 0 ? Json(r.crossings) : Json(nullptr);
   json["body"]["crossings"] = r.body_crossings >= 0 ? Json(r.body_crossings) : Json(nullptr);
   return json;

@@ -130,7 +130,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",
-          .version = 1,
+          .version = 2,
           .summary = "a garment on a body, standing or moving",
           .inputs = {"scene"},
           .outputs = {"states", "garment"},

@@ -183,6 +183,7 @@ void run(benchmark::State& state, Case c, Device device) {
   // Always the same frames, so that two versions are timed on the same motion.
   const int settle = device == Device::Cpu ? 20 : c.scenes > 1 ? 60 : 300;
   c.options.report = false;
+  if (const char* v = std::getenv("AT_INTERVAL")) c.options.self_interval = std::atoi(v);
   const auto make_solver = [&] {
     return ClothSweep(c.cloth, std::vector<ClothVariation>(static_cast<std::size_t>(c.scenes)),
                       c.body.faces, c.options, device);
@@ -241,6 +242,7 @@ void run(benchmark::State& state, Case c, Device device) {
   state.counters["self"] = last.self_contacts;
   state.counters["pairs"] = last.self_candidates;
   state.counters["searches"] = last.self_searches;
+  state.counters["renewals"] = last.self_renewals;
   state.counters["crossings"] =
       c.options.self_contact ? count_crossings(solver.state(0).positions, c.cloth.faces) : 0;
 }

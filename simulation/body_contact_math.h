@@ -199,7 +199,7 @@ ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& 
   T least = T(1e15);
   int count = 0;
   const T radius = max_of(rule.reach, norm(flight) + slack + rule.thickness);
-  team.visit(body.nodes, inflated(Box<T>{x, x}, radius), [&](int face) {
+  team.visit(body, inflated(Box<T>{x, x}, radius), [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, x, x, T(0), T(0), false);
     if (offer.face >= 0) {
       least = min_of(least, offer.squared_distance);

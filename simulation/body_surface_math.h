@@ -69,6 +69,17 @@ ATELIER_HOST_DEVICE inline Vec3<T> nearest_on_triangle(Vec3<T> p, const FaceCorn
   return {va / sum, vb / sum, vc / sum};
 }
 
+/// Boxes over faces that lie together: over each, over each 32 that follow one another and over
+/// each 32 of these. What lacks at the end has empty boxes.
+template <class T>
+struct FaceBoxes {
+  const int* face = nullptr;
+  const Box<T>* box = nullptr;
+  const Box<T>* group = nullptr;
+  const Box<T>* whole = nullptr;
+  int wholes = 0;
+};
+
 /// The body during one frame: its vertices move linearly from `start` to `end`. The boxes of the
 /// tree cover the whole motion.
 template <class T>
@@ -77,7 +88,8 @@ struct BodyView {
   const Vec4<T>* start;
   const Vec4<T>* end;
   const BoxNode<T>* nodes;
-  int face_count;  ///< 0: no body
+  int face_count;        ///< 0: no body
+  FaceBoxes<T> boxes{};  ///< for teams of threads (CUDA)
 };
 
 template <class T>
@@ -232,7 +244,7 @@ ATELIER_HOST_DEVICE inline int face_that_knows_the_side(const BodyView<T>& body,
   };
   Side best{T(-1), -1};
   const Box<T> close = inflated(Box<T>{x, x}, std::sqrt(near) * T(1.00001));
-  team.visit(body.nodes, close, [&](int face) {
+  team.visit(body, close, [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, x, x, time, time, false);
     const Side side{std::fabs(offer.side), offer.face};
     if (offer.face >= 0 && offer.squared_distance <= near && better(side, best)) {
@@ -259,7 +271,7 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
   FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
   Passed first{T(2), -1};
   T least = T(2) * reach * reach;
-  team.visit(body.nodes, query, [&](int face) {
+  team.visit(body, query, [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, p0, p1, t0, t1, swept);
     const Passed passed{offer.time, offer.face};
     if (before(passed, first)) {
@@ -291,7 +303,7 @@ ATELIER_HOST_DEVICE inline int times_inside(const BodyView<T>& body, Vec3<T> x, 
   Box<T> ray{x, x};
   ray.high.x = T(1e30);
   int times = 0;
-  team.visit(body.nodes, ray, [&](int face) {
+  team.visit(body, ray, [&](int face) {
     const FaceIndices f = body.faces[face];
     const FaceCorners<T> t = corners_at(body, face, time);
     const auto left = [&](Vec3<T> a, Vec3<T> b, int from, int to) {
@@ -322,7 +334,7 @@ ATELIER_HOST_DEVICE inline FaceOffer<T> nearest_way_out(const BodyView<T>& body,
     return a.squared < b.squared || (a.squared == b.squared && a.face >= 0 && a.face < b.face);
   };
   Near best{reach * reach, -1};
-  team.visit(body.nodes, inflated(Box<T>{x, x}, reach), [&](int face) {
+  team.visit(body, inflated(Box<T>{x, x}, reach), [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, x, x, time, time, false);
     const Near near{offer.squared_distance, offer.face};
     if (offer.face >= 0 && offer.side < T(0) && nearer(near, best)) {

@@ -1,6 +1,8 @@
+#include <array>
 #include <cub/device/device_radix_sort.cuh>
 
 #include "simulation/cuda_body.cuh"
+#include "simulation/cuda_boxes.cuh"
 #include "simulation/cuda_refit.cuh"
 #include "simulation/cuda_team.cuh"
 
@@ -56,19 +58,47 @@ __global__ void refit_kernel(BodyView<T> body, BoxNode<T>* nodes, const TreePare
   }
 }
 
+constexpr int kWhole = kGroup * kGroup;  ///< faces below a largest box, a block for each
+
+template <class T>
+__global__ void __launch_bounds__(kWhole)
+    box_kernel(BodyView<T> body, const int* face, Box<T>* box, Box<T>* group, Box<T>* whole) {
+  __shared__ unsigned char room[kGroup * sizeof(Box<T>)];
+  Box<T>* const groups = reinterpret_cast<Box<T>*>(room);
+  const int lane = static_cast<int>(threadIdx.x) % kGroup;
+  const int warp = static_cast<int>(threadIdx.x) / kGroup;
+  const int at = static_cast<int>(blockIdx.x) * kWhole + static_cast<int>(threadIdx.x);
+  const Box<T> own = at < body.face_count ? swept_box(body, face[at]) : empty_box<T>();
+  box[at] = own;
+  const Box<T> all = united_in_warp(own);
+  if (lane == 0) {
+    group[at / kGroup] = all;
+    groups[warp] = all;
+  }
+  __syncthreads();
+  if (warp == 0) {
+    const Box<T> largest = united_in_warp(groups[lane]);
+    if (lane == 0) {
+      whole[blockIdx.x] = largest;
+    }
+  }
+}
+
 constexpr int kCandidateThreads = 64;
+/// So many fill the device only where each has a warp; of more, smaller teams get more done.
+constexpr int kFewParticles = 200'000;
 
 /// A team of threads a particle.
-template <class T>
+template <class T, int kSize, bool kBoxes>
 __global__ void __launch_bounds__(kCandidateThreads)
     candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, int particles, const Vec4<T>* x,
                      const Vec4<T>* velocity, const Vec4<T>* air, Vec3<T> gravity, T frame,
                      BodyOutlook<T>* outlook, int* candidates) {
   namespace cg = cooperative_groups;
-  __shared__ TeamInTree<kTeam>::Memory memory[kCandidateThreads / kTeam];
-  const cg::thread_block_tile<kTeam> tile = cg::tiled_partition<kTeam>(cg::this_thread_block());
-  const TeamInTree<kTeam> team{tile, memory[tile.meta_group_rank()]};
-  const int i = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kTeam);
+  __shared__ typename TeamInBody<kSize, kBoxes>::Memory memory[kCandidateThreads / kSize];
+  const cg::thread_block_tile<kSize> tile = cg::tiled_partition<kSize>(cg::this_thread_block());
+  const TeamInBody<kSize, kBoxes> team{tile, memory[tile.meta_group_rank()]};
+  const int i = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kSize);
   if (i >= particles) {
     return;
   }
@@ -99,16 +129,21 @@ __global__ void depth_kernel(BodyView<T> body, T reach, int particles, const Vec
 
 template <class T>
 CudaBody<T>::CudaBody(const Triangles& faces) : face_count_(static_cast<int>(faces.rows())) {
-  std::vector<FaceIndices> host;
   for (Index f = 0; f < faces.rows(); ++f) {
-    host.push_back({faces(f, 0), faces(f, 1), faces(f, 2)});
+    host_faces_.push_back({faces(f, 0), faces(f, 1), faces(f, 2)});
   }
-  faces_ = CudaBuffer<FaceIndices>(host);
+  faces_ = CudaBuffer<FaceIndices>(host_faces_);
 }
 
 template <class T>
 BodyView<T> CudaBody<T>::view() const {
-  return {faces_.data(), start_.data(), end_.data(), nodes_.data(), face_count_};
+  return {faces_.data(),
+          start_.data(),
+          end_.data(),
+          nodes_.data(),
+          face_count_,
+          {ordered_.data(), box_.data(), group_.data(), whole_.data(),
+           static_cast<int>(whole_.size())}};
 }
 
 template <class T>
@@ -136,6 +171,7 @@ void CudaBody<T>::move(const Points& start, const Points& end) {
       }
     }
     build(bounds);
+    order_boxes(start);
     built_ = true;
   }
 }
@@ -167,19 +203,44 @@ void CudaBody<T>::build(const Box<T>& bounds) {
 }
 
 template <class T>
+void CudaBody<T>::order_boxes(const Points& vertices) {
+  std::vector<std::array<double, 3>> centres;
+  centres.reserve(host_faces_.size());
+  for (const FaceIndices& f : host_faces_) {
+    const Eigen::RowVector3d sum = vertices.row(f.a) + vertices.row(f.b) + vertices.row(f.c);
+    centres.push_back({sum.x(), sum.y(), sum.z()});
+  }
+  ordered_ = CudaBuffer<int>(near_group_order(centres));
+  const std::size_t wholes = (centres.size() + kWhole - 1) / kWhole;
+  box_ = CudaBuffer<Box<T>>(wholes * kWhole);
+  group_ = CudaBuffer<Box<T>>(wholes * kGroup);
+  whole_ = CudaBuffer<Box<T>>(wholes);
+}
+
+template <class T>
 void CudaBody<T>::refit() {
   refit_kernel<<<cuda_blocks(face_count_), kCudaBlock>>>(view(), nodes_.data(), node_parent_.data(),
                                                          leaf_parent_.data(), arrivals_.data());
   ATELIER_CUDA_LAUNCHED(refit_kernel);
+  box_kernel<<<static_cast<unsigned>(whole_.size()), kWhole>>>(view(), ordered_.data(), box_.data(),
+                                                               group_.data(), whole_.data());
+  ATELIER_CUDA_LAUNCHED(box_kernel);
 }
 
 template <class T>
 void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
                        const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
                        Vec3<T> gravity, T frame, BodyOutlook<T>* outlook, int* candidates) {
-  candidate_kernel<<<cuda_blocks(particles, kCandidateThreads / kTeam), kCandidateThreads>>>(
-      body, rule, particles, x, velocity, air, gravity, frame, outlook, candidates);
-  ATELIER_CUDA_LAUNCHED(candidate_kernel);
+  const auto launch = [&](auto kernel, int team) {
+    kernel<<<cuda_blocks(particles, kCandidateThreads / team), kCandidateThreads>>>(
+        body, rule, particles, x, velocity, air, gravity, frame, outlook, candidates);
+    ATELIER_CUDA_LAUNCHED(candidate_kernel);
+  };
+  if (particles <= kFewParticles) {
+    launch(candidate_kernel<T, 32, true>, 32);
+  } else {
+    launch(candidate_kernel<T, kTeam, false>, kTeam);
+  }
 }
 
 template <class T>

@@ -6,8 +6,8 @@
 
 namespace atelier {
 
-/// A moving surface on the device and its tree: built there on the first frame, refitted
-/// afterwards.
+/// A moving surface on the device, its tree and the boxes over groups of its faces: built there on
+/// the first frame, refitted afterwards.
 template <class T>
 class CudaBody {
  public:
@@ -16,14 +16,16 @@ class CudaBody {
   bool empty() const { return face_count_ == 0; }
   /// Uploads the motion of the next frame; the first builds the tree.
   void move(const Points& start, const Points& end);
-  /// Takes the boxes of the motion over into the tree.
+  /// Takes the boxes of the motion over into the tree and the groups.
   void refit();
   BodyView<T> view() const;
 
  private:
   void build(const Box<T>& bounds);
+  void order_boxes(const Points& vertices);
 
   int face_count_ = 0;
+  std::vector<FaceIndices> host_faces_;
   CudaBuffer<FaceIndices> faces_;
   CudaBuffer<Vec4<T>> start_;
   CudaBuffer<Vec4<T>> end_;
@@ -32,6 +34,8 @@ class CudaBody {
   CudaBuffer<TreeParent> node_parent_;
   CudaBuffer<TreeParent> leaf_parent_;
   CudaBuffer<unsigned> arrivals_;
+  CudaBuffer<int> ordered_;  ///< faces in groups that lie together (near_groups.h)
+  CudaBuffer<Box<T>> box_, group_, whole_;
   bool built_ = false;
 };
 

@@ -91,13 +91,13 @@ struct TouchLists {
 };
 
 /// Contact of the particles that the lists of this pass hold. `load(k)` gives the particle,
-/// `done(k, p, touches)` takes it back, by one thread. Not inlined: the sweeps around it then keep
-/// their registers.
-template <class T, class Load, class Done>
+/// `done(k, p, touches)` takes it back, by one thread. `kBoxes`: see TeamInBody. Not inlined: the
+/// sweeps around it then keep their registers.
+template <bool kBoxes, class T, class Load, class Done>
 __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks, int s, int pass,
                                           const Load& load, const Done& done) {
   namespace cg = cooperative_groups;
-  __shared__ TeamInTree<32>::Memory memory[kFrameThreads / 32];
+  __shared__ typename TeamInBody<32, kBoxes>::Memory memory[kFrameThreads / 32];
   const cg::thread_block_tile<32> warp = cg::tiled_partition<32>(cg::this_thread_block());
   const cg::thread_block_tile<kTeam> tile = cg::tiled_partition<kTeam>(warp);
   const TouchLists<T> lists(frame, blocks, pass);
@@ -111,7 +111,7 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
   if (thread < 2) {
     lists.next[thread] = 0;
   }
-  const TeamInTree<32> whole{warp, memory[warp.meta_group_rank()]};
+  const TeamInBody<32, kBoxes> whole{warp, memory[warp.meta_group_rank()]};
   for (int at = thread / 32; at < lists.count(1); at += threads / 32) {
     const int k = lists.item(1, at);
     BodyParticle<T> p = load(k);
@@ -158,10 +158,10 @@ __device__ __noinline__ void hold_and_list(const CudaFrame<T>& frame, int blocks
   }
 }
 
-template <class T>
+template <bool kBoxes, class T>
 __device__ inline void touch_body(const CudaFrame<T>& frame, int blocks, int s, int pass) {
   const int offset = static_cast<int>(blockIdx.x) / blocks * frame.count;
-  touch_listed(
+  touch_listed<kBoxes>(
       frame, blocks, s, pass,
       [&](int k) {
         const int i = offset + k;

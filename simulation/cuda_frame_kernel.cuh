@@ -1,13 +1,14 @@
 #pragma once
 
 #include "simulation/cuda_frame_kernels.cuh"
-#include "simulation/cuda_self_pairs.cuh"
+#include "simulation/cuda_self_substep.cuh"
 #include "simulation/cuda_sweep.cuh"
 
 namespace atelier {
 
-/// One frame of one scene, as one block does it.
-template <class T, FrameKind kKind>
+/// One frame of one scene, as one block does it. `kLean`: undamped springs and hinges alone, known
+/// to the compiler.
+template <class T, FrameKind kKind, bool kLean>
 struct FrameWork : BlockWork<T> {
   static constexpr bool kFull = kKind != FrameKind::Plain;
   using BlockWork<T>::frame;
@@ -22,7 +23,7 @@ struct FrameWork : BlockWork<T> {
 
   __device__ FrameWork(const CudaFrame<T>& f, int blocks_per_scene, unsigned char* on_chip)
       : BlockWork<T>(f, blocks_per_scene, on_chip), memory(on_chip) {
-    if constexpr (!kFull) {
+    if constexpr (kLean) {
       scale.gamma = T(0);  // known to the compiler
     }
   }
@@ -115,14 +116,14 @@ struct FrameWork : BlockWork<T> {
         for (int v = tid; v < header.vertex_count; v += threads) {
           const int i = offset + plan.particles[v];
           x[v] = load_shared_cache(frame.x + i);
-          if (kFull && frame.damping > T(0)) {
+          if (!kLean && frame.damping > T(0)) {
             start[v] = load_shared_cache(frame.start + i);
           }
         }
       }
       __syncthreads();
-      sweep_patch<T, kFull>(frame, plan.colours, header.colour_count, source, first, x, start,
-                            lambda, this->strain_lambda(), scale, iteration == 0);
+      sweep_patch<T, !kLean>(frame, plan.colours, header.colour_count, source, first, x, start,
+                             lambda, this->strain_lambda(), scale, iteration == 0);
       for (int v = tid; v < header.vertex_count; v += threads) {
         store_shared_cache(frame.x + offset + plan.particles[v], x[v]);
       }
@@ -162,12 +163,25 @@ struct FrameWork : BlockWork<T> {
   }
 };
 
+/// A phase beside contacts, in a function of its own so that it keeps its registers. Returns where
+/// the next resident plan is.
+template <class T, FrameKind kKind, bool kLean>
+__device__ __noinline__ unsigned char* sweep_phase(const CudaFrame<T>& frame, int blocks,
+                                                   unsigned char* memory, int s, int iteration,
+                                                   int p, unsigned char* at) {
+  const FrameWork<T, kKind, kLean> work(frame, blocks, memory);
+  at = p == 0 ? work.plan_room : at;
+  work.phase(s, iteration, p, at);
+  return at;
+}
+
 /// One frame of every scene: a persistent launch of `blocks` blocks per scene.
 template <class T, CudaBarrier kBarrier, FrameKind kKind>
 __global__ void __launch_bounds__(kFrameThreads, 1)
     frame_kernel(const __grid_constant__ CudaFrame<T> frame, int blocks) {
   extern __shared__ __align__(32) unsigned char memory[];
-  const FrameWork<T, kKind> work(frame, blocks, memory);
+  const FrameWork<T, kKind, true> work(frame, blocks, memory);
+  [[maybe_unused]] const bool lean = !(frame.damping > T(0)) && frame.strain_count == 0;
   unsigned* const arrived = frame.arrived + 2 * work.scene;
   unsigned goal = 0;
   [[maybe_unused]] SelfClock clock;
@@ -179,7 +193,16 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
     for (int iteration = 0; iteration < frame.iterations; ++iteration) {
       unsigned char* at = work.plan_room;
       for (int p = 0; p < frame.phase_count; ++p) {
-        work.phase(s, iteration, p, at);
+        if constexpr (kKind == FrameKind::Plain) {
+          work.phase(s, iteration, p, at);
+        } else if constexpr (kKind == FrameKind::Self) {
+          at = lean ? sweep_phase<T, kKind, true>(frame, blocks, memory, s, iteration, p, at)
+                    : sweep_phase<T, kKind, false>(frame, blocks, memory, s, iteration, p, at);
+        } else if (lean) {
+          work.phase(s, iteration, p, at);
+        } else {
+          at = sweep_phase<T, kKind, false>(frame, blocks, memory, s, iteration, p, at);
+        }
         wait();
       }
       const bool again = iteration + 1 < frame.iterations;
@@ -190,7 +213,7 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
           wait();
         }
         if (frame.body.face_count > 0) {
-          touch_body(frame, blocks, s, pass);
+          touch_body<kBarrier != CudaBarrier::Block>(frame, blocks, s, pass);
           wait();
         }
       }
@@ -213,7 +236,7 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
     frame_step_kernel(const __grid_constant__ CudaFrame<T> frame, int blocks, FrameStep step, int s,
                       int iteration, int p) {
   extern __shared__ __align__(32) unsigned char memory[];
-  const FrameWork<T, FrameKind::Full> work(frame, blocks, memory);
+  const FrameWork<T, FrameKind::Full, false> work(frame, blocks, memory);
   switch (step) {
     case FrameStep::Begin:
       work.begin_only(s);
@@ -227,7 +250,7 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
       hold_and_list(frame, blocks, s, s * frame.iterations + iteration);
       break;
     case FrameStep::Touch:
-      touch_body(frame, blocks, s, s * frame.iterations + iteration);
+      touch_body<false>(frame, blocks, s, s * frame.iterations + iteration);
       break;
     case FrameStep::Finish:
       work.finish();
@@ -235,11 +258,9 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
   }
 }
 
-template <class T, FrameKind kKind>
-FrameKernel<T> frame_kernel_of(CudaBarrier barrier) {
-  return barrier == CudaBarrier::Block     ? frame_kernel<T, CudaBarrier::Block, kKind>
-         : barrier == CudaBarrier::Cluster ? frame_kernel<T, CudaBarrier::Cluster, kKind>
-                                           : frame_kernel<T, CudaBarrier::Grid, kKind>;
+template <class T, FrameKind kKind, CudaBarrier kBarrier>
+FrameKernel<T> frame_kernel_of() {
+  return frame_kernel<T, kBarrier, kKind>;
 }
 
 template <class T>

@@ -15,8 +15,8 @@ enum class FrameKind { Plain, Full, Self };
 /// blocks)`. Each kind and precision is compiled in a file of its own (cuda_frame_*.cu).
 template <class T>
 using FrameKernel = void (*)(CudaFrame<T> frame, int blocks);
-template <class T, FrameKind kKind>
-FrameKernel<T> frame_kernel_of(CudaBarrier barrier);
+template <class T, FrameKind kKind, CudaBarrier kBarrier>
+FrameKernel<T> frame_kernel_of();
 
 /// One step per launch: for a CUDA graph, where the graph's edges are the barriers, and
 /// for sweeps of another kind. Not with contact of the cloth with itself, whose passes are counted

@@ -2,6 +2,8 @@
 
 namespace atelier {
 
-template FrameKernel<float> frame_kernel_of<float, FrameKind::Plain>(CudaBarrier);
+template FrameKernel<float> frame_kernel_of<float, FrameKind::Plain, CudaBarrier::Block>();
+template FrameKernel<float> frame_kernel_of<float, FrameKind::Plain, CudaBarrier::Cluster>();
+template FrameKernel<float> frame_kernel_of<float, FrameKind::Plain, CudaBarrier::Grid>();
 
 }  // namespace atelier

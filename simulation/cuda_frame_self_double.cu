@@ -2,6 +2,8 @@
 
 namespace atelier {
 
-template FrameKernel<double> frame_kernel_of<double, FrameKind::Self>(CudaBarrier);
+template FrameKernel<double> frame_kernel_of<double, FrameKind::Self, CudaBarrier::Block>();
+template FrameKernel<double> frame_kernel_of<double, FrameKind::Self, CudaBarrier::Cluster>();
+template FrameKernel<double> frame_kernel_of<double, FrameKind::Self, CudaBarrier::Grid>();
 
 }  // namespace atelier

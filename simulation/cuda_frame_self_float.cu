@@ -2,6 +2,8 @@
 
 namespace atelier {
 
-template FrameKernel<float> frame_kernel_of<float, FrameKind::Self>(CudaBarrier);
+template FrameKernel<float> frame_kernel_of<float, FrameKind::Self, CudaBarrier::Block>();
+template FrameKernel<float> frame_kernel_of<float, FrameKind::Self, CudaBarrier::Cluster>();
+template FrameKernel<float> frame_kernel_of<float, FrameKind::Self, CudaBarrier::Grid>();
 
 }  // namespace atelier

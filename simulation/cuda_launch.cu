@@ -48,11 +48,18 @@ std::size_t largest_plan(const PreparedCloth<T>& prepared) {
   return static_cast<std::size_t>(most);
 }
 
+template <class T, FrameKind kKind>
+FrameKernel<T> kernel_of(CudaBarrier barrier) {
+  return barrier == CudaBarrier::Block     ? frame_kernel_of<T, kKind, CudaBarrier::Block>()
+         : barrier == CudaBarrier::Cluster ? frame_kernel_of<T, kKind, CudaBarrier::Cluster>()
+                                           : frame_kernel_of<T, kKind, CudaBarrier::Grid>();
+}
+
 template <class T>
-FrameKernel<T> frame_kernel_of(bool full, bool self, CudaBarrier barrier) {
-  return self   ? frame_kernel_of<T, FrameKind::Self>(barrier)
-         : full ? frame_kernel_of<T, FrameKind::Full>(barrier)
-                : frame_kernel_of<T, FrameKind::Plain>(barrier);
+FrameKernel<T> kernel_of(bool full, bool self, CudaBarrier barrier) {
+  return self   ? kernel_of<T, FrameKind::Self>(barrier)
+         : full ? kernel_of<T, FrameKind::Full>(barrier)
+                : kernel_of<T, FrameKind::Plain>(barrier);
 }
 
 /// The steps of an iteration after its sweep: `add(step, substep, iteration, 0)` for each.
@@ -90,9 +97,9 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
   ATELIER_CUDA_CHECK(
       cudaDeviceGetAttribute(&capacity, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
   const std::array<const void*, 4> kernels = {
-      reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Block)),
-      reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Cluster)),
-      reinterpret_cast<const void*>(frame_kernel_of<T>(full_, self_, CudaBarrier::Grid)),
+      reinterpret_cast<const void*>(kernel_of<T>(full_, self_, CudaBarrier::Block)),
+      reinterpret_cast<const void*>(kernel_of<T>(full_, self_, CudaBarrier::Cluster)),
+      reinterpret_cast<const void*>(kernel_of<T>(full_, self_, CudaBarrier::Grid)),
       reinterpret_cast<const void*>(frame_step_kernel_of<T>())};
   // What contacts take on chip is not there for plans.
   const int optin = capacity;
@@ -138,7 +145,7 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
                                          : most_threads);
   int resident = 0;
   ATELIER_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
-      &resident, frame_kernel_of<T>(full_, self_, CudaBarrier::Grid), static_cast<int>(threads_),
+      &resident, kernel_of<T>(full_, self_, CudaBarrier::Grid), static_cast<int>(threads_),
       shared_bytes_));
   const int share = std::max(1, resident * multiprocessors / scene_count);
   std::string barrier = options.cuda_barrier;
@@ -214,7 +221,7 @@ void CudaLaunch<T>::run(const CudaFrame<T>& frame) {
     attribute.val.clusterDim.y = 1;
     attribute.val.clusterDim.z = 1;
     if (blocks_ > 8) {
-      ATELIER_CUDA_CHECK(cudaFuncSetAttribute(frame_kernel_of<T>(full_, self_, barrier),
+      ATELIER_CUDA_CHECK(cudaFuncSetAttribute(kernel_of<T>(full_, self_, barrier),
                                               cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
     }
   } else if (barrier_ == "grid") {
@@ -224,7 +231,7 @@ void CudaLaunch<T>::run(const CudaFrame<T>& frame) {
     attribute.val.cooperative = 1;
   }
   ATELIER_CUDA_CHECK(
-      cudaLaunchKernelEx(&config, frame_kernel_of<T>(full_, self_, barrier), frame, blocks_));
+      cudaLaunchKernelEx(&config, kernel_of<T>(full_, self_, barrier), frame, blocks_));
 }
 
 template <class T>

@@ -19,11 +19,13 @@ struct CudaSceneRule {
 struct SelfCounts {
   int face_pairs, edge_pairs, crossings;  ///< in the lists, or that would be
   int pushes;                             ///< in the first pass of the last substep
-  int searches;
-  int most;     ///< room that the longest lists of the frame needed
-  int stale;    ///< pass in which a particle had left its flight
-  int pressed;  ///< pass after which another is needed
-  int kept;     ///< pass that kept something back
+  int searches, renewals;                 ///< of all pairs, of a part
+  int most;                               ///< room that the longest lists of the frame needed
+  int stale;                              ///< pass in which a particle had left its flight
+  int left;                               ///< how many have new flights for that
+  int pressed;                            ///< pass after which another is needed
+  int kept;                               ///< pass that kept something back
+  int passed;                             ///< pass that let something pass, or kept it back
 };
 
 /// A particle, an edge or a face, with the particles that it has; who has fewer repeats the last.
@@ -39,9 +41,10 @@ template <class T>
 struct BoxGroups {
   const GroupedItem* item;  ///< [count] in the order of the groups
   int count;
-  Box<T>* box;    ///< [groups][kGroup]
-  Box<T>* group;  ///< [groups]
-  Box<T>* whole;  ///< [wholes]
+  Box<T>* box;      ///< [groups][kGroup]
+  Box<T>* group;    ///< [groups]
+  Box<T>* whole;    ///< [wholes]
+  unsigned* fresh;  ///< [groups] which primitives' pairs are looked for, a bit each
 
   static constexpr int kMany = 1024;  ///< groups through which a warp does not look one by one
 
@@ -60,11 +63,15 @@ struct CudaSelfFrame {
   Vec4<T>* end;
   int* tangled;
   T* slack;
+  int* flown;                            ///< number of the search that gave a particle its flight
+  int* stirred;                          ///< last substep of the frame in which contacts moved a
+                                         ///< particle or it passed something, from 1
   BoxGroups<T> particles, edges, faces;  ///< of flights, with their search margin
-  BoxGroups<T> edges_now, faces_now;     ///< where the search is
+  BoxGroups<T> edges_now, faces_now;     ///< where the substep began
   PushSum* sums;                         ///< [particles], or null: no contact with itself
   Vec4<T>* origin;                       ///< where the substep began
   Vec4<T>* carry;                        ///< see SelfParticle
+  int* emerges;                          ///< of particles: 1 comes out of the body in this frame
   int* support;                          ///< levels of particles, see PushSum
   SelfPair<T>* face_pairs;               ///< [scenes][room]
   SelfPair<T>* edge_pairs;

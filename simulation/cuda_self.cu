@@ -37,11 +37,13 @@ CudaSelf<T>::Boxes::Boxes(int count, int scenes) {
   box = CudaBuffer<Box<T>>(s * groups * kGroup);
   group = CudaBuffer<Box<T>>(s * groups);
   whole = CudaBuffer<Box<T>>(s * wholes);
+  fresh = CudaBuffer<unsigned>(s * groups);
 }
 
 template <class T>
 BoxGroups<T> CudaSelf<T>::Boxes::over(const CudaBuffer<GroupedItem>& items) {
-  return {items.data(), static_cast<int>(items.size()), box.data(), group.data(), whole.data()};
+  return {items.data(), static_cast<int>(items.size()), box.data(), group.data(), whole.data(),
+          fresh.data()};
 }
 
 template <class T>
@@ -91,6 +93,9 @@ CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
   carry_ = CudaBuffer<Vec4<T>>(n);
   tangled_ = CudaBuffer<int>(n);
   slack_ = CudaBuffer<T>(std::vector<T>(n, rule_.slack));
+  flown_ = CudaBuffer<int>(n);
+  stirred_ = CudaBuffer<int>(n);
+  emerges_ = CudaBuffer<int>(n);
   support_ = CudaBuffer<int>(n);
   sums_ = CudaBuffer<PushSum>(n);
   sums_.clear();
@@ -130,6 +135,8 @@ void CudaSelf<T>::describe(CudaFrame<T>& frame) {
   self.end = end_.data();
   self.tangled = tangled_.data();
   self.slack = slack_.data();
+  self.flown = flown_.data();
+  self.stirred = stirred_.data();
   self.particles = particle_boxes_.over(particle_items_);
   self.edges = edge_boxes_.over(edge_items_);
   self.faces = face_boxes_.over(face_items_);
@@ -138,6 +145,7 @@ void CudaSelf<T>::describe(CudaFrame<T>& frame) {
   self.sums = sums_.data();
   self.origin = origin_.data();
   self.carry = carry_.data();
+  self.emerges = emerges_.data();
   self.support = support_.data();
   self.face_pairs = face_pairs_.data();
   self.edge_pairs = edge_pairs_.data();
@@ -168,6 +176,7 @@ void CudaSelf<T>::count(std::vector<FrameReport>& reports) const {
     reports[scene].self_contacts = counts.pushes;
     reports[scene].self_candidates = counts.face_pairs + counts.edge_pairs;
     reports[scene].self_searches = counts.searches;
+    reports[scene].self_renewals = counts.renewals;
   }
 }
 

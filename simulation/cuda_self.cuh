@@ -27,6 +27,7 @@ class CudaSelf {
   /// Room for the boxes over groups.
   struct Boxes {
     CudaBuffer<Box<T>> box, group, whole;
+    CudaBuffer<unsigned> fresh;
 
     Boxes() = default;
     Boxes(int count, int scenes);
@@ -49,8 +50,9 @@ class CudaSelf {
   CudaBuffer<GroupedItem> particle_items_, edge_items_, face_items_;  ///< see near_groups.h
   Boxes particle_boxes_, edge_boxes_, face_boxes_, edge_boxes_now_, face_boxes_now_;
   CudaBuffer<Vec4<T>> start_, end_, origin_, carry_;
-  CudaBuffer<int> tangled_, support_;
+  CudaBuffer<int> tangled_, emerges_, support_;
   CudaBuffer<T> slack_;  ///< m, of particles
+  CudaBuffer<int> flown_, stirred_;
   CudaBuffer<PushSum> sums_;
   CudaBuffer<SelfPair<T>> face_pairs_, edge_pairs_;
   CudaBuffer<int2> crossings_;

@@ -10,9 +10,12 @@ constexpr int kWasPushed = 2;
 
 /// How far the contacts of a scene with itself are: the same numbers in each of its blocks.
 struct SelfClock {
-  int age = -1;    ///< substeps since the search for pairs, this one included; -1: none
-  int ahead = 1;   ///< substeps that the search looked ahead
-  int serial = 0;  ///< of the pass
+  int age = -1;         ///< substeps since the search for pairs, this one included; -1: none
+  int ahead = 1;        ///< substeps that the search looked ahead
+  int serial = 0;       ///< of the pass
+  int search = 0;       ///< of the frame, of all pairs or of a part
+  bool passed = false;  ///< something did or would have since the last look for crossings
+  Wanted crossings = Wanted::None;  ///< to be looked for in this substep
 };
 
 __device__ inline PushSum load_sum(const PushSum* place) {
@@ -62,6 +65,8 @@ struct SelfWork {
   PushSum* sums;
   int* support;
   int* touched;  ///< null: no body
+  int* flown;
+  int* stirred;
   SelfPair<T>* face_pairs;
   SelfPair<T>* edge_pairs;
   int2* crossings;
@@ -83,6 +88,8 @@ struct SelfWork {
     sums = s.sums + n;
     support = s.support + n;
     touched = f.body.face_count > 0 ? f.touched + n : nullptr;
+    flown = s.flown + n;
+    stirred = s.stirred + n;
     face_pairs = s.face_pairs + static_cast<std::int64_t>(scene) * s.room;
     edge_pairs = s.edge_pairs + static_cast<std::int64_t>(scene) * s.edge_room();
     crossings = s.crossings + static_cast<std::int64_t>(scene) * s.crossing_room();
@@ -116,15 +123,25 @@ struct SelfWork {
     }
   }
 
-  /// More slack until the frame ends for who left its flight, or is about to, so that one pinched
-  /// vertex does not make a search in every substep. `clock` is that of the list that no longer
-  /// holds.
-  __device__ void give_slack(const SelfClock& clock) const {
-    T* const slack = frame.self.slack + static_cast<std::int64_t>(scene) * frame.count;
-    const T age = static_cast<T>(clock.age) / static_cast<T>(clock.ahead);
-    for (int i = thread; clock.age >= 0 && i < frame.count; i += threads) {
-      const Vec3<T> away = xyz(load(i)) - xyz(cloth.surface.start[i]) - age * flight(cloth, i);
-      slack[i] = max_of(slack[i], T(2) * norm(away));
+  /// New flights for who left theirs, or may soon (renew_flight), and counts them. The next search
+  /// is theirs.
+  __device__ void renew_flights(const SelfClock& clock) const {
+    const CudaSelfFrame<T>& s = frame.self;
+    const std::int64_t n = static_cast<std::int64_t>(scene) * frame.count;
+    int left = 0;
+    for (int i = thread; i < frame.count; i += threads) {
+      const Vec3<T> origin = xyz(load_origin(i));
+      if (renew_flight(clock.age, clock.ahead, xyz(load(i)), origin, s.start[n + i], s.end[n + i],
+                       s.slack[n + i])) {
+        flown[i] = clock.search + 1;
+        ++left;
+      }
+    }
+    for (int step = kGroup / 2; step > 0; step /= 2) {  // __reduce_add_sync needs Ampere
+      left += __shfl_down_sync(kWholeWarp, left, step);
+    }
+    if (left > 0 && threadIdx.x % kGroup == 0) {
+      atomicAdd(&counts->left, left);
     }
   }
 
@@ -132,19 +149,22 @@ struct SelfWork {
   __device__ void begin_search(const SelfClock& clock) const {
     Vec4<T>* const from = frame.self.start + static_cast<std::int64_t>(scene) * frame.count;
     Vec4<T>* const to = frame.self.end + static_cast<std::int64_t>(scene) * frame.count;
-    int* const tangled = frame.self.tangled + static_cast<std::int64_t>(scene) * frame.count;
     for (int i = thread; i < frame.count; i += threads) {
       const Vec4<T> xi = load(i);
       const Vec4<T> si = load_origin(i);
       from[i] = si;
       to[i] = with_w(xyz(si) + static_cast<T>(clock.ahead) * (xyz(xi) - xyz(si)), xi.w);
-      tangled[i] = 0;
+      flown[i] = clock.search;
     }
-    if (thread == 0) {
+  }
+  /// Empties the lists that a search fills anew.
+  __device__ void clear_lists(const SearchPlan& plan) const {
+    if (thread == 0 && plan.pairs == Wanted::All) {
       counts->face_pairs = 0;
       counts->edge_pairs = 0;
+    }
+    if (thread == 0 && plan.crossings != Wanted::None) {
       counts->crossings = 0;
-      ++counts->searches;
     }
   }
   /// Fills the lists. `items`: on-chip room of this thread's warp.
@@ -154,10 +174,12 @@ struct SelfWork {
     const int lane = search.warp.lane;
     search.look(
         items,
-        [&](bool has, const SelfPair<T>& pair) {
+        [&](bool has, SelfPair<T> pair) {
+          pair.search = search.plan.number;
           append_in_warp(edge_pairs, &counts->edge_pairs, s.edge_room(), has, pair, lane);
         },
-        [&](bool has, const SelfPair<T>& pair) {
+        [&](bool has, SelfPair<T> pair) {
+          pair.search = search.plan.number;
           append_in_warp(face_pairs, &counts->face_pairs, s.room, has, pair, lane);
         },
         [&](bool has, int e, int face) {
@@ -177,8 +199,11 @@ struct SelfWork {
         });
   }
   /// Remembers how much room the lists would have needed.
-  __device__ void end_search() const {
+  __device__ void end_search(const SearchPlan& plan) const {
     if (thread == 0) {
+      counts->left = 0;
+      counts->searches += plan.pairs == Wanted::All ? 1 : 0;
+      counts->renewals += plan.pairs == Wanted::Part ? 1 : 0;
       counts->most = max(
           counts->most,
           CudaSelfFrame<T>::room_for(counts->face_pairs, counts->edge_pairs, counts->crossings));
@@ -194,6 +219,15 @@ struct SelfWork {
     for (int k = thread; k < faces + edges; k += threads) {
       work(k < faces ? face_pairs[k] : edge_pairs[k - faces], k >= faces);
     }
+  }
+
+  /// True for a pair that a later search has found again, as one of its particles left its flight.
+  /// Twice in the list does no harm: pushes are extremes.
+  __device__ bool found_again(const SelfPair<T>& pair, bool edges) const {
+    int particle[4];
+    pair_particles(cloth, pair, edges, particle);
+    return flown[particle[0]] > pair.search || flown[particle[1]] > pair.search ||
+           flown[particle[2]] > pair.search || flown[particle[3]] > pair.search;
   }
 
   __device__ void push_pairs(int pass, const SelfClock& clock, bool counted) const {
@@ -220,7 +254,7 @@ struct SelfWork {
       const PairState state = edges
                                   ? push_edge_edge(cloth, pair, rule, load_x, load_o, level, add)
                                   : push_vertex_face(cloth, pair, rule, load_x, load_o, level, add);
-      active += state != PairState::Apart ? 1 : 0;
+      active += counted && state != PairState::Apart && !found_again(pair, edges) ? 1 : 0;
       presses = presses || state == PairState::Presses;
     });
     if (pass == 0) {
@@ -254,7 +288,10 @@ struct SelfWork {
     }
   }
 
-  __device__ void keep_pairs(int pass, const SelfClock& clock) const {
+  /// Marks particle `i` for the look for crossings after substep `s`.
+  __device__ void stir(int i, int s) const { __stcg(stirred + i, s + 1); }
+
+  __device__ void keep_pairs(int pass, int s, const SelfClock& clock) const {
     const auto load_x = [&](int i) { return load(i); };
     const auto load_o = [&](int i) { return load_origin(i); };
     const auto carried = [&](int i) { return load_carry(i); };
@@ -267,203 +304,27 @@ struct SelfWork {
       slide(i, held);
     };
     bool kept = false;
+    bool passed = false;
     visit_pairs([&](const SelfPair<T>& pair, bool edges) {
-      kept =
-          keep_back(cloth, pair, edges, pass < kSelfSlides, load_x, load_o, carried, slide, stay) ||
-          kept;
+      const Passing passing =
+          keep_back(cloth, pair, edges, pass < kSelfSlides, load_x, load_o, carried, slide, stay);
+      kept = kept || passing == Passing::Kept;
+      passed = passed || passing != Passing::No;
+      if (passing == Passing::Free) {
+        int particle[4];
+        pair_particles(cloth, pair, edges, particle);
+        for (int k = 0; k < 4; ++k) {
+          stir(particle[k], s);
+        }
+      }
     });
     if (kept) {
       atomicMax(&counts->kept, clock.serial);
     }
+    if (passed) {
+      atomicMax(&counts->passed, clock.serial);
+    }
   }
 };
-
-/// How a particle that contacts moved meets the body.
-enum class Meeting { Touches, Rides, Stays };
-
-/// The body moves particle `i`, which contacts moved.
-template <class T>
-__device__ inline void meet_body(const SelfWork<T>& work, int i, int s, Meeting meeting,
-                                 const Vec4<T>& origin, SelfParticle<T>& p) {
-  const CudaFrame<T>& frame = work.frame;
-  if (frame.body.face_count == 0) {
-    return;
-  }
-  const int at = work.scene * frame.count + i;
-  const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
-  const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
-  const BodyContactRule<T> rule = body_rule_of(frame, work.scene);
-  BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), xyz(p.carry)};
-  const bool touches = meeting == Meeting::Touches
-                           ? touch_particle(frame, rule, at, b, t0, t1)
-                           : stay_with_body(b, origin, frame.body, t0, t1, rule, frame.outlook[at],
-                                            meeting == Meeting::Rides);
-  p = {b.x, b.start, with_w(b.moved, p.carry.w)};
-  store_shared_cache(frame.held + at, b.held);
-  __stcg(work.touched + i, touches ? 1 : 0);
-}
-
-/// Gives particle `i` what its pairs want of it, then the body.
-template <class T>
-__device__ inline void move_particle(const SelfWork<T>& work, int i, int s, Meeting meeting,
-                                     const SelfClock& clock) {
-  if (__ldcg(&work.sums[i].used) != kPushed) {
-    return;
-  }
-  const Vec4<T> origin = work.load_origin(i);
-  SelfParticle<T> p = work.load_particle(i);
-  take_push(load_sum(work.sums + i), origin, p);
-  clear_sum(work.sums + i, kWasPushed);
-  meet_body(work, i, s, meeting, origin, p);
-  work.store(i, p);
-  work.watch(i, xyz(p.x), clock);
-}
-
-/// Tethers, then the body, before cloth meets cloth.
-template <class T, CudaBarrier kBarrier>
-__device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int blocks, int s,
-                                                int iteration, SelfClock& clock, unsigned* arrived,
-                                                unsigned& goal) {
-  const SelfWork<T> work(frame, blocks);
-  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
-  ++clock.serial;
-  if (iteration == 0 && clock.age >= 0 && ++clock.age > clock.ahead) {
-    clock.age = -1;
-  }
-  const int pass = s * frame.iterations + iteration;
-  const bool first = s == 0 && iteration == 0;
-  hold_and_list(frame, blocks, s, pass);
-  for (int i = work.thread; i < frame.count; i += work.threads) {
-    if (frame.body.face_count > 0 &&
-        comes_out(work.cloth, frame.outlook + work.scene * frame.count, i)) {
-      const Vec4<T> carry = work.load_carry(i);
-      store_shared_cache(work.carry + i, with_w(xyz(carry), T(1)));
-    }
-    __stcg(&work.sums[i].used, 0);
-    if (first) {
-      __stcg(work.support + i, 0);
-      frame.self.slack[static_cast<std::int64_t>(work.scene) * frame.count + i] =
-          frame.self.rule.slack;
-    }
-    work.watch(i, xyz(work.load(i)), clock);
-  }
-  wait();
-  if (frame.body.face_count == 0) {
-    return;
-  }
-  const int offset = work.scene * frame.count;
-  touch_listed(
-      frame, blocks, s, pass,
-      [&](int i) {
-        return BodyParticle<T>{work.load(i), load_shared_cache(work.start + i),
-                               load_shared_cache(frame.held + offset + i), xyz(work.load_carry(i))};
-      },
-      [&](int i, const BodyParticle<T>& p, bool touches) {
-        if (touches) {
-          work.store(i, {p.x, p.start, with_w(p.moved, work.load_carry(i).w)});
-          store_shared_cache(frame.held + offset + i, p.held);
-          __stcg(work.touched + i, 1);
-          __stcg(work.support + i, kSupportLevels);
-          work.watch(i, xyz(p.x), clock);
-        }
-      });
-  wait();
-}
-
-/// A new search for pairs. Not inlined, as it is asked for in two places.
-template <class T, CudaBarrier kBarrier>
-__device__ __noinline__ void search_pairs(const SelfWork<T>& work, int blocks,
-                                          const SelfClock& clock, unsigned* arrived,
-                                          unsigned& goal) {
-  __shared__ int2 items[kFrameThreads / kGroup][PairQueue::kRoom];
-  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
-  const SelfSearch<T> search(work.frame.self, work.cloth, work.scene, work.thread, work.threads);
-  work.begin_search(clock);
-  wait();
-  search.box_groups();
-  wait();
-  if (search.has_wholes()) {
-    search.box_wholes();
-    wait();
-  }
-  work.collect(search, items[threadIdx.x / kGroup]);
-  wait();
-  work.end_search();
-}
-
-/// A new search where the list of pairs does not hold.
-template <class T, CudaBarrier kBarrier>
-__device__ inline void renew_pairs(const SelfWork<T>& work, int blocks, int s, SelfClock& clock,
-                                   unsigned* arrived, unsigned& goal) {
-  if (clock.age >= 0 && __ldcg(&work.counts->stale) != clock.serial) {
-    return;
-  }
-  work.give_slack(clock);
-  clock.age = 1;
-  clock.ahead = min(work.frame.self.rule.horizon, work.frame.substeps - s);
-  search_pairs<T, kBarrier>(work, blocks, clock, arrived, goal);
-}
-
-/// Pushes pairs apart until none is pressed; then the body again.
-template <class T, CudaBarrier kBarrier>
-__device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int blocks, int s,
-                                            bool counted, SelfClock& clock, unsigned* arrived,
-                                            unsigned& goal) {
-  const SelfWork<T> work(frame, blocks);
-  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
-  for (int pass = 0;; ++pass) {
-    renew_pairs<T, kBarrier>(work, blocks, s, clock, arrived, goal);
-    work.push_pairs(pass, clock, counted);
-    wait();
-    const bool pressed = __ldcg(&work.counts->pressed) == clock.serial;
-    ++clock.serial;
-    if (!pressed || pass + 1 == kSelfPushes) {
-      break;
-    }
-    work.apply(clock);
-    wait();
-  }
-  for (int i = work.thread; i < frame.count; i += work.threads) {
-    const int level = work.supported(i, __ldcg(&work.sums[i].support));
-    move_particle(work, i, s, Meeting::Touches, clock);
-    __stcg(work.support + i, level);
-  }
-  wait();
-}
-
-/// Keeps back what would pass, with the body, until nothing would; then the body once more.
-template <class T, CudaBarrier kBarrier>
-__device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks, int s,
-                                           SelfClock& clock, unsigned* arrived, unsigned& goal) {
-  const SelfWork<T> work(frame, blocks);
-  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
-  for (int pass = 0; pass < kSelfKeeps; ++pass) {
-    renew_pairs<T, kBarrier>(work, blocks, s, clock, arrived, goal);
-    work.keep_pairs(pass, clock);
-    wait();
-    if (__ldcg(&work.counts->kept) != clock.serial) {
-      if (pass == 0) {
-        return;
-      }
-      break;
-    }
-    ++clock.serial;
-    const Meeting meeting = pass < kSelfSlides                ? Meeting::Touches
-                            : pass < kSelfSlides + kSelfRides ? Meeting::Rides
-                                                              : Meeting::Stays;
-    for (int i = work.thread; i < frame.count; i += work.threads) {
-      move_particle(work, i, s, meeting, clock);
-    }
-    wait();
-  }
-  for (int i = work.thread; i < frame.count; i += work.threads) {
-    if (__ldcg(&work.sums[i].used) == kWasPushed) {
-      SelfParticle<T> p = work.load_particle(i);
-      meet_body(work, i, s, Meeting::Touches, work.load_origin(i), p);
-      work.store(i, p);
-    }
-  }
-  wait();
-}
 
 }  // namespace atelier

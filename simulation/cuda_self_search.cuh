@@ -1,5 +1,6 @@
 #pragma once
 
+#include "simulation/cuda_boxes.cuh"
 #include "simulation/cuda_contacts.cuh"
 #include "simulation/self_crossing_math.h"
 #include "simulation/self_search_math.h"
@@ -11,37 +12,17 @@ namespace atelier {
 /// what meets there waits in a queue until each thread of the warp has a pair to look at. No tree:
 /// nothing goes up or down level by level, and what one warp reads is read in one piece.
 
-constexpr unsigned kWholeWarp = 0xFFFFFFFFu;
-
 /// A warp among those of its scene.
 struct SceneWarp {
   int index, count, lane;
 };
 
 template <class T>
-__device__ inline Box<T> shuffled(const Box<T>& box, int lane) {
-  const auto get = [&](T v) { return __shfl_sync(kWholeWarp, v, lane); };
-  return {{get(box.low.x), get(box.low.y), get(box.low.z)},
-          {get(box.high.x), get(box.high.y), get(box.high.z)}};
-}
-
-/// Box over those of a warp's threads, of which some may be empty.
-template <class T>
-__device__ inline Box<T> united_in_warp(Box<T> box) {
-  for (int k = kGroup / 2; k > 0; k /= 2) {
-    const auto lower = [&](T v) { return min_of(v, __shfl_xor_sync(kWholeWarp, v, k)); };
-    const auto higher = [&](T v) { return max_of(v, __shfl_xor_sync(kWholeWarp, v, k)); };
-    box = {{lower(box.low.x), lower(box.low.y), lower(box.low.z)},
-           {higher(box.high.x), higher(box.high.y), higher(box.high.z)}};
-  }
-  return box;
-}
-
-template <class T>
 __device__ inline BoxGroups<T> of_scene(BoxGroups<T> groups, int scene) {
   groups.box += static_cast<std::int64_t>(scene) * groups.groups() * kGroup;
   groups.group += static_cast<std::int64_t>(scene) * groups.groups();
   groups.whole += static_cast<std::int64_t>(scene) * groups.wholes();
+  groups.fresh += static_cast<std::int64_t>(scene) * groups.groups();
   return groups;
 }
 
@@ -129,7 +110,7 @@ struct PairQueue {
   }
 };
 
-/// The primitives of one group, one a thread.
+/// The primitives of one group, one a thread; who is not fresh has an empty box.
 template <class T>
 struct GroupInHand {
   int index;
@@ -138,75 +119,116 @@ struct GroupInHand {
   GroupedItem item;
 };
 
-/// Offers every pair of a primitive of the group in hand and one of group `partner` whose boxes
-/// meet and that share no particle.
-template <bool kSame, class T, class Work>
+/// Which pairs of fresh primitives are offered; those of a fresh and another one always are.
+enum class FreshPairs {
+  Once,  ///< of primitives of one kind, by the order of the groups
+  All,
+  None
+};
+
+/// Offers the pairs of a primitive of the group in hand and one of group `partner` whose boxes meet
+/// and that share no particle.
+template <FreshPairs kPairs, class T, class Work>
 __device__ inline void visit_partner(const GroupInHand<T>& own, const BoxGroups<T>& b, int partner,
                                      int lane, PairQueue& queue, const Work& work) {
-  const bool itself = kSame && partner == own.index;
   const Box<T> other = b.box[partner * kGroup + lane];
   const GroupedItem other_item = item_at(b, partner * kGroup + lane);
   const bool near = overlap(own.box, b.group[partner]);
-  unsigned of_b = __ballot_sync(kWholeWarp, overlap(other, own.around));
-  for (; of_b != 0; of_b &= of_b - 1) {
-    const int j = __ffs(static_cast<int>(of_b)) - 1;
+  unsigned others = __ballot_sync(kWholeWarp, overlap(other, own.around));
+  if (kPairs == FreshPairs::None || (kPairs == FreshPairs::Once && partner < own.index)) {
+    others &= ~b.fresh[partner];
+  }
+  unsigned hits = 0;  // among the partner's primitives, of this thread's
+  for (; others != 0; others &= others - 1) {
+    const int j = __ffs(static_cast<int>(others)) - 1;
     const Box<T> box = shuffled(other, j);
+    hits |= near && overlap(own.box, box) ? 1u << j : 0u;
+  }
+  if (kPairs == FreshPairs::Once && partner == own.index) {
+    // Who is not fresh has no hits of its own.
+    hits &= ~(b.fresh[partner] & ((2u << lane) - 1u));
+  }
+  while (__any_sync(kWholeWarp, hits != 0)) {
+    const int j = hits != 0 ? __ffs(static_cast<int>(hits)) - 1 : 0;
     const GroupedItem item = shuffled(other_item, j);
-    const bool meets =
-        near && overlap(own.box, box) && (!itself || lane < j) && !share_a_particle(own.item, item);
+    const bool meets = hits != 0 && !share_a_particle(own.item, item);
+    hits &= hits - 1;
     queue.add(meets, own.item.index, item.index, lane, work);
   }
 }
 
-/// Calls `work(has, first, second)`, all threads of the warp together, for every pair of
-/// primitives, of `a` and of `b`, whose boxes meet and that share no particle. `kSame`: both are
-/// one; then each pair once, in any order.
-template <bool kSame, class T, class Work>
+/// Calls `work(has, first, second)`, all threads of the warp together, for the pairs of a fresh
+/// primitive of `a` and one of `b` whose boxes meet and that share no particle, each once, in any
+/// order. `every`: all are fresh; where few are, or groups, several warps share the partners of
+/// one.
+template <FreshPairs kPairs, class T, class Work>
 __device__ inline void visit_near(const BoxGroups<T>& a, const BoxGroups<T>& b,
-                                  const SceneWarp& warp, int2* items, const Work& work) {
+                                  const SceneWarp& warp, bool every, int2* items,
+                                  const Work& work) {
   PairQueue queue{items};
   const int lane = warp.lane;
-  for (int k = warp.index; k < a.groups(); k += warp.count) {
-    const int slot = k * kGroup + lane;
-    const GroupInHand<T> own{k, a.group[k], a.box[slot], item_at(a, slot)};
-    const auto visit_whole = [&](int whole) {
-      const int g = whole * kGroup + lane;
-      const bool meets = g < b.groups() && (!kSame || g >= k) && overlap(own.around, b.group[g]);
-      unsigned groups = __ballot_sync(kWholeWarp, meets);
-      for (; groups != 0; groups &= groups - 1) {
-        const int partner = whole * kGroup + __ffs(static_cast<int>(groups)) - 1;
-        visit_partner<kSame>(own, b, partner, lane, queue, work);
-      }
-    };
-    const int first = kSame ? k / kGroup : 0;
-    if (!b.many()) {
-      for (int whole = first; whole < b.wholes(); ++whole) {
-        visit_whole(whole);
-      }
+  const int shares = !every || 4 * a.groups() <= warp.count ? 4
+                     : 2 * a.groups() <= warp.count         ? 2
+                                                            : 1;
+  const unsigned some = shares == 4 ? 0x11111111u : shares == 2 ? 0x55555555u : kWholeWarp;
+  for (int task = warp.index; task < shares * a.groups(); task += warp.count) {
+    const int k = task / shares;
+    const unsigned fresh = a.fresh[k];
+    if (fresh == 0) {
       continue;
     }
-    for (int begin = first; begin < b.wholes(); begin += kGroup) {
+    const int slot = k * kGroup + lane;
+    GroupInHand<T> own{k, a.group[k], a.box[slot], item_at(a, slot)};
+    if (!every) {
+      own.box = (fresh >> lane & 1u) != 0 ? own.box : empty_box<T>();
+      own.around = united_in_warp(own.box);
+    }
+    const unsigned share = some << (task % shares);
+    const int least = kPairs == FreshPairs::Once && every ? k : 0;
+    for (int begin = least / kGroup; begin < b.wholes(); begin += kGroup) {
       const int w = begin + lane;
-      const bool meets = w < b.wholes() && overlap(own.around, b.whole[w]);
-      unsigned wholes = __ballot_sync(kWholeWarp, meets);
+      unsigned wholes = __ballot_sync(
+          kWholeWarp, w < b.wholes() && (!b.many() || overlap(own.around, b.whole[w])));
       for (; wholes != 0; wholes &= wholes - 1) {
-        visit_whole(begin + __ffs(static_cast<int>(wholes)) - 1);
+        const int first = (begin + __ffs(static_cast<int>(wholes)) - 1) * kGroup;
+        const int g = first + lane;
+        const bool meets = g >= least && g < b.groups() && overlap(own.around, b.group[g]);
+        unsigned groups = share & __ballot_sync(kWholeWarp, meets);
+        for (; groups != 0; groups &= groups - 1) {
+          visit_partner<kPairs>(own, b, first + __ffs(static_cast<int>(groups)) - 1, lane, queue,
+                                work);
+        }
       }
     }
   }
   queue.take(queue.waiting, lane, work);
 }
 
+/// What a search is for.
+enum class Wanted { None, Part, All };
+struct SearchPlan {
+  Wanted pairs;      ///< Part: of who has flown since this search
+  Wanted crossings;  ///< Part: around who was stirred in the substep before
+  int number;        ///< of this search of pairs
+  int substep;       ///< those before it, in this frame
+};
+
 /// The boxes of one scene while a search holds.
 template <class T>
 struct SelfSearch {
-  const SelfView<T>& cloth;
+  SelfView<T> cloth;
   const SelfRule<T>& rule;
   BoxGroups<T> particles, edges, faces, edges_now, faces_now;
+  const int* flown;
+  const int* stirred;
+  int* tangled;
+  const Vec4<T>* origin;
+  SearchPlan plan;
   SceneWarp warp;
 
-  __device__ SelfSearch(const CudaSelfFrame<T>& self, const SelfView<T>& of_cloth, int scene,
-                        int thread, int threads)
+  __device__ SelfSearch(const CudaSelfFrame<T>& self, const SelfView<T>& of_cloth,
+                        int particles_before, const SearchPlan& of_plan, int scene, int thread,
+                        int threads)
       : cloth(of_cloth),
         rule(self.rule),
         particles(of_scene(self.particles, scene)),
@@ -214,6 +236,11 @@ struct SelfSearch {
         faces(of_scene(self.faces, scene)),
         edges_now(of_scene(self.edges_now, scene)),
         faces_now(of_scene(self.faces_now, scene)),
+        flown(self.flown + particles_before),
+        stirred(self.stirred + particles_before),
+        tangled(self.tangled + particles_before),
+        origin(self.origin + particles_before),
+        plan(of_plan),
         warp{thread / kGroup, threads / kGroup, thread % kGroup} {}
 
   /// Boxes over primitives and groups, from the flights.
@@ -222,31 +249,45 @@ struct SelfSearch {
     for (int at = warp.index; at < count; at += warp.count) {
       int k = at;
       if (k < edges.groups()) {
-        box_edges(k);
+        box_group(
+            edges, edges_now, k, [&](int e) { return cloth.edges[e]; },
+            [&](const ClothEdge& e) { return edge_slack(cloth, e, rule); });
         continue;
       }
       k -= edges.groups();
       if (k < faces.groups()) {
-        box_faces(k);
+        box_group(
+            faces, faces_now, k, [&](int f) { return cloth.surface.faces[f]; },
+            [&](const FaceIndices& f) { return face_slack(cloth, f, rule); });
         continue;
       }
       k -= faces.groups();
       const int slot = k * kGroup + warp.lane;
-      Box<T> box = empty_box<T>();
-      if (slot < particles.count) {
-        const int i = particles.item[slot].index;
-        box = inflated(flight_box(cloth, i), search_margin(rule, slack_of(cloth, i, rule)));
+      const int i = slot < particles.count ? particles.item[slot].index : -1;
+      if (plan.pairs != Wanted::None && any_of(particles, k, plan.pairs, flown, plan.number)) {
+        const Box<T> box =
+            i >= 0 ? inflated(flight_box(cloth, i), search_margin(rule, slack_of(cloth, i, rule)))
+                   : empty_box<T>();
+        store_group(particles, k, box, warp.lane);
       }
-      store_group(particles, k, box, warp.lane);
+      if (plan.crossings != Wanted::None && i >= 0) {
+        tangled[i] = 0;
+      }
     }
   }
   /// True if box_wholes() is to follow.
   __device__ bool has_wholes() const { return edges.many() || faces.many(); }
   /// Boxes over groups of groups.
   __device__ void box_wholes() const {
-    unite_groups(edges, warp);
-    unite_groups(faces, warp);
-    unite_groups(faces_now, warp);
+    if (plan.pairs != Wanted::None) {
+      unite_groups(particles, warp);
+      unite_groups(edges, warp);
+      unite_groups(faces, warp);
+    }
+    if (plan.crossings != Wanted::None) {
+      unite_groups(edges_now, warp);
+      unite_groups(faces_now, warp);
+    }
   }
 
   /// `put_edges(has, pair)`, `put_face(has, pair)` for what may meet, `put_crossing(has, edge,
@@ -255,33 +296,49 @@ struct SelfSearch {
   template <class PutEdges, class PutFace, class PutCrossing>
   __device__ void look(int2* items, const PutEdges& put_edges, const PutFace& put_face,
                        const PutCrossing& put_crossing) const {
-    visit_near<true>(edges, edges, warp, items, [&](bool has, int e, int o) {
-      SelfPair<T> pair{};
-      bool near = false;
-      if (has) {
-        offer_edge(cloth, min(e, o), max(e, o), rule, [&](const SelfPair<T>& p) {
-          pair = p;
-          near = true;
-        });
+    const SceneWarp last = after(edges.groups() + particles.groups());
+    if (plan.pairs != Wanted::None) {
+      const bool every = plan.pairs == Wanted::All;
+      visit_near<FreshPairs::Once>(edges, edges, warp, every, items, [&](bool has, int e, int o) {
+        SelfPair<T> pair{};
+        bool near = false;
+        if (has) {
+          offer_edge(cloth, min(e, o), max(e, o), rule, [&](const SelfPair<T>& p) {
+            pair = p;
+            near = true;
+          });
+        }
+        put_edges(near, pair);
+      });
+      const auto offer = [&](bool has, int i, int f) {
+        SelfPair<T> pair{};
+        bool near = false;
+        if (has) {
+          offer_face(cloth, i, f, rule, [&](const SelfPair<T>& p) {
+            pair = p;
+            near = true;
+          });
+        }
+        put_face(near, pair);
+      };
+      // Who has no group of edges has one of the others.
+      visit_near<FreshPairs::All>(particles, faces, after(edges.groups()), every, items, offer);
+      if (!every) {
+        visit_near<FreshPairs::None>(faces, particles, last, false, items,
+                                     [&](bool has, int f, int i) { offer(has, i, f); });
       }
-      put_edges(near, pair);
-    });
-    // Who has no group of edges has one of the others.
-    visit_near<false>(
-        edges_now, faces_now, after(edges.groups()), items,
-        [&](bool has, int e, int f) { put_crossing(has && crosses_now(cloth, e, f), e, f); });
-    visit_near<false>(particles, faces, after(2 * edges.groups()), items,
-                      [&](bool has, int i, int f) {
-                        SelfPair<T> pair{};
-                        bool near = false;
-                        if (has) {
-                          offer_face(cloth, i, f, rule, [&](const SelfPair<T>& p) {
-                            pair = p;
-                            near = true;
-                          });
-                        }
-                        put_face(near, pair);
-                      });
+    }
+    if (plan.crossings != Wanted::None) {
+      const bool every = plan.crossings == Wanted::All;
+      const auto cross = [&](bool has, int e, int f) {
+        put_crossing(has && crosses_at(cloth.edges[e], cloth.surface.faces[f], start()), e, f);
+      };
+      visit_near<FreshPairs::All>(edges_now, faces_now, last, every, items, cross);
+      if (!every) {
+        visit_near<FreshPairs::None>(faces_now, edges_now, last, false, items,
+                                     [&](bool has, int f, int e) { cross(has, e, f); });
+      }
+    }
   }
 
  private:
@@ -290,31 +347,43 @@ struct SelfSearch {
     const int index = warp.index - shift % warp.count;
     return {index < 0 ? index + warp.count : index, warp.count, warp.lane};
   }
-  __device__ void box_edges(int k) const {
-    const int slot = k * kGroup + warp.lane;
-    Box<T> box = empty_box<T>();
-    Box<T> now = empty_box<T>();
-    if (slot < edges.count) {
-      const ClothEdge e = cloth.edges[edges.item[slot].index];
-      box = inflated(flight_box(cloth, e), search_margin(rule, edge_slack(cloth, e, rule)));
-      grow(now, xyz(cloth.surface.start[e.a]));
-      grow(now, xyz(cloth.surface.start[e.b]));
-    }
-    store_group(edges, k, box, warp.lane);
-    store_group(edges_now, k, now, warp.lane);
+  /// Where the substep began.
+  __device__ auto start() const {
+    return [this](int i) { return load_shared_cache(origin + i); };
   }
-  __device__ void box_faces(int k) const {
-    const int slot = k * kGroup + warp.lane;
-    Box<T> box = empty_box<T>();
-    Box<T> now = empty_box<T>();
-    if (slot < faces.count) {
-      const int face = faces.item[slot].index;
-      const T slack = face_slack(cloth, cloth.surface.faces[face], rule);
-      box = inflated(swept_box(cloth.surface, face), search_margin(rule, slack));
-      now = box_now(cloth.surface, face);
+  /// Notes which primitives of the warp's group `k` are wanted: all, or those of which a particle's
+  /// `mark` is `number`. True if there is one.
+  __device__ bool any_of(const BoxGroups<T>& groups, int k, Wanted wanted, const int* mark,
+                         int number) const {
+    const GroupedItem item = item_at(groups, k * kGroup + warp.lane);
+    const bool is = item.a >= 0 && (wanted == Wanted::All || mark[item.a] == number ||
+                                    mark[item.b] == number || mark[item.c] == number);
+    const unsigned fresh = __ballot_sync(kWholeWarp, is);
+    if (warp.lane == 0) {
+      groups.fresh[k] = fresh;
     }
-    store_group(faces, k, box, warp.lane);
-    store_group(faces_now, k, now, warp.lane);
+    return fresh != 0;
+  }
+  /// Boxes over a group of edges or faces, of flights and where the substep began. `at(slot)` is
+  /// the primitive, `slack(primitive)` that of its particles.
+  template <class At, class Slack>
+  __device__ void box_group(const BoxGroups<T>& flights, const BoxGroups<T>& now, int k,
+                            const At& at, const Slack& slack) const {
+    const int slot = k * kGroup + warp.lane;
+    const bool has = slot < flights.count;
+    if (plan.pairs != Wanted::None && any_of(flights, k, plan.pairs, flown, plan.number)) {
+      Box<T> box = empty_box<T>();
+      if (has) {
+        const auto primitive = at(flights.item[slot].index);
+        box = inflated(flight_box(cloth, primitive), search_margin(rule, slack(primitive)));
+      }
+      store_group(flights, k, box, warp.lane);
+    }
+    if (plan.crossings != Wanted::None) {
+      any_of(now, k, plan.crossings, stirred, plan.substep);
+      store_group(now, k, has ? box_at(at(now.item[slot].index), start()) : empty_box<T>(),
+                  warp.lane);
+    }
   }
 };
 

@@ -3,6 +3,7 @@
 #include <cooperative_groups.h>
 
 #include "simulation/body_contact_math.h"
+#include "simulation/near_groups.h"
 
 namespace atelier {
 
@@ -10,10 +11,12 @@ namespace atelier {
 /// eight of them wait no longer than one.
 constexpr int kTeam = 8;
 
-/// A team of `kSize` threads that asks a tree (see AloneInTree). All of its threads call its
-/// functions together; `visit` shares what it finds out among them.
-template <int kSize>
-struct TeamInTree {
+/// A team of `kSize` threads that asks a body (see AloneInTree). All of its threads call its
+/// functions together; `visit` shares what it finds out among them. `kBoxes`: it goes through
+/// boxes, a few steps; else through the tree: twenty that wait for one another, but less to look
+/// at, which is better where other scenes fill the waits.
+template <int kSize, bool kBoxes>
+struct TeamInBody {
   static constexpr int kDeepest = 64;  ///< of a tree
   static constexpr int kStack = 256;   ///< nodes
   static constexpr int kLeaves = 32 + 3 * kSize;
@@ -30,62 +33,15 @@ struct TeamInTree {
 
   __device__ int rank() const { return static_cast<int>(tile.thread_rank()); }
 
-  /// How many threads before this one, and in all, say yes.
-  struct Vote {
-    int before, all;
-  };
-  __device__ Vote vote(bool yes) const {
-    const unsigned votes = tile.ballot(yes);
-    return {__popc(votes & ((1u << tile.thread_rank()) - 1u)), __popc(votes)};
-  }
-
   template <class T, class Visit>
-  __device__ void visit(const BoxNode<T>* nodes, const Box<T>& query, const Visit& visit) const {
-    int top = 1;
-    int found = 0;
+  __device__ void visit(const BodyView<T>& body, const Box<T>& query, const Visit& visit) const {
     if (rank() == 0) {
-      memory.stack[0] = 0;
       memory.length = 0;
     }
-    tile.sync();
-    const auto hand_out = [&] {
-      for (int k = rank(); k < found; k += kSize) {
-        visit(memory.leaves[k]);
-      }
-      tile.sync();
-      found = 0;
-    };
-    while (top > 0) {
-      // Where the stack could run over, one thread goes on alone, deep before wide.
-      const int open = top + 2 * kSize + kDeepest <= kStack ? min(top, kSize) : 1;
-      top -= open;
-      const bool works = rank() < open;
-      BoxNode<T> node;
-      bool meets[2] = {false, false};
-      if (works) {
-        node = nodes[memory.stack[top + rank()]];
-        meets[0] = overlap(node.box[0], query);
-        meets[1] = overlap(node.box[1], query);
-      }
-      tile.sync();
-      for (int side = 0; side < 2; ++side) {
-        const bool leaf = meets[side] && node.child[side] < 0;
-        const bool inner = meets[side] && node.child[side] >= 0;
-        const Vote leaves = vote(leaf);
-        const Vote inners = vote(inner);
-        if (leaf) {
-          memory.leaves[found + leaves.before] = ~node.child[side];
-        }
-        if (inner) {
-          memory.stack[top + inners.before] = node.child[side];
-        }
-        found += leaves.all;
-        top += inners.all;
-      }
-      tile.sync();
-      if (found > kLeaves - 2 * kSize || top == 0) {
-        hand_out();
-      }
+    if constexpr (kBoxes) {
+      visit_boxes(body, query, visit);
+    } else {
+      visit_tree(body, query, visit);
     }
   }
 
@@ -113,12 +69,126 @@ struct TeamInTree {
     }
     return item;
   }
+
   /// The list is one of the whole team; its order varies.
   __device__ int place(int&) const { return atomicAdd(&memory.length, 1); }
   __device__ int length(int) const {
     const int length = memory.length;
     tile.sync();  // before the next visit begins a new list
     return length;
+  }
+
+ private:
+  /// How many threads before this one, and in all, say yes.
+  struct Vote {
+    int before, all;
+  };
+  __device__ Vote vote(bool yes) const {
+    const unsigned votes = tile.ballot(yes);
+    return {__popc(votes & ((1u << tile.thread_rank()) - 1u)), __popc(votes)};
+  }
+
+  template <class T, class Visit>
+  __device__ void visit_tree(const BodyView<T>& body, const Box<T>& query,
+                             const Visit& visit) const {
+    int top = 1;
+    int found = 0;
+    if (rank() == 0) {
+      memory.stack[0] = 0;
+    }
+    tile.sync();
+    const auto hand_out = [&] {
+      for (int k = rank(); k < found; k += kSize) {
+        visit(memory.leaves[k]);
+      }
+      tile.sync();
+      found = 0;
+    };
+    while (top > 0) {
+      // Where the stack could run over, one thread goes on alone, deep before wide.
+      const int open = top + 2 * kSize + kDeepest <= kStack ? min(top, kSize) : 1;
+      top -= open;
+      const bool works = rank() < open;
+      BoxNode<T> node;
+      bool meets[2] = {false, false};
+      if (works) {
+        node = body.nodes[memory.stack[top + rank()]];
+        meets[0] = overlap(node.box[0], query);
+        meets[1] = overlap(node.box[1], query);
+      }
+      tile.sync();
+      for (int side = 0; side < 2; ++side) {
+        const bool leaf = meets[side] && node.child[side] < 0;
+        const bool inner = meets[side] && node.child[side] >= 0;
+        const Vote leaves = vote(leaf);
+        const Vote inners = vote(inner);
+        if (leaf) {
+          memory.leaves[found + leaves.before] = ~node.child[side];
+        }
+        if (inner) {
+          memory.stack[top + inners.before] = node.child[side];
+        }
+        found += leaves.all;
+        top += inners.all;
+      }
+      tile.sync();
+      if (found > kLeaves - 2 * kSize || top == 0) {
+        hand_out();
+      }
+    }
+  }
+
+  /// Which of the kGroup boxes from `begin` on meet `query`, a bit each.
+  template <class T>
+  __device__ unsigned meeting(const Box<T>* boxes, int begin, const Box<T>& query) const {
+    unsigned bits = 0;
+#pragma unroll
+    for (int k = 0; k < kGroup; k += kSize) {
+      bits |= tile.ballot(overlap(boxes[begin + k + rank()], query)) << k;
+    }
+    return bits;
+  }
+
+  template <class T, class Visit>
+  __device__ void visit_boxes(const BodyView<T>& body, const Box<T>& query,
+                              const Visit& visit) const {
+    const FaceBoxes<T>& boxes = body.boxes;
+    int found = 0;
+    int first = -kSize;
+    int whole = 0;
+    unsigned wholes = 0;  // that meet, from `first` on
+    unsigned groups = 0;  // of `whole`
+    bool more = true;
+    while (more) {
+      if (groups != 0) {
+        const int begin = (whole * kGroup + __ffs(static_cast<int>(groups)) - 1) * kGroup;
+        groups &= groups - 1;
+        const unsigned leaves = meeting(boxes.box, begin, query);
+        for (int k = rank(); k < kGroup; k += kSize) {
+          if ((leaves >> k & 1u) != 0) {
+            memory.leaves[found + __popc(leaves & ((1u << k) - 1u))] = boxes.face[begin + k];
+          }
+        }
+        found += __popc(leaves);
+      } else if (wholes != 0) {
+        whole = first + __ffs(static_cast<int>(wholes)) - 1;
+        wholes &= wholes - 1;
+        groups = meeting(boxes.group, whole * kGroup, query);
+      } else {
+        first += kSize;
+        more = first < boxes.wholes;
+        const int w = first + rank();
+        wholes = tile.ballot(w < boxes.wholes && overlap(boxes.whole[w], query));
+      }
+      if (found > kLeaves - kGroup || !more) {
+        tile.sync();
+        for (int k = rank(); k < found; k += kSize) {
+          visit(memory.leaves[k]);
+        }
+        tile.sync();
+        found = 0;
+      }
+    }
   }
 };
 

@@ -19,7 +19,8 @@ struct FrameReport {
   double penetration_depth = 0;  ///< m, the deepest of them
   int self_contacts = 0;  ///< pairs of cloth primitives that pushed each other in the last substep
   int self_candidates = 0;  ///< pairs that were watched during the frame
-  int self_searches = 0;    ///< how often pairs of cloth were looked for in the frame
+  int self_searches = 0;    ///< how often all pairs of cloth were looked for in the frame
+  int self_renewals = 0;    ///< and those of particles that left their flights
   double device_ms = 0;     ///< CUDA: duration of the frame on the device
   int crossings = -1;       ///< edge-triangle crossings of the cloth with itself; -1: not counted
   int body_crossings = -1;  ///< edge-triangle crossings of cloth and body; -1: not counted

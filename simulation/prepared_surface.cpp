@@ -1,6 +1,8 @@
 #include "simulation/prepared_surface.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <tuple>
 
 namespace atelier {
@@ -90,15 +92,21 @@ template <class T>
 SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options) {
   const Material& m = cloth.material;
   double thickness = options.self_thickness >= 0 ? options.self_thickness : m.thickness;
+  double room = 0;  // beyond the gap, to the neighbours in the cloth
   std::vector<double> lengths;
+  lengths.reserve(static_cast<std::size_t>(cloth.fibre_count));
   for (int i = 0; i < cloth.fibre_count; ++i) {
     lengths.push_back(cloth.springs[i].rest);
   }
   if (!lengths.empty()) {
-    std::nth_element(lengths.begin(),
-                     lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
-                     lengths.end());
-    thickness = std::min(thickness, 0.4 * lengths[lengths.size() / 2]);
+    const auto percentile = [&](std::size_t p) {
+      const std::size_t k = lengths.size() * p / 100;
+      std::nth_element(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(k),
+                       lengths.end());
+      return lengths[k];
+    };
+    thickness = std::min(thickness, 0.4 * percentile(50));
+    room = std::max(0.0, 0.4 * percentile(10) - thickness);
   }
   // Sheets that overlap part slowly, so that they do not jump; crossed ones are pulled at 0.2 m/s.
   const double h = options.time_step / options.substeps;
@@ -107,9 +115,14 @@ SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options) {
   rule.friction = static_cast<T>(options.self_friction >= 0 ? options.self_friction : m.friction);
   rule.old_overlap = static_cast<T>(0.2 * std::min(1.0, options.depenetration_speed) * h);
   rule.horizon = std::min(options.self_interval, options.substeps);
-  // What gravity adds to the flight while a search holds, and what contacts take from it.
+  // Slack costs pairs, up to what neighbours in the cloth leave free, and saves searches; and what
+  // gravity adds to the flight while a search holds.
+  double slack = std::max(0.05 * thickness, 1e-4) + std::min(0.4 * room, 0.5 * thickness);
   const double span = h * rule.horizon;
-  rule.slack = static_cast<T>(std::max(0.25 * thickness, 1e-4) + 5 * span * span);
+  double fall = 5;
+  if (const char* v = std::getenv("AT_SLACK")) slack = std::atof(v) * thickness;
+  if (const char* v = std::getenv("AT_FALL")) fall = std::atof(v);
+  rule.slack = static_cast<T>(slack + fall * span * span);
   rule.untangle = static_cast<T>(0.2 * h);
   return rule;
 }

@@ -82,12 +82,23 @@ SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& pr
   view_.tangled = tangled_.data();
   slack_.assign(n, rule_.slack);
   view_.slack = slack_.data();
+  tree_now_ = surface_.tree;
+  stirred_.assign(n, 0);
+  fresh_.assign(n, 0);
+  own_face_.assign(n, -1);
+  for (std::size_t f = 0; f < surface_.faces.size(); ++f) {
+    for (int v : {surface_.faces[f].a, surface_.faces[f].b, surface_.faces[f].c}) {
+      own_face_[v] = static_cast<int>(f);
+    }
+  }
 }
 
 template <class T>
 void SelfContactCpu<T>::begin_frame() {
   age_ = -1;
+  frame_begins_ = true;
   searches_ = 0;
+  renewals_ = 0;
   std::fill(support_.begin(), support_.end(), 0);
   std::fill(slack_.begin(), slack_.end(), rule_.slack);
 }
@@ -95,76 +106,134 @@ void SelfContactCpu<T>::begin_frame() {
 template <class T>
 void SelfContactCpu<T>::begin_substep(int left) {
   left_ = left;
+  substep_begins_ = true;
   if (age_ >= 0 && ++age_ > ahead_) {
     age_ = -1;
   }
 }
 
 template <class T>
-bool SelfContactCpu<T>::holds(const std::vector<Vec4<T>>& x) const {
-  if (age_ < 0) {
-    return false;
-  }
+int SelfContactCpu<T>::renew_flights(const SelfMotion<T>& motion) {
+  const Index n = static_cast<Index>(motion.x.size());
   const T age = static_cast<T>(age_) / static_cast<T>(ahead_);
-  const int left =
-      parallel_sum(static_cast<Index>(x.size()), 8 * kGrain, 0, [&](Index begin, Index end) {
-        int count = 0;
-        for (Index i = begin; i < end; ++i) {
-          count += left_flight(view_, static_cast<int>(i), xyz(x[i]), age, rule_);
-        }
-        return count;
-      });
-  return left == 0;
+  const auto count = [&](const auto& is) {
+    return parallel_sum(n, 8 * kGrain, 0, [&](Index begin, Index end) {
+      int sum = 0;
+      for (Index i = begin; i < end; ++i) {
+        sum += is(static_cast<int>(i)) ? 1 : 0;
+      }
+      return sum;
+    });
+  };
+  if (count([&](int i) { return left_flight(view_, i, xyz(motion.x[i]), age, rule_); }) == 0) {
+    return 0;
+  }
+  return count([&](int i) {
+    fresh_[i] = renew_flight(age_, ahead_, xyz(motion.x[i]), xyz(motion.origin[i]), start_[i],
+                             end_[i], slack_[i])
+                    ? 1
+                    : 0;
+    return fresh_[i] != 0;
+  });
+}
+
+template <class T>
+void SelfContactCpu<T>::refit_tree() {
+  std::vector<Box<T>> boxes(surface_.faces.size());
+  parallel_for(static_cast<Index>(boxes.size()), 8 * kGrain, [&](Index begin, Index end) {
+    for (Index f = begin; f < end; ++f) {
+      const T slack = face_slack(view_, surface_.faces[f], rule_);
+      boxes[f] = inflated(flight_box(view_, surface_.faces[f]), search_margin(rule_, slack));
+    }
+  });
+  refit_contact_tree(surface_.tree, boxes);
 }
 
 template <class T>
 void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& origin) {
-  ++searches_;
   age_ = 1;
   ahead_ = std::min(rule_.horizon, left_);
+  view_.past = T(0);
   start_ = origin;
   for (std::size_t i = 0; i < x.size(); ++i) {
     end_[i] =
         with_w(xyz(origin[i]) + static_cast<T>(ahead_) * (xyz(x[i]) - xyz(origin[i])), x[i].w);
   }
+  refit_tree();
+  const auto put = [](std::vector<SelfPair<T>>& out) {
+    return [&out](const SelfPair<T>& pair) { out.push_back(pair); };
+  };
+  gather(static_cast<Index>(x.size()), face_pairs_,
+         [&](int i, std::vector<SelfPair<T>>& out) { collect_faces(view_, i, rule_, put(out)); });
+  const Index edges = static_cast<Index>(surface_.edges.size());
+  gather(edges, edge_pairs_, [&](int e, std::vector<SelfPair<T>>& out) {
+    collect_edges(
+        view_, e, rule_, [e](int o) { return o > e; }, put(out));
+  });
+}
+
+template <class T>
+void SelfContactCpu<T>::look_for_crossings(const std::vector<Vec4<T>>& origin) {
+  const bool every = frame_begins_;
+  const bool due = every || passed_ || !crossings_.empty();
+  for (std::size_t i = 0; i < stirred_.size(); ++i) {
+    stirred_[i] = due && (every || stirred_[i] != 0 || tangled_[i] != 0) ? 1 : 0;
+  }
+  frame_begins_ = false;
+  passed_ = false;
+  if (!due) {
+    return;
+  }
+  const auto load = [&](int i) { return origin[i]; };
   std::vector<Box<T>> boxes(surface_.faces.size());
   parallel_for(static_cast<Index>(boxes.size()), 8 * kGrain, [&](Index begin, Index end) {
     for (Index f = begin; f < end; ++f) {
-      const T slack = face_slack(view_, surface_.faces[f], rule_);
-      boxes[f] =
-          inflated(swept_box(view_.surface, static_cast<int>(f)), search_margin(rule_, slack));
+      boxes[f] = box_at(surface_.faces[f], load);
     }
   });
-  refit_contact_tree(surface_.tree, boxes);
-  gather(static_cast<Index>(x.size()), face_pairs_, [&](int i, std::vector<SelfPair<T>>& out) {
-    collect_faces(view_, i, rule_, [&](const SelfPair<T>& pair) { out.push_back(pair); });
-  });
-  struct Found {
-    SelfPair<T> pair;
-    bool crosses;
+  refit_contact_tree(tree_now_, boxes);
+  const auto fresh_edge = [&](int e) {
+    return stirred_[surface_.edges[e].a] != 0 || stirred_[surface_.edges[e].b] != 0;
   };
-  std::vector<Found> found;
-  gather(static_cast<Index>(surface_.edges.size()), found, [&](int e, std::vector<Found>& out) {
-    collect_edges(
-        view_, e, rule_,
-        [&](const SelfPair<T>& pair) {
-          out.push_back({pair, false});
-        },
-        [&](int face) {
-          out.push_back({{e, face, T(0)}, true});
-        });
-  });
-  std::fill(tangled_.begin(), tangled_.end(), 0);
-  edge_pairs_.clear();
-  crossings_.clear();
-  for (const Found& f : found) {
-    if (!f.crosses) {
-      edge_pairs_.push_back(f.pair);
-      continue;
+  const auto try_one = [&](int e, int f, std::vector<Crossing>& out) {
+    const ClothEdge& edge = surface_.edges[e];
+    const FaceIndices& face = surface_.faces[f];
+    const auto has = [&](int v) { return face.a == v || face.b == v || face.c == v; };
+    if (!has(edge.a) && !has(edge.b) && crosses_at(edge, face, load)) {
+      out.push_back({e, f});
     }
-    crossings_.push_back({f.pair.first, f.pair.second});
-    const FaceIndices face = surface_.faces[f.pair.second];
-    const ClothEdge& edge = surface_.edges[f.pair.first];
+  };
+  gather(static_cast<Index>(surface_.edges.size()), crossings_,
+         [&](int e, std::vector<Crossing>& out) {
+           if (fresh_edge(e)) {
+             visit_tree(tree_now_.nodes.data(), box_at(surface_.edges[e], load),
+                        [&](int f) { try_one(e, f, out); });
+           }
+         });
+  if (!every) {
+    std::vector<Crossing> of_faces;
+    gather(static_cast<Index>(surface_.faces.size()), of_faces,
+           [&](int f, std::vector<Crossing>& out) {
+             const FaceIndices& face = surface_.faces[f];
+             if (stirred_[face.a] == 0 && stirred_[face.b] == 0 && stirred_[face.c] == 0) {
+               return;
+             }
+             visit_tree(tree_now_.nodes.data(), boxes[f], [&](int other) {
+               for (int k = 0; k < 3; ++k) {
+                 const int e = surface_.face_edges[3 * other + k];
+                 if (e >= 0 && !fresh_edge(e)) {
+                   try_one(e, f, out);
+                 }
+               }
+             });
+           });
+    crossings_.insert(crossings_.end(), of_faces.begin(), of_faces.end());
+  }
+  std::fill(stirred_.begin(), stirred_.end(), 0);
+  std::fill(tangled_.begin(), tangled_.end(), 0);
+  for (const Crossing& c : crossings_) {
+    const FaceIndices face = surface_.faces[c.face];
+    const ClothEdge& edge = surface_.edges[c.edge];
     for (int v : {edge.a, edge.b, face.a, face.b, face.c}) {
       tangled_[v] = 1;
     }
@@ -172,24 +241,69 @@ void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<
 }
 
 template <class T>
-void SelfContactCpu<T>::give_slack(const std::vector<Vec4<T>>& x) {
-  if (age_ < 0) {
-    return;  // the list is merely old
-  }
-  const T age = static_cast<T>(age_) / static_cast<T>(ahead_);
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const Vec3<T> away = xyz(x[i]) - xyz(start_[i]) - age * flight(view_, static_cast<int>(i));
-    const T distance = norm(away);
-    slack_[i] = max_of(slack_[i], T(2) * distance);
-  }
+void SelfContactCpu<T>::search_fresh() {
+  view_.past = static_cast<T>(age_ - 1) / static_cast<T>(ahead_);
+  refit_tree();
+  const auto fresh_edge = [&](int e) {
+    return fresh_[surface_.edges[e].a] != 0 || fresh_[surface_.edges[e].b] != 0;
+  };
+  const auto fresh_face = [&](int f) {
+    const FaceIndices& face = surface_.faces[f];
+    return fresh_[face.a] != 0 || fresh_[face.b] != 0 || fresh_[face.c] != 0;
+  };
+  const auto replace = [&](std::vector<SelfPair<T>>& pairs, bool edges,
+                           const std::vector<SelfPair<T>>& found) {
+    std::erase_if(pairs, [&](const SelfPair<T>& pair) {
+      int particle[4];
+      pair_particles(view_, pair, edges, particle);
+      return fresh_[particle[0]] != 0 || fresh_[particle[1]] != 0 || fresh_[particle[2]] != 0 ||
+             fresh_[particle[3]] != 0;
+    });
+    pairs.insert(pairs.end(), found.begin(), found.end());
+  };
+  std::vector<SelfPair<T>> found;
+  gather(static_cast<Index>(surface_.edges.size()), found,
+         [&](int e, std::vector<SelfPair<T>>& out) {
+           if (fresh_edge(e)) {
+             collect_edges(
+                 view_, e, rule_, [&](int o) { return o > e || (o < e && !fresh_edge(o)); },
+                 [&](const SelfPair<T>& pair) { out.push_back(pair); });
+           }
+         });
+  replace(edge_pairs_, true, found);
+  gather(static_cast<Index>(fresh_.size()), found, [&](int i, std::vector<SelfPair<T>>& out) {
+    if (fresh_[i] != 0) {
+      collect_faces(view_, i, rule_, [&](const SelfPair<T>& pair) { out.push_back(pair); });
+    }
+  });
+  std::vector<SelfPair<T>> of_faces;
+  gather(static_cast<Index>(surface_.faces.size()), of_faces,
+         [&](int f, std::vector<SelfPair<T>>& out) {
+           if (fresh_face(f)) {
+             collect_particles(
+                 view_, f, rule_,
+                 [&](int i, int face) { return fresh_[i] == 0 && own_face_[i] == face; },
+                 [&](const SelfPair<T>& pair) { out.push_back(pair); });
+           }
+         });
+  found.insert(found.end(), of_faces.begin(), of_faces.end());
+  replace(face_pairs_, false, found);
 }
 
 template <class T>
 bool SelfContactCpu<T>::renew(const SelfMotion<T>& motion) {
-  if (holds(motion.x)) {
-    return false;
+  if (age_ >= 0) {
+    const int left = renew_flights(motion);
+    if (left == 0) {
+      return false;
+    }
+    if (left <= static_cast<int>(fresh_.size()) / kSelfFew) {
+      ++renewals_;
+      search_fresh();
+      return true;
+    }
   }
-  give_slack(motion.x);
+  ++searches_;
   search(motion.x, motion.origin);
   return true;
 }
@@ -270,11 +384,25 @@ bool SelfContactCpu<T>::keep_once(const SelfMotion<T>& motion, int pass, bool ev
   };
   const bool slides = pass < kSelfPushes + kSelfSlides;
   std::atomic<bool> kept{false};
+  std::atomic<bool> passed{false};
   visit_pairs(pass, every, [&](const SelfPair<T>& pair, bool edges) {
-    if (atelier::keep_back(view_, pair, edges, slides, load, load_origin, carry, slide, stay)) {
+    const Passing passing =
+        atelier::keep_back(view_, pair, edges, slides, load, load_origin, carry, slide, stay);
+    if (passing == Passing::No) {
+      return;
+    }
+    passed.store(true, std::memory_order_relaxed);
+    if (passing == Passing::Kept) {
       kept.store(true, std::memory_order_relaxed);
+      return;
+    }
+    int particle[4];
+    pair_particles(view_, pair, edges, particle);
+    for (int i : particle) {
+      raise_to(stirred_[i], 1);
     }
   });
+  passed_ = passed_ || passed;
   return kept;
 }
 
@@ -296,6 +424,13 @@ void SelfContactCpu<T>::take(const SelfMotion<T>& motion, int pass) {
 
 template <class T>
 void SelfContactCpu<T>::push(const SelfMotion<T>& motion) {
+  for (std::size_t i = 0; i < moved_.size(); ++i) {
+    stirred_[i] |= moved_[i] != 0 ? 1 : 0;
+  }
+  if (substep_begins_) {
+    substep_begins_ = false;
+    look_for_crossings(motion.origin);
+  }
   std::fill(moved_.begin(), moved_.end(), 0);
   moved_from_ = 1;
   const auto support = [&](bool first) {

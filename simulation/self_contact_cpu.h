@@ -44,6 +44,7 @@ class SelfContactCpu {
   bool stays(int i) const { return moved_[i] > kSelfPushes + kSelfSlides; }
   int candidate_count() const { return static_cast<int>(face_pairs_.size() + edge_pairs_.size()); }
   int search_count() const { return searches_; }
+  int renewal_count() const { return renewals_; }
   int active_count() const { return active_; }
 
  private:
@@ -51,12 +52,16 @@ class SelfContactCpu {
     int edge, face;
   };
 
-  bool holds(const std::vector<Vec4<T>>& x) const;
-  /// More slack for who left its flight, or is about to.
-  void give_slack(const std::vector<Vec4<T>>& x);
+  /// Where a particle left its flight: new flights for those and who may soon. How many.
+  int renew_flights(const SelfMotion<T>& motion);
+  void refit_tree();
   /// A new search where the list does not hold; true if there was one.
   bool renew(const SelfMotion<T>& motion);
   void search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& origin);
+  /// At a substep's start: what is crossed, where something may have passed.
+  void look_for_crossings(const std::vector<Vec4<T>>& origin);
+  /// Looks for the pairs of who has a new flight, in place of those that they had.
+  void search_fresh();
   /// One pass of pushes over the pairs; `every`: also over those of which nothing moved since the
   /// last one. True if another is needed.
   bool push_once(const SelfMotion<T>& motion, int pass, bool every);
@@ -76,6 +81,10 @@ class SelfContactCpu {
   std::vector<Crossing> crossings_;
   std::vector<int> tangled_;
   std::vector<T> slack_;
+  ContactTree<T> tree_now_;    ///< over the faces where the last look for crossings was
+  std::vector<int> stirred_;   ///< 1: contacts moved it since the last look, or it passed something
+  std::vector<char> fresh_;    ///< 1: got a new flight in the last renewal
+  std::vector<int> own_face_;  ///< one face of each particle, -1: none
   std::vector<int> support_;
   std::vector<char> moved_;  ///< the last pass in which a particle was pushed, from 1; 0: none
   int moved_from_ = 1;
@@ -83,7 +92,11 @@ class SelfContactCpu {
   int age_ = -1;   ///< substeps since the search, this one included; -1: none
   int left_ = 0;   ///< substeps to come in the frame
   int ahead_ = 1;  ///< substeps that the search looked ahead
+  bool frame_begins_ = true;
+  bool substep_begins_ = true;
+  bool passed_ = false;  ///< something did or would have since the last look for crossings
   int searches_ = 0;
+  int renewals_ = 0;  ///< of a part
   int active_ = 0;
 };
 

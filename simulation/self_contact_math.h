@@ -11,9 +11,10 @@ namespace atelier {
 /// Pairs (self_search_math.h). A search lists every pair that may come nearer than its gap while
 /// each particle stays within `slack` of a straight flight (the displacement bound of Chen et al.
 /// 2025, "Offset geometric contact", measured from the flight and not from a point, so that cloth
-/// that is carried along keeps its pairs). A particle that leaves it, or a list that has grown too
-/// old, makes a new search: nothing is missed. Who left is given more slack until the frame ends,
-/// so that one pinched vertex does not make a search in every substep.
+/// that is carried along keeps its pairs). Who leaves it gets a new flight and more slack until the
+/// frame ends, and the pairs of those particles alone are looked for again; all are where the list
+/// has grown too old and where many left. So nothing is missed, and how often is searched changes
+/// no bit of what comes out.
 ///
 /// Pushes (self_push_math.h). In a substep a pair keeps the side on which it was at the substep's
 /// start. Pairs are solved at once (Jacobi); a particle takes in each direction the largest push
@@ -27,7 +28,9 @@ namespace atelier {
 /// (rigid impact zones, Provot 1997): so nothing that was not crossed gets crossed, also where a
 /// body presses. What is crossed all the same (it began so) is pulled apart along the gradient of
 /// the length of the intersection (Volino and Magnenat-Thalmann 2006); layers know which side is
-/// outside.
+/// outside. What is crossed is looked for at the frame's first substep; at a later one, around what
+/// contacts moved in the substep before, where that let something pass or kept something back, and
+/// around what was crossed.
 
 /// An edge with its faces: `face[0]` owns it.
 struct ClothEdge {
@@ -51,6 +54,7 @@ struct SelfView {
   const int* layer;          ///< of particles, or null
   const int* tangled;        ///< of particles: 1 where a piece around it is crossed
   const T* slack = nullptr;  ///< m, of particles, at least the rule's; null: the rule's
+  T past = T(0);             ///< share of the flights that lies behind
 };
 
 template <class T>
@@ -68,18 +72,34 @@ constexpr int kSelfKeeps = 30;   ///< and of keeping back what would pass
 constexpr int kSelfSlides = 6;   ///< of these the first, in which a pair may slide on itself
 constexpr int kSelfRides = 8;    ///< and the next, in which who is kept rides on the body near it
 constexpr double kSelfRest = 0.02;  ///< of the gap: a push below it needs no further pass
+/// Where more than one in so many left their flights, all pairs are looked for again.
+constexpr int kSelfFew = 8;
+constexpr double kSelfNearly = 0.75;  ///< of its slack: who is as far from its flight may leave it
+
 constexpr int kSupportLevels = 64;  ///< of particles that rest on one another, see PushSum
 
 /// A pair that may meet: particle (or edge) and face (or edge), and the gap that it keeps.
 template <class T>
-struct SelfPair {
+struct alignas(16) SelfPair {
   int first, second;
   T gap;
+  int search = 0;  ///< that found it
 };
 
 template <class T>
 ATELIER_HOST_DEVICE inline Vec3<T> flight(const SelfView<T>& cloth, int i) {
   return xyz(cloth.surface.end[i]) - xyz(cloth.surface.start[i]);
+}
+
+/// A particle on its flight now, and how it goes on.
+template <class T>
+struct FlyingPoint {
+  Vec3<T> at, on;
+};
+template <class T>
+ATELIER_HOST_DEVICE inline FlyingPoint<T> flying(const SelfView<T>& cloth, int i) {
+  const Vec3<T> whole = flight(cloth, i);
+  return {xyz(cloth.surface.start[i]) + cloth.past * whole, (T(1) - cloth.past) * whole};
 }
 
 /// By how much a particle may leave its flight [m].

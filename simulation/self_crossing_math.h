@@ -108,14 +108,21 @@ ATELIER_HOST_DEVICE inline void slide_as_one(const int* particle, const Vec4<T>*
   }
 }
 
-/// Keeps a pair back that would pass; true if it would. Where `slides`, see slide_as_one; else it
-/// is kept where the substep began: `stay(particle, carry)` for each of the free ones with the
-/// carry of each of the four (`carry(particle)`).
+/// What a pair does in a substep.
+enum class Passing {
+  No,
+  Free,  ///< passes: it is crossed, or has to come out of the body
+  Kept   ///< would pass
+};
+
+/// Keeps a pair back that would pass. Where `slides`, see slide_as_one; else it is kept where the
+/// substep began: `stay(particle, carry)` for each of the free ones with the carry of each of the
+/// four (`carry(particle)`).
 template <class T, class Load, class LoadStart, class Carry, class Slide, class Stay>
-ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPair<T>& pair,
-                                          bool edges, bool slides, const Load& load,
-                                          const LoadStart& load_start, const Carry& carry,
-                                          const Slide& slide, const Stay& stay) {
+ATELIER_HOST_DEVICE inline Passing keep_back(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                             bool edges, bool slides, const Load& load,
+                                             const LoadStart& load_start, const Carry& carry,
+                                             const Slide& slide, const Stay& stay) {
   int particle[4];
   pair_particles(cloth, pair, edges, particle);
   Vec4<T> start[4];
@@ -125,7 +132,7 @@ ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPa
     x[k] = load(particle[k]);
   }
   if (!passes(start, x, edges)) {
-    return false;
+    return Passing::No;
   }
   Vec3<T> before{};
   if (edges) {
@@ -139,10 +146,10 @@ ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPa
   }
   if (!same_layer(cloth, particle[0], particle[3]) &&
       side_is_doubtful(cloth, pair, edges, before, load_start)) {
-    return false;
+    return Passing::Free;
   }
   if (both_tangled(cloth, pair, edges)) {  // free to come apart
-    return false;
+    return Passing::Free;
   }
   // Who has to come out of the body is not kept in it.
   Vec3<T> held[4];
@@ -150,19 +157,19 @@ ATELIER_HOST_DEVICE inline bool keep_back(const SelfView<T>& cloth, const SelfPa
     const Vec4<T> carried = carry(particle[k]);
     held[k] = x[k].w > T(0) ? xyz(carried) : xyz(x[k]) - xyz(start[k]);
     if (carried.w > T(0)) {
-      return false;
+      return Passing::Free;
     }
   }
   if (slides) {
     slide_as_one(particle, start, x, before, slide);
-    return true;
+    return Passing::Kept;
   }
   for (int k = 0; k < 4; ++k) {
     for (int j = 0; j < 4 && x[k].w > T(0); ++j) {
       stay(particle[k], held[j]);
     }
   }
-  return true;
+  return Passing::Kept;
 }
 
 /// Pulls an edge out of a face that it passes through: along the gradient that shortens the line in

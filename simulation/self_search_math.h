@@ -1,5 +1,7 @@
 #pragma once
 
+#include <type_traits>
+
 #include "simulation/self_contact_math.h"
 
 namespace atelier {
@@ -22,26 +24,22 @@ ATELIER_HOST_DEVICE inline T face_slack(const SelfView<T>& cloth, const FaceIndi
                 max_of(slack_of(cloth, f.b, rule), slack_of(cloth, f.c, rule)));
 }
 
-/// Where a particle, an edge or a face (swept_box) flies.
+/// Where a particle, an edge or a face flies from now on.
 template <class T>
 ATELIER_HOST_DEVICE inline Box<T> flight_box(const SelfView<T>& cloth, int i) {
+  const FlyingPoint<T> p = flying(cloth, i);
   Box<T> box = empty_box<T>();
-  grow(box, xyz(cloth.surface.start[i]));
-  grow(box, xyz(cloth.surface.end[i]));
+  grow(box, p.at);
+  grow(box, p.at + p.on);
   return box;
 }
 template <class T>
 ATELIER_HOST_DEVICE inline Box<T> flight_box(const SelfView<T>& cloth, const ClothEdge& e) {
   return united(flight_box(cloth, e.a), flight_box(cloth, e.b));
 }
-
 template <class T>
-ATELIER_HOST_DEVICE inline Box<T> box_now(const BodyView<T>& surface, int face) {
-  const FaceCorners<T> t = corners_at(surface, face, T(0));
-  Box<T> box{t.a, t.a};
-  grow(box, t.b);
-  grow(box, t.c);
-  return box;
+ATELIER_HOST_DEVICE inline Box<T> flight_box(const SelfView<T>& cloth, const FaceIndices& f) {
+  return united(united(flight_box(cloth, f.a), flight_box(cloth, f.b)), flight_box(cloth, f.c));
 }
 
 /// Calls `found(pair)` if particle `i` may meet the face, which it is no corner of, within the
@@ -50,22 +48,23 @@ template <class T, class Found>
 ATELIER_HOST_DEVICE inline void offer_face(const SelfView<T>& cloth, int i, int face,
                                            const SelfRule<T>& rule, const Found& found) {
   const FaceIndices f = cloth.surface.faces[face];
-  const Vec3<T> x = xyz(cloth.surface.start[i]);
-  const Vec3<T> v = flight(cloth, i);
-  const FaceCorners<T> t = corners_at(cloth.surface, face, T(0));
-  const T squared = squared_norm(x - weighted(t, nearest_on_triangle(x, t)));
-  const T motion =
-      max_of(squared_norm(v - flight(cloth, f.a)),
-             max_of(squared_norm(v - flight(cloth, f.b)), squared_norm(v - flight(cloth, f.c))));
+  const FlyingPoint<T> p = flying(cloth, i);
+  const FlyingPoint<T> a = flying(cloth, f.a);
+  const FlyingPoint<T> b = flying(cloth, f.b);
+  const FlyingPoint<T> c = flying(cloth, f.c);
+  const FaceCorners<T> t{a.at, b.at, c.at};
+  const T squared = squared_norm(p.at - weighted(t, nearest_on_triangle(p.at, t)));
+  const T motion = max_of(squared_norm(p.on - a.on),
+                          max_of(squared_norm(p.on - b.on), squared_norm(p.on - c.on)));
   const T near =
       rule.thickness + slack_of(cloth, i, rule) + face_slack(cloth, f, rule) + std::sqrt(motion);
   if (squared > near * near) {
     return;
   }
   const FaceCorners<T> r{xyz(cloth.rest[f.a]), xyz(cloth.rest[f.b]), xyz(cloth.rest[f.c])};
-  const Vec3<T> p = xyz(cloth.rest[i]);
+  const Vec3<T> flat = xyz(cloth.rest[i]);
   const T apart = same_layer(cloth, i, f.a)
-                      ? T(0.9) * norm(p - weighted(r, nearest_on_triangle(p, r)))
+                      ? T(0.9) * norm(flat - weighted(r, nearest_on_triangle(flat, r)))
                       : rule.thickness;
   found(SelfPair<T>{i, face, min_of(rule.thickness, apart)});
 }
@@ -76,18 +75,14 @@ ATELIER_HOST_DEVICE inline void offer_edge(const SelfView<T>& cloth, int e, int 
                                            const SelfRule<T>& rule, const Found& found) {
   const ClothEdge edge = cloth.edges[e];
   const ClothEdge other = cloth.edges[o];
-  const Vec3<T> p = xyz(cloth.surface.start[edge.a]);
-  const Vec3<T> q = xyz(cloth.surface.start[edge.b]);
-  const Vec3<T> r = xyz(cloth.surface.start[other.a]);
-  const Vec3<T> s = xyz(cloth.surface.start[other.b]);
-  const SegmentShares<T> near = nearest_on_segments(p, q, r, s);
-  const T squared = squared_norm(between(p, q, near.s) - between(r, s, near.t));
-  const Vec3<T> vp = flight(cloth, edge.a);
-  const Vec3<T> vq = flight(cloth, edge.b);
-  const Vec3<T> vr = flight(cloth, other.a);
-  const Vec3<T> vs = flight(cloth, other.b);
-  const T motion = max_of(max_of(squared_norm(vp - vr), squared_norm(vp - vs)),
-                          max_of(squared_norm(vq - vr), squared_norm(vq - vs)));
+  const FlyingPoint<T> p = flying(cloth, edge.a);
+  const FlyingPoint<T> q = flying(cloth, edge.b);
+  const FlyingPoint<T> r = flying(cloth, other.a);
+  const FlyingPoint<T> s = flying(cloth, other.b);
+  const SegmentShares<T> near = nearest_on_segments(p.at, q.at, r.at, s.at);
+  const T squared = squared_norm(between(p.at, q.at, near.s) - between(r.at, s.at, near.t));
+  const T motion = max_of(max_of(squared_norm(p.on - r.on), squared_norm(p.on - s.on)),
+                          max_of(squared_norm(q.on - r.on), squared_norm(q.on - s.on)));
   const T within = rule.thickness + edge_slack(cloth, edge, rule) + edge_slack(cloth, other, rule) +
                    std::sqrt(motion);
   if (squared > within * within) {
@@ -105,16 +100,34 @@ ATELIER_HOST_DEVICE inline void offer_edge(const SelfView<T>& cloth, int e, int 
   found(SelfPair<T>{e, o, min_of(rule.thickness, apart)});
 }
 
-/// True if edge `e` passes through a face, with which it shares no particle, where the search is.
-template <class T>
-ATELIER_HOST_DEVICE inline bool crosses_now(const SelfView<T>& cloth, int e, int face) {
-  const ClothEdge edge = cloth.edges[e];
-  return crosses(xyz(cloth.surface.start[edge.a]), xyz(cloth.surface.start[edge.b]),
-                 corners_at(cloth.surface, face, T(0)));
+/// Box over an edge or a face where `load` has its particles.
+template <class Load>
+ATELIER_HOST_DEVICE inline auto box_at(const ClothEdge& edge, const Load& load) {
+  auto box = empty_box<std::decay_t<decltype(load(0).x)>>();
+  grow(box, xyz(load(edge.a)));
+  grow(box, xyz(load(edge.b)));
+  return box;
+}
+template <class Load>
+ATELIER_HOST_DEVICE inline auto box_at(const FaceIndices& face, const Load& load) {
+  auto box = empty_box<std::decay_t<decltype(load(0).x)>>();
+  grow(box, xyz(load(face.a)));
+  grow(box, xyz(load(face.b)));
+  grow(box, xyz(load(face.c)));
+  return box;
+}
+
+/// True if an edge passes through a face, with which it shares no particle, where `load` has them.
+template <class Load>
+ATELIER_HOST_DEVICE inline bool crosses_at(const ClothEdge& edge, const FaceIndices& face,
+                                           const Load& load) {
+  using T = std::decay_t<decltype(load(0).x)>;
+  return crosses(xyz(load(edge.a)), xyz(load(edge.b)),
+                 FaceCorners<T>{xyz(load(face.a)), xyz(load(face.b)), xyz(load(face.c))});
 }
 
 /// Calls `found(pair)` for every face that particle `i` may meet. The tree's boxes hold the faces'
-/// flights, inflated by their search margin. This and the next look through a tree, as the CPU
+/// flights, inflated by their search margin. This and the next two look through a tree, as the CPU
 /// does; CUDA goes through groups (cuda_self_search.cuh).
 template <class T, class Found>
 ATELIER_HOST_DEVICE inline void collect_faces(const SelfView<T>& cloth, int i,
@@ -129,29 +142,37 @@ ATELIER_HOST_DEVICE inline void collect_faces(const SelfView<T>& cloth, int i,
   });
 }
 
-/// Calls `found(pair)` for every edge that edge `e` may meet (each pair once, by the lower index)
-/// and `crossing(face)` for every face that it passes through now.
-template <class T, class Found, class Crossing>
+/// Calls `found(pair)` for every particle that a face may meet and that `takes(particle, face)`:
+/// each particle has to be taken with one of its faces.
+template <class T, class Takes, class Found>
+ATELIER_HOST_DEVICE inline void collect_particles(const SelfView<T>& cloth, int face,
+                                                  const SelfRule<T>& rule, const Takes& takes,
+                                                  const Found& found) {
+  const FaceIndices f = cloth.surface.faces[face];
+  const Box<T> query =
+      inflated(flight_box(cloth, f), search_margin(rule, face_slack(cloth, f, rule)));
+  visit_tree(cloth.surface.nodes, query, [&](int other) {
+    const FaceIndices o = cloth.surface.faces[other];
+    for (int i : {o.a, o.b, o.c}) {
+      if (i != f.a && i != f.b && i != f.c && takes(i, other)) {
+        offer_face(cloth, i, face, rule, found);
+      }
+    }
+  });
+}
+
+/// Calls `found(pair)` for every edge that edge `e` may meet and that `takes(other)`.
+template <class T, class Takes, class Found>
 ATELIER_HOST_DEVICE inline void collect_edges(const SelfView<T>& cloth, int e,
-                                              const SelfRule<T>& rule, const Found& found,
-                                              const Crossing& crossing) {
+                                              const SelfRule<T>& rule, const Takes& takes,
+                                              const Found& found) {
   const ClothEdge edge = cloth.edges[e];
   const Box<T> query =
       inflated(flight_box(cloth, edge), search_margin(rule, edge_slack(cloth, edge, rule)));
-  Box<T> now = empty_box<T>();
-  grow(now, xyz(cloth.surface.start[edge.a]));
-  grow(now, xyz(cloth.surface.start[edge.b]));
   visit_tree(cloth.surface.nodes, query, [&](int face) {
-    const FaceIndices f = cloth.surface.faces[face];
-    const bool a_in = f.a == edge.a || f.b == edge.a || f.c == edge.a;
-    const bool b_in = f.a == edge.b || f.b == edge.b || f.c == edge.b;
-    if (!a_in && !b_in && overlap(now, box_now(cloth.surface, face)) &&
-        crosses_now(cloth, e, face)) {
-      crossing(face);
-    }
     for (int k = 0; k < 3; ++k) {
       const int o = cloth.face_edges[3 * face + k];
-      if (o <= e) {
+      if (o < 0 || !takes(o)) {
         continue;
       }
       const ClothEdge other = cloth.edges[o];
@@ -161,10 +182,27 @@ ATELIER_HOST_DEVICE inline void collect_edges(const SelfView<T>& cloth, int e,
       const Box<T> swept =
           inflated(flight_box(cloth, other), search_margin(rule, edge_slack(cloth, other, rule)));
       if (overlap(query, swept)) {
-        offer_edge(cloth, e, o, rule, found);
+        offer_edge(cloth, e < o ? e : o, e < o ? o : e, rule, found);
       }
     }
   });
+}
+
+/// A new flight for a particle that left its own, or may soon, and more slack: then true. `origin`:
+/// where the substep began; `age` in substeps as in left_flight, of `ahead`.
+template <class T>
+ATELIER_HOST_DEVICE inline bool renew_flight(int age, int ahead, Vec3<T> x, Vec3<T> origin,
+                                             Vec4<T>& start, Vec4<T>& end, T& slack) {
+  const T share = static_cast<T>(age) / static_cast<T>(ahead);
+  const T away = norm(x - xyz(start) - share * (xyz(end) - xyz(start)));
+  if (!(away > T(kSelfNearly) * slack)) {
+    return false;
+  }
+  const Vec3<T> moved = x - origin;
+  start = with_w(origin - static_cast<T>(age - 1) * moved, start.w);
+  end = with_w(xyz(start) + static_cast<T>(ahead) * moved, end.w);
+  slack = max_of(slack, T(2) * away);
+  return true;
 }
 
 /// True if a particle left the flight of the list's search too far: `age` is the time since, 1 at

@@ -160,10 +160,9 @@ ATELIER_HOST_DEVICE inline void visit_tree(const BoxNode<T>* nodes, const Box<T>
 /// One thread that asks the tree alone. A team of threads (cuda_team.cuh) has the same functions:
 /// its threads share the visits out and bring together what each has found.
 struct AloneInTree {
-  template <class T, class Visit>
-  ATELIER_HOST_DEVICE void visit(const BoxNode<T>* nodes, const Box<T>& query,
-                                 const Visit& visit) const {
-    visit_tree(nodes, query, visit);
+  template <class Body, class T, class Visit>
+  ATELIER_HOST_DEVICE void visit(const Body& body, const Box<T>& query, const Visit& visit) const {
+    visit_tree(body.nodes, query, visit);
   }
   template <class T>
   ATELIER_HOST_DEVICE T least(T value) const {

@@ -44,7 +44,7 @@ struct XpbdOptions {
   double self_friction = -1;   ///< below 0: the material's
 
   int self_interval = 2;  ///< substeps that a search for pairs of cloth looks ahead, 1 to 10000;
-                          ///< particles that leave their flight make a new search at any time
+                          ///< who leaves its flight is searched for again at any time
 
   double air_density = 1.2;     ///< kg/m3, 0 to 10
   double drag = 0;              ///< coefficient normal to the cloth, 0 to 10; 1 for a plate

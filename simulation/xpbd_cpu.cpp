@@ -107,6 +107,7 @@ class CpuBackend final : public ClothSolver::Backend {
       report.self_contacts = self_->active_count();
       report.self_candidates = self_->candidate_count();
       report.self_searches = self_->search_count();
+      report.self_renewals = self_->renewal_count();
     }
     if (options_.report) {
       measure_penetration(report);

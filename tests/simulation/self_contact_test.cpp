@@ -251,6 +251,76 @@ TEST(SelfContact, ShortTwinsAgree) {
   }
 }
 
+/// Two sheets of `cells` x `cells` centimetres, two and a half millimetres apart, of which the
+/// upper falls onto the lower; every 97th vertex is kicked, so that it leaves its flight.
+struct KickedSheets {
+  Cloth cloth;
+  ClothState state;
+
+  explicit KickedSheets(int cells) {
+    cloth = join_cloths({make_cloth(square(cells, 0.01 * cells, 0.05)),
+                         make_cloth(square(cells, 0.01 * cells, 0.0525))});
+    state = rest_state(cloth);
+    const Index n = state.velocities.rows();
+    state.velocities.bottomRows(n / 2).col(1).array() -= 0.3;
+    for (Index v = 0; v < n; v += 97) {
+      state.velocities(v, 0) += 0.4;
+    }
+  }
+};
+
+// Pairs are found again for who leaves its flight, and nobody else: nothing is missed.
+TEST(SelfContact, DoesNotDependOnHowFarASearchLooksAhead) {
+  const KickedSheets sheets(16);
+  const Mesh floor = testing::incline(0, 2);
+  for (Device device : testing::devices()) {
+    Points first;
+    int all_renewals = 0;
+    for (int interval : {1, 2, 4, 10}) {
+      XpbdOptions options;
+      options.self_contact = true;
+      options.self_interval = interval;
+      ClothSolver solver(sheets.cloth, floor.faces, options, device);
+      solver.set_state(sheets.state);
+      int renewals = 0;
+      int contacts = 0;
+      for (int i = 0; i < 8; ++i) {
+        const FrameReport report = solver.advance(floor_control(floor));
+        renewals += report.self_renewals;
+        contacts += report.self_contacts;
+      }
+      if (interval == 1) {
+        first = solver.state().positions;
+        ASSERT_EQ(count_crossings(first, sheets.cloth.faces), 0);
+      }
+      all_renewals += renewals;
+      EXPECT_GT(contacts, 0);
+      EXPECT_EQ(solver.state().positions, first) << device_name(device) << ", " << interval;
+    }
+    EXPECT_GT(all_renewals, 0);
+  }
+}
+
+// More than 1,024 groups of edges, through which CUDA looks in one step more.
+TEST(SelfContact, ShortTwinsOfALargeClothAgree) {
+  const KickedSheets sheets(85);
+  const Mesh floor = testing::incline(0, 2);
+  std::vector<Points> ends;
+  for (Device device : testing::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    options.substeps = 4;
+    ClothSolver solver(sheets.cloth, floor.faces, options, device);
+    solver.set_state(sheets.state);
+    const FrameReport report = solver.advance(floor_control(floor));
+    EXPECT_GT(report.self_contacts, 0);
+    EXPECT_GT(report.self_renewals, 0);
+    ends.push_back(solver.state().positions);
+    // Single vertices part by rounding alone where a pair just presses, or just does not.
+    EXPECT_LT((ends.back() - ends.front()).rowwise().norm().mean(), 1e-4) << device_name(device);
+  }
+}
+
 TEST(SelfContact, RepeatsBitForBit) {
   const Mesh floor = fixtures::incline(0, 2);
   const Cloth cloth = join_cloths({make_cloth(self_contact_square(10, 0.2, 0.004)),

@@ -1,6 +1,5 @@
-#pragma once
-
 // Parsed once for all test programs (cmake/Targets.cmake); each source still includes what it uses.
+#pragma once
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "simulation/near_groups.h"
+#include "simulation/tree_math.h"
+
+namespace atelier {
+
+/// Boxes that the threads of a warp share.
+
+constexpr unsigned kWholeWarp = 0xFFFFFFFFu;
+
+template <class T>
+__device__ inline Box<T> shuffled(const Box<T>& box, int lane) {
+  const auto get = [&](T v) { return __shfl_sync(kWholeWarp, v, lane); };
+  return {{get(box.low.x), get(box.low.y), get(box.low.z)},
+          {get(box.high.x), get(box.high.y), get(box.high.z)}};
+}
+
+/// Box over those of a warp's threads, of which some may be empty.
+template <class T>
+__device__ inline Box<T> united_in_warp(Box<T> box) {
+  for (int k = kGroup / 2; k > 0; k /= 2) {
+    const auto lower = [&](T v) { return min_of(v, __shfl_xor_sync(kWholeWarp, v, k)); };
+    const auto higher = [&](T v) { return max_of(v, __shfl_xor_sync(kWholeWarp, v, k)); };
+    box = {{lower(box.low.x), lower(box.low.y), lower(box.low.z)},
+           {higher(box.high.x), higher(box.high.y), higher(box.high.z)}};
+  }
+  return box;
+}
+
+}  // namespace atelier
