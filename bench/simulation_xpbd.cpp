@@ -183,7 +183,6 @@ void run(benchmark::State& state, Case c, Device device) {
   // Always the same frames, so that two versions are timed on the same motion.
   const int settle = device == Device::Cpu ? 20 : c.scenes > 1 ? 60 : 300;
   c.options.report = false;
-  if (const char* v = std::getenv("AT_INTERVAL")) c.options.self_interval = std::atoi(v);
   const auto make_solver = [&] {
     return ClothSweep(c.cloth, std::vector<ClothVariation>(static_cast<std::size_t>(c.scenes)),
                       c.body.faces, c.options, device);

@@ -180,7 +180,9 @@ template <class T, CudaBarrier kBarrier, FrameKind kKind>
 __global__ void __launch_bounds__(kFrameThreads, 1)
     frame_kernel(const __grid_constant__ CudaFrame<T> frame, int blocks) {
   extern __shared__ __align__(32) unsigned char memory[];
-  const FrameWork<T, kKind, true> work(frame, blocks, memory);
+  // Where other scenes fill the waits, one way for all that a sweep may hold gets more done.
+  constexpr bool kOneWay = kKind == FrameKind::Full && kBarrier == CudaBarrier::Block;
+  const FrameWork<T, kKind, !kOneWay> work(frame, blocks, memory);
   [[maybe_unused]] const bool lean = !(frame.damping > T(0)) && frame.strain_count == 0;
   unsigned* const arrived = frame.arrived + 2 * work.scene;
   unsigned goal = 0;
@@ -193,7 +195,7 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
     for (int iteration = 0; iteration < frame.iterations; ++iteration) {
       unsigned char* at = work.plan_room;
       for (int p = 0; p < frame.phase_count; ++p) {
-        if constexpr (kKind == FrameKind::Plain) {
+        if constexpr (kKind == FrameKind::Plain || kOneWay) {
           work.phase(s, iteration, p, at);
         } else if constexpr (kKind == FrameKind::Self) {
           at = lean ? sweep_phase<T, kKind, true>(frame, blocks, memory, s, iteration, p, at)

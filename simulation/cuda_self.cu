@@ -7,6 +7,8 @@
 namespace atelier {
 namespace {
 
+constexpr int kUsualInterval = 2;  ///< substeps
+
 /// In groups that lie together at rest.
 template <class T>
 std::vector<GroupedItem> grouped(const std::vector<GroupedItem>& items,
@@ -49,13 +51,14 @@ BoxGroups<T> CudaSelf<T>::Boxes::over(const CudaBuffer<GroupedItem>& items) {
 template <class T>
 CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
                       const XpbdOptions& options, int scenes)
-    : scenes_(scenes), particles_(prepared.count), rule_(self_rule<T>(cloth, options)) {
+    : scenes_(scenes),
+      particles_(prepared.count),
+      rule_(self_rule<T>(cloth, options, kUsualInterval)) {
   const PreparedSurface<T> surface = prepare_surface(cloth, prepared);
   face_count_ = static_cast<int>(surface.faces.size());
   edge_count_ = static_cast<int>(surface.edges.size());
   faces_ = CudaBuffer<FaceIndices>(surface.faces);
   edges_ = CudaBuffer<ClothEdge>(surface.edges);
-  face_edges_ = CudaBuffer<int>(surface.face_edges);
   across_ = CudaBuffer<int>(surface.across);
   ring_begin_ = CudaBuffer<int>(surface.ring_begin);
   ring_ = CudaBuffer<int>(surface.ring);
@@ -122,7 +125,6 @@ void CudaSelf<T>::describe(CudaFrame<T>& frame) {
   self.cloth = {{faces_.data(), start_.data(), end_.data(), nullptr, face_count_},
                 edges_.data(),
                 edge_count_,
-                face_edges_.data(),
                 across_.data(),
                 ring_begin_.data(),
                 ring_.data(),

@@ -44,7 +44,7 @@ class CudaSelf {
   SelfRule<T> rule_;
   CudaBuffer<FaceIndices> faces_;
   CudaBuffer<ClothEdge> edges_;
-  CudaBuffer<int> face_edges_, across_, ring_begin_, ring_;
+  CudaBuffer<int> across_, ring_begin_, ring_;
   CudaBuffer<Vec4<T>> rest_;
   CudaBuffer<int> layer_;
   CudaBuffer<GroupedItem> particle_items_, edge_items_, face_items_;  ///< see near_groups.h

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <tuple>
 
 namespace atelier {
@@ -29,7 +28,6 @@ PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& p
   std::sort(halves.begin(), halves.end(), [](const Half& a, const Half& b) {
     return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
   });
-  out.face_edges.assign(3 * out.faces.size(), -1);
   for (std::size_t i = 0; i < halves.size();) {
     const Half& h = halves[i];
     ClothEdge edge{h.low, h.high, {h.face, -1}, {h.opposite, -1}};
@@ -39,11 +37,6 @@ PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& p
       edge.opposite[1] = halves[j].opposite;
       ++j;
     }
-    int* own = &out.face_edges[3 * static_cast<std::size_t>(h.face)];
-    while (*own >= 0) {
-      ++own;
-    }
-    *own = static_cast<int>(out.edges.size());
     out.edges.push_back(edge);
     i = j;
   }
@@ -68,7 +61,6 @@ PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& p
     out.ring.insert(out.ring.end(), neighbours.begin(), neighbours.end());
     out.ring_begin.push_back(static_cast<int>(out.ring.size()));
   }
-  std::vector<Box<T>> boxes;
   out.rest.resize(prepared.external.size());
   for (std::size_t i = 0; i < out.rest.size(); ++i) {
     const auto p = cloth.rest_positions.row(prepared.external[i]);
@@ -77,19 +69,11 @@ PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& p
       out.layer.push_back(cloth.layer[prepared.external[i]]);
     }
   }
-  for (const FaceIndices& f : out.faces) {
-    Box<T> box = empty_box<T>();
-    for (int v : {f.a, f.b, f.c}) {
-      grow(box, xyz(out.rest[v]));
-    }
-    boxes.push_back(box);
-  }
-  out.tree = build_contact_tree(boxes);
   return out;
 }
 
 template <class T>
-SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options) {
+SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options, int usual_interval) {
   const Material& m = cloth.material;
   double thickness = options.self_thickness >= 0 ? options.self_thickness : m.thickness;
   double room = 0;  // beyond the gap, to the neighbours in the cloth
@@ -114,22 +98,20 @@ SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options) {
   rule.thickness = static_cast<T>(thickness);
   rule.friction = static_cast<T>(options.self_friction >= 0 ? options.self_friction : m.friction);
   rule.old_overlap = static_cast<T>(0.2 * std::min(1.0, options.depenetration_speed) * h);
-  rule.horizon = std::min(options.self_interval, options.substeps);
+  rule.horizon = std::min(options.self_interval > 0 ? options.self_interval : usual_interval,
+                          options.substeps);
   // Slack costs pairs, up to what neighbours in the cloth leave free, and saves searches; and what
   // gravity adds to the flight while a search holds.
-  double slack = std::max(0.05 * thickness, 1e-4) + std::min(0.4 * room, 0.5 * thickness);
+  const double slack = std::max(0.05 * thickness, 1e-4) + std::min(0.4 * room, 0.5 * thickness);
   const double span = h * rule.horizon;
-  double fall = 5;
-  if (const char* v = std::getenv("AT_SLACK")) slack = std::atof(v) * thickness;
-  if (const char* v = std::getenv("AT_FALL")) fall = std::atof(v);
-  rule.slack = static_cast<T>(slack + fall * span * span);
+  rule.slack = static_cast<T>(slack + 5 * span * span);
   rule.untangle = static_cast<T>(0.2 * h);
   return rule;
 }
 
 template PreparedSurface<float> prepare_surface(const Cloth&, const PreparedCloth<float>&);
 template PreparedSurface<double> prepare_surface(const Cloth&, const PreparedCloth<double>&);
-template SelfRule<float> self_rule(const Cloth&, const XpbdOptions&);
-template SelfRule<double> self_rule(const Cloth&, const XpbdOptions&);
+template SelfRule<float> self_rule(const Cloth&, const XpbdOptions&, int);
+template SelfRule<double> self_rule(const Cloth&, const XpbdOptions&, int);
 
 }  // namespace atelier

@@ -11,6 +11,7 @@ namespace atelier {
 namespace {
 
 constexpr Index kGrain = 256;
+constexpr int kUsualInterval = 5;  ///< substeps
 
 void raise_to(int& place, int value) {
   const std::atomic_ref<int> shared(place);
@@ -38,14 +39,14 @@ void widen(PushExtent& extent, Vec3<T> push) {
   }
 }
 
-/// Runs `collect(i, out)` for every i and strings together what each wrote, in order.
+/// Runs `collect(i, out)` for every i and strings together what each wrote, in order. `grain`: so
+/// many make a task.
 template <class Item, class Collect>
-void gather(Index count, std::vector<Item>& out, const Collect& collect) {
-  const Index chunks = (count + kGrain - 1) / kGrain;
-  std::vector<std::vector<Item>> parts(static_cast<std::size_t>(chunks));
-  parallel_for(chunks, 1, [&](Index begin, Index end) {
+void gather(Index count, Index grain, std::vector<Item>& out, const Collect& collect) {
+  std::vector<std::vector<Item>> parts(static_cast<std::size_t>((count + grain - 1) / grain));
+  parallel_for(static_cast<Index>(parts.size()), 1, [&](Index begin, Index end) {
     for (Index chunk = begin; chunk < end; ++chunk) {
-      for (Index i = chunk * kGrain; i < std::min(count, (chunk + 1) * kGrain); ++i) {
+      for (Index i = chunk * grain; i < std::min(count, (chunk + 1) * grain); ++i) {
         collect(static_cast<int>(i), parts[chunk]);
       }
     }
@@ -56,12 +57,17 @@ void gather(Index count, std::vector<Item>& out, const Collect& collect) {
   }
 }
 
+bool has(const FaceIndices& face, int particle) {
+  return face.a == particle || face.b == particle || face.c == particle;
+}
+
 }  // namespace
 
 template <class T>
 SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& prepared,
                                   const XpbdOptions& options)
-    : surface_(prepare_surface(cloth, prepared)), rule_(self_rule<T>(cloth, options)) {
+    : surface_(prepare_surface(cloth, prepared)),
+      rule_(self_rule<T>(cloth, options, kUsualInterval)) {
   const std::size_t n = prepared.external.size();
   start_.resize(n);
   end_.resize(n);
@@ -69,11 +75,10 @@ SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& pr
   support_.resize(n);
   moved_.resize(n);
   sums_.assign(n, PushSum{});
-  view_.surface = {surface_.faces.data(), start_.data(), end_.data(), surface_.tree.nodes.data(),
+  view_.surface = {surface_.faces.data(), start_.data(), end_.data(), nullptr,
                    static_cast<int>(surface_.faces.size())};
   view_.edges = surface_.edges.data();
   view_.edge_count = static_cast<int>(surface_.edges.size());
-  view_.face_edges = surface_.face_edges.data();
   view_.across = surface_.across.data();
   view_.ring_begin = surface_.ring_begin.data();
   view_.ring = surface_.ring.data();
@@ -82,15 +87,31 @@ SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& pr
   view_.tangled = tangled_.data();
   slack_.assign(n, rule_.slack);
   view_.slack = slack_.data();
-  tree_now_ = surface_.tree;
   stirred_.assign(n, 0);
   fresh_.assign(n, 0);
-  own_face_.assign(n, -1);
-  for (std::size_t f = 0; f < surface_.faces.size(); ++f) {
-    for (int v : {surface_.faces[f].a, surface_.faces[f].b, surface_.faces[f].c}) {
-      own_face_[v] = static_cast<int>(f);
-    }
+  std::vector<std::array<double, 3>> particles(n);
+  std::vector<std::array<double, 3>> edges(surface_.edges.size());
+  std::vector<std::array<double, 3>> faces(surface_.faces.size());
+  const auto centre = [&](Vec3<T> sum) {
+    return std::array<double, 3>{static_cast<double>(sum.x), static_cast<double>(sum.y),
+                                 static_cast<double>(sum.z)};
+  };
+  const auto rest = [&](int i) { return xyz(surface_.rest[i]); };
+  for (std::size_t i = 0; i < n; ++i) {
+    particles[i] = centre(rest(static_cast<int>(i)));
   }
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    edges[e] = centre(rest(surface_.edges[e].a) + rest(surface_.edges[e].b));
+  }
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const FaceIndices& face = surface_.faces[f];
+    faces[f] = centre(rest(face.a) + rest(face.b) + rest(face.c));
+  }
+  near_particles_ = GroupedBoxes<T>(particles);
+  near_edges_ = GroupedBoxes<T>(edges);
+  near_faces_ = GroupedBoxes<T>(faces);
+  edges_now_ = near_edges_;
+  faces_now_ = near_faces_;
 }
 
 template <class T>
@@ -138,37 +159,25 @@ int SelfContactCpu<T>::renew_flights(const SelfMotion<T>& motion) {
 }
 
 template <class T>
-void SelfContactCpu<T>::refit_tree() {
-  std::vector<Box<T>> boxes(surface_.faces.size());
-  parallel_for(static_cast<Index>(boxes.size()), 8 * kGrain, [&](Index begin, Index end) {
-    for (Index f = begin; f < end; ++f) {
-      const T slack = face_slack(view_, surface_.faces[f], rule_);
-      boxes[f] = inflated(flight_box(view_, surface_.faces[f]), search_margin(rule_, slack));
-    }
-  });
-  refit_contact_tree(surface_.tree, boxes);
-}
-
-template <class T>
-void SelfContactCpu<T>::search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& origin) {
+void SelfContactCpu<T>::search(const SelfMotion<T>& motion) {
   age_ = 1;
   ahead_ = std::min(rule_.horizon, left_);
   view_.past = T(0);
-  start_ = origin;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    end_[i] =
-        with_w(xyz(origin[i]) + static_cast<T>(ahead_) * (xyz(x[i]) - xyz(origin[i])), x[i].w);
+  start_ = motion.origin;
+  for (std::size_t i = 0; i < start_.size(); ++i) {
+    const Vec3<T> moved = xyz(motion.x[i]) - xyz(motion.origin[i]);
+    end_[i] = with_w(xyz(motion.origin[i]) + static_cast<T>(ahead_) * moved, motion.x[i].w);
   }
-  refit_tree();
-  const auto put = [](std::vector<SelfPair<T>>& out) {
-    return [&out](const SelfPair<T>& pair) { out.push_back(pair); };
-  };
-  gather(static_cast<Index>(x.size()), face_pairs_,
-         [&](int i, std::vector<SelfPair<T>>& out) { collect_faces(view_, i, rule_, put(out)); });
-  const Index edges = static_cast<Index>(surface_.edges.size());
-  gather(edges, edge_pairs_, [&](int e, std::vector<SelfPair<T>>& out) {
-    collect_edges(
-        view_, e, rule_, [e](int o) { return o > e; }, put(out));
+  near_edges_.fill([&](int e) { return flight_box_with_margin(surface_.edges[e]); });
+  near_faces_.fill([&](int f) { return flight_box_with_margin(surface_.faces[f]); });
+  near_particles_.fill([&](int i) { return flight_box_with_margin(i); });
+  gather(near_edges_.groups(), 8, edge_pairs_, [&](int k, std::vector<SelfPair<T>>& out) {
+    near_edges_.template visit_near<true>(k, near_edges_,
+                                          [&](int e, int o) { try_edges(e, o, out); });
+  });
+  gather(near_particles_.groups(), 4, face_pairs_, [&](int k, std::vector<SelfPair<T>>& out) {
+    near_particles_.template visit_near<false>(k, near_faces_,
+                                               [&](int i, int f) { try_face(i, f, out); });
   });
 }
 
@@ -176,60 +185,64 @@ template <class T>
 void SelfContactCpu<T>::look_for_crossings(const std::vector<Vec4<T>>& origin) {
   const bool every = frame_begins_;
   const bool due = every || passed_ || !crossings_.empty();
-  for (std::size_t i = 0; i < stirred_.size(); ++i) {
-    stirred_[i] = due && (every || stirred_[i] != 0 || tangled_[i] != 0) ? 1 : 0;
-  }
   frame_begins_ = false;
   passed_ = false;
   if (!due) {
+    std::fill(stirred_.begin(), stirred_.end(), 0);
     return;
   }
+  for (std::size_t i = 0; i < stirred_.size(); ++i) {
+    stirred_[i] |= tangled_[i];
+  }
   const auto load = [&](int i) { return origin[i]; };
-  std::vector<Box<T>> boxes(surface_.faces.size());
-  parallel_for(static_cast<Index>(boxes.size()), 8 * kGrain, [&](Index begin, Index end) {
-    for (Index f = begin; f < end; ++f) {
-      boxes[f] = box_at(surface_.faces[f], load);
-    }
-  });
-  refit_contact_tree(tree_now_, boxes);
-  const auto fresh_edge = [&](int e) {
-    return stirred_[surface_.edges[e].a] != 0 || stirred_[surface_.edges[e].b] != 0;
-  };
-  const auto try_one = [&](int e, int f, std::vector<Crossing>& out) {
+  edges_now_.fill([&](int e) { return box_at(surface_.edges[e], load); });
+  faces_now_.fill([&](int f) { return box_at(surface_.faces[f], load); });
+  const auto try_crossing = [&](int e, int f, std::vector<Crossing>& out) {
     const ClothEdge& edge = surface_.edges[e];
     const FaceIndices& face = surface_.faces[f];
-    const auto has = [&](int v) { return face.a == v || face.b == v || face.c == v; };
-    if (!has(edge.a) && !has(edge.b) && crosses_at(edge, face, load)) {
+    if (!has(face, edge.a) && !has(face, edge.b) && crosses_at(edge, face, load)) {
       out.push_back({e, f});
     }
   };
-  gather(static_cast<Index>(surface_.edges.size()), crossings_,
-         [&](int e, std::vector<Crossing>& out) {
-           if (fresh_edge(e)) {
-             visit_tree(tree_now_.nodes.data(), box_at(surface_.edges[e], load),
-                        [&](int f) { try_one(e, f, out); });
-           }
-         });
-  if (!every) {
+  std::vector<Crossing> crossings;
+  if (every) {
+    gather(edges_now_.groups(), 8, crossings, [&](int k, std::vector<Crossing>& out) {
+      edges_now_.template visit_near<false>(k, faces_now_,
+                                            [&](int e, int f) { try_crossing(e, f, out); });
+    });
+  } else {
+    const auto stirred = [&](const auto&... particle) {
+      return ((stirred_[particle] != 0) || ...);
+    };
+    const auto edge_is = [&](int e) { return stirred(surface_.edges[e].a, surface_.edges[e].b); };
+    gather(static_cast<Index>(surface_.edges.size()), kGrain, crossings,
+           [&](int e, std::vector<Crossing>& out) {
+             if (edge_is(e)) {
+               faces_now_.visit_near(box_at(surface_.edges[e], load),
+                                     [&](int f) { try_crossing(e, f, out); });
+             }
+           });
     std::vector<Crossing> of_faces;
-    gather(static_cast<Index>(surface_.faces.size()), of_faces,
+    gather(static_cast<Index>(surface_.faces.size()), kGrain, of_faces,
            [&](int f, std::vector<Crossing>& out) {
              const FaceIndices& face = surface_.faces[f];
-             if (stirred_[face.a] == 0 && stirred_[face.b] == 0 && stirred_[face.c] == 0) {
-               return;
-             }
-             visit_tree(tree_now_.nodes.data(), boxes[f], [&](int other) {
-               for (int k = 0; k < 3; ++k) {
-                 const int e = surface_.face_edges[3 * other + k];
-                 if (e >= 0 && !fresh_edge(e)) {
-                   try_one(e, f, out);
+             if (stirred(face.a, face.b, face.c)) {
+               edges_now_.visit_near(box_at(face, load), [&](int e) {
+                 if (!edge_is(e)) {
+                   try_crossing(e, f, out);
                  }
-               }
-             });
+               });
+             }
            });
-    crossings_.insert(crossings_.end(), of_faces.begin(), of_faces.end());
+    crossings.insert(crossings.end(), of_faces.begin(), of_faces.end());
   }
+  set_crossings(std::move(crossings));
   std::fill(stirred_.begin(), stirred_.end(), 0);
+}
+
+template <class T>
+void SelfContactCpu<T>::set_crossings(std::vector<Crossing> crossings) {
+  crossings_ = std::move(crossings);
   std::fill(tangled_.begin(), tangled_.end(), 0);
   for (const Crossing& c : crossings_) {
     const FaceIndices face = surface_.faces[c.face];
@@ -243,51 +256,74 @@ void SelfContactCpu<T>::look_for_crossings(const std::vector<Vec4<T>>& origin) {
 template <class T>
 void SelfContactCpu<T>::search_fresh() {
   view_.past = static_cast<T>(age_ - 1) / static_cast<T>(ahead_);
-  refit_tree();
-  const auto fresh_edge = [&](int e) {
-    return fresh_[surface_.edges[e].a] != 0 || fresh_[surface_.edges[e].b] != 0;
-  };
+  const auto fresh = [&](const auto&... particle) { return ((fresh_[particle] != 0) || ...); };
+  const auto fresh_edge = [&](int e) { return fresh(surface_.edges[e].a, surface_.edges[e].b); };
   const auto fresh_face = [&](int f) {
     const FaceIndices& face = surface_.faces[f];
-    return fresh_[face.a] != 0 || fresh_[face.b] != 0 || fresh_[face.c] != 0;
+    return fresh(face.a, face.b, face.c);
   };
+  near_edges_.fill_where(fresh_edge,
+                         [&](int e) { return flight_box_with_margin(surface_.edges[e]); });
+  near_faces_.fill_where(fresh_face,
+                         [&](int f) { return flight_box_with_margin(surface_.faces[f]); });
+  near_particles_.fill_where(fresh, [&](int i) { return flight_box_with_margin(i); });
   const auto replace = [&](std::vector<SelfPair<T>>& pairs, bool edges,
                            const std::vector<SelfPair<T>>& found) {
     std::erase_if(pairs, [&](const SelfPair<T>& pair) {
       int particle[4];
       pair_particles(view_, pair, edges, particle);
-      return fresh_[particle[0]] != 0 || fresh_[particle[1]] != 0 || fresh_[particle[2]] != 0 ||
-             fresh_[particle[3]] != 0;
+      return fresh(particle[0], particle[1], particle[2], particle[3]);
     });
     pairs.insert(pairs.end(), found.begin(), found.end());
   };
   std::vector<SelfPair<T>> found;
-  gather(static_cast<Index>(surface_.edges.size()), found,
+  gather(static_cast<Index>(surface_.edges.size()), kGrain, found,
          [&](int e, std::vector<SelfPair<T>>& out) {
            if (fresh_edge(e)) {
-             collect_edges(
-                 view_, e, rule_, [&](int o) { return o > e || (o < e && !fresh_edge(o)); },
-                 [&](const SelfPair<T>& pair) { out.push_back(pair); });
+             near_edges_.visit_near(flight_box_with_margin(surface_.edges[e]), [&](int o) {
+               if (o > e || (o < e && !fresh_edge(o))) {
+                 try_edges(e, o, out);
+               }
+             });
            }
          });
   replace(edge_pairs_, true, found);
-  gather(static_cast<Index>(fresh_.size()), found, [&](int i, std::vector<SelfPair<T>>& out) {
-    if (fresh_[i] != 0) {
-      collect_faces(view_, i, rule_, [&](const SelfPair<T>& pair) { out.push_back(pair); });
-    }
-  });
+  gather(static_cast<Index>(fresh_.size()), kGrain, found,
+         [&](int i, std::vector<SelfPair<T>>& out) {
+           if (fresh(i)) {
+             near_faces_.visit_near(flight_box_with_margin(i), [&](int f) { try_face(i, f, out); });
+           }
+         });
   std::vector<SelfPair<T>> of_faces;
-  gather(static_cast<Index>(surface_.faces.size()), of_faces,
+  gather(static_cast<Index>(surface_.faces.size()), kGrain, of_faces,
          [&](int f, std::vector<SelfPair<T>>& out) {
            if (fresh_face(f)) {
-             collect_particles(
-                 view_, f, rule_,
-                 [&](int i, int face) { return fresh_[i] == 0 && own_face_[i] == face; },
-                 [&](const SelfPair<T>& pair) { out.push_back(pair); });
+             near_particles_.visit_near(flight_box_with_margin(surface_.faces[f]), [&](int i) {
+               if (!fresh(i)) {
+                 try_face(i, f, out);
+               }
+             });
            }
          });
   found.insert(found.end(), of_faces.begin(), of_faces.end());
   replace(face_pairs_, false, found);
+}
+
+template <class T>
+void SelfContactCpu<T>::try_edges(int e, int o, std::vector<SelfPair<T>>& out) const {
+  const ClothEdge& p = surface_.edges[e];
+  const ClothEdge& q = surface_.edges[o];
+  if (p.a != q.a && p.a != q.b && p.b != q.a && p.b != q.b) {
+    offer_edge(view_, std::min(e, o), std::max(e, o), rule_,
+               [&](const SelfPair<T>& pair) { out.push_back(pair); });
+  }
+}
+
+template <class T>
+void SelfContactCpu<T>::try_face(int i, int f, std::vector<SelfPair<T>>& out) const {
+  if (!has(surface_.faces[f], i)) {
+    offer_face(view_, i, f, rule_, [&](const SelfPair<T>& pair) { out.push_back(pair); });
+  }
 }
 
 template <class T>
@@ -304,7 +340,7 @@ bool SelfContactCpu<T>::renew(const SelfMotion<T>& motion) {
     }
   }
   ++searches_;
-  search(motion.x, motion.origin);
+  search(motion);
   return true;
 }
 

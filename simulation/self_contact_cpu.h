@@ -2,8 +2,10 @@
 
 #include <vector>
 
+#include "simulation/box_groups.h"
 #include "simulation/prepared_surface.h"
 #include "simulation/self_push_math.h"
+#include "simulation/self_search_math.h"
 
 namespace atelier {
 
@@ -54,12 +56,25 @@ class SelfContactCpu {
 
   /// Where a particle left its flight: new flights for those and who may soon. How many.
   int renew_flights(const SelfMotion<T>& motion);
-  void refit_tree();
+  /// Where an edge, a face or a particle flies, with its search margin.
+  Box<T> flight_box_with_margin(const ClothEdge& e) const {
+    return inflated(flight_box(view_, e), search_margin(rule_, edge_slack(view_, e, rule_)));
+  }
+  Box<T> flight_box_with_margin(const FaceIndices& f) const {
+    return inflated(flight_box(view_, f), search_margin(rule_, face_slack(view_, f, rule_)));
+  }
+  Box<T> flight_box_with_margin(int i) const {
+    return inflated(flight_box(view_, i), search_margin(rule_, slack_of(view_, i, rule_)));
+  }
+  /// Appends a pair that may meet within the flight.
+  void try_edges(int e, int o, std::vector<SelfPair<T>>& out) const;
+  void try_face(int i, int f, std::vector<SelfPair<T>>& out) const;
   /// A new search where the list does not hold; true if there was one.
   bool renew(const SelfMotion<T>& motion);
-  void search(const std::vector<Vec4<T>>& x, const std::vector<Vec4<T>>& origin);
+  void search(const SelfMotion<T>& motion);
   /// At a substep's start: what is crossed, where something may have passed.
   void look_for_crossings(const std::vector<Vec4<T>>& origin);
+  void set_crossings(std::vector<Crossing> crossings);
   /// Looks for the pairs of who has a new flight, in place of those that they had.
   void search_fresh();
   /// One pass of pushes over the pairs; `every`: also over those of which nothing moved since the
@@ -81,10 +96,10 @@ class SelfContactCpu {
   std::vector<Crossing> crossings_;
   std::vector<int> tangled_;
   std::vector<T> slack_;
-  ContactTree<T> tree_now_;    ///< over the faces where the last look for crossings was
-  std::vector<int> stirred_;   ///< 1: contacts moved it since the last look, or it passed something
-  std::vector<char> fresh_;    ///< 1: got a new flight in the last renewal
-  std::vector<int> own_face_;  ///< one face of each particle, -1: none
+  std::vector<int> stirred_;  ///< 1: contacts moved it since the last look, or it passed something
+  std::vector<char> fresh_;   ///< 1: got a new flight in the last renewal
+  GroupedBoxes<T> near_particles_, near_edges_, near_faces_;  ///< of flights, with margins
+  GroupedBoxes<T> edges_now_, faces_now_;  ///< where the last look for crossings was
   std::vector<int> support_;
   std::vector<char> moved_;  ///< the last pass in which a particle was pushed, from 1; 0: none
   int moved_from_ = 1;

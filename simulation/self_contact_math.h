@@ -32,7 +32,7 @@ namespace atelier {
 /// contacts moved in the substep before, where that let something pass or kept something back, and
 /// around what was crossed.
 
-/// An edge with its faces: `face[0]` owns it.
+/// An edge with its faces.
 struct ClothEdge {
   int a, b;
   int face[2];      ///< -1: boundary
@@ -46,7 +46,6 @@ struct SelfView {
   BodyView<T> surface;
   const ClothEdge* edges;
   int edge_count;
-  const int* face_edges;     ///< [3 F] edges that a face owns, or -1
   const int* across;         ///< [3 F] corner beyond the edge from corner k to k + 1, or -1
   const int* ring_begin;     ///< [V + 1] into `ring`
   const int* ring;           ///< neighbours of each particle
@@ -198,6 +197,20 @@ ATELIER_HOST_DEVICE inline void pair_particles(const SelfView<T>& cloth, const S
     particle[2] = f.c;
     particle[3] = pair.first;
   }
+}
+
+/// True if the first `split` of four particles and the others stay more than `gap` apart along an
+/// axis all the way from `start` to `x`: then they cannot pass.
+template <class T>
+ATELIER_HOST_DEVICE inline bool stay_apart(const Vec4<T>* start, const Vec4<T>* x, int split,
+                                           T gap) {
+  Box<T> box[2] = {empty_box<T>(), empty_box<T>()};
+  for (int k = 0; k < 4; ++k) {
+    Box<T>& own = box[k < split ? 0 : 1];
+    grow(own, xyz(start[k]));
+    grow(own, xyz(x[k]));
+  }
+  return !overlap(inflated(box[0], gap), box[1]);
 }
 
 /// Direction in which the first point of a pair between layers must lie, seen from the face.

@@ -131,7 +131,7 @@ ATELIER_HOST_DEVICE inline Passing keep_back(const SelfView<T>& cloth, const Sel
     start[k] = load_start(particle[k]);
     x[k] = load(particle[k]);
   }
-  if (!passes(start, x, edges)) {
+  if (stay_apart(start, x, edges ? 2 : 3, pair.gap) || !passes(start, x, edges)) {
     return Passing::No;
   }
   Vec3<T> before{};

@@ -204,6 +204,14 @@ ATELIER_HOST_DEVICE inline bool side_is_doubtful(const SelfView<T>& cloth, const
          T(0);
 }
 
+/// True for a pair further apart than `gap` before and after a substep, on one side. Layers in the
+/// wrong order push one another only within it: a list of pairs may hold more, or not.
+template <class T>
+ATELIER_HOST_DEVICE inline bool stays_beyond(Vec3<T> before, Vec3<T> now, T gap) {
+  return dot(now, before) > T(0) && squared_norm(now) > gap * gap &&
+         squared_norm(before) > gap * gap;
+}
+
 /// Pushes a particle and a face apart. `load(i)` and `load_start(i)` give particles now and at the
 /// substep's start.
 template <class T, class Load, class LoadStart, class Support, class Add>
@@ -219,6 +227,7 @@ ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
     pair.start[k] = load_start(pair.particle[k]);
     pair.x[k] = load(pair.particle[k]);
   }
+  const bool same = same_layer(cloth, i, f.a);
   const FaceCorners<T> t{xyz(pair.start[1]), xyz(pair.start[2]), xyz(pair.start[3])};
   const Vec3<T> p = xyz(pair.start[0]);
   const Vec3<T> b = nearest_on_triangle(p, t);
@@ -231,9 +240,11 @@ ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
   for (int k = 0; k < 4; ++k) {
     now += pair.weight[k] * xyz(pair.x[k]);
   }
-  const bool same = same_layer(cloth, i, f.a);
   const bool far = dot(now, p - at) >= candidate.gap * norm(p - at) && dot(now, p - at) > T(0);
   if (same && (far || side_is_doubtful(cloth, candidate, false, p - at, load_start))) {
+    return PairState::Apart;
+  }
+  if (!same && stays_beyond(p - at, now, candidate.gap)) {
     return PairState::Apart;
   }
   if (!is_nearest_piece(cloth, candidate.second, b, at, p - at, load_start)) {
@@ -260,6 +271,7 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
     pair.start[k] = load_start(pair.particle[k]);
     pair.x[k] = load(pair.particle[k]);
   }
+  const bool same = same_layer(cloth, a.a, b.a);
   const SegmentShares<T> near = nearest_on_segments(xyz(pair.start[0]), xyz(pair.start[1]),
                                                     xyz(pair.start[2]), xyz(pair.start[3]));
   pair.weight[0] = T(1) - near.s;
@@ -273,9 +285,11 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
   for (int k = 0; k < 4; ++k) {
     now += pair.weight[k] * xyz(pair.x[k]);
   }
-  const bool same = same_layer(cloth, a.a, b.a);
   const bool far = dot(now, before) >= candidate.gap * norm(before) && dot(now, before) > T(0);
   if (same && (far || side_is_doubtful(cloth, candidate, true, before, load_start))) {
+    return PairState::Apart;
+  }
+  if (!same && stays_beyond(before, now, candidate.gap)) {
     return PairState::Apart;
   }
   // At an end it is the vertex that meets something, and its own pairs see to that.

@@ -126,68 +126,6 @@ ATELIER_HOST_DEVICE inline bool crosses_at(const ClothEdge& edge, const FaceIndi
                  FaceCorners<T>{xyz(load(face.a)), xyz(load(face.b)), xyz(load(face.c))});
 }
 
-/// Calls `found(pair)` for every face that particle `i` may meet. The tree's boxes hold the faces'
-/// flights, inflated by their search margin. This and the next two look through a tree, as the CPU
-/// does; CUDA goes through groups (cuda_self_search.cuh).
-template <class T, class Found>
-ATELIER_HOST_DEVICE inline void collect_faces(const SelfView<T>& cloth, int i,
-                                              const SelfRule<T>& rule, const Found& found) {
-  const Box<T> query =
-      inflated(flight_box(cloth, i), search_margin(rule, slack_of(cloth, i, rule)));
-  visit_tree(cloth.surface.nodes, query, [&](int face) {
-    const FaceIndices f = cloth.surface.faces[face];
-    if (f.a != i && f.b != i && f.c != i) {
-      offer_face(cloth, i, face, rule, found);
-    }
-  });
-}
-
-/// Calls `found(pair)` for every particle that a face may meet and that `takes(particle, face)`:
-/// each particle has to be taken with one of its faces.
-template <class T, class Takes, class Found>
-ATELIER_HOST_DEVICE inline void collect_particles(const SelfView<T>& cloth, int face,
-                                                  const SelfRule<T>& rule, const Takes& takes,
-                                                  const Found& found) {
-  const FaceIndices f = cloth.surface.faces[face];
-  const Box<T> query =
-      inflated(flight_box(cloth, f), search_margin(rule, face_slack(cloth, f, rule)));
-  visit_tree(cloth.surface.nodes, query, [&](int other) {
-    const FaceIndices o = cloth.surface.faces[other];
-    for (int i : {o.a, o.b, o.c}) {
-      if (i != f.a && i != f.b && i != f.c && takes(i, other)) {
-        offer_face(cloth, i, face, rule, found);
-      }
-    }
-  });
-}
-
-/// Calls `found(pair)` for every edge that edge `e` may meet and that `takes(other)`.
-template <class T, class Takes, class Found>
-ATELIER_HOST_DEVICE inline void collect_edges(const SelfView<T>& cloth, int e,
-                                              const SelfRule<T>& rule, const Takes& takes,
-                                              const Found& found) {
-  const ClothEdge edge = cloth.edges[e];
-  const Box<T> query =
-      inflated(flight_box(cloth, edge), search_margin(rule, edge_slack(cloth, edge, rule)));
-  visit_tree(cloth.surface.nodes, query, [&](int face) {
-    for (int k = 0; k < 3; ++k) {
-      const int o = cloth.face_edges[3 * face + k];
-      if (o < 0 || !takes(o)) {
-        continue;
-      }
-      const ClothEdge other = cloth.edges[o];
-      if (other.a == edge.a || other.a == edge.b || other.b == edge.a || other.b == edge.b) {
-        continue;
-      }
-      const Box<T> swept =
-          inflated(flight_box(cloth, other), search_margin(rule, edge_slack(cloth, other, rule)));
-      if (overlap(query, swept)) {
-        offer_edge(cloth, e < o ? e : o, e < o ? o : e, rule, found);
-      }
-    }
-  });
-}
-
 /// A new flight for a particle that left its own, or may soon, and more slack: then true. `origin`:
 /// where the substep began; `age` in substeps as in left_flight, of `ahead`.
 template <class T>

@@ -60,8 +60,8 @@ OptionTable describe(XpbdOptions& o) {
   t.add("self_thickness", o.self_thickness, -1, 0.1, "m",
         "Gap between sheets; below 0: the material's.");
   t.add("self_friction", o.self_friction, -1, 100, "", "Between sheets; below 0: the material's.");
-  t.add("self_interval", o.self_interval, 1, 10000, "",
-        "Substeps that a search for pairs of cloth looks ahead.");
+  t.add("self_interval", o.self_interval, 0, 10000, "",
+        "Substeps that a search for pairs of cloth looks ahead; 0: as suits the device.");
   t.add("air_density", o.air_density, 0, 10, "kg/m3", "Density of the air.");
   t.add("drag", o.drag, 0, 10, "", "Drag coefficient normal to the cloth.");
   t.add("lift", o.lift, 0, 10, "", "Lift coefficient.");

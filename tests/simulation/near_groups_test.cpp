@@ -1,12 +1,15 @@
-#include "simulation/near_groups.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "core/random.h"
+#include "simulation/box_groups.h"
 
 namespace atelier {
 namespace {
@@ -64,6 +67,60 @@ TEST(NearGroups, AreSplitWhereAllLieInOnePlaceToo) {
   const std::vector<int> order = near_group_order(centres);
   EXPECT_EQ(order.size(), 2000u);
   EXPECT_EQ(order, near_group_order(centres));
+}
+
+// What may meet is found through groups as by comparing all boxes, also where some have moved
+// since.
+TEST(GroupedBoxes, FindWhatMeets) {
+  for (int count : {0, 1, 40, 1500}) {
+    Random random{7};
+    const auto point = [&] { return Centre{uniform(random), uniform(random), uniform(random)}; };
+    std::vector<Centre> centres(static_cast<std::size_t>(count));
+    std::generate(centres.begin(), centres.end(), point);
+    std::vector<Box<double>> boxes;
+    for (const Centre& c : centres) {
+      const double r = 0.03 * uniform(random);
+      boxes.push_back({{c[0] - r, c[1] - r, c[2] - r}, {c[0] + r, c[1] + r, c[2] + r}});
+    }
+    GroupedBoxes<double> groups(centres);
+    const auto box = [&](int i) { return boxes[i]; };
+    groups.fill(box);
+    for (const bool moved : {false, true}) {
+      if (moved) {
+        for (int i = 0; i < count; i += 3) {
+          boxes[i] = inflated(boxes[i], 0.05);
+        }
+        groups.fill_where([](int i) { return i % 3 == 0; }, box);
+      }
+      std::set<std::pair<int, int>> all;
+      for (int i = 0; i < count; ++i) {
+        for (int j = i + 1; j < count; ++j) {
+          if (overlap(boxes[i], boxes[j])) {
+            all.emplace(i, j);
+          }
+        }
+      }
+      std::set<std::pair<int, int>> found;
+      int times = 0;
+      for (int k = 0; k < groups.groups(); ++k) {
+        groups.visit_near<true>(k, groups, [&](int i, int j) {
+          found.emplace(std::min(i, j), std::max(i, j));
+          ++times;
+        });
+      }
+      EXPECT_EQ(found, all) << count;
+      EXPECT_EQ(times, static_cast<int>(all.size())) << count << ": each pair once";
+      found.clear();
+      for (int i = 0; i < count; ++i) {
+        groups.visit_near(boxes[i], [&](int j) {
+          if (i != j) {
+            found.emplace(std::min(i, j), std::max(i, j));
+          }
+        });
+      }
+      EXPECT_EQ(found, all) << count;
+    }
+  }
 }
 
 }  // namespace

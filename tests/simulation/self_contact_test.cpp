@@ -310,6 +310,7 @@ TEST(SelfContact, ShortTwinsOfALargeClothAgree) {
     XpbdOptions options;
     options.self_contact = true;
     options.substeps = 4;
+    options.self_interval = 2;
     ClothSolver solver(sheets.cloth, floor.faces, options, device);
     solver.set_state(sheets.state);
     const FrameReport report = solver.advance(floor_control(floor));

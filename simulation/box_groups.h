@@ -1,0 +1,161 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "core/parallel.h"
+#include "simulation/near_groups.h"
+#include "simulation/tree_math.h"
+
+namespace atelier {
+
+/// Boxes over primitives that lie together, in groups of kGroup and groups of kGroup groups,
+/// through which the CPU looks for what may meet: no tree, and many boxes are compared at once.
+/// CUDA does the same by warps (cuda_self_search.cuh).
+template <class T>
+class GroupedBoxes {
+ public:
+  GroupedBoxes() = default;
+  /// `centres`: of the primitives where they lie together.
+  explicit GroupedBoxes(const std::vector<std::array<double, 3>>& centres)
+      : item_(near_group_order(centres)),
+        bound_(parts(item_.size())),
+        group_(bound_.size()),
+        whole_(parts(group_.size())) {}
+
+  int groups() const { return static_cast<int>(group_.size()); }
+
+  /// Takes new boxes over: `box(primitive)`.
+  template <class BoxOf>
+  void fill(const BoxOf& box) {
+    fill_where([](int) { return true; }, box);
+  }
+  /// The same for those that `changed(primitive)`, at least.
+  template <class Changed, class BoxOf>
+  void fill_where(const Changed& changed, const BoxOf& box) {
+    parallel_for(groups(), 16, [&](Index begin, Index end) {
+      for (Index k = begin; k < end; ++k) {
+        const auto first = item_.begin() + k * kGroup;
+        const auto last = item_.begin() + std::min<Index>((k + 1) * kGroup, std::ssize(item_));
+        if (std::none_of(first, last, changed)) {
+          continue;
+        }
+        Box<T> all = empty_box<T>();
+        for (int lane = 0; lane < kGroup; ++lane) {
+          const std::size_t slot = static_cast<std::size_t>(k) * kGroup + lane;
+          const Box<T> own = slot < item_.size() ? box(item_[slot]) : empty_box<T>();
+          bound_[k].set(lane, own);
+          all = united(all, own);
+        }
+        group_[k] = all;
+      }
+    });
+    std::fill(whole_.begin(), whole_.end(), empty_box<T>());
+    for (std::size_t k = 0; k < group_.size(); ++k) {
+      Box<T>& whole = whole_[k / kGroup];
+      whole = united(whole, group_[k]);
+    }
+  }
+
+  /// Calls `found(primitive)` for each whose box meets `query`.
+  template <class Found>
+  void visit_near(const Box<T>& query, const Found& found) const {
+    for (std::size_t w = 0; w < whole_.size(); ++w) {
+      if (!overlap(query, whole_[w])) {
+        continue;
+      }
+      const std::size_t end = std::min((w + 1) * kGroup, group_.size());
+      for (std::size_t g = w * kGroup; g < end; ++g) {
+        if (overlap(query, group_[g])) {
+          bound_[g].visit_meeting(query, [&](int lane) { found(item_[g * kGroup + lane]); });
+        }
+      }
+    }
+  }
+
+  /// Calls `found(own, other)` for each primitive of group `k` and each of `others` whose boxes
+  /// meet. `kSame`: `others` is this, and each pair comes once.
+  template <bool kSame, class Found>
+  void visit_near(int k, const GroupedBoxes& others, const Found& found) const {
+    const Box<T>& around = group_[k];
+    const int first = kSame ? k : 0;
+    for (int w = first / kGroup; w < static_cast<int>(others.whole_.size()); ++w) {
+      if (!overlap(around, others.whole_[w])) {
+        continue;
+      }
+      const int end = std::min((w + 1) * kGroup, others.groups());
+      for (int g = std::max(first, w * kGroup); g < end; ++g) {
+        if (overlap(around, others.group_[g])) {
+          visit_group<kSame>(k, others, g, found);
+        }
+      }
+    }
+  }
+
+ private:
+  /// The boxes of one group.
+  struct Bounds {
+    T low[3][kGroup], high[3][kGroup];
+
+    void set(int lane, const Box<T>& box) {
+      const T lows[3] = {box.low.x, box.low.y, box.low.z};
+      const T highs[3] = {box.high.x, box.high.y, box.high.z};
+      for (int c = 0; c < 3; ++c) {
+        low[c][lane] = lows[c];
+        high[c][lane] = highs[c];
+      }
+    }
+    Box<T> at(int lane) const {
+      return {{low[0][lane], low[1][lane], low[2][lane]},
+              {high[0][lane], high[1][lane], high[2][lane]}};
+    }
+    /// Calls `found(lane)` for each box that meets `box`.
+    template <class Found>
+    void visit_meeting(const Box<T>& box, const Found& found) const {
+      std::uint8_t meets[kGroup];
+      for (int j = 0; j < kGroup; ++j) {
+        meets[j] = static_cast<std::uint8_t>((low[0][j] <= box.high.x) & (high[0][j] >= box.low.x) &
+                                             (low[1][j] <= box.high.y) & (high[1][j] >= box.low.y) &
+                                             (low[2][j] <= box.high.z) & (high[2][j] >= box.low.z));
+      }
+      for (int j = 0; j < kGroup; j += 8) {
+        std::uint64_t eight = 0;
+        std::memcpy(&eight, meets + j, sizeof(eight));
+        for (int lane = j; eight != 0; ++lane, eight >>= 8) {
+          if ((eight & 1) != 0) {
+            found(lane);
+          }
+        }
+      }
+    }
+  };
+
+  static std::size_t parts(std::size_t n) { return (n + kGroup - 1) / kGroup; }
+
+  template <bool kSame, class Found>
+  void visit_group(int k, const GroupedBoxes& others, int g, const Found& found) const {
+    const Bounds& bounds = others.bound_[g];
+    const Box<T>& box_of_group = others.group_[g];
+    for (int lane = 0; lane < kGroup; ++lane) {
+      const Box<T> own = bound_[k].at(lane);
+      if (!overlap(own, box_of_group)) {
+        continue;
+      }
+      bounds.visit_meeting(own, [&](int other) {
+        if (!(kSame && g == k && other <= lane)) {
+          found(item_[static_cast<std::size_t>(k) * kGroup + lane],
+                others.item_[static_cast<std::size_t>(g) * kGroup + other]);
+        }
+      });
+    }
+  }
+
+  std::vector<int> item_;  ///< primitives in the order of the groups
+  std::vector<Bounds> bound_;
+  std::vector<Box<T>> group_, whole_;
+};
+
+}  // namespace atelier
