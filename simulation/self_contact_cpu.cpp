@@ -11,7 +11,6 @@ namespace atelier {
 namespace {
 
 constexpr Index kGrain = 256;
-constexpr int kUsualInterval = 5;  ///< substeps
 
 void raise_to(int& place, int value) {
   const std::atomic_ref<int> shared(place);
@@ -67,7 +66,7 @@ template <class T>
 SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& prepared,
                                   const XpbdOptions& options)
     : surface_(prepare_surface(cloth, prepared)),
-      rule_(self_rule<T>(cloth, options, kUsualInterval)) {
+      rule_(self_rule<T>(cloth, options, (options.substeps + 1) / 2)) {
   const std::size_t n = prepared.external.size();
   start_.resize(n);
   end_.resize(n);
