@@ -258,8 +258,8 @@ struct KickedSheets {
   ClothState state;
 
   explicit KickedSheets(int cells) {
-    cloth = join_cloths({make_cloth(square(cells, 0.01 * cells, 0.05)),
-                         make_cloth(square(cells, 0.01 * cells, 0.0525))});
+    cloth = join_cloths({make_cloth(self_contact_square(cells, 0.01 * cells, 0.05)),
+                         make_cloth(self_contact_square(cells, 0.01 * cells, 0.0525))});
     state = rest_state(cloth);
     const Index n = state.velocities.rows();
     state.velocities.bottomRows(n / 2).col(1).array() -= 0.3;
@@ -272,8 +272,8 @@ struct KickedSheets {
 // Pairs are found again for who leaves its flight, and nobody else: nothing is missed.
 TEST(SelfContact, DoesNotDependOnHowFarASearchLooksAhead) {
   const KickedSheets sheets(16);
-  const Mesh floor = testing::incline(0, 2);
-  for (Device device : testing::devices()) {
+  const Mesh floor = fixtures::incline(0, 2);
+  for (Device device : fixtures::devices()) {
     Points first;
     int all_renewals = 0;
     for (int interval : {1, 2, 4, 10}) {
@@ -304,9 +304,9 @@ TEST(SelfContact, DoesNotDependOnHowFarASearchLooksAhead) {
 // More than 1,024 groups of edges, through which CUDA looks in one step more.
 TEST(SelfContact, ShortTwinsOfALargeClothAgree) {
   const KickedSheets sheets(85);
-  const Mesh floor = testing::incline(0, 2);
+  const Mesh floor = fixtures::incline(0, 2);
   std::vector<Points> ends;
-  for (Device device : testing::devices()) {
+  for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     options.substeps = 4;
