@@ -28,7 +28,7 @@
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
@@ -237,7 +237,7 @@ TemporaryDirectory* WholeRun::folder_ = nullptr;
 ChildResult WholeRun::made_;
 
 TEST_F(WholeRun, KilledAtRandomInEveryStageItComesToTheSameDigests) {
-  const int wanted = soak() ? number("ATELIER_SOAK_KILLS", 100) : 10;
+  const int wanted = number("ATELIER_SOAK_KILLS", soak() ? 100 : 10);
   const int kills_in_a_stage = soak() ? 2 : 3;
   constexpr int kMostRuns = 30;
   Random random{1, 0, 0};
@@ -462,6 +462,6 @@ TEST_F(WholeRun, WhatIsMadeOfResultsForAStageIsMadeAnewWhereItIsDamaged) {
 }
 
 }  // namespace
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
 
 #endif

@@ -89,14 +89,14 @@ void expect_same(const GltfScene& scene, const tinygltf::Model& model, const std
 }
 
 TEST(GltfJudge, ATextureIsThereAsItWasGiven) {
-  GltfScene scene = gltf_scene(testing::tetrahedron());
+  GltfScene scene = gltf_scene(fixtures::tetrahedron());
   scene.meshes[0].primitives[0].material = "cloth";
   GltfMaterial look{"cloth", {0.5, 0.25, 1}, {}};
   for (const char c : std::string("not decoded")) {
     look.texture.push_back(static_cast<std::byte>(c));
   }
   scene.materials = {{"unused", {1, 1, 1}, {}}, look};
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   for (const char* name : {"a.glb", "a.gltf"}) {
     write_gltf(folder.path() / name, scene);
     tinygltf::TinyGLTF reader;

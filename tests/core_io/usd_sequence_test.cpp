@@ -164,7 +164,7 @@ TEST(UsdSequence, HoldsWhatAReaderNeeds) {
 }
 
 TEST(UsdSequence, SeveralStandBesideOneAnother) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder.path() / "a.usda";
   Sequence earlier = two_frames();
   earlier.frame_ids = {3, 4};
@@ -181,7 +181,7 @@ TEST(UsdSequence, SeveralStandBesideOneAnother) {
 }
 
 TEST(UsdSequence, RefusesSequencesThatDoNotGoTogether) {
-  const testing::TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   const auto path = folder.path() / "a.usda";
   std::vector<NamedSequence> both = {{"a b", two_frames()}, {"a_b", two_frames()}};
   EXPECT_THROW(write_usd_sequences(path, both), LogicError) << "one name for both";

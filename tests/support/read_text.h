@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-namespace atelier::testing {
+namespace atelier::fixtures {
 
 /// Everything in a file; "" of one that is not there.
 inline std::string read_text(const std::filesystem::path& path) {
@@ -14,4 +14,4 @@ inline std::string read_text(const std::filesystem::path& path) {
   return text.str();
 }
 
-}  // namespace atelier::testing
+}  // namespace atelier::fixtures
