@@ -96,8 +96,8 @@ void mend_masks(std::vector<InstantView>& views, double reach, std::vector<Findi
   }
 }
 
-/// Of a map's sure pixels that another view has in its picture, the share on which one agrees.
-/// Every fourth pixel is asked.
+/// Of a map's sure pixels that another view has in its picture, the share on which one agrees; 1
+/// where too few are to tell. Every fourth pixel is asked.
 double agreement(const std::vector<DepthMap>& maps, std::size_t view, const FuseOptions& options) {
   constexpr int kStep = 4;
   const DepthMap& map = maps[view];
@@ -131,7 +131,8 @@ double agreement(const std::vector<DepthMap>& maps, std::size_t view, const Fuse
       agreed += agrees ? 1 : 0;
     }
   }
-  return asked == 0 ? 0 : static_cast<double>(agreed) / asked;
+  constexpr int kEnough = 25;
+  return asked < kEnough ? 1 : static_cast<double>(agreed) / asked;
 }
 
 /// Empties the maps of views that agree far less with the others than is usual: their calibration

@@ -226,6 +226,12 @@ TEST(ReconstructScan, OfFiveViewsTheOneThatIsOffIsNamedAlone) {
   }
 }
 
+TEST(ReconstructScan, AViewThatSeesWhatNoOtherSeesIsNotBlamed) {
+  auto views = views_of_ball();
+  views = {views[0], views[1], views[2], views[3], views[9]};
+  EXPECT_THAT(reconstruct_scan(views, small_options()).findings, ::testing::IsEmpty());
+}
+
 TEST(ReconstructScan, RefusesTooFewViewsViewsApartAndOtherSizes) {
   auto views = views_of_ball();
   EXPECT_THROW(reconstruct_scan({}, small_options()), DataError);
