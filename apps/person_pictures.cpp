@@ -17,6 +17,7 @@ constexpr int kWidth = 900;
 constexpr int kPanel = 130;  // pixels, height of one series
 constexpr int kMargin = 12;
 constexpr int kCaption = 24;  // of a panel's words
+constexpr double kWidestBar = 16;
 
 const Eigen::Vector3f kInk(0.03F, 0.03F, 0.03F);
 const Eigen::Vector3f kBar(0.10F, 0.30F, 0.55F);
@@ -36,8 +37,10 @@ void add_panel(const FrameSeries& one, const std::vector<int>& frame_ids,
   for (std::size_t f = 0; f < frame_ids.size(); ++f) {
     const double x = kMargin + step * (static_cast<double>(f) + 0.5);
     const double y = base - (most > 0 ? height * one.values[f] / most : 0);
-    marks.emplace_back(Polyline{
-        {{x, base}, {x, y}}, false, trusted[f] != 0 ? kBar : kBad, std::max(1.0, 0.7 * step)});
+    marks.emplace_back(Polyline{{{x, base}, {x, y}},
+                                false,
+                                trusted[f] != 0 ? kBar : kBad,
+                                std::clamp(0.7 * step, 1.0, kWidestBar)});
     // As many numbers as fit.
     const auto every = std::max<std::size_t>(1, frame_ids.size() / 20);
     if (f % every == 0) {
