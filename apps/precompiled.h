@@ -1,5 +1,6 @@
-// Parsed once for the program (cmake/Targets.cmake); each source still includes what it uses.
 #pragma once
+
+// Parsed once for the program (cmake/Targets.cmake); each source still includes what it uses.
 
 #include <Eigen/Geometry>
 #include <algorithm>
