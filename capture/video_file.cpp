@@ -3,12 +3,14 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/late_library.h"
 #include "core/regular_file.h"
 
 namespace atelier {
@@ -31,11 +33,18 @@ void check_container(const std::filesystem::path& path) {
   }
 }
 
+/// Of capture/late/videos.cpp.
+std::unique_ptr<cv::VideoCapture> new_video() {
+  static const auto make =
+      late_function<cv::VideoCapture*()>("libatelier_videos.so", "atelier_new_video");
+  return std::unique_ptr<cv::VideoCapture>(make());
+}
+
 }  // namespace
 
 struct VideoFile::State {
   std::filesystem::path path;
-  cv::VideoCapture video;
+  std::unique_ptr<cv::VideoCapture> video = new_video();
   int width = 0;
   int height = 0;
   int frames = 0;
@@ -44,7 +53,7 @@ struct VideoFile::State {
 
   void open() {
     try {
-      if (!video.open(std::filesystem::absolute(path).string(), cv::CAP_FFMPEG)) {
+      if (!video->open(std::filesystem::absolute(path).string(), cv::CAP_FFMPEG)) {
         throw DataError(path.string(), "", "a video that FFmpeg cannot open", "an undamaged one");
       }
     } catch (const cv::Exception& error) {
@@ -60,7 +69,7 @@ VideoFile::VideoFile(const std::filesystem::path& path, const Limits& limits)
   check_container(path);
   state_->path = path;
   state_->open();
-  const auto property = [&](int which) { return state_->video.get(which); };
+  const auto property = [&](int which) { return state_->video->get(which); };
   const double width = property(cv::CAP_PROP_FRAME_WIDTH);
   const double height = property(cv::CAP_PROP_FRAME_HEIGHT);
   const double frames = property(cv::CAP_PROP_FRAME_COUNT);
@@ -112,11 +121,11 @@ ByteImage VideoFile::frame(int index) {
   cv::Mat picture;
   try {
     for (; state_->next < index; ++state_->next) {
-      if (!state_->video.grab()) {
+      if (!state_->video->grab()) {
         fail("the end of the video at frame " + std::to_string(state_->next));
       }
     }
-    if (!state_->video.read(picture) || picture.empty()) {
+    if (!state_->video->read(picture) || picture.empty()) {
       fail("nothing that can be decoded");
     }
   } catch (const cv::Exception& error) {

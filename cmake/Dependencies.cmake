@@ -29,7 +29,10 @@ endif()
 
 find_package(OpenCV 4.5 QUIET COMPONENTS core imgcodecs imgproc videoio calib3d aruco)
 if(OpenCV_FOUND)
-  atelier_system_alias(opencv "${OpenCV_INCLUDE_DIRS}" "${OpenCV_LIBS}")
+  # Without the codecs of pictures and videos, which bring two hundred libraries: they are loaded late.
+  set(opencv_libraries ${OpenCV_LIBS})
+  list(REMOVE_ITEM opencv_libraries opencv_imgcodecs opencv_videoio)
+  atelier_system_alias(opencv "${OpenCV_INCLUDE_DIRS}" "${opencv_libraries}")
 endif()
 
 # Calibration's bundle adjustment.

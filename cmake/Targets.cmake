@@ -1,9 +1,13 @@
-# atelier_library(name DIRECTORY dir [ONLY ...] [EXCEPT ...] PUBLIC ... PRIVATE ... [OPTIONAL ...])
+# atelier_library(name DIRECTORY dir [ONLY ...] [EXCEPT ...] PUBLIC ... PRIVATE ... [OPTIONAL ...]
+#                 [LATE ...])
 #   The library of one folder: every *.cpp in it, and every *.cu where there is CUDA (ONLY and EXCEPT
 #   name files, without extension, where a part of a folder needs less than the rest). Each
 #   dependency is said to be PUBLIC (appears in a header) or PRIVATE; OPTIONAL ones are private
 #   and used where present (ATELIER_HAS_<NAME>=1). If a needed package is missing, the library is
-#   left out with one line, and so is everything that needs it.
+#   left out with one line, and so is everything that needs it. LATE: late libraries that it
+#   loads, needed too.
+# atelier_late_library(name folder PRIVATE ...)   <folder>/<name>.cpp as the shared object
+#   lib/libatelier_<name>.so, which programs load when they first need it (core/late_library.h)
 # atelier_executable(name DIRECTORY dir PRIVATE ... [OPTIONAL ...])
 # atelier_tests(name DIRECTORY dir PRIVATE ... [APART filter])   a GoogleTest program of one folder
 #   of tests; those that match the filter run as a second process, so that the longest program does
@@ -152,11 +156,12 @@ function(atelier_optional target)
 endfunction()
 
 function(atelier_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "ONLY;EXCEPT;PUBLIC;PRIVATE;OPTIONAL")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "ONLY;EXCEPT;PUBLIC;PRIVATE;OPTIONAL;LATE")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "${name}: say PUBLIC or PRIVATE before ${arg_UNPARSED_ARGUMENTS}")
   endif()
-  atelier_missing(missing ${arg_PUBLIC} ${arg_PRIVATE})
+  list(TRANSFORM arg_LATE PREPEND "atelier_")
+  atelier_missing(missing ${arg_PUBLIC} ${arg_PRIVATE} ${arg_LATE})
   if(missing)
     message(STATUS "left out: ${name} (missing: ${missing})")
     return()
@@ -176,6 +181,23 @@ function(atelier_library name)
   atelier_settings(${name})
   target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE} Threads::Threads)
   atelier_optional(${name} ${arg_OPTIONAL})
+  if(arg_LATE)
+    add_dependencies(${name} ${arg_LATE})
+  endif()
+endfunction()
+
+function(atelier_late_library name folder)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "PRIVATE")
+  atelier_missing(missing ${arg_PRIVATE})
+  if(missing)
+    message(STATUS "left out: atelier_${name} (missing: ${missing})")
+    return()
+  endif()
+  add_library(atelier_${name} MODULE "${CMAKE_SOURCE_DIR}/${folder}/${name}.cpp")
+  atelier_settings(atelier_${name})
+  target_link_options(atelier_${name} PRIVATE -Wl,--as-needed)
+  target_link_libraries(atelier_${name} PRIVATE ${arg_PRIVATE})
+  set_target_properties(atelier_${name} PROPERTIES LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
 endfunction()
 
 function(atelier_executable name)

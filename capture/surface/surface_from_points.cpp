@@ -7,11 +7,9 @@
 #include <string>
 #include <vector>
 
-#include <pcl/filters/statistical_outlier_removal.h>
-#include <pcl/point_types.h>
-#include <pcl/surface/poisson.h>
-
+#include "capture/surface/late/point_clouds.h"
 #include "core/error.h"
+#include "core/late_library.h"
 #include "core/median.h"
 #include "core/topology.h"
 #include "core/tree.h"
@@ -20,6 +18,7 @@ namespace atelier {
 namespace {
 
 constexpr Index kLeastPoints = 100;
+constexpr const char* kLibrary = "libatelier_point_clouds.so";
 
 void check_points(const Mesh& points) {
   check_mesh(points);
@@ -30,17 +29,6 @@ void check_points(const Mesh& points) {
   if (points.normals.rows() != points.vertices.rows()) {
     throw DataError("", "points", "no normals", "oriented points");
   }
-}
-
-pcl::PointCloud<pcl::PointNormal>::Ptr cloud_of(const Mesh& points) {
-  pcl::PointCloud<pcl::PointNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointNormal>);
-  for (Index i = 0; i < points.vertices.rows(); ++i) {
-    pcl::PointNormal point;
-    point.getVector3fMap() = points.vertices.row(i).transpose().cast<float>();
-    point.getNormalVector3fMap() = points.normals.row(i).transpose().cast<float>();
-    cloud->push_back(point);
-  }
-  return cloud;
 }
 
 /// Rows of every attribute.
@@ -68,28 +56,11 @@ Mesh poisson(const Mesh& points, const SurfaceOptions& options) {
   // PCL's octree keeps its nodes in static storage: one surface at a time.
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
-  pcl::Poisson<pcl::PointNormal> reconstruction;
-  reconstruction.setInputCloud(cloud_of(points));
-  reconstruction.setDepth(options.octree_depth);
-  reconstruction.setPointWeight(static_cast<float>(options.point_weight));
-  reconstruction.setThreads(1);  // the order of its sums must not depend on the machine
-  pcl::PointCloud<pcl::PointNormal> vertices;
-  std::vector<pcl::Vertices> polygons;
-  reconstruction.performReconstruction(vertices, polygons);
-  Mesh mesh;
-  mesh.vertices.resize(static_cast<Index>(vertices.size()), 3);
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    mesh.vertices.row(static_cast<Index>(i)) =
-        vertices[i].getVector3fMap().cast<double>().transpose();
-  }
-  mesh.faces.resize(static_cast<Index>(polygons.size()), 3);
-  for (std::size_t i = 0; i < polygons.size(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      mesh.faces(static_cast<Index>(i), k) =
-          static_cast<int>(polygons[i].vertices[static_cast<std::size_t>(k)]);
-    }
-  }
-  return mesh;
+  static const auto poisson_surface =
+      late_function<decltype(atelier_poisson_surface)>(kLibrary, "atelier_poisson_surface");
+  Mesh surface;
+  poisson_surface(points, options.octree_depth, options.point_weight, surface);
+  return surface;
 }
 
 /// Without the faces that have a vertex for which `keep` is false, and without unused vertices.
@@ -198,12 +169,10 @@ OptionTable describe(SurfaceOptions& options) {
 
 Mesh without_outliers(const Mesh& points, const SurfaceOptions& options) {
   check_points(points);
-  pcl::StatisticalOutlierRemoval<pcl::PointNormal> filter;
-  filter.setInputCloud(cloud_of(points));
-  filter.setMeanK(options.neighbours);
-  filter.setStddevMulThresh(options.outlier_sigma);
+  static const auto sound_points =
+      late_function<decltype(atelier_sound_points)>(kLibrary, "atelier_sound_points");
   std::vector<int> rows;
-  filter.filter(rows);
+  sound_points(points, options.neighbours, options.outlier_sigma, rows);
   return chosen_points(points, rows);
 }
 

@@ -43,12 +43,17 @@ Samples decode_avif(std::span<const std::byte> bytes, const std::string& name,
 Samples decode_opencv(std::span<const std::byte> bytes, const std::string& name,
                       const ImageHeader& header);
 
+std::string encode_png(const Samples& image);
+
 /// PNG with a palette of 256 colours.
 std::string encode_palette_png(const ByteImage& indices);
 
+/// 1 or 3 channels.
+std::string encode_jpeg(const ByteImage& image, int quality);
+
 std::string encode_avif(const ByteImage& image, int quality);
 
-/// PNG, JPEG, TIFF, WebP, BMP.
+/// TIFF, WebP, BMP.
 std::string encode_opencv(const Samples& image, ImageFormat format, int quality);
 
 }  // namespace atelier

@@ -1,6 +1,8 @@
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
+#include <memory>
 #include <string>
 
 #include <jpeglib.h>
@@ -80,6 +82,53 @@ bool decode(Decoder& decoder, std::span<const std::byte> bytes, const ImageHeade
   return true;
 }
 
+/// As `Decoder`, and the bytes that libjpeg allocates.
+struct Encoder {
+  jpeg_compress_struct jpeg;
+  jpeg_error_mgr errors;
+  std::jmp_buf stop;
+  char complaint[JMSG_LENGTH_MAX];
+  unsigned char* bytes;
+  unsigned long size;
+};
+
+[[noreturn]] void stop_encoder(j_common_ptr jpeg) {
+  Encoder& encoder = *static_cast<Encoder*>(jpeg->client_data);
+  jpeg->err->format_message(jpeg, encoder.complaint);
+  std::longjmp(encoder.stop, 1);
+}
+
+/// No objects with destructors in here.
+bool encode(Encoder& encoder, const ByteImage& image, int quality) {
+  encoder.jpeg.err = jpeg_std_error(&encoder.errors);
+  encoder.errors.error_exit = stop_encoder;
+  encoder.jpeg.client_data = &encoder;
+  if (setjmp(encoder.stop) != 0) {
+    jpeg_destroy_compress(&encoder.jpeg);
+    return false;
+  }
+  jpeg_create_compress(&encoder.jpeg);
+  encoder.jpeg.client_data = &encoder;
+  jpeg_mem_dest(&encoder.jpeg, &encoder.bytes, &encoder.size);
+  encoder.jpeg.image_width = static_cast<JDIMENSION>(image.width);
+  encoder.jpeg.image_height = static_cast<JDIMENSION>(image.height);
+  encoder.jpeg.input_components = image.channels;
+  encoder.jpeg.in_color_space = image.channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
+  jpeg_set_defaults(&encoder.jpeg);
+  jpeg_set_quality(&encoder.jpeg, quality, TRUE);
+  jpeg_start_compress(&encoder.jpeg, TRUE);
+  const std::size_t row_bytes = static_cast<std::size_t>(image.width) * image.channels;
+  while (encoder.jpeg.next_scanline < encoder.jpeg.image_height) {
+    // libjpeg only reads its input, but takes rows that are not const.
+    JSAMPROW row =
+        const_cast<unsigned char*>(image.data.data() + encoder.jpeg.next_scanline * row_bytes);
+    jpeg_write_scanlines(&encoder.jpeg, &row, 1);
+  }
+  jpeg_finish_compress(&encoder.jpeg);
+  jpeg_destroy_compress(&encoder.jpeg);
+  return true;
+}
+
 }  // namespace
 
 ByteImage decode_jpeg(std::span<const std::byte> bytes, const std::string& name,
@@ -91,6 +140,16 @@ ByteImage decode_jpeg(std::span<const std::byte> bytes, const std::string& name,
     throw DataError(name, "", std::string("libjpeg: ") + decoder.complaint, "an undamaged JPEG");
   }
   return image;
+}
+
+std::string encode_jpeg(const ByteImage& image, int quality) {
+  Encoder encoder{};
+  const bool whole = encode(encoder, image, quality);
+  const std::unique_ptr<unsigned char, decltype(&std::free)> bytes(encoder.bytes, &std::free);
+  if (!whole) {
+    throw EnvironmentError("libjpeg", encoder.complaint);
+  }
+  return {reinterpret_cast<const char*>(encoder.bytes), encoder.size};
 }
 
 }  // namespace atelier

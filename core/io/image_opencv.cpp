@@ -8,9 +8,16 @@
 
 #include "core/error.h"
 #include "core/io/image_codec.h"
+#include "core/late_library.h"
 
 namespace atelier {
 namespace {
+
+// Of core/io/late/pictures.cpp.
+constexpr const char* kLibrary = "libatelier_pictures.so";
+using DecodePicture = void(const cv::Mat& encoded, int flags, cv::Mat& picture);
+using EncodePicture = bool(const char* extension, const cv::Mat& picture,
+                           const std::vector<int>& parameters, std::vector<unsigned char>& encoded);
 
 /// OpenCV keeps colours as B G R (A).
 template <class T>
@@ -35,18 +42,16 @@ ImageOf<T> copied(const cv::Mat& matrix) {
 
 const char* extension_of(ImageFormat format) {
   switch (format) {
-    case ImageFormat::Png:
-      return ".png";
-    case ImageFormat::Jpeg:
-      return ".jpg";
     case ImageFormat::Tiff:
       return ".tiff";
     case ImageFormat::WebP:
       return ".webp";
     case ImageFormat::Bmp:
       return ".bmp";
+    case ImageFormat::Png:
+    case ImageFormat::Jpeg:
     case ImageFormat::Avif:
-      break;
+      break;  // have encoders of their own
   }
   return "";
 }
@@ -61,6 +66,8 @@ Samples decode_opencv(std::span<const std::byte> bytes, const std::string& name,
   if (bytes.size() >= kDicomMark + 4 && std::memcmp(bytes.data() + kDicomMark, "DICM", 4) == 0) {
     throw DataError(name, "byte 128", "the mark of a DICOM file", "an image of one format");
   }
+  static const auto decode_picture =
+      late_function<DecodePicture>(kLibrary, "atelier_decode_picture");
   cv::Mat matrix;
   try {
     // imdecode only reads its input, but takes a matrix that is not const.
@@ -69,7 +76,7 @@ Samples decode_opencv(std::span<const std::byte> bytes, const std::string& name,
     // The fourth byte of a BMP pixel is seldom meant as alpha.
     const int channels =
         header.format == ImageFormat::Bmp ? cv::IMREAD_COLOR : cv::IMREAD_UNCHANGED;
-    matrix = cv::imdecode(encoded, channels | cv::IMREAD_IGNORE_ORIENTATION);
+    decode_picture(encoded, channels | cv::IMREAD_IGNORE_ORIENTATION, matrix);
   } catch (const cv::Exception& error) {
     throw DataError(name, "", "OpenCV: " + error.err,
                     "an undamaged " + std::string(format_name(header.format)));
@@ -92,10 +99,10 @@ Samples decode_opencv(std::span<const std::byte> bytes, const std::string& name,
 }
 
 std::string encode_opencv(const Samples& image, ImageFormat format, int quality) {
+  static const auto encode_picture =
+      late_function<EncodePicture>(kLibrary, "atelier_encode_picture");
   std::vector<int> parameters;
-  if (format == ImageFormat::Jpeg) {
-    parameters = {cv::IMWRITE_JPEG_QUALITY, quality};
-  } else if (format == ImageFormat::WebP) {
+  if (format == ImageFormat::WebP) {
     parameters = {cv::IMWRITE_WEBP_QUALITY, quality};
   }
   std::vector<unsigned char> encoded;
@@ -105,7 +112,7 @@ std::string encode_opencv(const Samples& image, ImageFormat format, int quality)
     const cv::Mat matrix(copy.height, copy.width,
                          CV_MAKETYPE(cv::DataType<Sample>::depth, copy.channels), copy.data.data());
     try {
-      return cv::imencode(extension_of(format), matrix, encoded, parameters);
+      return encode_picture(extension_of(format), matrix, parameters, encoded);
     } catch (const cv::Exception& error) {
       throw EnvironmentError("OpenCV", error.err);
     }

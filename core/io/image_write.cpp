@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <variant>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -39,6 +40,23 @@ ImageOf<T> stored(const Image& image) {
   return result;
 }
 
+/// JPEG and AVIF have 8 bits.
+std::string encode(const Samples& image, ImageFormat format, int quality) {
+  switch (format) {
+    case ImageFormat::Png:
+      return encode_png(image);
+    case ImageFormat::Jpeg:
+      return encode_jpeg(std::get<ByteImage>(image), quality);
+    case ImageFormat::Avif:
+      return encode_avif(std::get<ByteImage>(image), quality);
+    case ImageFormat::Tiff:
+    case ImageFormat::WebP:
+    case ImageFormat::Bmp:
+      return encode_opencv(image, format, quality);
+  }
+  return {};
+}
+
 ImageFormat format_of(const std::filesystem::path& path) {
   const std::optional<ImageFormat> format = image_format_of_name(path);
   ATELIER_CHECK(format.has_value(), "no image format for '" + path.string() + "'");
@@ -70,8 +88,7 @@ std::string image_bytes(const ByteImage& image, ImageFormat format,
   check_image(image, options);
   ATELIER_CHECK((format != ImageFormat::Jpeg && format != ImageFormat::Bmp) || image.channels != 4,
                 "JPEG and BMP have no alpha");
-  return format == ImageFormat::Avif ? encode_avif(image, options.quality)
-                                     : encode_opencv(image, format, options.quality);
+  return encode(image, format, options.quality);
 }
 
 std::string image_bytes(const Image& image, ImageFormat format, const ImageWriteOptions& options) {
@@ -82,7 +99,7 @@ std::string image_bytes(const Image& image, ImageFormat format, const ImageWrite
   if (options.bit_depth == 16) {
     ATELIER_CHECK(format == ImageFormat::Png || format == ImageFormat::Tiff,
                   "only PNG and TIFF keep 16 bits");
-    return encode_opencv(stored<std::uint16_t>(image), format, options.quality);
+    return encode(stored<std::uint16_t>(image), format, options.quality);
   }
   return image_bytes(stored<std::uint8_t>(image), format, options);
 }

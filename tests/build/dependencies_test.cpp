@@ -1,11 +1,13 @@
 // The table of dependencies names every shared library that the program needs.
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,6 +18,7 @@ namespace atelier {
 namespace {
 
 using ::testing::Contains;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
@@ -58,6 +61,27 @@ std::set<std::string> needed_by(const std::string& file) {
   return needed;
 }
 
+/// The program and what it loads late.
+std::vector<std::string> parts_of_program() {
+  std::vector<std::string> parts = {fixtures::program_path()};
+  const std::filesystem::path program = fixtures::program_path();
+  for (const auto& entry :
+       std::filesystem::directory_iterator(program.parent_path().parent_path() / "lib")) {
+    if (entry.path().extension() == ".so") {
+      parts.push_back(entry.path().string());
+    }
+  }
+  return parts;
+}
+
+std::set<std::string> needed_by_program() {
+  std::set<std::string> needed;
+  for (const std::string& part : parts_of_program()) {
+    needed.merge(needed_by(part));
+  }
+  return needed;
+}
+
 /// Every word of the tables' last columns that names a shared library.
 std::set<std::string> listed_libraries() {
   std::ifstream document(fixtures::source_directory() / "docs/dependencies.md");
@@ -88,12 +112,25 @@ TEST(Dependencies, StemsHaveNoVersions) {
   EXPECT_EQ(stem_of("libavcodec.so.59"), "libavcodec");
 }
 
+// Each of these brings a hundred others (docs/decisions/0009-heavy-libraries-late.md).
+TEST(Dependencies, TheProgramStartsWithoutHeavyLibraries) {
+  if (fixtures::program_path().empty()) {
+    GTEST_SKIP() << "the program is not built";
+  }
+  const std::string loaded = output_of("ldd '" + fixtures::program_path() + "' 2>/dev/null");
+  ASSERT_THAT(loaded, HasSubstr("libc.so"));
+  for (const char* heavy : {"libopencv_imgcodecs", "libopencv_videoio", "libavformat", "libpcl_",
+                            "libvtk", "libgdal", "libtorch"}) {
+    EXPECT_THAT(loaded, Not(HasSubstr(heavy)));
+  }
+}
+
 TEST(Dependencies, WhatTheProgramNeedsIsInTheTable) {
   if (fixtures::program_path().empty()) {
     GTEST_SKIP() << "the program is not built";
   }
   const std::set<std::string> listed = listed_libraries();
-  const std::set<std::string> needed = needed_by(fixtures::program_path());
+  const std::set<std::string> needed = needed_by_program();
   ASSERT_THAT(needed, Not(IsEmpty())) << "readelf says nothing of " << fixtures::program_path();
   for (const std::string& library : needed) {
     EXPECT_THAT(listed, Contains(library));
@@ -105,8 +142,12 @@ TEST(Dependencies, WhatThoseNeedIsInTheTable) {
     GTEST_SKIP() << "the program is not built";
   }
   const std::set<std::string> listed = listed_libraries();
-  const std::set<std::string> direct = needed_by(fixtures::program_path());
-  std::istringstream lines(output_of("ldd '" + fixtures::program_path() + "' 2>/dev/null"));
+  const std::set<std::string> direct = needed_by_program();
+  std::string loaded;
+  for (const std::string& part : parts_of_program()) {
+    loaded += output_of("ldd '" + part + "' 2>/dev/null");
+  }
+  std::istringstream lines(loaded);
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
     std::string soname;
