@@ -106,25 +106,40 @@ double slope(double before, double after) {
   return before * after <= 0 ? 0.0 : 2 * before * after / (before + after);
 }
 
-double interpolate(const std::vector<HumanSection>& rows, double HumanSection::*field, double tau) {
-  const int n = static_cast<int>(rows.size());
-  const int i = std::clamp(static_cast<int>(std::floor(tau)), 0, n - 2);
-  const double t = tau - i;
+// Where a station lies between its rows, and the weights of Hermite's cubic there: the same for
+// every field of a section.
+struct Place {
+  int row;
+  int last;  // the last interval's
+  double t;
+  double value0, slope0, value1, slope1;
+};
+
+Place place_of(const std::vector<HumanSection>& rows, double tau) {
+  const int last = static_cast<int>(rows.size()) - 2;
+  const int row = std::clamp(static_cast<int>(std::floor(tau)), 0, last);
+  const double t = tau - row;
+  const double t2 = t * t;
+  const double t3 = t2 * t;
+  return {row, last, t, 2 * t3 - 3 * t2 + 1, t3 - 2 * t2 + t, -2 * t3 + 3 * t2, t3 - t2};
+}
+
+double interpolate(const std::vector<HumanSection>& rows, double HumanSection::*field,
+                   const Place& place) {
+  const int i = place.row;
   const auto value = [&](int k) { return rows[static_cast<std::size_t>(k)].*field; };
   const auto difference = [&](int k) { return value(k + 1) - value(k); };
   const double d = difference(i);
   const double m0 = i > 0 ? slope(difference(i - 1), d) : d;
-  const double m1 = i < n - 2 ? slope(d, difference(i + 1)) : d;
-  if (t <= 0) {
-    return value(i) + t * m0;
+  const double m1 = i < place.last ? slope(d, difference(i + 1)) : d;
+  if (place.t <= 0) {
+    return value(i) + place.t * m0;
   }
-  if (t >= 1) {
-    return value(i + 1) + (t - 1) * m1;
+  if (place.t >= 1) {
+    return value(i + 1) + (place.t - 1) * m1;
   }
-  const double t2 = t * t;
-  const double t3 = t2 * t;
-  return (2 * t3 - 3 * t2 + 1) * value(i) + (t3 - 2 * t2 + t) * m0 +
-         (-2 * t3 + 3 * t2) * value(i + 1) + (t3 - t2) * m1;
+  return place.value0 * value(i) + place.slope0 * m0 + place.value1 * value(i + 1) +
+         place.slope1 * m1;
 }
 
 constexpr double kAnkleHeight = 42;
@@ -352,8 +367,9 @@ HumanAnatomy human_anatomy(const HumanBuild& build) {
 }
 
 HumanSection section_at(const HumanTube& tube, double tau) {
+  const Place place = place_of(tube.sections, tau);
   const auto get = [&](double HumanSection::*field) {
-    return interpolate(tube.sections, field, tau);
+    return interpolate(tube.sections, field, place);
   };
   HumanSection s;
   s.s = get(&HumanSection::s);
@@ -377,7 +393,9 @@ double station_at(const HumanTube& tube, double s) {
   }
   const double s0 = rows[static_cast<std::size_t>(i)].s;
   const double s1 = rows[static_cast<std::size_t>(i) + 1].s;
-  const auto value = [&](double tau) { return interpolate(rows, &HumanSection::s, tau); };
+  const auto value = [&](double tau) {
+    return interpolate(rows, &HumanSection::s, place_of(rows, tau));
+  };
   double t = i + (s - s0) / (s1 - s0);
   if (s <= s0 || s >= s1) {  // outside: the slope is constant
     const double end = s <= s0 ? i : i + 1;

@@ -73,12 +73,23 @@ Cut cut_mesh(const Points& vertices, const Triangles& faces, const Vector3d& ori
     }
     return it->second;
   };
+  // Few faces are cut: bytes, which stay in the nearest cache, say which.
+  std::vector<char> below(static_cast<std::size_t>(height.size()));
+  for (Index i = 0; i < height.size(); ++i) {
+    below[static_cast<std::size_t>(i)] = height[i] < 0 ? 1 : 0;
+  }
   for (Index f = 0; f < faces.rows(); ++f) {
+    const int* corners = faces.data() + 3 * f;
+    const auto is_below = [&](int c) { return below[static_cast<std::size_t>(corners[c])]; };
+    const int count = is_below(0) + is_below(1) + is_below(2);
+    if (count == 0 || count == 3) {
+      continue;
+    }
     int from = -1;
     int to = -1;
     for (int c = 0; c < 3; ++c) {
-      const int a = faces(f, c);
-      const int b = faces(f, (c + 1) % 3);
+      const int a = corners[c];
+      const int b = corners[(c + 1) % 3];
       if (height[a] < 0 && height[b] >= 0) {
         from = point(a, b);
       } else if (height[a] >= 0 && height[b] < 0) {

@@ -66,7 +66,8 @@ ArchiveIndex index_of(const Source& source, const std::string& file, const Limit
 void check_digest(const Source& source, const std::string& file) {
   const std::string first = text_at(source, kArchiveFirstLine);
   Sha256 hash;
-  std::vector<std::byte> buffer(std::size_t{1} << 20);
+  constexpr std::uint64_t kPart = std::uint64_t{1} << 20;
+  std::vector<std::byte> buffer(static_cast<std::size_t>(std::min(kPart, source.size)));
   for (std::uint64_t at = kArchiveFirstLine; at < source.size;) {
     const auto part = std::span(buffer).first(
         static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), source.size - at)));
