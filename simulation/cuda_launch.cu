@@ -12,6 +12,12 @@ namespace {
 
 constexpr int kLargestCluster = 16;
 
+/// True if the blocks of a cluster wait for one another in this kernel: on a newer device the
+/// driver may have made it from byte code for an older one, where scene_barrier is empty.
+bool has_cluster_barrier(const cudaFuncAttributes& kernel) {
+  return std::min(kernel.ptxVersion, kernel.binaryVersion) >= 90;
+}
+
 template <class T>
 int edges_of(const PreparedCloth<T>& prepared, const Schedule::Patch& patch) {
   return prepared.colours[patch.colour_end].edge_begin -
@@ -90,8 +96,6 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
   ATELIER_CUDA_CHECK(cudaGetDevice(&device));
   ATELIER_CUDA_CHECK(
       cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, device));
-  int major = 0;
-  ATELIER_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
   const int patches = prepared.phases[0].patch_end - prepared.phases[0].patch_begin;
   int capacity = 0;
   ATELIER_CUDA_CHECK(
@@ -103,9 +107,11 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
       reinterpret_cast<const void*>(frame_step_kernel_of<T>())};
   // What contacts take on chip is not there for plans.
   const int optin = capacity;
+  bool clusters = true;
   for (const void* kernel : kernels) {
     cudaFuncAttributes attributes{};
     ATELIER_CUDA_CHECK(cudaFuncGetAttributes(&attributes, kernel));
+    clusters = clusters && has_cluster_barrier(attributes);
     const int left = optin - static_cast<int>(attributes.sharedSizeBytes);
     ATELIER_CUDA_CHECK(
         cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, left));
@@ -113,6 +119,11 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
     if (stepwise || kernel != kernels.back()) {
       capacity = std::min(capacity, left);
     }
+  }
+  if (options.cuda_barrier == "cluster" && !clusters) {
+    throw EnvironmentError("CUDA",
+                           "no clusters of blocks on this device, or none in this build "
+                           "for it (compute capability 9.0); cuda_barrier auto does without");
   }
   const std::size_t base = BlockWork<T>::room(prepared.max_patch_particles, keeps_starts_);
   // On chip beside the particles: the plans of all patches that a block works on, with their
@@ -154,10 +165,9 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
   }
   if (barrier == "auto") {
     const int wanted = std::min(patches, share);
-    barrier = wanted <= 1 ? "block" : wanted <= kLargestCluster && major >= 9 ? "cluster" : "grid";
-    if (barrier == "grid" && scene_count > 1 && major >= 9) {
-      barrier = "cluster";
-    }
+    barrier = wanted <= 1                                                  ? "block"
+              : clusters && (wanted <= kLargestCluster || scene_count > 1) ? "cluster"
+                                                                           : "grid";
   }
   const int most = barrier == "block"     ? 1
                    : barrier == "cluster" ? kLargestCluster

@@ -15,7 +15,8 @@ template <class T>
 class CudaLaunch {
  public:
   /// `full`: more than undamped springs and hinges; `self`: contact of the cloth with itself.
-  /// Throws LogicError if a patch does not fit on chip.
+  /// Throws LogicError if a patch does not fit on chip, EnvironmentError if clusters are asked for
+  /// where there are none.
   CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& options,
              std::vector<CudaSceneRule<T>> scenes, bool full, bool self, bool body,
              bool keeps_starts);

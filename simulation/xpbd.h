@@ -30,6 +30,8 @@ struct XpbdOptions {
 
   /// How the blocks of a GPU wait for each other: "auto", "block" (one block a scene), "cluster",
   /// "grid", or "graph" (a launch per phase, replayed). For measuring; auto takes the fastest.
+  /// Clusters where the device and the build have them (compute capability 9.0), else
+  /// EnvironmentError.
   std::string cuda_barrier = "auto";
   int cuda_blocks = 0;  ///< blocks of a scene, 0: as the barrier allows, up to 1024
 
