@@ -292,7 +292,7 @@ Case hanging_skirt(int around, int rings, int iterations) {
 }
 
 /// The skirt rides on the swaying body by its waist.
-Case dressed(int around, int rings, bool self_contact) {
+Case dressed(int around, int rings, bool self_contact, int patches = 0) {
   Case c;
   Garment garment = garment_of(skirt(around, rings, 0.19, 0.4, false));
   c.body = body_mesh();
@@ -323,6 +323,7 @@ Case dressed(int around, int rings, bool self_contact) {
   // stretching, so that the times are of cloth that hangs in folds.
   ClothOptions options;
   options.tether_stretch = 1.01;
+  options.schedule.patches = patches;
   c.cloth = make_cloth(garment, {}, options);
   c.options.self_contact = self_contact;
   return c;
@@ -425,7 +426,7 @@ const bool kRegistered = [] {
   add(
       "dressed_100k_body_self", [] { return dressed(316, 316, true); }, gpu, 30);
   const auto sweep = [](bool self) {
-    Case c = dressed(100, 100, self);
+    Case c = dressed(100, 100, self, 8);
     c.scenes = 256;
     return c;
   };

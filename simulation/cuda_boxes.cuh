@@ -9,13 +9,6 @@ namespace atelier {
 
 constexpr unsigned kWholeWarp = 0xFFFFFFFFu;
 
-template <class T>
-__device__ inline Box<T> shuffled(const Box<T>& box, int lane) {
-  const auto get = [&](T v) { return __shfl_sync(kWholeWarp, v, lane); };
-  return {{get(box.low.x), get(box.low.y), get(box.low.z)},
-          {get(box.high.x), get(box.high.y), get(box.high.z)}};
-}
-
 /// Box over those of a warp's threads, of which some may be empty.
 template <class T>
 __device__ inline Box<T> united_in_warp(Box<T> box) {

@@ -90,14 +90,18 @@ struct TouchLists {
   __device__ int item(int list, int at) const { return __ldcg(items + list * particles + at); }
 };
 
-/// Contact of the particles that the lists of this pass hold. `load(k)` gives the particle,
-/// `done(k, p, touches)` takes it back, by one thread. `kBoxes`: see TeamInBody. Not inlined: the
-/// sweeps around it then keep their registers.
+/// What a warp needs on chip for the body.
+template <bool kBoxes>
+using BodyTeamRoom = typename TeamInBody<32, kBoxes>::Memory;
+
+/// Contact of the particles that the lists of this pass hold. `room`: of this thread's warp.
+/// `load(k)` gives the particle, `done(k, p, touches)` takes it back, by one thread. `kBoxes`: see
+/// TeamInBody. Not inlined: the sweeps around it then keep their registers.
 template <bool kBoxes, class T, class Load, class Done>
 __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks, int s, int pass,
-                                          const Load& load, const Done& done) {
+                                          BodyTeamRoom<kBoxes>& room, const Load& load,
+                                          const Done& done) {
   namespace cg = cooperative_groups;
-  __shared__ typename TeamInBody<32, kBoxes>::Memory memory[kFrameThreads / 32];
   const cg::thread_block_tile<32> warp = cg::tiled_partition<32>(cg::this_thread_block());
   const cg::thread_block_tile<kTeam> tile = cg::tiled_partition<kTeam>(warp);
   const TouchLists<T> lists(frame, blocks, pass);
@@ -111,7 +115,7 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
   if (thread < 2) {
     lists.next[thread] = 0;
   }
-  const TeamInBody<32, kBoxes> whole{warp, memory[warp.meta_group_rank()]};
+  const TeamInBody<32, kBoxes> whole{warp, room};
   for (int at = thread / 32; at < lists.count(1); at += threads / 32) {
     const int k = lists.item(1, at);
     BodyParticle<T> p = load(k);
@@ -160,9 +164,10 @@ __device__ __noinline__ void hold_and_list(const CudaFrame<T>& frame, int blocks
 
 template <bool kBoxes, class T>
 __device__ inline void touch_body(const CudaFrame<T>& frame, int blocks, int s, int pass) {
+  __shared__ BodyTeamRoom<kBoxes> rooms[kFrameThreads / 32];
   const int offset = static_cast<int>(blockIdx.x) / blocks * frame.count;
   touch_listed<kBoxes>(
-      frame, blocks, s, pass,
+      frame, blocks, s, pass, rooms[threadIdx.x / 32],
       [&](int k) {
         const int i = offset + k;
         return BodyParticle<T>{

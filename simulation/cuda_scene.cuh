@@ -34,7 +34,7 @@ struct alignas(16) GroupedItem {
   int index;
 };
 
-/// Boxes over primitives, over groups of kGroup and, where there are many, over groups of kGroup
+/// Boxes over primitives, over groups of kGroup and, where those are many, over groups of kGroup
 /// groups (near_groups.h): arrays of scene 0, those of the others follow. What a last group lacks
 /// has an empty box.
 template <class T>
@@ -45,13 +45,11 @@ struct BoxGroups {
   Box<T>* group;    ///< [groups]
   Box<T>* whole;    ///< [wholes]
   unsigned* fresh;  ///< [groups] which primitives' pairs are looked for, a bit each
-
-  static constexpr int kMany = 1024;  ///< groups through which a warp does not look one by one
+  bool many;        ///< too many groups to look through all of them: `whole` comes first
 
   static __host__ __device__ int parts(int n) { return (n + kGroup - 1) / kGroup; }
   __host__ __device__ int groups() const { return parts(count); }
   __host__ __device__ int wholes() const { return parts(groups()); }
-  __host__ __device__ bool many() const { return groups() > kMany; }
 };
 
 /// Contact of the cloth with itself: arrays of scene 0, those of the others follow.

@@ -7,7 +7,23 @@
 namespace atelier {
 namespace {
 
-constexpr int kUsualInterval = 2;  ///< substeps
+/// Substeps that a search looks ahead where nobody asks for more, as it was measured
+/// (docs/decisions/0006-xpbd-patches.md). Where every block has a scene of its own, the search is
+/// most of a frame, as a scene has few threads to share it: rarer ones pay for longer lists.
+constexpr int kUsualInterval = 2;
+constexpr int kSweepInterval = 5;
+
+/// Groups through which a warp does not look one by one.
+constexpr int kMany = 64;
+
+int usual_interval(int scenes) {
+  int device = 0;
+  int multiprocessors = 0;
+  ATELIER_CUDA_CHECK(cudaGetDevice(&device));
+  ATELIER_CUDA_CHECK(
+      cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, device));
+  return scenes < multiprocessors ? kUsualInterval : kSweepInterval;
+}
 
 /// In groups that lie together at rest.
 template <class T>
@@ -44,8 +60,11 @@ CudaSelf<T>::Boxes::Boxes(int count, int scenes) {
 
 template <class T>
 BoxGroups<T> CudaSelf<T>::Boxes::over(const CudaBuffer<GroupedItem>& items) {
-  return {items.data(), static_cast<int>(items.size()), box.data(), group.data(), whole.data(),
-          fresh.data()};
+  const int groups = BoxGroups<T>::parts(static_cast<int>(items.size()));
+  return {items.data(),  static_cast<int>(items.size()),
+          box.data(),    group.data(),
+          whole.data(),  fresh.data(),
+          groups > kMany};
 }
 
 template <class T>
@@ -53,7 +72,7 @@ CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
                       const XpbdOptions& options, int scenes)
     : scenes_(scenes),
       particles_(prepared.count),
-      rule_(self_rule<T>(cloth, options, kUsualInterval)) {
+      rule_(self_rule<T>(cloth, options, usual_interval(scenes))) {
   const PreparedSurface<T> surface = prepare_surface(cloth, prepared);
   face_count_ = static_cast<int>(surface.faces.size());
   edge_count_ = static_cast<int>(surface.edges.size());

@@ -167,36 +167,39 @@ struct SelfWork {
       counts->crossings = 0;
     }
   }
-  /// Fills the lists. `items`: on-chip room of this thread's warp.
-  __device__ void collect(const SelfSearch<T>& search, int2* items) const {
-    const CudaSelfFrame<T>& s = frame.self;
-    int* const tangled = s.tangled + static_cast<std::int64_t>(scene) * frame.count;
-    const int lane = search.warp.lane;
-    search.look(
-        items,
-        [&](bool has, SelfPair<T> pair) {
-          pair.search = search.plan.number;
-          append_in_warp(edge_pairs, &counts->edge_pairs, s.edge_room(), has, pair, lane);
-        },
-        [&](bool has, SelfPair<T> pair) {
-          pair.search = search.plan.number;
-          append_in_warp(face_pairs, &counts->face_pairs, s.room, has, pair, lane);
-        },
-        [&](bool has, int e, int face) {
-          append_in_warp(crossings, &counts->crossings, s.crossing_room(), has, make_int2(e, face),
-                         lane);
-          if (has) {
-            const FaceIndices f = cloth.surface.faces[face];
-            const ClothEdge edge = cloth.edges[e];
-            // Every writer writes the same.
-            atomicExch(&tangled[edge.a], 1);
-            atomicExch(&tangled[edge.b], 1);
-            atomicExch(&tangled[f.a], 1);
-            atomicExch(&tangled[f.b], 1);
-            atomicExch(&tangled[f.c], 1);
-          }
-          __syncwarp();
-        });
+  /// Fill the lists. `room`: of this thread's warp.
+  __device__ void collect_edges(const SelfSearch<T>& search, SearchRoom<T>& room) const {
+    const int most = frame.self.edge_room();
+    search.look_for_edges(room, [&](bool has, SelfPair<T> pair) {
+      pair.search = search.plan.number;
+      append_in_warp(edge_pairs, &counts->edge_pairs, most, has, pair, search.warp.lane);
+    });
+  }
+  __device__ void collect_faces(const SelfSearch<T>& search, SearchRoom<T>& room) const {
+    const int most = frame.self.room;
+    search.look_for_faces(room, [&](bool has, SelfPair<T> pair) {
+      pair.search = search.plan.number;
+      append_in_warp(face_pairs, &counts->face_pairs, most, has, pair, search.warp.lane);
+    });
+  }
+  __device__ void collect_crossings(const SelfSearch<T>& search, SearchRoom<T>& room) const {
+    const int most = frame.self.crossing_room();
+    int* const tangled = frame.self.tangled + static_cast<std::int64_t>(scene) * frame.count;
+    search.look_for_crossings(room, [&](bool has, int e, int face) {
+      append_in_warp(crossings, &counts->crossings, most, has, make_int2(e, face),
+                     search.warp.lane);
+      if (has) {
+        const FaceIndices f = cloth.surface.faces[face];
+        const ClothEdge edge = cloth.edges[e];
+        // Every writer writes the same.
+        atomicExch(&tangled[edge.a], 1);
+        atomicExch(&tangled[edge.b], 1);
+        atomicExch(&tangled[f.a], 1);
+        atomicExch(&tangled[f.b], 1);
+        atomicExch(&tangled[f.c], 1);
+      }
+      __syncwarp();
+    });
   }
   /// Remembers how much room the lists would have needed.
   __device__ void end_search(const SearchPlan& plan) const {

@@ -48,13 +48,20 @@ __device__ inline void unite_groups(const BoxGroups<T>& groups, const SceneWarp&
   }
 }
 
-__device__ inline GroupedItem shuffled(const GroupedItem& item, int lane) {
-  return {__shfl_sync(kWholeWarp, item.a, lane), __shfl_sync(kWholeWarp, item.b, lane),
-          __shfl_sync(kWholeWarp, item.c, lane), __shfl_sync(kWholeWarp, item.index, lane)};
-}
+/// Of primitives with so many particles each.
+template <int kFirst, int kSecond>
 __device__ inline bool share_a_particle(const GroupedItem& p, const GroupedItem& q) {
-  return p.a == q.a || p.a == q.b || p.a == q.c || p.b == q.a || p.b == q.b || p.b == q.c ||
-         p.c == q.a || p.c == q.b || p.c == q.c;
+  const int first[3] = {p.a, p.b, p.c};
+  const int second[3] = {q.a, q.b, q.c};
+  bool share = false;
+#pragma unroll
+  for (int i = 0; i < kFirst; ++i) {
+#pragma unroll
+    for (int j = 0; j < kSecond; ++j) {
+      share |= first[i] == second[j];
+    }
+  }
+  return share;
 }
 template <class T>
 __device__ inline GroupedItem item_at(const BoxGroups<T>& groups, int slot) {
@@ -79,10 +86,17 @@ __device__ inline void append_in_warp(Item* list, int* count, int room, bool has
   __syncwarp();
 }
 
+/// What a warp that searches has on chip.
+template <class T>
+struct SearchRoom {
+  Box<T> box[kGroup];  ///< of the group that it looks at
+  GroupedItem item[kGroup];
+  int2 pairs[2 * kGroup];  ///< see PairQueue
+};
+
 /// Pairs that wait for a full warp: of primitives, by index.
 struct PairQueue {
-  static constexpr int kRoom = 2 * kGroup;
-  int2* items;  ///< [kRoom] on chip, this warp's
+  int2* items;  ///< [2 * kGroup] on chip, this warp's
   int waiting = 0;
 
   /// Adds a pair of each thread that has one; `work(has, first, second)` takes them, 32 at a time.
@@ -127,33 +141,37 @@ enum class FreshPairs {
 };
 
 /// Offers the pairs of a primitive of the group in hand and one of group `partner` whose boxes meet
-/// and that share no particle.
-template <FreshPairs kPairs, class T, class Work>
+/// and that share no particle: of `kOwn` and `kOther` particles each.
+template <FreshPairs kPairs, int kOwn, int kOther, class T, class Work>
 __device__ inline void visit_partner(const GroupInHand<T>& own, const BoxGroups<T>& b, int partner,
-                                     int lane, PairQueue& queue, const Work& work) {
+                                     int lane, SearchRoom<T>& room, PairQueue& queue,
+                                     const Work& work) {
   const Box<T> other = b.box[partner * kGroup + lane];
-  const GroupedItem other_item = item_at(b, partner * kGroup + lane);
-  const bool near = overlap(own.box, b.group[partner]);
+  __syncwarp();  // others may still read the partner before
+  room.box[lane] = other;
+  room.item[lane] = item_at(b, partner * kGroup + lane);
   unsigned others = __ballot_sync(kWholeWarp, overlap(other, own.around));
   if (kPairs == FreshPairs::None || (kPairs == FreshPairs::Once && partner < own.index)) {
     others &= ~b.fresh[partner];
+  } else if (kPairs == FreshPairs::Once && partner == own.index) {
+    // Who is not fresh meets none, as its box is empty.
+    others &= ~(b.fresh[partner] & ((2u << lane) - 1u));
   }
+  if (!overlap(own.box, b.group[partner])) {
+    others = 0;
+  }
+  __syncwarp();
   unsigned hits = 0;  // among the partner's primitives, of this thread's
   for (; others != 0; others &= others - 1) {
     const int j = __ffs(static_cast<int>(others)) - 1;
-    const Box<T> box = shuffled(other, j);
-    hits |= near && overlap(own.box, box) ? 1u << j : 0u;
-  }
-  if (kPairs == FreshPairs::Once && partner == own.index) {
-    // Who is not fresh has no hits of its own.
-    hits &= ~(b.fresh[partner] & ((2u << lane) - 1u));
+    const bool meets =
+        overlap(own.box, room.box[j]) & !share_a_particle<kOwn, kOther>(own.item, room.item[j]);
+    hits |= static_cast<unsigned>(meets) << j;
   }
   while (__any_sync(kWholeWarp, hits != 0)) {
     const int j = hits != 0 ? __ffs(static_cast<int>(hits)) - 1 : 0;
-    const GroupedItem item = shuffled(other_item, j);
-    const bool meets = hits != 0 && !share_a_particle(own.item, item);
+    queue.add(hits != 0, own.item.index, room.item[j].index, lane, work);
     hits &= hits - 1;
-    queue.add(meets, own.item.index, item.index, lane, work);
   }
 }
 
@@ -161,11 +179,11 @@ __device__ inline void visit_partner(const GroupInHand<T>& own, const BoxGroups<
 /// primitive of `a` and one of `b` whose boxes meet and that share no particle, each once, in any
 /// order. `every`: all are fresh; where few are, or groups, several warps share the partners of
 /// one.
-template <FreshPairs kPairs, class T, class Work>
+template <FreshPairs kPairs, int kOwn, int kOther, class T, class Work>
 __device__ inline void visit_near(const BoxGroups<T>& a, const BoxGroups<T>& b,
-                                  const SceneWarp& warp, bool every, int2* items,
+                                  const SceneWarp& warp, bool every, SearchRoom<T>& room,
                                   const Work& work) {
-  PairQueue queue{items};
+  PairQueue queue{room.pairs};
   const int lane = warp.lane;
   const int shares = !every || 4 * a.groups() <= warp.count ? 4
                      : 2 * a.groups() <= warp.count         ? 2
@@ -187,16 +205,16 @@ __device__ inline void visit_near(const BoxGroups<T>& a, const BoxGroups<T>& b,
     const int least = kPairs == FreshPairs::Once && every ? k : 0;
     for (int begin = least / kGroup; begin < b.wholes(); begin += kGroup) {
       const int w = begin + lane;
-      unsigned wholes = __ballot_sync(
-          kWholeWarp, w < b.wholes() && (!b.many() || overlap(own.around, b.whole[w])));
+      unsigned wholes =
+          __ballot_sync(kWholeWarp, w < b.wholes() && (!b.many || overlap(own.around, b.whole[w])));
       for (; wholes != 0; wholes &= wholes - 1) {
         const int first = (begin + __ffs(static_cast<int>(wholes)) - 1) * kGroup;
         const int g = first + lane;
         const bool meets = g >= least && g < b.groups() && overlap(own.around, b.group[g]);
         unsigned groups = share & __ballot_sync(kWholeWarp, meets);
         for (; groups != 0; groups &= groups - 1) {
-          visit_partner<kPairs>(own, b, first + __ffs(static_cast<int>(groups)) - 1, lane, queue,
-                                work);
+          visit_partner<kPairs, kOwn, kOther>(own, b, first + __ffs(static_cast<int>(groups)) - 1,
+                                              lane, room, queue, work);
         }
       }
     }
@@ -217,7 +235,7 @@ struct SearchPlan {
 template <class T>
 struct SelfSearch {
   SelfView<T> cloth;
-  const SelfRule<T>& rule;
+  SelfRule<T> rule;
   BoxGroups<T> particles, edges, faces, edges_now, faces_now;
   const int* flown;
   const int* stirred;
@@ -276,7 +294,7 @@ struct SelfSearch {
     }
   }
   /// True if box_wholes() is to follow.
-  __device__ bool has_wholes() const { return edges.many() || faces.many(); }
+  __device__ bool has_wholes() const { return edges.many || faces.many || particles.many; }
   /// Boxes over groups of groups.
   __device__ void box_wholes() const {
     if (plan.pairs != Wanted::None) {
@@ -290,54 +308,57 @@ struct SelfSearch {
     }
   }
 
-  /// `put_edges(has, pair)`, `put_face(has, pair)` for what may meet, `put_crossing(has, edge,
-  /// face)` for what is crossed now, by all threads of the warp together. `items`: on-chip room of
-  /// the warp.
-  template <class PutEdges, class PutFace, class PutCrossing>
-  __device__ void look(int2* items, const PutEdges& put_edges, const PutFace& put_face,
-                       const PutCrossing& put_crossing) const {
-    const SceneWarp last = after(edges.groups() + particles.groups());
-    if (plan.pairs != Wanted::None) {
-      const bool every = plan.pairs == Wanted::All;
-      visit_near<FreshPairs::Once>(edges, edges, warp, every, items, [&](bool has, int e, int o) {
-        SelfPair<T> pair{};
-        bool near = false;
-        if (has) {
-          offer_edge(cloth, min(e, o), max(e, o), rule, [&](const SelfPair<T>& p) {
-            pair = p;
-            near = true;
-          });
-        }
-        put_edges(near, pair);
-      });
-      const auto offer = [&](bool has, int i, int f) {
-        SelfPair<T> pair{};
-        bool near = false;
-        if (has) {
-          offer_face(cloth, i, f, rule, [&](const SelfPair<T>& p) {
-            pair = p;
-            near = true;
-          });
-        }
-        put_face(near, pair);
-      };
-      // Who has no group of edges has one of the others.
-      visit_near<FreshPairs::All>(particles, faces, after(edges.groups()), every, items, offer);
-      if (!every) {
-        visit_near<FreshPairs::None>(faces, particles, last, false, items,
-                                     [&](bool has, int f, int i) { offer(has, i, f); });
+  /// `put(has, pair)` for the edges that may meet, by all threads of the warp together.
+  template <class Put>
+  __device__ void look_for_edges(SearchRoom<T>& room, const Put& put) const {
+    const bool every = plan.pairs == Wanted::All;
+    visit_near<FreshPairs::Once, 2, 2>(
+        edges, edges, warp, every, room, [&](bool has, int e, int o) {
+          SelfPair<T> pair{};
+          bool near = false;
+          if (has) {
+            offer_edge(cloth, min(e, o), max(e, o), rule, [&](const SelfPair<T>& p) {
+              pair = p;
+              near = true;
+            });
+          }
+          put(near, pair);
+        });
+  }
+  /// The same for particles and faces. Who has no group of edges has one of these.
+  template <class Put>
+  __device__ void look_for_faces(SearchRoom<T>& room, const Put& put) const {
+    const bool every = plan.pairs == Wanted::All;
+    const auto offer = [&](bool has, int i, int f) {
+      SelfPair<T> pair{};
+      bool near = false;
+      if (has) {
+        offer_face(cloth, i, f, rule, [&](const SelfPair<T>& p) {
+          pair = p;
+          near = true;
+        });
       }
+      put(near, pair);
+    };
+    visit_near<FreshPairs::All, 1, 3>(particles, faces, after(edges.groups()), every, room, offer);
+    if (!every) {
+      visit_near<FreshPairs::None, 3, 1>(faces, particles,
+                                         after(edges.groups() + particles.groups()), false, room,
+                                         [&](bool has, int f, int i) { offer(has, i, f); });
     }
-    if (plan.crossings != Wanted::None) {
-      const bool every = plan.crossings == Wanted::All;
-      const auto cross = [&](bool has, int e, int f) {
-        put_crossing(has && crosses_at(cloth.edges[e], cloth.surface.faces[f], start()), e, f);
-      };
-      visit_near<FreshPairs::All>(edges_now, faces_now, last, every, items, cross);
-      if (!every) {
-        visit_near<FreshPairs::None>(faces_now, edges_now, last, false, items,
-                                     [&](bool has, int f, int e) { cross(has, e, f); });
-      }
+  }
+  /// `put(has, edge, face)` for what is crossed now.
+  template <class Put>
+  __device__ void look_for_crossings(SearchRoom<T>& room, const Put& put) const {
+    const bool every = plan.crossings == Wanted::All;
+    const SceneWarp last = after(edges.groups() + particles.groups());
+    const auto cross = [&](bool has, int e, int f) {
+      put(has && crosses_at(cloth.edges[e], cloth.surface.faces[f], start()), e, f);
+    };
+    visit_near<FreshPairs::All, 2, 3>(edges_now, faces_now, last, every, room, cross);
+    if (!every) {
+      visit_near<FreshPairs::None, 3, 2>(faces_now, edges_now, last, false, room,
+                                         [&](bool has, int f, int e) { cross(has, e, f); });
     }
   }
 

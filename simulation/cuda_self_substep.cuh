@@ -4,6 +4,18 @@
 
 namespace atelier {
 
+/// What the warps of a block have on chip by turns.
+template <class T, CudaBarrier kBarrier>
+union WarpRoom {
+  BodyTeamRoom<kBarrier != CudaBarrier::Block> body;
+  SearchRoom<T> search;
+};
+template <class T, CudaBarrier kBarrier>
+__device__ inline WarpRoom<T, kBarrier>& own_warp_room() {
+  __shared__ WarpRoom<T, kBarrier> rooms[kFrameThreads / kGroup];
+  return rooms[threadIdx.x / kGroup];
+}
+
 /// How a particle that contacts moved meets the body.
 enum class Meeting { Touches, Rides, Stays };
 
@@ -96,7 +108,7 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
   // These make their own SelfWork, else all of it would lie in memory.
   const int offset = work.scene * frame.count;
   touch_listed<kBarrier != CudaBarrier::Block>(
-      frame, blocks, s, pass,
+      frame, blocks, s, pass, own_warp_room<T, kBarrier>().body,
       [&frame, blocks, offset](int i) {
         const SelfWork<T> own(frame, blocks);
         return BodyParticle<T>{own.load(i), load_shared_cache(own.start + i),
@@ -115,18 +127,45 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
   wait();
 }
 
+/// `past`: share of the flights that lies behind.
+template <class T>
+__device__ inline SelfSearch<T> search_of(const SelfWork<T>& work, T past, const SearchPlan& plan) {
+  SelfView<T> cloth = work.cloth;
+  cloth.past = past;
+  return SelfSearch<T>(work.frame.self, cloth, work.scene * work.frame.count, plan, work.scene,
+                       work.thread, work.threads);
+}
+
+/// The parts of a search, each a function that makes its own views: registers then hold what it
+/// needs, and not what the others do.
+template <class T>
+__device__ __noinline__ void collect_edges(const CudaFrame<T>& frame, int blocks, T past,
+                                           SearchPlan plan, SearchRoom<T>& room) {
+  const SelfWork<T> work(frame, blocks);
+  work.collect_edges(search_of(work, past, plan), room);
+}
+template <class T>
+__device__ __noinline__ void collect_faces(const CudaFrame<T>& frame, int blocks, T past,
+                                           SearchPlan plan, SearchRoom<T>& room) {
+  const SelfWork<T> work(frame, blocks);
+  work.collect_faces(search_of(work, past, plan), room);
+}
+template <class T>
+__device__ __noinline__ void collect_crossings(const CudaFrame<T>& frame, int blocks,
+                                               SearchPlan plan, SearchRoom<T>& room) {
+  const SelfWork<T> work(frame, blocks);
+  work.collect_crossings(search_of(work, T(0), plan), room);
+}
+
 /// A search. Not inlined, as it is asked for in two places.
 template <class T, CudaBarrier kBarrier>
 __device__ __noinline__ void search_pairs(const CudaFrame<T>& frame, int blocks,
                                           const SelfClock& clock, const SearchPlan& plan,
                                           unsigned* arrived, unsigned& goal) {
-  __shared__ int2 items[kFrameThreads / kGroup][PairQueue::kRoom];
   const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
   const SelfWork<T> work(frame, blocks);
-  SelfView<T> cloth = work.cloth;
-  cloth.past = static_cast<T>(clock.age - 1) / static_cast<T>(clock.ahead);
-  const SelfSearch<T> search(frame.self, cloth, work.scene * frame.count, plan, work.scene,
-                             work.thread, work.threads);
+  const T past = static_cast<T>(clock.age - 1) / static_cast<T>(clock.ahead);
+  const SelfSearch<T> search = search_of(work, past, plan);
   work.clear_lists(plan);
   if (plan.pairs == Wanted::All) {
     work.begin_search(clock);
@@ -138,7 +177,14 @@ __device__ __noinline__ void search_pairs(const CudaFrame<T>& frame, int blocks,
     search.box_wholes();
     wait();
   }
-  work.collect(search, items[threadIdx.x / kGroup]);
+  SearchRoom<T>& room = own_warp_room<T, kBarrier>().search;
+  if (plan.pairs != Wanted::None) {
+    collect_edges(frame, blocks, past, plan, room);
+    collect_faces(frame, blocks, past, plan, room);
+  }
+  if (plan.crossings != Wanted::None) {
+    collect_crossings(frame, blocks, plan, room);
+  }
   wait();
   work.end_search(plan);
 }

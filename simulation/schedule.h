@@ -52,7 +52,10 @@ struct ConstraintParticles {
 
 /// How many phase-0 patches a cloth gets.
 struct ScheduleOptions {
-  int patches = 0;  ///< patches of phase 0; 0: about 640 particles each, in waves of 132 when large
+  /// Patches of phase 0; 0: about 640 particles each, in waves of 132 when large, for one scene on
+  /// all of a device. In a sweep with a block for each scene fewer patches leave fewer threads
+  /// idle: 1250 particles each are a fifth faster.
+  int patches = 0;
   int max_patch_vertices = 1400;  ///< largest patch, so that it fits in on-chip memory, 64 to 65535
 };
 

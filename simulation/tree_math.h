@@ -6,9 +6,9 @@
 
 namespace atelier {
 
-/// Axis-aligned box.
+/// Axis-aligned box. Aligned, so that it comes in three loads.
 template <class T>
-struct Box {
+struct alignas(2 * sizeof(T)) Box {
   Vec3<T> low, high;
 };
 
@@ -42,10 +42,13 @@ ATELIER_HOST_DEVICE inline Box<T> inflated(const Box<T>& box, T margin) {
   const Vec3<T> m{margin, margin, margin};
   return {box.low - m, box.high + m};
 }
+/// All six are asked at once: a branch after each would make every load wait for the one before.
 template <class T>
 ATELIER_HOST_DEVICE inline bool overlap(const Box<T>& a, const Box<T>& b) {
-  return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y &&
-         a.low.z <= b.high.z && b.low.z <= a.high.z;
+  const bool x = (a.low.x <= b.high.x) & (b.low.x <= a.high.x);
+  const bool y = (a.low.y <= b.high.y) & (b.low.y <= a.high.y);
+  const bool z = (a.low.z <= b.high.z) & (b.low.z <= a.high.z);
+  return x & y & z;
 }
 
 /// A node of a binary tree over boxes with the boxes of both children, so that one load decides
