@@ -29,9 +29,6 @@ set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
 set(CMAKE_UNITY_BUILD ON CACHE BOOL "Compile sources in batches")
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 6)
 
-# Programs lie in bin/, tests/, ... beside lib/, where they find what they load late.
-set(CMAKE_BUILD_RPATH "$ORIGIN/../lib")
-
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
   # ccache keeps nothing that uses precompiled headers unless it is told that their dates and macros
