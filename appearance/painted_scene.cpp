@@ -8,7 +8,7 @@
 namespace atelier {
 namespace {
 
-constexpr const char* kSchema = "atelier.painted_scene";
+constexpr const char* kPaintedSchema = "atelier.painted_scene";
 constexpr Index kNumbers = 30;  // of a camera
 
 using CameraRow = Eigen::Matrix<double, 1, kNumbers>;
@@ -72,7 +72,7 @@ Archive archive_of(const PaintedScene& scene) {
                     (scene.cameras.size() == 1 || scene.cameras.size() == frames),
                 "a scene has layers, frames and one camera, or one for each frame");
   Archive archive;
-  archive.schema = kSchema;
+  archive.schema = kPaintedSchema;
   archive.numbers["layers"] = static_cast<double>(scene.layers.size());
   Eigen::Matrix<double, Eigen::Dynamic, kNumbers, Eigen::RowMajor> cameras(
       static_cast<Index>(scene.cameras.size()), kNumbers);

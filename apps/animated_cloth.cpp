@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr const char* kSchema = "atelier.animated_frame";
+constexpr const char* kAnimatedSchema = "atelier.animated_frame";
 constexpr double kTorn = 0.5;  // of an edge's length: no cloth stretches like that
 
 double strain_p99(const Cloth& cloth, const Points& x) {
@@ -69,7 +69,7 @@ FrameFigures frame_figures(const Animation& animation, const Points& cloth, cons
 void write_animated_frame(const fs::path& file, const ClothState& state,
                           const FrameFigures& figures) {
   Archive archive;
-  archive.schema = kSchema;
+  archive.schema = kAnimatedSchema;
   archive.numbers["step"] = static_cast<double>(state.frame);
   for (const auto& [name, member] : kFrameFigures) {
     archive.numbers[name] = figures.*member;
@@ -80,7 +80,7 @@ void write_animated_frame(const fs::path& file, const ClothState& state,
 }
 
 AnimatedFrame read_animated_frame(const fs::path& file, Index vertices) {
-  const Archive archive = read_archive(file, kSchema, 1);
+  const Archive archive = read_archive(file, kAnimatedSchema, 1);
   const auto rows = [&](const char* name) {
     const auto found = archive.datasets.find(name);
     if (found == archive.datasets.end() || found->second.type != element_type_for<double>() ||

@@ -23,11 +23,11 @@
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 #include "core/parallel.h"
+#include "core/remesh/even_mesh.h"
 #include "core/render/contact_sheet.h"
 #include "core/sequence_archive.h"
 #include "core/topology.h"
 #include "core/tree.h"
-#include "registration/even_template.h"
 #include "simulation/fabric.h"
 
 namespace atelier {
@@ -74,7 +74,7 @@ Mesh coarse_mesh(const Mesh& mesh, double edge_length) {
   Mesh surface;
   surface.vertices = mesh.vertices;
   surface.faces = mesh.faces;
-  return even_mesh(surface, {}, edge_length);
+  return even_mesh(surface, {.edge_length = edge_length, .holes = {}});
 }
 
 TriedGarment tried_garment(const RegisteredGarmentSequence& garment, const MovingBody& moving,

@@ -37,9 +37,9 @@ struct Worn {
 };
 
 /// Every frame of an outfit, as the stage reads it. Instants are opened once for all garments.
-class Outfit {
+class RegisteredOutfit {
  public:
-  explicit Outfit(StageRun& run)
+  explicit RegisteredOutfit(StageRun& run)
       : run_(run),
         options_(run.options<RegisterStageOptions>()),
         dataset_(stage_dataset(run.input("capture"), options_.capture)),
@@ -288,7 +288,8 @@ double slide(const Mesh& a, const Points& b, const Triangles& faces) {
 }
 
 /// Splits the joined frames into the garments' own sequences.
-void write_garments(StageRun& run, const Outfit& outfit, const std::vector<Worn>& garments) {
+void write_garments(StageRun& run, const RegisteredOutfit& outfit,
+                    const std::vector<Worn>& garments) {
   for (const Worn& worn : garments) {
     const std::string folder = "registered/" + worn.name;
     SequenceHeader header;
@@ -315,7 +316,7 @@ struct Drift {
   double closure = 0;
 };
 
-Drift drift_of(StageRun& run, const Outfit& outfit, const Worn& worn) {
+Drift drift_of(StageRun& run, const RegisteredOutfit& outfit, const Worn& worn) {
   Drift drift;
   const auto rows = static_cast<Index>(outfit.frame_ids().size());
   const auto read = [&](Index row) {
@@ -336,7 +337,8 @@ Drift drift_of(StageRun& run, const Outfit& outfit, const Worn& worn) {
 }
 
 /// figures.json and the metrics, from the frames as they were written.
-void write_figures(StageRun& run, const Outfit& outfit, const std::vector<Worn>& garments) {
+void write_figures(StageRun& run, const RegisteredOutfit& outfit,
+                   const std::vector<Worn>& garments) {
   nlohmann::json all = nlohmann::json::object();
   std::map<std::string, double> sums;
   double count = 0;
@@ -384,7 +386,7 @@ OptionTable describe(RegisterStageOptions& options) {
 }
 
 void run_register(StageRun& run) {
-  Outfit outfit(run);
+  RegisteredOutfit outfit(run);
   const std::vector<int>& ids = outfit.frame_ids();
   if (!run.each_frame("frames", ".h5", ids, [&](int id, const fs::path& file) {
         const Index row = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();

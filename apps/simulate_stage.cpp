@@ -13,11 +13,11 @@
 namespace atelier {
 namespace {
 
-constexpr const char* kSchema = "atelier.cloth_state";
+constexpr const char* kClothStateSchema = "atelier.cloth_state";
 
 void write_state(const std::filesystem::path& file, const ClothState& state) {
   Archive archive;
-  archive.schema = kSchema;
+  archive.schema = kClothStateSchema;
   archive.numbers["frame"] = static_cast<double>(state.frame);
   archive.datasets["positions"] = tensor_of(state.positions);
   archive.datasets["velocities"] = tensor_of(state.velocities);
@@ -25,7 +25,7 @@ void write_state(const std::filesystem::path& file, const ClothState& state) {
 }
 
 ClothState read_state(const std::filesystem::path& file, Index vertices) {
-  const Archive archive = read_archive(file, kSchema, 1);
+  const Archive archive = read_archive(file, kClothStateSchema, 1);
   ClothState state;
   const auto rows = [&](const char* name) {
     const auto found = archive.datasets.find(name);

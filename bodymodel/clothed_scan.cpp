@@ -11,11 +11,11 @@
 namespace atelier {
 namespace {
 
-constexpr double kSameWay = 0.3;        // cosine between skin and cloth; folds turn away
-constexpr double kAlong = 0.5;          // cosine between a gap and the cloth's normal
-constexpr double kOnSurface = 1e-3;     // m, nearer than this directions say nothing
-constexpr double kInside = 0.5;         // winding number
-constexpr double kWindingAccuracy = 2;  // an error of 1e-2 does not matter here
+constexpr double kClothAlongSkin = 0.3;  // cosine between skin and cloth; folds turn away
+constexpr double kAlong = 0.5;           // cosine between a gap and the cloth's normal
+constexpr double kOnSurface = 1e-3;      // m, nearer than this directions say nothing
+constexpr double kInside = 0.5;          // winding number
+constexpr double kWindingAccuracy = 2;   // an error of 1e-2 does not matter here
 
 ScanRole role_of_face(const std::vector<ScanRole>& roles, const Eigen::Vector3i& face) {
   const ScanRole a = roles[static_cast<std::size_t>(face[0])];
@@ -148,7 +148,7 @@ std::optional<ScanPoint> nearest_point(const ScanSurface& scan, const ScanRegion
 std::optional<CoverGap> cover_gap(const ScanSurface& scan, const Eigen::Vector3d& skin,
                                   const Eigen::Vector3d& normal, double reach, CoverSign sign) {
   const auto at = nearest_point(scan, scan.cover, skin, reach);
-  if (!at || at->border || at->normal.dot(normal) < kSameWay) {
+  if (!at || at->border || at->normal.dot(normal) < kClothAlongSkin) {
     return std::nullopt;
   }
   CoverGap found{at->point, at->normal, 0, at->role};

@@ -16,8 +16,8 @@
 namespace atelier {
 namespace {
 
-constexpr double kSameWay = 0.5;   // cosine between skin and seen skin
-constexpr double kLeastGap = 0.5;  // of the usual one; closer, cloth pushes
+constexpr double kSkinAlongScan = 0.5;  // cosine between skin and seen skin
+constexpr double kLeastGap = 0.5;       // of the usual one; closer, cloth pushes
 
 /// Cotangent weights of the edges, at least a little, so that obtuse faces pull the right way.
 Eigen::VectorXd edge_weights(const Topology& topology, const Points& vertices) {
@@ -91,7 +91,7 @@ std::vector<PlaneRow> rows_of_body(const Triangles& faces, const Points& x, cons
       const double covered = cover.covered[v];
       if (covered < 1) {
         const auto skin = nearest_point(scan, scan.skin, at, options.skin_reach);
-        if (skin && !skin->border && skin->normal.dot(normal) > kSameWay) {
+        if (skin && !skin->border && skin->normal.dot(normal) > kSkinAlongScan) {
           rows[static_cast<std::size_t>(2 * v)] =
               vertex_row(v, skin->point, skin->normal,
                          0.5 * options.skin_weight * areas[v] * (1 - covered), options.skin_scale);
@@ -135,7 +135,7 @@ std::vector<PlaneRow> rows_of_skin(const Triangles& faces, const Points& x,
       const Eigen::Vector3d point = scan.vertices.row(i).transpose();
       const Eigen::Vector3d normal = scan.normals.row(i).transpose();
       const ClosestPoint closest = closest_point(tree, point, options.skin_reach);
-      if (closest.face < 0 || normals.row(closest.face).transpose().dot(normal) < kSameWay) {
+      if (closest.face < 0 || normals.row(closest.face).transpose().dot(normal) < kSkinAlongScan) {
         continue;
       }
       double bare = 0;

@@ -9,7 +9,6 @@ namespace atelier {
 namespace {
 
 constexpr double kMillimetres = 1000;
-constexpr double kNotch = 0.005;  // m
 
 // AAMA's layers (ASTM D6673).
 constexpr const char* kCut = "1";
@@ -157,7 +156,7 @@ void block(Dxf& dxf, const PatternPiece& piece, const std::string& name) {
   dxf.polyline(piece.sew_line, true, kSew);
   dxf.line(piece.grain_from, piece.grain_to, kGrain);
   for (const Notch& notch : piece.notches) {
-    dxf.line(notch.position, notch.position + kNotch * notch.outwards, kNotches);
+    dxf.line(notch.position, notch.position + kNotchLength * notch.outwards, kNotches);
   }
   const Eigen::Vector2d middle = (piece.grain_from + piece.grain_to) / 2;
   dxf.label("PIECE NAME: " + plain(piece.name), middle, 10);

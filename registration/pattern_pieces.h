@@ -8,7 +8,8 @@
 
 namespace atelier {
 
-/// A mark on the sew line that meets one on another piece.
+/// A mark on the sew line that meets one on another piece, drawn as a line of `kNotchLength`.
+constexpr double kNotchLength = 0.005;  ///< m
 struct Notch {
   Eigen::Vector2d position;  ///< m
   Eigen::Vector2d outwards;  ///< unit

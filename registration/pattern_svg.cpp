@@ -7,8 +7,7 @@
 namespace atelier {
 namespace {
 
-constexpr double kMillimetres = 1000;
-constexpr double kNotch = 0.005;  // m, length of a notch
+constexpr double kUnits = 1000;   // to a metre
 constexpr double kMargin = 0.02;  // m round the fabric
 constexpr double kSquare = 0.1;   // m, the test square
 
@@ -52,11 +51,10 @@ class Svg {
 
   /// SVG's y runs down.
   std::string point(const Eigen::Vector2d& p) const {
-    return number((p.x() + kMargin) * kMillimetres) + "," +
-           number((height_ - kMargin - p.y()) * kMillimetres);
+    return number((p.x() + kMargin) * kUnits) + "," + number((height_ - kMargin - p.y()) * kUnits);
   }
-  std::string x(double value) const { return number((value + kMargin) * kMillimetres); }
-  std::string y(double value) const { return number((height_ - kMargin - value) * kMillimetres); }
+  std::string x(double value) const { return number((value + kMargin) * kUnits); }
+  std::string y(double value) const { return number((height_ - kMargin - value) * kUnits); }
 
   std::string path(const Points2& line, bool closed, const std::string& id) const {
     std::string text = "<path";
@@ -90,9 +88,8 @@ std::string pattern_svg(const PatternLayout& layout, const std::string& title) {
   text +=
       "<svg xmlns=\"http://www.w3.org/2000/svg\" "
       "xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" version=\"1.1\" width=\"" +
-      number(width * kMillimetres) + "mm\" height=\"" + number(height * kMillimetres) +
-      "mm\" viewBox=\"0 0 " + number(width * kMillimetres) + " " + number(height * kMillimetres) +
-      "\">\n";
+      number(width * kUnits) + "mm\" height=\"" + number(height * kUnits) + "mm\" viewBox=\"0 0 " +
+      number(width * kUnits) + " " + number(height * kUnits) + "\">\n";
   text += "<title>" + escaped(title) + "</title>\n";
   text += "<desc>Sewing pattern at true scale: one user unit is one millimetre.</desc>\n";
   const auto layer = [&](const char* name, const char* style,
@@ -120,8 +117,8 @@ std::string pattern_svg(const PatternLayout& layout, const std::string& title) {
   layer("notches", R"(fill="none" stroke="#c02020" stroke-width="0.5")",
         [&](const PatternPiece& p) {
           for (const Notch& notch : p.notches) {
-            text += svg.path(line_of(notch.position, notch.position + kNotch * notch.outwards),
-                             false, "");
+            text += svg.path(
+                line_of(notch.position, notch.position + kNotchLength * notch.outwards), false, "");
           }
         });
   layer("text", R"(fill="#000000" font-family="sans-serif" font-size="14" text-anchor="middle")",

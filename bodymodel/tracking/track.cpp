@@ -17,7 +17,7 @@ constexpr double kFarShare = 0.3;      // of a scan off the body that is worth a
 constexpr double kCovered = 0.5;       // of a scan that must fit a frame without keypoints
 constexpr double kBridgePrior = 0.02;  // pull to rest where neighbours know better
 constexpr double kWideReach = 0.25;    // m, of first matches where no keypoints say where it is
-constexpr int kKeypointIterations = 30;
+constexpr int kTrackingIterations = 30;
 constexpr Index kModelSamples = 4;  // points of a scan for each vertex of the body, in a round
 constexpr int kSkinRounds = 2;      // before it is asked what clothing swings
 
@@ -76,7 +76,7 @@ class Sequencer {
 
   Tracking run() {
     begin();
-    solve({}, 0, kKeypointIterations);
+    solve({}, 0, kTrackingIterations);
     const bool scans = std::any_of(scans_.begin(), scans_.end(),
                                    [](const ScanPoints* scan) { return scan != nullptr; });
     if (scans && options_.rounds > 0) {

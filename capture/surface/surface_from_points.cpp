@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/late_library.h"
 #include "core/median.h"
+#include "core/remesh/even_mesh.h"
 #include "core/topology.h"
 #include "core/tree.h"
 
@@ -192,7 +193,11 @@ Mesh surface_from_points(const Mesh& points, const SurfaceOptions& options) {
                     "points that lie on one; check their normals, or raise trim");
   }
   if (options.edge_length > 0) {
-    mesh = evenly_remeshed(mesh, options.edge_length);
+    mesh = even_mesh(mesh, {.edge_length = options.edge_length,
+                            .holes = {},
+                            .rounds = 3,
+                            .relaxations = 1,
+                            .rims_relax = false});
   }
   // After remeshing, which parts pieces that touch in a vertex.
   mesh = trimmed(mesh, of_large_pieces(mesh, options.least_piece));

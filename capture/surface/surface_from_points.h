@@ -30,9 +30,4 @@ Mesh without_outliers(const Mesh& points, const SurfaceOptions& options = {});
 /// Poisson system, some seconds for a hundred thousand points.
 Mesh surface_from_points(const Mesh& points, const SurfaceOptions& options = {});
 
-/// Triangles of even edge length over the same surface, boundary kept (Botsch and Kobbelt 2004,
-/// CGAL's isotropic remeshing). Attributes are dropped. Throws DataError for a mesh that is no
-/// orientable manifold.
-Mesh evenly_remeshed(const Mesh& mesh, double edge_length);
-
 }  // namespace atelier

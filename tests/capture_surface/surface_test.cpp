@@ -110,16 +110,6 @@ TEST(SurfaceFromPoints, RefusesTooFewPointsAndPointsWithoutNormals) {
   EXPECT_THROW(surface_from_points(points), DataError);
 }
 
-TEST(EvenlyRemeshed, RefusesWhatIsNoManifold) {
-  Mesh mesh;  // three faces at one edge
-  mesh.vertices.resize(5, 3);
-  mesh.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1;
-  mesh.faces.resize(1, 3);
-  mesh.faces << 0, 1, 2;
-  EXPECT_GT(evenly_remeshed(mesh, 0.2).faces.rows(), 10);
-  EXPECT_THROW(evenly_remeshed(mesh, 0), LogicError);
-}
-
 /// A ball whose upper half has label 3, the lower 4, before eight cameras.
 struct LabelledBall {
   Mesh mesh = sphere();

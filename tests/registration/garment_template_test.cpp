@@ -11,7 +11,6 @@
 #include "core/topology.h"
 #include "core/tree.h"
 #include "registration/attach_to_body.h"
-#include "registration/even_template.h"
 #include "registration/garment_boundaries.h"
 #include "registration/garment_cover.h"
 #include "registration/part_crossings.h"
@@ -397,19 +396,6 @@ TEST(GarmentCover, OfWhatIsFarFromAllThatWasSeenNothingIsKnown) {
       EXPECT_EQ(cover.share[v], 0);
     }
   }
-}
-
-TEST(EvenMesh, ClosesTheLoopsItIsGivenAndRepeats) {
-  const Mesh tube = cone(1, 0.1, 0.7, 0.1, 0.01);
-  const std::vector<std::vector<int>> loops =
-      boundary_loops(topology_of(tube.faces, tube.vertices.rows()));
-  ASSERT_EQ(loops.size(), 2u);
-  const Mesh open = even_mesh(tube, {}, 0.02);
-  EXPECT_EQ(boundary_loops(topology_of(open.faces, open.vertices.rows())).size(), 2u);
-  const Mesh closed = even_mesh(tube, {loops[0]}, 0.02);
-  EXPECT_EQ(boundary_loops(topology_of(closed.faces, closed.vertices.rows())).size(), 1u);
-  EXPECT_EQ(even_mesh(tube, {loops[0]}, 0.02).vertices, closed.vertices);
-  EXPECT_THROW(even_mesh(tube, {}, 0), LogicError);
 }
 
 TEST(PartCrossings, SmoothsWhatMeetsAndNothingElse) {

@@ -1,4 +1,4 @@
-#include "registration/even_template.h"
+#include "core/remesh/even_mesh.h"
 
 #include <array>
 #include <utility>
@@ -20,15 +20,11 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 namespace processing = CGAL::Polygon_mesh_processing;
 
-constexpr unsigned kRounds = 5;
-constexpr unsigned kRelaxations = 3;
-
 }  // namespace
 
-Mesh even_mesh(const Mesh& surface, const std::vector<std::vector<int>>& holes,
-               double edge_length) {
+Mesh even_mesh(const Mesh& surface, const EvenMeshOptions& options) {
   check_mesh(surface);
-  ATELIER_CHECK(edge_length > 0, "an edge length > 0");
+  ATELIER_CHECK(options.edge_length > 0, "an edge length > 0");
   std::vector<Kernel::Point_3> points;
   std::vector<std::array<std::size_t, 3>> polygons;
   for (Index i = 0; i < surface.vertices.rows(); ++i) {
@@ -39,7 +35,6 @@ Mesh even_mesh(const Mesh& surface, const std::vector<std::vector<int>>& holes,
                         static_cast<std::size_t>(surface.faces(i, 1)),
                         static_cast<std::size_t>(surface.faces(i, 2))});
   }
-  // Where faces touch in one vertex it is doubled.
   processing::orient_polygon_soup(points, polygons);
   if (!processing::is_polygon_soup_a_polygon_mesh(polygons)) {
     throw DataError("", "surface", "no orientable manifold", "one, to be remeshed");
@@ -47,7 +42,7 @@ Mesh even_mesh(const Mesh& surface, const std::vector<std::vector<int>>& holes,
   SurfaceMesh mesh;
   processing::polygon_soup_to_polygon_mesh(points, polygons, mesh);
   processing::remove_isolated_vertices(mesh);
-  for (const std::vector<int>& hole : holes) {
+  for (const std::vector<int>& hole : options.holes) {
     // Vertices keep their numbers: garbage is not collected before.
     const SurfaceMesh::Vertex_index from(static_cast<SurfaceMesh::size_type>(hole[0]));
     const SurfaceMesh::Vertex_index to(static_cast<SurfaceMesh::size_type>(hole[1]));
@@ -64,11 +59,12 @@ Mesh even_mesh(const Mesh& surface, const std::vector<std::vector<int>>& holes,
                                                  std::back_inserter(inner));
   }
   mesh.collect_garbage();
-  processing::isotropic_remeshing(faces(mesh), edge_length, mesh,
-                                  CGAL::parameters::number_of_iterations(kRounds)
-                                      .number_of_relaxation_steps(kRelaxations)
-                                      .protect_constraints(false)
-                                      .relax_constraints(true));
+  processing::isotropic_remeshing(
+      faces(mesh), options.edge_length, mesh,
+      CGAL::parameters::number_of_iterations(static_cast<unsigned>(options.rounds))
+          .number_of_relaxation_steps(static_cast<unsigned>(options.relaxations))
+          .protect_constraints(false)
+          .relax_constraints(options.rims_relax));
   processing::remove_isolated_vertices(mesh);
   mesh.collect_garbage();
   Mesh result;
