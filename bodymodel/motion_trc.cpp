@@ -13,7 +13,7 @@ namespace {
 
 using Cells = std::vector<std::string_view>;
 
-std::string_view trimmed(std::string_view cell) {
+std::string_view trimmed_cell(std::string_view cell) {
   while (!cell.empty() && (cell.front() == ' ' || cell.front() == '\r')) {
     cell.remove_prefix(1);
   }
@@ -27,7 +27,7 @@ Cells cells_of(std::string_view line) {
   Cells cells;
   for (;;) {
     const std::size_t tab = line.find('\t');
-    cells.push_back(trimmed(line.substr(0, tab)));
+    cells.push_back(trimmed_cell(line.substr(0, tab)));
     if (tab == std::string_view::npos) {
       return cells;
     }
@@ -101,20 +101,20 @@ class Lines {
   std::int64_t number_ = 0;
 };
 
-struct Header {
+struct TrcHeader {
   double fps = 0;
   std::int64_t frames = 0;
   std::int64_t markers = 0;
   double metres_per_unit = 0;
 };
 
-Header read_header(Lines& lines, const Limits& limits) {
+TrcHeader read_trc_header(Lines& lines, const Limits& limits) {
   if (lines.row("PathFileType").front() != "PathFileType") {
     lines.fail("no PathFileType", "a TRC file");
   }
   const Cells keys = lines.row("DataRate, ...");
   const Cells values = lines.row("the header's values");
-  Header header;
+  TrcHeader header;
   for (std::size_t i = 0; i < keys.size() && i < values.size(); ++i) {
     if (keys[i] == "DataRate") {
       header.fps = lines.number(values[i], "DataRate");
@@ -146,7 +146,7 @@ Header read_header(Lines& lines, const Limits& limits) {
 MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
                     const Limits& limits) {
   Lines lines(bytes, name, limits);
-  const Header header = read_header(lines, limits);
+  const TrcHeader header = read_trc_header(lines, limits);
   MarkerClip clip;
   clip.name = name;
   clip.fps = header.fps;
@@ -175,7 +175,7 @@ MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
   }
   std::string_view line;
   while (lines.next(line)) {
-    if (trimmed(line).empty()) {
+    if (trimmed_cell(line).empty()) {
       continue;
     }
     Cells cells = cells_of(line);

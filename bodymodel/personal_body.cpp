@@ -32,12 +32,6 @@ Eigen::VectorXd numbers(const Npz& npz, const char* name, const Limits& limits) 
   return result;
 }
 
-Tensor list_of(const Eigen::VectorXd& values) {
-  return tensor_of<double>(
-      std::span<const double>(values.data(), static_cast<std::size_t>(values.size())),
-      {values.size()});
-}
-
 }  // namespace
 
 PersonalBody plain_person(const BodyModel& model, const Eigen::VectorXd& shape) {
@@ -89,9 +83,9 @@ std::map<std::string, Tensor> personal_body_arrays(const PersonalBody& person) {
   Tensor names{ElementType::Text, {static_cast<std::int64_t>(person.shape_names.size())}, {}, {}};
   names.strings = person.shape_names;
   arrays[kNames] = names;
-  arrays[kShape] = list_of(person.shape);
+  arrays[kShape] = tensor_of(person.shape);
   arrays[kDisplacements] = tensor_of(RowMatrix(person.displacements));
-  arrays[kSupport] = list_of(person.support);
+  arrays[kSupport] = tensor_of(person.support);
   return arrays;
 }
 

@@ -17,12 +17,6 @@ Tensor texts(const std::vector<std::string>& values) {
   return tensor;
 }
 
-Tensor list_of(const Eigen::VectorXd& values) {
-  return tensor_of<double>(
-      std::span<const double>(values.data(), static_cast<std::size_t>(values.size())),
-      {values.size()});
-}
-
 /// A dataset that HDF5 can hold: those without elements are left out.
 void put(Archive& archive, const char* name, Tensor tensor) {
   if (element_count(tensor) > 0) {
@@ -166,10 +160,10 @@ Archive archive_of(const TrackedMotion& tracked) {
   put(archive, "rotations", tensor_of(rotations));
   put(archive, "joints", tensor_of(places));
   put(archive, "deviations", tensor_of(tracked.deviations));
-  put(archive, "trusted", list_of(trusted));
-  put(archive, "keypoint_rms", list_of(tracked.keypoint_rms));
-  put(archive, "scan_rms", list_of(tracked.scan_rms));
-  put(archive, "scan_share", list_of(tracked.scan_share));
+  put(archive, "trusted", tensor_of(trusted));
+  put(archive, "keypoint_rms", tensor_of(tracked.keypoint_rms));
+  put(archive, "scan_rms", tensor_of(tracked.scan_rms));
+  put(archive, "scan_share", tensor_of(tracked.scan_share));
   put(archive, "region", tensor_of(tracked.region));
   return archive;
 }

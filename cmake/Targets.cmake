@@ -103,6 +103,8 @@ function(atelier_sources result directory)
   file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/${directory}/*.cpp")
   if(ATELIER_HAS_CUDA)
     file(GLOB cuda_sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/${directory}/*.cu")
+    # Each takes long alone; CMake from 3.31 on would batch these too.
+    set_source_files_properties(${cuda_sources} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
     list(APPEND sources ${cuda_sources})
   endif()
   set(${result} "${sources}" PARENT_SCOPE)
@@ -140,6 +142,7 @@ function(atelier_included_sources result)
     endforeach()
   endwhile()
   list(REMOVE_DUPLICATES found)
+  list(SORT found)  # a batch is of one folder, where file-local names differ
   set(${result} "${found}" PARENT_SCOPE)
 endfunction()
 

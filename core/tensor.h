@@ -127,6 +127,12 @@ Tensor tensor_of(const std::vector<T>& values, std::vector<std::int64_t> shape) 
   return tensor_of(std::span<const T>(values), std::move(shape));
 }
 
+template <class T>
+Tensor tensor_of(const Eigen::Matrix<T, Eigen::Dynamic, 1>& values) {
+  return tensor_of(std::span<const T>(values.data(), static_cast<std::size_t>(values.size())),
+                   {values.size()});
+}
+
 /// A row-major matrix as a [R,C] tensor of the same numbers.
 template <class T, int Columns>
 Tensor tensor_of(const Eigen::Matrix<T, Eigen::Dynamic, Columns, Eigen::RowMajor>& matrix) {

@@ -2,6 +2,7 @@
 // that waves over a ball, seen by three small cameras.
 #if defined(ATELIER_HAS_CAPTURE)
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
