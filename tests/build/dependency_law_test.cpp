@@ -82,15 +82,16 @@ TEST(DependencyLaw, AppsIncludeByFullPath) {
 // core uses none of its parts; core/io neither render nor store; those two use io alone.
 TEST(DependencyLaw, PartsOfCoreKeepTheirOrder) {
   const auto check = [](const std::string& folder, const std::set<std::string>& allowed) {
-    for_each_own_include(fixtures::source_directory() / folder, false,
-                         [&](const std::string& file, const std::string& included) {
-                           for (const std::string part : {"core/io", "core/remesh", "core/render", "core/store"}) {
-                             if (included.starts_with(part + "/")) {
-                               EXPECT_TRUE(part == folder || allowed.count(part) == 1)
-                                   << file << " includes " << included;
-                             }
-                           }
-                         });
+    for_each_own_include(
+        fixtures::source_directory() / folder, false,
+        [&](const std::string& file, const std::string& included) {
+          for (const std::string part : {"core/io", "core/remesh", "core/render", "core/store"}) {
+            if (included.starts_with(part + "/")) {
+              EXPECT_TRUE(part == folder || allowed.count(part) == 1)
+                  << file << " includes " << included;
+            }
+          }
+        });
   };
   check("core", {});
   check("core/io", {});
