@@ -11,7 +11,7 @@ struct EvenMeshOptions {
   std::vector<std::vector<int>> holes;  ///< loops of boundary vertices to be closed over
   int rounds = 5;                       ///< of splitting, collapsing, flipping and relaxing
   int relaxations = 3;                  ///< in a round
-  bool rims_relax = true;               ///< vertices of boundaries move along them
+  bool rims_relax = true;               ///< boundaries become even too, and a round one is drawn in
 };
 
 /// A clean mesh of a surface: nearly equal triangles, closed over `holes` (triangulated, refined
