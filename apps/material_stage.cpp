@@ -316,6 +316,7 @@ std::vector<StiffnessFit> fit_garments(StageRun& run, const Trials& trials) {
       grid = grid_picture(trials, scenes, results, options.search.coarse);
     }
     std::vector<std::vector<double>> distances;
+    distances.reserve(results.size());
     for (SceneResult& result : results) {
       distances.push_back(stopped ? std::vector<double>(trials.garments.size(), 0.0)
                                   : std::move(result.distances));
