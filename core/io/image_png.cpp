@@ -114,35 +114,14 @@ void append_bytes(png_structp png, png_bytep bytes, std::size_t count) {
   }
 }
 
-bool encode(PngState& state, const ByteImage& image, const png_color* palette) {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
-  png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
-  if (info == nullptr) {
-    png_destroy_write_struct(&png, nullptr);
-    return false;
-  }
-  if (setjmp(png_jmpbuf(png)) != 0) {
-    png_destroy_write_struct(&png, &info);
-    return false;
-  }
-  png_set_write_fn(png, &state, append_bytes, nullptr);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(image.width),
-               static_cast<png_uint_32>(image.height), 8, PNG_COLOR_TYPE_PALETTE,
-               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  png_set_PLTE(png, info, palette, 256);
-  png_write_info(png, info);
-  for (int y = 0; y < image.height; ++y) {
-    png_write_row(png, image.data.data() + static_cast<std::size_t>(y) * image.width);
-  }
-  png_write_end(png, info);
-  png_destroy_write_struct(&png, &info);
-  return true;
-}
+struct PngPicture {
+  const png_byte* samples;
+  int width, height, channels;
+  int bit_depth;             ///< 8 or 16
+  const png_color* palette;  ///< [256], or null: grey, RGB or RGBA
+};
 
-/// Grey, RGB or RGBA of 8 or 16 bits. Filter, level and strategy are the fastest of those that do
-/// well on rendered and photographed pictures.
-bool encode_samples(PngState& state, const png_byte* samples, int width, int height, int channels,
-                    int bit_depth) {
+bool encode(PngState& state, const PngPicture& picture) {
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
   png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
   if (info == nullptr) {
@@ -154,24 +133,31 @@ bool encode_samples(PngState& state, const png_byte* samples, int width, int hei
     return false;
   }
   png_set_write_fn(png, &state, append_bytes, nullptr);
-  constexpr int kFastest = 1;
-  constexpr int kRunLengths = 3;  // Z_RLE
-  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
-  png_set_compression_level(png, kFastest);
-  png_set_compression_strategy(png, kRunLengths);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
-               bit_depth,
-               channels == 1   ? PNG_COLOR_TYPE_GRAY
-               : channels == 3 ? PNG_COLOR_TYPE_RGB
-                               : PNG_COLOR_TYPE_RGB_ALPHA,
+  png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width),
+               static_cast<png_uint_32>(picture.height), picture.bit_depth,
+               picture.palette != nullptr ? PNG_COLOR_TYPE_PALETTE
+               : picture.channels == 1    ? PNG_COLOR_TYPE_GRAY
+               : picture.channels == 3    ? PNG_COLOR_TYPE_RGB
+                                          : PNG_COLOR_TYPE_RGB_ALPHA,
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  if (picture.palette != nullptr) {
+    png_set_PLTE(png, info, picture.palette, 256);
+  } else {
+    // The fastest of those that do well on rendered and photographed pictures.
+    constexpr int kFastest = 1;
+    constexpr int kRunLengths = 3;  // Z_RLE
+    png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
+    png_set_compression_level(png, kFastest);
+    png_set_compression_strategy(png, kRunLengths);
+  }
   png_write_info(png, info);
   if constexpr (std::endian::native == std::endian::little) {
     png_set_swap(png);
   }
-  const std::size_t row_bytes = static_cast<std::size_t>(width) * channels * (bit_depth / 8);
-  for (int y = 0; y < height; ++y) {
-    png_write_row(png, samples + row_bytes * y);
+  const std::size_t row_bytes =
+      static_cast<std::size_t>(picture.width) * picture.channels * (picture.bit_depth / 8);
+  for (int y = 0; y < picture.height; ++y) {
+    png_write_row(png, picture.samples + row_bytes * y);
   }
   png_write_end(png, info);
   png_destroy_write_struct(&png, &info);
@@ -210,9 +196,9 @@ std::string encode_png(const Samples& image) {
   state.output = &output;
   const bool whole = std::visit(
       [&](const auto& samples) {
-        return encode_samples(state, reinterpret_cast<const png_byte*>(samples.data.data()),
-                              samples.width, samples.height, samples.channels,
-                              8 * static_cast<int>(sizeof(samples.data[0])));
+        return encode(state, {reinterpret_cast<const png_byte*>(samples.data.data()), samples.width,
+                              samples.height, samples.channels,
+                              8 * static_cast<int>(sizeof(samples.data[0])), nullptr});
       },
       image);
   if (!whole) {
@@ -226,7 +212,7 @@ std::string encode_palette_png(const ByteImage& indices) {
   PngState state;
   state.output = &output;
   const std::array<png_color, 256> colors = label_colors();
-  if (!encode(state, indices, colors.data())) {
+  if (!encode(state, {indices.data.data(), indices.width, indices.height, 1, 8, colors.data()})) {
     throw EnvironmentError("libpng", state.complaint);
   }
   return output;
