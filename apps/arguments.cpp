@@ -56,7 +56,13 @@ void add_flag(CLI::App& parser, const std::string& name, bool& value, const std:
 void add_flag(CLI::App& parser, const std::string& name, const std::function<void()>& take,
               const std::string& help) {
   parser.add_flag_function(
-      name, [take](std::int64_t) { take(); }, help);
+      name,
+      [take](std::int64_t times) {
+        if (times > 0) {  // "--flag=false"
+          take();
+        }
+      },
+      help);
 }
 
 }  // namespace atelier

@@ -11,6 +11,8 @@
 #include <set>
 #include <variant>
 
+#include "apps/printable.h"
+#include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_archive.h"
 #include "bodymodel/default_human.h"
@@ -161,7 +163,7 @@ std::string short_number(double value) {
 
 void print(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) {
-    std::cerr << to_string(finding) << "\n";
+    standard_error() << printable(to_string(finding)) << "\n";
   }
 }
 

@@ -14,6 +14,7 @@
 #include "apps/output_place.h"
 #include "apps/printable.h"
 #include "apps/reconstruct_stage.h"
+#include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "capture/cameras_file.h"
 #include "capture/layouts/open_dataset.h"
@@ -119,7 +120,7 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
   for (const Finding& finding : gains.findings) {
     Finding named = finding;
     named.place = cameras[static_cast<std::size_t>(std::stoi(finding.place))].id;
-    std::cerr << printable(to_string(named)) << "\n";
+    standard_error() << printable(to_string(named)) << "\n";
   }
   write_file_atomically(arguments.out, cameras_json(cameras));
   if (!arguments.truth.empty()) {

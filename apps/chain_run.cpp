@@ -15,6 +15,7 @@
 #include "apps/run_options.h"
 #include "apps/run_scene.h"
 #include "apps/stages.h"
+#include "apps/standard_streams.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/store/result.h"
@@ -133,7 +134,7 @@ void ChainRun::export_avatar() {
     one.end = "failed";
     one.why = failure.text;
     exit_code_ = exit_code_ == kExitDone ? failure.exit_code : exit_code_;
-    std::cerr << "atelier: export: " << printable(failure.text) << std::endl;
+    standard_error() << "atelier: export: " << printable(failure.text) << std::endl;
   }
   account_.stages.push_back(one);
 #endif
@@ -295,7 +296,7 @@ void ChainRun::stage(std::size_t i) {
     exit_code_ = exit_code_ == kExitDone ? failure.exit_code : exit_code_;
     console.show_error(failure);
     console.clear_line();
-    std::cerr << "atelier: " << one.stage << ": " << printable(failure.text) << std::endl;
+    standard_error() << "atelier: " << one.stage << ": " << printable(failure.text) << std::endl;
   }
 }
 

@@ -14,6 +14,7 @@
 #include "apps/output_place.h"
 #include "apps/printable.h"
 #include "apps/reconstruct_stage.h"
+#include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "capture/cameras_file.h"
 #include "capture/layouts/colmap_dense.h"
@@ -195,7 +196,7 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
   const fs::path folder = arguments.out;
   const int halvings = halvings_for(dataset, options.memory);
   if (halvings > 0) {
-    std::cerr << halvings_text(halvings, options.memory) << "\n";
+    standard_error() << halvings_text(halvings, options.memory) << "\n";
   }
   std::vector<InstantView> views = instant_of(dataset, frame, halvings);
   const std::string origin = origin_of(arguments, options, frame, views);
@@ -232,7 +233,7 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
     write_mesh(arguments.surface, scan.scan);
   }
   for (const Finding& finding : findings) {
-    std::cerr << printable(to_string(finding)) << "\n";
+    standard_error() << printable(to_string(finding)) << "\n";
   }
   if (arguments.json) {
     const nlohmann::ordered_json json = {{"frame", frame},        {"views", instant.cameras.size()},

@@ -188,6 +188,9 @@ void place_cameras(Cast& cast, const DrawArguments& arguments, const DrawOptions
 }
 
 int run(const DrawArguments& arguments, const DrawOptions& options) {
+  if (arguments.workspace.empty() || arguments.out.empty()) {
+    throw UsageError("draw takes a WORKSPACE and --out: atelier draw WORKSPACE --out FOLDER");
+  }
   if (arguments.camera.empty() != arguments.capture.empty()) {
     throw UsageError("--capture and --camera go together: the camera ID of the capture CAPTURE");
   }

@@ -13,10 +13,12 @@
 #include "apps/flatten_pictures.h"
 #include "apps/json_text.h"
 #include "apps/output_place.h"
+#include "apps/printable.h"
 #include "apps/seam_input.h"
 #ifdef ATELIER_HAS_SIMULATION
 #include "apps/simulation_scene.h"
 #endif
+#include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -235,7 +237,7 @@ int flatten_alone(const std::map<std::string, std::string>& values, const Option
   require_new_place(out, "--out");
   require_folder_place(out);
   const Flattened flat = flatten_mesh(value("mesh"), options, [&](const std::string& line) {
-    (json ? std::cerr : std::cout) << line << std::endl;
+    (json ? standard_error() : std::cout) << printable(line) << std::endl;
   });
   make_private_directory(out);
   const std::string title = fs::path(value("mesh")).stem().string();

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "apps/inspection.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
@@ -73,8 +75,12 @@ void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
 void inspect_toml(const std::filesystem::path& path, Inspection& inspection) {
   const std::vector<TomlEntry> entries =
       read_toml_entries(read_file_text(path, Limits{}.text_file_bytes), path.string());
+  const bool cameras = std::any_of(entries.begin(), entries.end(), [](const TomlEntry& entry) {
+    return entry.name.ends_with(".matrix");  // of Pose2Sim, Caliscope and Anipose
+  });
   inspection.add("kind", path.filename() == "capture.toml" ? "a capture's description"
-                                                           : "TOML, as --config takes it");
+                         : cameras                         ? "cameras in TOML"
+                                                           : "TOML");
   if (path.filename() == "capture.toml") {
     inspection.add("consent",
                    to_string(read_consent(path.parent_path().empty() ? std::filesystem::path(".")
@@ -82,9 +88,7 @@ void inspect_toml(const std::filesystem::path& path, Inspection& inspection) {
   }
   inspection.add("entries", entries.size());
   for (const TomlEntry& entry : entries) {
-    inspection.add_member(entry.name, entry.kind == TomlEntry::Kind::Other
-                                          ? "a list of several kinds"
-                                          : entry.text.substr(0, 80));
+    inspection.add_member(entry.name, entry.text.substr(0, 80));
   }
 }
 

@@ -22,8 +22,13 @@ extern "C" void note_signal(int signal) {
 }  // namespace
 
 void catch_interrupts() {
-  std::signal(SIGINT, note_signal);
-  std::signal(SIGTERM, note_signal);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    struct sigaction now {};
+    // What was ignored when the program was started (by "&" in a script) stays ignored.
+    if (sigaction(signal, nullptr, &now) != 0 || now.sa_handler != SIG_IGN) {
+      std::signal(signal, note_signal);
+    }
+  }
 }
 
 bool interrupted() {

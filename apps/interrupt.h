@@ -3,7 +3,7 @@
 namespace atelier {
 
 /// From now on SIGINT and SIGTERM only note that they came, so that a run can end cleanly; a second
-/// one ends the program at once.
+/// one ends the program at once. One that is ignored stays so.
 void catch_interrupts();
 
 /// True once a signal came.

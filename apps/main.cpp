@@ -2,17 +2,18 @@
 #include <csignal>
 #include <exception>
 #include <iostream>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 
 #include "apps/exit_code.h"
 #include "apps/failure.h"
 #include "apps/printable.h"
 #include "apps/program.h"
-#include "apps/standard_output.h"
+#include "apps/standard_streams.h"
 
 namespace {
 
@@ -23,20 +24,22 @@ int fail(int code, const std::string& what, bool lines = false) {
        end = text.find('\n', end + 1)) {
     text.insert(end + 1, "atelier: ");
   }
-  std::cerr << text << std::endl;
+  atelier::standard_error() << text << std::endl;
   return code;
 }
 
 }  // namespace
 
-/// The only catch of the program: every error becomes one readable line and an exit code.
+/// Every error that ends the program becomes one readable line and an exit code here.
 int main(int argc, char** argv) {
   using namespace atelier;
   // A file beyond the limit of file sizes is a failing disk (EFBIG), no reason to die.
   std::signal(SIGXFSZ, SIG_IGN);
-  const StandardOutput output;
+  fill_closed_streams();
+  const StandardStreams streams;
   try {
-    spdlog::set_default_logger(spdlog::stderr_color_mt("atelier"));
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+        "atelier", std::make_shared<spdlog::sinks::ostream_sink_mt>(standard_error(), true)));
     spdlog::set_pattern("%v");
     const int code = run_program(std::vector<std::string>(argv + 1, argv + argc));
     std::cout.flush();

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "apps/usage_error.h"
@@ -32,9 +33,10 @@ void set_options(OptionTable& table, const OptionTexts& texts) {
     if (file.empty()) {
       throw UsageError("--config cannot be '': it takes a TOML file");
     }
-    if (!is_utf8(file)) {  // manifests name it as where options came from
+    if (!is_printable_utf8(file)) {  // manifests name it as where options came from
       throw UsageError("--config cannot be '" + file +
-                       "': the name is no UTF-8, as which results keep it; rename the file");
+                       "': the name is no printable UTF-8, as which results keep it; rename "
+                       "the file");
     }
     try {
       const std::string text = read_file_text(file, Limits{}.text_file_bytes);
@@ -77,33 +79,37 @@ const CLI::Option* option_named(const CLI::App& parser, const std::string& argum
   return found == options.end() ? nullptr : *found;
 }
 
-/// The option of this parser that an argument means: with dashes, as flags are shown, or with
+/// The name that this parser has for a flag: with dashes, as flags are shown, or with
 /// underscores, as files have it; and with or without "capture.", so that what one command finds
 /// wrong with a capture can be told to every other.
 std::string as_declared(const CLI::App& parser, const std::string& argument) {
   if (!argument.starts_with("--")) {
     return argument;
   }
-  const std::size_t end = std::min(argument.find('='), argument.size());
-  const std::string value = argument.substr(end);
-  const std::string flag = flag_of(argument.substr(2, end - 2));
+  const std::string flag = flag_of(argument.substr(2));
   constexpr std::string_view kSection = "--capture.";
   const std::string other = flag.starts_with(kSection) ? "--" + flag.substr(kSection.size())
                                                        : std::string(kSection) + flag.substr(2);
   for (const std::string& candidate : {flag, other}) {
     if (option_named(parser, candidate) != nullptr) {
-      return candidate + value;
+      return candidate;
     }
   }
   return argument;
 }
 
 bool is_switch(const CLI::Option* option) {
-  return option != nullptr && option->get_type_name() == kSwitch;
+  return option->get_type_name() == kSwitch;
 }
 
 bool takes_value(const CLI::Option* option) {
-  return option != nullptr && option->get_items_expected_min() > 0;
+  return option->get_items_expected_min() > 0;
+}
+
+/// Not so lists (--garment), options, of which the later wins, and flags without a value.
+bool is_given_once(const CLI::Option* option) {
+  return takes_value(option) && option->get_items_expected_max() == 1 &&
+         option->get_multi_option_policy() == CLI::MultiOptionPolicy::Throw;
 }
 
 }  // namespace
@@ -117,23 +123,39 @@ std::vector<std::string> with_switches(const CLI::App& parser,
       out.insert(out.end(), arguments.begin() + static_cast<std::ptrdiff_t>(i), arguments.end());
       break;
     }
-    out.push_back(as_declared(parser, arguments[i]));
-    const CLI::Option* option = option_named(parser, out.back());
-    if (is_switch(option)) {
-      const bool told =
-          i + 1 < arguments.size() && (arguments[i + 1] == "true" || arguments[i + 1] == "false");
-      out.back() += "=" + (told ? arguments[++i] : "true");
-    } else if (takes_value(option)) {
-      const bool once = option->get_items_expected_max() == 1 &&
-                        option->get_multi_option_policy() == CLI::MultiOptionPolicy::Throw;
-      if (once && !seen.insert(option).second) {
-        throw UsageError(arguments[i] + " is given twice");
-      }
-      if (i + 1 == arguments.size() || arguments[i + 1] == "--") {
-        throw UsageError(arguments[i] + " needs a value behind it: " + option->get_type_name() +
+    const std::string as_typed = arguments[i].substr(0, arguments[i].find('='));
+    const std::string name = as_declared(parser, as_typed);
+    const CLI::Option* option = option_named(parser, name);
+    if (option == nullptr) {  // INPUT, or a flag that is refused later
+      out.push_back(arguments[i]);
+      continue;
+    }
+    std::optional<std::string> value;
+    if (as_typed.size() < arguments[i].size()) {
+      value = arguments[i].substr(as_typed.size() + 1);
+    }
+    if (is_given_once(option) && !seen.insert(option).second) {
+      throw UsageError(as_typed + " is given twice");
+    }
+    const bool more = i + 1 < arguments.size() && arguments[i + 1] != "--";
+    if (!value && is_switch(option)) {
+      const bool told = more && (arguments[i + 1] == "true" || arguments[i + 1] == "false");
+      value = told ? arguments[++i] : "true";
+    } else if (!value && takes_value(option)) {
+      if (!more) {
+        throw UsageError(as_typed + " needs a value behind it: " + option->get_type_name() +
                          "; see atelier " + parser.get_name() + " --help");
       }
-      out.push_back(arguments[++i]);
+      value = arguments[++i];
+    }
+    if (!takes_value(option) && value && value != "true" && value != "false") {
+      throw UsageError(as_typed + " cannot be '" + value->substr(0, 60) +
+                       "': it takes true or false, or nothing");
+    }
+    if (takes_value(option)) {
+      out.insert(out.end(), {name, *value});
+    } else {
+      out.push_back(name + (value ? "=" + *value : ""));
     }
   }
   return out;

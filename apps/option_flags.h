@@ -28,9 +28,10 @@ std::string flag_of(const std::string& option);
 OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults,
                               const std::string& group = "Options");
 
-/// The arguments with flags as they are declared, and with "--field" and "--field true" of what is
-/// true or false as "--field=true", so that it never takes the argument behind it for its value.
-/// Throws UsageError for an option that takes a value and is the last.
+/// The arguments as the parser wants them: flags as they are declared, each with its value behind
+/// it, be it given with "=" or, of what is true or false, not at all ("--field" is "--field true").
+/// Throws UsageError for an option without its value, one that is given twice, and a flag without
+/// values that is given one.
 std::vector<std::string> with_switches(const CLI::App& parser,
                                        const std::vector<std::string>& arguments);
 

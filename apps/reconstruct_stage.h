@@ -41,7 +41,7 @@ std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvi
 std::vector<int> frames_with_masks(const Dataset& dataset);
 
 inline constexpr std::array kReconstructMetrics = {
-    StageMetric{"keypoints_found", "of those in the pictures"},
+    StageMetric{"keypoints_found", "of the keypoints in the pictures"},
     StageMetric{"hole_share", "of the surface"},
     StageMetric{"labels_by_color", ""},
     StageMetric{"scans", ""},

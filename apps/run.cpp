@@ -17,6 +17,7 @@
 #include "apps/run_options.h"
 #include "apps/stage_command.h"
 #include "apps/stages.h"
+#include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/store/result.h"
@@ -113,14 +114,15 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
     try {
       video = video_in(workspace, write_report(workspace, page, options, truth));
     } catch (const DataError& error) {  // of the truth: everything else can be shown
-      std::cerr << "atelier: no figure against the truth: " << printable(error.what()) << std::endl;
+      standard_error() << "atelier: no figure against the truth: " << printable(error.what())
+                       << std::endl;
       video = video_in(workspace, write_report(workspace, page, options, ""));
     }
   } catch (const std::exception& error) {
     if (chain.exit_code() == kExitDone) {
       throw;
     }
-    std::cerr << "atelier: report: " << printable(failure_of(error).text) << std::endl;
+    standard_error() << "atelier: report: " << printable(failure_of(error).text) << std::endl;
     page.clear();
   }
   show_end(arguments, chain.account(), page, video);

@@ -8,7 +8,9 @@
 
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
+#include "apps/printable.h"
 #include "apps/simulation_output.h"
+#include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -154,7 +156,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   }
   const SimulationScene scene = read_scene(paths, options);
   for (const std::string& note : scene.notes) {
-    (json ? std::cerr : std::cout) << note << "\n";
+    (json ? standard_error() : std::cout) << printable(note) << "\n";
   }
   const Cloth cloth = scene_cloth(scene, options);
   say_mesh(cloth, scene.garment, json);

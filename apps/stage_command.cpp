@@ -46,14 +46,14 @@ std::string empty_problem(const std::string& text) {
   return text.empty() ? "it cannot be '': it takes a path" : "";
 }
 
-/// Manifests keep where things lie as text, which is UTF-8.
-void require_utf8(const std::string& argument, const std::filesystem::path& path) {
+/// Manifests keep where things lie as text that can be shown.
+void require_printable(const std::string& argument, const std::filesystem::path& path) {
   std::error_code ignored;
   const std::filesystem::path real = std::filesystem::weakly_canonical(path, ignored);
-  if (!is_utf8(path.string()) || !is_utf8(real.string())) {
+  if (!is_printable_utf8(path.string()) || !is_printable_utf8(real.string())) {
     throw UsageError(argument + " cannot be '" + (real.empty() ? path : real).string() +
-                     "': the name is no UTF-8, as which results keep it; rename the file or the "
-                     "folder");
+                     "': the name is no printable UTF-8, as which results keep it; rename the "
+                     "file or the folder");
   }
 }
 
@@ -147,8 +147,8 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
 
 void require_stage_places(const std::filesystem::path& input,
                           const std::filesystem::path& workspace) {
-  require_utf8("INPUT", input);
-  require_utf8("WORKSPACE", workspace);
+  require_printable("INPUT", input);
+  require_printable("WORKSPACE", workspace);
   StageRequest request;
   request.input = input;
   request.workspace = workspace;

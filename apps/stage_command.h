@@ -25,7 +25,7 @@ struct StandAlone {
 };
 
 /// Refuses an INPUT or WORKSPACE that no stage may be given: a workspace inside its input or full
-/// of other things, a name that is no UTF-8. Throws UsageError.
+/// of other things, a name that is no printable UTF-8. Throws UsageError.
 void require_stage_places(const std::filesystem::path& input,
                           const std::filesystem::path& workspace);
 

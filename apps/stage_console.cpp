@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include "apps/json_text.h"
 #include "apps/printable.h"
+#include "apps/standard_streams.h"
 #include "core/store/digest_meter.h"
 #include "core/store/result.h"
 
@@ -22,6 +22,11 @@ std::string format(const char* pattern, double value) {
   char text[64];
   std::snprintf(text, sizeof text, pattern, value);
   return text;
+}
+
+/// Of a workspace whose maker may have called it anything.
+std::string shown(const std::filesystem::path& path) {
+  return printable(path.string());
 }
 
 const char* end_name(StageReport::End end) {
@@ -66,9 +71,9 @@ std::vector<std::string> warnings_of(const StagePlan& plan) {
 }
 
 void show_consent(const StagePlan& plan) {
-  std::cout << "  consent: " << to_string(plan.manifest.consent) << "\n";
+  std::cout << "  consent: " << printable(to_string(plan.manifest.consent)) << "\n";
   for (const std::string& warning : warnings_of(plan)) {
-    std::cout << "  warning: " << warning << "\n";
+    std::cout << "  warning: " << printable(warning) << "\n";
   }
 }
 
@@ -91,7 +96,7 @@ std::int64_t frames_kept(const StageReport& report) {
 }  // namespace
 
 StageConsole::StageConsole(const Stage& stage, bool json)
-    : stage_(stage), json_(json), terminal_(!json && isatty(STDERR_FILENO) == 1) {}
+    : stage_(stage), json_(json), terminal_(!json && errors_on_terminal()) {}
 
 StageConsole::~StageConsole() {
   clear_line();
@@ -104,7 +109,7 @@ void StageConsole::say(const std::string& line) {
     return;
   }
   clear_line();
-  spdlog::info("{}: {}", stage_.name, line);
+  spdlog::info("{}: {}", stage_.name, printable(line));
 }
 
 void StageConsole::show_progress(const StageProgress& progress) {
@@ -142,7 +147,7 @@ void StageConsole::show_progress(const StageProgress& progress) {
                            "  " + per_second + "/s  " + duration_text(progress.seconds_left) +
                            " left";
   if (terminal_) {
-    std::fprintf(stderr, "\r%s\033[K", line.c_str());
+    standard_error() << "\r" + line + "\033[K";
     line_shown_ = true;
   } else {
     spdlog::info("{}", line);
@@ -164,23 +169,22 @@ void StageConsole::show_plan(const StagePlan& plan) {
     return;
   }
   if (plan.state == StagePlan::State::Done) {
-    std::cout << stage_.name << " would do nothing: " << plan.result_folder.string()
-              << " is sound\n";
+    std::cout << stage_.name << " would do nothing: " << shown(plan.result_folder) << " is sound\n";
   } else {
     std::cout << stage_.name
               << (plan.state == StagePlan::State::Resume ? " would go on" : " would run")
               << ", since\n";
     for (const std::string& reason : plan.reasons) {
-      std::cout << "  " << reason << "\n";
+      std::cout << "  " << printable(reason) << "\n";
     }
     if (plan.state == StagePlan::State::Resume) {
       std::cout << "  " << counted(plan.frames_kept, "frame") << " of an interrupted run "
                 << (plan.frames_kept == 1 ? "is" : "are") << " kept\n";
     }
-    std::cout << "  into " << plan.result_folder.string() << "\n";
+    std::cout << "  into " << shown(plan.result_folder) << "\n";
   }
   for (const ManifestInput& input : plan.manifest.inputs) {
-    std::cout << "  input " << input.kind << ": " << input.path << ", "
+    std::cout << "  input " << input.kind << ": " << printable(input.path) << ", "
               << counted(input.files, "file") << ", "
               << bytes_text(static_cast<double>(input.bytes)) << "\n";
   }
@@ -214,8 +218,7 @@ void StageConsole::show_report(const StageReport& report) {
   clear_line();
   switch (report.end) {
     case StageReport::End::AlreadyDone:
-      std::cout << stage_.name << " is done already: " << report.plan.result_folder.string()
-                << "\n";
+      std::cout << stage_.name << " is done already: " << shown(report.plan.result_folder) << "\n";
       if (frames_kept(report) > 0) {
         std::cout << "  beside it lies unfinished work of " << counted(frames_kept(report), "frame")
                   << " by --force: --force with the other frames finishes it, atelier gc removes "
@@ -223,7 +226,7 @@ void StageConsole::show_report(const StageReport& report) {
       }
       break;
     case StageReport::End::Done:
-      std::cout << stage_.name << " done: " << report.plan.result_folder.string() << ", "
+      std::cout << stage_.name << " done: " << shown(report.plan.result_folder) << ", "
                 << counted(static_cast<std::int64_t>(report.manifest.outputs.size()), "file")
                 << ", " << duration_text(report.manifest.work_seconds) << " of work, "
                 << bytes_text(static_cast<double>(report.manifest.peak_memory_bytes))
@@ -234,7 +237,7 @@ void StageConsole::show_report(const StageReport& report) {
                 << " frames are done" << (report.again ? " again" : "")
                 << "; the rest is left to other runs\n";
       if (report.again) {
-        std::cout << "  until then the older result stays: " << report.plan.result_folder.string()
+        std::cout << "  until then the older result stays: " << shown(report.plan.result_folder)
                   << "\n";
       }
       break;
@@ -270,7 +273,7 @@ void StageConsole::show_error(const Failure& failure) {
 
 void StageConsole::clear_line() {
   if (line_shown_) {
-    std::fputs("\r\033[K", stderr);
+    standard_error() << "\r\033[K";
     line_shown_ = false;
   }
 }

@@ -9,6 +9,7 @@
 #include "apps/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
+#include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "core/store/workspace_folder.h"
 #include "core/store/workspace_status.h"
@@ -63,12 +64,12 @@ void show(const StageStatus& status) {
     std::cout << "  " << folder_name(status.manifest->key) << "  "
               << counted(static_cast<std::int64_t>(status.manifest->outputs.size()), "file") << ", "
               << bytes_text(static_cast<double>(bytes)) << ", finished "
-              << status.manifest->finished
-              << "\n    consent: " << to_string(status.manifest->consent);
+              << printable(status.manifest->finished)
+              << "\n    consent: " << printable(to_string(status.manifest->consent));
   }
   std::cout << "\n";
   for (const std::string& reason : status.reasons) {
-    std::cout << "    " << reason << "\n";
+    std::cout << "    " << printable(reason) << "\n";
   }
   for (const Finding& finding : status.findings) {
     std::cout << "    " << printable(to_string(finding)) << "\n";
@@ -107,7 +108,7 @@ int run(const StatusArguments& arguments) {
     std::cout << json_text(json, 1) << "\n";
   }
   if (const std::string openness = openness_of(arguments.workspace); !openness.empty()) {
-    (arguments.json ? std::cerr : std::cout) << "warning: " << printable(openness) << "\n";
+    (arguments.json ? standard_error() : std::cout) << "warning: " << printable(openness) << "\n";
   }
   return arguments.check && !sound ? kExitCheckFailed : kExitDone;
 }

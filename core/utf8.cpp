@@ -4,9 +4,8 @@
 #include <cstdint>
 
 namespace atelier {
-namespace {
 
-bool is_utf8(std::string_view text, bool controls) {
+bool is_printable_utf8(std::string_view text) {
   std::size_t i = 0;
   while (i < text.size()) {
     const auto byte = [&](std::size_t at) { return static_cast<std::uint8_t>(text[at]); };
@@ -29,22 +28,13 @@ bool is_utf8(std::string_view text, bool controls) {
     const bool overlong = (length == 3 && code < 0x800) || (length == 4 && code < 0x10000);
     const bool surrogate = code >= 0xD800 && code < 0xE000;
     const bool control = code < 0x20 || (code >= 0x7F && code < 0xA0);
-    if (overlong || surrogate || (control && !controls) || code > 0x10FFFF) {
+    const bool turn = (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
+    if (overlong || surrogate || control || turn || code > 0x10FFFF) {
       return false;
     }
     i += length;
   }
   return true;
-}
-
-}  // namespace
-
-bool is_utf8(std::string_view text) {
-  return is_utf8(text, true);
-}
-
-bool is_printable_utf8(std::string_view text) {
-  return is_utf8(text, false);
 }
 
 }  // namespace atelier

@@ -5,11 +5,9 @@
 namespace atelier {
 
 /// True if the bytes are well-formed UTF-8 (Unicode 15, table 3-7: no overlong forms, no
-/// surrogates, nothing above U+10FFFF).
-bool is_utf8(std::string_view text);
-
-/// True if they are UTF-8 without control characters (U+0000 to U+001F, U+007F to
-/// U+009F). What may stand in names and option texts.
+/// surrogates, nothing above U+10FFFF) without what a terminal obeys: control characters (U+0000 to
+/// U+001F, U+007F to U+009F) and those that turn the direction of the text around them (U+202A to
+/// U+202E, U+2066 to U+2069). What may stand in names and option texts.
 bool is_printable_utf8(std::string_view text);
 
 }  // namespace atelier

@@ -326,7 +326,7 @@ struct AppearanceNetwork::State {
 AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device, bool half)
     : state_(std::make_unique<State>()) {
   if (device == Device::Cuda && !torch::cuda::is_available()) {
-    throw EnvironmentError("CUDA", "libtorch finds no device; use the device \"cpu\"");
+    throw EnvironmentError("CUDA", "libtorch finds no device; say --device cpu");
   }
   State& state = *state_;
   state.options = model.options;

@@ -58,6 +58,8 @@ void flatten(const nlohmann::json& value, const std::string& name,
   } else if (value.is_array() && all_of(value, &nlohmann::json::is_number)) {
     entry.kind = Kind::Numbers;
     entry.text = list_text(value);
+  } else {
+    entry.text = value.dump();
   }
   entries.push_back(std::move(entry));
 }

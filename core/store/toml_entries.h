@@ -13,7 +13,7 @@ struct TomlEntry {
 
   std::string name;  ///< keys joined by dots; tables in an array by number: "consent.0.who"
   Kind kind = Kind::Other;
-  std::string text;       ///< "true", "0.5", "wool", "[1, 2]", "2030-12-31"; "" for Other
+  std::string text;  ///< "true", "0.5", "wool", "[1, 2]", "2030-12-31"; of Other as JSON has it
   std::int64_t line = 0;  ///< from 1
 };
 

@@ -127,8 +127,44 @@ TEST_F(Inspect, ShowsFoldersAndToml) {
                     HasSubstr("cameras.json      none")));
   std::ofstream(root_ / "options.toml") << "[input]\nunit = 'cm'\n";
   EXPECT_THAT(run({"inspect", (root_ / "options.toml").string()}).out,
-              HasSubstr("input.unit      cm"));
+              AllOf(HasSubstr("kind              TOML\n"), HasSubstr("input.unit      cm")));
+  std::ofstream(root_ / "cameras.toml")
+      << "[cam_01]\nmatrix = [[900, 0, 320], [0, 910, 240], [0, 0, 1]]\n[metadata]\n"
+         "names = ['left', 'right']\n";
+  EXPECT_THAT(run({"inspect", (root_ / "cameras.toml").string()}).out,
+              AllOf(HasSubstr("cameras in TOML"), HasSubstr("[[900,0,320],[0,910,240],[0,0,1]]"),
+                    HasSubstr("[\"left\",\"right\"]")));
 }
+
+// What libraries say of damaged files never stands beside the program's own line.
+#if !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)  // their reports need the stream
+TEST_F(Inspect, DamagedFilesAreOneLine) {
+  const std::filesystem::path folder = source_directory() / "tests/hostile/malformed";
+  int refused = 0;
+  for (const char* name :
+       {"tiff/truncated.tif", "tiff/strip_beyond.tif", "avif/payload_ones.avif",
+        "avif/payload_zero.avif", "avif/size_other.avif", "fbx/weight_beyond.fbx"}) {
+    SCOPED_TRACE(name);
+    ASSERT_TRUE(std::filesystem::exists(folder / name));
+    const ChildResult result = run({"inspect", (folder / name).string()});
+    EXPECT_LE(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    refused += result.exit_code == kExitBadData ? 1 : 0;
+  }
+  EXPECT_GE(refused, 5);
+}
+
+TEST_F(Inspect, ADamagedVideoIsOneLine) {
+  std::filesystem::create_directory(input());
+  std::ofstream(input() / "cam0.mp4") << std::string(
+                                             "\0\0\0\x18"
+                                             "ftypisom\0\0\2\0isommp41",
+                                             24)
+                                      << std::string("\0\0\1\0mdat", 8) << "cut";
+  expect_refusal(run({"calibrate", input().string(), "--out", (root_ / "out").string()}),
+                 kExitBadData, "cam0.mp4");
+}
+#endif
 
 TEST_F(Inspect, FindsWhatIsDamaged) {
   write_boxes(input(), 1);

@@ -151,6 +151,29 @@ TEST_F(Program, CompletionCompletes) {
   EXPECT_THAT(complete("atelier inspect " + here, 2), HasSubstr(here + "b.txt"));
 }
 
+/// The stages and commands that the help lists.
+std::vector<std::string> names_in(const std::string& help) {
+  std::vector<std::string> names;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("  ") && line[2] >= 'a' && line[2] <= 'z') {
+      names.push_back(line.substr(2, line.find(' ', 2) - 2));
+    }
+  }
+  return names;
+}
+
+TEST_F(Program, EveryCommandWithNothingSaysWhatItTakes) {
+  const std::vector<std::string> names = names_in(run({"--help"}).out);
+  EXPECT_GE(names.size(), 12U);
+  for (const std::string& name : names) {
+    if (name != "options") {  // which takes nothing
+      SCOPED_TRACE(name);
+      expect_refusal(run({name}), kExitUsage, name);
+    }
+  }
+}
+
 /// The words that begin with "--" in front of a help's lines.
 std::set<std::string> flags_in(const std::string& help) {
   std::set<std::string> flags;
@@ -173,13 +196,7 @@ std::set<std::string> flags_in(const std::string& help) {
 
 TEST_F(Program, CompletionKnowsEveryCommandStageAndFlag) {
   const std::string script = run({"completion", "bash"}).out;
-  std::istringstream lines(run({"--help"}).out);
-  int names = 0;
-  for (std::string line; std::getline(lines, line);) {
-    if (!line.starts_with("  ") || line[2] < 'a' || line[2] > 'z') {
-      continue;
-    }
-    const std::string name = line.substr(2, line.find(' ', 2) - 2);
+  for (const std::string& name : names_in(run({"--help"}).out)) {
     EXPECT_THAT(script, ::testing::ContainsRegex("compgen -W '([a-z -]* )?" + name + " "));
     const std::size_t at = script.find("\n    " + name + ") words='");
     ASSERT_NE(at, std::string::npos) << name;
@@ -190,9 +207,7 @@ TEST_F(Program, CompletionKnowsEveryCommandStageAndFlag) {
       completed.insert(word);
     }
     EXPECT_EQ(completed, flags_in(run({name, "--help"}).out)) << name;
-    ++names;
   }
-  EXPECT_GE(names, 12);
 }
 
 TEST_F(Program, HelpHasOneColumnOfSummaries) {
@@ -213,6 +228,28 @@ TEST_F(Program, AFullStandardOutputIsAnError) {
       run_child({"bash", "-c", small_program_path() + " --help > /dev/full"});
   EXPECT_EQ(result.exit_code, kExitEnvironment);
   EXPECT_THAT(result.err, HasSubstr("standard output"));
+}
+
+TEST_F(Program, AClosedStandardStreamTakesNoFilesPlace) {
+  write_boxes(input(), 2);
+  const std::string command = small_program_path() + " statistics " + input().string() + " ";
+  const ChildResult silent =
+      run_child({"bash", "-c", command + workspace().string() + " <&- 2>&-"});
+  EXPECT_EQ(silent.exit_code, 0);
+  EXPECT_THAT(silent.out, HasSubstr("statistics done: "));
+  EXPECT_EQ(std::filesystem::file_size(stage_folder() / ".lock"), 0U);
+  EXPECT_TRUE(is_clean());
+  expect_refusal(run_child({"bash", "-c", small_program_path() + " --help >&-"}), kExitEnvironment,
+                 "standard output");
+}
+
+TEST_F(Program, AnInterruptThatIsIgnoredStaysSo) {
+  write_boxes(input(), 20);
+  const ChildResult result =
+      run_child({"bash", "-c",
+                 "trap '' INT; " + small_program_path() + " statistics " + input().string() + " " +
+                     workspace().string() + " & kill -INT $!; wait $!"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
 TEST_F(Program, TooLittleMemoryIsTheEnvironment) {

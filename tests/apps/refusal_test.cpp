@@ -49,6 +49,18 @@ INSTANTIATE_TEST_SUITE_P(
                    {"statistics", "IN", "WS", "--frames", "1", "--frames", "2"},
                    2,
                    "--frames is given twice"},
+        BadCommand{"FramesTwiceByEquals",
+                   {"statistics", "IN", "WS", "--frames=1", "--frames=2"},
+                   2,
+                   "--frames is given twice"},
+        BadCommand{"NothingBehindEquals",
+                   {"statistics", "IN", "WS", "--frames="},
+                   2,
+                   "--frames cannot be ''"},
+        BadCommand{"FlagWithAWord",
+                   {"statistics", "IN", "WS", "--dry-run=maybe"},
+                   2,
+                   "--dry-run cannot be 'maybe': it takes true or false, or nothing"},
         BadCommand{"OneTooMany", {"statistics", "IN", "WS", "x"}, 2, "does not take 'x' as well"},
         BadCommand{
             "UnknownFlag",
@@ -110,6 +122,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"StatusOfNoWorkspace", {"status", "IN"}, 3, "no stage has run"},
         BadCommand{"ConvertAFolder", {"convert", "IN", "x.ply"}, 3, "a folder"},
         BadCommand{"TerminalEscape", {"no\x1b[31m"}, 2, "'no?[31m'"},
+        BadCommand{"TextTurnedRound", {"no\u202e"}, 2, "'no?\?\?'"},
         BadCommand{"BadFrames",
                    {"statistics", "IN", "WS", "--frames", "5:3"},
                    2,
@@ -316,12 +329,8 @@ TEST_P(BadMeshes, AreRefusedByName) {
 
 using BadFiles = Program;
 
-TEST_F(BadFiles, NamesThatAreNoUtf8AreRefusedBeforeAnyWork) {
-  const std::string bad = (root_ / "caf\xe9").string();
+TEST_F(BadFiles, NamesThatAreNoPrintableUtf8AreRefusedBeforeAnyWork) {
   write_boxes(input(), 1);
-  write_boxes(bad, 1);
-  std::ofstream(bad + ".toml") << "[input]\nunit = 'm'\n";
-  std::filesystem::create_directory_symlink(bad, root_ / "link");
   const auto refused = [&](const std::string& in, const std::string& out,
                            std::vector<std::string> more, const std::string& words) {
     more.insert(more.begin(), {small_program_path(), "statistics", in, out});
@@ -330,10 +339,17 @@ TEST_F(BadFiles, NamesThatAreNoUtf8AreRefusedBeforeAnyWork) {
   };
   const std::string in = input().string();
   const std::string out = workspace().string();
-  refused(bad, out, {}, "INPUT cannot be");
-  refused((root_ / "link").string(), out, {"--json"}, "no UTF-8");
-  refused(in, (root_ / "w\xe9").string(), {"--json"}, "WORKSPACE cannot be");
-  refused(in, out, {"--config", bad + ".toml"}, "--config cannot be");
+  for (const char* name : {"caf\xe9", "bo\txes", "bo\nxes", "bo\u202exes"}) {
+    const std::string bad = (root_ / name).string();
+    write_boxes(bad, 1);
+    std::ofstream(bad + ".toml") << "[input]\nunit = 'm'\n";
+    std::filesystem::create_directory_symlink(bad, root_ / "link");
+    refused(bad, out, {}, "INPUT cannot be");
+    refused((root_ / "link").string(), out, {"--json"}, "no printable UTF-8");
+    refused(in, bad + "_work", {"--json"}, "WORKSPACE cannot be");
+    refused(in, out, {"--config", bad + ".toml"}, "--config cannot be");
+    std::filesystem::remove(root_ / "link");
+  }
 }
 
 TEST_F(BadFiles, LeaveNoWorkspaceBehind) {

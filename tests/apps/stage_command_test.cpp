@@ -118,6 +118,17 @@ TEST_F(StageCommand, AFailureIsAnEventForMachines) {
   EXPECT_EQ(event["exit_code"], kExitBadData);
 }
 
+TEST_F(StageCommand, NothingThatATerminalObeysIsShown) {
+  write_boxes(input(), 1);
+  ASSERT_EQ(run_statistics({}).exit_code, 0);
+  const std::filesystem::path result = std::filesystem::canonical(stage_folder() / "current");
+  std::ofstream(result / "more\x1b[31m") << "x";
+  const ChildResult plan = run_statistics({"--dry-run"});
+  EXPECT_THAT(plan.out, HasSubstr("the result is damaged: " + result.string() + "/more?[31m"));
+  EXPECT_THAT(plan.out, Not(HasSubstr("\x1b")));
+  EXPECT_THAT(run({"status", workspace().string()}).out, Not(HasSubstr("\x1b")));
+}
+
 TEST_F(StageCommand, ASplitForceSaysWhatIsDoneAndWhatIsNot) {
   write_boxes(input(), 6);
   ASSERT_EQ(run_statistics({}).exit_code, 0);

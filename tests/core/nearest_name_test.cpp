@@ -52,9 +52,9 @@ TEST(PrintableUtf8, AcceptsText) {
 }
 
 TEST(PrintableUtf8, RefusesEverythingElse) {
-  for (const char* text :
-       {"\n", "\t", "\x1b[31m", "\x7f", "\x80", "\xc1\x81", "\xe0\x80\x80", "\xf0\x80\x80\x80",
-        "\xed\xbf\xbf", "\xf5\x80\x80\x80", "\xc3", "a\xe2\x82", "\xc2\x9f", "\xc3\x28"}) {
+  for (const char* text : {"\n", "\t", "\x1b[31m", "\x7f", "\x80", "\xc1\x81", "\xe0\x80\x80",
+                           "\xf0\x80\x80\x80", "\xed\xbf\xbf", "\xf5\x80\x80\x80", "\xc3",
+                           "a\xe2\x82", "\xc2\x9f", "\xc3\x28", "\xe2\x80\xae", "\xe2\x81\xa9"}) {
     EXPECT_FALSE(is_printable_utf8(text)) << text;
   }
   EXPECT_FALSE(is_printable_utf8(std::string(1, '\0')));
