@@ -1,7 +1,9 @@
 #include "apps/failure.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <new>
+#include <system_error>
 
 #include "apps/exit_code.h"
 #include "apps/usage_error.h"
@@ -9,6 +11,20 @@
 #include "core/system_reason.h"
 
 namespace atelier {
+namespace {
+
+/// What a reason says to do stands behind its first semicolon.
+Failure environment_failure(const std::string& place, const std::string& reason) {
+  const std::size_t end = std::min(reason.find("; "), reason.size());
+  return {place + ": " + reason,
+          kExitEnvironment,
+          place,
+          "",
+          reason.substr(0, end),
+          end < reason.size() ? reason.substr(end + 2) : ""};
+}
+
+}  // namespace
 
 Failure failure_of(const std::exception& error) {
   if (const auto* data = dynamic_cast<const DataError*>(&error)) {
@@ -17,25 +33,19 @@ Failure failure_of(const std::exception& error) {
   if (dynamic_cast<const UsageError*>(&error) != nullptr) {
     return {error.what(), kExitUsage, "", "", error.what(), ""};
   }
-  if (dynamic_cast<const EnvironmentError*>(&error) != nullptr) {
-    return {error.what(), kExitEnvironment, "", "", error.what(), ""};
+  if (const auto* environment = dynamic_cast<const EnvironmentError*>(&error)) {
+    return environment_failure(environment->place, environment->reason);
   }
   if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
-    const std::string reason = system_reason(file->code().value());
-    return {file->path1().string() + ": " + reason,
-            kExitEnvironment,
-            file->path1().string(),
-            "",
-            reason,
-            ""};
+    return environment_failure(file->path1().string(), system_reason(file->code().value()));
+  }
+  const auto* system = dynamic_cast<const std::system_error*>(&error);
+  if (system != nullptr && (system->code().category() == std::generic_category() ||
+                            system->code().category() == std::system_category())) {
+    return environment_failure("the system", system_reason(system->code().value()));
   }
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
-    return {"memory: there is not enough; use fewer --jobs or smaller data",
-            kExitEnvironment,
-            "",
-            "memory",
-            "there is not enough",
-            "fewer --jobs or smaller data"};
+    return environment_failure("memory", "there is not enough; use fewer --jobs or smaller data");
   }
   return {std::string(error.what()) + "; this is a defect of the program",
           kExitBug,

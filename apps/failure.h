@@ -9,7 +9,7 @@ namespace atelier {
 struct Failure {
   std::string text;   ///< one sentence; of a UsageError several lines
   int exit_code = 0;  ///< exit_code.h
-  std::string file;   ///< as DataError has them, for machines
+  std::string file;   ///< of exit code 5 also the device or program that failed
   std::string where;
   std::string found;
   std::string expected;

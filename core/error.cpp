@@ -30,8 +30,10 @@ DataError::DataError(std::string file_, std::string where_, std::string found_,
       found(std::move(found_)),
       expected(std::move(expected_)) {}
 
-EnvironmentError::EnvironmentError(const std::string& what, const std::string& reason)
-    : std::runtime_error(what + ": " + reason) {}
+EnvironmentError::EnvironmentError(std::string what, std::string reason_)
+    : std::runtime_error(what + ": " + reason_),
+      place(std::move(what)),
+      reason(std::move(reason_)) {}
 
 void fail_check(const char* condition, const char* file, int line, const std::string& message) {
   throw LogicError(std::filesystem::path(file).filename().string() + ":" + std::to_string(line) +

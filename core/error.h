@@ -27,8 +27,11 @@ struct DataError : std::runtime_error {
 /// The surroundings failed: disk, memory, device, a missing program. The program exits with 5.
 struct EnvironmentError : std::runtime_error {
   /// @param what    the path, device or program that failed
-  /// @param reason  why, as the system says it
-  EnvironmentError(const std::string& what, const std::string& reason);
+  /// @param reason  why, as the system says it, and what to do: "...; free space and run again"
+  EnvironmentError(std::string what, std::string reason);
+
+  std::string place;  ///< what failed
+  std::string reason;
 };
 
 /// Throws LogicError with the place of the call.

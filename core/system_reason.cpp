@@ -10,12 +10,14 @@ const char* advice(int error) {
   switch (error) {
     case ENOSPC:
     case EDQUOT:
-      return "; free space and run again: what is finished is kept";
+      return "; free space and run again";
     case EACCES:
     case EPERM:
       return "; ask whom it belongs to, or name a place that you may use";
     case EROFS:
       return "; name a folder that can be written";
+    case EAGAIN:
+      return "; use fewer --jobs, or end other programs";
     case ENAMETOOLONG:
       return "; give it a shorter name";
     case ENOTDIR:

@@ -106,6 +106,10 @@ bool ActiveRun::each_frame(const std::string& folder, const std::string& extensi
   const std::vector<int> mine =
       some_selected_frames(request_.selection, frame_ids,
                            plan_.input_paths.empty() ? "" : plan_.input_paths.front().string());
+  if (mine.empty()) {
+    say("there is nothing for this shard: " + to_string(request_.selection) + " of " +
+        std::to_string(frame_ids.size()) + (frame_ids.size() == 1 ? " frame" : " frames"));
+  }
   if (!open_frames(folder, extension, frame_ids, mine)) {
     frames_missing_ = true;
     return false;
@@ -212,7 +216,8 @@ void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine, const std:
   std::atomic<std::size_t> next = 0;
   std::atomic<bool> ending = false;
   std::int64_t done = 0;
-  std::map<std::size_t, std::exception_ptr> errors;
+  std::size_t failed = todo.size();  // the first that did, whichever thread had it
+  std::exception_ptr failure;
   const auto worker = [&] {
     while (!ending) {
       if (stop_requested()) {
@@ -231,7 +236,10 @@ void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine, const std:
         report_progress({"frames", before + done, mine, rate, left / rate});
       } catch (...) {  // carried to the thread that called; the rest is not begun
         const std::lock_guard lock(mutex_);
-        errors[at] = std::current_exception();
+        if (at < failed) {
+          failed = at;
+          failure = std::current_exception();
+        }
         ending = true;
       }
     }
@@ -239,16 +247,25 @@ void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine, const std:
   const int jobs = request_.jobs > 0 ? request_.jobs : thread_count();
   const std::size_t threads =
       std::min(static_cast<std::size_t>(std::max(jobs, 1)), std::max<std::size_t>(todo.size(), 1));
-  std::vector<std::thread> pool;
-  for (std::size_t i = 1; i < threads; ++i) {
-    pool.emplace_back(worker);
+  std::vector<std::jthread> pool;  // whatever happens here, they are waited for
+  pool.reserve(threads);
+  try {
+    for (std::size_t i = 1; i < threads; ++i) {
+      pool.emplace_back(worker);
+    }
+  } catch (const std::system_error& error) {
+    ending = true;
+    pool.clear();
+    // With so little left no frame could be relied on either.
+    throw EnvironmentError("threads", system_reason(error.code().value()));
+  } catch (...) {
+    ending = true;
+    throw;
   }
   worker();
-  for (std::thread& thread : pool) {
-    thread.join();
-  }
-  if (!errors.empty()) {
-    std::rethrow_exception(errors.begin()->second);
+  pool.clear();
+  if (failure) {
+    std::rethrow_exception(failure);
   }
 }
 
@@ -268,16 +285,23 @@ void ActiveRun::one_frame(int frame_id, const std::string& path,
 
 ManifestOutput ActiveRun::write_file(
     const std::string& path, const std::function<void(const std::filesystem::path&)>& write) {
-  AtomicFile file(plan_.staging_folder / path);
-  write(file.temporary_path());
+  const std::filesystem::path target = plan_.staging_folder / path;
+  AtomicFile file(target);
+  try {
+    write(file.temporary_path());
+  } catch (const EnvironmentError& error) {
+    if (error.place != file.temporary_path().string()) {
+      throw;
+    }
+    throw EnvironmentError(target.string(), error.reason);  // the name that means something
+  }
   // A library that writes by name may have made a new file with a mode of its own.
   std::error_code error;
   std::filesystem::permissions(
       file.temporary_path(),
       std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, error);
   if (error) {
-    throw EnvironmentError((plan_.staging_folder / path).string(),
-                           "cannot set its mode: " + system_reason(error.value()));
+    throw EnvironmentError(target.string(), "cannot set its mode: " + system_reason(error.value()));
   }
   const FileDigest digest = digest_of_file(file.temporary_path());
   file.commit();
@@ -318,6 +342,7 @@ void ActiveRun::metric(const std::string& name, double value) {
 
 void ActiveRun::say(const std::string& line) {
   if (events_.say) {
+    const std::lock_guard lock(mutex_);  // frames may speak while others report progress
     events_.say(line);
   }
 }

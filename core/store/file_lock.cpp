@@ -106,6 +106,15 @@ std::optional<FileLock> FileLock::try_lock_folder(const std::filesystem::path& p
   return FileLock(file);
 }
 
+bool FileLock::try_exclusive() {
+  while (flock(file_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EINTR) {
+      return false;
+    }
+  }
+  return true;
+}
+
 FileLock::~FileLock() {
   if (file_ >= 0) {
     // First: where close fails the lock may stay, and we would wait for ourselves.

@@ -23,6 +23,9 @@ class FileLock {
   /// The same on a folder that exists.
   static std::optional<FileLock> try_lock_folder(const std::filesystem::path& path, Mode mode);
 
+  /// Makes a shared lock exclusive. False if somebody else has it too; this one is then lost.
+  bool try_exclusive();
+
   ~FileLock();
   FileLock(FileLock&& other) noexcept;
   FileLock& operator=(FileLock&& other) noexcept;

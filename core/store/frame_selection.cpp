@@ -80,9 +80,11 @@ std::vector<int> selected_frames(const FrameSelection& selection,
 
 std::vector<int> some_selected_frames(const FrameSelection& selection,
                                       const std::vector<int>& frame_ids, const std::string& input) {
-  std::vector<int> selected = selected_frames(selection, frame_ids);
-  if (selected.empty() && !frame_ids.empty()) {
-    throw DataError(input, to_string(selection),
+  FrameSelection range = selection;
+  range.shard = 0;
+  range.shards = 1;
+  if (selected_frames(range, frame_ids).empty() && !frame_ids.empty()) {
+    throw DataError(input, "'" + to_string(selection) + "'",
                     frame_ids.size() == 1
                         ? "there is frame " + std::to_string(frame_ids.front()) + " alone"
                         : "there are " + std::to_string(frame_ids.size()) + " frames, from " +
@@ -90,7 +92,7 @@ std::vector<int> some_selected_frames(const FrameSelection& selection,
                               std::to_string(frame_ids.back()),
                     "a choice that holds one of them");
   }
-  return selected;
+  return selected_frames(selection, frame_ids);
 }
 
 std::string to_string(const FrameSelection& selection) {

@@ -262,6 +262,15 @@ std::optional<std::string> current_name(const std::filesystem::path& stage_folde
   return target.string();
 }
 
+void require_no_current_folder(const std::filesystem::path& stage_folder) {
+  const std::filesystem::path current = stage_folder / "current";
+  if (link_kind(current) == std::filesystem::file_type::directory) {
+    throw DataError(current.string(), "", "a folder, as a copy that follows links leaves it",
+                    "a link: remove the folder and run the stage again, which makes the link; "
+                    "cp -a copies links as they are");
+  }
+}
+
 std::int64_t unlinked_results(const std::filesystem::path& stage_folder) {
   if (current_name(stage_folder)) {
     return 0;

@@ -56,6 +56,10 @@ void require_workspace(std::span<const Stage> stages, const std::filesystem::pat
 /// beside it. Links are never followed. Throws EnvironmentError if it cannot be looked at.
 std::optional<std::string> current_name(const std::filesystem::path& stage_folder);
 
+/// Refuses a folder in the place of the link `current`, which no link can replace. Throws
+/// DataError.
+void require_no_current_folder(const std::filesystem::path& stage_folder);
+
 /// How many results of a stage there are if no link says which of them is current; else 0.
 std::int64_t unlinked_results(const std::filesystem::path& stage_folder);
 

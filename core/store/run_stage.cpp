@@ -21,17 +21,19 @@ namespace atelier {
 namespace {
 
 /// Removes what a run leaves that does not commit, unless a frame is finished or work was kept: the
-/// next run goes on from those, half a result is worth nothing. Shards are not alone there, and
-/// leave everything.
+/// next run goes on from those, half a result is worth nothing. Of shards the last one that ends
+/// does so: the others may have begun a frame.
 class StagingGuard {
  public:
-  StagingGuard(const ActiveRun& run, const StagePlan& plan, bool alone)
-      : run_(run), plan_(plan), armed_(alone) {}
+  StagingGuard(const StagePlan& plan, FileLock& lock) : plan_(plan), lock_(lock) {}
   ~StagingGuard() {
-    std::error_code ignored;
-    if (armed_ && plan_.frames_kept == 0 && run_.frames_done() == 0 &&
-        !std::filesystem::exists(scratch_of(plan_.staging_folder), ignored)) {
-      std::filesystem::remove_all(plan_.staging_folder, ignored);
+    try {
+      std::error_code ignored;
+      if (armed_ && lock_.try_exclusive() && read_frame_logs(plan_.staging_folder).empty() &&
+          !std::filesystem::exists(scratch_of(plan_.staging_folder), ignored)) {
+        std::filesystem::remove_all(plan_.staging_folder, ignored);
+      }
+    } catch (const std::exception&) {  // it stays: the run's own error is what counts
     }
   }
   StagingGuard(const StagingGuard&) = delete;
@@ -39,9 +41,9 @@ class StagingGuard {
   void release() { armed_ = false; }
 
  private:
-  const ActiveRun& run_;
   const StagePlan& plan_;
-  bool armed_;
+  FileLock& lock_;
+  bool armed_ = true;
 };
 
 /// Takes away what a run made that came to nothing: a stage's folder in which nothing is but locks,
@@ -211,29 +213,15 @@ void end_partial(const StageRequest& request, const StageEvents& events, StageRe
                  link_kind(report.plan.result_folder) != std::filesystem::file_type::not_found;
 }
 
-void work_on(std::span<const Stage> stages, const Stage& stage, const StageRequest& request,
-             const StageEvents& events, StageReport& report) {
-  report.plan = plan_stage(stages, stage, request, events);
-  if (report.plan.state == StagePlan::State::Done) {
-    end_already_done(report);
-    return;
-  }
-  const BareFolderGuard bare(request, report.plan);
-  open_stage_folder(request, report.plan);
-  const FileLock lock = lock_stage(stage, request, report.plan);
-  const std::vector<std::string> reasons = report.plan.reasons;
-  judge_state(report.plan, request.force, events);  // another run may have ended meanwhile
-  if (report.plan.state == StagePlan::State::Done) {
-    end_already_done(report);
-    return;
-  }
-  report.plan.reasons = reasons;
-  if (open_staging(stage, request, events, report)) {
-    report.end = StageReport::End::Done;
-    return;
-  }
-  ActiveRun run(stage, request, report.plan, events);
-  StagingGuard guard(run, report.plan, request.selection.everything());
+/// The same, with what whoever frees space or memory need not fear for.
+EnvironmentError with_frames_kept(const EnvironmentError& error, std::int64_t frames) {
+  return {error.place, error.reason + "; " + std::to_string(frames) +
+                           (frames == 1 ? " finished frame is kept" : " finished frames are kept")};
+}
+
+/// The work itself, in a staging folder that is ready.
+void run_and_commit(const Stage& stage, const StageRequest& request, const StageEvents& events,
+                    ActiveRun& run, StagingGuard& guard, StageReport& report) {
   stage.run(run);
   report.frames_done = run.frames_done();
   report.frames_total = run.frames_total();
@@ -259,6 +247,39 @@ void work_on(std::span<const Stage> stages, const Stage& stage, const StageReque
   guard.release();
   commit_result(report.plan.staging_folder, report.plan.result_folder, report.manifest);
   report.end = StageReport::End::Done;
+}
+
+void work_on(std::span<const Stage> stages, const Stage& stage, const StageRequest& request,
+             const StageEvents& events, StageReport& report) {
+  report.plan = plan_stage(stages, stage, request, events);
+  if (report.plan.state == StagePlan::State::Done) {
+    end_already_done(report);
+    return;
+  }
+  const BareFolderGuard bare(request, report.plan);
+  open_stage_folder(request, report.plan);
+  FileLock lock = lock_stage(stage, request, report.plan);
+  const std::vector<std::string> reasons = report.plan.reasons;
+  judge_state(report.plan, request.force, events);  // another run may have ended meanwhile
+  if (report.plan.state == StagePlan::State::Done) {
+    end_already_done(report);
+    return;
+  }
+  report.plan.reasons = reasons;
+  if (open_staging(stage, request, events, report)) {
+    report.end = StageReport::End::Done;
+    return;
+  }
+  ActiveRun run(stage, request, report.plan, events);
+  StagingGuard guard(report.plan, lock);
+  try {
+    run_and_commit(stage, request, events, run, guard, report);
+  } catch (const EnvironmentError& error) {
+    if (run.frames_done() == 0) {
+      throw;
+    }
+    throw with_frames_kept(error, run.frames_done());
+  }
 }
 
 }  // namespace

@@ -243,6 +243,18 @@ TEST_F(Program, AClosedStandardStreamTakesNoFilesPlace) {
                  "standard output");
 }
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they need the address space
+TEST_F(Program, AThreadThatCannotBeStartedIsTheEnvironment) {
+  write_boxes(input(), 300);
+  const ChildResult result =
+      run_child({"bash", "-c",
+                 "ulimit -v 600000; exec " + small_program_path() + " statistics " +
+                     input().string() + " " + workspace().string() + " --jobs 1024 --json"});
+  expect_refusal({result.exit_code, result.signal, "", result.err}, kExitEnvironment,
+                 "use fewer --jobs");  // of threads, or of memory where a frame came first
+}
+#endif
+
 TEST_F(Program, AnInterruptThatIsIgnoredStaysSo) {
   write_boxes(input(), 20);
   const ChildResult result =

@@ -129,11 +129,16 @@ INSTANTIATE_TEST_SUITE_P(
                    "--frames cannot be '5:3': it takes a:b, a:, :b or a,"},
         BadCommand{
             "BadShard", {"statistics", "IN", "WS", "--shard", "2/2"}, 2, "--shard cannot be '2/2'"},
-        BadCommand{"FramesOfNothing",
-                   {"statistics", "IN", "WS", "--frames", "500"},
+        BadCommand{
+            "FramesOfNothing",
+            {"statistics", "IN", "WS", "--frames", "500"},
+            3,
+            "boxes: '--frames 500': there is frame 0 alone; expected a choice that holds one "
+            "of them"},
+        BadCommand{"FramesBeyondTheLast",
+                   {"statistics", "IN", "WS", "--frames", "7:"},
                    3,
-                   "boxes: --frames 500: there is frame 0 alone; expected a choice that holds one "
-                   "of them"},
+                   "boxes: '--frames 7:': there is frame 0 alone"},
         BadCommand{"MissingConfig",
                    {"statistics", "IN", "WS", "--config", "nothing.toml"},
                    2,

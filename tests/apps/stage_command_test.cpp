@@ -118,6 +118,18 @@ TEST_F(StageCommand, AFailureIsAnEventForMachines) {
   EXPECT_EQ(event["exit_code"], kExitBadData);
 }
 
+TEST_F(StageCommand, AFailureOfTheSurroundingsNamesThemForMachines) {
+  write_boxes(input(), 1);
+  std::filesystem::create_directories(stage_folder());
+  const auto lock = FileLock::try_lock(stage_folder() / ".lock", FileLock::Mode::Exclusive);
+  const nlohmann::json event = nlohmann::json::parse(run_statistics({"--json"}).out);
+  EXPECT_EQ(event["event"], "error");
+  EXPECT_EQ(event["file"], stage_folder().string());
+  EXPECT_EQ(event["found"], "another run is working on 'statistics' here");
+  EXPECT_THAT(event["expected"].get<std::string>(), ::testing::StartsWith("wait until it ends"));
+  EXPECT_EQ(event["exit_code"], kExitEnvironment);
+}
+
 TEST_F(StageCommand, NothingThatATerminalObeysIsShown) {
   write_boxes(input(), 1);
   ASSERT_EQ(run_statistics({}).exit_code, 0);
@@ -143,6 +155,15 @@ TEST_F(StageCommand, ShardsOnTheCommandLine) {
   write_boxes(input(), 5);
   EXPECT_THAT(run_statistics({"--shard", "0/2"}).out, HasSubstr("3 of 5 frames are done"));
   EXPECT_THAT(run_statistics({"--shard", "1/2"}).out, HasSubstr("statistics done"));
+}
+
+TEST_F(StageCommand, AShardWithoutAFrameIsNoFailure) {
+  write_boxes(input(), 4);
+  const ChildResult result = run_statistics({"--shard", "5/100000"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("there is nothing for this shard: --shard 5/100000 of 4"));
+  EXPECT_THAT(result.out, HasSubstr("0 of 4 frames are done; the rest is left to other runs"));
+  EXPECT_FALSE(std::filesystem::exists(workspace()));
 }
 
 TEST_F(StageCommand, ALockedWorkspaceIsRefused) {

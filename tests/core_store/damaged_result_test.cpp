@@ -170,5 +170,20 @@ TEST_F(DamagedResult, CurrentIsAFile) {
   EXPECT_EQ(current("count"), result_);
 }
 
+TEST_F(DamagedResult, CurrentIsAFolderIsRefused) {
+  std::filesystem::remove(folder("count") / "current");
+  std::filesystem::copy(result_, folder("count") / "current");  // cp -rL
+  const int runs = behaviour().count_runs;
+  StageRequest again = request("count");
+  for (const bool force : {false, true}) {
+    again.force = force;
+    EXPECT_THAT(refusal<DataError>("count", again), HasSubstr("current: a folder, as a copy"));
+  }
+  EXPECT_EQ(behaviour().count_runs, runs) << "before any work";
+  std::filesystem::remove_all(folder("count") / "current");
+  EXPECT_EQ(run("count").end, End::AlreadyDone);
+  EXPECT_EQ(current("count"), result_);
+}
+
 }  // namespace
 }  // namespace atelier::fixtures

@@ -325,6 +325,31 @@ TEST_F(Frames, ARunWithoutAFinishedFrameLeavesNothing) {
   EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
 }
 
+TEST_F(Frames, AShardWithoutAFinishedFrameLeavesNothing) {
+  behaviour().before_frame = [](int) { throw DataError("frame", "", "bad", "good"); };
+  EXPECT_THROW(run(request(range(0, 3))), DataError);
+  EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
+}
+
+TEST_F(Frames, AFailingDiskSaysWhatIsKeptAndNamesTheFrame) {
+  Stage clumsy = stage_;
+  clumsy.run = [](StageRun& run) {
+    run.each_frame("f", ".t", {0, 1, 2}, [](int frame_id, const std::filesystem::path& file) {
+      if (frame_id == 2) {
+        throw EnvironmentError(file.string(), "No space left on device; free space and run again");
+      }
+    });
+  };
+  try {
+    run_stage(kTestStages, clumsy, request());
+    FAIL() << "it ran";
+  } catch (const EnvironmentError& error) {
+    EXPECT_EQ(error.place, (plan().staging_folder / "f/000002.t").string());
+    EXPECT_EQ(error.reason,
+              "No space left on device; free space and run again; 2 finished frames are kept");
+  }
+}
+
 TEST_F(Frames, StopsBetweenFramesAndGoesOn) {
   StageEvents events;
   events.stop = [] { return behaviour().written.size() == 3; };
@@ -351,7 +376,18 @@ TEST_F(Frames, ProgressCountsWhatWasThereBefore) {
 
 TEST_F(Frames, RefusesASelectionOfNoFrame) {
   EXPECT_THROW(run(request(range(100, 200))), DataError);
-  EXPECT_THROW(run(request(shard(9, 10))), DataError);
+  EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
+}
+
+TEST_F(Frames, AShardWithoutAFrameLeavesTheRestToOthers) {
+  std::vector<std::string> said;
+  StageEvents events;
+  events.say = [&](const std::string& line) { said.push_back(line); };
+  const StageReport report = run(request(shard(9, 10)), events);
+  EXPECT_EQ(report.end, End::Partial);
+  EXPECT_EQ(report.frames_done, 0);
+  EXPECT_THAT(said, ElementsAre("there is nothing for this shard: --shard 9/10 of 6 frames"));
+  EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
 }
 
 TEST_F(Frames, RefusesWithoutSpaceForFrames) {
@@ -444,6 +480,23 @@ TEST_F(SideBySide, DisjointShardsWorkTogetherAndTheLastCommits) {
       run_around(request(shard(0, 2)), 2, [&] { inner = run(request(shard(1, 2))).end; });
   EXPECT_EQ(inner, End::Partial);
   EXPECT_EQ(outer.end, End::Done);
+  EXPECT_EQ(result(), kAll);
+}
+
+TEST_F(SideBySide, AShardThatFailsLeavesTheFramesOfOthers) {
+  behaviour().before_frame = [this](int at) {
+    if (at == 1) {
+      throw DataError("frame", "", "bad", "good");
+    }
+    if (at == 0) {
+      EXPECT_THROW(run(request(shard(1, 2))), DataError);
+    }
+  };
+  const StageReport outer = run(request(shard(0, 2)));
+  EXPECT_EQ(outer.end, End::Partial);
+  EXPECT_EQ(outer.frames_done, 3);
+  behaviour().before_frame = nullptr;
+  EXPECT_EQ(run(request(shard(1, 2))).end, End::Done);
   EXPECT_EQ(result(), kAll);
 }
 

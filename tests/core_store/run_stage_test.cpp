@@ -416,7 +416,7 @@ TEST_F(RunStage, ASelectionOfNothingIsRefusedOnAFinishedResultToo) {
   run("frames");
   StageRequest what = request("frames");
   ASSERT_EQ(set_frames(what.selection, "100:200"), "");
-  EXPECT_THAT(refusal<DataError>("frames", what), HasSubstr("--frames 100:200: there are"));
+  EXPECT_THAT(refusal<DataError>("frames", what), HasSubstr("'--frames 100:200': there are"));
   ASSERT_EQ(set_frames(what.selection, "3:6"), "");
   EXPECT_EQ(run("frames", what).end, End::AlreadyDone);
 }

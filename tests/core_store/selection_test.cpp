@@ -50,9 +50,17 @@ TEST(FrameSelection, NoneOfThemIsRefusedUnlessThereAreNone) {
   } catch (const DataError& error) {
     EXPECT_STREQ(
         error.what(),
-        "boxes: --frames 4:7: there are 2 frames, from 8 to 9; expected a choice that holds one "
+        "boxes: '--frames 4:7': there are 2 frames, from 8 to 9; expected a choice that holds one "
         "of them");
   }
+}
+
+TEST(FrameSelection, AShardMayHaveNone) {
+  FrameSelection selection;
+  ASSERT_EQ(set_shard(selection, "5/100000"), "");
+  EXPECT_THAT(some_selected_frames(selection, {3, 5, 9}, "boxes"), ElementsAre());
+  ASSERT_EQ(set_frames(selection, "4:5"), "");
+  EXPECT_THROW(some_selected_frames(selection, {3, 5, 9}, "boxes"), DataError);
 }
 
 TEST(FrameSelection, AsText) {
