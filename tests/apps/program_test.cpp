@@ -268,10 +268,10 @@ TEST_F(Program, TooLittleMemoryIsTheEnvironment) {
   write_boxes(input(), 1);
   // A mesh that needs a few hundred MB in an address space of less.
   std::ofstream(input() / "box_000.obj", std::ios::app) << std::string(300'000'000, '#');
-  const ChildResult result =
-      run_child({"bash", "-c",
-                 "ulimit -v 400000; exec " + small_program_path() + " statistics " +
-                     input().string() + " " + workspace().string() + " --jobs 1"});
+  const ChildResult result = run_child(
+      {"bash", "-c",
+       "ulimit -v 400000; exec " + small_program_path() + " statistics " + input().string() + " " +
+           workspace().string() + " --jobs 1 --json"});  // progress is no error
   EXPECT_THAT(result.exit_code, ::testing::AnyOf(kExitEnvironment, kExitBadData)) << result.err;
   EXPECT_THAT(result.err, StartsWith("atelier: "));
 }
