@@ -2,15 +2,60 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
-#include <cstring>
+#include <bit>
+#include <type_traits>
 #include <vector>
+
+#ifdef __SSE2__
+#include <xmmintrin.h>
+#endif
 
 #include "core/parallel.h"
 #include "simulation/near_groups.h"
 #include "simulation/tree_math.h"
 
 namespace atelier {
+
+/// Four boxes, which are compared at once.
+template <class T>
+struct FourBoxes {
+  alignas(16) T low[3][4];
+  alignas(16) T high[3][4];
+
+  void set(int k, const Box<T>& box) {
+    const T lows[3] = {box.low.x, box.low.y, box.low.z};
+    const T highs[3] = {box.high.x, box.high.y, box.high.z};
+    for (int c = 0; c < 3; ++c) {
+      low[c][k] = lows[c];
+      high[c][k] = highs[c];
+    }
+  }
+  Box<T> at(int k) const {
+    return {{low[0][k], low[1][k], low[2][k]}, {high[0][k], high[1][k], high[2][k]}};
+  }
+  /// Which of them meet `box`, a bit each.
+  unsigned meeting(const Box<T>& box) const {
+    const T lows[3] = {box.low.x, box.low.y, box.low.z};
+    const T highs[3] = {box.high.x, box.high.y, box.high.z};
+#ifdef __SSE2__
+    if constexpr (std::is_same_v<T, float>) {
+      __m128 meets = _mm_cmpeq_ps(_mm_setzero_ps(), _mm_setzero_ps());
+      for (int c = 0; c < 3; ++c) {
+        meets = _mm_and_ps(meets, _mm_cmple_ps(_mm_load_ps(low[c]), _mm_set1_ps(highs[c])));
+        meets = _mm_and_ps(meets, _mm_cmpge_ps(_mm_load_ps(high[c]), _mm_set1_ps(lows[c])));
+      }
+      return static_cast<unsigned>(_mm_movemask_ps(meets));
+    }
+#endif
+    unsigned meets = 0xF;
+    for (int c = 0; c < 3; ++c) {
+      for (unsigned k = 0; k < 4; ++k) {
+        meets &= ~(static_cast<unsigned>(low[c][k] > highs[c] || high[c][k] < lows[c]) << k);
+      }
+    }
+    return meets;
+  }
+};
 
 /// Boxes over primitives that lie together, in groups of kGroup and groups of kGroup groups,
 /// through which the CPU looks for what may meet: no tree, and many boxes are compared at once.
@@ -44,11 +89,17 @@ class GroupedBoxes {
           continue;
         }
         Box<T> all = empty_box<T>();
+        Box<T> eight = empty_box<T>();
         for (int lane = 0; lane < kGroup; ++lane) {
           const std::size_t slot = static_cast<std::size_t>(k) * kGroup + lane;
           const Box<T> own = slot < item_.size() ? box(item_[slot]) : empty_box<T>();
           bound_[k].set(lane, own);
-          all = united(all, own);
+          eight = united(eight, own);
+          if (lane % kEight == kEight - 1) {
+            bound_[k].eights.set(lane / kEight, eight);
+            all = united(all, eight);
+            eight = empty_box<T>();
+          }
         }
         group_[k] = all;
       }
@@ -96,38 +147,21 @@ class GroupedBoxes {
   }
 
  private:
-  /// The boxes of one group.
+  /// The boxes of one group, and boxes over each eight of them.
   struct Bounds {
-    T low[3][kGroup], high[3][kGroup];
+    FourBoxes<T> four[kGroup / 4];
+    FourBoxes<T> eights;
 
-    void set(int lane, const Box<T>& box) {
-      const T lows[3] = {box.low.x, box.low.y, box.low.z};
-      const T highs[3] = {box.high.x, box.high.y, box.high.z};
-      for (int c = 0; c < 3; ++c) {
-        low[c][lane] = lows[c];
-        high[c][lane] = highs[c];
-      }
-    }
-    Box<T> at(int lane) const {
-      return {{low[0][lane], low[1][lane], low[2][lane]},
-              {high[0][lane], high[1][lane], high[2][lane]}};
-    }
+    void set(int lane, const Box<T>& box) { four[lane / 4].set(lane % 4, box); }
+    Box<T> at(int lane) const { return four[lane / 4].at(lane % 4); }
     /// Calls `found(lane)` for each box that meets `box`.
     template <class Found>
     void visit_meeting(const Box<T>& box, const Found& found) const {
-      std::uint8_t meets[kGroup];
-      for (int j = 0; j < kGroup; ++j) {
-        meets[j] = static_cast<std::uint8_t>((low[0][j] <= box.high.x) & (high[0][j] >= box.low.x) &
-                                             (low[1][j] <= box.high.y) & (high[1][j] >= box.low.y) &
-                                             (low[2][j] <= box.high.z) & (high[2][j] >= box.low.z));
-      }
-      for (int j = 0; j < kGroup; j += 8) {
-        std::uint64_t eight = 0;
-        std::memcpy(&eight, meets + j, sizeof(eight));
-        for (int lane = j; eight != 0; ++lane, eight >>= 8) {
-          if ((eight & 1) != 0) {
-            found(lane);
-          }
+      for (unsigned near = eights.meeting(box); near != 0; near &= near - 1) {
+        const int eight = std::countr_zero(near);
+        unsigned meets = four[2 * eight].meeting(box) | four[2 * eight + 1].meeting(box) << 4;
+        for (; meets != 0; meets &= meets - 1) {
+          found(eight * kEight + std::countr_zero(meets));
         }
       }
     }
@@ -139,18 +173,15 @@ class GroupedBoxes {
   void visit_group(int k, const GroupedBoxes& others, int g, const Found& found) const {
     const Bounds& bounds = others.bound_[g];
     const Box<T>& box_of_group = others.group_[g];
-    for (int lane = 0; lane < kGroup; ++lane) {
-      const Box<T> own = bound_[k].at(lane);
-      if (!overlap(own, box_of_group)) {
-        continue;
-      }
-      bounds.visit_meeting(own, [&](int other) {
+    const auto visit = [&](int lane) {
+      bounds.visit_meeting(bound_[k].at(lane), [&](int other) {
         if (!(kSame && g == k && other <= lane)) {
           found(item_[static_cast<std::size_t>(k) * kGroup + lane],
                 others.item_[static_cast<std::size_t>(g) * kGroup + other]);
         }
       });
-    }
+    };
+    bound_[k].visit_meeting(box_of_group, visit);
   }
 
   std::vector<int> item_;  ///< primitives in the order of the groups

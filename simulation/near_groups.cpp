@@ -27,11 +27,13 @@ int longest_side(const std::vector<std::array<double, 3>>& centres, const int* b
 
 void split(const std::vector<std::array<double, 3>>& centres, int* begin, int* end) {
   const std::ptrdiff_t count = end - begin;
-  if (count <= kGroup) {
+  if (count <= kEight) {
     std::sort(begin, end);
     return;
   }
-  const std::ptrdiff_t unit = count > kGroup * kGroup ? kGroup * kGroup : kGroup;
+  const std::ptrdiff_t unit = count > kGroup * kGroup ? kGroup * kGroup
+                              : count > kGroup        ? kGroup
+                                                      : kEight;
   int* const middle = begin + (count / 2 + unit - 1) / unit * unit;
   const int side = longest_side(centres, begin, end);
   std::nth_element(begin, middle, end, [&](int a, int b) {

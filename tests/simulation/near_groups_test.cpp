@@ -53,7 +53,11 @@ TEST(NearGroups, HoldEveryThingOnce) {
 TEST(NearGroups, LieCloseTogether) {
   const std::vector<Centre> centres = sheet(150, 130);
   const std::vector<int> order = near_group_order(centres);
-  // A square of 32 has a diagonal of 8, one of 1024 of 45; the splits make halves, not squares.
+  // A square of 8 has a diagonal of 4, one of 32 of 8, one of 1024 of 45; the splits make halves,
+  // not squares.
+  for (std::size_t begin = 0; begin < order.size(); begin += kEight) {
+    EXPECT_LT(spread(centres, order, begin, kEight), 2 * 4.0) << begin;
+  }
   for (std::size_t begin = 0; begin < order.size(); begin += kGroup) {
     EXPECT_LT(spread(centres, order, begin, kGroup), 2 * 8.0) << begin;
   }
