@@ -348,8 +348,14 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyVi
   // Who is outside needs to look no deeper than what it touches or passes through.
   const Box<T> query = inflated(box, deep ? rule.reach : rule.thickness + T(1e-3));
   for (int pass = 0; pass < 2; ++pass) {
-    const FaceChoice<T> choice =
+    FaceChoice<T> choice =
         choose_in_tree(body, query, xyz(p.start), xyz(p.x), t0, t1, rule.reach, pass == 0, team);
+    // In one limb, and outside another that is nearer: that knows nothing of the first.
+    if (deep && choice.first.time > T(1) && choice.nearest.side >= T(0) &&
+        times_inside(body, xyz(p.x), t1, team) > 0) {
+      const FaceOffer<T> way_out = nearest_way_out(body, xyz(p.x), t1, rule.reach, team);
+      choice.nearest = way_out.face >= 0 ? way_out : choice.nearest;
+    }
     if (pass == 0) {
       if (!touch_choice(p, body, t0, t1, rule, choice)) {
         return false;
@@ -361,17 +367,25 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyVi
   return true;
 }
 
-/// A particle that cloth around it keeps back from where it would go: where it `rides`, it goes
-/// from `origin`, where the substep began, along with the body within `reach`; else it stays where
-/// it is, carried by its neighbours. The body gives way to what is carried: it keeps a quarter of
-/// its distance alone, then hardly any. True if it touches.
+/// How a particle that cloth moved meets the body.
+enum class Meeting {
+  Touches,  ///< as any other
+  Rides,    ///< kept back: goes from where the substep began along with the body near it
+  Stays,    ///< kept back: is carried by its neighbours; the body leaves it half of its distance
+  Leaves    ///< the same, at last: the body asks no more than that it is outside
+};
+
+/// A particle that cloth around it keeps back from where it would go. Between body and cloth there
+/// may be no room for all distances: the body's give way first, step by step, as its distance
+/// pushes what it presses through other cloth; in the end none is inside. `origin`: where the
+/// substep began. True if it touches.
 template <class T>
 ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>& origin,
                                                const BodyView<T>& body, T t0, T t1,
                                                BodyContactRule<T> rule,
-                                               const BodyOutlook<T>& outlook, bool rides) {
+                                               const BodyOutlook<T>& outlook, Meeting meeting) {
   const Vec3<T> at = xyz(origin);
-  if (rides) {
+  if (meeting == Meeting::Rides) {
     const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{at, at}, rule.reach), at, at,
                                                 t0, t0, rule.reach, false, AloneInTree{})
                                      .nearest;
@@ -381,11 +395,16 @@ ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>
       p.x = with_w(at + ride, p.x.w);
     }
   }
-  rule.thickness = (rides ? T(1) : T(0.5)) * rule.thickness;
+  const BodyContactRule<T> whole = rule;
+  rule.thickness *= meeting == Meeting::Rides ? T(1) : meeting == Meeting::Stays ? T(0.5) : T(0.05);
   // As deep as `reach`: who is carried may be deeper than who moves by itself.
   const BodySearch search =
       outlook.count == kSearchBuried ? BodySearch::WayOut : BodySearch::DeepTree;
-  const bool touches = contact_by_tree(p, body, t0, t1, rule, outlook, search, AloneInTree{});
+  bool touches = contact_by_tree(p, body, t0, t1, rule, outlook, search, AloneInTree{});
+  if (meeting == Meeting::Leaves && times_inside(body, xyz(p.x), t1, AloneInTree{}) == 1) {
+    // Two surfaces leave it no room: it goes half way between them.
+    touches = contact_by_tree(p, body, t0, t1, whole, outlook, search, AloneInTree{});
+  }
   p.moved = xyz(p.x) - at;
   return touches;
 }

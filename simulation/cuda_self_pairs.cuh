@@ -7,6 +7,7 @@ namespace atelier {
 /// PushSum::used, 0 before: a pair wants something of the particle, or did in this substep.
 constexpr int kPushed = 1;
 constexpr int kWasPushed = 2;
+constexpr int kWasKept = 3;
 
 /// How far the contacts of a scene with itself are: the same numbers in each of its blocks.
 struct SelfClock {

@@ -16,9 +16,6 @@ __device__ inline WarpRoom<T, kBarrier>& own_warp_room() {
   return rooms[threadIdx.x / kGroup];
 }
 
-/// How a particle that contacts moved meets the body.
-enum class Meeting { Touches, Rides, Stays };
-
 /// The body moves particle `at` (of all scenes), which contacts moved. Not inlined: few come here.
 template <class T>
 __device__ __noinline__ void meet_body(const CudaFrame<T>& frame, int scene, int at, int s,
@@ -30,19 +27,19 @@ __device__ __noinline__ void meet_body(const CudaFrame<T>& frame, int scene, int
   const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
   const BodyContactRule<T> rule = body_rule_of(frame, scene);
   BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), xyz(p.carry)};
-  const bool touches =
-      meeting == Meeting::Touches
-          ? touch_particle(frame, rule, at, b, t0, t1)
-          : stay_with_body(b, load_shared_cache(frame.self.origin + at), frame.body, t0, t1, rule,
-                           frame.outlook[at], meeting == Meeting::Rides);
+  const bool touches = meeting == Meeting::Touches
+                           ? touch_particle(frame, rule, at, b, t0, t1)
+                           : stay_with_body(b, load_shared_cache(frame.self.origin + at),
+                                            frame.body, t0, t1, rule, frame.outlook[at], meeting);
   p = {b.x, b.start, with_w(b.moved, p.carry.w)};
   store_shared_cache(frame.held + at, b.held);
   __stcg(frame.touched + at, touches ? 1 : 0);
 }
 
-/// Gives particle `i` what its pairs want of it, then the body.
+/// Gives particle `i` what its pairs want of it, then the body. `as`: how it is marked for the rest
+/// of the substep.
 template <class T>
-__device__ inline void move_particle(const SelfWork<T>& work, int i, int s, Meeting meeting,
+__device__ inline void move_particle(const SelfWork<T>& work, int i, int s, Meeting meeting, int as,
                                      const SelfClock& clock) {
   if (__ldcg(&work.sums[i].used) != kPushed) {
     return;
@@ -50,7 +47,7 @@ __device__ inline void move_particle(const SelfWork<T>& work, int i, int s, Meet
   const Vec4<T> origin = work.load_origin(i);
   SelfParticle<T> p = work.load_particle(i);
   take_push(load_sum(work.sums + i), origin, p);
-  clear_sum(work.sums + i, kWasPushed);
+  clear_sum(work.sums + i, as);
   meet_body(work.frame, work.scene, work.scene * work.frame.count + i, s, meeting, p);
   work.store(i, p);
   work.watch(i, xyz(p.x), clock);
@@ -237,7 +234,7 @@ __device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int block
   }
   for (int i = work.thread; i < frame.count; i += work.threads) {
     const int level = work.supported(i, __ldcg(&work.sums[i].support));
-    move_particle(work, i, s, Meeting::Touches, clock);
+    move_particle(work, i, s, Meeting::Touches, kWasPushed, clock);
     __stcg(work.support + i, level);
   }
   wait();
@@ -261,18 +258,15 @@ __device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks
       break;
     }
     ++clock.serial;
-    const Meeting meeting = pass < kSelfSlides                ? Meeting::Touches
-                            : pass < kSelfSlides + kSelfRides ? Meeting::Rides
-                                                              : Meeting::Stays;
     for (int i = work.thread; i < frame.count; i += work.threads) {
-      move_particle(work, i, s, meeting, clock);
+      move_particle(work, i, s, meeting_in_pass(pass), kWasKept, clock);
     }
     wait();
   }
   for (int i = work.thread; i < frame.count; i += work.threads) {
-    if (__ldcg(&work.sums[i].used) == kWasPushed) {
+    if (__ldcg(&work.sums[i].used) == kWasKept) {
       SelfParticle<T> p = work.load_particle(i);
-      meet_body(frame, work.scene, work.scene * frame.count + i, s, Meeting::Touches, p);
+      meet_body(frame, work.scene, work.scene * frame.count + i, s, Meeting::Leaves, p);
       work.store(i, p);
     }
   }

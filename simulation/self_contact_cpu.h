@@ -40,10 +40,8 @@ class SelfContactCpu {
   bool comes_out(const std::vector<BodyOutlook<T>>& outlook, int i) const {
     return atelier::comes_out(view_, outlook.data(), i);
   }
-  /// From now on `moved` is of the whole substep.
-  void all_moved() { moved_from_ = 1; }
-  /// True if it was kept where this substep began.
-  bool stays(int i) const { return moved_[i] > kSelfPushes + kSelfSlides; }
+  /// From now on `moved` is of everything that was kept back in the substep.
+  void all_kept() { moved_from_ = kSelfPushes + 1; }
   int candidate_count() const { return static_cast<int>(face_pairs_.size() + edge_pairs_.size()); }
   int search_count() const { return searches_; }
   int renewal_count() const { return renewals_; }

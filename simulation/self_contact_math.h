@@ -25,9 +25,10 @@ namespace atelier {
 ///
 /// Passes (self_crossing_math.h). After pushes and the body, a pair that would pass goes back to
 /// where the substep began, carried along by the body or the pin that holds one of its particles
-/// (rigid impact zones, Provot 1997): so nothing that was not crossed gets crossed, also where a
-/// body presses. What is crossed all the same (it began so) is pulled apart along the gradient of
-/// the length of the intersection (Volino and Magnenat-Thalmann 2006); layers know which side is
+/// (rigid impact zones, Provot 1997), and the body asks for less and less of its distance there: so
+/// nothing that was not crossed gets crossed, also where a body presses. What is crossed all the
+/// same (it began so, or came out of the body) is pulled apart along the gradient of the length of
+/// the intersection (Volino and Magnenat-Thalmann 2006); layers know which side is
 /// outside. What is crossed is looked for at the frame's first substep; at a later one, around what
 /// contacts moved in the substep before, where that let something pass or kept something back, and
 /// around what was crossed.
@@ -70,10 +71,22 @@ constexpr int kSelfPushes = 10;  ///< passes of pushes in a substep, at most
 constexpr int kSelfKeeps = 30;   ///< and of keeping back what would pass
 constexpr int kSelfSlides = 6;   ///< of these the first, in which a pair may slide on itself
 constexpr int kSelfRides = 8;    ///< and the next, in which who is kept rides on the body near it
+constexpr int kSelfStays = 8;    ///< and the next, in which the body leaves it half of its distance
+/// Share of its way that a pair may not pass beyond it either: who ended in contact, to the last
+/// digit, would have no side in the next substep.
+constexpr double kSelfMargin = 0.25;
 constexpr double kSelfRest = 0.02;  ///< of the gap: a push below it needs no further pass
 /// Where more than one in so many left their flights, all pairs are looked for again.
 constexpr int kSelfFew = 8;
 constexpr double kSelfNearly = 0.75;  ///< of its slack: who is as far from its flight may leave it
+
+/// How who was kept back in pass `keep` meets the body.
+ATELIER_HOST_DEVICE inline Meeting meeting_in_pass(int keep) {
+  return keep < kSelfSlides                             ? Meeting::Touches
+         : keep < kSelfSlides + kSelfRides              ? Meeting::Rides
+         : keep < kSelfSlides + kSelfRides + kSelfStays ? Meeting::Stays
+                                                        : Meeting::Leaves;
+}
 
 constexpr int kSupportLevels = 64;  ///< of particles that rest on one another, see PushSum
 

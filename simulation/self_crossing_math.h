@@ -14,15 +14,61 @@ ATELIER_HOST_DEVICE inline T spanned_volume(const Vec4<T>* start, const Vec4<T>*
   return dot(cross(at[1] - at[0], at[2] - at[0]), at[3] - at[0]);
 }
 
-/// True if the four particles come into one plane between start and end, changing sides; `at` is
-/// then where they meet. The cubic is solved by bisection and regula falsi in turns between its
-/// signs; passing and coming back within one substep leaves nothing crossed.
+/// The times between which the volume that four particles span changes one way only: `count` cuts
+/// from 0 to 1, none where it does not come to 0.
 template <class T>
-ATELIER_HOST_DEVICE inline bool becomes_flat(const Vec4<T>* start, const Vec4<T>* x, Vec3<T>* at) {
-  T low = T(0);
-  T high = T(1);
-  T at_low = spanned_volume(start, x, low, at);
-  T at_high = spanned_volume(start, x, high, at);
+struct VolumeCuts {
+  T time[4], volume[4];
+  int count;
+};
+template <class T>
+ATELIER_HOST_DEVICE inline VolumeCuts<T> volume_cuts(const Vec4<T>* start, const Vec4<T>* x) {
+  Vec3<T> at[4];
+  T v[4];
+  for (int k = 0; k < 4; ++k) {
+    v[k] = spanned_volume(start, x, k == 3 ? T(1) : static_cast<T>(k) * T(1.0 / 3), at);
+  }
+  // The cubic through the four values lies between those of its Bernstein form.
+  const T b1 = (T(-5) * v[0] + T(18) * v[1] - T(9) * v[2] + T(2) * v[3]) * T(1.0 / 6);
+  const T b2 = (T(2) * v[0] - T(9) * v[1] + T(18) * v[2] - T(5) * v[3]) * T(1.0 / 6);
+  VolumeCuts<T> cuts{{T(0)}, {v[0]}, 0};
+  if ((v[0] > T(0) && b1 > T(0) && b2 > T(0) && v[3] > T(0)) ||
+      (v[0] < T(0) && b1 < T(0) && b2 < T(0) && v[3] < T(0))) {
+    return cuts;
+  }
+  cuts.count = 1;
+  // Its derivative is d0 (1 - t)^2 + 2 d1 t (1 - t) + d2 t^2, up to a factor.
+  const T d0 = b1 - v[0];
+  const T d1 = b2 - b1;
+  const T d2 = v[3] - b2;
+  const T a = d0 - T(2) * d1 + d2;
+  const T half = d1 - d0;
+  const T root = half * half - a * d0;
+  if (root > T(0)) {
+    const T q = -(half + (half > T(0) ? std::sqrt(root) : -std::sqrt(root)));
+    const T one = q / a;
+    const T two = d0 / q;
+    for (T time : {one < two ? one : two, one < two ? two : one}) {
+      if (time > cuts.time[cuts.count - 1] && time < T(1)) {
+        cuts.time[cuts.count] = time;
+        cuts.volume[cuts.count++] = spanned_volume(start, x, time, at);
+      }
+    }
+  }
+  cuts.time[cuts.count] = T(1);
+  cuts.volume[cuts.count++] = v[3];
+  return cuts;
+}
+
+/// Where the four particles lie in one plane between the cuts `k` and `k + 1`, if they do: by
+/// bisection and regula falsi in turns.
+template <class T>
+ATELIER_HOST_DEVICE inline bool becomes_flat(const Vec4<T>* start, const Vec4<T>* x,
+                                             const VolumeCuts<T>& cuts, int k, Vec3<T>* at) {
+  T low = cuts.time[k];
+  T high = cuts.time[k + 1];
+  T at_low = cuts.volume[k];
+  T at_high = cuts.volume[k + 1];
   if (!((at_low > T(0) && at_high < T(0)) || (at_low < T(0) && at_high > T(0)))) {
     return false;
   }
@@ -41,18 +87,16 @@ ATELIER_HOST_DEVICE inline bool becomes_flat(const Vec4<T>* start, const Vec4<T>
       break;
     }
   }
-  spanned_volume(start, x, T(0.5) * (low + high), at);
+  const T between = at_low - at_high;
+  const T share = std::fabs(between) > T(0) ? at_low / between : T(0.5);
+  spanned_volume(start, x, low + share * (high - low), at);
   return true;
 }
 
-/// True if a pair passes through itself in the substep: a particle (last of four, the face before
-/// it) or, where `edges`, two edges.
+/// True if four particles in one plane meet: a particle (the last) lies in the face before it or,
+/// where `edges`, two edges cross.
 template <class T>
-ATELIER_HOST_DEVICE inline bool passes(const Vec4<T>* start, const Vec4<T>* x, bool edges) {
-  Vec3<T> at[4];
-  if (!becomes_flat(start, x, at)) {
-    return false;
-  }
+ATELIER_HOST_DEVICE inline bool meet_in_plane(const Vec3<T>* at, bool edges) {
   const T room = T(1e-3);
   if (!edges) {
     const Vec3<T> n = cross(at[1] - at[0], at[2] - at[0]);
@@ -78,9 +122,25 @@ ATELIER_HOST_DEVICE inline bool passes(const Vec4<T>* start, const Vec4<T>* x, b
   return s > -room && s < T(1) + room && t > -room && t < T(1) + room;
 }
 
+/// True if a pair meets between `start` and `x`. It may come into one plane up to three times: who
+/// passes a face and leaves its plane beside it again ends on the side on which it began, and is
+/// crossed.
+template <class T>
+ATELIER_HOST_DEVICE inline bool passes(const Vec4<T>* start, const Vec4<T>* x, bool edges) {
+  const VolumeCuts<T> cuts = volume_cuts(start, x);
+  Vec3<T> at[4];
+  for (int k = 0; k + 1 < cuts.count; ++k) {
+    if (becomes_flat(start, x, cuts, k, at) && meet_in_plane(at, edges)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// Lets a pair move as one along the direction `before` that it had at the substep's start, and
-/// freely across it: `slide(particle, push)` for each of the free ones. What stayed where it was
-/// would stick there, whatever pulled at it, for as long as it would pass.
+/// freely across it: `slide(particle, push)` for each of the free ones; where some are not, these
+/// lead. What stayed where it was would stick there, whatever pulled at it, for as long as it would
+/// pass.
 template <class T, class Slide>
 ATELIER_HOST_DEVICE inline void slide_as_one(const int* particle, const Vec4<T>* start,
                                              const Vec4<T>* x, Vec3<T> before, const Slide& slide) {
@@ -115,6 +175,23 @@ enum class Passing {
   Kept   ///< would pass
 };
 
+/// Where four particles on their ways from `start` to `x` come to a little later; none goes further
+/// than half the gap, so that pairs that no list holds need not be asked.
+template <class T>
+ATELIER_HOST_DEVICE inline void go_on(const Vec4<T>* start, const Vec4<T>* x, T gap,
+                                      Vec4<T>* beyond) {
+  T most = T(0);
+  for (int k = 0; k < 4; ++k) {
+    most = max_of(most, squared_norm(xyz(x[k]) - xyz(start[k])));
+  }
+  most = std::sqrt(most);
+  const T wanted = static_cast<T>(kSelfMargin);
+  const T margin = wanted * most > T(0.5) * gap ? T(0.5) * gap / most : wanted;
+  for (int k = 0; k < 4; ++k) {
+    beyond[k] = with_w(xyz(x[k]) + margin * (xyz(x[k]) - xyz(start[k])), x[k].w);
+  }
+}
+
 /// Keeps a pair back that would pass. Where `slides`, see slide_as_one; else it is kept where the
 /// substep began: `stay(particle, carry)` for each of the free ones with the carry of each of the
 /// four (`carry(particle)`).
@@ -127,11 +204,13 @@ ATELIER_HOST_DEVICE inline Passing keep_back(const SelfView<T>& cloth, const Sel
   pair_particles(cloth, pair, edges, particle);
   Vec4<T> start[4];
   Vec4<T> x[4];
+  Vec4<T> beyond[4];
   for (int k = 0; k < 4; ++k) {
     start[k] = load_start(particle[k]);
     x[k] = load(particle[k]);
   }
-  if (stay_apart(start, x, edges ? 2 : 3, pair.gap) || !passes(start, x, edges)) {
+  go_on(start, x, pair.gap, beyond);
+  if (stay_apart(start, beyond, edges ? 2 : 3, pair.gap) || !passes(start, beyond, edges)) {
     return Passing::No;
   }
   Vec3<T> before{};
@@ -151,14 +230,21 @@ ATELIER_HOST_DEVICE inline Passing keep_back(const SelfView<T>& cloth, const Sel
   if (both_tangled(cloth, pair, edges)) {  // free to come apart
     return Passing::Free;
   }
-  // Who has to come out of the body is not kept in it.
+  // Who has to come out of the body is not kept in it; it takes along what it would pass.
   Vec3<T> held[4];
+  bool comes_out = false;
+  bool follows = false;
   for (int k = 0; k < 4; ++k) {
     const Vec4<T> carried = carry(particle[k]);
     held[k] = x[k].w > T(0) ? xyz(carried) : xyz(x[k]) - xyz(start[k]);
     if (carried.w > T(0)) {
-      return Passing::Free;
+      x[k].w = T(0);
+      comes_out = true;
     }
+    follows = follows || x[k].w > T(0);
+  }
+  if (comes_out && !(slides && follows)) {
+    return Passing::Free;
   }
   if (slides) {
     slide_as_one(particle, start, x, before, slide);

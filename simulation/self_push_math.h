@@ -174,7 +174,8 @@ ATELIER_HOST_DEVICE inline bool is_nearest_piece(const SelfView<T>& cloth, int f
   return beyond < 0 || !leans_towards(direction, at, xyz(load_start(beyond)));
 }
 
-/// True if both pieces of a pair are crossed by something.
+/// True if both pieces of a pair are crossed by something, with all of their particles: crossings
+/// then wander from piece to piece, and do not spread to those beside them.
 template <class T>
 ATELIER_HOST_DEVICE inline bool both_tangled(const SelfView<T>& cloth, const SelfPair<T>& pair,
                                              bool edges) {
@@ -182,10 +183,10 @@ ATELIER_HOST_DEVICE inline bool both_tangled(const SelfView<T>& cloth, const Sel
   if (edges) {
     const ClothEdge a = cloth.edges[pair.first];
     const ClothEdge b = cloth.edges[pair.second];
-    return (tangled(a.a) || tangled(a.b)) && (tangled(b.a) || tangled(b.b));
+    return tangled(a.a) && tangled(a.b) && tangled(b.a) && tangled(b.b);
   }
   const FaceIndices f = cloth.surface.faces[pair.second];
-  return tangled(pair.first) && (tangled(f.a) || tangled(f.b) || tangled(f.c));
+  return tangled(pair.first) && tangled(f.a) && tangled(f.b) && tangled(f.c);
 }
 
 /// True if the side on which a pair was at the substep's start may be the wrong one: pieces that

@@ -198,19 +198,17 @@ class CpuBackend final : public ClothSolver::Backend {
     });
   }
 
-  /// `again`: only who was pushed since; `stays`: the body gives way to who is kept back, see
-  /// stay_with_body (there also `rides`).
-  void touch_body(int s, bool again, bool stays, bool rides) {
+  /// `again`: only whom cloth moved since.
+  void touch_body(int s, bool again, Meeting meeting) {
     const T t0 = static_cast<T>(s) / static_cast<T>(options_.substeps);
     const T t1 = static_cast<T>(s + 1) / static_cast<T>(options_.substeps);
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         if (!again || self_->moved(static_cast<int>(i))) {
           BodyParticle<T> p{x_[i], start_[i], held_[i], xyz(carry_[i])};
-          touched_[i] =
-              stays && self_->stays(static_cast<int>(i))
-                  ? stay_with_body(p, origin_[i], body_, t0, t1, rule_, outlook_[i], rides)
-                  : x_[i].w > T(0) && touch_particle(i, p, t0, t1);
+          touched_[i] = meeting == Meeting::Touches ? x_[i].w > T(0) && touch_particle(i, p, t0, t1)
+                                                    : stay_with_body(p, origin_[i], body_, t0, t1,
+                                                                     rule_, outlook_[i], meeting);
           x_[i] = p.x;
           start_[i] = p.start;
           held_[i] = p.held;
@@ -289,30 +287,30 @@ class CpuBackend final : public ClothSolver::Backend {
       }
       if (self_ == nullptr) {
         if (body_.face_count > 0) {
-          touch_body(s, false, false, false);
+          touch_body(s, false, Meeting::Touches);
         }
         continue;
       }
       // What lies on the body has to be known before cloth pushes cloth. In the end nothing passes,
       // neither cloth nor body; where both cannot be, the body wins.
       if (body_.face_count > 0) {
-        touch_body(s, false, false, false);
+        touch_body(s, false, Meeting::Touches);
       }
       const SelfMotion<T> motion{x_, start_, carry_, origin_, touched_};
       self_->push(motion);
       if (body_.face_count > 0) {
-        touch_body(s, true, false, false);
+        touch_body(s, true, Meeting::Touches);
       }
       bool kept = false;
       for (int pass = 0; pass < kSelfKeeps && self_->keep_back(motion, pass); ++pass) {
         kept = true;
         if (body_.face_count > 0) {
-          touch_body(s, true, true, pass < kSelfSlides + kSelfRides);
+          touch_body(s, true, meeting_in_pass(pass));
         }
       }
       if (kept && body_.face_count > 0) {
-        self_->all_moved();
-        touch_body(s, true, false, false);
+        self_->all_kept();
+        touch_body(s, true, Meeting::Leaves);
       }
     }
     const T keep = static_cast<T>(1 / (1 + options_.velocity_damping * static_cast<double>(h)));

@@ -221,23 +221,34 @@ Mesh tube(int around, int rings, double top, double bottom, double high, double 
   return mesh;
 }
 
-// A skirt on hips and a kicking leg, for as long as anyone likes: 300 frames here, 100,000 in
-// scripts/soak.
-TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
+/// Hips, a leg and one that kicks by up to 80 degrees, while all of it spins by half a turn to and
+/// fro and shakes: from any time on, at which the leg comes up from below.
+struct Kicks {
   Limbs body;
-  body.add(capsule(0.15, 0.1, {0, 0, 0}));
-  body.add(capsule(0.07, 0.4, {-0.08, -0.3, 0}));
-  const Eigen::RowVector3d hip(0.08, -0.08, 0);
-  body.add(capsule(0.07, 0.4, hip - Eigen::RowVector3d(0, 0.22, 0)));
-  const auto at = [&](int frame) -> Points {
-    const double t = frame / 60.0;
-    // Kicks of 80 degrees, spins of half a turn to and fro, and a shake.
-    const Points posed = body.turned(1.4 * std::pow(std::sin(4 * t), 2), hip);
+  double start;  // s
+
+  explicit Kicks(double seconds) : start(seconds) {
+    body.add(capsule(0.15, 0.1, {0, 0, 0}));
+    body.add(capsule(0.07, 0.4, {-0.08, -0.3, 0}));
+    body.add(capsule(0.07, 0.4, hip() - Eigen::RowVector3d(0, 0.22, 0)));
+  }
+  static Eigen::RowVector3d hip() { return {0.08, -0.08, 0}; }
+  Points placed(const Points& points, int frame) const {
+    const double t = start + frame / 60.0;
     const Eigen::Matrix3d spin =
         Eigen::AngleAxisd(1.6 * std::sin(5 * t), Eigen::Vector3d::UnitY()).toRotationMatrix();
-    return (posed * spin.transpose()).rowwise() +
+    return (points * spin.transpose()).rowwise() +
            Eigen::RowVector3d(0.05 * std::sin(9 * t), 0.05 * std::sin(11 * t), 0);
-  };
+  }
+  Points at(int frame) const {
+    const double t = start + frame / 60.0;
+    const double raised = start > 0 ? ramp(frame, 0, 30) : 1;
+    return placed(body.turned(1.4 * raised * std::pow(std::sin(4 * t), 2), hip()), frame);
+  }
+};
+
+// A skirt in extreme motion, for as long as anyone likes: 300 frames here, 100,000 in scripts/soak.
+TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
   Garment garment = fixtures::garment_of(tube(28, 12, 0.155, 0.3, 0.02, -0.4), 0.2, 400, 2e-6);
   garment.material.thickness = 2e-3;
   std::vector<int> waist;
@@ -245,33 +256,45 @@ TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
     waist.push_back(i);
   }
   const Cloth cloth = make_cloth(garment, waist);
+  const std::vector<double> starts =
+      fixtures::soaking() ? std::vector<double>{0, 3.1, 7.7, 12.9} : std::vector<double>{0, 7.7};
+  const int all_frames = fixtures::frames_or_soak(300);
+  const int frames = all_frames / static_cast<int>(starts.size());
   for (Device device : fixtures::devices()) {
-    XpbdOptions options;
-    options.self_contact = true;
-    ClothSolver solver(cloth, body.faces, options, device);
-    const int frames = fixtures::frames_or_soak(300);
-    fixtures::Tenths strain(frames);
-    fixtures::Tenths crossings(frames);
-    for (int i = 0; i < frames; ++i) {
-      Control control;
-      control.body_start = at(i);
-      control.body_end = at(i + 1);
-      const double t = (i + 1) / 60.0;
-      const Eigen::Matrix3d spin =
-          Eigen::AngleAxisd(1.6 * std::sin(5 * t), Eigen::Vector3d::UnitY()).toRotationMatrix();
-      control.pin_targets = (cloth.rest_positions * spin.transpose()).rowwise() +
-                            Eigen::RowVector3d(0.05 * std::sin(9 * t), 0.05 * std::sin(11 * t), 0);
-      strain.add(i, solver.advance(control).strain_p95);
-      if (i % 50 == 49) {
-        crossings.add(i, count_crossings(solver.state().positions, cloth.faces));
+    fixtures::Tenths strain(all_frames);
+    fixtures::Tenths crossings(all_frames);
+    double deepest = 0;
+    int frame = 0;
+    for (double start : starts) {
+      const Kicks kicks(start);
+      XpbdOptions options;
+      options.self_contact = true;
+      ClothSolver solver(cloth, kicks.body.faces, options, device);
+      ClothState state = rest_state(cloth);
+      state.positions = kicks.placed(state.positions, 0);
+      solver.set_state(state);
+      for (int i = 0; i < frames; ++i, ++frame) {
+        Control control;
+        control.body_start = kicks.at(i);
+        control.body_end = kicks.at(i + 1);
+        control.pin_targets = kicks.placed(cloth.rest_positions, i + 1);
+        strain.add(frame, solver.advance(control).strain_p95);
+        if (i % 10 == 9) {
+          const Points x = solver.state().positions;
+          crossings.add(frame, count_crossings(x, cloth.faces));
+          deepest = std::max(
+              deepest,
+              fixtures::contact_guard(x, control.body_end, kicks.body.faces, 2e-3).deepest);
+        }
       }
     }
+    EXPECT_LT(deepest, kDeepest);
     EXPECT_LT(std::max(strain.early(), strain.late()), 0.3);
-    // Where the leg squeezes folds against the hip, which it overlaps, the body wins; such
-    // crossings come and go.
-    EXPECT_LT(std::max(crossings.early(), crossings.late()), 30) << "of 1,000 edges";
+    // Where the leg squeezes folds against the hip, which it overlaps, the body may win; such
+    // crossings come apart within a few frames.
+    EXPECT_LT(std::max(crossings.early(), crossings.late()), 10) << "of 1,000 edges";
     EXPECT_LT(strain.late(), 1.2 * strain.early() + 0.02) << "strain must not grow";
-    if (frames >= 2000) {
+    if (all_frames >= 2000) {
       EXPECT_LE(crossings.late(), 1.5 * crossings.early() + 10) << "crossings must not grow";
     }
     RecordProperty(std::string("crossings_by_tenth_") + device_name(device), crossings.text());

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/random.h"
 #include "simulation/crossings.h"
 #include "simulation/self_crossing_math.h"
 #include "tests/simulation/cloth_fixtures.h"
@@ -64,6 +65,49 @@ TEST(SelfContact, APairThatWouldPassSlidesOnItself) {
     EXPECT_EQ(k, 3);
     EXPECT_NEAR(push.y, 0.06, 1e-12);
   });
+}
+
+// Against many small steps, each of them as good as straight.
+TEST(SelfContact, NoPassWithinASubstepIsMissed) {
+  constexpr int kSteps = 400;
+  Random random{11, 0, 0};
+  int passed = 0;
+  int returned = 0;  // passed, and on their first side again
+  for (int trial = 0; trial < 20000; ++trial) {
+    const bool edges = trial % 2 == 0;
+    Vec4<double> start[4];
+    Vec4<double> x[4];
+    for (int k = 0; k < 4; ++k) {
+      start[k] = {uniform(random), uniform(random), uniform(random), 1};
+      x[k] = {uniform(random), uniform(random), uniform(random), 1};
+    }
+    Vec3<double> at[4];
+    bool meets = false;
+    double before = spanned_volume(start, x, 0.0, at);
+    for (int step = 1; step <= kSteps; ++step) {
+      const double now = spanned_volume(start, x, step / double(kSteps), at);
+      if ((before > 0) != (now > 0)) {
+        // Clearly inside one another, as they move between two steps.
+        const int split = edges ? 2 : 3;
+        Vec3<double> centre{};
+        for (int k = 0; k < split; ++k) {
+          centre += (1.0 / split) * at[k];
+        }
+        for (int k = 0; k < split; ++k) {
+          at[k] = centre + 0.9 * (at[k] - centre);
+        }
+        meets = meets || meet_in_plane(at, edges);
+      }
+      before = now;
+    }
+    if (meets) {
+      EXPECT_TRUE(passes(start, x, edges)) << trial;
+      ++passed;
+      returned += (spanned_volume(start, x, 0.0, at) > 0) == (before > 0) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(passed, 1000);
+  EXPECT_GT(returned, 10);
 }
 
 TEST(SelfContact, ASheetFallingOnAnotherLandsOnIt) {
