@@ -8,7 +8,10 @@
 #   loads, needed too.
 # atelier_late_library(name folder PRIVATE ...)   <folder>/<name>.cpp as the shared object
 #   lib/libatelier_<name>.so, which programs load when they first need it (core/late_library.h)
-# atelier_executable(name DIRECTORY dir PRIVATE ... [OPTIONAL ...])
+# atelier_executable(name DIRECTORY dir [EXCEPT ...] PRIVATE ... [OPTIONAL ...])
+# atelier_objects(name DIRECTORY dir ONLY ... PRIVATE ... [OPTIONAL ...])   files of a program's
+#   folder as objects, for the program and for whoever else links them; where a package is missing
+#   there are none, and the program says so
 # atelier_tests(name DIRECTORY dir PRIVATE ... [APART filter])   a GoogleTest program of one folder
 #   of tests; those that match the filter run as a second process, so that the longest program does
 #   not leave a core idle.
@@ -110,6 +113,19 @@ function(atelier_sources result directory)
   set(${result} "${sources}" PARENT_SCOPE)
 endfunction()
 
+# Keeps of a list of files those of the names in `only`, or all but those in `except`.
+function(atelier_only list_of_files only except)
+  set(kept "${${list_of_files}}")
+  if(only)
+    list(JOIN only "|" names)
+    list(FILTER kept INCLUDE REGEX "/(${names})[.]")
+  elseif(except)
+    list(JOIN except "|" names)
+    list(FILTER kept EXCLUDE REGEX "/(${names})[.]")
+  endif()
+  set(${list_of_files} "${kept}" PARENT_SCOPE)
+endfunction()
+
 # The sources of some folders that a few files need: those whose own header (the first include) one of
 # them includes, and so on. Read when configuring; a source that starts to include one more may need
 # cmake to run again.
@@ -170,13 +186,7 @@ function(atelier_library name)
     return()
   endif()
   atelier_sources(sources ${arg_DIRECTORY})
-  if(arg_ONLY)
-    list(JOIN arg_ONLY "|" names)
-    list(FILTER sources INCLUDE REGEX "/(${names})[.]")
-  elseif(arg_EXCEPT)
-    list(JOIN arg_EXCEPT "|" names)
-    list(FILTER sources EXCLUDE REGEX "/(${names})[.]")
-  endif()
+  atelier_only(sources "${arg_ONLY}" "${arg_EXCEPT}")
   if(NOT sources)
     return()  # a folder whose first source is still to come
   endif()
@@ -204,13 +214,14 @@ function(atelier_late_library name folder)
 endfunction()
 
 function(atelier_executable name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "PRIVATE;OPTIONAL")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "EXCEPT;PRIVATE;OPTIONAL")
   atelier_missing(missing ${arg_PRIVATE})
   if(missing)
     message(STATUS "left out: ${name} (missing: ${missing})")
     return()
   endif()
   atelier_sources(sources ${arg_DIRECTORY})
+  atelier_only(sources "" "${arg_EXCEPT}")
   if(NOT sources)
     return()
   endif()
@@ -219,6 +230,23 @@ function(atelier_executable name)
   target_link_libraries(${name} PRIVATE ${arg_PRIVATE})
   atelier_optional(${name} ${arg_OPTIONAL})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+endfunction()
+
+function(atelier_objects name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "ONLY;PRIVATE;OPTIONAL")
+  atelier_missing(missing ${arg_PRIVATE})
+  if(missing)
+    return()
+  endif()
+  atelier_sources(sources ${arg_DIRECTORY})
+  atelier_only(sources "${arg_ONLY}" "")
+  add_library(${name} OBJECT ${sources})
+  atelier_settings(${name})
+  target_link_libraries(${name} PRIVATE ${arg_PRIVATE})
+  atelier_optional(${name} ${arg_OPTIONAL})
+  # Compiled as the program is, whose precompiled headers they share.
+  target_compile_options(${name} PRIVATE -fPIE)
+  set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
 endfunction()
 
 # -O1: a test is compiled more often than its loops are run.

@@ -1,7 +1,10 @@
+#if defined(ATELIER_HAS_CUDA)
+
+#include "core/cuda_check.h"
+
 #include <filesystem>
 #include <string>
 
-#include "core/cuda_check.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -42,3 +45,5 @@ void release_cuda(void* memory) noexcept {
 }
 
 }  // namespace atelier
+
+#endif
