@@ -44,9 +44,21 @@ constexpr std::array kFileArguments = {
     FileArgument{"report", "--out", "html"},
 };
 
-/// "cpu cuda" of an option whose type is "cpu|cuda"; "" of one that takes anything else.
+std::string stage_names() {
+  std::string names;
+  for (const Stage& stage : all_stages()) {
+    names += (names.empty() ? "" : " ") + std::string(stage.name);
+  }
+  return names;
+}
+
+/// "cpu cuda" of an option whose type is "cpu|cuda", every stage of one that takes a STAGE; "" of
+/// one that takes anything else.
 std::string choices_of(const CLI::Option& option) {
   std::string words = option.get_type_name();
+  if (words == "STAGE") {
+    return stage_names();
+  }
   if (words.find('|') == std::string::npos ||
       words.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.-|") != std::string::npos) {
     return "";
@@ -98,7 +110,7 @@ std::string command_case(std::string_view name, const CLI::App& parser) {
 }
 
 // Bash splits "--flag=value" at the "=". Flags may be typed with "_" for "-". Where the kind of
-// file is known, folders lead to it.
+// file is known, folders lead to it. Names of files come line by line: they may have spaces.
 constexpr const char* kReply =
     "  case ${COMP_WORDS[1]}:$word in\n"
     "    completion:*) COMPREPLY=($(compgen -W 'bash' -- \"$word\")) ;;\n"
@@ -107,13 +119,14 @@ constexpr const char* kReply =
     "      if [ -n \"$values\" ]; then\n"
     "        COMPREPLY=($(compgen -W \"$values\" -- \"$word\"))\n"
     "      elif [ -n \"$files\" ]; then\n"
-    "        local IFS=$'\\n' kind\n"
-    "        COMPREPLY=($(compgen -d -- \"$word\"))\n"
-    "        for kind in ${files// /$'\\n'}; do\n"
-    "          COMPREPLY+=($(compgen -f -X \"!*.$kind\" -- \"$word\"))\n"
+    "        local kind\n"
+    "        mapfile -t COMPREPLY < <(compgen -d -- \"$word\")\n"
+    "        for kind in $files; do\n"
+    "          mapfile -t -O ${#COMPREPLY[@]} COMPREPLY < <(compgen -f -X \"!*.$kind\" -- "
+    "\"$word\")\n"
     "        done\n"
     "      else\n"
-    "        COMPREPLY=($(compgen -f -- \"$word\"))\n"
+    "        mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n"
     "      fi ;;\n"
     "  esac\n";
 
@@ -152,8 +165,9 @@ std::string bash_script() {
          "    before=${COMP_WORDS[COMP_CWORD-2]}\n"
          "  fi\n"
          "  before=${before//_/-}\n"
-         "  case ${COMP_WORDS[1]} in\n" +
-         cases + "  esac\n" + kReply +
+         "  case ${COMP_WORDS[1]} in\n"
+         "    help) values='" +
+         commands + "' ;;\n" + cases + "  esac\n" + kReply +
          "}\n"
          "complete -o filenames -F _atelier atelier\n";
 }

@@ -128,6 +128,18 @@ constexpr std::array kStages = {
           .options = option_set<FlattenStageOptions>,
           .run = run_flatten},
 #endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
+    defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
+    defined(ATELIER_HAS_CORE_RENDER)
+    Stage{.name = "material",
+          .version = 1,
+          .summary = "how stiff each garment's cloth is, from how it moved",
+          .inputs = {"capture", "person", "tracked", "bodies", "template", "registered"},
+          .outputs = {"fitted_material"},
+          .metrics = kMaterialMetrics,
+          .options = option_set<MaterialStageOptions>,
+          .run = run_material},
+#endif
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",
           .version = 2,
@@ -170,14 +182,6 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
-    Stage{.name = "material",
-          .version = 1,
-          .summary = "how stiff each garment's cloth is, from how it moved",
-          .inputs = {"capture", "person", "tracked", "bodies", "template", "registered"},
-          .outputs = {"fitted_material"},
-          .metrics = kMaterialMetrics,
-          .options = option_set<MaterialStageOptions>,
-          .run = run_material},
     Stage{.name = "animate",
           .version = 1,
           .summary = "the person and the simulated garments in a motion, as meshes and pictures",

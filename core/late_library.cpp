@@ -1,6 +1,7 @@
 #include "core/late_library.h"
 
 #include <filesystem>
+#include <string>
 #include <system_error>
 
 #include <dlfcn.h>
@@ -30,7 +31,9 @@ void* late_symbol(const char* library, const char* function) {
   // Never closed: what it gave lives as long as the program.
   void* handle = dlopen(beside_program(library).c_str(), RTLD_LAZY | RTLD_LOCAL);
   if (handle == nullptr) {
-    throw EnvironmentError(library, loader_complaint());
+    throw EnvironmentError(library, std::string("not loaded; it belongs into the folder lib beside "
+                                                "the program's bin: ") +
+                                        loader_complaint());
   }
   void* symbol = dlsym(handle, function);
   if (symbol == nullptr) {

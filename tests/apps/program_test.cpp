@@ -149,6 +149,30 @@ TEST_F(Program, CompletionCompletes) {
   EXPECT_EQ(complete("atelier convert a b --config " + here, 5),
             here + "folder " + here + "c.toml\n");
   EXPECT_THAT(complete("atelier inspect " + here, 2), HasSubstr(here + "b.txt"));
+  // Names with spaces are one word.
+  std::filesystem::create_directory(root_ / "my capture");
+  EXPECT_EQ(complete("atelier inspect " + here + "my", 2), here + "my capture\n");
+  EXPECT_THAT(run_child({"bash", "-c",
+                         "source " + script + "; COMP_WORDS=(atelier statistics " + here +
+                             "my); COMP_CWORD=2; _atelier; echo ${#COMPREPLY[@]}"})
+                  .out,
+              StartsWith("1\n"));
+  EXPECT_EQ(complete("atelier help stati", 2), "statistics\n");
+  EXPECT_EQ(complete("atelier run a b --from stati", 5), "statistics\n");
+}
+
+TEST_F(Program, StagesAreListedInTheOrderOfARun) {
+  const std::string help = run({"--help"}).out;
+  std::size_t before = 0;
+  for (const char* stage :
+       {"validate", "reconstruct", "personalize", "track", "body", "template", "register",
+        "flatten", "material", "simulate", "appearance", "animate"}) {
+    const std::size_t at = help.find("\n  " + std::string(stage) + " ");
+    if (at != std::string::npos) {  // a build may lack it
+      EXPECT_GT(at, before) << stage;
+      before = at;
+    }
+  }
 }
 
 /// The stages and commands that the help lists.

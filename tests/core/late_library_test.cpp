@@ -8,6 +8,7 @@
 namespace atelier {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 std::string late_refusal(const char* library, const char* function) {
@@ -26,7 +27,8 @@ TEST(LateLibrary, AFunctionOfTheSystemIsFoundAndWorks) {
 }
 
 TEST(LateLibrary, WhatIsMissingIsNamed) {
-  EXPECT_THAT(late_refusal("libatelier_nothing.so", "f"), HasSubstr("libatelier_nothing.so"));
+  EXPECT_THAT(late_refusal("libatelier_nothing.so", "f"),
+              AllOf(HasSubstr("libatelier_nothing.so"), HasSubstr("the folder lib beside")));
   EXPECT_THAT(late_refusal("libm.so.6", "no_such_cosine"), HasSubstr("no_such_cosine"));
 }
 
