@@ -267,9 +267,9 @@ void run_flatten(StageRun& run) {
     }
     const std::string title = file.stem().string();
     const std::string folder = fs::is_directory(run.input("surface")) ? title + "/" : "";
-    const Flattened flat = flatten_mesh(file, options, [&](const std::string& line) {
-      run.say((folder.empty() ? "" : title + ": ") + line);
-    });
+    const std::string whose = folder.empty() ? "" : title + ": ";
+    const Flattened flat =
+        flatten_mesh(file, options, [&](const std::string& line) { run.say(whose + line); });
     write_flat(run, flat, title, folder);
     const FlatMeasures& m = flat.measures;
     panels += flat.pattern.cut.panel_count;
