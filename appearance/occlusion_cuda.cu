@@ -1,4 +1,4 @@
-#include "appearance/occlusion_cuda.h"
+#include "appearance/occlusion_cuda.cuh"
 #include "core/cuda_buffer.cuh"
 #include "core/tree_cuda.cuh"
 
@@ -21,19 +21,26 @@ __global__ void count_open(TreeView<double> tree, const Vec3d* positions, const 
 
 }  // namespace
 
+void open_rays_on_device(const TreeView<double>& tree, const Vec3d* positions, const Vec3d* normals,
+                         int vertices, const AmbientRays& rays, int* open) {
+  if (vertices == 0) {
+    return;
+  }
+  ATELIER_CUDA_CHECK(
+      cudaMemsetAsync(open, 0, 2 * static_cast<std::size_t>(vertices) * sizeof(int)));
+  count_open<<<cuda_blocks(2 * vertices * rays.strata), kCudaBlock>>>(tree, positions, normals,
+                                                                      vertices, rays, open);
+  ATELIER_CUDA_LAUNCHED(count_open);
+}
+
 std::vector<int> open_rays_cuda(const TriangleTree& tree, const std::vector<Vec3d>& positions,
                                 const std::vector<Vec3d>& normals, const AmbientRays& rays) {
   const CudaTree<double> on_device(tree);
   const CudaBuffer<Vec3d> at(positions);
   const CudaBuffer<Vec3d> along(normals);
   CudaBuffer<int> open(2 * positions.size());
-  open.clear();
-  const auto vertices = static_cast<int>(positions.size());
-  if (vertices > 0) {
-    count_open<<<cuda_blocks(2 * vertices * rays.strata), kCudaBlock>>>(
-        on_device.view(), at.data(), along.data(), vertices, rays, open.data());
-    ATELIER_CUDA_LAUNCHED(count_open);
-  }
+  open_rays_on_device(on_device.view(), at.data(), along.data(), static_cast<int>(positions.size()),
+                      rays, open.data());
   return open.download();
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 
+#include "appearance/surface_math.h"
 #include "core/error.h"
 #include "core/normals.h"
 
@@ -12,22 +13,13 @@ namespace {
 Points tangents_of(const Points& vertices, const Triangles& faces, const Points2& uvs,
                    const Triangles& uv_faces) {
   Points tangents = Points::Zero(uvs.rows(), 3);
+  const auto vertex = [&](int i) { return Vec3d{vertices(i, 0), vertices(i, 1), vertices(i, 2)}; };
+  const auto uv = [&](int i) { return uvs.data() + 2 * static_cast<Index>(i); };
   for (Index f = 0; f < faces.rows(); ++f) {
-    const Eigen::Vector3d p0 = vertices.row(faces(f, 0));
-    const Eigen::Vector3d p1 = vertices.row(faces(f, 1)).transpose() - p0;
-    const Eigen::Vector3d p2 = vertices.row(faces(f, 2)).transpose() - p0;
-    const Eigen::Vector2d t0 = uvs.row(uv_faces(f, 0));
-    const Eigen::Vector2d t1 = uvs.row(uv_faces(f, 1)).transpose() - t0;
-    const Eigen::Vector2d t2 = uvs.row(uv_faces(f, 2)).transpose() - t0;
-    const double turn = t1.x() * t2.y() - t1.y() * t2.x();
-    const Eigen::Vector3d direction =
-        (t2.y() * p1 - t1.y() * p2) * (turn < 0 ? -1.0 : 1.0);  // dP/du times the flat area
-    const double length = direction.norm();
-    if (length > 0) {
-      const double area = p1.cross(p2).norm();
-      for (int k = 0; k < 3; ++k) {
-        tangents.row(uv_faces(f, k)) += direction.transpose() * (area / length);
-      }
+    const Vec3d along = area_along_u(vertex(faces(f, 0)), vertex(faces(f, 1)), vertex(faces(f, 2)),
+                                     uv(uv_faces(f, 0)), uv(uv_faces(f, 1)), uv(uv_faces(f, 2)));
+    for (int k = 0; k < 3; ++k) {
+      tangents.row(uv_faces(f, k)) += Eigen::RowVector3d(along.x, along.y, along.z);
     }
   }
   return tangents.rowwise().normalized();

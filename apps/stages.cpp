@@ -158,7 +158,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "appearance",
-          .version = 3,
+          .version = 4,
           .summary = "how each garment looks: networks that draw its texture",
           .inputs = {"capture", "registered", "bodies"},
           .outputs = {"networks"},
@@ -169,7 +169,7 @@ constexpr std::array kStages = {
           .device_keyed = true},
 #endif
     Stage{.name = "ceiling",
-          .version = 2,
+          .version = 3,
           .summary = "appearance on a synthetic capture's true garments, to compare with",
           .inputs = {"capture"},
           .outputs = {"true_networks"},
@@ -183,7 +183,7 @@ constexpr std::array kStages = {
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "animate",
-          .version = 1,
+          .version = 2,
           .summary = "the person and the simulated garments in a motion, as meshes and pictures",
           .inputs = {"capture", "person", "tracked"},
           .optional_inputs = {"bodies", "template", "registered", "fitted_material", "networks"},

@@ -1,8 +1,8 @@
 // bench_appearance_network [cuda]: one picture of a dressed person, body of 10,000 vertices and
 // garment of 10,000, a network each, into a picture of 1024 x 1024, with everything that a new
-// frame costs (tree, occlusion, raster, networks). Networks are random: the arithmetic does not ask
-// what they learnt. A program of its own, since Google Benchmark and libtorch 2 share symbols and
-// crash.
+// frame costs, as a whole and part by part (the device waited for between them, so that parts do
+// not overlap and sum to more). Networks are random: the arithmetic does not ask what they learnt.
+// A program of its own, since Google Benchmark and libtorch 2 share symbols and crash.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -86,8 +86,19 @@ std::shared_ptr<const AppearanceModel> model_of(const Mesh& mesh, const Case& on
   return model;
 }
 
-/// Milliseconds of one picture, the median of some.
-double paint(const Case& one, Device device, int pictures) {
+/// Milliseconds of one picture, as a whole and of its parts: medians of some.
+struct Times {
+  double all;
+  PaintTimes parts;
+};
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+Times paint(const Case& one, Device device, int pictures) {
   const Mesh body = tube(0.2);
   const Mesh garment = tube(0.25);
   PaintOptions options;
@@ -102,19 +113,31 @@ double paint(const Case& one, Device device, int pictures) {
   camera.cx = camera.cy = 0.5 * kSide;
   camera.camera_from_world_rotation << 1, 0, 0, 0, -1, 0, 0, 0, -1;
   camera.camera_from_world_translation = {0, 0.8, 3};
-  std::vector<double> times;
-  for (int i = 0; i <= pictures; ++i) {
+  std::vector<double> whole;
+  std::vector<PaintTimes> parts;
+  for (int i = 0; i < 2 * pictures + 1; ++i) {
     Points moved = garment.vertices;
     moved.col(1).array() += 1e-3 * std::sin(0.1 * i);
+    PaintTimes times;
     const auto begin = std::chrono::steady_clock::now();
-    painter.paint({body.vertices, moved}, camera);
+    painter.paint({body.vertices, moved}, camera, i % 2 == 1 ? &times : nullptr);
     const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
-    if (i > 0) {  // the first one takes memory and loads kernels
-      times.push_back(took.count());
+    if (i % 2 == 1) {
+      parts.push_back(times);
+    } else if (i > 0) {  // the first one takes memory and loads kernels
+      whole.push_back(took.count());
     }
   }
-  std::nth_element(times.begin(), times.begin() + pictures / 2, times.end());
-  return times[static_cast<std::size_t>(pictures / 2)];
+  Times result = {median(whole), {}};
+  for (double PaintTimes::*part :
+       {&PaintTimes::look, &PaintTimes::surfaces, &PaintTimes::networks, &PaintTimes::picture}) {
+    std::vector<double> values;
+    for (const PaintTimes& times : parts) {
+      values.push_back(times.*part);
+    }
+    result.parts.*part = median(values);
+  }
+  return result;
 }
 
 }  // namespace
@@ -123,17 +146,20 @@ double paint(const Case& one, Device device, int pictures) {
 int main(int argc, char** argv) {
   using namespace atelier;
   const bool cuda = argc > 1 && std::strcmp(argv[1], "cuda") == 0;
-  std::printf("| texels | channels | shading | rays a side | samples | ms | pictures/s |\n");
-  std::printf("|---|---|---|---|---|---|---|\n");
+  std::printf("| device | texels | channels | shading | rays a side | samples | ms | pictures/s |");
+  std::printf(" look | surfaces | networks | picture |\n");
+  std::printf("|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   const std::vector<Case> cases =
       cuda ? std::vector<Case>{{256, 8, 2, 8, 1},   {512, 16, 4, 8, 1},  {1024, 16, 4, 4, 1},
                                {1024, 16, 4, 8, 1}, {1024, 32, 4, 8, 1}, {1024, 32, 1, 8, 1},
                                {1024, 16, 4, 8, 2}}
            : std::vector<Case>{{256, 8, 2, 8, 1}, {1024, 16, 4, 8, 2}};
   for (const Case& one : cases) {
-    const double ms = paint(one, cuda ? Device::Cuda : Device::Cpu, cuda ? 40 : 3);
-    std::printf("| %d | %d | %d | %d | %d | %.1f | %.1f |\n", one.texels, one.channels, one.shading,
-                one.strata * one.strata, one.samples * one.samples, ms, 1e3 / ms);
+    const Times times = paint(one, cuda ? Device::Cuda : Device::Cpu, cuda ? 40 : 3);
+    std::printf("| %s | %d | %d | %d | %d | %d | %.1f | %.1f | %.2f | %.2f | %.2f | %.2f |\n",
+                cuda ? "cuda" : "cpu", one.texels, one.channels, one.shading,
+                one.strata * one.strata, one.samples * one.samples, times.all, 1e3 / times.all,
+                times.parts.look, times.parts.surfaces, times.parts.networks, times.parts.picture);
     std::fflush(stdout);
   }
 }

@@ -5,9 +5,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#ifdef ATELIER_HAS_CUDA
 #include "core/raster_cuda.h"
-#endif
 
 namespace atelier {
 namespace {
@@ -136,8 +134,7 @@ std::vector<ScreenVertex> screen_vertices(const Points& vertices, const Camera& 
   return screen;
 }
 
-Raster rasterize(const Points& vertices, const Triangles& faces, const Camera& camera,
-                 const RasterOptions& options, Device device) {
+void check_raster(const Points& vertices, const Camera& camera, const RasterOptions& options) {
   check_camera(camera);
   if (camera.width > kLargestRasterSide || camera.height > kLargestRasterSide) {
     throw DataError(
@@ -148,6 +145,11 @@ Raster rasterize(const Points& vertices, const Triangles& faces, const Camera& c
   ATELIER_CHECK(options.near >= 1e-6 && options.near <= 1e6, "near must be 1e-6..1e6 m");
   ATELIER_CHECK(vertices.rows() == 0 || (vertices.array().abs() < kLargestCoordinate).all(),
                 "a raster needs finite coordinates below 1e100 m");
+}
+
+Raster rasterize(const Points& vertices, const Triangles& faces, const Camera& camera,
+                 const RasterOptions& options, Device device) {
+  check_raster(vertices, camera, options);
   ATELIER_CHECK(faces.rows() == 0 || (faces.minCoeff() >= 0 && faces.maxCoeff() < vertices.rows()),
                 "a face names a vertex that is not there");
   check_device(device);

@@ -72,34 +72,35 @@ __global__ void resolve_pixels(const ScreenVertex* vertices, const int* faces,
 
 }  // namespace
 
-CudaRaster rasterize_on_device(const ScreenVertex* vertices, const int* faces, int face_count,
-                               int width, int height, const RasterOptions& options) {
+void rasterize_on_device(const ScreenVertex* vertices, const int* faces, int face_count, int width,
+                         int height, const RasterOptions& options, CudaRaster& raster) {
   const std::size_t pixels = static_cast<std::size_t>(width) * height;
+  if (raster.face.size() != pixels) {
+    raster = CudaRaster();  // before the new one is taken
+    raster = {CudaBuffer<int>(pixels), CudaBuffer<float>(3 * pixels), CudaBuffer<float>(pixels),
+              CudaBuffer<unsigned long long>(pixels)};
+  }
   const unsigned pixel_blocks = cuda_blocks(static_cast<std::ptrdiff_t>(pixels));
-  CudaBuffer<unsigned long long> keys(pixels);
-  clear_keys<<<pixel_blocks, kCudaBlock>>>(keys.data(), pixels);
+  clear_keys<<<pixel_blocks, kCudaBlock>>>(raster.keys.data(), pixels);
   ATELIER_CUDA_LAUNCHED(clear_keys);
   if (face_count > 0) {
     draw_faces<<<cuda_blocks(static_cast<std::ptrdiff_t>(face_count) * kWarp), kCudaBlock>>>(
-        vertices, faces, face_count, width, height, options, keys.data());
+        vertices, faces, face_count, width, height, options, raster.keys.data());
     ATELIER_CUDA_LAUNCHED(draw_faces);
   }
-  CudaRaster raster = {CudaBuffer<int>(pixels), CudaBuffer<float>(3 * pixels),
-                       CudaBuffer<float>(pixels)};
   resolve_pixels<<<pixel_blocks, kCudaBlock>>>(
-      vertices, faces, keys.data(), width, pixels, std::numeric_limits<float>::infinity(),
+      vertices, faces, raster.keys.data(), width, pixels, std::numeric_limits<float>::infinity(),
       raster.face.data(), raster.barycentric.data(), raster.depth.data());
   ATELIER_CUDA_LAUNCHED(resolve_pixels);
-  return raster;
 }
 
 Raster rasterize_cuda(const std::vector<ScreenVertex>& vertices, const Triangles& faces, int width,
                       int height, const RasterOptions& options) {
   const CudaBuffer<ScreenVertex> device_vertices(vertices);
   const CudaBuffer<int> device_faces(faces.data(), static_cast<std::size_t>(faces.size()));
-  const CudaRaster drawn =
-      rasterize_on_device(device_vertices.data(), device_faces.data(),
-                          static_cast<int>(faces.rows()), width, height, options);
+  CudaRaster drawn;
+  rasterize_on_device(device_vertices.data(), device_faces.data(), static_cast<int>(faces.rows()),
+                      width, height, options, drawn);
   Raster raster = {ImageOf<int>(width, height, 1), ImageOf<float>(width, height, 3),
                    ImageOf<float>(width, height, 1)};
   raster.face.data = drawn.face.download();

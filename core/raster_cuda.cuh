@@ -7,14 +7,16 @@ namespace atelier {
 
 /// A Raster in device memory.
 struct CudaRaster {
-  CudaBuffer<int> face;           ///< [H,W]
-  CudaBuffer<float> barycentric;  ///< [H,W,3]
-  CudaBuffer<float> depth;        ///< [H,W]
+  CudaBuffer<int> face;                 ///< [H,W]
+  CudaBuffer<float> barycentric;        ///< [H,W,3]
+  CudaBuffer<float> depth;              ///< [H,W]
+  CudaBuffer<unsigned long long> keys;  ///< [H,W] working memory
 };
 
-/// Draws `face_count` faces ([F,3] into vertices); pointers are to device memory. The preconditions
-/// of rasterize are the caller's to check.
-CudaRaster rasterize_on_device(const ScreenVertex* vertices, const int* faces, int face_count,
-                               int width, int height, const RasterOptions& options);
+/// Draws `face_count` faces ([F,3] into vertices) into `raster`; pointers are to device memory. Its
+/// memory is taken anew only for another size of picture, and nothing is waited for. The
+/// preconditions of rasterize are the caller's to check.
+void rasterize_on_device(const ScreenVertex* vertices, const int* faces, int face_count, int width,
+                         int height, const RasterOptions& options, CudaRaster& raster);
 
 }  // namespace atelier

@@ -6,6 +6,9 @@
 
 namespace atelier {
 
+/// What rasterize asks of everything but its faces. Throws as it does.
+void check_raster(const Points& vertices, const Camera& camera, const RasterOptions& options);
+
 /// The face stage of rasterize on the GPU: screen vertices and faces go there, the raster comes
 /// back. Kernels that keep everything on the device use rasterize_on_device (raster_cuda.cuh).
 /// Throws EnvironmentError where a CUDA call fails.

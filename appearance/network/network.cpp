@@ -89,6 +89,8 @@ struct AppearanceNetwork::State {
   torch::Tensor mean_visibility;      // [V,1]
   std::vector<Frame> frames;
   std::vector<View> views;
+  Parts fixed;          // parts() for drawing, until the next step
+  torch::Tensor shown;  // of texture_on_device
 
   /// Parameters by their names, with what differentiates through them.
   Parts parts() const {
@@ -97,15 +99,30 @@ struct AppearanceNetwork::State {
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       all[shapes[i].name] = split[i].reshape(shapes[i].shape);
     }
+    // Directions and lengths as weights, ".w".
+    for (const ParameterShape& shape : shapes) {
+      if (!shape.name.ends_with(".v")) {
+        continue;
+      }
+      const std::string name = shape.name.substr(0, shape.name.size() - 2);
+      const bool transposed = name.find(".up") != std::string::npos;
+      const std::vector<std::int64_t> others =
+          transposed ? std::vector<std::int64_t>{0, 2, 3} : std::vector<std::int64_t>{1, 2, 3};
+      const torch::Tensor& v = all.at(shape.name);
+      all[name + ".w"] = v * (all.at(name + ".g") / v.pow(2).sum(others, true).sqrt());
+    }
     return all;
+  }
+  const Parts& parts_for_drawing() {
+    if (fixed.empty()) {
+      fixed = parts();
+    }
+    return fixed;
   }
 
   torch::Tensor convolved(const Parts& p, const std::string& name, const torch::Tensor& x,
                           int stride, bool transposed) const {
-    const torch::Tensor& v = p.at(name + ".v");
-    const std::vector<std::int64_t> others =
-        transposed ? std::vector<std::int64_t>{0, 2, 3} : std::vector<std::int64_t>{1, 2, 3};
-    torch::Tensor weight = v * (p.at(name + ".g") / v.pow(2).sum(others, true).sqrt());
+    torch::Tensor weight = p.at(name + ".w");
     torch::Tensor bias = p.at(name + ".b");
     torch::Tensor input = x;
     if (half) {
@@ -179,24 +196,26 @@ struct AppearanceNetwork::State {
     torch::Tensor geometry, direction, openness;
   };
   Inputs inputs_of(const Frame& frame, const torch::Tensor& center) const {
-    const torch::Tensor normal = unit_rows(at_texels(frame.normal, corners));
-    const torch::Tensor to = unit_rows(center - at_texels(frame.position, corners));
+    const torch::Tensor at = at_texels(
+        torch::cat({frame.position, frame.normal, frame.visibility, mean_visibility}, 1), corners);
+    const auto columns = [&](std::int64_t begin, std::int64_t end) {
+      return at.slice(1, begin, end);
+    };
+    const torch::Tensor to = unit_rows(center - columns(0, 3));
+    const torch::Tensor normal = unit_rows(columns(3, 6));
     const torch::Tensor height = (to * normal).sum(1, true);
     const torch::Tensor inside = height < 0;
     const torch::Tensor facing = torch::where(inside, -normal, normal);
     const torch::Tensor along = at_texels(frame.tangent, uv_corners);
     const torch::Tensor tangent = unit_rows(along - (along * facing).sum(1, true) * facing);
     const torch::Tensor across = torch::cross(facing, tangent, 1);
-    const torch::Tensor visibility = at_texels(frame.visibility, corners);
-    const torch::Tensor visible =
-        torch::where(inside, visibility.slice(1, 1, 2), visibility.slice(1, 0, 1));
+    const torch::Tensor visible = torch::where(inside, columns(7, 8), columns(6, 7));
     const torch::Tensor direction =
         torch::cat({(to * tangent).sum(1, true), (to * across).sum(1, true), height.abs()}, 1);
     const int side = branch_resolution_of(options);
     return {coarser(pictured(torch::cat({facing, visible}, 1)), side),
             coarser(pictured(direction), side),
-            coarser(pictured(visible - at_texels(mean_visibility, corners)),
-                    shadow_resolution_of(options.resolution))};
+            coarser(pictured(visible - columns(8, 9)), shadow_resolution_of(options.resolution))};
   }
 
   /// [B,3,R,R] in linear light, without gain.
@@ -257,9 +276,13 @@ struct AppearanceNetwork::State {
     return on_device(places.data(), {1, 1, static_cast<std::int64_t>(u.size()), 2}, device);
   }
 
+  /// [1,3]. Filled there: a copy to a GPU would wait for all that it is at.
   torch::Tensor center_of(const Eigen::Vector3d& center) const {
-    const Eigen::Vector3f place = center.cast<float>();
-    return on_device(place.data(), {1, 3}, device);
+    torch::Tensor place = torch::empty({1, 3}, torch::device(device));
+    for (Index i = 0; i < 3; ++i) {
+      place.select(1, i).fill_(center[i]);
+    }
+    return place;
   }
 
   Frame on_device_of(const SurfaceFrame& frame) const {
@@ -273,8 +296,9 @@ struct AppearanceNetwork::State {
     return {rows(frame.position), rows(frame.normal), rows(frame.tangent), rows(frame.visibility)};
   }
 
-  torch::Tensor texture_of_view(const SurfaceFrame& frame, const Eigen::Vector3d& center) const {
-    return textures(parts(), {inputs_of(on_device_of(frame), center_of(center))})[0];
+  /// [3,R,R]
+  torch::Tensor texture_of_view(const Frame& frame, const Eigen::Vector3d& center) {
+    return textures(parts_for_drawing(), {inputs_of(frame, center_of(center))})[0];
   }
 
   torch::Tensor batch_loss(const std::vector<int>& batch) const {
@@ -382,7 +406,8 @@ AppearanceNetwork& AppearanceNetwork::operator=(AppearanceNetwork&&) noexcept = 
 
 Image AppearanceNetwork::texture(const SurfaceFrame& frame, const Eigen::Vector3d& center) const {
   const torch::NoGradGuard no_gradients;
-  const Tensor rows = off_device(state_->texture_of_view(frame, center).permute({1, 2, 0}));
+  const Tensor rows =
+      off_device(state_->texture_of_view(state_->on_device_of(frame), center).permute({1, 2, 0}));
   const auto values = values_of<float>(rows);
   Image image(state_->options.resolution, state_->options.resolution, 3);
   std::copy(values.begin(), values.end(), image.data.begin());
@@ -393,10 +418,27 @@ std::vector<float> AppearanceNetwork::colors(const SurfaceFrame& frame,
                                              const Eigen::Vector3d& center,
                                              const TexturePixels& places) const {
   const torch::NoGradGuard no_gradients;
-  const torch::Tensor texture = state_->texture_of_view(frame, center);
+  const torch::Tensor texture = state_->texture_of_view(state_->on_device_of(frame), center);
   const Tensor rows = off_device(State::sampled(texture, state_->grid_of(places.u, places.v)).t());
   const auto values = values_of<float>(rows);
   return {values.begin(), values.end()};
+}
+
+const float* AppearanceNetwork::texture_on_device(const SurfaceArrays& surface,
+                                                  const Eigen::Vector3d& center) {
+  State& state = *state_;
+  ATELIER_CHECK(surface.vertices == state.mean_visibility.size(0),
+                "the surface has another number of vertices than the network's");
+  const torch::NoGradGuard no_gradients;
+  const auto rows = [&](const float* values, Index count, std::int64_t columns) {
+    return torch::from_blob(const_cast<float*>(values), {count, columns},
+                            torch::device(state.device).dtype(torch::kFloat32));
+  };
+  const State::Frame frame = {
+      rows(surface.position, surface.vertices, 3), rows(surface.normal, surface.vertices, 3),
+      rows(surface.tangent, surface.coordinates, 3), rows(surface.visibility, surface.vertices, 2)};
+  state.shown = state.texture_of_view(frame, center).contiguous();
+  return state.shown.data_ptr<float>();
 }
 
 void AppearanceNetwork::learn_from(const AppearanceData& data) {
@@ -438,6 +480,7 @@ std::map<std::string, Tensor> AppearanceNetwork::loss_gradient(
 void AppearanceNetwork::step(const std::vector<int>& views, const AdamStep& options) {
   State& state = *state_;
   state.values.mutable_grad() = torch::Tensor();
+  state.fixed.clear();
   const torch::Tensor loss = state.batch_loss(views);
   loss.backward();
   state.new_losses.push_back(loss.detach());

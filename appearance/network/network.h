@@ -7,6 +7,7 @@
 
 #include "appearance/appearance_data.h"
 #include "appearance/appearance_model.h"
+#include "appearance/shown_surfaces.h"
 #include "core/device.h"
 
 namespace atelier {
@@ -42,6 +43,10 @@ class AppearanceNetwork {
   /// Colours [3P] of its places in linear light, without gain, not clamped.
   std::vector<float> colors(const SurfaceFrame& frame, const Eigen::Vector3d& center,
                             const TexturePixels& places) const;
+
+  /// The same texture [3,R,R] in the device's memory, until it is asked for again, of a surface
+  /// that lies there. Waits for nothing.
+  const float* texture_on_device(const SurfaceArrays& surface, const Eigen::Vector3d& center);
 
   /// Takes frames and views with colours to the device, once; what follows names views of it.
   void learn_from(const AppearanceData& data);

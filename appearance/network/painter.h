@@ -15,9 +15,17 @@ struct PaintedLayer {
   Eigen::Vector3f color{0.45F, 0.45F, 0.45F};    ///< linear RGB, times its ambient visibility
 };
 
+/// Milliseconds of what a picture is made of.
+struct PaintTimes {
+  double look = 0;      ///< vertices to the device, tree, raster
+  double surfaces = 0;  ///< normals, tangents, ambient visibility
+  double networks = 0;
+  double picture = 0;  ///< pixels, and back
+};
+
 /// Draws dressed people: whatever is nearest to the camera shows, garments and body by their
-/// networks. Made once for many pictures: networks stay on their device, and the tree for occlusion
-/// follows the vertices from frame to frame.
+/// networks. Made once for many pictures: networks and what does not move stay on their device, and
+/// the tree for occlusion follows the vertices from frame to frame.
 class Painter {
  public:
   /// Throws DataError for a model of other faces than its layer's, EnvironmentError where the
@@ -31,8 +39,10 @@ class Painter {
   /// applied. Without `alpha` the fourth channel is 1; with it the colour is premultiplied and the
   /// background left out.
   /// @param vertices  of each layer, metres; no rows: it is not worn
+  /// @param times     takes the time of each part, for which the device is waited for between them
   /// Throws LogicError unless there are as many as layers, each of the size that its faces need.
-  Image paint(const std::vector<Points>& vertices, const Camera& camera);
+  Image paint(const std::vector<Points>& vertices, const Camera& camera,
+              PaintTimes* times = nullptr);
 
  private:
   struct State;
