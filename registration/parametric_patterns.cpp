@@ -13,6 +13,7 @@ namespace {
 using Vector2 = Eigen::Vector2d;
 using Vector3 = Eigen::Vector3d;
 constexpr double kPi = std::numbers::pi;
+constexpr double kOverRidge = 0.02;  // m that panels begin above the shoulders
 
 // Corners of a bodice panel, and so its edges; `left` and `right` as seen from outside.
 enum BodiceEdge {
@@ -84,7 +85,7 @@ Block draft_block(const TailorMeasures& m, const TeeOptions& options, double hal
   block.half_chest = (m.chest_girth + options.ease) / 4;
   block.half_hem = half_hem;
   block.half_shoulder = m.shoulder_width / 2;
-  block.half_neck = m.neck_girth / 6 + 0.015;  // a sixth of the neck, and room to breathe
+  block.half_neck = m.neckline > 0 ? m.neckline : m.neck_girth / 6 + 0.015;
   block.top = m.back_length + options.length;
   block.shoulder = block.top - 0.045;                            // slope of an average shoulder
   block.underarm = block.shoulder - (m.chest_girth / 8 + 0.07);  // armhole depth
@@ -182,7 +183,10 @@ Bodice add_bodice(SewingPattern& pattern, const TailorMeasures& m, const TeeOpti
   const Block block = draft_block(m, options, half_hem);
   Panel front = bodice_panel("front", block, options.neck_depth);
   Panel back = bodice_panel("back", block, 0.025);
-  const Vector3 axis(m.neck_base.x(), hem, m.waist.z());
+  // Shoulder seams close over the shoulders: where these rise higher than the bodice is long, its
+  // panels begin above them, or their threads would pull them against chest and back.
+  const double lift = m.ridge > 0 ? std::max(0.0, m.ridge + kOverRidge - (hem + block.top)) : 0;
+  const Vector3 axis(m.neck_base.x(), hem + lift, m.waist.z());
   const double radius =
       std::max(1.1 * 4 * block.half_chest / (2 * kPi), m.shoulder_width / 2 + 0.03);
   front.placement = round_body(axis, radius, true);

@@ -10,6 +10,8 @@ namespace atelier {
 /// m in an A-pose.
 struct TailorMeasures {
   double neck_girth = 0.36;
+  double neckline = 0;  ///< half of its width, clear of the neck; 0: a sixth of the girth and 15 mm
+  double ridge = 0;     ///< height over the ground of the shoulders at its ends; 0: unknown
   double chest_girth = 0.92;
   double waist_girth = 0.76;
   double hip_girth = 0.99;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/fitting.h"
+#include "apps/synthetic_subject.h"
 #include "core/error.h"
 #include "simulation/crossings.h"
 #include "tests/dressing/human_fixture.h"
@@ -146,6 +147,15 @@ TEST(Layers, ATeeOverASkirtStaysOutside) {
 }
 
 // 300 frames of a dress on an extreme motion: kicks, a squat, arms thrown up, spins.
+// A thick neck stood within the neckline, or shoulders were higher than the bodice is long: threads
+// pulled the cloth against them, and seams stayed open by 14 cm. 301 has the one, 91 the other.
+TEST(Drafted, ShouldersCloseOnThickNecksAndSteepShoulders) {
+  for (const std::uint64_t seed : {301, 91}) {
+    const SyntheticSubject subject = make_subject({}, seed);
+    EXPECT_EQ(refusal(subject.model, coarse("dress")), "") << seed;
+  }
+}
+
 TEST(ExtremeMotion, ADressOutlastsIt) {
   OutfitOptions options_of_dress = coarse("dress");
   options_of_dress.edge_length = 0.045;
