@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kMetadata = "__metadata__";
 
-constexpr std::array<std::pair<const char*, ElementType>, 13> kTypes = {{
+constexpr std::array<std::pair<const char*, ElementType>, 13> kElementTypes = {{
     {"BOOL", ElementType::Bool},
     {"I8", ElementType::Int8},
     {"I16", ElementType::Int16},
@@ -121,7 +121,7 @@ class HeaderReader {
   }
 
   ElementType type(const std::string& name, const nlohmann::json& value) const {
-    for (const auto& [text, type] : kTypes) {
+    for (const auto& [text, type] : kElementTypes) {
       if (value == text) {
         return type;
       }
@@ -134,7 +134,7 @@ class HeaderReader {
 };
 
 const char* type_text(ElementType type) {
-  for (const auto& [text, candidate] : kTypes) {
+  for (const auto& [text, candidate] : kElementTypes) {
     if (candidate == type) {
       return text;
     }
