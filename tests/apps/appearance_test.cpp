@@ -273,6 +273,10 @@ TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' first"));
   EXPECT_FALSE(fs::exists(folder_ / "out"));
+  const ChildResult nowhere = run_child({program_path(), "draw", (folder_ / "nowhere").string(),
+                                         "--out", (folder_ / "out").string()});
+  EXPECT_EQ(nowhere.exit_code, 3);
+  EXPECT_THAT(nowhere.err, HasSubstr("nowhere: no folder; expected a workspace"));
 }
 
 }  // namespace
