@@ -12,6 +12,30 @@ namespace {
 
 constexpr const char* kSchema = "atelier.appearance_data";
 constexpr float kSteps = 65535;  // of a texture coordinate in a file
+constexpr float kFar = 1e6F;     // m
+
+bool is_appearance_array(const std::string& dataset) {
+  static const std::vector<std::string> names = {
+      "atlas/faces",     "atlas/uv_faces",    "atlas/uvs",     "cameras/center",
+      "cameras/height",  "cameras/id",        "cameras/width", "frames/id",
+      "frames/position", "frames/visibility", "pixels/color",  "pixels/place",
+      "pixels/uv",       "views/begin",       "views/camera",  "views/frame"};
+  return std::find(names.begin(), names.end(), dataset) != names.end();
+}
+
+/// Every frame has a tangent for each texture coordinate, made of all faces. Vertices are what a
+/// file pays for in each frame: no surface has so many more of the others.
+void check_counts(const AppearanceData& data, std::int64_t vertices, const std::string& file) {
+  constexpr std::int64_t kMostFaces = 8;
+  if (data.faces.rows() > kMostFaces * vertices) {
+    throw DataError(file, "atlas/faces", std::to_string(data.faces.rows()) + " faces",
+                    "at most 8 for each of " + std::to_string(vertices) + " vertices");
+  }
+  if (data.uvs.rows() > 3 * data.faces.rows()) {
+    throw DataError(file, "atlas/uvs", std::to_string(data.uvs.rows()) + " texture coordinates",
+                    "at most 3 for each of " + std::to_string(data.faces.rows()) + " faces");
+  }
+}
 
 /// A tensor of floats of this very shape, each in [low, high].
 std::span<const float> floats_at(const Archive& archive, const std::string& name,
@@ -34,12 +58,14 @@ std::span<const float> floats_at(const Archive& archive, const std::string& name
 }
 
 void read_frames(AppearanceData& data, const Archive& archive, const std::string& file) {
-  constexpr float kFar = 1e6F;
   constexpr int kLargestId = 1'000'000'000;
   const std::vector<int> ids =
       indices_of(array_at(archive, "frames/id", file), kLargestId, file, "frames/id");
   const Tensor& position = array_at(archive, "frames/position", file);
   const auto count = static_cast<std::int64_t>(ids.size());
+  if (count == 0) {
+    throw DataError(file, "frames/id", "no frame", "one or more");
+  }
   const std::int64_t vertices = position.shape.size() == 3 ? position.shape[1] : 0;
   const auto places =
       floats_at(archive, "frames/position", {count, vertices, 3}, -kFar, kFar, file);
@@ -48,6 +74,7 @@ void read_frames(AppearanceData& data, const Archive& archive, const std::string
     throw DataError(file, "atlas/faces", "vertex " + std::to_string(data.faces.maxCoeff()),
                     "below " + std::to_string(vertices) + ", as frames/position has them");
   }
+  check_counts(data, vertices, file);
   for (std::int64_t i = 0; i < count; ++i) {
     const Points own =
         Eigen::Map<const FloatRows>(places.data() + 3 * i * vertices, vertices, 3).cast<double>();
@@ -243,6 +270,8 @@ Archive archive_of(const AppearanceData& data) {
 }
 
 AppearanceData appearance_data_of(const Archive& archive, const std::string& file) {
+  check_units(archive, file);
+  check_names(archive, file, is_appearance_array);
   AppearanceData data;
   const auto name = archive.texts.find("name");
   data.name = name == archive.texts.end() ? "" : name->second;
@@ -257,6 +286,9 @@ AppearanceData appearance_data_of(const Archive& archive, const std::string& fil
   data.camera_ids = texts_at(archive, "cameras/id", file);
   const auto cameras = static_cast<Index>(data.camera_ids.size());
   data.centers = rows_at<Points>(archive, "cameras/center", 3, cameras, file);
+  if (data.centers.size() > 0 && data.centers.cwiseAbs().maxCoeff() > kFar) {
+    throw DataError(file, "cameras/center", "a camera more than 1000 km away", "metres");
+  }
   constexpr Index kLargestSide = 32'769;
   data.widths =
       indices_of(array_at(archive, "cameras/width", file), kLargestSide, file, "cameras/width");

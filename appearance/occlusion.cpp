@@ -43,7 +43,7 @@ Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor> ambient_visibility(
 #ifdef ATELIER_HAS_CUDA
     open = open_rays_cuda(tree, positions, normals, rays);
 #else
-    throw EnvironmentError("CUDA", "this build has none; say --device cpu");
+    throw EnvironmentError("CUDA", "this build has none");
 #endif
   } else {
     const TreeView<double> view = view_of(tree);

@@ -1,9 +1,13 @@
 #include "appearance/painted_scene.h"
 
 #include <algorithm>
+#include <cmath>
+#include <set>
 
 #include "core/archive_arrays.h"
+#include "core/check_bounded.h"
 #include "core/error.h"
+#include "core/limits.h"
 
 namespace atelier {
 namespace {
@@ -26,10 +30,12 @@ CameraRow row_of(const Camera& camera) {
 
 Camera camera_of(const CameraRow& row, const std::string& id, const std::string& file) {
   constexpr double kLargestSide = 32768;
-  const bool fits = row[0] >= 1 && row[0] <= kLargestSide && row[1] >= 1 &&
-                    row[1] <= kLargestSide && row[6] >= 0 && row[6] <= 2;
-  if (!fits) {
-    throw DataError(file, "cameras", "a size or lens that no camera has", "1 to 32768 pixels");
+  const auto whole = [&](Index i, double low, double high) {
+    return row[i] >= low && row[i] <= high && row[i] == std::floor(row[i]);
+  };
+  if (!whole(0, 1, kLargestSide) || !whole(1, 1, kLargestSide) || !whole(6, 0, 2)) {
+    throw DataError(file, "cameras", "a size or lens that no camera has",
+                    "1 to 32768 pixels a side, and lens 0, 1 or 2");
   }
   Camera camera;
   camera.id = id;
@@ -52,6 +58,68 @@ Camera camera_of(const CameraRow& row, const std::string& id, const std::string&
 
 std::string group_of(std::size_t layer) {
   return "layers/" + std::to_string(layer);
+}
+
+std::size_t layer_count(const Archive& archive, const std::string& file) {
+  constexpr double kMostLayers = 1000;
+  const auto found = archive.numbers.find("layers");
+  const double count = found == archive.numbers.end() ? 0 : found->second;
+  if (!(count >= 1 && count <= kMostLayers && count == std::floor(count))) {
+    throw DataError(file, "layers", std::to_string(count), "1 to 1000");
+  }
+  return static_cast<std::size_t>(count);
+}
+
+void check_scene_names(const Archive& archive, std::size_t layers, const std::string& file) {
+  std::set<std::string> names = {"cameras/id", "cameras/numbers", "frames/id"};
+  for (std::size_t i = 0; i < layers; ++i) {
+    for (const char* part : {"/color", "/faces", "/worn", "/vertices"}) {
+      names.insert(group_of(i) + part);
+    }
+  }
+  check_names(archive, file, [&](const std::string& name) { return names.contains(name); });
+}
+
+/// A layer's places in the frames where it is worn; no rows in the others.
+std::vector<Points> vertices_of(const Archive& archive, const std::string& group, Index frames,
+                                const std::string& file) {
+  const std::string place = group + "/vertices";
+  const std::vector<int> worn =
+      indices_of(array_at(archive, group + "/worn", file), 2, file, group + "/worn");
+  if (static_cast<Index>(worn.size()) != frames) {
+    throw DataError(file, group + "/worn", std::to_string(worn.size()),
+                    "one for each of " + std::to_string(frames) + " frames");
+  }
+  std::vector<Points> all(worn.size(), Points(0, 3));
+  const auto times = std::count(worn.begin(), worn.end(), 1);
+  if (times == 0) {
+    return all;
+  }
+  const Tensor& tensor = array_at(archive, place, file);
+  const std::int64_t rows = tensor.shape.size() == 3 ? tensor.shape[1] : 0;
+  if (tensor.type != ElementType::Float32 || rows == 0 ||
+      tensor.shape != std::vector<std::int64_t>{times, rows, 3}) {
+    throw DataError(file, place,
+                    std::string(element_type_name(tensor.type)) + " " + shape_text(tensor.shape),
+                    "float32, three a vertex in each frame where it is worn");
+  }
+  check_bounded(tensor, Limits{}.mesh_coordinate, file, place);
+  const float* values = values_of<float>(tensor).data();
+  for (std::size_t f = 0; f < worn.size(); ++f) {
+    if (worn[f] != 0) {
+      all[f] = Eigen::Map<const FloatRows>(values, rows, 3).cast<double>();
+      values += 3 * rows;
+    }
+  }
+  return all;
+}
+
+Eigen::Vector3f color_of(const Archive& archive, const std::string& name, const std::string& file) {
+  const Eigen::Vector3f color = rows_at<FloatRows>(archive, name, 3, 1, file).row(0);
+  if (!color.allFinite()) {
+    throw DataError(file, name, "a colour beyond single precision", "linear RGB");
+  }
+  return color;
 }
 
 }  // namespace
@@ -112,6 +180,9 @@ Archive archive_of(const PaintedScene& scene) {
 }
 
 PaintedScene painted_scene_of(const Archive& archive, const std::string& file) {
+  check_units(archive, file);
+  const std::size_t layers = layer_count(archive, file);
+  check_scene_names(archive, layers, file);
   PaintedScene scene;
   constexpr int kLargestId = 1'000'000'000;
   scene.frame_ids = indices_of(array_at(archive, "frames/id", file), kLargestId, file, "frames/id");
@@ -119,6 +190,9 @@ PaintedScene painted_scene_of(const Archive& archive, const std::string& file) {
   const RowMatrix cameras =
       matrix_of(array_at(archive, "cameras/numbers", file), kNumbers, file, "cameras/numbers");
   const auto frames = static_cast<Index>(scene.frame_ids.size());
+  if (frames == 0) {
+    throw DataError(file, "frames/id", "no frame", "one or more");
+  }
   if (static_cast<Index>(ids.size()) != cameras.rows() ||
       (cameras.rows() != 1 && cameras.rows() != frames)) {
     throw DataError(file, "cameras", std::to_string(cameras.rows()),
@@ -127,13 +201,8 @@ PaintedScene painted_scene_of(const Archive& archive, const std::string& file) {
   for (Index c = 0; c < cameras.rows(); ++c) {
     scene.cameras.push_back(camera_of(cameras.row(c), ids[static_cast<std::size_t>(c)], file));
   }
-  const auto count = archive.numbers.find("layers");
-  constexpr double kMostLayers = 1000;
-  if (count == archive.numbers.end() || !(count->second >= 1 && count->second <= kMostLayers)) {
-    throw DataError(file, "layers", "no number", "1 to 1000");
-  }
   scene.vertices.resize(scene.frame_ids.size());
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count->second); ++i) {
+  for (std::size_t i = 0; i < layers; ++i) {
     const auto text = [&](const char* what) {
       const auto found = archive.texts.find("layers_" + std::to_string(i) + what);
       return found == archive.texts.end() ? std::string() : found->second;
@@ -141,35 +210,17 @@ PaintedScene painted_scene_of(const Archive& archive, const std::string& file) {
     SceneLayer layer;
     layer.name = text("_name");
     layer.model = text("_model");
-    layer.color = rows_at<FloatRows>(archive, group_of(i) + "/color", 3, 1, file).row(0);
-    const Tensor* vertices = find_array(archive, group_of(i) + "/vertices");
-    const std::int64_t rows =
-        vertices != nullptr && vertices->shape.size() == 3 ? vertices->shape[1] : 0;
+    layer.color = color_of(archive, group_of(i) + "/color", file);
+    std::vector<Points> vertices = vertices_of(archive, group_of(i), frames, file);
+    Index rows = 0;
+    for (std::size_t f = 0; f < vertices.size(); ++f) {
+      rows = std::max(rows, vertices[f].rows());
+      scene.vertices[f].push_back(std::move(vertices[f]));
+    }
+    // Of a layer that is never worn nobody knows how many vertices it has, and nobody asks.
+    constexpr Index kMostVertices = 1 << 28;
     layer.faces = index_rows_at<Triangles>(archive, group_of(i) + "/faces", 3,
-                                           std::max<std::int64_t>(rows, 1), file);
-    const std::vector<int> worn =
-        indices_of(array_at(archive, group_of(i) + "/worn", file), 2, file, group_of(i) + "/worn");
-    const auto times = std::count(worn.begin(), worn.end(), 1);
-    if (static_cast<Index>(worn.size()) != frames ||
-        (times > 0 && (vertices == nullptr || vertices->type != ElementType::Float32 ||
-                       vertices->shape != std::vector<std::int64_t>{times, rows, 3}))) {
-      throw DataError(file, group_of(i) + "/vertices", "another shape",
-                      "float32, three a vertex in each frame where it is worn");
-    }
-    if (times > 0) {
-      check_finite(*vertices, file, group_of(i) + "/vertices");
-    }
-    Index at = 0;
-    for (std::size_t f = 0; f < worn.size(); ++f) {
-      Points own(0, 3);
-      if (worn[f] != 0) {
-        own =
-            Eigen::Map<const FloatRows>(values_of<float>(*vertices).data() + 3 * rows * at, rows, 3)
-                .cast<double>();
-        ++at;
-      }
-      scene.vertices[f].push_back(std::move(own));
-    }
+                                           rows > 0 ? rows : kMostVertices, file);
     scene.layers.push_back(std::move(layer));
   }
   return scene;

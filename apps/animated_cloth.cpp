@@ -13,6 +13,7 @@
 #include "capture/capture_measures.h"
 #include "core/archive.h"
 #include "core/error.h"
+#include "simulation/cloth_state_archive.h"
 #include "simulation/crossings.h"
 
 namespace atelier {
@@ -70,26 +71,15 @@ void write_animated_frame(const fs::path& file, const ClothState& state,
                           const FrameFigures& figures) {
   Archive archive;
   archive.schema = kAnimatedSchema;
-  archive.numbers["step"] = static_cast<double>(state.frame);
+  put_cloth_state(archive, "step", state);
   for (const auto& [name, member] : kFrameFigures) {
     archive.numbers[name] = figures.*member;
   }
-  archive.datasets["positions"] = tensor_of(state.positions);
-  archive.datasets["velocities"] = tensor_of(state.velocities);
   write_archive(file, archive);
 }
 
 AnimatedFrame read_animated_frame(const fs::path& file, Index vertices) {
   const Archive archive = read_archive(file, kAnimatedSchema, 1);
-  const auto rows = [&](const char* name) {
-    const auto found = archive.datasets.find(name);
-    if (found == archive.datasets.end() || found->second.type != element_type_for<double>() ||
-        found->second.shape != std::vector<std::int64_t>{vertices, 3}) {
-      throw DataError(file.string(), name, "not of this cloth",
-                      std::to_string(vertices) + " rows of three numbers");
-    }
-    return Points(Eigen::Map<const Points>(values_of<double>(found->second).data(), vertices, 3));
-  };
   const auto number = [&](const char* name) {
     const auto found = archive.numbers.find(name);
     if (found == archive.numbers.end()) {
@@ -98,9 +88,7 @@ AnimatedFrame read_animated_frame(const fs::path& file, Index vertices) {
     return found->second;
   };
   AnimatedFrame frame;
-  frame.state.positions = rows("positions");
-  frame.state.velocities = rows("velocities");
-  frame.state.frame = static_cast<std::int64_t>(number("step"));
+  frame.state = cloth_state_at(archive, "step", vertices, file.string());
   for (const auto& [name, member] : kFrameFigures) {
     frame.figures.*member = number(name);
   }

@@ -20,6 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 
 Dataset of_one_folder(const fs::path& path) {
+  if (!fs::is_directory(path)) {
+    throw DataError(path.string(), "", fs::exists(path) ? "no folder" : "nothing is there",
+                    "a folder with pictures of a board");
+  }
   std::vector<PosedImage> images;
   for (const char* extension : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}) {
     for (const fs::path& file : files_ending(path, extension)) {

@@ -77,7 +77,7 @@ int show(const BodyArguments& arguments, const BodyOptions& options) {
                 std::to_string(joint_count(model)) + " joints, " +
                 std::to_string(model.shape.size()) + " shape parameters";
   write_image(arguments.out, contact_sheet(pictures, sheet));
-  std::cout << arguments.out << ": " << sheet.title << "\n";
+  std::cout << printable(arguments.out) << ": " << sheet.title << "\n";
   return kExitDone;
 }
 
@@ -148,7 +148,7 @@ int convert_motion(const BodyArguments& arguments, const BodyOptions& options) {
       read_motion_file(arguments.body, options.motion, options.asf, options.markers);
   print(clip.findings);
   write_motion_file(arguments.out, clip);
-  std::cout << arguments.out << ": " << clip.skeleton.names.size() << " joints, "
+  std::cout << printable(arguments.out) << ": " << clip.skeleton.names.size() << " joints, "
             << counted(static_cast<std::int64_t>(clip.motion.poses.size()), "frame") << " at "
             << short_number(clip.motion.fps) << " per second\n";
   return kExitDone;
@@ -202,7 +202,7 @@ int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
     mesh.normals.resize(0, 3);
     write_mesh(arguments.out, mesh);
   }
-  std::cout << arguments.out << ": "
+  std::cout << printable(arguments.out) << ": "
             << (is_gltf(extension) ? vertices_split_at_seams(model.mesh) : vertex_count(model))
             << " vertices, ";
   if (extension == ".obj" || extension == ".ply") {
@@ -312,7 +312,7 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
     write_gltf(arguments.out, gltf_body(model, shape, motion));
     say_what_gltf_lacks(model, arguments.out);
   }
-  std::cout << arguments.out << ": " << counted(frames, "frame") << " at "
+  std::cout << printable(arguments.out) << ": " << counted(frames, "frame") << " at "
             << short_number(motion.fps) << " per second, steps scaled by "
             << short_number(moved.scale) << "\n";
   return kExitDone;

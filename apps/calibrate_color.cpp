@@ -139,7 +139,7 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
     std::snprintf(text, sizeof text, "one sample is %.1f%% off its place's colour (robust)\n",
                   100 * gains.spread);
     std::cout << text;
-    std::cout << arguments.out << "\n";
+    std::cout << printable(arguments.out) << "\n";
   }
   return kExitDone;
 }

@@ -74,10 +74,10 @@ void ChainRun::announce() const {
     show_event({{"event", "run"}, {"stages", stages}, {"expected_seconds", seconds}});
     return;
   }
-  std::cout << "run: " << facts_.cameras << " cameras, " << counted(facts_.frames, "frame") << ", "
-            << facts_.masked_frames << " with masks, " << facts_.clothed_frames
-            << " of them clothed\nrun: " << counted(stages, "stage") << ", about "
-            << duration_text(seconds) << " on " << counted(thread_count(), "core")
+  std::cout << "run: " << counted(facts_.cameras, "camera") << ", "
+            << counted(facts_.frames, "frame") << ", " << facts_.masked_frames << " with masks, "
+            << facts_.clothed_frames << " of them clothed\nrun: " << counted(stages, "stage")
+            << ", about " << duration_text(seconds) << " on " << counted(thread_count(), "core")
             << " for what is not there yet" << std::endl;
   for (const RunStageAccount& one : account_.stages) {
     if (one.end == "skipped") {

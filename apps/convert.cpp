@@ -93,8 +93,8 @@ int run(const ConvertArguments& arguments, const ConvertOptions& options) {
     mesh = read_mesh(arguments.in, options.input);
   }
   write_mesh(arguments.out, mesh);
-  std::cout << arguments.out << ": " << mesh.vertices.rows() << " vertices, " << mesh.faces.rows()
-            << " faces, metres, Y up\n";
+  std::cout << printable(arguments.out) << ": " << mesh.vertices.rows() << " vertices, "
+            << mesh.faces.rows() << " faces, metres, Y up\n";
   if (!left_out.empty()) {
     std::cout << "  left out, since OUT is a mesh at rest: " << left_out
               << "; body-model convert keeps a body's\n";

@@ -107,8 +107,9 @@ int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options)
   if (!arguments.cameras.empty()) {
     dataset = with_cameras(std::move(dataset), arguments.cameras);
   }
-  std::cout << arguments.in << ": " << dataset.layout << " (" << printable(dataset.evidence)
-            << "), " << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << ", "
+  std::cout << printable(arguments.in) << ": " << dataset.layout << " ("
+            << printable(dataset.evidence) << "), "
+            << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << ", "
             << counted(static_cast<std::int64_t>(frame_ids(dataset).size()), "frame") << "\n";
   for (const Finding& finding : dataset.findings) {
     std::cout << "  " << printable(to_string(finding)) << "\n";
@@ -120,7 +121,7 @@ int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options)
   std::cout << "  consent: " << printable(to_string(dataset.info.consent))
             << (report.consent.empty() ? "" : "; kept in " + report.consent.string()) << "\n";
   for (const std::filesystem::path& folder : report.folders) {
-    std::cout << folder.string() << "\n";
+    std::cout << printable(folder.string()) << "\n";
   }
   return kExitDone;
 }

@@ -15,6 +15,7 @@
 #include "apps/fitting.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
+#include "apps/printable.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_file.h"
 #include "bodymodel/default_human.h"
@@ -250,8 +251,9 @@ int run(const std::filesystem::path& out, const DrapeOptions& options) {
                 measures.hip_girth);
   std::cout << text << "\n";
   for (const TruthGarment& one : draped.outfit.garments) {
-    std::cout << one.garment.name << ": " << one.garment.panel_names.size() << " panels, "
-              << one.seams.size() << " seams, " << one.garment.mesh.faces.rows() << " triangles\n";
+    std::cout << printable(one.garment.name) << ": " << one.garment.panel_names.size()
+              << " panels, " << one.seams.size() << " seams, " << one.garment.mesh.faces.rows()
+              << " triangles\n";
   }
   const int crossings = count_crossings(draped.frames.back().vertices, draped.outfit.cloth.faces);
   std::snprintf(text, sizeof text,

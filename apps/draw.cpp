@@ -94,6 +94,9 @@ void add_layer(Cast& cast, const std::string& name, const fs::path& sequence,
 
 Cast cast_of(const DrawArguments& arguments) {
   const fs::path workspace = arguments.workspace;
+  if (!fs::is_directory(workspace)) {
+    throw DataError(workspace.string(), "", "no folder", "a workspace");
+  }
   const fs::path networks = current_result(workspace, "appearance");
   Cast cast;
   add_layer(cast, "body",

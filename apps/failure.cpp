@@ -5,6 +5,7 @@
 #include <new>
 #include <system_error>
 
+#include "apps/device_advice.h"
 #include "apps/exit_code.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
@@ -34,7 +35,7 @@ Failure failure_of(const std::exception& error) {
     return {error.what(), kExitUsage, "", "", error.what(), ""};
   }
   if (const auto* environment = dynamic_cast<const EnvironmentError*>(&error)) {
-    return environment_failure(environment->place, environment->reason);
+    return environment_failure(environment->place, with_device_advice(*environment));
   }
   if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
     return environment_failure(file->path1().string(), system_reason(file->code().value()));

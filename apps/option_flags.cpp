@@ -64,8 +64,7 @@ void add_flag(CLI::App& parser, const OptionField& field, const std::shared_ptr<
   };
   parser.add_option_function<std::string>(flag_of(field.name), note, help)
       ->type_name(option_range(field) + (field.unit.empty() ? "" : " " + field.unit))
-      ->group(group)
-      ->take_last();
+      ->group(group);
 }
 
 constexpr const char* kSwitch = "true|false";  // as option_range has it
@@ -106,10 +105,9 @@ bool takes_value(const CLI::Option* option) {
   return option->get_items_expected_min() > 0;
 }
 
-/// Not so lists (--garment), options, of which the later wins, and flags without a value.
+/// Not so lists (--garment, --config) and flags without a value.
 bool is_given_once(const CLI::Option* option) {
-  return takes_value(option) && option->get_items_expected_max() == 1 &&
-         option->get_multi_option_policy() == CLI::MultiOptionPolicy::Throw;
+  return takes_value(option) && option->get_items_expected_max() == 1;
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "apps/output_place.h"
 #include "apps/picture_names.h"
 #include "apps/picture_size.h"
+#include "apps/printable.h"
 #include "apps/usage_error.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
@@ -54,8 +55,8 @@ int run(const RenderArguments& arguments, const RenderCommandOptions& options) {
   const View view{options.azimuth * std::numbers::pi / 180,
                   options.elevation * std::numbers::pi / 180};
   write_image(arguments.out, picture_of(mesh, view, options.picture));
-  std::cout << arguments.out << ": " << options.picture.width << " x " << options.picture.height
-            << " pixels\n";
+  std::cout << printable(arguments.out) << ": " << options.picture.width << " x "
+            << options.picture.height << " pixels\n";
   return kExitDone;
 }
 

@@ -7,43 +7,14 @@
 
 #include "apps/simulate.h"
 #include "core/archive.h"
-#include "core/error.h"
 #include "core/sequence_archive.h"
+#include "simulation/cloth_state_archive.h"
 
 namespace atelier {
 namespace {
 
-constexpr const char* kClothStateSchema = "atelier.cloth_state";
-
-void write_state(const std::filesystem::path& file, const ClothState& state) {
-  Archive archive;
-  archive.schema = kClothStateSchema;
-  archive.numbers["frame"] = static_cast<double>(state.frame);
-  archive.datasets["positions"] = tensor_of(state.positions);
-  archive.datasets["velocities"] = tensor_of(state.velocities);
-  write_archive(file, archive);
-}
-
 ClothState read_state(const std::filesystem::path& file, Index vertices) {
-  const Archive archive = read_archive(file, kClothStateSchema, 1);
-  ClothState state;
-  const auto rows = [&](const char* name) {
-    const auto found = archive.datasets.find(name);
-    if (found == archive.datasets.end() || found->second.type != element_type_for<double>() ||
-        found->second.shape != std::vector<std::int64_t>{vertices, 3}) {
-      throw DataError(file.string(), name, "not of this cloth",
-                      std::to_string(vertices) + " rows of three numbers");
-    }
-    return Points(Eigen::Map<const Points>(values_of<double>(found->second).data(), vertices, 3));
-  };
-  state.positions = rows("positions");
-  state.velocities = rows("velocities");
-  const auto frame = archive.numbers.find("frame");
-  if (frame == archive.numbers.end()) {
-    throw DataError(file.string(), "frame", "none", "the number of the frame");
-  }
-  state.frame = static_cast<std::int64_t>(frame->second);
-  return state;
+  return cloth_state_of(read_archive(file, "atelier.cloth_state", 1), vertices, file.string());
 }
 
 /// Simulates in order, whoever asks for which frame.
@@ -132,7 +103,7 @@ void run_simulate(StageRun& run) {
   FrameSource source(run, scene, options);
   const bool complete =
       run.each_frame("states", ".h5", ids, [&](int frame, const std::filesystem::path& file) {
-        write_state(file, source.state_after(frame));
+        write_archive(file, archive_of(source.state_after(frame)));
       });
   if (!complete) {
     return;

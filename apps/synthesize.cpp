@@ -11,6 +11,7 @@
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
+#include "apps/printable.h"
 #include "apps/synthesis.h"
 #include "apps/usage_error.h"
 #include "capture/layouts/write_layout.h"
@@ -37,7 +38,7 @@ SynthesisOptions chosen(const std::string& preset, const OptionSet& set) {
 void write_other_layout(const std::filesystem::path& capture, const std::string& layout) {
   const std::filesystem::path out = capture / layout;
   if (std::filesystem::exists(out)) {
-    std::cout << out.string() << " is there already\n";
+    std::cout << printable(out.string()) << " is there already\n";
     return;
   }
   // Under another name until it is whole: a layout that was interrupted is made anew.
@@ -64,13 +65,13 @@ int run(const std::string& out, const SynthesisOptions& options, const std::stri
     const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin;
     char time[32];
     std::snprintf(time, sizeof(time), "%6.1f s  ", since.count());
-    std::cout << time << line << std::endl;
+    std::cout << time << printable(line) << std::endl;
   };
   if (!synthesize_capture(out, options, {say, interrupted})) {
     std::cout << "stopped; the same command goes on from here" << std::endl;
     end_by_signal();
   }
-  std::cout << out << "\n";
+  std::cout << printable(out) << "\n";
   if (!layout.empty()) {
     write_other_layout(out, layout);
   }

@@ -302,6 +302,11 @@ TruthFrame truth_frame_of(const Archive& archive, const CaptureTruth& truth,
 
 CaptureTruth read_capture_truth(const std::filesystem::path& capture, const Limits& limits) {
   const std::filesystem::path path = capture / "truth" / "truth.h5";
+  std::error_code unseen;
+  if (!std::filesystem::exists(path, unseen)) {
+    throw DataError(capture.string(), "", "no truth/truth.h5",
+                    "a synthetic capture, which has its truth");
+  }
   return truth_of(read_archive(path, "atelier.truth", 1, limits), path.string());
 }
 

@@ -35,6 +35,21 @@ Mesh mesh_at(const Archive& archive, const std::string& group, const std::string
   return mesh_of(part, file);
 }
 
+void check_units(const Archive& archive, const std::string& file) {
+  if (archive.units != "m" || archive.up_axis != "y") {
+    throw DataError(file, "units", archive.units + ", up " + archive.up_axis, "m, up y");
+  }
+}
+
+void check_names(const Archive& archive, const std::string& file,
+                 const std::function<bool(const std::string&)>& is_named) {
+  for (const auto& [name, tensor] : archive.datasets) {
+    if (!is_named(name)) {
+      throw DataError(file, name, "not of this schema", "only what docs/formats.md names");
+    }
+  }
+}
+
 const Tensor* find_array(const Archive& archive, const std::string& name) {
   const auto found = archive.datasets.find(name);
   return found == archive.datasets.end() ? nullptr : &found->second;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,13 @@ void put_array(Archive& archive, const std::string& name, Tensor tensor);
 /// The arrays of a mesh as "<group>/vertices", ...; back. Throws DataError unless it is valid.
 void put_mesh(Archive& archive, const std::string& group, const Mesh& mesh);
 Mesh mesh_at(const Archive& archive, const std::string& group, const std::string& file);
+
+/// Throws DataError unless lengths are in metres and Y is up.
+void check_units(const Archive& archive, const std::string& file);
+
+/// Throws DataError for a dataset that the schema does not name.
+void check_names(const Archive& archive, const std::string& file,
+                 const std::function<bool(const std::string&)>& is_named);
 
 /// Null where there is none.
 const Tensor* find_array(const Archive& archive, const std::string& name);

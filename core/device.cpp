@@ -24,9 +24,9 @@ bool cuda_available() {
 void check_device(Device device) {
   if (device == Device::Cuda && !cuda_available()) {
 #ifdef ATELIER_HAS_CUDA
-    throw EnvironmentError("CUDA", "no device answers; say --device cpu");
+    throw EnvironmentError("CUDA", "no device answers");
 #else
-    throw EnvironmentError("CUDA", "this build has none; say --device cpu");
+    throw EnvironmentError("CUDA", "this build has none");
 #endif
   }
 }

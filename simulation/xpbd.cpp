@@ -372,7 +372,7 @@ ClothState step(const Cloth& cloth, const ClothState& state, const Control& cont
 std::unique_ptr<ClothSolver::Backend> make_cuda_backend(const Cloth&,
                                                         const std::vector<ClothVariation>&,
                                                         const Triangles&, const XpbdOptions&) {
-  throw EnvironmentError("CUDA", "this build has none; say --device cpu");
+  throw EnvironmentError("CUDA", "this build has none");
 }
 #endif
 

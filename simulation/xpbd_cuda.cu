@@ -398,9 +398,7 @@ class CudaBackend final : public ClothSolver::Backend {
 std::unique_ptr<ClothSolver::Backend> make_cuda_backend(
     const Cloth& cloth, const std::vector<ClothVariation>& variations, const Triangles& body_faces,
     const XpbdOptions& options) {
-  if (!cuda_available()) {
-    throw EnvironmentError("CUDA", "no device answers; say --device cpu");
-  }
+  check_device(Device::Cuda);
   ATELIER_CHECK(options.sweep == "gauss-seidel" || !options.self_contact,
                 "Jacobi sweeps with contact of the cloth with itself run on the CPU alone");
   if (options.precision == "double") {

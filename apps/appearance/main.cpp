@@ -13,6 +13,7 @@
 
 #include "appearance/network/painter.h"
 #include "appearance/network/train.h"
+#include "apps/device_advice.h"
 #include "apps/exit_code.h"
 #include "core/archive.h"
 #include "core/archive_arrays.h"
@@ -251,7 +252,7 @@ int main(int argc, char** argv) {
   } catch (const DataError& error) {
     return fail(kExitBadData, error.what());
   } catch (const EnvironmentError& error) {
-    return fail(kExitEnvironment, error.what());
+    return fail(kExitEnvironment, (error.place + ": " + with_device_advice(error)).c_str());
   } catch (const std::bad_alloc&) {
     return fail(kExitEnvironment, "memory: there is not enough");
   } catch (const std::exception& error) {

@@ -37,7 +37,10 @@ Found found_in(const fs::path& path, const Limits& limits) {
 
 std::string recognize_images(const fs::path& path) {
   const Found found = found_in(path, Limits{});
-  return found.names.empty() ? "" : std::to_string(found.names.size()) + " cameras with pictures";
+  const std::size_t count = found.names.size();
+  return count == 0   ? ""
+         : count == 1 ? "1 camera with pictures"
+                      : std::to_string(count) + " cameras with pictures";
 }
 
 Dataset read_images(const fs::path& path, const DatasetOptions& /*options*/, const Limits& limits) {
@@ -62,9 +65,13 @@ Dataset read_images(const fs::path& path, const DatasetOptions& /*options*/, con
   for (const char* base : {"keypoints2d", "pose", "openpose"}) {
     dataset = with_keypoints(std::move(dataset), path / base, limits);
   }
-  dataset.findings.push_back({Severity::Warning, "not-calibrated", path.string(),
-                              "there are pictures and no calibration",
-                              "atelier calibrate makes one"});
+  const bool ours = fs::exists(path / "capture.toml");
+  dataset.findings.push_back(
+      {Severity::Warning, "not-calibrated", path.string(),
+       ours ? "there is no cameras.json beside capture.toml: pictures alone are read, and of "
+              "capture.toml the consent alone"
+            : "there are pictures and no calibration",
+       "atelier calibrate makes one"});
   return dataset;
 }
 

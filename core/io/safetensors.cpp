@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kMetadata = "__metadata__";
 
-constexpr std::array<std::pair<const char*, ElementType>, 13> kTypes = {{
+constexpr std::array<std::pair<const char*, ElementType>, 13> kElementTypes = {{
     {"BOOL", ElementType::Bool},
     {"I8", ElementType::Int8},
     {"I16", ElementType::Int16},
@@ -121,7 +121,7 @@ class HeaderReader {
   }
 
   ElementType type(const std::string& name, const nlohmann::json& value) const {
-    for (const auto& [text, type] : kTypes) {
+    for (const auto& [text, type] : kElementTypes) {
       if (value == text) {
         return type;
       }
@@ -134,7 +134,7 @@ class HeaderReader {
 };
 
 const char* type_text(ElementType type) {
-  for (const auto& [text, candidate] : kTypes) {
+  for (const auto& [text, candidate] : kElementTypes) {
     if (candidate == type) {
       return text;
     }
@@ -142,7 +142,7 @@ const char* type_text(ElementType type) {
   throw LogicError(std::string("safetensors cannot hold ") + element_type_name(type));
 }
 
-void append(std::vector<std::byte>& bytes, std::string_view text) {
+void append_header(std::vector<std::byte>& bytes, std::string_view text) {
   const auto view = std::as_bytes(std::span(text));
   bytes.insert(bytes.end(), view.begin(), view.end());
 }
@@ -273,7 +273,7 @@ std::vector<std::byte> safetensors_bytes(const Safetensors& content) {
   for (int shift = 0; shift < 64; shift += 8) {
     bytes.push_back(static_cast<std::byte>(text.size() >> shift));
   }
-  append(bytes, text);
+  append_header(bytes, text);
   for (const auto* entry : order) {
     bytes.insert(bytes.end(), entry->second.data.begin(), entry->second.data.end());
   }

@@ -15,6 +15,7 @@
 #include "core/io/mesh_file.h"
 #include "tests/apps/dressed_workspace.h"
 #include "tests/support/child_process.h"
+#include "tests/support/flags.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
@@ -55,9 +56,9 @@ class Animate : public ::testing::Test {
     return run(all);
   }
   /// Without pictures, which take most of the time.
-  ChildResult animate(std::vector<std::string> more = {}) const {
-    more.insert(more.begin(), {"--pictures", "false", "--cloth.xpbd.substeps", "6"});
-    return stage("animate", std::move(more));
+  ChildResult animate(const std::vector<std::string>& more = {}) const {
+    return stage("animate",
+                 with_usual({"--pictures", "false", "--cloth.xpbd.substeps", "6"}, more));
   }
   void expect_refused(const ChildResult& result, const std::string& words, int code = 3) const {
     EXPECT_EQ(result.exit_code, code) << result.err << result.out;

@@ -20,6 +20,7 @@
 #include "core/io/image_file.h"
 #include "core/raster.h"
 #include "tests/support/child_process.h"
+#include "tests/support/flags.h"
 #include "tests/support/places.h"
 #include "tests/support/shapes.h"
 #include "tests/support/temporary_directory.h"
@@ -174,7 +175,7 @@ class Appearance : public ::testing::Test {
   ChildResult ceiling(const std::string& workspace, std::vector<std::string> more = {}) const {
     std::vector<std::string> words = {program_path(), "ceiling", capture_.string(),
                                       (folder_ / workspace).string()};
-    words.insert(words.end(), kSmall.begin(), kSmall.end());
+    more = with_usual(kSmall, more);
     words.insert(words.end(), more.begin(), more.end());
     return run_child(words);
   }
@@ -272,6 +273,10 @@ TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' first"));
   EXPECT_FALSE(fs::exists(folder_ / "out"));
+  const ChildResult nowhere = run_child({program_path(), "draw", (folder_ / "nowhere").string(),
+                                         "--out", (folder_ / "out").string()});
+  EXPECT_EQ(nowhere.exit_code, 3);
+  EXPECT_THAT(nowhere.err, HasSubstr("nowhere: no folder; expected a workspace"));
 }
 
 }  // namespace

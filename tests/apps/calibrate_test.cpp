@@ -77,6 +77,10 @@ TEST(CalibrateCommand, RefusesNoPicturesNoBoardAndNoPlace) {
       calibrate({(folder / "empty").string(), "--out", (folder / "x").string()});
   EXPECT_EQ(none.exit_code, 3);
   EXPECT_THAT(none.err, HasSubstr("no pictures of a board"));
+  const ChildResult nowhere =
+      calibrate({(folder / "nowhere").string(), "--out", (folder / "x").string()});
+  EXPECT_EQ(nowhere.exit_code, 3);
+  EXPECT_THAT(nowhere.err, HasSubstr("nowhere: nothing is there"));
   EXPECT_EQ(calibrate({(folder / "empty").string()}).exit_code, 2);
   // Pictures of two sizes without a board.
   fs::create_directories(folder / "grey" / "a");

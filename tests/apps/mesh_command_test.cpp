@@ -33,6 +33,19 @@ TEST_F(MeshCommand, ConvertKeepsTheMesh) {
   EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("highest           0.01 0.01 0.01"));
 }
 
+TEST_F(MeshCommand, NamesThatATerminalObeysAreNotShown) {
+  write_boxes(input(), 1);
+  const std::string box = (input() / "box_000.obj").string();
+  const ChildResult mesh = run({"convert", box, (root_ / "a\x1b[31m.ply").string()});
+  EXPECT_EQ(mesh.exit_code, 0) << mesh.err;
+  EXPECT_THAT(mesh.out, HasSubstr("a?[31m.ply: 8 vertices"));
+  const ChildResult picture = run({"render", box, "--width", "16", "--height", "16", "--out",
+                                   (root_ / "a\x1b[31m.png").string()});
+  if (picture.exit_code == 0) {  // else it is built without pictures
+    EXPECT_THAT(picture.out, HasSubstr("a?[31m.png: 16 x 16"));
+  }
+}
+
 TEST_F(MeshCommand, ConvertSaysWhatItLeavesOut) {
   Mesh mesh;
   mesh.vertices = Points::Random(3, 3);

@@ -17,6 +17,7 @@
 #include "core/store/manifest.h"
 #include "core/store/result.h"
 #include "tests/support/child_process.h"
+#include "tests/support/flags.h"
 #include "tests/support/places.h"
 #include "tests/support/read_text.h"
 #include "tests/support/temporary_directory.h"
@@ -105,7 +106,7 @@ class Person : public ::testing::Test {
     std::vector<std::string> command = {program_path(), stage, capture().string(),
                                         workspace_.string()};
     if (stage == "track") {
-      command.insert(command.end(), {"--samples", "600", "--rounds", "3"});
+      more = with_usual({"--samples", "600", "--rounds", "3"}, more);
     }
     command.insert(command.end(), more.begin(), more.end());
     return run_child(command);

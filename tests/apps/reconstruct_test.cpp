@@ -14,6 +14,7 @@
 #include "core/mesh_statistics.h"
 #include "core/sequence_archive.h"
 #include "tests/support/child_process.h"
+#include "tests/support/flags.h"
 #include "tests/support/places.h"
 #include "tests/support/read_text.h"
 #include "tests/support/temporary_directory.h"
@@ -68,9 +69,9 @@ class Reconstruct : public ::testing::Test {
     fs::copy(original(), capture_, fs::copy_options::recursive);
   }
   ChildResult reconstruct(std::vector<std::string> more = {}) const {
-    std::vector<std::string> command = {
-        program_path(),           "reconstruct", capture_.string(),       workspace_.string(),
-        "--surface.octree_depth", "6",           "--surface.edge_length", "0.03"};
+    std::vector<std::string> command = {program_path(), "reconstruct", capture_.string(),
+                                        workspace_.string()};
+    more = with_usual({"--surface.octree_depth", "6", "--surface.edge_length", "0.03"}, more);
     command.insert(command.end(), more.begin(), more.end());
     return run_child(command);
   }

@@ -11,6 +11,7 @@
 #include "core/device.h"
 #include "core/io/file_bytes.h"
 #include "tests/support/child_process.h"
+#include "tests/support/flags.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
@@ -68,14 +69,9 @@ class Simulate : public ::testing::Test {
   }
   ChildResult alone(std::vector<std::string> more) const {
     std::filesystem::remove_all(out());  // of a run before: a folder has to be new
-    std::vector<std::string> all{"simulate",
-                                 "--garment",
-                                 (scene() / "garment.obj").string(),
-                                 "--out",
-                                 out().string(),
-                                 "--no-pictures",
-                                 "--settle",
-                                 "5"};
+    std::vector<std::string> all{"simulate", "--garment",    (scene() / "garment.obj").string(),
+                                 "--out",    out().string(), "--no-pictures"};
+    more = with_usual({"--settle", "5"}, more);
     all.insert(all.end(), more.begin(), more.end());
     return run(all);
   }
@@ -84,8 +80,8 @@ class Simulate : public ::testing::Test {
     return alone(std::move(more));
   }
   ChildResult stage(const std::string& workspace, std::vector<std::string> more = {}) const {
-    std::vector<std::string> all{"simulate", scene().string(), (root_.path() / workspace).string(),
-                                 "--settle", "6"};
+    std::vector<std::string> all{"simulate", scene().string(), (root_.path() / workspace).string()};
+    more = with_usual({"--settle", "6"}, more);
     all.insert(all.end(), more.begin(), more.end());
     return run(all);
   }
@@ -352,7 +348,7 @@ TEST_F(Simulate, RefusesMaterialsAndOptionsThatCannotBe) {
   EXPECT_EQ(run({"simulate"}).exit_code, 2);
   EXPECT_EQ(alone({"--motion", "walk.bvh"}).exit_code, 2);
   if (!cuda_available()) {
-    refused({"--device", "cuda"}, "CUDA", 5);
+    refused({"--device", "cuda"}, "; say --device cpu", 5);
   }
   std::filesystem::remove(scene() / "garment.obj");
   EXPECT_EQ(stage("none").exit_code, 3);

@@ -24,6 +24,7 @@
 #include "core/raster.h"
 #include "core/sha256.h"
 #include "tests/support/child_process.h"
+#include "tests/support/flags.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
@@ -41,7 +42,7 @@ std::vector<std::string> small(const fs::path& out, std::vector<std::string> mor
       "--edge_length",  "0.05", "--substeps",        "6",   "--fabric.resolution", "256",
       "--start",        "0",    "--skin_resolution", "256", "--samples",           "2",
       "--truth_maps",   "true"};
-  command.insert(command.end(), sizes.begin(), sizes.end());
+  more = with_usual(sizes, more);
   command.insert(command.end(), more.begin(), more.end());
   return command;
 }

@@ -67,15 +67,27 @@ TEST(ValidateCommand, TellsOfConsentAsItIsNow) {
   EXPECT_THAT(findings(), HasSubstr("P. Doe, new research"));
 }
 
+TEST(ValidateCommand, SaysThatCamerasAreMissingBesideTheDescription) {
+  const TemporaryDirectory folder;
+  write_small_capture((folder / "capture").string(), SmallCapture());
+  fs::remove(folder / "capture/cameras.json");
+  const ChildResult result = validate({(folder / "capture").string()});
+  EXPECT_THAT(result.out, HasSubstr("no cameras.json beside capture.toml"));
+}
+
 TEST(ValidateCommand, RefusesWhatIsNoCapture) {
   const TemporaryDirectory folder;
-  EXPECT_EQ(validate({(folder / "nothing").string()}).exit_code, 3);
+  const ChildResult nothing = validate({(folder / "nothing").string()});
+  EXPECT_EQ(nothing.exit_code, 3);
+  EXPECT_THAT(nothing.err, HasSubstr("nothing is there; expected a folder of a capture"));
   fs::create_directory(folder / "empty");
   const ChildResult empty = validate({(folder / "empty").string()});
   EXPECT_EQ(empty.exit_code, 3);
   EXPECT_THAT(empty.err, HasSubstr("easymocap"));  // the layouts that were tried
   std::ofstream(folder / "text.toml") << "no = 'calibration'";
-  EXPECT_EQ(validate({(folder / "text.toml").string()}).exit_code, 3);
+  const ChildResult file = validate({(folder / "text.toml").string()});
+  EXPECT_EQ(file.exit_code, 3);
+  EXPECT_THAT(file.err, HasSubstr("no folder; expected a folder of a capture"));
   EXPECT_EQ(validate({(folder / "empty").string(), "--capture.layout", "mine"}).exit_code, 2);
   EXPECT_EQ(validate({}).exit_code, 2);
 }

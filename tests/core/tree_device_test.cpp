@@ -124,7 +124,7 @@ TEST(TreeRefuses, CudaWhereThereIsNone) {
   }
   const TriangleTree tree = build_point_tree(Points::Zero(1, 3));
   ATELIER_EXPECT_REFUSED(closest_points(tree, Points::Zero(1, 3), 1, Device::Cuda),
-                         EnvironmentError, "--device cpu");
+                         EnvironmentError, "CUDA");
   ATELIER_EXPECT_REFUSED(first_hits(tree, {Ray{}}, Device::Cuda), EnvironmentError, "CUDA");
   ATELIER_EXPECT_REFUSED(any_hits(tree, {Ray{}}, Device::Cuda), EnvironmentError, "CUDA");
 }
