@@ -13,10 +13,12 @@ namespace atelier {
 OptionTable describe(TrainOptions& options) {
   OptionTable table;
   table.add("setting", options.setting,
-            {{"small", TrainSetting::Small},
+            {{"auto", TrainSetting::Auto},
+             {"small", TrainSetting::Small},
              {"standard", TrainSetting::Standard},
              {"full", TrainSetting::Full}},
-            "How much is trained: a minute on a CPU, minutes or hours on a GPU");
+            "How much is trained: a minute on a CPU, minutes or hours on a GPU; auto: small or, "
+            "on a GPU, standard");
   table.add("resolution", options.resolution, 0, 4096, "",
             "Texels a side, a power of 2 from 16; 0: as the setting");
   table.add("channels", options.channels, 0, 128, "",
@@ -40,16 +42,19 @@ OptionTable describe(TrainOptions& options) {
   return table;
 }
 
-TrainOptions resolved(const TrainOptions& options) {
+TrainOptions resolved(const TrainOptions& options, Device device) {
   struct Numbers {
     int resolution, channels, shading, iterations;
     double learning_rate;
   };
-  const Numbers numbers = options.setting == TrainSetting::Small ? Numbers{256, 8, 2, 300, 1e-3}
-                          : options.setting == TrainSetting::Standard
+  TrainOptions result = options;
+  if (options.setting == TrainSetting::Auto) {
+    result.setting = device == Device::Cuda ? TrainSetting::Standard : TrainSetting::Small;
+  }
+  const Numbers numbers = result.setting == TrainSetting::Small ? Numbers{256, 8, 2, 300, 1e-3}
+                          : result.setting == TrainSetting::Standard
                               ? Numbers{512, 16, 4, 20'000, 5e-4}
                               : Numbers{1024, 32, 4, 100'000, 1e-4};
-  TrainOptions result = options;
   result.resolution = options.resolution > 0 ? options.resolution : numbers.resolution;
   result.shading = options.shading > 0 ? options.shading : numbers.shading;
   result.channels = options.channels > 0 ? options.channels : numbers.channels;

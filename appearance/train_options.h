@@ -1,18 +1,20 @@
 #pragma once
 
 #include "appearance/appearance_model.h"
+#include "core/device.h"
 
 namespace atelier {
 
 /// How much is trained.
 enum class TrainSetting {
+  Auto,      ///< Small on the CPU, Standard on a GPU
   Small,     ///< 256 x 256, 8 channels, 1e-3, 300 iterations: a minute and a half on two cores
   Standard,  ///< 512 x 512, 16 channels, 5e-4, 20,000 iterations: minutes on a GPU
   Full,      ///< 1024 x 1024, 32 channels, 1e-4, 100,000 iterations: hours on a GPU
 };
 
 struct TrainOptions {
-  TrainSetting setting = TrainSetting::Small;
+  TrainSetting setting = TrainSetting::Auto;
   int resolution = 0;          ///< texels a side, a power of 2 from 16 to 4096; 0: as the setting
   int channels = 0;            ///< of the first level, up to 128; 0: as the setting
   double learning_rate = 0;    ///< at its highest, up to 1; 0: as the setting
@@ -30,8 +32,9 @@ struct TrainOptions {
 };
 OptionTable describe(TrainOptions& options);
 
-/// The same with the setting's numbers in place of zeros.
-TrainOptions resolved(const TrainOptions& options);
+/// The same with the setting's numbers in place of zeros, and the device's setting in place of
+/// Auto.
+TrainOptions resolved(const TrainOptions& options, Device device = Device::Cpu);
 
 /// What kind of network they ask for.
 NetworkOptions network_options(const TrainOptions& options);

@@ -10,6 +10,7 @@
 
 #include "appearance/appearance_model.h"
 #include "appearance/picture_similarity.h"
+#include "appearance/train_options.h"
 #include "apps/child_program.h"
 #include "apps/temporary_folder.h"
 #include "apps/worn_subject.h"
@@ -186,6 +187,7 @@ void compare(Compared& sum, const Drawn& garment, const std::vector<Eigen::Vecto
 /// One result of `appearance` or `ceiling`, over all its garments.
 struct Judged {
   Compared compared;
+  std::string setting;
   int resolution = 0;
   int iterations = 0;
 };
@@ -199,6 +201,19 @@ fs::path input_of(const fs::path& workspace, const Manifest& manifest, const std
   }
   throw DataError(workspace.string(), "manifest of " + manifest.stage, "no input " + kind,
                   "what the stage reads");
+}
+
+/// What a result's networks were trained with: "small", "standard" or "full".
+std::string setting_of(const Manifest& manifest) {
+  TrainOptions options;
+  OptionTable table = describe(options);
+  for (const ManifestOption& option : manifest.options) {
+    if (option.name == "setting" && option.json.size() > 2) {
+      set_option(table, option.name, option.json.substr(1, option.json.size() - 2));
+    }
+  }
+  options = resolved(options, manifest.device == "cuda" ? Device::Cuda : Device::Cpu);
+  return option_text(table.fields.front());
 }
 
 std::optional<Judged> judge(const fs::path& workspace, const std::string& stage,
@@ -224,6 +239,7 @@ std::optional<Judged> judge(const fs::path& workspace, const std::string& stage,
                                                    input_of(workspace, manifest, "bodies"));
   const auto iterations = manifest.metrics.find("iterations");
   Judged judged;
+  judged.setting = setting_of(manifest);
   judged.iterations =
       iterations == manifest.metrics.end() ? 0 : static_cast<int>(iterations->second);
   const TemporaryFolder between;
@@ -267,8 +283,8 @@ void add_measures(std::vector<Measure>& all, const std::string& stage, const Jud
   using Side = Measure::Side;
   const Difference& drawn = judged.compared.drawn;
   const Difference& fixed = judged.compared.fixed;
-  const std::string setting = std::to_string(judged.resolution) + " texels, " +
-                              std::to_string(judged.iterations) + " steps";
+  const std::string setting = judged.setting + ": " + std::to_string(judged.resolution) +
+                              " texels, " + std::to_string(judged.iterations) + " steps";
   const double reached = psnr(drawn.squares, drawn.count);
   const double still = psnr(fixed.squares, fixed.count);
   const bool small = judged.resolution < 512;

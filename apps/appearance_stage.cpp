@@ -63,11 +63,10 @@ Seen what_training_sees(const Dataset& dataset, const fs::path& capture) {
   return seen;
 }
 
-/// The training's options as the words of the other program.
-std::vector<std::string> words_of(const TrainOptions& options) {
-  TrainOptions known = resolved(options);
+/// Resolved options of a training as the words of the other program.
+std::vector<std::string> words_of(TrainOptions options) {
   std::vector<std::string> words;
-  for (const OptionField& field : describe(known).fields) {
+  for (const OptionField& field : describe(options).fields) {
     std::string text = option_text(field);
     if (text.size() >= 2 && text.front() == '"') {
       text = text.substr(1, text.size() - 2);
@@ -84,6 +83,7 @@ struct Trained {
   bool done = false;
 };
 
+/// @param options  resolved
 Trained train_network(StageRun& run, const TrainOptions& options, const fs::path& data,
                       const fs::path& model, const fs::path& log, const fs::path& checkpoint) {
   std::vector<std::string> words = {"train",
@@ -97,7 +97,7 @@ Trained train_network(StageRun& run, const TrainOptions& options, const fs::path
                                     device_name(run.device())};
   const std::vector<std::string> more = words_of(options);
   words.insert(words.end(), more.begin(), more.end());
-  const int iterations = resolved(options).iterations;
+  const int iterations = options.iterations;
   const int last = std::max(1, iterations / 20);
   Trained result;
   int counted = 0;
@@ -201,7 +201,8 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
   const auto& options = run.options<AppearanceStageOptions>();
   const Seen seen = what_training_sees(dataset, run.input("capture"));
   FrameReader reader(dataset);
-  const NetworkOptions network = network_options(options.train);
+  const TrainOptions known = resolved(options.train, run.device());
+  const NetworkOptions network = network_options(known);
   const ReadPicture picture = [&](std::size_t camera, int frame_id) {
     const Index idx = seen.camera_idx[camera];
     return TakenPicture{in_colors(reader.byte_image(idx, frame_id).value_or(ByteImage())),
@@ -242,7 +243,7 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     const fs::path data_file = scratch / "data.h5";
     write_archive(data_file, archive_of(data));
     const Trained trained =
-        train_network(run, options.train, data_file, scratch / "model.safetensors",
+        train_network(run, known, data_file, scratch / "model.safetensors",
                       scratch / "training.csv", scratch / "checkpoint.safetensors");
     if (!trained.done) {
       return;
@@ -260,7 +261,7 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     return;
   }
   const auto surfaces = static_cast<double>(drawn.size());
-  const double iterations = resolved(options.train).iterations;
+  const double iterations = known.iterations;
   run.metric("surfaces", surfaces);
   run.metric("frames", static_cast<double>(seen.clothed.size()));
   run.metric("views", views);

@@ -101,7 +101,7 @@ int run_training(const Arguments& arguments) {
     throw Usage("train takes DATA and MODEL");
   }
   const AppearanceData data = read_appearance_data(arguments.places[0]);
-  const TrainOptions options = resolved(arguments.options);
+  const TrainOptions options = resolved(arguments.options, arguments.device);
   Training training;
   if (!arguments.checkpoint.empty() && fs::exists(arguments.checkpoint)) {
     const Safetensors found = read_safetensors(arguments.checkpoint);

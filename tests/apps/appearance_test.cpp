@@ -214,6 +214,7 @@ TEST_F(Appearance, LearnsWithoutWhatIsHeldOutAndIsMeasuredOnIt) {
                           "ceiling.ssim", "ceiling.covered"}) {
     EXPECT_THAT(figures.out, HasSubstr(key));
   }
+  EXPECT_THAT(figures.out, HasSubstr("; small: 32 texels, 24 steps"));
   // Without the pictures that are held out: the same network, bit for bit.
   for (int c = 0; c < kCameras; ++c) {
     for (int f = 0; f < kFrames; ++f) {

@@ -1,0 +1,42 @@
+#include "appearance/train_options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace atelier {
+namespace {
+
+TEST(TrainOptions, TheSettingIsTheDevicesUnlessItIsSaid) {
+  const TrainOptions asked;
+  const TrainOptions on_cpu = resolved(asked, Device::Cpu);
+  EXPECT_EQ(on_cpu.setting, TrainSetting::Small);
+  EXPECT_EQ(on_cpu.resolution, 256);
+  EXPECT_EQ(on_cpu.iterations, 300);
+  const TrainOptions on_gpu = resolved(asked, Device::Cuda);
+  EXPECT_EQ(on_gpu.setting, TrainSetting::Standard);
+  EXPECT_EQ(on_gpu.resolution, 512);
+  EXPECT_EQ(on_gpu.iterations, 20'000);
+  // Once known it stays, whoever asks again.
+  EXPECT_EQ(training_text(on_gpu), training_text(resolved(on_gpu, Device::Cpu)));
+  EXPECT_THAT(training_text(on_gpu), ::testing::HasSubstr("standard"));
+  for (const TrainSetting setting :
+       {TrainSetting::Small, TrainSetting::Standard, TrainSetting::Full}) {
+    TrainOptions said;
+    said.setting = setting;
+    EXPECT_EQ(training_text(resolved(said, Device::Cpu)),
+              training_text(resolved(said, Device::Cuda)));
+  }
+}
+
+TEST(TrainOptions, NumbersThatAreSaidStayWhateverTheSetting) {
+  TrainOptions asked;
+  asked.channels = 3;
+  asked.learning_rate = 0.25;
+  for (const Device device : {Device::Cpu, Device::Cuda}) {
+    EXPECT_EQ(resolved(asked, device).channels, 3);
+    EXPECT_EQ(resolved(asked, device).learning_rate, 0.25);
+  }
+}
+
+}  // namespace
+}  // namespace atelier
