@@ -16,6 +16,7 @@
 #include "core/sequence_archive.h"
 #include "core/store/result.h"
 #include "registration/registration_error.h"
+#include "simulation/fabric.h"
 
 namespace atelier {
 namespace {
@@ -92,6 +93,7 @@ std::vector<Measure> measure_material(const fs::path& workspace, const fs::path&
     return {};
   }
   const CaptureTruth truth = read_capture_truth(capture);
+  const UsualStiffness usual = usual_stiffness();
   std::vector<Measure> each;
   double worst = 0;
   for (const auto& [name, fit] : read_materials(*result)) {
@@ -106,8 +108,28 @@ std::vector<Measure> measure_material(const fs::path& workspace, const fs::path&
     const double bending = error(material.bending, real.bending);
     worst = std::max({worst, stretch, bending});
     const std::string prefix = "material." + name + ".";
-    each.push_back({prefix + "stretch_error", stretch, "", 0, Measure::Side::None, "relative"});
-    each.push_back({prefix + "bending_error", bending, "", 0, Measure::Side::None, "relative"});
+    const auto add = [&](const char* what, double value, const char* note) {
+      each.push_back({prefix + what, value, "", 0, Measure::Side::None, note});
+    };
+    const auto inside = [](double low, double is, double high) {
+      return low <= is && is <= high ? 1.0 : 0.0;
+    };
+    add("stretch_error", stretch, "relative");
+    add("bending_error", bending, "relative");
+    add("stretch_usual_error", error(usual.stretch, real.stretch_warp),
+        "of the median of published fabrics: without a look at the capture");
+    add("bending_usual_error", error(usual.bending, real.bending), "");
+    if (!(fit.likely_low.stretch > 0 && fit.likely_low.bending > 0)) {
+      continue;  // a result from before there was such a range
+    }
+    add("stretch_likely",
+        inside(fit.likely_low.stretch, real.stretch_warp, fit.likely_high.stretch),
+        "1: the truth is in the range that is said to hold nine in ten");
+    add("bending_likely", inside(fit.likely_low.bending, real.bending, fit.likely_high.bending),
+        "");
+    add("stretch_range", fit.likely_high.stretch / fit.likely_low.stretch,
+        "that range's upper end over its lower");
+    add("bending_range", fit.likely_high.bending / fit.likely_low.bending, "");
   }
   if (!each.empty()) {
     each.insert(each.begin(), {"material.error", worst, "", 0.3, Measure::Side::AtMost,

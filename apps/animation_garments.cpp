@@ -24,14 +24,7 @@ std::map<std::string, Material> fitted_materials(StageRun& run) {
   if (run.has_input("fitted_material")) {
     std::map<std::string, Material> materials;
     for (const auto& [name, found] : read_materials(run.input("fitted_material"))) {
-      if (found.stretch_at_edge || found.bending_at_edge) {
-        const std::string which = !found.bending_at_edge   ? "stretching stiffness"
-                                  : !found.stretch_at_edge ? "bending stiffness"
-                                                           : "stretching and bending stiffness";
-        run.say(name + ": the best " + which +
-                " lies at the edge of what was tried: that of 'custom' is taken instead");
-      }
-      materials[name] = trusted_material(found);
+      materials[name] = found.material;
     }
     return materials;
   }

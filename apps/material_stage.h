@@ -19,7 +19,9 @@ namespace atelier {
 struct MaterialStageOptions {
   /// "fitted", or a fabric, whose values are then taken as they are.
   Material material = fabrics_own_material("fitted");
-  StiffnessSearchOptions search;
+  StiffnessSearchOptions search = {.fine = 0, .band = 0.2, .usual = {}};
+  bool usual = true;           ///< published fabrics decide what the capture leaves open
+  double leash = 20;           ///< 1/s, how quickly cloth is led back to where it was seen, 1 to 60
   std::string sequence = "";   ///< of the capture; "": the first clothed one
   int frames = 12;             ///< of it that are simulated, 2 to 10000
   double edge_length = 0.035;  ///< m of the garments as they are tried, 0.005 to 0.2
@@ -39,23 +41,20 @@ inline constexpr std::array kMaterialMetrics = {
 
 /// Registered garments, bodies and the tracked motion -> material.json: of each garment its
 /// material, how near its simulation comes to where it was registered, the range of each stiffness
-/// that does as well, every trial; grid.png: the garments at the end of the coarse grid's scenes.
+/// that does as well, the likely range, every trial; grid.png: the garments at the end of the
+/// coarse grid's scenes.
 void run_material(StageRun& run);
 
 /// A garment's material as it was found or given.
 struct FoundMaterial {
   Material material;
-  bool stretch_at_edge = false;  ///< the best trial is the softest or the stiffest of all: the data
-  bool bending_at_edge = false;  ///< bound it on one side alone
+  Stiffness likely_low;   ///< nine in ten are between this and
+  Stiffness likely_high;  ///< this; both 0 where it was given
 };
 
 /// Materials of the garments, by their names, from the stage's result. Throws DataError for a file
 /// that is damaged.
 std::map<std::string, FoundMaterial> read_materials(const std::filesystem::path& result);
-
-/// The material to simulate with: what was found, but for a stiffness at the edge of what was
-/// tried, which is no answer and gives way to that of `custom` cloth. Our choice.
-Material trusted_material(const FoundMaterial& found);
 
 }  // namespace atelier
 

@@ -132,7 +132,7 @@ constexpr std::array kStages = {
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "material",
-          .version = 1,
+          .version = 2,
           .summary = "how stiff each garment's cloth is, from how it moved",
           .inputs = {"capture", "person", "tracked", "bodies", "template", "registered"},
           .outputs = {"fitted_material"},

@@ -1,6 +1,8 @@
 #include "simulation/fabric.h"
 
 #include <array>
+#include <cmath>
+#include <vector>
 
 #include "core/error.h"
 
@@ -54,6 +56,21 @@ const std::array<Fabric, 10>& fabrics() {
   return table;
 }
 
+/// Median and spread of what is normal in its logarithm.
+void fit_logarithms(const std::vector<double>& values, double& median, double& spread) {
+  const auto count = static_cast<double>(values.size());
+  double mean = 0;
+  for (const double value : values) {
+    mean += std::log(value) / count;
+  }
+  double variance = 0;
+  for (const double value : values) {
+    variance += std::pow(std::log(value) - mean, 2) / (count - 1);
+  }
+  median = std::exp(mean);
+  spread = std::sqrt(variance);
+}
+
 }  // namespace
 
 std::span<const Fabric> all_fabrics() {
@@ -75,6 +92,19 @@ Material fabric_material(std::string_view name) {
     }
   }
   throw LogicError("no fabric is called '" + std::string(name) + "'");
+}
+
+UsualStiffness usual_stiffness() {
+  std::vector<double> stretch;
+  std::vector<double> bending;
+  for (const Fabric& fabric : fabrics()) {
+    stretch.push_back(std::sqrt(fabric.material.stretch_warp * fabric.material.stretch_weft));
+    bending.push_back(fabric.material.bending);
+  }
+  UsualStiffness usual;
+  fit_logarithms(stretch, usual.stretch, usual.stretch_spread);
+  fit_logarithms(bending, usual.bending, usual.bending_spread);
+  return usual;
 }
 
 }  // namespace atelier

@@ -47,4 +47,16 @@ std::vector<std::string> fabric_names();
 /// The material of that name. Throws LogicError for another one.
 Material fabric_material(std::string_view name);
 
+/// What is usual: the logarithms of the fabrics' stiffnesses are about a mean, as if normal. One
+/// stretching stiffness of a fabric is the geometric mean of warp and weft.
+struct UsualStiffness {
+  double stretch = 0;         ///< N/m, median
+  double stretch_spread = 0;  ///< standard deviation of its natural logarithm; 0: nothing is usual
+  double bending = 0;         ///< N m, median
+  double bending_spread = 0;  ///< standard deviation of its natural logarithm; 0: nothing is usual
+};
+
+/// That of the fabrics that have a name.
+UsualStiffness usual_stiffness();
+
 }  // namespace atelier

@@ -140,6 +140,115 @@ void append(std::vector<StiffnessTrial>& trials, const Level& level) {
   }
 }
 
+/// Place of a value among increasing ones: the one before, and the share of the way to the next in
+/// logarithms. False outside.
+bool place_among(const std::vector<double>& values, double value, std::size_t& before,
+                 double& share) {
+  constexpr double kRounding = 1e-9;
+  if (values.size() < 2 || value < values.front() * (1 - kRounding) ||
+      value > values.back() * (1 + kRounding)) {
+    return false;
+  }
+  before = 0;
+  while (before + 2 < values.size() && values[before + 1] < value) {
+    ++before;
+  }
+  share = std::clamp(
+      std::log(value / values[before]) / std::log(values[before + 1] / values[before]), 0.0, 1.0);
+  return true;
+}
+
+/// A level's distance between its trials; infinite where one of them broke, below 0 outside.
+double distance_at(const Level& level, const Stiffness& at) {
+  std::size_t i = 0;
+  std::size_t j = 0;
+  double u = 0;
+  double v = 0;
+  if (!place_among(level.stretch, at.stretch, i, u) ||
+      !place_among(level.bending, at.bending, j, v)) {
+    return -1;
+  }
+  const std::size_t row = level.stretch.size();
+  const double* low = &level.distances[j * row + i];
+  const double* high = low + row;
+  for (const double corner : {low[0], low[1], high[0], high[1]}) {
+    if (!std::isfinite(corner)) {
+      return kInfinity;
+    }
+  }
+  return (1 - v) * ((1 - u) * low[0] + u * low[1]) + v * ((1 - u) * high[0] + u * high[1]);
+}
+
+/// How much less usual a value is than the median: minus its squared deviation over two.
+double usual_logarithm(double value, double median, double spread) {
+  return spread > 0 ? -std::pow(std::log(value / median) / spread, 2) / 2 : 0;
+}
+
+/// Mean of the logarithms, and what nine in ten lie between.
+void summarize(const std::vector<double>& values, const std::vector<double>& weights,
+               double Stiffness::*axis, StiffnessFit& fit) {
+  constexpr double kTail = 0.05;
+  double total = 0;
+  double mean = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    total += weights[i];
+    mean += weights[i] * std::log(values[i]);
+  }
+  fit.expected.*axis = std::exp(mean / total);
+  double below = 0;
+  fit.likely_low.*axis = values.front();
+  fit.likely_high.*axis = values.back();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double before = below;
+    below += weights[i] / total;
+    if (before < kTail && below >= kTail) {
+      fit.likely_low.*axis = values[i];
+    }
+    if (before < 1 - kTail && below >= 1 - kTail) {
+      fit.likely_high.*axis = values[i];
+    }
+  }
+}
+
+/// Weighs every stiffness of a fine raster over the range.
+void weigh(const Level& coarse, const Level& fine, const StiffnessSearchOptions& options,
+           StiffnessFit& fit) {
+  constexpr int kRaster = 97;
+  const std::vector<double> stretch =
+      grid_values(options.stretch_low, options.stretch_high, kRaster);
+  const std::vector<double> bending =
+      grid_values(options.bending_low, options.bending_high, kRaster);
+  const double band = std::max(options.band, 1e-3) * fit.distance;
+  std::vector<double> of_stretch(kRaster, 0);
+  std::vector<double> of_bending(kRaster, 0);
+  for (std::size_t j = 0; j < kRaster; ++j) {
+    for (std::size_t i = 0; i < kRaster; ++i) {
+      const Stiffness at{stretch[i], bending[j]};
+      double distance = distance_at(fine, at);
+      distance = distance < 0 ? distance_at(coarse, at) : distance;
+      if (!std::isfinite(distance)) {
+        continue;
+      }
+      const double off = band > 0 ? (distance - fit.distance) / band : distance > 0 ? kInfinity : 0;
+      const UsualStiffness& usual = options.usual;
+      const double weight = std::exp(
+          -off * off / 2 + usual_logarithm(at.stretch, usual.stretch, usual.stretch_spread) +
+          usual_logarithm(at.bending, usual.bending, usual.bending_spread));
+      of_stretch[i] += weight;
+      of_bending[j] += weight;
+    }
+  }
+  double total = 0;
+  for (const double weight : of_stretch) {
+    total += weight;
+  }
+  fit.expected = fit.likely_low = fit.likely_high = fit.best;
+  if (total > 0) {  // else the nearest trial is a peak between broken ones
+    summarize(stretch, of_stretch, &Stiffness::stretch, fit);
+    summarize(bending, of_bending, &Stiffness::bending, fit);
+  }
+}
+
 }  // namespace
 
 OptionTable describe(StiffnessSearchOptions& options) {
@@ -149,7 +258,7 @@ OptionTable describe(StiffnessSearchOptions& options) {
   table.add("bending_low", options.bending_low, 1e-9, 1, "N m", "Least bending stiffness tried");
   table.add("bending_high", options.bending_high, 1e-9, 1, "N m", "Largest one");
   table.add("coarse", options.coarse, 2, 32, "", "Values of each over the whole range");
-  table.add("fine", options.fine, 1, 31, "", "Values of each around the best of those");
+  table.add("fine", options.fine, 0, 31, "", "Values of each around the best of those");
   table.add("band", options.band, 0, 10, "",
             "Share of the least distance within which a trial is as good");
   return table;
@@ -157,9 +266,13 @@ OptionTable describe(StiffnessSearchOptions& options) {
 
 std::vector<StiffnessFit> search_stiffness(int garments, const StiffnessObjective& objective,
                                            const StiffnessSearchOptions& options) {
-  ATELIER_CHECK(garments > 0 && options.coarse >= 2 && options.fine >= 1 && options.band >= 0 &&
+  ATELIER_CHECK(garments > 0 && options.coarse >= 2 && options.fine >= 0 && options.band >= 0 &&
                     options.stretch_low > 0 && options.stretch_low < options.stretch_high &&
-                    options.bending_low > 0 && options.bending_low < options.bending_high,
+                    options.bending_low > 0 && options.bending_low < options.bending_high &&
+                    (options.usual.stretch_spread == 0 ||
+                     (options.usual.stretch_spread > 0 && options.usual.stretch > 0)) &&
+                    (options.usual.bending_spread == 0 ||
+                     (options.usual.bending_spread > 0 && options.usual.bending > 0)),
                 "stiffness search options out of range");
   Level all;
   all.stretch = grid_values(options.stretch_low, options.stretch_high, options.coarse);
@@ -182,7 +295,9 @@ std::vector<StiffnessFit> search_stiffness(int garments, const StiffnessObjectiv
                            options.bending_low, options.bending_high);
     fine.push_back(std::move(level));
   }
-  run_level(fine, objective);
+  if (options.fine > 0) {
+    run_level(fine, objective);
+  }
   std::vector<StiffnessFit> fits;
   for (std::size_t g = 0; g < coarse.size(); ++g) {
     StiffnessFit fit;
@@ -191,7 +306,7 @@ std::vector<StiffnessFit> search_stiffness(int garments, const StiffnessObjectiv
     const StiffnessTrial& nearest =
         *std::min_element(fit.trials.begin(), fit.trials.end(),
                           [](const auto& x, const auto& y) { return x.distance < y.distance; });
-    const double steps = (options.fine + 1) / 2.0;  // of the fine grid in one of the coarse
+    const double steps = std::max(1.0, (options.fine + 1) / 2.0);  // of the fine grid in a coarse
     fit.best = refined_best(fit.trials, nearest,
                             {std::log(all.stretch[1] / all.stretch[0]) / steps,
                              std::log(all.bending[1] / all.bending[0]) / steps},
@@ -202,6 +317,7 @@ std::vector<StiffnessFit> search_stiffness(int garments, const StiffnessObjectiv
         range_of(fit.trials, limit, &Stiffness::stretch, options.stretch_low, options.stretch_high);
     fit.bending =
         range_of(fit.trials, limit, &Stiffness::bending, options.bending_low, options.bending_high);
+    weigh(coarse[g], fine[g], options, fit);
     fits.push_back(std::move(fit));
   }
   return fits;

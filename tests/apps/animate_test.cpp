@@ -168,10 +168,10 @@ TEST_F(Animate, AMaterialIsFittedOrTakenAndThenUsed) {
   const ChildResult done = animate();
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, ::testing::Not(HasSubstr("no fitted material")));
-  // The softest or the stiffest of all that was tried is no answer, and animate says so.
+  // Three frames of a stiff tube say little: what was found is no edge of what was tried, but as
+  // cloth is, and the range says how much is open.
   const nlohmann::json lower = nlohmann::json::parse(read_file_text(
       workspace() / "material" / "current" / "material.json", 1 << 20))["garments"]["lower"];
-  bool at_edge = false;
   for (const auto& [tried, found] :
        {std::pair{"stretch", "stretch_warp"}, {"bending", "bending"}}) {
     double low = 1e9;
@@ -181,9 +181,11 @@ TEST_F(Animate, AMaterialIsFittedOrTakenAndThenUsed) {
       high = std::max(high, trial[tried].get<double>());
     }
     const double best = lower["material"][found].get<double>();
-    at_edge = at_edge || best <= low * 1.000001 || best >= high / 1.000001;
+    EXPECT_GT(best, low);
+    EXPECT_LT(best, high);
+    EXPECT_LT(lower["likely_low"][tried].get<double>(), best);
+    EXPECT_GT(lower["likely_high"][tried].get<double>(), best);
   }
-  EXPECT_EQ((done.out + done.err).find("lies at the edge") != std::string::npos, at_edge);
   ASSERT_EQ(stage("material", {"--material.name", "denim"}).exit_code, 0);
   const nlohmann::json json = nlohmann::json::parse(
       read_file_text(workspace() / "material" / "current" / "material.json", 1 << 20));

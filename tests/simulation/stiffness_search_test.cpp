@@ -99,6 +99,84 @@ TEST(StiffnessSearch, FinerGridsGoByTheirNumbers) {
   EXPECT_THAT(asked, ::testing::ElementsAre(4u, 1u));
 }
 
+StiffnessObjective always(double distance) {
+  return [distance](const std::vector<std::vector<Stiffness>>& scenes) {
+    return std::vector<std::vector<double>>(scenes.size(), {distance});
+  };
+}
+
+TEST(StiffnessSearch, WhatIsUsualDecidesWhereDistancesDoNot) {
+  StiffnessSearchOptions options;
+  options.fine = 0;
+  options.usual = {800, 0.6, 3e-5, 0.5};
+  const StiffnessFit fit = search_stiffness(1, always(0.01), options).front();
+  EXPECT_EQ(fit.trials.size(), 16u);
+  EXPECT_NEAR(fit.expected.stretch / 800, 1, 0.03);
+  EXPECT_NEAR(fit.expected.bending / 3e-5, 1, 0.03);
+  constexpr double kNineInTen = 1.645;  // standard deviations to each side
+  EXPECT_NEAR(std::log(fit.likely_low.stretch / 800), -0.6 * kNineInTen, 0.06);
+  EXPECT_NEAR(std::log(fit.likely_high.stretch / 800), 0.6 * kNineInTen, 0.06);
+  EXPECT_NEAR(std::log(fit.likely_low.bending / 3e-5), -0.5 * kNineInTen, 0.09);
+  EXPECT_NEAR(std::log(fit.likely_high.bending / 3e-5), 0.5 * kNineInTen, 0.09);
+}
+
+TEST(StiffnessSearch, WithoutAnythingUsualTheMiddleOfWhatIsOpenIsTaken) {
+  StiffnessSearchOptions options;
+  options.fine = 0;
+  const StiffnessFit fit = search_stiffness(1, always(0.01), options).front();
+  EXPECT_NEAR(fit.expected.stretch / 1000, 1, 1e-6);
+  EXPECT_NEAR(std::log10(fit.likely_low.stretch), 2.1, 0.03);
+  EXPECT_NEAR(std::log10(fit.likely_high.stretch), 3.9, 0.03);
+  // Below a thousand it is ruled out: what is expected lies above, whatever the edge of the range.
+  const auto one_sided = [](const std::vector<std::vector<Stiffness>>& scenes) {
+    std::vector<std::vector<double>> distances;
+    for (const auto& scene : scenes) {
+      distances.push_back({0.01 * (1 + std::max(0.0, std::log10(1000 / scene[0].stretch)))});
+    }
+    return distances;
+  };
+  options.coarse = 9;
+  options.usual = {300, 1, 3e-5, 1};
+  const StiffnessFit above = search_stiffness(1, one_sided, options).front();
+  EXPECT_GT(above.likely_low.stretch, 600);
+  EXPECT_GT(above.expected.stretch, 800);
+  EXPECT_LT(above.expected.stretch, 2000);
+  EXPECT_TRUE(above.stretch.open_high);
+}
+
+TEST(StiffnessSearch, DistancesThatTellOutweighWhatIsUsual) {
+  StiffnessSearchOptions options;
+  options.coarse = 9;
+  options.usual = {5000, 1, 2e-6, 1};
+  const std::vector<Stiffness> truths = {{700, 3e-5}, {2500, 4e-6}};
+  for (const auto& [truth, fit] :
+       {std::pair{truths[0], search_stiffness(2, bowls(truths), options)[0]},
+        {truths[1], search_stiffness(2, bowls(truths), options)[1]}}) {
+    EXPECT_NEAR(fit.expected.stretch / truth.stretch, 1, 0.25);
+    EXPECT_NEAR(fit.expected.bending / truth.bending, 1, 0.25);
+    EXPECT_LT(fit.likely_low.stretch, truth.stretch);
+    EXPECT_GT(fit.likely_high.stretch, truth.stretch);
+  }
+}
+
+TEST(StiffnessSearch, WhatIsUsualIsTheFabricsOwn) {
+  const UsualStiffness usual = usual_stiffness();
+  double stretch = 1;
+  double bending = 1;
+  int within = 0;
+  const auto share = 1.0 / static_cast<double>(all_fabrics().size());
+  for (const Fabric& fabric : all_fabrics()) {
+    const Material& material = fabric.material;
+    const double both = std::sqrt(material.stretch_warp * material.stretch_weft);
+    stretch *= std::pow(both, share);
+    bending *= std::pow(material.bending, share);
+    within += std::abs(std::log(both / usual.stretch)) < 2 * usual.stretch_spread ? 1 : 0;
+  }
+  EXPECT_NEAR(usual.stretch / stretch, 1, 1e-9);
+  EXPECT_NEAR(usual.bending / bending, 1, 1e-9);
+  EXPECT_GE(within, 9) << "of ten";
+}
+
 TEST(StiffnessSearch, WhatCannotBeSearchedIsRefused) {
   const auto never = [](const std::vector<std::vector<Stiffness>>& scenes) {
     return std::vector<std::vector<double>>(scenes.size(), std::vector<double>(1, kInfinity));
@@ -122,6 +200,11 @@ TEST(StiffnessSearch, WhatCannotBeSearchedIsRefused) {
   EXPECT_THROW(search_stiffness(1, never, options), LogicError);
   options = {};
   options.coarse = 1;
+  EXPECT_THROW(search_stiffness(1, never, options), LogicError);
+  options = {};
+  options.usual.stretch_spread = 1;
+  EXPECT_THROW(search_stiffness(1, never, options), LogicError) << "of what?";
+  options.usual = {1000, -1, 1e-5, 1};
   EXPECT_THROW(search_stiffness(1, never, options), LogicError);
 }
 
