@@ -94,8 +94,13 @@ struct RegisteredSequence::State {
           (origin.vertices.row(edges(e, 0)) - origin.vertices.row(edges(e, 1))).norm();
     }
     if (options.fit.photometric) {
+      const auto seen = garment_views(model, origin.vertices, frame);
       add_texture(texture, model.samples, origin.vertices, model.cloth.topology.faces, frame.views,
-                  garment_views(model, origin.vertices, frame));
+                  seen);
+      if (options.fit.code) {
+        model.code = printed_code(model.cloth.topology, origin.vertices, frame.views, seen,
+                                  {.reach = options.fit.code_reach});
+      }
     }
     begun = true;
   }
