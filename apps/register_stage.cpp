@@ -228,12 +228,18 @@ class RegisteredOutfit {
   Index kept_row_ = -1;
 };
 
-constexpr std::array kFigures = {"scan_rms",    "support",    "seen",
-                                 "correlation", "strain_p95", "inverted"};
+constexpr std::array kFigures = {"scan_rms",   "support",  "seen",      "correlation",
+                                 "strain_p95", "inverted", "code_read", "code_contradicted"};
 
 std::array<double, kFigures.size()> figures_of(const RegisteredGarment& garment) {
-  return {garment.scan_rms,    garment.support,    garment.seen,
-          garment.correlation, garment.strain_p95, static_cast<double>(garment.inverted)};
+  return {garment.scan_rms,
+          garment.support,
+          garment.seen,
+          garment.correlation,
+          garment.strain_p95,
+          static_cast<double>(garment.inverted),
+          static_cast<double>(garment.code_read),
+          static_cast<double>(garment.code_contradicted)};
 }
 
 /// All garments of a frame as one mesh, with each one's figures beside it.
@@ -369,7 +375,9 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit,
   for (const char* figure : {"scan_rms", "support", "seen", "correlation"}) {
     run.metric(figure, sums[figure] / count);
   }
-  run.metric("inverted", sums["inverted"]);
+  for (const char* figure : {"inverted", "code_read", "code_contradicted"}) {
+    run.metric(figure, sums[figure]);
+  }
   run.metric("forward_backward", most.forward_backward);
   run.metric("closure", most.closure);
 }

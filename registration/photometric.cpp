@@ -279,12 +279,13 @@ std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& f
 
 void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Points& x,
                  const Triangles& faces, const std::vector<ViewPyramid>& views,
-                 const std::vector<std::vector<float>>& seen) {
+                 const std::vector<std::vector<float>>& seen, int sizes) {
   if (views.empty()) {
     return;
   }
   const std::size_t count = samples.areas.size();
-  const auto levels = views.front().levels.size();
+  const std::size_t all = views.front().levels.size();
+  const std::size_t levels = sizes > 0 ? std::min(all, static_cast<std::size_t>(sizes)) : all;
   if (texture.levels.empty()) {
     texture.channels = views.front().levels.front().channels;
     texture.levels.assign(levels,

@@ -57,9 +57,10 @@ std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& f
                                              const std::vector<const TriangleTree*>& occluders);
 
 /// Fills in what is not known yet of the texture, from those views that see it best.
+/// @param sizes  how many sizes of the pictures, the largest first; 0: all
 void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Points& x,
                  const Triangles& faces, const std::vector<ViewPyramid>& views,
-                 const std::vector<std::vector<float>>& seen);
+                 const std::vector<std::vector<float>>& seen, int sizes = 0);
 
 struct PhotometricOptions {
   double weight = 1e-4;  ///< m2 against the scan's 1: of residuals in standard deviations

@@ -171,6 +171,13 @@ OptionTable describe(RegisterOptions& options) {
             "Of colours that differ by one standard deviation, against square metres of distance");
   table.add("sample_spacing", options.sample_spacing, 0.0005, 0.1, "m",
             "Between points of the cloth whose colours are compared");
+  table.add(
+      "code", options.code,
+      "Read prints of which no two places are alike, as the coded one, however far they slid");
+  table.add("code_reach", options.code_reach, 0.01, 10, "m",
+            "How far such a print may have slid; farther takes longer");
+  table.add("code_weight", options.code_weight, 0, 100, "",
+            "Of what was read against the scan's 1");
   return table;
 }
 
@@ -234,6 +241,33 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
     x = solver.lower(terms, x);
     tree = refit_tree(std::move(tree), x);
   }
+  std::vector<SurfaceRow> read;
+  if (options.code && model.code.words.cols() > 0 && !frame.views.empty()) {
+    // The second time also what lay too far off, or was not seen from there.
+    constexpr int kReadings = 2;
+    constexpr int kSteps = 6;
+    for (int reading = 0; reading < kReadings; ++reading) {
+      const CodeReadings readings = read_code(model.code, model.cloth.topology, x, frame.views,
+                                              garment_views(model, x, frame));
+      read = code_rows(model.code, readings, model.cloth.topology, x, options.code_weight);
+      result.code_read = static_cast<int>(readings.kept.size());
+      result.code_contradicted = readings.contradicted;
+      for (int step = 0; step < kSteps && !read.empty(); ++step) {
+        const double share = 0.5 + 0.5 * step / (kSteps - 1);
+        ClothTerms terms = shape_terms(model, start, x, options, share);
+        support = add_geometry(terms, model, x, tree, frame, options, share);
+        add_rows(terms.rows, held);
+        add_rows(terms.rows, read);
+        x = solver.lower(terms, x);
+        tree = refit_tree(std::move(tree), x);
+      }
+    }
+  }
+  // Places are millimetres apart: what is finer, pictures say.
+  constexpr double kFiner = 0.1;
+  for (SurfaceRow& row : read) {
+    row.weight *= kFiner;
+  }
   Eigen::VectorXd correlation = Eigen::VectorXd::Constant(x.rows(), -1);
   Eigen::VectorXi views = Eigen::VectorXi::Zero(x.rows());
   if (options.photometric && !frame.views.empty() && !texture.levels.empty()) {
@@ -247,6 +281,7 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
         ClothTerms terms = shape_terms(model, start, x, options, 1);
         support = add_geometry(terms, model, x, tree, frame, options, 1);
         add_rows(terms.rows, held);
+        add_rows(terms.rows, read);
         PhotometricTerm pictures = photometric_term(model.cloth, x, model.samples, texture,
                                                     frame.views, seen, level, photometric);
         terms.quadratics = std::move(pictures.quadratics);

@@ -8,6 +8,7 @@
 #include "core/options.h"
 #include "registration/garment_scan.h"
 #include "registration/photometric.h"
+#include "registration/printed_code.h"
 #include "registration/ride_on_body.h"
 
 namespace atelier {
@@ -34,6 +35,9 @@ struct RegisterOptions {
   int photometric_steps = 8;   ///< steps at each size, fewer where it settles
   double photometric_weight = 1e-4;  ///< m2
   double sample_spacing = 0.005;     ///< m between points whose colours are compared
+  bool code = true;                  ///< read prints that are nowhere alike
+  double code_reach = 0.15;          ///< m, how far such a print may have slid
+  double code_weight = 1;            ///< of what was read against the scan's 1
 };
 OptionTable describe(RegisterOptions& options);
 
@@ -42,6 +46,7 @@ struct RegistrationModel {
   ClothModel cloth;
   Points vertices;  ///< [V,3] m, in its own frame
   ClothSamples samples;
+  PrintedCode code;  ///< what its print says in the frame where it is known; or empty
 };
 
 /// Throws DataError as cloth_model does.
@@ -66,6 +71,8 @@ struct RegisteredGarment {
   double support = 0;          ///< share of the garment's area that the scan speaks of
   double correlation = 0;      ///< mean over vertices that views see; 0 without
   double seen = 0;             ///< share of vertices that two views compare
+  int code_read = 0;           ///< places whose print said which they are
+  int code_contradicted = 0;   ///< places whose print said otherwise than those around them
   double strain_p95 = 0;       ///< of |length / rest - 1|
   int inverted = 0;            ///< triangles turned against their neighbours
   std::vector<Finding> findings;

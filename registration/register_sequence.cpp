@@ -15,7 +15,20 @@ struct Chain {
   Index last = -1;  ///< row that was registered last
   Points drift;     ///< of that row
   Points body;      ///< of that row
+  double told = 1;  ///< correlation of that row's pictures; 1 before any were compared
 };
+
+/// How much firmer cloth is held on the body by how badly pictures agree with where it came out in
+/// the frame before. Nearest points do not know what slides, but their errors add up to a way along
+/// the surface: where no picture speaks against it, trousers turn round the hips by degrees a
+/// frame.
+double firmness(double correlation) {
+  constexpr double kMost = 20;
+  const PhotometricOptions trusted;
+  const double doubt =
+      1 - std::clamp((correlation - trusted.bad) / (trusted.good - trusted.bad), 0.0, 1.0);
+  return std::max(1.0, kMost * doubt * doubt);
+}
 
 /// A window's frames, both ways from its anchor.
 struct Window {
@@ -35,8 +48,8 @@ OptionTable describe(RegisterSequenceOptions& options) {
   table.add("home", options.predict.home, 0, 1, "",
             "Share with which cloth on the body tends to its place in the template");
   table.add("hold", options.predict.hold, 0, 100, "",
-            "What keeps cloth on the body from sliding, against the scan's 1; pictures that show "
-            "more than that move it");
+            "What keeps cloth on the body from sliding, against the scan's 1; up to 20 times as "
+            "much where pictures of the frame before did not agree");
   table.add("momentum", options.predict.momentum, 0, 1, "",
             "Share of its last motion against the body that cloth is expected to go on with");
   table.add("window", options.window, 1, 100000, "frames",
@@ -94,8 +107,13 @@ struct RegisteredSequence::State {
           (origin.vertices.row(edges(e, 0)) - origin.vertices.row(edges(e, 1))).norm();
     }
     if (options.fit.photometric) {
+      const auto seen = garment_views(model, origin.vertices, frame);
       add_texture(texture, model.samples, origin.vertices, model.cloth.topology.faces, frame.views,
-                  garment_views(model, origin.vertices, frame));
+                  seen);
+      if (options.fit.code) {
+        model.code = printed_code(model.cloth.topology, origin.vertices, frame.views, seen,
+                                  {.reach = options.fit.code_reach});
+      }
     }
     begun = true;
   }
@@ -119,12 +137,14 @@ struct RegisteredSequence::State {
         ride_on_body(origin.vertices, source.body_faces, origin_body, frame.body.vertices);
     const Points start =
         predicted_cloth(solver, model.cloth, before, ridden, home, chain.drift, options.predict);
-    frame.hold = options.predict.hold * closeness(ridden, options.predict.near / 2);
+    frame.hold =
+        firmness(chain.told) * options.predict.hold * closeness(ridden, options.predict.near / 2);
     RegisteredGarment result =
         register_garment(solver, model, start, frame, chain.texture, options.fit);
     chain.drift = result.vertices - ridden.vertices;
     chain.body = frame.body.vertices;
     chain.last = row;
+    chain.told = result.seen > 0 ? result.correlation : 1;
     if (options.fit.photometric && !frame.views.empty()) {
       add_texture(chain.texture, model.samples, result.vertices, model.cloth.topology.faces,
                   frame.views, garment_views(model, result.vertices, frame));

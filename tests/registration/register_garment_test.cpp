@@ -255,6 +255,32 @@ TEST(RegisterSequence, ClothFollowsTheBodyRoundAndRound) {
   }
 }
 
+TEST(RegisterSequence, ClothOfWhichPicturesTellNothingStaysOnTheBody) {
+  Spin spin(5, 0);
+  const auto slid = [&](bool pictures) {
+    RegistrationSource source = spin.source;
+    source.body = [&](Index) { return spin.body.vertices; };
+    source.load = [&, pictures](Index row) {
+      RegistrationFrame frame;
+      Points lifted = spin.fine.vertices;
+      lifted.col(1).array() += 0.006 * static_cast<double>(row);
+      frame.scan = garment_scan(labelled(spin.fine, lifted), {kCloth});
+      frame.body = body_obstacle(spin.body.vertices, spin.body.faces);
+      if (pictures) {  // of plain cloth
+        frame.views = fixtures::cylinder_views(2, [](double, double) { return 0.4; });
+      }
+      return frame;
+    };
+    RegisterSequenceOptions options;
+    options.fit.photometric_levels = 2;
+    RegisteredSequence sequence(spin.garment, source, options);
+    return (sequence.at(4).vertices - spin.garment.mesh.vertices).col(1).mean();
+  };
+  const double before = slid(false);
+  EXPECT_GT(before, 0.002);
+  EXPECT_LT(slid(true), 0.8 * before);
+}
+
 TEST(RegisterSequence, FramesAreTheSameInAnyOrderAndOnAnyThreads) {
   Spin first_spin;
   Spin second_spin;
