@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <numeric>
 
@@ -83,6 +84,8 @@ std::vector<double> side_costs(const Mesh& mesh, const Topology& topology, doubl
   return costs;
 }
 
+constexpr double kOwnLength = 0.15;  // m: what a seam costs however short it is
+
 class Search {
  public:
   Search(const Mesh& mesh, const FindSeamsOptions& options)
@@ -153,16 +156,13 @@ class Search {
         tried[w] = parts_of(piece, cut);
         double after = 0;
         for (SeamPiece& part : tried[w]) {
-          const bool disc =
-              boundary_loops(part.topology).size() == 1 && euler_characteristic(part.topology) == 1;
-          if (!disc) {
+          if (!is_disc(part)) {
             after = std::numeric_limits<double>::infinity();
             break;
           }
           lay_flat(part, options_.stretch, 25, 1e-4);
           after += part.excess;
         }
-        constexpr double kOwnLength = 0.15;  // m: what a seam costs however short it is
         gains[w] = (piece.excess - after) / (length + kOwnLength);
       }
     });
@@ -196,90 +196,207 @@ class Search {
     return cut;
   }
 
-  /// Sews found seams again, the longest first, as long as the bounds hold. Returns how many.
-  int join(std::vector<char>& cut, const std::vector<char>& kept) const {
-    int joined = 0;
-    std::vector<double> strained = strained_area(pieces_of(cut));
-    for (bool again = true; again;) {
-      again = false;
-      const SurfaceCut open = cut_surface(topology_, cut);
-      std::vector<std::pair<double, std::vector<int>>> seams;
-      for (const FlatSeam& seam : flat_seams(topology_, cut, open)) {
-        std::vector<std::pair<int, int>> ends;
-        double length = 0;
-        for (std::size_t i = 1; i < seam.a.size(); ++i) {
-          ends.emplace_back(open.source[static_cast<std::size_t>(seam.a[i - 1])],
-                            open.source[static_cast<std::size_t>(seam.a[i])]);
-        }
-        const std::vector<char> flags = cut_at_edges(topology_, ends);
-        std::vector<int> edges;
-        bool free = true;
-        for (std::size_t e = 0; e < flags.size(); ++e) {
-          if (flags[e] != 0) {
-            edges.push_back(static_cast<int>(e));
-            length += lengths_[e];
-            free = free && kept[e] == 0;
-          }
-        }
-        if (free) {
-          seams.emplace_back(-length, std::move(edges));
+  /// What sewing a seam again would do.
+  struct Sewn {
+    SeamPiece piece;
+    bool possible = false;  ///< a disc that does not lie over itself
+    double excess = 0;      ///< more of it, m2
+    double strained = 0;    ///< more area that is stretched too far, m2
+  };
+
+  /// Sews seams again while the bound holds, the one first that adds least excess for its length.
+  /// Those in `kept` stay, and those in `sides` that part a front from its back. Returns how many.
+  int sew(std::vector<SeamPiece>& pieces, const std::vector<char>& kept,
+          const std::vector<char>& sides) const {
+    struct Known {
+      int version_a, version_b;
+      Sewn sewn;
+    };
+    std::map<std::vector<int>, Known> known;  // by edges
+    std::vector<int> versions(pieces.size());
+    std::iota(versions.begin(), versions.end(), 0);
+    int version = static_cast<int>(pieces.size());
+    int count = 0;
+    for (;;) {
+      const std::vector<char> cut = cut_of(pieces);
+      std::vector<std::size_t> piece_of_face(static_cast<std::size_t>(mesh_.faces.rows()), 0);
+      double strained = 0;
+      for (std::size_t p = 0; p < pieces.size(); ++p) {
+        strained += strained_area(pieces[p]);
+        for (const int face : pieces[p].of_face) {
+          piece_of_face[static_cast<std::size_t>(face)] = p;
         }
       }
-      std::sort(seams.begin(), seams.end());
-      for (const auto& [length, edges] : seams) {
-        std::vector<char> tried = cut;
+      struct Candidate {
+        std::vector<int> edges;
+        std::size_t a, b;
+        double saved;
+      };
+      std::vector<Candidate> candidates;
+      for (std::vector<int>& edges : runs_of(cut)) {
+        double length = 0;
+        bool free = true;
+        bool side = false;
         for (const int edge : edges) {
-          tried[static_cast<std::size_t>(edge)] = 0;
+          length += lengths_[static_cast<std::size_t>(edge)];
+          free = free && kept[static_cast<std::size_t>(edge)] == 0;
+          side = side || sides[static_cast<std::size_t>(edge)] != 0;
         }
-        if (opened(tried) != tried || !try_joined(tried, edges.front(), strained)) {
-          continue;
+        const auto sharing = corners_of_edge(topology_, edges.front());
+        const std::size_t a = piece_of_face[static_cast<std::size_t>(sharing[0] / 3)];
+        const std::size_t b = piece_of_face[static_cast<std::size_t>(sharing[1] / 3)];
+        // A front and its back stay two, but for a sleeve: what is small may lie round a limb.
+        constexpr double kSleeve = 0.25;  // of the area
+        const double area = pieces[a].areas.sum() + (a != b ? pieces[b].areas.sum() : 0);
+        if (free && (!side || area < kSleeve * area_)) {
+          candidates.push_back(
+              {std::move(edges), std::min(a, b), std::max(a, b), length + kOwnLength});
         }
-        cut = std::move(tried);
-        ++joined;
-        again = true;
-        break;
+      }
+      std::vector<std::size_t> unknown;
+      for (std::size_t i = 0; i < candidates.size(); ++i) {
+        const auto found = known.find(candidates[i].edges);
+        if (found == known.end() || found->second.version_a != versions[candidates[i].a] ||
+            found->second.version_b != versions[candidates[i].b]) {
+          unknown.push_back(i);
+        }
+      }
+      std::vector<Sewn> tried(unknown.size());
+      parallel_for(static_cast<Index>(unknown.size()), 1, [&](Index begin, Index end) {
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          const Candidate& candidate = candidates[unknown[i]];
+          tried[i] = sewn(pieces[candidate.a], pieces[candidate.b], cut, candidate.edges);
+        }
+      });
+      for (std::size_t i = 0; i < unknown.size(); ++i) {
+        const Candidate& candidate = candidates[unknown[i]];
+        known[candidate.edges] = {versions[candidate.a], versions[candidate.b],
+                                  std::move(tried[i])};
+      }
+      const Candidate* best = nullptr;
+      double least = 0;
+      for (const Candidate& candidate : candidates) {
+        const Sewn& result = known.at(candidate.edges).sewn;
+        const double here = result.excess / candidate.saved;
+        const bool allowed = result.possible && strained + result.strained <= 0.01 * area_;
+        if (allowed && (best == nullptr || here < least)) {
+          best = &candidate;
+          least = here;
+        }
+      }
+      if (best == nullptr) {
+        return count;
+      }
+      Sewn& result = known.at(best->edges).sewn;
+      const double apart = strained_area(pieces[best->a]) +
+                           (best->b != best->a ? strained_area(pieces[best->b]) : 0);
+      lay_flat(result.piece, options_.stretch, 100, 1e-6);
+      result.strained = strained_area(result.piece) - apart;
+      if (result.piece.overlaps || strained + result.strained > 0.01 * area_) {
+        result.possible = false;  // which shows only when it is laid out well
+        continue;
+      }
+      ++count;
+      pieces[best->a] = std::move(result.piece);
+      versions[best->a] = version++;
+      known.erase(best->edges);
+      if (best->b != best->a) {
+        pieces.erase(pieces.begin() + static_cast<std::ptrdiff_t>(best->b));
+        versions.erase(versions.begin() + static_cast<std::ptrdiff_t>(best->b));
       }
     }
-    return joined;
   }
 
  private:
-  /// Area of each face that is stretched too far; of all of a panel that lies over itself.
-  std::vector<double> strained_area(const std::vector<SeamPiece>& pieces) const {
-    std::vector<double> areas(static_cast<std::size_t>(mesh_.faces.rows()), 0);
-    for (const SeamPiece& piece : pieces) {
-      for (Index f = 0; f < piece.faces.rows(); ++f) {
-        areas[static_cast<std::size_t>(piece.of_face[static_cast<std::size_t>(f)])] =
-            piece.overlaps || piece.strain[f] > options_.stretch ? piece.areas[f] : 0;
-      }
-    }
-    return areas;
+  static bool is_disc(const SeamPiece& piece) {
+    return boundary_loops(piece.topology).size() == 1 && euler_characteristic(piece.topology) == 1;
   }
 
-  /// Lays the panel round a seam that was sewn again; if the bounds hold, `strained` becomes what
-  /// it is then.
-  bool try_joined(const std::vector<char>& cut, int edge, std::vector<double>& strained) const {
-    const int face = corners_of_edge(topology_, edge).front() / 3;
-    for (SeamPiece& part : parts_of(whole_, cut)) {
-      if (!std::binary_search(part.of_face.begin(), part.of_face.end(), face)) {
-        continue;
-      }
-      lay_flat(part, options_.stretch, 100, 1e-6);
-      if (part.overlaps) {
-        return false;
-      }
-      std::vector<double> tried = strained;
-      for (Index f = 0; f < part.faces.rows(); ++f) {
-        tried[static_cast<std::size_t>(part.of_face[static_cast<std::size_t>(f)])] =
-            part.strain[f] > options_.stretch ? part.areas[f] : 0;
-      }
-      if (std::accumulate(tried.begin(), tried.end(), 0.0) > 0.01 * area_) {
-        return false;
-      }
-      strained = std::move(tried);
-      return true;
+  double strained_area(const SeamPiece& piece) const {
+    double sum = piece.overlaps ? area_ : 0;
+    for (Index f = 0; f < piece.faces.rows(); ++f) {
+      sum += piece.strain[f] > options_.stretch ? piece.areas[f] : 0;
     }
-    return false;
+    return sum;
+  }
+
+  /// The edges of each run of seam from one place where seams meet to the next, increasing.
+  std::vector<std::vector<int>> runs_of(const std::vector<char>& cut) const {
+    std::map<std::pair<int, int>, int> edge_at;
+    for (Index e = 0; e < topology_.edges.rows(); ++e) {
+      if (cut[static_cast<std::size_t>(e)] != 0) {
+        edge_at[{topology_.edges(e, 0), topology_.edges(e, 1)}] = static_cast<int>(e);
+      }
+    }
+    const SurfaceCut open = cut_surface(topology_, cut);
+    std::vector<std::vector<int>> runs;
+    for (const FlatSeam& seam : flat_seams(topology_, cut, open)) {
+      std::vector<int> edges;
+      for (std::size_t i = 1; i < seam.a.size(); ++i) {
+        const int a = open.source[static_cast<std::size_t>(seam.a[i - 1])];
+        const int b = open.source[static_cast<std::size_t>(seam.a[i])];
+        edges.push_back(edge_at.at({std::min(a, b), std::max(a, b)}));
+      }
+      std::sort(edges.begin(), edges.end());
+      runs.push_back(std::move(edges));
+    }
+    return runs;
+  }
+
+  /// Two pieces (or one, twice) without the seam `edges` between them.
+  Sewn sewn(const SeamPiece& a, const SeamPiece& b, const std::vector<char>& cut,
+            const std::vector<int>& edges) const {
+    std::vector<int> faces = a.of_face;
+    double excess = a.excess;
+    double strained = strained_area(a);
+    if (&a != &b) {
+      faces.insert(faces.end(), b.of_face.begin(), b.of_face.end());
+      excess += b.excess;
+      strained += strained_area(b);
+    }
+    std::sort(faces.begin(), faces.end());
+    SeamPiece both;
+    both.faces.resize(std::ssize(faces), 3);
+    std::vector<int> local(static_cast<std::size_t>(mesh_.vertices.rows()), -1);
+    std::vector<int> sources;
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      for (int k = 0; k < 3; ++k) {
+        const int source = mesh_.faces(faces[f], k);
+        int& place = local[static_cast<std::size_t>(source)];
+        if (place < 0) {
+          place = static_cast<int>(sources.size());
+          sources.push_back(source);
+        }
+        both.faces(static_cast<Index>(f), k) = place;
+      }
+    }
+    both.vertices.resize(std::ssize(sources), 3);
+    for (std::size_t v = 0; v < sources.size(); ++v) {
+      both.vertices.row(static_cast<Index>(v)) = mesh_.vertices.row(sources[v]);
+      both.bends.push_back(whole_.bends[static_cast<std::size_t>(sources[v])]);
+    }
+    both.of_face = std::move(faces);
+    both.topology = topology_of(both.faces, both.vertices.rows());
+    std::vector<char> flags(static_cast<std::size_t>(both.topology.edges.rows()), 0);
+    for (Index e = 0; e < both.topology.edges.rows(); ++e) {
+      const int whole = whole_edge(both, e);
+      flags[static_cast<std::size_t>(e)] =
+          cut[static_cast<std::size_t>(whole)] != 0 &&
+                  !std::binary_search(edges.begin(), edges.end(), whole)
+              ? 1
+              : 0;
+    }
+    std::vector<SeamPiece> parts = parts_of(both, flags);
+    Sewn result;
+    if (parts.size() != 1 || !is_disc(parts.front())) {
+      return result;
+    }
+    result.piece = std::move(parts.front());
+    lay_flat(result.piece, options_.stretch, 40, 1e-5);
+    result.possible = !result.piece.overlaps;
+    result.excess = result.piece.excess - excess;
+    result.strained = strained_area(result.piece) - strained;
+    return result;
   }
 
   int whole_edge(const SeamPiece& piece, Index edge) const {
@@ -317,12 +434,11 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
   ATELIER_CHECK(static_cast<Index>(given.size()) == search.topology().edges.rows(),
                 "a flag for each edge");
   FoundSeams found;
+  const std::vector<char> sides =
+      options.front_and_back ? front_and_back(mesh) : std::vector<char>(given.size(), 0);
   std::vector<char> start = given;
-  if (options.front_and_back) {
-    const std::vector<char> between = front_and_back(mesh);
-    for (std::size_t e = 0; e < start.size(); ++e) {
-      start[e] = static_cast<char>(start[e] | between[e]);
-    }
+  for (std::size_t e = 0; e < start.size(); ++e) {
+    start[e] = static_cast<char>(start[e] | sides[e]);
   }
   std::vector<SeamPiece> pieces = search.pieces_of(search.opened(start));
   std::vector<char> stuck;  // pieces that no cut betters
@@ -361,11 +477,11 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
     }
     say(split ? "seam" : "dart");
   }
+  if (options.join && search.too_far(pieces) <= 0.01) {
+    found.joined = search.sew(pieces, given, sides);
+  }
   found.reached = search.too_far(pieces) <= 0.01;
   found.cut = search.cut_of(pieces);
-  if (options.join && found.reached) {
-    found.joined = search.join(found.cut, start);
-  }
   return found;
 }
 

@@ -39,9 +39,10 @@ using SeamWatch = std::function<void(const std::string&)>;
 /// or a panel lies over itself, the panel that has most of it is cut: of ways from its most
 /// stretched places to its boundary (darts) and right through it (seams), along what is stretched
 /// and curved, each is tried and the one taken that lowers the stretched area most for its length.
-/// At last each found seam is sewn again if the bounds hold without it. Our choice, after Sheffer
-/// and Hart, "Seamster", 2002 (cuts through distorted places) and Li et al., "OptCuts", 2018 (cut
-/// and merge against a bound).
+/// At last found seams are sewn again while the bounds hold, the one first that adds least stretch
+/// for its length; those between front and back only where less than a quarter of the area comes
+/// together, as in a sleeve. Our choice, after Sheffer and Hart, "Seamster", 2002 (cuts through
+/// distorted places) and Li et al., "OptCuts", 2018 (cut and merge against a bound).
 ///
 /// Throws DataError as check_flattenable; LogicError for another number of flags. Some ten panels
 /// are laid flat for each cut.

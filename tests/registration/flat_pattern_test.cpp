@@ -432,6 +432,48 @@ TEST(FindSeams, AHalfSphereIsCutUntilTheStretchIsWithinBounds) {
   EXPECT_EQ(measures.overlaps, 0);
 }
 
+TEST(FindSeams, GivenSeamsStayAndNeedlessOnesAreSewnAgain) {
+  // A tube's side is all it needs; a ring that was given stays.
+  Mesh mesh = fixtures::tube(32, 10, 0.6);
+  mesh.vertices.col(0) *= 0.2;
+  mesh.vertices.col(2) *= 0.2;
+  const Topology whole = topology(mesh);
+  std::vector<int> upper;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    upper.push_back(mesh.vertices.col(1)(mesh.faces.row(f)).maxCoeff() > 0.301 ? 1 : 0);
+  }
+  const std::vector<char> ring = cut_between_labels(whole, upper);
+  FindSeamsOptions options;
+  options.front_and_back = false;
+  const FoundSeams found = find_seams(mesh, ring, options);
+  EXPECT_TRUE(found.reached);
+  for (std::size_t e = 0; e < ring.size(); ++e) {
+    EXPECT_TRUE(ring[e] == 0 || found.cut[e] != 0);
+  }
+  EXPECT_EQ(flatten_surface(mesh, found.cut).cut.panel_count, 2);
+}
+
+TEST(FindSeams, SewingAgainKeepsTheBoundAndTakesSeamsAway) {
+  // A ball, whose greedy cuts are more than it needs.
+  Mesh ball = fixtures::sphere(3);
+  ball.vertices *= 0.12;
+  FindSeamsOptions options;
+  options.stretch = 0.05;
+  options.join = false;
+  const FoundSeams cut = find_seams(ball, no_cut(topology(ball)), options);
+  options.join = true;
+  const FoundSeams sewn = find_seams(ball, no_cut(topology(ball)), options);
+  EXPECT_TRUE(cut.reached);
+  EXPECT_TRUE(sewn.reached);
+  EXPECT_GT(sewn.joined, 0);
+  EXPECT_EQ(sewn.added, cut.added);
+  const FlatPattern before = flatten_surface(ball, cut.cut);
+  const FlatPattern after = flatten_surface(ball, sewn.cut);
+  EXPECT_LT(measure_flat(ball, after).seam_length, measure_flat(ball, before).seam_length);
+  EXPECT_LT(measure_flat(ball, after).strain_p99, 1.1 * options.stretch);
+  EXPECT_EQ(measure_flat(ball, after).overlaps, 0);
+}
+
 TEST(FindSeams, RefusesOtherFlagsAndBadSurfaces) {
   const Mesh mesh = fixtures::grid(3, 3);
   EXPECT_THROW(find_seams(mesh, {}), LogicError);

@@ -2,11 +2,16 @@
 
 #include <Eigen/Geometry>
 #include <numbers>
+#include <random>
 
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/normals.h"
 #include "core/parallel.h"
+#include "registration/edge_paths.h"
+#include "registration/flat_pattern.h"
+#include "registration/open_to_discs.h"
 #include "registration/register_sequence.h"
 #include "registration/registration_error.h"
 #include "tests/registration/registered_shapes.h"
@@ -68,6 +73,38 @@ TEST(RegisterGarment, MovedTubeIsRecovered) {
   EXPECT_EQ(found.inverted, 0);
   EXPECT_GT(found.support, 0.9);
   EXPECT_LT(found.scan_rms, 0.003);
+}
+
+TEST(RegisterGarment, ARegisteredTubeGivesItsPatternBack) {
+  // From a moved scan with noise of 1 mm: the rectangle that the tube was cut from.
+  const Garment garment = garment_of_tube();
+  const RegistrationModel model = registration_model(garment);
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, 0.001);
+  Mesh fine = fixtures::cloth_tube(60, 33);
+  for (double& coordinate : fine.vertices.reshaped()) {
+    coordinate += noise(random);
+  }
+  const Points scan = fine.vertices.rowwise() + Eigen::RowVector3d(0.02, 0.01, -0.02);
+  RegistrationFrame frame;
+  frame.scan = garment_scan(labelled(fine, scan), {kCloth});
+  ShapeSolver solver(model.cloth);
+  Mesh registered = garment.mesh;
+  registered.vertices =
+      register_garment(solver, model, model.vertices, frame, {}, shape_alone()).vertices;
+  const Topology topology = topology_of(registered.faces, registered.vertices.rows());
+  const std::vector<char> cut =
+      opened_to_discs(topology, std::vector<char>(static_cast<std::size_t>(topology.edges.rows())),
+                      edge_lengths(topology, registered.vertices));
+  const FlatPattern flat = flatten_surface(registered, cut);
+  const FlatMeasures measures = measure_flat(registered, flat);
+  const double around = 2 * std::numbers::pi * 0.15;
+  const double area = measures.area_ratio * face_areas(registered.vertices, registered.faces).sum();
+  EXPECT_NEAR(area, 0.5 * around, 0.03 * 0.5 * around);
+  EXPECT_NEAR(measures.seam_length, 0.5, 0.03 * 0.5);
+  EXPECT_LT(measures.strain_p99, 0.03);
+  EXPECT_LT(measures.seam_mismatch, 0.003);
+  EXPECT_EQ(measures.inverted + measures.overlaps, 0);
 }
 
 TEST(RegisterGarment, StretchedTubeIsRecoveredByItsOpenings) {
