@@ -58,7 +58,7 @@ class Animate : public ::testing::Test {
   /// Without pictures, which take most of the time.
   ChildResult animate(const std::vector<std::string>& more = {}) const {
     return stage("animate",
-                 with_usual({"--pictures", "false", "--cloth.xpbd.substeps", "6"}, more));
+                 fixtures::with_usual({"--pictures", "false", "--cloth.xpbd.substeps", "6"}, more));
   }
   void expect_refused(const ChildResult& result, const std::string& words, int code = 3) const {
     EXPECT_EQ(result.exit_code, code) << result.err << result.out;

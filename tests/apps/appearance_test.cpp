@@ -175,7 +175,7 @@ class Appearance : public ::testing::Test {
   ChildResult ceiling(const std::string& workspace, std::vector<std::string> more = {}) const {
     std::vector<std::string> words = {program_path(), "ceiling", capture_.string(),
                                       (folder_ / workspace).string()};
-    more = with_usual(kSmall, more);
+    more = fixtures::with_usual(kSmall, more);
     words.insert(words.end(), more.begin(), more.end());
     return run_child(words);
   }

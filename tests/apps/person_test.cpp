@@ -106,7 +106,7 @@ class Person : public ::testing::Test {
     std::vector<std::string> command = {program_path(), stage, capture().string(),
                                         workspace_.string()};
     if (stage == "track") {
-      more = with_usual({"--samples", "600", "--rounds", "3"}, more);
+      more = fixtures::with_usual({"--samples", "600", "--rounds", "3"}, more);
     }
     command.insert(command.end(), more.begin(), more.end());
     return run_child(command);

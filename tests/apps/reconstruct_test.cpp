@@ -71,7 +71,8 @@ class Reconstruct : public ::testing::Test {
   ChildResult reconstruct(std::vector<std::string> more = {}) const {
     std::vector<std::string> command = {program_path(), "reconstruct", capture_.string(),
                                         workspace_.string()};
-    more = with_usual({"--surface.octree_depth", "6", "--surface.edge_length", "0.03"}, more);
+    more = fixtures::with_usual({"--surface.octree_depth", "6", "--surface.edge_length", "0.03"},
+                                more);
     command.insert(command.end(), more.begin(), more.end());
     return run_child(command);
   }

@@ -71,7 +71,7 @@ class Simulate : public ::testing::Test {
     std::filesystem::remove_all(out());  // of a run before: a folder has to be new
     std::vector<std::string> all{"simulate", "--garment",    (scene() / "garment.obj").string(),
                                  "--out",    out().string(), "--no-pictures"};
-    more = with_usual({"--settle", "5"}, more);
+    more = fixtures::with_usual({"--settle", "5"}, more);
     all.insert(all.end(), more.begin(), more.end());
     return run(all);
   }
@@ -81,7 +81,7 @@ class Simulate : public ::testing::Test {
   }
   ChildResult stage(const std::string& workspace, std::vector<std::string> more = {}) const {
     std::vector<std::string> all{"simulate", scene().string(), (root_.path() / workspace).string()};
-    more = with_usual({"--settle", "6"}, more);
+    more = fixtures::with_usual({"--settle", "6"}, more);
     all.insert(all.end(), more.begin(), more.end());
     return run(all);
   }

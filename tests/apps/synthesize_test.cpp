@@ -42,7 +42,7 @@ std::vector<std::string> small(const fs::path& out, std::vector<std::string> mor
       "--edge_length",  "0.05", "--substeps",        "6",   "--fabric.resolution", "256",
       "--start",        "0",    "--skin_resolution", "256", "--samples",           "2",
       "--truth_maps",   "true"};
-  more = with_usual(sizes, more);
+  more = fixtures::with_usual(sizes, more);
   command.insert(command.end(), more.begin(), more.end());
   return command;
 }
