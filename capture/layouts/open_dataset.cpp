@@ -410,9 +410,8 @@ OptionTable describe(DatasetOptions& options) {
 }
 
 Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const Limits& limits) {
-  if (!fs::is_directory(path)) {
-    throw DataError(path.string(), "", fs::exists(path) ? "no folder" : "nothing is there",
-                    "a folder of a capture");
+  if (!fs::exists(path)) {
+    throw DataError(path.string(), "", "nothing is there", "a folder of a capture");
   }
   if (fs::exists(path / "synthesis.json") && !fs::exists(path / "capture.toml")) {
     throw DataError(path.string(), "", "a synthetic capture that was interrupted",
