@@ -115,7 +115,7 @@ std::vector<Points> vertices_of(const Archive& archive, const std::string& group
 }
 
 Eigen::Vector3f color_of(const Archive& archive, const std::string& name, const std::string& file) {
-  const Eigen::Vector3f color = rows_at<FloatRows>(archive, name, 3, 1, file).row(0);
+  Eigen::Vector3f color = rows_at<FloatRows>(archive, name, 3, 1, file).row(0);
   if (!color.allFinite()) {
     throw DataError(file, name, "a colour beyond single precision", "linear RGB");
   }
