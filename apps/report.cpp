@@ -8,6 +8,7 @@
 #include "apps/output_place.h"
 #include "apps/printable.h"
 #include "apps/report_file.h"
+#include "apps/report_folder.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
 
@@ -26,7 +27,7 @@ int run(const ReportArguments& arguments, const ReportOptions& options) {
   }
   const std::filesystem::path workspace =
       std::filesystem::path(arguments.workspace + "/").lexically_normal().parent_path();
-  const std::filesystem::path page = arguments.out.empty() ? workspace / "report" / "index.html"
+  const std::filesystem::path page = arguments.out.empty() ? report_folder(workspace) / "index.html"
                                                            : std::filesystem::path(arguments.out);
   if (page.extension() != ".html") {
     throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +

@@ -1,9 +1,11 @@
 #include "apps/report_file.h"
 
 #include <cstdio>
+#include <optional>
 
 #include "apps/evaluation.h"
 #include "apps/output_place.h"
+#include "apps/report_folder.h"
 #include "apps/report_pictures.h"
 #include "apps/run_account.h"
 #include "apps/stages.h"
@@ -37,8 +39,9 @@ std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
                                       const std::filesystem::path& page,
                                       const ReportOptions& options, const std::string& truth) {
   std::vector<StageStatus> stages = workspace_status(all_stages(), workspace, Check::Digests);
-  if (page.parent_path() == workspace / "report") {
-    make_private_directory(page.parent_path());
+  std::optional<FileLock> lock;
+  if (page.parent_path() == report_folder(workspace)) {
+    lock = lock_report_folder(workspace);
   }
   require_file_place(page);
   write_file_atomically(

@@ -14,6 +14,7 @@
 #include "apps/option_flags.h"
 #include "apps/printable.h"
 #include "apps/report_file.h"
+#include "apps/report_folder.h"
 #include "apps/run_options.h"
 #include "apps/stage_command.h"
 #include "apps/stages.h"
@@ -106,7 +107,7 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
   if (!any && chain.exit_code() != kExitDone) {
     return chain.exit_code();  // there is nothing to report on
   }
-  fs::path page = workspace / "report" / "index.html";
+  fs::path page = report_folder(workspace) / "index.html";
   fs::path video;
   try {
     write_run_account(workspace, chain.account());

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/json_text.h"
+#include "apps/report_folder.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/json.h"
@@ -15,7 +16,7 @@ namespace {
 constexpr const char* kSchema = "atelier.run";
 
 std::filesystem::path account_file(const std::filesystem::path& workspace) {
-  return workspace / "report" / "run.json";
+  return report_folder(workspace) / "run.json";
 }
 
 double seconds_at(const JsonPlace& place) {
@@ -43,7 +44,7 @@ void write_run_account(const std::filesystem::path& workspace, const RunAccount&
                               {"seconds", one.seconds}});
   }
   const std::filesystem::path file = account_file(workspace);
-  make_private_directory(file.parent_path());
+  const FileLock lock = lock_report_folder(workspace);
   write_file_atomically(file, json_text(json, 1) + "\n");
 }
 

@@ -2,7 +2,9 @@
 
 #include <cerrno>
 #include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -103,6 +105,22 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view t
 bool is_temporary_name(std::string_view file_name) {
   return file_name.size() == kPrefix.size() + 6 + kSuffix.size() &&
          file_name.starts_with(kPrefix) && file_name.ends_with(kSuffix);
+}
+
+void remove_temporaries(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::vector<std::filesystem::path> left;
+  for (auto entry = std::filesystem::directory_iterator(folder, error);
+       !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    if (is_temporary_name(entry->path().filename().string())) {
+      left.push_back(entry->path());
+    }
+  }
+  for (const std::filesystem::path& path : left) {
+    if (unlink(path.c_str()) != 0 && errno != ENOENT) {
+      fail(path, "cannot remove what an interrupted run left");
+    }
+  }
 }
 
 void make_private_directory(const std::filesystem::path& path) {

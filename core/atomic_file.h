@@ -47,6 +47,11 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view t
 /// behind and a later run may remove.
 bool is_temporary_name(std::string_view file_name);
 
+/// Removes what killed writers left in that folder; nothing if there is no such folder. Only for a
+/// folder in which nobody else writes at the moment: hold the lock that its writers take. Throws
+/// EnvironmentError if something cannot be removed.
+void remove_temporaries(const std::filesystem::path& folder);
+
 /// Creates the folder and its missing parents for their owner alone (0700) and syncs the parent of
 /// each new one. Nothing happens if it is there; something else of that name is EnvironmentError.
 void make_private_directory(const std::filesystem::path& path);

@@ -89,6 +89,7 @@ void finish_commit(const std::filesystem::path& staging, const std::filesystem::
   sweep(staging, manifest);
   sync_directory(staging);
   const std::filesystem::path parent = result.parent_path();
+  remove_temporaries(parent);
   struct stat status {};
   const bool replaces = lstat(result.c_str(), &status) == 0;
   if (replaces) {
@@ -106,6 +107,7 @@ void finish_commit(const std::filesystem::path& staging, const std::filesystem::
 void replace_manifest(const std::filesystem::path& result, const Manifest& manifest) {
   // Made outside of the result: a kill leaves no file in it that its manifest does not name.
   const std::filesystem::path fresh = result.parent_path() / ".manifest-new";
+  remove_temporaries(result.parent_path());
   write_file_atomically(fresh, manifest_text(manifest));
   if (std::rename(fresh.c_str(), (result / "manifest.json").c_str()) != 0) {
     throw EnvironmentError((result / "manifest.json").string(),

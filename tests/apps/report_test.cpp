@@ -97,6 +97,14 @@ TEST_F(Report, GoesWhereItIsToldAndCanBeMadeAgain) {
   EXPECT_TRUE(is_clean());
 }
 
+TEST_F(Report, WhatAKilledOneLeftIsRemovedByTheNext) {
+  fs::create_directories(workspace() / "report");
+  std::ofstream(workspace() / "report" / ".atelier-a1b2c3.tmp") << "half";
+  EXPECT_EQ(report().exit_code, 0);
+  EXPECT_FALSE(fs::exists(workspace() / "report" / ".atelier-a1b2c3.tmp"));
+  EXPECT_TRUE(is_clean());
+}
+
 TEST_F(Report, RefusesWhatIsNoWorkspaceAndPlacesThatAreNotThere) {
   EXPECT_EQ(run({"report"}).exit_code, 2);
   const ChildResult nothing = run({"report", (root_ / "nothing").string()});

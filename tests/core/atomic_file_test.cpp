@@ -107,6 +107,17 @@ TEST(AtomicFile, NamesOfTemporaryFilesAreKnown) {
   EXPECT_FALSE(is_temporary_name("manifest.json"));
 }
 
+TEST(AtomicFile, WhatKilledWritersLeftIsRemovedAndNothingElse) {
+  const fixtures::TemporaryDirectory folder;
+  std::ofstream(folder / ".atelier-a1b2c3.tmp") << "half";
+  std::ofstream(folder / ".atelier-.tmp") << "somebody's own";
+  std::ofstream(folder / "a") << "whole";
+  remove_temporaries(folder.path());
+  EXPECT_FALSE(std::filesystem::exists(folder / ".atelier-a1b2c3.tmp"));
+  EXPECT_EQ(files_in(folder.path()), 2U);
+  remove_temporaries(folder / "nothing");
+}
+
 TEST(AtomicFile, TheLongestNameWorks) {
   const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / std::string(255, 'n'), "x");
