@@ -193,10 +193,15 @@ class Tenths {
   std::array<double, 10> most_{};
 };
 
-/// The devices that this machine can run.
+/// The devices that this machine can run; of them the one that ATELIER_TEST_DEVICE=cpu or cuda
+/// names.
 inline std::vector<Device> devices() {
-  std::vector<Device> out{Device::Cpu};
-  if (cuda_available()) {
+  const char* only = std::getenv("ATELIER_TEST_DEVICE");
+  std::vector<Device> out;
+  if (only == nullptr || std::string(only) != "cuda") {
+    out.push_back(Device::Cpu);
+  }
+  if (cuda_available() && (only == nullptr || std::string(only) != "cpu")) {
     out.push_back(Device::Cuda);
   }
   return out;
