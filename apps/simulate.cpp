@@ -9,6 +9,7 @@
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
 #include "apps/printable.h"
+#include "apps/scene_check.h"
 #include "apps/simulation_output.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
@@ -148,12 +149,17 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   }
   const OutputPlace place = output_place(value("out"), value("format"));
   if (!value("material").empty()) {
+    if (options.material.name != "custom" && options.material.name != value("material")) {
+      throw UsageError("--material says '" + value("material") + "', --material.name '" +
+                       options.material.name + "'; name one fabric");
+    }
     OptionTable table = describe(options);
     const std::string problem = set_option(table, "material.name", value("material"));
     if (!problem.empty()) {
       throw UsageError(problem);
     }
   }
+  require_solver(options, device);
   const SimulationScene scene = read_scene(paths, options);
   for (const std::string& note : scene.notes) {
     (json ? standard_error() : std::cout) << printable(note) << "\n";
@@ -175,10 +181,16 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     const FrameReport report = [&] {
       try {
         return solver.advance(scene_control(scene, options, frame));
+      } catch (const EnvironmentError&) {  // out of a device's memory, say
+        writer.finish();
+        throw;
       } catch (const DataError& error) {
         writer.finish();
         throw DataError(
-            error.file.empty() ? paths.garment.string() : error.file, error.where, error.found,
+            !error.file.empty()               ? error.file
+            : error.where.starts_with("body") ? paths.body.string()
+                                              : paths.garment.string(),
+            error.where, error.found,
             error.expected +
                 (frame > 1 ? "; frames before it are in " + place.path.string() : std::string()));
       }

@@ -126,10 +126,15 @@ PictureOptions simulation_picture() {
   return options;
 }
 
+/// Frames of a film, which is drawn when its extent is known: a minute at 15 a second. A longer run
+/// is filmed at fewer.
+constexpr Index kMostFilmed = 900;
+
 Album::Album(OutputPlace place, Index count, double fps)
     : place_(std::move(place)),
       every_(std::max<Index>(1, count / 8)),
-      film_every_(std::max<Index>(1, static_cast<Index>(std::lround(fps / 15)))),
+      film_every_(std::max({Index{1}, static_cast<Index>(std::lround(fps / 15)),
+                            (count + kMostFilmed - 1) / kMostFilmed})),
       count_(count),
       film_fps_(fps / static_cast<double>(film_every_)) {}
 

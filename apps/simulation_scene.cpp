@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "apps/scene_check.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/garment_archive.h"
@@ -362,6 +363,7 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   double seconds = 0;
   if (!paths.body.empty() || !paths.motion.empty()) {
     const BodyTrack track = read_body_track(paths, options, scene.notes);
+    require_surface(track.at(0), track.faces, paths.body);
     scene.body_faces = track.faces;
     seconds = static_cast<double>(track.count - 1) / track.fps;
     scene.body = [track, fps = options.fps, settle = options.settle](Index frame) {
@@ -379,6 +381,9 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   }
   if (options.relax) {
     relax_scene(scene, options);
+  }
+  for (std::string& doubt : scene_doubts(scene, options.xpbd.contact_reach)) {
+    scene.notes.push_back(std::move(doubt));
   }
   return scene;
 }

@@ -57,6 +57,25 @@ void require_printable(const std::string& argument, const std::filesystem::path&
   }
 }
 
+/// Without a workspace nothing is kept, so nothing is planned, split or done again.
+void require_no_stage_flags(const StageArguments& arguments) {
+  const auto given = [](const char* flag) {
+    throw UsageError(std::string(flag) + " goes with INPUT and WORKSPACE; leave it out here");
+  };
+  if (arguments.dry_run) {
+    given("--dry-run");
+  }
+  if (arguments.frames) {
+    given("--frames");
+  }
+  if (arguments.shard) {
+    given("--shard");
+  }
+  if (arguments.request.force) {
+    given("--force");
+  }
+}
+
 /// Before the stage looks for its results in it.
 void require_folder_or_nothing(const std::filesystem::path& workspace) {
   const std::filesystem::file_type kind = file_kind(workspace);
@@ -97,6 +116,7 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
   StageRequest& request = arguments.request;
   if (alone != nullptr && alone->takes_input && !request.input.empty() &&
       request.workspace.empty()) {
+    require_no_stage_flags(arguments);
     arguments.alone["INPUT"] = request.input.string();
     return alone->run(arguments.alone, arguments.options(), Device::Cpu, arguments.json);
   }
@@ -110,6 +130,7 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
                            : name + " takes INPUT and WORKSPACE, or " + flag +
                                  " and files, not both");
     }
+    require_no_stage_flags(arguments);
     return alone->run(arguments.alone, arguments.options(),
                       arguments.device == "cuda" ? Device::Cuda : Device::Cpu, arguments.json);
   }

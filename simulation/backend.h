@@ -27,7 +27,8 @@ std::unique_ptr<ClothSolver::Backend> make_cuda_backend(
     const XpbdOptions& options);
 
 /// Checks shared by the backends: sizes of control against cloth and body, finite numbers.
-void check_control(const Control& control, const Cloth& cloth, Index body_vertices);
+void check_control(const Control& control, const Cloth& cloth, Index body_vertices,
+                   double time_step);
 
 /// Throws DataError naming the first vertex of `positions` that is not finite.
 void check_finite(const Points& positions, std::int64_t frame);

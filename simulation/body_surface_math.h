@@ -230,8 +230,22 @@ ATELIER_HOST_DEVICE inline bool knows_side_better(const FaceOffer<T>& a, const F
   return b.face < 0 || sa > sb || (sa == sb && a.face < b.face);
 }
 
+/// A face and how near it is; -1: none.
+template <class T>
+struct NearFace {
+  T squared_distance;
+  int face;
+};
+
+/// True where `a` is nearer than `b`; of two as near the lower face.
+template <class T>
+ATELIER_HOST_DEVICE inline bool is_nearer(const NearFace<T>& a, const NearFace<T>& b) {
+  return a.squared_distance < b.squared_distance ||
+         (a.squared_distance == b.squared_distance && a.face >= 0 && a.face < b.face);
+}
+
 /// Of the faces that are `near` (squared) to `x`, as near as the nearest, the one that knows the
-/// side best; at least one must be.
+/// side best. -1 where rounding leaves none: what is asked for was computed elsewhere.
 template <class T, class Team>
 ATELIER_HOST_DEVICE inline int face_that_knows_the_side(const BodyView<T>& body, Vec3<T> x, T time,
                                                         T near, const Team& team) {
@@ -243,7 +257,9 @@ ATELIER_HOST_DEVICE inline int face_that_knows_the_side(const BodyView<T>& body,
     return a.size > b.size || (a.size == b.size && a.face < b.face);
   };
   Side best{T(-1), -1};
-  const Box<T> close = inflated(Box<T>{x, x}, std::sqrt(near) * T(1.00001));
+  // A face's nearest point is rounded as its coordinates are; its box is not.
+  const T size = max_of(std::fabs(x.x), max_of(std::fabs(x.y), std::fabs(x.z)));
+  const Box<T> close = inflated(Box<T>{x, x}, std::sqrt(near) * T(1.00001) + size * T(1e-6));
   team.visit(body, close, [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, x, x, time, time, false);
     const Side side{std::fabs(offer.side), offer.face};
@@ -270,15 +286,16 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
   };
   FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
   Passed first{T(2), -1};
-  T least = T(2) * reach * reach;
+  NearFace<T> nearest{T(2) * reach * reach, -1};
   team.visit(body, query, [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, p0, p1, t0, t1, swept);
     const Passed passed{offer.time, offer.face};
     if (before(passed, first)) {
       first = passed;
     }
-    if (offer.face >= 0) {
-      least = min_of(least, offer.squared_distance);
+    const NearFace<T> near{offer.squared_distance, offer.face};
+    if (offer.face >= 0 && is_nearer(near, nearest)) {
+      nearest = near;
     }
   });
   first = team.best(first, before);
@@ -286,10 +303,11 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
     choice.first = offer_of(body, first.face, p0, p1, t0, t1, swept);
     return choice;
   }
-  least = team.least(least);
-  if (least <= reach * reach) {
-    const int face = face_that_knows_the_side(body, p1, t1, as_near(least), team);
-    choice.nearest = offer_of(body, face, p0, p1, t0, t1, false);
+  nearest = team.best(nearest, is_nearer<T>);
+  if (nearest.squared_distance <= reach * reach) {
+    const T near = as_near(nearest.squared_distance);
+    const int face = face_that_knows_the_side(body, p1, t1, near, team);
+    choice.nearest = offer_of(body, face >= 0 ? face : nearest.face, p0, p1, t0, t1, false);
   }
   return choice;
 }
@@ -326,22 +344,15 @@ ATELIER_HOST_DEVICE inline int times_inside(const BodyView<T>& body, Vec3<T> x, 
 template <class T, class Team>
 ATELIER_HOST_DEVICE inline FaceOffer<T> nearest_way_out(const BodyView<T>& body, Vec3<T> x, T time,
                                                         T reach, const Team& team) {
-  struct Near {
-    T squared;
-    int face;
-  };
-  const auto nearer = [](const Near& a, const Near& b) {
-    return a.squared < b.squared || (a.squared == b.squared && a.face >= 0 && a.face < b.face);
-  };
-  Near best{reach * reach, -1};
+  NearFace<T> best{reach * reach, -1};
   team.visit(body, inflated(Box<T>{x, x}, reach), [&](int face) {
     const FaceOffer<T> offer = offer_of(body, face, x, x, time, time, false);
-    const Near near{offer.squared_distance, offer.face};
-    if (offer.face >= 0 && offer.side < T(0) && nearer(near, best)) {
+    const NearFace<T> near{offer.squared_distance, offer.face};
+    if (offer.face >= 0 && offer.side < T(0) && is_nearer(near, best)) {
       best = near;
     }
   });
-  best = team.best(best, nearer);
+  best = team.best(best, is_nearer<T>);
   return best.face >= 0 ? offer_of(body, best.face, x, x, time, time, false) : no_offer(reach);
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "core/error.h"
 #include "simulation/backend.h"
@@ -78,7 +79,8 @@ ClothState rest_state(const Cloth& cloth) {
   return {cloth.rest_positions, Points::Zero(cloth.rest_positions.rows(), 3), 0};
 }
 
-void check_control(const Control& control, const Cloth& cloth, Index body_vertices) {
+void check_control(const Control& control, const Cloth& cloth, Index body_vertices,
+                   double time_step) {
   const Index n = cloth.rest_positions.rows();
   ATELIER_CHECK(control.gravity.allFinite() && control.wind.allFinite(),
                 "gravity and wind are finite");
@@ -94,15 +96,23 @@ void check_control(const Control& control, const Cloth& cloth, Index body_vertic
     throw DataError("", "body", "a vertex that is not finite", "finite positions");
   }
   if (control.body_start.rows() > 0) {
-    // Nothing that a cloth could follow moves a metre in a frame.
-    constexpr double kJump = 1.0;
+    // Nothing that a cloth could follow moves a metre in a frame, and no part of a person moves at
+    // 40 m/s (a pitcher's hand comes near): below 40 frames a second the metre decides.
+    constexpr double kMostMetres = 1.0;
+    constexpr double kMostSpeed = 40.0;
+    const double most = std::min(kMostMetres, kMostSpeed * time_step);
     Index worst = 0;
     const double jump =
         (control.body_end - control.body_start).rowwise().squaredNorm().maxCoeff(&worst);
-    if (jump > kJump * kJump) {
-      throw DataError("", "body vertex " + std::to_string(worst),
-                      "moves " + std::to_string(std::sqrt(jump)) + " m in one frame",
-                      "less than 1 m: the body must not teleport; add frames between");
+    if (jump > most * most) {
+      char found[80];
+      std::snprintf(found, sizeof found, "moves %.3g m in one frame, at %.3g m/s", std::sqrt(jump),
+                    std::sqrt(jump) / time_step);
+      char expected[120];
+      std::snprintf(expected, sizeof expected,
+                    "less than %.3g m a frame: the body must not teleport; add frames between",
+                    most);
+      throw DataError("", "body vertex " + std::to_string(worst), found, expected);
     }
   }
 }
@@ -266,12 +276,25 @@ std::vector<double> spring_forces_of(const Cloth& cloth, const std::vector<doubl
   return out;
 }
 
+std::string xpbd_conflict(const XpbdOptions& options, Device device) {
+  if (device == Device::Cpu && options.vectors == "avx2" && options.precision != "float") {
+    return "vectors \"avx2\" work with precision \"float\" alone";
+  }
+  if (device == Device::Cuda && options.sweep != "gauss-seidel" && options.self_contact) {
+    return "Jacobi sweeps with contact of the cloth with itself run on the CPU alone";
+  }
+  return "";
+}
+
 namespace {
 
-void check_setup(const XpbdOptions& options, const std::vector<ClothVariation>& variations) {
+void check_setup(const XpbdOptions& options, const std::vector<ClothVariation>& variations,
+                 Device device) {
   XpbdOptions checked = options;
   const std::vector<std::string> problems = check_options(describe(checked));
   ATELIER_CHECK(problems.empty(), "XPBD options: " + problems.front());
+  const std::string conflict = xpbd_conflict(options, device);
+  ATELIER_CHECK(conflict.empty(), conflict);
   ATELIER_CHECK(!variations.empty(), "a sweep of no scenes");
   for (const ClothVariation& v : variations) {
     ATELIER_CHECK(
@@ -287,7 +310,7 @@ ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
     : faces_(cloth.faces),
       body_faces_(body_faces),
       intersection_interval_(options.intersection_interval) {
-  check_setup(options, {ClothVariation{}});
+  check_setup(options, {ClothVariation{}}, device);
   backend_ = device == Device::Cpu
                  ? make_cpu_backend(cloth, {}, body_faces, options)
                  : make_cuda_backend(cloth, {ClothVariation{}}, body_faces, options);
@@ -320,7 +343,7 @@ std::vector<double> ClothSolver::spring_forces() const {
 
 ClothSweep::ClothSweep(const Cloth& cloth, const std::vector<ClothVariation>& variations,
                        const Triangles& body_faces, const XpbdOptions& options, Device device) {
-  check_setup(options, variations);
+  check_setup(options, variations, device);
   if (device == Device::Cuda) {
     backends_.push_back(make_cuda_backend(cloth, variations, body_faces, options));
   } else {

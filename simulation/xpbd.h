@@ -59,6 +59,9 @@ struct XpbdOptions {
 };
 OptionTable describe(XpbdOptions& options);
 
+/// "", or why these options, each in its range, do not work together on that device.
+std::string xpbd_conflict(const XpbdOptions& options, Device device);
+
 /// What changes from frame to frame. Rows are the cloth's vertices. Numbers of the float solver are
 /// exactly representable here, so a state written and read back continues with the same bits.
 struct ClothState {

@@ -26,7 +26,6 @@ constexpr Index kGrain = 2048;  ///< particles of one task
 /// "auto" compares twins on the scalar code where the build is to be exact.
 bool use_avx2(const XpbdOptions& options) {
   if (options.vectors == "avx2") {
-    ATELIER_CHECK(options.precision == "float", "AVX2 code is for precision \"float\"");
     if (!avx2_available()) {
       throw EnvironmentError("AVX2", "this processor has none; use vectors \"auto\"");
     }
@@ -83,7 +82,8 @@ class CpuBackend final : public ClothSolver::Backend {
   ClothState state(int) const override { return state_; }
 
   std::vector<FrameReport> advance(const Control& control) override {
-    check_control(control, cloth_, body_faces_.rows() > 0 ? body_faces_.maxCoeff() + 1 : 0);
+    check_control(control, cloth_, body_faces_.rows() > 0 ? body_faces_.maxCoeff() + 1 : 0,
+                  options_.time_step);
     begin_frame(control);
     const T h = static_cast<T>(options_.time_step / options_.substeps);
     for (int s = 0; s < options_.substeps; ++s) {

@@ -145,7 +145,8 @@ class CudaBackend final : public ClothSolver::Backend {
   }
 
   std::vector<FrameReport> advance(const Control& control) override {
-    check_control(control, cloth_, body_faces_.rows() > 0 ? body_faces_.maxCoeff() + 1 : 0);
+    check_control(control, cloth_, body_faces_.rows() > 0 ? body_faces_.maxCoeff() + 1 : 0,
+                  options_.time_step);
     upload_control(control);
     const bool with_body = !body_.empty() && control.body_start.rows() > 0;
     if (with_body) {
@@ -399,8 +400,6 @@ std::unique_ptr<ClothSolver::Backend> make_cuda_backend(
     const Cloth& cloth, const std::vector<ClothVariation>& variations, const Triangles& body_faces,
     const XpbdOptions& options) {
   check_device(Device::Cuda);
-  ATELIER_CHECK(options.sweep == "gauss-seidel" || !options.self_contact,
-                "Jacobi sweeps with contact of the cloth with itself run on the CPU alone");
   if (options.precision == "double") {
     return std::make_unique<CudaBackend<double>>(cloth, variations, body_faces, options);
   }

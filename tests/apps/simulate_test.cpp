@@ -310,6 +310,46 @@ TEST_F(Simulate, ABodyThatTeleportsEndsItAndKeepsTheFramesBefore) {
   EXPECT_FALSE(std::filesystem::exists(out() / "garment_000005.ply"));
 }
 
+TEST_F(Simulate, WhatGoesWithAWorkspaceIsRefusedWithoutOne) {
+  for (const std::vector<std::string>& flag : std::vector<std::vector<std::string>>{
+           {"--dry-run"}, {"--force"}, {"--frames", "1:2"}, {"--shard", "1/2"}}) {
+    const ChildResult result = on_body(flag);
+    EXPECT_EQ(result.exit_code, 2) << flag[0];
+    EXPECT_THAT(result.err, HasSubstr(flag[0] + " goes with INPUT and WORKSPACE"));
+    EXPECT_FALSE(std::filesystem::exists(out()));
+  }
+}
+
+TEST_F(Simulate, RefusesBodiesThatAreNone) {
+  std::ofstream(scene() / "none.obj") << "v 0 0 0\nv 1 0 0\nv 0 0 1\n";
+  std::ofstream(scene() / "thin.obj") << "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n";
+  for (const char* body : {"none.obj", "thin.obj"}) {
+    const ChildResult result = alone({"--body", (scene() / body).string()});
+    EXPECT_EQ(result.exit_code, 3) << result.out;
+    EXPECT_THAT(result.err, HasSubstr(body));
+    EXPECT_THAT(result.err, HasSubstr("a body with a surface"));
+  }
+}
+
+TEST_F(Simulate, ScenesThatAreHardlyMeantAreSpokenOf) {
+  const auto said = [&](const std::vector<std::string>& more) {
+    std::filesystem::remove_all(out());
+    const ChildResult result = on_body(more);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out;
+  };
+  EXPECT_THAT(said({"--settle", "1"}), ::testing::Not(HasSubstr("warning: ")));
+  EXPECT_THAT(said({"--settle", "1", "--scale", "50"}), HasSubstr("--scale says how many"));
+  EXPECT_THAT(said({"--settle", "1", "--move_x", "3"}), HasSubstr("--move_x"));
+  EXPECT_THAT(said({"--settle", "1", "--scale", "0.1", "--move_y", "0.1"}),
+              HasSubstr("49 of 49 vertices begin inside the body deeper than"));
+  // The same pyramid with its corners the other way round.
+  std::ofstream(scene() / "body.obj")
+      << "v 0 0.3 0\nv -0.3 0 -0.3\nv 0.3 0 -0.3\nv 0.3 0 0.3\nv -0.3 0 0.3\n"
+         "f 1 2 3\nf 1 3 4\nf 1 4 5\nf 1 5 2\nf 2 4 3\nf 2 5 4\n";
+  EXPECT_THAT(said({"--settle", "1"}), HasSubstr("faces look inwards"));
+}
+
 TEST_F(Simulate, ADryRunRefusesWhatTheRunRefuses) {
   for (const char* how : {"--dry-run", "--force"}) {
     const ChildResult result =
@@ -341,6 +381,8 @@ TEST_F(Simulate, RefusesMaterialsAndOptionsThatCannotBe) {
   refused({"--material.stretch_warp", "-5"}, "stretch_warp");
   refused({"--material.stretch_warp", "-0.5"}, "material.stretch_warp cannot be -0.5");
   refused({"--material", "cheese"}, "cheese");
+  refused({"--material", "silk", "--material.name", "denim"}, "name one fabric");
+  refused({"--xpbd.vectors", "avx2", "--xpbd.precision", "double"}, "precision \"float\" alone");
   refused({"--format", "fbx"}, "fbx");
   refused({"--wind", "[1, 2]"}, "three numbers");
   refused({"--wind", "[nan, 0, 0]"}, "wind");

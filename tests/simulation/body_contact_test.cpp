@@ -328,6 +328,64 @@ TEST(Sphere, AStartWithACentimetreOfOverlapIsResolvedGently) {
   }
 }
 
+// A large flat face away from the origin: its nearest point is rounded further than its box.
+TEST(Cube, ClothOnAFlatTopThatRoundsBadlyRestsOnItFromAboveAndFromWithin) {
+  for (const double top : {1.0, 1.29, 1.4, 1.49999, 1.5, 1.57}) {
+    const Mesh cube = fixtures::cube(top);
+    for (const double height : {0.05, -0.01}) {
+      Garment garment = fixtures::garment_of(fixtures::sheet(10, 10, 0.03), 0.2, 300, 1e-5);
+      garment.mesh.vertices.col(0).array() -= 0.15;
+      garment.mesh.vertices.col(2).array() -= 0.15;
+      garment.mesh.vertices.col(1).array() += top + height;
+      const Cloth cloth = make_cloth(garment);
+      for (const Device device : fixtures::devices()) {
+        for (const char* precision : {"float", "double"}) {
+          XpbdOptions options;
+          options.precision = precision;
+          ClothSolver solver(cloth, cube.faces, options, device);
+          FrameReport report;
+          for (int i = 0; i < 20; ++i) {
+            report = solver.advance(still(cube.vertices));
+          }
+          EXPECT_LT(report.penetration_depth, 1e-4) << top << " " << height << " " << precision;
+          EXPECT_GT(solver.state().positions.col(1).minCoeff(), top - 1e-4);
+          EXPECT_LT(solver.state().positions.col(1).maxCoeff(), top + 0.02);
+        }
+      }
+    }
+  }
+}
+
+TEST(Control, ABodyThatMovesFasterThanAnyPersonIsRefusedAtAnyFrameRate) {
+  const Mesh ball = fixtures::sphere(0.2, 8, 16);
+  const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
+  for (const double fps : {30.0, 60.0, 240.0}) {
+    XpbdOptions options;
+    options.time_step = 1 / fps;
+    ClothSolver solver(cloth, ball.faces, options);
+    Control control = still(ball.vertices.rowwise() + Eigen::RowVector3d(0, -1, 0));
+    const double most = std::min(1.0, 40 / fps);
+    control.body_end.col(0).array() += 0.99 * most;
+    solver.advance(control);
+    control.body_start = control.body_end;
+    control.body_end.col(0).array() += 1.01 * most;
+    EXPECT_THROW(solver.advance(control), DataError) << fps;
+  }
+}
+
+TEST(Control, OptionsThatDoNotWorkTogetherAreNamed) {
+  XpbdOptions options;
+  EXPECT_EQ(xpbd_conflict(options, Device::Cpu), "");
+  options.vectors = "avx2";
+  options.precision = "double";
+  EXPECT_NE(xpbd_conflict(options, Device::Cpu), "");
+  options = {};
+  options.sweep = "jacobi";
+  options.self_contact = true;
+  EXPECT_EQ(xpbd_conflict(options, Device::Cpu), "");
+  EXPECT_NE(xpbd_conflict(options, Device::Cuda), "");
+}
+
 TEST(Control, ABodyThatTeleportsIsRefusedAndTheLastFrameIsKept) {
   const Mesh ball = fixtures::sphere(0.2, 8, 16);
   const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));

@@ -19,6 +19,19 @@ inline Mesh incline(double angle, double size) {
   return plane;
 }
 
+/// A cube of side 1 whose top lies at `top`, two triangles a side.
+inline Mesh cube(double top) {
+  Mesh mesh;
+  mesh.vertices.resize(8, 3);
+  for (int v = 0; v < 8; ++v) {
+    mesh.vertices.row(v) << (v & 4 ? 0.5 : -0.5), (v & 2 ? top : top - 1), (v & 1 ? 0.5 : -0.5);
+  }
+  mesh.faces.resize(12, 3);
+  mesh.faces << 0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0,
+      6, 4, 1, 5, 7, 1, 7, 3;
+  return mesh;
+}
+
 inline Mesh sphere(double radius, int rings, int sectors) {
   Mesh mesh;
   mesh.vertices.resize(2 + (rings - 1) * sectors, 3);

@@ -41,6 +41,10 @@ class ChildProcess {
       throw std::runtime_error("fork failed");
     }
     if (pid_ == 0) {
+      // Tests that run in the background ignore interrupts; what they start must not.
+      for (const int one : {SIGINT, SIGQUIT, SIGHUP, SIGTERM}) {
+        signal(one, SIG_DFL);
+      }
       const int nothing = open("/dev/null", O_RDONLY);
       dup2(nothing, 0);
       dup2(out[1], 1);

@@ -1,0 +1,121 @@
+#if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_SIMULATION)
+
+#include "apps/scene_check.h"
+
+#include <Eigen/Geometry>
+#include <cstdio>
+
+#include "apps/usage_error.h"
+#include "core/error.h"
+#include "core/normals.h"
+#include "core/topology.h"
+#include "core/winding_number.h"
+
+namespace atelier {
+namespace {
+
+using Extent = Eigen::AlignedBox3d;
+
+Extent extent_of(const Points& points) {
+  Extent box;
+  for (Index i = 0; i < points.rows(); ++i) {
+    box.extend(Eigen::Vector3d(points.row(i).transpose()));
+  }
+  return box;
+}
+
+/// Volume that a closed surface encloses [m3], negative where its faces look inwards; 0 for an open
+/// one.
+double enclosed_volume(const Points& vertices, const Triangles& faces) {
+  if (!boundary_loops(topology_of(faces, vertices.rows())).empty()) {
+    return 0;
+  }
+  double sum = 0;
+  for (Index f = 0; f < faces.rows(); ++f) {
+    const Eigen::Vector3d a = vertices.row(faces(f, 0));
+    const Eigen::Vector3d b = vertices.row(faces(f, 1));
+    const Eigen::Vector3d c = vertices.row(faces(f, 2));
+    sum += a.dot(b.cross(c)) / 6;
+  }
+  return sum;
+}
+
+Index deeper_than(double reach, const Points& points, const Points& body, const Triangles& faces) {
+  const WindingTree tree = build_winding_tree(body, faces);
+  const std::vector<double> winding = winding_numbers(tree, points);
+  Index deep = 0;
+  for (Index i = 0; i < points.rows(); ++i) {
+    const Eigen::Vector3d p = points.row(i).transpose();
+    if (winding[static_cast<std::size_t>(i)] > 0.5 &&
+        closest_point(tree.tree, p).squared_distance > reach * reach) {
+      ++deep;
+    }
+  }
+  return deep;
+}
+
+}  // namespace
+
+void require_surface(const Points& body, const Triangles& faces,
+                     const std::filesystem::path& file) {
+  if (faces.rows() == 0) {
+    throw DataError(file.string(), "faces", "none", "a body with a surface");
+  }
+  if (!(face_areas(body, faces).sum() > 0)) {
+    throw DataError(file.string(), "faces", "no area", "a body with a surface");
+  }
+}
+
+std::vector<std::string> scene_doubts(const SimulationScene& scene, double contact_reach) {
+  std::vector<std::string> doubts;
+  if (!scene.body || scene.body_faces.rows() == 0) {
+    return doubts;
+  }
+  const Points body = scene.body(0);
+  const Points& garment = scene.start.rows() > 0 ? scene.start : scene.garment.mesh.vertices;
+  const Extent about = extent_of(body);
+  const Extent cloth = extent_of(garment);
+  char text[240];
+  const double ratio = cloth.diagonal().norm() / about.diagonal().norm();
+  if (ratio > 3 || ratio < 0.02) {
+    std::snprintf(
+        text, sizeof text,
+        "warning: the garment is %.3g m across and the body %.3g m; another unit? --scale "
+        "says how many metres one of the garment's file is",
+        cloth.diagonal().norm(), about.diagonal().norm());
+    doubts.emplace_back(text);
+  }
+  if (cloth.min().x() > about.max().x() || cloth.max().x() < about.min().x() ||
+      cloth.min().z() > about.max().z() || cloth.max().z() < about.min().z() ||
+      cloth.max().y() < about.min().y()) {
+    doubts.emplace_back(
+        "warning: the garment lies beside the body or below it; --move_x, --move_y and --move_z "
+        "put it on");
+  }
+  if (enclosed_volume(body, scene.body_faces) < 0) {
+    doubts.emplace_back(
+        "warning: the body's faces look inwards, so its inside is taken for its outside; turn "
+        "their corners round");
+  }
+  if (const Index deep = deeper_than(contact_reach, garment, body, scene.body_faces); deep > 0) {
+    std::snprintf(text, sizeof text,
+                  "warning: %lld of %lld vertices begin inside the body deeper than "
+                  "--xpbd.contact_reach (%.3g mm): nothing brings them out, and reports do not "
+                  "count them",
+                  static_cast<long long>(deep), static_cast<long long>(garment.rows()),
+                  1e3 * contact_reach);
+    doubts.emplace_back(text);
+  }
+  return doubts;
+}
+
+void require_solver(const SimulateOptions& options, Device device) {
+  const std::string conflict = xpbd_conflict(options.xpbd, device);
+  if (!conflict.empty()) {
+    throw UsageError("--xpbd: " + conflict);
+  }
+}
+
+}  // namespace atelier
+
+#endif
