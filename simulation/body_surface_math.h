@@ -303,7 +303,8 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
     choice.first = offer_of(body, first.face, p0, p1, t0, t1, swept);
     return choice;
   }
-  nearest = team.best(nearest, is_nearer<T>);
+  nearest = team.best(nearest,
+                      [](const NearFace<T>& a, const NearFace<T>& b) { return is_nearer(a, b); });
   if (nearest.squared_distance <= reach * reach) {
     const T near = as_near(nearest.squared_distance);
     const int face = face_that_knows_the_side(body, p1, t1, near, team);
@@ -352,7 +353,8 @@ ATELIER_HOST_DEVICE inline FaceOffer<T> nearest_way_out(const BodyView<T>& body,
       best = near;
     }
   });
-  best = team.best(best, is_nearer<T>);
+  best =
+      team.best(best, [](const NearFace<T>& a, const NearFace<T>& b) { return is_nearer(a, b); });
   return best.face >= 0 ? offer_of(body, best.face, x, x, time, time, false) : no_offer(reach);
 }
 

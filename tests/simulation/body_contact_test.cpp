@@ -140,9 +140,11 @@ TEST(Belt, AcceleratesClothByFriction) {
   }
 }
 
-// T13: T2 / T1 > exp(mu phi) slips.
-TEST(Capstan, SlipsAtTheExponentialOfTheAngle) {
-  const double mu = 0.3;
+// T13: T2 / T1 > exp(mu phi) slips: 2.566 and 6.586 for half a turn.
+class Capstan : public ::testing::TestWithParam<double> {};
+
+TEST_P(Capstan, SlipsAtTheExponentialOfTheAngle) {
+  const double mu = GetParam();
   const double radius = 0.1;
   // Half a turn over a cylinder along z; both ends hang with weights.
   const int sectors = 256;
@@ -190,7 +192,8 @@ TEST(Capstan, SlipsAtTheExponentialOfTheAngle) {
     cloth.material.friction = mu;
     cloth.material.thickness = thickness;
     XpbdOptions options;
-    options.substeps = 60;
+    // The heavier the one end, the more steps: at 60 the higher friction gives way 8% early.
+    options.substeps = mu < 0.5 ? 60 : 200;
     options.iterations = 2;
     options.precision = "double";
     options.report = false;
@@ -199,7 +202,7 @@ TEST(Capstan, SlipsAtTheExponentialOfTheAngle) {
     double before = 0;
     for (int i = 0; i < 120; ++i) {
       solver.advance(still(cylinder.vertices));
-      if (i == 60) {
+      if (i == 60) {  // what the weights stretch has stretched
         before = solver.state().positions(Index(x.size()) / 2, 0);
       }
     }
@@ -208,6 +211,7 @@ TEST(Capstan, SlipsAtTheExponentialOfTheAngle) {
   EXPECT_FALSE(slips(expected * 0.95));
   EXPECT_TRUE(slips(expected * 1.05));
 }
+INSTANTIATE_TEST_SUITE_P(Frictions, Capstan, ::testing::Values(0.3, 0.6));
 
 TEST(Sphere, ClothDroppedOnItRestsOutside) {
   const Mesh ball = fixtures::sphere(0.2, 24, 48);
@@ -270,8 +274,12 @@ TEST(Sphere, TurningItTakesTheClothAlongByFriction) {
     EXPECT_GT(spin / inertia, last - 0.01) << mu;
     last = spin / inertia;
     EXPECT_LT(deepest, 1e-4) << mu;
+    // The sphere turns by 1.2 rad/s: the least friction slips on it, the most goes with it.
     if (mu == 0.0) {
       EXPECT_LT(std::abs(last), 0.1);
+    }
+    if (mu == 0.3) {
+      EXPECT_GT(last, 0.9 * 1.2);
     }
   }
   EXPECT_GT(last, 0.9);  // 1.2 rad/s is the sphere's
