@@ -74,6 +74,10 @@ std::size_t mutations_of(const Reader& reader) {
   return kInProcesses.contains(reader.name) && !soaking() ? 41 : 4'000;
 }
 
+std::size_t places_of(const Reader& reader) {
+  return soaking() ? 1'000'000 : kInProcesses.contains(reader.name) ? 7 : 61;
+}
+
 std::vector<MalformedFile> all_malformed_files() {
   std::vector<MalformedFile> files;
   const std::filesystem::path root = kSource / "tests" / "hostile" / "malformed";
