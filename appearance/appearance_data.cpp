@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "appearance/texel_map.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
 
@@ -37,17 +38,11 @@ void check_counts(const AppearanceData& data, std::int64_t vertices, const std::
   }
 }
 
-/// A tensor of floats of this very shape, each in [low, high].
-std::span<const float> floats_at(const Archive& archive, const std::string& name,
-                                 const std::vector<std::int64_t>& shape, float low, float high,
-                                 const std::string& file) {
-  const Tensor& tensor = array_at(archive, name, file);
-  if (tensor.type != ElementType::Float32 || tensor.shape != shape) {
-    throw DataError(file, name,
-                    std::string(element_type_name(tensor.type)) + " " + shape_text(tensor.shape),
-                    "float32 " + shape_text(shape));
-  }
-  const std::span<const float> values = values_of<float>(tensor);
+/// Floats of this very shape, each in [low, high].
+std::span<const float> floats_within(const Archive& archive, const std::string& name,
+                                     const std::vector<std::int64_t>& shape, float low, float high,
+                                     const std::string& file) {
+  const std::span<const float> values = floats_at(archive, name, shape, file);
   for (const float value : values) {
     if (!(value >= low && value <= high)) {
       throw DataError(file, name, std::to_string(value),
@@ -68,8 +63,9 @@ void read_frames(AppearanceData& data, const Archive& archive, const std::string
   }
   const std::int64_t vertices = position.shape.size() == 3 ? position.shape[1] : 0;
   const auto places =
-      floats_at(archive, "frames/position", {count, vertices, 3}, -kFar, kFar, file);
-  const auto visibility = floats_at(archive, "frames/visibility", {count, vertices, 2}, 0, 1, file);
+      floats_within(archive, "frames/position", {count, vertices, 3}, -kFar, kFar, file);
+  const auto visibility =
+      floats_within(archive, "frames/visibility", {count, vertices, 2}, 0, 1, file);
   if (data.faces.maxCoeff() >= vertices) {
     throw DataError(file, "atlas/faces", "vertex " + std::to_string(data.faces.maxCoeff()),
                     "below " + std::to_string(vertices) + ", as frames/position has them");
@@ -176,6 +172,7 @@ void check_appearance_data(const AppearanceData& data, const std::string& file) 
       data.heights.size() != cameras || !data.centers.allFinite()) {
     refuse("cameras", "centres or sizes of other cameras", "one for each");
   }
+  check_atlas(data.uvs, file);
   for (const SurfaceFrame& frame : data.frames) {
     if (frame.position.rows() != data.frames[0].position.rows() ||
         data.faces.maxCoeff() >= frame.position.rows() ||

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <set>
 
 #include "appearance/fill_texture.h"
 #include "core/archive_arrays.h"
@@ -113,6 +114,22 @@ std::string list_of(const std::vector<std::string>& names) {
     list += (list.empty() ? "" : " ") + name;
   }
   return list;
+}
+
+/// What list_of joined: names, each once.
+std::vector<std::string> names_of(const std::string& list, const std::string& file) {
+  std::vector<std::string> names;
+  for (std::size_t at = 0; at <= list.size();) {
+    const std::size_t end = std::min(list.find(' ', at), list.size());
+    names.push_back(list.substr(at, end - at));
+    at = end + 1;
+  }
+  const std::set<std::string> once(names.begin(), names.end());
+  if (once.size() != names.size() || once.contains("")) {
+    throw DataError(file, "cameras", "'" + list.substr(0, 200) + "'",
+                    "names of cameras, each once, with a space between");
+  }
+  return names;
 }
 
 const Tensor& tensor_at(const std::map<std::string, Tensor>& tensors, const std::string& name,
@@ -311,12 +328,7 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
       throw DataError(file, key, std::to_string(value), "a power of 2");
     }
   }
-  const std::string& cameras = text_at(texts, "cameras", file);
-  for (std::size_t at = 0; at < cameras.size();) {
-    const std::size_t end = std::min(cameras.find(' ', at), cameras.size());
-    model.camera_ids.push_back(cameras.substr(at, end - at));
-    at = end + 1;
-  }
+  model.camera_ids = names_of(text_at(texts, "cameras", file), file);
   const auto count = static_cast<std::int64_t>(model.camera_ids.size());
   const int side = model.options.resolution;
   std::size_t expected = 6;  // atlas, static texture, visibility
@@ -336,6 +348,7 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
   };
   model.uvs = matrix_of(tensor_at(tensors, "atlas.uvs", {-1, 2}, ElementType::Float64, file), 2,
                         file, "atlas.uvs");
+  check_atlas(model.uvs, file);
   constexpr Index kMostVertices = 1 << 28;
   model.faces = indices("atlas.faces", kMostVertices);
   model.uv_faces = indices("atlas.uv_faces", model.uvs.rows());

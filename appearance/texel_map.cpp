@@ -157,6 +157,13 @@ void fill_sources(TexelMap& map, const std::vector<Border>& borders, int reach) 
 
 }  // namespace
 
+void check_atlas(const Points2& uvs, const std::string& file) {
+  if (uvs.rows() > 0 && !(uvs.minCoeff() >= 0 && uvs.maxCoeff() <= 1)) {
+    throw DataError(file, "texture coordinates", "some outside of [0, 1]",
+                    "an atlas inside the unit square (pack_atlas)");
+  }
+}
+
 TexelMap texel_map(const Triangles& faces, const Points2& uvs, const Triangles& uv_faces,
                    int resolution, int reach) {
   ATELIER_CHECK(resolution >= 4 && resolution <= 8192, "a texture has 4 to 8192 texels a side");
@@ -165,10 +172,7 @@ TexelMap texel_map(const Triangles& faces, const Points2& uvs, const Triangles& 
   ATELIER_CHECK(
       uv_faces.rows() == 0 || (uv_faces.minCoeff() >= 0 && uv_faces.maxCoeff() < uvs.rows()),
       "a texture face names a coordinate that is not there");
-  if (uvs.rows() > 0 && !(uvs.minCoeff() >= 0 && uvs.maxCoeff() <= 1)) {
-    throw DataError("", "texture coordinates", "some outside of [0, 1]",
-                    "an atlas inside the unit square (pack_atlas)");
-  }
+  check_atlas(uvs);
   // Texels are the pixels of a camera that looks at the plane z = 1.
   Camera camera;
   camera.id = "texture";

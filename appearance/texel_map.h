@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/image.h"
@@ -21,6 +22,9 @@ struct TexelMap {
   /// convolutions that reach over the edge of a chart then read what is really beside it.
   std::vector<int> source;
 };
+
+/// DataError unless every texture coordinate is in [0,1]. @param file  for errors
+void check_atlas(const Points2& uvs, const std::string& file = "");
 
 /// Draws the faces into the texture with core's rasteriser. Where charts overlap the lowest face
 /// wins. `reach` texels around charts get a source.

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <optional>
 
-#include "apps/material_stage.h"
+#include "apps/material_file.h"
 #include "apps/registered_outfit.h"
 #include "capture/truth_archive.h"
 #include "core/sequence_archive.h"

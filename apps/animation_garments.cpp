@@ -10,7 +10,7 @@
 #include <map>
 
 #include "apps/dressing.h"
-#include "apps/material_stage.h"
+#include "apps/material_file.h"
 #include "apps/mesh_sequence_file.h"
 #include "bodymodel/kinematics.h"
 #include "core/error.h"

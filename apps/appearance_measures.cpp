@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "appearance/appearance_colors.h"
 #include "appearance/appearance_model.h"
 #include "appearance/picture_similarity.h"
 #include "appearance/train_options.h"
@@ -15,7 +16,7 @@
 #include "apps/temporary_folder.h"
 #include "apps/worn_subject.h"
 #include "capture/capture_info.h"
-#include "core/archive_arrays.h"
+#include "core/archive.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/io/safetensors.h"
@@ -85,9 +86,9 @@ std::vector<float> openness_of(const AppearanceData& data, const TexelMap& texel
 
 /// What is drawn of one garment, and where the truth has it.
 struct Drawn {
-  AppearanceData truth;  ///< pixels to be judged: eroded, of the true garment
-  AppearanceData own;    ///< pixels that the model's geometry covers
-  Archive colors;        ///< of those
+  AppearanceData truth;     ///< pixels to be judged: eroded, of the true garment
+  AppearanceData own;       ///< pixels that the model's geometry covers
+  AppearanceColors colors;  ///< of those
 };
 
 /// Sums of all garments of one result.
@@ -135,8 +136,8 @@ void compare_view(Compared& sum, const AppearanceView& truth_view, const std::ve
 
 void compare(Compared& sum, const Drawn& garment, const std::vector<Eigen::Vector3d>& gains,
              const fs::path& capture) {
-  const auto drawn_colors = values_of<float>(array_at(garment.colors, "drawn", "colors"));
-  const auto fixed_colors = values_of<float>(array_at(garment.colors, "static", "colors"));
+  const std::vector<float>& drawn_colors = garment.colors.drawn;
+  const std::vector<float>& fixed_colors = garment.colors.fixed;
   const AppearanceData& truth = garment.truth;
   constexpr int kTexels = 256;
   const TexelMap texels = texel_map(truth.faces, truth.uvs, truth.uv_faces, kTexels);
@@ -266,13 +267,18 @@ std::optional<Judged> judge(const fs::path& workspace, const std::string& stage,
     surface.trusted_only = false;
     garment.own = prepare_appearance(worn.subject, surface, cameras, info.held_out_frames);
     write_archive(between.path / "data.h5", archive_of(garment.own));
+    const fs::path drawn = between.path / "colors.h5";
     run_child_program(
         "atelier-appearance",
-        {"predict", file.string(), (between.path / "data.h5").string(),
-         (between.path / "colors.h5").string()},
+        {"predict", file.string(), (between.path / "data.h5").string(), drawn.string()},
         "it is built where libtorch is (libtorch-dev)", [](const std::string&) {},
         [] { return false; });
-    garment.colors = read_archive(between.path / "colors.h5", "atelier.appearance_colors", 1);
+    std::int64_t pixels = 0;
+    for (const AppearanceView& view : garment.own.views) {
+      pixels += static_cast<std::int64_t>(view.pixel.size());
+    }
+    garment.colors = appearance_colors_of(read_archive(drawn, "atelier.appearance_colors", 1),
+                                          pixels, drawn.string());
     compare(judged.compared, garment, gains_of(cameras, truth->cameras, model.camera_ids), capture);
   }
   return judged.compared.covered > 0 ? std::optional(judged) : std::nullopt;

@@ -13,6 +13,7 @@
 #include "core/store/consent_file.h"
 #include "core/store/file_kind.h"
 #include "core/store/manifest.h"
+#include "core/store/manifest_limits.h"
 #include "core/store/result.h"
 #include "core/store/toml_entries.h"
 #include "core/system_reason.h"
@@ -26,8 +27,9 @@ bool is_there(const std::filesystem::path& path) {
 
 void inspect_manifest(const std::filesystem::path& path, Inspection& inspection) {
   const std::filesystem::path folder = path.parent_path().empty() ? "." : path.parent_path();
-  const Manifest manifest = parse_manifest(
-      read_json(path).dump(), path.string());  // its own digest is of the content, not the layout
+  // Its own digest is of the content, not the layout.
+  const Limits limits = manifest_limits();
+  const Manifest manifest = parse_manifest(read_json(path, limits).dump(), path.string(), limits);
   inspection.add("kind", "manifest of a result of '" + manifest.stage + "', version " +
                              std::to_string(manifest.stage_version));
   inspection.add("key", hex(manifest.key));
@@ -58,7 +60,8 @@ void inspect_manifest(const std::filesystem::path& path, Inspection& inspection)
 }  // namespace
 
 void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
-  const nlohmann::json json = read_json(path);
+  const bool manifest = path.filename() == "manifest.json";
+  const nlohmann::json json = read_json(path, manifest ? manifest_limits() : Limits());
   if (json.is_object() && json.value("schema", nlohmann::json()) == "atelier-manifest") {
     inspect_manifest(path, inspection);
     return;

@@ -4,9 +4,10 @@
 
 #include <cstdio>
 
+#include "appearance/painted_picture.h"
 #include "apps/child_program.h"
 #include "apps/temporary_folder.h"
-#include "core/archive_arrays.h"
+#include "core/archive.h"
 
 namespace atelier {
 
@@ -32,12 +33,11 @@ bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device 
         }
         char name[32];
         std::snprintf(name, sizeof(name), "%06d.h5", frame_id);
-        const Archive archive = read_archive(between.path / name, "atelier.painted_picture", 1);
-        const Tensor& colors = array_at(archive, "colors", name);
-        const auto values = values_of<float>(colors);
-        Image picture(static_cast<int>(colors.shape.at(1)), static_cast<int>(colors.shape.at(0)),
-                      4);
-        std::copy(values.begin(), values.end(), picture.data.begin());
+        const auto at = scene.cameras.size() == 1 ? 0 : static_cast<std::size_t>(next);
+        const Camera& camera = scene.cameras.at(at);
+        const Image picture =
+            painted_picture_of(read_archive(between.path / name, "atelier.painted_picture", 1),
+                               camera.width, camera.height, name);
         std::filesystem::remove(between.path / name);
         if (hooks.picture) {
           hooks.picture(next, picture);

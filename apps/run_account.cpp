@@ -1,12 +1,13 @@
 #include "apps/run_account.h"
 
-#include <cmath>
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "apps/json_text.h"
 #include "apps/report_folder.h"
 #include "core/atomic_file.h"
-#include "core/error.h"
+#include "core/io/file_bytes.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 
@@ -27,9 +28,19 @@ double seconds_at(const JsonPlace& place) {
   return seconds;
 }
 
+const std::string& end_at(const JsonPlace& place) {
+  constexpr std::array<std::string_view, 5> kEnds = {"done", "done already", "skipped", "failed",
+                                                     "not asked for"};
+  const std::string& end = place.text();
+  if (std::find(kEnds.begin(), kEnds.end(), end) == kEnds.end()) {
+    place.fail("'" + end.substr(0, 60) + "'", "how a stage ends");
+  }
+  return end;
+}
+
 }  // namespace
 
-void write_run_account(const std::filesystem::path& workspace, const RunAccount& account) {
+std::string run_account_text(const RunAccount& account) {
   nlohmann::ordered_json json = {{"schema", kSchema},
                                  {"version", 1},
                                  {"capture", account.capture},
@@ -43,18 +54,12 @@ void write_run_account(const std::filesystem::path& workspace, const RunAccount&
                               {"expected", one.expected},
                               {"seconds", one.seconds}});
   }
-  const std::filesystem::path file = account_file(workspace);
-  const FileLock lock = lock_report_folder(workspace);
-  write_file_atomically(file, json_text(json, 1) + "\n");
+  return json_text(json, 1) + "\n";
 }
 
-std::optional<RunAccount> read_run_account(const std::filesystem::path& workspace) {
-  const std::filesystem::path file = account_file(workspace);
-  if (!std::filesystem::exists(file)) {
-    return std::nullopt;
-  }
-  const nlohmann::json parsed = read_json(file);
-  const JsonPlace root(parsed, file.string());
+RunAccount parse_run_account(std::string_view text, const std::string& file) {
+  const nlohmann::json parsed = parse_json(text, file);
+  const JsonPlace root(parsed, file);
   if (root.at("schema").text() != kSchema || root.at("version").integer(0, 1 << 20) != 1) {
     root.fail("another schema", std::string(kSchema) + ", version 1");
   }
@@ -63,10 +68,23 @@ std::optional<RunAccount> read_run_account(const std::filesystem::path& workspac
   account.started = root.at("started").text();
   account.seconds = seconds_at(root.at("seconds"));
   for (const JsonPlace& one : root.at("stages").items()) {
-    account.stages.push_back({one.at("stage").text(), one.at("end").text(), one.at("why").text(),
+    account.stages.push_back({one.at("stage").text(), end_at(one.at("end")), one.at("why").text(),
                               seconds_at(one.at("expected")), seconds_at(one.at("seconds"))});
   }
   return account;
+}
+
+void write_run_account(const std::filesystem::path& workspace, const RunAccount& account) {
+  const FileLock lock = lock_report_folder(workspace);
+  write_file_atomically(account_file(workspace), run_account_text(account));
+}
+
+std::optional<RunAccount> read_run_account(const std::filesystem::path& workspace) {
+  const std::filesystem::path file = account_file(workspace);
+  if (!std::filesystem::exists(file)) {
+    return std::nullopt;
+  }
+  return parse_run_account(read_file_text(file, Limits().text_file_bytes), file.string());
 }
 
 }  // namespace atelier

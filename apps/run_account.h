@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace atelier {
@@ -23,6 +24,11 @@ struct RunAccount {
   double seconds = 0;
   std::vector<RunStageAccount> stages;
 };
+
+/// The text of run.json (schema "atelier.run", version 1), and back. Throws DataError for a text
+/// that is none: other fields or ends than these, seconds below 0.
+std::string run_account_text(const RunAccount& account);
+RunAccount parse_run_account(std::string_view text, const std::string& file = "");
 
 /// Writes it. Throws EnvironmentError.
 void write_run_account(const std::filesystem::path& workspace, const RunAccount& account);

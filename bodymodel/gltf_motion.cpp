@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kDefaultRate = 30;
 constexpr double kMostRate = 1000;
-constexpr double kStretch = 0.01;  // metres a bone may move unsaid
+constexpr double kUnsaidStretch = 0.01;  // metres a bone may move unsaid
 
 Eigen::VectorXd key(const GltfChannel& channel, Index k) {
   return channel.values.row(channel.interpolation == GltfInterpolation::CubicSpline ? 3 * k + 1
@@ -198,7 +198,7 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std
     clip.motion.poses.push_back(std::move(pose));
     clip.motion.frame_ids.push_back(frame);
   }
-  if (stretch > kStretch) {
+  if (stretch > kUnsaidStretch) {
     clip.findings.push_back(
         {Severity::Warning, "motion-stretch", file,
          "bones change their length, by up to " + std::to_string(stretch) + " m",

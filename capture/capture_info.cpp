@@ -127,6 +127,7 @@ void check_capture_info(const CaptureInfo& info, const std::string& file) {
 std::string capture_toml(const CaptureInfo& info) {
   check_capture_info(info);
   std::ostringstream out;
+  out.exceptions(std::ios::badbit);  // or it would swallow that memory runs out
   out << "schema = \"atelier-capture\"\nversion = 1\nunits = \"m\"\nup_axis = \"y\"\n"
       << "subject = " << quoted(info.subject) << "\nsynthetic = " << std::boolalpha
       << info.synthetic << "\nimage_format = " << quoted(info.image_format)

@@ -88,4 +88,16 @@ std::vector<int> indices_of(const Tensor& tensor, Index count, const std::string
   return indices;
 }
 
+std::span<const float> floats_at(const Archive& archive, const std::string& name,
+                                 const std::vector<std::int64_t>& shape, const std::string& file) {
+  const Tensor& tensor = array_at(archive, name, file);
+  if (tensor.type != ElementType::Float32 || tensor.shape != shape) {
+    throw DataError(file, name,
+                    std::string(element_type_name(tensor.type)) + " " + shape_text(tensor.shape),
+                    "float32 " + shape_text(shape));
+  }
+  check_finite(tensor, file, name);
+  return values_of<float>(tensor);
+}
+
 }  // namespace atelier

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,10 @@ std::vector<std::string> texts_at(const Archive& archive, const std::string& nam
 /// Indices into `count` things, in the order of the file.
 std::vector<int> indices_of(const Tensor& tensor, Index count, const std::string& file,
                             const std::string& name);
+
+/// Finite floats of this very shape; of a valid archive, whose bytes they are.
+std::span<const float> floats_at(const Archive& archive, const std::string& name,
+                                 const std::vector<std::int64_t>& shape, const std::string& file);
 
 /// [N,columns] of numbers; no rows where it is absent. `columns`, `rows` below 0: any number.
 template <class Matrix>

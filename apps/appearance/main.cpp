@@ -11,12 +11,13 @@
 #include <string>
 #include <vector>
 
+#include "appearance/appearance_colors.h"
 #include "appearance/network/painter.h"
 #include "appearance/network/train.h"
+#include "appearance/painted_picture.h"
 #include "apps/device_advice.h"
 #include "apps/exit_code.h"
 #include "core/archive.h"
-#include "core/archive_arrays.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/safetensors.h"
@@ -158,12 +159,12 @@ int run_prediction(const Arguments& arguments) {
   const AppearanceModel model =
       appearance_model_of(found.tensors, found.metadata, arguments.places[0]);
   const AppearanceData data = read_appearance_data(arguments.places[1]);
-  if (!equal_arrays(data.faces, model.faces) || !equal_arrays(data.uvs, model.uvs)) {
+  if (!equal_arrays(data.faces, model.faces) || !equal_arrays(data.uvs, model.uvs) ||
+      data.frames.front().position.rows() != model.mean_visibility.size()) {
     throw DataError(arguments.places[1], "atlas", "another garment's", "data prepared for it");
   }
   const AppearanceNetwork network(model, arguments.device);
-  std::vector<float> drawn;
-  std::vector<float> fixed;
+  AppearanceColors all;
   for (std::size_t i = 0; i < data.views.size(); ++i) {
     const AppearanceView& view = data.views[i];
     const TexturePixels pixels{view.u, view.v, {}};
@@ -171,16 +172,11 @@ int run_prediction(const Arguments& arguments) {
         network.colors(data.frames[static_cast<std::size_t>(view.frame_idx)],
                        data.centers.row(view.camera_idx), pixels);
     const std::vector<float> still = sample_texture(model.static_texture, pixels);
-    drawn.insert(drawn.end(), colors.begin(), colors.end());
-    fixed.insert(fixed.end(), still.begin(), still.end());
+    all.drawn.insert(all.drawn.end(), colors.begin(), colors.end());
+    all.fixed.insert(all.fixed.end(), still.begin(), still.end());
     std::cout << "view " << i + 1 << " " << data.views.size() << "\n" << std::flush;
   }
-  const auto count = static_cast<std::int64_t>(drawn.size() / 3);
-  Archive archive;
-  archive.schema = "atelier.appearance_colors";
-  put_array(archive, "drawn", tensor_of(drawn, {count, 3}));
-  put_array(archive, "static", tensor_of(fixed, {count, 3}));
-  write_archive(arguments.places[2], archive);
+  write_archive(arguments.places[2], archive_of(all));
   return kExitDone;
 }
 
@@ -207,12 +203,9 @@ int run_painting(const Arguments& arguments) {
   for (std::size_t f = 0; f < scene.frame_ids.size() && stopping == 0; ++f) {
     const Image picture =
         painter.paint(scene.vertices[f], scene.cameras[scene.cameras.size() == 1 ? 0 : f]);
-    Archive archive;
-    archive.schema = "atelier.painted_picture";
-    put_array(archive, "colors", tensor_of(picture.data, {picture.height, picture.width, 4}));
     char name[32];
     std::snprintf(name, sizeof(name), "%06d.h5", scene.frame_ids[f]);
-    write_archive(fs::path(arguments.places[1]) / name, archive);
+    write_archive(fs::path(arguments.places[1]) / name, archive_of_painted(picture));
     std::cout << "frame " << scene.frame_ids[f] << "\n" << std::flush;
   }
   return stopping == 0 ? kExitDone : kExitNotConverged;

@@ -39,6 +39,7 @@ class GltfWriter {
 
   std::string text(bool binary) {
     std::ostringstream stream;
+    stream.exceptions(std::ios::badbit);  // or it would swallow that memory runs out
     tinygltf::TinyGLTF writer;
     if (!writer.WriteGltfSceneToStream(&model_, stream, !binary, binary)) {
       throw EnvironmentError("tinygltf", "cannot write the scene");

@@ -121,8 +121,10 @@ class HeaderReader {
   }
 
   ElementType type(const std::string& name, const nlohmann::json& value) const {
+    // Text with text: JSON compared with text makes a value of it where nothing may throw.
+    const auto* word = value.get_ptr<const std::string*>();
     for (const auto& [text, type] : kElementTypes) {
-      if (value == text) {
+      if (word != nullptr && *word == text) {
         return type;
       }
     }

@@ -224,6 +224,7 @@ class Converter {
   template <class T>
   static std::string text_of(const T& value) {
     std::ostringstream stream;
+    stream.exceptions(std::ios::badbit);  // or it would swallow that memory runs out
     stream << value;
     return stream.str();
   }

@@ -21,6 +21,7 @@
 #include "core/parallel.h"
 #include "core/store/commit.h"
 #include "core/store/input_digest.h"
+#include "core/store/manifest_limits.h"
 #include "core/store/utc_time.h"
 #include "core/store/write_text.h"
 #include "core/system_reason.h"
@@ -101,6 +102,7 @@ bool ActiveRun::each_frame(const std::string& folder, const std::string& extensi
                     std::adjacent_find(frame_ids.begin(), frame_ids.end(),
                                        [](int a, int b) { return a >= b; }) == frame_ids.end(),
                 "frame numbers are increasing and not negative");
+  require_named(frame_ids.size());
   const Clock::time_point start = Clock::now();
   frames_total_ = static_cast<std::int64_t>(frame_ids.size());
   const std::vector<int> mine =
@@ -318,9 +320,19 @@ void ActiveRun::output(const std::string& path,
                        const std::function<void(const std::filesystem::path&)>& write) {
   ATELIER_CHECK(is_safe_output_path(path) && path != "manifest.json", "no output path: " + path);
   ATELIER_CHECK(!outputs_.contains(path), path + " is written twice");
+  require_named(1);
   const std::filesystem::path full = plan_.staging_folder / path;
   make_private_directory(full.parent_path());
   outputs_[path] = write_file(path, write);
+}
+
+void ActiveRun::require_named(std::size_t files) const {
+  const std::int64_t all = frames_total_ + static_cast<std::int64_t>(outputs_.size() + files);
+  if (all > kMostFiles) {
+    throw DataError(plan_.result_folder.string(), "",
+                    "a result of " + std::to_string(all) + " files or more",
+                    "at most " + std::to_string(kMostFiles) + "; work on fewer frames");
+  }
 }
 
 std::filesystem::path ActiveRun::scratch_folder() {

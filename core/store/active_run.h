@@ -70,6 +70,8 @@ class ActiveRun : public StageRun {
                  const std::function<void(int, const std::filesystem::path&)>& write);
   ManifestOutput write_file(const std::string& path,
                             const std::function<void(const std::filesystem::path&)>& write);
+  /// Refuses results of more files than a manifest may name, before they are made.
+  void require_named(std::size_t files) const;
   void report_progress(const StageProgress& progress);
 
   const Stage& stage_;

@@ -17,13 +17,13 @@
 #include "core/regular_file.h"
 #include "core/store/consent_file.h"
 #include "core/store/file_kind.h"
+#include "core/store/manifest_limits.h"
 #include "core/system_reason.h"
 
 namespace atelier {
 namespace {
 
 constexpr std::size_t kChunk = std::size_t{1} << 20;
-constexpr std::size_t kMostFiles = 4'000'000;  // 220 cameras of 18,000 frames
 
 struct Entry {
   std::filesystem::path path;
@@ -65,7 +65,7 @@ std::vector<Entry> entries_of(const std::filesystem::path& root) {
     } else if (!std::filesystem::is_directory(kind)) {
       throw DataError(path.string(), "", "neither file nor folder", "files and folders alone");
     }
-    if (entries.size() > kMostFiles) {
+    if (static_cast<std::int64_t>(entries.size()) > kMostFiles) {
       throw DataError(root.string(), "", "more than " + std::to_string(kMostFiles) + " files",
                       "a smaller folder");
     }

@@ -367,9 +367,8 @@ Manifest parse_manifest(std::string_view text, const std::string& file, const Li
                     std::to_string(kSchemaVersion));
     }
     const Digest self = reader.digest(kSelf);
-    nlohmann::json rest = json;
-    rest.erase(kSelf);
-    if (sha256(rest.dump()) != self) {
+    json.erase(kSelf);
+    if (sha256(json.dump()) != self) {
       reader.refuse(kSelf, "another digest than that of the content", "an unchanged manifest");
     }
     manifest.stage = reader.text("stage");

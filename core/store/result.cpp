@@ -18,6 +18,7 @@
 #include "core/store/consent_file.h"
 #include "core/store/file_kind.h"
 #include "core/store/input_digest.h"
+#include "core/store/manifest_limits.h"
 #include "core/store/utc_time.h"
 #include "core/system_reason.h"
 
@@ -144,7 +145,7 @@ Manifest read_manifest(const std::filesystem::path& folder, std::string_view sta
   if (link_kind(path) == std::filesystem::file_type::symlink) {
     throw DataError(path.string(), "", "a symbolic link", "the manifest itself");
   }
-  const Limits limits;
+  const Limits limits = manifest_limits();
   Manifest manifest =
       parse_manifest(read_file_text(path, limits.text_file_bytes), path.string(), limits);
   if (manifest.stage != stage) {

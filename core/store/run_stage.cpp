@@ -15,6 +15,7 @@
 #include "core/store/file_kind.h"
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
+#include "core/store/manifest_limits.h"
 #include "core/store/result.h"
 
 namespace atelier {
@@ -239,7 +240,7 @@ void run_and_commit(const Stage& stage, const StageRequest& request, const Stage
   report.manifest = run.finished_manifest();
   report.manifest.build = build_info();
   // The manifest must be one that a later run accepts.
-  parse_manifest(manifest_text(report.manifest), "manifest.json");
+  parse_manifest(manifest_text(report.manifest), "manifest.json", manifest_limits());
   std::optional<FileLock> moment;
   if (!stage.frame_wise) {
     moment = FileLock::wait(report.plan.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);

@@ -1,6 +1,7 @@
 // Stages that write one file for each frame: resume, --frames, --shard, --jobs, runs side by side.
 
 #include <fstream>
+#include <numeric>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -10,6 +11,7 @@
 #include "core/io/file_bytes.h"
 #include "core/store/file_lock.h"
 #include "core/store/frame_log.h"
+#include "core/store/manifest_limits.h"
 #include "core/store/result.h"
 #include "core/store/run_stage.h"
 #include "core/store/workspace_status.h"
@@ -397,6 +399,20 @@ TEST_F(Frames, RefusesWithoutSpaceForFrames) {
         "f", ".t", {0, 1}, [](int, const auto&) {}, std::int64_t{1} << 60);
   };
   EXPECT_THROW(run_stage(kTestStages, greedy, request()), EnvironmentError);
+}
+
+TEST_F(Frames, RefusesMoreFramesThanAManifestNames) {
+  std::vector<int>& frame_ids = behaviour().frame_ids;
+  frame_ids.resize(static_cast<std::size_t>(kMostFiles) + 1);
+  std::iota(frame_ids.begin(), frame_ids.end(), 0);
+  try {
+    run(request(shard(0, 100'000)));
+    FAIL() << "it ran";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("a result of 4000001 files or more"));
+    EXPECT_THAT(error.what(), HasSubstr("fewer frames"));
+  }
+  EXPECT_THAT(behaviour().written, IsEmpty());
 }
 
 TEST_F(Frames, RefusesAnUnfinishedFrame) {

@@ -1,6 +1,7 @@
 #include "core/store/manifest.h"
 
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -8,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/store/manifest_limits.h"
 
 namespace atelier {
 namespace {
@@ -268,6 +270,33 @@ INSTANTIATE_TEST_SUITE_P(All, MissingField,
 TEST_P(MissingField, IsRefusedByName) {
   EXPECT_THAT(refusal(changed([](auto& j) { j.erase(GetParam()); })),
               HasSubstr(std::string(GetParam()) + ": nothing; expected this field"));
+}
+
+TEST(Manifest, NamesHalfAMillionOutputs) {
+  Manifest manifest = example();
+  manifest.outputs.clear();
+  constexpr int kOutputs = 500'000;
+  for (int i = 0; i < kOutputs; ++i) {
+    char path[40];
+    std::snprintf(path, sizeof path, "garments/upper/%07d.h5", i);
+    manifest.outputs.push_back({path, i, sha256(path)});
+  }
+  const std::string text = manifest_text(manifest);
+  EXPECT_GT(text.size(), static_cast<std::size_t>(Limits{}.text_file_bytes));
+  const Manifest again = parse_manifest(text, "", manifest_limits());
+  ASSERT_EQ(again.outputs.size(), manifest.outputs.size());
+  EXPECT_EQ(outputs_digest(again), outputs_digest(manifest));
+}
+
+TEST(Manifest, HasRoomForEveryOutputOfAResult) {
+  Manifest manifest = example();
+  const std::size_t some = manifest_text(manifest).size();
+  manifest.outputs.push_back(
+      {"statistics.of.a.garment/with-a-long-name/frames/1000000.json", 1LL << 40, sha256("more")});
+  const auto one = static_cast<std::int64_t>(manifest_text(manifest).size() - some);
+  const Limits limits = manifest_limits();
+  EXPECT_LT(one * kMostFiles, limits.text_file_bytes);
+  EXPECT_LT(4 * kMostFiles, limits.text_values);
 }
 
 TEST(Manifest, RefusesUnknownFields) {

@@ -20,9 +20,10 @@ const std::filesystem::path kSource = source_directory();
 const std::set<std::string> kInProcesses = {"foreign_hdf5", "fbx"};
 
 /// Readers of a format whose every bit another reader is given: "archive", "safetensors", "gltf".
-const std::set<std::string> kOfOneFormat = {"garment",         "truth",         "tracked_motion",
-                                            "appearance_data", "painted_scene", "body_archive",
-                                            "personal_body",   "smpl",          "gltf_body"};
+const std::set<std::string> kOfOneFormat = {
+    "garment",       "truth",           "tracked_motion", "appearance_data", "appearance_colors",
+    "painted_scene", "painted_picture", "body_archive",   "personal_body",   "appearance_model",
+    "smpl",          "gltf_body"};
 
 bool soaking() {
   const char* soak = std::getenv("ATELIER_SOAK");
@@ -72,6 +73,10 @@ std::size_t stride_of(const Reader& reader) {
 
 std::size_t mutations_of(const Reader& reader) {
   return kInProcesses.contains(reader.name) && !soaking() ? 41 : 4'000;
+}
+
+std::size_t places_of(const Reader& reader) {
+  return soaking() ? 1'000'000 : kInProcesses.contains(reader.name) ? 7 : 61;
 }
 
 std::vector<MalformedFile> all_malformed_files() {

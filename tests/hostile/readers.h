@@ -41,6 +41,9 @@ std::size_t stride_of(const Reader& reader);
 /// How many mutated files of its corpus are tried: thousands, but where each starts a process.
 std::size_t mutations_of(const Reader& reader);
 
+/// In how many places, evenly over a reader's work, memory runs out; at most as many as there are.
+std::size_t places_of(const Reader& reader);
+
 /// One hand-made malformed file: a line of tests/hostile/malformed/<reader>/index.txt,
 ///   file | what is wrong | words the error must contain
 struct MalformedFile {

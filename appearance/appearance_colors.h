@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/archive.h"
+
+namespace atelier {
+
+/// What a network draws at the pixels of all views of an AppearanceData, one view behind the other:
+/// linear RGB without gain.
+struct AppearanceColors {
+  std::vector<float> drawn;  ///< [3P]
+  std::vector<float> fixed;  ///< [3P] by the texture that does not change
+};
+
+/// Archive of schema "atelier.appearance_colors", version 1 (docs/formats.md), and back. Reading
+/// throws DataError unless there are finite colours of `pixels` pixels, and nothing else.
+Archive archive_of(const AppearanceColors& colors);
+AppearanceColors appearance_colors_of(const Archive& archive, std::int64_t pixels,
+                                      const std::string& file = "");
+
+}  // namespace atelier
