@@ -224,10 +224,7 @@ ATELIER_HOST_DEVICE inline float window_cost(const StereoProblem& problem,
                                              const StereoSource& source, int x, int y,
                                              const StereoPlane& plane) {
   constexpr float kLeastVariance = 1e-6f;  // of values in [0,1]: below it there is only noise
-  // What exposures and gloss may be off, of bright surfaces. Gloss adds as much light to dark ones,
-  // which is more of a gamma-coded value v: in proportion to v^-1.2, near enough to 1 / v.
-  constexpr float kLevelFloor = 0.02f;
-  constexpr float kBright = 0.6f;
+  constexpr float kLevelFloor = 0.02f;     // what exposures and gloss may be off
   const Vec3f ray = pixel_ray(problem, x, y);
   const float slope = dot(plane.normal, ray);
   if (!(slope < -0.05f) || !(plane.depth > 0) || window.variance < kLeastVariance) {
@@ -266,10 +263,8 @@ ATELIER_HOST_DEVICE inline float window_cost(const StereoProblem& problem,
   if (variance < kLeastVariance) {
     return kWorstCost;
   }
-  const float dark = kBright / std::fmax(window.centre + window.mean, 0.05f);
-  const float allowed = kLevelFloor * (dark > 1 ? dark : 1);
   const float level =
-      std::fabs(sums.mean - window.mean) / std::sqrt(window.variance + allowed * allowed);
+      std::fabs(sums.mean - window.mean) / std::sqrt(window.variance + kLevelFloor * kLevelFloor);
   const float cost = 1 - sums.product / std::sqrt(variance * window.variance) +
                      problem.level_weight * (level < 1 ? level : 1);
   return cost < 0 ? 0 : cost > kWorstCost ? kWorstCost : cost;
