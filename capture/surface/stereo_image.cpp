@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/smooth_step.h"
+
 namespace atelier {
 
 Image stereo_image(const Image& image) {
@@ -14,10 +16,15 @@ Image stereo_image(const Image& image) {
     const float difference = most - std::min({rgb[0], rgb[1], rgb[2]});
     constexpr float kGrey = 0.15F;     // saturation up to which brightness counts alone
     constexpr float kColoured = 0.4F;  // from which the difference does
-    constexpr float kScale = 2;        // of the difference, to be about as large as brightness
-    const float t = std::clamp((difference / most - kGrey) / (kColoured - kGrey), 0.0F, 1.0F);
-    const float blend = t * t * (3 - 2 * t);
-    const float mixed = luminance + blend * (kScale * difference - luminance);
+    // A dark surface that is hardly coloured would else be brightness here and difference there, as
+    // gloss and noise have it, which no two views see alike. Shot noise grows as the root of light.
+    constexpr float kFaint = 0.08F;  // of the difference over the root of the brightest channel:
+                                     // ten deviations of a common sensor (0.005 at full light)
+    constexpr float kClear = 0.16F;
+    constexpr float kScale = 2;  // of the difference, to be about as large as brightness
+    const double blend = smooth_step(difference / most, kGrey, kColoured) *
+                         smooth_step(difference / std::sqrt(most), kFaint, kClear);
+    const float mixed = luminance + static_cast<float>(blend) * (kScale * difference - luminance);
     value.data[p] = std::pow(std::clamp(mixed, 0.0F, 1.0F), 1 / 2.2F);
   }
   return value;
