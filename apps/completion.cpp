@@ -8,6 +8,7 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/run_chain.h"
 #include "apps/stage_command.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
@@ -44,20 +45,32 @@ constexpr std::array kFileArguments = {
     FileArgument{"report", "--out", "html"},
 };
 
-std::string stage_names() {
+/// Of `run` the stages of its chain, of every other command all there are.
+std::string stage_names([[maybe_unused]] std::string_view command) {
   std::string names;
+  const auto add = [&](std::string_view name) {
+    names += (names.empty() ? "" : " ") + std::string(name);
+  };
+#ifdef ATELIER_HAS_CAPTURE
+  if (command == "run") {
+    for (const RunStep& step : run_steps()) {
+      add(step.stage);
+    }
+    return names;
+  }
+#endif
   for (const Stage& stage : all_stages()) {
-    names += (names.empty() ? "" : " ") + std::string(stage.name);
+    add(stage.name);
   }
   return names;
 }
 
-/// "cpu cuda" of an option whose type is "cpu|cuda", every stage of one that takes a STAGE; "" of
-/// one that takes anything else.
-std::string choices_of(const CLI::Option& option) {
+/// "cpu cuda" of an option whose type is "cpu|cuda", the stages that the command knows of one that
+/// takes a STAGE; "" of one that takes anything else.
+std::string choices_of(std::string_view command, const CLI::Option& option) {
   std::string words = option.get_type_name();
   if (words == "STAGE") {
-    return stage_names();
+    return stage_names(command);
   }
   if (words.find('|') == std::string::npos ||
       words.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.-|") != std::string::npos) {
@@ -83,7 +96,7 @@ std::string command_case(std::string_view name, const CLI::App& parser) {
     if (option->get_group().empty()) {
       continue;  // not listed in the help either
     }
-    const std::string choices = choices_of(*option);
+    const std::string choices = choices_of(name, *option);
     for (const std::string& flag : option->get_lnames()) {
       words += flag == "help" ? "" : " --" + flag;
       if (!choices.empty()) {

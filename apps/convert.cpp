@@ -84,17 +84,23 @@ int run(const ConvertArguments& arguments, const ConvertOptions& options) {
   require_file_place(arguments.out);
   const std::string from = lower_extension(arguments.in);
   std::string left_out;
-  Mesh mesh;
+  MeshFile file;
+  const Mesh& mesh = file.mesh;
   if (from == ".glb" || from == ".gltf") {
     const GltfScene scene = read_gltf(arguments.in);
-    mesh = rest_mesh(scene, arguments.in);
+    file = {rest_mesh(scene, arguments.in), {.metres_per_unit = 1, .up = 'y'}};
     left_out = moving_parts(scene);
   } else {
-    mesh = read_mesh(arguments.in, options.input);
+    file = read_mesh_file(arguments.in, options.input);
   }
   write_mesh(arguments.out, mesh);
   std::cout << printable(arguments.out) << ": " << mesh.vertices.rows() << " vertices, "
             << mesh.faces.rows() << " faces, metres, Y up\n";
+  if (const auto finding = unit_finding(file, arguments.in)) {
+    std::cout << "  " << printable(to_string(*finding)) << "\n";
+  } else if (!(file.said.metres_per_unit > 0)) {
+    std::cout << "  IN does not say its unit: --input.unit counts, metres unless it is given\n";
+  }
   if (!left_out.empty()) {
     std::cout << "  left out, since OUT is a mesh at rest: " << left_out
               << "; body-model convert keeps a body's\n";

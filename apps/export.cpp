@@ -322,6 +322,7 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
   if (is_inside(arguments.out, arguments.workspace)) {
     throw UsageError("OUT lies in the WORKSPACE; name a folder outside of it");
   }
+  require_outside_inputs(arguments.out, all, "OUT");
   ExportGuard guard(arguments.out);
   int exported = 0;
   for (const StageStatus& status : all) {

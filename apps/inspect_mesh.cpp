@@ -12,10 +12,18 @@ std::vector<double> numbers(const Eigen::Vector3d& p) {
   return {p.x(), p.y(), p.z()};
 }
 
-void add_mesh(const Mesh& mesh, Inspection& inspection) {
+void add_mesh(const MeshFile& file, const std::string& place, Inspection& inspection) {
+  const Mesh& mesh = file.mesh;
   const MeshStatistics s = mesh_statistics(mesh);
   inspection.add("kind", "mesh");
-  inspection.add("unit", "metres, Y up (as the file says, or else taken for it)");
+  inspection.add("unit", file.said.metres_per_unit > 0 ? "as the file says, here in metres"
+                                                       : "taken for metres: the file does not say");
+  inspection.add("up axis", file.said.up != '\0' ? "as the file says, here Y"
+                                                 : "taken for Y: the file does not say");
+  if (auto finding = unit_finding(file, place)) {
+    finding->advice = "convert IN OUT " + finding->advice;
+    inspection.findings.push_back(std::move(*finding));
+  }
   inspection.add("vertices", s.vertices);
   inspection.add("triangles", s.faces);
   inspection.add("edges", s.edges);
@@ -58,14 +66,15 @@ const char* path_name(GltfPath path) {
 }  // namespace
 
 void inspect_mesh(const std::filesystem::path& path, Inspection& inspection) {
-  add_mesh(read_mesh(path), inspection);
+  add_mesh(read_mesh_file(path), path.string(), inspection);
 }
 
 void inspect_scene(const std::filesystem::path& path, Inspection& inspection) {
   const GltfScene scene = read_scene(path);
   inspection.findings = scene.findings;
   if (!scene.meshes.empty()) {
-    add_mesh(rest_mesh(scene, path.string()), inspection);
+    const MeshConvention said{.metres_per_unit = 1, .up = 'y'};  // every scene says both
+    add_mesh({rest_mesh(scene, path.string()), said}, path.string(), inspection);
   } else {
     inspection.add("kind", "scene without a mesh");
   }

@@ -3,8 +3,10 @@
 #include "apps/mesh_sequence_file.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <memory>
+#include <numeric>
 
 #include "apps/printable.h"
 #include "core/error.h"
@@ -20,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kArrays[] = {"vertices", "faces",  "uv",          "fps",
+constexpr const char* kArrays[] = {"vertices", "faces",  "uv",          "fps",          "frame_ids",
                                    "labels",   "joints", "joint_names", "joint_parents"};
 
 std::map<std::string, Tensor> arrays_of(const fs::path& path, const Limits& limits) {
@@ -59,6 +61,30 @@ std::vector<Points> frames_of(const Tensor& tensor, const std::string& file,
     frames.emplace_back(Eigen::Map<const Points>(values.data() + f * rows * 3, rows, 3));
   }
   return frames;
+}
+
+/// The frames' own numbers, increasing; from 0 where the file has none.
+std::vector<int> frame_ids_of(const std::map<std::string, Tensor>& arrays, std::size_t frames,
+                              const std::string& file) {
+  std::vector<int> ids;
+  const auto said = arrays.find("frame_ids");
+  if (said == arrays.end()) {
+    ids.resize(frames);
+    std::iota(ids.begin(), ids.end(), 0);
+    return ids;
+  }
+  for (const std::int64_t id : integers_of(said->second, file, "frame_ids")) {
+    if (id < 0 || id > std::numeric_limits<int>::max() || (!ids.empty() && id <= ids.back())) {
+      throw DataError(file, "frame_ids", std::to_string(id) + " at " + std::to_string(ids.size()),
+                      "numbers that increase, from 0 or more");
+    }
+    ids.push_back(static_cast<int>(id));
+  }
+  if (ids.size() != frames) {
+    throw DataError(file, "frame_ids", counted(static_cast<std::int64_t>(ids.size()), "number"),
+                    "one for each of " + counted(static_cast<std::int64_t>(frames), "frame"));
+  }
+  return ids;
 }
 
 MeshSequenceFile from_arrays(const fs::path& path, const Limits& limits) {
@@ -122,9 +148,7 @@ MeshSequenceFile from_arrays(const fs::path& path, const Limits& limits) {
   first.vertices = vertices->front();
   check_mesh(first, file);
   result.sequence.fps = fps;
-  for (std::size_t i = 0; i < vertices->size(); ++i) {
-    result.sequence.frame_ids.push_back(static_cast<int>(i));
-  }
+  result.sequence.frame_ids = frame_ids_of(arrays, vertices->size(), file);
   result.sequence.faces = result.shared.faces;
   result.sequence.load = [vertices, shared = result.shared](Index i) {
     Mesh mesh = shared;

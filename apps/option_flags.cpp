@@ -105,9 +105,9 @@ bool takes_value(const CLI::Option* option) {
   return option->get_items_expected_min() > 0;
 }
 
-/// Not so lists (--garment, --config) and flags without a value.
+/// Not so lists (--garment, --config).
 bool is_given_once(const CLI::Option* option) {
-  return takes_value(option) && option->get_items_expected_max() == 1;
+  return option->get_items_expected_max() <= 1;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/store/file_kind.h"
+#include "core/store/workspace_folder.h"
 #include "core/system_reason.h"
 
 namespace atelier {
@@ -50,7 +51,9 @@ void require_folder_place(const std::filesystem::path& folder) {
 }
 
 void require_new_place(const std::filesystem::path& place, const std::string& argument) {
-  if (link_kind(place) != std::filesystem::file_type::not_found) {
+  // "new/.." is not there as long as "new" is not, but leads to a folder that is.
+  if (link_kind(place) != std::filesystem::file_type::not_found ||
+      link_kind(workspace_place(place)) != std::filesystem::file_type::not_found) {
     throw UsageError(place.string() + " is there already, and no flag replaces it; name another " +
                      argument + ", or remove it first");
   }
@@ -60,6 +63,19 @@ bool is_inside(const std::filesystem::path& path, const std::filesystem::path& f
   const std::filesystem::path real = std::filesystem::weakly_canonical(path);
   const std::filesystem::path root = std::filesystem::weakly_canonical(folder);
   return std::mismatch(root.begin(), root.end(), real.begin(), real.end()).first == root.end();
+}
+
+void require_outside_inputs(const std::filesystem::path& place, std::span<const StageStatus> stages,
+                            const std::string& argument) {
+  for (const StageStatus& status : stages) {
+    for (const ManifestInput& input :
+         status.manifest ? status.manifest->inputs : std::vector<ManifestInput>{}) {
+      if (!input.path.empty() && is_inside(place, input.path)) {
+        throw UsageError(argument + " lies in " + input.path + ", of which '" + status.stage +
+                         "' was made and which it would change; name a place outside of it");
+      }
+    }
+  }
 }
 
 }  // namespace atelier

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
+
+#include "core/store/workspace_status.h"
 
 namespace atelier {
 
@@ -19,5 +22,10 @@ void require_new_place(const std::filesystem::path& place, const std::string& ar
 
 /// True if a path that may not be there yet lies in a folder, or is that folder.
 bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder);
+
+/// Refuses a place in what a workspace's results were made of: what is written there would outdate
+/// them. Throws UsageError.
+void require_outside_inputs(const std::filesystem::path& place, std::span<const StageStatus> stages,
+                            const std::string& argument);
 
 }  // namespace atelier

@@ -13,6 +13,7 @@
 #include "apps/picture_size.h"
 #include "apps/printable.h"
 #include "apps/usage_error.h"
+#include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
 #include "core/render/studio.h"
@@ -51,12 +52,19 @@ int run(const RenderArguments& arguments, const RenderCommandOptions& options) {
   }
   require_picture_size(options.picture);
   require_file_place(arguments.out);
-  const Mesh mesh = read_mesh(arguments.mesh, options.input);
+  const MeshFile file = read_mesh_file(arguments.mesh, options.input);
+  const Mesh& mesh = file.mesh;
+  if (mesh.faces.rows() == 0) {
+    throw DataError(arguments.mesh, "", "no faces", "a triangle mesh");
+  }
   const View view{options.azimuth * std::numbers::pi / 180,
                   options.elevation * std::numbers::pi / 180};
   write_image(arguments.out, picture_of(mesh, view, options.picture));
   std::cout << printable(arguments.out) << ": " << options.picture.width << " x "
             << options.picture.height << " pixels\n";
+  if (const auto finding = unit_finding(file, arguments.mesh)) {
+    std::cout << "  " << printable(to_string(*finding)) << "\n";
+  }
   return kExitDone;
 }
 

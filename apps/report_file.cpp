@@ -11,6 +11,7 @@
 #include "apps/stages.h"
 #include "apps/targets.h"
 #include "core/atomic_file.h"
+#include "core/error.h"
 
 namespace atelier {
 namespace {
@@ -44,9 +45,17 @@ std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
     lock = lock_report_folder(workspace);
   }
   require_file_place(page);
+  require_outside_inputs(page, stages, "--out");
+  std::optional<RunAccount> account;
+  std::string account_problem;
+  try {
+    account = read_run_account(workspace);
+  } catch (const DataError& error) {  // the results are as good without it
+    account_problem = std::string("what the last run came to cannot be read: ") + error.what();
+  }
   write_file_atomically(
-      page, report_page(stages, workspace, options, figures_of(workspace, truth),
-                        read_run_account(workspace), stage_pictures(stages, workspace)));
+      page, report_page(stages, workspace, options, figures_of(workspace, truth), account,
+                        stage_pictures(stages, workspace), account_problem));
   return stages;
 }
 

@@ -268,9 +268,13 @@ std::string html_text(std::string_view text) {
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
                         const ReportOptions& options, std::span<const ReportFigure> figures,
                         const std::optional<RunAccount>& run,
-                        const std::map<std::string, std::string>& drawn) {
+                        const std::map<std::string, std::string>& drawn,
+                        const std::string& run_problem) {
   const std::string title = "Atelier: " + workspace.filename().string();
-  std::string attention;
+  std::string attention =
+      run_problem.empty()
+          ? std::string()
+          : "<li class=\"warning\"><b>run</b>: " + html_text(run_problem) + "</li>\n";
   std::string overview;
   std::string sections = (run ? run_section(*run) : "") + figures_section(figures);
   for (const StageStatus& status : stages) {

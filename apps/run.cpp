@@ -22,6 +22,7 @@
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/store/result.h"
+#include "core/store/workspace_folder.h"
 
 namespace atelier {
 namespace {
@@ -130,15 +131,17 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
   return chain.exit_code();
 }
 
-int run(const RunArguments& arguments, OptionSet options) {
+int run(RunArguments arguments, OptionSet options) {
   if (!arguments.material.empty()) {
     set_material(options, arguments.material);
   }
-  const RunPlaces& places = arguments.places;
+  RunPlaces& places = arguments.places;
   if (places.capture.empty() || places.workspace.empty()) {
     throw UsageError("run takes CAPTURE and WORKSPACE: atelier run CAPTURE WORKSPACE");
   }
+  places.workspace = workspace_place(places.workspace);
   require_stage_places(places.capture, places.workspace);
+  require_folder_or_nothing(places.workspace);
   const std::span<const RunStep> steps = run_steps();
   const auto place = [&](const std::string& name) {
     return std::find_if(steps.begin(), steps.end(),

@@ -76,16 +76,6 @@ void require_no_stage_flags(const StageArguments& arguments) {
   }
 }
 
-/// Before the stage looks for its results in it.
-void require_folder_or_nothing(const std::filesystem::path& workspace) {
-  const std::filesystem::file_type kind = file_kind(workspace);
-  if (kind != std::filesystem::file_type::directory &&
-      kind != std::filesystem::file_type::not_found) {
-    throw EnvironmentError("WORKSPACE " + workspace.string(),
-                           "not a folder; name a folder, or one that is to be made");
-  }
-}
-
 /// Runs the stage, or says what it would do. Errors are the caller's.
 int work(const Stage& stage, const StageRequest& request, bool dry_run, StageConsole& console) {
   catch_interrupts();
@@ -148,6 +138,7 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
     throw UsageError("--device cannot be 'cuda': " + std::string(stage.name) +
                      " works on the processor alone; leave --device out");
   }
+  request.workspace = workspace_place(request.workspace);
   require_stage_places(request.input, request.workspace);
   if (arguments.frames) {
     require(set_frames(request.selection, *arguments.frames));
@@ -165,6 +156,21 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
 }
 
 }  // namespace
+
+void require_folder_or_nothing(const std::filesystem::path& workspace) {
+  const std::filesystem::file_type kind = file_kind(workspace);
+  if (kind == std::filesystem::file_type::not_found &&
+      link_kind(workspace) == std::filesystem::file_type::symlink) {
+    throw EnvironmentError("WORKSPACE " + workspace.string(),
+                           "a symbolic link to nothing; make the folder that it names, or remove "
+                           "the link");
+  }
+  if (kind != std::filesystem::file_type::directory &&
+      kind != std::filesystem::file_type::not_found) {
+    throw EnvironmentError("WORKSPACE " + workspace.string(),
+                           "not a folder; name a folder, or one that is to be made");
+  }
+}
 
 void require_stage_places(const std::filesystem::path& input,
                           const std::filesystem::path& workspace) {

@@ -14,12 +14,33 @@
 namespace atelier {
 namespace {
 
+bool is_own_sequence(const std::filesystem::path& path) {
+  return file_kind(path) == std::filesystem::file_type::directory &&
+         file_kind(path / "sequence.h5") != std::filesystem::file_type::not_found;
+}
+
 /// Atelier's own sequence, or a folder of mesh files.
 Sequence read_meshes(const std::filesystem::path& path, const MeshConvention& otherwise) {
-  return file_kind(path) == std::filesystem::file_type::directory &&
-                 file_kind(path / "sequence.h5") != std::filesystem::file_type::not_found
-             ? open_sequence(path)
-             : read_sequence_folder(path, otherwise);
+  return is_own_sequence(path) ? open_sequence(path) : read_sequence_folder(path, otherwise);
+}
+
+/// Whether files of meshes say their unit, and the warning where what is taken is no person's size.
+void say_unit(StageRun& run, const MeshConvention& otherwise) {
+  const std::filesystem::path& path = run.input("meshes");
+  if (is_own_sequence(path)) {
+    return;  // in metres always
+  }
+  try {
+    const MeshFile first = read_first_mesh(path, otherwise);
+    const auto finding = unit_finding(first, path.string());
+    if (finding) {
+      run.say(to_string(*finding));
+    } else if (!(first.said.metres_per_unit > 0)) {
+      run.say("the files do not say their unit: --input.unit counts, metres unless it is given");
+    }
+  } catch (const DataError&) {
+    return;  // told of when its frame's turn comes, if it does
+  }
 }
 
 nlohmann::json json_of(int frame_id, const MeshStatistics& s) {
@@ -87,6 +108,7 @@ OptionTable describe(StatisticsStageOptions& options) {
 void run_statistics(StageRun& run) {
   const auto& options = run.options<StatisticsStageOptions>();
   const Sequence sequence = read_meshes(run.input("meshes"), options.input);
+  say_unit(run, options.input);
   const bool complete = run.each_frame(
       "frames", ".json", sequence.frame_ids, [&](int frame_id, const std::filesystem::path& file) {
         const auto at =

@@ -6,7 +6,9 @@
 #include <iostream>
 
 #include "apps/exit_code.h"
+#include "apps/output_place.h"
 #include "apps/printable.h"
+#include "apps/usage_error.h"
 #include "apps/validate_page.h"
 #include "apps/validate_stage.h"
 #include "core/atomic_file.h"
@@ -41,9 +43,13 @@ int validate_alone(const std::map<std::string, std::string>& values, const Optio
                    Device /*device*/, bool json) {
   const std::string& capture = values.at("INPUT");
   const auto& chosen = options_of<ValidateStageOptions>(options);
+  const auto html = values.find("html");
+  if (html != values.end() && is_inside(html->second, capture)) {
+    throw UsageError(
+        "--html lies in the capture, which is not changed; name a place outside of it");
+  }
   FrameReader reader(open_dataset(capture, chosen.capture));
   const Validation validation = validate(reader, chosen.checks);
-  const auto html = values.find("html");
   if (html != values.end()) {
     const std::filesystem::path root = std::filesystem::path(capture).lexically_normal();
     const std::string name =

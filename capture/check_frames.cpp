@@ -340,10 +340,11 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
                                  camera.id, frame, gathered);
       if (image) {
         // The first picture's size against the calibration's is told where the data set is opened.
-        if (image->width != frames.image_width || image->height != frames.image_height) {
+        if (frames.image_width > 0 &&
+            (image->width != frames.image_width || image->height != frames.image_height)) {
           gathered.add(Severity::Error, "frame-size", camera.id, frame,
                        std::to_string(image->width) + " x " + std::to_string(image->height) +
-                           " px, the camera's first picture has " +
+                           " px, the camera's first readable picture has " +
                            std::to_string(frames.image_width) + " x " +
                            std::to_string(frames.image_height),
                        "take pictures of one size");

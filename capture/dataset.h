@@ -41,7 +41,7 @@ struct CameraFrames {
   std::map<int, DataPlace> keypoints;  ///< of CaptureInfo::keypoint_schema
   KeypointReading reading;             ///< of the keypoints
   bool inverted_masks = false;         ///< the masks are set where nobody is
-  int image_width = 0;                 ///< pixels of the first picture; 0: there is none
+  int image_width = 0;                 ///< pixels of the first that can be read; 0: none can
   int image_height = 0;
 };
 

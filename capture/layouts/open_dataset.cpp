@@ -185,22 +185,57 @@ void settle_rotation(Camera& camera, std::vector<Finding>& findings) {
        "write calibrations with all digits"});
 }
 
+/// By the first picture of each camera that can be read: one that is damaged says nothing of the
+/// others, and is told of where it is decoded (check_frames).
 void measure_pictures(Dataset& dataset, const Limits& limits) {
   FrameReader reader(dataset, limits);
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     CameraFrames& frames = dataset.frames[c];
-    if (frames.images.empty()) {
-      continue;
+    std::optional<DataError> first_error;
+    DataPlace last;
+    for (const auto& [frame, place] : frames.images) {
+      if (first_error && place.file == last.file && place.member == last.member) {
+        continue;  // another frame of a video that cannot be opened
+      }
+      last = place;
+      try {
+        const std::optional<ImageHeader> header = reader.image_header(static_cast<Index>(c), frame);
+        frames.image_width = header->width;
+        frames.image_height = header->height;
+        break;
+      } catch (const DataError& error) {
+        first_error = first_error ? first_error : error;
+      }
     }
-    try {
-      const std::optional<ImageHeader> header =
-          reader.image_header(static_cast<Index>(c), frames.images.begin()->first);
-      frames.image_width = header->width;
-      frames.image_height = header->height;
-    } catch (const DataError& error) {
+    if (first_error && frames.image_width == 0) {
       dataset.findings.push_back(
-          {Severity::Error, "image-broken", error.file, error.what(), "replace the file"});
+          {Severity::Error, "image-broken", dataset.cameras[c].id,
+           std::string("none of its pictures can be read; the first: ") + first_error->what(),
+           "replace the files"});
     }
+  }
+}
+
+/// Links in a capture's folder, which may lead out of it: stages do not follow them
+/// (core/store/input_digest.h), so that no capture with one is of use.
+void find_links(const fs::path& folder, std::vector<Finding>& findings) {
+  fs::path first;
+  int links = 0;
+  std::error_code error;  // what cannot be listed is told of by whoever reads it
+  auto walk = fs::recursive_directory_iterator(folder, error);
+  for (; !error && walk != fs::recursive_directory_iterator(); walk.increment(error)) {
+    if (walk->path().filename().string().starts_with(".")) {
+      walk.disable_recursion_pending();
+    } else if (walk->is_symlink(error)) {
+      ++links;
+      first = first.empty() || walk->path() < first ? walk->path() : first;
+    }
+  }
+  if (!first.empty()) {
+    findings.push_back({Severity::Error, "symbolic-link", first.string(),
+                        std::string("a symbolic link, which may lead out of the folder") +
+                            (links > 1 ? "; it is not the only one" : ""),
+                        "put the file itself there"});
   }
 }
 
@@ -435,6 +470,7 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   }
   correct_cameras(dataset, options.corrections);
   settle_world(dataset, options);
+  find_links(path, dataset.findings);
   measure_pictures(dataset, limits);
   settle_cameras(dataset);
   correct_frames(dataset, options.corrections);

@@ -1,5 +1,6 @@
 #include "core/io/mesh_file.h"
 
+#include <cstdio>
 #include <string>
 
 #include "core/error.h"
@@ -10,8 +11,20 @@
 #include "core/io/scene_file.h"
 
 namespace atelier {
+namespace {
+
+/// glTF means metres and Y; the FBX reader turns what the file says into them.
+constexpr MeshConvention kSceneConvention{.metres_per_unit = 1, .up = 'y'};
+
+}  // namespace
+
 Mesh read_mesh(const std::filesystem::path& path, const MeshConvention& otherwise,
                const Limits& limits) {
+  return read_mesh_file(path, otherwise, limits).mesh;
+}
+
+MeshFile read_mesh_file(const std::filesystem::path& path, const MeshConvention& otherwise,
+                        const Limits& limits) {
   if (std::error_code error; std::filesystem::is_directory(path, error)) {
     throw DataError(path.string(), "", "a folder", "a mesh file: .obj, .ply, .glb, .gltf or .fbx");
   }
@@ -19,13 +32,33 @@ Mesh read_mesh(const std::filesystem::path& path, const MeshConvention& otherwis
   if (extension == ".obj" || extension == ".ply") {
     const PolygonMesh polygons =
         extension == ".obj" ? read_obj(path, limits) : read_ply(path, limits);
-    return in_metres_y_up(triangulated(polygons), polygons.convention, otherwise);
+    return {in_metres_y_up(triangulated(polygons), polygons.convention, otherwise),
+            polygons.convention};
   }
   if (has_scene_extension(path)) {
-    return rest_mesh(read_scene(path, limits), path.string(), limits);
+    return {rest_mesh(read_scene(path, limits), path.string(), limits), kSceneConvention};
   }
   throw DataError(path.string(), "", "extension '" + extension + "'",
                   ".obj, .ply, .glb, .gltf or .fbx");
+}
+
+std::optional<Finding> unit_finding(const MeshFile& file, const std::string& name) {
+  constexpr double kPlausible = 20;  // m; a train is longer than a person, and shorter than this
+  if (file.said.metres_per_unit > 0 || file.mesh.vertices.rows() == 0) {
+    return std::nullopt;
+  }
+  const double extent =
+      (file.mesh.vertices.colwise().maxCoeff() - file.mesh.vertices.colwise().minCoeff())
+          .maxCoeff();
+  if (!(extent > kPlausible)) {
+    return std::nullopt;
+  }
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", extent);
+  return Finding{Severity::Warning, "unit-unknown", name,
+                 "the file does not say its unit, and as it is taken the mesh is " +
+                     std::string(text) + " m large",
+                 "--input.unit says it: cm, mm"};
 }
 
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh) {

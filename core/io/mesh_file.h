@@ -1,7 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 
+#include "core/finding.h"
 #include "core/io/polygon_mesh.h"
 #include "core/limits.h"
 #include "core/mesh.h"
@@ -15,6 +18,21 @@ namespace atelier {
 Mesh read_mesh(const std::filesystem::path& path,
                const MeshConvention& otherwise = {.metres_per_unit = 1, .up = 'y'},
                const Limits& limits = {});
+
+/// A mesh in metres with Y up, and what its file said of its unit and up axis.
+struct MeshFile {
+  Mesh mesh;
+  MeshConvention said;
+};
+
+/// The same, for whoever tells what was said and what was taken.
+MeshFile read_mesh_file(const std::filesystem::path& path,
+                        const MeshConvention& otherwise = {.metres_per_unit = 1, .up = 'y'},
+                        const Limits& limits = {});
+
+/// The warning "unit-unknown", if the file does not say its unit and what was taken makes the mesh
+/// larger than a person or a garment can be; ordinary sizes are no occasion. @param name  the file
+std::optional<Finding> unit_finding(const MeshFile& file, const std::string& name);
 
 /// Writes a mesh by its extension (.obj, .ply binary with float positions, .glb), replacing the
 /// file as a whole. Throws LogicError for another extension or a mesh that is not consistent,

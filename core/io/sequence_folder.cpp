@@ -36,10 +36,9 @@ std::optional<int> frame_number(const std::string& stem) {
                                                          : std::nullopt;
 }
 
-}  // namespace
-
-Sequence read_sequence_folder(const std::filesystem::path& path, const MeshConvention& otherwise,
-                              const Limits& limits) {
+/// The files by their frames; a single file is frame 0.
+std::map<int, std::filesystem::path> mesh_files(const std::filesystem::path& path,
+                                                const Limits& limits) {
   std::error_code error;
   std::map<int, std::filesystem::path> files;
   if (std::filesystem::is_regular_file(path, error)) {
@@ -86,6 +85,14 @@ Sequence read_sequence_folder(const std::filesystem::path& path, const MeshConve
   if (files.empty()) {
     throw DataError(path.string(), "", "no .obj, .ply, .glb or .gltf", "a folder of meshes");
   }
+  return files;
+}
+
+}  // namespace
+
+Sequence read_sequence_folder(const std::filesystem::path& path, const MeshConvention& otherwise,
+                              const Limits& limits) {
+  std::map<int, std::filesystem::path> files = mesh_files(path, limits);
   Sequence sequence;
   std::vector<std::filesystem::path> paths;
   for (auto& [frame_id, file] : files) {
@@ -96,6 +103,11 @@ Sequence read_sequence_folder(const std::filesystem::path& path, const MeshConve
     return read_mesh(paths[static_cast<std::size_t>(frame_idx)], otherwise, limits);
   };
   return sequence;
+}
+
+MeshFile read_first_mesh(const std::filesystem::path& path, const MeshConvention& otherwise,
+                         const Limits& limits) {
+  return read_mesh_file(mesh_files(path, limits).begin()->second, otherwise, limits);
 }
 
 }  // namespace atelier

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "core/io/polygon_mesh.h"
+#include "core/io/mesh_file.h"
 #include "core/limits.h"
 #include "core/sequence.h"
 
@@ -19,5 +19,10 @@ namespace atelier {
 Sequence read_sequence_folder(const std::filesystem::path& path,
                               const MeshConvention& otherwise = {.metres_per_unit = 1, .up = 'y'},
                               const Limits& limits = {});
+
+/// Its first frame, with what that file says of its unit and axis. Throws as both do.
+MeshFile read_first_mesh(const std::filesystem::path& path,
+                         const MeshConvention& otherwise = {.metres_per_unit = 1, .up = 'y'},
+                         const Limits& limits = {});
 
 }  // namespace atelier

@@ -16,23 +16,43 @@ namespace {
 
 constexpr std::string_view kTable = "consent";
 
+const char* kind_name(TomlEntry::Kind kind) {
+  switch (kind) {
+    case TomlEntry::Kind::Boolean:
+      return "true or false";
+    case TomlEntry::Kind::Number:
+      return "a number";
+    case TomlEntry::Kind::Text:
+      return "a text";
+    case TomlEntry::Kind::Numbers:
+      return "a list of numbers";
+    case TomlEntry::Kind::Other:
+      break;
+  }
+  return "a list or a table";
+}
+
 void set_field(Consent& consent, const std::string& field, const TomlEntry& entry,
                const std::string& file) {
   const std::string place = "line " + std::to_string(entry.line) + ", " + entry.name;
-  if (entry.kind != TomlEntry::Kind::Text || !is_printable_utf8(entry.text)) {
-    throw DataError(file, place, "no printable text", "a string");
+  if (field != "who" && field != "scope" && field != "until") {
+    throw DataError(file, place, "a field that consent does not have", "who, scope and until");
+  }
+  if (entry.kind != TomlEntry::Kind::Text) {
+    throw DataError(file, place, kind_name(entry.kind), "a string");
+  }
+  if (!is_printable_utf8(entry.text)) {
+    throw DataError(file, place, "no printable text", "a string without control characters");
   }
   if (field == "who") {
     consent.who = entry.text;
   } else if (field == "scope") {
     consent.scope = entry.text;
-  } else if (field == "until") {
+  } else {
     if (!entry.text.empty() && !seconds_of_utc(entry.text + "T00:00:00Z")) {
       throw DataError(file, place, "'" + entry.text.substr(0, 40) + "'", "a day: 2030-12-31");
     }
     consent.until = entry.text;
-  } else {
-    throw DataError(file, place, "a field that consent does not have", "who, scope and until");
   }
 }
 
@@ -79,9 +99,14 @@ StatedConsent stated_consent(const std::filesystem::path& input) {
       }
       is_capture = true;
       const std::string text = read_file_text(path, Limits{}.text_file_bytes);
-      if (auto consent = consent_of(read_toml_entries(text, path.string()), path.string());
-          !consent.empty()) {
+      const std::vector<TomlEntry> entries = read_toml_entries(text, path.string());
+      if (auto consent = consent_of(entries, path.string()); !consent.empty()) {
         return {std::move(consent), path};
+      }
+      if (name == std::string_view(kConsentFile) && !entries.empty()) {  // a table misspelt
+        throw DataError(path.string(), "line " + std::to_string(entries.front().line),
+                        "'" + entries.front().name.substr(0, 60) + "', but no table [[consent]]",
+                        "[[consent]] with who, scope and until, once for each consent");
       }
     }
     if (is_capture) {

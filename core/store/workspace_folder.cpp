@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <system_error>
 #include <vector>
 
 #include <sys/stat.h>
 
+#include "core/error.h"
 #include "core/store/file_kind.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -29,11 +32,12 @@ std::string listed(const std::vector<std::string>& names) {
 
 std::string workspace_problem(std::span<const Stage> stages,
                               const std::filesystem::path& workspace) {
-  if (file_kind(workspace) != file_type::directory) {
+  const std::filesystem::path place = workspace_place(workspace);
+  if (file_kind(place) != file_type::directory) {
     return "";
   }
   std::vector<std::string> others;
-  for (const std::filesystem::path& entry : list_folder(workspace)) {
+  for (const std::filesystem::path& entry : list_folder(place)) {
     const std::string name = entry.filename().string();
     if (find_stage(stages, name) != nullptr) {
       return "";
@@ -43,6 +47,19 @@ std::string workspace_problem(std::span<const Stage> stages,
     }
   }
   return others.empty() ? "" : "it holds " + listed(others) + ", and no stage's results";
+}
+
+std::filesystem::path workspace_place(const std::filesystem::path& workspace) {
+  const bool leads_up = std::find(workspace.begin(), workspace.end(), "..") != workspace.end();
+  if (!leads_up || file_kind(workspace) != file_type::not_found) {
+    return workspace;
+  }
+  std::error_code error;
+  std::filesystem::path place = std::filesystem::weakly_canonical(workspace, error);
+  if (error) {
+    throw EnvironmentError(workspace.string(), system_reason(error.value()));
+  }
+  return place;
 }
 
 std::string openness_of(const std::filesystem::path& workspace) {

@@ -67,9 +67,11 @@ class DiskFull : public StatisticsFixture {
           EXPECT_THAT(failed.err, HasSubstr(workspace().string()));
           EXPECT_THAT(failed.err,
                       HasSubstr(error == "EIO" ? "Input/output error" : "No space left on device"));
-          EXPECT_EQ(result_digests().size(), 4u) << "the older result is current still";
         }
+        EXPECT_EQ(result_digests(), calls[i].after_swap ? expected : other_expected)
+            << "what current leads to is whole";
       }
+      EXPECT_EQ(digests_in(other_result), other_expected) << "the older result has its bytes";
       const ChildResult next = run_child(command);
       ASSERT_EQ(next.exit_code, 0) << next.err;
       ASSERT_EQ(result_digests(), expected);

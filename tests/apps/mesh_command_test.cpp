@@ -95,6 +95,30 @@ TEST_F(MeshCommand, RenderMakesAPicture) {
       kExitUsage, "azimuth cannot be 'nan': it takes a number in [-360, 360] (degrees)");
 }
 
+TEST_F(MeshCommand, WhatAFileDoesNotSayOfItsUnitIsSaid) {
+  write_boxes(input(), 1);
+  const std::string box = (input() / "box_000.obj").string();
+  const std::string ply = (root_ / "box.ply").string();
+  EXPECT_THAT(run({"convert", box, ply}).out, HasSubstr("IN does not say its unit"));
+  EXPECT_THAT(run({"inspect", box}).out, HasSubstr("taken for metres: the file does not say"));
+  EXPECT_THAT(run_statistics({}).err, HasSubstr("the files do not say their unit"));
+  const std::string again = (root_ / "again.ply").string();
+  EXPECT_THAT(run({"convert", ply, again}).out, ::testing::Not(HasSubstr("unit")));
+  EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("as the file says, here in metres"));
+  // A person in millimetres.
+  std::ofstream(input() / "box_000.obj") << "v 0 0 0\nv 0 1800 0\nv 500 0 0\nf 1 2 3\n";
+  const std::string warning =
+      "the file does not say its unit, and as it is taken the mesh is 1800 m "
+      "large; ";
+  EXPECT_THAT(run({"convert", box, ply}).out,
+              AllOf(HasSubstr("warning unit-unknown [" + box + "]: " + warning + "--input.unit"),
+                    ::testing::Not(HasSubstr("IN does not say"))));
+  EXPECT_THAT(run({"inspect", box}).out, HasSubstr(warning + "convert IN OUT --input.unit"));
+  EXPECT_THAT(run_statistics({}).err, HasSubstr(warning));
+  EXPECT_THAT(run({"convert", box, ply, "--input.unit", "mm"}).out,
+              ::testing::Not(HasSubstr("warning")));
+}
+
 TEST_F(MeshCommand, ConvertTakesItsOptionsFromFilesAndFlagsAsStagesDo) {
   write_boxes(input(), 1);
   const std::string box = (input() / "box_000.obj").string();

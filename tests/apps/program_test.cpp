@@ -139,6 +139,14 @@ TEST_F(Program, CompletionCompletes) {
   EXPECT_EQ(complete("atelier statistics --device = cu", 4), "cuda\n");
   EXPECT_EQ(complete("atelier convert a b --input.unit d", 5), "dm\n");
   EXPECT_EQ(complete("atelier body-model me", 2), "measure\n");
+  if (run({"--help"}).out.find("\n  run ") != std::string::npos) {
+    const std::string steps = complete("atelier run a b --from ''", 5);
+    EXPECT_THAT(steps, AllOf(HasSubstr("validate"), Not(HasSubstr("statistics"))));
+    std::istringstream words(steps);
+    for (std::string step; words >> step;) {
+      EXPECT_THAT(run({"run", "nothing", "work", "--from", step}).err, Not(HasSubstr("--from")));
+    }
+  }
   // Files of the kind that is taken, and folders, which may lead to some.
   for (const char* name : {"a.obj", "b.txt", "c.toml"}) {
     std::ofstream(root_ / name) << "x";
@@ -158,7 +166,7 @@ TEST_F(Program, CompletionCompletes) {
                   .out,
               StartsWith("1\n"));
   EXPECT_EQ(complete("atelier help stati", 2), "statistics\n");
-  EXPECT_EQ(complete("atelier run a b --from stati", 5), "statistics\n");
+  EXPECT_EQ(complete("atelier run a b --from stati", 5), "\n");
 }
 
 TEST_F(Program, StagesAreListedInTheOrderOfARun) {

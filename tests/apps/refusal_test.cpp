@@ -166,6 +166,26 @@ INSTANTIATE_TEST_SUITE_P(
                    2,
                    "WORKSPACE cannot be 'boxes/../capture': it holds capture.toml and images, and "
                    "no stage's results; name a new or an empty folder"},
+        BadCommand{"WorkspaceUpFromAFolderThatIsNotThere",
+                   {"statistics", "IN", "new/.."},
+                   2,
+                   "WORKSPACE cannot be '.': it holds bare, boxes and"},
+        BadCommand{"WorkspaceOfACaptureUpFromAFolderThatIsNotThere",
+                   {"statistics", "IN", "capture/new/a/../.."},
+                   2,
+                   "it holds capture.toml and images, and no stage's results"},
+        BadCommand{"WorkspaceIsALinkToNothing",
+                   {"statistics", "IN", "nowhere"},
+                   5,
+                   "WORKSPACE nowhere: a symbolic link to nothing; make the folder"},
+        BadCommand{"ForceTwice",
+                   {"statistics", "IN", "WS", "--force", "--force"},
+                   2,
+                   "--force is given twice"},
+        BadCommand{"RenderWithoutFaces",
+                   {"render", "point.obj", "--out", "x.png"},
+                   3,
+                   "point.obj: no faces; expected a triangle mesh"},
         BadCommand{"WorkspaceIsAFile",
                    {"statistics", "IN", "IN/../file"},
                    5,
@@ -273,6 +293,8 @@ TEST_P(Refused, IsOneLineAndItsCode) {
   write_boxes(input(), 1);
   std::ofstream(root_ / "file") << "x";
   std::filesystem::create_symlink("loop", root_ / "loop");
+  std::filesystem::create_symlink("gone", root_ / "nowhere");
+  std::ofstream(root_ / "point.obj") << "v 0 0 0\n";
   std::filesystem::create_symlink("loop.obj", root_ / "loop.obj");
   std::filesystem::create_symlink("/dev/null", root_ / "null.obj");
   std::filesystem::create_symlink("boxes/box_000.obj", root_ / "same.obj");
@@ -300,6 +322,7 @@ TEST_P(Refused, IsOneLineAndItsCode) {
   }
   expect_refusal(run_child({"bash", "-c", command}), GetParam().code, GetParam().words);
   EXPECT_FALSE(std::filesystem::exists(workspace())) << "it leaves nothing";
+  EXPECT_FALSE(std::filesystem::exists(root_ / "new")) << "nor a folder on the way";
 }
 
 // Files that cannot be used: one line with the file, code 3, no result.
@@ -328,7 +351,15 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"HugeNumber", "box_99999999999.obj", "v 0 0 0\n", "no frame number at its end"},
         BadInput{"NoPly", "box_001.ply", "hello", "box_001.ply"},
         BadInput{"NoToml", "capture.toml", "[consent", "capture.toml"},
-        BadInput{"BadConsent", "capture.toml", "consent = 1", "capture.toml"}),
+        BadInput{"BadConsent", "capture.toml", "consent = 1", "capture.toml"},
+        BadInput{"ConsentOfAnotherType", "capture.toml", "[consent]\nwho = 3\n",
+                 "line 2, consent.who: a number; expected a string"},
+        BadInput{"ConsentOfAnotherField", "capture.toml", "[consent]\nwhom = 3\n",
+                 "consent.whom: a field that consent does not have; expected who, scope and until"},
+        BadInput{"ConsentMisspelt", "consent.toml", "[consents]\nwho = 'P'\nscope = 'a'\n",
+                 "'consents.who', but no table [[consent]]"},
+        BadInput{"ConsentWithoutItsTable", "consent.toml", "who = 'P'\nscope = 'a'\n",
+                 "'who', but no table [[consent]]"}),
     [](const ::testing::TestParamInfo<BadInput>& bad) { return bad.param.name; });
 
 TEST_P(BadMeshes, AreRefusedByName) {

@@ -245,6 +245,29 @@ TEST_F(Report, PagesAreNotWrittenAmongResults) {
             0);
 }
 
+TEST_F(Report, NothingIsWrittenIntoWhatResultsWereMadeOf) {
+  const ChildResult page =
+      run({"report", workspace().string(), "--out", (input() / "page.html").string()});
+  EXPECT_EQ(page.exit_code, 2);
+  EXPECT_THAT(page.err, AllOf(HasSubstr("--out lies in "), HasSubstr("of which 'statistics'")));
+  const ChildResult exported = export_to(input() / "out");
+  EXPECT_EQ(exported.exit_code, 2);
+  EXPECT_THAT(exported.err, AllOf(HasSubstr("OUT lies in "), HasSubstr("of which 'statistics'")));
+  EXPECT_FALSE(fs::exists(input() / "page.html"));
+  EXPECT_FALSE(fs::exists(input() / "out"));
+  EXPECT_THAT(run_child(statistics()).out, HasSubstr("is done already"));
+}
+
+TEST_F(Report, ADamagedAccountOfTheLastRunIsSaidAndTheRestIsShown) {
+  EXPECT_EQ(report().exit_code, 0);
+  for (const char* text : {"", "{", "[]", "{\"schema\": \"<b>\", \"version\": 1}"}) {
+    std::ofstream(workspace() / "report" / "run.json") << text;
+    EXPECT_EQ(report().exit_code, 0) << text;
+    EXPECT_THAT(page(), AllOf(HasSubstr("what the last run came to cannot be read: "),
+                              HasSubstr("vertices_mean"), Not(HasSubstr("\"<b>\""))));
+  }
+}
+
 TEST_F(Report, ShowsAsManyPicturesAsItIsTold) {
   EXPECT_EQ(run({"report", workspace().string(), "--pictures", "0"}).exit_code, 0);
   EXPECT_EQ(run({"report", workspace().string(), "--pictures", "-1"}).exit_code, 2);

@@ -59,13 +59,16 @@ class StatisticsFixture : public ::testing::Test {
 
   /// Digest of every file of the current result but the manifest, by name.
   std::map<std::string, std::string> result_digests() const {
+    return digests_in(stage_folder() / "current");
+  }
+  /// The same of any result; none where there is none.
+  static std::map<std::string, std::string> digests_in(const std::filesystem::path& result) {
     std::map<std::string, std::string> digests;
-    const std::filesystem::path current = stage_folder() / "current";
-    if (!std::filesystem::exists(current)) {
+    if (!std::filesystem::exists(result)) {
       return digests;
     }
     for (const auto& entry :
-         std::filesystem::recursive_directory_iterator(std::filesystem::canonical(current))) {
+         std::filesystem::recursive_directory_iterator(std::filesystem::canonical(result))) {
       if (entry.is_regular_file() && entry.path().filename() != "manifest.json") {
         digests[entry.path().filename().string()] =
             hex(sha256(read_file_text(entry.path(), 1 << 24)));

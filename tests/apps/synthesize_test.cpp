@@ -21,8 +21,10 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
+#include "core/io/npz.h"
 #include "core/raster.h"
 #include "core/sha256.h"
+#include "core/tensor.h"
 #include "tests/support/child_process.h"
 #include "tests/support/flags.h"
 #include "tests/support/places.h"
@@ -474,6 +476,18 @@ TEST(SynthesizeRefuses, ImpossibleOptions) {
   refused({"--minimal_frames", "0", "--start", "3"}, 3, "after the motion's end");
   refused({"--body", "nowhere.npz"}, 3, "nowhere.npz");
   refused({"--body_sequence", "nowhere.npz"}, 3, "nowhere.npz");
+  const std::string npz = (folder / "frames.npz").string();
+  const auto numbered = [&](const std::vector<int>& ids) {
+    write_npz(npz, {{"vertices", tensor_of(std::vector<float>(27, 0.f), {3, 3, 3})},
+                    {"faces", tensor_of(std::vector<int>{0, 1, 2}, {1, 3})},
+                    {"frame_ids", tensor_of(ids, {static_cast<std::int64_t>(ids.size())})}});
+  };
+  for (const std::vector<int>& ids : {std::vector<int>{0, 0, 1}, {0, 2, 1}, {-1, 0, 1}, {0, 1}}) {
+    numbered(ids);
+    refused({"--body_sequence", npz}, 3, "frames.npz: frame_ids");
+  }
+  numbered({4, 5, 9});
+  refused({"--body_sequence", npz}, 3, "tall along y");  // its numbers are good
 }
 
 TEST(SynthesizeRefuses, AGarmentThatCannotBePutOn) {

@@ -17,6 +17,7 @@ namespace atelier::fixtures {
 struct SystemCall {
   std::string name;
   int number = 0;
+  bool after_swap = false;  ///< `current` led to the new result by then
 };
 
 /// True if strace can trace and inject here (containers may forbid it).
@@ -36,12 +37,14 @@ inline std::vector<SystemCall> record_calls(const std::vector<std::string>& comm
   for (const std::string& name : names) {
     list += (list.empty() ? "" : ",") + name;
   }
-  std::vector<std::string> traced = {"strace", "-f", "-o", log, "-e", "trace=" + list + ",mkdir"};
+  std::vector<std::string> traced = {"strace", "-f", "-o",
+                                     log,      "-e", "trace=" + list + ",mkdir,rename"};
   traced.insert(traced.end(), command.begin(), command.end());
   run_child(traced);
   std::vector<SystemCall> calls;
   std::map<std::string, int> counts;
   bool working = false;
+  bool swapped = false;
   std::istringstream lines(read_file_text(log, 1 << 26));
   for (std::string line; std::getline(lines, line);) {
     // "12345 write(3, ..." ; "12345 <... write resumed>" was counted when it began.
@@ -55,8 +58,9 @@ inline std::vector<SystemCall> record_calls(const std::vector<std::string>& comm
     working = working || name == "mkdir";
     ++counts[name];
     if (working && std::find(names.begin(), names.end(), name) != names.end()) {
-      calls.push_back({name, counts[name]});
+      calls.push_back({name, counts[name], swapped});
     }
+    swapped = swapped || (name == "rename" && line.find("/current\")") != std::string::npos);
   }
   return calls;
 }

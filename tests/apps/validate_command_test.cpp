@@ -75,6 +75,62 @@ TEST(ValidateCommand, SaysThatCamerasAreMissingBesideTheDescription) {
   EXPECT_THAT(result.out, HasSubstr("no cameras.json beside capture.toml"));
 }
 
+TEST(ValidateCommand, RefusesALinkAsEveryStageDoes) {
+  const TemporaryDirectory folder;
+  const fs::path capture = folder / "capture";
+  const SmallCapture small;
+  write_small_capture(capture.string(), small);
+  const fs::path picture = capture / "images" / small.cameras[0].id / "000004.png";
+  fs::rename(picture, folder / "elsewhere.png");
+  fs::create_symlink(folder / "elsewhere.png", picture);
+  const ChildResult alone = validate({capture.string()});
+  EXPECT_EQ(alone.exit_code, 3);
+  EXPECT_THAT(alone.out, HasSubstr("error symbolic-link [" + picture.string() + "]"));
+  EXPECT_EQ(validate({capture.string(), (folder / "work").string()}).exit_code, 3);
+  const ChildResult converted =
+      run_child({program_path(), "convert-capture", capture.string(), (folder / "out").string()});
+  EXPECT_EQ(converted.exit_code, 3);
+  EXPECT_THAT(converted.err, HasSubstr("a symbolic link, which may lead out of the folder"));
+  EXPECT_FALSE(fs::exists(folder / "out"));
+  fs::remove(picture);
+  fs::rename(folder / "elsewhere.png", picture);
+  fs::create_directory_symlink(capture, folder / "link");
+  EXPECT_THAT(validate({(folder / "link").string()}).out, Not(HasSubstr("symbolic-link")));
+}
+
+TEST(ValidateCommand, ADamagedFirstPictureBlamesNoOther) {
+  const TemporaryDirectory folder;
+  const fs::path capture = folder / "capture";
+  const SmallCapture small;
+  write_small_capture(capture.string(), small);
+  const std::string camera = small.cameras[0].id;
+  std::string first;
+  for (const auto& entry : fs::directory_iterator(capture / "images" / camera)) {
+    const std::string path = entry.path().string();
+    first = first.empty() ? path : std::min(first, path);
+  }
+  fs::resize_file(first, 20);
+  const ChildResult result = validate({capture.string()});
+  EXPECT_EQ(result.exit_code, 3);
+  const std::size_t at = result.out.find("error image-damaged [" + camera + " frame ");
+  EXPECT_NE(at, std::string::npos) << result.out;
+  EXPECT_THAT(result.out, Not(HasSubstr("frame-size")));
+  const std::size_t name = result.out.find(first);
+  EXPECT_NE(name, std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find(first, name + 1), std::string::npos) << result.out;
+}
+
+TEST(ValidateCommand, WritesNoPageIntoTheCapture) {
+  const TemporaryDirectory folder;
+  const fs::path capture = folder / "capture";
+  write_small_capture(capture.string(), SmallCapture());
+  const ChildResult result =
+      validate({capture.string(), "--html", (capture / "page.html").string()});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("--html lies in the capture"));
+  EXPECT_FALSE(fs::exists(capture / "page.html"));
+}
+
 TEST(ValidateCommand, RefusesWhatIsNoCapture) {
   const TemporaryDirectory folder;
   const ChildResult nothing = validate({(folder / "nothing").string()});
