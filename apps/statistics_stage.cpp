@@ -24,7 +24,7 @@ Sequence read_meshes(const std::filesystem::path& path, const MeshConvention& ot
   return is_own_sequence(path) ? open_sequence(path) : read_sequence_folder(path, otherwise);
 }
 
-/// Whether files of meshes say their unit, and the warning where what is taken is no person's size.
+/// The warning where files do not say their unit and what is taken for it is no person's size.
 void say_unit(StageRun& run, const MeshConvention& otherwise) {
   const std::filesystem::path& path = run.input("meshes");
   if (is_own_sequence(path)) {
@@ -35,8 +35,6 @@ void say_unit(StageRun& run, const MeshConvention& otherwise) {
     const auto finding = unit_finding(first, path.string());
     if (finding) {
       run.say(to_string(*finding));
-    } else if (!(first.said.metres_per_unit > 0)) {
-      run.say("the files do not say their unit: --input.unit counts, metres unless it is given");
     }
   } catch (const DataError&) {
     return;  // told of when its frame's turn comes, if it does

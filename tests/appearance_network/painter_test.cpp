@@ -135,7 +135,7 @@ TEST(PainterRefused, WhatDoesNotFit) {
   Painter painter(stage.layers(), {}, Device::Cpu);
   ATELIER_EXPECT_REFUSED(painter.paint({stage.sheet}, above()), LogicError, "every layer");
   ATELIER_EXPECT_REFUSED(painter.paint({stage.sheet.topRows(4), stage.lid.vertices}, above()),
-                         LogicError, "not there");
+                         DataError, "4 vertices; expected");
   Camera camera = above();
   camera.fx = 0;
   ATELIER_EXPECT_REFUSED(painter.paint({stage.sheet, stage.lid.vertices}, camera), DataError, "");

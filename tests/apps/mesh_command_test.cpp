@@ -101,7 +101,7 @@ TEST_F(MeshCommand, WhatAFileDoesNotSayOfItsUnitIsSaid) {
   const std::string ply = (root_ / "box.ply").string();
   EXPECT_THAT(run({"convert", box, ply}).out, HasSubstr("IN does not say its unit"));
   EXPECT_THAT(run({"inspect", box}).out, HasSubstr("taken for metres: the file does not say"));
-  EXPECT_THAT(run_statistics({}).err, HasSubstr("the files do not say their unit"));
+  EXPECT_THAT(run_statistics({}).err, ::testing::Not(HasSubstr("unit")));
   const std::string again = (root_ / "again.ply").string();
   EXPECT_THAT(run({"convert", ply, again}).out, ::testing::Not(HasSubstr("unit")));
   EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("as the file says, here in metres"));
