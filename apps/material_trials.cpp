@@ -188,7 +188,8 @@ SceneResult run_scene(const Trials& trials, const std::vector<Stiffness>& scene,
     ClothState state = worn.state;
     for (std::size_t frame = 0; frame + 1 < frames && !stopped; ++frame) {
       for (int step = 1; step <= per_frame; ++step) {
-        const auto at = static_cast<std::size_t>(trials.steps[frame] + step);
+        const auto at =
+            static_cast<std::size_t>(trials.steps[frame]) + static_cast<std::size_t>(step);
         const double share = static_cast<double>(step) / per_frame;
         const Points there = seen.position(frame, share);
         Control control;

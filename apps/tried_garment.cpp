@@ -47,7 +47,9 @@ std::vector<Points> smooth_velocities(const std::vector<Points>& at, double fps)
   std::vector<Points> velocities;
   const auto count = static_cast<int>(at.size());
   for (int i = 0; i < count; ++i) {
-    const auto x = [&](int k) -> const Points& { return at[static_cast<std::size_t>(i + k)]; };
+    const auto x = [&](int k) -> const Points& {
+      return at[static_cast<std::size_t>(std::ptrdiff_t{i} + k)];
+    };
     if (i >= 2 && i + 2 < count) {
       velocities.push_back(fps * (8 * (x(1) - x(-1)) - (x(2) - x(-2))) / 12);
     } else if (i >= 1 && i + 1 < count) {

@@ -19,8 +19,9 @@ void put_array(Archive& archive, const std::string& name, Tensor tensor) {
 }
 
 void put_mesh(Archive& archive, const std::string& group, const Mesh& mesh) {
+  const std::string prefix = group + "/";
   for (auto& [name, tensor] : archive_of(mesh).datasets) {
-    archive.datasets[group + "/" + name] = tensor;
+    archive.datasets[prefix + name] = tensor;
   }
 }
 

@@ -336,7 +336,7 @@ void ActiveRun::require_named(std::size_t files) const {
 }
 
 std::filesystem::path ActiveRun::scratch_folder() {
-  const std::filesystem::path folder = scratch_of(plan_.staging_folder);
+  std::filesystem::path folder = scratch_of(plan_.staging_folder);
   make_private_directory(folder);
   return folder;
 }
