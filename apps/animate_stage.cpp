@@ -14,6 +14,7 @@
 #include "apps/paint_scene.h"
 #endif
 #include "apps/picture_size.h"
+#include "apps/scene_check.h"
 #include "apps/straight_alpha.h"
 #include "bodymodel/body_archive.h"
 #include "capture/truth_archive.h"
@@ -264,6 +265,7 @@ void run_animate(StageRun& run) {
   if (options.pictures) {
     require_picture_size(options.view.picture);
   }
+  require_solver(options.cloth.xpbd, run.device());
   const Animation animation = read_animation(run);
   const std::vector<int>& ids = animation.frame_ids;
   AnimatedCloth frames(run, animation);

@@ -109,8 +109,8 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   return doubts;
 }
 
-void require_solver(const SimulateOptions& options, Device device) {
-  const std::string conflict = xpbd_conflict(options.xpbd, device);
+void require_solver(const XpbdOptions& options, Device device) {
+  const std::string conflict = xpbd_conflict(options, device);
   if (!conflict.empty()) {
     throw UsageError("--xpbd: " + conflict);
   }

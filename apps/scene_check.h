@@ -18,7 +18,7 @@ void require_surface(const Points& body, const Triangles& faces, const std::file
 /// than `contact_reach` [m], that nothing brings them out. The thresholds are our choice.
 std::vector<std::string> scene_doubts(const SimulationScene& scene, double contact_reach);
 
-/// Throws UsageError where the solver's options do not work together on that device.
-void require_solver(const SimulateOptions& options, Device device);
+/// Throws UsageError where options of a solver do not work together on that device.
+void require_solver(const XpbdOptions& options, Device device);
 
 }  // namespace atelier

@@ -159,7 +159,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
       throw UsageError(problem);
     }
   }
-  require_solver(options, device);
+  require_solver(options.xpbd, device);
   const SimulationScene scene = read_scene(paths, options);
   for (const std::string& note : scene.notes) {
     (json ? standard_error() : std::cout) << printable(note) << "\n";

@@ -92,7 +92,7 @@ void check_simulate_input(const std::filesystem::path& input) {
 
 void run_simulate(StageRun& run) {
   const auto& options = run.options<SimulateOptions>();
-  require_solver(options, run.device());
+  require_solver(options.xpbd, run.device());
   const ScenePaths paths = scene_in(run.input("scene"));
   const SimulationScene scene = read_scene(paths, options);
   for (const std::string& note : scene.notes) {

@@ -26,7 +26,8 @@ std::unique_ptr<ClothSolver::Backend> make_cuda_backend(
     const Cloth& cloth, const std::vector<ClothVariation>& variations, const Triangles& body_faces,
     const XpbdOptions& options);
 
-/// Checks shared by the backends: sizes of control against cloth and body, finite numbers.
+/// Checks shared by the backends: sizes of control against cloth and body, finite numbers, and a
+/// body that does not teleport in `time_step` [s].
 void check_control(const Control& control, const Cloth& cloth, Index body_vertices,
                    double time_step);
 

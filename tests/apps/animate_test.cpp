@@ -307,6 +307,10 @@ TEST_F(Animate, MotionsThatAreNoneAreRefused) {
 
 TEST_F(Animate, ClothAndBodiesThatDoNotFitAreRefused) {
   write_dressed_workspace(capture(), workspace());
+  const ChildResult conflict =
+      animate({"--cloth.xpbd.vectors", "avx2", "--cloth.xpbd.precision", "double"});
+  EXPECT_EQ(conflict.exit_code, 2);
+  EXPECT_THAT(conflict.err, HasSubstr("precision \"float\" alone"));
   fs::create_directories(root_ / "cloth");
   for (int i = 0; i < 3; ++i) {
     write_mesh(root_ / "cloth" / ("cloth_" + std::to_string(i) + ".obj"), grid(3, 3));
