@@ -224,7 +224,10 @@ ATELIER_HOST_DEVICE inline float window_cost(const StereoProblem& problem,
                                              const StereoSource& source, int x, int y,
                                              const StereoPlane& plane) {
   constexpr float kLeastVariance = 1e-6f;  // of values in [0,1]: below it there is only noise
-  constexpr float kLevelFloor = 0.02f;     // what exposures and gloss may be off
+  // What exposures and gloss may be off. Gloss adds as much light to dark surfaces as to bright ones,
+  // which is more of a gamma-coded value v: in proportion to v^-1.2, near enough to 1 / v.
+  constexpr float kLevelFloor = 0.02f;
+  constexpr float kDark = 0.4f;  // black cloth and hair are below it, skin and most cloth are not
   const Vec3f ray = pixel_ray(problem, x, y);
   const float slope = dot(plane.normal, ray);
   if (!(slope < -0.05f) || !(plane.depth > 0) || window.variance < kLeastVariance) {
@@ -263,8 +266,10 @@ ATELIER_HOST_DEVICE inline float window_cost(const StereoProblem& problem,
   if (variance < kLeastVariance) {
     return kWorstCost;
   }
+  const float dark = kDark / std::fmax(window.centre + window.mean, 0.05f);
+  const float allowed = kLevelFloor * (dark > 1 ? dark * std::sqrt(dark) : 1);
   const float level =
-      std::fabs(sums.mean - window.mean) / std::sqrt(window.variance + kLevelFloor * kLevelFloor);
+      std::fabs(sums.mean - window.mean) / std::sqrt(window.variance + allowed * allowed);
   const float cost = 1 - sums.product / std::sqrt(variance * window.variance) +
                      problem.level_weight * (level < 1 ? level : 1);
   return cost < 0 ? 0 : cost > kWorstCost ? kWorstCost : cost;
