@@ -14,7 +14,35 @@ namespace atelier {
 namespace {
 
 constexpr double kLeastAngle = 0.052;  // rad between the rays of a pair that starts a point
+constexpr double kRobustSigmas = 4.5;  // where the weight of a detection is a quarter
 constexpr double kOffFactor = 2;       // times the others' median error: the camera is named
+
+/// How far a detector's points are off, by the confidence that it gives them. Heat maps are sharp
+/// where a joint is seen and blurred under cloth, and what a confidence stands for differs between
+/// detectors: the sequence itself tells.
+struct DetectorError {
+  std::vector<double> confidences;  ///< rising; none: nothing was measured
+  std::vector<double> sigmas;       ///< px of a picture 1000 rows high
+};
+
+/// @param sigma  px of a confident detection where nothing was measured
+double error_at(const DetectorError& error, double confidence, double sigma) {
+  if (error.sigmas.empty()) {  // a detector's confident points are its good ones
+    return sigma / std::sqrt(confidence);
+  }
+  const auto above =
+      std::upper_bound(error.confidences.begin(), error.confidences.end(), confidence);
+  if (above == error.confidences.begin()) {
+    return error.sigmas.front();
+  }
+  if (above == error.confidences.end()) {
+    return error.sigmas.back();
+  }
+  const auto i = static_cast<std::size_t>(above - error.confidences.begin());
+  const double low = error.confidences[i - 1];
+  const double t = (confidence - low) / (error.confidences[i] - low);
+  return (1 - t) * error.sigmas[i - 1] + t * error.sigmas[i];
+}
 
 /// One camera's view of a keypoint.
 struct ViewRay {
@@ -23,6 +51,7 @@ struct ViewRay {
   double confidence;
   double sigma;   // px of this camera
   double inlier;  // px
+  double robust;  // px, scale of the weights
   Eigen::Vector3d origin, direction;
 };
 
@@ -32,7 +61,7 @@ double rows_factor(const Camera& camera) {
 
 std::vector<ViewRay> sightings_of(const std::vector<Camera>& cameras, const Keypoints2d& detections,
                                   const TriangulationOptions& options,
-                                  const std::vector<double>& scale) {
+                                  const std::vector<double>& scale, const DetectorError& error) {
   std::vector<ViewRay> all;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const auto row = static_cast<Index>(i);
@@ -46,9 +75,13 @@ std::vector<ViewRay> sightings_of(const std::vector<Camera>& cameras, const Keyp
       continue;
     }
     const double factor = rows_factor(cameras[i]) * (scale.empty() ? 1 : scale[i]);
-    // A detector's confident points are its good ones.
-    const double sigma = options.sigma * factor / std::sqrt(std::min(confidence, 1.0));
-    all.push_back({i, pixel, std::min(confidence, 1.0), sigma, options.inlier * factor,
+    const double sigma = error_at(error, std::min(confidence, 1.0), options.sigma) * factor;
+    // Blurred points are given the room that they need: a narrow weight would leave few of them.
+    const double inlier = options.inlier * factor;
+    const double robust = error.sigmas.empty()
+                              ? 0.5 * inlier
+                              : std::clamp(kRobustSigmas * sigma, 0.3 * inlier, 3 * inlier);
+    all.push_back({i, pixel, std::min(confidence, 1.0), sigma, std::max(inlier, 2 * robust), robust,
                    camera_center(cameras[i]), *direction});
   }
   return all;
@@ -114,7 +147,7 @@ Normal normal_equations(const std::vector<Camera>& cameras, const std::vector<Vi
     if (!off || !jacobian || (!robust && off->norm() >= sighting.inlier)) {
       continue;
     }
-    const double weight = (robust ? robust_weight(off->squaredNorm(), 0.5 * sighting.inlier) : 1) /
+    const double weight = (robust ? robust_weight(off->squaredNorm(), sighting.robust) : 1) /
                           (sighting.sigma * sighting.sigma);
     normal.matrix += weight * jacobian->transpose() * *jacobian;
     normal.vector -= weight * jacobian->transpose() * *off;
@@ -158,12 +191,12 @@ OptionTable describe(TriangulationOptions& options) {
   return table;
 }
 
-SpacePoint triangulate_point(const std::vector<Camera>& cameras, const Keypoints2d& detections,
-                             const TriangulationOptions& options,
-                             const std::vector<double>& scale) {
+SpacePoint triangulated(const std::vector<Camera>& cameras, const Keypoints2d& detections,
+                        const TriangulationOptions& options, const std::vector<double>& scale,
+                        const DetectorError& error) {
   ATELIER_CHECK(detections.rows() == static_cast<Index>(cameras.size()), "a row for each camera");
   ATELIER_CHECK(scale.empty() || scale.size() == cameras.size(), "a scale for each camera");
-  const std::vector<ViewRay> sightings = sightings_of(cameras, detections, options, scale);
+  const std::vector<ViewRay> sightings = sightings_of(cameras, detections, options, scale, error);
   const auto start = first_place(cameras, sightings);
   if (!start) {
     return {};
@@ -209,6 +242,12 @@ SpacePoint triangulate_point(const std::vector<Camera>& cameras, const Keypoints
   return point;
 }
 
+SpacePoint triangulate_point(const std::vector<Camera>& cameras, const Keypoints2d& detections,
+                             const TriangulationOptions& options,
+                             const std::vector<double>& scale) {
+  return triangulated(cameras, detections, options, scale, {});
+}
+
 namespace {
 
 using Frames = std::vector<std::vector<Keypoints2d>>;
@@ -251,10 +290,10 @@ Keypoints2d of_point(const std::vector<Keypoints2d>& cameras, Index row) {
 
 SpacePose pose_of(const std::vector<Camera>& cameras, const std::vector<Keypoints2d>& detections,
                   Index count, const TriangulationOptions& options,
-                  const std::vector<double>& scale) {
+                  const std::vector<double>& scale, const DetectorError& error) {
   SpacePose pose;
   for (Index k = 0; k < count; ++k) {
-    pose.points.push_back(triangulate_point(cameras, of_point(detections, k), options, scale));
+    pose.points.push_back(triangulated(cameras, of_point(detections, k), options, scale, error));
   }
   return pose;
 }
@@ -355,6 +394,56 @@ std::vector<double> camera_errors(const std::vector<Camera>& cameras, const Fram
   return errors;
 }
 
+/// Median of what cameras that are not off say against the points in space, by confidence: medians,
+/// so that outliers change little. Nothing where there are too few to tell.
+DetectorError detector_error(const std::vector<Camera>& cameras, const Frames& detections,
+                             const std::vector<SpacePose>& poses,
+                             const std::vector<double>& scale) {
+  constexpr std::size_t kBins = 12;
+  constexpr std::size_t kLeastInBin = 50;
+  constexpr double kLeastSigma = 0.3;          // px
+  constexpr double kMedianOfSigma = 1.177;     // of a distance in the plane, Rayleigh's
+  std::vector<std::pair<double, double>> all;  // confidence, px
+  for (std::size_t f = 0; f < poses.size(); ++f) {
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      const Keypoints2d& points = detections[f][i];
+      for (Index k = 0; k < points.rows(); ++k) {
+        const SpacePoint& point = poses[f].points[static_cast<std::size_t>(k)];
+        const auto pixel = point.confidence > 0 && points(k, 2) > 0 && scale[i] == 1
+                               ? project(cameras[i], point.place)
+                               : std::nullopt;
+        if (pixel) {
+          all.emplace_back(
+              std::min(points(k, 2), 1.0),
+              (*pixel - points.row(k).head<2>().transpose()).norm() / rows_factor(cameras[i]));
+        }
+      }
+    }
+  }
+  DetectorError error;
+  if (all.size() < kBins * kLeastInBin) {
+    return error;
+  }
+  std::sort(all.begin(), all.end());
+  for (std::size_t bin = 0; bin < kBins; ++bin) {
+    const std::size_t begin = bin * all.size() / kBins;
+    const std::size_t end = (bin + 1) * all.size() / kBins;
+    std::vector<double> off;
+    double sum = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      sum += all[i].first;
+      off.push_back(all[i].second);
+    }
+    const double confidence = sum / static_cast<double>(off.size());
+    // A detector that gives all the same confidence has one error.
+    if (error.confidences.empty() || confidence > error.confidences.back() + 1e-6) {
+      error.confidences.push_back(confidence);
+      error.sigmas.push_back(std::max(median_of(off) / kMedianOfSigma, kLeastSigma));
+    }
+  }
+  return error;
+}
+
 /// The same of one camera against what the others alone say, over some frames: where cameras are
 /// few, those that agree by chance make the rest look wrong.
 double error_left_out(const std::vector<Camera>& cameras, const Frames& detections, std::size_t c,
@@ -367,7 +456,7 @@ double error_left_out(const std::vector<Camera>& cameras, const Frames& detectio
     some.push_back(detections[f]);
     std::vector<Keypoints2d> others = detections[f];
     others[c] = Keypoints2d(0, 3);
-    poses.push_back(pose_of(cameras, others, count, options, {}));
+    poses.push_back(pose_of(cameras, others, count, options, {}, {}));
   }
   return camera_errors(cameras, some, poses)[c];
 }
@@ -444,11 +533,12 @@ Triangulation triangulate(const std::vector<Camera>& cameras, const Frames& dete
   Triangulation result;
   result.frames.resize(used.size());
   std::vector<double> scale;
+  DetectorError error;
   const auto pass = [&](bool swaps) {
     parallel_for(static_cast<Index>(used.size()), 1, [&](Index begin, Index end) {
       for (auto f = static_cast<std::size_t>(begin); f < static_cast<std::size_t>(end); ++f) {
         std::vector<int> swapped = std::move(result.frames[f].swapped);
-        result.frames[f] = pose_of(cameras, used[f], count, options, scale);
+        result.frames[f] = pose_of(cameras, used[f], count, options, scale, error);
         if (swaps) {
           swapped = undo_swaps(cameras, used[f], result.frames[f], schema, options);
         }
@@ -474,6 +564,7 @@ Triangulation triangulate(const std::vector<Camera>& cameras, const Frames& dete
                                  "it counts less; calibrate it again or leave it out"});
     }
   }
+  error = detector_error(cameras, used, result.frames, scale);
   pass(false);
   for (Index k = 0; k < count; ++k) {
     bridge_gaps(result.frames, static_cast<std::size_t>(k), fps, options.bridge);

@@ -57,10 +57,13 @@ struct Triangulation {
   std::vector<Finding> findings;     ///< "camera-off": its error stands out; it counts less
 };
 
-/// All keypoints of one person over a sequence. A camera whose error stands out from the others'
-/// (more than twice their median; of six cameras and fewer also against what the others alone say)
-/// is named and counts less in a second pass; limbs that fit better mirrored are swapped back; gaps
-/// are bridged by a straight line, with the covariance that such a line deserves, and flagged.
+/// All keypoints of one person over a sequence. A second pass weights detections by the error that
+/// those of their confidence have in the first (our choice: `sigma` and `inlier` are a guess of any
+/// detector's, and under clothes too narrow), where there are 600 and more of them. A camera whose
+/// error stands out from the others' (more than twice their median; of six cameras and fewer also
+/// against what the others alone say) is named and counts less then; limbs that fit better mirrored
+/// are swapped back; gaps are bridged by a straight line, with the covariance that such a line
+/// deserves, and flagged.
 /// @param detections  [frame][camera], [K,3] each, or no rows where nothing was found
 /// Throws LogicError for sizes that differ.
 Triangulation triangulate(const std::vector<Camera>& cameras,

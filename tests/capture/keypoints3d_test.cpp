@@ -204,7 +204,28 @@ TEST(Keypoints3d, NobodyIsNobody) {
   EXPECT_TRUE(associate_people(crowd.cameras, crowd.detections, body_25_schema()).empty());
 }
 
-TEST(Keypoints3d, TheTargetsOverTenSeeds) {
+/// What a detector can know of a person in clothes: arms and legs are covered, hips and knees under
+/// cloth that hangs off, and of each limb's points every other one is hidden.
+std::vector<KeypointSight> clothed_sights(const Camera& camera, const Points& points,
+                                          std::size_t view) {
+  const KeypointSchema& schema = body_25_schema();
+  const auto middle = project(camera, points.row(find_keypoint(schema, "mid_hip")).transpose());
+  std::vector<KeypointSight> sights(static_cast<std::size_t>(points.rows()));
+  for (std::size_t k = 0; k < sights.size(); ++k) {
+    const std::string& name = schema.points[k];
+    const bool loose = name.ends_with("hip") || name.ends_with("knee");
+    sights[k].seen = name.find('_') == std::string::npos || (k + view) % 2 == 0;
+    sights[k].covered =
+        loose || name.ends_with("shoulder") || name.ends_with("elbow") || name.ends_with("ankle");
+    sights[k].under_cloth = loose ? 0.1 : 0;
+    sights[k].centre_x = middle ? middle->x() : 0;
+  }
+  return sights;
+}
+
+/// The rig of the preset `accuracy`, one camera off, over ten seeds.
+/// @param most  m, of the mean error
+void expect_targets(bool clothed, double most) {
   std::printf("seed   mean  median     p95 mm   error px  found  named\n");
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SeededRig rig;
@@ -221,10 +242,12 @@ TEST(Keypoints3d, TheTargetsOverTenSeeds) {
       const Points points = walking_person(rig, f);
       auto& views = detections.emplace_back();
       for (std::size_t c = 0; c < truth.size(); ++c) {
-        views.push_back(detected_keypoints(
-            truth[c], body_25_schema(), points,
-            std::vector<KeypointSight>(static_cast<std::size_t>(points.rows())),
-            {.noise = 3, .outliers = 0.1}, Random{seed, 100 * c, static_cast<std::uint64_t>(f)}));
+        const std::vector<KeypointSight> sights =
+            clothed ? clothed_sights(truth[c], points, c)
+                    : std::vector<KeypointSight>(static_cast<std::size_t>(points.rows()));
+        views.push_back(detected_keypoints(truth[c], body_25_schema(), points, sights,
+                                           {.noise = 3, .outliers = 0.1},
+                                           Random{seed, 100 * c, static_cast<std::uint64_t>(f)}));
       }
     }
     const Triangulation found = triangulate(cameras, detections, body_25_schema(), rig.fps);
@@ -251,10 +274,20 @@ TEST(Keypoints3d, TheTargetsOverTenSeeds) {
     std::printf("%4d %6.2f %7.2f %7.2f    %7.2f  %5.3f  %s\n", static_cast<int>(seed), 1e3 * mean,
                 1e3 * median_of(errors), 1e3 * sorted[sorted.size() * 95 / 100], median_of(pixels),
                 static_cast<double>(errors.size()) / all, named ? "yes" : "no");
-    EXPECT_LT(mean, 0.005);
+    EXPECT_LT(mean, most);
     EXPECT_GT(static_cast<double>(errors.size()), 0.99 * all);
     EXPECT_TRUE(named) << "seed " << seed;
   }
+}
+
+TEST(Keypoints3d, TheTargetsOverTenSeeds) {
+  expect_targets(false, 0.005);
+}
+
+// Half of a body's points are under cloth, three times as far off and drawn to its middle. With a
+// detector's error as the options have it for all points these are 8.5 to 11.3 mm off.
+TEST(Keypoints3d, WhatADetectorIsWorthUnderClothesIsMeasured) {
+  expect_targets(true, 0.008);
 }
 
 /// Markers of a TRC by name, in our world: the file's axes are (Y, Z, X) of the calibration's.
