@@ -52,41 +52,6 @@ Eigen::VectorXd add_geometry(ClothTerms& terms, const RegistrationModel& model, 
   return std::move(scan.support);
 }
 
-/// Vertices of triangles that are turned over go to the middle of their neighbours, until none is.
-Points turned_back(const RegistrationModel& model, Points x) {
-  constexpr int kPasses = 50;
-  const Topology& topology = model.cloth.topology;
-  const Adjacency around = vertex_neighbors(topology);
-  for (int pass = 0; pass < kPasses; ++pass) {
-    const std::vector<int> wrong = inverted_faces(topology, x);
-    if (wrong.empty()) {
-      break;
-    }
-    std::vector<char> marked(static_cast<std::size_t>(x.rows()), 0);
-    for (const int f : wrong) {
-      for (int k = 0; k < 3; ++k) {
-        const int v = topology.faces(f, k);
-        marked[static_cast<std::size_t>(v)] = 1;
-        for (const int w : around[v]) {
-          marked[static_cast<std::size_t>(w)] |= pass >= kPasses / 5 ? 1 : 0;
-        }
-      }
-    }
-    const Points before = x;
-    for (Index v = 0; v < x.rows(); ++v) {
-      if (marked[static_cast<std::size_t>(v)] == 0) {
-        continue;
-      }
-      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-      for (const int w : around[v]) {
-        sum += before.row(w);
-      }
-      x.row(v) = 0.5 * before.row(v) + 0.5 / static_cast<double>(around[v].size()) * sum;
-    }
-  }
-  return x;
-}
-
 /// Rows that keep vertices from sliding along the surface at `start`.
 std::vector<SurfaceRow> holding_rows(const RegistrationModel& model, const Points& start,
                                      const Eigen::VectorXd& hold) {
@@ -215,6 +180,44 @@ std::vector<int> inverted_faces(const Topology& topology, const Points& x) {
   return wrong;
 }
 
+Points turned_back(const Topology& topology, Points x) {
+  constexpr int kPasses = 80;
+  constexpr int kPassesOfARing = 10;
+  const Adjacency around = vertex_neighbors(topology);
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const std::vector<int> wrong = inverted_faces(topology, x);
+    if (wrong.empty()) {
+      break;
+    }
+    std::vector<char> marked(static_cast<std::size_t>(x.rows()), 0);
+    for (const int f : wrong) {
+      for (int k = 0; k < 3; ++k) {
+        marked[static_cast<std::size_t>(topology.faces(f, k))] = 1;
+      }
+    }
+    for (int ring = 0; ring < pass / kPassesOfARing; ++ring) {
+      const std::vector<char> inner = marked;
+      for (Index v = 0; v < x.rows(); ++v) {
+        for (const int w : around[v]) {
+          marked[static_cast<std::size_t>(v)] |= inner[static_cast<std::size_t>(w)];
+        }
+      }
+    }
+    const Points before = x;
+    for (Index v = 0; v < x.rows(); ++v) {
+      if (marked[static_cast<std::size_t>(v)] == 0) {
+        continue;
+      }
+      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+      for (const int w : around[v]) {
+        sum += before.row(w);
+      }
+      x.row(v) = 0.5 * before.row(v) + 0.5 / static_cast<double>(around[v].size()) * sum;
+    }
+  }
+  return x;
+}
+
 std::vector<std::vector<float>> garment_views(const RegistrationModel& model, const Points& x,
                                               const RegistrationFrame& frame) {
   const TriangleTree own = build_tree(x, model.cloth.topology.faces);
@@ -299,7 +302,7 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
       }
     }
   }
-  x = turned_back(model, std::move(x));
+  x = turned_back(model.cloth.topology, std::move(x));
   result.inverted = static_cast<int>(inverted_faces(model.cloth.topology, x).size());
   result.vertices = std::move(x);
   result.confidence.resize(support.size());

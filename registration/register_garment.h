@@ -82,6 +82,12 @@ struct RegisteredGarment {
 /// the faces that share a vertex with it, itself left out.
 std::vector<int> inverted_faces(const Topology& topology, const Points& x);
 
+/// Vertices of faces that are turned over go to the middle of their neighbours, until none is; what
+/// stays turned takes more and more of its neighbourhood along. What is far from such faces keeps
+/// its place. Our choice.
+/// @param x  [V,3] m
+Points turned_back(const Topology& topology, Points x);
+
 /// @param start    [V,3] m, where the garment is likely to be (predicted_cloth)
 /// @param texture  what it looks like; not changed: add_texture fills it in
 RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel& model,

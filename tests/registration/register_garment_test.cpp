@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/random.h"
 #include "registration/edge_paths.h"
 #include "registration/flat_pattern.h"
 #include "registration/open_to_discs.h"
@@ -246,6 +247,33 @@ TEST(RegisterGarment, TurnedTrianglesArePutRight) {
   options.rigid = options.final_rigid = 10;  // which keeps what is wrong
   ShapeSolver solver(model.cloth);
   EXPECT_EQ(register_garment(solver, model, start, {}, {}, options).inverted, 0);
+}
+
+// Crumpled places of every size, at borders too, where going to the middle of one's neighbours
+// alone leaves what is folded as it is.
+TEST(RegisterGarment, CrumpledPlacesArePutRightAndTheRestStays) {
+  const Mesh mesh = fixtures::cloth_tube(40, 20);
+  const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Random random{seed, 5};
+    const auto centre =
+        static_cast<Index>(uniform(random) * static_cast<double>(mesh.vertices.rows()));
+    const double reach = 0.02 + 0.1 * uniform(random);
+    Points x = mesh.vertices;
+    for (Index v = 0; v < x.rows(); ++v) {
+      const double away = (mesh.vertices.row(v) - mesh.vertices.row(centre)).norm();
+      for (int axis = 0; axis < 3 && away < reach; ++axis) {
+        x(v, axis) += 0.05 * normal(random);
+      }
+    }
+    const Points righted = turned_back(topology, x);
+    EXPECT_TRUE(inverted_faces(topology, righted).empty()) << seed;
+    for (Index v = 0; v < x.rows(); ++v) {
+      if ((mesh.vertices.row(v) - mesh.vertices.row(centre)).norm() > reach + 0.25) {
+        EXPECT_EQ(righted.row(v), x.row(v)) << seed;
+      }
+    }
+  }
 }
 
 /// A tube that turns with its body, frame by frame.
