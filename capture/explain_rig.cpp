@@ -28,6 +28,7 @@ Fit fit_of(const SeenPerson& seen, const TriangulationOptions& options) {
   TriangulationOptions plain = options;
   plain.swaps = false;
   plain.bridge = 0;
+  plain.distances = false;
   const Triangulation found =
       triangulate(seen.cameras, seen.detections, *seen.schema, seen.fps, plain);
   Fit fit;

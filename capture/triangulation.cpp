@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "capture/keep_distances.h"
 #include "core/error.h"
 #include "core/parallel.h"
 
@@ -187,6 +188,8 @@ OptionTable describe(TriangulationOptions& options) {
             "Beyond it a detection does not support a point; of a picture 1000 rows high.");
   table.add("least_views", options.least_views, 2, 1000, "", "Views that support a point.");
   table.add("swaps", options.swaps, "Undo swaps of left and right within an image.");
+  table.add("distances", options.distances,
+            "Keep the lengths of bones, feet and heads over a sequence");
   table.add("bridge", options.bridge, 0, 10, "s", "Longest gap that is bridged, flagged.");
   return table;
 }
@@ -566,6 +569,9 @@ Triangulation triangulate(const std::vector<Camera>& cameras, const Frames& dete
   }
   error = detector_error(cameras, used, result.frames, scale);
   pass(false);
+  if (options.distances) {
+    keep_distances(result.frames, schema);
+  }
   for (Index k = 0; k < count; ++k) {
     bridge_gaps(result.frames, static_cast<std::size_t>(k), fps, options.bridge);
   }

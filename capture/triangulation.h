@@ -20,6 +20,7 @@ struct TriangulationOptions {
   double inlier = 15;             ///< px: beyond it a detection does not support a point, (0, 1000]
   int least_views = 2;            ///< that support a point, [2, 1000]
   bool swaps = true;              ///< undo swaps of left and right within an image
+  bool distances = true;          ///< keep those that bodies keep (keep_distances)
   double bridge = 0.25;           ///< s: longest gap that is bridged, flagged, [0, 10]
 };
 OptionTable describe(TriangulationOptions& options);

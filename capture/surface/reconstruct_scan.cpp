@@ -8,6 +8,7 @@
 #include "capture/surface/hull_support.h"
 #include "capture/surface/refine_cameras.h"
 #include "capture/surface/stereo_image.h"
+#include "capture/surface/trim_to_masks.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -120,7 +121,9 @@ ReconstructedScan surface_of(const StraightInstant& instant, std::vector<DepthMa
                                           std::max(options.surface.trim, options.hull.cell),
                                           options.fuse.least_confidence)
                            : Mesh{};
-  result.scan = surface_from_points(joined_points(agreed.points, support), options.surface);
+  result.scan =
+      trimmed_to_masks(surface_from_points(joined_points(agreed.points, support), options.surface),
+                       instant.cameras, instant.masks);
   std::vector<LabelView> labels;
   for (std::size_t i = 0; i < instant.labels.size(); ++i) {
     if (!instant.labels[i].data.empty()) {

@@ -37,7 +37,7 @@ void blur(ByteImage& image) {
   }
 }
 
-void invert(ByteImage& mask) {
+void invert_mask(ByteImage& mask) {
   for (std::uint8_t& value : mask.data) {
     value = static_cast<std::uint8_t>(255 - value);
   }
@@ -113,7 +113,7 @@ std::vector<SeededDefect> picture_defects() {
        }},
       {"masks of one camera inverted", "mask-inverted", "cam3", "--capture.masks cam3=inverted", 0,
        [](Spoiled& s) {
-         std::for_each(s.capture.masks[3].begin(), s.capture.masks[3].end(), invert);
+         std::for_each(s.capture.masks[3].begin(), s.capture.masks[3].end(), invert_mask);
        }},
       {"masks of every camera inverted", "mask-inverted", "cam1",
        "--capture.masks "
@@ -121,7 +121,7 @@ std::vector<SeededDefect> picture_defects() {
        1,
        [](Spoiled& s) {
          for (auto& frames : s.capture.masks) {
-           std::for_each(frames.begin(), frames.end(), invert);
+           std::for_each(frames.begin(), frames.end(), invert_mask);
          }
        }},
       {"an empty mask", "mask-empty", "cam2 frame 8", "", 0,

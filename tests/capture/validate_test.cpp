@@ -67,7 +67,7 @@ TEST_P(CheckCamerasDefect, IsNamed) {
       << ::testing::PrintToString(codes(findings));
 }
 
-void invert(Camera& camera) {
+void invert_pose(Camera& camera) {
   const Eigen::Vector3d centre = camera_center(camera);
   camera.camera_from_world_rotation.transposeInPlace();
   camera.camera_from_world_translation = centre;
@@ -76,7 +76,7 @@ void invert(Camera& camera) {
 INSTANTIATE_TEST_SUITE_P(
     Table, CheckCamerasDefect,
     ::testing::Values(
-        CameraDefect{"camera-looks-away", "cam3", [](std::vector<Camera>& c) { invert(c[3]); }},
+        CameraDefect{"camera-looks-away", "cam3", [](std::vector<Camera>& c) { invert_pose(c[3]); }},
         CameraDefect{"camera-looks-away", "cam5",
                      [](std::vector<Camera>& c) {
                        c[5].camera_from_world_translation = camera_center(c[5]);
