@@ -343,8 +343,8 @@ TEST_F(Simulate, TakesEveryOptionOfCloth) {
     }
     return least;
   };
-  EXPECT_LT(lowest({}), 0.56);
-  EXPECT_GT(lowest({"--tether_stretch", "1.05"}), 0.57);
+  EXPECT_LT(lowest({}), 0.565);
+  EXPECT_GT(lowest({"--tether_stretch", "1.05"}), 0.575);
 }
 
 // A value that is given counts, also where it is the default of a material without a name.
