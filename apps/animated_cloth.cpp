@@ -10,8 +10,8 @@
 #include <cstdio>
 #include <vector>
 
-#include "capture/capture_measures.h"
 #include "core/archive.h"
+#include "core/depths_inside.h"
 #include "core/error.h"
 #include "simulation/cloth_state_archive.h"
 #include "simulation/crossings.h"

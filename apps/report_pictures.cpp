@@ -1,5 +1,6 @@
 #include "apps/report_pictures.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -85,6 +86,17 @@ std::string body_plots(const fs::path& result) {
   return svg.empty() ? "" : "<figure>" + svg + "<figcaption>Over frames</figcaption></figure>\n";
 }
 
+/// Some of many: every n-th of a plot's points.
+FramePlot thinned(const FramePlot& all, std::size_t about) {
+  FramePlot some{all.label, {}, {}};
+  const std::size_t stride = 1 + all.values.size() / about;
+  for (std::size_t i = 0; i < all.values.size(); i += stride) {
+    some.frame_ids.push_back(all.frame_ids[i]);
+    some.values.push_back(all.values[i]);
+  }
+  return some;
+}
+
 /// How each network came to what it is, from its training.csv: at most so many steps of it.
 std::string training_plots(const StageStatus& status, const fs::path& result) {
   constexpr std::size_t kSteps = 120;
@@ -106,18 +118,67 @@ std::string training_plots(const StageStatus& status, const fs::path& result) {
         all.values.push_back(psnr);
       }
     }
-    FramePlot some{all.label, {}, {}};
-    const std::size_t stride = 1 + all.values.size() / kSteps;
-    for (std::size_t i = 0; i < all.values.size(); i += stride) {
-      some.frame_ids.push_back(all.frame_ids[i]);
-      some.values.push_back(all.values[i]);
-    }
-    const std::string svg = plots_svg({some});
+    const std::string svg = plots_svg({thinned(all, kSteps)});
     html += svg.empty() ? ""
                         : "<figure>" + svg + "<figcaption>" + html_text(output.path) +
                               ", over steps</figcaption></figure>\n";
   }
   return html;
+}
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream parts(line);
+  for (std::string cell; std::getline(parts, cell, ',');) {
+    cells.push_back(cell);
+  }
+  return cells;
+}
+
+/// What each simulated frame came to, from frames.csv.
+std::string simulation_plots(const fs::path& result) {
+  const fs::path file = result / "frames.csv";
+  if (!fs::exists(file)) {
+    return "";
+  }
+  struct Line {
+    const char* column;
+    const char* label;
+    double scale;
+  };
+  constexpr Line kLines[] = {{"strain_p95", "edge strain, p95, %", 100},
+                             {"strain_max", "edge strain, most, %", 100},
+                             {"kinetic_energy_j", "kinetic energy, J", 1},
+                             {"spring_residual_m", "residual of springs, mm rms", 1e3},
+                             {"inside", "vertices inside the body", 1},
+                             {"inside_depth_m", "the deepest of them, mm", 1e3},
+                             {"body_crossings", "edges crossed, cloth and body", 1},
+                             {"crossings", "edges crossed, cloth and cloth", 1}};
+  constexpr std::size_t kPoints = 240;
+  std::istringstream lines(read_file_text(file, Limits{}.text_file_bytes));
+  std::string line;
+  std::getline(lines, line);
+  const std::vector<std::string> names = cells_of(line);
+  std::vector<FramePlot> plots;
+  for (const Line& wanted : kLines) {
+    plots.push_back({wanted.label, {}, {}});
+  }
+  while (std::getline(lines, line)) {
+    const std::vector<std::string> cells = cells_of(line);
+    for (std::size_t k = 0; k < plots.size(); ++k) {
+      const auto column = static_cast<std::size_t>(
+          std::find(names.begin(), names.end(), kLines[k].column) - names.begin());
+      if (column < cells.size() && !cells[column].empty()) {
+        plots[k].frame_ids.push_back(std::atoi(cells[0].c_str()));
+        plots[k].values.push_back(kLines[k].scale * std::atof(cells[column].c_str()));
+      }
+    }
+  }
+  for (FramePlot& plot : plots) {
+    plot = thinned(plot, kPoints);
+  }
+  const std::string svg = plots_svg(plots);
+  return svg.empty() ? "" : "<figure>" + svg + "<figcaption>Over frames</figcaption></figure>\n";
 }
 
 /// Each pattern.svg of the result, as a picture.
@@ -150,9 +211,10 @@ std::string pictures_of(const StageStatus& status, const fs::path& workspace,
     defined(ATELIER_HAS_BODYMODEL)
   html = drawings_of(status.stage, ReportPlaces{workspace, stages});
 #endif
-  return status.stage == "register" ? html + register_plots(result)
-         : status.stage == "body"   ? html + body_plots(result)
-                                    : html;
+  return status.stage == "register"   ? html + register_plots(result)
+         : status.stage == "body"     ? html + body_plots(result)
+         : status.stage == "simulate" ? html + simulation_plots(result)
+                                      : html;
 }
 
 }  // namespace

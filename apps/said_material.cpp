@@ -22,7 +22,8 @@ Material fabrics_own_material(const std::string& name) {
 OptionTable describe_said(Material& said, std::vector<std::string> names) {
   OptionTable table;
   table.add("name", said.name, std::move(names),
-            "A fabric from published measurements; other material options then change it");
+            "A fabric, most of measured values, silk of estimated ones (docs/material.md); other "
+            "material options then change it");
   Material custom;
   const OptionTable defaults = describe(custom);
   OptionTable numbers = describe(said);

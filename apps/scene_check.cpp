@@ -6,10 +6,10 @@
 #include <cstdio>
 
 #include "apps/usage_error.h"
+#include "core/depths_inside.h"
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/topology.h"
-#include "core/winding_number.h"
 
 namespace atelier {
 namespace {
@@ -41,17 +41,7 @@ double enclosed_volume(const Points& vertices, const Triangles& faces) {
 }
 
 Index deeper_than(double reach, const Points& points, const Points& body, const Triangles& faces) {
-  const WindingTree tree = build_winding_tree(body, faces);
-  const std::vector<double> winding = winding_numbers(tree, points);
-  Index deep = 0;
-  for (Index i = 0; i < points.rows(); ++i) {
-    const Eigen::Vector3d p = points.row(i).transpose();
-    if (winding[static_cast<std::size_t>(i)] > 0.5 &&
-        closest_point(tree.tree, p).squared_distance > reach * reach) {
-      ++deep;
-    }
-  }
-  return deep;
+  return (depths_inside(points, body, faces).array() > reach).count();
 }
 
 }  // namespace
@@ -100,8 +90,7 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   if (const Index deep = deeper_than(contact_reach, garment, body, scene.body_faces); deep > 0) {
     std::snprintf(text, sizeof text,
                   "warning: %lld of %lld vertices begin inside the body deeper than "
-                  "--xpbd.contact_reach (%.3g mm): nothing brings them out, and reports do not "
-                  "count them",
+                  "--xpbd.contact_reach (%.3g mm): nothing brings them out",
                   static_cast<long long>(deep), static_cast<long long>(garment.rows()),
                   1e3 * contact_reach);
     doubts.emplace_back(text);

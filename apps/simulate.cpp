@@ -11,6 +11,7 @@
 #include "apps/printable.h"
 #include "apps/scene_check.h"
 #include "apps/simulation_output.h"
+#include "apps/simulation_table.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "core/atomic_file.h"
@@ -38,8 +39,11 @@ Json json_of(const FrameReport& r) {
                  {"candidates", r.self_candidates},
                  {"self_searches", r.self_searches},
                  {"self_renewals", r.self_renewals}}}};
-  json["self"]["crossings"] = r.crossings >= 0 ? Json(r.crossings) : Json(nullptr);
-  json["body"]["crossings"] = r.body_crossings >= 0 ? Json(r.body_crossings) : Json(nullptr);
+  const auto counted = [](auto value) { return value >= 0 ? Json(value) : Json(nullptr); };
+  json["self"]["crossings"] = counted(r.crossings);
+  json["body"]["crossings"] = counted(r.body_crossings);
+  json["body"]["all_inside"] = counted(r.inside);
+  json["body"]["all_depth_m"] = counted(r.inside_depth);
   return json;
 }
 
@@ -57,7 +61,9 @@ std::string line_of(const FrameReport& r) {
     line += "; " + std::to_string(r.crossings) + " crossings with itself";
   }
   if (r.body_crossings >= 0) {
-    line += ", " + std::to_string(r.body_crossings) + " with the body";
+    std::snprintf(text, sizeof text, ", %d with the body; %d inside it, however deep (%.2f mm)",
+                  r.body_crossings, r.inside, 1e3 * r.inside_depth);
+    line += text;
   }
   return line;
 }
@@ -177,15 +183,22 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   FrameWriter writer(place, options.fps, scene.frame_count, cloth.faces);
   Album album(place, scene.frame_count, options.fps);
   const bool pictures = value("no-pictures") != "true";
+  std::vector<FrameReport> reports;
+  const auto finish = [&] {
+    writer.finish();
+    if (!reports.empty()) {
+      write_file_atomically(place.beside("frames.csv"), frames_csv(reports, options.fps));
+    }
+  };
   for (Index frame = 1; frame <= scene.frame_count; ++frame) {
     const FrameReport report = [&] {
       try {
         return solver.advance(scene_control(scene, options, frame));
       } catch (const EnvironmentError&) {  // out of a device's memory, say
-        writer.finish();
+        finish();
         throw;
       } catch (const DataError& error) {
-        writer.finish();
+        finish();
         throw DataError(
             !error.file.empty()               ? error.file
             : error.where.starts_with("body") ? paths.body.string()
@@ -197,12 +210,13 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     }();
     const Mesh mesh = garment_mesh(cloth, solver.state());
     writer.write(static_cast<int>(frame), mesh);
+    reports.push_back(report);
     std::cout << (json ? json_text(json_of(report)) : line_of(report)) << std::endl;
     if (pictures) {
       album.add(frame, mesh, scene);
     }
   }
-  writer.finish();
+  finish();
   if (pictures) {
     album.finish();
   }

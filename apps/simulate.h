@@ -14,18 +14,24 @@ inline constexpr std::array kSimulateMetrics = {
     StageMetric{"frames", ""},
     StageMetric{"strain_p95", "of rest length"},
     StageMetric{"penetration_depth", "m"},
+    StageMetric{"inside", "vertices"},
+    StageMetric{"inside_depth", "m"},
+    StageMetric{"body_crossings", ""},
+    StageMetric{"crossings", ""},
 };
 
 /// The stage: INPUT is a folder with a garment, a body and a motion (scene_in). One file a frame
-/// holds the cloth's state, so that a run that was ended goes on with the same bits; then the
-/// garment as a sequence.
+/// holds the cloth's state and report (simulation_table.h), so that a run that was ended goes on
+/// with the same bits; then the garment as a sequence, frames.csv with a line of figures a frame,
+/// and sheet.png with pictures along the way. Metrics are the worst of all frames.
 void run_simulate(StageRun& run);
 
 /// Throws DataError unless it is the folder of a scene.
 void check_simulate_input(const std::filesystem::path& input);
 
 /// The command alone: --garment, --body, --motion, --out (a folder, or a file T.h5 or T.usda),
-/// --format, --grid. Every frame is in the folder (T.h5.frames) as soon as it is done.
+/// --format, --grid. Every frame is in the folder (T.h5.frames) as soon as it is done; frames.csv
+/// and pictures come at the end.
 int simulate_alone(const std::map<std::string, std::string>& values, const OptionSet& options,
                    Device device, bool json);
 

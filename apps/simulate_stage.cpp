@@ -1,22 +1,19 @@
-#if defined(ATELIER_HAS_SIMULATION)
+#if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_SIMULATION)
 
-#include <cstdio>
+#include <algorithm>
 #include <map>
 #include <mutex>
 #include <optional>
 
 #include "apps/scene_check.h"
 #include "apps/simulate.h"
-#include "core/archive.h"
+#include "apps/simulation_output.h"
+#include "apps/simulation_table.h"
+#include "core/io/image_file.h"
 #include "core/sequence_archive.h"
-#include "simulation/cloth_state_archive.h"
 
 namespace atelier {
 namespace {
-
-ClothState read_state(const std::filesystem::path& file, Index vertices) {
-  return cloth_state_of(read_archive(file, "atelier.cloth_state", 1), vertices, file.string());
-}
 
 /// Simulates in order, whoever asks for which frame.
 class FrameSource {
@@ -28,26 +25,25 @@ class FrameSource {
         cloth_(scene_cloth(scene, options)),
         solver_(cloth_, scene.body_faces, scene_solver(options), run.device()) {}
 
-  ClothState state_after(int frame) {
+  SimulatedFrame at(int frame) {
     const std::lock_guard lock(mutex_);
     if (!started_) {
       start_before(frame);
     }
     while (done_ < frame) {
       ++done_;
-      last_ = solver_.advance(scene_control(scene_, options_, done_));
-      waiting_[done_] = solver_.state();
+      const FrameReport report = solver_.advance(scene_control(scene_, options_, done_));
+      waiting_[done_] = {solver_.state(), report};
     }
     const auto found = waiting_.find(frame);
     ATELIER_CHECK(found != waiting_.end(), "a frame is asked for twice");
-    ClothState state = std::move(found->second);
+    SimulatedFrame simulated = std::move(found->second);
     waiting_.erase(found);
-    return state;
+    return simulated;
   }
 
   Index vertices() const { return cloth_.rest_positions.rows(); }
   const Cloth& cloth() const { return cloth_; }
-  const FrameReport& last() const { return last_; }
 
  private:
   /// Goes on behind the last frame before `frame` that an earlier run has finished.
@@ -57,7 +53,7 @@ class FrameSource {
     for (int before = frame - 1; before > 0; --before) {
       const std::optional<std::filesystem::path> file = finished(before);
       if (file) {
-        solver_.set_state(read_state(*file, vertices()));
+        solver_.set_state(read_simulated_frame(*file, vertices()).state);
         done_ = before;
         return;
       }
@@ -80,9 +76,28 @@ class FrameSource {
   std::mutex mutex_;
   bool started_ = false;
   int done_ = 0;
-  std::map<int, ClothState> waiting_;
-  FrameReport last_;
+  std::map<int, SimulatedFrame> waiting_;
 };
+
+/// The worst of all frames; what was counted in none has no metric.
+void add_metrics(StageRun& run, const std::vector<FrameReport>& reports) {
+  run.metric("frames", static_cast<double>(reports.size()));
+  const auto worst = [&](const char* name, auto member) {
+    double most = -1;
+    for (const FrameReport& report : reports) {
+      most = std::max(most, static_cast<double>(report.*member));
+    }
+    if (most >= 0) {
+      run.metric(name, most);
+    }
+  };
+  worst("strain_p95", &FrameReport::strain_p95);
+  worst("penetration_depth", &FrameReport::penetration_depth);
+  worst("inside", &FrameReport::inside);
+  worst("inside_depth", &FrameReport::inside_depth);
+  worst("body_crossings", &FrameReport::body_crossings);
+  worst("crossings", &FrameReport::crossings);
+}
 
 }  // namespace
 
@@ -105,7 +120,7 @@ void run_simulate(StageRun& run) {
   FrameSource source(run, scene, options);
   const bool complete =
       run.each_frame("states", ".h5", ids, [&](int frame, const std::filesystem::path& file) {
-        write_archive(file, archive_of(source.state_after(frame)));
+        write_simulated_frame(file, source.at(frame));
       });
   if (!complete) {
     return;
@@ -127,9 +142,16 @@ void run_simulate(StageRun& run) {
       write_sequence_header(folder, header);
     });
   });
+  std::vector<FrameReport> reports;
+  std::vector<CaptionedImage> pictures;
   for (const int id : ids) {
+    if (run.stop_requested()) {
+      return;
+    }
+    SimulatedFrame frame = read_simulated_frame(run.frame_file(id), source.vertices());
+    reports.push_back(frame.report);
     Mesh mesh;
-    mesh.vertices = read_state(run.frame_file(id), source.vertices()).positions;
+    mesh.vertices = std::move(frame.state.positions);
     mesh.faces = source.cloth().faces;
     const std::string name = sequence_frame_path("", id).generic_string();
     run.output("garment/" + name, [&](const std::filesystem::path& file) {
@@ -137,12 +159,13 @@ void run_simulate(StageRun& run) {
         write_sequence_frame(folder, header, id, mesh);
       });
     });
+    if (in_sheet(id, scene.frame_count)) {
+      pictures.push_back(sheet_picture(id, mesh, scene));
+    }
   }
-  run.metric("frames", static_cast<double>(ids.size()));
-  if (source.last().frame > 0) {
-    run.metric("strain_p95", source.last().strain_p95);
-    run.metric("penetration_depth", source.last().penetration_depth);
-  }
+  run.output_text("frames.csv", frames_csv(reports, options.fps));
+  run.output_text("sheet.png", image_bytes(simulation_sheet(pictures), ImageFormat::Png));
+  add_metrics(run, reports);
 }
 
 }  // namespace atelier

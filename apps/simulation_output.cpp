@@ -126,13 +126,28 @@ PictureOptions simulation_picture() {
   return options;
 }
 
+bool in_sheet(Index frame, Index count) {
+  return frame % std::max<Index>(1, count / 8) == 0 || frame == 1 || frame == count;
+}
+
+CaptionedImage sheet_picture(Index frame, const Mesh& garment, const SimulationScene& scene) {
+  return {picture_of(dressed(garment, scene, scene.body ? scene.body(frame) : Points(0, 3)),
+                     kThreeQuarter, simulation_picture()),
+          "frame " + std::to_string(frame)};
+}
+
+Image simulation_sheet(const std::vector<CaptionedImage>& pictures) {
+  ContactSheetOptions sheet;
+  sheet.columns = 5;
+  return contact_sheet(pictures, sheet);
+}
+
 /// Frames of a film, which is drawn when its extent is known: a minute at 15 a second. A longer run
 /// is filmed at fewer.
 constexpr Index kMostFilmed = 900;
 
 Album::Album(OutputPlace place, Index count, double fps)
     : place_(std::move(place)),
-      every_(std::max<Index>(1, count / 8)),
       film_every_(std::max({Index{1}, static_cast<Index>(std::lround(fps / 15)),
                             (count + kMostFilmed - 1) / kMostFilmed})),
       count_(count),
@@ -140,14 +155,13 @@ Album::Album(OutputPlace place, Index count, double fps)
 
 void Album::add(Index frame, const Mesh& garment, const SimulationScene& scene) {
   const bool last = frame == count_;
-  if (frame % every_ != 0 && frame % film_every_ != 0 && frame != 1 && !last) {
+  if (!in_sheet(frame, count_) && frame % film_every_ != 0) {
     return;
   }
   std::vector<RenderMesh> meshes =
       dressed(garment, scene, scene.body ? scene.body(frame) : Points(0, 3));
-  if (frame % every_ == 0 || frame == 1 || last) {
-    pictures_.push_back({picture_of(meshes, kThreeQuarter, simulation_picture()),
-                         "frame " + std::to_string(frame)});
+  if (in_sheet(frame, count_)) {
+    pictures_.push_back(sheet_picture(frame, garment, scene));
   }
   // A run shorter than the first picture of the film has its last frame as one.
   if (frame % film_every_ == 0 || (last && film_.empty())) {
@@ -159,9 +173,7 @@ void Album::add(Index frame, const Mesh& garment, const SimulationScene& scene) 
 }
 
 void Album::finish() const {
-  ContactSheetOptions sheet;
-  sheet.columns = 5;
-  write_image(place_.beside("sheet.png"), contact_sheet(pictures_, sheet));
+  write_image(place_.beside("sheet.png"), simulation_sheet(pictures_));
   constexpr int kTurn = 36;
   const std::vector<Image> turn = turntable_of(end_, kTurn, kFront, simulation_picture());
   write_video(place_.beside("turntable.mp4"), kTurn,

@@ -49,6 +49,11 @@ std::vector<RenderMesh> dressed(const Mesh& garment, const SimulationScene& scen
                                 const Points& body);
 PictureOptions simulation_picture();
 
+/// A contact sheet of a simulation: of some eight frames, the first and the last among them.
+bool in_sheet(Index frame, Index count);
+CaptionedImage sheet_picture(Index frame, const Mesh& garment, const SimulationScene& scene);
+Image simulation_sheet(const std::vector<CaptionedImage>& pictures);
+
 /// Pictures along the way, and two videos: of the motion and once round the end.
 class Album {
  public:
@@ -58,7 +63,6 @@ class Album {
 
  private:
   OutputPlace place_;
-  Index every_;
   Index film_every_;
   Index count_;
   double film_fps_;

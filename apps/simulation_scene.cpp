@@ -273,12 +273,16 @@ OptionTable describe(SimulateOptions& options) {
             "hangs so on the first body");
   table.add("relaxing", describe(options.relaxing));
   table.add("sewn", options.sewn, "Close the garment's seams before it moves");
-  table.add("membrane", options.membrane, {"springs", "strain"},
-            "Edges as springs, or orthotropic triangles, which need a flat rest shape");
+  table.add(describe(options.cloth));
   table.add("wind", options.wind, -200, 200, "m/s", "Three numbers, or none for still air");
   table.add("material", describe_said(options.material, fabric_names()));
   OptionTable xpbd = describe(options.xpbd);
-  std::erase_if(xpbd.fields, [](const OptionField& field) { return field.name == "time_step"; });
+  std::erase_if(xpbd.fields, [](const OptionField& field) {
+    return field.name == "time_step" || field.name == "report";
+  });
+  for (OptionField& field : xpbd.fields) {
+    field.keyed = true;  // what is counted is in the result
+  }
   return table.add("xpbd", xpbd);
 }
 
@@ -328,8 +332,7 @@ ScenePaths scene_in(const std::filesystem::path& folder) {
 namespace {
 
 ClothOptions cloth_options(const SimulateOptions& options) {
-  ClothOptions cloth;
-  cloth.membrane = options.membrane;
+  ClothOptions cloth = options.cloth;
   if (options.relax) {
     cloth.rest_angles = "template";
   }
@@ -337,9 +340,12 @@ ClothOptions cloth_options(const SimulateOptions& options) {
 }
 
 void relax_scene(SimulationScene& scene, const SimulateOptions& options) {
+  XpbdOptions solver = scene_solver(options);
+  solver.report = false;
+  solver.intersection_interval = 0;
   RelaxedGarment relaxed =
       relax_gravity(scene.garment, {}, scene.body ? scene.body(0) : Points(0, 3), scene.body_faces,
-                    cloth_options(options), scene_solver(options), options.relaxing);
+                    cloth_options(options), solver, options.relaxing);
   scene.notes.push_back(relaxed_text(relaxed, options.relaxing.seconds));
   scene.start = scene.garment.mesh.vertices;
   scene.garment = std::move(relaxed.garment);

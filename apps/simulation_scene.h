@@ -31,10 +31,11 @@ struct SimulateOptions {
   bool relax = false;      ///< the garment is captured: its weight has stretched it
   RelaxGravityOptions relaxing;
   bool sewn = true;                            ///< seams of the garment are closed before it moves
-  std::string membrane = "springs";            ///< see ClothOptions
+  ClothOptions cloth;                          ///< with `relax`, rest angles are the template's
   std::vector<double> wind;                    ///< m/s, three numbers, or none
   Material material = fabrics_own_material();  ///< what is said of it, see said_material
-  XpbdOptions xpbd;
+  /// Always with a report, so its counts are a part of the result.
+  XpbdOptions xpbd{.intersection_interval = 10};
 };
 OptionTable describe(SimulateOptions& options);
 

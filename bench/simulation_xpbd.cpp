@@ -386,6 +386,12 @@ const bool kRegistered = [] {
   const Device gpu = Device::Cuda;
   const Device cpu = Device::Cpu;
   add("small_steps_150k_900k_30x1", small_steps, gpu, 30);
+  // All springs at once, for how many iterations come to the residual of the row above.
+  for (int iterations : {1, 4, 16}) {
+    add(
+        "small_steps_150k_900k/jacobi_30x" + std::to_string(iterations),
+        [iterations] { return with_jacobi(small_steps(), iterations); }, gpu, 30);
+  }
   add(
       "grid_10k_10x1", [] { return hanging_square(100, 1); }, gpu, 60);
   add(

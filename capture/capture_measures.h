@@ -30,11 +30,4 @@ bool is_met(const Measure& measure);
 /// without truth, or one that is not whole.
 std::vector<Measure> measure_capture(const std::filesystem::path& capture);
 
-/// Depth, metres, of each point inside a closed surface: distance to the surface for points whose
-/// winding number is above one half; 0 outside, where the surface overlaps itself (winding number
-/// above one and a half: an armpit, a bent knee, where cloth has nowhere to go) and within `room`
-/// metres of there. O(points log faces), and O(faces within `room` x log faces) for those inside.
-Eigen::VectorXd depths_inside(const Points& points, const Points& vertices, const Triangles& faces,
-                              double room = 0);
-
 }  // namespace atelier

@@ -228,6 +228,12 @@ void add_edges(const Garment& garment, const ClothOptions& options,
       cloth.hinges.push_back({e.v0, e.v1, e.opposite[0], e.opposite[1], rest, m.bending * weight});
     }
   }
+  if (options.shear == "quads" && shear.empty()) {
+    throw DataError(
+        garment.name, "faces", "no two triangles that form a rectangle",
+        "a mesh of rectangles, each of two triangles, which shear = \"quads\" needs; or "
+        "\"cross\"");
+  }
   cloth.fibre_count = static_cast<int>(cloth.springs.size());
   cloth.springs.insert(cloth.springs.end(), shear.begin(), shear.end());
 }
@@ -253,6 +259,20 @@ void add_strains(const Garment& garment, const std::vector<FlatFace>& flat, Clot
     s.weft = m.stretch_weft * face.area;
     s.shear = m.shear * face.area;
     cloth.strains.push_back(s);
+  }
+}
+
+/// Refuses options that would do nothing, or the same thing twice.
+void check_together(const Garment& garment, const ClothOptions& options) {
+  if (options.membrane == "strain" && options.shear != "none") {
+    throw DataError(garment.name, "cloth options",
+                    "shear \"" + options.shear + "\" with membrane \"strain\"",
+                    "shear \"none\": these triangles have their shear already");
+  }
+  if (options.tether_stretch > 0 && options.tether_stretch < 1.01) {
+    throw DataError(garment.name, "cloth options",
+                    "tether_stretch " + std::to_string(options.tether_stretch),
+                    "0 for no tethers, or 1.01 to 2 times the way along the cloth");
   }
 }
 
@@ -357,6 +377,7 @@ Cloth make_cloth(const Garment& garment, const std::vector<int>& pins,
   for (const std::string& problem : check_options(describe(checked))) {
     throw DataError(garment.name, "cloth options", problem, "values in range");
   }
+  check_together(garment, options);
   if (garment.mesh.faces.rows() == 0) {
     throw DataError(garment.name, "faces", "none", "a triangle mesh");
   }
@@ -406,7 +427,11 @@ Cloth make_cloth(const Garment& garment, const std::vector<int>& pins,
     }
   }
   if (options.tether_stretch > 0) {
-    add_tethers(std::max(1.0, options.tether_stretch), cloth);
+    add_tethers(options.tether_stretch, cloth);
+    if (std::find(cloth.fixed.begin(), cloth.fixed.end(), 1) == cloth.fixed.end()) {
+      throw DataError(garment.name, "tethers", "no fixed vertex for one to end at",
+                      "pins or attachments, or tether_stretch 0");
+    }
   }
   rebuild_schedule(cloth, options.schedule);
   return cloth;

@@ -29,8 +29,11 @@ namespace atelier {
 ///   M  Memon et al. 2021, "Study on effect of leather rigidity and thickness on drapability of
 ///      sheep garment leather", Materials 14(16) 4553: thickness 0.64 to 0.96 mm, drape coefficient
 ///      47 to 70 %.
-///   D  our choice, such that the drape coefficient of the fabric (cusick_drape.h) lies within what
-///      is published for its kind; a quantity without a letter is our choice too.
+///   D  calibrated: chosen such that the drape coefficient of the fabric (cusick_drape.h) lies
+///      within what is published for its kind.
+/// A quantity without a letter is estimated. So silk has no measured value at all; of the five that
+/// the drape test judges, the bending of silk, cotton, wool and leather is calibrated to it, and
+/// denim's, which was measured, is predicted. Damping and friction are estimated throughout.
 struct Fabric {
   std::string_view name;
   std::string_view summary;  ///< what it is, and the source of each value

@@ -15,15 +15,22 @@ struct FrameReport {
   double kinetic_energy = 0;   ///< J
   double elastic_energy = 0;   ///< J
   int body_contacts = 0;       ///< vertices that touched the body in the last substep
-  int penetrating = 0;  ///< vertices inside the body (nearest surface point), after the frame
+  /// Free vertices inside the body after the frame, by the nearest surface within the contact
+  /// reach: in every frame; who is deeper is not among them (`inside` counts all).
+  int penetrating = 0;
   double penetration_depth = 0;  ///< m, the deepest of them
   int self_contacts = 0;  ///< pairs of cloth primitives that pushed each other in the last substep
   int self_candidates = 0;  ///< pairs that were watched during the frame
   int self_searches = 0;    ///< how often all pairs of cloth were looked for in the frame
   int self_renewals = 0;    ///< and those of particles that left their flights
   double device_ms = 0;     ///< CUDA: duration of the frame on the device
-  int crossings = -1;       ///< edge-triangle crossings of the cloth with itself; -1: not counted
-  int body_crossings = -1;  ///< edge-triangle crossings of cloth and body; -1: not counted
+  // Exact counts, every `intersection_interval` frames; -1: not counted, or no body.
+  int crossings = -1;       ///< edge-triangle crossings of the cloth with itself
+  int body_crossings = -1;  ///< edge-triangle crossings of cloth and body
+  /// Vertices inside the body by its winding number, however deep, outside of where it overlaps
+  /// itself (core/depths_inside.h).
+  int inside = -1;
+  double inside_depth = -1;  ///< m, the deepest of them; 0: none
 };
 
 }  // namespace atelier

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/depths_inside.h"
 #include "core/error.h"
 #include "simulation/backend.h"
 #include "simulation/constraint_math.h"
@@ -70,7 +71,7 @@ OptionTable describe(XpbdOptions& o) {
         "Slows every motion, to reach rest sooner.");
   t.add("report", o.report, "Strain, residual and energy after every frame.").not_keyed();
   t.add("intersection_interval", o.intersection_interval, 0, 1e9, "",
-        "Exact crossings every n frames; 0: never.")
+        "Exact counts of crossings and of vertices inside the body every n frames; 0: never.")
       .not_keyed();
   return t;
 }
@@ -309,7 +310,8 @@ ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
                          const XpbdOptions& options, Device device)
     : faces_(cloth.faces),
       body_faces_(body_faces),
-      intersection_interval_(options.intersection_interval) {
+      intersection_interval_(options.intersection_interval),
+      thickness_(options.thickness >= 0 ? options.thickness : cloth.material.thickness) {
   check_setup(options, {ClothVariation{}}, device);
   backend_ = device == Device::Cpu
                  ? make_cpu_backend(cloth, {}, body_faces, options)
@@ -333,6 +335,10 @@ FrameReport ClothSolver::advance(const Control& control) {
     report.crossings = count_crossings(positions, faces_);
     if (control.body_end.rows() > 0 && body_faces_.rows() > 0) {
       report.body_crossings = count_crossings(positions, faces_, control.body_end, body_faces_);
+      const Eigen::VectorXd depths =
+          depths_inside(positions, control.body_end, body_faces_, thickness_);
+      report.inside = static_cast<int>((depths.array() > 0).count());
+      report.inside_depth = depths.maxCoeff();
     }
   }
   return report;

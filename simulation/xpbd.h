@@ -54,7 +54,8 @@ struct XpbdOptions {
   double lift = 0;              ///< coefficient across the wind, 0 to 10
   double velocity_damping = 0;  ///< 1/s, slows every motion: only to reach rest sooner, 0 to 1000
   bool report = true;  ///< strain, residual and energy after every frame; costs a download on CUDA
-  /// exact count of crossings, of the cloth with itself and with the body, every n frames; 0: never
+  /// Exact counts, on the CPU, every n frames: crossings of the cloth with itself and with the
+  /// body, vertices inside the body; 0: never.
   int intersection_interval = 0;
 };
 OptionTable describe(XpbdOptions& options);
@@ -113,6 +114,7 @@ class ClothSolver {
   Triangles faces_;
   Triangles body_faces_;
   int intersection_interval_ = 0;
+  double thickness_ = 0;
 };
 
 /// One scene of a sweep: factors on the cloth's material.

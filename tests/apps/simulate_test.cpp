@@ -63,6 +63,23 @@ class Simulate : public ::testing::Test {
     file << "f 1 3 2\nf 1 4 3\nf 1 5 4\nf 1 2 5\nf 2 3 4\nf 2 4 5\n";
   }
 
+  /// A sheet that hangs from its upper edge, far from the body that it is tied to.
+  static void write_hanging(const std::filesystem::path& path) {
+    std::ofstream file(path);
+    for (int r = 0; r < 6; ++r) {
+      for (int c = 0; c < 4; ++c) {
+        file << "v " << 0.5 + 0.08 * c << " " << 1 - 0.08 * r << " 0\n";
+      }
+    }
+    for (int r = 0; r < 5; ++r) {
+      for (int c = 0; c < 3; ++c) {
+        const int a = 4 * r + c + 1;
+        file << "f " << a << " " << a + 4 << " " << a + 5 << "\nf " << a << " " << a + 5 << " "
+             << a + 1 << "\n";
+      }
+    }
+  }
+
   static ChildResult run(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), fixtures::program_path());
     return run_child(arguments);
@@ -106,6 +123,31 @@ TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
     EXPECT_THAT(result.out, HasSubstr(words));
   }
   EXPECT_TRUE(std::filesystem::exists(out() / "garment_000005.ply"));
+  std::istringstream table(read_file_text(out() / "frames.csv", 1 << 20));
+  std::vector<std::vector<std::string>> rows;
+  for (std::string row; std::getline(table, row);) {
+    rows.emplace_back();
+    std::istringstream cells(row + ",.");
+    for (std::string cell; std::getline(cells, cell, ',');) {
+      rows.back().push_back(cell);
+    }
+  }
+  ASSERT_EQ(rows.size(), 6U);
+  const auto cell = [&](std::size_t frame, const std::string& name) {
+    const auto column = std::find(rows[0].begin(), rows[0].end(), name) - rows[0].begin();
+    return rows[frame].at(static_cast<std::size_t>(column));
+  };
+  EXPECT_EQ(rows[0][0], "frame");
+  for (std::size_t frame = 1; frame <= 5; ++frame) {
+    ASSERT_EQ(rows[frame].size(), rows[0].size());
+    EXPECT_EQ(rows[frame][0], std::to_string(frame));
+    EXPECT_NEAR(std::stod(cell(frame, "seconds")), static_cast<double>(frame) / 60, 1e-8);
+    EXPECT_GT(std::stod(cell(frame, "strain_max")), 0);
+    EXPECT_GT(std::stod(cell(frame, "kinetic_energy_j")), 0);
+    for (const char* counted : {"inside", "inside_depth_m", "body_crossings", "crossings"}) {
+      EXPECT_EQ(cell(frame, counted).empty(), frame % 2 == 1) << counted << frame;
+    }
+  }
   result = on_body({"--json", "--format", "obj"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   std::istringstream lines(result.out);
@@ -118,6 +160,7 @@ TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
       EXPECT_TRUE(json["strain"]["p95"].is_number());
       EXPECT_TRUE(json["body"]["depth_m"].is_number());
       EXPECT_TRUE(json["self"]["crossings"].is_null());
+      EXPECT_TRUE(json["body"]["all_inside"].is_null());
     } else {
       EXPECT_EQ(json["bending_by_direction"].size(), 36U);
     }
@@ -142,21 +185,7 @@ std::vector<Eigen::Vector3d> vertices_of(const std::filesystem::path& obj) {
 }
 
 TEST_F(Simulate, ACapturedGarmentHangsAsCapturedOnceItsWeightIsTakenOut) {
-  {  // a sheet that hangs from its upper edge, far from the body that it is tied to
-    std::ofstream file(scene() / "garment.obj");
-    for (int r = 0; r < 6; ++r) {
-      for (int c = 0; c < 4; ++c) {
-        file << "v " << 0.5 + 0.08 * c << " " << 1 - 0.08 * r << " 0\n";
-      }
-    }
-    for (int r = 0; r < 5; ++r) {
-      for (int c = 0; c < 3; ++c) {
-        const int a = 4 * r + c + 1;
-        file << "f " << a << " " << a + 4 << " " << a + 5 << "\nf " << a << " " << a + 5 << " "
-             << a + 1 << "\n";
-      }
-    }
-  }
+  write_hanging(scene() / "garment.obj");
   const auto moved = [&](std::vector<std::string> more) {
     for (const char* word : {"--format", "obj", "--pin_top", "0.01", "--settle", "120",
                              "--material.stretch_warp", "40", "--material.stretch_weft", "40",
@@ -257,6 +286,67 @@ TEST_F(Simulate, RefusesPlacesThatContradictTheirFormat) {
           "a folder of meshes");
 }
 
+// All of the cloth begins deeper than contact reaches.
+TEST_F(Simulate, SaysHowManyVerticesAreInsideHoweverDeep) {
+  const ChildResult result = on_body({"--json", "--settle", "1", "--scale", "0.1", "--move_y",
+                                      "0.1", "--xpbd.intersection_interval", "1"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json json = nlohmann::json::parse(result.out.substr(result.out.find("\n{") + 1));
+  EXPECT_EQ(json["body"]["inside"], 0);
+  EXPECT_EQ(json["body"]["all_inside"], 49);
+  EXPECT_GT(json["body"]["all_depth_m"].get<double>(), 0.02);
+}
+
+TEST_F(Simulate, TheStageKeepsItsFiguresAndTheReportPlotsThem) {
+  ASSERT_EQ(stage("work", {"--xpbd.intersection_interval", "2"}).exit_code, 0);
+  EXPECT_FALSE(bytes("work", "sheet.png").empty());
+  const std::string table = bytes("work", "frames.csv");
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 7);
+  const nlohmann::json manifest = nlohmann::json::parse(bytes("work", "manifest.json"));
+  for (const char* name : {"frames", "strain_p95", "penetration_depth", "inside", "inside_depth",
+                           "body_crossings", "crossings"}) {
+    EXPECT_TRUE(manifest["metrics"].contains(name)) << name;
+  }
+  const ChildResult result = run({"report", (root_.path() / "work").string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::string page = read_file_text(root_.path() / "work" / "report" / "index.html", 1 << 24);
+  EXPECT_THAT(page, HasSubstr("edge strain, p95, %"));
+  EXPECT_THAT(page, HasSubstr("vertices inside the body"));
+}
+
+TEST_F(Simulate, TakesEveryOptionOfCloth) {
+  const auto fallen = [&](std::vector<std::string> more) {
+    for (const char* word : {"--format", "obj", "--settle", "12"}) {
+      more.emplace_back(word);
+    }
+    const ChildResult result = on_body(more);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return read_file_text(out() / "garment_000012.obj", 1 << 20);
+  };
+  const std::string plain = fallen({});
+  EXPECT_EQ(fallen({"--shear", "none", "--seam_stiffness", "100"}), plain);
+  EXPECT_NE(fallen({"--shear", "cross"}), plain);
+  EXPECT_NE(fallen({"--shear", "quads"}), plain);
+  EXPECT_EQ(fallen({"--rest_angles", "template", "--max_hinge_weight", "100"}), plain)
+      << "flat, and without slivers";
+  write_hanging(scene() / "garment.obj");
+  const auto lowest = [&](std::vector<std::string> more) {
+    for (const char* word : {"--format", "obj", "--pin_top", "0.01", "--settle", "20",
+                             "--material.stretch_warp", "2", "--material.stretch_weft", "2"}) {
+      more.emplace_back(word);
+    }
+    const ChildResult result = on_body(more);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    double least = 1;
+    for (const Eigen::Vector3d& v : vertices_of(out() / "garment_000020.obj")) {
+      least = std::min(least, v.y());
+    }
+    return least;
+  };
+  EXPECT_LT(lowest({}), 0.565);
+  EXPECT_GT(lowest({"--tether_stretch", "1.05"}), 0.575);
+}
+
 // A value that is given counts, also where it is the default of a material without a name.
 TEST_F(Simulate, GivenValuesChangeAFabricAndOthersStayItsOwn) {
   const auto material = [&](const std::vector<std::string>& more) {
@@ -287,7 +377,8 @@ TEST_F(Simulate, StageEndedAndContinuedGivesTheSameBits) {
   result = stage("parts");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out + result.err, HasSubstr("3 of 6 frames are done already"));
-  for (const char* name : {"states/000006.h5", "garment/frames/000006.h5", "garment/sequence.h5"}) {
+  for (const char* name : {"states/000006.h5", "garment/frames/000006.h5", "garment/sequence.h5",
+                           "frames.csv", "sheet.png"}) {
     ASSERT_FALSE(bytes("whole", name).empty()) << name;
     EXPECT_EQ(bytes("whole", name), bytes("parts", name)) << name;
   }
@@ -387,6 +478,11 @@ TEST_F(Simulate, RefusesMaterialsAndOptionsThatCannotBe) {
   refused({"--wind", "[1, 2]"}, "three numbers");
   refused({"--wind", "[nan, 0, 0]"}, "wind");
   refused({"--membrane", "strain"}, "rest shape", 3);
+  refused({"--shear", "sideways"}, "sideways");
+  refused({"--max_hinge_weight", "1"}, "max_hinge_weight");
+  refused({"--membrane", "strain", "--shear", "cross"}, "have their shear already", 3);
+  refused({"--tether_stretch", "1.1"}, "no fixed vertex", 3);
+  refused({"--tether_stretch", "0.5", "--pin_top", "0.1"}, "0 for no tethers", 3);
   EXPECT_EQ(run({"simulate"}).exit_code, 2);
   EXPECT_EQ(alone({"--motion", "walk.bvh"}).exit_code, 2);
   if (!cuda_available()) {

@@ -4,12 +4,15 @@
 
 #include "core/error.h"
 #include "tests/simulation/cloth_fixtures.h"
+#include "tests/support/devices.h"
 
 namespace atelier {
 namespace {
 
+class RestAngles : public fixtures::DeviceTest {};
+
 // T9: a bent template opens, or keeps its shape where rest angles are the template's.
-TEST(RestAngles, ACylinderOpensUnlessTheTemplateIsItsRest) {
+TEST_P(RestAngles, ACylinderOpensUnlessTheTemplateIsItsRest) {
   Mesh mesh = fixtures::sheet(3, 16, 0.01);
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
     const double a = mesh.vertices(v, 2) / 0.04;
@@ -25,7 +28,7 @@ TEST(RestAngles, ACylinderOpensUnlessTheTemplateIsItsRest) {
     const Cloth cloth = make_cloth(fixtures::garment_of(mesh, 0.2, 1000, 1e-4), {}, options);
     XpbdOptions xpbd;
     xpbd.velocity_damping = 5;
-    ClothSolver solver(cloth, {}, xpbd);
+    ClothSolver solver(cloth, {}, xpbd, device());
     const double before = span(cloth.rest_positions);
     for (int i = 0; i < 90; ++i) {
       solver.advance(control);
@@ -38,6 +41,8 @@ TEST(RestAngles, ACylinderOpensUnlessTheTemplateIsItsRest) {
     }
   }
 }
+
+ATELIER_ON_EVERY_DEVICE(RestAngles);
 
 TEST(Garment, ThatCannotBeSimulatedIsRefused) {
   const Garment good = fixtures::garment_of(fixtures::sheet(3, 3, 0.05), 0.2, 100, 1e-5);

@@ -1,9 +1,12 @@
 #include "simulation/cusick_drape.h"
 
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "core/error.h"
 #include "simulation/fabric.h"
+#include "tests/simulation/cloth_fixtures.h"
 #include "tests/support/devices.h"
 
 namespace atelier {
@@ -51,6 +54,25 @@ TEST_P(CusickDrapeTest, GrowsWithBendingAndDoesNotKnowDensityApartFromIt) {
   cloth.stretch_weft *= 2;
   cloth.shear *= 2;
   EXPECT_NEAR(cusick_drape(cloth, {.rings = 12}, device()).coefficient, light, 0.5);
+}
+
+// T9: refining an isotropic mesh changes the drape by less than 5%: from 15 rings to 30 by 2.1 of
+// cotton's 68.3 and 0.8 of wool's 52.9, in single precision on the CPU.
+TEST_P(CusickDrapeTest, ChangesLittleOnAFinerMesh) {
+  for (const char* name : {"cotton", "wool"}) {
+    double least = 100;
+    double most = 0;
+    for (const int rings : fixtures::soaking() ? std::vector{15, 22, 30} : std::vector{15, 22}) {
+      CusickOptions options;
+      options.rings = rings;
+      options.substeps = 30 * rings * rings / (15 * 15);  // so that none is softer by its solver
+      const double coefficient = cusick_drape(fabric_material(name), options, device()).coefficient;
+      RecordProperty(std::string(name) + "_" + std::to_string(rings), std::to_string(coefficient));
+      least = std::min(least, coefficient);
+      most = std::max(most, coefficient);
+    }
+    EXPECT_LT(most - least, 0.05 * most) << name;
+  }
 }
 
 ATELIER_ON_EVERY_DEVICE(CusickDrapeTest);

@@ -47,28 +47,30 @@ TEST(Spring, OscillatesExactlyAsImplicitEuler) {
   const double w0 = std::sqrt(stiffness / mass);
   Control control;
   control.gravity.setZero();
-  for (double h : {0.02, 0.005, 0.001}) {
-    const Cloth cloth = fixtures::chain(1, 1.0, stiffness, mass, mass);
-    ClothSolver solver(cloth, {}, double_options(h, 1, 1));
-    ClothState state = rest_state(cloth);
-    state.positions(1, 1) = -1.1;
-    solver.set_state(state);
-    // z = (x + i v / w0) turns by atan(w0 h) and shrinks by 1 / sqrt(1 + (w0 h)^2) a step.
-    double x = 0.1;
-    double v = 0;
-    for (int i = 0; i < 200; ++i) {
-      solver.advance(control);
-      v = (v - h * w0 * w0 * x) / (1 + h * h * w0 * w0);
-      x += h * v;
+  for (Device device : fixtures::devices()) {
+    for (double h : {0.02, 0.005, 0.001}) {
+      const Cloth cloth = fixtures::chain(1, 1.0, stiffness, mass, mass);
+      ClothSolver solver(cloth, {}, double_options(h, 1, 1), device);
+      ClothState state = rest_state(cloth);
+      state.positions(1, 1) = -1.1;
+      solver.set_state(state);
+      // z = (x + i v / w0) turns by atan(w0 h) and shrinks by 1 / sqrt(1 + (w0 h)^2) a step.
+      double x = 0.1;
+      double v = 0;
+      for (int i = 0; i < 200; ++i) {
+        solver.advance(control);
+        v = (v - h * w0 * w0 * x) / (1 + h * h * w0 * w0);
+        x += h * v;
+      }
+      const ClothState end = solver.state();
+      const double amplitude = std::hypot(-end.positions(1, 1) - 1, end.velocities(1, 1) / w0);
+      const double factor = std::pow(1 + w0 * w0 * h * h, -0.5 * 200);
+      EXPECT_NEAR(amplitude / 0.1 / factor, 1, 1e-4);
+      EXPECT_NEAR(-end.positions(1, 1) - 1, x, 1e-4 * 0.1);
+      const double phase = std::atan2(end.velocities(1, 1) / w0, -end.positions(1, 1) - 1);
+      const double expected = std::remainder(200 * std::atan(w0 * h), 2 * std::numbers::pi);
+      EXPECT_NEAR(std::remainder(phase - expected, 2 * std::numbers::pi), 0, 1e-4);
     }
-    const ClothState end = solver.state();
-    const double amplitude = std::hypot(-end.positions(1, 1) - 1, end.velocities(1, 1) / w0);
-    const double factor = std::pow(1 + w0 * w0 * h * h, -0.5 * 200);
-    EXPECT_NEAR(amplitude / 0.1 / factor, 1, 1e-4);
-    EXPECT_NEAR(-end.positions(1, 1) - 1, x, 1e-4 * 0.1);
-    const double phase = std::atan2(end.velocities(1, 1) / w0, -end.positions(1, 1) - 1);
-    const double expected = std::remainder(200 * std::atan(w0 * h), 2 * std::numbers::pi);
-    EXPECT_NEAR(std::remainder(phase - expected, 2 * std::numbers::pi), 0, 1e-4);
   }
 }
 
@@ -80,20 +82,22 @@ TEST(Spring, DampingOfMacklinDecaysAsTheDampedOscillator) {
   const double h = 0.002;
   Cloth cloth = fixtures::chain(1, 1.0, stiffness, mass, mass);
   cloth.material.damping = time;
-  ClothSolver solver(cloth, {}, double_options(h, 1, 1));
-  ClothState state = rest_state(cloth);
-  state.positions(1, 1) = -1.1;
-  solver.set_state(state);
-  Control control;
-  control.gravity.setZero();
-  double x = 0.1;
-  double v = 0;
-  for (int i = 0; i < 300; ++i) {
-    solver.advance(control);
-    v = (mass * v - h * stiffness * x) / (mass + h * h * stiffness + h * stiffness * time);
-    x += h * v;
+  for (Device device : fixtures::devices()) {
+    ClothSolver solver(cloth, {}, double_options(h, 1, 1), device);
+    ClothState state = rest_state(cloth);
+    state.positions(1, 1) = -1.1;
+    solver.set_state(state);
+    Control control;
+    control.gravity.setZero();
+    double x = 0.1;
+    double v = 0;
+    for (int i = 0; i < 300; ++i) {
+      solver.advance(control);
+      v = (mass * v - h * stiffness * x) / (mass + h * h * stiffness + h * stiffness * time);
+      x += h * v;
+    }
+    EXPECT_NEAR(-solver.state().positions(1, 1) - 1, x, 1e-7);
   }
-  EXPECT_NEAR(-solver.state().positions(1, 1) - 1, x, 1e-7);
 }
 
 // T4: tip displacement (m g / k) n (n + 1) / 2, top force n m g.
@@ -259,20 +263,22 @@ TEST(Invariants, FreeFlightKeepsMomentumAndNeverGainsEnergy) {
     }
     return sum;
   };
-  ClothSolver solver(cloth, {}, double_options(1.0 / 60, 10, 30));
-  solver.set_state(state);
-  Control control;
-  control.gravity.setZero();
-  double energy = 1e30;
-  for (int i = 0; i < 60; ++i) {
-    const FrameReport report = solver.advance(control);
-    EXPECT_LE(report.kinetic_energy + report.elastic_energy,
-              energy * (1 + 1e-9) + (i == 0 ? 1e30 : 0));
-    energy = report.kinetic_energy + report.elastic_energy;
+  for (Device device : fixtures::devices()) {
+    ClothSolver solver(cloth, {}, double_options(1.0 / 60, 10, 30), device);
+    solver.set_state(state);
+    Control control;
+    control.gravity.setZero();
+    double energy = 1e30;
+    for (int i = 0; i < 60; ++i) {
+      const FrameReport report = solver.advance(control);
+      EXPECT_LE(report.kinetic_energy + report.elastic_energy,
+                energy * (1 + 1e-9) + (i == 0 ? 1e30 : 0));
+      energy = report.kinetic_energy + report.elastic_energy;
+    }
+    const ClothState end = solver.state();
+    EXPECT_LT((linear(end) - linear(state)).norm() / linear(state).norm(), 1e-6);
+    EXPECT_LT((angular(end) - angular(state)).norm() / angular(state).norm(), 1e-4);
   }
-  const ClothState end = solver.state();
-  EXPECT_LT((linear(end) - linear(state)).norm() / linear(state).norm(), 1e-6);
-  EXPECT_LT((angular(end) - angular(state)).norm() / angular(state).norm(), 1e-4);
 }
 
 TEST(Invariants, FallIsTheParabolaOfItsTimeStep) {

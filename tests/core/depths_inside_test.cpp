@@ -1,11 +1,12 @@
 // How deep points lie inside a body, and where that counts for nothing.
+#include "core/depths_inside.h"
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
-#include "capture/capture_measures.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -50,7 +51,7 @@ struct Pair {
   }
 };
 
-TEST(ClothDepth, IsTheDistanceToTheSurface) {
+TEST(DepthsInside, IsTheDistanceToTheSurface) {
   const Pair pair({0, 1, 0});
   EXPECT_EQ(pair.depth(-1.2, 0), 0) << "outside";
   EXPECT_NEAR(pair.depth(-0.7, 0), 0.3, 0.002);
@@ -59,7 +60,7 @@ TEST(ClothDepth, IsTheDistanceToTheSurface) {
   EXPECT_EQ(depths_inside(Points(0, 3), pair.vertices, pair.faces, 0.1).size(), 0);
 }
 
-TEST(ClothDepth, CountsForNothingWithinTheThicknessOfAnOverlapInWhateverDirectionItLies) {
+TEST(DepthsInside, CountsForNothingWithinTheThicknessOfAnOverlapInWhateverDirectionItLies) {
   for (const Eigen::Vector3d& along :
        {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(1, 0.4, 0.2), Eigen::Vector3d(-0.3, 1, 0.55),
         Eigen::Vector3d(0.39, -1, -0.41)}) {
@@ -71,7 +72,7 @@ TEST(ClothDepth, CountsForNothingWithinTheThicknessOfAnOverlapInWhateverDirectio
   }
 }
 
-TEST(ClothDepth, RefusesFacesOfNoVertices) {
+TEST(DepthsInside, RefusesFacesOfNoVertices) {
   const Pair pair({0, 1, 0});
   Triangles wrong = pair.faces;
   wrong(3, 1) = 1'000'000;

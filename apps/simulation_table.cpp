@@ -1,0 +1,96 @@
+#if defined(ATELIER_HAS_SIMULATION)
+
+#include "apps/simulation_table.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/archive.h"
+#include "core/error.h"
+#include "simulation/cloth_state_archive.h"
+
+namespace atelier {
+namespace {
+
+constexpr const char* kSimulatedSchema = "atelier.simulated_frame";
+
+void set_frame_number(FrameReport& report, const FrameColumn& column, double value) {
+  if (const auto* count = std::get_if<int FrameReport::*>(&column.member)) {
+    report.** count = static_cast<int>(value);
+  } else {
+    report.*std::get<double FrameReport::*>(column.member) = value;
+  }
+}
+
+double report_number(const Archive& archive, const FrameColumn& column, const std::string& file) {
+  const auto found = archive.numbers.find(column.name);
+  if (found == archive.numbers.end()) {
+    throw DataError(file, column.name, "no such number", "the frame's report");
+  }
+  const double value = found->second;
+  const bool count = std::holds_alternative<int FrameReport::*>(column.member);
+  constexpr double kMost = 2147483647;
+  if (!std::isfinite(value) || (count && !(value >= -1 && value <= kMost))) {
+    throw DataError(file, column.name, std::to_string(value),
+                    count ? "a count, or -1" : "a finite number");
+  }
+  return value;
+}
+
+}  // namespace
+
+double frame_number(const FrameReport& report, const FrameColumn& column) {
+  if (const auto* count = std::get_if<int FrameReport::*>(&column.member)) {
+    return report.**count;
+  }
+  return report.*std::get<double FrameReport::*>(column.member);
+}
+
+std::string frames_csv(const std::vector<FrameReport>& reports, double fps) {
+  std::string text = "frame,seconds";
+  for (const FrameColumn& column : kFrameColumns) {
+    text += std::string(",") + column.name;
+  }
+  text += "\n";
+  char number[40];
+  for (const FrameReport& report : reports) {
+    std::snprintf(number, sizeof number, "%lld,%.9g", static_cast<long long>(report.frame),
+                  static_cast<double>(report.frame) / fps);
+    text += number;
+    for (const FrameColumn& column : kFrameColumns) {
+      const double value = frame_number(report, column);
+      number[0] = 0;
+      if (value >= 0) {
+        std::snprintf(number, sizeof number, "%.9g", value);
+      }
+      text += std::string(",") + number;
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+void write_simulated_frame(const std::filesystem::path& file, const SimulatedFrame& frame) {
+  Archive archive;
+  archive.schema = kSimulatedSchema;
+  put_cloth_state(archive, "frame", frame.state);
+  for (const FrameColumn& column : kFrameColumns) {
+    archive.numbers[column.name] = frame_number(frame.report, column);
+  }
+  write_archive(file, archive);
+}
+
+SimulatedFrame read_simulated_frame(const std::filesystem::path& file, Index vertices) {
+  const Archive archive = read_archive(file, kSimulatedSchema, 1);
+  SimulatedFrame frame;
+  frame.state = cloth_state_at(archive, "frame", vertices, file.string());
+  frame.report.frame = frame.state.frame;
+  for (const FrameColumn& column : kFrameColumns) {
+    set_frame_number(frame.report, column, report_number(archive, column, file.string()));
+  }
+  return frame;
+}
+
+}  // namespace atelier
+
+#endif

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "simulation/xpbd.h"
+
+namespace atelier {
+
+/// One number of a frame's report, under the name that tables and archives have for it.
+struct FrameColumn {
+  const char* name;  ///< with its unit, "" for counts and shares: "penetration_depth_m"
+  std::variant<int FrameReport::*, double FrameReport::*> member;
+};
+
+inline constexpr std::array<FrameColumn, 15> kFrameColumns = {{
+    {"strain_p50", &FrameReport::strain_p50},
+    {"strain_p95", &FrameReport::strain_p95},
+    {"strain_max", &FrameReport::strain_max},
+    {"spring_residual_m", &FrameReport::spring_residual},
+    {"hinge_residual_rad", &FrameReport::hinge_residual},
+    {"kinetic_energy_j", &FrameReport::kinetic_energy},
+    {"elastic_energy_j", &FrameReport::elastic_energy},
+    {"body_contacts", &FrameReport::body_contacts},
+    {"penetrating", &FrameReport::penetrating},
+    {"penetration_depth_m", &FrameReport::penetration_depth},
+    {"inside", &FrameReport::inside},
+    {"inside_depth_m", &FrameReport::inside_depth},
+    {"body_crossings", &FrameReport::body_crossings},
+    {"self_contacts", &FrameReport::self_contacts},
+    {"crossings", &FrameReport::crossings},
+}};
+
+double frame_number(const FrameReport& report, const FrameColumn& column);
+
+/// Reports as comma-separated values: "frame", "seconds" (from the start, at `fps`), then the
+/// columns, a line a frame; what was not counted in a frame (-1) is empty there.
+std::string frames_csv(const std::vector<FrameReport>& reports, double fps);
+
+/// A frame of a simulation, as files keep it: schema "atelier.simulated_frame", version 1. A
+/// simulation goes on from it with the same bits, and its report stays as it was.
+struct SimulatedFrame {
+  ClothState state;
+  FrameReport report;
+};
+
+void write_simulated_frame(const std::filesystem::path& file, const SimulatedFrame& frame);
+/// Throws DataError for the file of another cloth.
+SimulatedFrame read_simulated_frame(const std::filesystem::path& file, Index vertices);
+
+}  // namespace atelier
