@@ -66,8 +66,8 @@ Bent bend(const Camera& camera, const Vector2& p) {
   return {p, Matrix2::Identity()};
 }
 
-// Whether the polynomial is too weak to fold anything up to this radius: its jacobian differs from 1 by
-// less than 1, there and further in, where this bound is smaller.
+// Whether the polynomial is too weak to fold anything up to this radius: its jacobian differs from
+// 1 by less than 1, there and further in, where this bound is smaller.
 bool cannot_fold(const std::array<double, 8>& d, double radius) {
   if (d[5] != 0 || d[6] != 0 || d[7] != 0) {
     return false;

@@ -412,9 +412,9 @@ TEST_F(Synthesize, TakesMeshSequencesOfOtherPrograms) {
   const fs::path out = folder_->path() / "from_files";
   const std::string bodies = (folder_->path() / "bodies").string();
   const std::string cloths = (folder_->path() / "cloths").string();
-  const ChildResult result = run_child(
-      small(out, {"--body_sequence", bodies, "--cloth_sequence", cloths, "--shutter", "0.02",
-                  "--dome.width", "60", "--dome.height", "80"}));
+  const ChildResult result =
+      run_child(small(out, {"--body_sequence", bodies, "--cloth_sequence", cloths, "--shutter",
+                            "0.02", "--dome.width", "60", "--dome.height", "80"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const CaptureTruth taken = read_capture_truth(out);
   ASSERT_EQ(taken.garments.size(), 1U);

@@ -79,9 +79,9 @@ inline std::vector<SystemCall> record_calls(const std::vector<std::string>& comm
 inline std::vector<std::string> injected(const std::vector<std::string>& command,
                                          const SystemCall& call, const std::string& what) {
   std::vector<std::string> traced = traced_into("/dev/null", what.starts_with("signal="));
-  traced.insert(traced.end(), {"-e", "trace=" + call.name, "-e",
-                               "inject=" + call.name + ":" + what +
-                                   ":when=" + std::to_string(call.number)});
+  traced.insert(traced.end(),
+                {"-e", "trace=" + call.name, "-e",
+                 "inject=" + call.name + ":" + what + ":when=" + std::to_string(call.number)});
   traced.insert(traced.end(), command.begin(), command.end());
   return traced;
 }

@@ -123,8 +123,7 @@ TEST(Camera, FoldsWhereTheRadiusTurnsBack) {
     for (int step = 1; step <= 1000 && !folds; ++step) {
       folds = turns_back(r * step / 1000);
     }
-    const bool has_pixel =
-        project(camera, {r * std::cos(turn), r * std::sin(turn), 1}).has_value();
+    const bool has_pixel = project(camera, {r * std::cos(turn), r * std::sin(turn), 1}).has_value();
     if (!folds) {
       EXPECT_TRUE(has_pixel) << k1 << " " << k2 << " " << k3 << " at " << r;
       ++seen;
