@@ -68,7 +68,11 @@ void relax_mesh(Mesh& mesh, const FlattenRelaxOptions& options, const Say& say) 
 
 Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options, const Say& say) {
   Flattened flat;
-  flat.mesh = read_mesh(file, options.input);
+  const MeshFile read = read_mesh_file(file, options.input);
+  if (const auto finding = unit_finding(read, file.string())) {
+    say(to_string(*finding));
+  }
+  flat.mesh = read.mesh;
   const Triangles oriented = consistently_oriented(flat.mesh.faces, flat.mesh.vertices.rows());
   if (oriented != flat.mesh.faces) {
     say("triangles of opposite orientation were turned round");

@@ -66,12 +66,24 @@ Bent bend(const Camera& camera, const Vector2& p) {
   return {p, Matrix2::Identity()};
 }
 
+// Whether the polynomial is too weak to fold anything up to this radius: its jacobian differs from
+// 1 by less than 1, there and further in, where this bound is smaller.
+bool cannot_fold(const std::array<double, 8>& d, double radius) {
+  if (d[5] != 0 || d[6] != 0 || d[7] != 0) {
+    return false;
+  }
+  const double r2 = radius * radius;
+  const double radial =
+      r2 * (3 * std::abs(d[0]) + r2 * (5 * std::abs(d[1]) + r2 * 7 * std::abs(d[4])));
+  return radial + 8 * radius * (std::abs(d[2]) + std::abs(d[3])) < 0.99;
+}
+
 // Beyond the first fold of the distortion one pixel has two rays; only the inner one is a camera's.
 bool folded(const Camera& camera, const Vector2& p, const Bent& bent) {
   if (bent.jacobian.determinant() <= 0 || bent.jacobian.trace() <= 0) {
     return true;
   }
-  if (camera.distortion_model != Distortion::Brown) {
+  if (camera.distortion_model != Distortion::Brown || cannot_fold(camera.distortion, p.norm())) {
     return false;
   }
   // The radius may have turned back and forth on the way out: look along the ray from the centre.

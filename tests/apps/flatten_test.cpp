@@ -1,7 +1,9 @@
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -91,6 +93,27 @@ TEST_F(Flatten, TheStageDoesTheSame) {
   EXPECT_THAT(result.out + result.err, HasSubstr("stretch p50"));
   const ChildResult again = run({mesh().string(), workspace});
   EXPECT_EQ(again.exit_code, 0);
+}
+
+TEST_F(Flatten, CentimetresThatAreTakenForMetresAreSpokenOf) {
+  EXPECT_THAT(alone().out, ::testing::Not(HasSubstr("unit-unknown")));
+  std::istringstream lines(read_file_text(mesh(), 1 << 20));
+  std::ofstream larger(mesh());
+  for (std::string line; std::getline(lines, line);) {
+    double x, y, z;
+    if (std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z) == 3) {
+      larger << "v " << 100 * x << " " << 100 * y << " " << 100 * z << "\n";
+    } else {
+      larger << line << "\n";
+    }
+  }
+  larger.close();
+  const ChildResult told = alone();
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_THAT(told.out, HasSubstr("warning unit-unknown"));
+  EXPECT_THAT(told.out, HasSubstr("is 40 m large"));
+  EXPECT_THAT(told.out, HasSubstr("--input.unit"));
+  EXPECT_THAT(alone({"--input.unit", "cm"}).out, ::testing::Not(HasSubstr("unit-unknown")));
 }
 
 TEST_F(Flatten, RefusesWhatIsNoGarment) {

@@ -108,6 +108,9 @@ class Person : public ::testing::Test {
     if (stage == "track") {
       more = fixtures::with_usual({"--samples", "600", "--rounds", "3"}, more);
     }
+    if (stage == "body") {
+      more = fixtures::with_usual({"--iterations", "2", "--gap-frames", "1"}, more);
+    }
     command.insert(command.end(), more.begin(), more.end());
     return run_child(command);
   }

@@ -145,6 +145,8 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   const fs::path surface = own_.path() / "scan.ply";
   const auto depth = [&](std::vector<std::string> more) {
     std::vector<std::string> call = {program_path(), "depth", capture_.string(), maps.string()};
+    more = fixtures::with_usual({"--surface.octree_depth", "6", "--surface.edge_length", "0.03"},
+                                more);
     call.insert(call.end(), more.begin(), more.end());
     return run_child(call);
   };

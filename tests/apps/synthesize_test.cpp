@@ -412,8 +412,9 @@ TEST_F(Synthesize, TakesMeshSequencesOfOtherPrograms) {
   const fs::path out = folder_->path() / "from_files";
   const std::string bodies = (folder_->path() / "bodies").string();
   const std::string cloths = (folder_->path() / "cloths").string();
-  const ChildResult result = run_child(
-      small(out, {"--body_sequence", bodies, "--cloth_sequence", cloths, "--shutter", "0.02"}));
+  const ChildResult result =
+      run_child(small(out, {"--body_sequence", bodies, "--cloth_sequence", cloths, "--shutter",
+                            "0.02", "--dome.width", "60", "--dome.height", "80"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const CaptureTruth taken = read_capture_truth(out);
   ASSERT_EQ(taken.garments.size(), 1U);
@@ -532,7 +533,7 @@ TEST(SynthesizeRefuses, AFullDiskLeavesNothingThatLooksWhole) {
   const TemporaryDirectory folder;
   const std::string disk = (folder.path() / "disk").string();
   fs::create_directories(disk);
-  if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=1500k") != 0) {
+  if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=500k") != 0) {
     GTEST_SKIP() << "mounting is not allowed here";
   }
   const ChildResult result = run_child(small(fs::path(disk) / "capture"));

@@ -99,6 +99,43 @@ TEST(Camera, NoPixelBeyondTheFoldOfTheDistortion) {
   EXPECT_FALSE(ray_direction(camera, {camera.cx + 0.6 * camera.fx, camera.cy}).has_value());
 }
 
+TEST(Camera, FoldsWhereTheRadiusTurnsBack) {
+  Camera camera = make_camera(Distortion::Brown);
+  camera.camera_from_world_rotation.setIdentity();
+  camera.camera_from_world_translation.setZero();
+  Random random{3, 0, 0};
+  int seen = 0;
+  int unseen = 0;
+  for (int trial = 0; trial < 5000; ++trial) {
+    const double k1 = uniform(random, -1, 1);
+    const double k2 = uniform(random, -1, 1);
+    const double k3 = uniform(random, -1, 1);
+    camera.distortion = {k1, k2, 0, 0, k3, 0, 0, 0};
+    const double r = uniform(random, 0, 1.5);
+    const double turn = uniform(random, 0, 6);
+    // Of r (1 + k1 r^2 + k2 r^4 + k3 r^6), and of the same over r: both positive, or it has folded.
+    const auto turns_back = [&](double at) {
+      const double s = at * at;
+      return 1 + s * (3 * k1 + s * (5 * k2 + s * 7 * k3)) <= 0 ||
+             1 + s * (k1 + s * (k2 + s * k3)) <= 0;
+    };
+    bool folds = false;
+    for (int step = 1; step <= 1000 && !folds; ++step) {
+      folds = turns_back(r * step / 1000);
+    }
+    const bool has_pixel = project(camera, {r * std::cos(turn), r * std::sin(turn), 1}).has_value();
+    if (!folds) {
+      EXPECT_TRUE(has_pixel) << k1 << " " << k2 << " " << k3 << " at " << r;
+      ++seen;
+    } else if (turns_back(r)) {
+      EXPECT_FALSE(has_pixel) << k1 << " " << k2 << " " << k3 << " at " << r;
+      ++unseen;
+    }
+  }
+  EXPECT_GT(seen, 1000);
+  EXPECT_GT(unseen, 1000);
+}
+
 TEST(Camera, KnownBrownDistortion) {
   Camera camera = make_camera(Distortion::Brown);
   camera.camera_from_world_rotation.setIdentity();
