@@ -40,11 +40,22 @@ Stretches stretches_of(const Matrix2& f) {
   return {rotation(left), rotation(right), {turning + stretching, turning - stretching}};
 }
 
+/// Symmetric Dirichlet energy of the stretches, and its derivative.
+double dirichlet(const Eigen::Vector2d& s) {
+  return (s.squaredNorm() + s.cwiseInverse().squaredNorm()) / 2;
+}
+Eigen::Vector2d dirichlet_slope(const Eigen::Vector2d& s) {
+  return s.array() - s.array().cube().inverse();
+}
+
 }  // namespace
 
 PanelEnergy::PanelEnergy(const Points& vertices, const Triangles& faces,
-                         std::vector<EdgeLength> lengths, double length_weight)
-    : faces_(faces), lengths_(std::move(lengths)), length_weight_(length_weight) {
+                         std::vector<EdgeLength> lengths, double length_weight, double even)
+    : faces_(faces),
+      lengths_(std::move(lengths)),
+      length_weight_(length_weight),
+      soft_(2 * even * even) {
   const Index count = faces.rows();
   weights_.resize(count);
   gradients_.resize(static_cast<std::size_t>(count));
@@ -127,6 +138,20 @@ PanelEnergy::Corners PanelEnergy::corners(const Eigen::VectorXd& x, Index face) 
   return corners;
 }
 
+PanelEnergy::Stiffened PanelEnergy::stiffened(double d) const {
+  if (!(soft_ > 0)) {
+    return {d, 1, 0};
+  }
+  constexpr double kPower = 3;
+  constexpr double kEnd = 4;  // of x / b: twice the stretch
+  const double x = std::max(0.0, d - 2) / soft_;
+  const double bent = std::min(x, kEnd);
+  const double stiff = bent * bent * bent;
+  const double beyond = x > kEnd ? (x - kEnd) * stiff : 0;
+  return {d + soft_ * (stiff * bent / (kPower + 1) + beyond), 1 + stiff,
+          x > kEnd ? 0 : kPower * bent * bent / soft_};
+}
+
 double PanelEnergy::value(const Eigen::VectorXd& x) const {
   double sum = 0;
   for (Index f = 0; f < faces_.rows(); ++f) {
@@ -136,7 +161,8 @@ double PanelEnergy::value(const Eigen::VectorXd& x) const {
       return std::numeric_limits<double>::infinity();
     }
     // s1^2 + s2^2 = |F|^2, and their inverses' the same over det^2.
-    sum += weights_[f] * deformation.squaredNorm() * (1 + 1 / (determinant * determinant)) / 2;
+    const double d = deformation.squaredNorm() * (1 + 1 / (determinant * determinant)) / 2;
+    sum += weights_[f] * stiffened(d).value;
   }
   for (const EdgeLength& edge : lengths_) {
     const double length = (x.segment<2>(2 * edge.b) - x.segment<2>(2 * edge.a)).norm();
@@ -150,9 +176,9 @@ Eigen::VectorXd PanelEnergy::gradient(const Eigen::VectorXd& x) const {
   for (Index f = 0; f < faces_.rows(); ++f) {
     const auto& g = gradients_[static_cast<std::size_t>(f)];
     const Stretches at = stretches_of(corners(x, f) * g);
-    const Eigen::Vector2d d = at.s.array() - at.s.array().cube().inverse();
-    const Matrix2 stress = at.u * d.asDiagonal() * at.v.transpose();
-    const Corners forces = weights_[f] * stress * g.transpose();
+    const Matrix2 stress = at.u * dirichlet_slope(at.s).asDiagonal() * at.v.transpose();
+    const Corners forces =
+        weights_[f] * stiffened(dirichlet(at.s)).slope * stress * g.transpose();
     for (int k = 0; k < 3; ++k) {
       gradient.segment<2>(2 * faces_(f, k)) += forces.col(k);
     }
@@ -189,14 +215,19 @@ const Eigen::SparseMatrix<double>& PanelEnergy::hessian(const Eigen::VectorXd& x
                                           Matrix2(at.u.col(1) * at.v.col(1).transpose()),
                                           Matrix2(at.u * twist * at.v.transpose() / std::sqrt(2.0)),
                                           Matrix2(at.u * flip * at.v.transpose() / std::sqrt(2.0))};
+    const Stiffened stiff = stiffened(dirichlet(at.s));
     Eigen::Matrix<double, 6, 6> part = Eigen::Matrix<double, 6, 6>::Zero();
+    const auto add = [&](const Matrix2& mode, double stiffness) {
+      const Corners moved = mode * g.transpose();
+      const Eigen::Map<const Eigen::Matrix<double, 6, 1>> direction(moved.data());
+      part += weights_[f] * stiffness * direction * direction.transpose();
+    };
     for (std::size_t mode = 0; mode < 4; ++mode) {
       if (eigenvalues[mode] > 0) {
-        const Corners moved = modes[mode] * g.transpose();
-        const Eigen::Map<const Eigen::Matrix<double, 6, 1>> direction(moved.data());
-        part += weights_[f] * eigenvalues[mode] * direction * direction.transpose();
+        add(modes[mode], stiff.slope * eigenvalues[mode]);
       }
     }
+    add(at.u * dirichlet_slope(at.s).asDiagonal() * at.v.transpose(), stiff.bend);
     const auto& places = face_places_[static_cast<std::size_t>(f)];
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 6; ++j) {
