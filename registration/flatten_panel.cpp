@@ -399,7 +399,7 @@ FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,
     flat.converged = now - next <= options.tolerance * now;
     now = next;
   }
-  flat.energy = now;
+  flat.energy = energy.stretching(x);
   flat.vertices = as_points(x);
   Points2 loop(static_cast<Index>(boundary.size()), 2);
   for (std::size_t i = 0; i < boundary.size(); ++i) {

@@ -11,7 +11,7 @@ namespace atelier {
 struct FlattenPanelOptions {
   int iterations = 200;      ///< Newton steps at most, 1 to 10000
   double tolerance = 1e-7;   ///< stops where a step lowers the energy by less, share, 0 to 0.1
-  double even = 0.0145;  ///< stretch beyond which cloth stiffens, 0 to 1; 0: it never does
+  double even = 0.015;       ///< stretch beyond which cloth stiffens, 0 to 1; 0: it never does
   double length_weight = 0;  ///< of `lengths`; 1e3 holds them to about 1e-4 of their length
 };
 OptionTable describe(FlattenPanelOptions& options);
@@ -28,7 +28,7 @@ struct FlatPanel {
   int iterations = 0;
   bool converged = false;
   bool overlaps = false;  ///< it lies over itself: its outline crosses itself
-  double energy = 0;      ///< a mean over the area; 2 if nothing is stretched
+  double energy = 0;      ///< symmetric Dirichlet, a mean over the area; 2 if nothing is stretched
 };
 
 /// Lays a panel (a surface that is a disc: one piece, one boundary loop) flat with least stretch.

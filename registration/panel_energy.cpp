@@ -14,6 +14,9 @@ namespace {
 
 using Matrix2 = Eigen::Matrix2d;
 
+constexpr int kPower = 3;   // n
+constexpr double kEnd = 4;  // of x / b: twice the stretch
+
 /// F = u diag(s) v', rotations u and v, s(0) >= s(1) > 0 where det F > 0.
 struct Stretches {
   Matrix2 u, v;
@@ -54,7 +57,7 @@ PanelEnergy::PanelEnergy(const Points& vertices, const Triangles& faces,
                          std::vector<EdgeLength> lengths, double length_weight, double even)
     : faces_(faces),
       lengths_(std::move(lengths)),
-      length_weight_(length_weight),
+      length_weight_(even > 0 ? (1 + std::pow(kEnd, kPower)) * length_weight : length_weight),
       soft_(2 * even * even) {
   const Index count = faces.rows();
   weights_.resize(count);
@@ -138,35 +141,48 @@ PanelEnergy::Corners PanelEnergy::corners(const Eigen::VectorXd& x, Index face) 
   return corners;
 }
 
+double PanelEnergy::dirichlet_at(const Eigen::VectorXd& x, Index face) const {
+  const Matrix2 deformation = corners(x, face) * gradients_[static_cast<std::size_t>(face)];
+  const double determinant = deformation.determinant();
+  if (!(determinant > 0)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  // s1^2 + s2^2 = |F|^2, and their inverses' the same over det^2.
+  return deformation.squaredNorm() * (1 + 1 / (determinant * determinant)) / 2;
+}
+
 PanelEnergy::Stiffened PanelEnergy::stiffened(double d) const {
   if (!(soft_ > 0)) {
     return {d, 1, 0};
   }
-  constexpr double kPower = 3;
-  constexpr double kEnd = 4;  // of x / b: twice the stretch
   const double x = std::max(0.0, d - 2) / soft_;
   const double bent = std::min(x, kEnd);
-  const double stiff = bent * bent * bent;
+  const double stiff = std::pow(bent, kPower);
   const double beyond = x > kEnd ? (x - kEnd) * stiff : 0;
   return {d + soft_ * (stiff * bent / (kPower + 1) + beyond), 1 + stiff,
-          x > kEnd ? 0 : kPower * bent * bent / soft_};
+          x > kEnd ? 0 : kPower * std::pow(bent, kPower - 1) / soft_};
 }
 
 double PanelEnergy::value(const Eigen::VectorXd& x) const {
   double sum = 0;
   for (Index f = 0; f < faces_.rows(); ++f) {
-    const Matrix2 deformation = corners(x, f) * gradients_[static_cast<std::size_t>(f)];
-    const double determinant = deformation.determinant();
-    if (!(determinant > 0)) {
-      return std::numeric_limits<double>::infinity();
+    const double d = dirichlet_at(x, f);
+    if (std::isinf(d)) {
+      return d;
     }
-    // s1^2 + s2^2 = |F|^2, and their inverses' the same over det^2.
-    const double d = deformation.squaredNorm() * (1 + 1 / (determinant * determinant)) / 2;
     sum += weights_[f] * stiffened(d).value;
   }
   for (const EdgeLength& edge : lengths_) {
     const double length = (x.segment<2>(2 * edge.b) - x.segment<2>(2 * edge.a)).norm();
     sum += length_weight_ / area_ * (length - edge.length) * (length - edge.length) / 2;
+  }
+  return sum;
+}
+
+double PanelEnergy::stretching(const Eigen::VectorXd& x) const {
+  double sum = 0;
+  for (Index f = 0; f < faces_.rows(); ++f) {
+    sum += weights_[f] * dirichlet_at(x, f);
   }
   return sum;
 }
@@ -177,8 +193,7 @@ Eigen::VectorXd PanelEnergy::gradient(const Eigen::VectorXd& x) const {
     const auto& g = gradients_[static_cast<std::size_t>(f)];
     const Stretches at = stretches_of(corners(x, f) * g);
     const Matrix2 stress = at.u * dirichlet_slope(at.s).asDiagonal() * at.v.transpose();
-    const Corners forces =
-        weights_[f] * stiffened(dirichlet(at.s)).slope * stress * g.transpose();
+    const Corners forces = weights_[f] * stiffened(dirichlet(at.s)).slope * stress * g.transpose();
     for (int k = 0; k < 3; ++k) {
       gradient.segment<2>(2 * faces_(f, k)) += forces.col(k);
     }

@@ -14,7 +14,7 @@ namespace atelier {
 /// A face's energy is 2 + x + b / (n + 1) (x / b)^(n + 1): x is what its symmetric Dirichlet energy
 /// has over the 2 of what is not stretched (2 e^2 for a small stretch by e in one direction), b the
 /// x of a stretch by `even`, and n is 3. Beyond twice that stretch it goes on straight, so that
-/// what cannot be laid flat does not count for all.
+/// what cannot be laid flat does not count for all. Lengths are held in proportion to the stiffest.
 class PanelEnergy {
  public:
   /// `even` 0: cloth that does not stiffen.
@@ -23,6 +23,9 @@ class PanelEnergy {
 
   /// Infinite where a face has no area or is turned over.
   double value(const Eigen::VectorXd& x) const;
+
+  /// The symmetric Dirichlet energy alone.
+  double stretching(const Eigen::VectorXd& x) const;
 
   Eigen::VectorXd gradient(const Eigen::VectorXd& x) const;
 
@@ -37,6 +40,9 @@ class PanelEnergy {
  private:
   using Corners = Eigen::Matrix<double, 2, 3>;
   Corners corners(const Eigen::VectorXd& x, Index face) const;
+
+  /// Symmetric Dirichlet energy of a face; infinite where it has no area or is turned over.
+  double dirichlet_at(const Eigen::VectorXd& x, Index face) const;
 
   /// A face's energy of its symmetric Dirichlet energy `d`, and the first and second derivative.
   struct Stiffened {
