@@ -25,10 +25,12 @@
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_obj.h"
+#include "core/normals.h"
 #include "core/store/write_text.h"
 #include "registration/edge_paths.h"
 #include "registration/open_to_discs.h"
 #include "registration/orient_faces.h"
+#include "registration/smooth_surface.h"
 #ifdef ATELIER_HAS_SIMULATION
 #include "simulation/fabric.h"
 #endif
@@ -66,6 +68,58 @@ void relax_mesh(Mesh& mesh, const FlattenRelaxOptions& options, const Say& say) 
 }
 #endif
 
+/// What is finer than panels can be is taken out of the surface.
+void smooth_mesh(Mesh& mesh, double reach, const Say& say) {
+  const double area = face_areas(mesh.vertices, mesh.faces).sum();
+  const Points smooth = smoothed_surface(mesh, reach);
+  char text[120];
+  std::snprintf(text, sizeof text, "smoothed: moved by %.2f mm in the mean, area %+.2f%%",
+                1000 * (smooth - mesh.vertices).rowwise().norm().mean(),
+                100 * (face_areas(smooth, mesh.faces).sum() / area - 1));
+  say(text);
+  mesh.vertices = smooth;
+}
+
+/// The pattern of a cut; panels that lie over themselves are parted.
+void lay_out(Flattened& flat, std::vector<char> cut, const FlattenStageOptions& options,
+             const Say& say) {
+  flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
+  // Any stretch will do, but a panel cannot be cut out of cloth that it needs twice.
+  FindSeamsOptions apart = options.find;
+  apart.stretch = 1;
+  apart.front_and_back = false;
+  constexpr int kTries = 4;
+  for (int i = 0; i < kTries && !flat.pattern.overlapping.empty(); ++i) {
+    say("panels that lie over themselves are parted");
+    cut = find_seams(flat.mesh, cut, apart).cut;
+    flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
+  }
+  flat.measures = measure_flat(flat.mesh, flat.pattern);
+}
+
+/// Seams and their pattern. Equal seams cost some stretch: where the pattern misses what it is to
+/// keep, seams are sought for less.
+void lay_out_found(Flattened& flat, const std::vector<char>& given,
+                   const FlattenStageOptions& options, const Say& say) {
+  constexpr int kTries = 4;
+  constexpr double kForSeams = 0.97;
+  constexpr double kLess = 0.95;
+  FindSeamsOptions find = options.find;
+  find.stretch *= kForSeams;
+  for (int i = 0; i < kTries; ++i) {
+    const FoundSeams found = find_seams(flat.mesh, given, find, say);
+    say(std::to_string(found.added) + " seams and darts added, " + std::to_string(found.joined) +
+        " sewn again");
+    lay_out(flat, found.cut, options, say);
+    flat.reached = found.reached && flat.measures.strain_p99 <= options.find.stretch;
+    if (flat.reached || !found.reached) {
+      break;
+    }
+    say("equal seams cost too much stretch: seams are sought for less");
+    find.stretch *= kLess;
+  }
+}
+
 Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options, const Say& say) {
   Flattened flat;
   const MeshFile read = read_mesh_file(file, options.input);
@@ -86,38 +140,25 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
     relax_mesh(flat.mesh, options.relax, say);
   }
 #endif
-  const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
-  std::vector<char> cut = seam_input(options.seams, flat.mesh, topology, file);
-  if (options.seams == "auto") {
-    FoundSeams found = find_seams(flat.mesh, cut, options.find, say);
-    flat.reached = found.reached;
-    cut = std::move(found.cut);
-    say(std::to_string(found.added) + " seams and darts added, " + std::to_string(found.joined) +
-        " sewn again");
-  } else {
-    const std::vector<char> open =
-        opened_to_discs(topology, cut, edge_lengths(topology, flat.mesh.vertices));
-    if (open != cut) {
-      say("panels with holes were cut open");
-    }
-    cut = open;
+  if (options.smooth > 0) {
+    smooth_mesh(flat.mesh, options.smooth, say);
   }
+  const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
+  const std::vector<char> given = seam_input(options.seams, flat.mesh, topology, file);
   try {
-    flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
-    // Any stretch will do, but a panel cannot be cut out of cloth that it needs twice.
-    FindSeamsOptions apart = options.find;
-    apart.stretch = 1;
-    apart.front_and_back = false;
-    constexpr int kTries = 4;
-    for (int i = 0; i < kTries && !flat.pattern.overlapping.empty(); ++i) {
-      say("panels that lie over themselves are parted");
-      cut = find_seams(flat.mesh, cut, apart).cut;
-      flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
+    if (options.seams == "auto") {
+      lay_out_found(flat, given, options, say);
+    } else {
+      const std::vector<char> open =
+          opened_to_discs(topology, given, edge_lengths(topology, flat.mesh.vertices));
+      if (open != given) {
+        say("panels with holes were cut open");
+      }
+      lay_out(flat, open, options, say);
     }
   } catch (const DataError& error) {
     throw DataError(file.string(), error.where, error.found, error.expected);
   }
-  flat.measures = measure_flat(flat.mesh, flat.pattern);
   flat.layout = lay_out_pattern(flat.pattern, options.pattern);
   return flat;
 }
@@ -217,6 +258,8 @@ OptionTable describe(FlattenStageOptions& options) {
   table.add("seams", options.seams, std::vector<std::string>{},
             "auto (found), uvs (where texture coordinates part), labels (where labels of vertices "
             "part), none (opened alone), or a file (.json)");
+  table.add("smooth", options.smooth, 0, 0.1, "m",
+            "Noise and creases finer than six times this are smoothed away before; 0: none");
   table.add("find", describe(options.find));
   table.add("flatten", describe(options.flatten));
   table.add("pattern", describe(options.pattern));

@@ -30,6 +30,7 @@ OptionTable describe(FlattenRelaxOptions& options);
 
 struct FlattenStageOptions {
   std::string seams = "auto";  ///< auto, uvs, labels, or a file
+  double smooth = 0.01;  ///< m: reach over which noise and creases are smoothed before, 0 to 0.1
   FindSeamsOptions find;
   FlattenOptions flatten;
   PatternPieceOptions pattern;
@@ -46,10 +47,10 @@ inline constexpr std::array kFlattenMetrics = {
     StageMetric{"overlaps", ""},
 };
 
-/// A garment's surface -> pattern.svg, pattern.dxf, garment.obj (its texture coordinates are the
-/// pattern, metres) and stretch.png; of a folder of meshes, as `template` leaves them, a folder of
-/// these for each. Metrics are sums of panels, seams and what is turned over, else the worst
-/// garment's.
+/// A garment's surface -> pattern.svg, pattern.dxf, garment.obj (the surface as it was laid flat,
+/// its texture coordinates the pattern, metres) and stretch.png; of a folder of meshes, as
+/// `template` leaves them, a folder of these for each. Metrics are sums of panels, seams and what
+/// is turned over, else the worst garment's.
 void run_flatten(StageRun& run);
 
 /// The command alone: --mesh, --out (a folder), --seams.

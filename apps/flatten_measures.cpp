@@ -55,6 +55,16 @@ double seam_length(const TruthGarment& truth) {
   return length;
 }
 
+double flat_area(const Points2& vertices, const Triangles& faces) {
+  double area = 0;
+  for (Index f = 0; f < faces.rows(); ++f) {
+    const Eigen::RowVector2d a = vertices.row(faces(f, 1)) - vertices.row(faces(f, 0));
+    const Eigen::RowVector2d b = vertices.row(faces(f, 2)) - vertices.row(faces(f, 0));
+    area += (a.x() * b.y() - a.y() * b.x()) / 2;
+  }
+  return area;
+}
+
 /// The true garment of nearest area that has seams; null if none has.
 const TruthGarment* nearest_garment(const CaptureTruth& truth, double area) {
   const TruthGarment* nearest = nullptr;
@@ -102,6 +112,7 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
   double true_panels = 0;
   double seams = 0;
   double true_seams = 0;
+  double area_ratio = 1;
   for (const std::filesystem::path& file : files) {
     const Mesh mesh = read_mesh(file);
     const FlatPattern pattern = pattern_of(mesh, file);
@@ -116,6 +127,11 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
       true_panels += static_cast<double>(nearest->garment.panel_names.size());
       seams += flat.seam_length;
       true_seams += seam_length(*nearest);
+      const double ratio = flat_area(mesh.uvs, mesh.uv_faces) /
+                           flat_area(nearest->garment.rest, nearest->garment.rest_faces);
+      if (std::abs(ratio - 1) > std::abs(area_ratio - 1)) {
+        area_ratio = ratio;
+      }
     }
   }
   using Side = Measure::Side;
@@ -134,6 +150,8 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
                         "the truth's and two more a garment"});
     measures.push_back({"flatten.seam_ratio", seams / true_seams, "", 1.3, Side::AtMost,
                         "length of all seams over the truth's"});
+    measures.push_back({"flatten.area_ratio", area_ratio, "", 0, Side::None,
+                        "area of the pattern over the true one's" + of});
   }
   return measures;
 }

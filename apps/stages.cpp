@@ -99,7 +99,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "template",
-          .version = 1,
+          .version = 2,
           .summary = "each garment as a clean mesh with named openings, in one frame's pose",
           .inputs = {"capture", "scans", "person", "bodies"},
           .outputs = {"template"},
@@ -120,7 +120,7 @@ constexpr std::array kStages = {
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     Stage{.name = "flatten",
-          .version = 2,
+          .version = 3,
           .summary = "a garment's surface as a flat sewing pattern",
           .inputs = {"surface"},
           .outputs = {"pattern"},

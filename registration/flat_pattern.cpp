@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -16,8 +17,9 @@
 namespace atelier {
 namespace {
 
-constexpr int kSeamRounds = 2;
-constexpr double kSeamWeight = 1e4;
+// Softly at first, so that the cloth beside a seam finds its place before lengths are held.
+constexpr std::array kSeamWeights = {0.5, 20.0, 1e3};
+constexpr double kSeamReach = 0.15;  // m
 
 /// One panel as a surface of its own.
 struct PanelSurface {
@@ -115,23 +117,69 @@ double length_of_run(const Points2& flat, const std::vector<int>& run) {
   return length;
 }
 
+std::vector<double> edge_lengths_of(const Points2& flat, const std::vector<int>& run) {
+  std::vector<double> lengths;
+  for (std::size_t i = 1; i < run.size(); ++i) {
+    lengths.push_back((flat.row(run[i]) - flat.row(run[i - 1])).norm());
+  }
+  return lengths;
+}
+
+/// Scales the edges of both sides so that the two are equally long: over `kSeamReach` to either
+/// side of each edge, and exactly in all. What single edges differ by stays, as a tailor eases it
+/// in: a seam that runs zigzag along triangles would strain every one of them for nothing.
+void make_equal(std::vector<double>& a, std::vector<double>& b) {
+  const std::vector<double> old_a = a;
+  const std::vector<double> old_b = b;
+  const std::size_t count = a.size();
+  std::vector<double> middle(count);
+  double at = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double length = (old_a[i] + old_b[i]) / 2;
+    middle[i] = at + length / 2;
+    at += length;
+  }
+  double whole_a = 0;
+  double whole_b = 0;
+  for (std::size_t i = 0, first = 0, last = 0; i < count; ++i) {
+    while (middle[i] - middle[first] > kSeamReach) {
+      ++first;
+    }
+    while (last < count && middle[last] - middle[i] <= kSeamReach) {
+      ++last;
+    }
+    const auto sum = [&](const std::vector<double>& lengths) {
+      return std::accumulate(lengths.begin() + static_cast<std::ptrdiff_t>(first),
+                             lengths.begin() + static_cast<std::ptrdiff_t>(last), 0.0);
+    };
+    const double half = std::sqrt(sum(old_b) / sum(old_a));
+    a[i] *= half;
+    b[i] /= half;
+    whole_a += a[i];
+    whole_b += b[i];
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    a[i] *= (whole_a + whole_b) / (2 * whole_a);
+    b[i] *= (whole_a + whole_b) / (2 * whole_b);
+  }
+}
+
 /// The lengths that both sides of every seam are to have: for each panel, of its own vertices.
 std::vector<std::vector<EdgeLength>> equal_lengths(const FlatPattern& pattern,
                                                    const std::vector<int>& local) {
   std::vector<std::vector<EdgeLength>> lengths(static_cast<std::size_t>(pattern.cut.panel_count));
   for (const FlatSeam& seam : pattern.seams) {
+    std::vector<double> a = edge_lengths_of(pattern.vertices, seam.a);
+    std::vector<double> b = edge_lengths_of(pattern.vertices, seam.b);
+    make_equal(a, b);
     for (std::size_t i = 1; i < seam.a.size(); ++i) {
-      const double a =
-          (pattern.vertices.row(seam.a[i]) - pattern.vertices.row(seam.a[i - 1])).norm();
-      const double b =
-          (pattern.vertices.row(seam.b[i]) - pattern.vertices.row(seam.b[i - 1])).norm();
-      const auto add = [&](int panel, const std::vector<int>& run) {
+      const auto add = [&](int panel, const std::vector<int>& run, double length) {
         lengths[static_cast<std::size_t>(panel)].push_back(
             {local[static_cast<std::size_t>(run[i - 1])], local[static_cast<std::size_t>(run[i])],
-             (a + b) / 2});
+             length});
       };
-      add(seam.panel_a, seam.a);
-      add(seam.panel_b, seam.b);
+      add(seam.panel_a, seam.a, a[i - 1]);
+      add(seam.panel_b, seam.b, b[i - 1]);
     }
   }
   return lengths;
@@ -231,8 +279,8 @@ FlatPattern flatten_surface(const Mesh& mesh, const std::vector<char>& cut,
   lay(options.panel, {});
   if (options.equal_seams && !pattern.seams.empty()) {
     FlattenPanelOptions held = options.panel;
-    held.length_weight = kSeamWeight;
-    for (int round = 0; round < kSeamRounds; ++round) {
+    for (const double weight : kSeamWeights) {
+      held.length_weight = weight;
       lay(held, equal_lengths(pattern, local));
     }
   }

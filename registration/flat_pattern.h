@@ -33,12 +33,13 @@ struct FlatPattern {
 /// How a cut surface becomes flat panels.
 struct FlattenOptions {
   FlattenPanelOptions panel;
-  bool equal_seams = true;  ///< both sides of a seam get the same lengths, edge by edge
+  bool equal_seams = true;  ///< both sides of a seam get the same length
 };
 OptionTable describe(FlattenOptions& options);
 
-/// Lays the panels of a cut surface flat (flatten_panel). With `equal_seams` every edge of a seam
-/// is pulled to the mean of its lengths on both sides, which takes two further rounds. The grain is
+/// Lays the panels of a cut surface flat (flatten_panel). With `equal_seams` both sides of a seam
+/// are pulled to the mean of their lengths, in all and over 15 cm to either side of every place,
+/// which takes three further rounds. The grain is
 /// where the world's up lies on most of the panel; along its longest direction where up is nowhere.
 ///
 /// `cut` has one flag for each edge of the topology of `mesh.faces`; panels must be discs

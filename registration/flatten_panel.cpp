@@ -297,6 +297,8 @@ OptionTable describe(FlattenPanelOptions& options) {
   table.add("iterations", options.iterations, 1, 10000, "", "Newton steps of a panel at most");
   table.add("tolerance", options.tolerance, 0, 0.1, "",
             "A panel is flat where a step lowers its energy by a smaller share");
+  table.add("even", options.even, 0, 1, "",
+            "Stretch beyond which cloth stiffens, so that it is spread out; 0: it never does");
   table.add("length_weight", options.length_weight, 0, 1e9, "",
             "How firmly edges of seams keep the length they are to have");
   return table;
@@ -350,7 +352,8 @@ bool crosses_itself(const Points2& loop) {
 FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,
                         const FlattenPanelOptions& options, const std::vector<EdgeLength>& lengths,
                         const Points2& start) {
-  ATELIER_CHECK(options.iterations >= 1 && options.tolerance >= 0, "flatten options out of range");
+  ATELIER_CHECK(options.iterations >= 1 && options.tolerance >= 0 && options.even >= 0,
+                "flatten options out of range");
   const std::vector<int> boundary = disc_boundary(faces, vertices.rows());
   check_face_shapes(vertices, faces);
   for (const EdgeLength& edge : lengths) {
@@ -363,7 +366,7 @@ FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,
       "the start turns a face over");
   FlatPanel flat;
   Eigen::VectorXd x = as_vector(start.rows() > 0 ? start : first_map(vertices, faces, boundary));
-  PanelEnergy energy(vertices, faces, lengths, options.length_weight);
+  PanelEnergy energy(vertices, faces, lengths, options.length_weight, options.even);
   Eigen::SimplicialLDLT<Sparse> solver;
   double now = energy.value(x);
   for (; flat.iterations < options.iterations && !flat.converged; ++flat.iterations) {
@@ -396,7 +399,7 @@ FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,
     flat.converged = now - next <= options.tolerance * now;
     now = next;
   }
-  flat.energy = now;
+  flat.energy = energy.stretching(x);
   flat.vertices = as_points(x);
   Points2 loop(static_cast<Index>(boundary.size()), 2);
   for (std::size_t i = 0; i < boundary.size(); ++i) {

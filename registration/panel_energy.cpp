@@ -14,6 +14,9 @@ namespace {
 
 using Matrix2 = Eigen::Matrix2d;
 
+constexpr int kPower = 3;   // n
+constexpr double kEnd = 4;  // of x / b: twice the stretch
+
 /// F = u diag(s) v', rotations u and v, s(0) >= s(1) > 0 where det F > 0.
 struct Stretches {
   Matrix2 u, v;
@@ -40,11 +43,22 @@ Stretches stretches_of(const Matrix2& f) {
   return {rotation(left), rotation(right), {turning + stretching, turning - stretching}};
 }
 
+/// Symmetric Dirichlet energy of the stretches, and its derivative.
+double dirichlet(const Eigen::Vector2d& s) {
+  return (s.squaredNorm() + s.cwiseInverse().squaredNorm()) / 2;
+}
+Eigen::Vector2d dirichlet_slope(const Eigen::Vector2d& s) {
+  return s.array() - s.array().cube().inverse();
+}
+
 }  // namespace
 
 PanelEnergy::PanelEnergy(const Points& vertices, const Triangles& faces,
-                         std::vector<EdgeLength> lengths, double length_weight)
-    : faces_(faces), lengths_(std::move(lengths)), length_weight_(length_weight) {
+                         std::vector<EdgeLength> lengths, double length_weight, double even)
+    : faces_(faces),
+      lengths_(std::move(lengths)),
+      length_weight_(even > 0 ? (1 + std::pow(kEnd, kPower)) * length_weight : length_weight),
+      soft_(2 * even * even) {
   const Index count = faces.rows();
   weights_.resize(count);
   gradients_.resize(static_cast<std::size_t>(count));
@@ -127,20 +141,48 @@ PanelEnergy::Corners PanelEnergy::corners(const Eigen::VectorXd& x, Index face) 
   return corners;
 }
 
+double PanelEnergy::dirichlet_at(const Eigen::VectorXd& x, Index face) const {
+  const Matrix2 deformation = corners(x, face) * gradients_[static_cast<std::size_t>(face)];
+  const double determinant = deformation.determinant();
+  if (!(determinant > 0)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  // s1^2 + s2^2 = |F|^2, and their inverses' the same over det^2.
+  return deformation.squaredNorm() * (1 + 1 / (determinant * determinant)) / 2;
+}
+
+PanelEnergy::Stiffened PanelEnergy::stiffened(double d) const {
+  if (!(soft_ > 0)) {
+    return {d, 1, 0};
+  }
+  const double x = std::max(0.0, d - 2) / soft_;
+  const double bent = std::min(x, kEnd);
+  const double stiff = std::pow(bent, kPower);
+  const double beyond = x > kEnd ? (x - kEnd) * stiff : 0;
+  return {d + soft_ * (stiff * bent / (kPower + 1) + beyond), 1 + stiff,
+          x > kEnd ? 0 : kPower * std::pow(bent, kPower - 1) / soft_};
+}
+
 double PanelEnergy::value(const Eigen::VectorXd& x) const {
   double sum = 0;
   for (Index f = 0; f < faces_.rows(); ++f) {
-    const Matrix2 deformation = corners(x, f) * gradients_[static_cast<std::size_t>(f)];
-    const double determinant = deformation.determinant();
-    if (!(determinant > 0)) {
-      return std::numeric_limits<double>::infinity();
+    const double d = dirichlet_at(x, f);
+    if (std::isinf(d)) {
+      return d;
     }
-    // s1^2 + s2^2 = |F|^2, and their inverses' the same over det^2.
-    sum += weights_[f] * deformation.squaredNorm() * (1 + 1 / (determinant * determinant)) / 2;
+    sum += weights_[f] * stiffened(d).value;
   }
   for (const EdgeLength& edge : lengths_) {
     const double length = (x.segment<2>(2 * edge.b) - x.segment<2>(2 * edge.a)).norm();
     sum += length_weight_ / area_ * (length - edge.length) * (length - edge.length) / 2;
+  }
+  return sum;
+}
+
+double PanelEnergy::stretching(const Eigen::VectorXd& x) const {
+  double sum = 0;
+  for (Index f = 0; f < faces_.rows(); ++f) {
+    sum += weights_[f] * dirichlet_at(x, f);
   }
   return sum;
 }
@@ -150,9 +192,8 @@ Eigen::VectorXd PanelEnergy::gradient(const Eigen::VectorXd& x) const {
   for (Index f = 0; f < faces_.rows(); ++f) {
     const auto& g = gradients_[static_cast<std::size_t>(f)];
     const Stretches at = stretches_of(corners(x, f) * g);
-    const Eigen::Vector2d d = at.s.array() - at.s.array().cube().inverse();
-    const Matrix2 stress = at.u * d.asDiagonal() * at.v.transpose();
-    const Corners forces = weights_[f] * stress * g.transpose();
+    const Matrix2 stress = at.u * dirichlet_slope(at.s).asDiagonal() * at.v.transpose();
+    const Corners forces = weights_[f] * stiffened(dirichlet(at.s)).slope * stress * g.transpose();
     for (int k = 0; k < 3; ++k) {
       gradient.segment<2>(2 * faces_(f, k)) += forces.col(k);
     }
@@ -189,14 +230,19 @@ const Eigen::SparseMatrix<double>& PanelEnergy::hessian(const Eigen::VectorXd& x
                                           Matrix2(at.u.col(1) * at.v.col(1).transpose()),
                                           Matrix2(at.u * twist * at.v.transpose() / std::sqrt(2.0)),
                                           Matrix2(at.u * flip * at.v.transpose() / std::sqrt(2.0))};
+    const Stiffened stiff = stiffened(dirichlet(at.s));
     Eigen::Matrix<double, 6, 6> part = Eigen::Matrix<double, 6, 6>::Zero();
+    const auto add = [&](const Matrix2& mode, double stiffness) {
+      const Corners moved = mode * g.transpose();
+      const Eigen::Map<const Eigen::Matrix<double, 6, 1>> direction(moved.data());
+      part += weights_[f] * stiffness * direction * direction.transpose();
+    };
     for (std::size_t mode = 0; mode < 4; ++mode) {
       if (eigenvalues[mode] > 0) {
-        const Corners moved = modes[mode] * g.transpose();
-        const Eigen::Map<const Eigen::Matrix<double, 6, 1>> direction(moved.data());
-        part += weights_[f] * eigenvalues[mode] * direction * direction.transpose();
+        add(modes[mode], stiff.slope * eigenvalues[mode]);
       }
     }
+    add(at.u * dirichlet_slope(at.s).asDiagonal() * at.v.transpose(), stiff.bend);
     const auto& places = face_places_[static_cast<std::size_t>(f)];
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 6; ++j) {

@@ -20,6 +20,7 @@
 #include "registration/parametric_patterns.h"
 #include "registration/pattern_garment.h"
 #include "registration/pattern_pieces.h"
+#include "registration/smooth_surface.h"
 #include "tests/registration/pattern_files.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_data.h"
@@ -380,6 +381,45 @@ TEST(FlattenSurface, RefusesTrianglesWithoutArea) {
   Mesh mesh = fixtures::grid(3, 3);
   mesh.vertices.row(5) = mesh.vertices.row(4);
   expect_refused([&] { flatten_surface(mesh, no_cut(topology(mesh))); }, "no area");
+}
+
+/// A sheet in the plane z = 0, `waves` on it of height 1 mm.
+Mesh wavy_sheet(double wave) {
+  Mesh mesh = fixtures::grid(60, 60);
+  mesh.vertices *= 0.3 / (mesh.vertices.maxCoeff() - mesh.vertices.minCoeff());
+  for (Index v = 0; v < mesh.vertices.rows(); ++v) {
+    mesh.vertices(v, 2) =
+        wave > 0 ? 0.001 * std::sin(2 * std::numbers::pi * mesh.vertices(v, 0) / wave) : 0;
+  }
+  return mesh;
+}
+
+TEST(SmoothedSurface, PlanesStayWithTheirRims) {
+  const Mesh sheet = wavy_sheet(0);
+  EXPECT_LT((smoothed_surface(sheet, 0.02) - sheet.vertices).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(SmoothedSurface, AWaveOfTwoPiReachKeepsHalfItsHeightAndLongOnesAllOfIt) {
+  const auto height_in_the_middle = [](double wave, double reach) {
+    const Mesh sheet = wavy_sheet(wave);
+    const Points smooth = smoothed_surface(sheet, reach);
+    double most = 0;
+    for (Index v = 0; v < smooth.rows(); ++v) {
+      if ((sheet.vertices.row(v) - sheet.vertices.colwise().mean()).norm() < 0.06) {
+        most = std::max(most, smooth(v, 2));
+      }
+    }
+    return most;
+  };
+  constexpr double kReach = 0.008;
+  EXPECT_NEAR(height_in_the_middle(2 * std::numbers::pi * kReach, kReach), 0.0005, 5e-5);
+  EXPECT_GT(height_in_the_middle(0.2, kReach), 0.00098);
+  EXPECT_LT(height_in_the_middle(0.02, kReach), 0.00004);
+  EXPECT_EQ(smoothed_surface(wavy_sheet(0.05), 0), wavy_sheet(0.05).vertices);
+}
+
+TEST(SmoothedSurface, NegativeReachRefused) {
+  EXPECT_THROW(smoothed_surface(wavy_sheet(0), -1), LogicError);
 }
 
 TEST(FindSeams, ConeAndTubeNeedNoMoreThanASeam) {
