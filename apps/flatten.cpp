@@ -106,11 +106,16 @@ void lay_out_found(Flattened& flat, const std::vector<char>& given,
   constexpr double kLess = 0.95;
   FindSeamsOptions find = options.find;
   find.stretch *= kForSeams;
+  FlattenStageOptions as_found = options;  // panels stiffen where the search's do
+  as_found.flatten.panel.even = stiffening_of(options.find.stretch);
   for (int i = 0; i < kTries; ++i) {
     const FoundSeams found = find_seams(flat.mesh, given, find, say);
+    if (i > 0 && !found.reached) {
+      break;  // what there is keeps the bound better
+    }
     say(std::to_string(found.added) + " seams and darts added, " + std::to_string(found.joined) +
         " sewn again");
-    lay_out(flat, found.cut, options, say);
+    lay_out(flat, found.cut, as_found, say);
     flat.reached = found.reached && flat.measures.strain_p99 <= options.find.stretch;
     if (flat.reached || !found.reached) {
       break;

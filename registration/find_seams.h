@@ -44,8 +44,9 @@ using SeamWatch = std::function<void(const std::string&)>;
 /// together, as in a sleeve. Our choice, after Sheffer and Hart, "Seamster", 2002 (cuts through
 /// distorted places) and Li et al., "OptCuts", 2018 (cut and merge against a bound).
 ///
-/// Throws DataError as check_flattenable; LogicError for another number of flags. Some ten panels
-/// are laid flat for each cut.
+/// Throws DataError as check_flattenable; LogicError for another number of flags. Panels
+/// stiffen at stiffening_of(stretch): laid flat with another one, the same seams may miss the
+/// bound. Some ten panels are laid flat for each cut.
 FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
                       const FindSeamsOptions& options = {}, const SeamWatch& watch = {});
 

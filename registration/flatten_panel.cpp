@@ -298,7 +298,9 @@ OptionTable describe(FlattenPanelOptions& options) {
   table.add("tolerance", options.tolerance, 0, 0.1, "",
             "A panel is flat where a step lowers its energy by a smaller share");
   table.add("even", options.even, 0, 1, "",
-            "Stretch beyond which cloth stiffens, so that it is spread out; 0: it never does");
+            "Stretch beyond which cloth stiffens, so that it is spread out; 0: it never does. "
+            "Found seams "
+            "take half of what they are found for");
   table.add("length_weight", options.length_weight, 0, 1e9, "",
             "How firmly edges of seams keep the length they are to have");
   return table;

@@ -16,6 +16,11 @@ struct FlattenPanelOptions {
 };
 OptionTable describe(FlattenPanelOptions& options);
 
+/// `even` of panels that are to keep below a stretch. Our choice: half of it.
+constexpr double stiffening_of(double stretch) {
+  return stretch / 2;
+}
+
 /// A length that an edge of the flat panel shall have: both sides of a seam the same.
 struct EdgeLength {
   int a = 0, b = 0;   ///< vertices

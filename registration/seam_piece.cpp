@@ -76,7 +76,7 @@ void lay_flat(SeamPiece& piece, double bound, int iterations, double tolerance) 
   FlattenPanelOptions options;
   options.iterations = iterations;
   options.tolerance = tolerance;
-  options.even = bound / 2;
+  options.even = stiffening_of(bound);
   FlatPanel flat = flatten_panel(piece.vertices, piece.faces, options, {}, piece.flat);
   piece.flat = std::move(flat.vertices);
   piece.overlaps = flat.overlaps;

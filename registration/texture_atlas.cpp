@@ -99,7 +99,7 @@ Mesh with_texture_atlas(const Mesh& mesh, const TextureAtlasOptions& options) {
   std::vector<char> cut = find_seams(mesh, none, find).cut;
   FlattenOptions flatten;
   flatten.equal_seams = false;
-  flatten.panel.even = options.stretch / 2;
+  flatten.panel.even = stiffening_of(options.stretch);
   FlatPattern pattern = flatten_surface(mesh, cut, flatten);
   constexpr int kTries = 4;
   for (int i = 0; i < kTries && !pattern.overlapping.empty(); ++i) {
