@@ -387,9 +387,9 @@ TEST(FlattenSurface, RefusesTrianglesWithoutArea) {
 Mesh wavy_sheet(double wave) {
   Mesh mesh = fixtures::grid(60, 60);
   mesh.vertices *= 0.3 / (mesh.vertices.maxCoeff() - mesh.vertices.minCoeff());
-  for (Index v = 0; v < mesh.vertices.rows(); ++v) {
-    mesh.vertices(v, 1) =
-        wave > 0 ? 0.001 * std::sin(2 * std::numbers::pi * mesh.vertices(v, 0) / wave) : 0;
+  for (Index v = 0; v < mesh.vertices.rows(); ++v) {  // with a crest in the middle
+    const double turn = wave > 0 ? (mesh.vertices(v, 0) - 0.15) / wave : 0.25;
+    mesh.vertices(v, 1) = 0.001 * std::cos(2 * std::numbers::pi * turn);
   }
   return mesh;
 }
