@@ -224,8 +224,8 @@ ATELIER_HOST_DEVICE inline float window_cost(const StereoProblem& problem,
                                              const StereoSource& source, int x, int y,
                                              const StereoPlane& plane) {
   constexpr float kLeastVariance = 1e-6f;  // of values in [0,1]: below it there is only noise
-  // What exposures and gloss may be off. Gloss adds as much light to dark surfaces as to bright ones,
-  // which is more of a gamma-coded value v: in proportion to v^-1.2, near enough to 1 / v.
+  // What exposures and gloss may be off. Gloss adds as much light to dark surfaces as to bright
+  // ones, which is more of a gamma-coded value v: in proportion to v^-1.2, near enough to 1 / v.
   constexpr float kLevelFloor = 0.02f;
   constexpr float kDark = 0.4f;  // black cloth and hair are below it, skin and most cloth are not
   const Vec3f ray = pixel_ray(problem, x, y);

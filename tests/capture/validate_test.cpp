@@ -76,7 +76,8 @@ void invert_pose(Camera& camera) {
 INSTANTIATE_TEST_SUITE_P(
     Table, CheckCamerasDefect,
     ::testing::Values(
-        CameraDefect{"camera-looks-away", "cam3", [](std::vector<Camera>& c) { invert_pose(c[3]); }},
+        CameraDefect{"camera-looks-away", "cam3",
+                     [](std::vector<Camera>& c) { invert_pose(c[3]); }},
         CameraDefect{"camera-looks-away", "cam5",
                      [](std::vector<Camera>& c) {
                        c[5].camera_from_world_translation = camera_center(c[5]);
