@@ -355,7 +355,7 @@ GarmentTemplate imported_template(const Mesh& mesh, const ClothedFrames& frames,
   const double ratio = extent(mesh.vertices) / extent(frame.body);
   if (ratio < 0.1 || ratio > 2) {
     throw DataError(file, "size", of_area("%.3g times the body's", ratio),
-                    "a garment in metres (--template.import.metres_per_unit)");
+                    "a garment in metres (--imported.unit says another unit)");
   }
   std::vector<double> distances;
   for (const ClosestPoint& nearest :
