@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 #include <benchmark/benchmark.h>
 
@@ -249,10 +250,8 @@ void run(benchmark::State& state, Case c, Device device) {
 /// Hung by its first row.
 Case hanging_square(int side, int iterations, int patches = 0) {
   Case c;
-  std::vector<int> pins;
-  for (int i = 0; i < side; ++i) {
-    pins.push_back(i);
-  }
+  std::vector<int> pins(static_cast<std::size_t>(side));
+  std::iota(pins.begin(), pins.end(), 0);
   ClothOptions options;
   options.schedule.patches = patches;
   c.cloth = make_cloth(garment_of(square(side)), pins, options);
@@ -282,10 +281,8 @@ Case quilted_square(int side) {
 Case hanging_skirt(int around, int rings, int iterations) {
   Case c;
   const Garment garment = garment_of(skirt(around, rings, 0.17, 0.45));
-  std::vector<int> waist;
-  for (int i = 0; i < around; ++i) {
-    waist.push_back(i);
-  }
+  std::vector<int> waist(static_cast<std::size_t>(around));
+  std::iota(waist.begin(), waist.end(), 0);
   c.cloth = make_cloth(garment, waist);
   c.options.iterations = iterations;
   return c;

@@ -92,6 +92,7 @@ std::vector<KeptDistance> kept_distances(const std::vector<SpacePose>& frames,
     }
     const double mean = sum / weights;
     std::vector<double> deviations;
+    deviations.reserve(lengths.size());
     for (const double length : lengths) {
       deviations.push_back(std::abs(length - mean));
     }

@@ -118,7 +118,7 @@ double surface_area(const Points& vertices, const Triangles& faces) {
 }
 
 /// Scaled so that its area is the surface's.
-Points2 scaled_to(double area, Points2 flat, const Triangles& faces) {
+Points2 scaled_to(double area, const Points2& flat, const Triangles& faces) {
   double now = 0;
   for (Index f = 0; f < faces.rows(); ++f) {
     now += flat_area(flat, faces, f);
