@@ -65,7 +65,8 @@ std::vector<Points> smooth_velocities(const std::vector<Points>& at, double fps)
 /// spans a fold in one frame is longer in others, and would push or pull the whole time. A triangle
 /// that could not be keeps its shape.
 void rest_on_median_lengths(Garment& garment, const std::vector<Points>& frames) {
-  constexpr double kFlattest = 0.2;  // height over edge, of what is no sliver
+  constexpr double kFlattest = 0.2;     // height over edge, of what is no sliver
+  constexpr double kLeastWidth = 0.05;  // of a sliver, by its longest edge
   const Triangles& faces = garment.mesh.faces;
   garment.rest.resize(3 * faces.rows(), 2);
   garment.rest_faces.resize(faces.rows(), 3);
@@ -90,9 +91,12 @@ void rest_on_median_lengths(Garment& garment, const std::vector<Points>& frames)
       const auto length = [&](int a, int b) {
         return (garment.mesh.vertices.row(v[a]) - garment.mesh.vertices.row(v[b])).norm();
       };
-      base = length(0, 1);
+      base = std::max(length(0, 1), 1e-4);  // m; corners may lie on each other
       apex = corner(base, length(0, 2), length(1, 2));
     }
+    // One that is a sliver there too is given some width, as no solver takes it otherwise.
+    base = std::max(base, kLeastWidth * apex.norm());
+    apex.y() = std::max(apex.y(), kLeastWidth * std::max(base, std::abs(apex.x())));
     const auto first = static_cast<int>(3 * f);
     garment.rest.row(first) << 0, 0;
     garment.rest.row(first + 1) << base, 0;
