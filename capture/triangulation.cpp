@@ -9,6 +9,7 @@
 
 #include "capture/keep_distances.h"
 #include "core/error.h"
+#include "core/median.h"
 #include "core/parallel.h"
 
 namespace atelier {
@@ -364,15 +365,6 @@ std::vector<int> undo_swaps(const std::vector<Camera>& cameras,
   return swapped;
 }
 
-double median_of(std::vector<double>& values) {
-  if (values.empty()) {
-    return 0;
-  }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Median reprojection error of each camera, pixels of a picture 1000 rows high.
 std::vector<double> camera_errors(const std::vector<Camera>& cameras, const Frames& detections,
                                   const std::vector<SpacePose>& poses) {
@@ -392,7 +384,7 @@ std::vector<double> camera_errors(const std::vector<Camera>& cameras, const Fram
         }
       }
     }
-    errors.push_back(median_of(of_camera));
+    errors.push_back(median(of_camera));
   }
   return errors;
 }
@@ -441,7 +433,7 @@ DetectorError detector_error(const std::vector<Camera>& cameras, const Frames& d
     // A detector that gives all the same confidence has one error.
     if (error.confidences.empty() || confidence > error.confidences.back() + 1e-6) {
       error.confidences.push_back(confidence);
-      error.sigmas.push_back(std::max(median_of(off) / kMedianOfSigma, kLeastSigma));
+      error.sigmas.push_back(std::max(median(off) / kMedianOfSigma, kLeastSigma));
     }
   }
   return error;
@@ -469,7 +461,7 @@ std::vector<double> standing_out(const std::vector<Camera>& cameras, const Frame
                                  const std::vector<double>& errors, Index count,
                                  const TriangulationOptions& options) {
   std::vector<double> sorted = errors;
-  const double usual = std::max(median_of(sorted), 0.1);
+  const double usual = std::max(median(sorted), 0.1);
   std::vector<double> ratios;
   bool any = false;
   for (const double error : errors) {
@@ -485,7 +477,7 @@ std::vector<double> standing_out(const std::vector<Camera>& cameras, const Frame
     left_out.push_back(error_left_out(cameras, detections, c, count, options));
   }
   sorted = left_out;
-  const double usual_left_out = std::max(median_of(sorted), 0.1);
+  const double usual_left_out = std::max(median(sorted), 0.1);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     ratios[c] = left_out[c] > kOffFactor * usual_left_out ? ratios[c] : 1;
   }
@@ -552,7 +544,7 @@ Triangulation triangulate(const std::vector<Camera>& cameras, const Frames& dete
   pass(options.swaps);
   result.camera_error = camera_errors(cameras, used, result.frames);
   std::vector<double> sorted = result.camera_error;
-  const double usual = std::max(median_of(sorted), 0.1);
+  const double usual = std::max(median(sorted), 0.1);
   scale.assign(cameras.size(), 1);
   const std::vector<double> ratios =
       standing_out(cameras, used, result.camera_error, count, options);
