@@ -79,6 +79,11 @@ GarmentScan garment_scan(const Mesh& scan, const std::vector<std::uint8_t>& labe
   for (std::size_t v = 0; v < scan.labels.size(); ++v) {
     wanted[v] = std::find(labels.begin(), labels.end(), scan.labels[v]) != labels.end() ? 1 : 0;
   }
+  for (Index v = 0; v < scan.confidence.size(); ++v) {
+    if (!(scan.confidence[v] > 0)) {
+      wanted[static_cast<std::size_t>(v)] = 0;
+    }
+  }
   std::vector<Index> kept;
   for (Index f = 0; f < scan.faces.rows(); ++f) {
     const auto is = [&](int k) { return wanted[static_cast<std::size_t>(scan.faces(f, k))] != 0; };

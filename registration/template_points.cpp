@@ -22,13 +22,14 @@ constexpr double kThickest = 0.03;      // m between the two sides of a layer of
 constexpr int kMostSteps = 64;          // along an edge of a face
 constexpr double kUnsupportedAt = 5.0;  // spacings
 
-/// Faces all of whose corners have the label, without small islands.
+/// Faces all of whose corners have the label and were seen, without small islands.
 Triangles label_faces(const Mesh& scan, std::uint8_t label) {
   std::vector<std::array<int, 3>> kept;
   for (Index f = 0; f < scan.faces.rows(); ++f) {
     bool all = true;
     for (int k = 0; k < 3; ++k) {
-      all = all && scan.labels[static_cast<std::size_t>(scan.faces(f, k))] == label;
+      all = all && scan.labels[static_cast<std::size_t>(scan.faces(f, k))] == label &&
+            (scan.confidence.size() == 0 || scan.confidence[scan.faces(f, k)] > 0);
     }
     if (all) {
       kept.push_back({scan.faces(f, 0), scan.faces(f, 1), scan.faces(f, 2)});

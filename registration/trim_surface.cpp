@@ -18,6 +18,7 @@ namespace {
 enum class Support : char { None, Kept, Cut, MadeUp };
 
 constexpr double kOffPoint = 0.015;    // m along the normal
+constexpr double kBeyondRim = 0.5;     // of the spacing
 constexpr double kSameWay = 0.5;       // cosine
 constexpr double kNearBody = 0.04;     // m
 constexpr double kDeep = 0.01;         // m inside of the body
@@ -27,9 +28,14 @@ constexpr double kPiece = 0.1;         // of the largest piece
 constexpr double kCountedArea = 1e-4;  // m2
 
 /// What each vertex's own place says.
-std::vector<Support> supports(const Mesh& surface, const GarmentPoints& cloud, double spacing,
-                              const Points& body, const Triangles& body_faces,
-                              const GarmentCover& cover, const Topology& topology) {
+struct Supports {
+  std::vector<Support> of;
+  std::vector<char> between;  ///< 1: supported, but with no point as near as points are apart
+};
+
+Supports supports(const Mesh& surface, const GarmentPoints& cloud, double spacing,
+                  const Points& body, const Triangles& body_faces, const GarmentCover& cover,
+                  const Topology& topology) {
   const Index count = surface.vertices.rows();
   const Points normals = vertex_normals(surface.vertices, surface.faces);
   const TriangleTree tree = build_point_tree(cloud.points);
@@ -39,7 +45,9 @@ std::vector<Support> supports(const Mesh& surface, const GarmentPoints& cloud, d
       closest_points(build_tree(body, body_faces), surface.vertices, kNearBody);
   const std::vector<double> winding =
       winding_numbers(build_winding_tree(body, body_faces), surface.vertices);
-  std::vector<Support> result(static_cast<std::size_t>(count), Support::None);
+  Supports all{std::vector<Support>(static_cast<std::size_t>(count), Support::None),
+               std::vector<char>(static_cast<std::size_t>(count), 0)};
+  std::vector<Support>& result = all.of;
   for (Index v = 0; v < count; ++v) {
     const auto at = static_cast<std::size_t>(v);
     const ClosestPoint& place = flesh[at];
@@ -53,6 +61,7 @@ std::vector<Support> supports(const Mesh& surface, const GarmentPoints& cloud, d
       if (beside <= (made_up ? 3 * spacing : spacing) && std::abs(height) <= kOffPoint &&
           normals.row(v).dot(cloud.normals.row(p)) > kSameWay) {
         result[at] = made_up ? Support::MadeUp : Support::Kept;
+        all.between[at] = !made_up && beside > kBeyondRim * spacing ? 1 : 0;
         continue;
       }
     }
@@ -73,7 +82,30 @@ std::vector<Support> supports(const Mesh& surface, const GarmentPoints& cloud, d
       }
     }
   }
-  return result;
+  return all;
+}
+
+/// Support reaches so far that points have no gaps between them, and so far beyond the last of them
+/// too: there what is cut off begins at these.
+void cut_back(std::vector<Support>& support, const std::vector<char>& between,
+              const Adjacency& neighbors) {
+  std::vector<int> front;
+  for (std::size_t v = 0; v < support.size(); ++v) {
+    if (support[v] == Support::Cut) {
+      front.push_back(static_cast<int>(v));
+    }
+  }
+  while (!front.empty()) {
+    const int from = front.back();
+    front.pop_back();
+    for (const int v : neighbors[from]) {
+      const auto at = static_cast<std::size_t>(v);
+      if (between[at] != 0 && support[at] == Support::Kept) {
+        support[at] = Support::Cut;
+        front.push_back(v);
+      }
+    }
+  }
 }
 
 /// Patches without support are kept or cut as a whole.
@@ -232,8 +264,8 @@ TrimmedSurface trim_surface(const Mesh& surface, const GarmentPoints& points, do
   const Topology topology = topology_of(surface.faces, surface.vertices.rows());
   const Adjacency neighbors = vertex_neighbors(topology);
   const Eigen::VectorXd areas = vertex_areas(surface.vertices, surface.faces);
-  std::vector<Support> support =
-      supports(surface, points, spacing, body, body_faces, cover, topology);
+  Supports found = supports(surface, points, spacing, body, body_faces, cover, topology);
+  std::vector<Support>& support = found.of;
   for (Index v = 0; v < areas.size(); ++v) {
     Support& own = support[static_cast<std::size_t>(v)];
     if (own == Support::MadeUp) {
@@ -242,6 +274,7 @@ TrimmedSurface trim_surface(const Mesh& surface, const GarmentPoints& points, do
     }
   }
   decide_patches(support, neighbors, areas, trimmed);
+  cut_back(support, found.between, neighbors);
   trimmed.mesh = without_small_pieces(clipped(surface, smooth_sides(support, neighbors)), kPiece);
   return trimmed;
 }

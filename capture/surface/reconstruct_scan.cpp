@@ -8,7 +8,7 @@
 #include "capture/surface/hull_support.h"
 #include "capture/surface/refine_cameras.h"
 #include "capture/surface/stereo_image.h"
-#include "capture/surface/trim_to_masks.h"
+#include "capture/surface/trim_to_views.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -122,8 +122,8 @@ ReconstructedScan surface_of(const StraightInstant& instant, std::vector<DepthMa
                                           options.fuse.least_confidence)
                            : Mesh{};
   result.scan =
-      trimmed_to_masks(surface_from_points(joined_points(agreed.points, support), options.surface),
-                       instant.cameras, instant.masks);
+      trimmed_to_views(surface_from_points(joined_points(agreed.points, support), options.surface),
+                       instant.cameras, instant.masks, agreed.maps, options.fuse.least_confidence);
   std::vector<LabelView> labels;
   for (std::size_t i = 0; i < instant.labels.size(); ++i) {
     if (!instant.labels[i].data.empty()) {

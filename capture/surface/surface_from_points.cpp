@@ -129,7 +129,9 @@ std::vector<char> of_large_pieces(const Mesh& mesh, double least_area) {
   return keep;
 }
 
-void take_attributes(Mesh& mesh, const Mesh& points, const std::vector<ClosestPoint>& nearest) {
+/// Of the nearest points. Farther than `beyond` from any, nobody saw the surface: confidence 0.
+void take_attributes(Mesh& mesh, const Mesh& points, const std::vector<ClosestPoint>& nearest,
+                     double beyond) {
   const Index n = mesh.vertices.rows();
   mesh.colors.resize(points.colors.rows() > 0 ? n : 0, 3);
   mesh.confidence.resize(points.confidence.size() > 0 ? n : 0);
@@ -139,7 +141,8 @@ void take_attributes(Mesh& mesh, const Mesh& points, const std::vector<ClosestPo
       mesh.colors.row(i) = points.colors.row(row);
     }
     if (mesh.confidence.size() > 0) {
-      mesh.confidence(i) = points.confidence(row);
+      const double squared = nearest[static_cast<std::size_t>(i)].squared_distance;
+      mesh.confidence(i) = squared <= beyond * beyond ? points.confidence(row) : 0;
     }
     if (!points.labels.empty()) {
       mesh.labels.push_back(points.labels[static_cast<std::size_t>(row)]);
@@ -182,7 +185,9 @@ Mesh surface_from_points(const Mesh& points, const SurfaceOptions& options) {
   Mesh mesh = poisson(points, options);
   const TriangleTree tree = build_point_tree(points.vertices);
   constexpr double kSpacings = 2.5;  // sparse points support what is between them
-  const double trim = std::max(options.trim, kSpacings * spacing_of(points.vertices));
+  constexpr double kBeyond = 1.2;    // of random points, one place in 5,000 is so far from any
+  const double spacing = spacing_of(points.vertices);
+  const double trim = std::max(options.trim, kSpacings * spacing);
   std::vector<char> supported;
   for (const ClosestPoint& nearest : closest_points(tree, mesh.vertices)) {
     supported.push_back(nearest.squared_distance <= trim * trim ? 1 : 0);
@@ -201,7 +206,7 @@ Mesh surface_from_points(const Mesh& points, const SurfaceOptions& options) {
   }
   // After remeshing, which parts pieces that touch in a vertex.
   mesh = trimmed(mesh, of_large_pieces(mesh, options.least_piece));
-  take_attributes(mesh, points, closest_points(tree, mesh.vertices));
+  take_attributes(mesh, points, closest_points(tree, mesh.vertices), kBeyond * spacing);
   return mesh;
 }
 

@@ -88,6 +88,24 @@ TEST(SurfaceFromPoints, WhatIsFartherFromPointsThanTheTrimGoes) {
   EXPECT_LT(highest(0.012), highest(0.04) - 0.01);
 }
 
+TEST(SurfaceFromPoints, BeyondTheLastPointsItIsSureOfNothing) {
+  const double end = 0.1;
+  const Mesh surface =
+      surface_from_points(sphere_points(15000, end), {.octree_depth = 6, .edge_length = 0.02});
+  int beyond = 0;
+  int gaps = 0;
+  for (Index i = 0; i < surface.vertices.rows(); ++i) {
+    const double z = surface.vertices(i, 2);
+    beyond += z > end + 0.012 ? 1 : 0;
+    gaps += z < end && surface.confidence(i) == 0 ? 1 : 0;
+    if (z > end + 0.012) {  // points are 9 mm apart
+      ASSERT_EQ(surface.confidence(i), 0) << z;
+    }
+  }
+  EXPECT_GT(beyond, 0);
+  EXPECT_LT(gaps, 0.005 * static_cast<double>(surface.vertices.rows()));
+}
+
 TEST(SurfaceFromPoints, OutliersGo) {
   Mesh points = sphere_points(3000);
   points.vertices.row(17) << 1, 1, 1;

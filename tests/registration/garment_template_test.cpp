@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/intersection.h"
+#include "core/median.h"
 #include "core/normals.h"
 #include "core/topology.h"
 #include "core/tree.h"
@@ -106,6 +107,40 @@ TEST(GarmentTemplate, OfANoisyTeeWithHolesHasItsFourOpenings) {
     EXPECT_NEAR(height, name == "neck" ? 1.45 : name == "hem" ? 1.0 : 1.27, 0.02) << name;
     EXPECT_EQ(x > 0.1, name == "cuff left") << name;
   }
+}
+
+/// Median height of the lowest rim.
+double hem_of(const GarmentTemplate& made) {
+  double lowest = 1e9;
+  for (const std::vector<int>& rim : made.garment.boundaries) {
+    std::vector<double> heights;
+    for (const int v : rim) {
+      heights.push_back(made.garment.mesh.vertices(v, 1));
+    }
+    lowest = std::min(lowest, median(heights));
+  }
+  return lowest;
+}
+
+// It went on by more than half an edge beyond that, and by all that scans go on beyond their
+// points.
+TEST(GarmentTemplate, EndsWhereTheScanWasSeenToEnd) {
+  const std::vector<Capsule> pose = capsules();
+  const auto made_of = [&](bool unsure) {
+    return garment_template(
+        frames_of({pose},
+                  [&](std::size_t) {
+                    Mesh scan = clothed_scan(pose, wears_tee, 0, {}, 0.012);
+                    scan.confidence = Eigen::VectorXf::Ones(scan.vertices.rows());
+                    for (Index v = 0; unsure && v < scan.vertices.rows(); ++v) {
+                      scan.confidence[v] = scan.vertices(v, 1) < 1.05 ? 0.0F : 1.0F;
+                    }
+                    return scan;
+                  }),
+        kClothLabel, "upper", quick());
+  };
+  EXPECT_NEAR(hem_of(made_of(false)), 1.0, 0.4 * quick().edge_length);
+  EXPECT_NEAR(hem_of(made_of(true)), 1.05, 0.6 * quick().edge_length);
 }
 
 TEST(GarmentTemplate, OfTrousersHasAWaistAndTwoAnkles) {

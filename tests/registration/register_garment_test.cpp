@@ -205,6 +205,17 @@ TEST(RegisterGarment, LabelsThatCoverNothingGiveNoScan) {
   EXPECT_EQ(garment_scan(tube, {kCloth}).faces.rows(), tube.faces.rows());  // no labels: all
 }
 
+TEST(RegisterGarment, WhatNobodySawIsNoScan) {
+  Mesh scan = labelled(fixtures::cloth_tube(12, 4), fixtures::cloth_tube(12, 4).vertices);
+  const double middle = scan.vertices.col(1).mean();
+  scan.confidence = (scan.vertices.col(1).array() > middle)
+                        .select(Eigen::VectorXf::Ones(scan.vertices.rows()), 0);
+  const GarmentScan part = garment_scan(scan, {kCloth});
+  ASSERT_GT(part.faces.rows(), 0);
+  EXPECT_LT(part.faces.rows(), scan.faces.rows());
+  EXPECT_GT(part.vertices.col(1).minCoeff(), middle);
+}
+
 TEST(RegisterGarment, SpecksOfWrongLabelsAreLeftOut) {
   Mesh scan = labelled(fixtures::cloth_tube(20, 10), fixtures::cloth_tube(20, 10).vertices);
   const Index vertices = scan.vertices.rows();

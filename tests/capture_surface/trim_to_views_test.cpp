@@ -1,4 +1,4 @@
-#include "capture/surface/trim_to_masks.h"
+#include "capture/surface/trim_to_views.h"
 
 #include <gtest/gtest.h>
 
@@ -70,9 +70,9 @@ struct Views {
   }
 };
 
-TEST(TrimToMasks, ASurfaceEndsWhereTheMasksEnd) {
+TEST(TrimToViews, ASurfaceEndsWhereTheMasksEnd) {
   const Views views({kHem, kHem + 0.004, kHem - 0.004});
-  const Mesh trimmed = trimmed_to_masks(sheet(), views.cameras, views.masks);
+  const Mesh trimmed = trimmed_to_views(sheet(), views.cameras, views.masks);
   check_mesh(trimmed);
   EXPECT_NEAR(trimmed.vertices.col(1).maxCoeff(), kHem, 0.0101);
   EXPECT_EQ(trimmed.vertices.col(1).minCoeff(), -0.2);
@@ -84,31 +84,72 @@ TEST(TrimToMasks, ASurfaceEndsWhereTheMasksEnd) {
   }
 }
 
-TEST(TrimToMasks, OneMaskThatIsWrongIsOutvoted) {
+TEST(TrimToViews, OneMaskThatIsWrongIsOutvoted) {
   for (const double wrong : {-1.0, 1.0}) {
     const Views views({kHem, wrong, kHem});
-    const Mesh trimmed = trimmed_to_masks(sheet(), views.cameras, views.masks);
+    const Mesh trimmed = trimmed_to_views(sheet(), views.cameras, views.masks);
     EXPECT_NEAR(trimmed.vertices.col(1).maxCoeff(), kHem, 0.02);
     EXPECT_EQ(trimmed.vertices.col(1).minCoeff(), -0.2);
   }
 }
 
-TEST(TrimToMasks, WhatNobodySeesStays) {
-  const Mesh mesh = sheet();
-  const Views behind({kHem, kHem}, -2);
-  EXPECT_EQ(trimmed_to_masks(mesh, behind.cameras, behind.masks).faces.rows(), mesh.faces.rows());
-  const Views views({kHem});
-  EXPECT_EQ(trimmed_to_masks(mesh, views.cameras, {ByteImage{}}).faces.rows(), mesh.faces.rows());
-  EXPECT_EQ(trimmed_to_masks(Mesh{}, views.cameras, views.masks).faces.rows(), 0);
+/// The depth of a sheet at z = 0 above `hem`, and of what lies `behind` it below: a sheet that goes
+/// on farther is looked past there.
+std::vector<DepthMap> depths(const Views& views, double hem, double behind) {
+  std::vector<DepthMap> maps;
+  for (const Camera& camera : views.cameras) {
+    DepthMap map{camera, Image(camera.width, camera.height, 1),
+                 Image(camera.width, camera.height, 3), Image(camera.width, camera.height, 1)};
+    for (int y = 0; y < camera.height; ++y) {
+      for (int x = 0; x < camera.width; ++x) {
+        const bool sheet = 0.002 * (200 - y - 0.5) < hem;
+        map.depth.at(x, y) = static_cast<float>(sheet ? 2 : 2 + behind);
+        map.confidence.at(x, y) = 0.5F;
+      }
+    }
+    maps.push_back(std::move(map));
+  }
+  return maps;
 }
 
-TEST(TrimToMasks, SizesThatDifferAreRefused) {
+// Below the hem of a skirt masks show the subject still: its own inside.
+TEST(TrimToViews, ASurfaceEndsWhereViewsLookPastIt) {
+  const Views views({1, 1, 1});
+  const auto end = [&](double behind, double least_confidence) {
+    return trimmed_to_views(sheet(), views.cameras, views.masks, depths(views, kHem, behind),
+                            least_confidence)
+        .vertices.col(1)
+        .maxCoeff();
+  };
+  EXPECT_NEAR(end(0.1, 0.1), kHem, 0.0101);
+  EXPECT_EQ(end(0.01, 0.1), 0.2);  // as far as depths are off
+  EXPECT_EQ(end(0.1, 0.6), 0.2);   // nobody is sure
+}
+
+TEST(TrimToViews, WhatNobodySeesStays) {
+  const Mesh mesh = sheet();
+  const Views behind({kHem, kHem}, -2);
+  EXPECT_EQ(trimmed_to_views(mesh, behind.cameras, behind.masks).faces.rows(), mesh.faces.rows());
+  const Views views({kHem});
+  EXPECT_EQ(trimmed_to_views(mesh, views.cameras, {ByteImage{}}).faces.rows(), mesh.faces.rows());
+  EXPECT_EQ(trimmed_to_views(Mesh{}, views.cameras, views.masks).faces.rows(), 0);
+}
+
+TEST(TrimToViews, SizesThatDifferAreRefused) {
   Views views({kHem, kHem});
-  ATELIER_EXPECT_REFUSED(trimmed_to_masks(sheet(), views.cameras, {ByteImage{}}), LogicError,
+  ATELIER_EXPECT_REFUSED(trimmed_to_views(sheet(), views.cameras, {ByteImage{}}), LogicError,
                          "a mask for each camera");
   views.masks[1] = ByteImage(10, 10, 1);
-  ATELIER_EXPECT_REFUSED(trimmed_to_masks(sheet(), views.cameras, views.masks), LogicError,
+  ATELIER_EXPECT_REFUSED(trimmed_to_views(sheet(), views.cameras, views.masks), LogicError,
                          "another size");
+  views.masks[1] = views.masks[0];
+  std::vector<DepthMap> maps = depths(views, kHem, 0.1);
+  maps[0].depth = Image(10, 10, 1);
+  ATELIER_EXPECT_REFUSED(trimmed_to_views(sheet(), views.cameras, views.masks, maps), LogicError,
+                         "another size");
+  maps.pop_back();
+  ATELIER_EXPECT_REFUSED(trimmed_to_views(sheet(), views.cameras, views.masks, maps), LogicError,
+                         "a depth map for each camera");
 }
 
 }  // namespace
