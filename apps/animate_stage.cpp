@@ -274,9 +274,8 @@ void run_animate(StageRun& run) {
   };
   if (!run.each_frame("frames", ".h5", ids, [&](int id, const fs::path& file) {
         const ClothState state = frames.at(row_of(id));
-        write_animated_frame(file, state,
-                             frame_figures(animation, state.positions,
-                                           body_after(animation, step_of(animation, row_of(id)))));
+        const Points body = body_after(animation, step_of(animation, row_of(id)));
+        write_animated_frame(file, {state, frame_figures(animation, state.positions, body)});
       })) {
     return;
   }

@@ -10,10 +10,8 @@
 #include <cstdio>
 #include <vector>
 
-#include "core/archive.h"
 #include "core/depths_inside.h"
 #include "core/error.h"
-#include "simulation/cloth_state_archive.h"
 #include "simulation/crossings.h"
 
 namespace atelier {
@@ -22,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr const char* kAnimatedSchema = "atelier.animated_frame";
 constexpr double kTorn = 0.5;  // of an edge's length: no cloth stretches like that
 
 double strain_p99(const Cloth& cloth, const Points& x) {
@@ -65,34 +62,6 @@ FrameFigures frame_figures(const Animation& animation, const Points& cloth, cons
   figures.depth = depths.maxCoeff();
   figures.crossings = count_crossings(cloth, joined_faces(animation.worn));
   return figures;
-}
-
-void write_animated_frame(const fs::path& file, const ClothState& state,
-                          const FrameFigures& figures) {
-  Archive archive;
-  archive.schema = kAnimatedSchema;
-  put_cloth_state(archive, "step", state);
-  for (const auto& [name, member] : kFrameFigures) {
-    archive.numbers[name] = figures.*member;
-  }
-  write_archive(file, archive);
-}
-
-AnimatedFrame read_animated_frame(const fs::path& file, Index vertices) {
-  const Archive archive = read_archive(file, kAnimatedSchema, 1);
-  const auto number = [&](const char* name) {
-    const auto found = archive.numbers.find(name);
-    if (found == archive.numbers.end()) {
-      throw DataError(file.string(), name, "none", "a number");
-    }
-    return found->second;
-  };
-  AnimatedFrame frame;
-  frame.state = cloth_state_at(archive, "step", vertices, file.string());
-  for (const auto& [name, member] : kFrameFigures) {
-    frame.figures.*member = number(name);
-  }
-  return frame;
 }
 
 ClothState AnimatedCloth::at(Index row) {

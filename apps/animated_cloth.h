@@ -4,45 +4,19 @@
     defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_BODYMODEL) && \
     defined(ATELIER_HAS_CORE_RENDER)
 
-#include <array>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <optional>
-#include <utility>
 
+#include "apps/animated_frame.h"
 #include "apps/animation_input.h"
 #include "core/store/stage.h"
 
 namespace atelier {
 
-/// What one frame of an animation says of itself.
-struct FrameFigures {
-  double strain_p99 = 0;  ///< of the edges, share of their rest length
-  double inside = 0;      ///< vertices inside the body
-  double depth = 0;       ///< m, of the deepest of them
-  double crossings = 0;   ///< of the cloth with itself
-};
-
-inline constexpr std::array<std::pair<const char*, double FrameFigures::*>, 4> kFrameFigures = {
-    {{"strain_p99", &FrameFigures::strain_p99},
-     {"inside", &FrameFigures::inside},
-     {"depth", &FrameFigures::depth},
-     {"crossings", &FrameFigures::crossings}}};
-
-/// Takes them of the cloth on the body's surface; a body's own overlaps do not count.
+/// What one frame says of the cloth on the body's surface; a body's own overlaps do not count.
 FrameFigures frame_figures(const Animation& animation, const Points& cloth, const Points& body);
-
-/// A frame's cloth, as files keep it: schema "atelier.animated_frame", version 1.
-struct AnimatedFrame {
-  ClothState state;
-  FrameFigures figures;
-};
-
-void write_animated_frame(const std::filesystem::path& file, const ClothState& state,
-                          const FrameFigures& figures);
-/// Throws DataError for the file of another cloth.
-AnimatedFrame read_animated_frame(const std::filesystem::path& file, Index vertices);
 
 /// The cloth in every frame of the result: simulated in order, whoever asks for which, on from what
 /// an earlier run has finished; or taken from another simulator. A frame is asked for once.

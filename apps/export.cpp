@@ -33,6 +33,7 @@
 #include "core/new_folders.h"
 #include "core/regular_file.h"
 #include "core/sequence_archive.h"
+#include "core/store/workspace_folder.h"
 #include "core/store/workspace_status.h"
 #include "core/system_reason.h"
 
@@ -316,14 +317,15 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
   if (arguments.workspace.empty() || arguments.out.empty()) {
     throw UsageError("export takes a WORKSPACE and a folder: atelier export WORKSPACE OUT");
   }
+  const fs::path out = workspace_place(arguments.out);
   const std::vector<StageStatus> all =
       workspace_status(all_stages(), arguments.workspace, Check::Digests);
-  require_folder_place(arguments.out);
-  if (is_inside(arguments.out, arguments.workspace)) {
+  require_folder_place(out);
+  if (is_inside(out, arguments.workspace)) {
     throw UsageError("OUT lies in the WORKSPACE; name a folder outside of it");
   }
-  require_outside_inputs(arguments.out, all, "OUT");
-  ExportGuard guard(arguments.out);
+  require_outside_inputs(out, all, "OUT");
+  ExportGuard guard(out);
   int exported = 0;
   for (const StageStatus& status : all) {
     if (options.stage != kEveryStage && status.stage != options.stage) {
@@ -340,7 +342,7 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
     for (const std::string& reason : status.reasons) {
       std::cout << status.stage << " is outdated: " << printable(reason) << "\n";
     }
-    export_result(status, arguments.workspace, arguments.out, options.format, guard);
+    export_result(status, arguments.workspace, out, options.format, guard);
     ++exported;
   }
   if (exported == 0) {
@@ -349,7 +351,7 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
   }
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
   if (options.cameras != kNone) {
-    export_cameras(all, arguments.out, options.cameras, guard);
+    export_cameras(all, out, options.cameras, guard);
   }
 #endif
   guard.release();

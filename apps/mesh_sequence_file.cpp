@@ -3,19 +3,19 @@
 #include "apps/mesh_sequence_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
-#include <map>
 #include <memory>
 #include <numeric>
 
 #include "apps/printable.h"
+#include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/io/foreign_hdf5.h"
 #include "core/io/lower_extension.h"
 #include "core/io/npz.h"
 #include "core/io/sequence_folder.h"
 #include "core/sequence_archive.h"
-#include "core/tensor.h"
 
 namespace atelier {
 namespace {
@@ -46,14 +46,14 @@ std::map<std::string, Tensor> arrays_of(const fs::path& path, const Limits& limi
   return wanted.empty() ? arrays : read_foreign_hdf5(path, wanted, limits);
 }
 
-/// [F,R,3] of finite numbers as F matrices.
+/// [F,R,3] of numbers that a mesh may have as F matrices.
 std::vector<Points> frames_of(const Tensor& tensor, const std::string& file,
                               const std::string& name, const Limits& limits) {
   if (tensor.shape.size() != 3 || tensor.shape[2] != 3 || tensor.shape[0] < 1 ||
       tensor.shape[1] < 1 || tensor.shape[0] > limits.frames) {
     throw DataError(file, name, shape_text(tensor.shape), "[frames, rows, 3]");
   }
-  check_finite(tensor, file, name);
+  check_bounded(tensor, limits.mesh_coordinate, file, name);
   const std::vector<double> values = doubles_of(tensor, file, name);
   std::vector<Points> frames;
   const auto rows = static_cast<Index>(tensor.shape[1]);
@@ -61,6 +61,22 @@ std::vector<Points> frames_of(const Tensor& tensor, const std::string& file,
     frames.emplace_back(Eigen::Map<const Points>(values.data() + f * rows * 3, rows, 3));
   }
   return frames;
+}
+
+/// [N,3] of vertices, as whole numbers of any type.
+Triangles triangles_of(const Tensor& tensor, Index vertices, const std::string& file) {
+  const RowMatrix corners = matrix_of(tensor, 3, file, "faces");
+  for (Index f = 0; f < corners.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const double corner = corners(f, k);
+      if (!(corner >= 0 && corner < static_cast<double>(vertices) &&
+            corner == std::floor(corner))) {
+        throw DataError(file, "faces[" + std::to_string(f) + "," + std::to_string(k) + "]",
+                        std::to_string(corner), "a vertex, 0 to " + std::to_string(vertices - 1));
+      }
+    }
+  }
+  return corners.cast<int>();
 }
 
 /// The frames' own numbers, increasing; from 0 where the file has none.
@@ -87,9 +103,10 @@ std::vector<int> frame_ids_of(const std::map<std::string, Tensor>& arrays, std::
   return ids;
 }
 
-MeshSequenceFile from_arrays(const fs::path& path, const Limits& limits) {
-  const std::string file = path.string();
-  const std::map<std::string, Tensor> arrays = arrays_of(path, limits);
+}  // namespace
+
+MeshSequenceFile mesh_sequence_of(const std::map<std::string, Tensor>& arrays,
+                                  const std::string& file, const Limits& limits) {
   const auto need = [&](const char* name) -> const Tensor& {
     const auto found = arrays.find(name);
     if (found == arrays.end()) {
@@ -101,8 +118,9 @@ MeshSequenceFile from_arrays(const fs::path& path, const Limits& limits) {
   auto vertices =
       std::make_shared<std::vector<Points>>(frames_of(need("vertices"), file, "vertices", limits));
   const Index count = vertices->front().rows();
-  result.shared.faces = matrix_of(need("faces"), 3, file, "faces").cast<int>();
+  result.shared.faces = triangles_of(need("faces"), count, file);
   if (const auto uv = arrays.find("uv"); uv != arrays.end()) {
+    check_bounded(uv->second, limits.mesh_coordinate, file, "uv");
     result.shared.uvs = matrix_of(uv->second, 2, file, "uv");
     if (result.shared.uvs.rows() != count) {
       throw DataError(file, "uv", shape_text(uv->second.shape), "a row for each vertex");
@@ -142,6 +160,12 @@ MeshSequenceFile from_arrays(const fs::path& path, const Limits& limits) {
       for (const std::int64_t parent : integers_of(parents->second, file, "joint_parents")) {
         result.parents.push_back(static_cast<int>(std::clamp<std::int64_t>(parent, -1, 1 << 20)));
       }
+      if (result.parents.size() != result.names.size()) {
+        throw DataError(
+            file, "joint_parents",
+            counted(static_cast<std::int64_t>(result.parents.size()), "number"),
+            "one for each of " + counted(static_cast<std::int64_t>(result.names.size()), "joint"));
+      }
     }
   }
   Mesh first = result.shared;
@@ -158,13 +182,11 @@ MeshSequenceFile from_arrays(const fs::path& path, const Limits& limits) {
   return result;
 }
 
-}  // namespace
-
 MeshSequenceFile read_mesh_sequence(const fs::path& path, bool is_body, const Limits& limits) {
   MeshSequenceFile result;
   const std::string extension = lower_extension(path);
   if (extension == ".npz" || extension == ".h5" || extension == ".hdf5") {
-    result = from_arrays(path, limits);
+    result = mesh_sequence_of(arrays_of(path, limits), path.string(), limits);
   } else {
     result.sequence = fs::exists(path / "sequence.h5")
                           ? open_sequence(path, limits)

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "core/limits.h"
 #include "core/sequence.h"
+#include "core/tensor.h"
 
 namespace atelier {
 
@@ -21,9 +23,14 @@ struct MeshSequenceFile {
 /// Reads a folder of meshes (.obj, .ply, ... one a frame, read_sequence_folder), a folder of ours
 /// (sequence.h5), or a file (.npz, .h5, .hdf5) with `vertices` [F,V,3] metres Y up, `faces`, and
 /// optional `uv` [V,2], `fps`, `labels` [V], `joints` [F,J,3], `joint_names`, `joint_parents`.
-/// Throws DataError for frames of different topologies, arrays that are missing, of another shape
-/// or not finite, and a body that is not 0.5 to 2.5 m tall if `is_body` (units are metres).
+/// Throws DataError for frames of different topologies, arrays that are missing, of another shape,
+/// not finite or beyond Limits::mesh_coordinate, and a body that is not 0.5 to 2.5 m tall if
+/// `is_body` (units are metres).
 MeshSequenceFile read_mesh_sequence(const std::filesystem::path& path, bool is_body,
                                     const Limits& limits = {});
+
+/// The same of the arrays of such a file, by their names.
+MeshSequenceFile mesh_sequence_of(const std::map<std::string, Tensor>& arrays,
+                                  const std::string& file = "", const Limits& limits = {});
 
 }  // namespace atelier

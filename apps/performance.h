@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/dressing.h"
+#include "apps/performance_state.h"
 #include "apps/synthesis_options.h"
 #include "apps/synthetic_look.h"
 #include "apps/synthetic_subject.h"
@@ -44,14 +45,6 @@ CaptureTruth truth_of(const Performance& performance, const SynthesisOptions& op
 /// Plays the minimal sequence: `take(i, frame)` for each frame in order.
 void perform_minimal(const Performance& performance, const SynthesisOptions& options,
                      const std::function<void(int, const PerformedFrame&)>& take);
-
-/// What a simulation needs to go on after a frame.
-struct PerformanceState {
-  int next_frame = 0;  ///< of the sequence
-  std::int64_t step = 0;
-  ClothState cloth;
-  SoftTissue flesh;
-};
 
 /// Plays the clothed sequence with its cloth simulated from the rest pose on; `take` gets each
 /// frame in order with the state after it. `from` goes on from such a state with the same bits.

@@ -3,7 +3,9 @@
 #include "apps/register_measures.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <string>
 
@@ -11,6 +13,7 @@
 #include "capture/truth_archive.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
+#include "core/io/json_place.h"
 #include "core/sequence_archive.h"
 #include "core/store/result.h"
 #include "registration/register_garment.h"
@@ -133,8 +136,12 @@ std::vector<Measure> measure_register(const fs::path& workspace, const fs::path&
   for (const auto& [name, of] : figures.items()) {
     for (std::size_t g = 0; g < truth.garments.size(); ++g) {
       if (label_name(truth.garments[g].label) == name) {
-        each.emplace_back(name, errors_of(result / "registered" / name,
-                                          of.at("template_frame").get<int>(), g, capture, truth));
+        const auto template_frame =
+            static_cast<int>(JsonPlace(of, file.string(), name)
+                                 .at("template_frame")
+                                 .integer(0, std::numeric_limits<int>::max()));
+        each.emplace_back(
+            name, errors_of(result / "registered" / name, template_frame, g, capture, truth));
         all.add(each.back().second);
       }
     }

@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/io/file_bytes.h"
 #include "core/io/json.h"
+#include "core/limits.h"
 #include "registration/surface_cut.h"
 
 namespace atelier {
@@ -65,8 +67,25 @@ int integer_at(const json& value, std::int64_t count, const std::string& file,
   return static_cast<int>(value.get<std::int64_t>());
 }
 
-std::vector<char> cut_of_file(const std::string& file, const Mesh& mesh, const Topology& topology) {
-  const json root = read_json(file);
+}  // namespace
+
+std::vector<char> seam_input(const std::string& seams, const Mesh& mesh, const Topology& topology,
+                             const std::filesystem::path& mesh_file) {
+  if (seams == "uvs") {
+    return cut_at_uvs(mesh, topology, mesh_file);
+  }
+  if (seams == "labels") {
+    return cut_at_labels(mesh, topology, mesh_file);
+  }
+  if (seams != "auto" && seams != "none") {
+    return parse_seams(read_file_text(seams, Limits{}.text_file_bytes), mesh, topology, seams);
+  }
+  return std::vector<char>(static_cast<std::size_t>(topology.edges.rows()), 0);
+}
+
+std::vector<char> parse_seams(std::string_view text, const Mesh& mesh, const Topology& topology,
+                              const std::string& file) {
+  const json root = parse_json(text, file);
   if (!root.is_object() || (!root.contains("seams") && !root.contains("panels"))) {
     throw DataError(file, "", "neither \"seams\" nor \"panels\"",
                     "{\"seams\": [[v0, v1, ...], ...]} or {\"panels\": [...]}");
@@ -113,22 +132,6 @@ std::vector<char> cut_of_file(const std::string& file, const Mesh& mesh, const T
     }
   }
   return cut;
-}
-
-}  // namespace
-
-std::vector<char> seam_input(const std::string& seams, const Mesh& mesh, const Topology& topology,
-                             const std::filesystem::path& mesh_file) {
-  if (seams == "uvs") {
-    return cut_at_uvs(mesh, topology, mesh_file);
-  }
-  if (seams == "labels") {
-    return cut_at_labels(mesh, topology, mesh_file);
-  }
-  if (seams != "auto" && seams != "none") {
-    return cut_of_file(seams, mesh, topology);
-  }
-  return std::vector<char>(static_cast<std::size_t>(topology.edges.rows()), 0);
 }
 
 }  // namespace atelier

@@ -1,9 +1,8 @@
 #pragma once
 
-#ifdef ATELIER_HAS_REGISTRATION
-
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/mesh.h"
@@ -14,11 +13,15 @@ namespace atelier {
 /// The edges of a mesh that are cut, one flag for each edge of its topology: none for "auto" and
 /// "none"; where texture coordinates part for "uvs"; where the labels of vertices part for "labels"
 /// (a face has the label of most of its corners, of its first where all differ); else those of a
-/// JSON file: {"seams": [[v0, v1, v2, ...], ...]}, runs of vertices along edges, or {"panels":
-/// [...]}, the panel of each triangle, or both. Throws DataError.
+/// JSON file (parse_seams). Throws DataError.
 std::vector<char> seam_input(const std::string& seams, const Mesh& mesh, const Topology& topology,
                              const std::filesystem::path& mesh_file);
 
-}  // namespace atelier
+/// The edges that a JSON text cuts, one flag for each edge: {"seams": [[v0, v1, v2, ...], ...]},
+/// runs of vertices along edges, or {"panels": [...]}, the panel of each triangle, from 0 to their
+/// number - 1, or both. Throws DataError for what is neither, for vertices and edges that the mesh
+/// does not have, and for another number of triangles.
+std::vector<char> parse_seams(std::string_view text, const Mesh& mesh, const Topology& topology,
+                              const std::string& file = "");
 
-#endif
+}  // namespace atelier

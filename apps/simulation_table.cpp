@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/archive.h"
 #include "core/error.h"
 #include "simulation/cloth_state_archive.h"
 
@@ -30,9 +29,11 @@ double report_number(const Archive& archive, const FrameColumn& column, const st
   const double value = found->second;
   const bool count = std::holds_alternative<int FrameReport::*>(column.member);
   constexpr double kMost = 2147483647;
-  if (!std::isfinite(value) || (count && !(value >= -1 && value <= kMost))) {
-    throw DataError(file, column.name, std::to_string(value),
-                    count ? "a count, or -1" : "a finite number");
+  if (!std::isfinite(value) ||
+      (count && !(value >= -1 && value <= kMost && value == std::floor(value)))) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%g", value);
+    throw DataError(file, column.name, text.data(), count ? "a count, or -1" : "a finite number");
   }
   return value;
 }
@@ -70,25 +71,32 @@ std::string frames_csv(const std::vector<FrameReport>& reports, double fps) {
   return text;
 }
 
-void write_simulated_frame(const std::filesystem::path& file, const SimulatedFrame& frame) {
+Archive archive_of(const SimulatedFrame& frame) {
   Archive archive;
   archive.schema = kSimulatedSchema;
   put_cloth_state(archive, "frame", frame.state);
   for (const FrameColumn& column : kFrameColumns) {
     archive.numbers[column.name] = frame_number(frame.report, column);
   }
-  write_archive(file, archive);
+  return archive;
+}
+
+SimulatedFrame simulated_frame_of(const Archive& archive, Index vertices, const std::string& file) {
+  SimulatedFrame frame;
+  frame.state = cloth_state_at(archive, "frame", vertices, file);
+  frame.report.frame = frame.state.frame;
+  for (const FrameColumn& column : kFrameColumns) {
+    set_frame_number(frame.report, column, report_number(archive, column, file));
+  }
+  return frame;
+}
+
+void write_simulated_frame(const std::filesystem::path& file, const SimulatedFrame& frame) {
+  write_archive(file, archive_of(frame));
 }
 
 SimulatedFrame read_simulated_frame(const std::filesystem::path& file, Index vertices) {
-  const Archive archive = read_archive(file, kSimulatedSchema, 1);
-  SimulatedFrame frame;
-  frame.state = cloth_state_at(archive, "frame", vertices, file.string());
-  frame.report.frame = frame.state.frame;
-  for (const FrameColumn& column : kFrameColumns) {
-    set_frame_number(frame.report, column, report_number(archive, column, file.string()));
-  }
-  return frame;
+  return simulated_frame_of(read_archive(file, kSimulatedSchema, 1), vertices, file.string());
 }
 
 }  // namespace atelier

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/archive.h"
 #include "simulation/xpbd.h"
 
 namespace atelier {
@@ -47,8 +48,13 @@ struct SimulatedFrame {
   FrameReport report;
 };
 
+/// As an archive, and back. Throws DataError for what cloth_state_at refuses, such as another
+/// cloth, and for a report with numbers missing, or counts below -1.
+Archive archive_of(const SimulatedFrame& frame);
+SimulatedFrame simulated_frame_of(const Archive& archive, Index vertices,
+                                  const std::string& file = "");
+
 void write_simulated_frame(const std::filesystem::path& file, const SimulatedFrame& frame);
-/// Throws DataError for the file of another cloth.
 SimulatedFrame read_simulated_frame(const std::filesystem::path& file, Index vertices);
 
 }  // namespace atelier

@@ -76,47 +76,6 @@ void claim(const Work& work, const std::string& key) {
   make_private_directory(work.hidden / "speeds");
 }
 
-Archive state_archive(const PerformanceState& state) {
-  Archive archive;
-  archive.schema = "atelier.synthesis.state";
-  archive.numbers = {{"next_frame", static_cast<double>(state.next_frame)},
-                     {"step", static_cast<double>(state.step)},
-                     {"cloth_frame", static_cast<double>(state.cloth.frame)},
-                     {"flesh_steps", static_cast<double>(state.flesh.steps)}};
-  archive.datasets["cloth/positions"] = tensor_of(state.cloth.positions);
-  archive.datasets["cloth/velocities"] = tensor_of(state.cloth.velocities);
-  archive.datasets["flesh/offset"] = tensor_of(state.flesh.offset);
-  archive.datasets["flesh/velocity"] = tensor_of(state.flesh.velocity);
-  archive.datasets["flesh/last"] = tensor_of(state.flesh.last);
-  archive.datasets["flesh/last_velocity"] = tensor_of(state.flesh.last_velocity);
-  return archive;
-}
-
-PerformanceState state_of(const Archive& archive, const std::string& file) {
-  const auto number = [&](const char* name) {
-    const auto found = archive.numbers.find(name);
-    if (found == archive.numbers.end()) {
-      throw DataError(file, name, "no such number", "a state of a synthesis");
-    }
-    return found->second;
-  };
-  const auto points = [&](const char* name) -> Points {
-    const auto found = archive.datasets.find(name);
-    if (found == archive.datasets.end()) {
-      throw DataError(file, name, "no such dataset", "a state of a synthesis");
-    }
-    return matrix_of(found->second, 3, file, name);
-  };
-  PerformanceState state;
-  state.next_frame = static_cast<int>(number("next_frame"));
-  state.step = static_cast<std::int64_t>(number("step"));
-  state.cloth = {points("cloth/positions"), points("cloth/velocities"),
-                 static_cast<std::int64_t>(number("cloth_frame"))};
-  state.flesh = {points("flesh/offset"), points("flesh/velocity"), points("flesh/last"),
-                 points("flesh/last_velocity"), static_cast<int>(number("flesh_steps"))};
-  return state;
-}
-
 struct Stopped {};
 
 /// Keeps a frame until it is photographed.
@@ -162,8 +121,10 @@ void perform(const Work& work, const Performance& performance, const CaptureTrut
     PerformanceState state;
     bool resumed = fs::exists(work.state());
     if (resumed) {
-      state =
-          state_of(read_archive(work.state(), "atelier.synthesis.state", 1), work.state().string());
+      state = performance_state_of(read_archive(work.state(), "atelier.synthesis.state", 1),
+                                   performance.outfit.cloth.rest_positions.rows(),
+                                   performance.subject.model.mesh.vertices.rows(),
+                                   work.state().string());
       resumed = !missing(0, state.next_frame);
     }
     if (resumed) {
@@ -172,7 +133,7 @@ void perform(const Work& work, const Performance& performance, const CaptureTrut
     perform_clothed(performance, options, resumed ? &state : nullptr,
                     [&](int i, const PerformedFrame& frame, const PerformanceState& after) {
                       keep(work, truth, options, i, frame);
-                      write_archive(work.state(), state_archive(after));
+                      write_archive(work.state(), archive_of(after));
                       stop_if_asked();
                     });
   }

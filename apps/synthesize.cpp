@@ -15,6 +15,7 @@
 #include "apps/synthesis.h"
 #include "apps/usage_error.h"
 #include "capture/layouts/write_layout.h"
+#include "core/store/workspace_folder.h"
 
 namespace atelier {
 namespace {
@@ -55,10 +56,11 @@ void write_other_layout(const std::filesystem::path& capture, const std::string&
   }
 }
 
-int run(const std::string& out, const SynthesisOptions& options, const std::string& layout) {
-  if (out.empty()) {
+int run(const std::string& folder, const SynthesisOptions& options, const std::string& layout) {
+  if (folder.empty()) {
     throw UsageError("synthesize takes a folder for the capture: atelier synthesize OUT");
   }
+  const std::string out = workspace_place(folder).string();
   catch_interrupts();
   const auto begin = std::chrono::steady_clock::now();
   const auto say = [&](const std::string& line) {

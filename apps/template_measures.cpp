@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "capture/truth_archive.h"
@@ -12,6 +13,7 @@
 #include "core/intersection.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
+#include "core/io/json_place.h"
 #include "core/normals.h"
 #include "core/topology.h"
 #include "core/tree.h"
@@ -93,8 +95,8 @@ std::vector<Measure> measure_template(const fs::path& workspace, const fs::path&
   for (std::size_t g = 0; g < truth.garments.size(); ++g) {
     left.push_back(truth.garments[g].garment.name);
   }
-  for (const nlohmann::json& one : json.value("garments", nlohmann::json::array())) {
-    const std::string label = one.value("label", "");
+  for (const JsonPlace& one : JsonPlace(json, file.string()).items("garments")) {
+    const std::string label = one.text_or("label", "");
     const auto match =
         std::find_if(truth.garments.begin(), truth.garments.end(),
                      [&](const TruthGarment& t) { return label_name(t.label) == label; });
@@ -102,7 +104,9 @@ std::vector<Measure> measure_template(const fs::path& workspace, const fs::path&
       continue;
     }
     const auto g = static_cast<std::size_t>(match - truth.garments.begin());
-    const TruthFrame frame = read_truth_frame(capture, truth, one.value("frame", 0));
+    const TruthFrame frame = read_truth_frame(
+        capture, truth,
+        static_cast<int>(one.integer_or("frame", 0, 0, std::numeric_limits<int>::max())));
     const Triangles& faces = match->garment.mesh.faces;
     const Garment garment = read_garment_archive(result / "garments" / (label + ".h5"));
     const Mesh& mesh = garment.mesh;

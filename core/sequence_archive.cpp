@@ -164,6 +164,23 @@ std::string header_fault(const SequenceHeader& header) {
   return "";
 }
 
+/// What is wrong with what frames share, or "". How many vertices they have is theirs to say.
+std::string shared_fault(const Mesh& shared) {
+  if (shared.vertices.rows() > 0 || shared.normals.rows() > 0 || shared.colors.rows() > 0 ||
+      !shared.labels.empty() || shared.confidence.size() > 0) {
+    return "arrays of vertices";
+  }
+  if (shared.faces.rows() > 0 && shared.faces.minCoeff() < 0) {
+    return "a face of a vertex below 0";
+  }
+  if (shared.uv_faces.rows() > 0 &&
+      (shared.uv_faces.rows() != shared.faces.rows() || shared.uv_faces.minCoeff() < 0 ||
+       shared.uv_faces.maxCoeff() >= shared.uvs.rows())) {
+    return "texture faces that fit neither faces nor coordinates";
+  }
+  return shared.uvs.allFinite() ? "" : "a texture coordinate that is not finite";
+}
+
 std::filesystem::path header_path(const std::filesystem::path& folder) {
   return folder / "sequence.h5";
 }
@@ -260,30 +277,37 @@ void write_sequence(const std::filesystem::path& folder, const Sequence& sequenc
   }
 }
 
-SequenceHeader read_sequence_header(const std::filesystem::path& folder, const Limits& limits) {
-  const std::filesystem::path path = header_path(folder);
-  Archive archive = read_archive(path, kSequenceSchema, kVersion, limits);
+SequenceHeader sequence_header_of(Archive archive, const std::string& file, const Limits& limits) {
   SequenceHeader header;
   const auto fps = archive.numbers.find("fps");
   if (fps == archive.numbers.end()) {
-    throw DataError(path.string(), "fps", "missing", "frames per second");
+    throw DataError(file, "fps", "missing", "frames per second");
   }
   header.fps = fps->second;
   const auto ids = archive.datasets.extract("frame_ids");
   if (ids.empty() || ids.mapped().type != ElementType::Int32 || ids.mapped().shape.size() != 1) {
-    throw DataError(path.string(), "frame_ids", "missing or of another type", "int32 of rank 1");
+    throw DataError(file, "frame_ids", "missing or of another type", "int32 of rank 1");
   }
   const auto values = values_of<int>(ids.mapped());
   header.frame_ids.assign(values.begin(), values.end());
-  header.shared = unchecked_mesh_of(archive, path.string(), limits);
+  header.shared = unchecked_mesh_of(archive, file, limits);
   if (const std::string fault = header_fault(header); !fault.empty()) {
-    throw DataError(path.string(), "header", fault, "a sequence");
+    throw DataError(file, "header", fault, "a sequence");
   }
-  if (header.shared.vertices.rows() > 0 ||
-      static_cast<std::int64_t>(header.frame_ids.size()) > limits.frames) {
-    throw DataError(path.string(), "header", "vertices, or too many frames", "a sequence");
+  if (const std::string fault = shared_fault(header.shared); !fault.empty()) {
+    throw DataError(file, "header", fault, "faces and texture coordinates of every frame");
+  }
+  if (static_cast<std::int64_t>(header.frame_ids.size()) > limits.frames) {
+    throw DataError(file, "frame_ids", std::to_string(header.frame_ids.size()) + " frames",
+                    "at most " + std::to_string(limits.frames));
   }
   return header;
+}
+
+SequenceHeader read_sequence_header(const std::filesystem::path& folder, const Limits& limits) {
+  const std::filesystem::path path = header_path(folder);
+  return sequence_header_of(read_archive(path, kSequenceSchema, kVersion, limits), path.string(),
+                            limits);
 }
 
 Sequence open_sequence(const std::filesystem::path& folder, const Limits& limits) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "core/archive.h"
 #include "core/mesh.h"
@@ -28,8 +29,10 @@ struct SequenceHeader {
 /// shared topology without faces and uvs). Frames may be written in any order, by several
 /// processes; each appears whole or not at all. Folders are created 0700, files 0600.
 ///
-/// Throws LogicError if the header breaks its conditions.
+/// Throws LogicError if the header breaks its conditions; reading one that does, DataError.
 Archive archive_of(const SequenceHeader& header);
+SequenceHeader sequence_header_of(Archive archive, const std::string& file = "",
+                                  const Limits& limits = {});
 void write_sequence_header(const std::filesystem::path& folder, const SequenceHeader& header);
 
 /// Writes one frame. Throws DataError unless the mesh is valid and has the shared topology,

@@ -1,7 +1,6 @@
 #include "appearance/network/train.h"
 
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "core/error.h"
@@ -9,9 +8,6 @@
 
 namespace atelier {
 namespace {
-
-constexpr const char* kSchema = "atelier.appearance.training";
-constexpr const char* kMoment = "moment.";
 
 template <class T>
 void add(Sha256& hash, const T* values, std::size_t count) {
@@ -56,72 +52,6 @@ Training start_training(const AppearanceData& data, const TrainOptions& options)
       initial_model(data, network_options(options), static_cast<std::uint64_t>(options.seed));
   training.options = training_text(options);
   training.data = digest_of(data);
-  return training;
-}
-
-std::map<std::string, Tensor> tensors_of(const Training& training) {
-  std::map<std::string, Tensor> tensors = tensors_of(training.model);
-  for (const auto& [name, moment] : training.moments) {
-    tensors[kMoment + name] = moment;
-  }
-  return tensors;
-}
-
-std::map<std::string, std::string> texts_of(const Training& training) {
-  std::map<std::string, std::string> texts = texts_of(training.model);
-  texts["training"] = kSchema;
-  texts["iteration"] = std::to_string(training.iteration);
-  texts["options"] = training.options;
-  texts["data"] = training.data;
-  return texts;
-}
-
-Training training_of(const std::map<std::string, Tensor>& tensors,
-                     const std::map<std::string, std::string>& texts, const std::string& file) {
-  const auto text = [&](const char* name) -> const std::string& {
-    const auto found = texts.find(name);
-    if (found == texts.end()) {
-      throw DataError(file, name, "nothing", "a checkpoint of a training");
-    }
-    return found->second;
-  };
-  if (text("training") != kSchema) {
-    throw DataError(file, "training", text("training").substr(0, 60), kSchema);
-  }
-  Training training;
-  std::map<std::string, Tensor> of_model;
-  const std::string_view prefix = kMoment;
-  for (const auto& [name, tensor] : tensors) {
-    if (name.starts_with(prefix)) {
-      check_finite(tensor, file, name);
-      training.moments[name.substr(prefix.size())] = tensor;
-    } else {
-      of_model[name] = tensor;
-    }
-  }
-  training.model = appearance_model_of(of_model, texts, file);
-  int iteration = 0;
-  OptionTable number;
-  number.add("iteration", iteration, 0, std::numeric_limits<int>::max(), "", "Steps done");
-  if (const std::string wrong = set_option(number, "iteration", text("iteration"));
-      !wrong.empty()) {
-    throw DataError(file, "iteration", wrong, "a number of steps");
-  }
-  training.iteration = iteration;
-  training.options = text("options");
-  training.data = text("data");
-  for (const auto& [name, parameter] : training.model.parameters) {
-    for (const char* kind : {"m.", "v."}) {
-      const auto found = training.moments.find(kind + name);
-      const bool fits = found != training.moments.end() &&
-                        found->second.type == ElementType::Float32 &&
-                        found->second.shape == parameter.shape;
-      if (iteration > 0 && !fits) {
-        throw DataError(file, std::string("tensor ") + kMoment + kind + name,
-                        "missing or of another shape", shape_text(parameter.shape));
-      }
-    }
-  }
   return training;
 }
 

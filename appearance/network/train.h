@@ -4,27 +4,12 @@
 
 #include "appearance/network/network.h"
 #include "appearance/train_options.h"
+#include "appearance/training.h"
 
 namespace atelier {
 
-/// A training that can go on: parameters, the optimiser's moments, and how far it is.
-struct Training {
-  AppearanceModel model;
-  std::map<std::string, Tensor> moments;  ///< "m.<parameter>", "v.<parameter>"
-  std::int64_t iteration = 0;             ///< steps done
-  std::string options;                    ///< training_text of its options
-  std::string data;                       ///< SHA-256 of what it learns from
-};
-
 /// One that has not begun. Throws as initial_model does.
 Training start_training(const AppearanceData& data, const TrainOptions& options);
-
-/// As named tensors with texts (a model's and "moment.", schema "atelier.appearance.training"),
-/// what checkpoints hold, and back. Reading throws DataError as appearance_model_of does.
-std::map<std::string, Tensor> tensors_of(const Training& training);
-std::map<std::string, std::string> texts_of(const Training& training);
-Training training_of(const std::map<std::string, Tensor>& tensors,
-                     const std::map<std::string, std::string>& texts, const std::string& file = "");
 
 /// Throws DataError unless the training was of this architecture, these options and these data.
 void require_same_training(const Training& training, const AppearanceData& data,

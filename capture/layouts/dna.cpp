@@ -22,13 +22,8 @@ const FileWorld kDnaWorld = {1, ""};
 const FileWorld kDnaWritten = {1, "y"};
 constexpr double kDnaFps = 15;
 
-/// main/<id>.smc and its annotations; empty if there are none.
-struct Files {
-  fs::path main;
-  fs::path annotations;
-};
-
-Files files_of(const fs::path& path) {
+/// main/<id>.smc and its annotations, not yet listed; empty if there are none.
+DnaFiles files_of(const fs::path& path) {
   const auto annotations_of = [](const fs::path& main) {
     const std::string name = main.stem().string() + "_annots.smc";
     for (const fs::path& folder : {main.parent_path(), main.parent_path() / ".." / "annotations"}) {
@@ -50,7 +45,7 @@ Files files_of(const fs::path& path) {
   for (const fs::path& main : candidates) {
     const fs::path annotations = annotations_of(main);
     if (!annotations.empty()) {
-      return {main, annotations};
+      return {main, annotations, {}, {}};
     }
   }
   return {};
@@ -103,26 +98,41 @@ Eigen::Matrix4d rigid_of(const Tensor& tensor, const std::string& file, const st
 }  // namespace
 
 std::string recognize_dna(const fs::path& path) {
-  const Files files = files_of(path);
+  const DnaFiles files = files_of(path);
   return files.main.empty()
              ? ""
              : files.main.filename().string() + " and " + files.annotations.filename().string();
 }
 
 Dataset read_dna(const fs::path& path, const DatasetOptions& /*options*/, const Limits& limits) {
-  const Files files = files_of(path);
+  DnaFiles files = files_of(path);
   if (files.main.empty()) {
     throw DataError(path.string(), "", "no pair of *.smc and *_annots.smc",
                     "main/<id>.smc and annotations/<id>_annots.smc");
   }
-  Dataset dataset;
+  files.in_main = foreign_hdf5_contents(files.main, limits);
+  files.in_annotations = foreign_hdf5_contents(files.annotations, limits);
+  Dataset dataset = dna_dataset(
+      files,
+      [&](const std::vector<std::string>& names) {
+        return read_foreign_hdf5(files.annotations, names, limits);
+      },
+      limits);
   dataset.root = path;
+  return dataset;
+}
+
+Dataset dna_dataset(
+    const DnaFiles& files,
+    const std::function<std::map<std::string, Tensor>(const std::vector<std::string>&)>& read,
+    const Limits& limits) {
+  const ForeignHdf5Contents& main = files.in_main;
+  const ForeignHdf5Contents& notes = files.in_annotations;
+  Dataset dataset;
   dataset.file_world = kDnaWorld;
   dataset.keypoint_file = KeypointFile::Rows;
   dataset.keypoint_shift = 0.5;
   dataset.info.keypoint_schema.clear();
-  const ForeignHdf5Contents main = foreign_hdf5_contents(files.main, limits);
-  const ForeignHdf5Contents notes = foreign_hdf5_contents(files.annotations, limits);
   // Calibrations, all in one reading.
   std::vector<std::string> names;
   std::map<int, std::string> ids;  // by number, as the calibration writes them
@@ -130,7 +140,8 @@ Dataset read_dna(const fs::path& path, const DatasetOptions& /*options*/, const 
     const std::vector<std::string> parts = parts_of(name);
     if (parts.size() == 3 && parts[0] == "Camera_Parameter") {
       const std::optional<int> number = frame_number(parts[1]);
-      if (!number || (ids.contains(*number) && ids[*number] != parts[1])) {
+      const bool digits = parts[1].find_first_not_of("0123456789") == std::string::npos;
+      if (!number || !digits || (ids.contains(*number) && ids[*number] != parts[1])) {
         throw DataError(files.annotations.string(), name, "a camera '" + plain_name(parts[1]) + "'",
                         "a number, each once");
       }
@@ -145,8 +156,7 @@ Dataset read_dna(const fs::path& path, const DatasetOptions& /*options*/, const 
     throw DataError(files.annotations.string(), "Camera_Parameter", "no camera",
                     "groups of K, D and RT");
   }
-  const std::map<std::string, Tensor> parameters =
-      read_foreign_hdf5(files.annotations, names, limits);
+  const std::map<std::string, Tensor> parameters = read(names);
   std::map<std::string, std::size_t> index;  // by short id
   for (const auto& [number, id] : ids) {
     const std::string group = "Camera_Parameter/" + id + "/";

@@ -1,6 +1,12 @@
 #pragma once
 
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
 #include "capture/layouts/layout.h"
+#include "core/io/foreign_hdf5.h"
 
 namespace atelier {
 
@@ -14,6 +20,21 @@ namespace atelier {
 std::string recognize_dna(const std::filesystem::path& path);
 Dataset read_dna(const std::filesystem::path& path, const DatasetOptions& options,
                  const Limits& limits);
+
+/// The two files of a capture, as far as their listings say.
+struct DnaFiles {
+  std::filesystem::path main;
+  std::filesystem::path annotations;
+  ForeignHdf5Contents in_main;
+  ForeignHdf5Contents in_annotations;
+};
+/// The capture in them; `read` gives arrays of the annotations by their names. Throws DataError for
+/// cameras that are no cameras, arrays of other shapes, and more frames than Limits::frames.
+Dataset dna_dataset(
+    const DnaFiles& files,
+    const std::function<std::map<std::string, Tensor>(const std::vector<std::string>&)>& read,
+    const Limits& limits = {});
+
 std::vector<std::string> write_dna(const LayoutSource& source, const std::filesystem::path& out);
 
 }  // namespace atelier

@@ -232,6 +232,20 @@ TEST_F(Report, AnExportThatFailsLeavesItsPlaceFree) {
   EXPECT_TRUE(fs::exists(out / "statistics" / "consent.txt")) << "it was another's";
 }
 
+TEST_F(Report, AnExportUpFromAFolderThatIsNotThereMakesNone) {
+  const fs::path out = root_ / "out";
+  const ChildResult result = export_to(out / "new" / "..");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(out / "statistics" / "consent.txt"));
+  EXPECT_FALSE(fs::exists(out / "new"));
+  for (const fs::path& place : {workspace(), input()}) {
+    const ChildResult refused = export_to(place / "new" / "..");
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("OUT lies in "));
+    EXPECT_FALSE(fs::exists(place / "new"));
+  }
+}
+
 TEST_F(Report, PagesAreNotWrittenAmongResults) {
   const fs::path result = fs::canonical(stage_folder() / "current");
   for (const fs::path& file : {result / "page.html", stage_folder() / "page.html"}) {

@@ -20,10 +20,25 @@ const std::filesystem::path kSource = source_directory();
 const std::set<std::string> kInProcesses = {"foreign_hdf5", "fbx"};
 
 /// Readers of a format whose every bit another reader is given: "archive", "safetensors", "gltf".
-const std::set<std::string> kOfOneFormat = {
-    "garment",       "truth",           "tracked_motion", "appearance_data", "appearance_colors",
-    "painted_scene", "painted_picture", "body_archive",   "personal_body",   "appearance_model",
-    "smpl",          "gltf_body"};
+const std::set<std::string> kOfOneFormat = {"garment",
+                                            "truth",
+                                            "tracked_motion",
+                                            "appearance_data",
+                                            "appearance_colors",
+                                            "painted_scene",
+                                            "painted_picture",
+                                            "body_archive",
+                                            "personal_body",
+                                            "appearance_model",
+                                            "smpl",
+                                            "gltf_body",
+                                            "simulated_frame",
+                                            "animated_frame",
+                                            "synthesis_state",
+                                            "sequence_header",
+                                            "training",
+                                            "mesh_sequence",
+                                            "dna"};
 
 bool soaking() {
   const char* soak = std::getenv("ATELIER_SOAK");
