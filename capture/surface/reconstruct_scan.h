@@ -10,7 +10,7 @@ namespace atelier {
 
 /// A scan and how it came about.
 struct ReconstructedScan {
-  Mesh scan;    ///< coloured, labelled (255 where no view says) surface; confidence 0: the hull's
+  Mesh scan;    ///< coloured, labelled (255 where no view says); confidence 0: nobody saw it
   Mesh points;  ///< what the views agree on
   std::vector<DepthMap> maps;     ///< of each view that took part, undistorted
   std::vector<Finding> findings;  ///< what was wrong with views, by their cameras' names
