@@ -27,8 +27,9 @@ struct GarmentScanOptions {
   double least_piece = 0.01;  ///< share of the garment's area below which a loose piece is dropped
 };
 
-/// Faces all of whose corners have one of the labels; every face where the scan has no labels. No
-/// faces where nothing has them. Throws DataError (with `file`) as check_mesh does.
+/// Faces all of whose corners have one of the labels, or the scan no labels, and were seen: where
+/// the scan says how sure it is, confidence above 0. No faces where nothing is so. Throws DataError
+/// (with `file`) as check_mesh does.
 GarmentScan garment_scan(const Mesh& scan, const std::vector<std::uint8_t>& labels,
                          const std::string& file = "", const GarmentScanOptions& options = {});
 

@@ -18,7 +18,8 @@ struct TrimmedSurface {
 /// smooth line.
 ///
 /// A place is supported where it lies beside a point, within `spacing` along the surface, and looks
-/// the way the point does. A patch without support is kept where it is a hole: nearly all that
+/// the way the point does; beside what is cut off, within half of `spacing`, so that the surface
+/// ends where its points end. A patch without support is kept where it is a hole: nearly all that
 /// surrounds it is supported. It is cut off where it runs to the rim, lies over bare skin or goes
 /// 1 cm into the body, as lids of openings do. Pieces under a tenth of the largest are dropped.
 TrimmedSurface trim_surface(const Mesh& surface, const GarmentPoints& points, double spacing,

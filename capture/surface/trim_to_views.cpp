@@ -11,9 +11,8 @@ namespace {
 
 constexpr double kLeastCosine = 0.27;  // between normal and view; 1.3 rad
 constexpr double kOffSurface = 0.003;  // m: the vertex's own faces do not hide it
+constexpr double kBehind = 0.02;       // m: a view's depth that is not this surface's
 constexpr int kSmoothRounds = 1;       // of means over neighbours
-
-constexpr double kBehind = 0.02;  // m: a view's depth that is not this surface's
 
 /// What one view knows of where the subject is.
 struct View {
