@@ -29,7 +29,8 @@ OptionTable describe(TrainOptions& options) {
   table.add("shading", options.shading, 0, 16, "",
             "Texels of the texture along one of the branches', a power of 2; 0: as the setting");
   table.add("batch", options.batch, 1, 64, "", "Views a step");
-  table.add("weight_decay", options.weight_decay, 0, 1, "", "Of the convolutions");
+  table.add("weight_decay", options.weight_decay, -1, 1, "",
+            "Of the convolutions; below 0: as the setting");
   table.add("view_independent", options.view_independent,
             "The branch that does not see the camera; without both: a mean texture alone");
   table.add("view_dependent", options.view_dependent, "The branch that sees the camera");
@@ -45,21 +46,22 @@ OptionTable describe(TrainOptions& options) {
 TrainOptions resolved(const TrainOptions& options, Device device) {
   struct Numbers {
     int resolution, channels, shading, iterations;
-    double learning_rate;
+    double learning_rate, weight_decay;
   };
   TrainOptions result = options;
   if (options.setting == TrainSetting::Auto) {
     result.setting = device == Device::Cuda ? TrainSetting::Standard : TrainSetting::Small;
   }
-  const Numbers numbers = result.setting == TrainSetting::Small ? Numbers{256, 8, 2, 300, 1e-3}
+  const Numbers numbers = result.setting == TrainSetting::Small ? Numbers{256, 8, 2, 300, 1e-3, 0.01}
                           : result.setting == TrainSetting::Standard
-                              ? Numbers{512, 16, 4, 20'000, 5e-4}
-                              : Numbers{1024, 32, 4, 100'000, 1e-4};
+                              ? Numbers{512, 16, 2, 20'000, 5e-4, 0.3}
+                              : Numbers{1024, 32, 4, 100'000, 1e-4, 0.3};
   result.resolution = options.resolution > 0 ? options.resolution : numbers.resolution;
   result.shading = options.shading > 0 ? options.shading : numbers.shading;
   result.channels = options.channels > 0 ? options.channels : numbers.channels;
   result.iterations = options.iterations > 0 ? options.iterations : numbers.iterations;
   result.learning_rate = options.learning_rate > 0 ? options.learning_rate : numbers.learning_rate;
+  result.weight_decay = options.weight_decay >= 0 ? options.weight_decay : numbers.weight_decay;
   return result;
 }
 

@@ -21,7 +21,7 @@ struct TrainOptions {
   int iterations = 0;          ///< up to 10,000,000; 0: as the setting
   int shading = 0;             ///< NetworkOptions::shading, 1..16; 0: as the setting
   int batch = 2;               ///< views an iteration, 1..64
-  double weight_decay = 0.01;  ///< of the convolutions (AdamW), 0..1
+  double weight_decay = -1;    ///< of the convolutions (AdamW), up to 1; below 0: as the setting
   bool view_independent = true;
   bool view_dependent = true;
   bool shadow = true;
@@ -32,7 +32,7 @@ struct TrainOptions {
 };
 OptionTable describe(TrainOptions& options);
 
-/// The same with the setting's numbers in place of zeros, and the device's setting in place of
+/// The same with the setting's numbers in place of what was left to it, and the device's setting in place of
 /// Auto.
 TrainOptions resolved(const TrainOptions& options, Device device = Device::Cpu);
 

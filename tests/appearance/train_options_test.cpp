@@ -38,5 +38,13 @@ TEST(TrainOptions, NumbersThatAreSaidStayWhateverTheSetting) {
   }
 }
 
+TEST(TrainOptions, NoWeightDecayIsANumberThatCanBeSaid) {
+  TrainOptions asked;
+  EXPECT_GT(resolved(asked, Device::Cpu).weight_decay, 0);
+  EXPECT_GT(resolved(asked, Device::Cuda).weight_decay, resolved(asked, Device::Cpu).weight_decay);
+  asked.weight_decay = 0;
+  EXPECT_EQ(resolved(asked, Device::Cuda).weight_decay, 0);
+}
+
 }  // namespace
 }  // namespace atelier
