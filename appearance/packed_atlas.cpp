@@ -1,9 +1,11 @@
 #include "appearance/packed_atlas.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "appearance/place_shapes.h"
 #include "core/error.h"
 #include "core/normals.h"
 
@@ -17,7 +19,7 @@ struct Chart {
   double surface_area = 0;
   double flat_area = 0;
   double scale = 1;             // metres for each unit of its own coordinates
-  Eigen::Vector2d place{0, 0};  // of its lower left corner in the square
+  Eigen::Vector2d place{0, 0};  // of its lower left corner in the square, on shelves
   Eigen::Vector2d size() const { return scale * (high - low); }
 };
 
@@ -76,6 +78,30 @@ std::vector<Chart> measured(const Mesh& mesh, const std::vector<int>& chart) {
   return charts;
 }
 
+/// Each chart by itself, in metres of its surface.
+std::vector<FlatShape> shapes_of(const Mesh& mesh, const std::vector<int>& chart,
+                                 const std::vector<Chart>& charts) {
+  std::vector<FlatShape> shapes(charts.size());
+  std::vector<std::vector<Index>> faces(charts.size());
+  for (Index f = 0; f < mesh.uv_faces.rows(); ++f) {
+    faces[static_cast<std::size_t>(chart[static_cast<std::size_t>(f)])].push_back(f);
+  }
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    const auto count = static_cast<Index>(faces[i].size());
+    shapes[i].points.resize(3 * count, 2);
+    shapes[i].faces.resize(count, 3);
+    for (Index f = 0; f < count; ++f) {
+      for (int k = 0; k < 3; ++k) {
+        const Index row = 3 * f + k;
+        shapes[i].points.row(row) =
+            charts[i].scale * mesh.uvs.row(mesh.uv_faces(faces[i][static_cast<std::size_t>(f)], k));
+        shapes[i].faces(f, k) = static_cast<int>(row);
+      }
+    }
+  }
+  return shapes;
+}
+
 /// Lays charts on shelves in the unit square at `scale` units a metre; true if they fit.
 bool lay(std::vector<Chart>& charts, const std::vector<std::size_t>& order, double scale,
          double margin) {
@@ -131,13 +157,27 @@ PackedAtlas pack_atlas(const Mesh& mesh, const PackAtlasOptions& options) {
     throw DataError("", "texture coordinates", std::to_string(charts.size()) + " charts",
                     "fewer charts, or a larger texture");
   }
+  std::vector<PlacedShape> placed;
+  for (const Chart& chart : charts) {
+    placed.push_back({0, chart.place - low * chart.scale * chart.low});
+  }
+  double scale = low;
+  constexpr std::size_t kMost = 64;
+  if (charts.size() <= kMost) {
+    const ShapePlacement turned = place_shapes(shapes_of(mesh, atlas.chart, charts), margin, low);
+    if (turned.scale > low) {
+      scale = turned.scale;
+      placed = turned.shapes;
+    }
+  }
   atlas.uvs = Points2::Zero(mesh.uvs.rows(), 2);
   for (Index f = 0; f < mesh.uv_faces.rows(); ++f) {
-    const Chart& mine = charts[static_cast<std::size_t>(atlas.chart[static_cast<std::size_t>(f)])];
+    const auto i = static_cast<std::size_t>(atlas.chart[static_cast<std::size_t>(f)]);
+    const Eigen::Rotation2Dd turn(placed[i].angle);
     for (int k = 0; k < 3; ++k) {
       const int t = mesh.uv_faces(f, k);
       const Eigen::Vector2d own = mesh.uvs.row(t);
-      atlas.uvs.row(t) = mine.place + low * mine.scale * (own - mine.low);
+      atlas.uvs.row(t) = placed[i].place + scale * charts[i].scale * (turn * own);
     }
   }
   return atlas;

@@ -21,8 +21,9 @@ struct PackAtlasOptions {
 /// Packs the charts of a mesh (its connected parts in texture space) into the unit square, each at
 /// the scale of its surface, so that a texel is as large everywhere: patterns and foreign atlases
 /// that tile, leave most of the square empty or have charts of different scales become one that a
-/// network's texture can be. Charts keep their shape and direction. Shelves by falling height, the
-/// scale by bisection; the same mesh gives the same atlas.
+/// network's texture can be. Charts keep their shape and are turned as suits (place_shapes.h); more
+/// than 64 of them, and those that fit so no better, keep their direction on shelves by falling
+/// height. The same mesh gives the same atlas.
 ///
 /// A mesh without texture coordinates is a DataError, as is one with a chart without area.
 /// @param mesh  its vertices say how large each chart's surface is

@@ -22,6 +22,7 @@
 #include "bodymodel/measure.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/garment_archive.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
 #include "core/render/contact_sheet.h"
@@ -191,6 +192,9 @@ void write_garments(const std::filesystem::path& out, const Draped& draped) {
       frames.push_back(garment_in(draped, g, all));
     }
     write_mesh(out / (name + ".obj"), frames.back());
+    Garment garment = draped.outfit.garments[g].garment;  // with its flat panels, for strain
+    garment.mesh.vertices = frames.back().vertices;
+    write_garment_archive(out / (name + ".h5"), garment);
     write_sequence(out / name, sequence_of(std::move(frames), 60));
   }
 }

@@ -23,6 +23,7 @@
 #include "registration/garment_pattern_json.h"
 #include "registration/orient_faces.h"
 #include "registration/pattern_garment.h"
+#include "simulation/contact_distance.h"
 #include "simulation/weld_seams.h"
 
 namespace atelier {
@@ -466,10 +467,8 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std
   solver.time_step = 1 / options.rate;
   solver.substeps = options.substeps;
   solver.self_interval = search_interval(options.substeps);
-  // The round of a chest rises into a triangle by the square of its edge: keep off by that.
-  const double thickness = options.thickness > 0
-                               ? options.thickness
-                               : std::max(0.004, 0.0105 * std::pow(options.edge_length / 0.03, 2));
+  const double thickness =
+      options.thickness > 0 ? options.thickness : contact_distance(options.edge_length);
   solver.thickness = thickness;
 
   const auto names = outfit_garments(options.garment);

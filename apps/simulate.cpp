@@ -10,6 +10,7 @@
 #include "apps/json_text.h"
 #include "apps/printable.h"
 #include "apps/scene_check.h"
+#include "apps/simulation_doubts.h"
 #include "apps/simulation_output.h"
 #include "apps/simulation_table.h"
 #include "apps/standard_streams.h"
@@ -47,16 +48,23 @@ Json json_of(const FrameReport& r) {
   return json;
 }
 
-std::string line_of(const FrameReport& r) {
+/// What of a frame is counted within the contact reach ("inside") is told again however deep it is
+/// in the frames that count it.
+std::string line_of(const FrameReport& r, bool with_body) {
   char text[320];
-  std::snprintf(
-      text, sizeof text,
-      "frame %lld: strain p50 %.2f%% p95 %.2f%% max %.2f%%; %d inside the body (%.2f mm), "
-      "%d touch it, %d touch cloth; energy %.3g J; residual %.2g mm, %.2g rad",
-      static_cast<long long>(r.frame), 100 * r.strain_p50, 100 * r.strain_p95, 100 * r.strain_max,
-      r.penetrating, 1e3 * r.penetration_depth, r.body_contacts, r.self_contacts,
-      r.kinetic_energy + r.elastic_energy, 1e3 * r.spring_residual, r.hinge_residual);
+  std::snprintf(text, sizeof text, "frame %lld: strain p50 %.2f%% p95 %.2f%% max %.2f%%; ",
+                static_cast<long long>(r.frame), 100 * r.strain_p50, 100 * r.strain_p95,
+                100 * r.strain_max);
   std::string line = text;
+  if (with_body) {
+    std::snprintf(text, sizeof text, "%d touch the body, %d just inside it (%.2f mm), ",
+                  r.body_contacts, r.penetrating, 1e3 * r.penetration_depth);
+    line += text;
+  }
+  std::snprintf(text, sizeof text, "%d touch cloth; energy %.3g J; residual %.2g mm, %.2g rad",
+                r.self_contacts, r.kinetic_energy + r.elastic_energy, 1e3 * r.spring_residual,
+                r.hinge_residual);
+  line += text;
   if (r.crossings >= 0) {
     line += "; " + std::to_string(r.crossings) + " crossings with itself";
   }
@@ -85,7 +93,7 @@ int simulate_grid(const std::filesystem::path& picture, const SimulationScene& s
       variations.push_back({stretch, bending, -1});
     }
   }
-  XpbdOptions solver = scene_solver(options);
+  XpbdOptions solver = scene_solver(scene, options);
   solver.report = false;
   ClothSweep sweep(cloth, variations, scene.body_faces, solver, device);
   for (int i = 0; i < sweep.scene_count(); ++i) {
@@ -178,7 +186,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     }
     return simulate_grid(place.beside("grid.png"), scene, cloth, options, device);
   }
-  ClothSolver solver(cloth, scene.body_faces, scene_solver(options), device);
+  ClothSolver solver(cloth, scene.body_faces, scene_solver(scene, options), device);
   solver.set_state(scene_start(scene, cloth));
   FrameWriter writer(place, options.fps, scene.frame_count, cloth.faces);
   Album album(place, scene.frame_count, options.fps);
@@ -211,7 +219,8 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     const Mesh mesh = garment_mesh(cloth, solver.state());
     writer.write(static_cast<int>(frame), mesh);
     reports.push_back(report);
-    std::cout << (json ? json_text(json_of(report)) : line_of(report)) << std::endl;
+    std::cout << (json ? json_text(json_of(report)) : line_of(report, scene.body_faces.rows() > 0))
+              << std::endl;
     if (pictures) {
       album.add(frame, mesh, scene);
     }
@@ -219,6 +228,9 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   finish();
   if (pictures) {
     album.finish();
+  }
+  for (const std::string& doubt : simulation_doubts(reports, options.xpbd.self_contact)) {
+    (json ? standard_error() : std::cout) << doubt << "\n";
   }
   if (!json) {
     std::cout << place.path.string() << "\n";

@@ -7,6 +7,7 @@
 
 #include "apps/scene_check.h"
 #include "apps/simulate.h"
+#include "apps/simulation_doubts.h"
 #include "apps/simulation_output.h"
 #include "apps/simulation_table.h"
 #include "core/io/image_file.h"
@@ -23,7 +24,7 @@ class FrameSource {
         scene_(scene),
         options_(options),
         cloth_(scene_cloth(scene, options)),
-        solver_(cloth_, scene.body_faces, scene_solver(options), run.device()) {}
+        solver_(cloth_, scene.body_faces, scene_solver(scene, options), run.device()) {}
 
   SimulatedFrame at(int frame) {
     const std::lock_guard lock(mutex_);
@@ -166,6 +167,9 @@ void run_simulate(StageRun& run) {
   run.output_text("frames.csv", frames_csv(reports, options.fps));
   run.output_text("sheet.png", image_bytes(simulation_sheet(pictures), ImageFormat::Png));
   add_metrics(run, reports);
+  for (const std::string& doubt : simulation_doubts(reports, options.xpbd.self_contact)) {
+    run.say(doubt);
+  }
 }
 
 }  // namespace atelier

@@ -23,6 +23,16 @@ std::filesystem::path OutputPlace::beside(const std::string& name) const {
   return one_file ? path.parent_path() / (path.stem().string() + "_" + name) : path / name;
 }
 
+namespace {
+
+/// The folder in which frames are gathered.
+std::filesystem::path gathered_in(const OutputPlace& place) {
+  return place.one_file ? std::filesystem::path(place.path.string() + ".frames")
+                        : place.path / "garment";
+}
+
+}  // namespace
+
 OutputPlace output_place(const std::string& out, const std::string& format) {
   if (!format.empty() && format != "h5" && format != "ply" && format != "obj" && format != "usda") {
     throw UsageError("--format cannot be '" + format + "': it takes h5, ply, obj or usda");
@@ -40,6 +50,11 @@ OutputPlace output_place(const std::string& out, const std::string& format) {
       throw UsageError("--out cannot be '" + out + "': that is a folder; name another file");
     }
     require_file_place(place.path);
+    if (std::filesystem::exists(gathered_in(place))) {
+      throw UsageError("the frames of an earlier run that was stopped are in '" +
+                       gathered_in(place).string() +
+                       "': move or remove that folder, or name another file");
+    }
     return place;
   }
   if (extension == ".obj" || extension == ".ply") {
@@ -58,10 +73,7 @@ FrameWriter::FrameWriter(OutputPlace place, double fps, Index count, const Trian
     header_.frame_ids.push_back(static_cast<int>(i));
   }
   header_.shared.faces = faces;
-  if (place_.one_file) {
-    // What an earlier run left there would be taken for this one's.
-    std::filesystem::remove_all(gathered());
-  } else {
+  if (!place_.one_file) {
     make_private_directory(place_.path);
   }
   if (in_archive()) {
@@ -70,8 +82,7 @@ FrameWriter::FrameWriter(OutputPlace place, double fps, Index count, const Trian
 }
 
 std::filesystem::path FrameWriter::gathered() const {
-  return place_.one_file ? std::filesystem::path(place_.path.string() + ".frames")
-                         : place_.path / "garment";
+  return gathered_in(place_);
 }
 
 void FrameWriter::write(int frame, const Mesh& mesh) {

@@ -16,9 +16,12 @@
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
 #include "core/io/sequence_folder.h"
+#include "core/median.h"
+#include "core/mesh_statistics.h"
 #include "core/normals.h"
 #include "core/sequence_archive.h"
 #include "core/tree.h"
+#include "simulation/contact_distance.h"
 #include "simulation/fabric.h"
 #include "simulation/weld_seams.h"
 #ifdef ATELIER_HAS_CAPTURE
@@ -188,6 +191,30 @@ BodyTrack read_body_track(const ScenePaths& paths, const SimulateOptions& option
   return track_of(sequence, paths.body.string(), fps);
 }
 
+/// Refuses a flat shape that is not the surface's size, as coordinates of a texture are not. Cloth
+/// that hangs or fits tightly is a tenth longer than flat, hardly more.
+void require_flat_size(const Garment& garment, const std::filesystem::path& file) {
+  std::vector<double> ratios;
+  for (Index f = 0; f < garment.mesh.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const auto length = [&](const auto& rows, const Triangles& faces) {
+        return (rows.row(faces(f, k)) - rows.row(faces(f, (k + 1) % 3))).norm();
+      };
+      ratios.push_back(length(garment.rest, garment.rest_faces) /
+                       length(garment.mesh.vertices, garment.mesh.faces));
+    }
+  }
+  const double ratio = ratios.empty() ? 0 : median(ratios);
+  constexpr double kMost = 1.25;
+  if (!(ratio > 1 / kMost && ratio < kMost)) {
+    char text[80];
+    std::snprintf(text, sizeof text, "edges %.3g times as long as the surface's", ratio);
+    throw DataError(file.string(), "texture coordinates", text,
+                    "a flat rest shape in metres, as garment.obj of flatten and garment.h5 of "
+                    "drape have it");
+  }
+}
+
 /// A mesh, or an archive of a garment with rest shape, seams and attachments.
 Garment read_garment(const std::filesystem::path& file, bool flat_rest) {
   Garment garment;
@@ -204,16 +231,7 @@ Garment read_garment(const std::filesystem::path& file, bool flat_rest) {
     }
     garment.rest = garment.mesh.uvs;
     garment.rest_faces = garment.mesh.uv_faces;
-    Points flat = Points::Zero(garment.rest.rows(), 3);
-    flat.leftCols(2) = garment.rest;
-    const double ratio = face_areas(flat, garment.rest_faces).sum() /
-                         face_areas(garment.mesh.vertices, garment.mesh.faces).sum();
-    if (!(ratio > 0.25 && ratio < 4)) {
-      char text[80];
-      std::snprintf(text, sizeof text, "%.3g times the area of the surface", ratio);
-      throw DataError(file.string(), "texture coordinates", text,
-                      "a flat rest shape in metres, about as large as the surface");
-    }
+    require_flat_size(garment, file);
   }
   return garment;
 }
@@ -340,7 +358,7 @@ ClothOptions cloth_options(const SimulateOptions& options) {
 }
 
 void relax_scene(SimulationScene& scene, const SimulateOptions& options) {
-  XpbdOptions solver = scene_solver(options);
+  XpbdOptions solver = scene_solver(scene, options);
   solver.report = false;
   solver.intersection_interval = 0;
   RelaxedGarment relaxed =
@@ -353,9 +371,36 @@ void relax_scene(SimulationScene& scene, const SimulateOptions& options) {
 
 }  // namespace
 
+namespace {
+
+/// Cloth meets the body with its vertices alone: it keeps off by what its edges need, unless
+/// something else is said.
+void keep_off(SimulationScene& scene, const SimulateOptions& options) {
+  const double edge = mean_edge_length(scene.garment.mesh);
+  const double needed = contact_distance(edge);
+  if (options.xpbd.thickness >= 0 || !(needed > scene.garment.material.thickness)) {
+    return;
+  }
+  scene.thickness = needed;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "keeps %.2g mm from the body, as edges of %.2g mm need (--xpbd.thickness says "
+                "otherwise)",
+                1e3 * needed, 1e3 * edge);
+  scene.notes.emplace_back(text);
+}
+
+}  // namespace
+
 SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options) {
   if (!options.wind.empty() && options.wind.size() != 3) {
     throw UsageError("--wind takes three numbers: --wind '[0, 0, 5]'");
+  }
+  if (!options.wind.empty() && !(options.xpbd.drag > 0) && !(options.xpbd.lift > 0)) {
+    throw UsageError("--wind does nothing to cloth without drag or lift: --xpbd.drag 1");
+  }
+  if (options.pin_top > 0 && paths.body.empty()) {
+    throw UsageError("--pin_top lets the garment ride on a body: give --body");
   }
   SimulationScene scene;
   scene.garment = read_garment(paths.garment, options.flat_rest);
@@ -375,6 +420,7 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
     scene.body = [track, fps = options.fps, settle = options.settle](Index frame) {
       return between(track, static_cast<double>(frame - settle) / fps);
     };
+    keep_off(scene, options);
     if (options.pin_top > 0) {
       attach_top(scene.garment, scene.body(0), scene.body_faces, options.pin_top);
     }
@@ -406,9 +452,12 @@ ClothState scene_start(const SimulationScene& scene, const Cloth& cloth) {
   return state;
 }
 
-XpbdOptions scene_solver(const SimulateOptions& options) {
+XpbdOptions scene_solver(const SimulationScene& scene, const SimulateOptions& options) {
   XpbdOptions solver = options.xpbd;
   solver.time_step = 1 / options.fps;
+  if (scene.thickness >= 0) {
+    solver.thickness = scene.thickness;
+  }
   return solver;
 }
 

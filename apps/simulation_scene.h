@@ -59,19 +59,21 @@ struct SimulationScene {
   Triangles body_faces;  ///< no rows: no body
   Index frame_count = 0;
   std::function<Points(Index frame)> body;  ///< vertices at the end of a simulated frame; 0: start
+  double thickness = -1;                    ///< m kept from the body; below 0: the material's
   std::vector<std::string> notes;
 };
 
 /// Reads a scene; a garment is a mesh or an archive (core/garment_archive.h). With
 /// SimulateOptions::relax the garment is the unloaded one that hangs as captured, on the body of
 /// the first frame, and `start` is the captured shape. Throws DataError for files that do not fit
-/// each other, UsageError for a motion without a body that can be posed.
+/// each other, UsageError for a motion without a body that can be posed and for what would do
+/// nothing (wind without drag or lift, a top that rides on no body).
 SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options);
 
 /// The scene's cloth, the state that it begins in, and the options of its solver.
 Cloth scene_cloth(const SimulationScene& scene, const SimulateOptions& options);
 ClothState scene_start(const SimulationScene& scene, const Cloth& cloth);
-XpbdOptions scene_solver(const SimulateOptions& options);
+XpbdOptions scene_solver(const SimulationScene& scene, const SimulateOptions& options);
 
 /// What happens in simulated frame `frame`, counted from 1.
 Control scene_control(const SimulationScene& scene, const SimulateOptions& options, Index frame);

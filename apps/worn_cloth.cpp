@@ -8,21 +8,12 @@
 
 #include "apps/dressing.h"
 #include "core/error.h"
-#include "core/topology.h"
+#include "core/mesh_statistics.h"
 #include "registration/attach_to_body.h"
+#include "simulation/contact_distance.h"
 
 namespace atelier {
 namespace {
-
-double mean_edge_length(const Mesh& mesh) {
-  const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
-  double sum = 0;
-  for (Index e = 0; e < topology.edges.rows(); ++e) {
-    sum +=
-        (mesh.vertices.row(topology.edges(e, 0)) - mesh.vertices.row(topology.edges(e, 1))).norm();
-  }
-  return sum / static_cast<double>(std::max<Index>(1, topology.edges.rows()));
-}
 
 ClothOptions cloth_options(const WornClothOptions& options) {
   ClothOptions cloth;
@@ -47,10 +38,6 @@ OptionTable describe(WornClothOptions& options) {
     return field.name == "time_step" || field.name == "thickness";
   });
   return table.add("xpbd", xpbd);
-}
-
-double contact_distance(double edge_length) {
-  return std::max(0.004, 0.0105 * std::pow(edge_length / 0.03, 2));
 }
 
 WornCloth worn_cloth(const std::vector<WornGarment>& garments, const WornClothOptions& options) {

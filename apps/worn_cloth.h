@@ -65,10 +65,6 @@ Points registered_velocity(const RegisteredGarmentSequence& garment, const Movin
 RelaxedGarment unloaded(const WornGarment& worn, const Points& body, const Triangles& body_faces,
                         const WornClothOptions& options, Device device);
 
-/// The contact distance that triangles of that size need: the round of a chest rises into a
-/// triangle by the square of its edge.
-double contact_distance(double edge_length);
-
 }  // namespace atelier
 
 #endif

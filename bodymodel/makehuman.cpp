@@ -42,7 +42,10 @@ const std::vector<int>& body_vertices(const VertexGroups& groups, const std::str
       return group.vertices;
     }
   }
-  throw DataError(file, "groups", "no group 'body'", "MakeHuman's base mesh (hm08)");
+  throw DataError(
+      file, "groups", "no group 'body'",
+      "MakeHuman's base mesh (hm08), the one .obj with joints; else a body model: female, "
+      "male, .glb, .fbx or .npz");
 }
 
 // The faces of the body with vertices renumbered; uvs that nothing else uses go.

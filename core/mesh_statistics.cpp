@@ -78,4 +78,14 @@ MeshStatistics mesh_statistics(const Mesh& mesh, const MeshStatisticsOptions& op
   return result;
 }
 
+double mean_edge_length(const Mesh& mesh) {
+  const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
+  double sum = 0;
+  for (Index e = 0; e < topology.edges.rows(); ++e) {
+    sum +=
+        (mesh.vertices.row(topology.edges(e, 0)) - mesh.vertices.row(topology.edges(e, 1))).norm();
+  }
+  return sum / static_cast<double>(std::max<Index>(1, topology.edges.rows()));
+}
+
 }  // namespace atelier

@@ -36,4 +36,7 @@ struct MeshStatistics {
 /// of the sorted lengths, linearly interpolated. O(F log F).
 MeshStatistics mesh_statistics(const Mesh& mesh, const MeshStatisticsOptions& options = {});
 
+/// Metres; 0 of a mesh without edges. O(F).
+double mean_edge_length(const Mesh& mesh);
+
 }  // namespace atelier

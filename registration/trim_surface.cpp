@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/normals.h"
+#include "core/part_of_mesh.h"
 #include "core/topology.h"
 #include "core/tree.h"
 #include "core/winding_number.h"
@@ -229,29 +230,13 @@ Mesh without_small_pieces(const Mesh& mesh, double share) {
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
     sums[pieces.of_face[static_cast<std::size_t>(f)]] += areas[f];
   }
-  Mesh result;
-  std::vector<int> to(static_cast<std::size_t>(mesh.vertices.rows()), -1);
-  result.vertices.resize(mesh.vertices.rows(), 3);
-  result.faces.resize(mesh.faces.rows(), 3);
-  Index vertices = 0;
-  Index faces = 0;
+  std::vector<Index> kept;
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
-    if (sums[pieces.of_face[static_cast<std::size_t>(f)]] < share * sums.maxCoeff()) {
-      continue;
+    if (sums[pieces.of_face[static_cast<std::size_t>(f)]] >= share * sums.maxCoeff()) {
+      kept.push_back(f);
     }
-    for (int k = 0; k < 3; ++k) {
-      int& index = to[static_cast<std::size_t>(mesh.faces(f, k))];
-      if (index < 0) {
-        index = static_cast<int>(vertices);
-        result.vertices.row(vertices++) = mesh.vertices.row(mesh.faces(f, k));
-      }
-      result.faces(faces, k) = index;
-    }
-    ++faces;
   }
-  result.vertices.conservativeResize(vertices, 3);
-  result.faces.conservativeResize(faces, 3);
-  return result;
+  return part_of_mesh(mesh, kept);
 }
 
 TrimmedSurface trim_surface(const Mesh& surface, const GarmentPoints& points, double spacing,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/median.h"
 
 namespace atelier {
 
@@ -18,13 +19,11 @@ void rest_on_median_lengths(Garment& garment, const std::vector<Points>& frames)
   garment.rest.resize(3 * faces.rows(), 2);
   garment.rest_faces.resize(faces.rows(), 3);
   std::vector<double> lengths(frames.size());
-  const auto median = [&](int a, int b) {
+  const auto median_length = [&](int a, int b) {
     for (std::size_t i = 0; i < frames.size(); ++i) {
       lengths[i] = (frames[i].row(a) - frames[i].row(b)).norm();
     }
-    const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-    std::nth_element(lengths.begin(), middle, lengths.end());
-    return *middle;
+    return median(lengths);
   };
   const auto corner = [](double base, double left, double right) -> Eigen::Vector2d {
     const double x = (base * base + left * left - right * right) / (2 * base);
@@ -32,8 +31,8 @@ void rest_on_median_lengths(Garment& garment, const std::vector<Points>& frames)
   };
   for (Index f = 0; f < faces.rows(); ++f) {
     const Eigen::RowVector3i v = faces.row(f);
-    double base = median(v[0], v[1]);
-    Eigen::Vector2d apex = corner(base, median(v[0], v[2]), median(v[1], v[2]));
+    double base = median_length(v[0], v[1]);
+    Eigen::Vector2d apex = corner(base, median_length(v[0], v[2]), median_length(v[1], v[2]));
     if (!(apex.y() > kFlattest * std::max(base, apex.norm()))) {
       const auto length = [&](int a, int b) {
         return (garment.mesh.vertices.row(v[a]) - garment.mesh.vertices.row(v[b])).norm();

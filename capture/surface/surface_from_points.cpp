@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/late_library.h"
 #include "core/median.h"
+#include "core/part_of_mesh.h"
 #include "core/remesh/even_mesh.h"
 #include "core/topology.h"
 #include "core/tree.h"
@@ -66,35 +67,14 @@ Mesh poisson(const Mesh& points, const SurfaceOptions& options) {
 
 /// Without the faces that have a vertex for which `keep` is false, and without unused vertices.
 Mesh trimmed(const Mesh& mesh, const std::vector<char>& keep) {
-  std::vector<int> place(static_cast<std::size_t>(mesh.vertices.rows()), -1);
-  std::vector<int> rows;
-  std::vector<Eigen::RowVector3i> faces;
+  std::vector<Index> faces;
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
-    bool all = true;
-    for (int k = 0; k < 3; ++k) {
-      all = all && keep[static_cast<std::size_t>(mesh.faces(f, k))] != 0;
+    const auto kept = [&](int k) { return keep[static_cast<std::size_t>(mesh.faces(f, k))] != 0; };
+    if (kept(0) && kept(1) && kept(2)) {
+      faces.push_back(f);
     }
-    if (!all) {
-      continue;
-    }
-    Eigen::RowVector3i face;
-    for (int k = 0; k < 3; ++k) {
-      int& at = place[static_cast<std::size_t>(mesh.faces(f, k))];
-      if (at < 0) {
-        at = static_cast<int>(rows.size());
-        rows.push_back(mesh.faces(f, k));
-      }
-      face(k) = at;
-    }
-    faces.push_back(face);
   }
-  Mesh result;
-  result.vertices = mesh.vertices(rows, Eigen::all);
-  result.faces.resize(static_cast<Index>(faces.size()), 3);
-  for (std::size_t i = 0; i < faces.size(); ++i) {
-    result.faces.row(static_cast<Index>(i)) = faces[i];
-  }
-  return result;
+  return part_of_mesh(mesh, faces);
 }
 
 /// m from a point to its sixth neighbour: the median over some points.

@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/part_of_mesh.h"
 #include "core/topology.h"
 #include "core/tree.h"
 
@@ -87,39 +88,6 @@ Eigen::VectorXd smoothed(Eigen::VectorXd values, const Adjacency& neighbors) {
   return values;
 }
 
-/// The mesh of some of its faces, without vertices that these do not use.
-Mesh of_faces(const Mesh& mesh, const std::vector<Index>& faces) {
-  std::vector<int> place(static_cast<std::size_t>(mesh.vertices.rows()), -1);
-  std::vector<int> rows;
-  Mesh result;
-  result.faces.resize(static_cast<Index>(faces.size()), 3);
-  for (std::size_t i = 0; i < faces.size(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const int v = mesh.faces(faces[i], k);
-      int& at = place[static_cast<std::size_t>(v)];
-      if (at < 0) {
-        at = static_cast<int>(rows.size());
-        rows.push_back(v);
-      }
-      result.faces(static_cast<Index>(i), k) = at;
-    }
-  }
-  result.vertices = mesh.vertices(rows, Eigen::all);
-  if (mesh.normals.rows() > 0) {
-    result.normals = mesh.normals(rows, Eigen::all);
-  }
-  if (mesh.colors.rows() > 0) {
-    result.colors = mesh.colors(rows, Eigen::all);
-  }
-  if (mesh.confidence.size() > 0) {
-    result.confidence = mesh.confidence(rows);
-  }
-  for (std::size_t i = 0; i < rows.size() && !mesh.labels.empty(); ++i) {
-    result.labels.push_back(mesh.labels[static_cast<std::size_t>(rows[i])]);
-  }
-  return result;
-}
-
 }  // namespace
 
 Mesh trimmed_to_views(const Mesh& mesh, const std::vector<Camera>& cameras,
@@ -155,7 +123,7 @@ Mesh trimmed_to_views(const Mesh& mesh, const std::vector<Camera>& cameras,
       kept.push_back(f);
     }
   }
-  return of_faces(mesh, kept);
+  return part_of_mesh(mesh, kept);
 }
 
 }  // namespace atelier

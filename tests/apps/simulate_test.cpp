@@ -118,7 +118,7 @@ class Simulate : public ::testing::Test {
 TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
   ChildResult result = on_body({"--format", "ply", "--xpbd.intersection_interval", "2"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  for (const char* words : {"frame 5:", "strain p50", "inside the body", "crossings with itself",
+  for (const char* words : {"frame 5:", "strain p50", "touch the body", "crossings with itself",
                             "of the fabric's bending stiffness"}) {
     EXPECT_THAT(result.out, HasSubstr(words));
   }
@@ -217,7 +217,7 @@ TEST_F(Simulate, RefusesTextureCoordinatesThatAreNoFlatRestShape) {
   }
   result = on_body({"--flat_rest"});
   EXPECT_EQ(result.exit_code, 3);
-  EXPECT_THAT(result.err, HasSubstr("0.01 times the area of the surface"));
+  EXPECT_THAT(result.err, HasSubstr("edges 0.1 times as long"));
 }
 
 TEST_F(Simulate, WritesUsdAndItsOwnSequences) {
@@ -477,12 +477,16 @@ TEST_F(Simulate, RefusesMaterialsAndOptionsThatCannotBe) {
   refused({"--format", "fbx"}, "fbx");
   refused({"--wind", "[1, 2]"}, "three numbers");
   refused({"--wind", "[nan, 0, 0]"}, "wind");
+  refused({"--wind", "[0, 0, 5]"}, "--xpbd.drag");
   refused({"--membrane", "strain"}, "rest shape", 3);
   refused({"--shear", "sideways"}, "sideways");
   refused({"--max_hinge_weight", "1"}, "max_hinge_weight");
   refused({"--membrane", "strain", "--shear", "cross"}, "have their shear already", 3);
   refused({"--tether_stretch", "1.1"}, "no fixed vertex", 3);
   refused({"--tether_stretch", "0.5", "--pin_top", "0.1"}, "0 for no tethers", 3);
+  const ChildResult free = alone({"--pin_top", "0.1", "--settle", "1"});
+  EXPECT_EQ(free.exit_code, 2);
+  EXPECT_THAT(free.err, HasSubstr("give --body"));
   EXPECT_EQ(run({"simulate"}).exit_code, 2);
   EXPECT_EQ(alone({"--motion", "walk.bvh"}).exit_code, 2);
   if (!cuda_available()) {

@@ -1,0 +1,55 @@
+#if defined(ATELIER_HAS_SIMULATION)
+
+#include "apps/simulation_doubts.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace atelier {
+
+std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& reports,
+                                           bool self_contact) {
+  std::vector<std::string> doubts;
+  if (reports.empty()) {
+    return doubts;
+  }
+  const auto worst = [&](auto member) -> const FrameReport& {
+    return *std::max_element(
+        reports.begin(), reports.end(),
+        [&](const FrameReport& a, const FrameReport& b) { return a.*member < b.*member; });
+  };
+  char text[320];
+  constexpr double kStretched = 0.15;
+  if (const FrameReport& r = worst(&FrameReport::strain_p95); r.strain_p95 > kStretched) {
+    std::snprintf(text, sizeof text,
+                  "warning: the cloth is stretched by %.0f%% (p95, frame %lld), as no fabric is: "
+                  "its steps have not converged; more --xpbd.substeps, or a slower motion",
+                  100 * r.strain_p95, static_cast<long long>(r.frame));
+    doubts.emplace_back(text);
+  }
+  constexpr double kDeep = 0.001;  // m
+  if (const FrameReport& r = worst(&FrameReport::inside_depth); r.inside_depth > kDeep) {
+    std::snprintf(text, sizeof text,
+                  "warning: %d vertices are inside the body, up to %.1f mm (frame %lld)", r.inside,
+                  1e3 * r.inside_depth, static_cast<long long>(r.frame));
+    doubts.emplace_back(text);
+  }
+  if (const FrameReport& r = worst(&FrameReport::body_crossings); r.body_crossings > 0) {
+    std::snprintf(text, sizeof text,
+                  "warning: %d edges of cloth and body pierce the other (frame %lld), as cloth "
+                  "meets the body with its vertices: a finer garment, or more --xpbd.thickness",
+                  r.body_crossings, static_cast<long long>(r.frame));
+    doubts.emplace_back(text);
+  }
+  if (const FrameReport& r = worst(&FrameReport::crossings); r.crossings > 0) {
+    std::snprintf(text, sizeof text, "warning: cloth goes through cloth at %d edges (frame %lld)%s",
+                  r.crossings, static_cast<long long>(r.frame),
+                  self_contact ? "" : ": --xpbd.self_contact true keeps it from that");
+    doubts.emplace_back(text);
+  }
+  return doubts;
+}
+
+}  // namespace atelier
+
+#endif
