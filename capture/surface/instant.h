@@ -3,6 +3,7 @@
 #include "capture/stereo/fuse.h"
 #include "capture/stereo/stereo.h"
 #include "capture/stereo/visual_hull.h"
+#include "capture/surface/occluding_contours.h"
 #include "capture/surface/refine_cameras.h"
 #include "capture/surface/surface_from_points.h"
 #include "capture/surface/surface_labels.h"
@@ -27,6 +28,7 @@ struct ReconstructOptions {
   SurfaceOptions surface;
   SurfaceLabelOptions labels;
   RefineCameraOptions refine;
+  ContourOptions contours;
   bool equalize = true;       ///< measure the views' gains first, on small pictures
   bool align = true;          ///< find the views' poses again by the surface on small pictures
   bool hull_support = false;  ///< close what stereo sees nothing of by the hull, with confidence 0

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "capture/label_taxonomy.h"
 #include "capture/surface/color_samples.h"
 #include "capture/surface/hull_support.h"
 #include "capture/surface/refine_cameras.h"
@@ -80,6 +81,7 @@ OptionTable describe(ReconstructOptions& options) {
   table.add("align", options.align,
             "Find the cameras' poses again by the surface itself. Off: calibration is exact.");
   table.add("refine", describe(options.refine));
+  table.add("contours", describe(options.contours));
   table.add(
       "hull_support", options.hull_support,
       "Close what stereo sees nothing of by the hull, with confidence 0. Nearer to a body than "
@@ -132,6 +134,21 @@ ReconstructedScan surface_of(const StraightInstant& instant, std::vector<DepthMa
   }
   result.scan.labels =
       smooth_labels(result.scan, label_votes(result.scan, labels, options.labels), options.labels);
+  // Cloth is matt: stereo has no bias there, and prints have edges of their own.
+  std::vector<std::uint8_t> skin;
+  for (const std::uint8_t label : result.scan.labels) {
+    skin.push_back(label == static_cast<std::uint8_t>(Label::Skin) ? 1 : 0);
+  }
+  skin.resize(static_cast<std::size_t>(result.scan.vertices.rows()), 0);
+  std::vector<ByteImage> trusted = instant.masks;  // of views that the others do not contradict
+  for (std::size_t i = 0; i < trusted.size(); ++i) {
+    const auto& depth = agreed.maps[i].depth.data;
+    if (std::none_of(depth.begin(), depth.end(), [](float z) { return z > 0; })) {
+      trusted[i] = {};
+    }
+  }
+  result.scan = moved_to_contours(result.scan, instant.cameras, instant.images, trusted, skin,
+                                  options.contours);
   result.points = std::move(agreed.points);
   result.maps = std::move(agreed.maps);
   result.findings = instant.findings;
