@@ -374,10 +374,11 @@ void relax_scene(SimulationScene& scene, const SimulateOptions& options) {
 namespace {
 
 /// Cloth meets the body with its vertices alone: it keeps off by what its edges need, unless
-/// something else is said.
+/// something else is said; by 2 cm at most, since coarser cloth is no cloth.
 void keep_off(SimulationScene& scene, const SimulateOptions& options) {
   const double edge = mean_edge_length(scene.garment.mesh);
-  const double needed = contact_distance(edge);
+  constexpr double kMost = 0.02;
+  const double needed = std::min(kMost, contact_distance(edge));
   if (options.xpbd.thickness >= 0 || !(needed > scene.garment.material.thickness)) {
     return;
   }
