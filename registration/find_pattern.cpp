@@ -1,7 +1,10 @@
 #include "registration/find_pattern.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "registration/straight_seams.h"
@@ -16,6 +19,22 @@ constexpr double kForEqualSeams = 0.97;  // of the stretch: what equal seams cos
 constexpr double kLessStretch = 0.95;    // of the stretch, after a search whose pattern missed it
 constexpr double kPanelLength = 0.15;    // m of seam that a panel is worth
 constexpr double kNearlyKept = 1.15;     // of the stretch: what may still come within it
+
+/// The smallest corner of a pattern's triangles, deg: cloth is not made of slivers (a simulation
+/// refuses corners below half a degree), and seams that slide may press triangles flat.
+double least_corner(const FlatPattern& pattern) {
+  double least = 180;
+  for (Index f = 0; f < pattern.cut.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::RowVector2d at = pattern.vertices.row(pattern.cut.faces(f, k));
+      const Eigen::RowVector2d a = pattern.vertices.row(pattern.cut.faces(f, (k + 1) % 3)) - at;
+      const Eigen::RowVector2d b = pattern.vertices.row(pattern.cut.faces(f, (k + 2) % 3)) - at;
+      const double angle = std::atan2(std::abs(a.x() * b.y() - a.y() * b.x()), a.dot(b));
+      least = std::min(least, angle * 180 / std::numbers::pi);
+    }
+  }
+  return least;
+}
 
 /// Patterns as they are tried; what is best is kept.
 class PatternTrial {
@@ -63,7 +82,9 @@ class PatternTrial {
       measures = measure_flat(moved_, pattern);
     }
     say(what, pattern, measures);
-    const bool reached = measures.strain_p99 <= bound && measures.overlaps == 0;
+    constexpr double kLeastCorner = 1;  // deg
+    const bool reached = measures.strain_p99 <= bound && measures.overlaps == 0 &&
+                         least_corner(pattern) >= kLeastCorner;
     const double cost = reached ? measures.seam_length + kPanelLength * pattern.cut.panel_count
                                 : std::numeric_limits<double>::infinity();
     if (cost < cost_ || !best_.reached) {
