@@ -52,10 +52,10 @@ TrainOptions resolved(const TrainOptions& options, Device device) {
   if (options.setting == TrainSetting::Auto) {
     result.setting = device == Device::Cuda ? TrainSetting::Standard : TrainSetting::Small;
   }
-  const Numbers numbers = result.setting == TrainSetting::Small ? Numbers{256, 8, 2, 300, 1e-3, 0.01}
-                          : result.setting == TrainSetting::Standard
-                              ? Numbers{512, 16, 2, 20'000, 5e-4, 0.3}
-                              : Numbers{1024, 32, 4, 100'000, 1e-4, 0.3};
+  const Numbers numbers =
+      result.setting == TrainSetting::Small      ? Numbers{256, 8, 2, 300, 1e-3, 0.01}
+      : result.setting == TrainSetting::Standard ? Numbers{512, 16, 2, 20'000, 5e-4, 0.3}
+                                                 : Numbers{1024, 32, 4, 100'000, 1e-4, 0.3};
   result.resolution = options.resolution > 0 ? options.resolution : numbers.resolution;
   result.shading = options.shading > 0 ? options.shading : numbers.shading;
   result.channels = options.channels > 0 ? options.channels : numbers.channels;

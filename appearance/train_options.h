@@ -15,13 +15,13 @@ enum class TrainSetting {
 
 struct TrainOptions {
   TrainSetting setting = TrainSetting::Auto;
-  int resolution = 0;          ///< texels a side, a power of 2 from 16 to 4096; 0: as the setting
-  int channels = 0;            ///< of the first level, up to 128; 0: as the setting
-  double learning_rate = 0;    ///< at its highest, up to 1; 0: as the setting
-  int iterations = 0;          ///< up to 10,000,000; 0: as the setting
-  int shading = 0;             ///< NetworkOptions::shading, 1..16; 0: as the setting
-  int batch = 2;               ///< views an iteration, 1..64
-  double weight_decay = -1;    ///< of the convolutions (AdamW), up to 1; below 0: as the setting
+  int resolution = 0;        ///< texels a side, a power of 2 from 16 to 4096; 0: as the setting
+  int channels = 0;          ///< of the first level, up to 128; 0: as the setting
+  double learning_rate = 0;  ///< at its highest, up to 1; 0: as the setting
+  int iterations = 0;        ///< up to 10,000,000; 0: as the setting
+  int shading = 0;           ///< NetworkOptions::shading, 1..16; 0: as the setting
+  int batch = 2;             ///< views an iteration, 1..64
+  double weight_decay = -1;  ///< of the convolutions (AdamW), up to 1; below 0: as the setting
   bool view_independent = true;
   bool view_dependent = true;
   bool shadow = true;
@@ -32,8 +32,8 @@ struct TrainOptions {
 };
 OptionTable describe(TrainOptions& options);
 
-/// The same with the setting's numbers in place of what was left to it, and the device's setting in place of
-/// Auto.
+/// The same with the setting's numbers in place of what was left to it, and the device's setting in
+/// place of Auto.
 TrainOptions resolved(const TrainOptions& options, Device device = Device::Cpu);
 
 /// What kind of network they ask for.

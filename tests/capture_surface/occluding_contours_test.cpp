@@ -73,7 +73,8 @@ std::vector<std::uint8_t> all_of(const Mesh& mesh) {
   return std::vector<std::uint8_t>(static_cast<std::size_t>(mesh.vertices.rows()), 1);
 }
 
-Mesh moved(const Mesh& mesh, const LimbViews& views, const ContourOptions& options = {.fit = true}) {
+Mesh moved(const Mesh& mesh, const LimbViews& views,
+           const ContourOptions& options = {.fit = true}) {
   return moved_to_contours(mesh, views.cameras, views.images, views.masks, all_of(mesh), options);
 }
 
@@ -110,7 +111,8 @@ TEST(OccludingContours, WhatMayNotMoveStaysToTheBit) {
     movable[static_cast<std::size_t>(v)] = thin.vertices(v, 1) > 0 ? 1 : 0;
   }
   const LimbViews views;
-  const Mesh found = moved_to_contours(thin, views.cameras, views.images, views.masks, movable, {.fit = true});
+  const Mesh found =
+      moved_to_contours(thin, views.cameras, views.images, views.masks, movable, {.fit = true});
   for (Index v = 0; v < thin.vertices.rows(); ++v) {
     const double radius = found.vertices.row(v)({0, 2}).norm();
     if (movable[static_cast<std::size_t>(v)] == 0) {
@@ -151,7 +153,8 @@ TEST(OccludingContours, ContoursBehindSomethingElseSayNothing) {
   std::vector<std::uint8_t> movable = all_of(both);
   std::fill(movable.begin() + first, movable.end(), std::uint8_t{0});
   const LimbViews views;
-  const Mesh found = moved_to_contours(both, views.cameras, views.images, views.masks, movable, {.fit = true});
+  const Mesh found =
+      moved_to_contours(both, views.cameras, views.images, views.masks, movable, {.fit = true});
   EXPECT_EQ(found.vertices, both.vertices);
 }
 
@@ -181,8 +184,8 @@ TEST(OccludingContours, SizesThatDisagreeAreRefused) {
   const Mesh mesh = limb(kLimbRadius);
   LimbViews views;
   ATELIER_EXPECT_REFUSED(
-      moved_to_contours(mesh, views.cameras, views.images, views.masks, {1, 1}, {.fit = true}), LogicError,
-      "every vertex moves or not");
+      moved_to_contours(mesh, views.cameras, views.images, views.masks, {1, 1}, {.fit = true}),
+      LogicError, "every vertex moves or not");
   LimbViews fewer = views;
   fewer.images.pop_back();
   ATELIER_EXPECT_REFUSED(moved(mesh, fewer), LogicError, "a picture and a mask for each camera");
