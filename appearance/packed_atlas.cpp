@@ -158,6 +158,7 @@ PackedAtlas pack_atlas(const Mesh& mesh, const PackAtlasOptions& options) {
                     "fewer charts, or a larger texture");
   }
   std::vector<PlacedShape> placed;
+  placed.reserve(charts.size());
   for (const Chart& chart : charts) {
     placed.push_back({0, chart.place - low * chart.scale * chart.low});
   }

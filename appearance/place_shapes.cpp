@@ -34,7 +34,7 @@ struct ShapeMask {
 
 void set_cells(CellRow& row, int begin, int end) {
   for (int x = begin; x < end; ++x) {
-    row[static_cast<std::size_t>(x / 64)] |= std::uint64_t{1} << (x % 64);
+    row[static_cast<std::size_t>(x) / 64] |= std::uint64_t{1} << (x % 64);
   }
 }
 
@@ -138,7 +138,7 @@ void take(CellGrid& taken, const ShapeMask& mask, int x, int y, int margin) {
     const CellRow& own = mask.rows[static_cast<std::size_t>(row)];
     CellRow wide{};
     for (int c = 0; c < mask.width; ++c) {
-      if ((own[static_cast<std::size_t>(c / 64)] >> (c % 64) & 1U) != 0) {
+      if ((own[static_cast<std::size_t>(c) / 64] >> (c % 64) & 1U) != 0) {
         set_cells(wide, std::max(0, x + c - margin), std::min(kCells, x + c + margin + 1));
       }
     }
