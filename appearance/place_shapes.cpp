@@ -108,7 +108,7 @@ std::optional<ShapeMask> mask_of(const FlatShape& shape, double angle, double sc
 bool is_free(const CellGrid& taken, const ShapeMask& mask, int x, int y) {
   for (int row = 0; row < mask.height; ++row) {
     const CellRow here = moved(mask.rows[static_cast<std::size_t>(row)], x);
-    const CellRow& there = taken[static_cast<std::size_t>(y + row)];
+    const CellRow& there = taken[static_cast<std::size_t>(y) + static_cast<std::size_t>(row)];
     for (std::size_t w = 0; w < kWords; ++w) {
       if ((here[w] & there[w]) != 0) {
         return false;
