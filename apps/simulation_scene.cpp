@@ -200,8 +200,10 @@ void require_flat_size(const Garment& garment, const std::filesystem::path& file
       const auto length = [&](const auto& rows, const Triangles& faces) {
         return (rows.row(faces(f, k)) - rows.row(faces(f, (k + 1) % 3))).norm();
       };
-      ratios.push_back(length(garment.rest, garment.rest_faces) /
-                       length(garment.mesh.vertices, garment.mesh.faces));
+      const double surface = length(garment.mesh.vertices, garment.mesh.faces);
+      if (surface > 0) {
+        ratios.push_back(length(garment.rest, garment.rest_faces) / surface);
+      }
     }
   }
   const double ratio = ratios.empty() ? 0 : median(ratios);
@@ -231,7 +233,6 @@ Garment read_garment(const std::filesystem::path& file, bool flat_rest) {
     }
     garment.rest = garment.mesh.uvs;
     garment.rest_faces = garment.mesh.uv_faces;
-    require_flat_size(garment, file);
   }
   return garment;
 }
@@ -408,6 +409,9 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   scene.garment.mesh.vertices *= options.scale;
   scene.garment.mesh.vertices.rowwise() +=
       Eigen::RowVector3d(options.move_x, options.move_y, options.move_z);
+  if (options.flat_rest) {
+    require_flat_size(scene.garment, paths.garment);
+  }
   scene.garment.material = said_material(options.material);
   if (options.sewn && !scene.garment.seams.empty()) {
     scene.garment = weld_seams(scene.garment);

@@ -48,7 +48,7 @@ constexpr std::array kStages = {
 #endif
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
     Stage{.name = "reconstruct",
-          .version = 4,
+          .version = 3,
           .summary = "labelled surfaces and 3D keypoints from the images of a capture",
           .inputs = {"capture"},
           .outputs = {"scans", "keypoints3d"},
@@ -142,7 +142,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",
-          .version = 3,
+          .version = 4,
           .summary = "a garment on a body, standing or moving",
           .inputs = {"scene"},
           .outputs = {"states", "garment"},
@@ -158,7 +158,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "appearance",
-          .version = 4,
+          .version = 5,
           .summary = "how each garment looks: networks that draw its texture",
           .inputs = {"capture", "registered", "bodies"},
           .outputs = {"networks"},
@@ -169,7 +169,7 @@ constexpr std::array kStages = {
           .device_keyed = true},
 #endif
     Stage{.name = "ceiling",
-          .version = 3,
+          .version = 4,
           .summary = "appearance on a synthetic capture's true garments, to compare with",
           .inputs = {"capture"},
           .outputs = {"true_networks"},

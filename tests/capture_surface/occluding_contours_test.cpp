@@ -135,9 +135,7 @@ TEST(OccludingContours, WhereNothingIsToldNothingMoves) {
     std::fill(mask.data.begin(), mask.data.end(), std::uint8_t{255});
   }
   EXPECT_EQ(moved(thin, crowded).vertices, thin.vertices);
-  ContourOptions off{.fit = true};
-  off.fit = false;
-  EXPECT_EQ(moved(thin, LimbViews(), off).vertices, thin.vertices);
+  EXPECT_EQ(moved(thin, LimbViews(), {}).vertices, thin.vertices);
   EXPECT_EQ(moved(Mesh{}, LimbViews()).vertices.rows(), 0);
 }
 
