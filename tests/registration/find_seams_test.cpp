@@ -1,0 +1,123 @@
+#include "registration/find_seams.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "registration/flat_pattern.h"
+#include "tests/registration/cut_fixtures.h"
+#include "tests/support/refusals.h"
+#include "tests/support/shapes.h"
+
+namespace atelier {
+namespace {
+
+using fixtures::no_cut;
+using fixtures::topology;
+
+/// The pattern's panels stiffen where those of the search did.
+FlattenOptions laid_as_found(const FindSeamsOptions& find) {
+  FlattenOptions options;
+  options.panel.even = stiffening_of(find.stretch);
+  return options;
+}
+
+TEST(FindSeams, ConeAndTubeNeedNoMoreThanASeam) {
+  Mesh mesh = fixtures::tube(32, 10, 0.6);
+  mesh.vertices.col(0) *= 0.2;
+  mesh.vertices.col(2) *= 0.2;
+  FindSeamsOptions options;
+  options.front_and_back = false;
+  const FoundSeams found = find_seams(mesh, no_cut(topology(mesh)), options);
+  EXPECT_TRUE(found.reached);
+  EXPECT_EQ(found.added, 0);
+  const FlatPattern pattern = flatten_surface(mesh, found.cut);
+  EXPECT_EQ(pattern.cut.panel_count, 1);
+}
+
+TEST(FindSeams, FrontAndBackOfATubeAreItsHalves) {
+  Mesh mesh = fixtures::tube(32, 10, 0.6);
+  mesh.vertices.col(0) *= 0.2;
+  mesh.vertices.col(2) *= 0.2;
+  const FoundSeams found = find_seams(mesh, no_cut(topology(mesh)));
+  EXPECT_TRUE(found.reached);
+  const FlatPattern pattern = flatten_surface(mesh, found.cut);
+  EXPECT_EQ(pattern.cut.panel_count, 2);
+  EXPECT_NEAR(measure_flat(mesh, pattern).seam_length, 1.2, 0.05);
+}
+
+TEST(FindSeams, AHalfSphereIsCutUntilTheStretchIsWithinBounds) {
+  Mesh sphere = fixtures::sphere(3);
+  Mesh half;
+  half.vertices = sphere.vertices * 0.12;
+  half.faces.resize(0, 3);
+  for (Index f = 0; f < sphere.faces.rows(); ++f) {
+    if (sphere.vertices(sphere.faces(f, 0), 1) + sphere.vertices(sphere.faces(f, 1), 1) +
+            sphere.vertices(sphere.faces(f, 2), 1) >
+        0) {
+      half.faces.conservativeResize(half.faces.rows() + 1, 3);
+      half.faces.row(half.faces.rows() - 1) = sphere.faces.row(f);
+    }
+  }
+  FindSeamsOptions options;
+  options.stretch = 0.06;
+  options.front_and_back = false;
+  const FoundSeams found = find_seams(half, no_cut(topology(half)), options);
+  EXPECT_TRUE(found.reached);
+  EXPECT_GT(found.added, 0);
+  const FlatPattern pattern = flatten_surface(half, found.cut, laid_as_found(options));
+  const FlatMeasures measures = measure_flat(half, pattern);
+  EXPECT_LT(measures.strain_p99, 0.066);
+  EXPECT_EQ(measures.inverted, 0);
+  EXPECT_EQ(measures.overlaps, 0);
+}
+
+TEST(FindSeams, GivenSeamsStayAndNeedlessOnesAreSewnAgain) {
+  // A tube's side is all it needs; a ring that was given stays.
+  Mesh mesh = fixtures::tube(32, 10, 0.6);
+  mesh.vertices.col(0) *= 0.2;
+  mesh.vertices.col(2) *= 0.2;
+  const Topology whole = topology(mesh);
+  std::vector<int> upper;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    upper.push_back(mesh.vertices.col(1)(mesh.faces.row(f)).maxCoeff() > 0.301 ? 1 : 0);
+  }
+  const std::vector<char> ring = cut_between_labels(whole, upper);
+  FindSeamsOptions options;
+  options.front_and_back = false;
+  const FoundSeams found = find_seams(mesh, ring, options);
+  EXPECT_TRUE(found.reached);
+  for (std::size_t e = 0; e < ring.size(); ++e) {
+    EXPECT_TRUE(ring[e] == 0 || found.cut[e] != 0);
+  }
+  EXPECT_EQ(flatten_surface(mesh, found.cut).cut.panel_count, 2);
+}
+
+TEST(FindSeams, SewingAgainKeepsTheBoundAndTakesSeamsAway) {
+  // A ball, whose greedy cuts are more than it needs.
+  Mesh ball = fixtures::sphere(3);
+  ball.vertices *= 0.12;
+  FindSeamsOptions options;
+  options.stretch = 0.05;
+  options.join = false;
+  const FoundSeams cut = find_seams(ball, no_cut(topology(ball)), options);
+  options.join = true;
+  const FoundSeams sewn = find_seams(ball, no_cut(topology(ball)), options);
+  EXPECT_TRUE(cut.reached);
+  EXPECT_TRUE(sewn.reached);
+  EXPECT_GT(sewn.joined, 0);
+  EXPECT_EQ(sewn.added, cut.added);
+  const FlatPattern before = flatten_surface(ball, cut.cut, laid_as_found(options));
+  const FlatPattern after = flatten_surface(ball, sewn.cut, laid_as_found(options));
+  EXPECT_LT(measure_flat(ball, after).seam_length, measure_flat(ball, before).seam_length);
+  EXPECT_LT(measure_flat(ball, after).strain_p99, 1.1 * options.stretch);
+  EXPECT_EQ(measure_flat(ball, after).overlaps, 0);
+}
+
+TEST(FindSeams, RefusesOtherFlagsAndBadSurfaces) {
+  const Mesh mesh = fixtures::grid(3, 3);
+  EXPECT_THROW(find_seams(mesh, {}), LogicError);
+  ATELIER_EXPECT_REFUSED(find_seams(Mesh{}, {}), DataError, "no triangle");
+}
+
+}  // namespace
+}  // namespace atelier
