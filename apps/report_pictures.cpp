@@ -150,6 +150,7 @@ std::string simulation_plots(const fs::path& result) {
                              {"strain_max", "edge strain, most, %", 100},
                              {"kinetic_energy_j", "kinetic energy, J", 1},
                              {"spring_residual_m", "residual of springs, mm rms", 1e3},
+                             {"strain_residual", "residual of strain, % rms", 100},
                              {"inside", "vertices inside the body", 1},
                              {"inside_depth_m", "the deepest of them, mm", 1e3},
                              {"body_crossings", "edges crossed, cloth and body", 1},

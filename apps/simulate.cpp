@@ -41,6 +41,7 @@ Json json_of(const FrameReport& r) {
                  {"self_searches", r.self_searches},
                  {"self_renewals", r.self_renewals}}}};
   const auto counted = [](auto value) { return value >= 0 ? Json(value) : Json(nullptr); };
+  json["residual"]["strain"] = counted(r.strain_residual);
   json["self"]["crossings"] = counted(r.crossings);
   json["body"]["crossings"] = counted(r.body_crossings);
   json["body"]["all_inside"] = counted(r.inside);
@@ -65,6 +66,10 @@ std::string line_of(const FrameReport& r, bool with_body) {
                 r.self_contacts, r.kinetic_energy + r.elastic_energy, 1e3 * r.spring_residual,
                 r.hinge_residual);
   line += text;
+  if (r.strain_residual >= 0) {
+    std::snprintf(text, sizeof text, ", %.2g%% of strain", 100 * r.strain_residual);
+    line += text;
+  }
   if (r.crossings >= 0) {
     line += "; " + std::to_string(r.crossings) + " crossings with itself";
   }

@@ -24,6 +24,9 @@ void set_frame_number(FrameReport& report, const FrameColumn& column, double val
 double report_number(const Archive& archive, const FrameColumn& column, const std::string& file) {
   const auto found = archive.numbers.find(column.name);
   if (found == archive.numbers.end()) {
+    if (column.later) {
+      return -1;
+    }
     throw DataError(file, column.name, "no such number", "the frame's report");
   }
   const double value = found->second;

@@ -15,14 +15,16 @@ namespace atelier {
 struct FrameColumn {
   const char* name;  ///< with its unit, "" for counts and shares: "penetration_depth_m"
   std::variant<int FrameReport::*, double FrameReport::*> member;
+  bool later = false;  ///< not in the first archives: -1 where one lacks it
 };
 
-inline constexpr std::array<FrameColumn, 15> kFrameColumns = {{
+inline constexpr std::array<FrameColumn, 16> kFrameColumns = {{
     {"strain_p50", &FrameReport::strain_p50},
     {"strain_p95", &FrameReport::strain_p95},
     {"strain_max", &FrameReport::strain_max},
     {"spring_residual_m", &FrameReport::spring_residual},
     {"hinge_residual_rad", &FrameReport::hinge_residual},
+    {"strain_residual", &FrameReport::strain_residual, true},
     {"kinetic_energy_j", &FrameReport::kinetic_energy},
     {"elastic_energy_j", &FrameReport::elastic_energy},
     {"body_contacts", &FrameReport::body_contacts},

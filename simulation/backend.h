@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -45,9 +46,11 @@ Points pin_targets_of(const Cloth& cloth, const Control& control, const Triangle
 Points air_accelerations(const Cloth& cloth, const ClothState& state, const Control& control,
                          const XpbdOptions& options);
 
-/// Strain, energy and, where `lambda` is given (per constraint of the schedule's order), residuals.
+/// Strain, energy and, where multipliers are given, residuals: `lambda` for each constraint of the
+/// schedule's order, `strain_lambda` for each strain of the cloth (warp, weft, shear).
 FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
-                         const ClothState& state, const std::vector<double>& lambda, double substep,
+                         const ClothState& state, const std::vector<double>& lambda,
+                         const std::vector<std::array<double, 3>>& strain_lambda, double substep,
                          FrameReport report);
 
 /// Force in each spring from the multipliers (per constraint of the schedule's order) of a substep.

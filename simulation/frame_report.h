@@ -12,9 +12,13 @@ struct FrameReport {
   double strain_max = 0;
   double spring_residual = 0;  ///< root mean square of C + a' lambda over springs [m]
   double hinge_residual = 0;   ///< the same over hinges [rad]
-  double kinetic_energy = 0;   ///< J
-  double elastic_energy = 0;   ///< J
-  int body_contacts = 0;       ///< vertices that touched the body in the last substep
+  /// The same over warp, weft and shear of strain triangles, without those of no stiffness. No
+  /// unit: stretch is relative, shear the cosine of the angle between the yarns. -1: the cloth has
+  /// none, or the frame was written before this was measured.
+  double strain_residual = -1;
+  double kinetic_energy = 0;  ///< J
+  double elastic_energy = 0;  ///< J
+  int body_contacts = 0;      ///< vertices that touched the body in the last substep
   /// Free vertices inside the body after the frame, by the nearest surface within the contact
   /// reach: in every frame; who is deeper is not among them (`inside` counts all).
   int penetrating = 0;

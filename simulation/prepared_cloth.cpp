@@ -91,6 +91,7 @@ PreparedCloth<T> prepare_cloth(const Cloth& cloth) {
         const auto compliance = [](double stiffness) {
           return static_cast<T>(stiffness > 0 ? 1 / stiffness : 1e30);
         };
+        out.strain_index.push_back(schedule.order[i] - hinges);
         out.strain_places.push_back({{place[s.v0], place[s.v1], place[s.v2], kNoPlace}});
         out.strains.push_back({static_cast<T>(s.inverse_rest[0]), static_cast<T>(s.inverse_rest[1]),
                                static_cast<T>(s.inverse_rest[2]), static_cast<T>(s.inverse_rest[3]),
@@ -127,11 +128,28 @@ std::vector<double> multipliers_in_order(const PreparedCloth<T>& cloth,
   return out;
 }
 
+template <class T>
+std::vector<std::array<double, 3>> strain_multipliers(const PreparedCloth<T>& cloth,
+                                                      const T* lambda) {
+  std::vector<std::array<double, 3>> out(cloth.strain_index.size());
+  for (std::size_t t = 0; t < out.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      out[static_cast<std::size_t>(cloth.strain_index[t])][k] =
+          static_cast<double>(lambda[3 * t + k]);
+    }
+  }
+  return out;
+}
+
 template PreparedCloth<float> prepare_cloth(const Cloth&);
 template PreparedCloth<double> prepare_cloth(const Cloth&);
 template std::vector<double> multipliers_in_order(const PreparedCloth<float>&,
                                                   const EdgeMultipliers<float>*, std::size_t);
 template std::vector<double> multipliers_in_order(const PreparedCloth<double>&,
                                                   const EdgeMultipliers<double>*, std::size_t);
+template std::vector<std::array<double, 3>> strain_multipliers(const PreparedCloth<float>&,
+                                                               const float*);
+template std::vector<std::array<double, 3>> strain_multipliers(const PreparedCloth<double>&,
+                                                               const double*);
 
 }  // namespace atelier

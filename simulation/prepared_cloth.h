@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -58,6 +59,7 @@ struct PreparedCloth {
   std::vector<EdgeRule<T>> edge_rules;
   std::vector<Places> strain_places;
   std::vector<StrainRest<T>> strains;
+  std::vector<int> strain_index;   ///< the cloth's strain of each
   std::vector<int> hinge_place;    ///< of each edge in the schedule's order, -1: none
   std::vector<int> spring_place;   ///< likewise
   std::vector<int> tether_anchor;  ///< [V] particle, or -1; empty: no tethers
@@ -73,6 +75,12 @@ template <class T>
 std::vector<double> multipliers_in_order(const PreparedCloth<T>& cloth,
                                          const EdgeMultipliers<T>* lambda, std::size_t constraints);
 
+/// Three multipliers (warp, weft, shear) of each strain of the cloth, from those in the order of
+/// `strains`.
+template <class T>
+std::vector<std::array<double, 3>> strain_multipliers(const PreparedCloth<T>& cloth,
+                                                      const T* lambda);
+
 extern template PreparedCloth<float> prepare_cloth(const Cloth&);
 extern template PreparedCloth<double> prepare_cloth(const Cloth&);
 extern template std::vector<double> multipliers_in_order(const PreparedCloth<float>&,
@@ -81,5 +89,9 @@ extern template std::vector<double> multipliers_in_order(const PreparedCloth<flo
 extern template std::vector<double> multipliers_in_order(const PreparedCloth<double>&,
                                                          const EdgeMultipliers<double>*,
                                                          std::size_t);
+extern template std::vector<std::array<double, 3>> strain_multipliers(const PreparedCloth<float>&,
+                                                                      const float*);
+extern template std::vector<std::array<double, 3>> strain_multipliers(const PreparedCloth<double>&,
+                                                                      const double*);
 
 }  // namespace atelier

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -18,16 +19,20 @@ Vec3d vec(const Points& p, Index i) {
   return {p(i, 0), p(i, 1), p(i, 2)};
 }
 
-/// What the three constraints of project_strain hold of energy [J].
-double strain_energy(const ClothStrain& s, const Points& x) {
+/// Values of the three constraints of project_strain: warp and weft stretch, cosine between yarns.
+std::array<double, 3> strain_values(const ClothStrain& s, const Points& x) {
   const Vec3d e1 = vec(x, s.v1) - vec(x, s.v0);
   const Vec3d e2 = vec(x, s.v2) - vec(x, s.v0);
   const Vec3d fu = s.inverse_rest[0] * e1 + s.inverse_rest[1] * e2;
   const Vec3d fv = s.inverse_rest[2] * e1 + s.inverse_rest[3] * e2;
   const double lu = norm(fu);
   const double lv = norm(fv);
-  const double c = lu > 0 && lv > 0 ? dot(fu, fv) / (lu * lv) : 0;
-  return 0.5 * (s.warp * (lu - 1) * (lu - 1) + s.weft * (lv - 1) * (lv - 1) + s.shear * c * c);
+  return {lu - 1, lv - 1, lu > 0 && lv > 0 ? dot(fu, fv) / (lu * lv) : 0};
+}
+
+/// Root of the mean of squares that sum up to `sum`; 0 of none.
+double root_mean(double sum, std::size_t count) {
+  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0;
 }
 
 double percentile(std::vector<double>& values, double share) {
@@ -199,7 +204,8 @@ Points air_accelerations(const Cloth& cloth, const ClothState& state, const Cont
 }
 
 FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
-                         const ClothState& state, const std::vector<double>& lambda, double substep,
+                         const ClothState& state, const std::vector<double>& lambda,
+                         const std::vector<std::array<double, 3>>& strain_lambda, double substep,
                          FrameReport report) {
   const double h2 = substep * substep;
   std::vector<double> strain;
@@ -226,8 +232,10 @@ FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
   report.elastic_energy = 0;
   double spring_sum = 0;
   double hinge_sum = 0;
+  double strain_sum = 0;
   std::size_t spring_count = 0;
   std::size_t hinge_count = 0;
+  std::size_t strain_count = 0;
   const int springs = static_cast<int>(cloth.springs.size());
   const int hinges = springs + static_cast<int>(cloth.hinges.size());
   for (std::size_t i = 0; i < cloth.schedule.order.size(); ++i) {
@@ -247,8 +255,19 @@ FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
       value = hinge.valid ? angle_difference(hinge.angle, h.rest) : 0;
       stiffness = h.stiffness * variation.bending;
     } else {
-      report.elastic_energy +=
-          variation.stretch * strain_energy(cloth.strains[c - hinges], state.positions);
+      const auto strain_at = static_cast<std::size_t>(c - hinges);
+      const ClothStrain& s = cloth.strains[strain_at];
+      const std::array<double, 3> values = strain_values(s, state.positions);
+      const std::array<double, 3> stiffnesses = {s.warp, s.weft, s.shear};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double of_scene = stiffnesses[k] * variation.stretch;
+        report.elastic_energy += 0.5 * of_scene * values[k] * values[k];
+        if (strain_at < strain_lambda.size() && of_scene > 0) {
+          const double residual = values[k] + strain_lambda[strain_at][k] / (of_scene * h2);
+          strain_sum += residual * residual;
+          ++strain_count;
+        }
+      }
       continue;
     }
     report.elastic_energy += 0.5 * stiffness * value * value;
@@ -258,10 +277,9 @@ FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
       ++(spring ? spring_count : hinge_count);
     }
   }
-  report.spring_residual =
-      spring_count > 0 ? std::sqrt(spring_sum / static_cast<double>(spring_count)) : 0;
-  report.hinge_residual =
-      hinge_count > 0 ? std::sqrt(hinge_sum / static_cast<double>(hinge_count)) : 0;
+  report.spring_residual = root_mean(spring_sum, spring_count);
+  report.hinge_residual = root_mean(hinge_sum, hinge_count);
+  report.strain_residual = strain_count > 0 ? root_mean(strain_sum, strain_count) : -1;
   return report;
 }
 

@@ -147,6 +147,7 @@ TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
     for (const char* counted : {"inside", "inside_depth_m", "body_crossings", "crossings"}) {
       EXPECT_EQ(cell(frame, counted).empty(), frame % 2 == 1) << counted << frame;
     }
+    EXPECT_EQ(cell(frame, "strain_residual"), "") << "springs alone";
   }
   result = on_body({"--json", "--format", "obj"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -161,12 +162,40 @@ TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
       EXPECT_TRUE(json["body"]["depth_m"].is_number());
       EXPECT_TRUE(json["self"]["crossings"].is_null());
       EXPECT_TRUE(json["body"]["all_inside"].is_null());
+      EXPECT_TRUE(json["residual"]["strain"].is_null());
     } else {
       EXPECT_EQ(json["bending_by_direction"].size(), 36U);
     }
   }
   EXPECT_EQ(frames, 5);
   EXPECT_TRUE(std::filesystem::exists(out() / "garment_000005.obj"));
+}
+
+TEST_F(Simulate, TellsTheResidualOfStrainTriangles) {
+  // A hanging sheet whose texture coordinates are its flat shape in metres.
+  std::ofstream file(scene() / "garment.obj");
+  for (int r = 0; r < 4; ++r) {
+    for (int c = 0; c < 4; ++c) {
+      file << "v " << 0.08 * c << " " << 1 - 0.08 * r << " 0\nvt " << 0.08 * c << " "
+           << 1 - 0.08 * r << "\n";
+    }
+  }
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      const auto corner = [&](int at) { return std::to_string(at) + "/" + std::to_string(at); };
+      const int a = 4 * r + c + 1;
+      file << "f " << corner(a) << " " << corner(a + 4) << " " << corner(a + 5) << "\n";
+      file << "f " << corner(a) << " " << corner(a + 5) << " " << corner(a + 1) << "\n";
+    }
+  }
+  file.close();
+  ChildResult result = alone({"--membrane", "strain", "--pin_top", "0.01", "--format", "obj"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("% of strain"));
+  result = alone({"--membrane", "strain", "--pin_top", "0.01", "--format", "obj", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json json = nlohmann::json::parse(result.out.substr(0, result.out.find('\n')));
+  EXPECT_GT(json.at("residual").at("strain").get<double>(), 0) << result.out;
 }
 
 /// The vertices of a frame's OBJ, nine decimals each.
