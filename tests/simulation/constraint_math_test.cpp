@@ -31,6 +31,15 @@ TEST(Spring, GradientAgreesWithCentralDifferences) {
         -s.gradient.z;
     const Eigen::MatrixXd numeric = fixtures::finite_difference_jacobian(f, x, 1e-6 * length);
     EXPECT_LT(fixtures::jacobian_error(gradient, numeric), 1e-6);
+    const auto g = [&](int i) {
+      return Vec3f{float(x[3 * i]), float(x[3 * i + 1]), float(x[3 * i + 2])};
+    };
+    const SpringValue<float> single = spring_value(g(0), g(1), float(0.9 * length));
+    Eigen::MatrixXd gradient_float(1, 6);
+    gradient_float << single.gradient.x, single.gradient.y, single.gradient.z, -single.gradient.x,
+        -single.gradient.y, -single.gradient.z;
+    EXPECT_LT((gradient_float - numeric).norm() / numeric.norm(), 1e-3) << "float";
+    EXPECT_NEAR(single.c / s.c, 1, 1e-5) << "float";
   }
 }
 
