@@ -274,6 +274,45 @@ struct Kicks {
   }
 };
 
+// A small skirt in the same motion: what crosses itself does not become more over 600 frames.
+TEST(ContactGuard, CrossingsDoNotGrowOver600Frames) {
+  constexpr int kFrames = 600;
+  Garment garment = fixtures::garment_of(tube(18, 7, 0.155, 0.3, 0.02, -0.35), 0.2, 400, 2e-6);
+  garment.material.thickness = 2e-3;
+  std::vector<int> waist;
+  for (int i = 0; i < 18; ++i) {
+    waist.push_back(i);
+  }
+  const Cloth cloth = make_cloth(garment, waist);
+  for (Device device : fixtures::devices()) {
+    const Kicks kicks(0);
+    XpbdOptions options;
+    options.self_contact = true;
+    options.report = false;
+    options.intersection_interval = 5;
+    ClothSolver solver(cloth, kicks.body.faces, options, device);
+    ClothState state = rest_state(cloth);
+    state.positions = kicks.placed(state.positions, 0);
+    solver.set_state(state);
+    fixtures::Tenths crossings(kFrames);
+    int touching = 0;  // frames in which cloth pushes cloth
+    for (int i = 0; i < kFrames; ++i) {
+      Control control;
+      control.body_start = kicks.at(i);
+      control.body_end = kicks.at(i + 1);
+      control.pin_targets = kicks.placed(cloth.rest_positions, i + 1);
+      const FrameReport report = solver.advance(control);
+      touching += report.self_contacts > 0 ? 1 : 0;
+      if (report.crossings >= 0) {
+        crossings.add(i, report.crossings);
+      }
+    }
+    EXPECT_LE(crossings.late(), crossings.early()) << crossings.text();
+    EXPECT_GT(touching, kFrames / 10) << "there is something that may cross";
+    RecordProperty(std::string("crossings_by_tenth_") + device_name(device), crossings.text());
+  }
+}
+
 // A skirt in extreme motion, for as long as anyone likes: 300 frames here, 100,000 in scripts/soak.
 TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
   Garment garment = fixtures::garment_of(tube(28, 12, 0.155, 0.3, 0.02, -0.4), 0.2, 400, 2e-6);
