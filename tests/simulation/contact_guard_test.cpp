@@ -277,10 +277,10 @@ struct Kicks {
 // A small skirt in the same motion: what crosses itself does not become more over 600 frames.
 TEST(ContactGuard, CrossingsDoNotGrowOver600Frames) {
   constexpr int kFrames = 600;
-  Garment garment = fixtures::garment_of(tube(18, 7, 0.155, 0.3, 0.02, -0.35), 0.2, 400, 2e-6);
+  Garment garment = fixtures::garment_of(tube(24, 8, 0.155, 0.32, 0.02, -0.4), 0.2, 400, 2e-6);
   garment.material.thickness = 2e-3;
   std::vector<int> waist;
-  for (int i = 0; i < 18; ++i) {
+  for (int i = 0; i < 24; ++i) {
     waist.push_back(i);
   }
   const Cloth cloth = make_cloth(garment, waist);
