@@ -117,7 +117,8 @@ TEST(Incline, SticksAfterAnImpactWhereFrictionTakesAllOfItsSpeed) {
       }
       // In the step of the impact itself friction has only the part of the fall that was stopped.
       EXPECT_EQ(landed, 3);
-      EXPECT_NEAR(speed, 0, precision[0] == 'd' ? 1e-12 : 1e-5) << precision;
+      // A float holds half a metre to 3e-8 m: 3e-5 m/s of a step of a millisecond.
+      EXPECT_NEAR(speed, 0, precision[0] == 'd' ? 1e-12 : 5e-5) << precision;
     }
   }
 }
