@@ -29,7 +29,7 @@ std::map<std::string, Material> fitted_materials(StageRun& run) {
     return materials;
   }
   if (run.options<AnimateOptions>().material.name == "fitted") {
-    run.say("no fitted material: the values of 'custom' are taken (atelier material fits one)");
+    run.warn("no fitted material: the values of 'custom' are taken (atelier material fits one)");
   }
   return {};
 }

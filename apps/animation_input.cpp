@@ -68,17 +68,13 @@ BodyModel wearer_of(StageRun& run, const AnimationSource& source, const AnimateO
     return default_human(options.body == "male" ? male_human() : female_human());
   }
   BodyFile file = read_body_file(options.body);
-  for (const Finding& finding : file.findings) {
-    run.say(to_string(finding));
-  }
+  tell(run, file.findings);
   return std::move(file.model);
 }
 
 Motion retargeted(StageRun& run, const MotionClip& clip, const BodyModel& model) {
   Retargeted moved = retarget(clip, model);
-  for (const Finding& finding : moved.findings) {
-    run.say(to_string(finding));
-  }
+  tell(run, moved.findings);
   return std::move(moved.motion);
 }
 
@@ -114,9 +110,7 @@ Motion new_motion(StageRun& run, const BodyModel& wearer, const AnimateOptions& 
                     "twist, spin or range");
   }
   const MotionClip clip = read_motion_file(options.motion);
-  for (const Finding& finding : clip.findings) {
-    run.say(to_string(finding));
-  }
+  tell(run, clip.findings);
   return retargeted(run, clip, wearer);
 }
 

@@ -17,7 +17,7 @@
 #include "apps/output_place.h"
 #include "apps/picture_names.h"
 #include "apps/picture_size.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_archive.h"
 #include "bodymodel/body_pieces.h"

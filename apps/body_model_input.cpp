@@ -11,7 +11,7 @@
 #include <set>
 #include <variant>
 
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_archive.h"

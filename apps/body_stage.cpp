@@ -308,12 +308,6 @@ class Fits {
   std::vector<std::unique_ptr<Lazy>> fits_;
 };
 
-void say_findings(StageRun& run, int id, const std::vector<Finding>& findings) {
-  for (const Finding& finding : findings) {
-    run.say("frame " + std::to_string(id) + ": " + to_string(finding));
-  }
-}
-
 /// A registered garment over the skin of a scan.
 ClothedScan with_garment(const ClothedScan& scan, const Mesh& garment) {
   ClothedScan joined;
@@ -368,7 +362,7 @@ void run_body(StageRun& run) {
   if (!run.each_frame("frames", ".h5", frame_ids_of(source), [&](int id, const fs::path& file) {
         const Place& place = source.places.at(id);
         const UnderlyingBody body = fits.of_take(place.take).at(place.row);
-        say_findings(run, id, body.findings);
+        tell(run, body.findings, "frame " + std::to_string(id) + ": ");
         write_body_frame(file, body.vertices);
       })) {
     return;
@@ -430,7 +424,7 @@ void run_refine(StageRun& run) {
         const ScanSurface scan = scan_of(id, first);
         const BodyCover cover = body_cover(faces, cover_votes(faces, first, scan));
         const UnderlyingBody body = underlying_body(faces, first, scan, cover, {}, options.fit);
-        say_findings(run, id, body.findings);
+        tell(run, body.findings, "frame " + std::to_string(id) + ": ");
         write_body_frame(file, body.vertices);
       })) {
     return;

@@ -11,7 +11,7 @@
 #include "apps/interrupt.h"
 #include "apps/json_text.h"
 #include "apps/option_flags.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/run_options.h"
 #include "apps/run_scene.h"
 #include "apps/stages.h"

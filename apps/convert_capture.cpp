@@ -9,7 +9,7 @@
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "capture/cameras_file.h"
 #include "capture/layouts/frame_files.h"

@@ -12,7 +12,7 @@
 #include "apps/json_text.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/reconstruct_stage.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"

@@ -11,7 +11,7 @@
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"

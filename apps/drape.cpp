@@ -15,7 +15,7 @@
 #include "apps/fitting.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_file.h"
 #include "bodymodel/default_human.h"

@@ -16,7 +16,7 @@
 #include "apps/one_file_sequence.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"

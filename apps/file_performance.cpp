@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "capture/keypoint_schema.h"
 #include "core/error.h"
 

@@ -13,7 +13,7 @@
 #include "apps/flatten_pictures.h"
 #include "apps/json_text.h"
 #include "apps/output_place.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/seam_input.h"
 #ifdef ATELIER_HAS_SIMULATION
 #include "apps/simulation_scene.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "apps/printable.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {

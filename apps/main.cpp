@@ -11,7 +11,7 @@
 
 #include "apps/exit_code.h"
 #include "apps/failure.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/program.h"
 #include "apps/standard_streams.h"
 

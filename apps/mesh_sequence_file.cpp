@@ -8,7 +8,7 @@
 #include <memory>
 #include <numeric>
 
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/io/foreign_hdf5.h"

@@ -71,15 +71,13 @@ void run_personalize(StageRun& run) {
       thinned(measured_sequence(info, options.sequence), options.most_frames);
   const bool minimal = sequence.kind == "minimal";
   if (!minimal) {
-    run.say("not minimally clothed: shape from skin and keypoints of '" + sequence.name +
-            "', which is less exact");
+    run.warn("not minimally clothed: shape from skin and keypoints of '" + sequence.name +
+             "', which is less exact");
   }
   const BodyModel body = read_body_file(options.body).model;
   const TrackInput input = person_input(person_files(run), info, sequence, options.input);
   const Personalization found = personalize(body, input, options.fit);
-  for (const Finding& finding : found.findings) {
-    run.say(to_string(finding));
-  }
+  tell(run, found.findings);
   const PersonalBody& person = found.person;
   run.output("person.npz",
              [&](const std::filesystem::path& file) { write_personal_body(file, person); });

@@ -91,7 +91,7 @@ bool has_detections(const Dataset& dataset) {
 void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
                            const TriangulationOptions& options) {
   if (!has_detections(dataset)) {
-    run.say("no detections: no keypoints in space");
+    run.warn("no detections: no keypoints in space");
     return;
   }
   const KeypointSchema& schema = keypoint_schema(dataset.info.keypoint_schema);
@@ -100,9 +100,7 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
   double wanted = 0;
   for (const CaptureSequence& sequence : dataset.info.sequences) {
     const Detections detections = read_detections(reader, sequence.frame_ids);
-    for (const Finding& finding : detections.findings) {
-      run.say(sequence.name + ": " + to_string(finding));
-    }
+    tell(run, detections.findings, sequence.name + ": ");
     std::vector<std::vector<std::vector<Keypoints2d>>> people = {main_person(detections)};
     if (most_people(detections) > 1) {
       auto apart = associate_people(dataset.cameras, detections, schema, options);
@@ -115,9 +113,7 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
     for (std::size_t p = 0; p < people.size(); ++p) {
       const Triangulation result =
           triangulate(dataset.cameras, people[p], schema, std::max(sequence.fps, 1.0), options);
-      for (const Finding& finding : result.findings) {
-        run.say(sequence.name + ": " + to_string(finding));
-      }
+      tell(run, result.findings, sequence.name + ": ");
       for (std::size_t f = 0; f < result.frames.size(); ++f) {
         PersonPose person{static_cast<int>(p), result.frames[f]};
         const auto there = static_cast<double>(
@@ -349,9 +345,7 @@ OptionTable describe(ReconstructStageOptions& options) {
 void run_reconstruct(StageRun& run) {
   const auto& options = run.options<ReconstructStageOptions>();
   const Dataset dataset = stage_dataset(run.input("capture"), options.capture);
-  for (const Finding& finding : dataset.findings) {
-    run.say(to_string(finding));
-  }
+  tell(run, dataset.findings);
   const std::vector<int> frames = frames_with_masks(dataset);
   if (frames.empty() && !has_detections(dataset)) {
     throw DataError(run.input("capture").string(), "",
@@ -359,13 +353,11 @@ void run_reconstruct(StageRun& run) {
                     "some of them; atelier masks and atelier detect make them");
   }
   if (frames.empty()) {
-    run.say("no frame has masks or labels in two views: no surfaces");
+    run.warn("no frame has masks or labels in two views: no surfaces");
   }
   const bool by_color =
       options.label_by_color && !frames.empty() && !has_labels(dataset, frames[0]);
-  for (const Finding& finding : missing_views(dataset, frames)) {
-    run.say(to_string(finding));
-  }
+  tell(run, missing_views(dataset, frames));
   const int halvings = halvings_for(dataset, options.memory);
   if (halvings > 0) {
     run.say(halvings_text(halvings, options.memory));
@@ -384,15 +376,11 @@ void run_reconstruct(StageRun& run) {
                             error.expected);
           }
         }();
-        for (const Finding& finding : scan.findings) {
-          run.say("frame " + std::to_string(frame) + ": " + to_string(finding));
-        }
+        tell(run, scan.findings, "frame " + std::to_string(frame) + ": ");
         if (by_color) {
           Mesh labelled = scan.scan;
           ColorSplit split = split_by_color(labelled, options.split);
-          for (const Finding& finding : split.findings) {
-            run.say("frame " + std::to_string(frame) + ": " + to_string(finding));
-          }
+          tell(run, split.findings, "frame " + std::to_string(frame) + ": ");
           labelled.labels = std::move(split.labels);
           write_mesh_archive(file, labelled);
           return;

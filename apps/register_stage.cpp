@@ -166,14 +166,14 @@ class RegisteredOutfit {
     } else if (fs::exists(scan)) {
       made->scan = read_mesh_archive(scan);
     } else {
-      run_.say("frame " + std::to_string(id) + ": no scan: body and pictures alone");
+      run_.warn("frame " + std::to_string(id) + ": no scan: body and pictures alone");
     }
     if (options_.fit.fit.photometric) {
       made->views = instant_of(dataset_, id);
       if (made->views.size() < dataset_.cameras.size()) {
-        run_.say("frame " + std::to_string(id) + ": pictures of " +
-                 std::to_string(made->views.size()) + " of " +
-                 std::to_string(dataset_.cameras.size()) + " cameras");
+        run_.warn("frame " + std::to_string(id) + ": pictures of " +
+                  std::to_string(made->views.size()) + " of " +
+                  std::to_string(dataset_.cameras.size()) + " cameras");
       }
     }
     kept_ = std::move(made);
@@ -399,9 +399,8 @@ void run_register(StageRun& run) {
   if (!run.each_frame("frames", ".h5", ids, [&](int id, const fs::path& file) {
         const Index row = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
         for (const Worn& worn : outfit.garments()) {
-          for (const Finding& finding : worn.sequence->at(row).findings) {
-            run.say("frame " + std::to_string(id) + ": " + worn.name + ": " + to_string(finding));
-          }
+          tell(run, worn.sequence->at(row).findings,
+               "frame " + std::to_string(id) + ": " + worn.name + ": ");
         }
         write_archive(file, frame_archive(outfit.garments(), row));
       })) {

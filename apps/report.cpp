@@ -6,7 +6,7 @@
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/report_file.h"
 #include "apps/report_folder.h"
 #include "apps/stages.h"

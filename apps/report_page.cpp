@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/printable.h"
 #include "apps/stage_console.h"
 #include "core/io/file_bytes.h"
+#include "core/printable.h"
 #include "core/store/build_info.h"
 
 namespace atelier {
@@ -57,6 +57,9 @@ std::string media_type(const std::filesystem::path& path) {
   return "";
 }
 
+/// Warnings of a stage that stand at the head of the page; the rest are in the stage's section.
+constexpr std::size_t kWarningsFirst = 5;
+
 std::string in_table(const std::string& rows) {
   return rows.empty() ? "" : "<table>\n" + rows + "</table>\n";
 }
@@ -95,6 +98,14 @@ std::string attention_of(const StageStatus& status) {
   }
   if (status.unlinked_results > 0) {
     item("warning", unlinked_text(status.unlinked_results));
+  }
+  const std::vector<std::string> none;
+  const std::vector<std::string>& warned = status.manifest ? status.manifest->warnings : none;
+  for (std::size_t i = 0; i < warned.size() && i < kWarningsFirst; ++i) {
+    item("warning", warned[i]);
+  }
+  if (warned.size() > kWarningsFirst) {
+    item("warning", std::to_string(warned.size() - kWarningsFirst) + " more warnings, below");
   }
   if (status.manifest && status.manifest->consent.empty()) {
     item("warning",
@@ -162,6 +173,12 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
   if (status.state != StageStatus::State::Damaged) {
     html += pictures_of(status, workspace / status.stage / folder_name(manifest.key), options);
   }
+  std::string warned;
+  for (const std::string& line : manifest.warnings) {
+    warned += "<li class=\"warning\">" + html_text(line) + "</li>\n";
+  }
+  html += folded(counted(static_cast<std::int64_t>(manifest.warnings.size()), "warning"),
+                 warned.empty() ? "" : "<ul>\n" + warned + "</ul>\n");
   std::string set_options;
   for (const ManifestOption& option : manifest.options) {
     if (option.source != "default") {

@@ -12,7 +12,7 @@
 #include "apps/failure.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/report_file.h"
 #include "apps/report_folder.h"
 #include "apps/run_options.h"

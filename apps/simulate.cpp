@@ -8,7 +8,7 @@
 
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/scene_check.h"
 #include "apps/simulation_doubts.h"
 #include "apps/simulation_output.h"

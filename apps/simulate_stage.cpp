@@ -168,7 +168,7 @@ void run_simulate(StageRun& run) {
   run.output_text("sheet.png", image_bytes(simulation_sheet(pictures), ImageFormat::Png));
   add_metrics(run, reports);
   for (const std::string& doubt : simulation_doubts(reports, options.xpbd.self_contact)) {
-    run.say(doubt);
+    run.warn(doubt);
   }
 }
 

@@ -35,7 +35,7 @@ struct SimulateOptions {
   std::vector<double> wind;                    ///< m/s, three numbers, or none
   Material material = fabrics_own_material();  ///< what is said of it, see said_material
   /// Always with a report, so its counts are a part of the result.
-  XpbdOptions xpbd{.intersection_interval = 10};
+  XpbdOptions xpbd{.substeps = 30, .self_contact = true, .intersection_interval = 10};
 };
 OptionTable describe(SimulateOptions& options);
 

@@ -8,7 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/json_text.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/standard_streams.h"
 #include "core/store/digest_meter.h"
 #include "core/store/result.h"

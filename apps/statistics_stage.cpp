@@ -34,7 +34,7 @@ void say_unit(StageRun& run, const MeshConvention& otherwise) {
     const MeshFile first = read_first_mesh(path, otherwise);
     const auto finding = unit_finding(first, path.string());
     if (finding) {
-      run.say(to_string(*finding));
+      tell(run, {*finding});
     }
   } catch (const DataError&) {
     return;  // told of when its frame's turn comes, if it does

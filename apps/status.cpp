@@ -6,7 +6,7 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/standard_streams.h"

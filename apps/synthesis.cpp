@@ -8,7 +8,7 @@
 
 #include "apps/file_performance.h"
 #include "apps/performance.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/synthesis_stage.h"
 #include "apps/usage_error.h"
 #include "capture/cameras_file.h"

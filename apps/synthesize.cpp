@@ -11,7 +11,7 @@
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/synthesis.h"
 #include "apps/usage_error.h"
 #include "capture/layouts/write_layout.h"

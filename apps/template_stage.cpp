@@ -124,7 +124,7 @@ Wardrobe wardrobe_of(StageRun& run, const Source& source) {
   if (worn.rows.empty()) {
     worn.rows = doubtful;
   } else if (!doubtful.empty()) {
-    run.say(std::to_string(doubtful.size()) + " frames whose body is not trusted are left out");
+    run.warn(std::to_string(doubtful.size()) + " frames whose body is not trusted are left out");
   }
   return worn;
 }
@@ -305,9 +305,7 @@ void run_template(StageRun& run) {
                        : imported_template(read_mesh(import->second, options.imported), frames, id,
                                            name, options.fit, import->second.string()));
     const GarmentTemplate& one = made.back();
-    for (const Finding& finding : one.findings) {
-      run.say(to_string(finding));
-    }
+    tell(run, one.findings);
     run.output("garments/" + name + ".h5",
                [&](const fs::path& file) { write_garment_archive(file, one.garment); });
     run.output("garments/" + name + ".obj", [&](const fs::path& file) {

@@ -119,9 +119,7 @@ void run_track(StageRun& run) {
       fit.exclude = Exclude::None;  // nothing hangs there
     }
     const Tracking found = track(person.model, input, fit);
-    for (const Finding& finding : found.findings) {
-      run.say(sequence.name + ": " + to_string(finding));
-    }
+    tell(run, found.findings, sequence.name + ": ");
     const TrackedMotion& tracked = found.tracked;
     run.output("tracked/" + sequence.name + ".h5",
                [&](const std::filesystem::path& file) { write_tracked_motion(file, tracked); });

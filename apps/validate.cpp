@@ -7,7 +7,7 @@
 
 #include "apps/exit_code.h"
 #include "apps/output_place.h"
-#include "apps/printable.h"
+#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "apps/validate_page.h"
 #include "apps/validate_stage.h"

@@ -49,7 +49,7 @@ void run_validate(StageRun& run) {
   }
   for (const Finding& finding : validation.findings) {
     if (finding.severity != Severity::Note) {
-      run.say(to_string(finding));
+      run.warn(to_string(finding));
     }
   }
   const std::string name = capture.filename().string();

@@ -19,6 +19,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 #include "core/store/commit.h"
 #include "core/store/input_digest.h"
 #include "core/store/manifest_limits.h"
@@ -60,6 +61,9 @@ void forget_peak_memory() {
 #endif
   std::ofstream("/proc/self/clear_refs") << "5";
 }
+
+/// Of the frame that this thread works on, or null.
+thread_local std::vector<std::string>* frame_warnings = nullptr;
 
 }  // namespace
 
@@ -276,8 +280,16 @@ void ActiveRun::one_frame(int frame_id, const std::string& path,
   const Clock::time_point start = Clock::now();
   FrameRecord record;
   record.frame_id = frame_id;
-  record.output =
-      write_file(path, [&](const std::filesystem::path& file) { write(frame_id, file); });
+  record.output = write_file(path, [&](const std::filesystem::path& file) {
+    frame_warnings = &record.warnings;
+    try {
+      write(frame_id, file);
+    } catch (...) {
+      frame_warnings = nullptr;
+      throw;
+    }
+    frame_warnings = nullptr;
+  });
   record.seconds = seconds_since(start);
   record.peak_memory_bytes = peak_memory();
   const std::lock_guard lock(mutex_);
@@ -359,6 +371,16 @@ void ActiveRun::say(const std::string& line) {
   }
 }
 
+void ActiveRun::warn(const std::string& line) {
+  say(line);
+  if (frame_warnings != nullptr) {
+    frame_warnings->push_back(printable(line));
+    return;
+  }
+  const std::lock_guard lock(mutex_);
+  warnings_.push_back(printable(line));
+}
+
 void ActiveRun::progress(std::int64_t done, std::int64_t total, const std::string& unit) {
   const double rate = static_cast<double>(done) / std::max(seconds_since(start_), 1e-9);
   const std::lock_guard lock(mutex_);
@@ -401,15 +423,22 @@ std::int64_t ActiveRun::peak_memory() const {
 Manifest ActiveRun::finished_manifest() const {
   Manifest manifest = plan_.manifest;
   std::map<std::string, ManifestOutput> sorted = outputs_;
+  std::vector<std::string>& warnings = manifest.warnings = warnings_;
   manifest.peak_memory_bytes = peak_memory();
   manifest.work_seconds = seconds_since(start_) - frame_loop_;
   for (const auto& [frame_id, record] : frames_) {
     sorted[record.output.path] = record.output;
+    warnings.insert(warnings.end(), record.warnings.begin(), record.warnings.end());
     manifest.work_seconds += record.seconds;
     manifest.peak_memory_bytes = std::max(manifest.peak_memory_bytes, record.peak_memory_bytes);
   }
   for (const auto& entry : sorted) {
     manifest.outputs.push_back(entry.second);
+  }
+  if (warnings.size() > kMostWarnings) {
+    const std::size_t more = warnings.size() - kMostWarnings + 1;
+    warnings.resize(kMostWarnings - 1);
+    warnings.push_back("and " + std::to_string(more) + " more");
   }
   manifest.metrics = metrics_;
   manifest.started = utc_text(started_);

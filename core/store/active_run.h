@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "core/store/file_lock.h"
 #include "core/store/frame_log.h"
@@ -35,6 +36,7 @@ class ActiveRun : public StageRun {
   std::filesystem::path scratch_folder() override;
   void metric(const std::string& name, double value) override;
   void say(const std::string& line) override;
+  void warn(const std::string& line) override;
   void progress(std::int64_t done, std::int64_t total, const std::string& unit) override;
   bool stop_requested() override;
   void need_space(std::int64_t bytes) const override;
@@ -46,7 +48,7 @@ class ActiveRun : public StageRun {
   std::int64_t frames_total() const { return frames_total_; }
   bool asked_for_frames() const { return asked_for_frames_; }
 
-  /// The plan's manifest with outputs, metrics, times and memory filled in.
+  /// The plan's manifest with outputs, metrics, warnings, times and memory filled in.
   Manifest finished_manifest() const;
 
  protected:
@@ -92,7 +94,8 @@ class ActiveRun : public StageRun {
   std::optional<FileLock> commit_lock_;  ///< held from the last frame to the commit
   std::map<std::string, ManifestOutput> outputs_;
   std::map<std::string, double> metrics_;
-  std::int64_t earlier_children_;  ///< bytes, the most that a child needed before this run
+  std::vector<std::string> warnings_;  ///< of no frame
+  std::int64_t earlier_children_;      ///< bytes, the most that a child needed before this run
 };
 
 /// "statistics/000012.json".

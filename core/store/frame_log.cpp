@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include <fcntl.h>
@@ -14,6 +15,7 @@
 #include "core/io/json.h"
 #include "core/store/file_kind.h"
 #include "core/system_reason.h"
+#include "core/utf8.h"
 
 namespace atelier {
 namespace {
@@ -24,6 +26,25 @@ constexpr std::string_view kSuffix = ".jsonl";
 [[noreturn]] void fail(const std::filesystem::path& path, const char* action) {
   const int error = errno;
   throw EnvironmentError(path.string(), std::string(action) + ": " + system_reason(error));
+}
+
+/// Nothing if they are not what `append` writes.
+std::optional<std::vector<std::string>> warnings_of(const nlohmann::json& record) {
+  std::vector<std::string> warnings;
+  const auto found = record.find("warnings");
+  if (found == record.end()) {
+    return warnings;  // a log of before there were any
+  }
+  if (!found->is_array()) {
+    return std::nullopt;
+  }
+  for (const nlohmann::json& item : *found) {
+    if (!item.is_string() || !is_printable_utf8(item.get<std::string>())) {
+      return std::nullopt;
+    }
+    warnings.push_back(item.get<std::string>());
+  }
+  return warnings;
 }
 
 }  // namespace
@@ -46,7 +67,8 @@ FrameLog::~FrameLog() {
 void FrameLog::append(const FrameRecord& record) {
   const nlohmann::json json = {{"frame", record.frame_id},   {"path", record.output.path},
                                {"size", record.output.size}, {"sha256", hex(record.output.digest)},
-                               {"seconds", record.seconds},  {"peak", record.peak_memory_bytes}};
+                               {"seconds", record.seconds},  {"peak", record.peak_memory_bytes},
+                               {"warnings", record.warnings}};
   const std::string line = json.dump() + "\n";
   std::string_view rest = line;
   while (!rest.empty()) {
@@ -90,6 +112,10 @@ void add_frame_records(std::string_view text, std::map<int, FrameRecord>& record
         !peak->is_number_unsigned()) {
       continue;
     }
+    const std::optional<std::vector<std::string>> warnings = warnings_of(json);
+    if (!warnings) {
+      continue;
+    }
     const auto digest = digest_from_hex(digits->get<std::string>());
     const std::string path = json["path"].get<std::string>();
     if (!digest || !is_safe_output_path(path) || frame->get<std::uint64_t>() > 2'000'000'000u) {
@@ -104,7 +130,8 @@ void add_frame_records(std::string_view text, std::map<int, FrameRecord>& record
     records[frame_id] = {frame_id,
                          {path, size->get<std::int64_t>(), *digest},
                          seconds->get<double>(),
-                         peak->get<std::int64_t>()};
+                         peak->get<std::int64_t>(),
+                         *warnings};
   }
 }
 

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/store/manifest.h"
 
@@ -15,6 +17,7 @@ struct FrameRecord {
   ManifestOutput output;
   double seconds = 0;                  ///< that the frame took
   std::int64_t peak_memory_bytes = 0;  ///< of the process, so far
+  std::vector<std::string> warnings;   ///< that the frame gave cause for
 };
 
 /// The list of finished frames that a run keeps in its staging folder: one line of JSON for each,

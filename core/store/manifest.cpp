@@ -13,7 +13,7 @@ namespace atelier {
 namespace {
 
 constexpr const char* kSchema = "atelier-manifest";
-constexpr int kSchemaVersion = 1;
+constexpr int kSchemaVersion = 2;  // 1: without warnings
 constexpr const char* kSelf = "manifest_sha256";
 
 /// One JSON object that is read field by field, each asked for by name and type.
@@ -156,6 +156,7 @@ nlohmann::json to_json(const Manifest& manifest) {
     ATELIER_CHECK(std::isfinite(value), "metric " + name + " is not finite");
     json["metrics"][name] = value;
   }
+  json["warnings"] = manifest.warnings;
   json["build"] = manifest.build;
   json["started"] = manifest.started;
   json["finished"] = manifest.finished;
@@ -256,6 +257,24 @@ std::vector<Consent> consent_of(ObjectReader& manifest, const std::string& file)
     one.until = reader.text("until");
     return one;
   });
+}
+
+std::vector<std::string> read_warnings(ObjectReader& manifest) {
+  std::vector<std::string> warnings;
+  for (const nlohmann::json& item : manifest.array("warnings")) {
+    const std::string place = "warnings." + std::to_string(warnings.size());
+    if (!item.is_string()) {
+      manifest.refuse(place, item.type_name(), "a string");
+    }
+    warnings.push_back(item.get<std::string>());
+    if (!is_printable_utf8(warnings.back())) {
+      manifest.refuse(place, "control characters", "printable text");
+    }
+    if (warnings.size() > kMostWarnings) {
+      manifest.refuse("warnings", "more", "at most " + std::to_string(kMostWarnings));
+    }
+  }
+  return warnings;
 }
 
 std::map<std::string, double> read_metrics(ObjectReader& manifest) {
@@ -362,9 +381,9 @@ Manifest parse_manifest(std::string_view text, const std::string& file, const Li
           std::to_string(kSchemaVersion) +
               "; a newer atelier wrote it: use that one, or another workspace");
     }
-    if (reader.count("schema_version") != kSchemaVersion) {
-      reader.refuse("schema_version", std::to_string(reader.count("schema_version")),
-                    std::to_string(kSchemaVersion));
+    const bool has_warnings = reader.count("schema_version") == kSchemaVersion;
+    if (reader.count("schema_version") < 1) {
+      reader.refuse("schema_version", "0", "1 or " + std::to_string(kSchemaVersion));
     }
     const Digest self = reader.digest(kSelf);
     json.erase(kSelf);
@@ -385,6 +404,9 @@ Manifest parse_manifest(std::string_view text, const std::string& file, const Li
     manifest.outputs = read_outputs(reader, file);
     manifest.consent = consent_of(reader, file);
     manifest.metrics = read_metrics(reader);
+    if (has_warnings) {
+      manifest.warnings = read_warnings(reader);
+    }
     manifest.build = reader.text("build");
     manifest.started = reader.text("started");
     manifest.finished = reader.text("finished");

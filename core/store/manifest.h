@@ -39,6 +39,9 @@ struct ManifestOutput {
   Digest digest{};        ///< SHA-256 of its bytes
 };
 
+/// Warnings that a manifest holds; the last one then says how many more there were.
+inline constexpr std::size_t kMostWarnings = 1000;
+
 /// What a finished stage says about itself: the file manifest.json. A result counts only if its
 /// manifest parses, its key is the hash of what it says, and every output agrees with it.
 struct Manifest {
@@ -52,8 +55,9 @@ struct Manifest {
   std::vector<ManifestOutput> outputs;  ///< sorted by path
   std::vector<Consent> consent;         ///< of everything it was made from; empty: none recorded
   std::map<std::string, double> metrics;
-  std::string build;    ///< version, compiler, kind of build
-  std::string started;  ///< "2026-11-21T10:40:00Z"
+  std::vector<std::string> warnings;  ///< what the stage found doubtful, at most kMostWarnings
+  std::string build;                  ///< version, compiler, kind of build
+  std::string started;                ///< "2026-11-21T10:40:00Z"
   std::string finished;
   double work_seconds = 0;             ///< summed over frames, threads, shards and resumed runs
   std::int64_t peak_memory_bytes = 0;  ///< of the process that needed most, while it did this
@@ -83,9 +87,10 @@ struct NewerManifestError : DataError {
   using DataError::DataError;
 };
 
-/// Reads what `manifest_text` writes. Throws NewerManifestError for a later schema, DataError for
-/// text that is damaged anywhere (it holds its own digest), of another schema, with unsafe or
-/// colliding paths, with counts beyond `limits`, or whose key is not the hash of what it says.
+/// Reads what `manifest_text` writes, and what was written before there were warnings. Throws
+/// NewerManifestError for a later schema, DataError for text that is damaged anywhere (it holds its
+/// own digest), of another schema, with unsafe or colliding paths, with counts beyond `limits`, or
+/// whose key is not the hash of what it says.
 Manifest parse_manifest(std::string_view text, const std::string& file = "",
                         const Limits& limits = {});
 

@@ -5,6 +5,13 @@
 
 namespace atelier {
 
+void tell(StageRun& run, const std::vector<Finding>& findings, const std::string& whose) {
+  for (const Finding& finding : findings) {
+    const std::string line = whose + to_string(finding);
+    finding.severity == Severity::Note ? run.say(line) : run.warn(line);
+  }
+}
+
 const Stage* find_stage(std::span<const Stage> stages, std::string_view name) {
   const auto found = std::find_if(stages.begin(), stages.end(),
                                   [&](const Stage& stage) { return stage.name == name; });

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/device.h"
+#include "core/finding.h"
 #include "core/options.h"
 
 namespace atelier {
@@ -70,6 +71,11 @@ class StageRun {
   /// One line for whoever watches.
   virtual void say(const std::string& line) = 0;
 
+  /// What is doubtful about the result: said, and kept in the manifest, which is where the report
+  /// has it from. Within `each_frame`, on the thread that was given the frame, it is that frame's:
+  /// a run that goes on has what the one before it was warned of.
+  virtual void warn(const std::string& line) = 0;
+
   /// How far a stage without frames is; `unit` is what is counted.
   virtual void progress(std::int64_t done, std::int64_t total, const std::string& unit) = 0;
 
@@ -112,6 +118,10 @@ struct Stage {
   bool has_cuda = false;        ///< has a CUDA twin: without one, --device cuda is refused
   bool device_keyed = false;    ///< its twins differ, so that --device is part of the key
 };
+
+/// Warns of what is a warning or an error, says what is a note.
+/// @param whose  what each line begins with: "frame 3: "
+void tell(StageRun& run, const std::vector<Finding>& findings, const std::string& whose = "");
 
 /// The row of that name, or null.
 const Stage* find_stage(std::span<const Stage> stages, std::string_view name);

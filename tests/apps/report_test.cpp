@@ -134,6 +134,22 @@ TEST(ReportPage, HoldsPicturesItselfAndNamesLargeOnes) {
   EXPECT_THAT(page, Not(HasSubstr("<script")));
 }
 
+TEST(ReportPage, WarningsComeFirstAndManyAreFolded) {
+  StageStatus status = result_of({{"a.txt", 1, {}}});
+  for (int i = 0; i < 7; ++i) {
+    status.manifest->warnings.push_back("doubt " + std::to_string(i));
+  }
+  const std::string page = report_page(std::span(&status, 1), "w");
+  const std::size_t section = page.find("<h2 id=\"statistics\">");
+  ASSERT_NE(section, std::string::npos);
+  const std::string head = page.substr(0, section);
+  EXPECT_THAT(head, AllOf(HasSubstr("doubt 0"), HasSubstr("doubt 4"), Not(HasSubstr("doubt 5")),
+                          HasSubstr("2 more warnings, below"),
+                          Not(HasSubstr("Nothing asks for attention"))));
+  EXPECT_THAT(page.substr(section), AllOf(HasSubstr("<summary>7 warnings</summary>"),
+                                          HasSubstr("doubt 0"), HasSubstr("doubt 6")));
+}
+
 TEST(ReportPage, TextFromFilesIsNoMarkup) {
   EXPECT_EQ(html_text("<a href='x' title=\"y\">&\x1b[2J</a>"),
             "&lt;a href=&#39;x&#39; title=&quot;y&quot;&gt;&amp;?[2J&lt;/a&gt;");
@@ -141,6 +157,7 @@ TEST(ReportPage, TextFromFilesIsNoMarkup) {
   status.manifest->inputs.emplace_back().path = "<script>alert(1)</script>";
   status.manifest->options.push_back({"x", "\"</table>\"", "<file>:1", true});
   status.reasons = {"<img src=x onerror=alert(1)>"};
+  status.manifest->warnings = {"<script>alert(2)</script>"};
   const std::string page = report_page(std::span(&status, 1), "w<i>");
   EXPECT_THAT(page, AllOf(Not(HasSubstr("<script")), Not(HasSubstr("<img src=x")),
                           Not(HasSubstr("\"</table>")), Not(HasSubstr("w<i>"))));

@@ -100,6 +100,40 @@ TEST_F(Frames, EveryFrameIsAFile) {
                           "frames/000003.txt", "frames/000005.txt", "frames/000008.txt"));
 }
 
+TEST_F(Frames, WarningsOutliveTheRunThatGaveThem) {
+  behaviour().warned_frames = {1, 2, 5};
+  behaviour().before_frame = [](int at) {
+    if (at == 3) {
+      throw EnvironmentError("disk", "gone");
+    }
+  };
+  EXPECT_THROW(run(request()), EnvironmentError);
+  behaviour() = {};
+  behaviour().warned_frames = {5, 8};
+  std::vector<std::string> said;
+  StageEvents events;
+  events.say = [&](const std::string& line) { said.push_back(line); };
+  const StageReport report = run(request(), events);
+  EXPECT_THAT(report.manifest.warnings, ElementsAre("frame 1 is doubtful", "frame 2 is doubtful",
+                                                    "frame 5 is doubtful", "frame 8 is doubtful"));
+  EXPECT_THAT(said, ElementsAre("3 of 6 frames are done already", "frame 5 is doubtful",
+                                "frame 8 is doubtful"));
+  const auto name = current_name(root_ / "work/frames");
+  ASSERT_TRUE(name.has_value());
+  EXPECT_EQ(read_manifest(root_ / "work/frames" / *name, "frames").warnings,
+            report.manifest.warnings);
+}
+
+TEST_F(Frames, OfVeryManyWarningsTheLastSaysHowMany) {
+  behaviour().frame_ids.resize(1003);
+  std::iota(behaviour().frame_ids.begin(), behaviour().frame_ids.end(), 0);
+  behaviour().warned_frames = behaviour().frame_ids;
+  const std::vector<std::string> warnings = run(request()).manifest.warnings;
+  ASSERT_EQ(warnings.size(), kMostWarnings);
+  EXPECT_EQ(warnings.back(), "and 4 more");
+  EXPECT_EQ(warnings.front(), "frame 0 is doubtful");
+}
+
 TEST_F(Frames, AnInterruptedRunGoesOnAtTheFrame) {
   die_at(3);
   EXPECT_EQ(plan().state, StagePlan::State::Resume);

@@ -31,6 +31,7 @@ Manifest example() {
                       {"statistics.json", 12, sha256("all")}};
   manifest.consent = {{"P. Doe", "research", "2030-12-31"}};
   manifest.metrics = {{"area", 1.25}, {"frames", 2}};
+  manifest.warnings = {"warning odd [a]: \"b\"", "frame 3: c"};
   manifest.build = "atelier test";
   manifest.started = "2026-11-21T10:00:00Z";
   manifest.finished = "2026-11-21T10:00:01Z";
@@ -73,7 +74,30 @@ TEST(Manifest, RoundTrip) {
   EXPECT_FALSE(again.options[2].keyed);
   EXPECT_EQ(again.consent, manifest.consent);
   EXPECT_EQ(again.metrics, manifest.metrics);
+  EXPECT_EQ(again.warnings, manifest.warnings);
   EXPECT_EQ(again.inputs[0].files, 12);
+}
+
+TEST(Manifest, OfBeforeThereWereWarningsIsRead) {
+  const std::string text = changed([](auto& j) {
+    j["schema_version"] = 1;
+    j.erase("warnings");
+  });
+  const Manifest again = parse_manifest(text);
+  EXPECT_EQ(again.warnings.size(), 0u);
+  EXPECT_EQ(again.metrics, example().metrics);
+  EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 1; })),
+              HasSubstr("warnings: an unknown field"));
+  EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 0; })),
+              HasSubstr("schema_version: 0"));
+}
+
+TEST(Manifest, MoreWarningsThanAMostAreRefused) {
+  const auto with = [](std::size_t count) {
+    return changed([&](auto& j) { j["warnings"] = std::vector<std::string>(count, "w"); });
+  };
+  EXPECT_EQ(parse_manifest(with(kMostWarnings)).warnings.size(), kMostWarnings);
+  EXPECT_THAT(refusal(with(kMostWarnings + 1)), HasSubstr("at most 1000"));
 }
 
 TEST(Manifest, KeyDependsOnEachPart) {
@@ -153,7 +177,7 @@ TEST(Manifest, RefusesAnotherSchema) {
 }
 
 TEST(Manifest, RefusesANewerSchemaVersion) {
-  EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 2; })),
+  EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 3; })),
               HasSubstr("a newer atelier wrote it"));
 }
 
@@ -247,7 +271,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadField{"options", "[1]"}, BadField{"options", "[{}]"}, BadField{"inputs", "null"},
         BadField{"inputs", "[[]]"}, BadField{"outputs", "\"x\""}, BadField{"outputs", "[null]"},
         BadField{"metrics", "[]"}, BadField{"metrics", "{\"a\":\"b\"}"},
-        BadField{"metrics", "{\"a\":null}"}, BadField{"consent", "{}"},
+        BadField{"metrics", "{\"a\":null}"}, BadField{"warnings", "{}"},
+        BadField{"warnings", "[1]"}, BadField{"warnings", "[\"a\\u001b[2J\"]"},
+        BadField{"consent", "{}"},
         BadField{"consent", "[{\"who\":1,\"scope\":\"\",\"until\":\"\"}]"},
         BadField{"work_seconds", "\"1\""}, BadField{"peak_memory_bytes", "-5"},
         BadField{"peak_memory_bytes", "1e3"}, BadField{"build", "[]"}, BadField{"finished", "0"},
@@ -264,8 +290,9 @@ class MissingField : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, MissingField,
                          testing::Values("schema", "schema_version", "stage", "stage_version",
                                          "device", "key", "options", "canonical_options", "inputs",
-                                         "outputs", "consent", "metrics", "build", "started",
-                                         "finished", "work_seconds", "peak_memory_bytes"));
+                                         "outputs", "consent", "metrics", "warnings", "build",
+                                         "started", "finished", "work_seconds",
+                                         "peak_memory_bytes"));
 
 TEST_P(MissingField, IsRefusedByName) {
   EXPECT_THAT(refusal(changed([](auto& j) { j.erase(GetParam()); })),

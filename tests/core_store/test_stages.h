@@ -23,6 +23,7 @@ struct Behaviour {
   std::int64_t space = 0;                 ///< that `count` needs
   bool asks_to_stop = false;
   std::vector<int> frame_ids = {0, 1, 2, 3, 5, 8};
+  std::vector<int> warned_frames;
   std::vector<int> written;  ///< frames, in order
   std::mutex mutex;
 
@@ -33,6 +34,7 @@ struct Behaviour {
     space = other.space;
     asks_to_stop = other.asks_to_stop;
     frame_ids = other.frame_ids;
+    warned_frames = other.warned_frames;
     written = other.written;
     return *this;
   }
@@ -94,17 +96,21 @@ inline void run_twins(StageRun& run) {
 }
 
 inline void run_frames(StageRun& run) {
-  const bool complete = run.each_frame("frames", ".txt", behaviour().frame_ids,
-                                       [](int frame_id, const std::filesystem::path& file) {
-                                         if (behaviour().before_frame) {
-                                           behaviour().before_frame(frame_id);
-                                         }
-                                         {
-                                           const std::lock_guard lock(behaviour().mutex);
-                                           behaviour().written.push_back(frame_id);
-                                         }
-                                         write_text(file, "frame " + std::to_string(frame_id));
-                                       });
+  const bool complete =
+      run.each_frame("frames", ".txt", behaviour().frame_ids,
+                     [&](int frame_id, const std::filesystem::path& file) {
+                       if (behaviour().before_frame) {
+                         behaviour().before_frame(frame_id);
+                       }
+                       {
+                         const std::lock_guard lock(behaviour().mutex);
+                         behaviour().written.push_back(frame_id);
+                       }
+                       if (std::ranges::count(behaviour().warned_frames, frame_id) > 0) {
+                         run.warn("frame " + std::to_string(frame_id) + " is doubtful");
+                       }
+                       write_text(file, "frame " + std::to_string(frame_id));
+                     });
   if (!complete) {
     return;
   }

@@ -1,4 +1,4 @@
-#include "apps/printable.h"
+#include "core/printable.h"
 
 #include <algorithm>
 
