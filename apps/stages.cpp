@@ -99,7 +99,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "template",
-          .version = 2,
+          .version = 3,
           .summary = "each garment as a clean mesh with named openings, in one frame's pose",
           .inputs = {"capture", "scans", "person", "bodies"},
           .outputs = {"template"},
@@ -109,7 +109,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "register",
-          .version = 3,
+          .version = 4,
           .summary = "where every garment is in every frame, from its template",
           .inputs = {"capture", "template", "scans", "bodies"},
           .outputs = {"registered"},

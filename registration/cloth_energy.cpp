@@ -303,6 +303,7 @@ struct ShapeSolver::State {
 };
 
 ShapeSolver::ShapeSolver(const ClothModel& model) : state_(std::make_unique<State>(model)) {
+  ATELIER_CHECK((model.lengths.array() > 0).all(), "every edge is longer than nothing at rest");
   State& state = *state_;
   const Topology& topology = model.topology;
   const auto vertices = static_cast<int>(topology.vertex_count);
@@ -516,6 +517,7 @@ Points ShapeSolver::lower(const ClothTerms& terms, const Points& x) {
   const Points gradient = cloth_energy_gradient(state.model, terms, x);
   const Points moves = state.solve(-0.5 * gradient);
   const double before = cloth_energy(state.model, terms, x);
+  ATELIER_CHECK(std::isfinite(before), "an energy that is a number");
   double share = 1;
   for (int i = 0; i < 6; ++i, share /= 2) {
     Points next = x + share * moves;

@@ -82,7 +82,7 @@ Points cloth_energy_gradient(const ClothModel& model, const ClothTerms& terms, c
 /// is made once. One thread, the same bits always.
 class ShapeSolver {
  public:
-  /// `model` must outlive it.
+  /// `model` must outlive it. Throws LogicError where an edge has no length at rest.
   explicit ShapeSolver(const ClothModel& model);
   ~ShapeSolver();
   ShapeSolver(ShapeSolver&&) noexcept;
@@ -94,6 +94,7 @@ class ShapeSolver {
   const Eigen::SparseMatrix<double>& matrix(const ClothTerms& terms, const Points& x);
 
   /// Vertices of lower energy: one step, halved until the energy falls; x itself where it does not.
+  /// Throws LogicError where the energy at x is no number.
   Points lower(const ClothTerms& terms, const Points& x);
 
  private:

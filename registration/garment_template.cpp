@@ -13,6 +13,7 @@
 #include "core/tree.h"
 #include "core/winding_number.h"
 #include "registration/attach_to_body.h"
+#include "registration/cut_rim_folds.h"
 #include "registration/garment_boundaries.h"
 #include "registration/garment_cover.h"
 #include "registration/part_crossings.h"
@@ -276,8 +277,8 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
   GarmentBoundaries boundaries = garment_boundaries(trimmed.mesh.vertices, trimmed.mesh.faces,
                                                     frames.anatomy, frame.body, frames.body_faces);
   made.holes_closed = trimmed.holes_closed + static_cast<int>(boundaries.holes.size());
-  made.garment.mesh =
-      even_mesh(trimmed.mesh, {.edge_length = options.edge_length, .holes = boundaries.holes});
+  made.garment.mesh = cut_rim_folds(
+      even_mesh(trimmed.mesh, {.edge_length = options.edge_length, .holes = boundaries.holes}));
   made.pushed_out = push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
   // Parting may bring a vertex back to the body, pushing it out may cross again: the last counts.
   constexpr int kRounds = 3;

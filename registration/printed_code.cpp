@@ -436,6 +436,9 @@ std::vector<SurfaceRow> code_rows(const PrintedCode& code, const CodeReadings& r
     const Vector3 target = point_of(x, faces, reading.seen_face, reading.seen_barycentric);
     const Vector3 normal =
         point_of(normals, faces, reading.seen_face, reading.seen_barycentric).normalized();
+    if (normal.isZero(0)) {  // folded flat: no surface to slide along
+      continue;
+    }
     const Vector3 first = normal.unitOrthogonal();
     for (const Vector3& along : {first, Vector3(normal.cross(first))}) {
       SurfaceRow row;

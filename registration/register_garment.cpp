@@ -60,6 +60,9 @@ std::vector<SurfaceRow> holding_rows(const RegistrationModel& model, const Point
   const Points normals = vertex_normals(start, model.cloth.topology.faces);
   for (Index v = 0; v < hold.size(); ++v) {
     const Eigen::Vector3d normal = normals.row(v).transpose();
+    if (normal.isZero(0)) {  // folded flat: no surface to slide along
+      continue;
+    }
     const Eigen::Vector3d first = normal.unitOrthogonal();
     for (const Eigen::Vector3d& along : {first, Eigen::Vector3d(normal.cross(first))}) {
       SurfaceRow row;
@@ -73,6 +76,18 @@ std::vector<SurfaceRow> holding_rows(const RegistrationModel& model, const Point
     }
   }
   return rows;
+}
+
+/// 1 where the surface ends.
+std::vector<char> rim_vertices(const Topology& topology) {
+  std::vector<char> rim(static_cast<std::size_t>(topology.vertex_count), 0);
+  for (Index e = 0; e < topology.edges.rows(); ++e) {
+    if (corners_of_edge(topology, e).size() == 1) {
+      rim[static_cast<std::size_t>(topology.edges(e, 0))] = 1;
+      rim[static_cast<std::size_t>(topology.edges(e, 1))] = 1;
+    }
+  }
+  return rim;
 }
 
 double strain_quantile(const ClothModel& model, const Points& x, double quantile) {
@@ -184,15 +199,19 @@ Points turned_back(const Topology& topology, Points x) {
   constexpr int kPasses = 80;
   constexpr int kPassesOfARing = 10;
   const Adjacency around = vertex_neighbors(topology);
+  const Adjacency faces_around = vertex_faces(topology);
+  const std::vector<char> rim = rim_vertices(topology);
   for (int pass = 0; pass < kPasses; ++pass) {
     const std::vector<int> wrong = inverted_faces(topology, x);
     if (wrong.empty()) {
       break;
     }
     std::vector<char> marked(static_cast<std::size_t>(x.rows()), 0);
+    std::vector<int> turned(static_cast<std::size_t>(x.rows()), 0);
     for (const int f : wrong) {
       for (int k = 0; k < 3; ++k) {
         marked[static_cast<std::size_t>(topology.faces(f, k))] = 1;
+        ++turned[static_cast<std::size_t>(topology.faces(f, k))];
       }
     }
     for (int ring = 0; ring < pass / kPassesOfARing; ++ring) {
@@ -205,14 +224,16 @@ Points turned_back(const Topology& topology, Points x) {
     }
     const Points before = x;
     for (Index v = 0; v < x.rows(); ++v) {
-      if (marked[static_cast<std::size_t>(v)] == 0) {
+      const auto at = static_cast<std::size_t>(v);
+      if (marked[at] == 0) {
         continue;
       }
-      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+      Eigen::RowVector3d middle = Eigen::RowVector3d::Zero();
       for (const int w : around[v]) {
-        sum += before.row(w);
+        middle += before.row(w) / static_cast<double>(around[v].size());
       }
-      x.row(v) = 0.5 * before.row(v) + 0.5 / static_cast<double>(around[v].size()) * sum;
+      const bool all = turned[at] == static_cast<int>(faces_around[v].size());
+      x.row(v) += (rim[at] != 0 && all ? 2 : 0.5) * (middle - before.row(v));
     }
   }
   return x;

@@ -83,8 +83,9 @@ struct RegisteredGarment {
 std::vector<int> inverted_faces(const Topology& topology, const Points& x);
 
 /// Vertices of faces that are turned over go to the middle of their neighbours, until none is; what
-/// stays turned takes more and more of its neighbourhood along. What is far from such faces keeps
-/// its place. Our choice.
+/// stays turned takes more and more of its neighbourhood along. A boundary's vertex all of whose
+/// faces are turned goes to the other side of that middle, towards which its faces would only
+/// shrink until nothing is left of them. What is far from such faces keeps its place. Our choice.
 /// @param x  [V,3] m
 Points turned_back(const Topology& topology, Points x);
 

@@ -100,11 +100,14 @@ struct RegisteredSequence::State {
     ShapeSolver solver(model.cloth);
     origin = register_garment(solver, model, model.vertices, frame, {}, fine);
     origin_body = frame.body.vertices;
-    // A template is smoother than cloth, so that its edges are too short.
+    // A template is smoother than cloth, so that its edges are too short. One that came out much
+    // shorter is crumpled, and says nothing of how long the cloth is.
+    constexpr double kCrumpled = 0.5;
     const Edges& edges = model.cloth.topology.edges;
     for (Index e = 0; e < edges.rows(); ++e) {
-      model.cloth.lengths[e] =
+      const double length =
           (origin.vertices.row(edges(e, 0)) - origin.vertices.row(edges(e, 1))).norm();
+      model.cloth.lengths[e] = std::max(length, kCrumpled * model.cloth.lengths[e]);
     }
     if (options.fit.photometric) {
       const auto seen = garment_views(model, origin.vertices, frame);

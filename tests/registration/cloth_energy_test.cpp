@@ -1,6 +1,7 @@
 #include "registration/cloth_energy.h"
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -185,6 +186,18 @@ TEST(ShapeSolver, StaysWhereNothingPulls) {
   const ClothModel model = cloth_model(mesh.vertices, mesh.faces);
   ShapeSolver solver(model);
   EXPECT_EQ(solver.lower({}, mesh.vertices), mesh.vertices);
+}
+
+TEST(ShapeSolver, WhatHasNoEnergyIsRefused) {
+  const Mesh mesh = fixtures::grid(2, 2);
+  ClothModel model = cloth_model(mesh.vertices, mesh.faces);
+  ShapeSolver solver(model);
+  ClothTerms terms;
+  terms.anchors = Points::Constant(mesh.vertices.rows(), 3, std::nan(""));
+  terms.anchor_weights = Eigen::VectorXd::Ones(mesh.vertices.rows());
+  ATELIER_EXPECT_REFUSED(solver.lower(terms, mesh.vertices), LogicError, "a number");
+  model.lengths[3] = 0;
+  ATELIER_EXPECT_REFUSED(ShapeSolver(model), LogicError, "longer than nothing");
 }
 
 TEST(ClothModel, BrokenMeshesAreRefused) {

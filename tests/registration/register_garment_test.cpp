@@ -287,6 +287,18 @@ TEST(RegisterGarment, CrumpledPlacesArePutRightAndTheRestStays) {
   }
 }
 
+// Going to the middle of their neighbours, both vertices of such a fold come to the same place.
+TEST(RegisterGarment, AFoldAtTheRimIsPutRightWithoutLosingItsArea) {
+  const Mesh tube = fixtures::with_fold_at_rim(fixtures::cloth_tube(24, 14));
+  const Topology topology = topology_of(tube.faces, tube.vertices.rows());
+  ASSERT_EQ(manifold_defects(topology).inconsistent_edges.size(), 0U);
+  ASSERT_EQ(inverted_faces(topology, tube.vertices).size(), 2U);
+  const Points righted = turned_back(topology, tube.vertices);
+  EXPECT_TRUE(inverted_faces(topology, righted).empty());
+  EXPECT_GT(face_areas(righted, tube.faces).minCoeff(), 1e-6);
+  EXPECT_EQ(righted.middleRows(24, 24 * 14), tube.vertices.middleRows(24, 24 * 14));
+}
+
 /// A tube that turns with its body, frame by frame.
 struct Spin {
   Garment garment = garment_of_tube(20, 10);
@@ -329,6 +341,26 @@ TEST(RegisterSequence, ClothFollowsTheBodyRoundAndRound) {
     const Points expected = spin.at(row, spin.garment.mesh.vertices);
     EXPECT_LT((sequence.at(row).vertices - expected).rowwise().norm().mean(), 0.005) << row;
   }
+}
+
+// Other frames keep the lengths of its edges: one of none makes every energy no number, so that no
+// frame takes a step.
+TEST(RegisterSequence, AFoldInTheTemplateStopsNoOtherFrame) {
+  Spin spin;
+  spin.garment.mesh = fixtures::with_fold_at_rim(spin.garment.mesh);
+  const Eigen::RowVector3d aside(0.03, 0, 0);
+  spin.source.body = [&](Index) { return spin.body.vertices; };
+  spin.source.load = [&](Index row) {
+    RegistrationFrame frame;
+    const Points scan =
+        spin.fine.vertices.rowwise() + static_cast<double>(row - spin.source.template_row) * aside;
+    frame.scan = garment_scan(labelled(spin.fine, scan), {kCloth});
+    frame.body = body_obstacle(spin.body.vertices, spin.body.faces);
+    return frame;
+  };
+  RegisteredSequence sequence(spin.garment, spin.source, sequence_options(10));
+  const Points expected = spin.garment.mesh.vertices.rowwise() + aside;
+  EXPECT_LT((sequence.at(3).vertices - expected).rowwise().norm().mean(), 0.005);
 }
 
 TEST(RegisterSequence, ClothOfWhichPicturesTellNothingStaysOnTheBody) {

@@ -3,8 +3,10 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <vector>
 
 #include "core/mesh.h"
+#include "core/topology.h"
 #include "registration/photometric.h"
 #include "tests/support/shapes.h"
 
@@ -17,6 +19,24 @@ inline Mesh cloth_tube(int around, int along) {
   mesh.vertices.col(2) *= 0.15;
   mesh.vertices.col(1) = 0.5 * mesh.vertices.col(1).array() + 0.8;
   return mesh;
+}
+
+/// One more triangle at the tube's lower rim, of three around a vertex, two of which are turned
+/// over: what remeshing left at the hem of a dress.
+inline Mesh with_fold_at_rim(Mesh tube) {
+  const std::vector<int> rim =
+      boundary_loops(topology_of(tube.faces, tube.vertices.rows())).front();
+  const int from = rim[1];
+  const int to = rim[0];
+  const Eigen::RowVector3d middle = 0.5 * (tube.vertices.row(from) + tube.vertices.row(to));
+  const auto tip = static_cast<int>(tube.vertices.rows());
+  tube.vertices.conservativeResize(tip + 2, 3);
+  tube.vertices.row(tip) = middle + Eigen::RowVector3d(0, -0.001, 0);
+  tube.vertices.row(tip + 1) = middle + Eigen::RowVector3d(0, -0.003, 0);
+  const Index faces = tube.faces.rows();
+  tube.faces.conservativeResize(faces + 3, 3);
+  tube.faces.bottomRows(3) << from, to, tip + 1, to, tip, tip + 1, tip, from, tip + 1;
+  return tube;
 }
 
 /// A camera of `size` pixels square that looks at `target` from `eye`, the world's Y up.

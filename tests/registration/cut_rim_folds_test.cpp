@@ -1,0 +1,68 @@
+#include "registration/cut_rim_folds.h"
+
+#include <gtest/gtest.h>
+
+#include "core/normals.h"
+#include "core/topology.h"
+#include "registration/register_garment.h"
+#include "tests/registration/registered_shapes.h"
+#include "tests/support/shapes.h"
+
+namespace atelier {
+namespace {
+
+TEST(CutRimFolds, WhatIsFoldedAtTheRimGoesAndTheRestStays) {
+  const Mesh tube = fixtures::cloth_tube(24, 14);
+  const Mesh folded = fixtures::with_fold_at_rim(tube);
+  ASSERT_FALSE(
+      inverted_faces(topology_of(folded.faces, folded.vertices.rows()), folded.vertices).empty());
+  const Mesh cut = cut_rim_folds(folded);
+  EXPECT_TRUE(is_manifold(manifold_defects(topology_of(cut.faces, cut.vertices.rows()))));
+  EXPECT_TRUE(inverted_faces(topology_of(cut.faces, cut.vertices.rows()), cut.vertices).empty());
+  EXPECT_EQ(cut.faces.topRows(tube.faces.rows()), tube.faces);
+  EXPECT_EQ(cut.vertices.topRows(tube.vertices.rows()), tube.vertices);
+}
+
+TEST(CutRimFolds, ThinEarsGo) {
+  Mesh tube = fixtures::cloth_tube(24, 14);
+  const Mesh before = tube;
+  const std::vector<int> rim =
+      boundary_loops(topology_of(tube.faces, tube.vertices.rows())).front();
+  const auto tip = static_cast<int>(tube.vertices.rows());
+  tube.vertices.conservativeResize(tip + 1, 3);
+  tube.vertices.row(tip) = 0.5 * (tube.vertices.row(rim[0]) + tube.vertices.row(rim[1])) +
+                           Eigen::RowVector3d(0, -0.001, 0);
+  tube.faces.conservativeResize(tube.faces.rows() + 1, 3);
+  tube.faces.bottomRows(1) << rim[1], rim[0], tip;
+  const Mesh cut = cut_rim_folds(tube);
+  EXPECT_EQ(cut.faces, before.faces);
+  EXPECT_EQ(cut.vertices, before.vertices);
+}
+
+TEST(CutRimFolds, CleanSurfacesStay) {
+  for (const Mesh& mesh :
+       {fixtures::cloth_tube(24, 14), fixtures::grid(5, 4), fixtures::sphere(1)}) {
+    const Mesh cut = cut_rim_folds(mesh);
+    EXPECT_EQ(cut.faces, mesh.faces);
+    EXPECT_EQ(cut.vertices, mesh.vertices);
+  }
+}
+
+// Nothing is left to fold against: one triangle has three edges that are open.
+TEST(CutRimFolds, ATriangleAloneStays) {
+  Mesh single;
+  single.vertices.resize(3, 3);
+  single.vertices << 0, 0, 0, 1, 0, 0, 0.5, 1e-6, 0;
+  single.faces.resize(1, 3);
+  single.faces << 0, 1, 2;
+  EXPECT_EQ(cut_rim_folds(single).faces, single.faces);
+}
+
+TEST(CutRimFolds, FacesOfVerticesThatAreNotThereAreRefused) {
+  Mesh tube = fixtures::cloth_tube(6, 2);
+  tube.faces(0, 0) = 1000;
+  EXPECT_THROW(cut_rim_folds(tube), LogicError);
+}
+
+}  // namespace
+}  // namespace atelier
