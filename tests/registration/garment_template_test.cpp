@@ -12,6 +12,7 @@
 #include "core/topology.h"
 #include "core/tree.h"
 #include "registration/attach_to_body.h"
+#include "registration/cut_rim_folds.h"
 #include "registration/garment_boundaries.h"
 #include "registration/garment_cover.h"
 #include "registration/part_crossings.h"
@@ -57,6 +58,7 @@ void expect_clean(const Mesh& mesh, double edge_length) {
   EXPECT_TRUE(is_manifold(manifold_defects(topology)));
   EXPECT_EQ(connected_components(topology).count, 1);
   EXPECT_TRUE(self_intersections(mesh.vertices, mesh.faces).empty());
+  EXPECT_EQ(cut_rim_folds(mesh).faces, mesh.faces);
   Index even = 0;
   for (Index e = 0; e < topology.edges.rows(); ++e) {
     const double length =

@@ -22,7 +22,7 @@ inline Mesh cloth_tube(int around, int along) {
 }
 
 /// One more triangle at the tube's lower rim, of three around a vertex, two of which are turned
-/// over: what remeshing left at the hem of a dress.
+/// over: what smoothing left at the hem of a dress.
 inline Mesh with_fold_at_rim(Mesh tube) {
   const std::vector<int> rim =
       boundary_loops(topology_of(tube.faces, tube.vertices.rows())).front();
