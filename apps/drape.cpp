@@ -15,7 +15,6 @@
 #include "apps/fitting.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_file.h"
 #include "bodymodel/default_human.h"
@@ -25,6 +24,7 @@
 #include "core/garment_archive.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
+#include "core/printable.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/studio.h"
 #include "core/render/video.h"
@@ -38,6 +38,7 @@ namespace {
 constexpr double kAtRest = 0.01;        // m/s at most, that 99 of 100 vertices move
 constexpr double kSettlingDamping = 2;  // 1/s, to come to rest sooner
 constexpr int kPicturesOfDressing = 3;
+constexpr double kTight = 0.15;  // strain p95 from which clothes are said to be tight; our choice
 
 struct DrapeOptions {
   std::string body = "female";
@@ -267,6 +268,12 @@ int run(const std::filesystem::path& out, const DrapeOptions& options) {
                 draped.speed, 100 * draped.last.strain_p50, 100 * draped.last.strain_p95,
                 draped.last.penetrating, 1000 * draped.last.penetration_depth, crossings);
   std::cout << text << "\n";
+  if (draped.last.strain_p95 > kTight) {
+    std::cout
+        << "warning: the clothes are tight: a twentieth of their edges is stretched by more than "
+        << static_cast<int>(100 * kTight)
+        << "%; --pattern_scale makes them larger, --fit body the body slimmer\n";
+  }
   make_private_directory(out);
   write_garments(out, draped);
   write_mesh(out / "body.obj", draped.body.mesh);

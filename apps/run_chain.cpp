@@ -91,7 +91,7 @@ constexpr std::array kSteps = {
     RunStep{"register", no_clothes, nullptr, nullptr, {.seconds = 10, .per_clothed = 3}},
     RunStep{"flatten", no_clothes, template_alone, template_meshes, {.seconds = 20}},
     RunStep{"material", no_clothes, nullptr, nullptr, {.seconds = 30}},
-    RunStep{"simulate", no_scene, of_clothes, scene_of, {.seconds = 20, .per_frame = 0.5}},
+    RunStep{"simulate", no_scene, of_clothes, scene_of, {.seconds = 30, .per_frame = 0.8}},
     RunStep{"appearance", no_look, nullptr, nullptr, {.seconds = 100, .per_clothed = 1}},
     RunStep{"animate", no_evidence, of_worn, nullptr, {.seconds = 20, .per_frame = 1}},
 };

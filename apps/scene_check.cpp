@@ -90,7 +90,8 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   if (const Index deep = deeper_than(contact_reach, garment, body, scene.body_faces); deep > 0) {
     std::snprintf(text, sizeof text,
                   "warning: %lld of %lld vertices begin inside the body deeper than "
-                  "--xpbd.contact_reach (%.3g mm): nothing brings them out",
+                  "--xpbd.contact_reach (%.3g mm), so contact may not bring them out: a larger "
+                  "one (0.1), --scale, or --move_x, --move_y and --move_z",
                   static_cast<long long>(deep), static_cast<long long>(garment.rows()),
                   1e3 * contact_reach);
     doubts.emplace_back(text);

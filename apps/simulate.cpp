@@ -8,7 +8,6 @@
 
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
-#include "core/printable.h"
 #include "apps/scene_check.h"
 #include "apps/simulation_doubts.h"
 #include "apps/simulation_output.h"
@@ -18,8 +17,10 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
+#include "core/printable.h"
 #include "core/render/contact_sheet.h"
 #include "simulation/bending_rigidity.h"
+#include "simulation/crossings.h"
 
 namespace atelier {
 namespace {
@@ -90,7 +91,7 @@ Mesh garment_mesh(const Cloth& cloth, const ClothState& state) {
 
 /// The grid of the paper's Fig. 1: stretching stiffness over columns, bending over rows.
 int simulate_grid(const std::filesystem::path& picture, const SimulationScene& scene,
-                  const Cloth& cloth, const SimulateOptions& options, Device device) {
+                  const Cloth& cloth, const SimulateOptions& options, Device device, bool json) {
   const std::vector<double> factors{0.1, 1, 10};
   std::vector<ClothVariation> variations;
   for (const double bending : factors) {
@@ -122,7 +123,15 @@ int simulate_grid(const std::filesystem::path& picture, const SimulationScene& s
   sheet.columns = static_cast<int>(factors.size());
   sheet.title = "Stretching over columns, bending over rows";
   write_image(picture, contact_sheet(pictures, sheet));
-  std::cout << picture.string() << "\n";
+  for (int i = 0; i < sweep.scene_count(); ++i) {
+    const int crossings = count_crossings(sweep.state(i).positions, cloth.faces);
+    if (crossings > 0) {
+      (json ? standard_error() : std::cout)
+          << "warning: " << pictures[static_cast<std::size_t>(i)].caption
+          << ": cloth goes through cloth at " << crossings << " edges in the end\n";
+    }
+  }
+  std::cout << (json ? json_text(Json({{"picture", picture.string()}})) : picture.string()) << "\n";
   return kExitDone;
 }
 
@@ -189,7 +198,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     if (!place.one_file) {
       make_private_directory(place.path);
     }
-    return simulate_grid(place.beside("grid.png"), scene, cloth, options, device);
+    return simulate_grid(place.beside("grid.png"), scene, cloth, options, device, json);
   }
   ClothSolver solver(cloth, scene.body_faces, scene_solver(scene, options), device);
   solver.set_state(scene_start(scene, cloth));

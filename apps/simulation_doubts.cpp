@@ -23,7 +23,8 @@ std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& repor
   if (const FrameReport& r = worst(&FrameReport::strain_p95); r.strain_p95 > kStretched) {
     std::snprintf(text, sizeof text,
                   "warning: the cloth is stretched by %.0f%% (p95, frame %lld), as no fabric is: "
-                  "its steps have not converged; more --xpbd.substeps, or a slower motion",
+                  "its steps have not converged (more --xpbd.substeps, a slower motion), or it is "
+                  "held apart where the body pinches it (less --xpbd.thickness)",
                   100 * r.strain_p95, static_cast<long long>(r.frame));
     doubts.emplace_back(text);
   }

@@ -61,6 +61,11 @@ OutputPlace output_place(const std::string& out, const std::string& format) {
     throw UsageError("--out cannot be '" + out + "': " + extension.substr(1) +
                      " is one file a frame; name a folder and --format " + extension.substr(1));
   }
+  for (const char* other : {".glb", ".gltf", ".usd", ".usdc", ".abc", ".fbx", ".mp4", ".png"}) {
+    if (extension == other) {
+      throw UsageError("--out cannot be '" + out + "': name a folder, or a file T.h5 or T.usda");
+    }
+  }
   require_new_place(place.path, "--out");
   require_folder_place(place.path);
   return place;

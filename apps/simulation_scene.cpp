@@ -475,6 +475,8 @@ Control scene_control(const SimulationScene& scene, const SimulateOptions& optio
   if (!options.wind.empty()) {
     control.wind = {options.wind[0], options.wind[1], options.wind[2]};
   }
+  // However short a run is, how it ends is known.
+  control.exact_counts = frame == scene.frame_count && options.xpbd.intersection_interval > 0;
   return control;
 }
 

@@ -348,7 +348,8 @@ ClothState ClothSolver::state() const {
 }
 FrameReport ClothSolver::advance(const Control& control) {
   FrameReport report = backend_->advance(control)[0];
-  if (intersection_interval_ > 0 && report.frame % intersection_interval_ == 0) {
+  if (control.exact_counts ||
+      (intersection_interval_ > 0 && report.frame % intersection_interval_ == 0)) {
     const Points positions = backend_->state(0).positions;
     report.crossings = count_crossings(positions, faces_);
     if (control.body_end.rows() > 0 && body_faces_.rows() > 0) {

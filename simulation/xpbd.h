@@ -41,7 +41,7 @@ struct XpbdOptions {
       0.02;  ///< m, least distance at which a frame looks for contacts, 0.001 to 0.5
   double depenetration_speed =
       1;                      ///< m/s at most, out of an overlap that was there before, 0.01 to 100
-  bool self_contact = false;  ///< cloth against itself and other layers
+  bool self_contact = false;  ///< cloth against itself and other layers (`simulate` has it on)
   double self_thickness = -1;  ///< m kept between two sheets; below 0: the material's
   double self_friction = -1;   ///< below 0: the material's
 
@@ -83,6 +83,7 @@ struct Control {
   Points body_end;     ///< [B,3] at its end; the body moves linearly between
   Points pin_targets;  ///< [V,3] where fixed vertices are at the end of the frame (other rows are
                        ///< not read), or empty: they stay, or ride on the body by their attachments
+  bool exact_counts = false;  ///< count in this frame, whatever `intersection_interval` says
 };
 
 /// Steps a cloth through time and keeps it on its device between frames.

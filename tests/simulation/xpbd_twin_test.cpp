@@ -332,20 +332,24 @@ TEST(Sweep, EveryScenesIsWhatItWouldBeAlone) {
   const Scene s = scene("springs", 0);
   const std::vector<ClothVariation> variations{{1, 1, -1}, {4, 0.1, 0.1}, {0.3, 10, 0.9}};
   for (Device device : fixtures::devices()) {
-    XpbdOptions options;
-    ClothSweep sweep(s.cloth, variations, s.ball.faces, options, device);
-    ASSERT_EQ(sweep.scene_count(), 3);
-    std::vector<FrameReport> reports;
-    for (int i = 0; i < 15; ++i) {
-      reports = sweep.advance(s.control(i));
-    }
-    ASSERT_EQ(reports.size(), 3u);
-    for (int scene_idx = 0; scene_idx < 3; ++scene_idx) {
-      ClothSweep alone(s.cloth, {variations[scene_idx]}, s.ball.faces, options, device);
+    for (const bool self_contact : {false, true}) {
+      XpbdOptions options;
+      options.self_contact = self_contact;
+      ClothSweep sweep(s.cloth, variations, s.ball.faces, options, device);
+      ASSERT_EQ(sweep.scene_count(), 3);
+      std::vector<FrameReport> reports;
       for (int i = 0; i < 15; ++i) {
-        alone.advance(s.control(i));
+        reports = sweep.advance(s.control(i));
       }
-      EXPECT_EQ(alone.state(0).positions, sweep.state(scene_idx).positions) << device_name(device);
+      ASSERT_EQ(reports.size(), 3u);
+      for (int scene_idx = 0; scene_idx < 3; ++scene_idx) {
+        ClothSweep alone(s.cloth, {variations[scene_idx]}, s.ball.faces, options, device);
+        for (int i = 0; i < 15; ++i) {
+          alone.advance(s.control(i));
+        }
+        EXPECT_EQ(alone.state(0).positions, sweep.state(scene_idx).positions)
+            << device_name(device);
+      }
     }
   }
 }
