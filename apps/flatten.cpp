@@ -28,6 +28,7 @@
 #include "core/normals.h"
 #include "core/store/write_text.h"
 #include "registration/edge_paths.h"
+#include "registration/find_pattern.h"
 #include "registration/open_to_discs.h"
 #include "registration/orient_faces.h"
 #include "registration/smooth_surface.h"
@@ -97,31 +98,26 @@ void lay_out(Flattened& flat, std::vector<char> cut, const FlattenStageOptions& 
   flat.measures = measure_flat(flat.mesh, flat.pattern);
 }
 
-/// Seams and their pattern. Equal seams cost some stretch: where the pattern misses what it is to
-/// keep, seams are sought for less.
-void lay_out_found(Flattened& flat, const std::vector<char>& given,
-                   const FlattenStageOptions& options, const Say& say) {
-  constexpr int kTries = 4;
-  constexpr double kForSeams = 0.97;
-  constexpr double kLess = 0.95;
-  FindSeamsOptions find = options.find;
-  find.stretch *= kForSeams;
-  FlattenStageOptions as_found = options;  // panels stiffen where the search's do
-  as_found.flatten.panel.even = stiffening_of(options.find.stretch);
-  for (int i = 0; i < kTries; ++i) {
-    const FoundSeams found = find_seams(flat.mesh, given, find, say);
-    if (i > 0 && !found.reached) {
-      break;  // what there is keeps the bound better
-    }
-    say(std::to_string(found.added) + " seams and darts added, " + std::to_string(found.joined) +
-        " sewn again");
-    lay_out(flat, found.cut, as_found, say);
-    flat.reached = found.reached && flat.measures.strain_p99 <= options.find.stretch;
-    if (flat.reached || !found.reached) {
-      break;
-    }
-    say("equal seams cost too much stretch: seams are sought for less");
-    find.stretch *= kLess;
+/// Seams and their pattern. Where none keeps the bound, what was found is laid out as it is.
+void lay_out_found(Flattened& flat, const FlattenStageOptions& options, const Say& say) {
+  FindPatternOptions how;
+  how.find = options.find;
+  how.flatten = options.flatten;
+  how.give = options.give;
+  FoundPattern found = find_pattern(flat.mesh, how, say);
+  char text[120];
+  std::snprintf(text, sizeof text, "the surface gave way by %.2f mm in the mean, %.1f mm at most",
+                1000 * found.moved_mean, 1000 * found.moved_most);
+  say(text);
+  flat.mesh = std::move(found.mesh);
+  flat.reached = found.reached;
+  if (found.reached) {
+    flat.pattern = std::move(found.pattern);
+    flat.measures = std::move(found.measures);
+  } else {
+    FlattenStageOptions as_found = options;  // panels stiffen where the search's do
+    as_found.flatten.panel.even = stiffening_of(options.find.stretch);
+    lay_out(flat, found.seams.cut, as_found, say);
   }
 }
 
@@ -152,7 +148,7 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
   const std::vector<char> given = seam_input(options.seams, flat.mesh, topology, file);
   try {
     if (options.seams == "auto") {
-      lay_out_found(flat, given, options, say);
+      lay_out_found(flat, options, say);
     } else {
       const std::vector<char> open =
           opened_to_discs(topology, given, edge_lengths(topology, flat.mesh.vertices));
@@ -265,6 +261,9 @@ OptionTable describe(FlattenStageOptions& options) {
             "part), none (opened alone), or a file (.json)");
   table.add("smooth", options.smooth, 0, 0.1, "m",
             "Noise and creases finer than six times this are smoothed away before; 0: none");
+  table.add("give", options.give, 0, 0.02, "m",
+            "Where seams are found: how far the surface may move to lie flat without stretch, what "
+            "it is in doubt by; 0: not at all");
   table.add("find", describe(options.find));
   table.add("flatten", describe(options.flatten));
   table.add("pattern", describe(options.pattern));
