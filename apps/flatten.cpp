@@ -27,6 +27,7 @@
 #include "core/io/mesh_obj.h"
 #include "core/normals.h"
 #include "core/store/write_text.h"
+#include "registration/blunt_corners.h"
 #include "registration/edge_paths.h"
 #include "registration/find_pattern.h"
 #include "registration/open_to_discs.h"
@@ -79,6 +80,19 @@ void smooth_mesh(Mesh& mesh, double reach, const Say& say) {
                 100 * (face_areas(smooth, mesh.faces).sum() / area - 1));
   say(text);
   mesh.vertices = smooth;
+}
+
+/// Slivers, which no simulation takes, are taken out; where seams are given, triangles stay.
+void blunt_mesh(Mesh& mesh, bool flips, const Say& say) {
+  const double before = least_corners(mesh.vertices, mesh.faces).minCoeff();
+  mesh = with_blunt_corners(mesh, {.flips = flips});
+  const double after = least_corners(mesh.vertices, mesh.faces).minCoeff();
+  if (after > before) {
+    char text[120];
+    std::snprintf(text, sizeof text, "slivers taken out: smallest corner %.1f deg, was %.1f", after,
+                  before);
+    say(text);
+  }
 }
 
 /// The pattern of a cut; panels that lie over themselves are parted.
@@ -144,6 +158,7 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
   if (options.smooth > 0) {
     smooth_mesh(flat.mesh, options.smooth, say);
   }
+  blunt_mesh(flat.mesh, options.seams == "auto", say);
   const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
   const std::vector<char> given = seam_input(options.seams, flat.mesh, topology, file);
   try {
@@ -164,17 +179,24 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
   return flat;
 }
 
+/// The smallest corner of the flat panels, deg: a simulation refuses those below half a degree.
+double flat_corner(const Flattened& flat) {
+  return least_corners(flat.pattern.vertices, flat.pattern.cut.faces).minCoeff();
+}
+
 std::string summary_of(const Flattened& flat) {
   const FlatMeasures& m = flat.measures;
-  char text[300];
-  std::snprintf(text, sizeof text,
-                "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most "
-                "%.1f%%; area %.2f%% of the surface's; seams differ by %.2f%% at most; %d "
-                "triangles turned over, %d panels over themselves; fabric %.2f x %.2f m",
-                flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length,
-                100 * m.strain_p50, 100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max,
-                100 * m.area_ratio, 100 * std::max(m.seam_mismatch, flat.layout.seam_mismatch),
-                m.inverted, m.overlaps, flat.layout.width, flat.layout.length);
+  char text[400];
+  std::snprintf(
+      text, sizeof text,
+      "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most "
+      "%.1f%%; area %.2f%% of the surface's; seams differ by %.2f%% at most; %d "
+      "triangles turned over, %d panels over themselves; smallest corner %.1f deg; fabric "
+      "%.2f x %.2f m",
+      flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length, 100 * m.strain_p50,
+      100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max, 100 * m.area_ratio,
+      100 * std::max(m.seam_mismatch, flat.layout.seam_mismatch), m.inverted, m.overlaps,
+      flat_corner(flat), flat.layout.width, flat.layout.length);
   return text;
 }
 
@@ -191,6 +213,7 @@ nlohmann::ordered_json json_of(const Flattened& flat) {
           {"seam_length", m.seam_length},
           {"inverted", m.inverted},
           {"overlaps", m.overlaps},
+          {"smallest_corner", flat_corner(flat)},
           {"fabric_width", flat.layout.width},
           {"fabric_length", flat.layout.length}};
 }

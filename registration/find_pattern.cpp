@@ -4,36 +4,31 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <numbers>
 #include <utility>
 
+#include "core/tree.h"
+#include "registration/blunt_corners.h"
 #include "registration/straight_seams.h"
 #include "registration/unstretched_surface.h"
 
 namespace atelier {
 namespace {
 
-constexpr int kSeamSearches = 2;         // where one keeps the bound
-constexpr int kMoreSeamSearches = 4;     // where none does
+constexpr int kSeamSearches = 4;         // at most
 constexpr double kForEqualSeams = 0.97;  // of the stretch: what equal seams cost
 constexpr double kLessStretch = 0.95;    // of the stretch, after a search whose pattern missed it
 constexpr double kPanelLength = 0.15;    // m of seam that a panel is worth
 constexpr double kNearlyKept = 1.15;     // of the stretch: what may still come within it
 
-/// The smallest corner of a pattern's triangles, deg: cloth is not made of slivers (a simulation
-/// refuses corners below half a degree), and seams that slide may press triangles flat.
-double least_corner(const FlatPattern& pattern) {
-  double least = 180;
-  for (Index f = 0; f < pattern.cut.faces.rows(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::RowVector2d at = pattern.vertices.row(pattern.cut.faces(f, k));
-      const Eigen::RowVector2d a = pattern.vertices.row(pattern.cut.faces(f, (k + 1) % 3)) - at;
-      const Eigen::RowVector2d b = pattern.vertices.row(pattern.cut.faces(f, (k + 2) % 3)) - at;
-      const double angle = std::atan2(std::abs(a.x() * b.y() - a.y() * b.x()), a.dot(b));
-      least = std::min(least, angle * 180 / std::numbers::pi);
-    }
+/// How far points are from a surface, m.
+Eigen::VectorXd ways_off(const Mesh& surface, const Points& points) {
+  const std::vector<ClosestPoint> nearest =
+      closest_points(build_tree(surface.vertices, surface.faces), points);
+  Eigen::VectorXd ways(points.rows());
+  for (Index i = 0; i < points.rows(); ++i) {
+    ways[i] = std::sqrt(nearest[static_cast<std::size_t>(i)].squared_distance);
   }
-  return least;
+  return ways;
 }
 
 /// Patterns as they are tried; what is best is kept.
@@ -48,6 +43,8 @@ class PatternTrial {
 
   /// The surface as it is now.
   const Mesh& mesh() const { return moved_; }
+  /// Of the best that keeps the bound, m; infinite where none does.
+  double cost() const { return cost_; }
   const FoundPattern& best() const { return best_; }
 
   /// Where vertices are.
@@ -82,14 +79,12 @@ class PatternTrial {
       measures = measure_flat(moved_, pattern);
     }
     say(what, pattern, measures);
-    constexpr double kLeastCorner = 1;  // deg
-    const bool reached = measures.strain_p99 <= bound && measures.overlaps == 0 &&
-                         least_corner(pattern) >= kLeastCorner;
+    const bool reached = measures.strain_p99 <= bound && measures.overlaps == 0;
     const double cost = reached ? measures.seam_length + kPanelLength * pattern.cut.panel_count
                                 : std::numeric_limits<double>::infinity();
     if (cost < cost_ || !best_.reached) {
       cost_ = cost;
-      const auto ways = (moved_.vertices - surface_.vertices).rowwise().norm();
+      const Eigen::VectorXd ways = ways_off(surface_, moved_.vertices);
       best_ = {moved_,  seams,       std::move(pattern), std::move(measures),
                reached, ways.mean(), ways.maxCoeff()};
     }
@@ -100,6 +95,7 @@ class PatternTrial {
   void unstretch(const FlatPattern& pattern) {
     moved_.vertices = unstretched_surface(surface_, pattern, options_.find.stretch, options_.give,
                                           moved_.vertices);
+    moved_ = with_blunt_corners(moved_, {.flips = false});
   }
 
   void say(const char* what, const FlatPattern& pattern, const FlatMeasures& measures) const {
@@ -136,11 +132,15 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
   first.join = false;
   FoundSeams seams = find_seams(mesh, none, first, {});
   trial.straighten(seams, kStraight);
-  for (int i = 0; i < (trial.best().reached ? kSeamSearches : kMoreSeamSearches); ++i) {
+  for (int i = 0; i < kSeamSearches; ++i) {
     seams = find_seams(trial.mesh(), none, find, watch, seams);
     const auto before = trial.places();
     trial.straighten(seams, kStraight);
+    const double cost_before = trial.cost();
     if (trial.keeps_bound(seams, "straight")) {
+      if (trial.cost() < cost_before) {
+        continue;  // on what gave way for these seams, some more may not be needed
+      }
       break;
     }
     const auto straight = trial.places();

@@ -31,13 +31,18 @@ struct FoundPattern {
 /// 3. These straightened and the surface unstretched again: altogether or, where that misses the
 ///    bound, a little or not at all. A zigzag is as many small darts, without which panels stretch
 ///    more, so
-/// 4. seams are sought once more on the straightened surface, from those that were found.
+/// 4. seams are sought once more on the straightened surface, from those that were found; and so
+/// on,
+///    four times at most, while straight ones miss the bound or got shorter.
+///
+/// Corners stay above 10 degrees where they are in `mesh` (blunt_corners.h), so that a simulation
+/// takes the panels as a rest shape.
 ///
 /// Of all patterns on the way that keep the bound, with both sides of seams equal, the one of the
-/// shortest seams is returned, a panel counting as 15 cm of seam. Where none does in four rounds,
-/// the last one found, with `reached` false. Our choice. `watch` hears what is tried.
+/// shortest seams is returned, a panel counting as 15 cm of seam. Where none does, the last one
+/// found, with `reached` false. Our choice. `watch` hears what is tried.
 ///
-/// Throws DataError as find_seams. Two to four searches, of which the later ones begin with what
+/// Throws DataError as find_seams. One to four searches, of which the later ones begin with what
 /// was found.
 FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options = {},
                           const SeamWatch& watch = {});

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/topology.h"
 #include "core/tree.h"
+#include "registration/blunt_corners.h"
 
 namespace atelier {
 namespace {
@@ -93,6 +94,14 @@ Points straightened_seams(const Mesh& mesh, const std::vector<char>& cut, int ro
     }
     return worst;
   };
+  const auto corner_around = [&](Index v) {
+    double smallest = 180;
+    for (const int face : around[v]) {
+      smallest =
+          std::min(smallest, least_corner(corner(face, 0), corner(face, 1), corner(face, 2)));
+    }
+    return smallest;
+  };
   const auto turned = [&](Index v) {
     return std::any_of(around[v].begin(), around[v].end(), [&](int face) {
       const Eigen::Vector3d normal =
@@ -107,13 +116,16 @@ Points straightened_seams(const Mesh& mesh, const std::vector<char>& cut, int ro
       }
       const Eigen::RowVector3d before = points.row(v);
       const double even = worst_around(v);
+      const double corner_before = corner_around(v);
       Eigen::RowVector3d middle = Eigen::RowVector3d::Zero();
       for (const int w : drawn[v]) {
         middle += points.row(w) / static_cast<double>(drawn[v].size());
       }
       points.row(v) = closest_point(tree, (before + middle).transpose() / 2).point;
-      constexpr double kSliver = 1.0 / 3;
-      if (turned(v) || worst_around(v) < std::min(even, kSliver)) {
+      constexpr double kSliver = 1.0 / 3;     // a corner of 11 degrees or more
+      constexpr double kSmallestCorner = 10;  // deg
+      if (turned(v) || worst_around(v) < std::min(even, kSliver) ||
+          corner_around(v) < std::min(corner_before, kSmallestCorner)) {
         points.row(v) = before;
       }
     }

@@ -14,9 +14,9 @@ namespace atelier {
 /// halfway to the middle of its neighbours in the seam, each other one within four edges of a seam
 /// halfway to the middle of its neighbours, then to the nearest point of the surface. A move that
 /// would turn a triangle by more than 60 degrees, or make it a sliver (less than a third as even as
-/// an equilateral one) or more of one, is not made. Rims, tips of darts and what is farther stay
-/// where they are. Our choice, of Laplacian smoothing (Field, "Laplacian smoothing and Delaunay
-/// triangulations", 1988).
+/// an equilateral one, or with a corner below 10 degrees) or more of one, is not made. Rims, tips
+/// of darts and what is farther stay where they are. Our choice, of Laplacian smoothing (Field,
+/// "Laplacian smoothing and Delaunay triangulations", 1988).
 ///
 /// Throws LogicError for another number of flags. A nearest point for each vertex near a seam and
 /// round.

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/tree.h"
+#include "registration/blunt_corners.h"
 #include "registration/straight_seams.h"
 #include "registration/surface_cut.h"
 #include "registration/unstretched_surface.h"
@@ -92,6 +94,26 @@ TEST(StraightSeams, TheSurfaceItsRimAndItsAreaStay) {
   const Points before = face_normals(sheet.mesh.vertices, sheet.mesh.faces);
   const Points after = face_normals(straight, sheet.mesh.faces);
   EXPECT_GT((before.array() * after.array()).rowwise().sum().minCoeff(), 0.5);
+}
+
+// Whatever seams and surfaces, no corner becomes smaller than 10 degrees that was not.
+TEST(StraightSeams, MakeNoSlivers) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> noise(-0.012, 0.012);
+  std::bernoulli_distribution cut_here(0.15);
+  for (int trial = 0; trial < 20; ++trial) {
+    ZigzagSheet sheet = zigzag_sheet();
+    for (Index v = 0; v < sheet.mesh.vertices.rows(); ++v) {
+      sheet.mesh.vertices.row(v) += Eigen::RowVector3d(noise(random), noise(random), noise(random));
+    }
+    for (std::size_t e = 0; trial % 2 != 0 && e < sheet.cut.size(); ++e) {
+      sheet.cut[e] = static_cast<char>(cut_here(random));
+    }
+    const double before = least_corners(sheet.mesh.vertices, sheet.mesh.faces).minCoeff();
+    const Points straight = straightened_seams(sheet.mesh, sheet.cut);
+    EXPECT_NE(straight, sheet.mesh.vertices);
+    EXPECT_GE(least_corners(straight, sheet.mesh.faces).minCoeff(), std::min(before, 10.0));
+  }
 }
 
 TEST(StraightSeams, WithoutSeamsOrRoundsNothingMoves) {
@@ -209,6 +231,25 @@ TEST(FindPattern, KeepsTheBoundWithEqualSeamsOnABall) {
   EXPECT_EQ(again.inverted, 0);
   EXPECT_EQ(again.overlaps, 0);
   EXPECT_EQ(found.mesh.faces, ball.faces);
+}
+
+// What a simulation is given: neither the surface nor its flat rest shape has slivers.
+TEST(FindPattern, PanelsOfRoughSurfacesHaveNoSlivers) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> noise(-0.004, 0.004);
+  for (int trial = 0; trial < 4; ++trial) {
+    Mesh mesh = trial % 2 != 0 ? fixtures::sphere(3) : sewn_tube();
+    mesh.vertices *= trial % 2 != 0 ? 0.15 : 1;
+    for (Index v = 0; v < mesh.vertices.rows(); ++v) {
+      mesh.vertices.row(v) += Eigen::RowVector3d(noise(random), noise(random), noise(random));
+    }
+    FindPatternOptions options;
+    options.find.stretch = 0.06;
+    const FoundPattern found = find_pattern(with_blunt_corners(mesh), options);
+    EXPECT_GE(least_corners(found.mesh.vertices, found.mesh.faces).minCoeff(), 10) << trial;
+    EXPECT_GE(least_corners(found.pattern.vertices, found.pattern.cut.faces).minCoeff(), 5)
+        << trial;
+  }
 }
 
 TEST(FindPattern, SaysWhereTheBoundIsNotKept) {
