@@ -82,10 +82,17 @@ void smooth_mesh(Mesh& mesh, double reach, const Say& say) {
   mesh.vertices = smooth;
 }
 
-/// Slivers, which no simulation takes, are taken out; where seams are given, triangles stay.
-void blunt_mesh(Mesh& mesh, bool flips, const Say& say) {
+/// Slivers, which no simulation takes, are taken out; where seams are given, triangles stay and
+/// only what is near to being refused is changed.
+void blunt_mesh(Mesh& mesh, bool seams_given, const Say& say) {
+  constexpr double kNearlyRefused = 2;  // deg
+  BluntCornersOptions how;
+  if (seams_given) {
+    how.least = kNearlyRefused;
+    how.flips = false;
+  }
   const double before = least_corners(mesh.vertices, mesh.faces).minCoeff();
-  mesh = with_blunt_corners(mesh, {.flips = flips});
+  mesh = with_blunt_corners(mesh, how);
   const double after = least_corners(mesh.vertices, mesh.faces).minCoeff();
   if (after > before) {
     char text[120];
@@ -158,7 +165,7 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
   if (options.smooth > 0) {
     smooth_mesh(flat.mesh, options.smooth, say);
   }
-  blunt_mesh(flat.mesh, options.seams == "auto", say);
+  blunt_mesh(flat.mesh, options.seams != "auto", say);
   const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
   const std::vector<char> given = seam_input(options.seams, flat.mesh, topology, file);
   try {
