@@ -139,6 +139,7 @@ void lay_out_found(Flattened& flat, const FlattenStageOptions& options, const Sa
     FlattenStageOptions as_found = options;  // panels stiffen where the search's do
     as_found.flatten.panel.even = stiffening_of(options.find.stretch);
     lay_out(flat, found.seams.cut, as_found, say);
+    flat.reached = found.seams.reached && flat.measures.strain_p99 <= options.find.stretch;
   }
 }
 

@@ -18,6 +18,7 @@ constexpr int kSeamSearches = 4;         // at most
 constexpr double kForEqualSeams = 0.97;  // of the stretch: what equal seams cost
 constexpr double kLessStretch = 0.95;    // of the stretch, after a search whose pattern missed it
 constexpr double kPanelLength = 0.15;    // m of seam that a panel is worth
+constexpr double kShorter = 0.98;        // of what there is: worth taking, since it stretches more
 constexpr double kNearlyKept = 1.15;     // of the stretch: what may still come within it
 
 /// How far points are from a surface, m.
@@ -82,7 +83,7 @@ class PatternTrial {
     const bool reached = measures.strain_p99 <= bound && measures.overlaps == 0;
     const double cost = reached ? measures.seam_length + kPanelLength * pattern.cut.panel_count
                                 : std::numeric_limits<double>::infinity();
-    if (cost < cost_ || !best_.reached) {
+    if (cost < kShorter * cost_ || !best_.reached) {
       cost_ = cost;
       const Eigen::VectorXd ways = ways_off(surface_, moved_.vertices);
       best_ = {moved_,  seams,       std::move(pattern), std::move(measures),
@@ -158,6 +159,16 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
     if (!trial.best().reached) {
       find.stretch *= kLessStretch;
     }
+  }
+  // Rough surfaces may lie flat by seams that run zigzag alone.
+  find.stretch = kForEqualSeams * options.find.stretch;
+  for (int i = 0; i < kSeamSearches && !trial.best().reached; ++i) {
+    trial.return_to({mesh, mesh});
+    seams = find_seams(mesh, none, find, watch);
+    if (trial.keeps_bound(seams, "along edges") || !seams.reached) {
+      break;
+    }
+    find.stretch *= kLessStretch;
   }
   return trial.best();
 }

@@ -34,16 +34,18 @@ struct FoundPattern {
 /// 4. seams are sought once more on the straightened surface, from those that were found; and so
 /// on,
 ///    four times at most, while straight ones miss the bound or got shorter.
+/// 5. Where none of these keeps the bound: seams along edges, on the surface as it is given.
 ///
-/// Corners stay above 10 degrees where they are in `mesh` (blunt_corners.h), so that a simulation
-/// takes the panels as a rest shape.
+/// Corners are kept above 10 degrees where they are in `mesh` (blunt_corners.h), so that a
+/// simulation takes the panels as a rest shape.
 ///
 /// Of all patterns on the way that keep the bound, with both sides of seams equal, the one of the
-/// shortest seams is returned, a panel counting as 15 cm of seam. Where none does, the last one
-/// found, with `reached` false. Our choice. `watch` hears what is tried.
+/// shortest seams is returned, a panel counting as 15 cm of seam, and a later one only where that
+/// is 2% less. Where none does, the last one found, with `reached` false. Our choice. `watch` hears
+/// what is tried.
 ///
 /// Throws DataError as find_seams. One to four searches, of which the later ones begin with what
-/// was found.
+/// was found; up to eight where the bound is not kept.
 FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options = {},
                           const SeamWatch& watch = {});
 
