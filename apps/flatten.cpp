@@ -27,7 +27,9 @@
 #include "core/io/mesh_obj.h"
 #include "core/normals.h"
 #include "core/store/write_text.h"
+#include "registration/blunt_corners.h"
 #include "registration/edge_paths.h"
+#include "registration/find_pattern.h"
 #include "registration/open_to_discs.h"
 #include "registration/orient_faces.h"
 #include "registration/smooth_surface.h"
@@ -80,6 +82,26 @@ void smooth_mesh(Mesh& mesh, double reach, const Say& say) {
   mesh.vertices = smooth;
 }
 
+/// Slivers, which no simulation takes, are taken out; where seams are given, triangles stay and
+/// only what is near to being refused is changed.
+void blunt_mesh(Mesh& mesh, bool seams_given, const Say& say) {
+  constexpr double kNearlyRefused = 2;  // deg
+  BluntCornersOptions how;
+  if (seams_given) {
+    how.least = kNearlyRefused;
+    how.flips = false;
+  }
+  const double before = least_corners(mesh.vertices, mesh.faces).minCoeff();
+  mesh = with_blunt_corners(mesh, how);
+  const double after = least_corners(mesh.vertices, mesh.faces).minCoeff();
+  if (after > before) {
+    char text[120];
+    std::snprintf(text, sizeof text, "slivers taken out: smallest corner %.1f deg, was %.1f", after,
+                  before);
+    say(text);
+  }
+}
+
 /// The pattern of a cut; panels that lie over themselves are parted.
 void lay_out(Flattened& flat, std::vector<char> cut, const FlattenStageOptions& options,
              const Say& say) {
@@ -97,31 +119,27 @@ void lay_out(Flattened& flat, std::vector<char> cut, const FlattenStageOptions& 
   flat.measures = measure_flat(flat.mesh, flat.pattern);
 }
 
-/// Seams and their pattern. Equal seams cost some stretch: where the pattern misses what it is to
-/// keep, seams are sought for less.
-void lay_out_found(Flattened& flat, const std::vector<char>& given,
-                   const FlattenStageOptions& options, const Say& say) {
-  constexpr int kTries = 4;
-  constexpr double kForSeams = 0.97;
-  constexpr double kLess = 0.95;
-  FindSeamsOptions find = options.find;
-  find.stretch *= kForSeams;
-  FlattenStageOptions as_found = options;  // panels stiffen where the search's do
-  as_found.flatten.panel.even = stiffening_of(options.find.stretch);
-  for (int i = 0; i < kTries; ++i) {
-    const FoundSeams found = find_seams(flat.mesh, given, find, say);
-    if (i > 0 && !found.reached) {
-      break;  // what there is keeps the bound better
-    }
-    say(std::to_string(found.added) + " seams and darts added, " + std::to_string(found.joined) +
-        " sewn again");
-    lay_out(flat, found.cut, as_found, say);
-    flat.reached = found.reached && flat.measures.strain_p99 <= options.find.stretch;
-    if (flat.reached || !found.reached) {
-      break;
-    }
-    say("equal seams cost too much stretch: seams are sought for less");
-    find.stretch *= kLess;
+/// Seams and their pattern. Where none keeps the bound, what was found is laid out as it is.
+void lay_out_found(Flattened& flat, const FlattenStageOptions& options, const Say& say) {
+  FindPatternOptions how;
+  how.find = options.find;
+  how.flatten = options.flatten;
+  how.give = options.give;
+  FoundPattern found = find_pattern(flat.mesh, how, say);
+  char text[120];
+  std::snprintf(text, sizeof text, "the surface gave way by %.2f mm in the mean, %.1f mm at most",
+                1000 * found.moved_mean, 1000 * found.moved_most);
+  say(text);
+  flat.mesh = std::move(found.mesh);
+  flat.reached = found.reached;
+  if (found.reached) {
+    flat.pattern = std::move(found.pattern);
+    flat.measures = std::move(found.measures);
+  } else {
+    FlattenStageOptions as_found = options;  // panels stiffen where the search's do
+    as_found.flatten.panel.even = stiffening_of(options.find.stretch);
+    lay_out(flat, found.seams.cut, as_found, say);
+    flat.reached = found.seams.reached && flat.measures.strain_p99 <= options.find.stretch;
   }
 }
 
@@ -148,11 +166,12 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
   if (options.smooth > 0) {
     smooth_mesh(flat.mesh, options.smooth, say);
   }
+  blunt_mesh(flat.mesh, options.seams != "auto", say);
   const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
   const std::vector<char> given = seam_input(options.seams, flat.mesh, topology, file);
   try {
     if (options.seams == "auto") {
-      lay_out_found(flat, given, options, say);
+      lay_out_found(flat, options, say);
     } else {
       const std::vector<char> open =
           opened_to_discs(topology, given, edge_lengths(topology, flat.mesh.vertices));
@@ -168,17 +187,24 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
   return flat;
 }
 
+/// The smallest corner of the flat panels, deg: a simulation refuses those below half a degree.
+double flat_corner(const Flattened& flat) {
+  return least_corners(flat.pattern.vertices, flat.pattern.cut.faces).minCoeff();
+}
+
 std::string summary_of(const Flattened& flat) {
   const FlatMeasures& m = flat.measures;
-  char text[300];
-  std::snprintf(text, sizeof text,
-                "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most "
-                "%.1f%%; area %.2f%% of the surface's; seams differ by %.2f%% at most; %d "
-                "triangles turned over, %d panels over themselves; fabric %.2f x %.2f m",
-                flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length,
-                100 * m.strain_p50, 100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max,
-                100 * m.area_ratio, 100 * std::max(m.seam_mismatch, flat.layout.seam_mismatch),
-                m.inverted, m.overlaps, flat.layout.width, flat.layout.length);
+  char text[400];
+  std::snprintf(
+      text, sizeof text,
+      "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most "
+      "%.1f%%; area %.2f%% of the surface's; seams differ by %.2f%% at most; %d "
+      "triangles turned over, %d panels over themselves; smallest corner %.1f deg; fabric "
+      "%.2f x %.2f m",
+      flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length, 100 * m.strain_p50,
+      100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max, 100 * m.area_ratio,
+      100 * std::max(m.seam_mismatch, flat.layout.seam_mismatch), m.inverted, m.overlaps,
+      flat_corner(flat), flat.layout.width, flat.layout.length);
   return text;
 }
 
@@ -195,6 +221,7 @@ nlohmann::ordered_json json_of(const Flattened& flat) {
           {"seam_length", m.seam_length},
           {"inverted", m.inverted},
           {"overlaps", m.overlaps},
+          {"smallest_corner", flat_corner(flat)},
           {"fabric_width", flat.layout.width},
           {"fabric_length", flat.layout.length}};
 }
@@ -265,6 +292,9 @@ OptionTable describe(FlattenStageOptions& options) {
             "part), none (opened alone), or a file (.json)");
   table.add("smooth", options.smooth, 0, 0.1, "m",
             "Noise and creases finer than six times this are smoothed away before; 0: none");
+  table.add("give", options.give, 0, 0.02, "m",
+            "Where seams are found: how far the surface may move to lie flat without stretch, what "
+            "it is in doubt by; 0: not at all");
   table.add("find", describe(options.find));
   table.add("flatten", describe(options.flatten));
   table.add("pattern", describe(options.pattern));

@@ -428,17 +428,27 @@ OptionTable describe(FindSeamsOptions& options) {
 }
 
 FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
-                      const FindSeamsOptions& options, const SeamWatch& watch) {
+                      const FindSeamsOptions& options, const SeamWatch& watch,
+                      const FoundSeams& from) {
   check_flattenable(mesh);
   const Search search(mesh, options);
-  ATELIER_CHECK(static_cast<Index>(given.size()) == search.topology().edges.rows(),
-                "a flag for each edge");
+  const bool goes_on = !from.cut.empty();
+  ATELIER_CHECK(
+      static_cast<Index>(given.size()) == search.topology().edges.rows() &&
+          (!goes_on || (from.cut.size() == given.size() && from.sides.size() == given.size())),
+      "a flag for each edge");
   FoundSeams found;
-  const std::vector<char> sides =
-      options.front_and_back ? front_and_back(mesh) : std::vector<char>(given.size(), 0);
+  if (goes_on) {
+    found.sides = from.sides;
+  } else {
+    found.sides =
+        options.front_and_back ? front_and_back(mesh) : std::vector<char>(given.size(), 0);
+  }
+  const std::vector<char>& sides = found.sides;
+  const std::vector<char>& begun = goes_on ? from.cut : sides;
   std::vector<char> start = given;
   for (std::size_t e = 0; e < start.size(); ++e) {
-    start[e] = static_cast<char>(start[e] | sides[e]);
+    start[e] = static_cast<char>(start[e] | begun[e]);
   }
   std::vector<SeamPiece> pieces = search.pieces_of(search.opened(start));
   std::vector<char> stuck;  // pieces that no cut betters

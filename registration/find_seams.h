@@ -22,10 +22,11 @@ OptionTable describe(FindSeamsOptions& options);
 
 /// Where to cut.
 struct FoundSeams {
-  std::vector<char> cut;  ///< [E] edges of the mesh's topology
-  bool reached = false;   ///< the stretch is within bounds and no panel lies over itself
-  int added = 0;          ///< seams and darts beyond those that make discs
-  int joined = 0;         ///< seams sewn again
+  std::vector<char> cut;    ///< [E] edges of the mesh's topology
+  std::vector<char> sides;  ///< [E] those between front and back that it began with
+  bool reached = false;     ///< the stretch is within bounds and no panel lies over itself
+  int added = 0;            ///< seams and darts beyond those that make discs
+  int joined = 0;           ///< seams sewn again
 };
 
 /// Says that a cut was added: what, and the share of the area that is stretched too far.
@@ -44,10 +45,14 @@ using SeamWatch = std::function<void(const std::string&)>;
 /// together, as in a sleeve. Our choice, after Sheffer and Hart, "Seamster", 2002 (cuts through
 /// distorted places) and Li et al., "OptCuts", 2018 (cut and merge against a bound).
 ///
+/// With `from`, seams found before on the same triangles (of vertices that have moved since), it
+/// goes on from those instead of beginning anew.
+///
 /// Throws DataError as check_flattenable; LogicError for another number of flags. Panels
 /// stiffen at stiffening_of(stretch): laid flat with another one, the same seams may miss the
 /// bound. Some ten panels are laid flat for each cut.
 FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
-                      const FindSeamsOptions& options = {}, const SeamWatch& watch = {});
+                      const FindSeamsOptions& options = {}, const SeamWatch& watch = {},
+                      const FoundSeams& from = {});
 
 }  // namespace atelier

@@ -13,6 +13,7 @@
 #include "core/tree.h"
 #include "core/winding_number.h"
 #include "registration/attach_to_body.h"
+#include "registration/blunt_corners.h"
 #include "registration/cut_rim_folds.h"
 #include "registration/garment_boundaries.h"
 #include "registration/garment_cover.h"
@@ -283,7 +284,8 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
   // Parting may bring a vertex back to the body, pushing it out may cross again: the last counts.
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
-    made.garment.mesh = cut_rim_folds(part_crossings(std::move(made.garment.mesh)).mesh);
+    made.garment.mesh =
+        with_blunt_corners(cut_rim_folds(part_crossings(std::move(made.garment.mesh)).mesh));
     push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
   }
   const double area = face_areas(made.garment.mesh.vertices, made.garment.mesh.faces).sum();

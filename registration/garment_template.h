@@ -57,9 +57,9 @@ struct GarmentTemplate {
 /// nothing the cover of the body by all frames (garment_points), get a surface that goes on
 /// smoothly (surface_through_points), which is cut off where the garment ends (trim_surface).
 /// Remaining loops that no limb passes through are closed (garment_boundaries), the mesh is made
-/// even (even_mesh) and pushed out of the body. Vertices ride on the body's nearest triangles
-/// (attach_to_body); where riding misses the scans of the frames by more than `dynamic` (median),
-/// or the body is twice as far away, the garment hangs free.
+/// even (even_mesh), without slivers (blunt_corners.h), and pushed out of the body. Vertices ride
+/// on the body's nearest triangles (attach_to_body); where riding misses the scans of the frames by
+/// more than `dynamic` (median), or the body is twice as far away, the garment hangs free.
 ///
 /// Throws DataError where no frame shows 0.01 m2 of the label, where more than 0.6 of the surface
 /// was not seen, and where `frame` is none of the frames; LogicError as check_anatomy.

@@ -113,9 +113,26 @@ TEST(FindSeams, SewingAgainKeepsTheBoundAndTakesSeamsAway) {
   EXPECT_EQ(measure_flat(ball, after).overlaps, 0);
 }
 
+TEST(FindSeams, GoesOnFromSeamsFoundBefore) {
+  Mesh ball = fixtures::sphere(3);
+  ball.vertices *= 0.12;
+  FindSeamsOptions options;
+  options.stretch = 0.05;
+  const FoundSeams found = find_seams(ball, no_cut(topology(ball)), options);
+  options.join = false;
+  const FoundSeams again = find_seams(ball, no_cut(topology(ball)), options, {}, found);
+  EXPECT_TRUE(again.reached);
+  EXPECT_EQ(again.added, 0);
+  EXPECT_EQ(again.cut, found.cut);
+  EXPECT_EQ(again.sides, found.sides);
+}
+
 TEST(FindSeams, RefusesOtherFlagsAndBadSurfaces) {
   const Mesh mesh = fixtures::grid(3, 3);
   EXPECT_THROW(find_seams(mesh, {}), LogicError);
+  FoundSeams other;
+  other.cut = {1};
+  EXPECT_THROW(find_seams(mesh, no_cut(topology(mesh)), {}, {}, other), LogicError);
   ATELIER_EXPECT_REFUSED(find_seams(Mesh{}, {}), DataError, "no triangle");
 }
 

@@ -12,6 +12,7 @@
 #include "core/topology.h"
 #include "core/tree.h"
 #include "registration/attach_to_body.h"
+#include "registration/blunt_corners.h"
 #include "registration/cut_rim_folds.h"
 #include "registration/garment_boundaries.h"
 #include "registration/garment_cover.h"
@@ -66,6 +67,7 @@ void expect_clean(const Mesh& mesh, double edge_length) {
     even += length > 0.5 * edge_length && length < 1.6 * edge_length ? 1 : 0;
   }
   EXPECT_GT(even, 0.95 * topology.edges.rows());
+  EXPECT_GT(least_corners(mesh.vertices, mesh.faces).minCoeff(), 8);  // pushing out may narrow some
 }
 
 template <class Call>
