@@ -145,7 +145,7 @@ TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
     EXPECT_GT(std::stod(cell(frame, "strain_max")), 0);
     EXPECT_GT(std::stod(cell(frame, "kinetic_energy_j")), 0);
     for (const char* counted : {"inside", "inside_depth_m", "body_crossings", "crossings"}) {
-      EXPECT_EQ(cell(frame, counted).empty(), frame % 2 == 1) << counted << frame;
+      EXPECT_EQ(cell(frame, counted).empty(), frame == 1 || frame == 3) << counted << frame;
     }
     EXPECT_EQ(cell(frame, "strain_residual"), "") << "springs alone";
   }
@@ -160,8 +160,8 @@ TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
       ++frames;
       EXPECT_TRUE(json["strain"]["p95"].is_number());
       EXPECT_TRUE(json["body"]["depth_m"].is_number());
-      EXPECT_TRUE(json["self"]["crossings"].is_null());
-      EXPECT_TRUE(json["body"]["all_inside"].is_null());
+      EXPECT_EQ(json["self"]["crossings"].is_null(), frames < 5) << "counted in the last frame";
+      EXPECT_EQ(json["body"]["all_inside"].is_null(), frames < 5);
       EXPECT_TRUE(json["residual"]["strain"].is_null());
     } else {
       EXPECT_EQ(json["bending_by_direction"].size(), 36U);
