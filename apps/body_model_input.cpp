@@ -11,7 +11,6 @@
 #include <set>
 #include <variant>
 
-#include "core/printable.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "bodymodel/body_archive.h"
@@ -21,6 +20,7 @@
 #include "core/io/mesh_gltf.h"
 #include "core/io/npz.h"
 #include "core/io/scene_file.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {

@@ -9,7 +9,6 @@
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "capture/calibration/calibration_report.h"
 #include "capture/cameras_file.h"
@@ -17,6 +16,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {

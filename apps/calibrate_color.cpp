@@ -12,7 +12,6 @@
 #include "apps/json_text.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/reconstruct_stage.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
@@ -24,6 +23,7 @@
 #include "capture/truth_archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {

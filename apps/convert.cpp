@@ -6,11 +6,11 @@
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {

@@ -12,7 +12,6 @@
 #include "apps/json_text.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/reconstruct_stage.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
@@ -25,6 +24,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_file.h"
+#include "core/printable.h"
 #include "core/sha256.h"
 #include "core/store/frame_selection.h"
 

@@ -11,7 +11,6 @@
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
@@ -22,6 +21,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {

@@ -16,10 +16,10 @@
 #include "apps/one_file_sequence.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#include "core/printable.h"
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
 #include "capture/layouts/open_dataset.h"
 #include "capture/layouts/write_layout.h"

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/printable.h"
 #include "capture/keypoint_schema.h"
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {

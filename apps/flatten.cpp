@@ -13,8 +13,8 @@
 #include "apps/flatten_pictures.h"
 #include "apps/json_text.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/seam_input.h"
+#include "core/printable.h"
 #ifdef ATELIER_HAS_SIMULATION
 #include "apps/simulation_scene.h"
 #endif

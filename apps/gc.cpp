@@ -6,10 +6,10 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
-#include "core/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#include "core/printable.h"
 #include "core/store/collect_garbage.h"
 #include "core/store/result.h"
 

@@ -11,9 +11,9 @@
 
 #include "apps/exit_code.h"
 #include "apps/failure.h"
-#include "core/printable.h"
 #include "apps/program.h"
 #include "apps/standard_streams.h"
+#include "core/printable.h"
 
 namespace {
 

@@ -12,7 +12,6 @@
 #include "apps/json_text.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "capture/frame_reader.h"
 #include "capture/layouts/frame_files.h"
@@ -23,6 +22,7 @@
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {

@@ -8,13 +8,13 @@
 #include <memory>
 #include <numeric>
 
-#include "core/printable.h"
 #include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/io/foreign_hdf5.h"
 #include "core/io/lower_extension.h"
 #include "core/io/npz.h"
 #include "core/io/sequence_folder.h"
+#include "core/printable.h"
 #include "core/sequence_archive.h"
 
 namespace atelier {

@@ -11,11 +11,11 @@
 #include "apps/output_place.h"
 #include "apps/picture_names.h"
 #include "apps/picture_size.h"
-#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
+#include "core/printable.h"
 #include "core/render/studio.h"
 
 namespace atelier {

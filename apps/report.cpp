@@ -6,11 +6,11 @@
 #include "apps/exit_code.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/report_file.h"
 #include "apps/report_folder.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {

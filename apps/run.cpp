@@ -12,7 +12,6 @@
 #include "apps/failure.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
-#include "core/printable.h"
 #include "apps/report_file.h"
 #include "apps/report_folder.h"
 #include "apps/run_options.h"
@@ -21,6 +20,7 @@
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
+#include "core/printable.h"
 #include "core/store/result.h"
 #include "core/store/workspace_folder.h"
 

@@ -8,8 +8,8 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/json_text.h"
-#include "core/printable.h"
 #include "apps/standard_streams.h"
+#include "core/printable.h"
 #include "core/store/digest_meter.h"
 #include "core/store/result.h"
 

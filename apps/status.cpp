@@ -6,11 +6,11 @@
 #include "apps/command.h"
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
-#include "core/printable.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
+#include "core/printable.h"
 #include "core/store/workspace_folder.h"
 #include "core/store/workspace_status.h"
 

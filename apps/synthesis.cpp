@@ -8,7 +8,6 @@
 
 #include "apps/file_performance.h"
 #include "apps/performance.h"
-#include "core/printable.h"
 #include "apps/synthesis_stage.h"
 #include "apps/usage_error.h"
 #include "capture/cameras_file.h"
@@ -20,6 +19,7 @@
 #include "core/io/image_file.h"
 #include "core/limits.h"
 #include "core/new_folders.h"
+#include "core/printable.h"
 #include "core/store/file_lock.h"
 
 namespace atelier {

@@ -11,10 +11,10 @@
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
-#include "core/printable.h"
 #include "apps/synthesis.h"
 #include "apps/usage_error.h"
 #include "capture/layouts/write_layout.h"
+#include "core/printable.h"
 #include "core/store/workspace_folder.h"
 
 namespace atelier {

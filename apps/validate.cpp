@@ -7,11 +7,11 @@
 
 #include "apps/exit_code.h"
 #include "apps/output_place.h"
-#include "core/printable.h"
 #include "apps/usage_error.h"
 #include "apps/validate_page.h"
 #include "apps/validate_stage.h"
 #include "core/atomic_file.h"
+#include "core/printable.h"
 #include "core/store/consent.h"
 
 namespace atelier {
