@@ -204,7 +204,7 @@ OptionTable describe(AnimateOptions& options) {
 fs::path tracked_take(const fs::path& tracked, const fs::path& capture, const std::string& name) {
   const fs::path folder = tracked / "tracked";
   if (!name.empty()) {
-    const fs::path file = folder / (name + ".h5");
+    fs::path file = folder / (name + ".h5");
     if (!fs::exists(file)) {
       throw DataError(folder.string(), "sequence", "'" + name.substr(0, 80) + "' is not tracked",
                       "a sequence of the capture");
@@ -213,7 +213,7 @@ fs::path tracked_take(const fs::path& tracked, const fs::path& capture, const st
   }
   fs::path first;
   for (const CaptureSequence& sequence : open_dataset(capture).info.sequences) {
-    const fs::path file = folder / (sequence.name + ".h5");
+    fs::path file = folder / (sequence.name + ".h5");
     if (!fs::exists(file)) {
       continue;
     }
