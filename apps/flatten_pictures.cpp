@@ -27,10 +27,12 @@ Image flat_picture(const Garment& garment, const Colors& colors) {
                                 (1000 - 2.0 * kMargin) / (high.x() - low.x()));
   const int width =
       std::max(64, static_cast<int>(std::ceil((high.x() - low.x()) * scale)) + 2 * kMargin);
-  Image picture(width, kHeight, 3, 1.0F);
+  const int height =
+      std::max(64, static_cast<int>(std::ceil((high.y() - low.y()) * scale)) + 2 * kMargin);
+  Image picture(width, height, 3, 1.0F);
   const auto pixel = [&](int v) {
     return Eigen::Vector2d((garment.rest(v, 0) - low.x()) * scale + kMargin,
-                           kHeight - kMargin - (garment.rest(v, 1) - low.y()) * scale);
+                           height - kMargin - (garment.rest(v, 1) - low.y()) * scale);
   };
   for (Index f = 0; f < garment.rest_faces.rows(); ++f) {
     const Eigen::Vector2d a = pixel(garment.rest_faces(f, 0));
@@ -42,7 +44,7 @@ Image flat_picture(const Garment& garment, const Colors& colors) {
     };
     const auto first_x = static_cast<int>(std::min({a.x(), b.x(), c.x()}));
     const auto first_y = static_cast<int>(std::min({a.y(), b.y(), c.y()}));
-    for (int y = std::max(0, first_y); y <= std::max({a.y(), b.y(), c.y()}) && y < kHeight; ++y) {
+    for (int y = std::max(0, first_y); y <= std::max({a.y(), b.y(), c.y()}) && y < height; ++y) {
       for (int x = std::max(0, first_x); x <= std::max({a.x(), b.x(), c.x()}) && x < width; ++x) {
         const double px = x + 0.5;
         const double py = y + 0.5;
