@@ -34,9 +34,9 @@ TEST_F(WorkspaceCommand, WhatANewerProgramWroteIsLeftAlone) {
   run_statistics({});
   const std::filesystem::path path = stage_folder() / "current/manifest.json";
   std::string text = read_file_text(path, 1 << 20);
-  const std::string version = "\"schema_version\": 1";
+  const std::string version = "\"schema_version\": 2";
   ASSERT_NE(text.find(version), std::string::npos);
-  text.replace(text.find(version), version.size(), "\"schema_version\": 2");
+  text.replace(text.find(version), version.size(), "\"schema_version\": 3");
   std::ofstream(path) << text;
   const ChildResult status = run({"status", workspace().string(), "--check"});
   EXPECT_EQ(status.exit_code, kExitCheckFailed);
