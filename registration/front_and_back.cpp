@@ -2,13 +2,12 @@
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
-#include <boost/graph/adjacency_list.hpp>
-#include <boost/graph/boykov_kolmogorov_max_flow.hpp>
 
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/topology.h"
 #include "registration/edge_paths.h"
+#include "registration/minimum_cut.h"
 #include "registration/surface_cut.h"
 
 namespace atelier {
@@ -44,50 +43,25 @@ Eigen::VectorXd smooth_facing(const Mesh& mesh, const Triangles& neighbors,
 std::vector<int> cut_in_two(const Topology& topology, const Eigen::VectorXd& facing,
                             const Eigen::VectorXd& areas, const std::vector<double>& lengths,
                             double reach) {
-  using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
-  using Graph = boost::adjacency_list<
-      boost::vecS, boost::vecS, boost::directedS,
-      boost::property<boost::vertex_index_t, long,
-                      boost::property<boost::vertex_color_t, boost::default_color_type,
-                                      boost::property<boost::vertex_distance_t, long,
-                                                      boost::property<boost::vertex_predecessor_t,
-                                                                      Traits::edge_descriptor>>>>,
-      boost::property<
-          boost::edge_capacity_t, double,
-          boost::property<boost::edge_residual_capacity_t, double,
-                          boost::property<boost::edge_reverse_t, Traits::edge_descriptor>>>>;
   const auto faces = static_cast<std::size_t>(topology.faces.rows());
-  Graph graph(faces + 2);
-  auto capacity = boost::get(boost::edge_capacity, graph);
-  auto reverse = boost::get(boost::edge_reverse, graph);
-  const auto add = [&](std::size_t a, std::size_t b, double there, double back) {
-    const auto forth = boost::add_edge(a, b, graph).first;
-    const auto other = boost::add_edge(b, a, graph).first;
-    capacity[forth] = there;
-    capacity[other] = back;
-    reverse[forth] = other;
-    reverse[other] = forth;
-  };
+  std::vector<double> in_front(faces);
+  std::vector<double> at_the_back(faces);
   for (std::size_t f = 0; f < faces; ++f) {
     const double weight = facing[static_cast<Index>(f)] * areas[static_cast<Index>(f)];
-    add(faces, f, std::max(0.0, weight), 0);
-    add(f, faces + 1, std::max(0.0, -weight), 0);
+    in_front[f] = std::max(0.0, -weight);
+    at_the_back[f] = std::max(0.0, weight);
   }
+  std::vector<CutLink> links;
   for (Index e = 0; e < topology.edges.rows(); ++e) {
     const auto sharing = corners_of_edge(topology, e);
     if (sharing.size() == 2) {
-      const double cost = reach * lengths[static_cast<std::size_t>(e)];
-      add(static_cast<std::size_t>(sharing[0] / 3), static_cast<std::size_t>(sharing[1] / 3), cost,
-          cost);
+      links.push_back({static_cast<std::size_t>(sharing[0] / 3),
+                       static_cast<std::size_t>(sharing[1] / 3),
+                       reach * lengths[static_cast<std::size_t>(e)]});
     }
   }
-  boost::boykov_kolmogorov_max_flow(graph, faces, faces + 1);
-  const auto color = boost::get(boost::vertex_color, graph);
-  std::vector<int> front(faces, 0);
-  for (std::size_t f = 0; f < faces; ++f) {
-    front[f] = color[f] == boost::black_color ? 1 : 0;
-  }
-  return front;
+  const std::vector<char> sides = minimum_cut(in_front, at_the_back, links);
+  return {sides.begin(), sides.end()};
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -12,21 +14,26 @@
 #include "core/topology.h"
 #include "core/tree.h"
 #include "core/winding_number.h"
+#include "registration/edge_paths.h"
+#include "registration/minimum_cut.h"
 
 namespace atelier {
 namespace {
 
 enum class Support : char { None, Kept, Cut, MadeUp };
 
-constexpr double kOffPoint = 0.015;    // m along the normal
-constexpr double kBeyondRim = 0.5;     // of the spacing
-constexpr double kSameWay = 0.5;       // cosine
-constexpr double kNearBody = 0.04;     // m
-constexpr double kDeep = 0.01;         // m inside of the body
-constexpr double kOpenShare = 0.15;    // of what surrounds a patch
-constexpr int kSmoothRounds = 12;      // means over neighbours of kept (1) and cut (-1)
-constexpr double kPiece = 0.1;         // of the largest piece
-constexpr double kCountedArea = 1e-4;  // m2
+constexpr double kOffPoint = 0.015;     // m along the normal
+constexpr double kBeyondRim = 0.5;      // of the spacing
+constexpr double kSameWay = 0.5;        // cosine
+constexpr double kNearBody = 0.04;      // m
+constexpr double kDeep = 0.01;          // m inside of the body
+constexpr double kOpenShare = 0.15;     // of what surrounds a patch
+constexpr double kWidestOnBare = 0.05;  // m, of a gap that is open at its ends
+constexpr double kWidestOnCloth = 0.2;  // m, where cloth of other frames covers the body below
+constexpr double kGoesIn = 0.02;        // m from the rim: less is roughness
+constexpr int kSmoothRounds = 12;       // means over neighbours of kept (1) and cut (-1)
+constexpr double kPiece = 0.1;          // of the largest piece
+constexpr double kCountedArea = 1e-4;   // m2
 
 /// What each vertex's own place says.
 struct Supports {
@@ -147,6 +154,175 @@ void decide_patches(std::vector<Support>& support, const Adjacency& neighbors,
   }
 }
 
+/// Whether cloth lies below: the body nearest to each place is covered, and the surface lies on it
+/// there, not across a limb, as a lid does.
+std::vector<char> over_cloth(const Mesh& surface, const std::vector<int>& places,
+                             const Points& body, const Triangles& body_faces,
+                             const GarmentCover& cover) {
+  const Points normals = vertex_normals(surface.vertices, surface.faces);
+  const Points flesh_normals = face_normals(body, body_faces);
+  Points points(static_cast<Index>(places.size()), 3);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    points.row(static_cast<Index>(i)) = surface.vertices.row(places[i]);
+  }
+  std::vector<char> over(places.size(), 0);
+  const std::vector<ClosestPoint> flesh = closest_points(build_tree(body, body_faces), points);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Index corner = 0;
+    flesh[i].barycentric.maxCoeff(&corner);
+    over[i] = cover.share[body_faces(flesh[i].face, corner)] >= 0.5 &&
+                      normals.row(places[i]).dot(flesh_normals.row(flesh[i].face)) > kSameWay
+                  ? 1
+                  : 0;
+  }
+  return over;
+}
+
+/// Of the places that may go either way those that are kept, so that the rim is as short as can be:
+/// a minimum cut of the rim's length and, of what is kept, the area times `costs` (1/m).
+std::vector<char> kept_by_rim(const Mesh& surface, const Topology& topology,
+                              const std::vector<Support>& support, const std::vector<int>& places,
+                              const std::vector<double>& costs, const Eigen::VectorXd& areas) {
+  std::vector<int> node(support.size(), -1);
+  std::vector<double> as_kept(places.size());
+  std::vector<double> as_cut(places.size(), 0);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    node[static_cast<std::size_t>(places[i])] = static_cast<int>(i);
+    as_kept[i] = costs[i] * areas[places[i]];
+  }
+  std::vector<CutLink> links;
+  for (Index e = 0; e < topology.edges.rows(); ++e) {
+    const int a = topology.edges(e, 0);
+    const int b = topology.edges(e, 1);
+    const int i = node[static_cast<std::size_t>(a)];
+    const int j = node[static_cast<std::size_t>(b)];
+    if (i < 0 && j < 0) {
+      continue;
+    }
+    // A rim between two vertices runs from the middle of one triangle over the edge to the other's.
+    const Eigen::RowVector3d middle = 0.5 * (surface.vertices.row(a) + surface.vertices.row(b));
+    double length = 0;
+    for (const int corner : corners_of_edge(topology, e)) {
+      Eigen::RowVector3d center = Eigen::RowVector3d::Zero();
+      for (int k = 0; k < 3; ++k) {
+        center += surface.vertices.row(surface.faces(corner / 3, k)) / 3;
+      }
+      length += (center - middle).norm();
+    }
+    if (i >= 0 && j >= 0) {
+      links.push_back({static_cast<std::size_t>(i), static_cast<std::size_t>(j), length});
+    } else {
+      const bool kept = support[static_cast<std::size_t>(i < 0 ? a : b)] == Support::Kept;
+      (kept ? as_cut : as_kept)[static_cast<std::size_t>(std::max(i, j))] += length;
+    }
+  }
+  return minimum_cut(as_kept, as_cut, links);
+}
+
+/// Vertices with `value`, by pieces that hang together.
+std::vector<std::vector<int>> pieces_of(const std::vector<Support>& support, Support value,
+                                        const std::vector<int>& among, const Adjacency& neighbors) {
+  std::vector<char> waiting(support.size(), 0);
+  for (const int v : among) {
+    const auto at = static_cast<std::size_t>(v);
+    waiting[at] = support[at] == value ? 1 : 0;
+  }
+  std::vector<std::vector<int>> pieces;
+  for (const int seed : among) {
+    if (waiting[static_cast<std::size_t>(seed)] == 0) {
+      continue;
+    }
+    std::vector<int> piece = {seed};
+    waiting[static_cast<std::size_t>(seed)] = 0;
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+      for (const int other : neighbors[piece[i]]) {
+        if (waiting[static_cast<std::size_t>(other)] != 0) {
+          waiting[static_cast<std::size_t>(other)] = 0;
+          piece.push_back(other);
+        }
+      }
+    }
+    pieces.push_back(std::move(piece));
+  }
+  return pieces;
+}
+
+double area_of(const std::vector<int>& piece, const Eigen::VectorXd& areas) {
+  return std::accumulate(piece.begin(), piece.end(), 0.0,
+                         [&](double sum, int v) { return sum + areas[v]; });
+}
+
+/// Small pieces are no support of their own: they stay where a gap closes round them.
+void leave_small_pieces(std::vector<Support>& support, const std::vector<int>& all,
+                        const Adjacency& neighbors, const Eigen::VectorXd& areas) {
+  const std::vector<std::vector<int>> pieces = pieces_of(support, Support::Kept, all, neighbors);
+  double largest = 0;
+  for (const std::vector<int>& piece : pieces) {
+    largest = std::max(largest, area_of(piece, areas));
+  }
+  for (const std::vector<int>& piece : pieces) {
+    if (area_of(piece, areas) < kPiece * largest) {
+      for (const int v : piece) {
+        support[static_cast<std::size_t>(v)] = Support::Cut;
+      }
+    }
+  }
+}
+
+/// Keeps of the places that were cut, though nothing there says so, what the shortest rim keeps
+/// and is a gap: it goes in from the rim, and is no roughness along it. `own` is what places say.
+void close_gaps(std::vector<Support>& support, const std::vector<Support>& own, const Mesh& surface,
+                const Topology& topology, const Adjacency& neighbors, const Eigen::VectorXd& areas,
+                const Points& body, const Triangles& body_faces, const GarmentCover& cover,
+                TrimmedSurface& trimmed) {
+  std::vector<int> all(support.size());
+  std::iota(all.begin(), all.end(), 0);
+  leave_small_pieces(support, all, neighbors, areas);
+  std::vector<int> places;
+  for (const int v : all) {
+    const auto at = static_cast<std::size_t>(v);
+    if (support[at] == Support::Cut && own[at] != Support::Cut) {
+      places.push_back(v);
+    }
+  }
+  const std::vector<char> over = over_cloth(surface, places, body, body_faces, cover);
+  std::vector<double> costs(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    // Points end there: what the other frames say does not make them go on.
+    const bool seen = own[static_cast<std::size_t>(places[i])] == Support::Kept;
+    costs[i] = 2 / (over[i] != 0 && !seen ? kWidestOnCloth : kWidestOnBare);
+  }
+  const std::vector<char> kept = kept_by_rim(surface, topology, support, places, costs, areas);
+  std::vector<Support> closed = support;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    closed[static_cast<std::size_t>(places[i])] = kept[i] != 0 ? Support::Kept : Support::Cut;
+  }
+  const EdgeGraph graph(topology);
+  const std::vector<double> lengths = edge_lengths(topology, surface.vertices);
+  std::vector<int> sources;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(sources),
+               [&](int v) { return closed[static_cast<std::size_t>(v)] == Support::Cut; });
+  const EdgePaths inwards = graph.paths_from(sources, lengths);
+  sources.clear();
+  std::copy_if(places.begin(), places.end(), std::back_inserter(sources),
+               [&](int v) { return inwards.distances[static_cast<std::size_t>(v)] > kGoesIn; });
+  const EdgePaths back = graph.paths_from(sources, lengths);
+  for (const int v : places) {
+    const auto at = static_cast<std::size_t>(v);
+    if (closed[at] == Support::Kept && back.distances[at] > kGoesIn) {
+      closed[at] = Support::Cut;
+    }
+  }
+  for (const std::vector<int>& gap : pieces_of(closed, Support::Kept, places, neighbors)) {
+    ++trimmed.holes_closed;
+    for (const int v : gap) {
+      const auto at = static_cast<std::size_t>(v);
+      support[at] = Support::Kept;
+      trimmed.area_closed += own[at] == Support::None ? areas[v] : 0;
+    }
+  }
+}
+
 /// 1 kept, -1 cut, smooth between.
 Eigen::VectorXd smooth_sides(const std::vector<Support>& support, const Adjacency& neighbors) {
   Eigen::VectorXd side(static_cast<Index>(support.size()));
@@ -251,15 +427,17 @@ TrimmedSurface trim_surface(const Mesh& surface, const GarmentPoints& points, do
   const Eigen::VectorXd areas = vertex_areas(surface.vertices, surface.faces);
   Supports found = supports(surface, points, spacing, body, body_faces, cover, topology);
   std::vector<Support>& support = found.of;
+  const std::vector<Support> own = support;
   for (Index v = 0; v < areas.size(); ++v) {
-    Support& own = support[static_cast<std::size_t>(v)];
-    if (own == Support::MadeUp) {
+    Support& place = support[static_cast<std::size_t>(v)];
+    if (place == Support::MadeUp) {
       trimmed.area_made_up += areas[v];
-      own = Support::Kept;
+      place = Support::Kept;
     }
   }
   decide_patches(support, neighbors, areas, trimmed);
   cut_back(support, found.between, neighbors);
+  close_gaps(support, own, surface, topology, neighbors, areas, body, body_faces, cover, trimmed);
   trimmed.mesh = without_small_pieces(clipped(surface, smooth_sides(support, neighbors)), kPiece);
   return trimmed;
 }

@@ -21,7 +21,11 @@ struct TrimmedSurface {
 /// the way the point does; beside what is cut off, within half of `spacing`, so that the surface
 /// ends where its points end. A patch without support is kept where it is a hole: nearly all that
 /// surrounds it is supported. It is cut off where it runs to the rim, lies over bare skin or goes
-/// 1 cm into the body, as lids of openings do. Pieces under a tenth of the largest are dropped.
+/// 1 cm into the body, as lids of openings do. Of what was cut off for that alone, gaps are kept
+/// that the garment goes round but for their ends, as one that nobody saw from a cuff to the hem:
+/// those parts that make the rim shorter by more than 10 times their area over covered skin, 40
+/// times elsewhere (1/m; gaps up to 20 and 5 cm wide), where they go in from it by more than 2 cm.
+/// Pieces under a tenth of the largest are dropped.
 TrimmedSurface trim_surface(const Mesh& surface, const GarmentPoints& points, double spacing,
                             const Points& body, const Triangles& body_faces,
                             const GarmentCover& cover);

@@ -11,7 +11,7 @@
 namespace atelier {
 
 struct ContourOptions {
-  bool fit = false;       ///< off: skin stays where stereo has it
+  bool fit = true;        ///< off: skin stays where stereo has it
   double reach = 6;       ///< px, farthest that a picture's edge is looked for, [3, 50]
   double noise = 1;       ///< px, of an edge, one in three pixels on its own, [0.05, 50]
   double spread = 0.006;  ///< m, by which stereo is off, [1e-4, 0.1]

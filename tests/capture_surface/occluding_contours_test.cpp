@@ -73,8 +73,7 @@ std::vector<std::uint8_t> all_of(const Mesh& mesh) {
   return std::vector<std::uint8_t>(static_cast<std::size_t>(mesh.vertices.rows()), 1);
 }
 
-Mesh moved(const Mesh& mesh, const LimbViews& views,
-           const ContourOptions& options = {.fit = true}) {
+Mesh moved(const Mesh& mesh, const LimbViews& views, const ContourOptions& options = {}) {
   return moved_to_contours(mesh, views.cameras, views.images, views.masks, all_of(mesh), options);
 }
 
@@ -111,8 +110,7 @@ TEST(OccludingContours, WhatMayNotMoveStaysToTheBit) {
     movable[static_cast<std::size_t>(v)] = thin.vertices(v, 1) > 0 ? 1 : 0;
   }
   const LimbViews views;
-  const Mesh found =
-      moved_to_contours(thin, views.cameras, views.images, views.masks, movable, {.fit = true});
+  const Mesh found = moved_to_contours(thin, views.cameras, views.images, views.masks, movable);
   for (Index v = 0; v < thin.vertices.rows(); ++v) {
     const double radius = found.vertices.row(v)({0, 2}).norm();
     if (movable[static_cast<std::size_t>(v)] == 0) {
@@ -135,7 +133,7 @@ TEST(OccludingContours, WhereNothingIsToldNothingMoves) {
     std::fill(mask.data.begin(), mask.data.end(), std::uint8_t{255});
   }
   EXPECT_EQ(moved(thin, crowded).vertices, thin.vertices);
-  EXPECT_EQ(moved(thin, LimbViews(), {}).vertices, thin.vertices);
+  EXPECT_EQ(moved(thin, LimbViews(), {.fit = false}).vertices, thin.vertices);
   EXPECT_EQ(moved(Mesh{}, LimbViews()).vertices.rows(), 0);
 }
 
@@ -151,8 +149,7 @@ TEST(OccludingContours, ContoursBehindSomethingElseSayNothing) {
   std::vector<std::uint8_t> movable = all_of(both);
   std::fill(movable.begin() + first, movable.end(), std::uint8_t{0});
   const LimbViews views;
-  const Mesh found =
-      moved_to_contours(both, views.cameras, views.images, views.masks, movable, {.fit = true});
+  const Mesh found = moved_to_contours(both, views.cameras, views.images, views.masks, movable);
   EXPECT_EQ(found.vertices, both.vertices);
 }
 
@@ -181,9 +178,8 @@ TEST(OccludingContours, AttributesAreKept) {
 TEST(OccludingContours, SizesThatDisagreeAreRefused) {
   const Mesh mesh = limb(kLimbRadius);
   LimbViews views;
-  ATELIER_EXPECT_REFUSED(
-      moved_to_contours(mesh, views.cameras, views.images, views.masks, {1, 1}, {.fit = true}),
-      LogicError, "every vertex moves or not");
+  ATELIER_EXPECT_REFUSED(moved_to_contours(mesh, views.cameras, views.images, views.masks, {1, 1}),
+                         LogicError, "every vertex moves or not");
   LimbViews fewer = views;
   fewer.images.pop_back();
   ATELIER_EXPECT_REFUSED(moved(mesh, fewer), LogicError, "a picture and a mask for each camera");

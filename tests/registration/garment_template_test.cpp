@@ -18,6 +18,7 @@
 #include "registration/garment_cover.h"
 #include "registration/part_crossings.h"
 #include "registration/surface_through_points.h"
+#include "registration/trim_surface.h"
 #include "tests/registration/mannequin.h"
 
 namespace atelier::fixtures {
@@ -180,6 +181,21 @@ TEST(GarmentTemplate, WhatOneFrameDoesNotShowOthersSay) {
               UnorderedElementsAre("neck", "hem", "cuff left", "cuff right"));
   EXPECT_GT(made.area_unseen, 0.002);
   EXPECT_EQ(made.frame_id, 0);
+}
+
+// Its left cuff and its hem were one loop.
+TEST(GarmentTemplate, AGapThatNoFrameShowsFromCuffToHemIsClosed) {
+  std::vector<std::pair<Eigen::Vector3d, double>> hidden;
+  for (double t = 0; t <= 1; t += 0.05) {
+    hidden.push_back({{0.27 - 0.11 * t, 1.22 + 0.09 * t, 0}, 0.05});  // below the arm
+    hidden.push_back({{0.152, 0.97 + 0.32 * t, 0}, 0.05});            // down the side
+  }
+  const GarmentTemplate made =
+      garment_template(standing(wears_tee, 0, hidden), kClothLabel, "upper", quick());
+  EXPECT_THAT(made.garment.boundary_names,
+              UnorderedElementsAre("neck", "hem", "cuff left", "cuff right"));
+  expect_clean(made.garment.mesh, 0.03);
+  EXPECT_GT(made.area_unseen, 0.02);
 }
 
 TEST(GarmentTemplate, LiesOutsideOfTheBodyAndRidesOnIt) {
@@ -358,6 +374,65 @@ TEST(Crossings, AreCountedWithTheirDirection) {
   EXPECT_EQ(crossings(ring({0, 0, 0}, 1, true), down), -1);
   EXPECT_EQ(crossings(ring({0, 0, 0}, 1, true), beside), 0);
   EXPECT_EQ(crossings(ring({0, 0, 0}, 1, true), there_and_back), 0);
+}
+
+/// A wide tube, of which points say where it is but for an end of 0.1 m on either side and a gap
+/// from end to end, over a thin body that is covered between the ends, and below the gap if
+/// `covered`.
+TrimmedSurface tube_with_gap(double width, bool covered) {
+  const Mesh tube = cone(0.6, 0.15, 0, 0.15, 0.008);
+  const Mesh body = cone(0.6, 0.08, 0, 0.08, 0.02);
+  const auto in_gap = [&](const Eigen::RowVector3d& point) {
+    return std::abs(std::atan2(point.z(), point.x())) * 0.15 < width / 2;
+  };
+  GarmentPoints points;
+  const Points normals = vertex_normals(tube.vertices, tube.faces);
+  points.points.resize(tube.vertices.rows(), 3);
+  points.normals.resize(tube.vertices.rows(), 3);
+  for (Index v = 0; v < tube.vertices.rows(); ++v) {
+    const double y = tube.vertices(v, 1);
+    if (y > 0.1 && y < 0.5 && !in_gap(tube.vertices.row(v))) {
+      points.points.row(points.seen) = tube.vertices.row(v);
+      points.normals.row(points.seen++) = normals.row(v);
+    }
+  }
+  points.points.conservativeResize(points.seen, 3);
+  points.normals.conservativeResize(points.seen, 3);
+  points.weights = Eigen::VectorXd::Ones(points.seen);
+  GarmentCover cover{Eigen::VectorXd::Zero(body.vertices.rows()),
+                     Eigen::VectorXd::Zero(body.vertices.rows())};
+  for (Index v = 0; v < body.vertices.rows(); ++v) {
+    const Eigen::RowVector3d place = body.vertices.row(v);
+    cover.share[v] = place.y() > 0.1 && place.y() < 0.5 &&
+                             (covered || std::abs(std::atan2(place.z(), place.x())) > M_PI / 4)
+                         ? 1
+                         : 0;
+  }
+  return trim_surface(tube, points, 0.01, body.vertices, body.faces, cover);
+}
+
+TEST(TrimSurface, ClosesAGapFromRimToRimThatLiesOverCoveredSkin) {
+  const TrimmedSurface trimmed = tube_with_gap(0.08, true);
+  const std::vector<std::vector<int>> rims =
+      boundary_loops(topology_of(trimmed.mesh.faces, trimmed.mesh.vertices.rows()));
+  ASSERT_EQ(rims.size(), 2U);
+  for (const std::vector<int>& rim : rims) {
+    const double end = trimmed.mesh.vertices(rim.front(), 1) < 0.3 ? 0.1 : 0.5;
+    for (const int v : rim) {
+      EXPECT_NEAR(trimmed.mesh.vertices(v, 1), end, 0.015);
+    }
+  }
+  EXPECT_EQ(trimmed.holes_closed, 1);
+  // Points reach 1 cm into it from either side.
+  EXPECT_NEAR(trimmed.area_closed, 0.06 * 0.4, 0.2 * 0.06 * 0.4);
+}
+
+TEST(TrimSurface, LeavesAGapOpenThatLiesOverBareSkinUnlessItIsNarrow) {
+  const auto rims = [](const TrimmedSurface& trimmed) {
+    return boundary_loops(topology_of(trimmed.mesh.faces, trimmed.mesh.vertices.rows())).size();
+  };
+  EXPECT_EQ(rims(tube_with_gap(0.08, false)), 1U);
+  EXPECT_EQ(rims(tube_with_gap(0.035, false)), 2U);
 }
 
 TEST(SurfaceThroughPoints, OfABallIsTheBallAndItsHoleIsClosed) {
