@@ -11,6 +11,7 @@
 #include "registration/parametric_patterns.h"
 #include "registration/pattern_garment.h"
 #include "tests/registration/cut_fixtures.h"
+#include "tests/registration/pattern_files.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {
