@@ -282,10 +282,10 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
       even_mesh(trimmed.mesh, {.edge_length = options.edge_length, .holes = boundaries.holes});
   made.pushed_out = push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
   // Parting may bring a vertex back to the body, pushing it out may cross again: the last counts.
+  // Corners are widened before: what that crosses is parted too.
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
-    made.garment.mesh =
-        with_blunt_corners(cut_rim_folds(part_crossings(std::move(made.garment.mesh)).mesh));
+    made.garment.mesh = cut_rim_folds(part_crossings(with_blunt_corners(made.garment.mesh)).mesh);
     push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
   }
   const double area = face_areas(made.garment.mesh.vertices, made.garment.mesh.faces).sum();
