@@ -48,7 +48,7 @@ constexpr std::array kStages = {
 #endif
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
     Stage{.name = "reconstruct",
-          .version = 3,
+          .version = 5,
           .summary = "labelled surfaces and 3D keypoints from the images of a capture",
           .inputs = {"capture"},
           .outputs = {"scans", "keypoints3d"},

@@ -31,9 +31,8 @@ struct FoundPattern {
 /// 3. These straightened and the surface unstretched again: altogether or, where that misses the
 ///    bound, a little or not at all. A zigzag is as many small darts, without which panels stretch
 ///    more, so
-/// 4. seams are sought once more on the straightened surface, from those that were found; and so
-/// on,
-///    four times at most, while straight ones miss the bound or got shorter.
+/// 4. seams are sought once more on the straightened surface, from those that were found; and
+///    so on, four times at most, while straight ones miss the bound or got shorter.
 /// 5. Where none of these keeps the bound: seams along edges, on the surface as it is given.
 ///
 /// Corners are kept above 10 degrees where they are in `mesh` (blunt_corners.h), so that a

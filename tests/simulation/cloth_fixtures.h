@@ -13,6 +13,14 @@
 
 namespace atelier::fixtures {
 
+/// A frame in which the body stays where it is.
+inline Control still(const Points& body) {
+  Control control;
+  control.body_start = body;
+  control.body_end = body;
+  return control;
+}
+
 /// A flat sheet in the plane y = 0 of `columns` x `rows` cells from (0, 0, 0) along x and z. Kind
 /// 'd': one diagonal; 'a': alternating diagonals; 'e': equilateral triangles of side `size` (rows
 /// are then sqrt(3)/2 apart and every second row is shifted by half, its ends straightened).
