@@ -159,6 +159,10 @@ Sequence body_sequence(const std::filesystem::path& body) {
     return read_mesh_sequence(body, false).sequence;
   }
 #endif
+  if (!std::filesystem::exists(body)) {
+    throw DataError(body.string(), "", "no such file or folder",
+                    "a mesh, a folder of meshes, a body model, female or male");
+  }
   return read_sequence_folder(body);
 }
 

@@ -1,0 +1,75 @@
+// Garments that others modelled, in their own units, put on the default woman as `simulate --scale
+// --move-*` does. Nothing about them is known but their mesh; where it starts inside her, it comes
+// out.
+
+#include <gtest/gtest.h>
+
+#include "core/io/mesh_file.h"
+#include "core/topology.h"
+#include "simulation/crossings.h"
+#include "simulation/fabric.h"
+#include "tests/dressing/human_fixture.h"
+#include "tests/support/test_data.h"
+
+namespace atelier {
+namespace {
+
+using fixtures::woman;
+
+/// How a garment is put on her: her arms turned from the pose at rest until they lie in its
+/// sleeves.
+struct Worn {
+  const char* file;
+  double scale;             ///< m per unit
+  Eigen::RowVector3d move;  ///< m, of the scaled garment
+  double arms;              ///< rad, upwards
+  double most_fall;         ///< m, of its upper edge until it hangs
+};
+
+class ModelledGarments : public ::testing::TestWithParam<Worn> {};
+
+TEST_P(ModelledGarments, HangOnTheWoman) {
+  const Worn& worn = GetParam();
+  ATELIER_TEST_FILE(file, std::string("garments/diffcloth/") + worn.file);
+  Garment garment;
+  garment.mesh = read_mesh(file, {.metres_per_unit = worn.scale, .up = 'y'});
+  garment.mesh.vertices.rowwise() += worn.move;
+  garment.material = fabric_material("cotton");
+  garment.material.thickness = 3e-3;
+  const Cloth cloth = make_cloth(garment);
+  const Points body = fixtures::posed_woman(
+      {{"left_shoulder", {0, 0, worn.arms}}, {"right_shoulder", {0, 0, -worn.arms}}});
+  for (const Device device : fixtures::devices()) {
+    SCOPED_TRACE(device_name(device));
+    XpbdOptions options;
+    options.self_contact = true;
+    options.substeps = 30;        // at 10 it is so soft that it slips down over her hips
+    options.contact_reach = 0.1;  // some of it begins deep inside her
+    ClothSolver solver(cloth, woman().mesh.faces, options, device);
+    const fixtures::Course course =
+        fixtures::run_on(solver, woman().mesh.faces, 30, 10, [&](int) { return body; });
+    EXPECT_TRUE(course.end.positions.allFinite());
+    EXPECT_LT(course.deepest, fixtures::kDeepest);
+    EXPECT_LT(course.most_strain, 0.2);
+    EXPECT_LT(garment.mesh.vertices.col(1).maxCoeff() - course.end.positions.col(1).maxCoeff(),
+              worn.most_fall);
+    const int crossings = count_crossings(course.end.positions, cloth.faces);
+    if (count_crossings(garment.mesh.vertices, cloth.faces) == 0) {
+      EXPECT_EQ(crossings, 0);
+    }  // else the file's own sleeves are crumpled through themselves
+    RecordProperty(std::string("crossings_") + device_name(device), crossings);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OfTheData, ModelledGarments,
+    ::testing::Values(Worn{"tshirt1900.obj", 0.06, {0, 0.66, -0.015}, 0.35, 0.1},
+                      Worn{"dress-v5k-f10k.obj", 0.031, {-0.735, -0.53, 0.02}, -0.45, 0.1},
+                      Worn{"skirt3448.obj", 1.4, {0, -0.55, 0}, 0, 0.2}),
+    [](const auto& one) {
+      const std::string name = one.param.file;
+      return name.substr(0, name.find_first_of("0123456789-."));
+    });
+
+}  // namespace
+}  // namespace atelier
