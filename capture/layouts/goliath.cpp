@@ -145,7 +145,7 @@ std::vector<std::string> write_goliath(const LayoutSource& source, const fs::pat
     }
     std::vector<std::pair<std::string, std::vector<std::byte>>> members;
     for (const int frame : source.sequence.frame_ids) {
-      if (auto image = source.reader->encoded_image(static_cast<Index>(c), frame)) {
+      if (auto image = source.frames().encoded_image(static_cast<Index>(c), frame)) {
         members.emplace_back("cam" + camera.id + "/" + frame_name(frame) + image->extension,
                              std::move(image->bytes));
       }
