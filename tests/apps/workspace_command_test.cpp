@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/exit_code.h"
+#include "core/store/file_lock.h"
 #include "tests/apps/program_fixture.h"
 
 namespace atelier::fixtures {
@@ -64,6 +65,28 @@ TEST_F(WorkspaceCommand, ResultsWithoutACurrentLinkAreSpokenOf) {
               HasSubstr("left statistics: " + words));
   EXPECT_THAT(run_statistics({}).out, HasSubstr("is done already"));
   EXPECT_THAT(run({"status", workspace().string()}).out, ::testing::Not(HasSubstr(words)));
+}
+
+TEST_F(WorkspaceCommand, GcSaysWhatARunningStageKeeps) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  run_statistics({"--statistics.edge_quantiles", "0.5"});
+  {
+    const auto lock = FileLock::try_lock(stage_folder() / ".lock", FileLock::Mode::Shared);
+    const std::string words = "a result that is no longer current; the stage is running";
+    EXPECT_THAT(run({"gc", workspace().string(), "--dry-run"}).out,
+                ::testing::AllOf(HasSubstr("would leave "), HasSubstr(words)));
+    EXPECT_THAT(run({"gc", workspace().string()}).out,
+                ::testing::AllOf(HasSubstr("left "), HasSubstr(words)));
+    const auto json =
+        nlohmann::json::parse(run({"gc", workspace().string(), "--dry-run", "--json"}).out);
+    EXPECT_EQ(json[0]["kept"], "the stage is running");
+    EXPECT_EQ(json[0]["removed"], false);
+  }
+  const auto json =
+      nlohmann::json::parse(run({"gc", workspace().string(), "--dry-run", "--json"}).out);
+  EXPECT_EQ(json[0]["kept"], "");
+  EXPECT_EQ(json[0]["removed"], false);
 }
 
 TEST_F(WorkspaceCommand, GcRemovesOlderResults) {
