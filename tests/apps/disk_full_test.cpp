@@ -67,9 +67,9 @@ class DiskFull : public StatisticsFixture {
         // Writes to the terminal fail too; all others name a path of the workspace.
         if (failed.err.find("standard output") == std::string::npos) {
           EXPECT_THAT(failed.err, HasSubstr(workspace().string()));
-          EXPECT_THAT(failed.err,
-                      HasSubstr(error == "EIO" ? "Input/output error" : "No space left on device"));
         }
+        EXPECT_THAT(failed.err, HasSubstr(error == "EIO" ? "Input/output error; the disk"
+                                                         : "No space left on device; free space"));
         EXPECT_EQ(result_digests(), calls[i].after_swap ? expected : other_expected)
             << "what current leads to is whole";
       }

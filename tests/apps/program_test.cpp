@@ -259,7 +259,8 @@ TEST_F(Program, AFullStandardOutputIsAnError) {
   const ChildResult result =
       run_child({"bash", "-c", small_program_path() + " --help > /dev/full"});
   EXPECT_EQ(result.exit_code, kExitEnvironment);
-  EXPECT_THAT(result.err, HasSubstr("standard output"));
+  EXPECT_THAT(result.err,
+              HasSubstr("standard output: cannot write: No space left on device; free"));
 }
 
 TEST_F(Program, AClosedStandardStreamTakesNoFilesPlace) {
@@ -272,7 +273,7 @@ TEST_F(Program, AClosedStandardStreamTakesNoFilesPlace) {
   EXPECT_EQ(std::filesystem::file_size(stage_folder() / ".lock"), 0U);
   EXPECT_TRUE(is_clean());
   expect_refusal(run_child({"bash", "-c", small_program_path() + " --help >&-"}), kExitEnvironment,
-                 "standard output");
+                 "standard output: it is closed; ");
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they need the address space
