@@ -89,6 +89,28 @@ TEST_F(WorkspaceCommand, GcSaysWhatARunningStageKeeps) {
   EXPECT_EQ(json[0]["removed"], false);
 }
 
+TEST_F(WorkspaceCommand, AnErrorIsAnObjectOfJson) {
+  const std::string missing = (root_ / "nothing").string();
+  const std::string picture = (root_ / "bad.jpg").string();
+  std::ofstream(picture) << "no picture";
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"status", missing}, {"gc", missing}, {"inspect", picture}}) {
+    SCOPED_TRACE(command[0]);
+    const ChildResult result = run({command[0], command[1], "--json"});
+    EXPECT_EQ(result.exit_code, kExitBadData);
+    const auto json = nlohmann::json::parse(result.out);
+    EXPECT_EQ(json["event"], "error");
+    EXPECT_EQ(json["command"], command[0]);
+    EXPECT_EQ(json["file"], command[1]);
+    EXPECT_EQ(json["exit_code"], kExitBadData);
+    EXPECT_NE(json["found"], "");
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << "people are told too";
+    expect_refusal(run(command), kExitBadData, command[1]);
+    expect_refusal(run({command[0], command[1], "--json=false"}), kExitBadData, command[1]);
+    expect_refusal(run({command[0], "--json"}), kExitUsage, " takes a");
+  }
+}
+
 TEST_F(WorkspaceCommand, GcRemovesOlderResults) {
   write_boxes(input(), 1);
   run_statistics({});
