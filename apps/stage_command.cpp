@@ -161,8 +161,8 @@ void require_folder_or_nothing(const std::filesystem::path& workspace) {
   }
   if (kind != std::filesystem::file_type::directory &&
       kind != std::filesystem::file_type::not_found) {
-    throw EnvironmentError("WORKSPACE " + workspace.string(),
-                           "not a folder; name a folder, or one that is to be made");
+    throw UsageError("WORKSPACE cannot be '" + workspace.string() +
+                     "': not a folder; name a folder, or one that is to be made");
   }
 }
 

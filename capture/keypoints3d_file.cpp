@@ -6,13 +6,15 @@
 #include "core/error.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
 
 Keypoints3d points_of(const JsonPlace& place, const std::vector<double>& values, double farthest) {
   if (values.size() % 4 != 0 || values.empty()) {
-    place.fail(std::to_string(values.size()) + " numbers", "x, y, z and confidence of points");
+    place.fail(counted(static_cast<std::int64_t>(values.size()), "number"),
+               "x, y, z and confidence of points");
   }
   Keypoints3d points(static_cast<Index>(values.size() / 4), 4);
   for (Index i = 0; i < points.rows(); ++i) {
@@ -51,7 +53,8 @@ std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::st
       for (const JsonPlace& row : rows.items()) {
         const std::vector<double> four = row.numbers();
         if (four.size() != 4) {
-          row.fail(std::to_string(four.size()) + " numbers", "x, y, z and confidence");
+          row.fail(counted(static_cast<std::int64_t>(four.size()), "number"),
+                   "x, y, z and confidence");
         }
         values.insert(values.end(), four.begin(), four.end());
       }
