@@ -147,6 +147,12 @@ TEST_F(Program, CompletionCompletes) {
       EXPECT_THAT(run({"run", "nothing", "work", "--from", step}).err, Not(HasSubstr("--from")));
     }
   }
+  // Names, alone or beside files.
+  for (const char* command : {"run", "simulate"}) {
+    if (run({"--help"}).out.find("\n  " + std::string(command) + " ") != std::string::npos) {
+      EXPECT_THAT(complete("atelier " + std::string(command) + " --material den", 3), "denim\n");
+    }
+  }
   // Files of the kind that is taken, and folders, which may lead to some.
   for (const char* name : {"a.obj", "b.txt", "c.toml"}) {
     std::ofstream(root_ / name) << "x";
@@ -157,6 +163,11 @@ TEST_F(Program, CompletionCompletes) {
   EXPECT_EQ(complete("atelier convert a b --config " + here, 5),
             here + "folder " + here + "c.toml\n");
   EXPECT_THAT(complete("atelier inspect " + here, 2), HasSubstr(here + "b.txt"));
+  if (run({"--help"}).out.find("\n  drape ") != std::string::npos) {
+    std::ofstream(root_ / "p.json") << "x";
+    EXPECT_THAT(complete("atelier drape --garment tro", 3), "trousers\n");
+    EXPECT_EQ(complete("atelier drape --garment " + here, 3), here + "folder " + here + "p.json\n");
+  }
   // Names with spaces are one word.
   std::filesystem::create_directory(root_ / "my capture");
   EXPECT_EQ(complete("atelier inspect " + here + "my", 2), here + "my capture\n");
