@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "capture/person_id.h"
 #include "core/error.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
@@ -64,7 +65,6 @@ void check_same_length(const std::vector<PersonKeypoints>& people, const JsonPla
 }
 
 int id_of(const JsonPlace& place) {
-  constexpr std::int64_t kMostPeople = 1'000'000;
   return static_cast<int>(place.integer(-1, kMostPeople));
 }
 

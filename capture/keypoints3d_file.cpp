@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "capture/person_id.h"
 #include "core/error.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
@@ -45,7 +46,6 @@ std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::st
   const nlohmann::json parsed = parse_json(text, file, limits);
   const JsonPlace root(parsed, file);
   std::vector<PersonPoints> people;
-  constexpr std::int64_t kMostPeople = 1'000'000;
   if (parsed.is_array()) {
     for (const JsonPlace& entry : root.items()) {
       std::vector<double> values;
@@ -91,7 +91,6 @@ std::map<int, std::vector<double>> parse_keypoint_deviations(std::string_view te
       }
     }
     if (values.size() == entry.at("keypoints3d").size()) {
-      constexpr std::int64_t kMostPeople = 1'000'000;
       all[static_cast<int>(entry.integer_or("id", -1, -1, kMostPeople))] = std::move(values);
     }
   }
