@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <csignal>
 #include <filesystem>
+#include <system_error>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -91,7 +92,8 @@ bool run_child_program(const std::string& name, const std::vector<std::string>& 
                        const std::function<bool()>& stop) {
   const std::filesystem::path program = program_beside(name);
   if (access(program.c_str(), X_OK) != 0) {
-    throw EnvironmentError(program.string(), system_reason(errno) + "; " + missing);
+    throw EnvironmentError(program.string(),
+                           std::generic_category().message(errno) + "; " + missing);
   }
   std::vector<std::string> words = {program.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());

@@ -12,15 +12,33 @@
 #include "apps/stage_command.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#ifdef ATELIER_HAS_SIMULATION
+#include "simulation/fabric.h"
+#endif
 
 namespace atelier {
 namespace {
 
-/// What files an argument takes, by their extensions.
+std::string drafted_garments() {
+  return "dress skirt tee trousers";
+}
+
+std::string fabrics() {
+  std::string names;
+#ifdef ATELIER_HAS_SIMULATION
+  for (const std::string& name : fabric_names()) {
+    names += (names.empty() ? "" : " ") + name;
+  }
+#endif
+  return names;
+}
+
+/// What files an argument takes, by their extensions, and which names.
 struct FileArgument {
-  std::string_view command;     ///< "" for every one
-  std::string_view flag;        ///< "" for what is given without a flag
-  std::string_view extensions;  ///< with a space between them
+  std::string_view command;          ///< "" for every one
+  std::string_view flag;             ///< "" for what is given without a flag
+  std::string_view extensions;       ///< with a space between them; "": no files
+  std::string (*names)() = nullptr;  ///< with a space between them; null: files alone
 };
 
 constexpr std::array kFileArguments = {
@@ -33,9 +51,11 @@ constexpr std::array kFileArguments = {
     FileArgument{"simulate", "--garment", "obj ply glb gltf fbx"},
     FileArgument{"simulate", "--body", "obj ply glb gltf fbx npz h5"},
     FileArgument{"simulate", "--motion", "bvh amc npz trc c3d glb gltf fbx"},
-    FileArgument{"drape", "--garment", "json"},
+    FileArgument{"run", "--material", "", fabrics},
+    FileArgument{"simulate", "--material", "", fabrics},
+    FileArgument{"drape", "--garment", "json", drafted_garments},
     FileArgument{"drape", "--body", "npz glb gltf fbx obj"},
-    FileArgument{"synthesize", "--garment", "json"},
+    FileArgument{"synthesize", "--garment", "json", drafted_garments},
     FileArgument{"synthesize", "--motion", "bvh amc npz trc c3d glb gltf fbx"},
     FileArgument{"convert-capture", "--cameras", "json"},
     FileArgument{"calibrate", "--lenses", "json toml yml"},
@@ -111,9 +131,11 @@ std::string command_case(std::string_view name, const CLI::App& parser) {
   for (const FileArgument& file : kFileArguments) {
     if (file.command == name ||
         (file.command.empty() && parser.get_option_no_throw(std::string(file.flag)) != nullptr)) {
-      (file.flag.empty() ? rest : values) += "        " +
-                                             (file.flag.empty() ? "*" : std::string(file.flag)) +
-                                             ") files='" + std::string(file.extensions) + "' ;;\n";
+      std::string& answers = file.flag.empty() ? rest : values;
+      answers += "        " + (file.flag.empty() ? "*" : std::string(file.flag)) + ")";
+      answers += file.names == nullptr ? "" : " values='" + file.names() + "'";
+      answers += file.extensions.empty() ? "" : " files='" + std::string(file.extensions) + "'";
+      answers += " ;;\n";
     }
   }
   return "    " + std::string(name) + ") words='" + words + "'" +
@@ -129,16 +151,18 @@ constexpr const char* kReply =
     "    completion:*) COMPREPLY=($(compgen -W 'bash' -- \"$word\")) ;;\n"
     "    *:-*) COMPREPLY=($(compgen -W \"$words\" -- \"$word\")) ;;\n"
     "    *)\n"
+    "      COMPREPLY=()\n"
     "      if [ -n \"$values\" ]; then\n"
     "        COMPREPLY=($(compgen -W \"$values\" -- \"$word\"))\n"
-    "      elif [ -n \"$files\" ]; then\n"
+    "      fi\n"
+    "      if [ -n \"$files\" ]; then\n"
     "        local kind\n"
-    "        mapfile -t COMPREPLY < <(compgen -d -- \"$word\")\n"
+    "        mapfile -t -O ${#COMPREPLY[@]} COMPREPLY < <(compgen -d -- \"$word\")\n"
     "        for kind in $files; do\n"
     "          mapfile -t -O ${#COMPREPLY[@]} COMPREPLY < <(compgen -f -X \"!*.$kind\" -- "
     "\"$word\")\n"
     "        done\n"
-    "      else\n"
+    "      elif [ -z \"$values\" ]; then\n"
     "        mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n"
     "      fi ;;\n"
     "  esac\n";

@@ -1,12 +1,16 @@
 #ifdef ATELIER_HAS_CAPTURE
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
+#include <system_error>
 
 #include "apps/arguments.h"
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/interrupt.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/usage_error.h"
@@ -14,10 +18,15 @@
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/layouts/write_layout.h"
+#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/new_folders.h"
 #include "core/printable.h"
+#include "core/store/digest_meter.h"
 #include "core/store/file_kind.h"
+#include "core/store/file_lock.h"
+#include "core/store/workspace_folder.h"
 
 namespace atelier {
 namespace {
@@ -93,6 +102,71 @@ Dataset with_cameras(Dataset dataset, const std::string& file) {
   return result;
 }
 
+/// The folder in which a capture is written until it is whole, this run's alone. In the end it is
+/// gone, with the folders above it that were made for it and are empty.
+class UnfinishedCapture {
+ public:
+  explicit UnfinishedCapture(const std::filesystem::path& folder)
+      : above_(folder), folder_(folder) {
+    make_private_directory(folder);
+    lock_ = FileLock::try_lock_folder(folder, FileLock::Mode::Exclusive);
+    if (!lock_) {
+      throw EnvironmentError(folder.string(),
+                             "another run is writing it; wait for that, or name another OUT");
+    }
+  }
+  ~UnfinishedCapture() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+    above_.remove_empty();
+  }
+  UnfinishedCapture(const UnfinishedCapture&) = delete;
+  UnfinishedCapture& operator=(const UnfinishedCapture&) = delete;
+
+ private:
+  NewFolders above_;
+  std::filesystem::path folder_;
+  std::optional<FileLock> lock_;
+};
+
+/// Writes the layout to ".NAME.unfinished/NAME" beside `out`, and moves it there once it is whole:
+/// half a capture looks like a smaller one. What a kill left is written anew. Throws StopRequested.
+LayoutReport write_whole(const Dataset& dataset, const std::string& layout,
+                         const std::filesystem::path& out) {
+  std::filesystem::path place = std::filesystem::absolute(workspace_place(out));
+  while (!place.has_filename() || place.filename() == ".") {
+    place = place.parent_path();  // of "OUT/", "OUT/."
+  }
+  const std::filesystem::path name = place.filename();
+  const std::filesystem::path folder = place.parent_path() / ("." + name.string() + ".unfinished");
+  const UnfinishedCapture unfinished(folder);
+  std::filesystem::remove_all(folder / name);
+  LayoutReport report = write_layout(dataset, layout, folder / name, interrupted);
+  std::filesystem::rename(folder / name, place);
+  sync_directory(place.parent_path());
+  const auto moved = [&](const std::filesystem::path& path) {
+    const std::filesystem::path inside = path.lexically_relative(folder / name);
+    return inside == "." ? out : out / inside;
+  };
+  for (std::filesystem::path& path : report.folders) {
+    path = moved(path);
+  }
+  report.consent = report.consent.empty() ? report.consent : moved(report.consent);
+  return report;
+}
+
+/// The same; ends the program where a signal says so, after the unfinished capture is gone.
+LayoutReport write_or_end(const Dataset& dataset, const std::string& layout,
+                          const std::filesystem::path& out) {
+  catch_interrupts();
+  try {
+    return write_whole(dataset, layout, out);
+  } catch (const StopRequested&) {
+    std::cout << "stopped; nothing was written" << std::endl;
+    end_by_signal();
+  }
+}
+
 int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options) {
   if (arguments.in.empty() || arguments.out.empty()) {
     throw UsageError("convert-capture takes IN and OUT: atelier convert-capture IN OUT");
@@ -117,7 +191,7 @@ int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options)
       throw DataError(finding.place, "", finding.what, "the file itself");
     }
   }
-  const LayoutReport report = write_layout(dataset, arguments.to, arguments.out);
+  const LayoutReport report = write_or_end(dataset, arguments.to, arguments.out);
   for (const std::string& sentence : report.lost) {
     std::cout << "  " << arguments.to << ": " << sentence << "\n";
   }

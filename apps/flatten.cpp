@@ -337,6 +337,10 @@ int flatten_alone(const std::map<std::string, std::string>& values, const Option
   return flat.reached && flat.measures.overlaps == 0 ? kExitDone : kExitNotConverged;
 }
 
+void check_flatten_input(const fs::path& input) {
+  surfaces_in(input);
+}
+
 void run_flatten(StageRun& run) {
   const auto& options = run.options<FlattenStageOptions>();
   FlatMeasures worst;

@@ -48,6 +48,9 @@ inline constexpr std::array kFlattenMetrics = {
     StageMetric{"overlaps", ""},
 };
 
+/// Throws DataError for a folder without a mesh.
+void check_flatten_input(const std::filesystem::path& input);
+
 /// A garment's surface -> pattern.svg, pattern.dxf, garment.obj (the surface as it was laid flat,
 /// its texture coordinates the pattern, metres) and stretch.png; of a folder of meshes, as
 /// `template` leaves them, a folder of these for each. Metrics are sums of panels, seams and what

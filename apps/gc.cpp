@@ -36,12 +36,15 @@ int run(const GcArguments& arguments) {
       json.push_back({{"path", garbage.path.string()},
                       {"what", garbage.what},
                       {"bytes", garbage.bytes},
+                      {"kept", garbage.kept},
                       {"removed", garbage.removed}});
     } else {
+      const bool kept = !garbage.kept.empty();
       std::cout << (garbage.removed     ? "removed "
-                    : arguments.dry_run ? "would remove "
+                    : arguments.dry_run ? (kept ? "would leave " : "would remove ")
                                         : "left ")
-                << printable(garbage.path.string()) << ": " << garbage.what << ", "
+                << printable(garbage.path.string()) << ": " << garbage.what
+                << (kept ? "; " + garbage.kept : "") << ", "
                 << bytes_text(static_cast<double>(garbage.bytes)) << "\n";
     }
   }

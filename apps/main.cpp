@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
     const int code = run_program(std::vector<std::string>(argv + 1, argv + argc));
     std::cout.flush();
     if (!std::cout) {
-      return fail(kExitEnvironment, "standard output: cannot write");
+      return fail(kExitEnvironment, "standard output: " + streams.output_reason());
     }
     return code;
   } catch (const CLI::ParseError& error) {

@@ -7,8 +7,10 @@
 
 #include "apps/command.h"
 #include "apps/exit_code.h"
+#include "apps/failure.h"
 #include "apps/option_flags.h"
 #include "apps/stage_command.h"
+#include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
 #include "core/nearest_name.h"
@@ -79,6 +81,23 @@ void refuse_extras(const CLI::App& parser) {
                    parser.get_name() + " --help");
 }
 
+/// Runs what a command declared. An error is told to machines that asked for JSON, but for a wrong
+/// command line, and thrown on to main.
+int act(const CLI::App& command, const Action& action) {
+  try {
+    return action();
+  } catch (const std::exception& error) {
+    const Failure failure = failure_of(error);
+    const CLI::Option* json = command.get_option_no_throw("--json");
+    if (failure.exit_code != kExitUsage && json != nullptr && json->count() > 0 &&
+        json->as<bool>()) {
+      const bool stage = find_stage(all_stages(), command.get_name()) != nullptr;
+      show_error_event(stage ? "stage" : "command", command.get_name(), failure);
+    }
+    throw;
+  }
+}
+
 }  // namespace
 
 int run_program(std::vector<std::string> arguments) {
@@ -135,7 +154,7 @@ int run_program(std::vector<std::string> arguments) {
   }
   command->parse(rest);
   refuse_extras(*command);
-  return action->second();
+  return act(*command, action->second);
 }
 
 }  // namespace atelier

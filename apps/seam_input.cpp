@@ -8,6 +8,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
 #include "core/limits.h"
+#include "core/printable.h"
 #include "registration/surface_cut.h"
 
 namespace atelier {
@@ -117,8 +118,9 @@ std::vector<char> parse_seams(std::string_view text, const Mesh& mesh, const Top
     const json& panels = root["panels"];
     if (!panels.is_array() || static_cast<Index>(panels.size()) != mesh.faces.rows()) {
       throw DataError(file, "panels",
-                      panels.is_array() ? std::to_string(panels.size()) + " numbers"
-                                        : std::string(panels.type_name()),
+                      panels.is_array()
+                          ? counted(static_cast<std::int64_t>(panels.size()), "number")
+                          : std::string(panels.type_name()),
                       "a number for each of " + std::to_string(mesh.faces.rows()) + " triangles");
     }
     std::vector<int> labels;

@@ -8,7 +8,6 @@
 
 #include "apps/arguments.h"
 #include "apps/exit_code.h"
-#include "apps/failure.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
 #include "apps/stage_console.h"
@@ -147,12 +146,7 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
     require(set_shard(request.selection, *arguments.shard));
   }
   StageConsole console(stage, arguments.json);
-  try {
-    return work(stage, request, arguments.dry_run, console);
-  } catch (const std::exception& error) {  // told to machines, and thrown on to main
-    console.show_error(failure_of(error));
-    throw;
-  }
+  return work(stage, request, arguments.dry_run, console);
 }
 
 }  // namespace
@@ -167,8 +161,8 @@ void require_folder_or_nothing(const std::filesystem::path& workspace) {
   }
   if (kind != std::filesystem::file_type::directory &&
       kind != std::filesystem::file_type::not_found) {
-    throw EnvironmentError("WORKSPACE " + workspace.string(),
-                           "not a folder; name a folder, or one that is to be made");
+    throw UsageError("WORKSPACE cannot be '" + workspace.string() +
+                     "': not a folder; name a folder, or one that is to be made");
   }
 }
 

@@ -30,7 +30,7 @@ void require_stage_places(const std::filesystem::path& input,
                           const std::filesystem::path& workspace);
 
 /// Refuses a WORKSPACE that is no folder and cannot become one, before anything looks for results
-/// in it. Throws EnvironmentError.
+/// in it. Throws UsageError; EnvironmentError for a link to nothing.
 void require_folder_or_nothing(const std::filesystem::path& workspace);
 
 /// Says what is wrong with the text of --jobs; "" if it is a number of them. CLI11's own range says

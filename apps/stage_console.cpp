@@ -260,14 +260,7 @@ void StageConsole::show_report(const StageReport& report) {
 
 void StageConsole::show_error(const Failure& failure) {
   if (json_) {
-    std::cout << json_text(nlohmann::json{{"event", "error"},
-                                          {"stage", stage_.name},
-                                          {"file", failure.file},
-                                          {"where", failure.where},
-                                          {"found", failure.found},
-                                          {"expected", failure.expected},
-                                          {"exit_code", failure.exit_code}})
-              << std::endl;
+    show_error_event("stage", stage_.name, failure);
   }
 }
 
@@ -276,6 +269,17 @@ void StageConsole::clear_line() {
     standard_error() << "\r\033[K";
     line_shown_ = false;
   }
+}
+
+void show_error_event(const char* kind, std::string_view name, const Failure& failure) {
+  std::cout << json_text(nlohmann::json{{"event", "error"},
+                                        {kind, name},
+                                        {"file", failure.file},
+                                        {"where", failure.where},
+                                        {"found", failure.found},
+                                        {"expected", failure.expected},
+                                        {"exit_code", failure.exit_code}})
+            << std::endl;
 }
 
 std::string unlinked_text(std::int64_t results) {

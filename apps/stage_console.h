@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "apps/failure.h"
 #include "core/store/run_stage.h"
@@ -39,6 +40,9 @@ class StageConsole {
   double rest_ = -1;  ///< s; below 0: not known
   std::chrono::steady_clock::time_point last_shown_{};
 };
+
+/// The event "error" on standard output. @param kind  of what failed: "stage" or "command"
+void show_error_event(const char* kind, std::string_view name, const Failure& failure);
 
 /// Results that no link names as current, and what to do about it. @param results  1 or more
 std::string unlinked_text(std::int64_t results);

@@ -34,6 +34,7 @@ constexpr std::array kStages = {
           .metrics = kStatisticsMetrics,
           .options = option_set<StatisticsStageOptions>,
           .run = run_statistics,
+          .check_input = check_statistics_input,
           .frame_wise = true},
 #ifdef ATELIER_HAS_CAPTURE
     Stage{.name = "validate",
@@ -126,7 +127,8 @@ constexpr std::array kStages = {
           .outputs = {"pattern"},
           .metrics = kFlattenMetrics,
           .options = option_set<FlattenStageOptions>,
-          .run = run_flatten},
+          .run = run_flatten,
+          .check_input = check_flatten_input},
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \

@@ -1,5 +1,6 @@
 #include "apps/standard_streams.h"
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -7,6 +8,8 @@
 
 #include <fcntl.h>
 #include <unistd.h>
+
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -16,6 +19,9 @@ constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;
 #endif
+
+// Standard output was closed when the program began.
+bool output_was_closed = false;
 
 // Where standard error leads: one for the process, as it is itself.
 int own_error = STDERR_FILENO;
@@ -33,10 +39,34 @@ std::terminate_handler before_terminate = nullptr;
 void fill_closed_streams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(stream, F_GETFD) < 0) {
+      output_was_closed = output_was_closed || stream == STDOUT_FILENO;
       // The least number that is free: this one.
       open(stream == STDOUT_FILENO ? "/dev/full" : "/dev/null", O_RDWR);
     }
   }
+}
+
+template <class Result>
+Result StandardStreams::Buffer::noted(Result result, bool failed) {
+  if (failed && error_ == 0) {
+    error_ = errno;
+  }
+  return result;
+}
+
+StandardStreams::Buffer::int_type StandardStreams::Buffer::overflow(int_type c) {
+  const int_type result = stdio_filebuf::overflow(c);
+  return noted(result, result == traits_type::eof());
+}
+
+std::streamsize StandardStreams::Buffer::xsputn(const char* text, std::streamsize count) {
+  const std::streamsize written = stdio_filebuf::xsputn(text, count);
+  return noted(written, written != count);
+}
+
+int StandardStreams::Buffer::sync() {
+  const int result = stdio_filebuf::sync();
+  return noted(result, result != 0);
 }
 
 StandardStreams::Kept::Kept(int descriptor, int nowhere) : descriptor_(descriptor) {
@@ -44,7 +74,7 @@ StandardStreams::Kept::Kept(int descriptor, int nowhere) : descriptor_(descripto
   if (own < 0) {
     return;
   }
-  own_ = __gnu_cxx::stdio_filebuf<char>(own, std::ios::out);
+  own_ = Buffer(own, std::ios::out);
   if (!own_.is_open()) {  // a stream that was opened to be read
     close(own);
     return;
@@ -87,6 +117,13 @@ StandardStreams::~StandardStreams() {
     std::cout.rdbuf(output_before_);
   }
   std::fflush(stdout);  // what others printed waits in stdio until here
+}
+
+std::string StandardStreams::output_reason() const {
+  const int error = output_.own().error();
+  return output_was_closed ? "it is closed; send it to a file, or to /dev/null"
+         : error != 0      ? "cannot write: " + system_reason(error)
+                           : "cannot write; send it to a file, or to /dev/null";
 }
 
 std::ostream& standard_error() {

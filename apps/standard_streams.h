@@ -2,6 +2,7 @@
 
 #include <ostream>
 #include <streambuf>
+#include <string>
 
 #include <ext/stdio_filebuf.h>
 
@@ -28,7 +29,27 @@ class StandardStreams {
   StandardStreams(const StandardStreams&) = delete;
   StandardStreams& operator=(const StandardStreams&) = delete;
 
+  /// Why writing to standard output failed, and what to do about it.
+  std::string output_reason() const;
+
  private:
+  /// Keeps why it could not write: streams only tell that they could not.
+  class Buffer : public __gnu_cxx::stdio_filebuf<char> {
+   public:
+    using stdio_filebuf::stdio_filebuf;
+    int error() const { return error_; }
+
+   protected:
+    int_type overflow(int_type c) override;
+    std::streamsize xsputn(const char* text, std::streamsize count) override;
+    int sync() override;
+
+   private:
+    template <class Result>
+    Result noted(Result result, bool failed);
+    int error_ = 0;  ///< the first errno; 0: none
+  };
+
   /// Where one of them led, while /dev/null is in its place.
   class Kept {
    public:
@@ -37,11 +58,12 @@ class StandardStreams {
     Kept(const Kept&) = delete;
     Kept& operator=(const Kept&) = delete;
     bool is_kept() const { return kept_; }
-    __gnu_cxx::stdio_filebuf<char>& own() { return own_; }
+    Buffer& own() { return own_; }
+    const Buffer& own() const { return own_; }
 
    private:
     int descriptor_;
-    __gnu_cxx::stdio_filebuf<char> own_;
+    Buffer own_;
     bool kept_ = false;
   };
 

@@ -103,6 +103,12 @@ OptionTable describe(StatisticsStageOptions& options) {
   return table;
 }
 
+void check_statistics_input(const std::filesystem::path& input) {
+  if (file_kind(input) == std::filesystem::file_type::directory) {
+    read_meshes(input, {});  // lists the files; reads none of them
+  }
+}
+
 void run_statistics(StageRun& run) {
   const auto& options = run.options<StatisticsStageOptions>();
   const Sequence sequence = read_meshes(run.input("meshes"), options.input);

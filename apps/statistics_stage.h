@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 
 #include "core/io/polygon_mesh.h"
 #include "core/mesh_statistics.h"
@@ -23,6 +24,9 @@ inline constexpr std::array kStatisticsMetrics = {
     StageMetric{"boundary_loops_mean", ""},
     StageMetric{"non_manifold_edges_mean", ""},
 };
+
+/// Throws DataError for a folder that is no mesh sequence.
+void check_statistics_input(const std::filesystem::path& input);
 
 /// A mesh sequence -> frames/<frame>.json (one mesh each) and statistics.json (all of them, and
 /// their ranges).

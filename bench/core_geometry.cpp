@@ -38,6 +38,28 @@ Mesh wavy_torus(int n, int m) {
   return mesh;
 }
 
+/// A wavy tube of 2 n m triangles, open at both ends: a trouser leg, an arm of a scan.
+Mesh wavy_tube(int n, int m) {
+  Mesh mesh;
+  mesh.vertices.resize((n + 1) * m, 3);
+  mesh.faces.resize(2 * n * m, 3);
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; j < m; ++j) {
+      const double u = 2 * std::numbers::pi * i / n;
+      const double v = 2 * std::numbers::pi * j / m;
+      const double radius = 0.25 + 0.03 * std::sin(5 * u + 3 * v);
+      const int a = i * m + j;
+      mesh.vertices.row(a) << radius * std::cos(v), 0.9 * i / n - 0.45, -radius * std::sin(v);
+      if (i < n) {
+        const int c = i * m + (j + 1) % m;
+        mesh.faces.row(2 * a) << a, c, a + m;
+        mesh.faces.row(2 * a + 1) << c, c + m, a + m;
+      }
+    }
+  }
+  return mesh;
+}
+
 const Mesh& large() {
   static const Mesh mesh = wavy_torus(500, 100);  // 100,000 triangles
   return mesh;
@@ -153,12 +175,14 @@ BENCHMARK_CAPTURE(rays, any_cuda, Device::Cuda, true)
 
 /// 20,000 triangles and 20,000 queries. The direct sum is timed on every 20th query, in parallel as
 /// well; "ratio" is its time for all queries over that of the tree, "error" the largest difference.
-void winding(benchmark::State& state, Device device) {
+enum class Surface { Closed, Open };
+
+void winding(benchmark::State& state, Surface surface, Device device) {
   if (device == Device::Cuda && !cuda_available()) {
     state.SkipWithError("no CUDA device");
     return;
   }
-  const Mesh mesh = wavy_torus(200, 50);
+  const Mesh mesh = surface == Surface::Closed ? wavy_torus(200, 50) : wavy_tube(200, 50);
   const Points queries = random_points(20'000, 0.55, 11);
   constexpr Index kEvery = 20;
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
@@ -187,14 +211,20 @@ void winding(benchmark::State& state, Device device) {
   state.counters["ratio"] = direct / (seconds / static_cast<double>(state.iterations()));
   state.SetItemsProcessed(state.iterations() * queries.rows());
 }
-BENCHMARK_CAPTURE(winding, cpu, Device::Cpu)
-    ->Name("winding/cpu/accuracy_x10")
+BENCHMARK_CAPTURE(winding, closed_cpu, Surface::Closed, Device::Cpu)
+    ->Name("winding/closed/cpu/accuracy_x10")
     ->Arg(20)
     ->Arg(30)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
-BENCHMARK_CAPTURE(winding, cuda, Device::Cuda)
-    ->Name("winding/cuda/accuracy_x10")
+BENCHMARK_CAPTURE(winding, open_cpu, Surface::Open, Device::Cpu)
+    ->Name("winding/open/cpu/accuracy_x10")
+    ->Arg(20)
+    ->Arg(30)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(winding, closed_cuda, Surface::Closed, Device::Cuda)
+    ->Name("winding/closed/cuda/accuracy_x10")
     ->Arg(20)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();

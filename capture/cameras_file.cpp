@@ -10,6 +10,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
@@ -42,7 +43,7 @@ template <std::size_t N>
 std::array<double, N> exactly(const JsonPlace& place) {
   const std::vector<double> values = place.numbers();
   if (values.size() != N) {
-    place.fail(std::to_string(values.size()) + " numbers", std::to_string(N));
+    place.fail(counted(static_cast<std::int64_t>(values.size()), "number"), std::to_string(N));
   }
   std::array<double, N> result{};
   std::copy(values.begin(), values.end(), result.begin());

@@ -17,6 +17,7 @@
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 #include "core/median.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -50,7 +51,7 @@ void add_detections(DetectorErrors& all, const fs::path& file, const KeypointSch
   }
   const std::vector<double> values = people.front().at("pose_keypoints_2d").numbers();
   if (values.size() != 3 * schema.points.size()) {
-    people.front().fail(std::to_string(values.size()) + " numbers",
+    people.front().fail(counted(static_cast<std::int64_t>(values.size()), "number"),
                         std::to_string(3 * schema.points.size()) + " of " + schema.name);
   }
   for (std::size_t i = 0; i < schema.points.size(); ++i) {

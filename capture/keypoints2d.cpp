@@ -3,9 +3,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "capture/person_id.h"
 #include "core/error.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
@@ -15,7 +17,8 @@ constexpr double kFarthest = 1e6;
 
 Keypoints2d keypoints_of(const JsonPlace& place, const std::vector<double>& values, double shift) {
   if (values.size() % 3 != 0) {
-    place.fail(std::to_string(values.size()) + " numbers", "triples of x, y and confidence");
+    place.fail(counted(static_cast<std::int64_t>(values.size()), "number"),
+               "triples of x, y and confidence");
   }
   Keypoints2d points(static_cast<Index>(values.size() / 3), 3);
   for (Index i = 0; i < points.rows(); ++i) {
@@ -44,7 +47,7 @@ std::vector<double> flat_numbers(const JsonPlace& place) {
   for (const JsonPlace& row : place.items()) {
     const std::vector<double> triple = row.numbers();
     if (triple.size() != 3) {
-      row.fail(std::to_string(triple.size()) + " numbers", "x, y and confidence");
+      row.fail(counted(static_cast<std::int64_t>(triple.size()), "number"), "x, y and confidence");
     }
     values.insert(values.end(), triple.begin(), triple.end());
   }
@@ -62,7 +65,6 @@ void check_same_length(const std::vector<PersonKeypoints>& people, const JsonPla
 }
 
 int id_of(const JsonPlace& place) {
-  constexpr std::int64_t kMostPeople = 1'000'000;
   return static_cast<int>(place.integer(-1, kMostPeople));
 }
 

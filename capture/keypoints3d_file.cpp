@@ -3,16 +3,19 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "capture/person_id.h"
 #include "core/error.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
 
 Keypoints3d points_of(const JsonPlace& place, const std::vector<double>& values, double farthest) {
   if (values.size() % 4 != 0 || values.empty()) {
-    place.fail(std::to_string(values.size()) + " numbers", "x, y, z and confidence of points");
+    place.fail(counted(static_cast<std::int64_t>(values.size()), "number"),
+               "x, y, z and confidence of points");
   }
   Keypoints3d points(static_cast<Index>(values.size() / 4), 4);
   for (Index i = 0; i < points.rows(); ++i) {
@@ -43,7 +46,6 @@ std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::st
   const nlohmann::json parsed = parse_json(text, file, limits);
   const JsonPlace root(parsed, file);
   std::vector<PersonPoints> people;
-  constexpr std::int64_t kMostPeople = 1'000'000;
   if (parsed.is_array()) {
     for (const JsonPlace& entry : root.items()) {
       std::vector<double> values;
@@ -51,7 +53,8 @@ std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::st
       for (const JsonPlace& row : rows.items()) {
         const std::vector<double> four = row.numbers();
         if (four.size() != 4) {
-          row.fail(std::to_string(four.size()) + " numbers", "x, y, z and confidence");
+          row.fail(counted(static_cast<std::int64_t>(four.size()), "number"),
+                   "x, y, z and confidence");
         }
         values.insert(values.end(), four.begin(), four.end());
       }
@@ -88,7 +91,6 @@ std::map<int, std::vector<double>> parse_keypoint_deviations(std::string_view te
       }
     }
     if (values.size() == entry.at("keypoints3d").size()) {
-      constexpr std::int64_t kMostPeople = 1'000'000;
       all[static_cast<int>(entry.integer_or("id", -1, -1, kMostPeople))] = std::move(values);
     }
   }

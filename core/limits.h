@@ -7,6 +7,14 @@ namespace atelier {
 
 /// Ceilings for everything that is read. A file never raises them; callers may. A count n is paid
 /// for by the bytes that remain before memory is taken: n * (smallest element) <= bytes left.
+///
+/// Not among them, since no caller has a reason to choose: what bounds the work of one format's
+/// reader alone and stands beside it, as kMaxScans (image_jpeg.cpp: each costs a pass over the
+/// image), kMaxElements and kMaxProperties (ply_header.cpp), kMaxCorners and kMaxFaceCorners
+/// (mesh_obj_read.cpp, mesh_ply_read.cpp: cutting a face into triangles costs their square),
+/// kMostNodes (fbx_import.cpp); kMostPeople (capture/person_id.h), which keeps an id an int; and
+/// kMostFiles (store/manifest_limits.h), of manifests that the store has written itself: they may
+/// name more than JSON from elsewhere.
 struct Limits {
   std::int64_t image_side = 16'384;              ///< pixels
   std::int64_t image_pixels = 64'000'000;        ///< width x height

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -109,7 +110,7 @@ std::vector<Camera> parse_avatarrex_cameras(std::string_view text, const std::st
     if (const auto size = entry.find("imgSize")) {
       const std::vector<JsonPlace> sides = size->items();
       if (sides.size() != 2) {
-        size->fail(std::to_string(sides.size()) + " numbers", "width and height");
+        size->fail(counted(static_cast<std::int64_t>(sides.size()), "number"), "width and height");
       }
       camera.width = pixels_of(sides[0]);
       camera.height = pixels_of(sides[1]);

@@ -12,6 +12,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/json_place.h"
 #include "core/io/toml.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -32,7 +33,7 @@ Eigen::Matrix3d matrix_of_rows(const JsonPlace& place) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::vector<double> row = rows[i].numbers();
     if (row.size() != 3) {
-      rows[i].fail(std::to_string(row.size()) + " numbers", "3");
+      rows[i].fail(counted(static_cast<std::int64_t>(row.size()), "number"), "3");
     }
     matrix.row(static_cast<Index>(i)) << row[0], row[1], row[2];
   }
@@ -45,7 +46,7 @@ Eigen::Matrix3d rotation_of(const JsonPlace& place) {
   }
   const std::vector<double> vector = place.numbers();
   if (vector.size() != 3) {
-    place.fail(std::to_string(vector.size()) + " numbers",
+    place.fail(counted(static_cast<std::int64_t>(vector.size()), "number"),
                "a rotation vector or a 3 x 3 rotation matrix");
   }
   return rotation_of_vector({vector[0], vector[1], vector[2]});
@@ -301,7 +302,7 @@ CameraToml parse_camera_toml(std::string_view text, const std::string& file, con
     const JsonPlace size = table.at("size");
     const std::vector<double> sides = size.numbers();
     if (sides.size() != 2) {
-      size.fail(std::to_string(sides.size()) + " numbers", "width and height");
+      size.fail(counted(static_cast<std::int64_t>(sides.size()), "number"), "width and height");
     }
     camera.width = pixels(size, sides[0]);
     camera.height = pixels(size, sides[1]);
@@ -314,7 +315,7 @@ CameraToml parse_camera_toml(std::string_view text, const std::string& file, con
     const JsonPlace translation = table.at("translation");
     const std::vector<double> t = translation.numbers();
     if (t.size() != 3) {
-      translation.fail(std::to_string(t.size()) + " numbers", "3");
+      translation.fail(counted(static_cast<std::int64_t>(t.size()), "number"), "3");
     }
     camera.translation = {t[0], t[1], t[2]};
     result.cameras.push_back(camera_of(camera, file));

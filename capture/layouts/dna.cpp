@@ -279,16 +279,16 @@ std::vector<std::string> write_dna(const LayoutSource& source, const fs::path& o
     int number = 0;
     for (const int frame : source.sequence.frame_ids) {
       const std::string name = std::to_string(number);
-      if (const auto image = source.reader->encoded_image(index, frame)) {
+      if (const auto image = source.frames().encoded_image(index, frame)) {
         images.datasets["Camera_5mp/" + std::to_string(c) + "/color/" + name] =
             bytes_tensor(image->bytes);
       }
-      if (const auto mask = source.reader->mask(index, frame)) {
+      if (const auto mask = source.frames().mask(index, frame)) {
         const std::string png = image_bytes(*mask, ImageFormat::Png);
         annotations.datasets["Mask/" + two_digits(c) + "/mask/" + name] =
             bytes_tensor(std::as_bytes(std::span(png)));
       }
-      const std::vector<PersonKeypoints> people = source.reader->keypoints(index, frame);
+      const std::vector<PersonKeypoints> people = source.frames().keypoints(index, frame);
       if (!people.empty() && (point_count == 0 || people.front().points.rows() == point_count)) {
         const Keypoints2d& person = people.front().points;
         point_count = person.rows();

@@ -74,7 +74,7 @@ std::string annotation(const LayoutSource& source, Index camera_idx, int frame,
   root["width"] = camera.width;
   root["annots"] = nlohmann::ordered_json::array();
   int order = 0;
-  for (const PersonKeypoints& person : source.reader->keypoints(camera_idx, frame)) {
+  for (const PersonKeypoints& person : source.frames().keypoints(camera_idx, frame)) {
     nlohmann::ordered_json entry;
     entry["personID"] = person.id >= 0 ? person.id : order;
     ++order;

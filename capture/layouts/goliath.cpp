@@ -12,6 +12,7 @@
 #include "core/io/image_file.h"
 #include "core/io/json.h"
 #include "core/io/zip_archive.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -62,7 +63,8 @@ std::vector<Camera> parse_goliath_cameras(std::string_view text, const std::stri
     const JsonPlace place = entry.at("T");
     const std::vector<double> values = all_numbers(place);
     if (values.size() != 12 && values.size() != 16) {
-      place.fail(std::to_string(values.size()) + " numbers", "4 x 4 or 4 x 3, transposed");
+      place.fail(counted(static_cast<std::int64_t>(values.size()), "number"),
+                 "4 x 4 or 4 x 3, transposed");
     }
     // Row r of the file is column r of camera from world.
     const std::size_t columns = values.size() / 4;
@@ -145,7 +147,7 @@ std::vector<std::string> write_goliath(const LayoutSource& source, const fs::pat
     }
     std::vector<std::pair<std::string, std::vector<std::byte>>> members;
     for (const int frame : source.sequence.frame_ids) {
-      if (auto image = source.reader->encoded_image(static_cast<Index>(c), frame)) {
+      if (auto image = source.frames().encoded_image(static_cast<Index>(c), frame)) {
         members.emplace_back("cam" + camera.id + "/" + frame_name(frame) + image->extension,
                              std::move(image->bytes));
       }

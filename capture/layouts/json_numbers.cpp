@@ -3,13 +3,15 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/printable.h"
+
 namespace atelier {
 namespace {
 
 std::vector<double> exactly(const JsonPlace& place, std::size_t count) {
   std::vector<double> values = all_numbers(place);
   if (values.size() != count) {
-    place.fail(std::to_string(values.size()) + " numbers", std::to_string(count));
+    place.fail(counted(static_cast<std::int64_t>(values.size()), "number"), std::to_string(count));
   }
   return values;
 }

@@ -7,9 +7,17 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
+#include "core/store/digest_meter.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
+
+FrameReader& LayoutSource::frames() const {
+  if (stop && stop()) {
+    throw StopRequested();
+  }
+  return *reader;
+}
 
 void link_file(const fs::path& from, const fs::path& to) {
   make_private_directory(to.parent_path());
@@ -29,7 +37,7 @@ void link_file(const fs::path& from, const fs::path& to) {
 
 std::string write_picture(const LayoutSource& source, Index camera_idx, int frame_id,
                           const fs::path& stem) {
-  const std::optional<EncodedImage> image = source.reader->encoded_image(camera_idx, frame_id);
+  const std::optional<EncodedImage> image = source.frames().encoded_image(camera_idx, frame_id);
   if (!image) {
     return "";
   }
@@ -48,7 +56,7 @@ std::string write_picture(const LayoutSource& source, Index camera_idx, int fram
 }
 
 bool write_mask(const LayoutSource& source, Index camera_idx, int frame_id, const fs::path& path) {
-  const std::optional<ByteImage> mask = source.reader->mask(camera_idx, frame_id);
+  const std::optional<ByteImage> mask = source.frames().mask(camera_idx, frame_id);
   if (!mask) {
     return false;
   }
@@ -63,7 +71,8 @@ bool write_keypoints(const LayoutSource& source, Index camera_idx, int frame_id,
     return false;
   }
   make_private_directory(path.parent_path());
-  write_file_atomically(path, openpose_json(source.reader->keypoints(camera_idx, frame_id), shift));
+  write_file_atomically(path,
+                        openpose_json(source.frames().keypoints(camera_idx, frame_id), shift));
   return true;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,12 @@ namespace atelier {
 /// One sequence of a data set, for who writes it in another layout.
 struct LayoutSource {
   FrameReader* reader = nullptr;
-  CaptureSequence sequence;  ///< of the native layout: the frames of all sequences
+  CaptureSequence sequence;    ///< of the native layout: the frames of all sequences
+  std::function<bool()> stop;  ///< true: write no further frame; empty: never
 
+  /// The reader, for one picture or one frame's points: they are what takes time. Throws
+  /// StopRequested (digest_meter.h) if `stop` says so.
+  FrameReader& frames() const;
   const Dataset& dataset() const { return reader->dataset(); }
   const std::vector<Camera>& cameras() const { return reader->dataset().cameras; }
 };

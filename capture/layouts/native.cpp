@@ -20,7 +20,7 @@ std::string image_format_of(const LayoutSource& source) {
       const std::optional<ImageHeader> header =
           place.member.empty() && place.index >= 0
               ? std::nullopt
-              : source.reader->image_header(static_cast<Index>(c), frame);
+              : source.frames().image_header(static_cast<Index>(c), frame);
       if (!header || header->format != ImageFormat::Jpeg) {
         return "png";
       }
@@ -73,24 +73,24 @@ std::vector<std::string> write_native(const LayoutSource& source, const fs::path
     const std::string& id = source.cameras()[c].id;
     for (const int frame : source.sequence.frame_ids) {
       const fs::path stem = out / "images" / id / frame_name(frame);
-      const std::optional<ImageHeader> header = source.reader->image_header(camera, frame);
+      const std::optional<ImageHeader> header = source.frames().image_header(camera, frame);
       if (header) {
         const bool kept = header->format == ImageFormat::Png || info.image_format == "jpg";
         if (kept) {
           write_picture(source, camera, frame, stem);
         } else {
           make_private_directory(stem.parent_path());
-          write_image(stem.string() + extension, *source.reader->byte_image(camera, frame));
+          write_image(stem.string() + extension, *source.frames().byte_image(camera, frame));
           lost.emplace_back("pictures that were neither all JPEG nor PNG became PNG, 8 bit");
         }
       }
       const fs::path label_path = out / "labels" / id / (frame_name(frame) + ".png");
-      std::optional<ByteImage> labels = source.reader->labels(camera, frame);
+      std::optional<ByteImage> labels = source.frames().labels(camera, frame);
       if (labels && source.dataset().info.label_taxonomy != "atelier") {
         lost.emplace_back("labels become those of the taxonomy atelier, which has fewer");
       }
       if (!labels) {
-        labels = source.reader->mask(camera, frame);  // 0: background, 255: unknown
+        labels = source.frames().mask(camera, frame);  // 0: background, 255: unknown
         if (labels) {
           lost.emplace_back("masks become labels: background, and unknown on the person");
         }

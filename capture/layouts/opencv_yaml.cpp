@@ -5,6 +5,7 @@
 #include "capture/layouts/layout.h"
 #include "core/error.h"
 #include "core/io/text_scanner.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
@@ -187,7 +188,7 @@ class YamlParser {
     if (!has_data || rows < 0 || cols < 0 || rows > count || cols > count || rows * cols != count) {
       fail(begin,
            "a matrix of " + std::to_string(rows) + " x " + std::to_string(cols) + " with " +
-               std::to_string(count) + " numbers",
+               counted(count, "number"),
            "rows times cols numbers");
     }
     RowMatrix result(rows, cols);

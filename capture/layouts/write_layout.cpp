@@ -22,7 +22,8 @@ const std::vector<std::string>& layout_names() {
   return names;
 }
 
-LayoutReport write_layout(const Dataset& dataset, const std::string& layout, const fs::path& out) {
+LayoutReport write_layout(const Dataset& dataset, const std::string& layout, const fs::path& out,
+                          const std::function<bool()>& stop) {
   const Layout& target = find_layout(layout);
   if (!dataset.calibrated && layout != "images") {
     throw DataError(dataset.root.string(), "", "a capture without calibration",
@@ -35,7 +36,7 @@ LayoutReport write_layout(const Dataset& dataset, const std::string& layout, con
   LayoutReport report;
   const auto write = [&](const CaptureSequence& sequence, const fs::path& folder) {
     make_private_directory(folder);
-    for (const std::string& sentence : target.write({&reader, sequence}, folder)) {
+    for (const std::string& sentence : target.write({&reader, sequence, stop}, folder)) {
       if (std::find(report.lost.begin(), report.lost.end(), sentence) == report.lost.end()) {
         report.lost.push_back(sentence);
       }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,11 +25,12 @@ const std::vector<std::string>& layout_names();
 /// distortion orders are those of the layout (docs/formats.md). Pictures keep their bytes (hard
 /// links where the disk allows); frames of videos become PNG. Calibrations come last, so that what
 /// was interrupted has none. Consent, which no other layout has a place for, goes to consent.toml
-/// under `out`, where every reader of captures looks for it. Throws DataError for frames that
-/// cannot be read, LogicError for a layout that is none, EnvironmentError for a folder that is
-/// there or a disk that fails.
+/// under `out`, where every reader of captures looks for it. `stop` is asked before every frame.
+/// Throws DataError for frames that cannot be read, LogicError for a layout that is none,
+/// EnvironmentError for a folder that is there or a disk that fails, StopRequested (digest_meter.h)
+/// if `stop` says so: what is there by then is left to the caller.
 LayoutReport write_layout(const Dataset& dataset, const std::string& layout,
-                          const std::filesystem::path& out);
+                          const std::filesystem::path& out, const std::function<bool()>& stop = {});
 
 /// The same of a finished native capture.
 LayoutReport write_layout(const std::filesystem::path& capture, const std::string& layout,

@@ -87,8 +87,8 @@ std::string label_bytes(const ByteImage& labels);
 std::optional<ImageFormat> image_format_of_name(const std::filesystem::path& path);
 
 /// Writes by extension (.png .jpg .jpeg .tif .tiff .webp .bmp .avif), replacing the file as a
-/// whole. Throws LogicError for another extension, DataError for more pixels than are read again, EnvironmentError if it cannot be written, else
-/// as `image_bytes`.
+/// whole. Throws LogicError for another extension, DataError for more pixels than are read again,
+/// EnvironmentError if it cannot be written, else as `image_bytes`.
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageWriteOptions& options = {});
 void write_image(const std::filesystem::path& path, const ByteImage& image,

@@ -13,6 +13,7 @@
 #include "core/io/polygon_mesh.h"
 #include "core/io/text_scanner.h"
 #include "core/io/text_writer.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
@@ -93,7 +94,7 @@ GltfScene GltfReader::read() {
 Eigen::VectorXd fixed_numbers(const JsonPlace& place, std::size_t count) {
   const std::vector<double> numbers = place.numbers();
   if (numbers.size() != count) {
-    place.fail(std::to_string(numbers.size()) + " numbers", std::to_string(count));
+    place.fail(counted(static_cast<std::int64_t>(numbers.size()), "number"), std::to_string(count));
   }
   return Eigen::Map<const Eigen::VectorXd>(numbers.data(), static_cast<Index>(count));
 }

@@ -10,6 +10,7 @@
 #include "core/io/srgb.h"
 #include "core/io/text_scanner.h"
 #include "core/io/text_writer.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
@@ -143,7 +144,8 @@ void ObjReader::read_vertex() {
     ++count;
   }
   if (count < 3 || count == 5) {
-    scanner_.fail(std::to_string(count) + " numbers", "3 coordinates, or 6 with a colour");
+    scanner_.fail(counted(static_cast<std::int64_t>(count), "number"),
+                  "3 coordinates, or 6 with a colour");
   }
   check_room(vertices_.size() / 3, "vertices");
   const bool colored = count >= 6;

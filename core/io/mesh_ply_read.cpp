@@ -13,6 +13,7 @@
 #include "core/io/ply_source.h"
 #include "core/io/srgb.h"
 #include "core/io/text_writer.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
@@ -374,7 +375,8 @@ template <class Source>
 void PlyBody<Source>::read_corner_uvs(const PlyProperty& property) {
   const std::uint64_t length = list_length(property);
   if (length > 2 * kMaxFaceCorners) {
-    source_.fail("texcoord of " + std::to_string(length) + " numbers", "two a corner");
+    source_.fail("texcoord of " + counted(static_cast<std::int64_t>(length), "number"),
+                 "two a corner");
   }
   uv_list_.clear();
   for (std::uint64_t i = 0; i < length; ++i) {
@@ -392,7 +394,8 @@ void PlyBody<Source>::add_corner_uvs() {
   const int end = mesh_.polygon_starts[polygons];
   const bool given = !uv_list_.empty();
   if (given && std::cmp_not_equal(uv_list_.size(), 2 * (end - start))) {
-    fail_row("face", polygons - 1, "texcoord of " + std::to_string(uv_list_.size()) + " numbers",
+    fail_row("face", polygons - 1,
+             "texcoord of " + counted(static_cast<std::int64_t>(uv_list_.size()), "number"),
              std::to_string(2 * (end - start)));
   }
   for (const double coordinate : uv_list_) {

@@ -101,15 +101,15 @@ std::vector<Garbage> collect_garbage(std::span<const Stage> stages,
     for (const std::filesystem::path& entry : list_folder(folder)) {
       const std::string what = uselessness(entry, current);
       if (!what.empty()) {
-        found.push_back({entry, what, bytes_below(entry), false});
+        found.push_back({entry, what, bytes_below(entry), "", false});
       }
     }
     for (Garbage& garbage : found) {
       const bool is_folder = link_kind(garbage.path) == file_type::directory;
       if (running) {
-        garbage.what += "; the stage is running";
+        garbage.kept = "the stage is running";
       } else if (is_folder && !FileLock::try_lock_folder(garbage.path, FileLock::Mode::Exclusive)) {
-        garbage.what += "; it is being read";
+        garbage.kept = "it is being read";
       } else if (!dry_run) {
         remove_folder(garbage.path);
         garbage.removed = true;

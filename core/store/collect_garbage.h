@@ -15,7 +15,8 @@ struct Garbage {
   std::filesystem::path path;
   std::string what;        ///< "a result that is no longer current", "unfinished work of 12 frames"
   std::int64_t bytes = 0;  ///< that removing it gives back
-  bool removed = false;    ///< false after a dry run, or where it is in use
+  std::string kept;        ///< why it is left: "the stage is running", "it is being read"; else ""
+  bool removed = false;    ///< false after a dry run, or where it is kept
 };
 
 /// Removes unfinished work and results that are no longer current from the stages' folders of a

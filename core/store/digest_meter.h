@@ -10,9 +10,10 @@
 
 namespace atelier {
 
-/// Thrown out of the digesting of files when a stop is requested: nothing was changed.
+/// Thrown out of the digesting of files when a stop is requested: nothing was changed. Also out of
+/// the writing of a capture, of which a part is there.
 struct StopRequested : std::exception {
-  const char* what() const noexcept override { return "stopped while files were digested"; }
+  const char* what() const noexcept override { return "stopped as requested"; }
 };
 
 /// The unit of the progress that a DigestMeter tells.

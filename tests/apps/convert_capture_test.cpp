@@ -1,12 +1,17 @@
 // `atelier convert-capture`: there and back, what it says, what it refuses.
 #ifdef ATELIER_HAS_CAPTURE
 
+#include <csignal>
+#include <cstring>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "capture/cameras_file.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/store/consent_file.h"
+#include "core/store/file_lock.h"
+#include "tests/apps/system_calls.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
@@ -22,6 +27,14 @@ ChildResult convert(const std::vector<std::string>& arguments) {
   std::vector<std::string> command = {program_path(), "convert-capture"};
   command.insert(command.end(), arguments.begin(), arguments.end());
   return run_child(command);
+}
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    files.push_back(entry.path());
+  }
+  return files;
 }
 
 TEST(ConvertCapture, GoesThereAndBack) {
@@ -68,6 +81,60 @@ TEST(ConvertCapture, SaysThatThereIsNoConsent) {
       convert({(folder / "capture").string(), (folder / "out").string(), "--to", "images"});
   EXPECT_THAT(there.out, HasSubstr("consent: none recorded"));
   EXPECT_FALSE(fs::exists(folder / "out" / "consent.toml"));
+}
+
+TEST(ConvertCapture, WhatWasEndedLeavesNoHalfCapture) {
+  if (!can_inject()) {
+    GTEST_SKIP() << "strace cannot trace here";
+  }
+  const TemporaryDirectory folder;
+  write_small_capture(folder / "capture");
+  fs::create_directory(folder / "new");
+  const fs::path out = folder / "new/out";
+  for (const char* layout : {"native", "easymocap"}) {
+    const std::vector<std::string> command = {
+        program_path(), "convert-capture", (folder / "capture").string(), out.string(), "--to",
+        layout};
+    const std::vector<SystemCall> calls = record_calls(command, {"link"});
+    ASSERT_EQ(calls.size(), 6U) << "a picture of each frame and camera";
+    const std::size_t files = files_in(out).size();
+    fs::remove_all(out);
+    for (const int signal : {SIGTERM, SIGINT, SIGKILL}) {
+      SCOPED_TRACE(std::string(layout) + " " + strsignal(signal));
+      const ChildResult ended =
+          run_child(injected(command, calls[3], "signal=" + std::to_string(signal)));
+      EXPECT_EQ(ended.signal, signal) << ended.err;
+      EXPECT_FALSE(fs::exists(out)) << "no part of a capture under its name";
+      if (signal != SIGKILL) {
+        EXPECT_THAT(ended.out, HasSubstr("stopped; nothing was written"));
+        EXPECT_TRUE(fs::is_empty(folder / "new")) << "and none beside it";
+      }
+      const ChildResult next = run_child(command);
+      ASSERT_EQ(next.exit_code, 0) << next.err;
+      EXPECT_THAT(next.out, HasSubstr(out.string()));
+      EXPECT_EQ(files_in(out).size(), files);
+      fs::remove_all(out);
+      EXPECT_TRUE(fs::is_empty(folder / "new"));
+    }
+  }
+}
+
+TEST(ConvertCapture, RefusesToWriteWhereAnotherRunWrites) {
+  const TemporaryDirectory folder;
+  write_small_capture(folder / "capture");
+  fs::create_directory(folder / ".out.unfinished");
+  const std::vector<std::string> arguments = {(folder / "capture").string(),
+                                              (folder / "out").string()};
+  {
+    const auto lock =
+        FileLock::try_lock_folder(folder / ".out.unfinished", FileLock::Mode::Exclusive);
+    const ChildResult second = convert(arguments);
+    EXPECT_EQ(second.exit_code, 5);
+    EXPECT_THAT(second.err, HasSubstr("another run is writing it"));
+    EXPECT_TRUE(fs::exists(folder / ".out.unfinished"));
+  }
+  EXPECT_EQ(convert(arguments).exit_code, 0);
+  EXPECT_FALSE(fs::exists(folder / ".out.unfinished"));
 }
 
 TEST(ConvertCapture, RefusesWhatIsNoCaptureOrNoPlace) {

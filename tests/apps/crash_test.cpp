@@ -133,7 +133,7 @@ struct Moment {
 TEST_F(Crash, KilledAtRandomTimes) {
   const bool soak = injection_stride(0) == 1;
   const int frames = soak ? 40 : 12;
-  const int trials = soak ? 500 : 25;  // each ends in a run that completes
+  const int trials = soak ? 500 : 60;  // each ends in a run that completes
   constexpr std::uint64_t kMostCount = 500'000;
   write_boxes(input(), frames);
   const auto expected = undisturbed();
@@ -188,7 +188,7 @@ TEST_F(Crash, KilledAtRandomTimes) {
   RecordProperty("kills_in_work", kills);
   RecordProperty("completions", completions);
   RecordProperty("kills_too_late", too_late);
-  EXPECT_GE(kills, trials) << "each trial has one at least";
+  EXPECT_GE(kills, soak ? trials : 100) << "a trial has one at least, and two in the mean";
   EXPECT_EQ(completions, trials);
 }
 

@@ -20,8 +20,12 @@ class DiskFull : public StatisticsFixture {
  protected:
   void SetUp() override { write_boxes(input(), 3); }
 
+  /// What a run may do about a call that failed.
+  enum class Then { Fails, FailsOrIsWhole };
+
   /// Every error a call can give, injected at every such call of a run (or a sample of them).
-  void every_call(const std::vector<std::string>& names, const std::string& error, int sampled) {
+  void every_call(const std::vector<std::string>& names, const std::string& error, int sampled,
+                  Then then = Then::Fails) {
     if (!can_inject()) {
       GTEST_SKIP() << "strace cannot trace here";
     }
@@ -52,6 +56,7 @@ class DiskFull : public StatisticsFixture {
     more.push_back("mkdir");
     const std::vector<SystemCall> calls = record_calls(command, more);
     const auto stride = static_cast<std::size_t>(injection_stride(sampled));
+    int injections = 0;
     int failures = 0;
     for (std::size_t i = 0; i < calls.size(); i += stride) {
       if (std::find(names.begin(), names.end(), calls[i].name) == names.end()) {
@@ -59,6 +64,7 @@ class DiskFull : public StatisticsFixture {
       }
       SCOPED_TRACE(calls[i].name + " " + std::to_string(calls[i].number));
       start_over();
+      ++injections;
       const ChildResult failed = run_child(injected(command, calls[i], "error=" + error));
       if (failed.exit_code != 0) {
         ++failures;
@@ -67,11 +73,15 @@ class DiskFull : public StatisticsFixture {
         // Writes to the terminal fail too; all others name a path of the workspace.
         if (failed.err.find("standard output") == std::string::npos) {
           EXPECT_THAT(failed.err, HasSubstr(workspace().string()));
-          EXPECT_THAT(failed.err,
-                      HasSubstr(error == "EIO" ? "Input/output error" : "No space left on device"));
         }
+        EXPECT_THAT(failed.err, HasSubstr(error == "EIO" ? "Input/output error; the disk"
+                                                         : "No space left on device; free space"));
         EXPECT_EQ(result_digests(), calls[i].after_swap ? expected : other_expected)
             << "what current leads to is whole";
+      } else {
+        EXPECT_EQ(then, Then::FailsOrIsWhole) << "the failure was ignored";
+        ASSERT_EQ(result_digests(), expected) << "it says that it is done";
+        ASSERT_TRUE(is_clean());
       }
       EXPECT_EQ(digests_in(other_result), other_expected) << "the older result has its bytes";
       const ChildResult next = run_child(command);
@@ -80,12 +90,14 @@ class DiskFull : public StatisticsFixture {
       ASSERT_TRUE(is_clean());
     }
     EXPECT_GT(failures, 0);
-    RecordProperty("injected", failures);
+    RecordProperty("injected", injections);
+    RecordProperty("failed", failures);
   }
 };
 
 TEST_F(DiskFull, NoSpaceAtEveryWrite) {
-  every_call({"write"}, "ENOSPC", 1);
+  // Lines of progress go nowhere where standard error takes none.
+  every_call({"write"}, "ENOSPC", 1, Then::FailsOrIsWhole);
 }
 
 TEST_F(DiskFull, NoSpaceAtEverySync) {
@@ -101,11 +113,12 @@ TEST_F(DiskFull, BrokenDiskAtEveryRename) {
 }
 
 TEST_F(DiskFull, BrokenDiskAtEveryWrite) {
-  every_call({"write", "pwrite64"}, "EIO", 3);
+  every_call({"write", "pwrite64"}, "EIO", 3, Then::FailsOrIsWhole);
 }
 
 TEST_F(DiskFull, BrokenDiskAtEveryClose) {
-  every_call({"close"}, "EIO", 2);  // most closes are of files that were read, and may fail
+  // Most closes are of files that were read, and may fail.
+  every_call({"close"}, "EIO", 2, Then::FailsOrIsWhole);
 }
 
 TEST_F(DiskFull, ALimitOfFileSizesIsAFailingDisk) {
@@ -130,6 +143,7 @@ TEST_F(DiskFull, NoSpaceForAFolder) {
 TEST_F(DiskFull, ATinyDisk) {
   const std::filesystem::path disk = root_ / "work";
   std::filesystem::create_directories(disk);
+  int failed = 0;
   for (const char* size : {"size=16k", "size=24k", "size=32k", "size=48k"}) {
     SCOPED_TRACE(size);
     if (mount("tmpfs", disk.c_str(), "tmpfs", 0, size) != 0) {
@@ -143,10 +157,12 @@ TEST_F(DiskFull, ATinyDisk) {
       EXPECT_THAT(result.err, HasSubstr(disk.string()));
       EXPECT_THAT(result.err, HasSubstr("No space left on device"));
       EXPECT_FALSE(left);
+      ++failed;
     } else {
       EXPECT_TRUE(left);
     }
   }
+  EXPECT_GT(failed, 0) << "no disk was too small";
 }
 
 TEST_F(DiskFull, AnOlderResultSurvivesATinyDisk) {

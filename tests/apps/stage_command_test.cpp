@@ -233,6 +233,19 @@ TEST_F(StageCommand, ConsentThatChangedIsSaidWhereverItIsShown) {
   EXPECT_THAT(read_file_text(root_ / "out/statistics/consent.txt", 1 << 10), HasSubstr(words));
 }
 
+TEST_F(StageCommand, RefusesAnotherKindOfInputBeforeItIsDigested) {
+  std::filesystem::create_directories(input());
+  std::filesystem::create_symlink("nothing", input() / "link.txt");  // digesting refuses it
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--dry-run"}}) {
+    expect_refusal(run_statistics(more), kExitBadData, "no .obj, .ply, .glb or .gltf");
+    EXPECT_FALSE(std::filesystem::exists(workspace()));
+  }
+#ifdef ATELIER_HAS_REGISTRATION
+  expect_refusal(run({"flatten", input().string(), workspace().string()}), kExitBadData,
+                 "no .obj or .ply");
+#endif
+}
+
 TEST_F(StageCommand, ReadsAteliersOwnSequences) {
   Mesh mesh;
   mesh.vertices = Points::Random(3, 3);

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/exit_code.h"
+#include "core/store/file_lock.h"
 #include "tests/apps/program_fixture.h"
 
 namespace atelier::fixtures {
@@ -64,6 +65,50 @@ TEST_F(WorkspaceCommand, ResultsWithoutACurrentLinkAreSpokenOf) {
               HasSubstr("left statistics: " + words));
   EXPECT_THAT(run_statistics({}).out, HasSubstr("is done already"));
   EXPECT_THAT(run({"status", workspace().string()}).out, ::testing::Not(HasSubstr(words)));
+}
+
+TEST_F(WorkspaceCommand, GcSaysWhatARunningStageKeeps) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  run_statistics({"--statistics.edge_quantiles", "0.5"});
+  {
+    const auto lock = FileLock::try_lock(stage_folder() / ".lock", FileLock::Mode::Shared);
+    const std::string words = "a result that is no longer current; the stage is running";
+    EXPECT_THAT(run({"gc", workspace().string(), "--dry-run"}).out,
+                ::testing::AllOf(HasSubstr("would leave "), HasSubstr(words)));
+    EXPECT_THAT(run({"gc", workspace().string()}).out,
+                ::testing::AllOf(HasSubstr("left "), HasSubstr(words)));
+    const auto json =
+        nlohmann::json::parse(run({"gc", workspace().string(), "--dry-run", "--json"}).out);
+    EXPECT_EQ(json[0]["kept"], "the stage is running");
+    EXPECT_EQ(json[0]["removed"], false);
+  }
+  const auto json =
+      nlohmann::json::parse(run({"gc", workspace().string(), "--dry-run", "--json"}).out);
+  EXPECT_EQ(json[0]["kept"], "");
+  EXPECT_EQ(json[0]["removed"], false);
+}
+
+TEST_F(WorkspaceCommand, AnErrorIsAnObjectOfJson) {
+  const std::string missing = (root_ / "nothing").string();
+  const std::string picture = (root_ / "bad.jpg").string();
+  std::ofstream(picture) << "no picture";
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"status", missing}, {"gc", missing}, {"inspect", picture}}) {
+    SCOPED_TRACE(command[0]);
+    const ChildResult result = run({command[0], command[1], "--json"});
+    EXPECT_EQ(result.exit_code, kExitBadData);
+    const auto json = nlohmann::json::parse(result.out);
+    EXPECT_EQ(json["event"], "error");
+    EXPECT_EQ(json["command"], command[0]);
+    EXPECT_EQ(json["file"], command[1]);
+    EXPECT_EQ(json["exit_code"], kExitBadData);
+    EXPECT_NE(json["found"], "");
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << "people are told too";
+    expect_refusal(run(command), kExitBadData, command[1]);
+    expect_refusal(run({command[0], command[1], "--json=false"}), kExitBadData, command[1]);
+    expect_refusal(run({command[0], "--json"}), kExitUsage, " takes a");
+  }
 }
 
 TEST_F(WorkspaceCommand, GcRemovesOlderResults) {

@@ -1,6 +1,7 @@
 // Configuring on machines that lack packages: what cannot be built is left out, one line each.
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -29,7 +30,7 @@ Output run(const std::string& command) {
 
 Output configure(const fixtures::TemporaryDirectory& folder, const std::string& flags) {
   return run("cmake -G Ninja -S '" + fixtures::source_directory().string() + "' -B '" +
-             (folder / "build").string() + "' -DATELIER_CUDA=OFF " + flags);
+             (folder / "build").string() + "' " + flags);
 }
 
 bool has_target(const fixtures::TemporaryDirectory& folder, const std::string& target) {
@@ -37,15 +38,19 @@ bool has_target(const fixtures::TemporaryDirectory& folder, const std::string& t
          0;
 }
 
-TEST(Configure, CoreAndSimulationBuildWhereOnlyEigenAndHdf5Are) {
-  const fixtures::TemporaryDirectory folder;
-  std::string flags = "-DTINYGLTF_INCLUDE=no -DTINYGLTF_LIBRARY=";
-  for (const char* package :
-       {"TBB", "OpenCV", "PkgConfig", "nlohmann_json", "CLI11", "spdlog", "embree", "GTest",
-        "benchmark", "Ceres", "PCL", "CGAL", "JPEG", "PNG"}) {
+/// Flags that hide every package but Eigen, HDF5, CUDA and libtorch.
+std::string without_packages() {
+  std::string flags = "-DTINYGLTF_INCLUDE=no -DTINYGLTF_LIBRARY= -DCGAL_INCLUDE= -DPCL_INCLUDE=";
+  for (const char* package : {"TBB", "OpenCV", "PkgConfig", "nlohmann_json", "CLI11", "spdlog",
+                              "embree", "GTest", "benchmark", "Ceres", "JPEG", "PNG"}) {
     flags += std::string(" -DCMAKE_DISABLE_FIND_PACKAGE_") + package + "=ON";
   }
-  const Output output = configure(folder, flags);
+  return flags;
+}
+
+TEST(Configure, CoreAndSimulationBuildWhereOnlyEigenAndHdf5Are) {
+  const fixtures::TemporaryDirectory folder;
+  const Output output = configure(folder, "-DATELIER_CUDA=OFF " + without_packages());
   ASSERT_EQ(output.code, 0) << output.text;
   EXPECT_NE(output.text.find("left out: core_io (missing:"), std::string::npos) << output.text;
   EXPECT_NE(output.text.find("left out: atelier (missing:"), std::string::npos) << output.text;
@@ -54,6 +59,28 @@ TEST(Configure, CoreAndSimulationBuildWhereOnlyEigenAndHdf5Are) {
   EXPECT_TRUE(has_target(folder, "simulation"));
   EXPECT_TRUE(has_target(folder, "appearance"));
   EXPECT_FALSE(has_target(folder, "core_io"));
+}
+
+TEST(Configure, TwinsAndNetworksBuildWhereOnlyCudaAndLibtorchAreBeside) {
+  std::string nvcc = run("command -v nvcc || ls /usr/local/cuda/bin/nvcc").text;
+  nvcc = nvcc.substr(0, nvcc.find('\n'));
+  if (!std::filesystem::exists(nvcc)) {
+    GTEST_SKIP() << "no nvcc here";
+  }
+  const fixtures::TemporaryDirectory folder;
+  const Output output = configure(
+      folder, "-DATELIER_CUDA=ON -DCMAKE_CUDA_COMPILER='" + nvcc + "' " + without_packages());
+  ASSERT_EQ(output.code, 0) << output.text;
+  EXPECT_NE(output.text.find("left out: core_io (missing:"), std::string::npos) << output.text;
+  EXPECT_TRUE(has_target(folder, "core"));
+  EXPECT_TRUE(has_target(folder, "simulation"));
+  EXPECT_NE(run("ninja -C '" + (folder / "build").string() + "' -t inputs libsimulation.a")
+                .text.find(".cu.o"),
+            std::string::npos);
+  if (output.text.find("left out: appearance_network (missing: torch)") != std::string::npos) {
+    GTEST_SKIP() << "no libtorch here: without the networks";
+  }
+  EXPECT_TRUE(has_target(folder, "appearance_network")) << output.text;
 }
 
 TEST(ConfigureRefused, DependencyWithoutPublicOrPrivate) {

@@ -16,6 +16,7 @@ extern "C" {
 #include <utility>
 
 #include "core/error.h"
+#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -46,7 +47,9 @@ class Encoder : public Film {
     av_log_set_level(AV_LOG_ERROR);
     const AVCodec* encoder = avcodec_find_encoder_by_name("libx264");
     if (encoder == nullptr) {
-      throw EnvironmentError("H.264 encoder libx264", "this build of FFmpeg does not have it");
+      throw EnvironmentError("H.264 encoder libx264",
+                             "this build of FFmpeg does not have it; "
+                             "install a libavcodec that is built with x264, as Debian's is");
     }
     AVFormatContext* format = nullptr;
     check(avformat_alloc_output_context2(&format, nullptr, "mp4", written.c_str()), "starting");
@@ -114,7 +117,11 @@ class Encoder : public Film {
     if (result < 0) {
       char reason[AV_ERROR_MAX_STRING_SIZE] = {};
       av_strerror(result, reason, sizeof reason);
-      throw EnvironmentError(path_.string(), std::string(doing) + " failed: " + reason);
+      // FFmpeg's own codes are beyond the system's.
+      const bool system = result > -4096;
+      throw EnvironmentError(
+          path_.string(),
+          std::string(doing) + " failed: " + (system ? system_reason(AVUNERROR(result)) : reason));
     }
   }
 

@@ -7,6 +7,8 @@ constexpr Command kCommands[] = {{"status", "what a workspace holds", add_status
 
 }  // namespace
 
-std::span<const Command> all_commands() { return kCommands; }
+std::span<const Command> all_commands() {
+  return kCommands;
+}
 
 }  // namespace atelier
