@@ -142,7 +142,8 @@ JointErrors tracked_again(const fs::path& workspace, const fs::path& capture,
   const PersonalBody person =
       read_personal_body(workspace / "personalize" / "current" / "person.npz");
   return joint_errors(
-      track(person.model, person_input(files, info, sequence, options.input, excluded), options.fit)
+      track(person.model, person_input(files, info, sequence, options.input, excluded).input,
+            options.fit)
           .tracked,
       capture, truth);
 }
