@@ -33,6 +33,10 @@ void add_body(const BodyFile& body, Inspection& inspection) {
   inspection.add("joints", body.model.skeleton.names.size());
   inspection.add("shape parameters", body.model.shape.size());
   inspection.add("pose correctives", body.model.correctives.size());
+  inspection.add("vertex groups", body.model.groups.size());
+  for (const VertexGroup& group : body.model.groups) {
+    inspection.add_member("group " + group.name, {{"vertices", group.vertices.size()}});
+  }
   add_findings(body.findings, inspection);
 }
 

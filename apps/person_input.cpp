@@ -3,7 +3,12 @@
 #include "apps/person_input.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
 #include <map>
+#include <numeric>
+#include <set>
 
 #include "apps/truth_scan.h"
 #include "capture/keypoint_schema.h"
@@ -20,20 +25,26 @@ namespace {
 constexpr double kNoise = 0.004;  // m, of a keypoint of full confidence
 constexpr std::size_t kMostText = 1 << 24;
 
-void read_keypoints(const std::filesystem::path& file, const PersonInputOptions& options,
-                    Index count, TrackFrame& frame) {
+bool is_wanted(const PersonPoints& one, int person) {
+  return one.id == person || (one.id < 0 && person == 0);
+}
+
+/// Returns how many of the keypoints are bridged.
+int read_keypoints(const std::filesystem::path& file, const PersonInputOptions& options,
+                   Index count, TrackFrame& frame) {
   if (!std::filesystem::exists(file)) {
-    return;
+    return 0;
   }
   const std::string text = read_file_text(file, kMostText);
   const std::vector<PersonPoints> people = parse_keypoints3d(text, file.string());
   const std::map<int, std::vector<double>> deviations =
       parse_keypoint_deviations(text, file.string());
+  const std::map<int, std::vector<int>> bridged = parse_bridged_keypoints(text, file.string());
   const auto who = std::find_if(people.begin(), people.end(), [&](const PersonPoints& one) {
-    return one.id == options.person || (one.id < 0 && options.person == 0);
+    return is_wanted(one, options.person);
   });
   if (who == people.end()) {
-    return;
+    return 0;
   }
   if (who->points.rows() != count) {
     throw DataError(file.string(), "keypoints3d", std::to_string(who->points.rows()) + " points",
@@ -50,6 +61,72 @@ void read_keypoints(const std::filesystem::path& file, const PersonInputOptions&
       frame.deviations[k] = std::max(1e-4, own) + options.keypoint_noise;
     }
   }
+  // A straight line between neighbours says nothing that accelerations do not know better.
+  const auto guessed = bridged.find(who->id);
+  if (guessed == bridged.end()) {
+    return 0;
+  }
+  for (const int k : guessed->second) {
+    frame.deviations[k] = 0;
+  }
+  return static_cast<int>(guessed->second.size());
+}
+
+/// Throws DataError where files of keypoints show people, but in no frame the one of that number.
+void check_person(const std::filesystem::path& folder, int person) {
+  std::set<int> numbers;
+  if (!std::filesystem::is_directory(folder)) {
+    return;
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".json") {
+      continue;
+    }
+    const std::string file = entry.path().string();
+    for (const PersonPoints& one : parse_keypoints3d(read_file_text(file, kMostText), file)) {
+      if (is_wanted(one, person)) {
+        return;
+      }
+      numbers.insert(std::max(0, one.id));
+    }
+  }
+  if (numbers.empty()) {
+    return;
+  }
+  constexpr std::size_t kShown = 8;
+  std::string list;
+  std::size_t shown = 0;
+  for (const int number : numbers) {
+    list += shown == 0 ? "" : ", ";
+    if (shown++ == kShown) {
+      list += "...";
+      break;
+    }
+    list += std::to_string(number);
+  }
+  const std::string count =
+      numbers.size() == 1 ? "1 person" : std::to_string(numbers.size()) + " people";
+  throw DataError(
+      folder.string(), "person", "no number " + std::to_string(person),
+      "--input.person with a number that keypoints have; they show " + count + ": " + list);
+}
+
+/// A warning where labels are to be left out, but no point of labelled scans has one of them.
+std::vector<Finding> absent_labels(const std::vector<Label>& excluded,
+                                   const std::array<std::atomic<bool>, 256>& met) {
+  std::string names;
+  for (const Label label : excluded) {
+    if (met[static_cast<std::uint8_t>(label)]) {
+      return {};
+    }
+    names += (names.empty() ? "" : ", ") + label_name(label);
+  }
+  if (names.empty() ||
+      std::none_of(met.begin(), met.end(), [](const auto& one) { return one.load(); })) {
+    return {};
+  }
+  return {{Severity::Warning, "label-nowhere", "scans", "no point is labelled " + names,
+           "nothing is left out; --input.excluded names what is worn"}};
 }
 
 }  // namespace
@@ -76,12 +153,14 @@ PersonFiles person_files(const StageRun& run) {
 }
 
 CaptureInfo person_capture(const PersonFiles& files, const PersonInputOptions& options) {
-  return open_dataset(files.capture, options.capture).info;
+  CaptureInfo info = open_dataset(files.capture, options.capture).info;
+  check_person(files.keypoints / "keypoints3d", options.person);
+  return info;
 }
 
 ScanPart part_of(Label label, const std::vector<Label>& excluded) {
   if (std::find(excluded.begin(), excluded.end(), label) != excluded.end()) {
-    return ScanPart::Ignored;
+    return ScanPart::LeftOut;
   }
   switch (label) {
     case Label::Skin:
@@ -118,10 +197,11 @@ std::vector<Label> labels_of(const std::string& list) {
   return labels;
 }
 
-TrackInput person_input(const PersonFiles& files, const CaptureInfo& info,
-                        const CaptureSequence& sequence, const PersonInputOptions& options,
-                        const std::vector<Label>& excluded) {
-  TrackInput input;
+PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
+                            const CaptureSequence& sequence, const PersonInputOptions& options,
+                            const std::vector<Label>& excluded) {
+  PersonEvidence evidence;
+  TrackInput& input = evidence.input;
   input.keypoint_names = keypoint_schema(info.keypoint_schema).points;
   input.fps = sequence.fps > 0 ? sequence.fps : 1;
   input.frame_ids = sequence.frame_ids;
@@ -131,12 +211,16 @@ TrackInput person_input(const PersonFiles& files, const CaptureInfo& info,
     truth = read_capture_truth(files.capture);
   }
   input.frames.resize(sequence.frame_ids.size());
+  std::vector<int> bridged(input.frames.size(), 0);
+  std::array<std::atomic<bool>, 256> met{};
+  std::atomic<bool> unlabelled = false;
   parallel_for(static_cast<Index>(input.frames.size()), 1, [&](Index begin, Index end) {
     for (Index f = begin; f < end; ++f) {
       const int id = sequence.frame_ids[static_cast<std::size_t>(f)];
       TrackFrame& frame = input.frames[static_cast<std::size_t>(f)];
-      read_keypoints(files.keypoints / "keypoints3d" / (frame_name(id) + ".json"), options,
-                     static_cast<Index>(input.keypoint_names.size()), frame);
+      bridged[static_cast<std::size_t>(f)] =
+          read_keypoints(files.keypoints / "keypoints3d" / (frame_name(id) + ".json"), options,
+                         static_cast<Index>(input.keypoint_names.size()), frame);
       Mesh scan;
       const std::filesystem::path file = files.scans / "scans" / (frame_name(id) + ".h5");
       if (options.scans == ScanSource::Truth) {
@@ -149,6 +233,7 @@ TrackInput person_input(const PersonFiles& files, const CaptureInfo& info,
       }
       std::vector<ScanPart> parts;
       for (const std::uint8_t label : scan.labels) {
+        met[label] = true;
         ScanPart part = part_of(static_cast<Label>(label), excluded);
         if (minimal && part == ScanPart::Cloth) {
           part = ScanPart::Skin;
@@ -156,12 +241,32 @@ TrackInput person_input(const PersonFiles& files, const CaptureInfo& info,
         parts.push_back(part);
       }
       if (parts.empty() && minimal) {
+        unlabelled = true;
         parts.assign(static_cast<std::size_t>(scan.vertices.rows()), ScanPart::Skin);
       }
       frame.scan = scan_points(scan, parts);
     }
   });
-  return input;
+  std::vector<int> guessed;
+  for (std::size_t f = 0; f < bridged.size(); ++f) {
+    if (bridged[f] > 0) {
+      guessed.push_back(input.frame_ids[f]);
+    }
+  }
+  if (!guessed.empty()) {
+    const int count = std::accumulate(bridged.begin(), bridged.end(), 0);
+    evidence.findings.push_back(
+        {Severity::Note, "keypoints-bridged", "frames " + listed_frames(guessed),
+         std::to_string(count) + " keypoints that no camera saw", "they count as missing"});
+  }
+  if (unlabelled) {
+    evidence.findings.push_back({Severity::Note, "labels-absent", "scans", "no point has a label",
+                                 "all is taken as skin, hair and what is carried too"});
+  }
+  for (const Finding& finding : minimal ? std::vector<Finding>{} : absent_labels(excluded, met)) {
+    evidence.findings.push_back(finding);
+  }
+  return evidence;
 }
 
 }  // namespace atelier

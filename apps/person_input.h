@@ -38,7 +38,8 @@ struct PersonFiles {
 };
 PersonFiles person_files(const StageRun& run);
 
-/// What the capture says of its sequences and keypoints.
+/// What the capture says of its sequences and keypoints. Throws DataError where keypoints show
+/// people, but never the one of that number.
 CaptureInfo person_capture(const PersonFiles& files, const PersonInputOptions& options);
 
 /// What a label tells of the body under it. Hair, what is carried and background tell nothing.
@@ -47,11 +48,18 @@ ScanPart part_of(Label label, const std::vector<Label>& excluded = {});
 /// The labels of a comma-separated list. Throws DataError for a name that is none.
 std::vector<Label> labels_of(const std::string& list);
 
+/// A person's evidence, and what is doubtful about it.
+struct PersonEvidence {
+  TrackInput input;
+  std::vector<Finding> findings;  ///< "keypoints-bridged", "labels-absent", "label-nowhere"
+};
+
 /// Keypoints and scans of a sequence, as the workspace's `reconstruct` or the truth has them;
-/// frames without a file have neither. `minimal`: every surface but hair counts as skin.
-TrackInput person_input(const PersonFiles& files, const CaptureInfo& info,
-                        const CaptureSequence& sequence, const PersonInputOptions& options,
-                        const std::vector<Label>& excluded = {});
+/// frames without a file have neither. Keypoints that no camera saw, which `reconstruct` bridges by
+/// straight lines, count as missing. `minimal`: every surface but hair counts as skin.
+PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
+                            const CaptureSequence& sequence, const PersonInputOptions& options,
+                            const std::vector<Label>& excluded = {});
 
 }  // namespace atelier
 

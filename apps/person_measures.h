@@ -14,8 +14,9 @@ namespace atelier {
 std::vector<Measure> measure_personalize(const std::filesystem::path& workspace,
                                          const std::filesystem::path& capture);
 
-/// track.* of its result of `track`. Where a region of dynamic clothing was found, the clothed
-/// sequences are tracked again with exclude = none and with exclude = labels, all else as it was.
+/// track.* of its result of `track`. Where the true clothing swings, whatever the result left out,
+/// the clothed sequence is tracked again with exclude = none and auto, and with the true garments
+/// of `--input.excluded` left out, all else as it was.
 std::vector<Measure> measure_track(const std::filesystem::path& workspace,
                                    const std::filesystem::path& capture);
 

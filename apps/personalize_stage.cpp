@@ -75,8 +75,9 @@ void run_personalize(StageRun& run) {
              "', which is less exact");
   }
   const BodyModel body = read_body_file(options.body).model;
-  const TrackInput input = person_input(person_files(run), info, sequence, options.input);
-  const Personalization found = personalize(body, input, options.fit);
+  const PersonEvidence evidence = person_input(person_files(run), info, sequence, options.input);
+  tell(run, evidence.findings);
+  const Personalization found = personalize(body, evidence.input, options.fit);
   tell(run, found.findings);
   const PersonalBody& person = found.person;
   run.output("person.npz",

@@ -30,8 +30,13 @@ std::vector<char> painted_region(const BodyModel& model, const std::string& name
     return region;
   }
   if (name.empty() || !std::filesystem::exists(name)) {
+    std::string groups;
+    for (const VertexGroup& known : model.groups) {
+      groups += ", " + known.name;
+    }
     throw DataError(name, "region", "neither a vertex group of the body nor a file",
-                    "--region with one of them");
+                    "--region with a JSON list of vertices or one of the body's groups: " +
+                        (groups.empty() ? "it has none" : groups.substr(2)));
   }
   constexpr std::size_t kMostText = 1 << 26;
   const std::string text = read_file_text(name, kMostText);
@@ -110,7 +115,10 @@ void run_track(StageRun& run) {
     if (sequence.frame_ids.empty()) {
       continue;
     }
-    TrackInput input = person_input(person_files(run), info, sequence, options.input, excluded);
+    PersonEvidence evidence =
+        person_input(person_files(run), info, sequence, options.input, excluded);
+    tell(run, evidence.findings, sequence.name + ": ");
+    TrackInput& input = evidence.input;
     if (options.fit.exclude == Exclude::Region) {
       input.region = painted_region(person.model, options.region);
     }

@@ -97,6 +97,33 @@ std::map<int, std::vector<double>> parse_keypoint_deviations(std::string_view te
   return all;
 }
 
+std::map<int, std::vector<int>> parse_bridged_keypoints(std::string_view text,
+                                                        const std::string& file,
+                                                        const Limits& limits) {
+  const nlohmann::json parsed = parse_json(text, file, limits);
+  std::map<int, std::vector<int>> all;
+  if (!parsed.is_array()) {
+    return all;
+  }
+  for (const JsonPlace& entry : JsonPlace(parsed, file).items()) {
+    if (!entry.has("bridged")) {
+      continue;
+    }
+    const JsonPlace place = entry.at("bridged");
+    const auto points = static_cast<double>(entry.at("keypoints3d").size());
+    std::vector<int> numbers;
+    for (const double value : place.numbers()) {
+      if (!(value >= 0 && value < points) || value != std::floor(value)) {
+        place.fail("point " + std::to_string(value), "numbers of the points, from 0");
+      }
+      numbers.push_back(static_cast<int>(value));
+    }
+    constexpr std::int64_t kMostPeople = 1'000'000;
+    all[static_cast<int>(entry.integer_or("id", -1, -1, kMostPeople))] = std::move(numbers);
+  }
+  return all;
+}
+
 std::string keypoints3d_json(const std::vector<PersonPoints>& people) {
   nlohmann::ordered_json root = nlohmann::ordered_json::array();
   for (const PersonPoints& person : people) {

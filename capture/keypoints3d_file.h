@@ -26,6 +26,13 @@ std::map<int, std::vector<double>> parse_keypoint_deviations(std::string_view te
                                                              const std::string& file = "",
                                                              const Limits& limits = {});
 
+/// The list `bridged` of each person of EasyMocap's form, by id: numbers of the points that no view
+/// saw, which lie between the frames before and after. People without one are not in it. Throws
+/// DataError for numbers that no point has and what is no such file.
+std::map<int, std::vector<int>> parse_bridged_keypoints(std::string_view text,
+                                                        const std::string& file = "",
+                                                        const Limits& limits = {});
+
 /// EasyMocap's form.
 std::string keypoints3d_json(const std::vector<PersonPoints>& people);
 

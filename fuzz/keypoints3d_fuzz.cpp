@@ -11,4 +11,9 @@ ATELIER_FUZZ_READER(keypoints3d) {
       ATELIER_CHECK(deviation >= 0 && deviation < 1e9, "a deviation that is no length");
     }
   }
+  for (const auto& [id, bridged] : parse_bridged_keypoints(as_text(bytes), "keypoints3d")) {
+    for (const int point : bridged) {
+      ATELIER_CHECK(point >= 0, "a point without a number");
+    }
+  }
 }

@@ -70,17 +70,33 @@ class Personalizer {
     rough.keypoint = std::max(rough.keypoint, 0.02);
     rough.keypoint_outlier = std::max(rough.keypoint_outlier, 0.15);
     const std::vector<StartPose> starts = start_poses(person_, seen, times_, rough);
+    std::vector<int> untrusted;
+    std::vector<int> sized;
     for (std::size_t f = 0; f < frames(); ++f) {
       if (!starts[f].trusted) {
-        findings_.push_back({Severity::Warning, "frame-untrusted",
-                             "frame " + std::to_string(input_.frame_ids[f]),
-                             "too few keypoints, or they contradict each other",
-                             "left out of the person's measures"});
+        untrusted.push_back(input_.frame_ids[f]);
         continue;
       }
       used_.push_back(f);
+      const ScanPoints& scan = input_.frames[f].scan;
+      scans_.push_back(scan.points.rows() > 0 ? &scan : nullptr);
+      if (scans_.back() != nullptr && !scan_size_problem(scan, person_.shaped.vertices).empty()) {
+        scans_.back() = nullptr;
+        sized.push_back(input_.frame_ids[f]);
+      }
       targets_.push_back(starts[f].targets);
       x_.push_back(starts[f].x);
+    }
+    if (!untrusted.empty()) {
+      findings_.push_back({Severity::Warning, "frame-untrusted",
+                           "frames " + listed_frames(untrusted),
+                           "too few keypoints, or they contradict each other",
+                           "left out of the person's measures"});
+    }
+    if (!sized.empty()) {
+      findings_.push_back({Severity::Warning, "scan-unit", "frames " + listed_frames(sized),
+                           "scans of another size than a person has",
+                           "left out; look whether they are in millimetres"});
     }
     if (used_.empty()) {
       throw DataError("", "keypoints", "no frame that shows a person",
@@ -91,8 +107,8 @@ class Personalizer {
                            std::to_string(used_.size()) + " frames",
                            "three and more tell shape from pose better"});
     }
-    any_scan_ = std::any_of(used_.begin(), used_.end(),
-                            [&](std::size_t f) { return input_.frames[f].scan.points.rows() > 0; });
+    any_scan_ = std::any_of(scans_.begin(), scans_.end(),
+                            [](const ScanPoints* scan) { return scan != nullptr; });
     if (!model_.shape.empty()) {
       solve(rough, kKeypointIterations, 1);
       FrameWeights fine = options_.weights;
@@ -132,11 +148,10 @@ class Personalizer {
     parallel_for(static_cast<Index>(used_.size()), 1, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         const auto u = static_cast<std::size_t>(i);
-        const ScanPoints& scan = input_.frames[used_[u]].scan;
-        targets_[u].matches = scan.points.rows() == 0
+        targets_[u].matches = scans_[u] == nullptr
                                   ? std::vector<SurfaceMatch>{}
                                   : match_scan(person, posed_surface(person, rest, x_[u]),
-                                               sampled(scan, samples, round), input_.region);
+                                               sampled(*scans_[u], samples, round), input_.region);
       }
     });
   }
@@ -209,13 +224,12 @@ class Personalizer {
         Field& field = of_frame[u];
         field.sum = Eigen::VectorXd::Zero(vertices);
         field.weight = Eigen::VectorXd::Zero(vertices);
-        const ScanPoints& scan = input_.frames[used_[u]].scan;
-        if (scan.points.rows() == 0) {
+        if (scans_[u] == nullptr) {
           continue;
         }
         const BodySurface surface = posed_surface(person, rest, x_[u]);
         const std::vector<SurfaceMatch> matches =
-            match_scan(person, surface, scan, input_.region, {0.04, 0.5});
+            match_scan(person, surface, *scans_[u], input_.region, {0.04, 0.5});
         for (const SurfaceMatch& one : matches) {
           if (one.cloth) {
             continue;
@@ -365,7 +379,8 @@ class Personalizer {
   FittedPerson person_;
   Eigen::VectorXd shape_;
   std::vector<double> times_;
-  std::vector<std::size_t> used_;  // frames that count
+  std::vector<std::size_t> used_;         // frames that count
+  std::vector<const ScanPoints*> scans_;  // of those; null: none that can be used
   std::vector<FrameTargets> targets_;
   std::vector<Eigen::VectorXd> x_;
   bool any_scan_ = false;

@@ -59,6 +59,20 @@ ScanPoints scan_points(const Mesh& scan, const std::vector<ScanPart>& parts) {
   return result;
 }
 
+std::string scan_size_problem(const ScanPoints& scan, const Points& person) {
+  constexpr double kFarUnit = 3;  // times the person's size that no scan has
+  const auto size_of = [](const Points& points) {
+    return (points.colwise().maxCoeff() - points.colwise().minCoeff()).maxCoeff();
+  };
+  const double size = size_of(scan.points);
+  const double person_size = size_of(person);
+  if (size <= kFarUnit * person_size && size >= person_size / kFarUnit / 2) {
+    return "";
+  }
+  return "a scan of " + std::to_string(size).substr(0, 6) + " m of a person of " +
+         std::to_string(person_size).substr(0, 4) + " m";
+}
+
 ScanPoints sampled(const ScanPoints& scan, Index count, int turn) {
   if (scan.points.rows() <= count || count <= 0) {
     return scan;
@@ -109,7 +123,7 @@ std::vector<SurfaceMatch> match_scan(const FittedPerson& person, const BodySurfa
   for (Index i = 0; i < scan.points.rows(); ++i) {
     const ClosestPoint& near = nearest[static_cast<std::size_t>(i)];
     const ScanPart part = scan.parts[static_cast<std::size_t>(i)];
-    if (near.face < 0 || part == ScanPart::Ignored) {
+    if (near.face < 0 || (part != ScanPart::Skin && part != ScanPart::Cloth)) {
       continue;
     }
     SurfaceMatch match;

@@ -14,7 +14,8 @@ namespace atelier {
 enum class ScanPart : std::uint8_t {
   Skin,     ///< the body itself, also under tight minimal clothing
   Cloth,    ///< clothing: the body is inside
-  Ignored,  ///< nothing: hair, what is carried, clothing that is left out
+  Ignored,  ///< nothing: hair, what is carried
+  LeftOut,  ///< nothing either: clothing that the caller leaves out
 };
 
 /// A scan as oriented points with areas.
@@ -28,6 +29,10 @@ struct ScanPoints {
 /// The vertices of a scan that have a normal. `parts` has an entry for each vertex or, where
 /// nothing is known, none: then all is clothing. Throws LogicError on another length.
 ScanPoints scan_points(const Mesh& scan, const std::vector<ScanPart>& parts = {});
+
+/// What is wrong with the size of a scan of a person whose rest pose has these vertices, one
+/// sentence; "" if nothing: it is less than 3 times as large, or 6 times as small.
+std::string scan_size_problem(const ScanPoints& scan, const Points& person);
 
 /// About `count` of the points, evenly over the area (systematic sampling along the scan's own
 /// order; `turn` chooses other ones). All if there are no more. O(N).
@@ -49,9 +54,9 @@ struct MatchOptions {
   double least_cosine = 0.4;  ///< of the angle between both normals, [-1, 1]
 };
 
-/// The nearest point of the body for every point of the scan that is not Ignored, within reach and
-/// with normals that agree. Clothing whose nearest vertex is in `region` is left out. Weights are
-/// shares of the scan's area. `region` has V entries or none. O(N log F).
+/// The nearest point of the body for every point of the scan that is skin or cloth, within reach
+/// and with normals that agree. Clothing whose nearest vertex is in `region` is left out. Weights
+/// are shares of the scan's area. `region` has V entries or none. O(N log F).
 std::vector<SurfaceMatch> match_scan(const FittedPerson& person, const BodySurface& surface,
                                      const ScanPoints& scan, const std::vector<char>& region,
                                      const MatchOptions& options = {});

@@ -1,10 +1,13 @@
 #include "bodymodel/tracking/solve_window.h"
 
 #include <Eigen/Cholesky>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include <ceres/ceres.h>
 
+#include "bodymodel/humanoid.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -12,26 +15,75 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// Variables of a frame that stand one after the other.
+struct Part {
+  Index first = 0;
+  Index count = 0;
+};
+
+/// The variables cut where the fingers of each hand begin: no joint outside of a hand depends on
+/// them, and Ceres multiplies whole blocks. One part where no fingers are sought, or where other
+/// joints stand between them.
+std::vector<Part> parts_of(const FittedPerson& person) {
+  const Index size = 3 + 3 * static_cast<Index>(person.joints.size());
+  std::vector<int> hand(person.joints.size(), 0);  // by slot; 0: none
+  const Humanoid who = recognised_humanoid(person.model->skeleton);
+  for (std::size_t side = 0; side < 2; ++side) {
+    for (const auto& finger : who.arms[side].fingers) {
+      for (const int joint : finger) {
+        const int slot = joint >= 0 ? person.slots[static_cast<std::size_t>(joint)] : -1;
+        if (slot >= 0) {
+          hand[static_cast<std::size_t>(slot)] = static_cast<int>(side) + 1;
+        }
+      }
+    }
+  }
+  std::vector<Part> parts = {{0, 3}};
+  std::array<bool, 3> begun = {true, false, false};
+  for (std::size_t slot = 0; slot < hand.size(); ++slot) {
+    const int now = hand[slot];
+    if (now != (slot > 0 ? hand[slot - 1] : 0)) {
+      if (begun[static_cast<std::size_t>(now)]) {
+        return {{0, size}};
+      }
+      begun[static_cast<std::size_t>(now)] = true;
+      parts.push_back({3 + 3 * static_cast<Index>(slot), 0});
+    }
+    parts.back().count += 3;
+  }
+  return parts;
+}
+
 /// One frame as Ceres sees it: n residuals e with Jacobian R, R'R the normal matrix and R'e the
 /// gradient, and one constant that makes the cost whole.
 class FrameCost : public ceres::CostFunction {
  public:
   FrameCost(const FittedPerson& person, const FrameTargets& targets, const FrameWeights& weights,
-            Index size)
-      : person_(person), targets_(targets), weights_(weights), size_(size) {
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(size));
-    set_num_residuals(static_cast<int>(size) + 1);
+            const std::vector<Part>& parts)
+      : person_(person),
+        targets_(targets),
+        weights_(weights),
+        parts_(parts),
+        size_(parts.back().first + parts.back().count) {
+    for (const Part& part : parts) {
+      mutable_parameter_block_sizes()->push_back(static_cast<int>(part.count));
+    }
+    set_num_residuals(static_cast<int>(size_) + 1);
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(parameters[0], size_);
+    Eigen::VectorXd x(size_);
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      x.segment(parts_[p].first, parts_[p].count) =
+          Eigen::Map<const Eigen::VectorXd>(parameters[p], parts_[p].count);
+    }
     Eigen::Map<Eigen::VectorXd> out(residuals, size_ + 1);
     out.setZero();
     if (!x.allFinite()) {
       return false;
     }
-    if (jacobians == nullptr || jacobians[0] == nullptr) {
+    if (jacobians == nullptr) {
       out[size_] = std::sqrt(2 * frame_energy(person_, targets_, x, weights_, false).cost);
       return true;
     }
@@ -45,9 +97,14 @@ class FrameCost : public ceres::CostFunction {
     const Eigen::VectorXd e = factor.matrixL().solve(energy.gradient);
     out.head(size_) = e;
     out[size_] = std::sqrt(std::max(0.0, 2 * energy.cost - e.squaredNorm()));
-    Eigen::Map<RowMajor> jacobian(jacobians[0], size_ + 1, size_);
-    jacobian.setZero();
-    jacobian.topRows(size_) = factor.matrixU();
+    const Eigen::MatrixXd upper = factor.matrixU();
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      if (jacobians[p] != nullptr) {
+        Eigen::Map<RowMajor> jacobian(jacobians[p], size_ + 1, parts_[p].count);
+        jacobian.topRows(size_) = upper.middleCols(parts_[p].first, parts_[p].count);
+        jacobian.row(size_).setZero();
+      }
+    }
     return true;
   }
 
@@ -55,29 +112,56 @@ class FrameCost : public ceres::CostFunction {
   const FittedPerson& person_;
   const FrameTargets& targets_;
   const FrameWeights& weights_;
+  const std::vector<Part>& parts_;
   Index size_;
 };
 
+/// Accelerations of the joints of one part, over three frames. They hang on the first part, and on
+/// their own.
 class AccelerationCost : public ceres::CostFunction {
  public:
   AccelerationCost(const FittedPerson& person, const std::array<double, 3>& times,
-                   const MotionWeights& motion, Index size)
-      : person_(person), times_(times), motion_(motion), size_(size) {
-    mutable_parameter_block_sizes()->assign(3, static_cast<int>(size));
-    set_num_residuals(static_cast<int>(2 * size) - 9);
+                   const MotionWeights& motion, const std::vector<Part>& parts, std::size_t part)
+      : person_(person),
+        times_(times),
+        motion_(motion),
+        size_(parts.back().first + parts.back().count),
+        own_(parts[part]) {
+    blocks_ = part == 0 ? std::vector<Part>{own_} : std::vector<Part>{parts[0], own_};
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (const Part& block : blocks_) {
+        mutable_parameter_block_sizes()->push_back(static_cast<int>(block.count));
+      }
+    }
+    // Three variables lead the first part, and its root's rotation shows in its children's places.
+    places_ = part == 0 ? Part{0, own_.count - 3} : Part{own_.first - 3, own_.count};
+    turns_ =
+        part == 0 ? Part{size_ - 3, own_.count - 6} : Part{size_ - 3 + own_.first - 6, own_.count};
+    set_num_residuals(static_cast<int>(places_.count + turns_.count));
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
     std::array<Eigen::VectorXd, 3> x;
     for (std::size_t i = 0; i < 3; ++i) {
-      x[i] = Eigen::Map<const Eigen::VectorXd>(parameters[i], size_);
+      x[i] = Eigen::VectorXd::Zero(size_);  // what hangs on other parts is not asked for
+      for (std::size_t b = 0; b < blocks_.size(); ++b) {
+        x[i].segment(blocks_[b].first, blocks_[b].count) =
+            Eigen::Map<const Eigen::VectorXd>(parameters[i * blocks_.size() + b], blocks_[b].count);
+      }
     }
     const Acceleration found = acceleration(person_, x, times_, motion_, jacobians != nullptr);
-    Eigen::Map<Eigen::VectorXd>(residuals, found.residual.size()) = found.residual;
+    Eigen::Map<Eigen::VectorXd> out(residuals, places_.count + turns_.count);
+    out << found.residual.segment(places_.first, places_.count),
+        found.residual.segment(turns_.first, turns_.count);
     for (std::size_t i = 0; jacobians != nullptr && i < 3; ++i) {
-      if (jacobians[i] != nullptr) {
-        Eigen::Map<RowMajor>(jacobians[i], found.residual.size(), size_) = found.jacobian[i];
+      for (std::size_t b = 0; b < blocks_.size(); ++b) {
+        if (double* to = jacobians[i * blocks_.size() + b]; to != nullptr) {
+          const auto columns = found.jacobian[i].middleCols(blocks_[b].first, blocks_[b].count);
+          Eigen::Map<RowMajor>(to, out.size(), blocks_[b].count)
+              << columns.middleRows(places_.first, places_.count),
+              columns.middleRows(turns_.first, turns_.count);
+        }
       }
     }
     return true;
@@ -88,6 +172,10 @@ class AccelerationCost : public ceres::CostFunction {
   std::array<double, 3> times_;
   MotionWeights motion_;
   Index size_;
+  Part own_;
+  std::vector<Part> blocks_;  // of a frame's variables
+  Part places_;               // rows of Acceleration
+  Part turns_;
 };
 
 void check_window(const TrackWindow& window) {
@@ -144,17 +232,33 @@ WindowSolution solve_window(const FittedPerson& person, const TrackWindow& windo
   WindowSolution solution;
   solution.x = window.start;
   const std::size_t frames = window.targets.size();
-  const Index size = solution.x[0].size();
+  const std::vector<Part> parts = parts_of(person);
+  const auto block = [&](std::size_t f, std::size_t p) {
+    return solution.x[f].data() + parts[p].first;
+  };
   ceres::Problem problem;
   for (std::size_t f = 0; f < frames; ++f) {
-    problem.AddResidualBlock(new FrameCost(person, *window.targets[f], weights, size), nullptr,
-                             solution.x[f].data());
+    std::vector<double*> blocks;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      blocks.push_back(block(f, p));
+    }
+    problem.AddResidualBlock(new FrameCost(person, *window.targets[f], weights, parts), nullptr,
+                             blocks);
   }
   for (std::size_t f = 2; f < frames; ++f) {
-    problem.AddResidualBlock(
-        new AccelerationCost(person, {window.times[f - 2], window.times[f - 1], window.times[f]},
-                             motion, size),
-        nullptr, solution.x[f - 2].data(), solution.x[f - 1].data(), solution.x[f].data());
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      std::vector<double*> blocks;
+      for (std::size_t g = f - 2; g <= f; ++g) {
+        blocks.push_back(block(g, 0));
+        if (p > 0) {
+          blocks.push_back(block(g, p));
+        }
+      }
+      problem.AddResidualBlock(
+          new AccelerationCost(person, {window.times[f - 2], window.times[f - 1], window.times[f]},
+                               motion, parts, p),
+          nullptr, blocks);
+    }
   }
   ceres::Solver::Options options;
   options.num_threads = 1;

@@ -12,7 +12,6 @@
 namespace atelier {
 namespace {
 
-constexpr double kFarUnit = 3;         // times the person's size that no scan has
 constexpr double kFarShare = 0.3;      // of a scan off the body that is worth a word
 constexpr double kCovered = 0.5;       // of a scan that must fit a frame without keypoints
 constexpr double kBridgePrior = 0.02;  // pull to rest where neighbours know better
@@ -47,17 +46,6 @@ std::vector<Range> windows_of(std::size_t frames, const TrackOptions& options) {
 
 std::string frame_text(int id) {
   return "frame " + std::to_string(id);
-}
-
-/// "3, 5 and 4 others".
-std::string listed(const std::vector<int>& ids) {
-  constexpr std::size_t kShown = 8;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(kShown, ids.size()); ++i) {
-    text += (i > 0 ? ", " : "") + std::to_string(ids[i]);
-  }
-  return ids.size() > kShown ? text + " and " + std::to_string(ids.size() - kShown) + " others"
-                             : text;
 }
 
 class Sequencer {
@@ -112,9 +100,6 @@ class Sequencer {
       targets.push_back(std::move(one));
     }
     starts_ = start_poses(person_, targets, times_, options_.weights);
-    const Eigen::RowVector3d extent =
-        person_.shaped.vertices.colwise().maxCoeff() - person_.shaped.vertices.colwise().minCoeff();
-    const double size = extent.maxCoeff();
     std::vector<int> missing;
     std::vector<int> mirrored;
     bool unlabelled = false;
@@ -132,13 +117,10 @@ class Sequencer {
       if (scan.points.rows() == 0) {
         continue;
       }
-      const Eigen::RowVector3d box =
-          scan.points.colwise().maxCoeff() - scan.points.colwise().minCoeff();
-      if (box.maxCoeff() > kFarUnit * size || box.maxCoeff() < size / kFarUnit / 2) {
+      const std::string problem = scan_size_problem(scan, person_.shaped.vertices);
+      if (!problem.empty()) {
         findings_.push_back({Severity::Warning, "scan-unit", frame_text(input_.frame_ids[f]),
-                             "a scan of " + std::to_string(box.maxCoeff()).substr(0, 6) +
-                                 " m of a person of " + std::to_string(size).substr(0, 4) + " m",
-                             "left out; look whether it is in millimetres"});
+                             problem, "left out; look whether it is in millimetres"});
         continue;
       }
       unlabelled = unlabelled || std::none_of(scan.parts.begin(), scan.parts.end(),
@@ -146,12 +128,13 @@ class Sequencer {
       scans_.back() = &scan;
     }
     if (!missing.empty()) {
-      findings_.push_back({Severity::Warning, "keypoints-missing", "frames " + listed(missing),
+      findings_.push_back({Severity::Warning, "keypoints-missing",
+                           "frames " + listed_frames(missing),
                            "too few keypoints, or they contradict each other",
                            "their poses come from the frames around and from scans"});
     }
     if (!mirrored.empty()) {
-      findings_.push_back({Severity::Note, "left-right", "frames " + listed(mirrored),
+      findings_.push_back({Severity::Note, "left-right", "frames " + listed_frames(mirrored),
                            "keypoints fit better with left and right exchanged",
                            "they were exchanged"});
     }
@@ -281,6 +264,27 @@ class Sequencer {
     return dynamic_region(person_, gaps, options_.dynamic);
   }
 
+  /// [V] 1 where what of the scan is nearest is left out, in most frames: for the report alone.
+  std::vector<char> under_left_out() const {
+    Eigen::VectorXd votes = Eigen::VectorXd::Zero(rest_.vertices.rows());
+    for (std::size_t f = 0; f < scans_.size(); ++f) {
+      if (scans_[f] == nullptr) {
+        continue;
+      }
+      const std::vector<ClosestPoint> nearest = closest_points(
+          build_point_tree(scans_[f]->points), posed_surface(person_, rest_, x_[f]).vertices);
+      for (Index v = 0; v < votes.size(); ++v) {
+        const int point = nearest[static_cast<std::size_t>(v)].face;
+        votes[v] += scans_[f]->parts[static_cast<std::size_t>(point)] == ScanPart::LeftOut ? 1 : -1;
+      }
+    }
+    std::vector<char> region;
+    for (const double vote : votes) {
+      region.push_back(vote > 0 ? 1 : 0);
+    }
+    return region;
+  }
+
   Tracking finished() {
     const std::size_t count = x_.size();
     const auto rows = static_cast<Index>(count);
@@ -317,15 +321,14 @@ class Sequencer {
         tracked.trusted[i] = starts_[i].trusted || tracked.scan_share[f] > kCovered ? 1 : 0;
       }
     });
+    std::vector<int> untrusted;
     for (std::size_t f = 0; f < count; ++f) {
       const Pose pose = pose_of_variables(person_, x_[f]);
       tracked.joints.push_back(forward_kinematics(person_.shaped.skeleton, pose).positions);
       tracked.motion.poses.push_back(pose);
       const std::string place = frame_text(input_.frame_ids[f]);
       if (tracked.trusted[f] == 0) {
-        findings_.push_back({Severity::Warning, "frame-untrusted", place,
-                             "neither keypoints nor a scan say where the person is",
-                             "bridged from the frames around; do not measure on it"});
+        untrusted.push_back(input_.frame_ids[f]);
       }
       if (off[f] > kFarShare) {
         findings_.push_back({Severity::Warning, "scan-far", place,
@@ -334,9 +337,17 @@ class Sequencer {
                              "it does not count; look for a second person or wrong calibration"});
       }
     }
+    if (!untrusted.empty()) {
+      findings_.push_back({Severity::Warning, "frame-untrusted",
+                           "frames " + listed_frames(untrusted),
+                           "neither keypoints nor a scan say where the person is",
+                           "bridged from the frames around; do not measure on them"});
+    }
     deviations(targets, tracked.deviations);
-    for (std::size_t v = 0; v < region_.size(); ++v) {
-      if (region_[v] != 0) {
+    const std::vector<char> region =
+        options_.exclude == Exclude::Labels ? under_left_out() : region_;
+    for (std::size_t v = 0; v < region.size(); ++v) {
+      if (region[v] != 0) {
         tracked.region.push_back(static_cast<int>(v));
       }
     }
@@ -439,6 +450,16 @@ OptionTable describe(TrackOptions& options) {
   table.add("fingers", options.fingers,
             "seek fingers too; only with keypoints of hands or close-ups");
   return table;
+}
+
+std::string listed_frames(const std::vector<int>& ids) {
+  constexpr std::size_t kShown = 8;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kShown, ids.size()); ++i) {
+    text += (i > 0 ? ", " : "") + std::to_string(ids[i]);
+  }
+  return ids.size() > kShown ? text + " and " + std::to_string(ids.size() - kShown) + " others"
+                             : text;
 }
 
 Tracking track(const BodyModel& model, const TrackInput& input, const TrackOptions& options) {

@@ -14,7 +14,7 @@ namespace atelier {
 /// Which clothing the surface term leaves out.
 enum class Exclude {
   Auto,    ///< what swings, found from how its gap to the body varies over time
-  Labels,  ///< garments by label: the caller marks their points ScanPart::Ignored
+  Labels,  ///< garments by label: the caller marks their points ScanPart::LeftOut
   Region,  ///< clothing over TrackOptions::region
   None,    ///< none
 };
@@ -56,6 +56,9 @@ struct Tracking {
   std::vector<Finding> findings;  ///< "keypoints-missing", "frame-untrusted", "left-right",
                                   ///< "scan-unit", "scan-far", "labels-absent"
 };
+
+/// "3, 5, 8": the numbers of frames that a finding is about, the ninth and later counted alone.
+std::string listed_frames(const std::vector<int>& ids);
 
 /// Follows a person through a sequence (methods: seed, "Base Body Avatars"; Xiang et al. 2021):
 ///  - every frame starts from its keypoints alone, in any pose, with left and right put right where

@@ -78,7 +78,8 @@ std::optional<std::vector<Consent>> consent_today(const std::filesystem::path& f
   std::vector<Consent> today;
   for (const ManifestInput& input : manifest.inputs) {
     std::vector<Consent> stated;
-    if (input.stage.empty()) {
+    const std::filesystem::path handed = input.stage.empty() ? result_around(input.path) : "";
+    if (input.stage.empty() && handed.empty()) {
       try {
         if (file_kind(input.path) == std::filesystem::file_type::not_found) {
           return std::nullopt;
@@ -88,14 +89,18 @@ std::optional<std::vector<Consent>> consent_today(const std::filesystem::path& f
         return std::nullopt;
       }
     } else {
+      const std::string stage =
+          handed.empty() ? input.stage : handed.parent_path().filename().string();
       const std::string name = std::filesystem::path(input.path).filename().string();
-      if (depth == kMostStages || !is_folder_name(name) || !is_safe_output_path(input.stage)) {
+      if (depth == kMostStages ||
+          (handed.empty() && (!is_folder_name(name) || !is_safe_output_path(stage)))) {
         return std::nullopt;
       }
-      const std::filesystem::path result = folder / "../.." / input.stage / name;
+      const std::filesystem::path result =
+          handed.empty() ? folder / "../.." / stage / name : handed;
       std::optional<Manifest> maker;
       try {
-        maker = read_manifest(result, input.stage);
+        maker = read_manifest(result, stage);
       } catch (const DataError&) {  // removed since, or damaged, which is told where it lies
         return std::nullopt;
       } catch (const EnvironmentError&) {
@@ -138,6 +143,19 @@ Finding finding(Severity severity, const char* code, const std::filesystem::path
 }
 
 }  // namespace
+
+std::filesystem::path result_around(const std::filesystem::path& path) {
+  constexpr int kFoldersAbove = 3;
+  std::filesystem::path folder = path;
+  for (int i = 0; i <= kFoldersAbove && folder.has_relative_path(); ++i) {
+    if (is_folder_name(folder.filename().string()) &&
+        file_kind(folder / "manifest.json") == std::filesystem::file_type::regular) {
+      return folder;
+    }
+    folder = folder.parent_path();
+  }
+  return {};
+}
 
 Manifest read_manifest(const std::filesystem::path& folder, std::string_view stage) {
   require_folder(folder);

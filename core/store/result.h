@@ -48,6 +48,9 @@ bool is_folder_name(std::string_view name);
 /// gave.
 std::string_view key_behind(std::string_view prefix, std::string_view name);
 
+/// The folder <stage>/<key16> of a result that a real path is or lies in; "" where it is in none.
+std::filesystem::path result_around(const std::filesystem::path& path);
+
 /// Throws DataError unless the workspace is a folder with a folder of one of the stages;
 /// EnvironmentError if it cannot be looked at.
 void require_workspace(std::span<const Stage> stages, const std::filesystem::path& workspace);

@@ -36,9 +36,38 @@ bool is_inside(const std::filesystem::path& path, const std::filesystem::path& f
   return end == folder.end();
 }
 
+/// Refuses results of another capture: each input of a kind, the plan's own and those of the
+/// results that it reads, must have the content or the place of one before it. A capture that has
+/// grown or lost files since stays at its place; a moved one keeps its content.
+void require_one_source(std::vector<ManifestInput>& seen, const Manifest& manifest,
+                        const std::string& stage) {
+  for (const ManifestInput& input : manifest.inputs) {
+    if (!input.stage.empty() || input.kind.starts_with("--")) {
+      continue;
+    }
+    const ManifestInput* other = nullptr;
+    bool known = false;
+    for (const ManifestInput& before : seen) {
+      if (before.kind == input.kind) {
+        other = &before;
+        known = known || before.digest == input.digest || before.path == input.path;
+      }
+    }
+    if (other != nullptr && !known) {
+      throw DataError(input.path, "",
+                      "the " + input.kind + " that the result of '" + stage +
+                          "' was made from, not " + other->path,
+                      "results of one " + input.kind + " in a workspace; run 'atelier " + stage +
+                          "' with this one first, or take another workspace");
+    }
+    seen.push_back(input);
+  }
+}
+
 /// The INPUT that the user named.
 void add_outside_input(StagePlan& plan, std::string_view kind, const Stage& stage,
-                       const StageRequest& request, const StageEvents& events) {
+                       const StageRequest& request, const StageEvents& events,
+                       std::vector<ManifestInput>& outside) {
   const std::filesystem::path path = real_path(request.input);
   if (is_inside_input(request)) {
     throw DataError(request.workspace.string(), "", "a workspace inside its own input",
@@ -52,6 +81,14 @@ void add_outside_input(StagePlan& plan, std::string_view kind, const Stage& stag
                                   digest.bytes, "", digest.stamp});
   plan.input_paths.push_back(path);
   add_consent(plan.manifest.consent, read_consent(path));
+  const std::filesystem::path result = result_around(path);
+  if (result.empty()) {
+    outside.push_back(plan.manifest.inputs.back());
+  } else {  // handed over (`refine`): it brings what it was made from with it
+    const Manifest manifest = read_manifest(result, result.parent_path().filename().string());
+    require_one_source(outside, manifest, manifest.stage);
+    add_consent(plan.manifest.consent, manifest.consent);
+  }
 }
 
 /// A file that an option names, where there is one.
@@ -71,7 +108,8 @@ void add_named_file(StagePlan& plan, const OptionField& field, const Stage& stag
 
 /// The result of an earlier stage.
 void add_stage_input(StagePlan& plan, std::string_view kind, const Stage& maker,
-                     const StageRequest& request, const StageEvents& events) {
+                     const StageRequest& request, const StageEvents& events,
+                     std::vector<ManifestInput>& outside) {
   const std::filesystem::path folder = request.workspace / maker.name;
   const std::string advice = "a sound result; run 'atelier " + std::string(maker.name) + "' first";
   const auto name = current_name(folder);
@@ -85,6 +123,7 @@ void add_stage_input(StagePlan& plan, std::string_view kind, const Stage& maker,
   }
   plan.input_locks.push_back(std::move(*lock));
   const Manifest manifest = read_manifest(result, maker.name);
+  require_one_source(outside, manifest, std::string(maker.name));
   const std::vector<Finding> findings = check_outputs(result, manifest, Check::Digests, events);
   for (const Finding& finding : findings) {
     if (finding.severity == Severity::Error) {
@@ -199,21 +238,22 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const St
     plan.manifest.options.push_back({field.name, option_json(field), field.source, field.keyed});
   }
   plan.manifest.canonical_options = canonical_json(request.options.table);
+  std::vector<ManifestInput> outside;
   for (const std::string_view kind : stage.inputs) {
     if (kind.empty()) {
       continue;
     }
     const Stage* maker = stage_that_makes(stages, kind);
     if (maker == nullptr) {
-      add_outside_input(plan, kind, stage, request, events);
+      add_outside_input(plan, kind, stage, request, events, outside);
     } else {
-      add_stage_input(plan, kind, *maker, request, events);
+      add_stage_input(plan, kind, *maker, request, events, outside);
     }
   }
   for (const std::string_view kind : stage.optional_inputs) {
     const Stage* maker = stage_that_makes(stages, kind);
     if (maker != nullptr && current_name(request.workspace / maker->name)) {
-      add_stage_input(plan, kind, *maker, request, events);
+      add_stage_input(plan, kind, *maker, request, events, outside);
     }
   }
   for (const OptionField& field : request.options.table.fields) {

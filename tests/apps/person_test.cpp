@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/motion_trc.h"
 #include "bodymodel/tracked_motion.h"
 #include "capture/truth_archive.h"
 #include "core/sequence_archive.h"
@@ -21,6 +22,7 @@
 #include "tests/support/places.h"
 #include "tests/support/read_text.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/test_data.h"
 
 namespace atelier::fixtures {
 namespace {
@@ -114,6 +116,12 @@ class Person : public ::testing::Test {
     command.insert(command.end(), more.begin(), more.end());
     return run_child(command);
   }
+  ChildResult evaluate(std::vector<std::string> more) const {
+    std::vector<std::string> command = {program_path(), "evaluate", workspace_.string(), "--truth",
+                                        capture().string()};
+    command.insert(command.end(), more.begin(), more.end());
+    return run_child(command);
+  }
   TrackedMotion tracked() const {
     return read_tracked_motion(workspace_ / "track" / "current" / "tracked" / "clothed.h5");
   }
@@ -183,6 +191,159 @@ TEST_F(Person, WithoutAMinimalSequenceIsMeasuredOnAClothedOne) {
   EXPECT_THAT(unknown.err, HasSubstr("one of clothed, minimal"));
 }
 
+TEST_F(Person, ResultsOfAnotherCaptureAreRefused) {
+  const fs::path other = own_.path() / "other";
+  fs::copy(capture(), other, fs::copy_options::recursive);
+  // The same capture elsewhere is no other.
+  ASSERT_EQ(run_stage("track").exit_code, 0);
+  ASSERT_EQ(run_child({program_path(), "body", other.string(), workspace_.string(), "--dry-run"})
+                .exit_code,
+            0);
+  fs::remove(other / "images" / "00" / "000000.png");
+  for (const char* stage : {"personalize", "track", "body"}) {
+    const ChildResult refused =
+        run_child({program_path(), stage, other.string(), workspace_.string(), "--force"});
+    EXPECT_EQ(refused.exit_code, 3);
+    EXPECT_THAT(refused.err, HasSubstr("results of one capture in a workspace"));
+    EXPECT_THAT(refused.err, HasSubstr("run 'atelier reconstruct'"));
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  }
+}
+
+TEST_F(Person, TheDetectorDoesNotGoUnjudgedWhereNothingIsExcluded) {
+  ASSERT_EQ(run_stage("track", {"--exclude", "none"}).exit_code, 0);
+  const ChildResult figures = evaluate({"--stage", "track", "--json"});
+  ASSERT_EQ(figures.exit_code, 0) << figures.err;
+  const nlohmann::json values = nlohmann::json::parse(figures.out);
+  EXPECT_GT(values.at("track.dynamic_share"), 0.1);
+  EXPECT_EQ(values.at("track.legs_none_mm"), values.at("track.legs_mm"));
+  EXPECT_GT(values.at("track.legs_ratio"), 0);
+  EXPECT_GT(values.at("track.auto_ratio"), 0);
+}
+
+TEST_F(Person, AReferenceThatExcludesNothingIsNone) {
+  const ChildResult tracked =
+      run_stage("track", {"--exclude", "labels", "--input.excluded", "outer"});
+  ASSERT_EQ(tracked.exit_code, 0) << tracked.err;
+  EXPECT_THAT(tracked.err, HasSubstr("label-nowhere [scans]: no point is labelled outer"));
+  const ChildResult figures = evaluate({"--stage", "track", "--json", "--check"});
+  const nlohmann::json values = nlohmann::json::parse(figures.out);
+  EXPECT_TRUE(values.contains("track.legs_ratio"));
+  EXPECT_FALSE(values.contains("track.auto_ratio"));
+  EXPECT_THAT(figures.out, HasSubstr("no true garment has a label of --input.excluded"));
+}
+
+TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
+  const ChildResult labels = run_stage("track", {"--exclude", "labels"});
+  ASSERT_EQ(labels.exit_code, 0) << labels.err;
+  EXPECT_THAT(labels.err, Not(HasSubstr("label-nowhere")));
+  const fs::path result = workspace_ / "track" / "current";
+  const auto share = [&] {
+    return read_manifest(fs::canonical(result), "track").metrics.at("region_share");
+  };
+  EXPECT_GT(share(), 0.2);
+  EXPECT_LT(share(), 0.9);
+  EXPECT_TRUE(fs::exists(result / "pictures" / "clothed_region.png"));
+  std::ofstream(own_ / "region.json") << "[0, 1, 2, 3]";
+  ASSERT_EQ(run_stage("track", {"--exclude", "region", "--region", (own_ / "region.json").string()})
+                .exit_code,
+            0);
+  EXPECT_EQ(tracked().region, (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_TRUE(fs::exists(result / "pictures" / "clothed_region.png"));
+  const std::string workspace = workspace_.string();
+  ASSERT_EQ(
+      run_child({program_path(), "report", workspace, "--truth", capture().string()}).exit_code, 0);
+  const std::string page = read_text(workspace_ / "report" / "index.html");
+  for (const char* words : {"clothed_region.png", "track.legs_none_mm"}) {
+    EXPECT_THAT(page, HasSubstr(words));
+  }
+}
+
+TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
+  EXPECT_THAT(evaluate({"--stage", "personalize"}).out, HasSubstr("at most 3"));
+  ASSERT_EQ(run_stage("personalize", {"--input.scans", "truth", "--samples", "800",
+                                      "--shape-rounds", "1", "--surface-rounds", "1"})
+                .exit_code,
+            0);
+  EXPECT_THAT(evaluate({"--stage", "personalize"}).out, HasSubstr("at most 2"));
+}
+
+TEST_F(Person, RefinesUnderARegisteredGarment) {
+  for (const char* stage : {"track", "body"}) {
+    const ChildResult result = run_stage(stage);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+  }
+  ASSERT_EQ(evaluate({"--check", "--json"}).out.find("refine."), std::string::npos)
+      << "nobody asked for it";
+  const CaptureTruth truth = read_capture_truth(capture());
+  const auto write_garment = [&](const std::string& name, const std::vector<int>& ids, int shift) {
+    SequenceHeader header;
+    header.fps = 12;
+    header.shared.faces = truth.garments[0].garment.mesh.faces;
+    fs::create_directories(own_ / name / "frames");
+    for (const int id : ids) {
+      header.frame_ids.push_back(id + shift);
+      Mesh mesh;
+      mesh.vertices = read_truth_frame(capture(), truth, id).garments[0];
+      write_mesh_archive(own_ / name / sequence_frame_path("", id + shift), mesh);
+    }
+    write_archive(own_ / name / "sequence.h5", archive_of(header));
+    return (own_ / name).string();
+  };
+  const std::string garment = write_garment("garment", {0, 1}, 0);
+  const auto refine = [&](const std::string& input) {
+    return run_child({program_path(), "refine", input, workspace_.string()});
+  };
+  const ChildResult result = refine(garment);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto body = [&](const char* stage, int id) {
+    return read_mesh_archive(workspace_ / stage / "current" / sequence_frame_path("", id)).vertices;
+  };
+  EXPECT_GT((body("refine", 0) - body("body", 0)).norm(), 0.01);
+  EXPECT_EQ(body("refine", 2), body("body", 2)) << "without a garment the body stays";
+  const nlohmann::json figures =
+      nlohmann::json::parse(evaluate({"--check", "--json", "--targets", "accuracy"}).out);
+  EXPECT_LE(figures.at("refine.outside_rate"), figures.at("body.outside_rate"));
+  EXPECT_THAT(figures.at("check").dump(), HasSubstr("\"refine.outside_depth_mm\""));
+  const ChildResult none = refine((own_ / "nothing").string());
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_THAT(none.err, HasSubstr("nothing there"));
+  const ChildResult later = refine(write_garment("later", {0, 1}, 100));
+  EXPECT_EQ(later.exit_code, 3);
+  EXPECT_THAT(later.err, HasSubstr("none of the capture's"));
+}
+
+TEST_F(Person, AFrameThatNoCameraSawIsMissingThoughItIsBridged) {
+  const fs::path blind = own_.path() / "blind";
+  fs::copy(capture(), blind, fs::copy_options::recursive);
+  for (const auto& camera : fs::directory_iterator(blind / "keypoints2d")) {
+    const fs::path file = camera.path() / (clothed_frame(1) + ".json");
+    nlohmann::json people = nlohmann::json::parse(read_text(file));
+    people["people"] = nlohmann::json::array();
+    std::ofstream(file) << people;
+  }
+  const std::string made = (own_.path() / "made").string();
+  for (std::vector<std::string> step : std::vector<std::vector<std::string>>{
+           {"reconstruct", "--surface.octree_depth", "6", "--surface.edge_length", "0.03"},
+           {"personalize", "--samples", "800", "--shape-rounds", "1", "--surface-rounds", "1"},
+           {"track", "--input.scans", "none"}}) {
+    step.insert(step.begin() + 1, {blind.string(), made});
+    step.insert(step.begin(), program_path());
+    const ChildResult result = run_child(step);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    if (step[1] == "track") {
+      EXPECT_THAT(result.err + result.out, HasSubstr("keypoints-bridged"));
+      EXPECT_THAT(result.err, HasSubstr("keypoints-missing [frames 1]"));
+      EXPECT_THAT(result.err, HasSubstr("frame-untrusted [frames 1]"));
+    }
+  }
+  const TrackedMotion found =
+      read_tracked_motion(fs::path(made) / "track" / "current" / "tracked" / "clothed.h5");
+  EXPECT_EQ(found.trusted, (std::vector<char>{1, 0, 1}));
+  EXPECT_EQ(found.keypoint_rms[1], 0);
+  EXPECT_GT(found.deviations.row(1).mean(), found.deviations.row(0).mean());
+}
+
 TEST_F(Person, AFrameWithoutKeypointsIsSaid) {
   fs::remove(reconstructed("keypoints3d/" + clothed_frame(1) + ".json"));
   const ChildResult result = run_stage("track");
@@ -204,6 +365,10 @@ TEST_F(Person, AScanInMillimetresIsLeftOutAndThenRefused) {
 }
 
 TEST_F(Person, HalfAScanIsSaidAndNotTrusted) {
+  ASSERT_EQ(run_stage("track").exit_code, 0);
+  const TrackedMotion whole = tracked();
+  const double whole_ankle = whole.deviations(2, find_joint(whole.skeleton, "left_ankle"));
+  const double whole_head = whole.deviations(2, find_joint(whole.skeleton, "head"));
   change_scan(clothed_frame(2), [](Mesh& scan) {
     const double middle = scan.vertices.col(1).mean();
     std::vector<Index> kept;
@@ -216,6 +381,12 @@ TEST_F(Person, HalfAScanIsSaidAndNotTrusted) {
   });
   ASSERT_EQ(run_stage("track").exit_code, 0);
   EXPECT_EQ(tracked().trusted[2], 1);
+  const auto uncertainty = [&](const char* name) {
+    const TrackedMotion motion = tracked();
+    return motion.deviations(2, find_joint(motion.skeleton, name));
+  };
+  EXPECT_GT(uncertainty("left_ankle"), 1.1 * whole_ankle) << "its deviations grow";
+  EXPECT_NEAR(uncertainty("head"), whole_head, 0.2 * whole_head);
   ASSERT_EQ(run_stage("body").exit_code, 0);
   const nlohmann::json certificate = certificates().at(clothed_frame(2));
   EXPECT_EQ(certificate.at("trusted"), false);
@@ -271,12 +442,79 @@ TEST_F(Person, TwoPeopleAreToldApart) {
   }
   ASSERT_EQ(run_stage("track", {"--input.person", "1", "--input.scans", "none"}).exit_code, 0);
   EXPECT_NEAR(tracked().joints[0](0, 0), alone.joints[0](0, 0) + 2, 0.05);
+  const ChildResult nobody = run_stage("track", {"--input.person", "5"});
+  EXPECT_EQ(nobody.exit_code, 3);
+  EXPECT_THAT(nobody.err, HasSubstr("they show 2 people: 0, 1"));
+}
+
+// The stages on real 2D keypoints alone, against the published triangulation of the same
+// detections.
+TEST(PersonOfARealTrial, IsFollowedByTheCommands) {
+  ATELIER_TEST_FILE(trial, "pose2sim_demo/single");
+  const TemporaryDirectory own;
+  const std::string workspace = (own.path() / "workspace").string();
+  for (std::vector<std::string> step :
+       std::vector<std::vector<std::string>>{{"reconstruct", "--capture.layout", "pose2sim"},
+                                             {"personalize", "--input.capture.layout", "pose2sim"},
+                                             {"track", "--input.capture.layout", "pose2sim"}}) {
+    step.insert(step.begin() + 1, {trial.string(), workspace});
+    step.insert(step.begin(), program_path());
+    const ChildResult result = run_child(step);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+  }
+  const TrackedMotion found =
+      read_tracked_motion(fs::path(workspace) / "track" / "current" / "tracked" / "capture.h5");
+  const MarkerClip clip =
+      read_trc(trial / "pose-3d_reference/S00_P00_T01_BalancingTrial_0-100.trc");
+  ASSERT_EQ(found.joints.size(), clip.positions.size());
+  const std::pair<const char*, const char*> names[] = {
+      {"LHip", "left_hip"},      {"LKnee", "left_knee"},
+      {"LAnkle", "left_ankle"},  {"LShoulder", "left_shoulder"},
+      {"LElbow", "left_elbow"},  {"LWrist", "left_wrist"},
+      {"RHip", "right_hip"},     {"RKnee", "right_knee"},
+      {"RAnkle", "right_ankle"}, {"RShoulder", "right_shoulder"},
+      {"RElbow", "right_elbow"}, {"RWrist", "right_wrist"}};
+  std::vector<double> errors;
+  int flips = 0;
+  const int left = find_joint(found.skeleton, "left_hip");
+  const int right = find_joint(found.skeleton, "right_hip");
+  for (std::size_t f = 0; f < found.joints.size(); ++f) {
+    for (const auto& [marker, name] : names) {
+      const auto m = std::find(clip.markers.begin(), clip.markers.end(), marker);
+      ASSERT_NE(m, clip.markers.end()) << marker;
+      const auto row = m - clip.markers.begin();
+      const int joint = find_joint(found.skeleton, name);
+      ASSERT_GE(joint, 0) << name;
+      if (clip.seen[f][static_cast<std::size_t>(row)]) {
+        const Eigen::RowVector3d at = clip.positions[f].row(row);  // Pose2Sim's world is turned
+        const Eigen::RowVector3d ours(at.z(), at.y(), -at.x());
+        errors.push_back((found.joints[f].row(joint) - ours).norm());
+      }
+    }
+    const Points& before = found.joints[f > 0 ? f - 1 : 0];
+    flips += (found.joints[f].row(left) - found.joints[f].row(right))
+                         .dot(before.row(left) - before.row(right)) < 0
+                 ? 1
+                 : 0;
+  }
+  std::nth_element(errors.begin(), errors.begin() + std::ssize(errors) / 2, errors.end());
+  std::printf("median %.1f mm over %zu joints, %d flips\n", 1e3 * errors[errors.size() / 2],
+              errors.size(), flips);
+  EXPECT_LT(errors[errors.size() / 2], 0.035);
+  EXPECT_EQ(flips, 0);
 }
 
 TEST_F(Person, WrongCallsAreRefused) {
   const ChildResult region = run_stage("track", {"--exclude", "region", "--region", "tail"});
   EXPECT_EQ(region.exit_code, 3);
   EXPECT_THAT(region.err, HasSubstr("tail"));
+  EXPECT_THAT(region.err, HasSubstr("one of the body's groups: "));
+  const ChildResult person = run_stage("personalize", {"--input.person", "5"});
+  EXPECT_EQ(person.exit_code, 3);
+  EXPECT_THAT(person.err, HasSubstr("they show 1 person: 0"));
+  const ChildResult facts = run_child(
+      {program_path(), "inspect", (workspace_ / "personalize/current/person.npz").string()});
+  EXPECT_THAT(facts.out, HasSubstr("vertex groups"));
   std::ofstream(own_ / "region.json") << "[0, 99999999]";
   const ChildResult beyond =
       run_stage("track", {"--exclude", "region", "--region", (own_ / "region.json").string()});

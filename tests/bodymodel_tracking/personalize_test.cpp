@@ -220,6 +220,74 @@ TEST(Personalize, WhatWasNotSeenIsSaid) {
   EXPECT_GT(found.unseen, 0.1);
 }
 
+PersonalizeOptions quick() {
+  PersonalizeOptions options;
+  options.samples = 1000;
+  options.shape_rounds = 2;
+  options.surface_rounds = 2;
+  return options;
+}
+
+TEST(Personalize, ScansInMillimetresAreLeftOut) {
+  TrackInput input = bare_frames(3, 0.003);
+  input.frames[1].scan.points *= 1000;
+  input.frames[1].scan.areas *= 1e6;
+  const Personalization found = personalize(shaped_human(), input, quick());
+  EXPECT_THAT(found.findings, Contains(testing::AllOf(Field(&Finding::code, "scan-unit"),
+                                                      Field(&Finding::place, "frames 1"))));
+  EXPECT_LT(surface_error(found.person.model, somebody()), 0.004);
+  for (const std::size_t f : {0, 2}) {
+    input.frames[f].scan.points *= 1000;
+  }
+  const Personalization none = personalize(shaped_human(), input, quick());
+  EXPECT_THAT(none.findings, Contains(Field(&Finding::code, "no-scans")));
+}
+
+TEST(Personalize, ClothingAloneMovesNoSurface) {
+  TrackInput input = bare_frames(3, 0.003);
+  for (TrackFrame& frame : input.frames) {  // as scans of a clothed sequence without labels
+    std::fill(frame.scan.parts.begin(), frame.scan.parts.end(), ScanPart::Cloth);
+  }
+  const Personalization found = personalize(shaped_human(), input, quick());
+  EXPECT_THAT(found.findings, Contains(Field(&Finding::code, "surface-unseen")));
+  EXPECT_GT(found.unseen, 0.99);
+  EXPECT_LT(found.person.displacements.rowwise().norm().maxCoeff(), 1e-9);
+}
+
+TEST(Personalize, HalfOfTheBodyFollowsTheOtherHalf) {
+  TrackInput input = bare_frames(3, 0.003);
+  for (TrackFrame& frame : input.frames) {
+    ASSERT_EQ(frame.scan.points.rows(), vertex_count(somebody()));
+    for (Index i = 0; i < frame.scan.points.rows(); ++i) {
+      if (somebody().mesh.vertices(i, 0) < 0) {
+        frame.scan.parts[static_cast<std::size_t>(i)] = ScanPart::Ignored;
+      }
+    }
+  }
+  const Personalization found = personalize(shaped_human(), input, quick());
+  EXPECT_THAT(found.findings, Contains(Field(&Finding::code, "surface-unseen")));
+  EXPECT_NEAR(found.unseen, 0.4, 0.2);
+  EXPECT_LT(surface_error(found.person.model, somebody()), 0.006);
+}
+
+TEST(Personalize, TheOtherPersonInTheScanDoesNotCount) {
+  TrackInput input = bare_frames(3, 0.003);
+  for (TrackFrame& frame : input.frames) {
+    ScanPoints both = frame.scan;
+    const Index count = both.points.rows();
+    both.points.resize(2 * count, 3);
+    both.points << frame.scan.points, frame.scan.points.rowwise() + Eigen::RowVector3d(1, 0, 0);
+    both.normals.resize(2 * count, 3);
+    both.normals << frame.scan.normals, frame.scan.normals;
+    both.areas.resize(2 * count);
+    both.areas << frame.scan.areas, frame.scan.areas;
+    both.parts.insert(both.parts.end(), frame.scan.parts.begin(), frame.scan.parts.end());
+    frame.scan = both;
+  }
+  const Personalization found = personalize(shaped_human(), input, quick());
+  EXPECT_LT(surface_error(found.person.model, somebody()), 0.004);
+}
+
 TEST(Personalize, NobodyIsRefused) {
   TrackInput input = bare_frames(1, 0);
   input.frames[0].deviations.setZero();

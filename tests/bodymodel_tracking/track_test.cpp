@@ -163,6 +163,18 @@ TEST(Track, AFrameWithoutKeypointsIsBridgedAndNotTrusted) {
   EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "frame-untrusted")));
 }
 
+TEST(Track, ManyFramesThatAreNotTrustedAreOneFinding) {
+  TrackInput input = walk(14, 0.004);
+  for (std::size_t f = 2; f < 12; ++f) {
+    input.frames[f].deviations.setZero();
+  }
+  const Tracking tracking = track(plain_human(), input);
+  const auto is_untrusted = [](const Finding& one) { return one.code == "frame-untrusted"; };
+  ASSERT_EQ(std::count_if(tracking.findings.begin(), tracking.findings.end(), is_untrusted), 1);
+  EXPECT_EQ(std::find_if(tracking.findings.begin(), tracking.findings.end(), is_untrusted)->place,
+            "frames 2, 3, 4, 5, 6, 7, 8, 9 and 2 others");
+}
+
 TEST(Track, AScanIsEnoughWhereKeypointsAreMissing) {
   TrackInput input = walk(5, 0.004, 12);
   input.frames[2].keypoints.resize(0, 3);

@@ -185,6 +185,10 @@ TEST(Keypoints, PointsInSpaceSayHowSureTheyAreAndWhichWereBridged) {
   EXPECT_NEAR(root[0]["deviations"][0].get<double>(), std::sqrt(2e-4), 1e-12);
   EXPECT_EQ(root[0]["deviations"][1], 0.0);
   EXPECT_NEAR(root[0]["deviations"][2].get<double>(), 0.05, 1e-12);
+  EXPECT_EQ(parse_bridged_keypoints(text), (std::map<int, std::vector<int>>{{1, {2}}}));
+  EXPECT_TRUE(parse_bridged_keypoints(keypoints3d_json(std::vector<PersonPoints>{})).empty());
+  EXPECT_THROW(parse_bridged_keypoints(R"([{"id": 1, "bridged": [1], "keypoints3d": [[1]]}])"),
+               DataError);
   const std::vector<PersonPoints> back = parse_keypoints3d(text);
   ASSERT_EQ(back.size(), 1U);
   EXPECT_TRUE(back[0].points.row(1).isZero(0));

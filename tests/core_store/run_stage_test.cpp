@@ -86,6 +86,54 @@ TEST_F(RunStage, WhatIsOptionalButDamagedIsRefused) {
   EXPECT_THAT(refusal<DataError>("either", request("either")), HasSubstr("run 'atelier count'"));
 }
 
+TEST_F(RunStage, ResultsOfAnotherInputAreRefused) {
+  run("count");
+  StageRequest what = request("either");
+  what.input = root_ / "other";
+  what.force = true;
+  write(root_ / "other/a.txt", "4");
+  const std::string refused = refusal<DataError>("either", what);
+  EXPECT_THAT(refused, HasSubstr("result of 'count' was made from, not"));
+  EXPECT_THAT(refused, HasSubstr("run 'atelier count'"));
+  // The same content elsewhere, and the same place with more or less in it, are no other input.
+  write(root_ / "other/a.txt", "3");
+  EXPECT_EQ(run("either", what).end, End::Done);
+  write(root_ / "in/b.txt", "5");
+  EXPECT_EQ(run("either").end, End::Done);
+  // What lies elsewhere is followed once its first stage has been.
+  write(root_ / "other/a.txt", "4");
+  StageRequest first = request("count");
+  first.input = what.input;
+  EXPECT_EQ(run("count", first).end, End::Done);
+  EXPECT_EQ(run("either", what).end, End::Done);
+}
+
+TEST_F(RunStage, AResultThatIsHandedOverBringsItsConsent) {
+  const std::string stated = "[[consent]]\nwho = \"Ada\"\nscope = \"tests\"\nuntil = \"\"\n";
+  write(root_ / "in/consent.toml", stated);
+  run("count");
+  StageRequest what = request("count");
+  what.input = current("count");
+  what.workspace = root_ / "second";
+  const StageReport second = run("count", what);
+  ASSERT_EQ(second.manifest.consent.size(), 1u);
+  EXPECT_EQ(second.manifest.consent[0].who, "Ada");
+  const auto changed = [&] {
+    std::string codes;
+    const std::filesystem::path folder = root_ / "second/count";
+    const std::filesystem::path result = folder / current_name(folder).value_or("none");
+    for (const Finding& finding :
+         check_outputs(result, read_manifest(result, "count"), Check::Sizes)) {
+      codes += finding.code + " ";
+    }
+    return codes;
+  };
+  EXPECT_EQ(changed(), "");
+  write(root_ / "in/consent.toml",
+        "[[consent]]\nwho = \"Ada\"\nscope = \"nothing\"\nuntil = \"\"\n");
+  EXPECT_EQ(changed(), "consent-changed ");
+}
+
 TEST_F(RunStage, AFileThatAnOptionNamesIsPartOfTheKey) {
   StageRequest what = request("either");
   write(root_ / "motion.txt", "hop");
