@@ -215,6 +215,21 @@ TEST_F(Animate, ARunLeavesTheAvatarForOtherProgramsAndMakesItAnewWhereItIsDamage
   EXPECT_EQ(read_file_text(avatar, 1 << 26), sound);
 }
 
+TEST_F(Animate, AnExportIsRefusedBeforeAnyWorkWhereAPlaceIsTaken) {
+  write_dressed_workspace(capture(), workspace());
+  for (const char* taken : {"register", "cameras"}) {
+    const fs::path out = root_ / taken;
+    fs::create_directories(out / taken);
+    const ChildResult refused =
+        run({"export", workspace().string(), out.string(), "--cameras", "colmap"});
+    EXPECT_EQ(refused.exit_code, 2) << refused.out;
+    EXPECT_THAT(refused.err, HasSubstr("is there already"));
+    EXPECT_EQ(refused.out, "");
+    EXPECT_TRUE(fs::exists(out / taken));
+    EXPECT_FALSE(fs::exists(out / "personalize"));
+  }
+}
+
 TEST_F(Animate, CamerasOfACaptureThatIsGoneAreRefused) {
   write_dressed_workspace(capture(), workspace(), "track");
   fs::remove_all(capture());
@@ -222,6 +237,7 @@ TEST_F(Animate, CamerasOfACaptureThatIsGoneAreRefused) {
       run({"export", workspace().string(), (root_ / "out").string(), "--cameras", "colmap"});
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("no capture where"));
+  EXPECT_EQ(refused.out, "");
   EXPECT_FALSE(fs::exists(root_ / "out"));
 }
 
@@ -277,7 +293,9 @@ TEST_F(Animate, ClothAndBodiesThatDoNotFitAreRefused) {
   expect_refused(animate({"--cloth-sequence", (root_ / "nothing").string()}), "nothing");
   write_body(root_ / "other.npz", person_body(person_skeleton()));
   expect_refused(animate({"--body", (root_ / "other.npz").string()}), "another topology");
+  // Before anything is simulated: a frame that is done would be kept.
   expect_refused(stage("animate", {"--camera", "09"}), "one of the capture's: 00, 01, 02");
+  EXPECT_FALSE(fs::exists(workspace() / "animate"));
   expect_refused(animate({"--material.stretch-warp", "-0.5"}), "material.stretch_warp", 2);
   expect_refused(animate({"--garment", "cape"}), "cape");
 }
