@@ -8,7 +8,6 @@
 
 #include "bodymodel/motion_file.h"
 #include "capture/layouts/open_dataset.h"
-#include "core/depths_inside.h"
 #include "core/io/npz.h"
 #include "tests/apps/animate_fixture.h"
 #include "tests/apps/browser.h"
@@ -27,6 +26,7 @@ namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -139,6 +139,33 @@ TEST_F(AnimateVariants, TheCapturesMotionInAFileIsTheCapturesOwn) {
   EXPECT_LT(distance(body(), bodies), 1e-3);
   // Cloth has hung for a while where before it began as it was registered: its waist is the same.
   EXPECT_LT(distance(skirt(), skirts, 20), 0.01);
+}
+
+TEST_F(AnimateVariants, AnUnloadedRestShapeHangsNearerToWhereTheGarmentWasRegistered) {
+  // Cloth that its own weight stretches, on a person who stands still.
+  MotionClip still = person_clip();
+  still.motion.poses.resize(1);
+  still.motion.frame_ids.resize(1);
+  const std::string file = motion(still).string();
+  const auto hang = [&](const std::string& relax, const std::string& bending) {
+    ChildResult done = animate({"--motion", file, "--settle", "1", "--material.stretch-warp", "10",
+                                "--material.stretch-weft", "10", "--material.bending", bending,
+                                "--cloth.rest_angles", "template", "--cloth.relax", relax,
+                                "--cloth.relaxing.rounds", "6"});
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    return done.out + done.err;
+  };
+  const std::string rest = "without its weight it hangs";
+  EXPECT_THAT(hang("false", "1e-3"), Not(HasSubstr(rest)));
+  const double sags = -0.3 - above_body(0, false);
+  EXPECT_GT(sags, 0.005);
+  EXPECT_THAT(hang("true", "1e-3"), AllOf(HasSubstr(rest), Not(HasSubstr("warning"))));
+  EXPECT_LT(std::abs(-0.3 - above_body(0, false)), 0.8 * sags);
+  // Limp cloth falls in on itself, so that no rest shape hangs as it was registered: left as it is.
+  hang("false", "2e-5");
+  const Sequence without = skirt();
+  EXPECT_THAT(hang("true", "2e-5"), AllOf(HasSubstr(rest), HasSubstr("as without --cloth.relax")));
+  EXPECT_EQ(distance(skirt(), without), 0);
 }
 
 TEST_F(AnimateVariants, ItsReportLoadsInABrowserWithEveryPicture) {
