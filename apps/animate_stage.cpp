@@ -31,6 +31,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kStripFrames = 8;
+constexpr double kLeastVideoRate = 0.1;  // 1/s
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -188,7 +189,7 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
   run.metric("picture_seconds", seconds_since(start) / static_cast<double>(frames));
   run.output("animation.mp4", [&](const fs::path& file) {
     write_video(file, frames, [&](Index i) { return film[static_cast<std::size_t>(i)]; },
-                {.fps = animation.fps});
+                {.fps = std::max(kLeastVideoRate, animation.fps)});
   });
   ContactSheetOptions sheet;
   sheet.columns = static_cast<int>(strip.size());

@@ -19,6 +19,9 @@
 namespace atelier {
 namespace {
 
+/// m: what does not hang still so near to where it was captured was not at rest there.
+constexpr double kHangsThere = 0.01;
+
 /// What the stage `material` found, if it ran.
 std::map<std::string, Material> fitted_materials(StageRun& run) {
   if (run.has_input("fitted_material")) {
@@ -112,11 +115,17 @@ void wear_registered(StageRun& run, const AnimationSource& source, const OwnPose
       const std::optional<Points> there = source.surface(garment.template_frame);
       RelaxedGarment relaxed =
           unloaded(garments.back(), there ? *there : *surface, faces, options.cloth, run.device());
-      char text[160];
+      char text[200];
       std::snprintf(text, sizeof text, "%s: without its weight it hangs %.2f mm from as registered",
                     garment.name.c_str(), 1e3 * relaxed.mean_error);
-      run.say(text);
-      garments.back().garment.mesh = std::move(relaxed.garment.mesh);
+      if (relaxed.mean_error < kHangsThere) {
+        run.say(text);
+        garments.back().garment.mesh = std::move(relaxed.garment.mesh);
+      } else {
+        run.warn(std::string(text) +
+                 ", as it did not hang still in its template's frame; its rest shape is as "
+                 "registered, as without --cloth.relax");
+      }
     }
   }
   if (!begins_moving) {

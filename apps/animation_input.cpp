@@ -233,6 +233,10 @@ Animation read_animation(StageRun& run) {
   const auto& options = run.options<AnimateOptions>();
   const AnimationSource source = read_source(run, options);
   Animation animation;
+  animation.cameras = open_dataset(run.input("capture")).cameras;
+  if (options.pictures) {  // refused now rather than behind minutes of simulation
+    require_view(options.view, animation.cameras);
+  }
   MovingBody& body = animation.body;
   body.model = wearer_of(run, source, options);
   body.shaped = shape_body(body.model);
@@ -280,7 +284,6 @@ Animation read_animation(StageRun& run) {
                       std::to_string(needed) + ", as long as the motion; or --seconds");
     }
   }
-  animation.cameras = open_dataset(run.input("capture")).cameras;
   return animation;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "core/error.h"
@@ -41,6 +42,10 @@ const Camera& captured_camera(const std::vector<Camera>& captured, const std::st
                       (names.empty() ? std::string() : ", or one of the capture's: " + names));
 }
 
+/// Views round the subject.
+constexpr std::array<std::string_view, 5> kViews = {"front", "side", "back", "three-quarter",
+                                                    "orbit"};
+
 }  // namespace
 
 OptionTable describe(AnimationViewOptions& options) {
@@ -55,6 +60,12 @@ OptionTable describe(AnimationViewOptions& options) {
             "something, or one colour each");
   table.add(describe(options.picture));
   return table;
+}
+
+void require_view(const AnimationViewOptions& options, const std::vector<Camera>& captured) {
+  if (std::find(kViews.begin(), kViews.end(), options.camera) == kViews.end()) {
+    captured_camera(captured, options.camera);
+  }
 }
 
 Points box_corners(const Points& points) {

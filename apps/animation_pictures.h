@@ -33,6 +33,10 @@ struct AnimationView {
   bool alpha = false;
 };
 
+/// Throws DataError for a camera that is no view of ours and none of the capture's: what
+/// animation_view would refuse, before there is anything to look at.
+void require_view(const AnimationViewOptions& options, const std::vector<Camera>& captured);
+
 /// @param points  [P,3] m, where the subject is over all frames
 /// @param captured  the capture's cameras, for one by its name
 /// Throws DataError for a name that is none of them.

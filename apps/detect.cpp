@@ -123,6 +123,9 @@ int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
     throw UsageError(
         "detect takes a CAPTURE and --model: atelier detect CAPTURE --model FILE.onnx");
   }
+  if (options.network.mean.size() != 3 || options.network.deviation.size() != 3) {
+    throw UsageError("--mean and --deviation take three numbers each, as in [124, 116, 104]");
+  }
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
   const bool in_place = arguments.out.empty();
   if (in_place && dataset.layout != "native") {

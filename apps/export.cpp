@@ -242,31 +242,32 @@ void export_motions(const fs::path& result, const fs::path& networks, const fs::
 #endif
 
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
-/// The cameras of the capture that a workspace is of, with the pictures of its first instant.
-void export_cameras(const std::vector<StageStatus>& all, const fs::path& out,
-                    const std::string& layout, ExportGuard& guard) {
+/// The capture that a workspace is of. Throws DataError if it is gone.
+fs::path capture_of(const std::vector<StageStatus>& all, const std::string& layout) {
   for (const StageStatus& status : all) {
     for (const ManifestInput& input :
          status.manifest ? status.manifest->inputs : std::vector<ManifestInput>{}) {
-      if (input.kind != "capture" || !fs::exists(input.path)) {
-        continue;
+      if (input.kind == "capture" && fs::exists(input.path)) {
+        return input.path;
       }
-      Dataset dataset = open_dataset(input.path);
-      CaptureSequence& first = dataset.info.sequences.front();
-      first.frame_ids.resize(1);
-      dataset.info.sequences.resize(1);
-      const fs::path place = out / "cameras";
-      require_new_place(place, "OUT");
-      guard.add(place);
-      write_layout(dataset, layout, place);
-      std::cout << printable(place.string()) << ", " << layout << ", "
-                << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << "\n";
-      return;
     }
   }
   throw DataError(
       "", "cameras", "no capture where the workspace's results were made of one",
       "the capture in its place, or atelier convert-capture CAPTURE OUT --to " + layout);
+}
+
+/// A capture's cameras, with the pictures of its first instant.
+void export_cameras(const fs::path& capture, const fs::path& place, const std::string& layout,
+                    ExportGuard& guard) {
+  Dataset dataset = open_dataset(capture);
+  CaptureSequence& first = dataset.info.sequences.front();
+  first.frame_ids.resize(1);
+  dataset.info.sequences.resize(1);
+  guard.add(place);
+  write_layout(dataset, layout, place);
+  std::cout << printable(place.string()) << ", " << layout << ", "
+            << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << "\n";
 }
 #endif
 
@@ -276,7 +277,6 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
   const Manifest& manifest = *status.manifest;
   const fs::path result = workspace / status.stage / folder_name(manifest.key);
   const fs::path place = out / status.stage;
-  require_new_place(place, "OUT");
   const std::string consent = to_string(manifest.consent);
   const std::string warnings = consent_warnings(status);
   guard.add(place);
@@ -313,6 +313,31 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
   std::cout << "  consent: " << printable(consent) << "\n" << printable(warnings, true);
 }
 
+/// Those results that are to be exported, of which there is one at least, none damaged.
+std::vector<const StageStatus*> chosen_results(const std::vector<StageStatus>& all,
+                                               const std::string& workspace,
+                                               const std::string& stage) {
+  std::vector<const StageStatus*> chosen;
+  for (const StageStatus& status : all) {
+    if (stage != kEveryStage && status.stage != stage) {
+      continue;
+    }
+    if (status.state == StageStatus::State::Damaged) {
+      throw DataError(workspace, status.stage, "a result that is damaged",
+                      "a sound one: atelier status says what is damaged, atelier " + status.stage +
+                          " INPUT WORKSPACE, given as then, makes it anew");
+    }
+    if (status.manifest) {
+      chosen.push_back(&status);
+    }
+  }
+  if (chosen.empty()) {
+    throw DataError(workspace, stage == kEveryStage ? "" : stage, "no finished result",
+                    "one; atelier status lists what there is");
+  }
+  return chosen;
+}
+
 int run(const ExportArguments& arguments, const ExportOptions& options) {
   if (arguments.workspace.empty() || arguments.out.empty()) {
     throw UsageError("export takes a WORKSPACE and a folder: atelier export WORKSPACE OUT");
@@ -325,33 +350,30 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
     throw UsageError("OUT lies in the WORKSPACE; name a folder outside of it");
   }
   require_outside_inputs(out, all, "OUT");
-  ExportGuard guard(out);
-  int exported = 0;
-  for (const StageStatus& status : all) {
-    if (options.stage != kEveryStage && status.stage != options.stage) {
-      continue;
-    }
-    if (status.state == StageStatus::State::Damaged) {
-      throw DataError(arguments.workspace, status.stage, "a result that is damaged",
-                      "a sound one: atelier status says what is damaged, atelier " + status.stage +
-                          " INPUT WORKSPACE, given as then, makes it anew");
-    }
-    if (!status.manifest) {
-      continue;
-    }
-    for (const std::string& reason : status.reasons) {
-      std::cout << status.stage << " is outdated: " << printable(reason) << "\n";
-    }
-    export_result(status, arguments.workspace, out, options.format, guard);
-    ++exported;
-  }
-  if (exported == 0) {
-    throw DataError(arguments.workspace, options.stage == kEveryStage ? "" : options.stage,
-                    "no finished result", "one; atelier status lists what there is");
+  const std::vector<const StageStatus*> chosen =
+      chosen_results(all, arguments.workspace, options.stage);
+  // Whatever would be refused is, before any work.
+  for (const StageStatus* status : chosen) {
+    require_new_place(out / status->stage, "OUT");
   }
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  const fs::path cameras = out / "cameras";
+  fs::path capture;
   if (options.cameras != kNone) {
-    export_cameras(all, out, options.cameras, guard);
+    require_new_place(cameras, "OUT");
+    capture = capture_of(all, options.cameras);
+  }
+#endif
+  ExportGuard guard(out);
+  for (const StageStatus* status : chosen) {
+    for (const std::string& reason : status->reasons) {
+      std::cout << status->stage << " is outdated: " << printable(reason) << "\n";
+    }
+    export_result(*status, arguments.workspace, out, options.format, guard);
+  }
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  if (!capture.empty()) {
+    export_cameras(capture, cameras, options.cameras, guard);
   }
 #endif
   guard.release();

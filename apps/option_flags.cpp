@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "apps/option_rules.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -49,6 +50,9 @@ void set_options(OptionTable& table, const OptionTexts& texts) {
   }
   for (const auto& [name, text] : texts.flags) {
     note(set_option(table, name, text));
+  }
+  if (problems.empty()) {  // each is in its range: do they go together?
+    problems = broken_rules(table);
   }
   if (!problems.empty()) {
     throw UsageError(problems);

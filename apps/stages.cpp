@@ -185,7 +185,7 @@ constexpr std::array kStages = {
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "animate",
-          .version = 2,
+          .version = 3,
           .summary = "the person and the simulated garments in a motion, as meshes and pictures",
           .inputs = {"capture", "person", "tracked"},
           .optional_inputs = {"bodies", "template", "registered", "fitted_material", "networks"},

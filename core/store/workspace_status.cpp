@@ -67,6 +67,11 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
     status.reasons.push_back("made by version " + std::to_string(status.manifest->stage_version) +
                              " of the stage, now " + std::to_string(stage.version));
   }
+  const auto outdated_by = [&](std::string reason) {  // several inputs may be of one stage
+    if (std::find(status.reasons.begin(), status.reasons.end(), reason) == status.reasons.end()) {
+      status.reasons.push_back(std::move(reason));
+    }
+  };
   for (const ManifestInput& input : status.manifest->inputs) {
     if (input.stage.empty()) {
       judge_outside_input(status, stage, input, check);
@@ -82,7 +87,7 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
       status.reasons.push_back("its input " + input.kind + " of '" + input.stage +
                                "' has changed since");
     } else if (maker->state == StageStatus::State::Outdated) {
-      status.reasons.push_back("'" + input.stage + "' before it is outdated");
+      outdated_by("'" + input.stage + "' before it is outdated");
     }
   }
   for (const std::string_view kind : stage.optional_inputs) {
@@ -94,7 +99,7 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
     for (const StageStatus& other : earlier) {
       const auto& made = other.row->outputs;
       if (other.manifest && std::find(made.begin(), made.end(), kind) != made.end()) {
-        status.reasons.push_back("'" + other.stage + "' has a result now, which it could use");
+        outdated_by("'" + other.stage + "' has a result now, which it could use");
       }
     }
   }

@@ -13,11 +13,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
-#include "tests/apps/dressed_workspace.h"
-#include "tests/support/child_process.h"
-#include "tests/support/flags.h"
-#include "tests/support/places.h"
-#include "tests/support/temporary_directory.h"
+#include "tests/apps/animate_fixture.h"
 
 namespace atelier::fixtures {
 namespace {
@@ -36,51 +32,6 @@ MeshSequenceShape shape_of(const fs::path& file) {
   const std::vector<std::int64_t>& shape = archive.datasets.at("vertices").shape;
   return {shape.at(0), shape.at(1)};
 }
-
-/// A trunk in a skirt that walks three frames.
-class Animate : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (run({"animate", "--help"}).out.find("--cloth-sequence") == std::string::npos) {
-      GTEST_SKIP() << "built without animate";
-    }
-  }
-
-  static ChildResult run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), program_path());
-    return run_child(arguments);
-  }
-  ChildResult stage(const std::string& name, std::vector<std::string> more = {}) const {
-    std::vector<std::string> all{name, capture().string(), workspace().string()};
-    all.insert(all.end(), more.begin(), more.end());
-    return run(all);
-  }
-  /// Without pictures, which take most of the time.
-  ChildResult animate(const std::vector<std::string>& more = {}) const {
-    return stage("animate",
-                 fixtures::with_usual({"--pictures", "false", "--cloth.xpbd.substeps", "6"}, more));
-  }
-  void expect_refused(const ChildResult& result, const std::string& words, int code = 3) const {
-    EXPECT_EQ(result.exit_code, code) << result.err << result.out;
-    EXPECT_THAT(result.err, HasSubstr(words));
-    EXPECT_FALSE(fs::exists(workspace() / "animate" / "current"));
-  }
-
-  fs::path capture() const { return root_ / "capture"; }
-  fs::path workspace() const { return root_ / "work"; }
-  fs::path result() const { return workspace() / "animate" / "current"; }
-  nlohmann::json metrics(const std::string& of = "animate") const {
-    return nlohmann::json::parse(
-        read_file_text(workspace() / of / "current" / "manifest.json", 1 << 20))["metrics"];
-  }
-  fs::path motion(const MotionClip& clip) const {
-    const fs::path file = root_ / "motion.bvh";
-    write_bvh(file, clip);
-    return file;
-  }
-
-  TemporaryDirectory root_;
-};
 
 TEST_F(Animate, TheCapturesOwnMotionBeginsWhereTheGarmentWasRegistered) {
   write_dressed_workspace(capture(), workspace());
@@ -264,6 +215,21 @@ TEST_F(Animate, ARunLeavesTheAvatarForOtherProgramsAndMakesItAnewWhereItIsDamage
   EXPECT_EQ(read_file_text(avatar, 1 << 26), sound);
 }
 
+TEST_F(Animate, AnExportIsRefusedBeforeAnyWorkWhereAPlaceIsTaken) {
+  write_dressed_workspace(capture(), workspace());
+  for (const char* taken : {"register", "cameras"}) {
+    const fs::path out = root_ / taken;
+    fs::create_directories(out / taken);
+    const ChildResult refused =
+        run({"export", workspace().string(), out.string(), "--cameras", "colmap"});
+    EXPECT_EQ(refused.exit_code, 2) << refused.out;
+    EXPECT_THAT(refused.err, HasSubstr("is there already"));
+    EXPECT_EQ(refused.out, "");
+    EXPECT_TRUE(fs::exists(out / taken));
+    EXPECT_FALSE(fs::exists(out / "personalize"));
+  }
+}
+
 TEST_F(Animate, CamerasOfACaptureThatIsGoneAreRefused) {
   write_dressed_workspace(capture(), workspace(), "track");
   fs::remove_all(capture());
@@ -271,6 +237,7 @@ TEST_F(Animate, CamerasOfACaptureThatIsGoneAreRefused) {
       run({"export", workspace().string(), (root_ / "out").string(), "--cameras", "colmap"});
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("no capture where"));
+  EXPECT_EQ(refused.out, "");
   EXPECT_FALSE(fs::exists(root_ / "out"));
 }
 
@@ -326,9 +293,36 @@ TEST_F(Animate, ClothAndBodiesThatDoNotFitAreRefused) {
   expect_refused(animate({"--cloth-sequence", (root_ / "nothing").string()}), "nothing");
   write_body(root_ / "other.npz", person_body(person_skeleton()));
   expect_refused(animate({"--body", (root_ / "other.npz").string()}), "another topology");
+  // Before anything is simulated: a frame that is done would be kept.
   expect_refused(stage("animate", {"--camera", "09"}), "one of the capture's: 00, 01, 02");
+  EXPECT_FALSE(fs::exists(workspace() / "animate"));
   expect_refused(animate({"--material.stretch-warp", "-0.5"}), "material.stretch_warp", 2);
   expect_refused(animate({"--garment", "cape"}), "cape");
+}
+
+TEST_F(Animate, OptionsThatDoNotGoTogetherAreRefusedAtTheStart) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> refused = {
+      {{"material", "--search.stretch-low", "1000", "--search.stretch-high", "100"},
+       "search.stretch_low cannot be 1000 with search.stretch_high 100: it takes less"},
+      {{"material", "--search.bending-low", "1e-5", "--search.bending-high", "1e-5"},
+       "search.bending_low cannot be 1e-05 with search.bending_high 1e-05: it takes less"},
+      {{"run", "--material.search.stretch-low", "2e4"},
+       "material.search.stretch_low cannot be 20000 with material.search.stretch_high"},
+      {{"reconstruct", "--hull.cell", "0.5", "--hull.reach", "0.1"},
+       "with hull.reach 0.1: it takes less"},
+      {{"track", "--window", "3", "--overlap", "2"},
+       "overlap cannot be 2 with window 3: it takes at most half"},
+      {{"appearance", "--resolution", "100"}, "resolution cannot be 100"},
+      {{"appearance", "--shading", "3"}, "they take powers of 2"}};
+  write_dressed_workspace(capture(), workspace());
+  for (const auto& [arguments, words] : refused) {
+    if (run({arguments[0], "--help"}).exit_code != 0) {
+      continue;  // built without it
+    }
+    const ChildResult result = stage(arguments[0], {arguments.begin() + 1, arguments.end()});
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+  }
 }
 
 TEST_F(Animate, DamagedResultsAreRefused) {

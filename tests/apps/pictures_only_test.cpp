@@ -156,6 +156,10 @@ TEST(DetectCommand, RefusesHostileNetworksAndWrongOrders) {
   EXPECT_THAT(bad.err, HasSubstr("bad.onnx"));
   EXPECT_EQ(atelier({"detect", capture, "--model", (folder / "none.onnx").string()}).exit_code, 3);
   EXPECT_EQ(atelier({"detect", capture}).exit_code, 2);
+  const ChildResult means = atelier({"detect", capture, "--model", (folder / "bad.onnx").string(),
+                                     "--out", out, "--mean", "[1, 2]"});
+  EXPECT_EQ(means.exit_code, 2);
+  EXPECT_THAT(means.err, HasSubstr("--mean and --deviation take three numbers"));
   write_network(folder / "five.onnx",
                 mixing_network(std::vector<std::vector<float>>(5, {1, 0, 0}), 64, 80));
   const std::vector<std::string> five = {

@@ -25,6 +25,7 @@
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/test_data.h"
 
 namespace atelier::fixtures {
 namespace {
@@ -119,6 +120,66 @@ TEST_F(Run, ItsReportLoadsInABrowser) {
   EXPECT_EQ(found.broken, 0);
   EXPECT_THAT(found.text, HasSubstr("Where the cameras stand"));
   EXPECT_THAT(found.messages, Not(HasSubstr("CONSOLE")));
+}
+
+/// Folders of a real trial of four cameras with keypoints and videos, and the first few frames of
+/// the keypoints.
+void copy_few_frames(const fs::path& trial, const fs::path& to) {
+  constexpr int kFrames = 6;
+  fs::create_directories(to / "calibration");
+  fs::copy_file(trial / "Config.toml", to / "Config.toml");
+  for (const auto& entry : fs::directory_iterator(trial / "calibration")) {
+    if (entry.is_regular_file()) {
+      fs::copy_file(entry.path(), to / "calibration" / entry.path().filename());
+    }
+  }
+  for (const auto& camera : fs::directory_iterator(trial / "pose_openpose_body25b")) {
+    const fs::path folder = to / "pose_openpose_body25b" / camera.path().filename();
+    fs::create_directories(folder);
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(camera)) {
+      files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    files.resize(std::min<std::size_t>(files.size(), kFrames));
+    for (const fs::path& file : files) {
+      fs::copy_file(file, folder / file.filename());
+    }
+  }
+}
+
+TEST(RunOnARealTrial, DoesWhatThereAreDataForAndSaysWhyTheRestIsSkipped) {
+  ATELIER_TEST_FILE(trial, "pose2sim_demo/single");
+  const TemporaryDirectory root;
+  copy_few_frames(trial, root / "trial");
+  const std::vector<std::string> command = {program_path(), "run", (root / "trial").string(),
+                                            (root / "work").string()};
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = command;
+    all.insert(all.end(), more.begin(), more.end());
+    return run_child(all);
+  };
+  const ChildResult plan = with({"--dry-run"});
+  ASSERT_EQ(plan.exit_code, 0) << plan.err;
+  for (const char* stage : {"body", "template", "register", "flatten", "material", "appearance"}) {
+    EXPECT_THAT(plan.out + plan.err,
+                HasSubstr(std::string(stage) + " is skipped: no frame has pictures with masks"))
+        << stage;
+  }
+  EXPECT_THAT(plan.out + plan.err, HasSubstr("simulate is skipped: no garment was captured"));
+  EXPECT_THAT(plan.out, HasSubstr("animate      would run"));
+  EXPECT_FALSE(fs::exists(root / "work"));
+
+  const ChildResult done =
+      with({"--to", "track", "--personalize.samples", "800", "--personalize.shape_rounds", "2",
+            "--personalize.surface_rounds", "1"});
+  // 3: the trial's own cameras have an error, which validate names.
+  EXPECT_EQ(done.exit_code, 3) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("distortion-scaled"));
+  for (const char* stage : {"validate", "reconstruct", "personalize", "track"}) {
+    EXPECT_TRUE(current_name(root / "work" / stage).has_value()) << stage;
+  }
+  EXPECT_TRUE(fs::exists(root / "work/report/index.html"));
 }
 
 TEST(DemoRanges, TheDocumentHasThemAll) {

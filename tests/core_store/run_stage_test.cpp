@@ -329,6 +329,18 @@ TEST_F(RunStage, AChainShowsWhatIsOutdated) {
   EXPECT_THAT(found->reasons, ElementsAre(HasSubstr("'count' has changed since")));
 }
 
+TEST_F(RunStage, AStageOfWhichSeveralInputsAreIsNamedOnceWhereItIsOutdated) {
+  std::array<Stage, 2> stages = {kTestStages[0], kTestStages[1]};
+  stages[0].outputs = {"counts", "sums"};
+  stages[1].inputs = {"counts", "sums"};
+  for (const Stage& stage : stages) {
+    run_stage(stages, stage, request(std::string(stage.name)));
+  }
+  stages[0].version = 3;
+  EXPECT_THAT(workspace_status(stages, root_ / "work")[1].reasons,
+              ElementsAre("'count' before it is outdated"));
+}
+
 TEST_F(RunStage, StatusSeesThatAnInputHasChanged) {
   run("count");
   const auto first = [&](Check check = Check::Sizes) {
