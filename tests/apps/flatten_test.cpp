@@ -142,6 +142,20 @@ TEST_F(Flatten, CentimetresThatAreTakenForMetresAreSpokenOf) {
   EXPECT_THAT(alone({"--input.unit", "cm"}).out, ::testing::Not(HasSubstr("unit-unknown")));
 }
 
+TEST_F(Flatten, AGarmentThatDoesNotHangAsCapturedIsFlattenedAsItIs) {
+  // Nothing holds the tube up: the only body is a small one inside of it.
+  const std::filesystem::path body = root_.path() / "body.obj";
+  std::ofstream(body) << "v 0 0.3 0\nv 0.05 0.1 0\nv -0.03 0.1 0.04\nv -0.03 0.1 -0.04\n"
+                         "f 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n";
+  const ChildResult plain = alone({"--json"});
+  ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  const ChildResult relaxed =
+      alone({"--json", "--relax.body", body.string(), "--relax.relaxing.rounds", "2"});
+  EXPECT_EQ(relaxed.exit_code, 4);
+  EXPECT_THAT(relaxed.err, HasSubstr("warning not-relaxed [" + body.string() + "]"));
+  EXPECT_EQ(relaxed.out, plain.out);
+}
+
 TEST_F(Flatten, RefusesWhatIsNoGarment) {
   std::ofstream(mesh()) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\n"
                            "f 1 2 3\nf 1 2 4\nf 1 2 5\n";
@@ -155,7 +169,9 @@ TEST_F(Flatten, RefusesABodyThatIsNotThereAndPlacesThatAreTaken) {
   EXPECT_EQ(alone({"--relax.body", (root_.path() / "nobody.obj").string()}).exit_code, 3);
   EXPECT_EQ(run({"--mesh", mesh().string(), "--out", root_.path().string()}).exit_code, 2);
   EXPECT_EQ(run({"--mesh", mesh().string()}).exit_code, 2);
-  EXPECT_EQ(alone({"--seams", "nowhere.json"}).exit_code, 3);
+  const ChildResult seams = alone({"--seams", "nowhere.json"});
+  EXPECT_EQ(seams.exit_code, 3);
+  EXPECT_THAT(seams.out, ::testing::Not(HasSubstr("smoothed")));  // asked for before the work
 }
 
 }  // namespace
