@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -9,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
@@ -74,6 +76,31 @@ TEST_F(Flatten, ATubeBecomesPanelsOfItsArea) {
   EXPECT_LT(json["stretch_p99"].get<double>(), 0.01);
   for (const char* name : {"pattern.svg", "pattern.dxf", "garment.obj"}) {
     EXPECT_TRUE(std::filesystem::exists(out() / name)) << name;
+  }
+}
+
+TEST_F(Flatten, OtherProgramsOpenItsFiles) {
+  ASSERT_EQ(alone().exit_code, 0);
+  const std::string picture = (out() / "pattern.png").string();
+  if (std::system("command -v rsvg-convert >/dev/null") == 0) {
+    // At 25.4 dots an inch a dot is a millimetre.
+    ASSERT_EQ(std::system(("rsvg-convert -d 25.4 -p 25.4 -o " + picture + " " +
+                           (out() / "pattern.svg").string())
+                              .c_str()),
+              0);
+    EXPECT_GT(read_image_header(picture).height, 400);  // the tube's height and allowances
+  }
+  std::ofstream(root_.path() / "audit.py") << R"(import sys, ezdxf
+drawing = ezdxf.readfile(sys.argv[1])
+assert not drawing.audit().errors
+layers = {entity.dxf.layer for block in drawing.blocks for entity in block}
+assert {'1', '14', '7'} <= layers, layers
+)";
+  if (std::system("/usr/bin/python3 -c 'import ezdxf' 2>/dev/null") == 0) {
+    EXPECT_EQ(std::system(("/usr/bin/python3 " + (root_.path() / "audit.py").string() + " " +
+                           (out() / "pattern.dxf").string())
+                              .c_str()),
+              0);
   }
 }
 
