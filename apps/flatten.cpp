@@ -49,13 +49,41 @@ struct Flattened {
   FlatMeasures measures;
   PatternLayout layout;
   bool reached = true;  ///< what was asked of found seams
+  bool relaxed = true;  ///< hangs as captured, where that was asked for
 };
 
 using Say = std::function<void(const std::string&)>;
 
 #ifdef ATELIER_HAS_SIMULATION
-/// The unloaded garment that hangs as captured.
-void relax_mesh(Mesh& mesh, const FlattenRelaxOptions& options, const Say& say) {
+/// The waist of what is worn on the hips, which a belt or its elastic holds where it is; without,
+/// the weight would pull it down the hips. Nothing of what hangs from the shoulders.
+std::vector<int> held_waist(const Mesh& mesh, const Mesh& body) {
+  std::vector<int> waist;
+  double height = 0;
+  for (std::vector<int>& loop : boundary_loops(topology_of(mesh.faces, mesh.vertices.rows()))) {
+    const double y = mesh.vertices(loop, 1).mean();
+    if (waist.empty() || y > height) {
+      height = y;
+      waist = std::move(loop);
+    }
+  }
+  // Above a waist is half of the skin, above a neck a tenth, with raised arms a quarter.
+  constexpr double kShareAboveWaist = 0.35;
+  const Eigen::VectorXd areas = face_areas(body.vertices, body.faces);
+  double above = 0;
+  for (Index f = 0; f < body.faces.rows(); ++f) {
+    above += body.vertices(body.faces(f, 0), 1) > height ? areas[f] : 0;
+  }
+  if (above < kShareAboveWaist * areas.sum()) {
+    waist.clear();
+  }
+  return waist;
+}
+
+/// The unloaded garment that hangs as captured. Where none is found, the mesh stays as it is: a
+/// garment that hangs elsewhere would be another one's pattern. False then.
+bool relax_mesh(Mesh& mesh, const FlattenRelaxOptions& options, const Say& say) {
+  constexpr double kAsCaptured = 2e-3;  // m, mean
   Garment garment;
   garment.name = options.body;
   garment.mesh = mesh;
@@ -63,10 +91,18 @@ void relax_mesh(Mesh& mesh, const FlattenRelaxOptions& options, const Say& say) 
     garment.material = fabric_material(options.fabric);
   }
   const Mesh body = read_mesh(options.body);
-  const RelaxedGarment relaxed =
-      relax_gravity(garment, {}, body.vertices, body.faces, {}, {}, options.relaxing);
+  const RelaxedGarment relaxed = relax_gravity(garment, held_waist(mesh, body), body.vertices,
+                                               body.faces, {}, relaxing_solver(), options.relaxing);
   say(relaxed_text(relaxed, options.relaxing.seconds));
+  if (relaxed.mean_error > kAsCaptured) {
+    say(to_string(Finding{Severity::Warning, "not-relaxed", options.body,
+                          "no garment was found that hangs within 2 mm of the captured one",
+                          "it is flattened as it was captured; more --relax.relaxing.rounds, or "
+                          "another body or fabric"}));
+    return false;
+  }
   mesh.vertices = relaxed.garment.mesh.vertices;
+  return true;
 }
 #endif
 
@@ -158,9 +194,12 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
     flat.mesh.faces = oriented;
   }
   check_flattenable(flat.mesh, file.string());
+  // Read before the long work, which changes no edge of a mesh whose seams are given.
+  const std::vector<char> given = seam_input(
+      options.seams, flat.mesh, topology_of(flat.mesh.faces, flat.mesh.vertices.rows()), file);
 #ifdef ATELIER_HAS_SIMULATION
   if (!options.relax.body.empty()) {
-    relax_mesh(flat.mesh, options.relax, say);
+    flat.relaxed = relax_mesh(flat.mesh, options.relax, say);
   }
 #endif
   if (options.smooth > 0) {
@@ -168,7 +207,6 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
   }
   blunt_mesh(flat.mesh, options.seams != "auto", say);
   const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
-  const std::vector<char> given = seam_input(options.seams, flat.mesh, topology, file);
   try {
     if (options.seams == "auto") {
       lay_out_found(flat, options, say);
@@ -334,7 +372,8 @@ int flatten_alone(const std::map<std::string, std::string>& values, const Option
   } else {
     std::cout << summary_of(flat) << "\n" << out.string() << "\n";
   }
-  return flat.reached && flat.measures.overlaps == 0 ? kExitDone : kExitNotConverged;
+  return flat.reached && flat.relaxed && flat.measures.overlaps == 0 ? kExitDone
+                                                                     : kExitNotConverged;
 }
 
 void check_flatten_input(const fs::path& input) {

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "apps/seam_input.h"
+#include "capture/label_taxonomy.h"
 #include "capture/truth_archive.h"
 #include "core/error.h"
 #include "core/io/mesh_file.h"
@@ -65,19 +67,40 @@ double flat_area(const Points2& vertices, const Triangles& faces) {
   return area;
 }
 
-/// The true garment of nearest area that has seams; null if none has.
-const TruthGarment* nearest_garment(const CaptureTruth& truth, double area) {
-  const TruthGarment* nearest = nullptr;
-  double difference = std::numeric_limits<double>::infinity();
-  for (const TruthGarment& garment : truth.garments) {
-    const Mesh& other = garment.garment.mesh;
-    const double apart = std::abs(face_areas(other.vertices, other.faces).sum() - area);
-    if (!garment.seams.empty() && apart < difference) {
-      difference = apart;
-      nearest = &garment;
+/// Which true garment with seams each file is of, null where there is none: that of its folder's
+/// label, else the one of nearest area; each true one once.
+std::vector<const TruthGarment*> true_garments(const CaptureTruth& truth,
+                                               const std::vector<std::filesystem::path>& files,
+                                               const std::vector<double>& areas) {
+  std::vector<const TruthGarment*> of(files.size(), nullptr);
+  const auto is_left = [&](const TruthGarment& garment) {
+    return !garment.seams.empty() && std::find(of.begin(), of.end(), &garment) == of.end();
+  };
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::optional<Label> label = label_of(files[i].parent_path().filename().string());
+    for (const TruthGarment& garment : truth.garments) {
+      if (of[i] == nullptr && label && garment.label == *label && is_left(garment)) {
+        of[i] = &garment;
+      }
     }
   }
-  return nearest;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (of[i] != nullptr) {
+      continue;
+    }
+    double difference = std::numeric_limits<double>::infinity();
+    const TruthGarment* nearest = nullptr;
+    for (const TruthGarment& garment : truth.garments) {
+      const Mesh& other = garment.garment.mesh;
+      const double apart = std::abs(face_areas(other.vertices, other.faces).sum() - areas[i]);
+      if (apart < difference && is_left(garment)) {
+        difference = apart;
+        nearest = &garment;
+      }
+    }
+    of[i] = nearest;
+  }
+  return of;
 }
 
 /// garment.obj of the result, or of each folder in it.
@@ -113,22 +136,27 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
   double seams = 0;
   double true_seams = 0;
   double area_ratio = 1;
+  std::vector<Mesh> meshes;
+  std::vector<double> areas;
   for (const std::filesystem::path& file : files) {
-    const Mesh mesh = read_mesh(file);
-    const FlatPattern pattern = pattern_of(mesh, file);
+    meshes.push_back(read_mesh(file));
+    areas.push_back(face_areas(meshes.back().vertices, meshes.back().faces).sum());
+  }
+  const std::vector<const TruthGarment*> of_truth = true_garments(truth, files, areas);
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const Mesh& mesh = meshes[i];
+    const FlatPattern pattern = pattern_of(mesh, files[i]);
     const FlatMeasures flat = measure_flat(mesh, pattern);
     worst.strain_p99 = std::max(worst.strain_p99, flat.strain_p99);
     worst.seam_mismatch = std::max(worst.seam_mismatch, flat.seam_mismatch);
     worst.inverted += flat.inverted + flat.overlaps;
-    const TruthGarment* nearest =
-        nearest_garment(truth, face_areas(mesh.vertices, mesh.faces).sum());
-    if (nearest != nullptr) {
+    if (const TruthGarment* truly = of_truth[i]) {
       panels += static_cast<double>(pattern.cut.panel_count);
-      true_panels += static_cast<double>(nearest->garment.panel_names.size());
+      true_panels += static_cast<double>(truly->garment.panel_names.size());
       seams += flat.seam_length;
-      true_seams += seam_length(*nearest);
+      true_seams += seam_length(*truly);
       const double ratio = flat_area(mesh.uvs, mesh.uv_faces) /
-                           flat_area(nearest->garment.rest, nearest->garment.rest_faces);
+                           flat_area(truly->garment.rest, truly->garment.rest_faces);
       if (std::abs(ratio - 1) > std::abs(area_ratio - 1)) {
         area_ratio = ratio;
       }
@@ -152,6 +180,8 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
                         "length of all seams over the truth's"});
     measures.push_back({"flatten.area_ratio", area_ratio, "", 0, Side::None,
                         "area of the pattern over the true one's" + of});
+    measures.push_back({"flatten.area_error", std::abs(area_ratio - 1), "", 0.03, Side::AtMost,
+                        "how far that is from 1"});
   }
   return measures;
 }

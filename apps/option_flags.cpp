@@ -163,6 +163,17 @@ std::vector<std::string> with_switches(const CLI::App& parser,
   return out;
 }
 
+std::string switch_before(const CLI::App& parser, const std::vector<std::string>& arguments,
+                          const std::string& word) {
+  for (std::size_t i = 1; i < arguments.size(); ++i) {
+    const CLI::Option* option = option_named(parser, as_declared(parser, arguments[i - 1]));
+    if (arguments[i] == word && option != nullptr && (is_switch(option) || !takes_value(option))) {
+      return arguments[i - 1];
+    }
+  }
+  return "";
+}
+
 std::string flag_of(const std::string& option) {
   std::string flag = "--" + option;
   std::replace(flag.begin(), flag.end(), '_', '-');

@@ -28,6 +28,11 @@ std::string flag_of(const std::string& option);
 OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults,
                               const std::string& group = "Options");
 
+/// The flag that takes true or false, or nothing, right before a word in the arguments; "" where
+/// another stands there: what was meant for its value and is neither.
+std::string switch_before(const CLI::App& parser, const std::vector<std::string>& arguments,
+                          const std::string& word);
+
 /// The arguments as the parser wants them: flags as they are declared, each with its value behind
 /// it, be it given with "=" or, of what is true or false, not at all ("--field" is "--field true").
 /// Throws UsageError for an option without its value, one that is given twice, and a flag without

@@ -63,7 +63,7 @@ std::string see(const std::string& question, const std::string& where) {
 }
 
 /// Refuses what a command did not understand, in one sentence.
-void refuse_extras(const CLI::App& parser) {
+void refuse_extras(const CLI::App& parser, const std::vector<std::string>& arguments) {
   const std::vector<std::string> extras = parser.remaining();
   const auto first = std::find_if(extras.begin(), extras.end(),
                                   [](const std::string& extra) { return extra != "--"; });
@@ -76,6 +76,9 @@ void refuse_extras(const CLI::App& parser) {
     throw UsageError(parser.get_name() + " has no option " + shown +
                      see(did_you_mean(extra.substr(0, extra.find('=')), option_names(parser)),
                          "atelier " + parser.get_name() + " --help"));
+  }
+  if (const std::string flag = switch_before(parser, arguments, extra); !flag.empty()) {
+    throw UsageError(flag + " cannot be " + shown + ": it takes true or false, or nothing");
   }
   throw UsageError(parser.get_name() + " does not take " + shown + " as well; see atelier " +
                    parser.get_name() + " --help");
@@ -153,7 +156,7 @@ int run_program(std::vector<std::string> arguments) {
     option->required(false);
   }
   command->parse(rest);
-  refuse_extras(*command);
+  refuse_extras(*command, arguments);
   return act(*command, action->second);
 }
 

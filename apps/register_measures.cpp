@@ -9,6 +9,7 @@
 #include <numeric>
 #include <string>
 
+#include "apps/capture_fabric.h"
 #include "capture/capture_info.h"
 #include "capture/truth_archive.h"
 #include "core/io/file_bytes.h"
@@ -150,7 +151,8 @@ std::vector<Measure> measure_register(const fs::path& workspace, const fs::path&
   if (each.empty()) {
     return measures;
   }
-  add_measures(measures, "register.", all, truth_scans, true);
+  // What slides along plain cloth no picture tells.
+  add_measures(measures, "register.", all, truth_scans, capture_fabric(capture) != "plain");
   for (const auto& [name, errors] : each) {
     add_measures(measures, "register." + name + ".", errors, truth_scans, false);
   }

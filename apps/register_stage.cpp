@@ -13,6 +13,7 @@
 #include "core/garment_archive.h"
 #include "core/normals.h"
 #include "core/sequence_archive.h"
+#include "registration/not_followed.h"
 
 namespace atelier {
 namespace {
@@ -70,7 +71,6 @@ class RegisteredOutfit {
 
  private:
   void find_frames() {
-    std::vector<std::pair<int, double>> clothed;
     for (const CaptureSequence& sequence : dataset_.info.sequences) {
       if (sequence.kind == "minimal" || sequence.frame_ids.empty()) {
         continue;
@@ -80,9 +80,14 @@ class RegisteredOutfit {
       ids_.insert(ids_.end(), sequence.frame_ids.begin(), sequence.frame_ids.end());
     }
     std::sort(ids_.begin(), ids_.end());
+    const std::size_t clothed = ids_.size();
     std::erase_if(ids_, [&](int id) {
       return !std::binary_search(bodies_.frame_ids.begin(), bodies_.frame_ids.end(), id);
     });
+    if (const std::size_t without = clothed - ids_.size(); without > 0 && !ids_.empty()) {
+      run_.warn(std::to_string(without) + " of " + std::to_string(clothed) + " clothed frames " +
+                (without > 1 ? "have no body and are" : "has no body and is") + " left out");
+    }
     if (ids_.empty()) {
       throw DataError(run_.input("bodies").string(), "frames", "none of the clothed ones",
                       "a body in every clothed frame of the capture; run body on this capture");
@@ -352,6 +357,7 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit,
   for (const Worn& worn : garments) {
     nlohmann::json& of = all[worn.name];
     of["template_frame"] = outfit.frame_ids()[static_cast<std::size_t>(worn.template_row)];
+    std::vector<FrameFigures> followed;
     for (const int id : outfit.frame_ids()) {
       const Archive archive = read_archive(run.frame_file(id), "atelier.mesh", 1);
       nlohmann::json& frame = of["frames"][frame_name(id)];
@@ -360,7 +366,11 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit,
         frame[figure] = value;
         sums[figure] += value;
       }
+      followed.push_back({id, frame["support"], frame["correlation"]});
       count += 1;
+    }
+    if (const auto lost = not_followed(worn.name, followed)) {
+      tell(run, {*lost});
     }
     const Drift drift = drift_of(run, outfit, worn);
     of["forward_backward"] = drift.forward_backward;

@@ -363,12 +363,9 @@ ClothOptions cloth_options(const SimulateOptions& options) {
 }
 
 void relax_scene(SimulationScene& scene, const SimulateOptions& options) {
-  XpbdOptions solver = scene_solver(scene, options);
-  solver.report = false;
-  solver.intersection_interval = 0;
   RelaxedGarment relaxed =
       relax_gravity(scene.garment, {}, scene.body ? scene.body(0) : Points(0, 3), scene.body_faces,
-                    cloth_options(options), solver, options.relaxing);
+                    cloth_options(options), scene_solver(scene, options), options.relaxing);
   scene.notes.push_back(relaxed_text(relaxed, options.relaxing.seconds));
   scene.start = scene.garment.mesh.vertices;
   scene.garment = std::move(relaxed.garment);
@@ -379,11 +376,10 @@ void relax_scene(SimulationScene& scene, const SimulateOptions& options) {
 namespace {
 
 /// Cloth meets the body with its vertices alone: it keeps off by what its edges need, unless
-/// something else is said; by 2 cm at most, since coarser cloth is no cloth.
+/// something else is said.
 void keep_off(SimulationScene& scene, const SimulateOptions& options) {
   const double edge = mean_edge_length(scene.garment.mesh);
-  constexpr double kMost = 0.02;
-  const double needed = std::min(kMost, contact_distance(edge));
+  const double needed = contact_distance(scene.garment);
   if (options.xpbd.thickness >= 0 || !(needed > scene.garment.material.thickness)) {
     return;
   }

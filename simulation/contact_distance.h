@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "core/garment.h"
+#include "core/mesh_statistics.h"
+
 namespace atelier {
 
 /// The distance [m] that cloth with edges of `edge_length` [m] has to keep from a body so that it
@@ -12,6 +15,14 @@ inline double contact_distance(double edge_length) {
   constexpr double kAtThreeCentimetres = 0.0105;
   const double share = edge_length / 0.03;
   return std::max(kLeast, kAtThreeCentimetres * share * share);
+}
+
+/// What a garment keeps from a body [m] where nobody says it: what its edges need, up to 2 cm,
+/// since coarser cloth is no cloth; never less than its material is thick.
+inline double contact_distance(const Garment& garment) {
+  constexpr double kMost = 0.02;
+  return std::max(garment.material.thickness,
+                  std::min(kMost, contact_distance(mean_edge_length(garment.mesh))));
 }
 
 }  // namespace atelier

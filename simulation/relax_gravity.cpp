@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "simulation/contact_distance.h"
 
 namespace atelier {
 namespace {
@@ -50,6 +51,13 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
   how.rest_angles = "template";
   XpbdOptions solver = solver_options;
   solver.velocity_damping = options.damping;
+  solver.report = false;
+  solver.intersection_interval = 0;
+  if (solver.thickness < 0 && body.rows() > 0) {
+    // A captured garment lies on its body where its edges let it: kept by its material's thickness
+    // alone, it would begin in the air and slip down to where it is wide enough.
+    solver.thickness = contact_distance(captured);
+  }
   const Points target = captured.mesh.vertices;
   Garment rest = captured;
   rest.rest.resize(0, 2);

@@ -20,6 +20,12 @@ struct RelaxGravityOptions {
 };
 OptionTable describe(RelaxGravityOptions& options);
 
+/// How clothes are simulated on bodies (`simulate`, `animate`), and so how they are relaxed: with
+/// few substeps springs do not come to rest, and cloth gives way by more than its weight stretches.
+inline XpbdOptions relaxing_solver() {
+  return {.substeps = 30, .self_contact = true};
+}
+
 /// A garment that hangs in the captured shape, and how nearly.
 struct RelaxedGarment {
   Garment garment;           ///< its mesh is the unloaded template; without a flat rest shape
@@ -35,11 +41,13 @@ struct RelaxedGarment {
 /// worse is taken back and halved. Our choice: it asks nothing of the solver. Rest angles are the
 /// template's. The best round is kept.
 ///
-/// `body` and its faces may be empty. Throws as make_cloth and ClothSolver; LogicError for options
-/// out of range.
+/// `body` and its faces may be empty. A thickness of the solver below 0 is what the garment's edges
+/// need on a body (simulation/contact_distance.h). Throws as make_cloth and ClothSolver; LogicError
+/// for options out of range.
 RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
                              const Points& body, const Triangles& body_faces,
-                             const ClothOptions& cloth = {}, const XpbdOptions& solver = {},
+                             const ClothOptions& cloth = {},
+                             const XpbdOptions& solver = relaxing_solver(),
                              const RelaxGravityOptions& options = {}, Device device = Device::Cpu);
 
 }  // namespace atelier

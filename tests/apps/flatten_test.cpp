@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -9,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
@@ -77,6 +79,31 @@ TEST_F(Flatten, ATubeBecomesPanelsOfItsArea) {
   }
 }
 
+TEST_F(Flatten, OtherProgramsOpenItsFiles) {
+  ASSERT_EQ(alone().exit_code, 0);
+  const std::string picture = (out() / "pattern.png").string();
+  if (std::system("command -v rsvg-convert >/dev/null") == 0) {
+    // At 25.4 dots an inch a dot is a millimetre.
+    ASSERT_EQ(std::system(("rsvg-convert -d 25.4 -p 25.4 -o " + picture + " " +
+                           (out() / "pattern.svg").string())
+                              .c_str()),
+              0);
+    EXPECT_GT(read_image_header(picture).height, 400);  // the tube's height and allowances
+  }
+  std::ofstream(root_.path() / "audit.py") << R"(import sys, ezdxf
+drawing = ezdxf.readfile(sys.argv[1])
+assert not drawing.audit().errors
+layers = {entity.dxf.layer for block in drawing.blocks for entity in block}
+assert {'1', '14', '7'} <= layers, layers
+)";
+  if (std::system("/usr/bin/python3 -c 'import ezdxf' 2>/dev/null") == 0) {
+    EXPECT_EQ(std::system(("/usr/bin/python3 " + (root_.path() / "audit.py").string() + " " +
+                           (out() / "pattern.dxf").string())
+                              .c_str()),
+              0);
+  }
+}
+
 TEST_F(Flatten, ItsGarmentIsSimulatedFromTheFlatRestShape) {
   ASSERT_EQ(alone().exit_code, 0);
   const ChildResult result =
@@ -142,6 +169,20 @@ TEST_F(Flatten, CentimetresThatAreTakenForMetresAreSpokenOf) {
   EXPECT_THAT(alone({"--input.unit", "cm"}).out, ::testing::Not(HasSubstr("unit-unknown")));
 }
 
+TEST_F(Flatten, AGarmentThatDoesNotHangAsCapturedIsFlattenedAsItIs) {
+  // Nothing holds the tube up: the only body is a small one inside of it.
+  const std::filesystem::path body = root_.path() / "body.obj";
+  std::ofstream(body) << "v 0 0.3 0\nv 0.05 0.1 0\nv -0.03 0.1 0.04\nv -0.03 0.1 -0.04\n"
+                         "f 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n";
+  const ChildResult plain = alone({"--json"});
+  ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  const ChildResult relaxed =
+      alone({"--json", "--relax.body", body.string(), "--relax.relaxing.rounds", "2"});
+  EXPECT_EQ(relaxed.exit_code, 4);
+  EXPECT_THAT(relaxed.err, HasSubstr("warning not-relaxed [" + body.string() + "]"));
+  EXPECT_EQ(relaxed.out, plain.out);
+}
+
 TEST_F(Flatten, RefusesWhatIsNoGarment) {
   std::ofstream(mesh()) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\n"
                            "f 1 2 3\nf 1 2 4\nf 1 2 5\n";
@@ -155,7 +196,9 @@ TEST_F(Flatten, RefusesABodyThatIsNotThereAndPlacesThatAreTaken) {
   EXPECT_EQ(alone({"--relax.body", (root_.path() / "nobody.obj").string()}).exit_code, 3);
   EXPECT_EQ(run({"--mesh", mesh().string(), "--out", root_.path().string()}).exit_code, 2);
   EXPECT_EQ(run({"--mesh", mesh().string()}).exit_code, 2);
-  EXPECT_EQ(alone({"--seams", "nowhere.json"}).exit_code, 3);
+  const ChildResult seams = alone({"--seams", "nowhere.json"});
+  EXPECT_EQ(seams.exit_code, 3);
+  EXPECT_THAT(seams.out, ::testing::Not(HasSubstr("smoothed")));  // asked for before the work
 }
 
 }  // namespace

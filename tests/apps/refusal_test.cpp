@@ -70,6 +70,10 @@ INSTANTIATE_TEST_SUITE_P(
                    {"statistics", "IN", "WS", "--dry-run=maybe"},
                    2,
                    "--dry-run cannot be 'maybe': it takes true or false, or nothing"},
+        BadCommand{"SwitchWithAWordBehindIt",
+                   {"reconstruct", "IN", "WS", "--label-by-color", "maybe"},
+                   2,
+                   "--label-by-color cannot be 'maybe': it takes true or false, or nothing"},
         BadCommand{"OneTooMany", {"statistics", "IN", "WS", "x"}, 2, "does not take 'x' as well"},
         BadCommand{
             "UnknownFlag",

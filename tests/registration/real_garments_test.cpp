@@ -1,5 +1,6 @@
 // Garments of the test data, laid flat along the seams that open them.
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -39,16 +40,20 @@ TEST_P(RealMeshes, LieFlatWithoutATriangleTurnedOver) {
 
 INSTANTIATE_TEST_SUITE_P(
     OfTheData, RealMeshes,
-    ::testing::Values("garments/diffcloth/tshirt1900.obj", "garments/diffcloth/skirt3448.obj",
-                      "garments/diffcloth/sock482.obj",
-                      "makehuman/clothes/female_sportsuit01/female_sportsuit01.obj",
-                      "makehuman/clothes/female_elegantsuit01/female_elegantsuit01.obj",
-                      "makehuman/clothes/male_casualsuit03/male_casualsuit03.obj",
-                      "makehuman/clothes/male_casualsuit04/male_casualsuit04.obj",
-                      "makehuman/clothes/male_elegantsuit01/male_elegantsuit01.obj"),
+    ::testing::Values(
+        "garments/diffcloth/tshirt1900.obj", "garments/diffcloth/skirt3448.obj",
+        "garments/diffcloth/sock482.obj", "garments/diffcloth/dress-handsup-drape.obj",
+        "garments/diffcloth/dress-v5k-f10k.obj", "garments/diffcloth/dress-v7k-f14k.obj",
+        "garments/diffcloth/tshirt1900-flattened.obj", "makehuman/clothes/shoes06/shoes06.obj",
+        "makehuman/clothes/female_sportsuit01/female_sportsuit01.obj",
+        "makehuman/clothes/female_elegantsuit01/female_elegantsuit01.obj",
+        "makehuman/clothes/male_casualsuit03/male_casualsuit03.obj",
+        "makehuman/clothes/male_casualsuit04/male_casualsuit04.obj",
+        "makehuman/clothes/male_elegantsuit01/male_elegantsuit01.obj"),
     [](const auto& one) {
       const std::string path = one.param;
-      const std::string name = path.substr(path.rfind('/') + 1);
+      std::string name = path.substr(path.rfind('/') + 1);
+      std::replace(name.begin(), name.end(), '-', '_');
       return name.substr(0, name.size() - 4);
     });
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "simulation/contact_distance.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {
@@ -63,6 +64,52 @@ TEST(RelaxGravity, WhatHungHangsAsItDid) {
   // Nearly what it was cut as.
   EXPECT_LT((relaxed.garment.mesh.vertices - garment.mesh.vertices).rowwise().norm().mean(),
             0.5 * sagged);
+}
+
+/// A coarse sheet of soft cloth that came to rest over a ball, as clothes lie on shoulders.
+Garment draped_cloth(const Mesh& ball) {
+  Garment garment;
+  garment.mesh = fixtures::grid(9, 9);
+  for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
+    const Eigen::RowVector3d p = garment.mesh.vertices.row(v);
+    garment.mesh.vertices.row(v) << 0.7 * (p.x() - 0.5), 0.28, 0.7 * (p.z() - 0.5);
+  }
+  garment.material.density = 0.3;
+  garment.material.stretch_warp = garment.material.stretch_weft = 200;
+  garment.material.bending = 1e-4;
+  XpbdOptions solver = relaxing_solver();
+  solver.thickness = contact_distance(garment);
+  solver.velocity_damping = 4;
+  ClothSolver simulation(make_cloth(garment), ball.faces, solver);
+  Control control;
+  control.body_start = control.body_end = ball.vertices;
+  for (int frame = 0; frame < 180; ++frame) {
+    simulation.advance(control);
+  }
+  garment.mesh.vertices = simulation.state().positions;
+  return garment;
+}
+
+TEST(RelaxGravity, WhatLayOnABodyLiesAsItDid) {
+  Mesh ball = fixtures::sphere(2);
+  ball.vertices *= 0.25;
+  const Garment captured = draped_cloth(ball);
+  const double lowest = captured.mesh.vertices.col(1).minCoeff();
+  ASSERT_LT(lowest, 0.1);  // its corners hang down
+  RelaxGravityOptions few;
+  few.rounds = 4;
+  const RelaxedGarment relaxed =
+      relax_gravity(captured, {}, ball.vertices, ball.faces, {}, relaxing_solver(), few);
+  EXPECT_LT(relaxed.mean_error, 0.002);
+  // Kept from the body by its material's thickness alone, it begins in the air.
+  XpbdOptions thin = relaxing_solver();
+  thin.thickness = captured.material.thickness;
+  RelaxGravityOptions once;
+  once.rounds = 1;
+  EXPECT_GT(
+      relax_gravity(captured, {}, ball.vertices, ball.faces, {}, thin, once).mean_error,
+      1.5 * relax_gravity(captured, {}, ball.vertices, ball.faces, {}, relaxing_solver(), once)
+                .mean_error);
 }
 
 TEST(RelaxGravity, RefusesOptionsOutOfRange) {

@@ -1,0 +1,16 @@
+#pragma once
+
+#ifdef ATELIER_HAS_CAPTURE
+
+#include <filesystem>
+#include <string>
+
+namespace atelier {
+
+/// What the cloth of a synthetic capture looks like ("plain", "woven", "print", "coded"), as its
+/// synthesis.json says; empty where nothing says it. Throws DataError for a file that is no JSON.
+std::string capture_fabric(const std::filesystem::path& capture);
+
+}  // namespace atelier
+
+#endif
