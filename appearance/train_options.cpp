@@ -1,6 +1,7 @@
 #include "appearance/train_options.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -63,6 +64,19 @@ TrainOptions resolved(const TrainOptions& options, Device device) {
   result.learning_rate = options.learning_rate > 0 ? options.learning_rate : numbers.learning_rate;
   result.weight_decay = options.weight_decay >= 0 ? options.weight_decay : numbers.weight_decay;
   return result;
+}
+
+std::string training_problem(const TrainOptions& options) {
+  const auto is_power = [](int value) { return std::has_single_bit(static_cast<unsigned>(value)); };
+  if (options.resolution < 16 || !is_power(options.resolution)) {
+    return "--resolution cannot be " + std::to_string(options.resolution) +
+           ": a texture has 16, 32, ... 4096 texels a side";
+  }
+  if (!is_power(options.shading)) {
+    return "--shading cannot be " + std::to_string(options.shading) +
+           ": branches are 1, 2, 4, 8 or 16 times coarser than the texture";
+  }
+  return "";
 }
 
 NetworkOptions network_options(const TrainOptions& options) {

@@ -36,6 +36,9 @@ OptionTable describe(TrainOptions& options);
 /// place of Auto.
 TrainOptions resolved(const TrainOptions& options, Device device = Device::Cpu);
 
+/// "", or what no network can have of resolved options, each in its range.
+std::string training_problem(const TrainOptions& options);
+
 /// What kind of network they ask for.
 NetworkOptions network_options(const TrainOptions& options);
 

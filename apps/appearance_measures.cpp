@@ -1,9 +1,12 @@
-#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE)
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE) &&      \
+    defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) && \
+    defined(ATELIER_HAS_BODYMODEL)
 
 #include "apps/appearance_measures.h"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,6 +16,9 @@
 #include "appearance/picture_similarity.h"
 #include "appearance/train_options.h"
 #include "apps/child_program.h"
+#include "apps/register_measures.h"
+#include "apps/simulated_motion.h"
+#include "apps/synthesis.h"
 #include "apps/temporary_folder.h"
 #include "apps/worn_subject.h"
 #include "capture/capture_info.h"
@@ -21,7 +27,9 @@
 #include "core/io/image_file.h"
 #include "core/io/safetensors.h"
 #include "core/io/srgb.h"
+#include "core/sequence_archive.h"
 #include "core/store/result.h"
+#include "registration/registration_error.h"
 
 namespace atelier {
 namespace {
@@ -98,11 +106,8 @@ struct Compared {
   double covered = 0;  // of them, those that the model draws
 };
 
-/// A picture of one view, [H,W,3] as 8-bit sRGB holds it, black where nothing is known.
-Image empty_picture(const AppearanceData& data, const AppearanceView& view) {
-  const auto camera = static_cast<std::size_t>(view.camera_idx);
-  return Image(data.widths[camera], data.heights[camera], 3);
-}
+/// What a camera sees in a frame, [H,W,3] as 8-bit sRGB holds it, in [0,1].
+using TruePicture = std::function<Image(std::size_t camera_idx, int frame_id)>;
 
 void compare_view(Compared& sum, const AppearanceView& truth_view, const std::vector<float>& open,
                   float quarter, const Image& wanted, const Image& drawn, const Image& fixed,
@@ -135,7 +140,7 @@ void compare_view(Compared& sum, const AppearanceView& truth_view, const std::ve
 }
 
 void compare(Compared& sum, const Drawn& garment, const std::vector<Eigen::Vector3d>& gains,
-             const fs::path& capture) {
+             const TruePicture& picture) {
   const std::vector<float>& drawn_colors = garment.colors.drawn;
   const std::vector<float>& fixed_colors = garment.colors.fixed;
   const AppearanceData& truth = garment.truth;
@@ -160,12 +165,7 @@ void compare(Compared& sum, const Drawn& garment, const std::vector<Eigen::Vecto
     const AppearanceView& view = truth.views[v];
     const auto camera = static_cast<std::size_t>(view.camera_idx);
     const int frame_id = truth.frames[static_cast<std::size_t>(view.frame_idx)].frame_id;
-    const ByteImage bytes = read_byte_image(
-        capture / "truth" / "images" / truth.camera_ids[camera] / (frame_name(frame_id) + ".png"));
-    Image wanted = empty_picture(truth, view);
-    for (std::size_t i = 0; i < wanted.data.size(); ++i) {
-      wanted.data[i] = static_cast<float>(bytes.data[i]) / 255;
-    }
+    const Image wanted = picture(camera, frame_id);
     Image drawn = wanted;
     Image fixed = wanted;
     ByteImage is_drawn(wanted.width, wanted.height, 1);
@@ -188,6 +188,7 @@ void compare(Compared& sum, const Drawn& garment, const std::vector<Eigen::Vecto
 /// One result of `appearance` or `ceiling`, over all its garments.
 struct Judged {
   Compared compared;
+  Compared simulated;  ///< in a motion that the capture does not show
   std::string setting;
   int resolution = 0;
   int iterations = 0;
@@ -217,55 +218,121 @@ std::string setting_of(const Manifest& manifest) {
   return option_text(table.fields.front());
 }
 
-std::optional<Judged> judge(const fs::path& workspace, const std::string& stage,
-                            const fs::path& capture) {
-  const auto current = current_name(workspace / stage);
-  const CaptureInfo info = read_capture_info(capture);
-  const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
-  std::vector<Camera> cameras;
-  for (const Camera& camera : truth->cameras) {
-    if (std::count(info.held_out_cameras.begin(), info.held_out_cameras.end(), camera.id) > 0) {
-      cameras.push_back(camera);
-    }
+/// Frames that are judged: of a capture, or simulated.
+struct Scenes {
+  WornSubject truth;  ///< the true surfaces in them
+  WornSubject own;    ///< what a result has instead
+  std::vector<int> frame_ids;
+  TruePicture picture;
+};
+
+/// Frames of the capture that nothing was learnt from.
+Scenes held_out_scenes(const WornSubject& in_truth, const WornSubject& worn,
+                       const std::vector<Camera>& cameras, const std::vector<int>& frame_ids,
+                       const fs::path& capture) {
+  return {in_truth, worn, frame_ids, [&cameras, capture](std::size_t camera, int frame_id) {
+            const ByteImage bytes =
+                read_byte_image(capture / "truth" / "images" / cameras[camera].id /
+                                (frame_name(frame_id) + ".png"));
+            Image picture(bytes.width, bytes.height, 3);
+            for (std::size_t i = 0; i < picture.data.size(); ++i) {
+              picture.data[i] = static_cast<float>(bytes.data[i]) / 255;
+            }
+            return picture;
+          }};
+}
+
+/// Which garment of the truth one of a workspace is; as many as there are if none.
+std::size_t same_garment(const WornSubject& in_truth, int label) {
+  const auto found =
+      std::find(in_truth.labels.begin() + static_cast<std::ptrdiff_t>(in_truth.first_garment),
+                in_truth.labels.end(), label);
+  return static_cast<std::size_t>(found - in_truth.labels.begin());
+}
+
+/// The same of a simulated motion. Templates ride on the true garments' triangles, each vertex on
+/// the material point that it was nearest to in the template's frame: the network is judged, not
+/// a simulation of the template.
+/// @param registered  the result that has the templates; "": the true garments themselves
+Scenes simulated_scenes(const SimulatedMotion& motion, const WornSubject& in_truth,
+                        const WornSubject& worn, const fs::path& registered,
+                        const CaptureTruth& truth) {
+  Scenes scenes{in_truth, in_truth, {}, {}};
+  for (const TruthFrame& frame : motion.frames) {
+    scenes.frame_ids.push_back(frame.frame_id);
   }
-  if (!current || cameras.empty() || info.held_out_frames.empty()) {
-    return std::nullopt;
+  scenes.picture = [&motion](std::size_t camera, int frame_id) {
+    Image picture = motion.pictures[static_cast<std::size_t>(frame_id)][camera];
+    std::transform(picture.data.begin(), picture.data.end(), picture.data.begin(), stored);
+    return picture;
+  };
+  const auto load = [&motion, &truth](int frame_id) {
+    return surfaces_of(motion.frames[static_cast<std::size_t>(frame_id)], truth);
+  };
+  scenes.truth.subject.load = load;
+  scenes.own.subject.load = load;
+  if (registered.empty()) {
+    return scenes;
   }
-  const fs::path result = workspace / stage / *current;
-  const Manifest manifest = read_manifest(result, stage);
-  const WornSubject in_truth = worn_in_truth(capture, truth);
-  const WornSubject worn = stage == "ceiling"
-                               ? in_truth
-                               : worn_in_workspace(input_of(workspace, manifest, "registered"),
-                                                   input_of(workspace, manifest, "bodies"));
-  const auto iterations = manifest.metrics.find("iterations");
-  Judged judged;
-  judged.setting = setting_of(manifest);
-  judged.iterations =
-      iterations == manifest.metrics.end() ? 0 : static_cast<int>(iterations->second);
-  const TemporaryFolder between;
-  for (std::size_t g = in_truth.first_garment; g < in_truth.templates.size(); ++g) {
-    const auto same =
-        std::find(worn.labels.begin() + static_cast<std::ptrdiff_t>(worn.first_garment),
-                  worn.labels.end(), in_truth.labels[g]);
-    const auto which = static_cast<std::size_t>(same - worn.labels.begin());
-    const std::size_t own = stage == "ceiling" ? g : which;
-    if (own >= worn.templates.size()) {
+  struct Rider {
+    std::size_t garment;  // of the truth
+    TrueBinding binding;
+  };
+  scenes.own = worn;
+  scenes.own.subject.faces[0] = in_truth.subject.faces[0];
+  std::vector<std::optional<Rider>> riders;
+  for (std::size_t s = worn.first_garment; s < worn.templates.size(); ++s) {
+    const std::size_t garment = same_garment(in_truth, worn.labels[s]);
+    if (garment == in_truth.labels.size()) {
+      riders.emplace_back();
       continue;
     }
-    const fs::path file = result / worn.subject.names[own] / "model.safetensors";
+    const std::string& name = worn.subject.names[s];
+    const Points there =
+        in_truth.subject.load(registered_template_frame(registered, name))[garment];
+    const Mesh shape = read_mesh_archive(registered / "registered" / name / "template.h5");
+    riders.push_back(
+        Rider{garment, bind_to_truth(shape.vertices, there, in_truth.subject.faces[garment])});
+  }
+  scenes.own.subject.load = [load, riders, faces = in_truth.subject.faces](int frame_id) {
+    const std::vector<Points> surfaces = load(frame_id);
+    std::vector<Points> own = {surfaces[0]};
+    for (const std::optional<Rider>& rider : riders) {
+      own.push_back(
+          rider ? bound_points(rider->binding, surfaces[rider->garment], faces[rider->garment])
+                : Points(0, 3));
+    }
+    return own;
+  };
+  return scenes;
+}
+
+/// Draws all garments of some frames with a result's networks and compares them with the truth.
+Compared compare_all(const fs::path& result, const Scenes& scenes, bool own_is_truth,
+                     const std::vector<Camera>& cameras, const std::vector<Camera>& all_cameras,
+                     int& resolution) {
+  const WornSubject& truth = scenes.truth;
+  const WornSubject& worn = scenes.own;
+  Compared compared;
+  const TemporaryFolder between;
+  for (std::size_t s = worn.first_garment; s < worn.templates.size(); ++s) {
+    const std::size_t g = own_is_truth ? s : same_garment(truth, worn.labels[s]);
+    if (g == truth.templates.size()) {
+      continue;
+    }
+    const fs::path file = result / worn.subject.names[s] / "model.safetensors";
     const Safetensors found = read_safetensors(file);
     const AppearanceModel model = appearance_model_of(found.tensors, found.metadata, file.string());
-    judged.resolution = model.options.resolution;
+    resolution = model.options.resolution;
     Drawn garment;
     DrawnSurface surface;
     surface.which = g;
-    surface.atlas = pack_atlas(in_truth.templates[g]);
-    garment.truth = prepare_appearance(in_truth.subject, surface, cameras, info.held_out_frames);
-    surface.which = own;
+    surface.atlas = pack_atlas(truth.templates[g]);
+    garment.truth = prepare_appearance(truth.subject, surface, cameras, scenes.frame_ids);
+    surface.which = s;
     surface.atlas = {model.uvs, model.uv_faces, {}};
     surface.trusted_only = false;
-    garment.own = prepare_appearance(worn.subject, surface, cameras, info.held_out_frames);
+    garment.own = prepare_appearance(worn.subject, surface, cameras, scenes.frame_ids);
     write_archive(between.path / "data.h5", archive_of(garment.own));
     const fs::path drawn = between.path / "colors.h5";
     run_child_program(
@@ -279,13 +346,55 @@ std::optional<Judged> judge(const fs::path& workspace, const std::string& stage,
     }
     garment.colors = appearance_colors_of(read_archive(drawn, "atelier.appearance_colors", 1),
                                           pixels, drawn.string());
-    compare(judged.compared, garment, gains_of(cameras, truth->cameras, model.camera_ids), capture);
+    compare(compared, garment, gains_of(cameras, all_cameras, model.camera_ids), scenes.picture);
+  }
+  return compared;
+}
+
+/// What results are judged by, read and simulated once for all of them.
+struct Judging {
+  fs::path capture;
+  CaptureInfo info;
+  std::shared_ptr<const CaptureTruth> truth;
+  std::vector<Camera> cameras;  ///< that are held out
+  std::optional<SimulatedMotion> motion;
+};
+
+std::optional<Judged> judge(const fs::path& workspace, const std::string& stage,
+                            const Judging& by) {
+  const auto current = current_name(workspace / stage);
+  if (!current) {
+    return std::nullopt;
+  }
+  const bool own_is_truth = stage == "ceiling";
+  const fs::path result = workspace / stage / *current;
+  const Manifest manifest = read_manifest(result, stage);
+  const fs::path registered =
+      own_is_truth ? fs::path() : input_of(workspace, manifest, "registered");
+  const WornSubject in_truth = worn_in_truth(by.capture, by.truth);
+  const WornSubject worn =
+      own_is_truth ? in_truth
+                   : worn_in_workspace(registered, input_of(workspace, manifest, "bodies"));
+  Judged judged;
+  judged.setting = setting_of(manifest);
+  const auto iterations = manifest.metrics.find("iterations");
+  judged.iterations =
+      iterations == manifest.metrics.end() ? 0 : static_cast<int>(iterations->second);
+  const auto compared = [&](const Scenes& scenes) {
+    return compare_all(result, scenes, own_is_truth, by.cameras, by.truth->cameras,
+                       judged.resolution);
+  };
+  judged.compared =
+      compared(held_out_scenes(in_truth, worn, by.cameras, by.info.held_out_frames, by.capture));
+  if (by.motion) {
+    judged.simulated =
+        compared(simulated_scenes(*by.motion, in_truth, worn, registered, *by.truth));
   }
   return judged.compared.covered > 0 ? std::optional(judged) : std::nullopt;
 }
 
 void add_measures(std::vector<Measure>& all, const std::string& stage, const Judged& judged,
-                  bool printed) {
+                  bool printed, const std::string& motion) {
   using Side = Measure::Side;
   const Difference& drawn = judged.compared.drawn;
   const Difference& fixed = judged.compared.fixed;
@@ -311,25 +420,45 @@ void add_measures(std::vector<Measure>& all, const std::string& stage, const Jud
   add("covered", judged.compared.covered / judged.compared.judged, "", 0, Side::None,
       "of the true garments' eroded pixels, drawn by a network");
   add("pixels", judged.compared.covered, "", 0, Side::None, "that were compared");
+  if (const Difference& simulated = judged.simulated.drawn; simulated.count > 0) {
+    add("simulated_psnr_db", psnr(simulated.squares, simulated.count), "dB", 28,
+        small ? Side::None : Side::AtLeast,
+        "held-out cameras, a simulated motion that the capture does not show: " + motion);
+    const Difference& still_simulated = judged.simulated.fixed;
+    add("simulated_static_psnr_db", psnr(still_simulated.squares, still_simulated.count), "dB", 0,
+        Side::None, "of the texture that does not change, there");
+  }
 }
 
 }  // namespace
 
 std::vector<Measure> measure_appearance(const fs::path& workspace, const fs::path& capture) {
-  const auto ceiling = judge(workspace, "ceiling", capture);
-  const auto reached = judge(workspace, "appearance", capture);
   std::vector<Measure> all;
-  if (!ceiling && !reached) {
+  if (!current_name(workspace / "ceiling") && !current_name(workspace / "appearance")) {
     return all;
   }
-  const CaptureTruth truth = read_capture_truth(capture);
-  const auto fabric = truth.texts.find("fabric");
-  const bool printed = fabric != truth.texts.end() && fabric->second == "print";
+  Judging by{capture, read_capture_info(capture), nullptr, {}, {}};
+  by.truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
+  for (const Camera& camera : by.truth->cameras) {
+    if (std::count(by.info.held_out_cameras.begin(), by.info.held_out_cameras.end(), camera.id) >
+        0) {
+      by.cameras.push_back(camera);
+    }
+  }
+  if (by.cameras.empty() || by.info.held_out_frames.empty()) {
+    return all;
+  }
+  by.motion = simulate_motion(capture, *by.truth, by.cameras);
+  const auto ceiling = judge(workspace, "ceiling", by);
+  const auto reached = judge(workspace, "appearance", by);
+  const auto options = synthesis_options_of(capture);
+  const bool printed = options && options->fabric.kind == FabricKind::Print;
+  const std::string motion = by.motion ? by.motion->motion : "";
   if (reached) {
-    add_measures(all, "appearance", *reached, printed);
+    add_measures(all, "appearance", *reached, printed, motion);
   }
   if (ceiling) {
-    add_measures(all, "ceiling", *ceiling, printed);
+    add_measures(all, "ceiling", *ceiling, printed, motion);
   }
   if (reached && ceiling) {
     const auto db = [](const Judged& judged) {

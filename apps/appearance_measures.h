@@ -1,6 +1,8 @@
 #pragma once
 
-#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE)
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE) &&      \
+    defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) && \
+    defined(ATELIER_HAS_BODYMODEL)
 
 #include <filesystem>
 #include <vector>
@@ -12,8 +14,9 @@ namespace atelier {
 /// appearance.* and ceiling.* of a workspace's results of `appearance` and `ceiling` against a
 /// synthetic capture's truth: every held-out camera in every held-out frame is drawn and compared
 /// with the picture without noise, as 8-bit sRGB, over the eroded pixels of the true garments that
-/// the model's geometry covers, too; "covered" says how many these are. Where both results are,
-/// appearance.below_ceiling_db. None where there is no result.
+/// the model's geometry covers, too; "covered" says how many these are. "simulated_psnr_db" is the
+/// same in a motion that the capture does not show, where it can be played again (simulate_motion).
+/// Where both results are, appearance.below_ceiling_db. None where there is no result.
 std::vector<Measure> measure_appearance(const std::filesystem::path& workspace,
                                         const std::filesystem::path& capture);
 

@@ -5,11 +5,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <fstream>
 #include <map>
 #include <set>
 
+#include "appearance/static_fit.h"
 #include "apps/child_program.h"
+#include "apps/not_converged.h"
 #include "apps/paint_scene.h"
+#include "apps/usage_error.h"
 #include "apps/worn_subject.h"
 #include "capture/capture_info.h"
 #include "capture/frame_reader.h"
@@ -83,6 +87,25 @@ struct Trained {
   bool done = false;
 };
 
+/// Mean PSNR over the last twentieth of a training's steps. From its log, which has them all: what
+/// is resumed takes the last ones alone, or none.
+double psnr_in(const fs::path& log, int iterations) {
+  const int last = std::max(1, iterations / 20);
+  std::ifstream file(log);
+  double sum = 0;
+  int count = 0;
+  for (std::string line; std::getline(file, line);) {
+    long long step = 0;
+    double psnr = 0;
+    if (std::sscanf(line.c_str(), "%lld,%*[^,],%lf", &step, &psnr) == 2 &&
+        step > iterations - last) {
+      sum += psnr;
+      ++count;
+    }
+  }
+  return sum / std::max(count, 1);
+}
+
 /// @param options  resolved
 Trained train_network(StageRun& run, const TrainOptions& options, const fs::path& data,
                       const fs::path& model, const fs::path& log, const fs::path& checkpoint) {
@@ -97,30 +120,89 @@ Trained train_network(StageRun& run, const TrainOptions& options, const fs::path
                                     device_name(run.device())};
   const std::vector<std::string> more = words_of(options);
   words.insert(words.end(), more.begin(), more.end());
-  const int iterations = options.iterations;
-  const int last = std::max(1, iterations / 20);
   Trained result;
-  int counted = 0;
   const auto start = std::chrono::steady_clock::now();
   result.done = run_child_program(
       "atelier-appearance", words, "it is built where libtorch is (libtorch-dev)",
       [&](const std::string& line) {
         long long step = 0;
         int of = 0;
-        double loss = 0;
-        double psnr = 0;
-        if (std::sscanf(line.c_str(), "step %lld %d %lf %lf", &step, &of, &loss, &psnr) == 4) {
+        if (std::sscanf(line.c_str(), "step %lld %d", &step, &of) == 2) {
           run.progress(step, of, "steps");
-          if (step > iterations - last) {
-            result.psnr += psnr;
-            ++counted;
-          }
         }
       },
       [&] { return run.stop_requested(); });
-  result.psnr /= std::max(counted, 1);
+  if (result.done) {
+    result.psnr = psnr_in(log, options.iterations);
+  }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
+}
+
+/// Refuses at once what a training would only find out after minutes of preparing its data.
+void require_trainable(const TrainOptions& options, Device device) {
+  if (const std::string problem = training_problem(options); !problem.empty()) {
+    throw UsageError(problem);
+  }
+  check_device(device);
+}
+
+/// Says which cameras have no picture of some frames: a training on fewer looks like any other.
+void tell_missing(StageRun& run, const Dataset& dataset, const Seen& seen) {
+  for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
+    const auto& images = dataset.frames[static_cast<std::size_t>(seen.camera_idx[c])].images;
+    const auto missing = std::count_if(seen.clothed.begin(), seen.clothed.end(),
+                                       [&](int frame_id) { return !images.contains(frame_id); });
+    if (missing > 0) {
+      run.warn("camera " + seen.cameras[c].id + " has no picture of " + std::to_string(missing) +
+               " of " + std::to_string(seen.clothed.size()) +
+               " frames; nothing is learnt from them");
+    }
+  }
+}
+
+/// Texels a side at which pictures are compared with a texture that does not change: coarse, so
+/// that cloth which is registered a little off is not taken for other pictures.
+constexpr int kJudgedTexels = 128;
+
+/// Label images tell whether pictures and geometry belong together; this does where there are none.
+/// Throws DataError where most cameras contradict the geometry, warns of single ones.
+StaticFit judged_pictures(StageRun& run, const AppearanceData& data, int resolution) {
+  const StaticFit fit = static_fit(data, std::min(resolution, kJudgedTexels));
+  if (most_contradict(fit)) {
+    char found[120];
+    std::snprintf(found, sizeof(found), "no texture shows them: the best one reaches %.1f dB",
+                  fit.psnr);
+    throw DataError("", "pictures of " + data.name, found,
+                    "pictures, calibration and geometry of one capture");
+  }
+  for (const std::size_t c : contradicting_cameras(fit)) {
+    char text[160];
+    std::snprintf(
+        text, sizeof(text),
+        "%s: pictures of camera %s contradict the geometry (%.1f dB where all reach %.1f); "
+        "are they of this camera?",
+        data.name.c_str(), data.camera_ids[c].c_str(), fit.camera_psnr[c], fit.psnr);
+    run.warn(text);
+  }
+  return fit;
+}
+
+/// A network starts as the texture that does not change. One that ends below it has diverged.
+void require_learnt(StageRun& run, const std::string& name, double psnr, double fixed) {
+  constexpr double kDoubtful = 0.5;  // dB below
+  constexpr double kRefused = 3;
+  char text[200];
+  std::snprintf(text, sizeof(text),
+                "%s: the training ends at %.1f dB, below the %.1f dB of the texture that does not "
+                "change; a smaller --learning-rate may help",
+                name.c_str(), psnr, fixed);
+  if (!(psnr > fixed - kRefused)) {
+    throw NotConverged(text);
+  }
+  if (psnr < fixed - kDoubtful) {
+    run.warn(text);
+  }
 }
 
 /// Those of some frames in which a surface is worn.
@@ -200,6 +282,7 @@ bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPi
 void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
   const auto& options = run.options<AppearanceStageOptions>();
   const Seen seen = what_training_sees(dataset, run.input("capture"));
+  tell_missing(run, dataset, seen);
   FrameReader reader(dataset);
   const TrainOptions known = resolved(options.train, run.device());
   const NetworkOptions network = network_options(known);
@@ -238,6 +321,7 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     if (run.stop_requested()) {
       return;
     }
+    const StaticFit fixed = judged_pictures(run, data, network.resolution);
     const fs::path scratch = run.scratch_folder() / name;
     make_private_directory(scratch);
     const fs::path data_file = scratch / "data.h5";
@@ -248,6 +332,7 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     if (!trained.done) {
       return;
     }
+    require_learnt(run, name, trained.psnr, fixed.psnr);
     models[which] = (scratch / "model.safetensors").string();
     for (const char* kept : {"model.safetensors", "training.csv", "data.h5"}) {
       run.output(name + "/" + kept, [&](const fs::path& file) {
@@ -284,12 +369,14 @@ OptionTable describe(AppearanceStageOptions& options) {
 
 void run_appearance(StageRun& run) {
   const auto& options = run.options<AppearanceStageOptions>();
+  require_trainable(resolved(options.train, run.device()), run.device());
   learn(run, open_dataset(run.input("capture"), options.capture),
         worn_in_workspace(run.input("registered"), run.input("bodies")));
 }
 
 void run_ceiling(StageRun& run) {
   const auto& options = run.options<AppearanceStageOptions>();
+  require_trainable(resolved(options.train, run.device()), run.device());
   const fs::path& capture = run.input("capture");
   const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
   learn(run, open_dataset(capture, options.capture), worn_in_truth(capture, truth));

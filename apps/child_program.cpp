@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "apps/exit_code.h"
+#include "apps/not_converged.h"
 #include "core/error.h"
 #include "core/system_reason.h"
 
@@ -73,6 +74,7 @@ std::filesystem::path program_beside(const std::string& name) {
     case kExitBadData:
       throw DataError("", name, text, "data that it can use");
     case kExitNotConverged:
+      throw NotConverged(prefix + text);
     case kExitEnvironment:
       throw EnvironmentError(name, text);
     default:

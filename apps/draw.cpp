@@ -23,6 +23,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
+#include "core/new_folders.h"
 #include "core/render/framing.h"
 #include "core/render/video.h"
 #include "core/store/result.h"
@@ -87,8 +88,9 @@ void add_layer(Cast& cast, const std::string& name, const fs::path& sequence,
   layer.name = name;
   const fs::path model = networks / name / "model.safetensors";
   layer.model = fs::exists(model) ? model.string() : "";
-  cast.sequences.push_back(read_mesh_sequence(sequence, false).sequence);
-  layer.faces = cast.sequences.back().faces;
+  const MeshSequenceFile read = read_mesh_sequence(sequence, false);
+  layer.faces = read.shared.faces;  // a folder of meshes has them in each, read.sequence none
+  cast.sequences.push_back(read.sequence);
   cast.scene.layers.push_back(std::move(layer));
 }
 
@@ -210,6 +212,7 @@ int run(const DrawArguments& arguments, const DrawOptions& options) {
   Cast cast = cast_of(arguments);
   fill_frames(cast);
   place_cameras(cast, arguments, options);
+  const NewFolders made(arguments.out);
   if (!video) {
     make_private_directory(arguments.out);
   }
@@ -225,8 +228,14 @@ int run(const DrawArguments& arguments, const DrawOptions& options) {
     }
     std::cout << "frame " << name << std::endl;
   };
-  if (!paint_scene(cast.scene, options.paint, options.device, hooks)) {
-    end_by_signal();
+  try {
+    if (!paint_scene(cast.scene, options.paint, options.device, hooks)) {
+      made.remove_empty();
+      end_by_signal();
+    }
+  } catch (const std::exception&) {
+    made.remove_empty();  // so that the same command can be given again
+    throw;
   }
   if (video) {
     write_video(

@@ -394,6 +394,17 @@ Garment with_arms_lowered(Garment garment, const Pose& arms_out, const Fitting& 
   return garment;
 }
 
+/// How clothes are sewn; worn ones also touch each other.
+XpbdOptions solver_of(const OutfitOptions& options) {
+  XpbdOptions solver;
+  solver.time_step = 1 / options.rate;
+  solver.substeps = options.substeps;
+  solver.self_interval = search_interval(options.substeps);
+  solver.thickness =
+      options.thickness > 0 ? options.thickness : contact_distance(options.edge_length);
+  return solver;
+}
+
 /// Sews and drapes one garment of a pattern.
 TruthGarment sewn_garment(const std::pair<std::string, Label>& garment, const Fitting& fitting) {
   const auto& [name, drafted_label] = garment;
@@ -463,14 +474,8 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std
                   Device device, const DressingWatch& watch) {
   const TailorMeasures measures = tailor_measures(body);
   Outfit outfit;
+  outfit.solver = solver_of(options);
   XpbdOptions& solver = outfit.solver;
-  solver.time_step = 1 / options.rate;
-  solver.substeps = options.substeps;
-  solver.self_interval = search_interval(options.substeps);
-  const double thickness =
-      options.thickness > 0 ? options.thickness : contact_distance(options.edge_length);
-  solver.thickness = thickness;
-
   const auto names = outfit_garments(options.garment);
   std::vector<Cloth> cloths;
   for (std::size_t g = 0; g < names.size(); ++g) {
@@ -491,7 +496,7 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std
     outfit.first.push_back(
         g == 0 ? 0 : outfit.first.back() + outfit.garments.back().garment.mesh.vertices.rows());
     if (truth.label == Label::Lower && !truth.seams.empty()) {
-      put_on_belt(truth.garment, body.mesh, thickness);
+      put_on_belt(truth.garment, body.mesh, solver.thickness);
     }
     outfit.garments.push_back(truth);
     cloths.push_back(make_cloth(truth.garment));
@@ -525,6 +530,29 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std
         outfit.state.positions.middleRows(outfit.first[g], garment.mesh.vertices.rows());
     check_worn(names[g].first, garment, measures, report, outfit.garments[g].label);
   }
+  return outfit;
+}
+
+Outfit dressed_before(std::vector<TruthGarment> garments, const OutfitOptions& options) {
+  ATELIER_CHECK(!garments.empty(), "somebody wears something");
+  Outfit outfit;
+  outfit.solver = solver_of(options);
+  outfit.solver.self_contact = true;
+  std::vector<Cloth> cloths;
+  Index vertices = 0;
+  for (const TruthGarment& garment : garments) {
+    cloths.push_back(make_cloth(garment.garment));
+    outfit.first.push_back(vertices);
+    vertices += garment.garment.mesh.vertices.rows();
+  }
+  outfit.first.push_back(vertices);
+  outfit.cloth = cloths.size() == 1 ? cloths.front() : join_cloths(cloths);
+  outfit.state = rest_state(outfit.cloth);
+  for (std::size_t g = 0; g < garments.size(); ++g) {
+    const Points& draped = garments[g].garment.mesh.vertices;
+    outfit.state.positions.middleRows(outfit.first[g], draped.rows()) = draped;
+  }
+  outfit.garments = std::move(garments);
   return outfit;
 }
 

@@ -63,6 +63,9 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options,
                   const std::string& body_file = "", Device device = Device::Cpu,
                   const DressingWatch& watch = {});
 
+/// Clothes that dress_body has put on the same body before, as it left them: nothing is draped.
+Outfit dressed_before(std::vector<TruthGarment> garments, const OutfitOptions& options);
+
 /// How panels are sewn.
 struct SewingOptions {
   XpbdOptions solver;      ///< time step, substeps, thickness

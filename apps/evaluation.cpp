@@ -48,7 +48,8 @@ constexpr Evaluation kEvaluations[] = {
     {"body", measure_body},
     {"refine", measure_refine},
 #endif
-#ifdef ATELIER_HAS_APPEARANCE
+#if defined(ATELIER_HAS_APPEARANCE) && defined(ATELIER_HAS_REGISTRATION) && \
+    defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_BODYMODEL)
     {"appearance", measure_appearance},
 #endif
 #if defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) && \

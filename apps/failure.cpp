@@ -7,6 +7,7 @@
 
 #include "apps/device_advice.h"
 #include "apps/exit_code.h"
+#include "apps/not_converged.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/system_reason.h"
@@ -33,6 +34,9 @@ Failure failure_of(const std::exception& error) {
   }
   if (dynamic_cast<const UsageError*>(&error) != nullptr) {
     return {error.what(), kExitUsage, "", "", error.what(), ""};
+  }
+  if (dynamic_cast<const NotConverged*>(&error) != nullptr) {
+    return {error.what(), kExitNotConverged, "", "", error.what(), ""};
   }
   if (const auto* environment = dynamic_cast<const EnvironmentError*>(&error)) {
     return environment_failure(environment->place, with_device_advice(*environment));

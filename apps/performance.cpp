@@ -65,16 +65,6 @@ double simulation_rate(const SynthesisOptions& options) {
   return options.fps * std::ceil(options.outfit.rate / options.fps - 1e-9);
 }
 
-std::string motion_of(const SynthesisOptions& options) {
-  if (options.motion.motion != "auto") {
-    return options.motion.motion;
-  }
-  const std::string& garment = options.outfit.garment;
-  const bool flies =
-      garment.find("dress") != std::string::npos || garment.find("skirt") != std::string::npos;
-  return flies ? "spin" : "stride";
-}
-
 /// Steps of the simulation, each `1 / rate` seconds: first the transition, then the motion, of
 /// which what lies more than `kLead` before the first frame is left out.
 struct Timeline {
@@ -134,7 +124,18 @@ void check_simulated(const FrameReport& report, double seconds, int frame_id) {
 
 }  // namespace
 
-Performance cast_performance(const SynthesisOptions& options) {
+std::string motion_of(const SynthesisOptions& options) {
+  if (options.motion.motion != "auto") {
+    return options.motion.motion;
+  }
+  const std::string& garment = options.outfit.garment;
+  const bool flies =
+      garment.find("dress") != std::string::npos || garment.find("skirt") != std::string::npos;
+  return flies ? "spin" : "stride";
+}
+
+Performance cast_performance(const SynthesisOptions& options,
+                             const std::vector<TruthGarment>& dressed) {
   Performance performance;
   const auto seed = static_cast<std::uint64_t>(options.seed);
   performance.subject = make_subject(options.subject, seed);
@@ -157,7 +158,8 @@ Performance cast_performance(const SynthesisOptions& options) {
     }
     OutfitOptions outfit = options.outfit;
     outfit.rate = simulation_rate(options);
-    performance.outfit = dress_body(body, outfit, options.subject.body);
+    performance.outfit = dressed.empty() ? dress_body(body, outfit, options.subject.body)
+                                         : dressed_before(dressed, outfit);
     performance.start = options.motion.start >= 0
                             ? options.motion.start
                             : std::max(0.0, (performance.clothed.duration - taken) / 2);

@@ -36,8 +36,13 @@ struct Performance {
 };
 
 /// Draws the subject, drapes the clothes, chooses the motions. Throws as make_subject, dress_body
-/// and continuous_motion do.
-Performance cast_performance(const SynthesisOptions& options);
+/// and continuous_motion do. `dressed`: the clothes of an earlier cast of the same subject and
+/// outfit; they are not draped again.
+Performance cast_performance(const SynthesisOptions& options,
+                             const std::vector<TruthGarment>& dressed = {});
+
+/// The motion that the options name, "auto" by what is worn.
+std::string motion_of(const SynthesisOptions& options);
 
 /// What the capture's truth says of it, without cameras, lights and uvs of others.
 CaptureTruth truth_of(const Performance& performance, const SynthesisOptions& options);

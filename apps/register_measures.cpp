@@ -117,7 +117,21 @@ void add_measures(std::vector<Measure>& measures, const std::string& prefix, con
                       "median error along the surface in the last frame"});
 }
 
+nlohmann::json figures_of(const fs::path& file) {
+  constexpr std::size_t kMostText = 1 << 26;
+  return parse_json(read_file_text(file, kMostText), file.string());
+}
+
 }  // namespace
+
+int registered_template_frame(const fs::path& registered, const std::string& name) {
+  const fs::path file = registered / "figures.json";
+  const nlohmann::json figures = figures_of(file);
+  return static_cast<int>(JsonPlace(figures, file.string())
+                              .at(name)
+                              .at("template_frame")
+                              .integer(0, std::numeric_limits<int>::max()));
+}
 
 std::vector<Measure> measure_register(const fs::path& workspace, const fs::path& capture) {
   const auto current = current_name(workspace / "register");
@@ -129,18 +143,13 @@ std::vector<Measure> measure_register(const fs::path& workspace, const fs::path&
   const auto metric = metrics.find("truth_scans");
   const bool truth_scans = metric != metrics.end() && metric->second > 0;
   const CaptureTruth truth = read_capture_truth(capture);
-  constexpr std::size_t kMostText = 1 << 26;
-  const fs::path file = result / "figures.json";
-  const nlohmann::json figures = parse_json(read_file_text(file, kMostText), file.string());
+  const nlohmann::json figures = figures_of(result / "figures.json");
   Errors all;
   std::vector<std::pair<std::string, Errors>> each;
-  for (const auto& [name, of] : figures.items()) {
+  for (const auto& [name, unused] : figures.items()) {
     for (std::size_t g = 0; g < truth.garments.size(); ++g) {
       if (label_name(truth.garments[g].label) == name) {
-        const auto template_frame =
-            static_cast<int>(JsonPlace(of, file.string(), name)
-                                 .at("template_frame")
-                                 .integer(0, std::numeric_limits<int>::max()));
+        const int template_frame = registered_template_frame(result, name);
         each.emplace_back(
             name, errors_of(result / "registered" / name, template_frame, g, capture, truth));
         all.add(each.back().second);

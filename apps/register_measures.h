@@ -17,6 +17,9 @@ namespace atelier {
 std::vector<Measure> measure_register(const std::filesystem::path& workspace,
                                       const std::filesystem::path& capture);
 
+/// The frame in whose pose the template of a garment is, out of a result of `register`.
+int registered_template_frame(const std::filesystem::path& registered, const std::string& name);
+
 }  // namespace atelier
 
 #endif

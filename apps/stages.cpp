@@ -38,7 +38,7 @@ constexpr std::array kStages = {
           .frame_wise = true},
 #ifdef ATELIER_HAS_CAPTURE
     Stage{.name = "validate",
-          .version = 1,
+          .version = 2,
           .summary = "what is wrong with a capture, and what to do about it",
           .inputs = {"capture"},
           .outputs = {"findings"},

@@ -4,6 +4,7 @@
 #include "apps/synthesis.h"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "apps/file_performance.h"
@@ -17,6 +18,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
+#include "core/io/json.h"
 #include "core/limits.h"
 #include "core/new_folders.h"
 #include "core/printable.h"
@@ -295,6 +297,24 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
     throw;
   }
   return true;
+}
+
+std::optional<SynthesisOptions> synthesis_options_of(const fs::path& capture) {
+  const fs::path file = capture / "synthesis.json";
+  if (!fs::exists(file)) {
+    return std::nullopt;
+  }
+  const std::string text = read_file_text(file, Limits{}.text_file_bytes);
+  const nlohmann::json json = parse_json(text, file.string());
+  SynthesisOptions options;
+  OptionTable table = describe(options);
+  const auto said = json.find("options");
+  if (said != json.end() && said->is_object()) {
+    for (const auto& [name, value] : said->items()) {
+      set_option(table, name, value.is_string() ? value.get<std::string>() : value.dump());
+    }
+  }
+  return key_of(options) == text ? std::optional(options) : std::nullopt;
 }
 
 }  // namespace atelier

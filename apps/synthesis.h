@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "apps/synthesis_options.h"
@@ -24,5 +25,9 @@ struct SynthesisEvents {
 /// disk that is full, not writable, or in use by another run.
 bool synthesize_capture(const std::filesystem::path& folder, const SynthesisOptions& options,
                         const SynthesisEvents& events);
+
+/// The options that a synthetic capture was made with. None where it does not say, or was made by a
+/// version from which the same options give another capture.
+std::optional<SynthesisOptions> synthesis_options_of(const std::filesystem::path& capture);
 
 }  // namespace atelier

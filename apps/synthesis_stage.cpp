@@ -211,6 +211,14 @@ PreparedScene prepared(const Scene& scene, const SynthesisStage& stage,
   return prepare_with_bounce(scene, prepare_options, {}, stage.textures);
 }
 
+RenderOptions rays_of(const SynthesisOptions& options) {
+  RenderOptions rays;
+  rays.samples = options.samples;
+  rays.penumbra_samples = 2;
+  rays.seed = options.seed;
+  return rays;
+}
+
 }  // namespace
 
 SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layers,
@@ -296,13 +304,23 @@ StageInstant instant_of(const SynthesisStage& stage, const PerformedFrame& frame
   return instant;
 }
 
+std::vector<Image> clean_pictures(const SynthesisStage& stage, const PerformedFrame& frame,
+                                  const std::vector<Camera>& cameras,
+                                  const SynthesisOptions& options) {
+  const PreparedScene scene = prepared(scene_of(instant_of(stage, frame)), stage, options);
+  std::vector<Image> pictures;
+  pictures.reserve(cameras.size());
+  for (const Camera& camera : cameras) {
+    pictures.push_back(
+        exposed(render(scene, camera, rays_of(options)), camera.gain, options.sensor));
+  }
+  return pictures;
+}
+
 void photograph_plates(const fs::path& folder, const SynthesisStage& stage,
                        const SynthesisOptions& options) {
   const PreparedScene scene = prepared(stage.surroundings, stage, options);
-  RenderOptions rays;
-  rays.samples = options.samples;
-  rays.penumbra_samples = 2;
-  rays.seed = options.seed;
+  const RenderOptions rays = rays_of(options);
   SensorOptions sensor = options.sensor;
   if (options.perfect) {
     sensor.shot_noise = sensor.read_noise = 0;
@@ -347,10 +365,7 @@ bool photograph_instant(const fs::path& folder, const SynthesisStage& stage,
     sensor.shot_noise = sensor.read_noise = 0;
     detector.perfect = label_noise.perfect = true;
   }
-  RenderOptions rays;
-  rays.samples = options.samples;
-  rays.penumbra_samples = 2;
-  rays.seed = options.seed;
+  const RenderOptions rays = rays_of(options);
 
   const std::size_t count = stage.cameras.size();
   std::vector<std::vector<bool>> body_seen(count);

@@ -30,6 +30,12 @@ SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layer
 /// One instant before the cameras, `shift` seconds after the frame (for blur).
 StageInstant instant_of(const SynthesisStage& stage, const PerformedFrame& frame, double shift = 0);
 
+/// What cameras see of a frame without noise or blur: linear light with exposure and gain, one
+/// picture for each camera.
+std::vector<Image> clean_pictures(const SynthesisStage& stage, const PerformedFrame& frame,
+                                  const std::vector<Camera>& cameras,
+                                  const SynthesisOptions& options);
+
 /// Writes what the cameras see of the empty stage: plates/<camera>.png.
 void photograph_plates(const std::filesystem::path& folder, const SynthesisStage& stage,
                        const SynthesisOptions& options);

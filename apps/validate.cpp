@@ -48,7 +48,7 @@ int validate_alone(const std::map<std::string, std::string>& values, const Optio
     throw UsageError(
         "--html lies in the capture, which is not changed; name a place outside of it");
   }
-  FrameReader reader(open_dataset(capture, chosen.capture));
+  FrameReader reader(without_held_out_pictures(open_dataset(capture, chosen.capture)));
   const Validation validation = validate(reader, chosen.checks);
   if (html != values.end()) {
     const std::filesystem::path root = std::filesystem::path(capture).lexically_normal();

@@ -41,7 +41,7 @@ std::string validation_json(const std::string& name, const Dataset& dataset,
 void run_validate(StageRun& run) {
   const auto& options = run.options<ValidateStageOptions>();
   const std::filesystem::path& capture = run.input("capture");
-  FrameReader reader(open_dataset(capture, options.capture));
+  FrameReader reader(without_held_out_pictures(open_dataset(capture, options.capture)));
   const Validation validation = validate(
       reader, options.checks, [&](int done, int total) { run.progress(done, total, "pictures"); });
   if (run.stop_requested()) {

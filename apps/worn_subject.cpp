@@ -44,6 +44,15 @@ Mesh template_of(const fs::path& folder, const Sequence& sequence) {
 
 }  // namespace
 
+std::vector<Points> surfaces_of(const TruthFrame& frame, const CaptureTruth& truth) {
+  std::vector<Points> surfaces = {frame.body};
+  surfaces.insert(surfaces.end(), frame.layers.begin(), frame.layers.end());
+  surfaces.resize(1 + truth.layers.size());
+  surfaces.insert(surfaces.end(), frame.garments.begin(), frame.garments.end());
+  surfaces.resize(1 + truth.layers.size() + truth.garments.size());
+  return surfaces;
+}
+
 WornSubject worn_in_truth(const fs::path& capture,
                           const std::shared_ptr<const CaptureTruth>& truth) {
   WornSubject worn;
@@ -56,13 +65,7 @@ WornSubject worn_in_truth(const fs::path& capture,
     add(worn, garment.garment.name, garment.garment.mesh, static_cast<int>(garment.label));
   }
   worn.subject.load = [truth, capture](int frame_id) {
-    const TruthFrame frame = read_truth_frame(capture, *truth, frame_id);
-    std::vector<Points> surfaces = {frame.body};
-    surfaces.insert(surfaces.end(), frame.layers.begin(), frame.layers.end());
-    surfaces.resize(1 + truth->layers.size());
-    surfaces.insert(surfaces.end(), frame.garments.begin(), frame.garments.end());
-    surfaces.resize(1 + truth->layers.size() + truth->garments.size());
-    return surfaces;
+    return surfaces_of(read_truth_frame(capture, *truth, frame_id), *truth);
   };
   return worn;
 }

@@ -19,6 +19,9 @@ struct WornSubject {
   std::size_t first_garment = 0;  ///< of its surfaces
 };
 
+/// The surfaces of a frame of the truth, as worn_in_truth has them.
+std::vector<Points> surfaces_of(const TruthFrame& frame, const CaptureTruth& truth);
+
 /// A synthetic capture's truth. Frames are read when they are asked for. Garments have the truth's
 /// names.
 WornSubject worn_in_truth(const std::filesystem::path& capture,

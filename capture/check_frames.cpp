@@ -288,6 +288,18 @@ OptionTable describe(FrameCheckOptions& options) {
   return table;
 }
 
+Dataset without_held_out_pictures(Dataset dataset) {
+  for (const std::string& id : dataset.info.held_out_cameras) {
+    if (const Index c = camera_index(dataset, id); c >= 0) {
+      CameraFrames& frames = dataset.frames[static_cast<std::size_t>(c)];
+      frames.images.clear();
+      frames.masks.clear();
+      frames.labels.clear();
+    }
+  }
+  return dataset;
+}
+
 std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& options,
                                   const std::function<void(int done, int total)>& told) {
   const Dataset& dataset = reader.dataset();
@@ -320,7 +332,9 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
     const CameraFrames& frames = dataset.frames[c];
     const auto index = static_cast<Index>(c);
     std::vector<PictureFacts> pictures;
-    if (frames.images.empty() && !all_frames.empty()) {
+    const auto& held_out = dataset.info.held_out_cameras;
+    const bool held = std::find(held_out.begin(), held_out.end(), camera.id) != held_out.end();
+    if (frames.images.empty() && !all_frames.empty() && !held) {
       camera_findings.push_back({any_picture ? Severity::Error : Severity::Warning,
                                  "camera-without-pictures", camera.id, "it has no picture",
                                  "where are its pictures? without them it serves keypoints alone"});

@@ -22,6 +22,17 @@ TrueBinding bind_to_truth(const Points& vertices, const Points& truth, const Tri
   return binding;
 }
 
+Points bound_points(const TrueBinding& binding, const Points& truth, const Triangles& faces) {
+  Points points = Points::Zero(static_cast<Index>(binding.faces.size()), 3);
+  for (std::size_t v = 0; v < binding.faces.size(); ++v) {
+    for (int k = 0; k < 3; ++k) {
+      points.row(static_cast<Index>(v)) +=
+          binding.barycentric[v][k] * truth.row(faces(binding.faces[v], k));
+    }
+  }
+  return points;
+}
+
 RegistrationError registration_error(const Points& vertices, const Triangles& faces,
                                      const TrueBinding& binding, const Points& truth,
                                      const Triangles& true_faces, const std::vector<char>& seen) {
@@ -32,23 +43,23 @@ RegistrationError registration_error(const Points& vertices, const Triangles& fa
     return seen.empty() || seen[static_cast<std::size_t>(vertex)] != 0;
   };
   const Points normals = vertex_normals(truth, true_faces);
+  const Points points = bound_points(binding, truth, true_faces);
   const std::vector<ClosestPoint> onto = closest_points(build_tree(truth, true_faces), vertices);
   double sum = 0;
   for (std::size_t v = 0; v < binding.faces.size(); ++v) {
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     bool counts = true;
     for (int k = 0; k < 3; ++k) {
       const int corner = true_faces(binding.faces[v], k);
       counts = counts && is_seen(corner);
-      point += binding.barycentric[v][k] * truth.row(corner).transpose();
       normal += binding.barycentric[v][k] * normals.row(corner).transpose();
     }
     if (!counts) {
       continue;
     }
     normal.normalize();
-    const Eigen::Vector3d off = vertices.row(static_cast<Index>(v)).transpose() - point;
+    const auto row = static_cast<Index>(v);
+    const Eigen::Vector3d off = (vertices.row(row) - points.row(row)).transpose();
     error.points.push_back(off.norm());
     error.tangential.push_back((off - off.dot(normal) * normal).norm());
     sum += std::sqrt(onto[v].squared_distance);

@@ -17,6 +17,9 @@ struct TrueBinding {
 /// Binds the vertices to the nearest points of a surface. Throws LogicError for one without faces.
 TrueBinding bind_to_truth(const Points& vertices, const Points& truth, const Triangles& faces);
 
+/// Where those points are when the true garment is at `truth`, [V,3].
+Points bound_points(const TrueBinding& binding, const Points& truth, const Triangles& faces);
+
 /// Sums of errors of one registered frame, over what two cameras see.
 struct RegistrationError {
   std::vector<double> points;      ///< m, of each vertex seen: to where its material point is

@@ -103,6 +103,9 @@ int run_training(const Arguments& arguments) {
   }
   const AppearanceData data = read_appearance_data(arguments.places[0]);
   const TrainOptions options = resolved(arguments.options, arguments.device);
+  if (const std::string problem = training_problem(options); !problem.empty()) {
+    throw Usage(problem);
+  }
   Training training;
   if (!arguments.checkpoint.empty() && fs::exists(arguments.checkpoint)) {
     const Safetensors found = read_safetensors(arguments.checkpoint);

@@ -217,20 +217,30 @@ TEST(Train, AStoppedTrainingGoesOnToTheSameBits) {
 TEST(Train, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
   const AppearanceData data = small_data();
   TrainOptions options = small_options(20);
-  options.learning_rate = 1;
-  std::int64_t last = -1;
+  options.checkpoint_every = 5;
   Training good;
   TrainHooks hooks;
-  hooks.checkpoint = [&](const Training& training) {
-    last = training.iteration;
-    good = training;
-  };
-  Training training = start_training(data, options);
-  nudge(training.model, "independent.first.v", 0, std::numeric_limits<float>::quiet_NaN());
-  const TrainResult broken = train(training, data, options, Device::Cpu, hooks);
+  hooks.checkpoint = [&](const Training& training) { good = training; };
+  std::int64_t seen = 0;
+  hooks.step = [&](std::int64_t iteration, const NetworkLoss&, double) { seen = iteration; };
+  hooks.stop = [&] { return seen == 5; };
+  EXPECT_TRUE(train(start_training(data, options), data, options, Device::Cpu, hooks).stopped);
+  ASSERT_EQ(good.iteration, 5);
+  // A moment that the next step cannot survive.
+  Tensor& moment = good.moments.at("m.texture.mean");
+  moment = tensor_of(std::vector<float>(static_cast<std::size_t>(element_count(moment)), 3e38F),
+                     moment.shape);
+  const Training before = good;
+  hooks.stop = nullptr;
+  const TrainResult broken = train(before, data, options, Device::Cpu, hooks);
   EXPECT_FALSE(broken.finite);
-  EXPECT_EQ(last, -1);
-  EXPECT_EQ(broken.training.iteration, 0);
+  EXPECT_FALSE(broken.stopped);
+  for (const Training* kept : std::initializer_list<const Training*>{&good, &broken.training}) {
+    EXPECT_EQ(kept->iteration, 5);
+    for (const auto& [name, tensor] : before.model.parameters) {
+      EXPECT_EQ(kept->model.parameters.at(name).data, tensor.data) << name;
+    }
+  }
 }
 
 TEST(AppearanceData, ArchivesGiveItBack) {

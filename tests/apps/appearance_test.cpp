@@ -1,11 +1,15 @@
 // The stage `ceiling`, which is `appearance` on true garments, on a capture made by hand: a cloth
-// that waves over a ball, seen by three small cameras.
+// that waves over a ball, seen by ten small cameras; `appearance` and `draw` on what could be its
+// registered garment and body.
 #if defined(ATELIER_HAS_CAPTURE)
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <sstream>
 #include <thread>
 
@@ -17,8 +21,14 @@
 #include "capture/truth_archive.h"
 #include "core/archive.h"
 #include "core/atomic_file.h"
+#include "core/device.h"
 #include "core/io/image_file.h"
+#include "core/io/mesh_file.h"
+#include "core/io/safetensors.h"
 #include "core/raster.h"
+#include "core/sequence_archive.h"
+#include "core/store/run_stage.h"
+#include "core/tensor.h"
 #include "tests/support/child_process.h"
 #include "tests/support/flags.h"
 #include "tests/support/places.h"
@@ -30,10 +40,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr int kSide = 56;
 constexpr int kFrames = 4;  // the last one is held out, and so is the last camera
-constexpr int kCameras = 3;
+constexpr int kCameras = 10;
 
 fs::path network_program() {
   return fs::path(program_path()).parent_path() / "atelier-appearance";
@@ -57,15 +68,26 @@ Camera camera_of(int i) {
   camera.width = camera.height = kSide;
   camera.fx = camera.fy = 1.3 * kSide;
   camera.cx = camera.cy = kSide / 2.0;
-  // Above the cloth, looking down, shifted and turned a little.
-  const double lean = 0.15 * (i - 1);
+  // Above the cloth, looking down, shifted a little, each turned another way.
+  const double lean = 0.04 * (i - 4);
   Eigen::Matrix3d down;
   down << 1, 0, 0, 0, 0, 1, 0, -1, 0;
-  const Eigen::Matrix3d turn = Eigen::AngleAxisd(lean, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(0.7 * i, Eigen::Vector3d::UnitZ()) *
+                                Eigen::AngleAxisd(lean, Eigen::Vector3d::UnitY()))
+                                   .toRotationMatrix();
   camera.camera_from_world_rotation = turn * down;
   camera.camera_from_world_translation =
       Eigen::Vector3d(0, 0, 2) - camera.camera_from_world_rotation * Eigen::Vector3d(0.5, 1, 0.5);
   return camera;
+}
+
+Mesh waving_cloth() {
+  Mesh cloth = grid(8, 8);
+  cloth.uvs.resize(cloth.vertices.rows(), 2);
+  cloth.uvs.col(0) = cloth.vertices.col(0);
+  cloth.uvs.col(1) = 1 - cloth.vertices.col(2).array();
+  cloth.uv_faces = cloth.faces;
+  return cloth;
 }
 
 Points cloth_at(const Mesh& cloth, int frame) {
@@ -76,12 +98,22 @@ Points cloth_at(const Mesh& cloth, int frame) {
   return vertices;
 }
 
-/// A picture as a light from the left would make it of a checked cloth, and its labels.
-void take_picture(const fs::path& capture, const Mesh& cloth, const Camera& camera, int frame) {
+/// A picture as a light from the left would make it of a checked cloth over a grey ball, and its
+/// labels.
+void take_picture(const fs::path& capture, const Mesh& cloth, const Mesh& ball,
+                  const Camera& camera, int frame) {
   const Points vertices = cloth_at(cloth, frame);
   const Raster raster = rasterize(vertices, cloth.faces, camera);
+  const Raster below = rasterize(ball.vertices, ball.faces, camera);
   ByteImage picture(kSide, kSide, 3, 200);
   ByteImage labels(kSide, kSide, 1, 0);
+  for (std::size_t i = 0; i < below.face.data.size(); ++i) {
+    if (below.face.data[i] >= 0) {
+      labels.data[i] = static_cast<std::uint8_t>(Label::Skin);
+      std::fill_n(picture.data.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                  static_cast<std::uint8_t>(120));
+    }
+  }
   for (std::size_t i = 0; i < raster.face.data.size(); ++i) {
     const int f = raster.face.data[i];
     if (f < 0) {
@@ -104,24 +136,31 @@ void take_picture(const fs::path& capture, const Mesh& cloth, const Camera& came
   write_labels(capture / "labels" / camera.id / (digits(frame) + ".png"), labels);
 }
 
+/// Half under the cloth.
+Mesh ball() {
+  Mesh mesh = sphere(2);
+  mesh.uvs.resize(mesh.vertices.rows(), 2);
+  mesh.uvs.col(0) = (0.5 + 0.4 * mesh.vertices.col(0).array()).matrix();
+  mesh.uvs.col(1) = (0.5 + 0.4 * mesh.vertices.col(2).array()).matrix();
+  mesh.uv_faces = mesh.faces;
+  mesh.vertices *= 0.3;
+  mesh.vertices.rowwise() += Eigen::RowVector3d(-0.15, 0.6, 0.5);
+  return mesh;
+}
+
 void make_capture(const fs::path& capture) {
   CaptureTruth truth;
   truth.skeleton.names = {"pelvis"};
   truth.skeleton.parents = {-1};
   truth.skeleton.offsets = Points::Zero(1, 3);
-  truth.body = sphere(1);
-  truth.body.vertices *= 0.2;
+  truth.body = ball();
   truth.shape_names = {"stature"};
   truth.shape = Eigen::VectorXd::Constant(1, 1.7);
   truth.keypoint_names = {"nose"};
   TruthGarment garment;
   garment.garment.name = "cloth";
   Mesh& cloth = garment.garment.mesh;
-  cloth = grid(8, 8);
-  cloth.uvs.resize(cloth.vertices.rows(), 2);
-  cloth.uvs.col(0) = cloth.vertices.col(0);
-  cloth.uvs.col(1) = 1 - cloth.vertices.col(2).array();
-  cloth.uv_faces = cloth.faces;
+  cloth = waving_cloth();
   garment.label = Label::Dress;
   truth.garments = {garment};
   truth.lights = {AreaLight{}};
@@ -141,7 +180,7 @@ void make_capture(const fs::path& capture) {
   for (int f = 0; f < kFrames; ++f) {
     sequence.frame_ids.push_back(f);
     for (const Camera& camera : truth.cameras) {
-      take_picture(capture, cloth, camera, f);
+      take_picture(capture, cloth, truth.body, camera, f);
     }
     TruthFrame frame;
     frame.frame_id = f;
@@ -160,6 +199,53 @@ void make_capture(const fs::path& capture) {
   write_file_atomically(capture / "capture.toml", capture_toml(info));
 }
 
+struct NoChoice {};
+OptionTable describe(NoChoice&) {
+  return {};
+}
+
+/// The truth of the capture as if stages had found it.
+void write_found(StageRun& run, const std::string& folder, const Mesh& mesh,
+                 const std::function<Points(int)>& at) {
+  SequenceHeader header;
+  header.fps = 12;
+  header.shared = mesh;
+  header.shared.vertices.resize(0, 3);
+  for (int f = 0; f < kFrames; ++f) {
+    header.frame_ids.push_back(f);
+  }
+  run.output((fs::path(folder) / "sequence.h5").generic_string(),
+             [&](const auto& file) { write_archive(file, archive_of(header)); });
+  for (int f = 0; f < kFrames; ++f) {
+    Mesh frame;
+    frame.vertices = at(f);
+    run.output(sequence_frame_path(folder, f).generic_string(),
+               [&](const auto& file) { write_mesh_archive(file, frame); });
+  }
+}
+
+constexpr std::array kFoundStages = {
+    Stage{.name = "body",
+          .summary = "the ball",
+          .inputs = {"capture"},
+          .outputs = {"bodies"},
+          .options = option_set<NoChoice>,
+          .run =
+              [](StageRun& run) {
+                write_found(run, "", ball(), [](int) { return ball().vertices; });
+              }},
+    Stage{.name = "register",
+          .summary = "the cloth",
+          .inputs = {"capture"},
+          .outputs = {"registered"},
+          .options = option_set<NoChoice>,
+          .run =
+              [](StageRun& run) {
+                write_found(run, "registered/dress", waving_cloth(),
+                            [](int f) { return cloth_at(waving_cloth(), f); });
+              }},
+};
+
 const std::vector<std::string> kSmall = {"--resolution",       "32", "--channels",         "2",
                                          "--iterations",       "24", "--learning-rate",    "0.01",
                                          "--occlusion.strata", "3",  "--checkpoint-every", "4"};
@@ -175,6 +261,42 @@ class Appearance : public ::testing::Test {
   ChildResult ceiling(const std::string& workspace, std::vector<std::string> more = {}) const {
     std::vector<std::string> words = {program_path(), "ceiling", capture_.string(),
                                       (folder_ / workspace).string()};
+    more = fixtures::with_usual(kSmall, more);
+    words.insert(words.end(), more.begin(), more.end());
+    return run_child(words);
+  }
+  /// Nothing half done, and nothing that the next run would find.
+  void expect_nothing_of_ceiling(const std::string& workspace) const {
+    EXPECT_FALSE(fs::exists(folder_ / workspace / "ceiling")) << "nothing was made";
+  }
+  /// Moves pictures of a camera to another; labels go, without which nothing but the pictures says
+  /// that they are of something else.
+  void give_pictures(const std::vector<std::pair<int, int>>& from_to) const {
+    fs::remove_all(capture_ / "labels");
+    fs::rename(capture_ / "images", capture_ / "taken");
+    fs::copy(capture_ / "taken", capture_ / "images", fs::copy_options::recursive);
+    for (const auto& [from, to] : from_to) {
+      const fs::path place = capture_ / "images" / ("0" + std::to_string(to));
+      fs::remove_all(place);
+      fs::copy(capture_ / "taken" / ("0" + std::to_string(from)), place,
+               fs::copy_options::recursive);
+    }
+    fs::remove_all(capture_ / "taken");
+  }
+  /// A workspace in which `body` and `register` have found the truth.
+  fs::path found() const {
+    for (const Stage& stage : kFoundStages) {
+      StageRequest request;
+      request.input = capture_;
+      request.workspace = folder_ / "found";
+      request.options = stage.options();
+      run_stage(kFoundStages, stage, request);
+    }
+    return folder_ / "found";
+  }
+  ChildResult appearance(const fs::path& workspace, std::vector<std::string> more = {}) const {
+    std::vector<std::string> words = {program_path(), "appearance", capture_.string(),
+                                      workspace.string()};
     more = fixtures::with_usual(kSmall, more);
     words.insert(words.end(), more.begin(), more.end());
     return run_child(words);
@@ -265,6 +387,155 @@ TEST_F(Appearance, PicturesThatContradictTheGeometryAreRefused) {
   const ChildResult refused = ceiling("ws");
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("of one capture"));
+}
+
+TEST_F(Appearance, CamerasWhosePicturesContradictAreNamedWithoutLabelsToo) {
+  give_pictures({});
+  ChildResult done = ceiling("ws");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, Not(HasSubstr("contradict")));
+  give_pictures({{0, 3}, {3, 0}});
+  done = ceiling("exchanged");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("pictures of camera 00 contradict the geometry"));
+  EXPECT_THAT(done.err, HasSubstr("pictures of camera 03 contradict the geometry"));
+  for (const char* right : {"01", "02", "04", "05", "06", "07", "08"}) {
+    EXPECT_THAT(done.err, Not(HasSubstr(std::string("pictures of camera ") + right)));
+  }
+}
+
+TEST_F(Appearance, PicturesOfWhichMostContradictAreRefusedWithoutLabelsToo) {
+  give_pictures({{0, 8}, {1, 7}, {2, 6}, {3, 5}, {5, 3}, {6, 2}, {7, 1}, {8, 0}});
+  const ChildResult refused = ceiling("ws");
+  EXPECT_EQ(refused.exit_code, 3) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("of one capture"));
+}
+
+TEST_F(Appearance, ACameraWithoutPicturesIsNamed) {
+  fs::remove_all(capture_ / "images" / "01");
+  fs::remove(capture_ / "images" / "03" / "000000.png");
+  const ChildResult done = ceiling("ws");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("camera 01 has no picture of 3 of 3 frames"));
+  EXPECT_THAT(done.err, HasSubstr("camera 03 has no picture of 1 of 3 frames"));
+  EXPECT_THAT(done.err, Not(HasSubstr("camera 09")));  // it is held out
+}
+
+TEST_F(Appearance, OptionsThatNoNetworkCanHaveAreRefusedAtOnce) {
+  ChildResult refused = ceiling("ws", {"--resolution", "100"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("--resolution cannot be 100"));
+  refused = ceiling("ws", {"--shading", "3"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("--shading cannot be 3"));
+  expect_nothing_of_ceiling("ws");
+  if (!cuda_available()) {
+    refused = ceiling("ws", {"--device", "cuda"});
+    EXPECT_EQ(refused.exit_code, 5) << refused.err;
+    expect_nothing_of_ceiling("ws");
+  }
+}
+
+TEST_F(Appearance, ATrainingThatDivergesIsNoResult) {
+  const ChildResult diverged = ceiling("ws", {"--learning-rate", "1"});
+  EXPECT_EQ(diverged.exit_code, 4) << diverged.err;
+  EXPECT_THAT(diverged.err, HasSubstr("below the"));
+  EXPECT_THAT(diverged.err, HasSubstr("a smaller --learning-rate may help"));
+  EXPECT_FALSE(fs::exists(folder_ / "ws" / "ceiling" / "current"));
+}
+
+TEST_F(Appearance, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
+  ASSERT_EQ(ceiling("ws").exit_code, 0);
+  {
+    const ChildProcess half(train("half.safetensors", "half.checkpoint"));
+    while (!fs::exists(folder_ / "half.checkpoint") && !half.has_ended()) {
+      std::this_thread::yield();
+    }
+    half.kill(SIGKILL);
+  }
+  // A moment that the next step cannot survive.
+  const fs::path checkpoint = folder_ / "half.checkpoint";
+  Safetensors state = read_safetensors(checkpoint);
+  const std::string steps = state.metadata.at("iteration");
+  for (auto& [name, tensor] : state.tensors) {
+    if (name.starts_with("moment.m.")) {
+      tensor = tensor_of(std::vector<float>(static_cast<std::size_t>(element_count(tensor)), 3e38F),
+                         tensor.shape);
+    }
+  }
+  write_safetensors(checkpoint, state);
+  const std::string before = bytes_of(checkpoint);
+  const ChildResult broken = run_child(train("x.safetensors", "half.checkpoint"));
+  EXPECT_EQ(broken.exit_code, 4) << broken.err;
+  EXPECT_THAT(broken.err, HasSubstr("no number any more after iteration " + steps +
+                                    ", where the checkpoint stands"));
+  EXPECT_EQ(bytes_of(checkpoint), before);
+  EXPECT_FALSE(fs::exists(folder_ / "x.safetensors"));
+}
+
+TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
+  const fs::path workspace = found();
+  const ChildResult done = appearance(workspace, {"--body", "true"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  for (const char* surface : {"dress", "body"}) {
+    EXPECT_TRUE(fs::exists(workspace / "appearance" / "current" / surface / "model.safetensors"));
+  }
+  const ChildResult figures = run_child({program_path(), "evaluate", workspace.string(), "--truth",
+                                         capture_.string(), "--stage", "appearance"});
+  EXPECT_THAT(figures.exit_code, ::testing::AnyOf(0, 1)) << figures.err;
+  EXPECT_THAT(figures.out, HasSubstr("appearance.psnr_db"));
+  // The workspace's own meshes, by the held-out camera.
+  std::vector<std::string> draw = {
+      program_path(), "draw", workspace.string(), "--capture", capture_.string(), "--camera", "09"};
+  const auto drawn = [&](const char* out, std::vector<std::string> more) {
+    std::vector<std::string> words = draw;
+    words.insert(words.end(), {"--out", (folder_ / out).string()});
+    words.insert(words.end(), more.begin(), more.end());
+    return run_child(words);
+  };
+  ChildResult pictures = drawn("own", {});
+  ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
+  const ByteImage own = read_byte_image(folder_ / "own" / "000002.png");
+  EXPECT_EQ(own.width, kSide);
+  // Near what the camera took: cloth and body, whose pixels labels tell from the background.
+  const ByteImage taken = read_byte_image(capture_ / "images" / "09" / "000002.png");
+  const ByteImage labels = read_labels(capture_ / "labels" / "09" / "000002.png");
+  double off = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < labels.data.size(); ++i) {
+    if (labels.data[i] != 0) {
+      off += std::abs(own.data[3 * i] - taken.data[3 * i]);
+      count += 1;
+    }
+  }
+  EXPECT_LT(off / count, 30);
+  // The same from a folder of plain meshes.
+  for (const char* folder : {"meshes", "balls", "other"}) {
+    fs::create_directories(folder_ / folder);
+  }
+  for (int f = 0; f < kFrames; ++f) {
+    Mesh mesh = waving_cloth();
+    mesh.vertices = cloth_at(mesh, f);
+    write_mesh(folder_ / "meshes" / (digits(f) + ".ply"), mesh);
+    write_mesh(folder_ / "balls" / (digits(f) + ".ply"), ball());
+    write_mesh(folder_ / "other" / (digits(f) + ".ply"), grid(3, 3));
+  }
+  const std::string balls = (folder_ / "balls").string();
+  const auto dress = [&](const char* folder) {
+    return std::string("dress=") + (folder_ / folder).string();
+  };
+  // Meshes of another topology are refused, and leave nothing in the way of the right ones.
+  pictures = drawn("plain", {"--body", balls, "--garment", dress("other")});
+  EXPECT_EQ(pictures.exit_code, 3) << pictures.err;
+  EXPECT_FALSE(fs::exists(folder_ / "plain"));
+  pictures = drawn("plain", {"--body", balls, "--garment", dress("meshes")});
+  ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
+  const ByteImage plain = read_byte_image(folder_ / "plain" / "000002.png");
+  double differ = 0;
+  for (std::size_t i = 0; i < plain.data.size(); ++i) {
+    differ += std::abs(plain.data[i] - own.data[i]);
+  }
+  EXPECT_LT(differ / static_cast<double>(plain.data.size()), 1);  // single precision of PLY
 }
 
 TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {

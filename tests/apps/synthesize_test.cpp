@@ -304,6 +304,45 @@ TEST_F(Synthesize, AnInterruptedLayoutIsMadeAnew) {
   fs::remove_all(capture() / "easymocap");
 }
 
+TEST_F(Synthesize, ItsSubjectIsSimulatedAnewAndNetworksAreJudgedByThat) {
+  if (!fs::exists(fs::path(program_path()).parent_path() / "atelier-appearance")) {
+    GTEST_SKIP() << "built without libtorch";
+  }
+  const TemporaryDirectory root;
+  const fs::path held = root / "capture";
+  fs::copy(capture(), held, fs::copy_options::recursive);
+  CaptureInfo info = read_capture_info(held);
+  info.held_out_cameras = {read_cameras(held).back().id};
+  info.held_out_frames = {1};
+  std::ofstream(held / "capture.toml") << capture_toml(info);
+  const ChildResult trained = run_child(
+      {program_path(), "ceiling", held.string(), (root / "ws").string(), "--resolution", "64",
+       "--channels", "2", "--iterations", "10", "--occlusion.strata", "3", "--body", "true"});
+  ASSERT_EQ(trained.exit_code, 0) << trained.err;
+  EXPECT_TRUE(fs::exists(root / "ws" / "ceiling" / "current" / "body" / "model.safetensors"));
+  const auto figures = [&] {
+    const ChildResult result = run_child({program_path(), "evaluate", (root / "ws").string(),
+                                          "--truth", held.string(), "--stage", "appearance"});
+    EXPECT_THAT(result.exit_code, ::testing::AnyOf(0, 1)) << result.err;
+    return result.out;
+  };
+  const std::string first = figures();
+  const auto value = [&](const std::string& key) {
+    const std::size_t line = first.find(key);
+    return line == std::string::npos ? -1 : std::stod(first.substr(line + key.size()));
+  };
+  // The network knows as much of one motion as of the other: a scene that is shifted, or lit or
+  // exposed otherwise than the capture's, would be far off.
+  EXPECT_GT(value("ceiling.psnr_db"), 10) << first;
+  EXPECT_NEAR(value("ceiling.simulated_psnr_db"), value("ceiling.psnr_db"), 1.5) << first;
+  EXPECT_THAT(first, HasSubstr("a simulated motion that the capture does not show: stride"));
+  // What does not say how it was made cannot be played again; the rest is measured as before.
+  fs::remove(held / "synthesis.json");
+  const std::string without = figures();
+  EXPECT_THAT(without, HasSubstr("ceiling.psnr_db"));
+  EXPECT_THAT(without, ::testing::Not(HasSubstr("simulated")));
+}
+
 TEST_F(Synthesize, PerfectMeansNoErrorAtAll) {
   const fs::path out = folder_->path() / "perfect";
   const ChildResult result =
