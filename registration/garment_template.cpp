@@ -228,6 +228,36 @@ void dress(GarmentTemplate& made, const GarmentBoundaries& boundaries, const Clo
   check_garment(garment, garment.name);
 }
 
+/// A warning where what the scan shows of a garment lies elsewhere than the mesh: an artist's
+/// mesh of another garment, or of another pose.
+std::optional<Finding> far_from_scan(const Mesh& mesh, const Mesh& scan, std::uint8_t label,
+                                     const std::string& file) {
+  constexpr double kFar = 0.1;  // m
+  std::vector<Index> rows;
+  for (Index f = 0; f < (scan.labels.empty() ? 0 : scan.faces.rows()); ++f) {
+    if (scan.labels[static_cast<std::size_t>(scan.faces(f, 0))] == label) {
+      rows.push_back(scan.faces(f, 0));
+    }
+  }
+  if (rows.empty()) {
+    return std::nullopt;
+  }
+  std::vector<double> distances;
+  for (const ClosestPoint& nearest : closest_points(build_tree(mesh.vertices, mesh.faces),
+                                                    Points(scan.vertices(rows, Eigen::all)))) {
+    distances.push_back(std::sqrt(nearest.squared_distance));
+  }
+  const double middle = median(distances);
+  if (middle < kFar) {
+    return std::nullopt;
+  }
+  return Finding{Severity::Warning, "import-far", file,
+                 of_area("half of what the scan shows of this garment is farther than %.2f m from "
+                         "the imported mesh",
+                         middle),
+                 "a mesh of this garment, placed on its frame's body (--frame)"};
+}
+
 }  // namespace
 
 OptionTable describe(GarmentTemplateOptions& options) {
@@ -372,6 +402,9 @@ GarmentTemplate imported_template(const Mesh& mesh, const ClothedFrames& frames,
                         std::to_string(frames.frame_ids[static_cast<std::size_t>(all.best)]));
   }
   GarmentTemplate made;
+  if (auto far = far_from_scan(mesh, frame.scan, label, file)) {
+    made.findings.push_back(std::move(*far));
+  }
   made.garment.name = name;
   made.garment.mesh = mesh;
   made.garment.mesh.colors.resize(0, 3);

@@ -20,12 +20,17 @@
 #include "registration/surface_through_points.h"
 #include "registration/trim_surface.h"
 #include "tests/registration/mannequin.h"
+#include "tests/support/shapes.h"
 
 namespace atelier::fixtures {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::AnyOf;
+using ::testing::Contains;
+using ::testing::Field;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 
 /// Coarse, so that tests are quick.
@@ -308,6 +313,23 @@ TEST(ImportedTemplate, KeepsTheMeshAndNamesItsOpenings) {
   EXPECT_EQ(made.garment.mesh.uv_faces.rows(), mesh.faces.rows());
   EXPECT_EQ(made.garment.attachments.size(), static_cast<std::size_t>(mesh.vertices.rows()));
   EXPECT_THAT(made.garment.boundary_names, UnorderedElementsAre("neck", "hem"));
+}
+
+TEST(ImportedTemplate, AMeshThatIsNotWhereTheGarmentIsIsSpokenOf) {
+  const ClothedFrames frames = standing(wears_tee);
+  EXPECT_THAT(
+      imported_template(artists_top(), frames, kClothLabel, "upper", quick(), "top.obj").findings,
+      Not(Contains(Field(&Finding::code, "import-far"))));
+  // A sheet of 0.3 m in front of the chest.
+  Mesh sheet = fixtures::grid(6, 6);
+  const Points flat = sheet.vertices;
+  for (Index v = 0; v < flat.rows(); ++v) {
+    sheet.vertices.row(v) << 0.3 * (flat(v, 0) - 0.5), 1.25 - 0.3 * flat(v, 2), 0.35;
+  }
+  const GarmentTemplate made =
+      imported_template(sheet, frames, kClothLabel, "upper", quick(), "sheet.obj");
+  ASSERT_THAT(made.findings, Contains(AllOf(Field(&Finding::code, "import-far"),
+                                            Field(&Finding::place, "sheet.obj"))));
 }
 
 TEST(ImportedTemplateRefused, WhatIsNoSingleLayerOnTheBody) {

@@ -1,0 +1,359 @@
+// The stage `register` on three frames of a trunk in a skirt, what is missing of them, and how its
+// result and that of `flatten` are measured against the truth.
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL)
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/io/file_bytes.h"
+#include "core/io/mesh_obj.h"
+#include "core/store/write_text.h"
+#include "tests/apps/dressed_workspace.h"
+#include "tests/support/child_process.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::fixtures {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// The frames that stages before leave out, since a stage is a plain function.
+struct Missing {
+  int scan = -1;
+  bool last_body = false;
+  bool labels = false;
+};
+Missing missing;
+
+/// Skin and skirt of a frame as one labelled surface.
+Mesh labelled_scan(std::size_t frame) {
+  const Mesh trunk = trunk_body().mesh;
+  const Mesh skirt = tube_skirt().mesh;
+  const Points body = walking_trunk()[frame];
+  const Points cloth = walking_skirt()[frame];
+  Mesh scan;
+  scan.vertices.resize(body.rows() + cloth.rows(), 3);
+  scan.vertices << body, cloth;
+  scan.faces.resize(trunk.faces.rows() + skirt.faces.rows(), 3);
+  scan.faces << trunk.faces, (skirt.faces.array() + static_cast<int>(body.rows())).matrix();
+  scan.labels.assign(static_cast<std::size_t>(body.rows()), static_cast<std::uint8_t>(Label::Skin));
+  scan.labels.resize(static_cast<std::size_t>(scan.vertices.rows()),
+                     static_cast<std::uint8_t>(missing.labels ? Label::Skin : Label::Lower));
+  return scan;
+}
+
+const Stage& dressed_stage(const std::string& name) {
+  return *std::find_if(kDressedStages.begin(), kDressedStages.end(),
+                       [&](const Stage& stage) { return stage.name == name; });
+}
+
+const std::array<Stage, 3> kBefore = {
+    Stage{.name = "reconstruct",
+          .summary = "labelled scans",
+          .inputs = {"capture"},
+          .outputs = {"scans"},
+          .options = option_set<NoOptions>,
+          .run =
+              [](StageRun& run) {
+                for (int id = 0; id < 3; ++id) {
+                  if (id != missing.scan) {
+                    run.output("scans/" + frame_name(id) + ".h5", [&](const auto& file) {
+                      write_mesh_archive(file, labelled_scan(static_cast<std::size_t>(id)));
+                    });
+                  }
+                }
+              }},
+    Stage{.name = "body",
+          .summary = "the trunk",
+          .inputs = {"capture"},
+          .outputs = {"bodies"},
+          .options = option_set<NoOptions>,
+          .run =
+              [](StageRun& run) {
+                std::vector<Points> bodies = walking_trunk();
+                bodies.resize(missing.last_body ? 2 : 3);
+                write_meshes(run, "", trunk_body().mesh.faces, bodies);
+              }},
+    dressed_stage("template"),
+};
+
+/// A tube sewn along one line, whose flat panel is a rectangle.
+TruthGarment sewn_tube(const std::string& name, Label label, double height) {
+  constexpr int kRound = 12;
+  constexpr int kRings = 4;
+  constexpr double kRadius = 0.2;
+  const double chord = 2 * kRadius * std::sin(std::numbers::pi / kRound);
+  TruthGarment truth;
+  truth.label = label;
+  Garment& garment = truth.garment;
+  garment.name = name;
+  garment.panel_names = {"sheet"};
+  garment.mesh.vertices.resize(kRound * kRings, 3);
+  garment.mesh.faces.resize(2 * kRound * (kRings - 1), 3);
+  garment.rest.resize((kRound + 1) * kRings, 2);
+  garment.rest_faces.resize(garment.mesh.faces.rows(), 3);
+  garment.panels.assign(static_cast<std::size_t>(garment.mesh.faces.rows()), 0);
+  Seam seam;
+  seam.name = "side";
+  Index face = 0;
+  for (int r = 0; r < kRings; ++r) {
+    const double y = height * r / (kRings - 1);
+    for (int i = 0; i <= kRound; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kRound;
+      garment.mesh.vertices.row(r * kRound + i % kRound) << kRadius * std::sin(angle), y,
+          kRadius * std::cos(angle);
+      garment.rest.row(r * (kRound + 1) + i) << chord * i, y;
+    }
+    seam.a.push_back(r * (kRound + 1));
+    seam.b.push_back(r * (kRound + 1) + kRound);
+    for (int i = 0; i < kRound && r + 1 < kRings; ++i) {
+      const int a = r * kRound + i;
+      const int b = r * kRound + (i + 1) % kRound;
+      const int flat = r * (kRound + 1) + i;
+      const int up = flat + kRound + 1;
+      garment.mesh.faces.row(face) << a, b, b + kRound;
+      garment.rest_faces.row(face++) << flat, flat + 1, up + 1;
+      garment.mesh.faces.row(face) << a, b + kRound, a + kRound;
+      garment.rest_faces.row(face++) << flat, up + 1, up;
+    }
+  }
+  truth.seams = {seam};
+  return truth;
+}
+
+/// Its mesh as `flatten` leaves it: the pattern is its texture coordinates.
+void write_flat(StageRun& run, const std::string& label, double height) {
+  const Garment garment = sewn_tube(label, Label::Unknown, height).garment;
+  Mesh mesh = garment.mesh;
+  mesh.uvs = garment.rest;
+  mesh.uv_faces = garment.rest_faces;
+  run.output(label + "/garment.obj",
+             [&](const auto& file) { write_text(file, obj_text(polygons_of(mesh))); });
+}
+
+/// How far the registered skirt is turned off the true one, rad.
+constexpr double kTurned = 0.01;
+
+constexpr std::array kMeasured = {
+    Stage{.name = "register",
+          .summary = "a skirt that has slid round the trunk",
+          .inputs = {"capture"},
+          .outputs = {"registered"},
+          .options = option_set<NoOptions>,
+          .run =
+              [](StageRun& run) {
+                std::vector<Points> skirts = walking_skirt();
+                for (std::size_t i = 1; i < skirts.size(); ++i) {
+                  const Eigen::RowVector3d middle(0, 0, 0.02 * static_cast<double>(i));
+                  const Eigen::AngleAxisd turn(kTurned, Eigen::Vector3d::UnitY());
+                  skirts[i] = ((skirts[i].rowwise() - middle) * turn.toRotationMatrix().transpose())
+                                  .rowwise() +
+                              middle;
+                }
+                write_meshes(run, "registered/lower", tube_skirt().mesh.faces, skirts);
+                run.output("registered/lower/template.h5",
+                           [](const auto& file) { write_mesh_archive(file, tube_skirt().mesh); });
+                run.output_text("figures.json", R"({"lower": {"template_frame": 0}})");
+              }},
+    Stage{.name = "flatten",
+          .summary = "two patterns, the shorter one nearer to the other one's area",
+          .inputs = {"capture"},
+          .outputs = {"pattern"},
+          .options = option_set<NoOptions>,
+          .run =
+              [](StageRun& run) {
+                write_flat(run, "lower", 0.62);
+                write_flat(run, "upper", 0.7);
+              }},
+};
+
+class Register : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    missing = {};
+    if (run({"register", "--help"}).out.find("--photometric") == std::string::npos) {
+      GTEST_SKIP() << "built without register";
+    }
+    SmallCapture small;
+    small.frames = {0, 1, 2};
+    write_small_capture(capture(), small);
+  }
+
+  static ChildResult run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), program_path());
+    return run_child(arguments);
+  }
+  template <class Stages>
+  void make(const Stages& stages, const fs::path& workspace) const {
+    for (const Stage& stage : stages) {
+      StageRequest request;
+      request.input = capture();
+      request.workspace = workspace;
+      request.options = stage.options();
+      run_stage(stages, stage, request);
+    }
+  }
+  /// The stage after those before it.
+  ChildResult registered(const std::vector<std::string>& more = {},
+                         const std::string& workspace = "work") const {
+    make(kBefore, root_ / workspace);
+    std::vector<std::string> all{"register", capture().string(), (root_ / workspace).string(),
+                                 "--rounds", "3"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  }
+  nlohmann::json manifest(const std::string& workspace = "work") const {
+    return nlohmann::json::parse(
+        read_file_text(root_ / workspace / "register" / "current" / "manifest.json", 1 << 20));
+  }
+  void write_truth(const std::vector<TruthGarment>& garments) const {
+    CaptureTruth truth;
+    truth.cameras = SmallCapture{}.cameras;
+    truth.body = trunk_body().mesh;
+    truth.garments = garments;
+    fs::create_directories(capture() / "truth" / "frames");
+    write_archive(capture() / "truth" / "truth.h5", archive_of(truth));
+    for (int id = 0; id < 3; ++id) {
+      TruthFrame frame;
+      frame.frame_id = id;
+      frame.body = walking_trunk()[static_cast<std::size_t>(id)];
+      for (const TruthGarment& garment : garments) {
+        frame.garments.push_back(garments.size() == 1
+                                     ? walking_skirt()[static_cast<std::size_t>(id)]
+                                     : garment.garment.mesh.vertices);
+      }
+      write_archive(capture() / "truth" / "frames" / (frame_name(id) + ".h5"),
+                    archive_of(frame, truth));
+    }
+  }
+  nlohmann::json evaluated(const std::string& stage, int code) const {
+    const ChildResult result =
+        run({"evaluate", (root_ / "work").string(), "--truth", capture().string(), "--stage", stage,
+             "--check", "--targets", "accuracy", "--json"});
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    return nlohmann::json::parse(result.out);
+  }
+  static std::string verdict(const nlohmann::json& evaluated, const std::string& key) {
+    for (const nlohmann::json& row : evaluated.at("check")) {
+      if (row.at("key") == key) {
+        return row.at("verdict");
+      }
+    }
+    return "no row";
+  }
+  fs::path capture() const { return root_ / "capture"; }
+
+  TemporaryDirectory root_;
+};
+
+TEST_F(Register, ATemplateWithoutAttachmentsIsInThePoseOfTheFirstFrame) {
+  const ChildResult done = registered();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, HasSubstr("no attachments to the body"));
+  const Sequence skirt =
+      open_sequence(root_ / "work" / "register" / "current" / "registered" / "lower");
+  EXPECT_THAT(skirt.frame_ids, ::testing::ElementsAre(0, 1, 2));
+  for (Index i = 0; i < 3; ++i) {
+    const Points off = frame(skirt, i).vertices - walking_skirt()[static_cast<std::size_t>(i)];
+    EXPECT_LT(off.rowwise().norm().mean(), 0.02) << i;
+  }
+}
+
+TEST_F(Register, WithoutOneCamerasPicturesItSaysSoAndGoesOn) {
+  fs::remove_all(capture() / "images" / "01");
+  const ChildResult done = registered();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, HasSubstr("pictures of 2 of 3 cameras"));
+}
+
+TEST_F(Register, AFrameWithoutAScanIsPredictedAndSaidToBeLost) {
+  missing.scan = 1;
+  const ChildResult done = registered();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, HasSubstr("frame 1: no scan: body and pictures alone"));
+  EXPECT_THAT(done.out + done.err, HasSubstr("warning not-followed [lower]: lost in"));
+  EXPECT_EQ(manifest()["metrics"]["frames"], 3);
+}
+
+TEST_F(Register, AFrameWithoutABodyIsLeftOutAndSaid) {
+  missing.last_body = true;
+  const ChildResult done = registered();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, HasSubstr("1 of 3 clothed frames has no body"));
+  EXPECT_EQ(manifest()["metrics"]["frames"], 2);
+}
+
+TEST_F(Register, ShardsMakeWhatOneRunMakes) {
+  const std::vector<std::string> windows{"--window", "1"};
+  ASSERT_EQ(registered(windows).exit_code, 0);
+  for (const char* shard : {"0/2", "1/2"}) {
+    const ChildResult part = registered({"--window", "1", "--shard", shard}, "shards");
+    ASSERT_EQ(part.exit_code, 0) << part.err;
+  }
+  EXPECT_GT(manifest()["outputs"].size(), 6U);
+  EXPECT_EQ(manifest("shards")["outputs"], manifest()["outputs"]);
+}
+
+TEST_F(Register, NoTemplateIsMadeOfScansWithoutClothing) {
+  missing.labels = true;
+  const std::array<Stage, 3> before = {dressed_stage("personalize"), kBefore[0], kBefore[1]};
+  make(before, root_ / "work");
+  const ChildResult made = run({"template", capture().string(), (root_ / "work").string()});
+  EXPECT_EQ(made.exit_code, 3);
+  EXPECT_THAT(made.err, HasSubstr("no clothing in any frame"));
+}
+
+TEST_F(Register, IsMeasuredByWhereEachPointOfTheClothIs) {
+  TruthGarment skirt;
+  skirt.garment = tube_skirt();
+  skirt.label = Label::Lower;
+  write_truth({skirt});
+  make(kMeasured, root_ / "work");
+  const nlohmann::json all = evaluated("register", 1);  // the drift
+  // Two frames of three are turned round their axis: along the surface, but for the chords.
+  const double radius = 224;  // mm, mean
+  EXPECT_NEAR(all.at("register.point_mean_mm").get<double>(), 2.0 / 3 * radius * kTurned, 0.05);
+  EXPECT_NEAR(all.at("register.point_p95_mm").get<double>(), 2.48, 0.1);
+  EXPECT_NEAR(all.at("register.drift_mm").get<double>(), radius * kTurned, 0.1);
+  EXPECT_LT(all.at("register.chamfer_mm").get<double>(), 0.4);
+  EXPECT_EQ(all.at("register.inverted"), 0);
+  EXPECT_EQ(verdict(all, "register.point_mean_mm"), "met");
+  EXPECT_EQ(verdict(all, "register.drift_mm"), "missed");
+}
+
+TEST_F(Register, IsNotJudgedOnPlainCloth) {
+  TruthGarment skirt;
+  skirt.garment = tube_skirt();
+  skirt.label = Label::Lower;
+  write_truth({skirt});
+  std::ofstream(capture() / "synthesis.json") << R"({"options": {"fabric.kind": "plain"}})";
+  make(kMeasured, root_ / "work");
+  const nlohmann::json all = evaluated("register", 0);
+  for (const char* key : {"register.chamfer_mm", "register.point_mean_mm", "register.point_p95_mm",
+                          "register.inverted", "register.drift_mm"}) {
+    EXPECT_EQ(verdict(all, key), "not judged") << key;
+  }
+}
+
+TEST_F(Register, PatternsAreHeldAgainstTheTrueGarmentOfTheirLabel) {
+  write_truth({sewn_tube("tee", Label::Upper, 0.7), sewn_tube("skirt", Label::Lower, 0.5)});
+  make(kMeasured, root_ / "work");
+  const nlohmann::json all = evaluated("flatten", 1);
+  EXPECT_NEAR(all.at("flatten.area_ratio").get<double>(), 0.62 / 0.5, 1e-6);
+  EXPECT_NEAR(all.at("flatten.area_error").get<double>(), 0.62 / 0.5 - 1, 1e-6);
+  EXPECT_EQ(verdict(all, "flatten.area_error"), "missed");
+  EXPECT_EQ(all.at("flatten.panels"), 2);
+  EXPECT_EQ(verdict(all, "flatten.panels"), "met");
+  EXPECT_NEAR(all.at("flatten.seam_ratio").get<double>(), (0.62 + 0.7) / (0.5 + 0.7), 1e-6);
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
+
+#endif
