@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bodymodel/humanoid.h"
+#include "core/error.h"
 
 namespace atelier {
 
@@ -53,6 +54,10 @@ BodyAnatomy anatomy_of(const BodyModel& model) {
   for (std::vector<int>& lumps :
        anatomy.limbs) {  // joints that move no vertex most are passed over
     std::erase_if(lumps, [&](int lump) { return !used.contains(lump); });
+    if (lumps.size() < 2) {
+      throw DataError(model.name, "skin", "a limb or the head moves no vertex",
+                      "a body with arms, legs and a head, each moved by its joints");
+    }
   }
   return anatomy;
 }

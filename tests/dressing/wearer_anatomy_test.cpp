@@ -82,5 +82,11 @@ TEST(WearerAnatomyRefused, ASkeletonThatIsNoPersons) {
   EXPECT_THROW(anatomy_of(model), DataError);
 }
 
+TEST(WearerAnatomyRefused, ABodyWhoseLimbsMoveNothing) {
+  BodyModel model = default_human();
+  model.skin.joints.setZero();  // all of it goes with the pelvis
+  EXPECT_THROW(anatomy_of(model), DataError);
+}
+
 }  // namespace
 }  // namespace atelier
