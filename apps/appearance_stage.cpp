@@ -139,14 +139,6 @@ Trained train_network(StageRun& run, const TrainOptions& options, const fs::path
   return result;
 }
 
-/// Refuses at once what a training would only find out after minutes of preparing its data.
-void require_trainable(const TrainOptions& options, Device device) {
-  if (const std::string problem = training_problem(options); !problem.empty()) {
-    throw UsageError(problem);
-  }
-  check_device(device);
-}
-
 /// Says which cameras have no picture of some frames: a training on fewer looks like any other.
 void tell_missing(StageRun& run, const Dataset& dataset, const Seen& seen) {
   for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
@@ -369,14 +361,14 @@ OptionTable describe(AppearanceStageOptions& options) {
 
 void run_appearance(StageRun& run) {
   const auto& options = run.options<AppearanceStageOptions>();
-  require_trainable(resolved(options.train, run.device()), run.device());
+  check_device(run.device());  // not after minutes of preparing its data
   learn(run, open_dataset(run.input("capture"), options.capture),
         worn_in_workspace(run.input("registered"), run.input("bodies")));
 }
 
 void run_ceiling(StageRun& run) {
   const auto& options = run.options<AppearanceStageOptions>();
-  require_trainable(resolved(options.train, run.device()), run.device());
+  check_device(run.device());  // not after minutes of preparing its data
   const fs::path& capture = run.input("capture");
   const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
   learn(run, open_dataset(capture, options.capture), worn_in_truth(capture, truth));
