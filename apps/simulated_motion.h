@@ -21,8 +21,9 @@ struct SimulatedMotion {
 };
 
 /// Simulates it and takes pictures of its frames by `cameras`. The same bytes every time. None
-/// where the capture cannot be played again: it does not say its options, another version made it, its
-/// meshes came from files, its body's file is another now, or the cloth does not follow the motion.
+/// where the capture cannot be played again: it does not say its options, another version made it,
+/// its meshes came from files, its body's file is another now, or the cloth does not follow the
+/// motion.
 std::optional<SimulatedMotion> simulate_motion(const std::filesystem::path& capture,
                                                const CaptureTruth& truth,
                                                const std::vector<Camera>& cameras);
