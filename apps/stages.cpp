@@ -100,7 +100,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "template",
-          .version = 4,
+          .version = 5,
           .summary = "each garment as a clean mesh with named openings, in one frame's pose",
           .inputs = {"capture", "scans", "person", "bodies"},
           .outputs = {"template"},
@@ -134,7 +134,7 @@ constexpr std::array kStages = {
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "material",
-          .version = 2,
+          .version = 3,
           .summary = "how stiff each garment's cloth is, from how it moved",
           .inputs = {"capture", "person", "tracked", "bodies", "template", "registered"},
           .outputs = {"fitted_material"},
@@ -185,7 +185,7 @@ constexpr std::array kStages = {
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "animate",
-          .version = 3,
+          .version = 4,
           .summary = "the person and the simulated garments in a motion, as meshes and pictures",
           .inputs = {"capture", "person", "tracked"},
           .optional_inputs = {"bodies", "template", "registered", "fitted_material", "networks"},

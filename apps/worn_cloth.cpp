@@ -10,10 +10,13 @@
 #include "core/error.h"
 #include "core/mesh_statistics.h"
 #include "registration/attach_to_body.h"
+#include "registration/blunt_corners.h"
 #include "simulation/contact_distance.h"
 
 namespace atelier {
 namespace {
+
+constexpr double kLeastCorner = 3;  // deg, of rest shapes; simulation refuses half a degree
 
 ClothOptions cloth_options(const WornClothOptions& options) {
   ClothOptions cloth;
@@ -93,7 +96,10 @@ WornGarment worn_in_frame(const RegisteredGarmentSequence& garment, int frame_id
   WornGarment worn;
   worn.name = garment.name;
   worn.garment = garment.garment;
-  worn.garment.mesh.vertices = registered_mesh(garment, garment.template_frame).vertices;
+  // Registration moves vertices along the cloth, here and there onto the opposite edge.
+  worn.garment.mesh.vertices = with_blunt_corners(registered_mesh(garment, garment.template_frame),
+                                                  {.least = kLeastCorner, .flips = false})
+                                   .vertices;
   worn.garment.material = material;
   worn.start = registered_mesh(garment, frame_id).vertices;
   worn.garment.attachments =

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "core/normals.h"
 #include "core/topology.h"
 #include "registration/register_garment.h"
 
@@ -21,8 +22,31 @@ Index fold_at_rim(const Points& x, const Topology& topology) {
     }
   }
   std::vector<char> turned(static_cast<std::size_t>(topology.faces.rows()), 0);
+  // What is crumpled a triangle away from the rim is cut free from there.
+  std::vector<char> crumpled(static_cast<std::size_t>(x.rows()), 0);
   for (const int f : inverted_faces(topology, x)) {
     turned[static_cast<std::size_t>(f)] = 1;
+    if ((neighbors.row(f).array() >= 0).all()) {
+      for (const int v : topology.faces.row(f)) {
+        crumpled[static_cast<std::size_t>(v)] = 1;
+      }
+    }
+  }
+  for (Index f = 0; f < topology.faces.rows(); ++f) {
+    for (const int v : topology.faces.row(f)) {
+      turned[static_cast<std::size_t>(f)] |= crumpled[static_cast<std::size_t>(v)];
+    }
+  }
+  // Of a flap of several triangles none is turned against those around it.
+  constexpr double kFolded = -0.5;  // cosine of 120 degrees
+  const Points normals = face_normals(x, topology.faces);
+  for (Index f = 0; f < topology.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const int other = neighbors(f, k);
+      if (other >= 0 && normals.row(f).dot(normals.row(other)) < kFolded) {
+        turned[static_cast<std::size_t>(f)] = 1;
+      }
+    }
   }
   for (Index f = 0; f < topology.faces.rows(); ++f) {
     std::array<int, 2> edges = {-1, -1};  // open, the other

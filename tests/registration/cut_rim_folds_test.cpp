@@ -1,5 +1,7 @@
 #include "registration/cut_rim_folds.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "core/normals.h"
@@ -37,6 +39,45 @@ TEST(CutRimFolds, ThinEarsGo) {
   const Mesh cut = cut_rim_folds(tube);
   EXPECT_EQ(cut.faces, before.faces);
   EXPECT_EQ(cut.vertices, before.vertices);
+}
+
+/// The least cosine between neighbouring triangles.
+double sharpest_fold(const Mesh& mesh) {
+  const Triangles neighbors = face_neighbors(topology_of(mesh.faces, mesh.vertices.rows()));
+  const Points normals = face_normals(mesh.vertices, mesh.faces);
+  double least = 1;
+  for (Index f = 0; f < neighbors.rows(); ++f) {
+    for (const int other : neighbors.row(f)) {
+      least = other < 0 ? least : std::min(least, normals.row(f).dot(normals.row(other)));
+    }
+  }
+  return least;
+}
+
+// None of a flap's triangles is turned against the others.
+TEST(CutRimFolds, AFlapOfSeveralTrianglesGoes) {
+  Mesh sheet = fixtures::grid(8, 8);
+  for (const int v : {2, 3, 4, 5, 6}) {
+    sheet.vertices.row(v) += Eigen::RowVector3d(0, 0.02, 0.24);
+  }
+  ASSERT_LT(sharpest_fold(sheet), -0.5);
+  const Mesh cut = cut_rim_folds(sheet);
+  EXPECT_GE(sharpest_fold(cut), -0.5);
+  EXPECT_GE(cut.faces.rows(), sheet.faces.rows() - 16);
+  EXPECT_TRUE(is_manifold(manifold_defects(topology_of(cut.faces, cut.vertices.rows()))));
+}
+
+TEST(CutRimFolds, WhatIsCrumpledATriangleAwayFromTheRimGoesWithIt) {
+  Mesh sheet = fixtures::grid(8, 8);
+  sheet.vertices.row(9 + 4) += Eigen::RowVector3d(0, 0.01, 0.2);  // beyond the row after
+  const auto turned = [](const Mesh& mesh) {
+    return inverted_faces(topology_of(mesh.faces, mesh.vertices.rows()), mesh.vertices).size();
+  };
+  ASSERT_GT(turned(sheet), 0U);
+  const Mesh cut = cut_rim_folds(sheet);
+  EXPECT_EQ(turned(cut), 0U);
+  EXPECT_GE(cut.faces.rows(), sheet.faces.rows() - 24);
+  EXPECT_TRUE(is_manifold(manifold_defects(topology_of(cut.faces, cut.vertices.rows()))));
 }
 
 TEST(CutRimFolds, CleanSurfacesStay) {

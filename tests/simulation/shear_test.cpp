@@ -98,6 +98,52 @@ TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
   }
 }
 
+// T11: from the force F of the crosshead, which is what its way costs, an arm's shear force is
+// F / (2 cos(45 - angle/2)); of a membrane of shear modulus G that is G sin(angle) times the side.
+TEST_P(PictureFrame, ItsArmsFeelTheShearModulus) {
+  const double side = 0.2;
+  Garment garment = fixtures::garment_of(fixtures::sheet(10, 10, side / 10), 0.2, 500, 0);
+  garment.material.shear = 5;
+  fixtures::use_flat_rest(garment);
+  const std::vector<int> frame =
+      fixtures::vertices_where(garment.mesh.vertices, [&](double x, double, double z) {
+        return x < 1e-9 || z < 1e-9 || x > side - 1e-9 || z > side - 1e-9;
+      });
+  ClothOptions options;
+  options.membrane = "strain";
+  const Cloth cloth = make_cloth(garment, frame, options);
+  ClothSolver solver(cloth, {}, shear_statics(100), device());
+  Control control;
+  control.gravity.setZero();
+  double sheared = 0;
+  const auto energy_at = [&](double angle) {
+    const double before = sheared;
+    FrameReport report;
+    for (int i = 1; i <= 30; ++i) {
+      sheared = before + (angle - before) * std::min(1.0, i / 15.0);
+      const double a = sheared / 2;
+      control.pin_targets = cloth.rest_positions;
+      control.pin_targets.col(0) =
+          cloth.rest_positions.col(0) * std::cos(a) + cloth.rest_positions.col(2) * std::sin(a);
+      control.pin_targets.col(2) =
+          cloth.rest_positions.col(0) * std::sin(a) + cloth.rest_positions.col(2) * std::cos(a);
+      report = solver.advance(control);
+    }
+    return report.elastic_energy;
+  };
+  const auto crosshead = [&](double angle) {
+    return 2 * side * std::cos(std::numbers::pi / 4 - angle / 2);
+  };
+  for (const double degrees : {10.0, 20.0, 30.0}) {
+    const double less = (degrees - 1) * kDegree;
+    const double more = (degrees + 1) * kDegree;
+    const double low = energy_at(less);
+    const double force = (energy_at(more) - low) / (crosshead(more) - crosshead(less));
+    const double arm = force / (2 * std::cos((45 - degrees / 2) * kDegree));
+    EXPECT_NEAR(arm / (5 * side * std::sin(degrees * kDegree)), 1, 0.03) << degrees;
+  }
+}
+
 /// A strip cut at 45 degrees to its yarns: quads on their corners, `p` half a diagonal.
 Garment bias_strip(int columns, int rows, double p) {
   Garment garment;
