@@ -160,7 +160,7 @@ constexpr int kJudgedTexels = 128;
 /// Label images tell whether pictures and geometry belong together; this does where there are none.
 /// Throws DataError where most cameras contradict the geometry, warns of single ones.
 StaticFit judged_pictures(StageRun& run, const AppearanceData& data, int resolution) {
-  const StaticFit fit = static_fit(data, std::min(resolution, kJudgedTexels));
+  StaticFit fit = static_fit(data, std::min(resolution, kJudgedTexels));
   if (most_contradict(fit)) {
     char found[120];
     std::snprintf(found, sizeof(found), "no texture shows them: the best one reaches %.1f dB",

@@ -118,7 +118,6 @@ std::map<int, std::vector<int>> parse_bridged_keypoints(std::string_view text,
       }
       numbers.push_back(static_cast<int>(value));
     }
-    constexpr std::int64_t kMostPeople = 1'000'000;
     all[static_cast<int>(entry.integer_or("id", -1, -1, kMostPeople))] = std::move(numbers);
   }
   return all;
