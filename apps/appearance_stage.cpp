@@ -13,7 +13,6 @@
 #include "apps/child_program.h"
 #include "apps/not_converged.h"
 #include "apps/paint_scene.h"
-#include "apps/usage_error.h"
 #include "apps/worn_subject.h"
 #include "capture/capture_info.h"
 #include "capture/frame_reader.h"

@@ -38,6 +38,15 @@ double shear_angle(const Garment& garment, const Points& x, Index face) {
   return std::asin(f.col(0).normalized().dot(f.col(1).normalized()));
 }
 
+/// A sheet in a hinged frame whose sides turn towards each other by half the angle [rad] each.
+Points sheared_by(double angle, const Points& rest) {
+  const double half = angle / 2;
+  Points x = rest;
+  x.col(0) = rest.col(0) * std::cos(half) + rest.col(2) * std::sin(half);
+  x.col(2) = rest.col(0) * std::sin(half) + rest.col(2) * std::cos(half);
+  return x;
+}
+
 // T11: a square in a hinged frame, pulled at opposite corners. The frame says the border; inside,
 // yarns that do not stretch must shear as much as it.
 TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
@@ -66,13 +75,7 @@ TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
       const double before = sheared;
       for (int i = 1; i <= 30; ++i) {
         sheared = before + (degrees * kDegree - before) * std::min(1.0, i / 15.0);
-        // The sides turn towards each other by half the angle each.
-        const double a = sheared / 2;
-        control.pin_targets = cloth.rest_positions;
-        control.pin_targets.col(0) =
-            cloth.rest_positions.col(0) * std::cos(a) + cloth.rest_positions.col(2) * std::sin(a);
-        control.pin_targets.col(2) =
-            cloth.rest_positions.col(0) * std::sin(a) + cloth.rest_positions.col(2) * std::cos(a);
+        control.pin_targets = sheared_by(sheared, cloth.rest_positions);
         report = solver.advance(control);
       }
       const Points x = solver.state().positions;
@@ -121,12 +124,7 @@ TEST_P(PictureFrame, ItsArmsFeelTheShearModulus) {
     FrameReport report;
     for (int i = 1; i <= 30; ++i) {
       sheared = before + (angle - before) * std::min(1.0, i / 15.0);
-      const double a = sheared / 2;
-      control.pin_targets = cloth.rest_positions;
-      control.pin_targets.col(0) =
-          cloth.rest_positions.col(0) * std::cos(a) + cloth.rest_positions.col(2) * std::sin(a);
-      control.pin_targets.col(2) =
-          cloth.rest_positions.col(0) * std::sin(a) + cloth.rest_positions.col(2) * std::cos(a);
+      control.pin_targets = sheared_by(sheared, cloth.rest_positions);
       report = solver.advance(control);
     }
     return report.elastic_energy;
