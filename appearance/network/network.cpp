@@ -8,6 +8,7 @@
 
 #include <torch/torch.h>
 
+#include "appearance/network/recording.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -65,12 +66,24 @@ struct AppearanceNetwork::State {
   struct Frame {
     torch::Tensor position, normal, tangent, visibility;
   };
-  struct View {
-    int frame = 0;
-    int camera = 0;
-    torch::Tensor center;  // [1,3]
-    torch::Tensor grid;    // [1,1,P,2] as grid_sample wants it
-    torch::Tensor colors;  // [3,P] bytes
+  /// What the branches and the shadow take of a surface seen from a point: [1,4,r,r] normal and
+  /// ambient visibility of the side that is seen, [1,3,r,r] direction to the point in that side's
+  /// tangent frame, at the branches' resolution, and [1,1,l,l] the visibility minus its mean at the
+  /// shadow's.
+  struct Inputs {
+    torch::Tensor geometry, direction, openness;
+  };
+  /// What a step learns from one view.
+  struct Example {
+    Inputs inputs;
+    torch::Tensor camera;   // [1] its index
+    torch::Tensor grid;     // [1,1,P,2] as grid_sample wants it
+    torch::Tensor colors;   // [3,P] bytes
+    torch::Tensor counted;  // [P] 1, or 0 where nothing is behind a place
+  };
+  /// What changes from step to step, where the device finds it.
+  struct Rates {
+    torch::Tensor step, decay, spread;  // [] each: see update
   };
 
   NetworkOptions options;
@@ -87,10 +100,14 @@ struct AppearanceNetwork::State {
   torch::Tensor texel_rows;           // [R*R] row of each texel, T: none
   torch::Tensor texel_source;         // [R*R] what each texel of the finished texture shows
   torch::Tensor mean_visibility;      // [V,1]
-  std::vector<Frame> frames;
-  std::vector<View> views;
-  Parts fixed;          // parts() for drawing, until the next step
-  torch::Tensor shown;  // of texture_on_device
+  std::vector<Example> examples;      // a view each
+  Rates rates;
+  Recording recording;          // of update, on `places`
+  std::vector<Example> places;  // as many as a batch has, each with room for the largest view
+  AdamStep recorded;            // with these constants
+  torch::Tensor recorded_loss;  // []
+  Parts fixed;                  // parts() for drawing, until the next step
+  torch::Tensor shown;          // of texture_on_device
 
   /// Parameters by their names, with what differentiates through them.
   Parts parts() const {
@@ -188,13 +205,6 @@ struct AppearanceNetwork::State {
                .align_corners(false));
   }
 
-  /// What the branches and the shadow take of a surface seen from a point: [1,4,r,r] normal and
-  /// ambient visibility of the side that is seen, [1,3,r,r] direction to the point in that side's
-  /// tangent frame, at the branches' resolution, and [1,1,l,l] the visibility minus its mean at the
-  /// shadow's.
-  struct Inputs {
-    torch::Tensor geometry, direction, openness;
-  };
   Inputs inputs_of(const Frame& frame, const torch::Tensor& center) const {
     const torch::Tensor at = at_texels(
         torch::cat({frame.position, frame.normal, frame.visibility, mean_visibility}, 1), corners);
@@ -301,28 +311,113 @@ struct AppearanceNetwork::State {
     return textures(parts_for_drawing(), {inputs_of(frame, center_of(center))})[0];
   }
 
-  torch::Tensor batch_loss(const std::vector<int>& batch) const {
+  std::vector<Example> batch_of(const std::vector<int>& batch) const {
     ATELIER_CHECK(!batch.empty(), "a batch has a view");
-    std::vector<Inputs> inputs;
+    std::vector<Example> all;
     for (const int i : batch) {
-      ATELIER_CHECK(i >= 0 && i < static_cast<int>(views.size()), "a view that was not given");
-      const View& view = views[static_cast<std::size_t>(i)];
-      inputs.push_back(inputs_of(frames[static_cast<std::size_t>(view.frame)], view.center));
+      ATELIER_CHECK(i >= 0 && i < static_cast<int>(examples.size()), "a view that was not given");
+      all.push_back(examples[static_cast<std::size_t>(i)]);
+    }
+    return all;
+  }
+
+  torch::Tensor batch_loss(const std::vector<Example>& batch) const {
+    std::vector<Inputs> inputs;
+    for (const Example& one : batch) {
+      inputs.push_back(one.inputs);
     }
     const Parts p = parts();
     const torch::Tensor& logs = p.at("gain.log");
     const torch::Tensor gains = (logs - logs.mean(0, true)).exp();
     const torch::Tensor drawn = textures(p, inputs);
     torch::Tensor sum = torch::zeros({}, torch::device(device));
-    std::int64_t numbers = 0;
+    torch::Tensor places = torch::zeros({}, torch::device(device).dtype(torch::kFloat64));
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      const View& view = views[static_cast<std::size_t>(batch[i])];
-      const torch::Tensor shown =
-          sampled(drawn[static_cast<std::int64_t>(i)], view.grid) * gains[view.camera].unsqueeze(1);
-      sum = sum + (srgb_of(shown) - view.colors.to(torch::kFloat32) / 255).pow(2).sum();
-      numbers += view.colors.numel();
+      const Example& one = batch[i];
+      const torch::Tensor shown = sampled(drawn[static_cast<std::int64_t>(i)], one.grid) *
+                                  gains.index_select(0, one.camera).t();
+      const torch::Tensor off = srgb_of(shown) - one.colors.to(torch::kFloat32) / 255;
+      sum = sum + (off.pow(2) * one.counted).sum();
+      places = places + one.counted.sum(torch::kFloat64);
     }
-    return sum / static_cast<double>(std::max<std::int64_t>(numbers, 1));
+    constexpr int kChannels = 3;
+    return sum / (kChannels * places.clamp_min(1)).to(torch::kFloat32);
+  }
+  torch::Tensor gradient_of(const torch::Tensor& loss) const {
+    return torch::autograd::grad({loss}, {values})[0];
+  }
+
+  void set_rates(const AdamStep& by) {
+    if (!rates.step.defined()) {
+      const auto number = [&] { return torch::zeros({}, torch::device(device)); };
+      rates = {number(), number(), number()};
+    }
+    const auto t = static_cast<double>(steps);
+    rates.step.fill_(by.learning_rate / (1 - std::pow(by.beta1, t)));
+    rates.decay.fill_(by.learning_rate * by.weight_decay);
+    rates.spread.fill_(1 - std::pow(by.beta2, t));
+  }
+  /// The loss before, and a step of AdamW.
+  torch::Tensor update(const std::vector<Example>& batch, const AdamStep& by) {
+    const torch::Tensor loss = batch_loss(batch);
+    const torch::Tensor gradient = gradient_of(loss);
+    const torch::NoGradGuard no_gradients;
+    first.mul_(by.beta1).add_(gradient, 1 - by.beta1);
+    second.mul_(by.beta2).addcmul_(gradient, gradient, 1 - by.beta2);
+    values.mul_(1 - rates.decay * decays);
+    values.sub_(first / (second / rates.spread).sqrt_().add_(by.epsilon) * rates.step);
+    return loss.detach();
+  }
+
+  /// Room for a batch of any views, at the same place in memory in every step.
+  void make_places(std::size_t count) {
+    std::int64_t most = 0;
+    for (const Example& one : examples) {
+      most = std::max(most, one.counted.size(0));
+    }
+    const Example& like = examples.front();
+    places.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Inputs inputs = {torch::zeros_like(like.inputs.geometry),
+                             torch::zeros_like(like.inputs.direction),
+                             torch::zeros_like(like.inputs.openness)};
+      places.push_back({inputs, torch::zeros_like(like.camera),
+                        torch::zeros({1, 1, most, 2}, like.grid.options()),
+                        torch::zeros({3, most}, like.colors.options()),
+                        torch::zeros({most}, like.counted.options())});
+    }
+  }
+  void fill_places(const std::vector<Example>& batch) {
+    const torch::NoGradGuard no_gradients;
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const Example& from = batch[i];
+      const Example& to = places[i];
+      const std::int64_t count = from.counted.size(0);
+      to.inputs.geometry.copy_(from.inputs.geometry);
+      to.inputs.direction.copy_(from.inputs.direction);
+      to.inputs.openness.copy_(from.inputs.openness);
+      to.camera.copy_(from.camera);
+      to.grid.slice(2, 0, count).copy_(from.grid);
+      to.colors.slice(1, 0, count).copy_(from.colors);
+      to.counted.slice(0, 0, count).fill_(1);
+      to.counted.slice(0, count).fill_(0);
+    }
+  }
+  /// update, recorded at the first step and repeated.
+  torch::Tensor repeated_update(const std::vector<Example>& batch, const AdamStep& by) {
+    const bool same = !recording.empty() && places.size() == batch.size() &&
+                      recorded.beta1 == by.beta1 && recorded.beta2 == by.beta2 &&
+                      recorded.epsilon == by.epsilon;
+    if (!same) {
+      make_places(batch.size());
+      fill_places(batch);
+      recorded = by;
+      recording.record([&] { gradient_of(batch_loss(places)); },
+                       [&] { recorded_loss = update(places, by); });
+    }
+    fill_places(batch);
+    recording.repeat();
+    return recorded_loss.clone();
   }
 
   /// A value for each number of all parameters, from one for each parameter.
@@ -442,59 +537,50 @@ const float* AppearanceNetwork::texture_on_device(const SurfaceArrays& surface,
 }
 
 void AppearanceNetwork::learn_from(const AppearanceData& data) {
+  const torch::NoGradGuard no_gradients;
   State& state = *state_;
-  state.frames.clear();
-  state.views.clear();
+  state.examples.clear();
+  state.recording = {};
+  std::vector<State::Frame> frames;
   for (const SurfaceFrame& frame : data.frames) {
-    state.frames.push_back(state.on_device_of(frame));
+    frames.push_back(state.on_device_of(frame));
   }
   for (const AppearanceView& view : data.views) {
     ATELIER_CHECK(view.colors.size() == 3 * view.u.size(), "a loss needs colours");
-    State::View one;
-    one.frame = view.frame_idx;
-    one.camera = view.camera_idx;
-    one.center = state.center_of(data.centers.row(view.camera_idx));
+    const auto count = static_cast<std::int64_t>(view.u.size());
+    State::Example one;
+    one.inputs = state.inputs_of(frames[static_cast<std::size_t>(view.frame_idx)],
+                                 state.center_of(data.centers.row(view.camera_idx)));
+    one.camera = rows_on_device({view.camera_idx}, state.device);
     one.grid = state.grid_of(view.u, view.v);
-    one.colors =
-        on_device(view.colors.data(), {static_cast<std::int64_t>(view.u.size()), 3}, state.device)
-            .t()
-            .contiguous();
-    state.views.push_back(std::move(one));
+    one.colors = on_device(view.colors.data(), {count, 3}, state.device).t().contiguous();
+    one.counted = torch::ones({count}, torch::device(state.device));
+    state.examples.push_back(std::move(one));
   }
 }
 
 NetworkLoss AppearanceNetwork::loss(const std::vector<int>& views) const {
   const torch::NoGradGuard no_gradients;
-  return loss_of(state_->batch_loss(views).item<double>());
+  return loss_of(state_->batch_loss(state_->batch_of(views)).item<double>());
 }
 
 std::map<std::string, Tensor> AppearanceNetwork::loss_gradient(
     const std::vector<int>& views) const {
-  state_->values.mutable_grad() = torch::Tensor();
-  state_->batch_loss(views).backward();
+  const torch::Tensor slope = state_->gradient_of(state_->batch_loss(state_->batch_of(views)));
   std::map<std::string, Tensor> gradient;
-  state_->split(state_->values.grad(), "", gradient);
+  state_->split(slope, "", gradient);
   return gradient;
 }
 
 void AppearanceNetwork::step(const std::vector<int>& views, const AdamStep& options) {
   State& state = *state_;
-  state.values.mutable_grad() = torch::Tensor();
   state.fixed.clear();
-  const torch::Tensor loss = state.batch_loss(views);
-  loss.backward();
-  state.new_losses.push_back(loss.detach());
-  const torch::NoGradGuard no_gradients;
-  const torch::Tensor gradient = state.values.grad();
   ++state.steps;
-  const auto t = static_cast<double>(state.steps);
-  const double correction1 = 1 - std::pow(options.beta1, t);
-  const double correction2 = 1 - std::pow(options.beta2, t);
-  state.first.mul_(options.beta1).add_(gradient, 1 - options.beta1);
-  state.second.mul_(options.beta2).addcmul_(gradient, gradient, 1 - options.beta2);
-  state.values.mul_(1 - options.learning_rate * options.weight_decay * state.decays);
-  const torch::Tensor scale = (state.second / correction2).sqrt_().add_(options.epsilon);
-  state.values.addcdiv_(state.first, scale, -options.learning_rate / correction1);
+  state.set_rates(options);
+  const std::vector<State::Example> batch = state.batch_of(views);
+  const bool repeats = state.device.is_cuda() && Recording::possible();
+  state.new_losses.push_back(repeats ? state.repeated_update(batch, options)
+                                     : state.update(batch, options));
 }
 
 std::vector<NetworkLoss> AppearanceNetwork::losses() {
@@ -529,6 +615,7 @@ std::int64_t AppearanceNetwork::steps() const {
 void AppearanceNetwork::resume(const std::map<std::string, Tensor>& moments, std::int64_t steps) {
   state_->first = state_->joined(moments, "m.");
   state_->second = state_->joined(moments, "v.");
+  state_->recording = {};
   state_->steps = steps;
 }
 

@@ -48,13 +48,16 @@ class AppearanceNetwork {
   /// that lies there. Waits for nothing.
   const float* texture_on_device(const SurfaceArrays& surface, const Eigen::Vector3d& center);
 
-  /// Takes frames and views with colours to the device, once; what follows names views of it.
+  /// Takes views with colours and what the network's branches are given of each to the device,
+  /// once (28 bytes a texel of the branches and 15 a place, a view); what follows names views of
+  /// it.
   void learn_from(const AppearanceData& data);
   /// Loss of views, and its derivatives by each parameter.
   NetworkLoss loss(const std::vector<int>& views) const;
   std::map<std::string, Tensor> loss_gradient(const std::vector<int>& views) const;
 
-  /// One step of AdamW. The device may still be at work when it returns.
+  /// One step of AdamW. The device may still be at work when it returns. A GPU records the first
+  /// step (recording.h) and repeats it while batches have the same length.
   void step(const std::vector<int>& views, const AdamStep& options);
   /// Losses of the steps since the last call, before each; waits for the device. After one that is
   /// not finite parameters may be no numbers.

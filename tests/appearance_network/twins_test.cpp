@@ -80,6 +80,50 @@ TEST(Twins, LossGradientAndStepsAgree) {
   }
 }
 
+// A GPU repeats a recorded step: views of other sizes, batches of other lengths, other rates and
+// constants, and moments that are put in are what it repeats it with.
+TEST(Twins, StepsAgreeWhateverChangesBetweenThem) {
+  AppearanceData data = small_data();
+  const AppearanceModel model = learnt_model(data);
+  if (!has_gpu(model)) {
+    GTEST_SKIP() << "no CUDA device that libtorch could use";
+  }
+  for (const std::size_t v : {1U, 2U, 4U}) {
+    AppearanceView& view = data.views[v];
+    view.pixel.resize(view.pixel.size() / (v + 1));
+    view.u.resize(view.pixel.size());
+    view.v.resize(view.pixel.size());
+    view.colors.resize(3 * view.pixel.size());
+  }
+  AppearanceNetwork cpu(model, Device::Cpu);
+  AppearanceNetwork cuda(model, Device::Cuda);
+  cpu.learn_from(data);
+  cuda.learn_from(data);
+  const auto step = [&](const std::vector<int>& batch, const AdamStep& options) {
+    cpu.step(batch, options);
+    cuda.step(batch, options);
+  };
+  for (int i = 0; i < 12; ++i) {
+    AdamStep options;
+    options.learning_rate = i % 3 == 0 ? 1e-3 : 3e-4;
+    options.weight_decay = i < 6 ? 0.01 : 0.3;
+    options.beta1 = i < 9 ? 0.9 : 0.8;
+    step(i % 4 == 3 ? std::vector<int>{i % 6} : std::vector<int>{i % 6, (i + 1) % 6}, options);
+  }
+  cuda.resume(cpu.moments(), cpu.steps());
+  for (int i = 0; i < 3; ++i) {
+    step({i, i + 2, i + 1}, {.learning_rate = 1e-3});
+  }
+  const std::vector<NetworkLoss> a = cpu.losses();
+  const std::vector<NetworkLoss> b = cuda.losses();
+  ASSERT_EQ(a.size(), 15U);
+  ASSERT_EQ(b.size(), 15U);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_NEAR(a[i].psnr, b[i].psnr, 0.1) << i;
+  }
+  EXPECT_EQ(cuda.steps(), 15);
+}
+
 TEST(Twins, PicturesAgree) {
   const AppearanceData data = small_data();
   const auto model = std::make_shared<const AppearanceModel>(learnt_model(data));
