@@ -18,7 +18,7 @@ OptionTable describe(TrainOptions& options) {
              {"small", TrainSetting::Small},
              {"standard", TrainSetting::Standard},
              {"full", TrainSetting::Full}},
-            "How much is trained: a minute on a CPU, minutes or hours on a GPU; auto: small or, "
+            "How much is trained: a minute on a CPU, minutes on a GPU; auto: small or, "
             "on a GPU, standard");
   table.add("resolution", options.resolution, 0, 4096, "",
             "Texels a side, a power of 2 from 16; 0: as the setting");
