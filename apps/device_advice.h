@@ -11,7 +11,8 @@ namespace atelier {
 inline std::string with_device_advice(const EnvironmentError& error) {
   if (error.place == "CUDA device memory") {  // kDeviceMemory of core/cuda_check.h
     return error.reason +
-           "; say --device cpu, end other programs on the device, or take less at a time: a coarser "
+           "; say --device cpu, end other programs on the device, or take less at a time: a "
+           "coarser "
            "garment, smaller pictures";
   }
   const bool says_more = error.reason.find("; ") != std::string::npos;

@@ -226,11 +226,10 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
         throw EnvironmentError(error.place, error.reason + kept);
       } catch (const DataError& error) {
         finish();
-        throw DataError(
-            !error.file.empty()               ? error.file
-            : error.where.starts_with("body") ? paths.body.string()
-                                              : paths.garment.string(),
-            error.where, error.found, error.expected + kept);
+        throw DataError(!error.file.empty()               ? error.file
+                        : error.where.starts_with("body") ? paths.body.string()
+                                                          : paths.garment.string(),
+                        error.where, error.found, error.expected + kept);
       }
     }();
     const Mesh mesh = garment_mesh(cloth, state);

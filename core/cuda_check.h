@@ -16,8 +16,8 @@ inline constexpr const char* kDeviceMemory = "CUDA device memory";
 void check_cuda(cudaError_t status, const char* call, const char* file, int line);
 
 /// Device memory of `bytes` bytes (nothing for 0), as every buffer takes it. Throws
-/// EnvironmentError; where memory ran out its place is kDeviceMemory, and it says how much was asked
-/// for and how much is free.
+/// EnvironmentError; where memory ran out its place is kDeviceMemory, and it says how much was
+/// asked for and how much is free.
 void* allocate_cuda(std::size_t bytes);
 
 /// Gives memory of allocate_cuda back. Null is allowed.

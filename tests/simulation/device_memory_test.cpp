@@ -175,8 +175,8 @@ TEST_F(DeviceMemory, AFrameThatItEndsInIsUndoneAndTheRunGoesOn) {
     for (int frame = 1; frame < grown; ++frame) {
       solver.advance(pile.control);
     }
-    for (int again = 0; again < 2; ++again) {  // it stays as it is, however often it is asked
-      const EndOfDeviceMemory end(good);
+    for (const int now : {good, 0}) {  // it stays as it is, however often it is asked
+      const EndOfDeviceMemory end(now);
       EXPECT_THAT(want_of_memory([&] { solver.advance(pile.control); }),
                   HasSubstr("out of memory"));
       EXPECT_EQ(cudaGetLastError(), cudaSuccess) << "left behind";
