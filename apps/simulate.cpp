@@ -213,24 +213,26 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     }
   };
   for (Index frame = 1; frame <= scene.frame_count; ++frame) {
+    ClothState state;
     const FrameReport report = [&] {
+      const std::string kept =
+          frame > 1 ? "; frames before it are in " + place.path.string() : std::string();
       try {
-        return solver.advance(scene_control(scene, options, frame));
-      } catch (const EnvironmentError&) {  // out of a device's memory, say
+        const FrameReport advanced = solver.advance(scene_control(scene, options, frame));
+        state = solver.state();
+        return advanced;
+      } catch (const EnvironmentError& error) {  // out of a device's memory, say
         finish();
-        throw;
+        throw EnvironmentError(error.place, error.reason + kept);
       } catch (const DataError& error) {
         finish();
-        throw DataError(
-            !error.file.empty()               ? error.file
-            : error.where.starts_with("body") ? paths.body.string()
-                                              : paths.garment.string(),
-            error.where, error.found,
-            error.expected +
-                (frame > 1 ? "; frames before it are in " + place.path.string() : std::string()));
+        throw DataError(!error.file.empty()               ? error.file
+                        : error.where.starts_with("body") ? paths.body.string()
+                                                          : paths.garment.string(),
+                        error.where, error.found, error.expected + kept);
       }
     }();
-    const Mesh mesh = garment_mesh(cloth, solver.state());
+    const Mesh mesh = garment_mesh(cloth, state);
     writer.write(static_cast<int>(frame), mesh);
     reports.push_back(report);
     std::cout << (json ? json_text(json_of(report)) : line_of(report, scene.body_faces.rows() > 0))

@@ -6,13 +6,18 @@
 
 namespace atelier {
 
+/// Where EnvironmentError says that memory of the device ran out.
+inline constexpr const char* kDeviceMemory = "CUDA device memory";
+
 /// Throws EnvironmentError naming the call, file:line and the CUDA error unless `status` is
-/// success. Clears the error, so that the next check does not report it again. Use
-/// ATELIER_CUDA_CHECK.
+/// success; where memory of the device ran out, which every call may report, its place is
+/// kDeviceMemory and it says how much is free. Clears the error, so that the next check does not
+/// report it again. Use ATELIER_CUDA_CHECK.
 void check_cuda(cudaError_t status, const char* call, const char* file, int line);
 
-/// Device memory of `bytes` bytes (nothing for 0). Throws EnvironmentError; where memory ran out it
-/// says how much was asked for and how much is free.
+/// Device memory of `bytes` bytes (nothing for 0), as every buffer takes it. Throws
+/// EnvironmentError; where memory ran out its place is kDeviceMemory, and it says how much was
+/// asked for and how much is free.
 void* allocate_cuda(std::size_t bytes);
 
 /// Gives memory of allocate_cuda back. Null is allowed.

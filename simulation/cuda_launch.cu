@@ -275,21 +275,34 @@ void CudaLaunch<T>::run_graph(const CudaFrame<T>& frame) {
                                                                               s, iteration, p);
       ATELIER_CUDA_LAUNCHED(frame_step_kernel);
     };
-    ATELIER_CUDA_CHECK(cudaStreamBeginCapture(capture_, cudaStreamCaptureModeThreadLocal));
-    for (int s = frame.first_substep; s < frame.last_substep; ++s) {
-      for (int iteration = 0; iteration < frame.iterations; ++iteration) {
-        for (int p = 0; p < frame.phase_count; ++p) {
-          add(FrameStep::Phase, s, iteration, p);
+    const auto add_all = [&] {
+      for (int s = frame.first_substep; s < frame.last_substep; ++s) {
+        for (int iteration = 0; iteration < frame.iterations; ++iteration) {
+          for (int p = 0; p < frame.phase_count; ++p) {
+            add(FrameStep::Phase, s, iteration, p);
+          }
+          add_after_sweep(frame, s, iteration, add);
         }
-        add_after_sweep(frame, s, iteration, add);
       }
-    }
-    add(FrameStep::Finish, 0, 0, 0);
+      add(FrameStep::Finish, 0, 0, 0);
+    };
     cudaGraph_t graph = nullptr;
+    ATELIER_CUDA_CHECK(cudaStreamBeginCapture(capture_, cudaStreamCaptureModeThreadLocal));
+    try {
+      add_all();
+    } catch (...) {  // the stream records no longer
+      if (cudaStreamEndCapture(capture_, &graph) == cudaSuccess) {
+        static_cast<void>(cudaGraphDestroy(graph));
+      }
+      static_cast<void>(cudaGetLastError());
+      throw;
+    }
     ATELIER_CUDA_CHECK(cudaStreamEndCapture(capture_, &graph));
-    const cudaError_t status = cudaGraphInstantiate(&graph_, graph, 0);
-    cudaGraphDestroy(graph);
+    cudaGraphExec_t made = nullptr;
+    const cudaError_t status = cudaGraphInstantiate(&made, graph, 0);
+    static_cast<void>(cudaGraphDestroy(graph));
     ATELIER_CUDA_CHECK(status);
+    graph_ = made;
     graph_arguments_ = std::move(arguments);
   }
   ATELIER_CUDA_CHECK(cudaGraphLaunch(graph_, cudaStreamLegacy));

@@ -127,15 +127,16 @@ CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
 
 template <class T>
 void CudaSelf<T>::make_room(int room) {
-  room_ = room;
   const std::size_t all = static_cast<std::size_t>(room) * static_cast<std::size_t>(scenes_);
   // The old ones go first: there may not be memory for both.
+  room_ = 0;
   face_pairs_ = CudaBuffer<SelfPair<T>>();
   edge_pairs_ = CudaBuffer<SelfPair<T>>();
   crossings_ = CudaBuffer<int2>();
   face_pairs_ = CudaBuffer<SelfPair<T>>(all);
   edge_pairs_ = CudaBuffer<SelfPair<T>>(3 * all);
   crossings_ = CudaBuffer<int2>(all);
+  room_ = room;
 }
 
 template <class T>
@@ -177,17 +178,18 @@ void CudaSelf<T>::describe(CudaFrame<T>& frame) {
 }
 
 template <class T>
-bool CudaSelf<T>::grow() {
+bool CudaSelf<T>::too_short() {
   host_counts_ = counts_.download();
-  int most = 0;
+  needed_ = 0;
   for (const SelfCounts& counts : host_counts_) {
-    most = std::max(most, counts.most);
+    needed_ = std::max(needed_, counts.most);
   }
-  if (most <= room_) {
-    return false;
-  }
-  make_room(most + most / 4);
-  return true;
+  return needed_ > room_;
+}
+
+template <class T>
+void CudaSelf<T>::grow() {
+  make_room(needed_ + needed_ / 4);
 }
 
 template <class T>

@@ -15,9 +15,12 @@ class CudaSelf {
 
   /// Tells the frame where everything is, and begins to count.
   void describe(CudaFrame<T>& frame);
-  /// Waits for the frame. True if a list of pairs was too short: there is more room now, and the
-  /// frame has to be done again.
-  bool grow();
+  /// Waits for the frame. True if a list of pairs was too short: the frame has to be done again,
+  /// with more room.
+  bool too_short();
+  /// Makes the room that was missing. Throws EnvironmentError where the device has not that much:
+  /// then there is none, and the next frame finds so.
+  void grow();
   /// Fills in counts of contacts, candidates and searches.
   void count(std::vector<FrameReport>& reports) const;
   /// Forgets pushes that were not applied.
@@ -40,7 +43,8 @@ class CudaSelf {
   int particles_;
   int face_count_;
   int edge_count_;
-  int room_ = 0;
+  int room_ = 0;    ///< of the lists
+  int needed_ = 0;  ///< by the last frame
   SelfRule<T> rule_;
   CudaBuffer<FaceIndices> faces_;
   CudaBuffer<ClothEdge> edges_;

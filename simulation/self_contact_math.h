@@ -28,10 +28,10 @@ namespace atelier {
 /// (rigid impact zones, Provot 1997), and the body asks for less and less of its distance there: so
 /// nothing that was not crossed gets crossed, also where a body presses. What is crossed all the
 /// same (it began so, or came out of the body) is pulled apart along the gradient of the length of
-/// the intersection (Volino and Magnenat-Thalmann 2006); layers know which side is
-/// outside. What is crossed is looked for at the frame's first substep; at a later one, around what
-/// contacts moved in the substep before, where that let something pass or kept something back, and
-/// around what was crossed.
+/// the intersection (Volino and Magnenat-Thalmann 2006), layers to the side on which they belong.
+/// What is crossed is looked for at the frame's first substep; at a later one, around what contacts
+/// moved in the substep before, where that let something pass or kept something back, and around
+/// what was crossed.
 
 /// An edge with its faces.
 struct ClothEdge {

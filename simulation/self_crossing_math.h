@@ -223,11 +223,8 @@ ATELIER_HOST_DEVICE inline Passing keep_back(const SelfView<T>& cloth, const Sel
     const FaceCorners<T> t{xyz(start[0]), xyz(start[1]), xyz(start[2])};
     before = xyz(start[3]) - weighted(t, nearest_on_triangle(xyz(start[3]), t));
   }
-  if (!same_layer(cloth, particle[0], particle[3]) &&
-      side_is_doubtful(cloth, pair, edges, before, load_start)) {
-    return Passing::Free;
-  }
-  if (both_tangled(cloth, pair, edges)) {  // free to come apart
+  // Free to come apart.
+  if (both_tangled(cloth, pair, edges) || in_wrong_order(cloth, pair, edges, before, load_start)) {
     return Passing::Free;
   }
   // Who has to come out of the body is not kept in it; it takes along what it would pass.

@@ -78,7 +78,7 @@ enum class PairState {
 };
 
 /// Keeps a pair apart by `gap` along the direction it had at the substep's start; `normal` where it
-/// had none. `outwards` is 0, or the unit direction in which the first must lie (layers). Who
+/// had none. `outwards` is 0, or the unit direction in which the first must lie. Who
 /// rests on the body, on others too, hardly yields to who does not: else what lies on it would push
 /// it through (shock propagation, Guendelman et al. 2003).
 template <class T, class Support, class Add>
@@ -189,20 +189,37 @@ ATELIER_HOST_DEVICE inline bool both_tangled(const SelfView<T>& cloth, const Sel
   return tangled(pair.first) && tangled(f.a) && tangled(f.b) && tangled(f.c);
 }
 
-/// True if the side on which a pair was at the substep's start may be the wrong one: pieces that
-/// are crossed, layers in the wrong order. `before` is the pair's difference there.
+/// True for a pair of two layers beside something crossed: their order says on which side they
+/// belong. Elsewhere it is the one on which they are, as with cloth of one layer: a pile topples
+/// and a hem turns up, and what nothing crosses may lie either way round.
+template <class T>
+ATELIER_HOST_DEVICE inline bool order_decides(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                              bool edges) {
+  int particle[4];
+  pair_particles(cloth, pair, edges, particle);
+  if (same_layer(cloth, particle[0], particle[3])) {
+    return false;
+  }
+  bool beside = false;
+  for (int i : particle) {
+    beside = beside || cloth.tangled[i] != 0;
+  }
+  return beside;
+}
+
+/// True if layers whose order decides lie the wrong way round at the substep's start, where
+/// `before` is the pair's difference.
 template <class T, class LoadStart>
-ATELIER_HOST_DEVICE inline bool side_is_doubtful(const SelfView<T>& cloth, const SelfPair<T>& pair,
-                                                 bool edges, Vec3<T> before,
-                                                 const LoadStart& load_start) {
+ATELIER_HOST_DEVICE inline bool in_wrong_order(const SelfView<T>& cloth, const SelfPair<T>& pair,
+                                               bool edges, Vec3<T> before,
+                                               const LoadStart& load_start) {
+  if (!order_decides(cloth, pair, edges)) {
+    return false;
+  }
   const int face = edges ? cloth.edges[pair.second].face[0] : pair.second;
   const int first = edges ? cloth.edges[pair.first].a : pair.first;
-  const int second = cloth.surface.faces[face].a;
-  if (same_layer(cloth, first, second)) {
-    return both_tangled(cloth, pair, edges);
-  }
-  return dot(layer_direction(cloth, first, second, start_normal(cloth, face, load_start)), before) <
-         T(0);
+  const Vec3<T> normal = start_normal(cloth, face, load_start);
+  return dot(layer_direction(cloth, first, cloth.surface.faces[face].a, normal), before) < T(0);
 }
 
 /// True for a pair further apart than `gap` before and after a substep, on one side. Layers in the
@@ -228,7 +245,7 @@ ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
     pair.start[k] = load_start(pair.particle[k]);
     pair.x[k] = load(pair.particle[k]);
   }
-  const bool same = same_layer(cloth, i, f.a);
+  const bool ordered = order_decides(cloth, candidate, false);
   const FaceCorners<T> t{xyz(pair.start[1]), xyz(pair.start[2]), xyz(pair.start[3])};
   const Vec3<T> p = xyz(pair.start[0]);
   const Vec3<T> b = nearest_on_triangle(p, t);
@@ -242,10 +259,10 @@ ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
     now += pair.weight[k] * xyz(pair.x[k]);
   }
   const bool far = dot(now, p - at) >= candidate.gap * norm(p - at) && dot(now, p - at) > T(0);
-  if (same && (far || side_is_doubtful(cloth, candidate, false, p - at, load_start))) {
+  if (!ordered && (far || both_tangled(cloth, candidate, false))) {
     return PairState::Apart;
   }
-  if (!same && stays_beyond(p - at, now, candidate.gap)) {
+  if (ordered && stays_beyond(p - at, now, candidate.gap)) {
     return PairState::Apart;
   }
   if (!is_nearest_piece(cloth, candidate.second, b, at, p - at, load_start)) {
@@ -254,8 +271,8 @@ ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
   Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
   const T size = norm(normal);
   normal = size > T(0) ? (T(1) / size) * normal : normal;
-  return push_apart(pair, normal, layer_direction(cloth, i, f.a, normal), candidate.gap, rule,
-                    support, add);
+  const Vec3<T> outwards = ordered ? layer_direction(cloth, i, f.a, normal) : Vec3<T>{};
+  return push_apart(pair, normal, outwards, candidate.gap, rule, support, add);
 }
 
 /// Pushes two edges apart.
@@ -272,7 +289,7 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
     pair.start[k] = load_start(pair.particle[k]);
     pair.x[k] = load(pair.particle[k]);
   }
-  const bool same = same_layer(cloth, a.a, b.a);
+  const bool ordered = order_decides(cloth, candidate, true);
   const SegmentShares<T> near = nearest_on_segments(xyz(pair.start[0]), xyz(pair.start[1]),
                                                     xyz(pair.start[2]), xyz(pair.start[3]));
   pair.weight[0] = T(1) - near.s;
@@ -287,10 +304,10 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
     now += pair.weight[k] * xyz(pair.x[k]);
   }
   const bool far = dot(now, before) >= candidate.gap * norm(before) && dot(now, before) > T(0);
-  if (same && (far || side_is_doubtful(cloth, candidate, true, before, load_start))) {
+  if (!ordered && (far || both_tangled(cloth, candidate, true))) {
     return PairState::Apart;
   }
-  if (!same && stays_beyond(before, now, candidate.gap)) {
+  if (ordered && stays_beyond(before, now, candidate.gap)) {
     return PairState::Apart;
   }
   // At an end it is the vertex that meets something, and its own pairs see to that.
@@ -305,13 +322,13 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
   }
   Vec3<T> normal =
       cross(xyz(pair.start[1]) - xyz(pair.start[0]), xyz(pair.start[3]) - xyz(pair.start[2]));
-  if (!same) {
+  if (ordered) {
     normal = start_normal(cloth, b.face[0], load_start);
   }
   const T size = norm(normal);
   normal = size > T(0) ? (T(1) / size) * normal : normal;
-  return push_apart(pair, normal, layer_direction(cloth, a.a, b.a, normal), candidate.gap, rule,
-                    support, add);
+  const Vec3<T> outwards = ordered ? layer_direction(cloth, a.a, b.a, normal) : Vec3<T>{};
+  return push_apart(pair, normal, outwards, candidate.gap, rule, support, add);
 }
 
 }  // namespace atelier

@@ -21,6 +21,15 @@ Vec4<T> vec4(const Points& p, Index row, T w) {
   return {static_cast<T>(p(row, 0)), static_cast<T>(p(row, 1)), static_cast<T>(p(row, 2)), w};
 }
 
+struct CudaEvent {
+  cudaEvent_t event = nullptr;
+
+  CudaEvent() { ATELIER_CUDA_CHECK(cudaEventCreate(&event)); }
+  ~CudaEvent() { static_cast<void>(cudaEventDestroy(event)); }
+  CudaEvent(const CudaEvent&) = delete;
+  CudaEvent& operator=(const CudaEvent&) = delete;
+};
+
 template <class T>
 class CudaBackend final : public ClothSolver::Backend {
  public:
@@ -89,18 +98,11 @@ class CudaBackend final : public ClothSolver::Backend {
     bad_ = CudaBuffer<int>(std::vector<int>{kNobody});
     fixed_.assign(static_cast<std::size_t>(scenes_), Points::Zero(prepared_.count, 3));
     frames_.assign(static_cast<std::size_t>(scenes_), 0);
-    ATELIER_CUDA_CHECK(cudaEventCreate(&before_));
-    ATELIER_CUDA_CHECK(cudaEventCreate(&after_));
     const bool moves_starts = !body_.empty() || self_ != nullptr || cloth_.material.damping > 0;
     const bool full =
         moves_starts || !prepared_.strains.empty() || !prepared_.tether_anchor.empty();
     launch_ = std::make_unique<CudaLaunch<T>>(prepared_, options, std::move(rules), full,
                                               self_ != nullptr, !body_.empty(), moves_starts);
-  }
-
-  ~CudaBackend() override {
-    cudaEventDestroy(before_);
-    cudaEventDestroy(after_);
   }
 
   int scene_count() const override { return scenes_; }
@@ -147,6 +149,33 @@ class CudaBackend final : public ClothSolver::Backend {
   std::vector<FrameReport> advance(const Control& control) override {
     check_control(control, cloth_, body_faces_.rows() > 0 ? body_faces_.maxCoeff() + 1 : 0,
                   options_.time_step);
+    bool ran = false;
+    try {
+      return advance_checked(control, ran);
+    } catch (...) {  // a device out of memory, say: everything is where it was before the frame
+      try {
+        if (ran) {
+          restore();
+        }
+      } catch (const EnvironmentError&) {  // the device itself failed: the first error says more
+      }
+      if (!fixed_before_.empty()) {
+        fixed_ = std::move(fixed_before_);
+      }
+      targets_current_ = false;
+      throw;
+    }
+  }
+
+  std::vector<double> spring_forces(int scene) const override {
+    ATELIER_CHECK(lambda_.size() > 0, "spring forces need `report` in the options");
+    const double h = options_.time_step / options_.substeps;
+    return spring_forces_of(cloth_, multipliers(lambda_.download(), scene), h);
+  }
+
+ private:
+  /// `ran`: whether the frame began, so that `restore` goes back to its start.
+  std::vector<FrameReport> advance_checked(const Control& control, bool& ran) {
     upload_control(control);
     const bool with_body = !body_.empty() && control.body_start.rows() > 0;
     if (with_body) {
@@ -157,7 +186,7 @@ class CudaBackend final : public ClothSolver::Backend {
       self_->describe(frame);
     }
     const int particles = prepared_.count * scenes_;
-    ATELIER_CUDA_CHECK(cudaEventRecord(before_));
+    ATELIER_CUDA_CHECK(cudaEventRecord(before_.event));
     if (with_body) {
       body_.refit();
     }
@@ -170,23 +199,21 @@ class CudaBackend final : public ClothSolver::Backend {
             cudaMemsetAsync(touch_counts_.data(), 0, touch_counts_.size() * sizeof(int)));
       }
       launch_->run(frame);
+      ran = true;
     };
     run();
-    while (self_ != nullptr && self_->grow()) {
+    while (self_ != nullptr && self_->too_short()) {
       // A list of pairs was too short: the frame is done again with longer ones.
       restore();
+      ran = false;
+      self_->grow();
       self_->describe(frame);
       run();
     }
-    ATELIER_CUDA_CHECK(cudaEventRecord(after_));
+    ATELIER_CUDA_CHECK(cudaEventRecord(after_.event));
     int bad = 0;
     ATELIER_CUDA_CHECK(cudaMemcpy(&bad, bad_.data(), sizeof(bad), cudaMemcpyDeviceToHost));
     if (bad != kNobody) {
-      restore();
-      if (!fixed_before_.empty()) {
-        fixed_ = std::move(fixed_before_);
-        targets_current_ = false;
-      }
       throw DataError("",
                       "frame " + std::to_string(frames_[bad / prepared_.count] + 1) + ", vertex " +
                           std::to_string(prepared_.external[bad % prepared_.count]),
@@ -195,9 +222,9 @@ class CudaBackend final : public ClothSolver::Backend {
     }
     std::vector<FrameReport> reports(static_cast<std::size_t>(scenes_));
     float ms = 0;
-    ATELIER_CUDA_CHECK(cudaEventElapsedTime(&ms, before_, after_));
+    ATELIER_CUDA_CHECK(cudaEventElapsedTime(&ms, before_.event, after_.event));
     for (int scene = 0; scene < scenes_; ++scene) {
-      reports[scene].frame = ++frames_[scene];
+      reports[scene].frame = frames_[scene] + 1;
       reports[scene].device_ms = ms;
     }
     if (self_ != nullptr) {
@@ -206,17 +233,13 @@ class CudaBackend final : public ClothSolver::Backend {
     if (options_.report) {
       fill_reports(frame, reports);
     }
+    for (std::int64_t& frames : frames_) {
+      ++frames;
+    }
     return reports;
   }
 
-  std::vector<double> spring_forces(int scene) const override {
-    ATELIER_CHECK(lambda_.size() > 0, "spring forces need `report` in the options");
-    const double h = options_.time_step / options_.substeps;
-    return spring_forces_of(cloth_, multipliers(lambda_.download(), scene), h);
-  }
-
- private:
-  /// Goes back to the start of the frame.
+  /// Goes back to the start of the frame, which has run.
   void restore() {
     const std::size_t bytes = x_.size() * sizeof(Vec4<T>);
     ATELIER_CUDA_CHECK(cudaMemcpy(x_.data(), x_before_.data(), bytes, cudaMemcpyDeviceToDevice));
@@ -393,8 +416,7 @@ class CudaBackend final : public ClothSolver::Backend {
   std::vector<std::int64_t> frames_;
   bool targets_current_ = false;
   bool use_air_ = false;
-  cudaEvent_t before_ = nullptr;
-  cudaEvent_t after_ = nullptr;
+  CudaEvent before_, after_;
   std::unique_ptr<CudaLaunch<T>> launch_;
   std::unique_ptr<CudaSelf<T>> self_;  ///< null: no contact with itself
 };

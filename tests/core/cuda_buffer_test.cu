@@ -5,12 +5,14 @@
 
 #include "core/cuda_buffer.cuh"
 #include "core/device.h"
+#include "tests/support/device_memory.h"
 #include "tests/support/refusals.h"
 
 namespace atelier {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 #define SKIP_WITHOUT_CUDA()           \
   if (!cuda_available()) {            \
@@ -78,7 +80,49 @@ TEST(CudaBuffer, OutOfMemorySaysSo) {
   SKIP_WITHOUT_CUDA();
   const std::string message = message_of([] { CudaBuffer<char> buffer(std::size_t{1} << 50); });
   EXPECT_THAT(message, HasSubstr("out of memory"));
-  EXPECT_THAT(message, HasSubstr("1125899906842624 bytes asked for"));
+  EXPECT_THAT(message, HasSubstr("1125899906.8 MB asked for"));
+}
+
+// Without a device too, the words and what is given back.
+TEST(CudaBuffer, AnAllocationThatFailsIsOneErrorAndLeavesNothing) {
+  const int alive = fixtures::device_allocations_alive();
+  {
+    const fixtures::EndOfDeviceMemory end(0);
+    const std::string message =
+        message_of([] { const CudaBuffer<float> buffer(std::size_t{25'000'000}); });
+    EXPECT_THAT(message, StartsWith("CUDA device memory: out of memory: 100.0 MB asked for"));
+    EXPECT_EQ(fixtures::EndOfDeviceMemory::failed(), 1);
+    EXPECT_THAT(message_of([] { const CudaBuffer<char> buffer(7); }), HasSubstr("7 bytes asked"));
+  }
+  EXPECT_EQ(fixtures::device_allocations_alive(), alive);
+  EXPECT_THAT(message_of([] { const CudaBuffer<char> buffer; }), HasSubstr("nothing thrown"));
+}
+
+TEST(CudaBuffer, WhatHeldMemoryGoesOnAfterAnAllocationFailed) {
+  SKIP_WITHOUT_CUDA();
+  const std::vector<int> host{1, 2, 3};
+  CudaBuffer<int> buffer(host);
+  {
+    const fixtures::EndOfDeviceMemory end(0);
+    EXPECT_THAT(message_of([&] { buffer = CudaBuffer<int>(9); }), HasSubstr(" free of "));
+  }
+  EXPECT_EQ(cudaGetLastError(), cudaSuccess);
+  EXPECT_EQ(buffer.download(), host);
+  add_one<<<1, kCudaBlock>>>(buffer.data(), 3);
+  ATELIER_CUDA_LAUNCHED(add_one);
+  EXPECT_EQ(buffer.download(), (std::vector<int>{2, 3, 4}));
+}
+
+// A stream, a graph or code that is loaded when it first runs may be what does not fit.
+TEST(CudaCheck, OfMemoryThatRunsOutInAnyCallSaysTheSame) {
+  try {
+    check_cuda(cudaErrorMemoryAllocation, "cudaStreamCreate(&stream)", "some/file.cu", 42);
+    FAIL() << "nothing thrown";
+  } catch (const EnvironmentError& error) {
+    EXPECT_EQ(error.place, kDeviceMemory);
+    EXPECT_THAT(error.reason,
+                StartsWith("out of memory: in cudaStreamCreate(&stream) at file.cu:42"));
+  }
 }
 
 TEST(CudaCheck, NamesCallPlaceAndError) {

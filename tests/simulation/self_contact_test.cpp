@@ -339,6 +339,56 @@ TEST(SelfContact, LayersThatStartCrossedComeApart) {
   }
 }
 
+// The order of layers says where what is crossed belongs. What nothing crosses is no worse for
+// lying the other way round: an outer layer laid under an inner one, as where a pile topples.
+TEST(SelfContact, LayersThatNothingCrossesMayLieEitherWayRound) {
+  const Mesh floor = fixtures::incline(0, 2);
+  const Cloth cloth = join_cloths({make_cloth(self_contact_square(13, 0.2, 0.03)),
+                                   make_cloth(self_contact_square(10, 0.2, 0.004))});
+  for (Device device : fixtures::devices()) {
+    XpbdOptions options;
+    options.self_contact = true;
+    ClothSolver solver(cloth, floor.faces, options, device);
+    for (int i = 0; i < 40; ++i) {
+      solver.advance(floor_control(floor));
+      ASSERT_EQ(count_crossings(solver.state().positions, cloth.faces), 0) << i;
+    }
+    const Points end = solver.state().positions;
+    EXPECT_NEAR(end.col(1).head(196).mean(), 4e-3, 6e-4);
+    EXPECT_NEAR(end.col(1).tail(121).mean(), 2e-3, 3e-4);
+  }
+}
+
+// A hem that is turned up round the edge of another layer: with one leg of the fold it lies the
+// wrong way round, whichever is the outer one.
+TEST(SelfContact, AHemTurnedUpRoundAnotherLayerDoesNotCrossIt) {
+  const Mesh floor = fixtures::incline(0, 2);
+  Garment hem = fixtures::garment_of(folded_strip(2, 0.12, 0.012), 0.2, 400, 1e-6);
+  hem.mesh.vertices.col(1).array() += 3e-3;
+  Garment other = self_contact_square(7, 0.09, 9e-3);
+  other.mesh.vertices.col(0).array() += 0.06;
+  other.mesh.vertices.col(2).array() += 0.05;
+  for (Garment* garment : {&hem, &other}) {
+    garment->material.thickness = 2e-3;
+    garment->material.friction = 0.3;
+  }
+  for (const bool outside : {false, true}) {
+    const Cloth cloth = outside ? join_cloths({make_cloth(other), make_cloth(hem)})
+                                : join_cloths({make_cloth(hem), make_cloth(other)});
+    ASSERT_EQ(count_crossings(cloth.rest_positions, cloth.faces), 0);
+    for (Device device : fixtures::devices()) {
+      XpbdOptions options;
+      options.self_contact = true;
+      ClothSolver solver(cloth, floor.faces, options, device);
+      for (int i = 0; i < 40; ++i) {
+        solver.advance(floor_control(floor));
+        ASSERT_EQ(count_crossings(solver.state().positions, cloth.faces), 0) << i << outside;
+      }
+      EXPECT_LT(solver.state().positions.col(1).maxCoeff(), 0.014) << "the hem has closed";
+    }
+  }
+}
+
 // Small enough for every sanitizer: scripts/gpu runs it under all of them.
 TEST(SelfContact, ShortTwinsAgree) {
   const Mesh floor = fixtures::incline(0, 2);
