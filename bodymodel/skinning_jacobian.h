@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -52,6 +53,17 @@ struct SkinRows {
 SkinRows skin_jacobian_rows(const BodyModel& model, const PosedBody& posed,
                             const SkinChains& chains, const std::vector<int>& vertices,
                             const Points& directions);
+
+/// Points on faces of a body, by corners and barycentric coordinates.
+struct FacePoints {
+  std::vector<std::array<int, 3>> vertices;  ///< [R]
+  Points barycentric;                        ///< [R,3]
+};
+
+/// The same for points on faces, one row a point: what the rows of its corners add up to, at a
+/// third of their work, since corners share most of their chains. Joints of a row are in no order.
+SkinRows skin_point_rows(const BodyModel& model, const PosedBody& posed, const SkinChains& chains,
+                         const FacePoints& points, const Points& directions);
 
 /// The same by shape, dense [R,S].
 Eigen::MatrixXd skin_shape_rows(const BodyModel& model, const ShapedBody& body,

@@ -139,6 +139,28 @@ void add_keypoints(const FittedPerson& person, const FrameTargets& targets,
   }
 }
 
+/// Rows of points on faces by shape, [R,S].
+Eigen::MatrixXd point_shape_rows(const FittedPerson& person, const PosedBody& posed,
+                                 const FacePoints& points, const Points& directions) {
+  const Index count = directions.rows();
+  std::vector<int> vertices;
+  vertices.reserve(3 * points.vertices.size());
+  Points scaled(3 * count, 3);
+  for (Index m = 0; m < count; ++m) {
+    for (Index c = 0; c < 3; ++c) {
+      vertices.push_back(points.vertices[static_cast<std::size_t>(m)][static_cast<std::size_t>(c)]);
+      scaled.row(3 * m + c) = points.barycentric(m, c) * directions.row(m);
+    }
+  }
+  const Eigen::MatrixXd corners =
+      skin_shape_rows(*person.model, person.shaped, posed, vertices, scaled);
+  Eigen::MatrixXd rows(count, corners.cols());
+  for (Index m = 0; m < count; ++m) {
+    rows.row(m) = corners.middleRows<3>(3 * m).colwise().sum();
+  }
+  return rows;
+}
+
 void add_matches(const FittedPerson& person, const FrameTargets& targets,
                  const FrameWeights& weights, const Pose& pose, Index shape_column, double& cost,
                  Normal& normal) {
@@ -146,11 +168,13 @@ void add_matches(const FittedPerson& person, const FrameTargets& targets,
     return;
   }
   const PosedBody posed = pose_body(*person.model, person.shaped, pose);
-  std::vector<int> vertices;
+  FacePoints points;
   Points directions;
   if (normal.on()) {
-    vertices.reserve(3 * targets.matches.size());
-    directions.resize(3 * static_cast<Index>(targets.matches.size()), 3);
+    const auto count = static_cast<Index>(targets.matches.size());
+    points.vertices.reserve(targets.matches.size());
+    points.barycentric.resize(count, 3);
+    directions.resize(count, 3);
   }
   struct Evaluated {
     double residual;
@@ -163,11 +187,12 @@ void add_matches(const FittedPerson& person, const FrameTargets& targets,
     for (int c = 0; c < 3; ++c) {
       at += match.barycentric[c] *
             posed.vertices.row(match.vertices[static_cast<std::size_t>(c)]).transpose();
-      if (normal.on()) {
-        directions.row(static_cast<Index>(vertices.size())) =
-            (match.barycentric[c] * match.normal).transpose();
-        vertices.push_back(match.vertices[static_cast<std::size_t>(c)]);
-      }
+    }
+    if (normal.on()) {
+      const auto m = static_cast<Index>(points.vertices.size());
+      points.vertices.push_back(match.vertices);
+      points.barycentric.row(m) = match.barycentric.transpose();
+      directions.row(m) = match.normal.transpose();
     }
     const double out = match.normal.dot(at - match.target);
     const double deviation = match.cloth ? weights.cloth : weights.skin;
@@ -184,10 +209,8 @@ void add_matches(const FittedPerson& person, const FrameTargets& targets,
     return;
   }
   const Eigen::MatrixXd by_shape =
-      shape_column >= 0 ? skin_shape_rows(*person.model, person.shaped, posed, vertices, directions)
-                        : Eigen::MatrixXd{};
-  const SkinRows skin =
-      skin_jacobian_rows(*person.model, posed, person.chains, vertices, directions);
+      shape_column >= 0 ? point_shape_rows(person, posed, points, directions) : Eigen::MatrixXd{};
+  const SkinRows skin = skin_point_rows(*person.model, posed, person.chains, points, directions);
   for (std::size_t m = 0; m < targets.matches.size(); ++m) {
     if (rows[m].weight <= 0) {
       continue;
@@ -195,7 +218,7 @@ void add_matches(const FittedPerson& person, const FrameTargets& targets,
     for (int c = 0; c < 3; ++c) {
       normal.add(c, targets.matches[m].normal[c]);
     }
-    for (int e = skin.begin[3 * m]; e < skin.begin[3 * m + 3]; ++e) {
+    for (int e = skin.begin[m]; e < skin.begin[m + 1]; ++e) {
       const int slot =
           person.slots[static_cast<std::size_t>(skin.joints[static_cast<std::size_t>(e)])];
       if (slot >= 0) {
@@ -205,7 +228,7 @@ void add_matches(const FittedPerson& person, const FrameTargets& targets,
       }
     }
     for (Index s = 0; s < by_shape.cols(); ++s) {
-      normal.add(shape_column + s, by_shape.col(s).segment<3>(3 * static_cast<Index>(m)).sum());
+      normal.add(shape_column + s, by_shape(static_cast<Index>(m), s));
     }
     normal.close(rows[m].residual, rows[m].weight);
   }
@@ -299,6 +322,10 @@ FittedPerson fitted_person(const BodyModel& model, const std::vector<std::string
     }
   }
   const Index size = 3 + 3 * static_cast<Index>(person.joints.size());
+  for (const int joint : person.joints) {
+    const bool spine = std::find(who.spine.begin(), who.spine.end(), joint) != who.spine.end();
+    person.trunk.push_back(spine ? 1 : 0);
+  }
   const double infinite = std::numeric_limits<double>::infinity();
   person.least = Eigen::VectorXd::Constant(size, -infinite);
   person.most = Eigen::VectorXd::Constant(size, infinite);

@@ -1,166 +1,331 @@
 #include "bodymodel/tracking/solve_window.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include <ceres/ceres.h>
 
-#include "bodymodel/humanoid.h"
 #include "core/error.h"
+#include "core/parallel.h"
 
 namespace atelier {
 namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Variables of a frame that stand one after the other.
+/// Sought joints one below the other without a branch between them: the trunk up to where it forks,
+/// a leg, an arm, a finger. Ceres multiplies whole blocks, and one block a frame would couple every
+/// finger with every other joint, although most pairs of limbs have nothing to do with each other.
 struct Part {
-  Index first = 0;
-  Index count = 0;
+  std::vector<Index> slots;        // increasing
+  std::vector<std::size_t> chain;  // parts that move its joints: from the root's to itself
+  std::vector<Index> variables;    // of a frame, in the order of its block
 };
 
-/// The variables cut where the fingers of each hand begin: no joint outside of a hand depends on
-/// them, and Ceres multiplies whole blocks. One part where no fingers are sought, or where other
-/// joints stand between them.
+/// The parts of a body, the root's first, each behind those above it.
 std::vector<Part> parts_of(const FittedPerson& person) {
-  const Index size = 3 + 3 * static_cast<Index>(person.joints.size());
-  std::vector<int> hand(person.joints.size(), 0);  // by slot; 0: none
-  const Humanoid who = recognised_humanoid(person.model->skeleton);
-  for (std::size_t side = 0; side < 2; ++side) {
-    for (const auto& finger : who.arms[side].fingers) {
-      for (const int joint : finger) {
-        const int slot = joint >= 0 ? person.slots[static_cast<std::size_t>(joint)] : -1;
-        if (slot >= 0) {
-          hand[static_cast<std::size_t>(slot)] = static_cast<int>(side) + 1;
-        }
-      }
-    }
+  const std::size_t count = person.joints.size();
+  std::vector<int> above(count, -1);  // the nearest sought joint
+  std::vector<int> below(count, 0);
+  for (std::size_t a = 1; a < count; ++a) {
+    int joint = person.joints[a];
+    do {
+      joint = person.shaped.skeleton.parents[static_cast<std::size_t>(joint)];
+    } while (person.slots[static_cast<std::size_t>(joint)] < 0);
+    above[a] = person.slots[static_cast<std::size_t>(joint)];
+    ++below[static_cast<std::size_t>(above[a])];
   }
-  std::vector<Part> parts = {{0, 3}};
-  std::array<bool, 3> begun = {true, false, false};
-  for (std::size_t slot = 0; slot < hand.size(); ++slot) {
-    const int now = hand[slot];
-    if (now != (slot > 0 ? hand[slot - 1] : 0)) {
-      if (begun[static_cast<std::size_t>(now)]) {
-        return {{0, size}};
+  std::vector<Part> parts;
+  std::vector<std::size_t> part_of(count, 0);
+  for (std::size_t a = 0; a < count; ++a) {
+    if (a > 0 && below[static_cast<std::size_t>(above[a])] == 1) {
+      part_of[a] = part_of[static_cast<std::size_t>(above[a])];
+    } else {
+      part_of[a] = parts.size();
+      Part part;
+      if (a == 0) {
+        part.variables = {0, 1, 2};  // the root's translation
+      } else {
+        part.chain = parts[part_of[static_cast<std::size_t>(above[a])]].chain;
       }
-      begun[static_cast<std::size_t>(now)] = true;
-      parts.push_back({3 + 3 * static_cast<Index>(slot), 0});
+      part.chain.push_back(parts.size());
+      parts.push_back(std::move(part));
     }
-    parts.back().count += 3;
+    Part& part = parts[part_of[a]];
+    const auto slot = static_cast<Index>(a);
+    part.slots.push_back(slot);
+    part.variables.insert(part.variables.end(), {3 + 3 * slot, 4 + 3 * slot, 5 + 3 * slot});
   }
   return parts;
 }
 
-/// One frame as Ceres sees it: n residuals e with Jacobian R, R'R the normal matrix and R'e the
-/// gradient, and one constant that makes the cost whole.
-class FrameCost : public ceres::CostFunction {
- public:
-  FrameCost(const FittedPerson& person, const FrameTargets& targets, const FrameWeights& weights,
-            const std::vector<Part>& parts)
-      : person_(person),
-        targets_(targets),
-        weights_(weights),
-        parts_(parts),
-        size_(parts.back().first + parts.back().count) {
-    for (const Part& part : parts) {
-      mutable_parameter_block_sizes()->push_back(static_cast<int>(part.count));
+/// Which parts' blocks of a frame's triangular factor are not zero when parts are eliminated from
+/// the last to the first, [P][P] for p >= q: those that some vertex or keypoint hangs on together,
+/// and what elimination adds.
+std::vector<std::vector<char>> factor_blocks(const FittedPerson& person,
+                                             const std::vector<Part>& parts) {
+  std::vector<std::size_t> part_of(person.joints.size(), 0);
+  std::vector<std::vector<char>> joined(parts.size(), std::vector<char>(parts.size(), 0));
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    for (const Index slot : parts[p].slots) {
+      part_of[static_cast<std::size_t>(slot)] = p;
     }
-    set_num_residuals(static_cast<int>(size_) + 1);
+    for (const std::size_t q : parts[p].chain) {
+      joined[p][q] = 1;
+    }
+  }
+  std::vector<std::size_t> met;
+  const SkinChains& chains = person.chains;
+  const auto joins = [&](int begin, int end) {
+    for (int e = begin; e < end; ++e) {
+      const int slot =
+          person.slots[static_cast<std::size_t>(chains.joints[static_cast<std::size_t>(e)])];
+      if (slot >= 0) {
+        met.push_back(part_of[static_cast<std::size_t>(slot)]);
+      }
+    }
+  };
+  // Points of the surface hang on the chains of all three corners of their face.
+  const auto& faces = person.model->mesh.faces;
+  for (Index f = 0; f < faces.rows(); ++f) {
+    met.clear();
+    for (int c = 0; c < 3; ++c) {
+      const auto v = static_cast<std::size_t>(faces(f, c));
+      joins(chains.begin[v], chains.begin[v + 1]);
+    }
+    std::sort(met.begin(), met.end());
+    met.erase(std::unique(met.begin(), met.end()), met.end());
+    for (const std::size_t p : met) {
+      for (const std::size_t q : met) {
+        joined[p][q] = 1;
+      }
+    }
+  }
+  for (std::size_t p = parts.size(); p-- > 0;) {
+    for (std::size_t q = 0; q < p; ++q) {
+      for (std::size_t r = 0; r <= q; ++r) {
+        if (joined[p][q] != 0 && joined[p][r] != 0) {
+          joined[q][r] = 1;
+        }
+      }
+    }
+  }
+  return joined;
+}
+
+/// What three frames' second difference has of each of them, 1/s2.
+std::array<double, 3> difference_shares(const std::array<double, 3>& times) {
+  const double first = times[1] - times[0];
+  const double second = times[2] - times[1];
+  const double span = times[2] - times[0];
+  return {2 / (first * span), -2 / (first * second), 2 / (second * span)};
+}
+
+/// One over the spread of the acceleration of each variable of a rotation, [n], s2/rad; that of the
+/// first three, a place, is of no use.
+Eigen::VectorXd turning_precision(const FittedPerson& person, const MotionWeights& motion) {
+  Eigen::VectorXd precision(3 + 3 * static_cast<Index>(person.joints.size()));
+  precision.head<3>().setZero();
+  for (std::size_t a = 0; a < person.joints.size(); ++a) {
+    precision.segment<3>(3 + 3 * static_cast<Index>(a))
+        .setConstant(1 / (person.trunk[a] != 0 ? motion.trunk_turning : motion.turning));
+  }
+  return precision;
+}
+
+/// Variables of all frames as Ceres has them, in blocks by part, and what its residuals share at
+/// one point: every frame is evaluated once.
+class SharedWindow : public ceres::EvaluationCallback {
+ public:
+  struct Frame {
+    std::vector<Eigen::VectorXd> blocks;  // [P] variables
+    Eigen::VectorXd x;
+    bool usable = false;
+    double rest = 0;            // the residual that makes the cost whole
+    Eigen::VectorXd residuals;  // [n] in order of elimination, with derivatives alone
+    Eigen::MatrixXd factor;     // [n,n] lower, its transpose the residuals' Jacobian
+    Eigen::VectorXd places;     // [3A]
+    Eigen::MatrixXd places_jacobian;
+  };
+
+  SharedWindow(const FittedPerson& person, const TrackWindow& window, const FrameWeights& weights)
+      : parts(parts_of(person)),
+        joined(factor_blocks(person, parts)),
+        frames(window.targets.size()),
+        person_(person),
+        window_(window),
+        weights_(weights) {
+    begins.resize(parts.size());
+    for (std::size_t p = parts.size(); p-- > 0;) {
+      begins[p] = static_cast<Index>(order_.size());
+      order_.insert(order_.end(), parts[p].variables.begin(), parts[p].variables.end());
+    }
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      frames[f].x = window.start[f];
+      for (const Part& part : parts) {
+        frames[f].blocks.emplace_back(window.start[f](part.variables));
+      }
+    }
   }
 
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    Eigen::VectorXd x(size_);
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-      x.segment(parts_[p].first, parts_[p].count) =
-          Eigen::Map<const Eigen::VectorXd>(parameters[p], parts_[p].count);
+  void PrepareForEvaluation(bool derivatives, bool new_point) override {
+    if (!new_point && (!derivatives || derivatives_)) {
+      return;
     }
-    Eigen::Map<Eigen::VectorXd> out(residuals, size_ + 1);
-    out.setZero();
-    if (!x.allFinite()) {
-      return false;
+    derivatives_ = derivatives;
+    parallel_for(static_cast<Index>(frames.size()), 1, [&](Index begin, Index end) {
+      for (Index f = begin; f < end; ++f) {
+        prepare(static_cast<std::size_t>(f), derivatives);
+      }
+    });
+  }
+
+  Eigen::VectorXd variables(std::size_t f) const {
+    Eigen::VectorXd x(frames[f].x.size());
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      x(parts[p].variables) = frames[f].blocks[p];
     }
-    if (jacobians == nullptr) {
-      out[size_] = std::sqrt(2 * frame_energy(person_, targets_, x, weights_, false).cost);
-      return true;
+    return x;
+  }
+
+  const std::vector<Part> parts;
+  const std::vector<std::vector<char>> joined;
+  std::vector<Index> begins;  // [P] of a part's variables in order of elimination
+  std::vector<Frame> frames;
+
+ private:
+  void prepare(std::size_t f, bool derivatives) {
+    Frame& frame = frames[f];
+    frame.x = variables(f);
+    frame.usable = frame.x.allFinite();
+    if (!frame.usable) {
+      return;
     }
-    FrameEnergy energy = frame_energy(person_, targets_, x, weights_);
+    frame.places = sought_joints(person_, frame.x);
+    FrameEnergy energy = frame_energy(person_, *window_.targets[f], frame.x, weights_, derivatives);
+    if (!derivatives) {
+      frame.residuals.setZero(frame.x.size());
+      frame.rest = std::sqrt(2 * energy.cost);
+      return;
+    }
+    frame.places_jacobian = sought_joints_jacobian(person_, frame.x);
     // Directions that nothing in the frame holds get next to nothing.
     energy.hessian.diagonal().array() += 1e-6;
-    const Eigen::LLT<Eigen::MatrixXd> factor(energy.hessian);
-    if (factor.info() != Eigen::Success) {
+    const Eigen::LLT<Eigen::MatrixXd> factor(energy.hessian(order_, order_));
+    frame.usable = factor.info() == Eigen::Success;
+    if (!frame.usable) {
+      return;
+    }
+    frame.residuals = factor.matrixL().solve(Eigen::VectorXd(energy.gradient(order_)));
+    frame.rest = std::sqrt(std::max(0.0, 2 * energy.cost - frame.residuals.squaredNorm()));
+    frame.factor = factor.matrixLLT();
+  }
+
+  const FittedPerson& person_;
+  const TrackWindow& window_;
+  const FrameWeights& weights_;
+  std::vector<Index> order_;  // of elimination: leaves first, so that limbs do not fill each other
+  bool derivatives_ = false;
+};
+
+/// One part's share of a frame as Ceres sees it: residuals e with Jacobian R over all parts, R'R
+/// the normal matrix and R'e the gradient; and for the root's part one constant that makes the cost
+/// whole.
+class FrameCost : public ceres::CostFunction {
+ public:
+  FrameCost(const SharedWindow& window, std::size_t frame, std::size_t part)
+      : frame_(window.frames[frame]), begin_(window.begins[part]), last_(part == 0) {
+    rows_ = static_cast<Index>(window.parts[part].variables.size());
+    for (std::size_t q = part + 1; q-- > 0;) {
+      if (window.joined[part][q] != 0) {
+        parts_.push_back(q);
+        begins_.push_back(window.begins[q]);
+        const std::size_t count = window.parts[q].variables.size();
+        mutable_parameter_block_sizes()->push_back(static_cast<int>(count));
+      }
+    }
+    set_num_residuals(static_cast<int>(rows_) + (last_ ? 1 : 0));
+  }
+  const std::vector<std::size_t>& parts() const { return parts_; }
+
+  bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
+    if (!frame_.usable) {
       return false;
     }
-    const Eigen::VectorXd e = factor.matrixL().solve(energy.gradient);
-    out.head(size_) = e;
-    out[size_] = std::sqrt(std::max(0.0, 2 * energy.cost - e.squaredNorm()));
-    const Eigen::MatrixXd upper = factor.matrixU();
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-      if (jacobians[p] != nullptr) {
-        Eigen::Map<RowMajor> jacobian(jacobians[p], size_ + 1, parts_[p].count);
-        jacobian.topRows(size_) = upper.middleCols(parts_[p].first, parts_[p].count);
-        jacobian.row(size_).setZero();
+    Eigen::Map<Eigen::VectorXd>(residuals, rows_) = frame_.residuals.segment(begin_, rows_);
+    if (last_) {
+      residuals[rows_] = frame_.rest;
+    }
+    for (std::size_t b = 0; jacobians != nullptr && b < parts_.size(); ++b) {
+      if (jacobians[b] == nullptr) {
+        continue;
+      }
+      const Index columns = parameter_block_sizes()[b];
+      Eigen::Map<RowMajor> jacobian(jacobians[b], num_residuals(), columns);
+      jacobian.topRows(rows_) = frame_.factor.block(begins_[b], begin_, columns, rows_).transpose();
+      if (b == 0) {  // its own: above the diagonal of the factor lies nothing
+        jacobian.topRows(rows_).triangularView<Eigen::StrictlyLower>().setZero();
+      }
+      if (last_) {
+        jacobian.row(rows_).setZero();
       }
     }
     return true;
   }
 
  private:
-  const FittedPerson& person_;
-  const FrameTargets& targets_;
-  const FrameWeights& weights_;
-  const std::vector<Part>& parts_;
-  Index size_;
+  const SharedWindow::Frame& frame_;
+  Index begin_;
+  Index rows_;
+  bool last_;
+  std::vector<std::size_t> parts_;  // that its blocks are of, itself first
+  std::vector<Index> begins_;
 };
 
-/// Accelerations of the joints of one part, over three frames. They hang on the first part, and on
-/// their own.
+/// Accelerations of the joints of one part over three frames, by the parts of its chain.
 class AccelerationCost : public ceres::CostFunction {
  public:
-  AccelerationCost(const FittedPerson& person, const std::array<double, 3>& times,
-                   const MotionWeights& motion, const std::vector<Part>& parts, std::size_t part)
-      : person_(person),
-        times_(times),
-        motion_(motion),
-        size_(parts.back().first + parts.back().count),
-        own_(parts[part]) {
-    blocks_ = part == 0 ? std::vector<Part>{own_} : std::vector<Part>{parts[0], own_};
+  AccelerationCost(const SharedWindow& window, std::size_t first, std::size_t part,
+                   const std::array<double, 3>& shares)
+      : window_(window), first_(first), part_(window.parts[part]), shares_(shares) {
     for (std::size_t i = 0; i < 3; ++i) {
-      for (const Part& block : blocks_) {
-        mutable_parameter_block_sizes()->push_back(static_cast<int>(block.count));
+      for (const std::size_t q : part_.chain) {
+        const std::size_t count = window.parts[q].variables.size();
+        mutable_parameter_block_sizes()->push_back(static_cast<int>(count));
       }
     }
-    // Three variables lead the first part, and its root's rotation shows in its children's places.
-    places_ = part == 0 ? Part{0, own_.count - 3} : Part{own_.first - 3, own_.count};
-    turns_ =
-        part == 0 ? Part{size_ - 3, own_.count - 6} : Part{size_ - 3 + own_.first - 6, own_.count};
-    set_num_residuals(static_cast<int>(places_.count + turns_.count));
+    set_num_residuals(3 * static_cast<int>(part_.slots.size()));
   }
 
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    std::array<Eigen::VectorXd, 3> x;
+  bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
+    Eigen::Map<Eigen::VectorXd> out(residuals, num_residuals());
+    out.setZero();
     for (std::size_t i = 0; i < 3; ++i) {
-      x[i] = Eigen::VectorXd::Zero(size_);  // what hangs on other parts is not asked for
-      for (std::size_t b = 0; b < blocks_.size(); ++b) {
-        x[i].segment(blocks_[b].first, blocks_[b].count) =
-            Eigen::Map<const Eigen::VectorXd>(parameters[i * blocks_.size() + b], blocks_[b].count);
+      const SharedWindow::Frame& frame = window_.frames[first_ + i];
+      if (!frame.usable) {
+        return false;
       }
-    }
-    const Acceleration found = acceleration(person_, x, times_, motion_, jacobians != nullptr);
-    Eigen::Map<Eigen::VectorXd> out(residuals, places_.count + turns_.count);
-    out << found.residual.segment(places_.first, places_.count),
-        found.residual.segment(turns_.first, turns_.count);
-    for (std::size_t i = 0; jacobians != nullptr && i < 3; ++i) {
-      for (std::size_t b = 0; b < blocks_.size(); ++b) {
-        if (double* to = jacobians[i * blocks_.size() + b]; to != nullptr) {
-          const auto columns = found.jacobian[i].middleCols(blocks_[b].first, blocks_[b].count);
-          Eigen::Map<RowMajor>(to, out.size(), blocks_[b].count)
-              << columns.middleRows(places_.first, places_.count),
-              columns.middleRows(turns_.first, turns_.count);
+      for (std::size_t a = 0; a < part_.slots.size(); ++a) {
+        out.segment<3>(3 * static_cast<Index>(a)) +=
+            shares_[i] * frame.places.segment<3>(3 * part_.slots[a]);
+      }
+      for (std::size_t b = 0; jacobians != nullptr && b < part_.chain.size(); ++b) {
+        double* to = jacobians[i * part_.chain.size() + b];
+        if (to == nullptr) {
+          continue;
+        }
+        const std::vector<Index>& columns = window_.parts[part_.chain[b]].variables;
+        Eigen::Map<RowMajor> jacobian(to, num_residuals(), static_cast<Index>(columns.size()));
+        for (std::size_t a = 0; a < part_.slots.size(); ++a) {
+          for (std::size_t c = 0; c < columns.size(); ++c) {
+            jacobian.block<3, 1>(3 * static_cast<Index>(a), static_cast<Index>(c)) =
+                shares_[i] * frame.places_jacobian.block<3, 1>(3 * part_.slots[a], columns[c]);
+          }
         }
       }
     }
@@ -168,14 +333,46 @@ class AccelerationCost : public ceres::CostFunction {
   }
 
  private:
-  const FittedPerson& person_;
-  std::array<double, 3> times_;
-  MotionWeights motion_;
-  Index size_;
-  Part own_;
-  std::vector<Part> blocks_;  // of a frame's variables
-  Part places_;               // rows of Acceleration
-  Part turns_;
+  const SharedWindow& window_;
+  std::size_t first_;
+  const Part& part_;
+  std::array<double, 3> shares_;
+};
+
+/// Accelerations of the rotations of one part over three frames; the root's shows in its
+/// children's places.
+class TurningCost : public ceres::CostFunction {
+ public:
+  /// @param precision [n] of the part's variables
+  TurningCost(Eigen::VectorXd precision, bool root, const std::array<double, 3>& shares)
+      : skipped_(root ? 6 : 0), precision_(std::move(precision)), shares_(shares) {
+    const auto count = static_cast<int>(precision_.size());
+    *mutable_parameter_block_sizes() = {count, count, count};
+    set_num_residuals(count - skipped_);
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Index rows = num_residuals();
+    const Eigen::VectorXd precision = precision_.tail(rows);
+    Eigen::Map<Eigen::VectorXd> out(residuals, rows);
+    out.setZero();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Eigen::Map<const Eigen::VectorXd> turned(parameters[i] + skipped_, rows);
+      out += shares_[i] * precision.cwiseProduct(turned);
+      if (jacobians != nullptr && jacobians[i] != nullptr) {
+        Eigen::Map<RowMajor> jacobian(jacobians[i], rows, precision_.size());
+        jacobian.setZero();
+        jacobian.rightCols(rows).diagonal() = shares_[i] * precision;
+      }
+    }
+    return true;
+  }
+
+ private:
+  int skipped_;
+  Eigen::VectorXd precision_;  // s2/rad
+  std::array<double, 3> shares_;
 };
 
 void check_window(const TrackWindow& window) {
@@ -195,31 +392,30 @@ OptionTable describe(MotionWeights& weights) {
             "spread of a joint's acceleration; smaller makes motion smoother");
   table.add("turning", weights.turning, 0.1, 1e7, "rad/s2",
             "spread of the acceleration of a joint's rotation");
+  table.add("trunk_turning", weights.trunk_turning, 0.1, 1e7, "rad/s2",
+            "the same of a joint of the spine");
   return table;
 }
 
 Acceleration acceleration(const FittedPerson& person, const std::array<Eigen::VectorXd, 3>& x,
                           const std::array<double, 3>& times, const MotionWeights& motion,
                           bool derivatives) {
-  const double first = times[1] - times[0];
-  const double second = times[2] - times[1];
-  const double span = times[2] - times[0];
-  const std::array<double, 3> share = {2 / (first * span), -2 / (first * second),
-                                       2 / (second * span)};
+  const std::array<double, 3> share = difference_shares(times);
   const Index size = x[0].size();
   const Index joints = size - 3;  // three for each joint
   const Index turns = size - 6;   // the root's rotation shows in its children's places
+  const Eigen::VectorXd precision = turning_precision(person, motion).tail(turns);
   Acceleration result;
   result.residual = Eigen::VectorXd::Zero(joints + turns);
   for (std::size_t i = 0; i < 3; ++i) {
     const double place = share[i] / motion.acceleration;
-    const double turn = share[i] / motion.turning;
+    const Eigen::VectorXd turn = share[i] * precision;
     result.residual.head(joints) += place * sought_joints(person, x[i]);
-    result.residual.tail(turns) += turn * x[i].tail(turns);
+    result.residual.tail(turns) += turn.cwiseProduct(x[i].tail(turns));
     if (derivatives) {
       result.jacobian[i] = Eigen::MatrixXd::Zero(joints + turns, size);
       result.jacobian[i].topRows(joints) = place * sought_joints_jacobian(person, x[i]);
-      result.jacobian[i].bottomRightCorner(turns, turns).diagonal().setConstant(turn);
+      result.jacobian[i].bottomRightCorner(turns, turns).diagonal() = turn;
     }
   }
   return result;
@@ -229,35 +425,47 @@ WindowSolution solve_window(const FittedPerson& person, const TrackWindow& windo
                             const FrameWeights& weights, const MotionWeights& motion,
                             int iterations) {
   check_window(window);
-  WindowSolution solution;
-  solution.x = window.start;
   const std::size_t frames = window.targets.size();
-  const std::vector<Part> parts = parts_of(person);
+  SharedWindow shared(person, window, weights);
+  const std::size_t parts = shared.parts.size();
   const auto block = [&](std::size_t f, std::size_t p) {
-    return solution.x[f].data() + parts[p].first;
+    return shared.frames[f].blocks[p].data();
   };
-  ceres::Problem problem;
+  ceres::Problem::Options sharing;
+  sharing.evaluation_callback = &shared;
+  ceres::Problem problem(sharing);
+  std::vector<double*> blocks;
   for (std::size_t f = 0; f < frames; ++f) {
-    std::vector<double*> blocks;
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      blocks.push_back(block(f, p));
+    for (std::size_t p = 0; p < parts; ++p) {
+      auto cost = std::make_unique<FrameCost>(shared, f, p);
+      blocks.clear();
+      for (const std::size_t q : cost->parts()) {
+        blocks.push_back(block(f, q));
+      }
+      problem.AddResidualBlock(cost.release(), nullptr, blocks);
     }
-    problem.AddResidualBlock(new FrameCost(person, *window.targets[f], weights, parts), nullptr,
-                             blocks);
   }
+  const Eigen::VectorXd precision = turning_precision(person, motion);
   for (std::size_t f = 2; f < frames; ++f) {
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      std::vector<double*> blocks;
+    const std::array<double, 3> shares =
+        difference_shares({window.times[f - 2], window.times[f - 1], window.times[f]});
+    std::array<double, 3> placed = shares;
+    for (double& share : placed) {
+      share /= motion.acceleration;
+    }
+    for (std::size_t p = 0; p < parts; ++p) {
+      blocks.clear();
       for (std::size_t g = f - 2; g <= f; ++g) {
-        blocks.push_back(block(g, 0));
-        if (p > 0) {
-          blocks.push_back(block(g, p));
+        for (const std::size_t q : shared.parts[p].chain) {
+          blocks.push_back(block(g, q));
         }
       }
-      problem.AddResidualBlock(
-          new AccelerationCost(person, {window.times[f - 2], window.times[f - 1], window.times[f]},
-                               motion, parts, p),
-          nullptr, blocks);
+      problem.AddResidualBlock(new AccelerationCost(shared, f - 2, p, placed), nullptr, blocks);
+      if (p > 0 || shared.parts[0].slots.size() > 1) {
+        problem.AddResidualBlock(
+            new TurningCost(precision(shared.parts[p].variables), p == 0, shares), nullptr,
+            {block(f - 2, p), block(f - 1, p), block(f, p)});
+      }
     }
   }
   ceres::Solver::Options options;
@@ -272,6 +480,10 @@ WindowSolution solve_window(const FittedPerson& person, const TrackWindow& windo
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  WindowSolution solution;
+  for (std::size_t f = 0; f < frames; ++f) {
+    solution.x.push_back(shared.variables(f));
+  }
   solution.converged = summary.termination_type == ceres::CONVERGENCE;
   solution.iterations = static_cast<int>(summary.iterations.size());
   return solution;
@@ -284,6 +496,8 @@ RowMatrix joint_deviations(const FittedPerson& person, const TrackWindow& window
   ATELIER_CHECK(x.size() == window.targets.size(), "variables of every frame");
   const std::size_t frames = x.size();
   const Index size = x[0].size();
+  const Index places = size - 3;  // rows of `acceleration`
+  const Index turns = size - 6;
   // Pairs of frames are the blocks of a block-tridiagonal matrix: accelerations join three frames.
   const std::size_t blocks = (frames + 1) / 2;
   const auto rows_of = [&](std::size_t b) {
@@ -320,7 +534,15 @@ RowMatrix joint_deviations(const FittedPerson& person, const TrackWindow& window
                      {window.times[f - 2], window.times[f - 1], window.times[f]}, motion, true);
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = i; j < 3; ++j) {
-        add(f - 2 + i, f - 2 + j, three.jacobian[i].transpose() * three.jacobian[j]);
+        // Rows of places, then the rotations' own, which are diagonal.
+        Eigen::MatrixXd part =
+            three.jacobian[i].topRows(places).transpose() * three.jacobian[j].topRows(places);
+        part.diagonal().tail(turns) +=
+            three.jacobian[i]
+                .bottomRightCorner(turns, turns)
+                .diagonal()
+                .cwiseProduct(three.jacobian[j].bottomRightCorner(turns, turns).diagonal());
+        add(f - 2 + i, f - 2 + j, part);
       }
     }
   }

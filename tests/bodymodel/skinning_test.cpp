@@ -302,6 +302,54 @@ TEST(Skinning, RefusesAShapedBodyOfAnotherModel) {
               ThrowsMessage<LogicError>(HasSubstr("shaped body of another model")));
 }
 
+// Also where a corner counts nothing, and where all three are one vertex.
+TEST(Skinning, RowsOfPointsOnFacesAreThoseOfTheirCorners) {
+  const BodyModel model = synthetic_body();
+  const ShapedBody body = shape_body(model);
+  const PosedBody posed = pose_body(model, body, random_pose(model.skeleton, 13));
+  const SkinChains chains = skin_chains(model);
+  FacePoints points;
+  points.vertices = {{3, 20, 31}, {7, 7, 7}, {5, 12, 30}};
+  points.barycentric.resize(3, 3);
+  points.barycentric << 0.2, 0.5, 0.3, 1, 0, 0, 0.6, 0.4, 0;
+  Points directions(3, 3);
+  directions << 0.6, 0.8, 0, 0, 0, 1, 1, 0, 0;
+  const SkinRows rows = skin_point_rows(model, posed, chains, points, directions);
+  ASSERT_EQ(rows.begin.size(), 4u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto row = static_cast<Index>(i);
+    Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(joint_count(model), 3);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Points scaled = points.barycentric(row, static_cast<Index>(c)) * directions.row(row);
+      const SkinRows corner =
+          skin_jacobian_rows(model, posed, chains, {points.vertices[i][c]}, scaled);
+      for (int e = corner.begin[0]; e < corner.begin[1]; ++e) {
+        expected.row(corner.joints[static_cast<std::size_t>(e)]) += corner.values.row(e);
+      }
+    }
+    Eigen::MatrixXd found = Eigen::MatrixXd::Zero(joint_count(model), 3);
+    for (int e = rows.begin[i]; e < rows.begin[i + 1]; ++e) {
+      found.row(rows.joints[static_cast<std::size_t>(e)]) += rows.values.row(e);
+    }
+    EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 1e-12) << "point " << i;
+  }
+}
+
+TEST(Skinning, RefusesRowsOfPointsOutOfRange) {
+  const BodyModel model = synthetic_body();
+  const PosedBody posed = pose_body(model, shape_body(model), rest_pose(model.skeleton));
+  const SkinChains chains = skin_chains(model);
+  FacePoints points;
+  points.vertices = {{1, 2, 40}};
+  points.barycentric = Points::Constant(1, 3, 1.0 / 3);
+  EXPECT_THAT([&] { skin_point_rows(model, posed, chains, points, Points::Identity(1, 3)); },
+              ThrowsMessage<LogicError>(HasSubstr("vertex 40 out of range")));
+  EXPECT_THAT([&] { skin_point_rows(model, posed, chains, points, Points::Identity(2, 3)); },
+              ThrowsMessage<LogicError>(HasSubstr("one direction for each point")));
+  EXPECT_THAT([&] { skin_point_rows(model, posed, SkinChains{}, points, Points::Identity(1, 3)); },
+              ThrowsMessage<LogicError>(HasSubstr("chains of another model")));
+}
+
 TEST(Skinning, RefusesRowsOutOfRange) {
   const BodyModel model = synthetic_body();
   const ShapedBody body = shape_body(model);

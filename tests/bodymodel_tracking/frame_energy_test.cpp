@@ -126,6 +126,65 @@ TEST(FrameEnergy, UniformMotionHasNoAcceleration) {
             1e-9);
 }
 
+/// Of a whole window, by the variables of all its frames.
+Eigen::VectorXd window_gradient(const FittedPerson& person, const TrackWindow& window,
+                                const std::vector<Eigen::VectorXd>& x) {
+  const Index size = x[0].size();
+  Eigen::VectorXd gradient(size * static_cast<Index>(x.size()));
+  for (std::size_t f = 0; f < x.size(); ++f) {
+    gradient.segment(size * static_cast<Index>(f), size) =
+        frame_energy(person, *window.targets[f], x[f], {}).gradient;
+  }
+  for (std::size_t f = 2; f < x.size(); ++f) {
+    const Acceleration three =
+        acceleration(person, {x[f - 2], x[f - 1], x[f]},
+                     {window.times[f - 2], window.times[f - 1], window.times[f]}, {}, true);
+    for (std::size_t i = 0; i < 3; ++i) {
+      gradient.segment(size * static_cast<Index>(f - 2 + i), size) +=
+          three.jacobian[i].transpose() * three.residual;
+    }
+  }
+  return gradient;
+}
+
+// The solver has a window in blocks by limb, of which most pairs are left out: what it takes for
+// the gradient must be the whole one. Points of skin lie between limbs too, and fingers are sought.
+TEST(FrameEnergy, AWindowEndsWhereItsWholeGradientVanishes) {
+  const FittedPerson person = fitted_person(plain_human(), body_25_names(), true);
+  Random random(3);
+  std::vector<FrameTargets> targets;
+  TrackWindow window;
+  for (int f = 0; f < 4; ++f) {
+    const double time = 0.1 * f;
+    const Eigen::VectorXd x = walking(person, time);
+    FrameTargets one = keypoints_of(person, x, 0.01, random);
+    const Points vertices = skin_vertices(plain_human(), pose_of_variables(person, x));
+    const auto& faces = plain_human().mesh.faces;
+    for (Index face = f; face < faces.rows(); face += 53) {
+      SurfaceMatch match;
+      match.vertices = {faces(face, 0), faces(face, 1), faces(face, 2)};
+      match.barycentric = {0.2, 0.3, 0.5};
+      match.normal = Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+      for (Index c = 0; c < 3; ++c) {
+        match.target += match.barycentric[c] * vertices.row(faces(face, c)).transpose();
+      }
+      match.target += 0.003 * normal(random) * match.normal;
+      match.weight = 53.0 / static_cast<double>(faces.rows());
+      one.matches.push_back(match);
+    }
+    targets.push_back(std::move(one));
+    window.times.push_back(time);
+    window.start.push_back(walking(person, time + 0.05));
+  }
+  for (const FrameTargets& one : targets) {
+    window.targets.push_back(&one);
+  }
+  const WindowSolution found = solve_window(person, window, {}, {}, 40);
+  EXPECT_TRUE(found.converged);
+  EXPECT_LT(window_gradient(person, window, found.x).norm(),
+            2e-3 * window_gradient(person, window, window.start).norm());
+}
+
 TEST(FrameEnergy, WrongSizesAreRefused) {
   const FittedPerson& person = fitted_human();
   FrameTargets targets;
