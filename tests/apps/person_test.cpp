@@ -67,7 +67,7 @@ class Person : public ::testing::Test {
          "--samples",
          "2"},
         {"reconstruct", capture, made, "--surface.octree_depth", "6", "--surface.edge_length",
-         "0.03"},
+         "0.03", "--stereo.iterations", "2", "--stereo.refinements", "1"},
         {"personalize", capture, made, "--samples", "800", "--shape-rounds", "2",
          "--surface-rounds", "1"},
         {"track", capture, made, "--samples", kSamples, "--rounds", kRounds}};
