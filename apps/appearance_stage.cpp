@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "appearance/static_fit.h"
 #include "apps/child_program.h"
@@ -233,9 +234,13 @@ bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPi
   }
   std::vector<Image> taken;
   constexpr std::size_t kShown = 3;
+  std::set<std::pair<std::size_t, int>> shown;
   for (std::size_t i = 0; i < kShown; ++i) {
     const std::size_t camera = i * seen.cameras.size() / kShown;
     const int frame_id = seen.clothed[i * (seen.clothed.size() - 1) / (kShown - 1)];
+    if (!shown.insert({camera, frame_id}).second) {
+      continue;  // fewer than three pictures are there
+    }
     const TakenPicture one = picture(camera, frame_id);
     if (!one.colors.data.empty()) {
       taken.push_back(linear_from_srgb(one.colors));
@@ -260,6 +265,7 @@ bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPi
   };
   PaintOptions options;
   options.background = {0.6, 0.6, 0.6};
+  options.occlusion = run.options<AppearanceStageOptions>().prepare.occlusion;  // as it was learnt
   if (!paint_scene(scene, options, run.device(), hooks)) {
     return false;
   }

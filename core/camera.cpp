@@ -150,19 +150,20 @@ std::optional<Eigen::Vector3d> ray_direction(const Camera& camera, const Eigen::
     // Newton with step halving: the start may lie beyond the fold.
     constexpr int kIterations = 50;
     constexpr double kTolerance = 1e-12;
-    double error = (bend(camera, flat).point - target).norm();
-    while (folded(camera, flat, bend(camera, flat)) && flat.norm() > 1e-9) {
+    Bent bent = bend(camera, flat);
+    while (folded(camera, flat, bent) && flat.norm() > 1e-9) {
       flat *= 0.5;
-      error = (bend(camera, flat).point - target).norm();
+      bent = bend(camera, flat);
     }
+    double error = (bent.point - target).norm();
     for (int iteration = 0; iteration < kIterations && error > kTolerance; ++iteration) {
-      const Bent bent = bend(camera, flat);
       const Vector2 step = bent.jacobian.inverse() * (bent.point - target);
       double scale = 1;
       Vector2 next = flat - step;
       Bent at_next = bend(camera, next);
-      while (scale > 1e-6 && (!at_next.point.allFinite() || folded(camera, next, at_next) ||
-                              (at_next.point - target).norm() > error)) {
+      while (scale > 1e-6 &&
+             (!at_next.point.allFinite() || (at_next.point - target).norm() > error ||
+              folded(camera, next, at_next))) {
         scale *= 0.5;
         next = flat - scale * step;
         at_next = bend(camera, next);
@@ -172,6 +173,7 @@ std::optional<Eigen::Vector3d> ray_direction(const Camera& camera, const Eigen::
         break;
       }
       flat = next;
+      bent = at_next;
       error = next_error;
     }
     if (!(error < 1e-9)) {

@@ -287,11 +287,18 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
   PairPoints<T> pair{{a.a, a.b, b.a, b.b}, {}, 2, {}, {}};
   for (int k = 0; k < 4; ++k) {
     pair.start[k] = load_start(pair.particle[k]);
+  }
+  const SegmentShares<T> near = nearest_on_segments(xyz(pair.start[0]), xyz(pair.start[1]),
+                                                    xyz(pair.start[2]), xyz(pair.start[3]));
+  // At an end it is the vertex that meets something, and its own pairs see to that. First, since
+  // most pairs of a list are so.
+  if (!(near.s > T(0) && near.s < T(1) && near.t > T(0) && near.t < T(1))) {
+    return PairState::Apart;
+  }
+  for (int k = 0; k < 4; ++k) {
     pair.x[k] = load(pair.particle[k]);
   }
   const bool ordered = order_decides(cloth, candidate, true);
-  const SegmentShares<T> near = nearest_on_segments(xyz(pair.start[0]), xyz(pair.start[1]),
-                                                    xyz(pair.start[2]), xyz(pair.start[3]));
   pair.weight[0] = T(1) - near.s;
   pair.weight[1] = near.s;
   pair.weight[2] = near.t - T(1);
@@ -308,10 +315,6 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
     return PairState::Apart;
   }
   if (ordered && stays_beyond(before, now, candidate.gap)) {
-    return PairState::Apart;
-  }
-  // At an end it is the vertex that meets something, and its own pairs see to that.
-  if (!(near.s > T(0) && near.s < T(1) && near.t > T(0) && near.t < T(1))) {
     return PairState::Apart;
   }
   for (int k = 0; k < 2; ++k) {

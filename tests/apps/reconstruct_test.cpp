@@ -71,8 +71,7 @@ class Reconstruct : public ::testing::Test {
   ChildResult reconstruct(std::vector<std::string> more = {}) const {
     std::vector<std::string> command = {program_path(), "reconstruct", capture_.string(),
                                         workspace_.string()};
-    more = fixtures::with_usual({"--surface.octree_depth", "6", "--surface.edge_length", "0.03"},
-                                more);
+    more = fixtures::with_usual(kQuick, more);
     command.insert(command.end(), more.begin(), more.end());
     return run_child(command);
   }
@@ -83,6 +82,10 @@ class Reconstruct : public ::testing::Test {
     return read_mesh_archive(workspace_ / "reconstruct" / "current" / "scans" / "000000.h5");
   }
 
+  /// Coarse, with few sweeps: enough for which views are used and what is said of them.
+  static inline const std::vector<std::string> kQuick = {
+      "--surface.octree_depth", "6", "--surface.edge_length", "0.03",
+      "--stereo.iterations",    "2", "--stereo.refinements",  "1"};
   static TemporaryDirectory* folder_;
   static int made_;
   TemporaryDirectory own_;
@@ -94,7 +97,7 @@ TemporaryDirectory* Reconstruct::folder_ = nullptr;
 int Reconstruct::made_ = -1;
 
 TEST_F(Reconstruct, ScansAndKeypointsAreMeasuredAgainstTheTruth) {
-  const ChildResult result = reconstruct();
+  const ChildResult result = reconstruct({"--stereo.iterations", "4", "--stereo.refinements", "3"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err.find("view-"), std::string::npos) << result.err;
   const Mesh found = scan();
@@ -145,8 +148,7 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   const fs::path surface = own_.path() / "scan.ply";
   const auto depth = [&](std::vector<std::string> more) {
     std::vector<std::string> call = {program_path(), "depth", capture_.string(), maps.string()};
-    more = fixtures::with_usual({"--surface.octree_depth", "6", "--surface.edge_length", "0.03"},
-                                more);
+    more = fixtures::with_usual(kQuick, more);
     call.insert(call.end(), more.begin(), more.end());
     return run_child(call);
   };

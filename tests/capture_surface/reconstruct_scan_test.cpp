@@ -14,8 +14,7 @@
 namespace atelier::fixtures {
 namespace {
 
-/// Fourteen narrow views all around a textured ball, label 3 above and 4 below.
-std::vector<InstantView> views_of_ball() {
+std::vector<InstantView> pictured_ball() {
   const TexturedBall ball;
   std::vector<InstantView> views;
   for (const StereoView& stereo : ball.views(14, 0.448798951, 120, 120)) {
@@ -43,6 +42,12 @@ std::vector<InstantView> views_of_ball() {
   return views;
 }
 
+/// Fourteen narrow views all around a textured ball, label 3 above and 4 below.
+std::vector<InstantView> views_of_ball() {
+  static const std::vector<InstantView> views = pictured_ball();
+  return views;
+}
+
 ReconstructOptions small_options() {
   ReconstructOptions options;
   options.stereo.iterations = 3;
@@ -50,6 +55,12 @@ ReconstructOptions small_options() {
   options.surface.octree_depth = 6;
   options.surface.edge_length = 0.02;
   return options;
+}
+
+/// What they give where nothing is wrong.
+const ReconstructedScan& scan_of_ball() {
+  static const ReconstructedScan result = reconstruct_scan(views_of_ball(), small_options());
+  return result;
 }
 
 double median_error(const Mesh& scan) {
@@ -62,7 +73,7 @@ double median_error(const Mesh& scan) {
 }
 
 TEST(ReconstructScan, ABallWithItsLabels) {
-  const ReconstructedScan result = reconstruct_scan(views_of_ball(), small_options());
+  const ReconstructedScan& result = scan_of_ball();
   EXPECT_THAT(result.findings, ::testing::IsEmpty());
   EXPECT_LT(median_error(result.scan), 0.003);
   EXPECT_GT(mesh_statistics(result.scan).area, 0.7 * 4 * 3.14159265 * 0.09);
@@ -148,8 +159,7 @@ TEST(ReconstructScan, AnInvertedMaskIsTurnedRound) {
   EXPECT_EQ(result.findings[0].code, "view-mask-inverted");
   EXPECT_EQ(result.findings[0].place, "cam5");
   // As if nothing had been: the same surface.
-  const ReconstructedScan right = reconstruct_scan(views_of_ball(), small_options());
-  EXPECT_EQ(result.scan.vertices, right.scan.vertices);
+  EXPECT_EQ(result.scan.vertices, scan_of_ball().scan.vertices);
 }
 
 TEST(ReconstructScan, AllMasksInvertedAreTurnedRound) {

@@ -10,14 +10,12 @@
 #include "core/store/collect_garbage.h"
 #include "core/store/commit.h"
 #include "core/store/file_lock.h"
-#include "core/store/result.h"
 #include "core/store/workspace_status.h"
 #include "tests/core_store/run_stage_fixture.h"
 
 namespace atelier::fixtures {
 namespace {
 
-using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -65,21 +63,6 @@ TEST_F(RunStage, EverythingIsForTheOwnerAlone) {
             0700u);
 }
 
-TEST_F(RunStage, WhatIsOptionalIsReadWhereItIs) {
-  EXPECT_EQ(run("either").end, End::Done);
-  EXPECT_EQ(read(current("either") / "either.txt"), "not counted");
-  run("count");
-  const std::vector<StageStatus> all =
-      workspace_status(kTestStages, root_ / "work", Check::Digests);
-  const auto found = std::find_if(all.begin(), all.end(),
-                                  [](const StageStatus& s) { return s.stage == "either"; });
-  EXPECT_EQ(found->state, StageStatus::State::Outdated);
-  EXPECT_THAT(found->reasons, Contains(HasSubstr("'count' has a result now")));
-  EXPECT_EQ(run("either").end, End::Done);
-  EXPECT_EQ(read(current("either") / "either.txt"), "counted");
-  EXPECT_EQ(run("either").end, End::AlreadyDone);
-}
-
 TEST_F(RunStage, WhatIsOptionalButDamagedIsRefused) {
   run("count");
   write(current("count") / "count.txt", "2 files");
@@ -106,46 +89,6 @@ TEST_F(RunStage, ResultsOfAnotherInputAreRefused) {
   first.input = what.input;
   EXPECT_EQ(run("count", first).end, End::Done);
   EXPECT_EQ(run("either", what).end, End::Done);
-}
-
-TEST_F(RunStage, AResultThatIsHandedOverBringsItsConsent) {
-  const std::string stated = "[[consent]]\nwho = \"Ada\"\nscope = \"tests\"\nuntil = \"\"\n";
-  write(root_ / "in/consent.toml", stated);
-  run("count");
-  StageRequest what = request("count");
-  what.input = current("count");
-  what.workspace = root_ / "second";
-  const StageReport second = run("count", what);
-  ASSERT_EQ(second.manifest.consent.size(), 1u);
-  EXPECT_EQ(second.manifest.consent[0].who, "Ada");
-  const auto changed = [&] {
-    std::string codes;
-    const std::filesystem::path folder = root_ / "second/count";
-    const std::filesystem::path result = folder / current_name(folder).value_or("none");
-    for (const Finding& finding :
-         check_outputs(result, read_manifest(result, "count"), Check::Sizes)) {
-      codes += finding.code + " ";
-    }
-    return codes;
-  };
-  EXPECT_EQ(changed(), "");
-  write(root_ / "in/consent.toml",
-        "[[consent]]\nwho = \"Ada\"\nscope = \"nothing\"\nuntil = \"\"\n");
-  EXPECT_EQ(changed(), "consent-changed ");
-}
-
-TEST_F(RunStage, AFileThatAnOptionNamesIsPartOfTheKey) {
-  StageRequest what = request("either");
-  write(root_ / "motion.txt", "hop");
-  ASSERT_EQ(set_option(what.options.table, "word", (root_ / "motion.txt").string()), "");
-  const StageReport first = run("either", what);
-  EXPECT_EQ(read(current("either") / "either.txt"), "not counted, hop");
-  EXPECT_EQ(run("either", what).end, End::AlreadyDone);
-  write(root_ / "motion.txt", "jump");
-  const StageReport second = run("either", what);
-  EXPECT_EQ(second.end, End::Done);
-  EXPECT_NE(second.manifest.key, first.manifest.key);
-  EXPECT_EQ(read(current("either") / "either.txt"), "not counted, jump");
 }
 
 TEST_F(RunStage, ErrorsOfTheInputArePartOfTheReport) {
@@ -210,70 +153,6 @@ TEST_F(RunStage, AWorkspaceThatOthersMayLookIntoIsSpokenOf) {
   EXPECT_THAT(run("count").plan.warnings, IsEmpty());
 }
 
-TEST_F(RunStage, AnOptionMakesAnotherResultAndTheFirstComesBack) {
-  const auto first = run("count").plan.result_folder;
-  StageRequest what = request("count");
-  ASSERT_EQ(set_option(what.options.table, "word", "pieces"), "");
-  EXPECT_EQ(run("count", what).end, End::Done);
-  EXPECT_EQ(read(current("count") / "count.txt"), "1 pieces");
-  const StageReport back = run("count");
-  EXPECT_EQ(back.end, End::AlreadyDone);
-  EXPECT_EQ(current("count"), first);
-  EXPECT_EQ(behaviour().count_runs, 2);
-}
-
-TEST_F(RunStage, WhatIsNotKeyedMakesNoDifference) {
-  run("count");
-  StageRequest what = request("count");
-  ASSERT_EQ(set_option(what.options.table, "threads", "9"), "");
-  EXPECT_EQ(run("count", what).end, End::AlreadyDone);
-  what.jobs = 7;
-  EXPECT_EQ(run("count", what).end, End::AlreadyDone);
-}
-
-TEST_F(RunStage, ADeviceIsKeyedOnlyWhereTwinsDiffer) {
-  StageRequest cuda = request("count");
-  cuda.device = Device::Cuda;
-  EXPECT_EQ(run("count").plan.manifest.key, run("count", cuda).plan.manifest.key);
-  cuda = request("twins");
-  cuda.device = Device::Cuda;
-  EXPECT_NE(run("twins").plan.manifest.key, run("twins", cuda).plan.manifest.key);
-}
-
-TEST_F(RunStage, AnInputChangesTheKey) {
-  run("count");
-  write(root_ / "in/b.txt", "4");
-  const StageReport second = run("count");
-  EXPECT_EQ(second.end, End::Done);
-  EXPECT_EQ(read(current("count") / "count.txt"), "2 files");
-  EXPECT_THAT(second.plan.reasons, ElementsAre(HasSubstr("input texts changed (1 file, 1 bytes -> "
-                                                         "2 files, 2 bytes)")));
-}
-
-TEST_F(RunStage, ReasonsNameWhatChanged) {
-  StageRequest what = request("count");
-  const Stage& stage = *find_stage(kTestStages, "count");
-  EXPECT_THAT(plan_stage(kTestStages, stage, what).reasons,
-              ElementsAre("it has no result in this workspace"));
-  run("count", what);
-  EXPECT_EQ(plan_stage(kTestStages, stage, what).state, StagePlan::State::Done);
-  ASSERT_EQ(set_option(what.options.table, "word", "x"), "");
-  ASSERT_EQ(set_option(what.options.table, "scale", "2.5"), "");
-  EXPECT_THAT(plan_stage(kTestStages, stage, what).reasons,
-              ElementsAre("option word: \"files\" -> \"x\"", "option scale: 1 -> 2.5"));
-  what.force = true;
-  EXPECT_THAT(plan_stage(kTestStages, stage, what).reasons, Contains("option scale: 1 -> 2.5"));
-}
-
-TEST_F(RunStage, ANewVersionOfAStageRunsAgain) {
-  run("count");
-  Stage newer = *find_stage(kTestStages, "count");
-  newer.version = 3;
-  const StageReport report = run_stage(kTestStages, newer, request("count"));
-  EXPECT_EQ(report.end, End::Done);
-  EXPECT_THAT(report.plan.reasons, ElementsAre("stage version: 2 -> 3"));
-}
-
 TEST_F(RunStage, PlanningChangesNothing) {
   plan_stage(kTestStages, *find_stage(kTestStages, "count"), request("count"));
   EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
@@ -297,115 +176,6 @@ TEST_F(RunStage, AFailureLeavesNoStaging) {
   behaviour().during = [] { throw DataError("f", "", "bad", "good"); };
   EXPECT_THROW(run("count"), DataError);
   EXPECT_FALSE(std::filesystem::exists(root_ / "work")) << "the run made it";
-}
-
-TEST_F(RunStage, AChainRunsOnResults) {
-  run("count");
-  EXPECT_EQ(run("double").end, End::Done);
-  EXPECT_EQ(read(current("double") / "double.txt"), "1 files1 files");
-  const Manifest manifest = read_manifest(current("double"), "double");
-  EXPECT_EQ(manifest.inputs[0].stage, "count");
-}
-
-TEST_F(RunStage, AChainIsCutWhereNothingChanges) {
-  run("count");
-  run("double");
-  StageRequest what = request("count");
-  ASSERT_EQ(set_option(what.options.table, "scale", "2"), "");  // another key, the same bytes
-  EXPECT_EQ(run("count", what).end, End::Done);
-  EXPECT_EQ(run("double").end, End::AlreadyDone);
-}
-
-TEST_F(RunStage, AChainShowsWhatIsOutdated) {
-  run("count");
-  run("double");
-  write(root_ / "in/b.txt", "4");
-  run("count");
-  auto status = workspace_status(kTestStages, root_ / "work");
-  EXPECT_EQ(status[0].state, StageStatus::State::Done);
-  const auto found = std::find_if(status.begin(), status.end(),
-                                  [](const StageStatus& s) { return s.stage == "double"; });
-  EXPECT_EQ(found->state, StageStatus::State::Outdated);
-  EXPECT_THAT(found->reasons, ElementsAre(HasSubstr("'count' has changed since")));
-}
-
-TEST_F(RunStage, AStageOfWhichSeveralInputsAreIsNamedOnceWhereItIsOutdated) {
-  std::array<Stage, 2> stages = {kTestStages[0], kTestStages[1]};
-  stages[0].outputs = {"counts", "sums"};
-  stages[1].inputs = {"counts", "sums"};
-  for (const Stage& stage : stages) {
-    run_stage(stages, stage, request(std::string(stage.name)));
-  }
-  stages[0].version = 3;
-  EXPECT_THAT(workspace_status(stages, root_ / "work")[1].reasons,
-              ElementsAre("'count' before it is outdated"));
-}
-
-TEST_F(RunStage, StatusSeesThatAnInputHasChanged) {
-  run("count");
-  const auto first = [&](Check check = Check::Sizes) {
-    return workspace_status(kTestStages, root_ / "work", check)[0];
-  };
-  EXPECT_EQ(first().state, StageStatus::State::Done);
-  write(root_ / "in/a.txt", "4");  // the same size
-  EXPECT_EQ(first().state, StageStatus::State::Outdated);
-  EXPECT_THAT(first().reasons,
-              ElementsAre("input texts changed (1 file, 1 bytes -> 1 file, 1 bytes)"));
-  write(root_ / "in/a.txt", "3");  // as it was, later
-  EXPECT_EQ(first().state, StageStatus::State::Done);
-  write(root_ / "in/b.txt", "1");
-  EXPECT_THAT(first().reasons,
-              ElementsAre("input texts changed (1 file, 1 bytes -> 2 files, 2 bytes)"));
-  EXPECT_THAT(first(Check::Digests).reasons, ::testing::SizeIs(1));
-}
-
-TEST_F(RunStage, StatusSaysThatAnInputIsGone) {
-  run("count");
-  std::filesystem::rename(root_ / "in", root_ / "elsewhere");
-  const StageStatus status = workspace_status(kTestStages, root_ / "work")[0];
-  EXPECT_EQ(status.state, StageStatus::State::Done);
-  ASSERT_EQ(status.findings.size(), 1u);
-  EXPECT_EQ(status.findings[0].code, "input-gone");
-  EXPECT_EQ(status.findings[0].severity, Severity::Warning);
-  StageRequest moved = request("count");
-  moved.input = root_ / "elsewhere";
-  EXPECT_EQ(run("count", moved).end, End::AlreadyDone);  // which learns the place
-  EXPECT_THAT(workspace_status(kTestStages, root_ / "work")[0].findings, ::testing::IsEmpty());
-}
-
-TEST_F(RunStage, ManifestsWithoutAStampAreComparedByBytes) {
-  run("count");
-  Manifest manifest = read_manifest(current("count"), "count");
-  manifest.inputs[0].stamp = {};
-  replace_manifest(current("count"), manifest);
-  EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].state, StageStatus::State::Done);
-  write(root_ / "in/a.txt", "5");
-  EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].state, StageStatus::State::Outdated);
-}
-
-TEST_F(RunStage, ConsentTravelsDownTheChain) {
-  write(root_ / "in/capture.toml",
-        "[consent]\nwho = 'P. Doe'\nscope = 'research'\nuntil = 2030-12-31\n");
-  run("count");
-  run("double");
-  const std::vector<Consent> expected = {{"P. Doe", "research", "2030-12-31"}};
-  EXPECT_EQ(read_manifest(current("count"), "count").consent, expected);
-  EXPECT_EQ(read_manifest(current("double"), "double").consent, expected);
-}
-
-TEST_F(RunStage, AResultThatIsDoneLearnsNewConsent) {
-  write(root_ / "capture.toml", "[consent]\nwho = 'P. Doe'\nscope = 'research'\n");
-  run("count");
-  run("double");
-  write(root_ / "capture.toml", "[consent]\nwho = 'P. Doe'\nscope = 'nothing'\n");
-  const StageReport again = run("count");
-  EXPECT_EQ(again.end, End::AlreadyDone);
-  const std::vector<Consent> expected = {{"P. Doe", "nothing", ""}};
-  EXPECT_EQ(again.manifest.consent, expected);
-  EXPECT_EQ(read_manifest(current("count"), "count").consent, expected);
-  EXPECT_EQ(run("double").end, End::AlreadyDone);
-  EXPECT_EQ(read_manifest(current("double"), "double").consent, expected);
-  EXPECT_THAT(check_outputs(current("count"), again.manifest, Check::Digests), IsEmpty());
 }
 
 TEST_F(RunStage, WhatMayNotBeLookedAtIsNotAbsent) {
@@ -517,63 +287,6 @@ TEST_F(RunStage, ResultsWithoutACurrentLinkAreCountedAndFoundAgain) {
   EXPECT_EQ(run("count").end, End::AlreadyDone);
   EXPECT_EQ(current("count"), result);
   EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].unlinked_results, 0);
-}
-
-TEST_F(RunStage, ConsentThatEndedNamesTheFileItStandsIn) {
-  write(root_ / "in/consent.toml", "[consent]\nwho = 'A'\nscope = 'b'\nuntil = 2001-12-31\n");
-  const StageReport report = run("count");
-  const auto findings = check_outputs(current("count"), report.manifest, Check::Sizes);
-  ASSERT_EQ(findings.size(), 1u);
-  EXPECT_THAT(findings[0].advice, HasSubstr((root_ / "in/consent.toml").string()));
-  write(root_ / "in/consent.toml", "[consent");
-  EXPECT_THAT(check_outputs(current("count"), report.manifest, Check::Sizes)[0].advice,
-              HasSubstr("the capture.toml or consent.toml of the capture"));
-}
-
-TEST_F(RunStage, ConsentThatChangedIsSaidOfAllThatWasMadeFromIt) {
-  write(root_ / "consent.toml", "[consent]\nwho = 'P'\nscope = 'research'\n");
-  run("count");
-  run("double");
-  const auto warnings = [&] {
-    std::vector<std::string> found;
-    for (const StageStatus& status : workspace_status(kTestStages, root_ / "work")) {
-      for (const Finding& finding : status.findings) {
-        if (finding.code == "consent-changed") {
-          EXPECT_EQ(finding.severity, Severity::Warning);
-          EXPECT_EQ(status.state, StageStatus::State::Done);
-          found.push_back(status.stage + ": " + finding.what);
-        }
-      }
-    }
-    return found;
-  };
-  EXPECT_THAT(warnings(), IsEmpty());
-  write(root_ / "consent.toml", "[consent]\nwho = 'P'\nscope = 'withdrawn'\nuntil = 2026-01-01\n");
-  const std::string today = "it was 'P, research', today it says 'P, withdrawn, until 2026-01-01'";
-  EXPECT_THAT(warnings(), ElementsAre(HasSubstr(today), HasSubstr("double: ")));
-  std::filesystem::remove(root_ / "consent.toml");
-  EXPECT_THAT(warnings()[1], HasSubstr("today it says 'none recorded'"));
-  write(root_ / "consent.toml", "[consent");
-  EXPECT_THAT(warnings()[0], HasSubstr("what the consent says today cannot be read: "));
-  std::filesystem::remove_all(root_ / "in");
-  EXPECT_THAT(warnings(), IsEmpty()) << "of an input that is gone nothing is known";
-}
-
-TEST_F(RunStage, ConsentRenewedInsideTheInputRedoesNothing) {
-  write(root_ / "in/capture.toml", "fps = 30\n\n[[consent]]\nwho = 'P'\nscope = 'a'\n");
-  write(root_ / "in/consent.toml", "");
-  run("count");
-  write(root_ / "in/capture.toml",
-        "fps = 30\n\n[[consent]]\nwho = 'P'\nscope = 'b'\n\n[[consent]]\nwho = 'Q'\nscope = 'c'\n");
-  const StageReport again = run("count");
-  EXPECT_EQ(again.end, End::AlreadyDone);
-  EXPECT_EQ(to_string(read_manifest(current("count"), "count").consent), "P, b; Q, c");
-  write(root_ / "in/capture.toml", "fps = 30\n");
-  write(root_ / "in/consent.toml", "[consent]\nwho = 'P'\nscope = 'd'\n");
-  EXPECT_EQ(run("count").end, End::AlreadyDone);
-  EXPECT_EQ(to_string(read_manifest(current("count"), "count").consent), "P, d");
-  write(root_ / "in/capture.toml", "fps = 60\n");
-  EXPECT_EQ(run("count").end, End::Done);
 }
 
 TEST_F(RunStage, ARefusedRunLeavesFoldersThatWereThere) {
