@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "apps/reconstruct_stage.h"
 #include "apps/truth_scan.h"
 #include "capture/frame_reader.h"
+#include "capture/label_taxonomy.h"
 #include "core/error.h"
 #include "core/garment_archive.h"
 #include "core/normals.h"
@@ -192,6 +194,12 @@ class RegisteredOutfit {
     frame.scan = garment_scan(instant.scan, {number});
     frame.body = body_obstacle(instant.body, bodies_.faces);
     const Mesh& scan = instant.scan;
+    for (const std::uint8_t other : std::set(scan.labels.begin(), scan.labels.end())) {
+      if (other != number && is_cloth(static_cast<Label>(other))) {
+        frame.scan = without_covered_border(std::move(frame.scan), garment_scan(scan, {other}),
+                                            frame.body.tree);
+      }
+    }
     if (!scan.labels.empty()) {
       Triangles rest(scan.faces.rows(), 3);
       Index count = 0;

@@ -428,6 +428,7 @@ bool photograph_instant(const fs::path& folder, const SynthesisStage& stage,
   }
   TruthFrame truth = frame.truth;
   truth.body_seen = seen_image(body_seen, truth.body.rows());
+  truth.garments_seen.clear();  // a performed frame that was read back has empty ones
   for (std::size_t g = 0; g < cloth_seen.size(); ++g) {
     truth.garments_seen.push_back(truth.garments[g].rows() > 0
                                       ? seen_image(cloth_seen[g], truth.garments[g].rows())

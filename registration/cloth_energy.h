@@ -32,6 +32,8 @@ struct ClothModel {
   Eigen::Matrix<int, Eigen::Dynamic, 4, Eigen::RowMajor> hinges;  ///< [H,4] edge's ends, apexes
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> hinge_weights;  ///< [H,4] c, scaled by
                                                                             ///< sqrt(1 / A_h), 1/m
+  std::vector<char> goes_on;  ///< [V] 1 at a rim where the garment does not end, but goes on under
+                              ///< another; or empty
 };
 
 /// Throws DataError (with `file`) for a mesh without faces, one that is no manifold, faces without

@@ -7,6 +7,7 @@
 #include "core/normals.h"
 #include "core/topology.h"
 #include "registration/register_garment.h"
+#include "registration/rim_vertices.h"
 
 namespace atelier {
 namespace {
@@ -15,12 +16,7 @@ namespace {
 Index fold_at_rim(const Points& x, const Topology& topology) {
   constexpr double kThin = 0.05;
   const Triangles neighbors = face_neighbors(topology);
-  std::vector<char> rim(static_cast<std::size_t>(x.rows()), 0);
-  for (const std::vector<int>& loop : boundary_loops(topology)) {
-    for (const int v : loop) {
-      rim[static_cast<std::size_t>(v)] = 1;
-    }
-  }
+  const std::vector<char> rim = rim_vertices(topology);
   std::vector<char> turned(static_cast<std::size_t>(topology.faces.rows()), 0);
   // What is crumpled a triangle away from the rim is cut free from there.
   std::vector<char> crumpled(static_cast<std::size_t>(x.rows()), 0);

@@ -6,6 +6,7 @@
 
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "registration/rim_vertices.h"
 
 namespace atelier {
 namespace {
@@ -67,6 +68,21 @@ Points boundary_conormals(const Points& x, const Topology& topology, std::vector
     sums.row(v) /= length > 1e-12 ? length : 1;
   }
   return sums;
+}
+
+/// The vertices of the border that are openings.
+void set_openings(GarmentScan& part, const std::vector<char>& open) {
+  part.border_vertices.clear();
+  for (std::size_t v = 0; v < open.size(); ++v) {
+    if (open[v] != 0) {
+      part.border_vertices.push_back(static_cast<int>(v));
+    }
+  }
+  Points points(static_cast<Index>(part.border_vertices.size()), 3);
+  for (std::size_t i = 0; i < part.border_vertices.size(); ++i) {
+    points.row(static_cast<Index>(i)) = part.vertices.row(part.border_vertices[i]);
+  }
+  part.border_tree = build_point_tree(points);
 }
 
 }  // namespace
@@ -135,17 +151,41 @@ GarmentScan garment_scan(const Mesh& scan, const std::vector<std::uint8_t>& labe
   part.areas = vertex_areas(part.vertices, part.faces);
   const Topology topology = topology_of(part.faces, part.vertices.rows());
   part.conormals = boundary_conormals(part.vertices, topology, part.border);
-  for (std::size_t v = 0; v < part.border.size(); ++v) {
-    if (part.border[v] != 0) {
-      part.border_vertices.push_back(static_cast<int>(v));
-    }
-  }
-  Points border(static_cast<Index>(part.border_vertices.size()), 3);
-  for (std::size_t i = 0; i < part.border_vertices.size(); ++i) {
-    border.row(static_cast<Index>(i)) = part.vertices.row(part.border_vertices[i]);
-  }
   part.tree = build_tree(part.vertices, part.faces);
-  part.border_tree = build_point_tree(border);
+  set_openings(part, part.border);
+  return part;
+}
+
+GarmentScan without_covered_border(GarmentScan part, const GarmentScan& other,
+                                   const TriangleTree& body) {
+  constexpr double kTouch = 0.02;   // m
+  constexpr double kAside = 0.015;  // m off the border, where what lies over it is not yet a slope
+  if (other.faces.rows() == 0 || body.nodes.empty()) {
+    return part;
+  }
+  std::vector<char> open(part.border.size(), 0);
+  std::vector<int> touching;
+  double higher = 0;
+  for (const int v : part.border_vertices) {
+    open[static_cast<std::size_t>(v)] = 1;
+    if (closest_point(other.tree, at(part.vertices, v), kTouch).face < 0) {
+      continue;
+    }
+    touching.push_back(v);
+    const Vector3 aside = kAside * at(part.conormals, v);
+    const auto height = [&](const TriangleTree& tree, const Vector3& near) {
+      return std::sqrt(closest_point(body, closest_point(tree, near).point).squared_distance);
+    };
+    higher += height(other.tree, at(part.vertices, v) + aside) -
+              height(part.tree, at(part.vertices, v) - aside);
+  }
+  if (touching.empty() || higher <= 0) {
+    return part;
+  }
+  for (const int v : touching) {
+    open[static_cast<std::size_t>(v)] = 0;
+  }
+  set_openings(part, open);
   return part;
 }
 
@@ -160,6 +200,10 @@ bool on_border(const GarmentScan& scan, const ClosestPoint& closest) {
     }
   }
   return true;
+}
+
+bool goes_on(const ClothModel& model, Index v) {
+  return !model.goes_on.empty() && model.goes_on[static_cast<std::size_t>(v)] != 0;
 }
 
 /// Cloth to scan: one row for each vertex, and one more for those of the cloth's boundary that lie
@@ -185,7 +229,8 @@ void add_cloth_rows(const ClothModel& model, const Points& x, const Points& norm
             vertex_row(v, closest.point, scan_normal, 0.5 * options.weight * area, options.scale);
         result.support[v] = 1;
       }
-      if (border[static_cast<std::size_t>(v)] == 0 || scan.border_vertices.empty()) {
+      if (border[static_cast<std::size_t>(v)] == 0 || scan.border_vertices.empty() ||
+          goes_on(model, v)) {
         continue;
       }
       const ClosestPoint edge = closest_point(scan.border_tree, here, options.border_reach);
@@ -232,9 +277,12 @@ void add_scan_rows(const ClothModel& model, const Points& normals, const Points&
         continue;
       }
       bool ends = true;
+      bool unknown = false;
       for (int k = 0; k < 3; ++k) {
-        ends = ends && (closest.barycentric[k] <= 1e-9 ||
-                        border[static_cast<std::size_t>(faces(closest.face, k))] != 0);
+        const int corner = faces(closest.face, k);
+        const bool near = closest.barycentric[k] > 1e-9;
+        ends = ends && (!near || border[static_cast<std::size_t>(corner)] != 0);
+        unknown = unknown || (near && goes_on(model, corner));
       }
       SurfaceRow& row = rows[static_cast<std::size_t>(i)];
       for (int k = 0; k < 3; ++k) {
@@ -246,7 +294,7 @@ void add_scan_rows(const ClothModel& model, const Points& normals, const Points&
       row.normal = scan_normal;
       if (ends) {
         const Vector3 out = interpolated(conormals, faces, closest).normalized();
-        if (!(std::sqrt(closest.squared_distance) < options.border_reach) ||
+        if (unknown || !(std::sqrt(closest.squared_distance) < options.border_reach) ||
             !(out.dot(point - closest.point) > 0)) {
           row.weight = 0;
           continue;
@@ -266,6 +314,31 @@ void add_scan_rows(const ClothModel& model, const Points& normals, const Points&
 }
 
 }  // namespace
+
+std::vector<char> covered_rim(const Topology& topology, const Points& x, const GarmentScan& scan) {
+  std::vector<char> rim = rim_vertices(topology);
+  std::vector<char> covered = scan.border;
+  for (const int v : scan.border_vertices) {
+    covered[static_cast<std::size_t>(v)] = 0;
+  }
+  std::vector<Index> border;
+  for (std::size_t v = 0; v < scan.border.size(); ++v) {
+    if (scan.border[v] != 0) {
+      border.push_back(static_cast<Index>(v));
+    }
+  }
+  const TriangleTree tree = build_point_tree(scan.vertices(border, Eigen::all));
+  for (Index v = 0; v < x.rows(); ++v) {
+    char& is = rim[static_cast<std::size_t>(v)];
+    if (is != 0) {
+      const ClosestPoint nearest = closest_point(tree, at(x, v));
+      is = nearest.face >= 0
+               ? covered[static_cast<std::size_t>(border[static_cast<std::size_t>(nearest.face)])]
+               : 0;
+    }
+  }
+  return rim;
+}
 
 ScanRows scan_rows(const ClothModel& model, const Points& x, const TriangleTree& tree,
                    const GarmentScan& scan, const ScanRowOptions& options) {

@@ -19,8 +19,8 @@ struct GarmentScan {
   std::vector<char> border;  ///< [S] 1 where the part ends: an opening, a neighbour or a hole
   Points conormals;          ///< [S,3] of border vertices: unit, in the surface, out of the part
   TriangleTree tree;         ///< over the faces
-  TriangleTree border_tree;  ///< over the border's vertices; `face` is a row of border_vertices
-  std::vector<int> border_vertices;
+  TriangleTree border_tree;  ///< over these vertices; `face` is a row of border_vertices
+  std::vector<int> border_vertices;  ///< of the border but where another garment lies over it
 };
 
 struct GarmentScanOptions {
@@ -32,6 +32,18 @@ struct GarmentScanOptions {
 /// (with `file`) as check_mesh does.
 GarmentScan garment_scan(const Mesh& scan, const std::vector<std::uint8_t>& labels,
                          const std::string& file = "", const GarmentScanOptions& options = {});
+
+/// A part without the openings at which another garment of the same scan lies over it: there the
+/// cloth goes on, and where it seems to end says nothing of it. Which of two that touch (within 2
+/// cm) is on top is asked of all places where they do: the one whose surface 1.5 cm off the border
+/// is farther from the body, on average. Our choice. Nothing changes where the body or the other is
+/// empty.
+GarmentScan without_covered_border(GarmentScan part, const GarmentScan& other,
+                                   const TriangleTree& body);
+
+/// [V] 1 at the cloth's rim where the border of the scan's part next to it is covered: the garment
+/// goes on there. @param x  [V,3] m, where the cloth lies on the scan
+std::vector<char> covered_rim(const Topology& topology, const Points& x, const GarmentScan& scan);
 
 /// How the scan pulls at cloth, annealed from round to round.
 struct ScanRowOptions {

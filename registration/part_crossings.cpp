@@ -6,18 +6,14 @@
 
 #include "core/intersection.h"
 #include "core/topology.h"
+#include "registration/rim_vertices.h"
 
 namespace atelier {
 
 PartedMesh part_crossings(Mesh mesh, int rounds) {
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
   const Adjacency neighbors = vertex_neighbors(topology);
-  std::vector<char> rim(static_cast<std::size_t>(mesh.vertices.rows()), 0);
-  for (const std::vector<int>& loop : boundary_loops(topology)) {
-    for (const int v : loop) {
-      rim[static_cast<std::size_t>(v)] = 1;
-    }
-  }
+  const std::vector<char> rim = rim_vertices(topology);
   std::vector<std::array<int, 2>> pairs = self_intersections(mesh.vertices, mesh.faces);
   for (int round = 0; round < rounds && !pairs.empty(); ++round) {
     std::vector<char> moved(rim.size(), 0);

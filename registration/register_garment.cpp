@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/normals.h"
+#include "registration/rim_vertices.h"
 
 namespace atelier {
 namespace {
@@ -76,18 +77,6 @@ std::vector<SurfaceRow> holding_rows(const RegistrationModel& model, const Point
     }
   }
   return rows;
-}
-
-/// 1 where the surface ends.
-std::vector<char> rim_vertices(const Topology& topology) {
-  std::vector<char> rim(static_cast<std::size_t>(topology.vertex_count), 0);
-  for (Index e = 0; e < topology.edges.rows(); ++e) {
-    if (corners_of_edge(topology, e).size() == 1) {
-      rim[static_cast<std::size_t>(topology.edges(e, 0))] = 1;
-      rim[static_cast<std::size_t>(topology.edges(e, 1))] = 1;
-    }
-  }
-  return rim;
 }
 
 double strain_quantile(const ClothModel& model, const Points& x, double quantile) {
@@ -337,6 +326,8 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
     correlations += views[v] > 0 ? correlation[v] : 0;
     twice += views[v] > 1 ? 1 : 0;
   }
+  result.told =
+      views.maxCoeff() > 0 ? (views.array() > 0).select(correlation, 0) : Eigen::VectorXd();
   result.support = support.dot(model.cloth.areas) / model.cloth.areas.sum();
   result.correlation = compared > 0 ? correlations / compared : 0;
   result.seen = twice / static_cast<double>(support.size());

@@ -73,6 +73,7 @@ struct RegisteredGarment {
   double seen = 0;             ///< share of vertices that two views compare
   int code_read = 0;           ///< places whose print said which they are
   int code_contradicted = 0;   ///< places whose print said otherwise than those around them
+  Eigen::VectorXd told;        ///< [V] correlation, 0 where no view compares; empty without views
   double strain_p95 = 0;       ///< of |length / rest - 1|
   int inverted = 0;            ///< triangles turned against their neighbours
   std::vector<Finding> findings;

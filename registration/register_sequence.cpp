@@ -12,22 +12,37 @@ namespace {
 /// What a chain of frames knows at its end.
 struct Chain {
   GarmentTexture texture;
-  Index last = -1;  ///< row that was registered last
-  Points drift;     ///< of that row
-  Points body;      ///< of that row
-  double told = 1;  ///< correlation of that row's pictures; 1 before any were compared
+  Index last = -1;       ///< row that was registered last
+  Points drift;          ///< of that row
+  Points body;           ///< of that row
+  Eigen::VectorXd told;  ///< correlation of that row's pictures at each vertex, 0 where none sees
+                         ///< it; empty before any were compared
 };
 
-/// How much firmer cloth is held on the body by how badly pictures agree with where it came out in
-/// the frame before. Nearest points do not know what slides, but their errors add up to a way along
-/// the surface: where no picture speaks against it, trousers turn round the hips by degrees a
-/// frame.
-double firmness(double correlation) {
+/// How much firmer each vertex is held on the body by how badly pictures agreed around it, 4 cm
+/// about, in the frame before. Nearest points do not know what slides, but their errors add up to a
+/// way along the surface: where no picture speaks against it, trousers turn round the hips by
+/// degrees a frame, and the side of a sleeve that no camera sees round the arm.
+Eigen::VectorXd firmness(const ClothModel& model, Eigen::VectorXd told) {
   constexpr double kMost = 20;
+  constexpr int kRounds = 6;
   const PhotometricOptions trusted;
-  const double doubt =
-      1 - std::clamp((correlation - trusted.bad) / (trusted.good - trusted.bad), 0.0, 1.0);
-  return std::max(1.0, kMost * doubt * doubt);
+  const Edges& edges = model.topology.edges;
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::VectorXd sums = model.areas.cwiseProduct(told);
+    Eigen::VectorXd weights = model.areas;
+    for (Index e = 0; e < edges.rows(); ++e) {
+      for (int k = 0; k < 2; ++k) {
+        const int other = edges(e, 1 - k);
+        sums[edges(e, k)] += model.areas[other] * told[other];
+        weights[edges(e, k)] += model.areas[other];
+      }
+    }
+    told = sums.cwiseQuotient(weights);
+  }
+  const Eigen::ArrayXd doubt =
+      1 - ((told.array() - trusted.bad) / (trusted.good - trusted.bad)).max(0).min(1);
+  return (kMost * doubt.square()).max(1);
 }
 
 /// A window's frames, both ways from its anchor.
@@ -49,7 +64,7 @@ OptionTable describe(RegisterSequenceOptions& options) {
             "Share with which cloth on the body tends to its place in the template");
   table.add("hold", options.predict.hold, 0, 100, "",
             "What keeps cloth on the body from sliding, against the scan's 1; up to 20 times as "
-            "much where pictures of the frame before did not agree");
+            "much where pictures of the frame before did not agree, or none shows it");
   table.add("momentum", options.predict.momentum, 0, 1, "",
             "Share of its last motion against the body that cloth is expected to go on with");
   table.add("window", options.window, 1, 100000, "frames",
@@ -90,6 +105,7 @@ struct RegisteredSequence::State {
       return;
     }
     RegistrationFrame frame = source.load(source.template_row);
+    model.cloth.goes_on = covered_rim(model.cloth.topology, model.vertices, frame.scan);
     frame.hold = Eigen::VectorXd::Constant(model.vertices.rows(), 10);
     RegisterOptions fine = options.fit;
     fine.photometric = false;
@@ -140,14 +156,16 @@ struct RegisteredSequence::State {
         ride_on_body(origin.vertices, source.body_faces, origin_body, frame.body.vertices);
     const Points start =
         predicted_cloth(solver, model.cloth, before, ridden, home, chain.drift, options.predict);
-    frame.hold =
-        firmness(chain.told) * options.predict.hold * closeness(ridden, options.predict.near / 2);
+    frame.hold = options.predict.hold * closeness(ridden, options.predict.near / 2);
+    if (chain.told.size() > 0) {
+      frame.hold = frame.hold.cwiseProduct(firmness(model.cloth, chain.told));
+    }
     RegisteredGarment result =
         register_garment(solver, model, start, frame, chain.texture, options.fit);
     chain.drift = result.vertices - ridden.vertices;
     chain.body = frame.body.vertices;
     chain.last = row;
-    chain.told = result.seen > 0 ? result.correlation : 1;
+    chain.told = result.told;
     if (options.fit.photometric && !frame.views.empty()) {
       add_texture(chain.texture, model.samples, result.vertices, model.cloth.topology.faces,
                   frame.views, garment_views(model, result.vertices, frame));

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/laplacian.h"
 #include "core/topology.h"
+#include "registration/rim_vertices.h"
 
 namespace atelier {
 
@@ -21,10 +22,9 @@ Points smoothed_surface(const Mesh& mesh, double reach) {
       cotangent_laplacian(mesh.vertices, mesh.faces, {.skip_degenerate = true});
   const Eigen::VectorXd areas = voronoi_areas(mesh.vertices, mesh.faces).cwiseMax(1e-12);
   Eigen::VectorXd inner = areas.cwiseInverse();
-  for (const auto& loop : boundary_loops(topology_of(mesh.faces, mesh.vertices.rows()))) {
-    for (const int v : loop) {
-      inner[v] = 0;
-    }
+  const std::vector<char> rim = rim_vertices(topology_of(mesh.faces, mesh.vertices.rows()));
+  for (Index v = 0; v < inner.size(); ++v) {
+    inner[v] *= rim[static_cast<std::size_t>(v)] != 0 ? 0 : 1;
   }
   Sparse system =
       std::pow(reach, 4) * (laplacian.transpose() * inner.asDiagonal() * laplacian).eval();

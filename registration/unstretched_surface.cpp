@@ -10,6 +10,7 @@
 #include "core/normals.h"
 #include "core/parallel.h"
 #include "core/topology.h"
+#include "registration/rim_vertices.h"
 
 namespace atelier {
 namespace {
@@ -55,10 +56,9 @@ Eigen::SparseMatrix<double> moving_apart(const Mesh& mesh, const Eigen::VectorXd
   const Eigen::SparseMatrix<double> laplacian =
       cotangent_laplacian(mesh.vertices, mesh.faces, {.skip_degenerate = true});
   Eigen::VectorXd inner = areas.cwiseInverse();
-  for (const auto& loop : boundary_loops(topology_of(mesh.faces, mesh.vertices.rows()))) {
-    for (const int v : loop) {
-      inner[v] = 0;
-    }
+  const std::vector<char> rim = rim_vertices(topology_of(mesh.faces, mesh.vertices.rows()));
+  for (Index v = 0; v < inner.size(); ++v) {
+    inner[v] *= rim[static_cast<std::size_t>(v)] != 0 ? 0 : 1;
   }
   return (laplacian.transpose() * inner.asDiagonal() * laplacian).eval();
 }

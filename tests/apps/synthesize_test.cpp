@@ -131,31 +131,40 @@ TEST_F(Synthesize, TruthAgreesWithItself) {
       }
       EXPECT_GE(on_person, frame.joints.rows() * 9 / 10);
       // Vertices that are seen have the depth of their pixel, within what a pixel spans.
-      int seen = 0;
-      int agree = 0;
-      for (Index v = 0; v < frame.body.rows(); ++v) {
-        if (frame.body_seen.at(static_cast<int>(v), static_cast<int>(c)) == 0) {
-          continue;
-        }
-        const auto pixel = project(camera, frame.body.row(v).transpose());
-        ASSERT_TRUE(pixel.has_value());
-        const double z = camera_from_world(camera, frame.body.row(v).transpose()).z();
-        ++seen;
-        // A pixel spans 8 mm here: the vertex's own, or one beside it at an outline.
-        bool agrees = false;
-        for (int j = -1; j <= 1; ++j) {
-          for (int i = -1; i <= 1; ++i) {
-            const int x = std::clamp(static_cast<int>(pixel->x()) + i, 0, camera.width - 1);
-            const int y = std::clamp(static_cast<int>(pixel->y()) + j, 0, camera.height - 1);
-            const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
-                            static_cast<std::size_t>(x);
-            agrees = agrees || std::abs(depth[at] - z) < 0.04;
+      const auto expect_seen = [&](const Points& vertices, const ByteImage& sees) {
+        ASSERT_EQ(sees.width, vertices.rows());
+        ASSERT_EQ(sees.height, static_cast<int>(truth.cameras.size()));
+        int seen = 0;
+        int agree = 0;
+        for (Index v = 0; v < vertices.rows(); ++v) {
+          if (sees.at(static_cast<int>(v), static_cast<int>(c)) == 0) {
+            continue;
           }
+          const auto pixel = project(camera, vertices.row(v).transpose());
+          ASSERT_TRUE(pixel.has_value());
+          const double z = camera_from_world(camera, vertices.row(v).transpose()).z();
+          ++seen;
+          // A pixel spans 8 mm here: the vertex's own, or one beside it at an outline.
+          bool agrees = false;
+          for (int j = -1; j <= 1; ++j) {
+            for (int i = -1; i <= 1; ++i) {
+              const int x = std::clamp(static_cast<int>(pixel->x()) + i, 0, camera.width - 1);
+              const int y = std::clamp(static_cast<int>(pixel->y()) + j, 0, camera.height - 1);
+              const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+                              static_cast<std::size_t>(x);
+              agrees = agrees || std::abs(depth[at] - z) < 0.04;
+            }
+          }
+          agree += agrees ? 1 : 0;
         }
-        agree += agrees ? 1 : 0;
+        EXPECT_GT(seen, 200);
+        EXPECT_LT(seen, vertices.rows());
+        EXPECT_GT(agree, 0.97 * seen);
+      };
+      expect_seen(frame.body, frame.body_seen);
+      if (frame.garments[0].rows() > 0) {
+        expect_seen(frame.garments[0], frame.garments_seen[0]);
       }
-      EXPECT_GT(seen, 200);
-      EXPECT_GT(agree, 0.97 * seen);
       // Labels and depth tell the same pixels apart from the background.
       for (std::size_t p = 0; p < labels.data.size(); ++p) {
         ASSERT_EQ(labels.data[p] != 0, depth[p] > 0);

@@ -229,6 +229,111 @@ TEST(RegisterGarment, SpecksOfWrongLabelsAreLeftOut) {
   EXPECT_EQ(garment_scan(scan, {kCloth}).faces.rows(), faces);
 }
 
+constexpr std::uint8_t kOver = 6;
+
+/// Trousers of radius 0.15 m up to `hem`, and a wider tee from there on, over a slim body.
+struct Layers {
+  Mesh scan;
+  TriangleTree body;
+};
+Layers layers(double hem = 1.1) {
+  Mesh under = fixtures::cloth_tube(40, 40);
+  Mesh over = under;
+  over.vertices.col(0) *= 1.1;
+  over.vertices.col(2) *= 1.1;
+  under.vertices.col(1) = 0.8 + (hem - 0.8) / 0.5 * (under.vertices.col(1).array() - 0.8);
+  over.vertices.col(1) = hem + 0.4 * (over.vertices.col(1).array() - 0.8);
+  Layers both;
+  const Index count = under.vertices.rows();
+  both.scan.vertices.resize(2 * count, 3);
+  both.scan.vertices << under.vertices, over.vertices;
+  both.scan.faces.resize(2 * under.faces.rows(), 3);
+  both.scan.faces << under.faces, (over.faces.array() + static_cast<int>(count)).matrix();
+  both.scan.labels.assign(static_cast<std::size_t>(count), kCloth);
+  both.scan.labels.resize(static_cast<std::size_t>(2 * count), kOver);
+  const Mesh body = body_of_tube(3);
+  both.body = build_tree(body.vertices, body.faces);
+  return both;
+}
+
+TEST(GarmentScan, WhereAnotherGarmentLiesOverItItDoesNotEnd) {
+  const Layers both = layers();
+  const GarmentScan under = garment_scan(both.scan, {kCloth});
+  const GarmentScan over = garment_scan(both.scan, {kOver});
+  ASSERT_EQ(under.border_vertices.size(), 80U);
+  const GarmentScan left = without_covered_border(under, over, both.body);
+  ASSERT_EQ(left.border_vertices.size(), 40U);  // the ankles
+  for (const int v : left.border_vertices) {
+    EXPECT_NEAR(left.vertices(v, 1), 0.8, 1e-9);
+  }
+  EXPECT_EQ(left.border, under.border);
+  EXPECT_EQ(closest_point(left.border_tree, {0.15, 1.1, 0}).face,
+            closest_point(left.border_tree, {0.15, 0.8, 0}).face);
+  EXPECT_EQ(without_covered_border(over, under, both.body).border_vertices, over.border_vertices);
+  // The rim of what was cut of the whole garment there goes on.
+  const Mesh cloth = fixtures::cloth_tube(24, 14);
+  Points at_hem = cloth.vertices;
+  at_hem.col(1) = 0.8 + 0.6 * (at_hem.col(1).array() - 0.8);
+  const std::vector<char> rim =
+      covered_rim(topology_of(cloth.faces, cloth.vertices.rows()), at_hem, left);
+  for (Index v = 0; v < at_hem.rows(); ++v) {
+    EXPECT_EQ(rim[static_cast<std::size_t>(v)] != 0, at_hem(v, 1) > 1.1 - 1e-9) << v;
+  }
+}
+
+TEST(GarmentScan, WithoutABodyOrAnotherGarmentEveryBorderIsAnEnd) {
+  const Layers both = layers();
+  const GarmentScan under = garment_scan(both.scan, {kCloth});
+  const GarmentScan over = garment_scan(both.scan, {kOver});
+  EXPECT_EQ(without_covered_border(under, over, {}).border_vertices, under.border_vertices);
+  EXPECT_EQ(without_covered_border(under, {}, both.body).border_vertices, under.border_vertices);
+  EXPECT_TRUE(without_covered_border({}, over, both.body).border_vertices.empty());
+  const Mesh cloth = fixtures::cloth_tube(12, 4);
+  const std::vector<char> rim =
+      covered_rim(topology_of(cloth.faces, cloth.vertices.rows()), cloth.vertices, {});
+  EXPECT_EQ(std::count(rim.begin(), rim.end(), 1), 0);
+}
+
+TEST(RegisterGarment, AHemThatDropsOverItDoesNotPullClothAlong) {
+  // The template ends where the tee did, at 1.1 m; now the tee hangs 1.5 cm lower, then higher.
+  Garment garment = garment_of_tube();
+  garment.mesh.vertices.col(1) = 0.8 + 0.6 * (garment.mesh.vertices.col(1).array() - 0.8);
+  RegistrationModel model = registration_model(garment);
+  for (const double hem : {1.085, 1.115}) {
+    const Layers both = layers(hem);
+    const auto moved = [&](bool covered) {
+      RegistrationFrame frame;
+      frame.scan = garment_scan(both.scan, {kCloth});
+      if (covered) {
+        const Layers at_first = layers();
+        frame.scan = without_covered_border(std::move(frame.scan), garment_scan(both.scan, {kOver}),
+                                            both.body);
+        model.cloth.goes_on = covered_rim(
+            model.cloth.topology, model.vertices,
+            without_covered_border(garment_scan(at_first.scan, {kCloth}),
+                                   garment_scan(at_first.scan, {kOver}), at_first.body));
+      }
+      RegisterOptions options = shape_alone();
+      options.border_weight = 5;
+      ShapeSolver solver(model.cloth);
+      const Points x = register_garment(solver, model, model.vertices, frame, {}, options).vertices;
+      double sum = 0;
+      double count = 0;
+      for (Index v = 0; v < x.rows(); ++v) {
+        if (model.vertices(v, 1) > 1.05) {
+          sum += x(v, 1) - model.vertices(v, 1);
+          count += 1;
+        }
+      }
+      model.cloth.goes_on.clear();
+      return std::abs(sum / count);
+    };
+    const double pulled = moved(false);
+    EXPECT_GT(pulled, 0.001) << hem;
+    EXPECT_LT(moved(true), 0.3 * pulled) << hem;
+  }
+}
+
 TEST(RegisterGarment, ScansThatAreNoMeshesAreRefused) {
   Mesh scan = labelled(fixtures::cloth_tube(6, 2), fixtures::cloth_tube(6, 2).vertices);
   scan.faces(0, 0) = 1000;
@@ -387,6 +492,46 @@ TEST(RegisterSequence, ClothOfWhichPicturesTellNothingStaysOnTheBody) {
   const double before = slid(false);
   EXPECT_GT(before, 0.002);
   EXPECT_LT(slid(true), 0.8 * before);
+}
+
+TEST(RegisterSequence, ThePartThatNoPictureShowsIsHeldOnTheBodyWhereTheRestNeedsNone) {
+  // A printed tube that stands still, seen from one side alone. On the other side the scan is
+  // lifted frame by frame, as nearest points would slide cloth.
+  Spin spin(5, 0);
+  RegistrationSource source = spin.source;
+  source.body = [&](Index) { return spin.body.vertices; };
+  std::vector<ViewPyramid> views = fixtures::cylinder_views(2, fixtures::blotches);
+  views.resize(1);
+  Eigen::RowVector3d eye = camera_center(views.front().camera).transpose();
+  eye[1] = 0;  // to which side
+  source.load = [&](Index row) {
+    RegistrationFrame frame;
+    Points scan = spin.fine.vertices;
+    for (Index v = 0; v < scan.rows(); ++v) {
+      scan(v, 1) += scan.row(v).dot(eye) < 0 ? 0.006 * static_cast<double>(row) : 0;
+    }
+    frame.scan = garment_scan(labelled(spin.fine, scan), {kCloth});
+    frame.body = body_obstacle(spin.body.vertices, spin.body.faces);
+    frame.views = views;
+    return frame;
+  };
+  const auto slid = [&](double hold) {
+    RegisterSequenceOptions options;
+    options.fit.photometric_levels = 2;
+    options.predict.hold = hold;
+    RegisteredSequence sequence(spin.garment, source, options);
+    const Points& x = sequence.at(4).vertices;
+    double sum = 0;
+    double count = 0;
+    for (Index v = 0; v < x.rows(); ++v) {
+      if (spin.garment.mesh.vertices.row(v).dot(eye) < -0.05) {
+        sum += x(v, 1) - spin.garment.mesh.vertices(v, 1);
+        count += 1;
+      }
+    }
+    return sum / count;
+  };
+  EXPECT_LT(slid(0.1), 0.8 * slid(0));
 }
 
 TEST(RegisterSequence, FramesAreTheSameInAnyOrderAndOnAnyThreads) {

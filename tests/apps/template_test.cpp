@@ -1,0 +1,267 @@
+// The stage `template` on a mannequin in tee and trousers: labelled scans of three frames in, one
+// clean mesh for each garment out; what it refuses, and what it says where little was seen.
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL)
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture/label_taxonomy.h"
+#include "core/garment_archive.h"
+#include "core/io/file_bytes.h"
+#include "core/io/mesh_file.h"
+#include "core/io/mesh_obj.h"
+#include "core/store/write_text.h"
+#include "core/topology.h"
+#include "tests/apps/dressed_workspace.h"
+#include "tests/registration/mannequin.h"
+#include "tests/support/child_process.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::fixtures {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::UnorderedElementsAre;
+
+/// What a stage before saw, since a stage is a plain function.
+struct Seen {
+  std::function<bool(const Eigen::Vector3d&)> where;  ///< parts of the person that were seen
+  int without_scan = -1;                              ///< a frame, or all from -2 down
+};
+Seen seen;
+
+/// Arms go up from frame to frame.
+std::vector<Capsule> pose_of(int frame) {
+  return capsules(0.6 + 0.1 * frame);
+}
+
+/// Tee over trousers over skin.
+Mesh outfit_scan(int frame) {
+  const std::vector<Capsule> pose = pose_of(frame);
+  const double low = 0.012;
+  const auto keep = [&](const Wears& wears) {
+    return [&, wears](const Eigen::Vector3d& middle, int lump) {
+      return wears(middle, lump) && (!seen.where || seen.where(middle));
+    };
+  };
+  const auto is_trousers = [](const Eigen::Vector3d& m, int lump) {
+    return wears_trousers(m, lump) && !wears_tee(m, lump);
+  };
+  const std::array<std::pair<Label, Mesh>, 3> parts = {
+      {{Label::Upper, capsule_surface(pose, kGap + 0.006, low, keep(wears_tee))},
+       {Label::Lower, capsule_surface(pose, kGap, low, keep(is_trousers))},
+       {Label::Skin, capsule_surface(pose, 0, low, keep([&](const Eigen::Vector3d& m, int lump) {
+                                       return !wears_tee(m, lump) && !wears_trousers(m, lump);
+                                     }))}}};
+  Mesh scan;
+  for (const auto& [label, part] : parts) {
+    const Index vertices = scan.vertices.rows();
+    const Index faces = scan.faces.rows();
+    scan.vertices.conservativeResize(vertices + part.vertices.rows(), 3);
+    scan.vertices.bottomRows(part.vertices.rows()) = part.vertices;
+    scan.faces.conservativeResize(faces + part.faces.rows(), 3);
+    scan.faces.bottomRows(part.faces.rows()) = part.faces.array() + static_cast<int>(vertices);
+    scan.labels.resize(static_cast<std::size_t>(scan.vertices.rows()),
+                       static_cast<std::uint8_t>(label));
+  }
+  return scan;
+}
+
+/// The mannequin with a skeleton that says which lump is which limb.
+BodyModel mannequin_body() {
+  constexpr std::array kJoints = {0, 10, 12, 14, 15, 16, 18, 19, 20, 1, 2, 3, 5, 6, 7};
+  BodyModel model;
+  model.name = "mannequin";
+  model.skeleton = person_skeleton();
+  model.mesh = body_surface(pose_of(0));
+  const Index count = model.mesh.vertices.rows();
+  model.skin.joints.resize(count, 1);
+  model.skin.weights = Eigen::MatrixXd::Ones(count, 1);
+  for (Index v = 0; v < count; ++v) {
+    model.skin.joints(v, 0) = kJoints[model.mesh.labels[static_cast<std::size_t>(v)]];
+  }
+  model.mesh.labels.clear();
+  return model;
+}
+
+constexpr std::array kBefore = {
+    Stage{.name = "reconstruct",
+          .summary = "labelled scans",
+          .inputs = {"capture"},
+          .outputs = {"scans"},
+          .options = option_set<NoOptions>,
+          .run =
+              [](StageRun& run) {
+                run.output_text("scans/about.txt", "three frames");
+                for (int id = 0; id < 3 && seen.without_scan > -2; ++id) {
+                  if (id != seen.without_scan) {
+                    run.output("scans/" + frame_name(id) + ".h5", [&](const auto& file) {
+                      write_mesh_archive(file, outfit_scan(id));
+                    });
+                  }
+                }
+              }},
+    Stage{.name = "personalize",
+          .summary = "the mannequin",
+          .inputs = {"capture"},
+          .outputs = {"person"},
+          .options = option_set<NoOptions>,
+          .run =
+              [](StageRun& run) {
+                run.output("person.npz", [](const auto& file) {
+                  write_personal_body(file, plain_person(mannequin_body()));
+                });
+              }},
+    Stage{.name = "body",
+          .summary = "the mannequin in every frame",
+          .inputs = {"capture"},
+          .outputs = {"bodies"},
+          .options = option_set<NoOptions>,
+          .run =
+              [](StageRun& run) {
+                std::vector<Points> bodies;
+                for (int id = 0; id < 3; ++id) {
+                  bodies.push_back(body_surface(pose_of(id)).vertices);
+                }
+                write_meshes(run, "", mannequin_body().mesh.faces, bodies);
+              }},
+};
+
+class TemplateStage : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    seen = {};
+    SmallCapture small;
+    small.frames = {0, 1, 2};
+    write_small_capture(capture(), small);
+  }
+
+  ChildResult made(const std::vector<std::string>& more = {}) const {
+    for (const Stage& stage : kBefore) {
+      StageRequest request;
+      request.input = capture();
+      request.workspace = workspace();
+      request.options = stage.options();
+      run_stage(kBefore, stage, request);
+    }
+    std::vector<std::string> all{program_path(),       "template",      capture().string(),
+                                 workspace().string(), "--edge_length", "0.03"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run_child(all);
+  }
+  fs::path result() const { return workspace() / "template" / "current"; }
+  fs::path capture() const { return root_ / "capture"; }
+  fs::path workspace() const { return root_ / "work"; }
+  /// A mesh of an artist's, as a file.
+  std::string saved(const Mesh& mesh) const {
+    const fs::path file = root_ / "artist.obj";
+    write_text(file, obj_text(polygons_of(mesh)));
+    return file.string();
+  }
+
+  TemporaryDirectory root_;
+};
+
+TEST_F(TemplateStage, MakesOneCleanMeshOfEachGarmentThatIsWorn) {
+  const ChildResult done = made();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const nlohmann::json said =
+      nlohmann::json::parse(read_file_text(result() / "template.json", 1 << 24));
+  ASSERT_EQ(said.at("garments").size(), 2U);
+  const std::map<std::string, std::vector<std::string>> openings = {
+      {"upper", {"neck", "cuff left", "cuff right", "hem"}},
+      {"lower", {"waist", "ankle left", "ankle right"}}};
+  for (const nlohmann::json& one : said.at("garments")) {
+    const std::string label = one.at("label");
+    SCOPED_TRACE(label);
+    const Garment garment = read_garment_archive(result() / one.at("file").get<std::string>());
+    const Topology topology = topology_of(garment.mesh.faces, garment.mesh.vertices.rows());
+    EXPECT_TRUE(is_manifold(manifold_defects(topology)));
+    EXPECT_EQ(connected_components(topology).count, 1);
+    EXPECT_EQ(boundary_loops(topology).size(), openings.at(label).size());
+    EXPECT_THAT(garment.boundary_names, ::testing::UnorderedElementsAreArray(openings.at(label)));
+    EXPECT_EQ(garment.attachments.size(), static_cast<std::size_t>(garment.mesh.vertices.rows()));
+    EXPECT_EQ(garment.mesh.uv_faces.rows(), garment.mesh.faces.rows());
+    EXPECT_EQ(read_mesh(result() / "garments" / (label + ".obj")).faces, garment.mesh.faces);
+    if (label == "upper") {
+      EXPECT_EQ(one.at("frame"), 2);  // arms highest
+    }
+  }
+}
+
+TEST_F(TemplateStage, GoesOnWithoutTheScanOfAFrame) {
+  seen.without_scan = 2;
+  const ChildResult done = made({"--labels", "upper"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const nlohmann::json said =
+      nlohmann::json::parse(read_file_text(result() / "template.json", 1 << 24));
+  ASSERT_EQ(said.at("garments").size(), 1U);
+  EXPECT_EQ(said.at("garments")[0].at("frame"), 1);
+}
+
+TEST_F(TemplateStage, SaysWhatOfAGarmentThatLeavesTheFrameIsMadeUp) {
+  seen.where = [](const Eigen::Vector3d& middle) { return middle.x() > -0.1; };
+  const ChildResult done = made({"--labels", "upper"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, HasSubstr("opening-unnamed"));
+  const Garment garment = read_garment_archive(result() / "garments" / "upper.h5");
+  EXPECT_THAT(garment.boundary_names, Not(::testing::Contains("cuff right")));
+}
+
+TEST_F(TemplateStage, SaysThatMostOfAGarmentLeavesTheFrame) {
+  seen.where = [](const Eigen::Vector3d& middle) { return middle.x() > 0.12; };
+  const ChildResult done = made({"--labels", "upper"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, HasSubstr("much-unseen"));
+}
+
+TEST_F(TemplateStage, RefusesLabelsThatCoverNothing) {
+  const ChildResult done = made({"--labels", "dress"});
+  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_THAT(done.err, HasSubstr("dress: 0 cm2 of its label"));
+}
+
+TEST_F(TemplateStage, RefusesScansThatAreNotThere) {
+  seen.without_scan = -2;
+  const ChildResult done = made();
+  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_THAT(done.err, HasSubstr("no clothing in any frame"));
+}
+
+TEST_F(TemplateStage, TakesAnArtistsMesh) {
+  const Mesh top = cone(1.34, 0.17, 1.0, 0.17, 0.03);
+  const ChildResult done = made({"--labels", "upper", "--import", "upper=" + saved(top)});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const Garment garment = read_garment_archive(result() / "garments" / "upper.h5");
+  EXPECT_EQ(garment.mesh.faces, top.faces);
+  EXPECT_THAT(garment.boundary_names, UnorderedElementsAre("neck", "hem"));
+}
+
+TEST_F(TemplateStage, RefusesAnArtistsMeshWithAnEdgeOfThreeFaces) {
+  Mesh top = cone(1.34, 0.17, 1.0, 0.17, 0.03);
+  top.faces.conservativeResize(top.faces.rows() + 1, 3);
+  top.faces.bottomRows(1) << top.faces(0, 0), top.faces(0, 1), top.faces(top.faces.rows() / 2, 2);
+  const ChildResult done = made({"--import", "upper=" + saved(top)});
+  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_THAT(done.err, AllOf(HasSubstr("artist.obj: vertex"), HasSubstr("three faces")));
+}
+
+TEST_F(TemplateStage, RefusesAnArtistsMeshOfNoGarmentThatIsWorn) {
+  const std::string file = saved(cone(1.34, 0.17, 1.0, 0.17, 0.03));
+  const ChildResult done = made({"--import", file});
+  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_THAT(done.err, HasSubstr("label=FILE, where several garments are worn"));
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
+
+#endif
