@@ -79,24 +79,25 @@ struct BodyParticle {
 };
 
 /// Moves a particle out of the body and lets friction hold it (Coulomb: exact stick inside the
-/// cone).
+/// cone). What friction did in the substep's earlier iterations is projected onto the cone anew in
+/// each, also where the particle lies at its distance already: else directions of slips on the way
+/// to the solution stayed in it.
 template <class T>
 ATELIER_HOST_DEVICE inline void resolve_touch(BodyParticle<T>& p, const BodyTouch<T>& touch,
                                               const BodyContactRule<T>& rule, bool with_friction) {
   const T wanted = rule.thickness - touch.distance;
-  if (!(wanted > T(0))) {
-    return;
-  }
-  const T fresh = max_of(T(0), touch.start_distance - touch.distance);
-  const T correction = min_of(wanted, fresh + rule.old_overlap);
-  const T old = max_of(T(0), correction - fresh);
   const Vec3<T> n = touch.normal;
-  p.x = with_w(xyz(p.x) + correction * n, p.x.w);
-  p.start = with_w(xyz(p.start) + old * n, p.start.w);
-  if (!with_friction) {
+  if (wanted > T(0)) {
+    const T fresh = max_of(T(0), touch.start_distance - touch.distance);
+    const T correction = min_of(wanted, fresh + rule.old_overlap);
+    const T old = max_of(T(0), correction - fresh);
+    p.x = with_w(xyz(p.x) + correction * n, p.x.w);
+    p.start = with_w(xyz(p.start) + old * n, p.start.w);
+    p.held.w += with_friction ? correction - old : T(0);
+  }
+  if (!with_friction || !(p.held.w > T(0))) {
     return;
   }
-  p.held.w += correction - old;
   const Vec3<T> relative = (xyz(p.x) - xyz(p.start)) - touch.moved;
   const Vec3<T> slip = relative - dot(relative, n) * n;
   Vec3<T> hold = xyz(p.held) - slip;
@@ -124,7 +125,9 @@ ATELIER_HOST_DEVICE inline bool touch_choice(BodyParticle<T>& p, const BodyView<
     normal = (T(1) / norm(normal)) * normal;
     touch = touch_at(body, face, choice.first.hit, normal, xyz(p.x), xyz(p.start), t0, t1);
   } else {
-    touch = touch_nearest(body, choice.nearest, xyz(p.x), xyz(p.start), t0, t1, rule.thickness);
+    // Whom an earlier iteration moved out lies at the body's distance, but for rounding.
+    const T near = p.held.w > T(0) ? T(1.001) * rule.thickness : rule.thickness;
+    touch = touch_nearest(body, choice.nearest, xyz(p.x), xyz(p.start), t0, t1, near);
   }
   if (touch.valid) {
     p.moved = touch.moved;

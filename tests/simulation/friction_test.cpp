@@ -80,9 +80,8 @@ double coulomb_residual(const Cloth& cloth, const Points& forces, const Points& 
 }
 
 // T14: cloth that is dragged by an edge over a floor, at rest where the pull has not come yet,
-// slipping elsewhere. With an iteration a substep, as is usual, each contact obeys Coulomb's law.
-// With many the direction of friction is that of slips on the way to the solution, too: a gap, held
-// at what it is.
+// slipping elsewhere. With an iteration a substep, as is usual, and with many, each contact obeys
+// Coulomb's law: nothing is left of the directions of slips on the way to the solution.
 TEST(Friction, EveryContactObeysCoulombsLaw) {
   const int cells = 12;
   const double size = 0.3;
@@ -96,7 +95,7 @@ TEST(Friction, EveryContactObeysCoulombsLaw) {
   const Cloth cloth = make_cloth(garment, edge);
   const Mesh floor = fixtures::incline(0, 20);
   for (const Device device : fixtures::devices()) {
-    for (const auto& [iterations, most] : {std::pair(1, 0.005), std::pair(64, 0.1)}) {
+    for (const int iterations : {1, 8, 64}) {
       XpbdOptions options;
       options.time_step = 1.0 / 600;
       options.substeps = 1;
@@ -118,7 +117,7 @@ TEST(Friction, EveryContactObeysCoulombsLaw) {
         sum += coulomb_residual(cloth, forces, after.velocities, friction, options.time_step);
         resting += (after.velocities.col(0).array() < 0.002).any() ? 1 : 0;
       }
-      EXPECT_LT(sum / frames, most) << device_name(device) << ", " << iterations;
+      EXPECT_LT(sum / frames, 0.005) << device_name(device) << ", " << iterations;
       EXPECT_GT(resting, 10) << "the pull has not come to all of it for a while";
       RecordProperty("residual_" + std::to_string(iterations) + "_" + device_name(device),
                      std::to_string(sum / frames));
