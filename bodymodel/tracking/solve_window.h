@@ -7,12 +7,10 @@
 
 namespace atelier {
 
-/// How smooth motions are (our choice). A trunk is heavy and bends in several joints: under
-/// clothing that hides it, its own slowness says more of it than keypoints do.
+/// How smooth motions are.
 struct MotionWeights {
   double acceleration = 20;  ///< m/s2 of a joint, spread, [0.01, 1e6]; smaller: smoother
-  double turning = 50;       ///< rad/s2 of a joint's rotation, spread, [0.1, 1e7]
-  double trunk_turning = 5;  ///< rad/s2, the same of a joint of the spine, [0.1, 1e7]
+  double turning = 200;      ///< rad/s2 of a joint's rotation, spread, [0.1, 1e7]
 };
 OptionTable describe(MotionWeights& weights);
 
