@@ -27,8 +27,9 @@ struct WindowSolution {
   int iterations = 0;
 };
 
-/// Least squares over all frames of a window by Ceres (trust region, sparse Cholesky, one thread):
-/// every frame's energy, and for three frames in a row the acceleration of joints and rotations.
+/// Least squares over all frames of a window by Ceres (trust region, sparse Cholesky; variables in
+/// blocks by limb, frames evaluated in parallel): every frame's energy, and for three frames in a
+/// row the acceleration of joints and rotations.
 /// A frame's thousands of residuals go to Ceres as the square root of their normal matrix, which
 /// has the same cost, gradient and Gauss-Newton step. At most `iterations`. The same digits on any
 /// number of threads. Throws LogicError on sizes that differ or times that do not increase.
