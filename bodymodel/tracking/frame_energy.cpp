@@ -322,10 +322,6 @@ FittedPerson fitted_person(const BodyModel& model, const std::vector<std::string
     }
   }
   const Index size = 3 + 3 * static_cast<Index>(person.joints.size());
-  for (const int joint : person.joints) {
-    const bool spine = std::find(who.spine.begin(), who.spine.end(), joint) != who.spine.end();
-    person.trunk.push_back(spine ? 1 : 0);
-  }
   const double infinite = std::numeric_limits<double>::infinity();
   person.least = Eigen::VectorXd::Constant(size, -infinite);
   person.most = Eigen::VectorXd::Constant(size, infinite);

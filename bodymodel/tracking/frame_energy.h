@@ -35,7 +35,6 @@ struct FittedPerson {
   KeypointPlaces places;
   std::vector<int> joints;    ///< [A] whose rotations are sought, increasing; others stay at rest
   std::vector<int> slots;     ///< [J] which of `joints` it is, -1 if it is not sought
-  std::vector<char> trunk;    ///< [A] 1 for joints of the spine
   Eigen::VectorXd least;      ///< [3+3A] limits of the variables; infinite where there are none
   Eigen::VectorXd most;       ///< [3+3A]
   Eigen::VectorXd stiffness;  ///< [3+3A] factor on the pull to rest

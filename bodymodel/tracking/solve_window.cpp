@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include <ceres/ceres.h>
@@ -124,18 +123,6 @@ std::array<double, 3> difference_shares(const std::array<double, 3>& times) {
   const double second = times[2] - times[1];
   const double span = times[2] - times[0];
   return {2 / (first * span), -2 / (first * second), 2 / (second * span)};
-}
-
-/// One over the spread of the acceleration of each variable of a rotation, [n], s2/rad; that of the
-/// first three, a place, is of no use.
-Eigen::VectorXd turning_precision(const FittedPerson& person, const MotionWeights& motion) {
-  Eigen::VectorXd precision(3 + 3 * static_cast<Index>(person.joints.size()));
-  precision.head<3>().setZero();
-  for (std::size_t a = 0; a < person.joints.size(); ++a) {
-    precision.segment<3>(3 + 3 * static_cast<Index>(a))
-        .setConstant(1 / (person.trunk[a] != 0 ? motion.trunk_turning : motion.turning));
-  }
-  return precision;
 }
 
 /// Variables of all frames as Ceres has them, in blocks by part, and what its residuals share at
@@ -343,27 +330,26 @@ class AccelerationCost : public ceres::CostFunction {
 /// children's places.
 class TurningCost : public ceres::CostFunction {
  public:
-  /// @param precision [n] of the part's variables
-  TurningCost(Eigen::VectorXd precision, bool root, const std::array<double, 3>& shares)
-      : skipped_(root ? 6 : 0), precision_(std::move(precision)), shares_(shares) {
-    const auto count = static_cast<int>(precision_.size());
+  TurningCost(const Part& part, bool root, const std::array<double, 3>& shares)
+      : skipped_(root ? 6 : 0), shares_(shares) {
+    const auto count = static_cast<int>(part.variables.size());
     *mutable_parameter_block_sizes() = {count, count, count};
     set_num_residuals(count - skipped_);
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const Index rows = num_residuals();
-    const Eigen::VectorXd precision = precision_.tail(rows);
-    Eigen::Map<Eigen::VectorXd> out(residuals, rows);
-    out.setZero();
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Eigen::Map<const Eigen::VectorXd> turned(parameters[i] + skipped_, rows);
-      out += shares_[i] * precision.cwiseProduct(turned);
-      if (jacobians != nullptr && jacobians[i] != nullptr) {
-        Eigen::Map<RowMajor> jacobian(jacobians[i], rows, precision_.size());
+    for (int r = 0; r < num_residuals(); ++r) {
+      residuals[r] = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        residuals[r] += shares_[i] * parameters[i][skipped_ + r];
+      }
+    }
+    for (std::size_t i = 0; jacobians != nullptr && i < 3; ++i) {
+      if (jacobians[i] != nullptr) {
+        Eigen::Map<RowMajor> jacobian(jacobians[i], num_residuals(), skipped_ + num_residuals());
         jacobian.setZero();
-        jacobian.rightCols(rows).diagonal() = shares_[i] * precision;
+        jacobian.rightCols(num_residuals()).diagonal().setConstant(shares_[i]);
       }
     }
     return true;
@@ -371,7 +357,6 @@ class TurningCost : public ceres::CostFunction {
 
  private:
   int skipped_;
-  Eigen::VectorXd precision_;  // s2/rad
   std::array<double, 3> shares_;
 };
 
@@ -392,8 +377,6 @@ OptionTable describe(MotionWeights& weights) {
             "spread of a joint's acceleration; smaller makes motion smoother");
   table.add("turning", weights.turning, 0.1, 1e7, "rad/s2",
             "spread of the acceleration of a joint's rotation");
-  table.add("trunk_turning", weights.trunk_turning, 0.1, 1e7, "rad/s2",
-            "the same of a joint of the spine");
   return table;
 }
 
@@ -404,18 +387,17 @@ Acceleration acceleration(const FittedPerson& person, const std::array<Eigen::Ve
   const Index size = x[0].size();
   const Index joints = size - 3;  // three for each joint
   const Index turns = size - 6;   // the root's rotation shows in its children's places
-  const Eigen::VectorXd precision = turning_precision(person, motion).tail(turns);
   Acceleration result;
   result.residual = Eigen::VectorXd::Zero(joints + turns);
   for (std::size_t i = 0; i < 3; ++i) {
     const double place = share[i] / motion.acceleration;
-    const Eigen::VectorXd turn = share[i] * precision;
+    const double turn = share[i] / motion.turning;
     result.residual.head(joints) += place * sought_joints(person, x[i]);
-    result.residual.tail(turns) += turn.cwiseProduct(x[i].tail(turns));
+    result.residual.tail(turns) += turn * x[i].tail(turns);
     if (derivatives) {
       result.jacobian[i] = Eigen::MatrixXd::Zero(joints + turns, size);
       result.jacobian[i].topRows(joints) = place * sought_joints_jacobian(person, x[i]);
-      result.jacobian[i].bottomRightCorner(turns, turns).diagonal() = turn;
+      result.jacobian[i].bottomRightCorner(turns, turns).diagonal().setConstant(turn);
     }
   }
   return result;
@@ -445,14 +427,12 @@ WindowSolution solve_window(const FittedPerson& person, const TrackWindow& windo
       problem.AddResidualBlock(cost.release(), nullptr, blocks);
     }
   }
-  const Eigen::VectorXd precision = turning_precision(person, motion);
   for (std::size_t f = 2; f < frames; ++f) {
     const std::array<double, 3> shares =
         difference_shares({window.times[f - 2], window.times[f - 1], window.times[f]});
-    std::array<double, 3> placed = shares;
-    for (double& share : placed) {
-      share /= motion.acceleration;
-    }
+    const auto over = [&](double spread) {
+      return std::array<double, 3>{shares[0] / spread, shares[1] / spread, shares[2] / spread};
+    };
     for (std::size_t p = 0; p < parts; ++p) {
       blocks.clear();
       for (std::size_t g = f - 2; g <= f; ++g) {
@@ -460,11 +440,11 @@ WindowSolution solve_window(const FittedPerson& person, const TrackWindow& windo
           blocks.push_back(block(g, q));
         }
       }
-      problem.AddResidualBlock(new AccelerationCost(shared, f - 2, p, placed), nullptr, blocks);
+      problem.AddResidualBlock(new AccelerationCost(shared, f - 2, p, over(motion.acceleration)),
+                               nullptr, blocks);
       if (p > 0 || shared.parts[0].slots.size() > 1) {
-        problem.AddResidualBlock(
-            new TurningCost(precision(shared.parts[p].variables), p == 0, shares), nullptr,
-            {block(f - 2, p), block(f - 1, p), block(f, p)});
+        problem.AddResidualBlock(new TurningCost(shared.parts[p], p == 0, over(motion.turning)),
+                                 nullptr, {block(f - 2, p), block(f - 1, p), block(f, p)});
       }
     }
   }

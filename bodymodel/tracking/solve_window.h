@@ -7,12 +7,10 @@
 
 namespace atelier {
 
-/// How smooth motions are (our choice). A trunk is heavy and bends in several joints: under
-/// clothing that hides it, its own slowness says more of it than keypoints do.
+/// How smooth motions are.
 struct MotionWeights {
   double acceleration = 20;  ///< m/s2 of a joint, spread, [0.01, 1e6]; smaller: smoother
-  double turning = 50;       ///< rad/s2 of a joint's rotation, spread, [0.1, 1e7]
-  double trunk_turning = 5;  ///< rad/s2, the same of a joint of the spine, [0.1, 1e7]
+  double turning = 200;      ///< rad/s2 of a joint's rotation, spread, [0.1, 1e7]
 };
 OptionTable describe(MotionWeights& weights);
 
@@ -29,8 +27,9 @@ struct WindowSolution {
   int iterations = 0;
 };
 
-/// Least squares over all frames of a window by Ceres (trust region, sparse Cholesky, one thread):
-/// every frame's energy, and for three frames in a row the acceleration of joints and rotations.
+/// Least squares over all frames of a window by Ceres (trust region, sparse Cholesky; variables in
+/// blocks by limb, frames evaluated in parallel): every frame's energy, and for three frames in a
+/// row the acceleration of joints and rotations.
 /// A frame's thousands of residuals go to Ceres as the square root of their normal matrix, which
 /// has the same cost, gradient and Gauss-Newton step. At most `iterations`. The same digits on any
 /// number of threads. Throws LogicError on sizes that differ or times that do not increase.
