@@ -1,7 +1,10 @@
 // What makes the result of a stage another one, and what is then said of those made from it.
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/store/commit.h"
 #include "core/store/run_stage.h"
 #include "core/store/workspace_status.h"
 #include "tests/core_store/run_stage_fixture.h"
