@@ -1,5 +1,5 @@
 // How far the subject of a synthetic capture is from what stages assume: the figures that
-// docs and issue name, measured on the body itself.
+// docs name, measured on the body itself.
 #if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_CAPTURE)
 
 #include "apps/synthetic_subject.h"
