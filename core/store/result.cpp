@@ -33,19 +33,22 @@ std::map<std::string, struct stat> files_below(const std::filesystem::path& fold
   std::map<std::string, struct stat> files;
   std::error_code error;
   auto walk = std::filesystem::recursive_directory_iterator(folder, error);
+  std::filesystem::path at = folder;  // the folder that cannot be listed, where one cannot
   while (!error && walk != std::filesystem::recursive_directory_iterator()) {
     const std::filesystem::path path = walk->path();
     struct stat status {};
     if (lstat(path.c_str(), &status) != 0) {
-      throw EnvironmentError(path.string(), system_reason(errno));
+      const int reason = errno;
+      throw EnvironmentError(denied_place(path, reason).string(), system_reason(reason));
     }
     if (!S_ISDIR(status.st_mode)) {
       files[path.lexically_relative(folder).generic_string()] = status;
     }
+    at = path;
     walk.increment(error);
   }
   if (error) {
-    throw EnvironmentError(folder.string(),
+    throw EnvironmentError(denied_place(at, error.value()).string(),
                            "cannot list the folder: " + system_reason(error.value()));
   }
   return files;
