@@ -10,6 +10,7 @@
 #include "apps/not_converged.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
+#include "core/store/file_kind.h"
 #include "core/system_reason.h"
 
 namespace atelier {
@@ -42,7 +43,8 @@ Failure failure_of(const std::exception& error) {
     return environment_failure(environment->place, with_device_advice(*environment));
   }
   if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
-    return environment_failure(file->path1().string(), system_reason(file->code().value()));
+    const int reason = file->code().value();
+    return environment_failure(denied_place(file->path1(), reason).string(), system_reason(reason));
   }
   const auto* system = dynamic_cast<const std::system_error*>(&error);
   if (system != nullptr && (system->code().category() == std::generic_category() ||

@@ -58,8 +58,11 @@ int run(const GcArguments& arguments) {
     std::cout << bytes_text(freed) << " freed\n";
   }
   for (const Stage& stage : all_stages()) {
-    const std::int64_t results =
-        unlinked_results(std::filesystem::path(arguments.workspace) / stage.name);
+    const std::filesystem::path folder = std::filesystem::path(arguments.workspace) / stage.name;
+    if (const std::optional<Finding> problem = current_folder_finding(folder)) {
+      std::cout << "left " << stage.name << ": " << printable(to_string(*problem)) << "\n";
+    }
+    const std::int64_t results = unlinked_results(folder);
     if (results > 0) {
       std::cout << "left " << stage.name << ": " << unlinked_text(results) << "\n";
     }

@@ -12,7 +12,8 @@ std::vector<double> numbers(const Eigen::Vector3d& p) {
   return {p.x(), p.y(), p.z()};
 }
 
-void add_mesh(const MeshFile& file, const std::string& place, Inspection& inspection) {
+/// @param parted  of a format that parts vertices where texture coordinates or normals do
+void add_mesh(const MeshFile& file, const std::string& place, bool parted, Inspection& inspection) {
   const Mesh& mesh = file.mesh;
   const MeshStatistics s = mesh_statistics(mesh);
   inspection.add("kind", "mesh");
@@ -52,7 +53,16 @@ void add_mesh(const MeshFile& file, const std::string& place, Inspection& inspec
   attribute("confidence", mesh.confidence.size() > 0);
   inspection.add("attributes", attributes.empty() ? "none" : attributes);
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
-  const std::vector<Finding> defects = findings_of(manifold_defects(topology), topology);
+  std::vector<Finding> defects = findings_of(manifold_defects(topology), topology);
+  for (Finding& defect : defects) {
+    if (parted && defect.code == "non-manifold-vertex") {  // two seams that meet leave one
+      defect.severity = Severity::Warning;
+      defect.advice =
+          "nothing where texture or normals have seams, along which this format parts vertices; "
+          "else " +
+          defect.advice;
+    }
+  }
   inspection.findings.insert(inspection.findings.end(), defects.begin(), defects.end());
 }
 
@@ -66,7 +76,7 @@ const char* path_name(GltfPath path) {
 }  // namespace
 
 void inspect_mesh(const std::filesystem::path& path, Inspection& inspection) {
-  add_mesh(read_mesh_file(path), path.string(), inspection);
+  add_mesh(read_mesh_file(path), path.string(), false, inspection);
 }
 
 void inspect_scene(const std::filesystem::path& path, Inspection& inspection) {
@@ -74,7 +84,7 @@ void inspect_scene(const std::filesystem::path& path, Inspection& inspection) {
   inspection.findings = scene.findings;
   if (!scene.meshes.empty()) {
     const MeshConvention said{.metres_per_unit = 1, .up = 'y'};  // every scene says both
-    add_mesh({rest_mesh(scene, path.string()), said}, path.string(), inspection);
+    add_mesh({rest_mesh(scene, path.string()), said}, path.string(), true, inspection);
   } else {
     inspection.add("kind", "scene without a mesh");
   }

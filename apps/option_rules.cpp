@@ -6,6 +6,8 @@
 #include <optional>
 #include <string_view>
 
+#include "capture/layouts/corrections.h"
+
 namespace atelier {
 namespace {
 
@@ -60,10 +62,35 @@ std::optional<std::string> before(const std::string& name, std::string_view end)
   return start.empty() || start.back() == '.' ? std::optional(std::move(start)) : std::nullopt;
 }
 
+/// What is wrong in corrections of a capture: texts that name cameras, of which options in general
+/// know nothing. A table that has one of them has all.
+std::vector<std::string> broken_corrections(const OptionTable& table) {
+  const auto own = std::find_if(
+      table.fields.begin(), table.fields.end(),
+      [](const OptionField& field) { return before(field.name, "calibration_of").has_value(); });
+  if (own == table.fields.end()) {
+    return {};
+  }
+  const std::string start = *before(own->name, "calibration_of");
+  std::vector<std::string> problems;
+  for (const OptionField& field : table.fields) {
+    const auto* const* text = std::get_if<std::string*>(&field.target);
+    if (text == nullptr || !field.name.starts_with(start)) {
+      continue;
+    }
+    const std::string problem = correction_problem(field.name.substr(start.size()), **text);
+    if (!problem.empty()) {
+      problems.push_back((field.source == "flag" ? "" : field.source + ": ") + field.name + " " +
+                         problem);
+    }
+  }
+  return problems;
+}
+
 }  // namespace
 
 std::vector<std::string> broken_rules(const OptionTable& table) {
-  std::vector<std::string> problems;
+  std::vector<std::string> problems = broken_corrections(table);
   for (const OptionRule& rule : kRules) {
     for (const OptionField& first : table.fields) {
       const auto start = before(first.name, rule.first);

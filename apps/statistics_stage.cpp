@@ -104,8 +104,10 @@ OptionTable describe(StatisticsStageOptions& options) {
 }
 
 void check_statistics_input(const std::filesystem::path& input) {
-  if (file_kind(input) == std::filesystem::file_type::directory) {
-    read_meshes(input, {});  // lists the files; reads none of them
+  const std::filesystem::file_type kind = file_kind(input);
+  if (kind == std::filesystem::file_type::directory ||
+      kind == std::filesystem::file_type::regular) {
+    read_meshes(input, {});  // lists the files and their sizes; reads none of them
   }
 }
 

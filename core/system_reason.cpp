@@ -35,9 +35,9 @@ const char* advice(int error) {
     case ENAMETOOLONG:
       return "; give it a shorter name";
     case ENOTDIR:
-      return "; a file lies where a folder is expected";
+      return "; name another place: a file lies where a folder is expected";
     case EISDIR:
-      return "; a folder lies where a file is expected";
+      return "; name another place: a folder lies where a file is expected";
     case ELOOP:
       return "; symbolic links lead in a circle: name what they were to lead to";
     case EBUSY:

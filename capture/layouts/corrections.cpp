@@ -1,6 +1,7 @@
 #include "capture/layouts/corrections.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <set>
 #include <string_view>
@@ -12,15 +13,26 @@
 namespace atelier {
 namespace {
 
-/// "cam3=-4" of an option: the cameras that it names, and the value.
+/// "cam3=-4" of an option, as it is written.
+struct Written {
+  std::string_view camera;
+  std::string value;
+};
+
+/// The same with the cameras that it names.
 struct Entry {
   std::vector<std::size_t> cameras;
   std::string value;
 };
 
-[[noreturn]] void refuse(const char* option, const std::string& found,
+[[noreturn]] void refuse(std::string_view option, const std::string& found,
                          const std::string& expected) {
-  throw DataError(std::string("--capture.") + option, "", found, expected);
+  throw DataError("--capture." + std::string(option), "", found, expected);
+}
+
+std::string value_shown(std::string_view text) {
+  constexpr std::size_t kLongest = 60;
+  return "'" + std::string(text.substr(0, kLongest)) + "'";
 }
 
 std::vector<std::size_t> cameras_named(const Dataset& dataset, const char* option,
@@ -34,7 +46,7 @@ std::vector<std::size_t> cameras_named(const Dataset& dataset, const char* optio
     known += (known.empty() ? "" : ", ") + dataset.cameras[c].id;
   }
   if (found.empty()) {
-    refuse(option, "'" + std::string(name.substr(0, 60)) + "'", "'all', or one of " + known);
+    refuse(option, value_shown(name), "'all', or one of " + known);
   }
   return found;
 }
@@ -49,15 +61,22 @@ std::vector<std::string_view> parts_of(std::string_view text) {
   return parts;
 }
 
-std::vector<Entry> entries_of(const Dataset& dataset, const char* option, const std::string& text) {
-  std::vector<Entry> entries;
+std::vector<Written> written_in(std::string_view option, std::string_view text) {
+  std::vector<Written> entries;
   for (const std::string_view part : parts_of(text)) {
     const std::size_t equals = part.find('=');
-    if (equals == std::string_view::npos || equals + 1 == part.size()) {
-      refuse(option, "'" + std::string(part.substr(0, 60)) + "'", "CAMERA=VALUE,CAMERA=VALUE");
+    if (equals == std::string_view::npos || equals == 0 || equals + 1 == part.size()) {
+      refuse(option, value_shown(part), "CAMERA=VALUE,CAMERA=VALUE");
     }
-    entries.push_back({cameras_named(dataset, option, part.substr(0, equals)),
-                       std::string(part.substr(equals + 1))});
+    entries.push_back({part.substr(0, equals), std::string(part.substr(equals + 1))});
+  }
+  return entries;
+}
+
+std::vector<Entry> entries_of(const Dataset& dataset, const char* option, const std::string& text) {
+  std::vector<Entry> entries;
+  for (const Written& written : written_in(option, text)) {
+    entries.push_back({cameras_named(dataset, option, written.camera), written.value});
   }
   return entries;
 }
@@ -67,9 +86,30 @@ int whole_number(const char* option, const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   constexpr int kMost = 1'000'000;
   if (error != std::errc() || end != text.data() + text.size() || value < -kMost || value > kMost) {
-    refuse(option, "'" + text.substr(0, 60) + "'", "a number of frames");
+    refuse(option, value_shown(text), "a number of frames");
   }
   return value;
+}
+
+void require_inverted(const std::string& value) {
+  if (value != "inverted") {
+    refuse("masks", value_shown(value), "inverted");
+  }
+}
+
+/// Refuses a value that no capture has.
+void require_value(std::string_view option, const Written& entry) {
+  if (option == "sync") {
+    whole_number("sync", entry.value);
+  } else if (option == "masks") {
+    require_inverted(entry.value);
+  } else if (option == "keypoints") {
+    keypoint_reading(entry.value, 1, 1);
+  } else if (option != "calibration_of") {
+    read_as(Camera{}, option, entry.value);
+  } else if (entry.camera == "all" || entry.value == "all") {
+    refuse(option, "'all'", "one camera on each side");
+  }
 }
 
 /// The same frames under other numbers; those that become negative are left out, and so are those
@@ -139,6 +179,31 @@ OptionTable describe(CorrectionOptions& options) {
   return table;
 }
 
+std::string correction_problem(std::string_view option, const std::string& text) {
+  constexpr std::array kOptions = {
+      std::string_view("sync"),       std::string_view("calibration_of"),
+      std::string_view("extrinsics"), std::string_view("baseline"),
+      std::string_view("intrinsics"), std::string_view("distortion"),
+      std::string_view("keypoints"),  std::string_view("pixel_shift"),
+      std::string_view("masks"),
+  };
+  try {
+    if (option == "leave_out") {
+      const std::vector<std::string_view> names = parts_of(text);
+      if (std::find(names.begin(), names.end(), "") != names.end()) {
+        refuse(option, value_shown(text), "CAMERA,CAMERA");
+      }
+    } else if (std::find(kOptions.begin(), kOptions.end(), option) != kOptions.end()) {
+      for (const Written& entry : written_in(option, text)) {
+        require_value(option, entry);
+      }
+    }
+  } catch (const DataError& error) {
+    return "cannot be " + error.found + ": it takes " + error.expected;
+  }
+  return "";
+}
+
 void correct_cameras(Dataset& dataset, const CorrectionOptions& options) {
   leave_out(dataset, options.leave_out);
   exchange_calibrations(dataset, options.calibration_of);
@@ -171,9 +236,7 @@ void correct_frames(Dataset& dataset, const CorrectionOptions& options) {
     }
   }
   for (const Entry& entry : entries_of(dataset, "masks", options.masks)) {
-    if (entry.value != "inverted") {
-      refuse("masks", "'" + entry.value.substr(0, 60) + "'", "inverted");
-    }
+    require_inverted(entry.value);
     for (const std::size_t camera : entry.cameras) {
       dataset.frames[camera].inverted_masks = true;
     }

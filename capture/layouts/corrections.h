@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "capture/dataset.h"
 #include "core/options.h"
@@ -23,6 +24,11 @@ struct CorrectionOptions {
   std::string masks;           ///< "all=inverted"
 };
 OptionTable describe(CorrectionOptions& options);
+
+/// What is wrong with a value of one of these, "sync" say, whatever cameras a capture has: "cannot
+/// be 'cam3=soon': it takes a number of frames"; "" where nothing is. Of other names nothing is
+/// said.
+std::string correction_problem(std::string_view option, const std::string& text);
 
 /// Calibrations as they are meant, in the layout's own world; cameras that are left out are gone.
 /// Throws DataError (the option) for cameras that the capture does not have and for values that

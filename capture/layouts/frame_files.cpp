@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/io/lower_extension.h"
 #include "core/io/zip_archive.h"
+#include "core/store/file_kind.h"
 #include "core/system_reason.h"
 
 namespace atelier {
@@ -34,9 +35,15 @@ bool is_video(const std::string& extension) {
 std::vector<fs::path> entries(const fs::path& folder, const Limits& limits) {
   std::vector<fs::path> paths;
   std::error_code error;
-  if (!fs::is_directory(folder, error)) {
+  const fs::file_type kind = fs::status(folder, error).type();
+  if (error && kind != fs::file_type::not_found) {  // what may not be looked at is not absent
+    throw EnvironmentError(denied_place(folder, error.value()).string(),
+                           system_reason(error.value()));
+  }
+  if (kind != fs::file_type::directory) {
     return paths;
   }
+  error.clear();
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     if (static_cast<std::int64_t>(paths.size()) >= limits.frames) {
       throw DataError(folder.string(), "", "more files than " + std::to_string(limits.frames),
@@ -51,6 +58,19 @@ std::vector<fs::path> entries(const fs::path& folder, const Limits& limits) {
   }
   std::sort(paths.begin(), paths.end());
   return paths;
+}
+
+/// Refuses a file where a folder is looked for, or where one that is to hold it is.
+void refuse_file_for_folder(fs::path folder) {
+  std::error_code error;
+  fs::file_type kind = fs::status(folder, error).type();
+  while (kind == fs::file_type::not_found && folder.has_relative_path()) {
+    folder = folder.parent_path();
+    kind = folder.empty() ? fs::file_type::directory : fs::status(folder, error).type();
+  }
+  if (kind == fs::file_type::regular) {
+    throw DataError(folder.string(), "", "a file", "a folder");
+  }
 }
 
 void add(std::map<int, DataPlace>& frames, const std::string& name, const DataPlace& place) {
@@ -121,12 +141,19 @@ std::map<int, DataPlace> numbered_files(const fs::path& folder,
                                         const std::vector<std::string>& extensions,
                                         const Limits& limits) {
   std::map<int, DataPlace> frames;
+  refuse_file_for_folder(folder);
   for (const fs::path& path : entries(folder, limits)) {
     const std::string extension = lower_extension(path);
     const bool wanted = extensions.empty() ? is_picture(extension)
                                            : std::find(extensions.begin(), extensions.end(),
                                                        extension) != extensions.end();
-    if (wanted && fs::is_regular_file(path)) {
+    if (!wanted) {
+      continue;
+    }
+    if (fs::is_directory(path) && frame_number(path.filename().string())) {
+      throw DataError(path.string(), "", "a folder", "a file");
+    }
+    if (fs::is_regular_file(path)) {
       add(frames, path.filename().string(), {path, "", -1});
     }
   }
@@ -170,7 +197,9 @@ std::vector<std::string> camera_names(const fs::path& base, const Limits& limits
   for (const fs::path& path : entries(base, limits)) {
     const std::string extension = lower_extension(path);
     if (fs::is_directory(path)) {
-      names.insert(path.filename().string());
+      if (path.filename() != "lost+found") {  // of a disk's root, and its owner's alone
+        names.insert(path.filename().string());
+      }
     } else if (extension == ".zip" || is_video(extension)) {
       names.insert(path.stem().string());
     }
@@ -253,6 +282,7 @@ std::vector<std::string> names_in(Dataset& dataset, std::map<int, DataPlace> Cam
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     ids.push_back(dataset.cameras[c].id);
   }
+  refuse_file_for_folder(base);
   const std::vector<std::string> names = camera_names(base, limits);
   MatchedNames matched = matched_names(ids, names);
   if (names.empty()) {

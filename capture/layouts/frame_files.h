@@ -19,7 +19,9 @@ std::optional<int> frame_number(std::string_view file_name);
 
 /// The files of a folder by frame_number, of the given extensions (small letters, with dot; any of
 /// the pictures that we read where none is given). None if there is no such folder. Throws
-/// DataError for two files of one number and for more files than `limits.frames`.
+/// DataError for two files of one number, for more files than `limits.frames`, for a file in the
+/// folder's place or above it and for a folder in the place of a frame's file; EnvironmentError
+/// (the folder that refuses) where it may not be looked at.
 std::map<int, DataPlace> numbered_files(const std::filesystem::path& folder,
                                         const std::vector<std::string>& extensions = {},
                                         const Limits& limits = {});
@@ -31,10 +33,11 @@ std::map<int, DataPlace> camera_pictures(const std::filesystem::path& base, cons
                                          const Limits& limits = {});
 
 /// Names of the cameras that have a folder, a zip or a video in `base`, sorted; none if there is no
-/// such folder. Hidden names are left out.
+/// such folder. Hidden names and lost+found are left out. Throws EnvironmentError where it may not
+/// be looked at.
 std::vector<std::string> camera_names(const std::filesystem::path& base, const Limits& limits = {});
 
-/// Files of a folder whose name ends in `suffix` (any case), sorted.
+/// Files of a folder whose name ends in `suffix` (any case), sorted. Throws as camera_names.
 std::vector<std::filesystem::path> files_ending(const std::filesystem::path& folder,
                                                 std::string_view suffix, const Limits& limits = {});
 

@@ -38,8 +38,14 @@ MeshFile read_mesh_file(const std::filesystem::path& path, const MeshConvention&
   if (has_scene_extension(path)) {
     return {rest_mesh(read_scene(path, limits), path.string(), limits), kSceneConvention};
   }
-  throw DataError(path.string(), "", "extension '" + extension + "'",
-                  ".obj, .ply, .glb, .gltf or .fbx");
+  if (std::error_code error; !std::filesystem::exists(path, error) && !error) {
+    throw DataError(path.string(), "", "nothing there",
+                    "a mesh file: .obj, .ply, .glb, .gltf or .fbx");
+  }
+  throw DataError(
+      path.string(), "",
+      extension.empty() ? "a name without an extension" : "extension '" + extension + "'",
+      ".obj, .ply, .glb, .gltf or .fbx");
 }
 
 std::optional<Finding> unit_finding(const MeshFile& file, const std::string& name) {

@@ -234,7 +234,8 @@ void ObjReader::read_face() {
         parts[2].empty() ? -1 : read_index(parts[2], normals_.size() / 3, reach_[2], "normal"));
   }
   if (corners < 3) {
-    scanner_.fail("a face of " + std::to_string(corners) + " corners", "at least 3");
+    scanner_.fail("a face of " + std::to_string(corners) + (corners == 1 ? " corner" : " corners"),
+                  "at least 3");
   }
   triangles_ += corners - 2;
   if (triangles_ > limits_.mesh_faces) {

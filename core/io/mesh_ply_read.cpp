@@ -352,7 +352,7 @@ template <class Source>
 void PlyBody<Source>::read_polygon(const PlyProperty& property, std::uint64_t row) {
   const std::uint64_t length = list_length(property);
   if (length < 3 || length > kMaxFaceCorners) {
-    fail_row("face", row, std::to_string(length) + " corners",
+    fail_row("face", row, std::to_string(length) + (length == 1 ? " corner" : " corners"),
              "3 to " + std::to_string(kMaxFaceCorners));
   }
   triangles_ += static_cast<std::int64_t>(length) - 2;

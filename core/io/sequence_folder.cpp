@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
+#include "core/regular_file.h"
 #include "core/system_reason.h"
 
 namespace atelier {
@@ -80,6 +81,12 @@ std::map<int, std::filesystem::path> mesh_files(const std::filesystem::path& pat
                                "cannot list the folder: " + system_reason(error.value()));
       }
       throw DataError(path.string(), "", error.message(), "a mesh or a folder of meshes");
+    }
+  }
+  for (const auto& [frame_id, file] : files) {  // before anybody reads gigabytes of it for nothing
+    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+    if (!error && std::cmp_greater(bytes, limits.mesh_file_bytes)) {
+      RegularFile(file).check_size(limits.mesh_file_bytes, file);
     }
   }
   if (files.empty()) {

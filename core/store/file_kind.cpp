@@ -24,7 +24,7 @@ file_type kind_of(const std::filesystem::path& path, int (*look)(const char*, st
     if (error == ELOOP) {
       return file_type::unknown;  // links that lead nowhere, neither file nor folder
     }
-    throw EnvironmentError(path.string(), system_reason(error));
+    throw EnvironmentError(denied_place(path, error).string(), system_reason(error));
   }
   return S_ISREG(status.st_mode)   ? file_type::regular
          : S_ISDIR(status.st_mode) ? file_type::directory
@@ -33,6 +33,15 @@ file_type kind_of(const std::filesystem::path& path, int (*look)(const char*, st
 }
 
 }  // namespace
+
+std::filesystem::path denied_place(const std::filesystem::path& path, int error) {
+  std::filesystem::path folder = path;
+  struct stat status {};
+  while (error == EACCES && folder.has_relative_path() && stat(folder.c_str(), &status) != 0) {
+    folder = folder.has_parent_path() ? folder.parent_path() : ".";
+  }
+  return folder;
+}
 
 file_type file_kind(const std::filesystem::path& path) {
   return kind_of(path, [](const char* name, struct stat* status) { return stat(name, status); });
@@ -51,7 +60,7 @@ std::vector<std::filesystem::path> list_folder(const std::filesystem::path& fold
     walk.increment(error);
   }
   if (error && error != std::errc::no_such_file_or_directory) {
-    throw EnvironmentError(folder.string(),
+    throw EnvironmentError(denied_place(folder, error.value()).string(),
                            "cannot list the folder: " + system_reason(error.value()));
   }
   std::sort(paths.begin(), paths.end());

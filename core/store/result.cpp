@@ -33,19 +33,22 @@ std::map<std::string, struct stat> files_below(const std::filesystem::path& fold
   std::map<std::string, struct stat> files;
   std::error_code error;
   auto walk = std::filesystem::recursive_directory_iterator(folder, error);
+  std::filesystem::path at = folder;  // the folder that cannot be listed, where one cannot
   while (!error && walk != std::filesystem::recursive_directory_iterator()) {
     const std::filesystem::path path = walk->path();
     struct stat status {};
     if (lstat(path.c_str(), &status) != 0) {
-      throw EnvironmentError(path.string(), system_reason(errno));
+      const int reason = errno;
+      throw EnvironmentError(denied_place(path, reason).string(), system_reason(reason));
     }
     if (!S_ISDIR(status.st_mode)) {
       files[path.lexically_relative(folder).generic_string()] = status;
     }
+    at = path;
     walk.increment(error);
   }
   if (error) {
-    throw EnvironmentError(folder.string(),
+    throw EnvironmentError(denied_place(at, error.value()).string(),
                            "cannot list the folder: " + system_reason(error.value()));
   }
   return files;
@@ -270,6 +273,9 @@ std::optional<std::string> current_name(const std::filesystem::path& stage_folde
   std::error_code error;
   const std::filesystem::path target =
       std::filesystem::read_symlink(stage_folder / "current", error);
+  if (error == std::errc::not_a_directory) {
+    require_folder(stage_folder);
+  }
   // Neither a missing link nor something else in its place names a result.
   if (error && error != std::errc::no_such_file_or_directory &&
       error != std::errc::invalid_argument) {
@@ -281,17 +287,29 @@ std::optional<std::string> current_name(const std::filesystem::path& stage_folde
   return target.string();
 }
 
-void require_no_current_folder(const std::filesystem::path& stage_folder) {
+std::optional<Finding> current_folder_finding(const std::filesystem::path& stage_folder) {
   const std::filesystem::path current = stage_folder / "current";
-  if (link_kind(current) == std::filesystem::file_type::directory) {
-    throw DataError(current.string(), "", "a folder, as a copy that follows links leaves it",
-                    "a link: remove the folder and run the stage again, which makes the link; "
-                    "cp -a copies links as they are");
+  if (link_kind(current) != std::filesystem::file_type::directory) {
+    return std::nullopt;
+  }
+  return Finding{Severity::Error, "current-folder", current.string(),
+                 "a folder, as a copy that follows links leaves it",
+                 "a link: remove the folder and run the stage again, which makes the link; "
+                 "cp -a copies links as they are"};
+}
+
+void require_usable_stage_folder(const std::filesystem::path& stage_folder) {
+  if (link_kind(stage_folder) == std::filesystem::file_type::not_found) {
+    return;
+  }
+  require_folder(stage_folder);
+  if (const std::optional<Finding> problem = current_folder_finding(stage_folder)) {
+    throw DataError(problem->place, "", problem->what, problem->advice);
   }
 }
 
 std::int64_t unlinked_results(const std::filesystem::path& stage_folder) {
-  if (current_name(stage_folder)) {
+  if (current_name(stage_folder) || current_folder_finding(stage_folder)) {
     return 0;
   }
   const std::vector<std::filesystem::path> entries = list_folder(stage_folder);

@@ -56,14 +56,19 @@ std::filesystem::path result_around(const std::filesystem::path& path);
 void require_workspace(std::span<const Stage> stages, const std::filesystem::path& workspace);
 
 /// The name that `<stage>/current` points to; nothing if it is missing or no link to a result
-/// beside it. Links are never followed. Throws EnvironmentError if it cannot be looked at.
+/// beside it. Links are never followed. Throws EnvironmentError if it cannot be looked at,
+/// DataError for a file in the stage folder's place.
 std::optional<std::string> current_name(const std::filesystem::path& stage_folder);
 
-/// Refuses a folder in the place of the link `current`, which no link can replace. Throws
-/// DataError.
-void require_no_current_folder(const std::filesystem::path& stage_folder);
+/// The error "current-folder" where a folder lies in the place of the link `current`, which no link
+/// can replace.
+std::optional<Finding> current_folder_finding(const std::filesystem::path& stage_folder);
 
-/// How many results of a stage there are if no link says which of them is current; else 0.
+/// Refuses such a folder, and what is no folder in the place of the stage's own. Throws DataError.
+void require_usable_stage_folder(const std::filesystem::path& stage_folder);
+
+/// How many results of a stage there are if no link says which of them is current, and the stage
+/// can make one; else 0.
 std::int64_t unlinked_results(const std::filesystem::path& stage_folder);
 
 /// Makes `current` point to a result beside it, in one step, and syncs the folder.

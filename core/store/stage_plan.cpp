@@ -226,7 +226,7 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const St
     throw DataError(request.workspace.string(), "", "no workspace: " + problem,
                     "a workspace, or a new or empty folder");
   }
-  require_no_current_folder(request.workspace / stage.name);
+  require_usable_stage_folder(request.workspace / stage.name);
   StagePlan plan;
   if (std::string openness = openness_of(request.workspace); !openness.empty()) {
     plan.warnings.push_back(std::move(openness));

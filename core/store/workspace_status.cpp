@@ -157,6 +157,9 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
       if (current) {
         judge_result(status, folder / *current, check);
         judge_age(status, stage, all, check);
+      } else if (const std::optional<Finding> problem = current_folder_finding(folder)) {
+        status.state = StageStatus::State::Damaged;
+        status.findings.push_back(*problem);
       } else if (!status.unfinished.empty()) {
         status.state = StageStatus::State::Unfinished;
       }

@@ -27,7 +27,7 @@ struct StageStatus {
     Unfinished,  ///< no result yet, but frames of an interrupted or split run
     Done,        ///< a sound result
     Outdated,    ///< sound, but made by another version or from files or results that have changed
-    Damaged,     ///< the result does not agree with its manifest
+    Damaged,  ///< the result does not agree with its manifest, or cannot be told (current-folder)
   };
 
   std::string stage;

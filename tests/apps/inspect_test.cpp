@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/exit_code.h"
+#include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/npz.h"
 #include "core/io/safetensors.h"
@@ -111,6 +112,20 @@ TEST_F(Inspect, ShowsSkinsAnimationsAndMorphTargetsOfGltf) {
   EXPECT_EQ(json["members"]["mesh 0"]["morph_target_names"][0], "billow");
   EXPECT_EQ(json["members"]["animation 0"]["seconds"], 1.5);
   EXPECT_EQ(json["members"]["animation 0"]["channels"]["translation"], 1);
+}
+
+TEST_F(Inspect, VerticesThatGltfPartsAtSeamsAreNoErrors) {
+  Mesh mesh;  // two triangles that share one vertex, as where two seams meet
+  mesh.vertices.resize(5, 3);
+  mesh.vertices << 0, 0, 0, 1, 0, 0, 1, 1, 0, -1, 0, 0, -1, -1, 0;
+  mesh.faces.resize(2, 3);
+  mesh.faces << 0, 1, 2, 0, 3, 4;
+  write_gltf(root_ / "parted.glb", gltf_scene(mesh, "parted"));
+  const ChildResult parted = run({"inspect", (root_ / "parted.glb").string()});
+  EXPECT_EQ(parted.exit_code, 0) << parted.err;
+  EXPECT_THAT(parted.out + parted.err, HasSubstr("non-manifold-vertex"));
+  write_mesh(root_ / "parted.obj", mesh);
+  EXPECT_EQ(run({"inspect", (root_ / "parted.obj").string()}).exit_code, kExitBadData);
 }
 
 TEST_F(Inspect, ShowsFoldersAndToml) {

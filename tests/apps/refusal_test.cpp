@@ -160,6 +160,22 @@ INSTANTIATE_TEST_SUITE_P(
                    {"statistics", "IN", "WS", "--config", "IN/box_000.obj"},
                    2,
                    "box_000.obj"},
+        BadCommand{"CorrectionWithoutACamera",
+                   {"validate", "IN", "--capture.sync", "x"},
+                   2,
+                   "capture.sync cannot be 'x': it takes CAMERA=VALUE,CAMERA=VALUE"},
+        BadCommand{"CorrectionOfNoValue",
+                   {"convert-capture", "IN", "new", "--extrinsics", "00=foo"},
+                   2,
+                   "extrinsics cannot be 'foo': it takes inverse"},
+        BadCommand{"CorrectionInAFile",
+                   {"reconstruct", "IN", "WS", "--config", "sync.toml"},
+                   2,
+                   "sync.toml:2: capture.masks cannot be 'foo': it takes inverted"},
+        BadCommand{"RenderNothing",
+                   {"render", "nosuch", "--out", "x.png"},
+                   3,
+                   "nosuch: nothing there; expected a mesh file"},
         BadCommand{"MissingInput", {"statistics", "nothing", "WS"}, 3, "nothing there"},
         BadCommand{"WorkspaceInInput",
                    {"statistics", "IN", "IN/work"},
@@ -316,6 +332,7 @@ TEST_P(Refused, IsOneLineAndItsCode) {
   std::filesystem::create_symlink("boxes/box_000.obj", root_ / "same.obj");
   ASSERT_EQ(mkfifo((root_ / "pipe.obj").c_str(), 0600), 0);
   std::filesystem::create_directory(root_ / "bare");
+  std::ofstream(root_ / "sync.toml") << "capture.sync = \"00=1\"\ncapture.masks = \"all=foo\"\n";
   std::filesystem::create_directories(root_ / "capture" / "images");
   std::ofstream(root_ / "capture" / "capture.toml") << "";
   std::ofstream(root_ / "half.h5") << "\x89HDF\r\n\x1a\n and no more";

@@ -67,6 +67,40 @@ TEST_F(WorkspaceCommand, ResultsWithoutACurrentLinkAreSpokenOf) {
   EXPECT_THAT(run({"status", workspace().string()}).out, ::testing::Not(HasSubstr(words)));
 }
 
+TEST_F(WorkspaceCommand, AFolderInThePlaceOfCurrentIsSpokenOfAsTheStageDoes) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  std::filesystem::remove(stage_folder() / "current");
+  std::filesystem::create_directory(stage_folder() / "current");
+  const std::string words = "remove the folder and run the stage again";
+  const ChildResult status = run({"status", workspace().string(), "--check"});
+  EXPECT_EQ(status.exit_code, kExitCheckFailed);
+  EXPECT_THAT(status.out, HasSubstr(words));
+  EXPECT_THAT(status.out, ::testing::Not(HasSubstr("links it again")));
+  const ChildResult gc = run({"gc", workspace().string()});
+  EXPECT_THAT(gc.out, HasSubstr(words));
+  EXPECT_THAT(gc.out, ::testing::Not(HasSubstr("links it again")));
+  expect_refusal(run_statistics({}), kExitBadData, words);
+}
+
+TEST_F(WorkspaceCommand, AFileInThePlaceOfAStagesFolderIsOneRefusal) {
+  write_boxes(input(), 1);
+  std::filesystem::create_directories(workspace());
+  std::ofstream(stage_folder()) << "a file";
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"status", workspace().string()},
+        {"gc", workspace().string()},
+        {"statistics", input().string(), workspace().string()}}) {
+    SCOPED_TRACE(command[0]);
+    expect_refusal(run(command), kExitBadData, stage_folder().string() + ": a file");
+    std::vector<std::string> with_json = command;
+    with_json.emplace_back("--json");
+    const auto json = nlohmann::json::parse(run(with_json).out);
+    EXPECT_EQ(json["file"], stage_folder().string());
+    EXPECT_EQ(json["expected"], "a folder");
+  }
+}
+
 TEST_F(WorkspaceCommand, GcSaysWhatARunningStageKeeps) {
   write_boxes(input(), 1);
   run_statistics({});

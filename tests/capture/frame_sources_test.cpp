@@ -21,6 +21,7 @@
 #include "core/io/zip_archive.h"
 #include "core/render/video.h"
 #include "tests/capture/small_capture.h"
+#include "tests/support/denied_folder.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
@@ -36,6 +37,58 @@ void write_grey_video(const fs::path& path, Index count) {
     const auto level = static_cast<std::uint8_t>(20 + 20 * i);
     return linear_from_srgb(ByteImage(64, 80, 3, level));
   });
+}
+
+TEST(FrameSources, AFolderThatMayNotBeLookedAtIsNotEmptyRefused) {
+  const fixtures::TemporaryDirectory folder;
+  fixtures::write_small_capture(folder / "capture");
+  for (const char* part : {"images", "labels", "keypoints2d", "images/01"}) {
+    const fs::path denied = folder / "capture" / part;
+    const fixtures::DeniedFolder without_rights(denied, folder.path());
+    ATELIER_EXPECT_REFUSED(open_dataset(folder / "capture"), EnvironmentError,
+                           denied.string() + ": Permission denied");
+  }
+}
+
+TEST(FrameSources, LinksThatLeadNowhereAreNoEmptyFolderRefused) {
+  const fixtures::TemporaryDirectory folder;
+  fixtures::write_small_capture(folder / "capture");
+  fs::remove_all(folder / "capture/labels");
+  fs::create_directory_symlink("labels", folder / "capture/labels");
+  ATELIER_EXPECT_REFUSED(open_dataset(folder / "capture"), EnvironmentError, "capture/labels");
+}
+
+TEST(FrameSources, AFileInThePlaceOfAFolderRefused) {
+  for (const char* place : {"images", "labels", "keypoints2d", "images/01"}) {
+    const fixtures::TemporaryDirectory folder;
+    fixtures::write_small_capture(folder / "capture");
+    const fs::path file = folder / "capture" / place;
+    fs::remove_all(file);
+    write_file_atomically(file, "a file");
+    ATELIER_EXPECT_REFUSED(open_dataset(folder / "capture"), DataError,
+                           file.string() + ": a file; expected a folder");
+  }
+}
+
+TEST(FrameSources, AFolderInThePlaceOfAPictureRefused) {
+  const fixtures::TemporaryDirectory folder;
+  fixtures::write_small_capture(folder / "capture");
+  const fs::path picture = folder / "capture/images/01" / (frame_name(3) + ".png");
+  fs::remove(picture);
+  fs::create_directory(picture);
+  ATELIER_EXPECT_REFUSED(open_dataset(folder / "capture"), DataError,
+                         picture.string() + ": a folder; expected a file");
+}
+
+TEST(FrameSources, WhatIsNotThereIsEmpty) {
+  const fixtures::TemporaryDirectory folder;
+  fixtures::write_small_capture(folder / "capture");
+  fs::remove_all(folder / "capture/labels");
+  fs::remove_all(folder / "capture/keypoints2d/02");
+  const Dataset dataset = open_dataset(folder / "capture");
+  EXPECT_TRUE(dataset.frames[0].labels.empty());
+  EXPECT_FALSE(dataset.frames[1].keypoints.empty());
+  EXPECT_TRUE(dataset.frames[2].keypoints.empty());
 }
 
 TEST(FrameSources, AZipOfPicturesIsACamera) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "tests/support/refusals.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier::fixtures {
@@ -31,6 +32,17 @@ class SequenceFolder : public ::testing::Test {
   }
   TemporaryDirectory root_;
 };
+
+TEST_F(SequenceFolder, AMeshBeyondTheLimitIsRefusedWhereItIsListed) {
+  write("b_1.obj");
+  write("b_2.obj");
+  std::filesystem::resize_file(root_ / "b_2.obj", 5000);
+  Limits limits;
+  limits.mesh_file_bytes = 4096;
+  ATELIER_EXPECT_REFUSED(read_sequence_folder(root_.path(), {}, limits), DataError, "b_2.obj");
+  ATELIER_EXPECT_REFUSED(read_sequence_folder(root_ / "b_2.obj", {}, limits), DataError, "4096");
+  EXPECT_EQ(read_sequence_folder(root_ / "b_1.obj", {}, limits).frame_ids.size(), 1U);
+}
 
 TEST_F(SequenceFolder, FramesAreInOrderOfTheirNumbers) {
   write("b_10.obj");

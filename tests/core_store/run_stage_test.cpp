@@ -1,5 +1,7 @@
 #include "core/store/run_stage.h"
 
+#include <fstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -9,9 +11,13 @@
 #include "core/error.h"
 #include "core/store/collect_garbage.h"
 #include "core/store/commit.h"
+#include "core/store/file_kind.h"
 #include "core/store/file_lock.h"
+#include "core/store/result.h"
 #include "core/store/workspace_status.h"
 #include "tests/core_store/run_stage_fixture.h"
+#include "tests/support/denied_folder.h"
+#include "tests/support/refusals.h"
 
 namespace atelier::fixtures {
 namespace {
@@ -287,6 +293,55 @@ TEST_F(RunStage, ResultsWithoutACurrentLinkAreCountedAndFoundAgain) {
   EXPECT_EQ(run("count").end, End::AlreadyDone);
   EXPECT_EQ(current("count"), result);
   EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].unlinked_results, 0);
+}
+
+TEST_F(RunStage, AFolderInThePlaceOfCurrentIsToldAndRefused) {
+  run("count");
+  const std::filesystem::path current_link = folder("count") / "current";
+  std::filesystem::remove(current_link);
+  std::filesystem::create_directory(current_link);
+  const StageStatus status = workspace_status(kTestStages, root_ / "work")[0];
+  EXPECT_EQ(status.state, StageStatus::State::Damaged);
+  EXPECT_EQ(status.unlinked_results, 0) << "the stage cannot link it";
+  ASSERT_EQ(status.findings.size(), 1U);
+  EXPECT_EQ(status.findings[0].code, "current-folder");
+  try {
+    run("count");
+    FAIL() << "it was not refused";
+  } catch (const DataError& error) {
+    EXPECT_EQ(error.file, current_link.string());
+    EXPECT_EQ(error.found, status.findings[0].what);
+    EXPECT_EQ(error.expected, status.findings[0].advice);
+  }
+  std::filesystem::remove(current_link);
+  EXPECT_EQ(run("count").end, End::AlreadyDone);
+}
+
+TEST_F(RunStage, AFileInThePlaceOfAStagesFolderIsRefusedAlike) {
+  std::filesystem::create_directories(root_ / "work");
+  std::ofstream(folder("count")) << "a file";
+  const std::string words = folder("count").string() + ": a file; expected a folder";
+  ATELIER_EXPECT_REFUSED(run("count"), DataError, words);
+  ATELIER_EXPECT_REFUSED(run("double"), DataError, words);
+  ATELIER_EXPECT_REFUSED(workspace_status(kTestStages, root_ / "work"), DataError, words);
+  ATELIER_EXPECT_REFUSED(collect_garbage(kTestStages, root_ / "work", true), DataError, words);
+}
+
+TEST_F(RunStage, WhatMayNotBeListedInAResultIsNamed) {
+  run("count");
+  const std::filesystem::path result = current("count");
+  const Manifest manifest = read_manifest(result, "count");
+  std::filesystem::create_directory(result / "frames");
+  {
+    const DeniedFolder without_rights(result / "frames", root_.path());
+    ATELIER_EXPECT_REFUSED(check_outputs(result, manifest, Check::Sizes), EnvironmentError,
+                           (result / "frames").string() + ": cannot list the folder: Permission");
+  }
+  const DeniedFolder without_rights(root_ / "work", root_.path());
+  const std::string words = (root_ / "work").string() + ": Permission denied";
+  ATELIER_EXPECT_REFUSED(file_kind(result / "frames"), EnvironmentError, words);
+  ATELIER_EXPECT_REFUSED(list_folder(result / "frames"), EnvironmentError,
+                         (root_ / "work").string() + ": cannot list the folder");
 }
 
 TEST_F(RunStage, ARefusedRunLeavesFoldersThatWereThere) {
