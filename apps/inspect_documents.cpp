@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 
 #include "apps/inspection.h"
 #include "apps/stage_console.h"
@@ -95,6 +96,25 @@ void inspect_toml(const std::filesystem::path& path, Inspection& inspection) {
   }
 }
 
+namespace {
+
+/// Finds frames of a sequence's header without a file, as a run that was killed leaves them.
+void compare_files(const std::filesystem::path& folder, const std::vector<int>& frame_ids,
+                   Inspection& inspection) {
+  std::vector<int> missing;
+  std::copy_if(frame_ids.begin(), frame_ids.end(), std::back_inserter(missing),
+               [&](int id) { return !is_there(sequence_frame_path(folder, id)); });
+  if (!missing.empty()) {
+    inspection.findings.push_back(
+        {Severity::Error, "frames-missing", "sequence.h5",
+         std::to_string(missing.size()) + " of its " + std::to_string(frame_ids.size()) +
+             " frames have no file, the first of them " + std::to_string(missing.front()),
+         "make the sequence again, or take the frames that are there"});
+  }
+}
+
+}  // namespace
+
 void inspect_folder(const std::filesystem::path& path, Inspection& inspection) {
   if (is_there(path / "manifest.json")) {
     inspect_manifest(path / "manifest.json", inspection);
@@ -106,6 +126,7 @@ void inspect_folder(const std::filesystem::path& path, Inspection& inspection) {
     inspection.add("frames", header.frame_ids.size());
     inspection.add("fps", header.fps, "1/s");
     inspection.add("triangles", header.shared.faces.rows());
+    compare_files(path, header.frame_ids, inspection);
     return;
   }
   if (is_there(path / "capture.toml")) {

@@ -28,6 +28,7 @@ bool power_of_two(double value) {
   return value == 0 || std::has_single_bit(static_cast<unsigned>(value));
 }
 
+constexpr std::string_view kUnsaid = "default";  // as OptionField has it
 constexpr const char* kLess = "it takes less than that";
 constexpr std::array kRules = {
     OptionRule{"search.stretch_low", "search.stretch_high", less, kLess},
@@ -40,6 +41,33 @@ constexpr std::array kRules = {
                  return power_of_two(a) && (a == 0 || a >= 16) && power_of_two(b);
                },
                "they take powers of 2, from 16 and from 1, or 0"},
+};
+
+/// What is said and does nothing while others have these values. A name that ends in "." is a
+/// section.
+struct IdleRule {
+  struct Value {
+    std::string_view option;
+    std::string_view text;
+  };
+  std::string_view option;
+  std::array<Value, 2> idle_with;  ///< the second may be empty
+  std::string_view wanted;
+  bool unless_said = false;  ///< said to be off by hand, the rest stays as it is: a comparison
+};
+
+constexpr std::array kIdleRules = {
+    IdleRule{"material.shear",
+             {{{"membrane", "springs"}, {"shear", "none"}}},
+             "--shear cross or --membrane strain"},
+    IdleRule{"wind", {{{"xpbd.air_density", "0"}, {}}}, "more --xpbd.air-density"},
+    IdleRule{"xpbd.drag", {{{"xpbd.air_density", "0"}, {}}}, "more --xpbd.air-density"},
+    IdleRule{"xpbd.lift", {{{"xpbd.air_density", "0"}, {}}}, "more --xpbd.air-density"},
+    IdleRule{"relaxing.", {{{"relax", "false"}, {}}}, "--relax", true},
+    IdleRule{"xpbd.jacobi_radius", {{{"xpbd.sweep", "gauss-seidel"}, {}}}, "--xpbd.sweep jacobi"},
+    IdleRule{"xpbd.self_thickness", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
+    IdleRule{"xpbd.self_friction", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
+    IdleRule{"xpbd.self_interval", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
 };
 
 std::optional<double> number_of(const OptionField& field) {
@@ -87,6 +115,42 @@ std::vector<std::string> broken_corrections(const OptionTable& table) {
   return problems;
 }
 
+/// The start of the name, as `before` has it, also of an option in a section.
+std::optional<std::string> start_of(const std::string& name, std::string_view option) {
+  if (!option.ends_with(".")) {
+    return before(name, option);
+  }
+  const std::size_t dot = name.rfind('.');
+  return dot == std::string::npos ? std::nullopt : before(name.substr(0, dot + 1), option);
+}
+
+const OptionField* field_named(const OptionTable& table, const std::string& name) {
+  const auto found = std::find_if(table.fields.begin(), table.fields.end(),
+                                  [&](const OptionField& field) { return field.name == name; });
+  return found == table.fields.end() ? nullptr : &*found;
+}
+
+/// "xpbd.sweep gauss-seidel" if the field does nothing by this rule, else "".
+std::string idle_with(const OptionTable& table, const OptionField& field, const IdleRule& rule) {
+  const auto start = start_of(field.name, rule.option);
+  if (!start || field.source == kUnsaid) {
+    return "";
+  }
+  std::string with;
+  for (const IdleRule::Value& value : rule.idle_with) {
+    if (value.option.empty()) {
+      continue;
+    }
+    const OptionField* other = field_named(table, *start + std::string(value.option));
+    if (other == nullptr || option_text(*other) != value.text ||
+        (rule.unless_said && other->source != kUnsaid)) {
+      return "";
+    }
+    with += (with.empty() ? "" : " and ") + other->name + " " + std::string(value.text);
+  }
+  return with;
+}
+
 }  // namespace
 
 std::vector<std::string> broken_rules(const OptionTable& table) {
@@ -106,6 +170,14 @@ std::vector<std::string> broken_rules(const OptionTable& table) {
       if (a && b && !rule.holds(*a, *b)) {
         problems.push_back(first.name + " cannot be " + option_text(first) + " with " +
                            second->name + " " + option_text(*second) + ": " +
+                           std::string(rule.wanted));
+      }
+    }
+  }
+  for (const IdleRule& rule : kIdleRules) {
+    for (const OptionField& field : table.fields) {
+      if (const std::string with = idle_with(table, field, rule); !with.empty()) {
+        problems.push_back(field.name + " does nothing with " + with + ": leave it out, or say " +
                            std::string(rule.wanted));
       }
     }

@@ -53,7 +53,7 @@ Material said_material(const Material& said, const Material& fitted) {
     }
     if (value < to.fields[i].min) {
       throw UsageError("material." + to.fields[i].name + " cannot be " +
-                       option_text(from.fields[i]) + ": it takes " + option_range(to.fields[i]) +
+                       option_text(from.fields[i]) + ": it takes a " + option_range(to.fields[i]) +
                        ", or -1 for the fabric's own");
     }
     *std::get<double*>(to.fields[i].target) = value;

@@ -4,10 +4,12 @@
 
 #include <Eigen/Geometry>
 #include <cstdio>
+#include <initializer_list>
 
 #include "apps/usage_error.h"
 #include "core/depths_inside.h"
 #include "core/error.h"
+#include "core/io/lower_extension.h"
 #include "core/normals.h"
 #include "core/topology.h"
 
@@ -66,6 +68,13 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   const Extent about = extent_of(body);
   const Extent cloth = extent_of(garment);
   char text[240];
+  if (about.sizes().maxCoeff() < 0.05 || about.sizes().y() > 5) {
+    std::snprintf(text, sizeof text,
+                  "warning: the body is %.3g m high and %.3g m across; another unit than metres? "
+                  "Bodies are taken as they are: scale its file",
+                  about.sizes().y(), about.diagonal().norm());
+    doubts.emplace_back(text);
+  }
   const double ratio = cloth.diagonal().norm() / about.diagonal().norm();
   if (ratio > 3 || ratio < 0.02) {
     std::snprintf(
@@ -104,6 +113,61 @@ void require_solver(const XpbdOptions& options, Device device) {
   if (!conflict.empty()) {
     throw UsageError("--xpbd: " + conflict);
   }
+}
+
+namespace {
+
+/// Of one surface that does not move by itself.
+bool is_one_mesh(const std::filesystem::path& body) {
+  return body == "female" || body == "male" ||
+         (std::filesystem::is_regular_file(body) && lower_extension(body) != ".h5");
+}
+
+struct UnusedRule {
+  bool broken;
+  const char* words;
+};
+
+void require_none(std::initializer_list<UnusedRule> rules) {
+  for (const UnusedRule& rule : rules) {
+    if (rule.broken) {
+      throw UsageError(rule.words);
+    }
+  }
+}
+
+}  // namespace
+
+void require_used(const ScenePaths& paths, const SimulateOptions& options, Device device) {
+  const bool cpu = device == Device::Cpu;
+  require_none({
+      {options.body_fps > 0 && (!paths.motion.empty() || is_one_mesh(paths.body)),
+       "--body-fps is of meshes that move by themselves; this body does not: leave it out"},
+      {options.body_fps > 0 && paths.body.empty(), "--body-fps does nothing without --body"},
+      {options.fall_in != SimulateOptions{}.fall_in && paths.motion.empty(),
+       "--fall-in goes into a motion; give --motion, or leave it out"},
+      {options.xpbd.cuda_barrier != "auto" && cpu,
+       "--xpbd.cuda-barrier does nothing on the CPU; say --device cuda, or leave it out"},
+      {options.xpbd.cuda_blocks > 0 && cpu,
+       "--xpbd.cuda-blocks does nothing on the CPU; say --device cuda, or leave it out"},
+      {options.xpbd.vectors != "auto" && !cpu,
+       "--xpbd.vectors does nothing on a GPU; say --device cpu, or leave it out"},
+  });
+}
+
+void require_used(const SimulationScene& scene, const SimulateOptions& options) {
+  const Garment& garment = scene.garment;
+  const bool said =
+      options.material.stretch_warp != kFabricsOwn || options.material.stretch_weft != kFabricsOwn;
+  require_none({
+      {said && garment.rest_faces.rows() == 0 &&
+           garment.material.stretch_warp != garment.material.stretch_weft,
+       "--material.stretch-warp and --material.stretch-weft cannot differ without a flat rest "
+       "shape to tell them by: say both alike, or give garment.h5 of drape or --flat-rest"},
+      {options.pin_top > 0 &&
+           static_cast<Index>(garment.attachments.size()) >= garment.mesh.vertices.rows(),
+       "--pin-top holds every vertex of the garment, so nothing moves: say less of it"},
+  });
 }
 
 }  // namespace atelier

@@ -2,12 +2,17 @@
 
 #include "apps/simulate.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/exit_code.h"
+#include "apps/interrupt.h"
 #include "apps/json_text.h"
+#include "apps/membrane_in_use.h"
 #include "apps/scene_check.h"
 #include "apps/simulation_doubts.h"
 #include "apps/simulation_output.h"
@@ -50,6 +55,17 @@ Json json_of(const FrameReport& r) {
   return json;
 }
 
+Json json_of(const MembraneInUse& membrane) {
+  const auto known = [](const std::optional<double>& value) {
+    return value ? Json(*value) : Json(nullptr);
+  };
+  return {{"young_warp", membrane.warp},
+          {"young_weft", membrane.weft},
+          {"poisson", known(membrane.poisson)},
+          {"shear", known(membrane.shear)},
+          {"bending", membrane.bending}};
+}
+
 /// What of a frame is counted within the contact reach ("inside") is told again however deep it is
 /// in the frames that count it.
 std::string line_of(const FrameReport& r, bool with_body) {
@@ -89,6 +105,16 @@ Mesh garment_mesh(const Cloth& cloth, const ClothState& state) {
   return mesh;
 }
 
+/// Mean of |length / rest - 1| over the mesh edges.
+double mean_strain(const Cloth& cloth, const Points& positions) {
+  double sum = 0;
+  for (int i = 0; i < cloth.fibre_count; ++i) {
+    const ClothSpring& s = cloth.springs[static_cast<std::size_t>(i)];
+    sum += std::abs((positions.row(s.a) - positions.row(s.b)).norm() / s.rest - 1);
+  }
+  return sum / std::max(1, cloth.fibre_count);
+}
+
 /// The grid of the paper's Fig. 1: stretching stiffness over columns, bending over rows.
 int simulate_grid(const std::filesystem::path& picture, const SimulationScene& scene,
                   const Cloth& cloth, const SimulateOptions& options, Device device, bool json) {
@@ -109,33 +135,39 @@ int simulate_grid(const std::filesystem::path& picture, const SimulationScene& s
     sweep.advance(scene_control(scene, options, frame));
   }
   const Points body = scene.body ? scene.body(scene.frame_count) : Points(0, 3);
+  const MembraneInUse membrane = membrane_in_use(scene.garment, options.cloth);
   std::vector<CaptionedImage> pictures;
   for (int i = 0; i < sweep.scene_count(); ++i) {
     const ClothVariation& v = variations[static_cast<std::size_t>(i)];
-    char caption[80];
-    std::snprintf(caption, sizeof caption, "stretch %g N/m, bend %g N m",
-                  v.stretch * cloth.material.stretch_warp, v.bending * cloth.material.bending);
+    char caption[120];
+    std::snprintf(caption, sizeof caption, "%s N/m, %.3g N m, strain %.2g%%",
+                  modulus_text(membrane, v.stretch).c_str(), v.bending * membrane.bending,
+                  100 * mean_strain(cloth, sweep.state(i).positions));
     pictures.push_back({picture_of(dressed(garment_mesh(cloth, sweep.state(i)), scene, body),
                                    kThreeQuarter, simulation_picture()),
                         caption});
   }
   ContactSheetOptions sheet;
   sheet.columns = static_cast<int>(factors.size());
-  sheet.title = "Stretching over columns, bending over rows";
+  sheet.title = "Young's modulus over columns, bending over rows; mean strain of edges";
   write_image(picture, contact_sheet(pictures, sheet));
+  std::ostream& words = json ? standard_error() : std::cout;
+  for (const CaptionedImage& one : pictures) {
+    words << one.caption << "\n";
+  }
   for (int i = 0; i < sweep.scene_count(); ++i) {
     const int crossings = count_crossings(sweep.state(i).positions, cloth.faces);
     if (crossings > 0) {
-      (json ? standard_error() : std::cout)
-          << "warning: " << pictures[static_cast<std::size_t>(i)].caption
-          << ": cloth goes through cloth at " << crossings << " edges in the end\n";
+      words << "warning: " << pictures[static_cast<std::size_t>(i)].caption
+            << ": cloth goes through cloth at " << crossings << " edges in the end\n";
     }
   }
   std::cout << (json ? json_text(Json({{"picture", picture.string()}})) : picture.string()) << "\n";
   return kExitDone;
 }
 
-void say_mesh(const Cloth& cloth, const Garment& garment, bool json) {
+void say_mesh(const Cloth& cloth, const Garment& garment, const ClothOptions& options, bool json) {
+  const MembraneInUse membrane = membrane_in_use(garment, options);
   const BendingRigidity rigidity = bending_rigidity(garment);
   if (json) {
     Material material = cloth.material;
@@ -146,6 +178,7 @@ void say_mesh(const Cloth& cloth, const Garment& garment, bool json) {
     std::cout << json_text(Json({{"vertices", cloth.rest_positions.rows()},
                                  {"faces", cloth.faces.rows()},
                                  {"material", said},
+                                 {"in_use", json_of(membrane)},
                                  {"bending_by_direction", rigidity.by_direction}}))
               << "\n";
     return;
@@ -157,7 +190,15 @@ void say_mesh(const Cloth& cloth, const Garment& garment, bool json) {
                 static_cast<long long>(cloth.rest_positions.rows()),
                 static_cast<long long>(cloth.faces.rows()), rigidity.lowest, rigidity.highest,
                 rigidity.mean);
-  std::cout << text << "\n";
+  std::cout << text_of(membrane) << "\n" << text << "\n";
+}
+
+std::string stopped_text(Index done, Index count, const std::filesystem::path& out) {
+  if (done == 0) {
+    return "stopped before its first frame; nothing was written";
+  }
+  return "stopped after frame " + std::to_string(done) + " of " + std::to_string(count) + "; " +
+         (done < count ? "it and the frames before it are in " : "all are in ") + out.string();
 }
 
 }  // namespace
@@ -187,13 +228,18 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
       throw UsageError(problem);
     }
   }
+  if (value("grid") == "true" && !value("format").empty()) {
+    throw UsageError("--grid makes one picture and no frames; leave --format out");
+  }
   require_solver(options.xpbd, device);
+  require_used(paths, options, device);
   const SimulationScene scene = read_scene(paths, options);
   for (const std::string& note : scene.notes) {
     (json ? standard_error() : std::cout) << printable(note) << "\n";
   }
   const Cloth cloth = scene_cloth(scene, options);
-  say_mesh(cloth, scene.garment, json);
+  require_used(scene, options);
+  say_mesh(cloth, scene.garment, options.cloth, json);
   if (value("grid") == "true") {
     if (!place.one_file) {
       make_private_directory(place.path);
@@ -202,6 +248,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   }
   ClothSolver solver(cloth, scene.body_faces, scene_solver(scene, options), device);
   solver.set_state(scene_start(scene, cloth));
+  catch_interrupts();
   FrameWriter writer(place, options.fps, scene.frame_count, cloth.faces);
   Album album(place, scene.frame_count, options.fps);
   const bool pictures = value("no-pictures") != "true";
@@ -210,9 +257,12 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     writer.finish();
     if (!reports.empty()) {
       write_file_atomically(place.beside("frames.csv"), frames_csv(reports, options.fps));
+      if (pictures) {
+        album.write_sheet();
+      }
     }
   };
-  for (Index frame = 1; frame <= scene.frame_count; ++frame) {
+  for (Index frame = 1; frame <= scene.frame_count && !interrupted(); ++frame) {
     ClothState state;
     const FrameReport report = [&] {
       const std::string kept =
@@ -242,11 +292,17 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     }
   }
   finish();
-  if (pictures) {
-    album.finish();
+  const auto done = static_cast<Index>(reports.size());
+  if (pictures && done == scene.frame_count && !interrupted()) {
+    album.write_videos();
   }
+  std::ostream& words = json ? standard_error() : std::cout;
   for (const std::string& doubt : simulation_doubts(reports, options.xpbd.self_contact)) {
-    (json ? standard_error() : std::cout) << doubt << "\n";
+    words << doubt << "\n";
+  }
+  if (interrupted()) {
+    words << stopped_text(done, scene.frame_count, place.path) << std::endl;
+    end_by_signal();
   }
   if (!json) {
     std::cout << place.path.string() << "\n";

@@ -28,6 +28,14 @@ std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& repor
                   100 * r.strain_p95, static_cast<long long>(r.frame));
     doubts.emplace_back(text);
   }
+  constexpr double kTorn = 1;  // twice as long
+  if (const FrameReport& r = worst(&FrameReport::strain_max); r.strain_max > kTorn) {
+    std::snprintf(text, sizeof text,
+                  "warning: an edge of the cloth is stretched by %.0f%% (frame %lld): something "
+                  "holds it, or it is far softer than a fabric",
+                  100 * r.strain_max, static_cast<long long>(r.frame));
+    doubts.emplace_back(text);
+  }
   constexpr double kDeep = 0.001;  // m
   if (const FrameReport& r = worst(&FrameReport::inside_depth); r.inside_depth > kDeep) {
     std::snprintf(text, sizeof text,

@@ -102,7 +102,15 @@ void FrameWriter::write(int frame, const Mesh& mesh) {
 }
 
 void FrameWriter::finish() {
-  if (!in_archive() || written_ == 0) {
+  if (written_ == 0) {  // so that the same command can be given again
+    std::filesystem::remove_all(gathered());
+    if (!place_.one_file) {
+      std::error_code not_empty;
+      std::filesystem::remove(place_.path, not_empty);
+    }
+    return;
+  }
+  if (!in_archive()) {
     return;
   }
   if (written_ < static_cast<int>(header_.frame_ids.size())) {
@@ -188,8 +196,11 @@ void Album::add(Index frame, const Mesh& garment, const SimulationScene& scene) 
   }
 }
 
-void Album::finish() const {
+void Album::write_sheet() const {
   write_image(place_.beside("sheet.png"), simulation_sheet(pictures_));
+}
+
+void Album::write_videos() const {
   constexpr int kTurn = 36;
   const std::vector<Image> turn = turntable_of(end_, kTurn, kFront, simulation_picture());
   write_video(place_.beside("turntable.mp4"), kTurn,

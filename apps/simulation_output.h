@@ -32,7 +32,8 @@ class FrameWriter {
  public:
   FrameWriter(OutputPlace place, double fps, Index count, const Triangles& faces);
   void write(int frame, const Mesh& mesh);
-  /// Closes the sequence after the frames that were written, all of them or the first few.
+  /// Closes the sequence after the frames that were written, all of them or the first few; of none
+  /// nothing is left.
   void finish();
 
  private:
@@ -59,7 +60,10 @@ class Album {
  public:
   Album(OutputPlace place, Index count, double fps);
   void add(Index frame, const Mesh& garment, const SimulationScene& scene);
-  void finish() const;
+  /// sheet.png, of the frames so far.
+  void write_sheet() const;
+  /// turntable.mp4 and motion.mp4, once the last frame was added.
+  void write_videos() const;
 
  private:
   OutputPlace place_;

@@ -116,7 +116,17 @@ BodyTrack moving_body(const ScenePaths& paths, double fps, double fall_in,
     throw UsageError("--motion moves a body model; '" + paths.body.string() +
                      "' is a folder of meshes, which move by themselves");
   }
-  auto model = std::make_shared<BodyModel>(posable_body(paths.body, notes));
+  const auto model = [&] {
+    try {
+      return std::make_shared<BodyModel>(posable_body(paths.body, notes));
+    } catch (const DataError& error) {
+      if (error.where == "groups") {  // an OBJ that is not MakeHuman's
+        throw DataError(error.file, "rig", "none, and a mesh without a rig cannot be posed",
+                        error.expected + "; or without --motion");
+      }
+      throw;
+    }
+  }();
   const MotionClip clip = read_motion_file(paths.motion);
   RetargetOptions options;
   options.fps = fps;
@@ -224,6 +234,11 @@ void require_flat_size(const Garment& garment, const std::filesystem::path& file
 /// A mesh, or an archive of a garment with rest shape, seams and attachments.
 Garment read_garment(const std::filesystem::path& file, bool flat_rest) {
   Garment garment;
+  if (lower_extension(file) == ".json") {
+    throw DataError(file.string(), "file name", "a pattern, which has no shape in space yet",
+                    "a mesh or garment.h5 of atelier drape --garment " + file.filename().string() +
+                        " --out FOLDER");
+  }
   if (lower_extension(file) == ".h5") {
     garment = read_garment_archive(file);
   } else {

@@ -1,8 +1,12 @@
 #include <Eigen/Core>
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -10,6 +14,8 @@
 
 #include "core/device.h"
 #include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
+#include "core/io/mesh_file.h"
 #include "tests/support/child_process.h"
 #include "tests/support/flags.h"
 #include "tests/support/places.h"
@@ -306,6 +312,72 @@ TEST_F(Simulate, KeepsTheFramesBeforeAnErrorInOneFileToo) {
               HasSubstr("float32 [3,49,3]"));
 }
 
+TEST_F(Simulate, ASignalLeavesTheFramesBeforeItWholeAndSaysWhereTheyAre) {
+  for (const auto& [signal, name] : {std::pair(SIGINT, "ended"), std::pair(SIGTERM, "T.h5")}) {
+    const std::filesystem::path out = root_.path() / name;
+    const bool one_file = out.extension() == ".h5";
+    const std::filesystem::path frames =
+        one_file ? out.string() + ".frames" : (out / "garment").string();
+    fixtures::ChildProcess child({fixtures::program_path(), "simulate", "--garment",
+                                  (scene() / "garment.obj").string(), "--out", out.string(),
+                                  "--settle", "100000"});
+    while (!std::filesystem::exists(frames / "frames" / "000003.h5") && !child.has_ended()) {
+      std::this_thread::yield();
+    }
+    child.kill(signal);
+    const ChildResult result = child.wait();
+    EXPECT_EQ(result.signal, signal) << result.err;
+    const std::size_t at = result.out.find("stopped after frame ");
+    ASSERT_NE(at, std::string::npos) << result.out;
+    EXPECT_THAT(result.out,
+                HasSubstr("of 100000; it and the frames before it are in " + out.string()));
+    const int kept = std::stoi(result.out.substr(at + std::string("stopped after frame ").size()));
+    EXPECT_GE(kept, 3);
+    const auto beside = [&](const std::string& file) {
+      return one_file ? root_.path() / ("T_" + file) : out / file;
+    };
+    const std::string table = read_file_text(beside("frames.csv"), 1 << 24);
+    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), kept + 1);
+    EXPECT_TRUE(std::filesystem::exists(beside("sheet.png")));
+    EXPECT_FALSE(std::filesystem::exists(beside("motion.mp4")));
+    EXPECT_EQ(std::filesystem::exists(frames), !one_file);
+    const ChildResult shown = run({"inspect", (one_file ? out : frames).string()});
+    EXPECT_EQ(shown.exit_code, 0) << shown.out;
+    EXPECT_TRUE(std::regex_search(shown.out,
+                                  std::regex(one_file ? "\\[" + std::to_string(kept) + ",49,3\\]"
+                                                      : "frames +" + std::to_string(kept) + "\n")))
+        << shown.out;
+    const ChildResult worn = alone({"--body", (one_file ? out : frames).string(), "--settle", "0",
+                                    "--move_y", "-0.1", "--length", std::to_string(kept)});
+    EXPECT_EQ(worn.exit_code, 0) << worn.err;
+  }
+}
+
+TEST_F(Simulate, WhatBreaksInItsFirstFrameLeavesNothing) {
+  std::filesystem::create_directories(scene() / "jumps");
+  write_body(scene() / "jumps" / "b_0.obj", 0);
+  write_body(scene() / "jumps" / "b_1.obj", 5);
+  for (const char* name : {"folder", "T.h5"}) {
+    const ChildResult result = run({"simulate", "--garment", (scene() / "garment.obj").string(),
+                                    "--body", (scene() / "jumps").string(), "--out",
+                                    (root_.path() / name).string(), "--settle", "0"});
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_THAT(result.err, ::testing::Not(HasSubstr("frames before it")));
+    EXPECT_FALSE(std::filesystem::exists(root_.path() / name));
+  }
+  EXPECT_FALSE(std::filesystem::exists(root_.path() / "T.h5.frames"));
+}
+
+// As a run that was killed leaves it.
+TEST_F(Simulate, InspectFindsFramesThatASequenceOnlySpeaksOf) {
+  ASSERT_EQ(alone({}).exit_code, 0);
+  std::filesystem::remove(out() / "garment" / "frames" / "000004.h5");
+  std::filesystem::remove(out() / "garment" / "frames" / "000005.h5");
+  const ChildResult shown = run({"inspect", (out() / "garment").string()});
+  EXPECT_EQ(shown.exit_code, 3);
+  EXPECT_THAT(shown.out, HasSubstr("2 of its 5 frames have no file, the first of them 4"));
+}
+
 TEST_F(Simulate, RefusesPlacesThatContradictTheirFormat) {
   const auto refused = [&](const std::vector<std::string>& more, const char* words) {
     std::vector<std::string> all{"simulate", "--garment", (scene() / "garment.obj").string(),
@@ -500,6 +572,125 @@ TEST_F(Simulate, RefusesGarmentsThatAreNoCloth) {
   result = on_body();
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.err, HasSubstr("degenerate"));
+}
+
+TEST_F(Simulate, RefusesWhatIsSaidAndWouldDoNothing) {
+  const auto refused = [&](const std::vector<std::string>& more, const char* words) {
+    const ChildResult result = on_body(more);
+    EXPECT_EQ(result.exit_code, 2) << words << "\n" << result.out;
+    EXPECT_THAT(result.err, HasSubstr(words));
+    EXPECT_FALSE(std::filesystem::exists(out())) << words;
+  };
+  refused({"--material.shear", "5000"}, "material.shear does nothing with membrane springs");
+  refused({"--material.stretch_warp", "500"}, "cannot differ without a flat rest shape");
+  refused({"--material", "denim", "--material.stretch_weft", "500"}, "say both alike");
+  refused({"--wind", "[0, 0, 5]", "--xpbd.drag", "1", "--xpbd.air_density", "0"},
+          "wind does nothing with xpbd.air_density 0");
+  refused({"--pin_top", "0.5"}, "holds every vertex");
+  refused({"--body_fps", "30"}, "--body-fps is of meshes that move");
+  refused({"--fall_in", "2"}, "--fall-in goes into a motion");
+  refused({"--relaxing.rounds", "3"}, "relaxing.rounds does nothing with relax false");
+  refused({"--xpbd.jacobi_radius", "0.5"}, "xpbd.sweep gauss-seidel");
+  refused({"--xpbd.cuda_barrier", "grid"}, "--xpbd.cuda-barrier does nothing on the CPU");
+  refused({"--xpbd.cuda_blocks", "4"}, "--xpbd.cuda-blocks does nothing on the CPU");
+  refused({"--xpbd.self_contact", "false", "--xpbd.self_thickness", "0.002"},
+          "xpbd.self_thickness does nothing with xpbd.self_contact false");
+  refused({"--grid", "--format", "ply"}, "leave --format out");
+  // The same with a workspace.
+  EXPECT_EQ(stage("work", {"--fall_in", "2"}).exit_code, 2);
+  EXPECT_EQ(stage("work", {"--xpbd.jacobi_radius", "0.5"}).exit_code, 2);
+  // What does something is taken.
+  EXPECT_EQ(on_body({"--shear", "cross", "--material.shear", "50", "--settle", "1"}).exit_code, 0);
+}
+
+TEST_F(Simulate, SaysWhichModulusItIsSolvedWith) {
+  ChildResult result = alone({"--material", "denim", "--settle", "1"});
+  EXPECT_THAT(result.out, HasSubstr("Young's modulus 646 N/m (mean of warp and weft: no flat rest "
+                                    "shape), Poisson's ratio 1/3, bending "));
+  result = alone({"--material", "denim", "--settle", "1", "--json"});
+  const nlohmann::json solved =
+      nlohmann::json::parse(result.out.substr(0, result.out.find('\n')))["in_use"];
+  EXPECT_EQ(solved["young_warp"], 646);
+  EXPECT_TRUE(solved["shear"].is_null());
+  EXPECT_THAT(stage("work", {"--settle", "1"}).err, HasSubstr("Young's modulus 1000 N/m"));
+}
+
+TEST_F(Simulate, TheGridSaysModulusAndStrainOfEachPicture) {
+  const ChildResult result = alone({"--grid", "--material", "denim", "--settle", "3", "--body",
+                                    (scene() / "body.obj").string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  for (const char* words : {"64.6 N/m", "646 N/m", "6460 N/m", "strain "}) {
+    EXPECT_THAT(result.out, HasSubstr(words));
+  }
+  const ImageHeader grid = read_image_header(out() / "grid.png");
+  EXPECT_GT(grid.width, 3 * 360);
+  EXPECT_GT(grid.height, 3 * 540);
+  EXPECT_FALSE(std::filesystem::exists(out() / "garment")) << "no frames";
+}
+
+TEST_F(Simulate, PicturesAndVideosAreReadBack) {
+  const ChildResult result = run({"simulate", "--garment", (scene() / "garment.obj").string(),
+                                  "--out", out().string(), "--settle", "8"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ImageHeader sheet = read_image_header(out() / "sheet.png");
+  EXPECT_GT(sheet.width, 5 * 360) << "eight frames, five a row";
+  EXPECT_GT(sheet.height, 2 * 540);
+  if (std::system("ffprobe -version >/dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "no ffprobe";
+  }
+  for (const auto& [video, frames] : {std::pair("turntable.mp4", 36), std::pair("motion.mp4", 2)}) {
+    const ChildResult probe = run_child(
+        {"ffprobe", "-v", "error", "-count_frames", "-show_streams", (out() / video).string()});
+    EXPECT_THAT(probe.out, HasSubstr("nb_read_frames=" + std::to_string(frames) + "\n")) << video;
+    EXPECT_THAT(probe.out, HasSubstr("width=360\n")) << video;
+  }
+}
+
+TEST_F(Simulate, ABodyOfGltfIsTheSameBody) {
+  const std::string glb = (root_.path() / "B.glb").string();
+  write_mesh(glb, read_mesh(scene() / "body.obj"));
+  const auto fallen = [&](const std::string& body) {
+    const ChildResult result = alone({"--body", body, "--format", "obj", "--settle", "12"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return vertices_of(out() / "garment_000012.obj");
+  };
+  const auto by_glb = fallen(glb);
+  const auto by_obj = fallen((scene() / "body.obj").string());
+  ASSERT_EQ(by_glb.size(), by_obj.size());
+  for (std::size_t i = 0; i < by_obj.size(); ++i) {
+    EXPECT_LT((by_glb[i] - by_obj[i]).norm(), 1e-3) << i;
+  }
+}
+
+TEST_F(Simulate, ABodyInMillimetresIsSpokenOf) {
+  const auto scaled = [&](const char* name, double factor) {
+    std::ofstream file(root_.path() / name);
+    for (const Eigen::Vector3d& v : vertices_of(scene() / "body.obj")) {
+      file << "v " << factor * v.x() << " " << factor * v.y() << " " << factor * v.z() << "\n";
+    }
+    file << "f 1 3 2\nf 1 4 3\nf 1 5 4\nf 1 2 5\nf 2 3 4\nf 2 4 5\n";
+    return (root_.path() / name).string();
+  };
+  // Garment and body alike, so that nothing else looks odd.
+  ChildResult result =
+      alone({"--body", scaled("large.obj", 1000), "--scale", "1000", "--settle", "1"});
+  EXPECT_THAT(result.out, HasSubstr("warning: the body is 300 m high"));
+  result = alone({"--body", scaled("small.obj", 0.01), "--scale", "0.01", "--settle", "1"});
+  EXPECT_THAT(result.out, HasSubstr("warning: the body is 0.003 m high"));
+}
+
+TEST_F(Simulate, MessagesNameWhatHelps) {
+  std::ofstream(root_.path() / "dress.json") << "{}";
+  ChildResult result = run(
+      {"simulate", "--garment", (root_.path() / "dress.json").string(), "--out", out().string()});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("atelier drape --garment dress.json --out FOLDER"));
+  result = on_body({"--material.density", "-0.5"});
+  EXPECT_THAT(result.err, HasSubstr("it takes a number in ["));
+  std::ofstream(root_.path() / "walk.bvh") << "HIERARCHY\n";
+  result = on_body({"--motion", (root_.path() / "walk.bvh").string()});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("a mesh without a rig cannot be posed"));
 }
 
 TEST_F(Simulate, RefusesMaterialsAndOptionsThatCannotBe) {

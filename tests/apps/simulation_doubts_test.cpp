@@ -44,6 +44,15 @@ TEST(SimulationDoubts, NameTheWorstFrameAndWhatHelps) {
                           AllOf(HasSubstr("606"), HasSubstr("frame 1"), HasSubstr("thickness"))));
 }
 
+TEST(SimulationDoubts, OneEdgeTwiceAsLongIsOneOfThem) {
+  std::vector<FrameReport> reports = frames(3);
+  reports[0].strain_max = 0.9;
+  EXPECT_THAT(simulation_doubts(reports, false), IsEmpty());
+  reports[1].strain_max = 3.5;
+  EXPECT_THAT(simulation_doubts(reports, false),
+              ElementsAre(AllOf(HasSubstr("350%"), HasSubstr("frame 2"))));
+}
+
 TEST(SimulationDoubts, SelfContactIsNamedWhereItWasOff) {
   std::vector<FrameReport> reports = frames(2);
   reports[1].crossings = 167;

@@ -1,0 +1,76 @@
+#include "apps/option_rules.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/options.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// Some options of a simulation, in a section or at the root.
+struct Some {
+  std::string membrane = "springs";
+  std::string shear = "none";
+  double material_shear = 100;
+  bool relax = false;
+  int rounds = 12;
+  std::string sweep = "gauss-seidel";
+  double jacobi_radius = 0.9;
+
+  OptionTable table() {
+    OptionTable out;
+    out.add("membrane", membrane, {"springs", "strain"}, "Membrane");
+    out.add("shear", shear, {"none", "cross"}, "Shear springs");
+    out.add("material.shear", material_shear, 0, 1e9, "N/m", "Shear modulus");
+    out.add("relax", relax, "Relax");
+    out.add("relaxing.rounds", rounds, 1, 100, "", "Rounds");
+    out.add("xpbd.sweep", sweep, {"gauss-seidel", "jacobi"}, "Sweep");
+    out.add("xpbd.jacobi_radius", jacobi_radius, 0, 1, "", "Radius");
+    return out;
+  }
+};
+
+TEST(OptionRules, DefaultsAreNeverIdle) {
+  Some some;
+  EXPECT_THAT(broken_rules(some.table()), IsEmpty());
+}
+
+TEST(OptionRules, WhatIsSaidAndDoesNothingIsNamedWithWhatMakesItIdle) {
+  Some some;
+  OptionTable table = some.table();
+  EXPECT_EQ(set_option(table, "material.shear", "5000"), "");
+  EXPECT_EQ(set_option(table, "xpbd.jacobi_radius", "0.5"), "");
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(AllOf(HasSubstr("material.shear does nothing with membrane springs and "
+                                          "shear none"),
+                                HasSubstr("--membrane strain")),
+                          AllOf(HasSubstr("xpbd.jacobi_radius does nothing with xpbd.sweep "
+                                          "gauss-seidel"),
+                                HasSubstr("--xpbd.sweep jacobi"))));
+  EXPECT_EQ(set_option(table, "shear", "cross"), "");
+  EXPECT_EQ(set_option(table, "xpbd.sweep", "jacobi"), "");
+  EXPECT_THAT(broken_rules(table), IsEmpty());
+}
+
+TEST(OptionRules, ASectionBelongsToItsSwitchUnlessThatIsSaidToBeOff) {
+  Some some;
+  OptionTable inner = some.table();
+  EXPECT_EQ(set_option(inner, "relaxing.rounds", "3"), "");
+  EXPECT_THAT(broken_rules(inner), ElementsAre(HasSubstr("relaxing.rounds does nothing with relax "
+                                                         "false")));
+  OptionTable outer;
+  outer.add("cloth", inner);
+  EXPECT_THAT(broken_rules(outer), ElementsAre(HasSubstr("cloth.relaxing.rounds does nothing with "
+                                                         "cloth.relax false")));
+  EXPECT_EQ(set_option(inner, "relax", "false"), "");
+  EXPECT_THAT(broken_rules(inner), IsEmpty()) << "a comparison";
+}
+
+}  // namespace
+}  // namespace atelier
