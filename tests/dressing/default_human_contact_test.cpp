@@ -73,6 +73,11 @@ TEST(ClothOnAHuman, PinchedInAnArmpitItComesOutWhole) {
     EXPECT_LT(course.most_strain, 0.3);
     EXPECT_EQ(course.excused, 0) << "nothing is left between arm and trunk";
     EXPECT_TRUE(course.end.positions.allFinite());
+    const int crossings = count_crossings(course.end.positions, cloth.faces);
+    EXPECT_EQ(crossings, 0);
+    RecordProperty(std::string("crossings_") + device_name(device), crossings);
+    RecordProperty(std::string("deepest_um_") + device_name(device),
+                   std::to_string(1e6 * course.deepest));
   }
 }
 
@@ -101,6 +106,11 @@ TEST(ClothOnAHuman, PinchedBehindAKneeItComesOutWhole) {
     EXPECT_LT(course.most_strain, 0.3);
     EXPECT_EQ(course.excused, 0);
     EXPECT_TRUE(course.end.positions.allFinite());
+    const int crossings = count_crossings(course.end.positions, cloth.faces);
+    EXPECT_EQ(crossings, 0);
+    RecordProperty(std::string("crossings_") + device_name(device), crossings);
+    RecordProperty(std::string("deepest_um_") + device_name(device),
+                   std::to_string(1e6 * course.deepest));
   }
 }
 

@@ -3,6 +3,7 @@
 #include "bodymodel/default_human.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
+#include "simulation/crossings.h"
 #include "simulation/xpbd.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/contact_guard.h"
@@ -51,12 +52,14 @@ struct Course {
   double deepest = 0;      ///< m, by the guard
   double most_strain = 0;  ///< of 95 edges in 100
   int excused = 0;         ///< at the end, where the body overlaps itself
+  int most_crossings = 0;  ///< of the cloth with itself, where its faces are given
   ClothState end;
 };
 
 /// Frames of a body that is `at(frame)`; the guard every `every` frames and after the last.
 template <class At>
-Course run_on(ClothSolver& solver, const Triangles& faces, int frames, int every, const At& at) {
+Course run_on(ClothSolver& solver, const Triangles& faces, int frames, int every, const At& at,
+              const Triangles& cloth = {}) {
   Course course;
   Points now = at(0);
   for (int i = 0; i < frames; ++i) {
@@ -69,6 +72,10 @@ Course run_on(ClothSolver& solver, const Triangles& faces, int frames, int every
       const Guard guard = contact_guard(course.end.positions, now, faces, 3e-3);
       course.deepest = std::max(course.deepest, guard.deepest);
       course.excused = guard.excused;
+      if (cloth.rows() > 0) {
+        course.most_crossings =
+            std::max(course.most_crossings, count_crossings(course.end.positions, cloth));
+      }
     }
   }
   return course;

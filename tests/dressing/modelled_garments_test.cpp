@@ -46,17 +46,25 @@ TEST_P(ModelledGarments, HangOnTheWoman) {
     options.substeps = 30;        // at 10 it is so soft that it slips down over her hips
     options.contact_reach = 0.1;  // some of it begins deep inside her
     ClothSolver solver(cloth, woman().mesh.faces, options, device);
+    const auto still = [&](int) { return body; };
+    const fixtures::Course start =
+        fixtures::run_on(solver, woman().mesh.faces, 10, 5, still, cloth.faces);
     const fixtures::Course course =
-        fixtures::run_on(solver, woman().mesh.faces, 30, 10, [&](int) { return body; });
+        fixtures::run_on(solver, woman().mesh.faces, 20, 10, still, cloth.faces);
     EXPECT_TRUE(course.end.positions.allFinite());
-    EXPECT_LT(course.deepest, fixtures::kDeepest);
-    EXPECT_LT(course.most_strain, 0.2);
+    EXPECT_LT(std::max(start.deepest, course.deepest), fixtures::kDeepest);
+    EXPECT_LT(std::max(start.most_strain, course.most_strain), 0.2);
     EXPECT_LT(garment.mesh.vertices.col(1).maxCoeff() - course.end.positions.col(1).maxCoeff(),
               worn.most_fall);
     const int crossings = count_crossings(course.end.positions, cloth.faces);
-    if (count_crossings(garment.mesh.vertices, cloth.faces) == 0) {
-      EXPECT_EQ(crossings, 0);
-    }  // else the file's own sleeves are crumpled through themselves
+    // A file's own sleeves may be crumpled through themselves, and those that begin inside her are
+    // pushed through more of themselves as they come out (317, 1053 of the dress): a known gap.
+    // They must not grow beyond that.
+    const int of_file = count_crossings(garment.mesh.vertices, cloth.faces);
+    EXPECT_LE(crossings, of_file == 0 ? 0 : start.most_crossings);
+    RecordProperty(std::string("most_crossings_in_10_frames_") + device_name(device),
+                   start.most_crossings);
+    RecordProperty("crossings_of_the_file", of_file);
     RecordProperty(std::string("crossings_") + device_name(device), crossings);
   }
 }

@@ -161,9 +161,9 @@ TEST(Sphere, AStartWithACentimetreOfOverlapIsResolvedGently) {
 }
 
 // T15: what pushes cloth out of an overlap gives it no more energy than depenetration at its full
-// speed has, 1/2 m v_max^2 (Small Steps, eq. 10). Without gravity all of it comes from there. Out
-// of a cube nothing is stretched by it; out of a sphere edges are, by 5%, and some of what they
-// store becomes motion: 4.9e-6 J at 0.05 m/s, where the bound is 3.6e-6 J, so that is not asserted.
+// speed has, 1/2 m v_max^2 (Small Steps, eq. 10). Without gravity all of it comes from there, as
+// cloth rests in the shape in which it starts: flat hinges would give their own energy to motion,
+// 4.9e-6 J out of a sphere at 0.05 m/s, where the bound is 3.6e-6 J.
 TEST(Depenetration, InjectsNoMoreEnergyThanItsSpeedHas) {
   for (const char* shape : {"cube", "sphere"}) {
     const bool is_cube = shape == std::string("cube");
@@ -176,7 +176,9 @@ TEST(Depenetration, InjectsNoMoreEnergyThanItsSpeedHas) {
                                  garment.mesh.vertices(v, 2));
       garment.mesh.vertices.row(v) = is_cube ? p : (p.normalized() * 0.19).eval();
     }
-    const Cloth cloth = make_cloth(garment);
+    ClothOptions as_it_starts;
+    as_it_starts.rest_angles = "template";
+    const Cloth cloth = make_cloth(garment, {}, as_it_starts);
     const double mass = std::accumulate(cloth.mass.begin(), cloth.mass.end(), 0.0);
     Control control = still(body.vertices);
     control.gravity.setZero();
@@ -192,9 +194,10 @@ TEST(Depenetration, InjectsNoMoreEnergyThanItsSpeedHas) {
           most = std::max(most, report.kinetic_energy);
         }
         EXPECT_LT(report.penetration_depth, 1e-4) << shape << " " << speed;
-        if (is_cube || speed > 0.1) {
-          EXPECT_LE(most, 0.5 * mass * speed * speed) << shape << " " << speed;
-        }
+        EXPECT_LE(most, 0.5 * mass * speed * speed) << shape << " " << speed;
+        RecordProperty(std::string(shape) + "_at_" + std::to_string(speed).substr(0, 4) + "_" +
+                           device_name(device),
+                       std::to_string(most / (0.5 * mass * speed * speed)));
       }
     }
   }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/simulation/cloth_fixtures.h"
 #include "tests/support/finite_differences.h"
 
 namespace atelier {
@@ -90,6 +91,58 @@ TEST(Hinge, GradientAgreesWithCentralDifferencesAtEveryAngleAndSize) {
   EXPECT_LT(worst_float, 1e-3);
   RecordProperty("worst_double", std::to_string(worst));
   RecordProperty("worst_float", std::to_string(worst_float));
+}
+
+// T1 on every device: of a cloth that is one hinge, a solver's first iteration moves the vertices,
+// which weigh alike, along the gradient.
+TEST(Hinge, ASolverMovesItsVerticesAlongTheGradient) {
+  for (const Device device : fixtures::devices()) {
+    for (const char* precision : {"float", "double"}) {
+      for (const double h : {0.1, 0.5, 2.0}) {
+        for (const double angle : {0.3, 1.5, 3.0, -0.7, -3.0}) {
+          const Eigen::VectorXd x = folded(angle, h, 0.1);
+          Mesh mesh;
+          mesh.vertices.resize(4, 3);
+          for (int i = 0; i < 4; ++i) {
+            mesh.vertices.row(i) = x.segment<3>(3 * i).transpose();
+          }
+          mesh.faces.resize(2, 3);
+          mesh.faces << 0, 1, 2, 1, 0, 3;
+          Cloth cloth = make_cloth(fixtures::garment_of(mesh, 0.2, 100, 1e-4));
+          ASSERT_EQ(cloth.hinges.size(), 1U);
+          cloth.springs.clear();
+          cloth.fibre_count = cloth.sewing_begin = 0;
+          cloth.mass.assign(4, 1e-3);
+          rebuild_schedule(cloth);
+          XpbdOptions options;
+          options.substeps = options.iterations = 1;
+          options.precision = precision;
+          ClothSolver solver(cloth, {}, options, device);
+          Control control;
+          control.gravity.setZero();
+          solver.advance(control);
+          Eigen::VectorXd moved(12);
+          Eigen::VectorXd numeric(12);
+          for (int i = 0; i < 12; ++i) {
+            moved[i] = solver.state().positions(i / 3, i % 3) - x[i];
+            const double step = 1e-6 * std::min(1.0, h);
+            Eigen::VectorXd plus = x;
+            Eigen::VectorXd minus = x;
+            plus[i] += step;
+            minus[i] -= step;
+            const auto at_angle = [](const Eigen::VectorXd& y) {
+              return hinge_value(at(y, 0), at(y, 1), at(y, 2), at(y, 3)).angle;
+            };
+            numeric[i] = angle_difference(at_angle(plus), at_angle(minus)) / (2 * step);
+          }
+          ASSERT_GT(moved.norm(), 1e-5) << angle << " " << h;
+          EXPECT_LT((moved.normalized() + std::copysign(1, angle) * numeric.normalized()).norm(),
+                    precision == std::string("double") ? 1e-6 : 1e-3)
+              << precision << " on " << device_name(device) << ", " << angle << ", height " << h;
+        }
+      }
+    }
+  }
 }
 
 TEST(Hinge, HasNoNormalWhereATriangleHasNoArea) {

@@ -1,8 +1,10 @@
 #include <cmath>
+#include <set>
 
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/random.h"
 #include "simulation/bending_rigidity.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/support/devices.h"
@@ -193,6 +195,88 @@ TEST_P(HeartLoop, HangsAsTheElastica) {
 }
 
 ATELIER_ON_EVERY_DEVICE(HeartLoop);
+
+/// Delaunay triangles of points strewn over a square of 0.1 m without regard to each other (Bowyer
+/// and Watson: what a new point lies in the circle of makes way).
+Mesh strewn_sheet(int count, std::uint64_t seed) {
+  using Corner = Eigen::Vector2d;
+  Random random{seed, 0, 0};
+  std::vector<Corner> points{{-10, -10}, {10, -10}, {0, 10}};
+  std::vector<Eigen::Vector3i> faces{{0, 1, 2}};
+  const auto cross = [](const Corner& a, const Corner& b) { return a.x() * b.y() - a.y() * b.x(); };
+  const auto in_circle = [&](const Eigen::Vector3i& face, const Corner& p) {
+    const Corner a = points[face[0]] - p;
+    const Corner b = points[face[1]] - p;
+    const Corner c = points[face[2]] - p;
+    return a.squaredNorm() * cross(b, c) + b.squaredNorm() * cross(c, a) +
+               c.squaredNorm() * cross(a, b) >
+           0;
+  };
+  for (int i = 0; i < count; ++i) {
+    const double x = 0.1 * uniform(random);
+    const Corner p(x, 0.1 * uniform(random));
+    std::set<std::pair<int, int>> rim;  // directed edges without their reverse
+    std::vector<Eigen::Vector3i> kept;
+    for (const Eigen::Vector3i& face : faces) {
+      if (!in_circle(face, p)) {
+        kept.push_back(face);
+        continue;
+      }
+      for (int k = 0; k < 3; ++k) {
+        const int a = face[k];
+        const int b = face[(k + 1) % 3];
+        if (rim.erase({b, a}) == 0) {
+          rim.insert({a, b});
+        }
+      }
+    }
+    for (const auto& [a, b] : rim) {
+      kept.emplace_back(a, b, static_cast<int>(points.size()));
+    }
+    points.push_back(p);
+    faces = kept;
+  }
+  // Slivers stand at the hull, where points are seen from far away.
+  std::erase_if(faces, [&](const Eigen::Vector3i& face) {
+    const auto outer = [&](int v) {
+      const Corner& p = points[v];
+      return p.minCoeff() < 0.005 || p.maxCoeff() > 0.095;
+    };
+    return face.minCoeff() < 3 || (outer(face[0]) && outer(face[1]) && outer(face[2]));
+  });
+  Mesh mesh;
+  std::vector<int> place(points.size(), -1);
+  mesh.vertices.resize(static_cast<Index>(points.size()), 3);
+  mesh.faces.resize(static_cast<Index>(faces.size()), 3);
+  Index used = 0;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      int& at = place[faces[f][k]];
+      if (at < 0) {
+        const Corner& p = points[faces[f][k]];
+        mesh.vertices.row(used) << p.x(), 0, p.y();
+        at = static_cast<int>(used++);
+      }
+      mesh.faces(static_cast<Index>(f), k) = at;
+    }
+  }
+  mesh.vertices.conservativeResize(used, 3);
+  return mesh;
+}
+
+// T9: a mesh of triangles of any shape is stiffer than the plate, in all directions alike.
+TEST(BendingRigidity, OfStrewnPointsIsOneAndAHalfTimesThePlates) {
+  ClothOptions options;
+  options.min_rest_angle = 0.01;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const BendingRigidity strewn =
+        bending_rigidity(fixtures::garment_of(strewn_sheet(1500, seed), 0.2, 100, 1), 36, options);
+    EXPECT_NEAR(strewn.mean / 1.49, 1, 0.1) << "seed " << seed;
+    EXPECT_LT(strewn.anisotropy(), 1.2) << "seed " << seed;
+    RecordProperty("strewn_" + std::to_string(seed), std::to_string(strewn.mean));
+    RecordProperty("anisotropy_" + std::to_string(seed), std::to_string(strewn.anisotropy()));
+  }
+}
 
 // T9: what is said of each kind of mesh.
 TEST(BendingRigidity, IsThePlatesOnEquilateralTrianglesAndThreeTimesItAcrossOneDiagonal) {

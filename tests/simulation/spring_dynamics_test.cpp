@@ -74,6 +74,48 @@ TEST(Spring, OscillatesExactlyAsImplicitEuler) {
   }
 }
 
+// T3: the period tends to 2 pi sqrt(m / k), what a period loses to nothing in the first order.
+TEST(Spring, ItsPeriodTendsToThatOfTheOscillatorWithTheTimeStep) {
+  const double mass = 0.3;
+  const double stiffness = 40;
+  const double w0 = std::sqrt(stiffness / mass);
+  const double period = 2 * std::numbers::pi / w0;
+  Control control;
+  control.gravity.setZero();
+  for (Device device : fixtures::devices()) {
+    std::vector<double> off;   // of the period
+    std::vector<double> lost;  // logarithm of the amplitude, in five periods
+    for (const int steps : {40, 80, 160}) {
+      const double h = period / steps;
+      const Cloth cloth = fixtures::chain(1, 1.0, stiffness, mass, mass);
+      ClothSolver solver(cloth, {}, double_options(h, 1, 1), device);
+      ClothState state = rest_state(cloth);
+      state.positions(1, 1) = -1.1;
+      solver.set_state(state);
+      std::vector<double> through;  // s, of the rest length
+      double last = 0.1;
+      for (int i = 0; i < 5 * steps; ++i) {
+        solver.advance(control);
+        state = solver.state();
+        const double x = -state.positions(1, 1) - 1;
+        if ((x > 0) != (last > 0)) {
+          through.push_back(h * (i + last / (last - x)));
+        }
+        last = x;
+      }
+      ASSERT_GE(through.size(), 9U);
+      off.push_back((through[8] - through[0]) / 4 / period - 1);
+      EXPECT_NEAR(off.back(), w0 * h / std::atan(w0 * h) - 1, 5e-4);
+      lost.push_back(-std::log(std::hypot(last, state.velocities(1, 1) / w0) / 0.1));
+      RecordProperty("period_off_" + std::to_string(steps), std::to_string(off.back()));
+    }
+    for (std::size_t i = 0; i + 1 < off.size(); ++i) {
+      EXPECT_GT(off[i] / off[i + 1], 2) << "the first order at least";
+      EXPECT_NEAR(lost[i] / lost[i + 1], 2, 0.05);
+    }
+  }
+}
+
 TEST(Spring, DampingOfMacklinDecaysAsTheDampedOscillator) {
   // C = x: m a = -k x - k t v; one implicit Euler step of that is what one projection solves.
   const double mass = 0.3;
@@ -318,9 +360,14 @@ TEST(Membrane, LatticesOfEqualSpringsHaveTheModuliOfTheirFormulas) {
   }
 }
 
-// T6
-TEST(Catenary, SagsAndPullsAsTheInextensibleLine) {
-  const int n = 64;
+/// A line of 1.2 m and 0.5 kg/m in `n` links between supports a metre apart.
+struct HangingLine {
+  double sag;   ///< over that of the inextensible line
+  double pull;  ///< at its end, over that of the inextensible line
+};
+
+/// `stiffness` [N]: force over strain.
+HangingLine hanging_line(int n, double stiffness, Device device) {
   const double length = 1.2;
   const double span = 1.0;
   const double weight = 0.5 * 9.81;  // N per metre
@@ -331,27 +378,54 @@ TEST(Catenary, SagsAndPullsAsTheInextensibleLine) {
   }
   const double sag = a * (std::cosh(span / (2 * a)) - 1);
   const double tension = weight * a * std::cosh(span / (2 * a));
-  for (Device device : fixtures::devices()) {
-    Points x(n + 1, 3);
-    std::vector<double> mass(n + 1, 0.5 * length / n);
-    std::vector<ClothSpring> springs;
-    for (int i = 0; i <= n; ++i) {
-      const double s = static_cast<double>(i) / n;
-      x.row(i) << span * s, -0.9 * sag * 4 * s * (1 - s), 0;
-      if (i > 0) {
-        springs.push_back({i - 1, i, length / n, 1e6});
-      }
+  Points x(n + 1, 3);
+  std::vector<double> mass(n + 1, 0.5 * length / n);
+  std::vector<ClothSpring> springs;
+  for (int i = 0; i <= n; ++i) {
+    const double s = static_cast<double>(i) / n;
+    x.row(i) << span * s, -0.9 * sag * 4 * s * (1 - s), 0;
+    if (i > 0) {
+      springs.push_back({i - 1, i, length / n, stiffness * n / length});
     }
-    XpbdOptions options;
-    options.substeps = 50;
-    options.iterations = 40;
-    options.velocity_damping = 5;
-    options.precision = "double";
-    ClothSolver solver(make_spring_net(x, mass, springs, {0, n}), {}, options, device);
-    const ClothState state = fixtures::settle(solver, {}, 300);
-    EXPECT_NEAR(-state.positions(n / 2, 1) / sag, 1, 0.01);
-    EXPECT_NEAR(solver.spring_forces()[0] / tension, 1, 0.02);
-    RecordProperty("sag_error", std::to_string(-state.positions(n / 2, 1) / sag - 1));
+  }
+  XpbdOptions options;
+  options.substeps = 50;
+  options.iterations = 40;
+  options.velocity_damping = 5;
+  options.precision = "double";
+  ClothSolver solver(make_spring_net(x, mass, springs, {0, n}), {}, options, device);
+  const ClothState state = fixtures::settle(solver, {}, 300);
+  return {-state.positions(n / 2, 1) / sag, solver.spring_forces()[0] / tension};
+}
+
+// T6
+TEST(Catenary, SagsAndPullsAsTheInextensibleLine) {
+  for (Device device : fixtures::devices()) {
+    const HangingLine line = hanging_line(64, 2e4, device);
+    EXPECT_NEAR(line.sag, 1, 0.01);
+    EXPECT_NEAR(line.pull, 1, 0.02);
+    RecordProperty("sag_error", std::to_string(line.sag - 1));
+  }
+}
+
+// T6: it tends to that line with the number of links and with their stiffness.
+TEST(Catenary, ConvergesInLinksAndInStiffness) {
+  for (Device device : fixtures::devices()) {
+    double last = 1;
+    for (const int n : {8, 16, 32}) {
+      const double off = std::abs(hanging_line(n, 1e5, device).sag - 1);
+      EXPECT_LT(off, last / 3) << n << " links";
+      last = off;
+      RecordProperty("sag_error_of_" + std::to_string(n) + "_links", std::to_string(off));
+    }
+    const double stiff = hanging_line(32, 1e5, device).sag;
+    last = 1;
+    for (const double stiffness : {100.0, 1000.0, 10000.0}) {
+      const double off = std::abs(hanging_line(32, stiffness, device).sag - stiff);
+      EXPECT_LT(off, last / 5) << stiffness << " N";
+      last = off;
+      RecordProperty("sag_error_of_" + std::to_string(int(stiffness)) + "_N", std::to_string(off));
+    }
   }
 }
 
