@@ -91,9 +91,11 @@ TEST(FileSize, EveryReaderRefusesBeyondItsCeiling) {
 
 TEST(FileSize, AFrameOfASequenceIsRefusedToo) {
   const fixtures::TemporaryDirectory folder;
-  sparse_file(folder.path() / "frame_1.obj", Limits{}.mesh_file_bytes + 1);
+  const fs::path path = sparse_file(folder.path() / "frame_1.obj", 100);
   const Sequence sequence = read_sequence_folder(folder.path());
+  fs::resize_file(path, static_cast<std::uintmax_t>(Limits{}.mesh_file_bytes) + 1);
   ATELIER_EXPECT_REFUSED(sequence.load(0), DataError, "at most");
+  ATELIER_EXPECT_REFUSED(read_sequence_folder(folder.path()), DataError, "at most");
 }
 
 // Mapped, not read: its pages come only where HDF5 looks.
