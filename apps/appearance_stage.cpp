@@ -82,15 +82,16 @@ std::vector<std::string> words_of(TrainOptions options) {
 }
 
 struct Trained {
-  double psnr = 0;     // dB, mean over the last twentieth of the steps
+  double psnr = 0;     // dB, mean over the last steps (psnr_in)
   double seconds = 0;  // of all steps
   bool done = false;
 };
 
-/// Mean PSNR over the last twentieth of a training's steps. From its log, which has them all: what
-/// is resumed takes the last ones alone, or none.
-double psnr_in(const fs::path& log, int iterations) {
-  const int last = std::max(1, iterations / 20);
+/// Mean PSNR over the last twentieth of a training's steps, and over no fewer than see all views
+/// once: a single one may be of a camera that is worse than the others. From its log, which has
+/// them all: what is resumed takes the last ones alone, or none.
+double psnr_in(const fs::path& log, int iterations, int steps_of_all_views) {
+  const int last = std::max(steps_of_all_views, iterations / 20);
   std::ifstream file(log);
   double sum = 0;
   int count = 0;
@@ -107,7 +108,8 @@ double psnr_in(const fs::path& log, int iterations) {
 }
 
 /// @param options  resolved
-Trained train_network(StageRun& run, const TrainOptions& options, const fs::path& data,
+/// @param views    in the data
+Trained train_network(StageRun& run, const TrainOptions& options, int views, const fs::path& data,
                       const fs::path& model, const fs::path& log, const fs::path& checkpoint) {
   std::vector<std::string> words = {"train",
                                     data.string(),
@@ -133,7 +135,7 @@ Trained train_network(StageRun& run, const TrainOptions& options, const fs::path
       },
       [&] { return run.stop_requested(); });
   if (result.done) {
-    result.psnr = psnr_in(log, options.iterations);
+    result.psnr = psnr_in(log, options.iterations, 1 + (views - 1) / options.batch);
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
@@ -323,9 +325,9 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     make_private_directory(scratch);
     const fs::path data_file = scratch / "data.h5";
     write_archive(data_file, archive_of(data));
-    const Trained trained =
-        train_network(run, known, data_file, scratch / "model.safetensors",
-                      scratch / "training.csv", scratch / "checkpoint.safetensors");
+    const Trained trained = train_network(
+        run, known, static_cast<int>(data.views.size()), data_file, scratch / "model.safetensors",
+        scratch / "training.csv", scratch / "checkpoint.safetensors");
     if (!trained.done) {
       return;
     }

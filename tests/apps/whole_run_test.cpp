@@ -175,10 +175,8 @@ class WholeRun : public ::testing::Test {
                                         const std::vector<std::string>& more = {}) {
     std::vector<std::string> all = {program_path(), "run", capture.string(), workspace.string()};
     if (soak()) {
-      // Trained as long as kills need to find it at work, no longer, and so gently that it does not
-      // end below the texture it starts with.
-      all.insert(all.end(),
-                 {"--appearance.iterations", "20", "--appearance.learning_rate", "1e-4"});
+      // Trained as long as kills need to find it at work, no longer.
+      all.insert(all.end(), {"--appearance.iterations", "20"});
     } else {
       all.insert(all.end(), {"--personalize.samples", "800", "--personalize.shape_rounds", "2",
                              "--personalize.surface_rounds", "1"});
