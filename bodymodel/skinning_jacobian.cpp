@@ -166,7 +166,7 @@ SkinRows skin_jacobian_rows(const BodyModel& model, const PosedBody& posed,
       const int begin = rows.begin[static_cast<std::size_t>(i)];
       const int count = rows.begin[static_cast<std::size_t>(i) + 1] - begin;
       for (int e = 0; e < count; ++e) {
-        const std::size_t entry = static_cast<std::size_t>(source + e);
+        const std::size_t entry = static_cast<std::size_t>(source) + static_cast<std::size_t>(e);
         const std::size_t joint = static_cast<std::size_t>(chains.joints[entry]);
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         double mass = 0;
@@ -194,7 +194,8 @@ SkinRows skin_jacobian_rows(const BodyModel& model, const PosedBody& posed,
             value += along * posed.feature_gradient.row(corrective).transpose();
           }
         }
-        rows.joints[static_cast<std::size_t>(begin + e)] = static_cast<int>(joint);
+        rows.joints[static_cast<std::size_t>(begin) + static_cast<std::size_t>(e)] =
+            static_cast<int>(joint);
         rows.values.row(begin + e) = value;
       }
     }
