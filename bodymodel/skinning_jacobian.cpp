@@ -56,6 +56,20 @@ struct SlotPoints {
   double weights[kMaxSlots];
 };
 
+/// Adds what the correctives of a chain's entry move along a direction at rest, by each component
+/// of the joint's rotation.
+void add_corrective_turns(const BodyModel& model, const PosedBody& posed, const SkinChains& chains,
+                          std::size_t entry, const Eigen::Vector3d& direction_at_rest,
+                          Eigen::Vector3d& sum) {
+  for (int c = chains.corrective_begin[entry]; c < chains.corrective_begin[entry + 1]; ++c) {
+    const int corrective = chains.correctives[static_cast<std::size_t>(c)];
+    const Blendshape& shape = model.correctives[static_cast<std::size_t>(corrective)].surface;
+    const double along = shape.offsets.row(chains.corrective_rows[static_cast<std::size_t>(c)])
+                             .dot(direction_at_rest);
+    sum += along * posed.feature_gradient.row(corrective).transpose();
+  }
+}
+
 }  // namespace
 
 PosedBody pose_body(const BodyModel& model, const ShapedBody& body, const Pose& pose,
@@ -183,16 +197,7 @@ SkinRows skin_jacobian_rows(const BodyModel& model, const PosedBody& posed,
                                    arm.x() * direction.y() - arm.y() * direction.x());
         Eigen::Vector3d value = posed.bases[joint].transpose() * turn;
         if (correct) {
-          for (int c = chains.corrective_begin[entry]; c < chains.corrective_begin[entry + 1];
-               ++c) {
-            const int corrective = chains.correctives[static_cast<std::size_t>(c)];
-            const Blendshape& shape =
-                model.correctives[static_cast<std::size_t>(corrective)].surface;
-            const double along =
-                shape.offsets.row(chains.corrective_rows[static_cast<std::size_t>(c)])
-                    .dot(direction_at_rest);
-            value += along * posed.feature_gradient.row(corrective).transpose();
-          }
+          add_corrective_turns(model, posed, chains, entry, direction_at_rest, value);
         }
         rows.joints[static_cast<std::size_t>(begin) + static_cast<std::size_t>(e)] =
             static_cast<int>(joint);
@@ -263,16 +268,7 @@ SkinRows skin_point_rows(const BodyModel& model, const PosedBody& posed, const S
           }
         }
         if (correct) {
-          for (int c = chains.corrective_begin[entry]; c < chains.corrective_begin[entry + 1];
-               ++c) {
-            const int corrective = chains.correctives[static_cast<std::size_t>(c)];
-            const Blendshape& shape =
-                model.correctives[static_cast<std::size_t>(corrective)].surface;
-            const double along =
-                shape.offsets.row(chains.corrective_rows[static_cast<std::size_t>(c)])
-                    .dot(direction_at_rest);
-            corrections[joint] += along * posed.feature_gradient.row(corrective).transpose();
-          }
+          add_corrective_turns(model, posed, chains, entry, direction_at_rest, corrections[joint]);
         }
       }
     }
