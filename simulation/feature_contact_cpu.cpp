@@ -179,6 +179,12 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
         }
       }
     }
+    if (getenv("F4")) {
+      int used = 0, sharp = 0;
+      for (int v : sharp_edge_) sharp += v;
+      for (char c : touched) used += c;
+      fprintf(stderr, "t %.2f pass %d active %zu of %zu sharp %d of %zu touched %d pressed %d L %g gap %g\n", double(t0), pass, active_.size(), near_.size(), sharp, sharp_edge_.size(), used, int(pressed), double(step_.rule.edge_length), double(step_.rule.gap));
+    }
     if (!pressed) {
       return;
     }
