@@ -27,7 +27,7 @@ namespace atelier {
 /// looks that way too: not to the palm what lies on the back of a hand.
 ///
 /// A body that overlaps itself: a feature within another limb pushes nothing, and the cloth's
-/// vertices meet the body after its features, so that in the end none is inside and what is
+/// vertices meet the body's faces after its features, so that in the end none is inside and what is
 /// pinched lies between (touch_again).
 
 /// The body's edges and corners.
@@ -39,6 +39,7 @@ struct BodyFeatures {
   const int* ring_begin;  ///< [vertices + 1] into `ring`
   const int* ring;        ///< faces round each vertex
   const int* sharp;       ///< [F] of the frame: bit k corner k, bit 3 + k edge k, which it stands for
+  const T* least;         ///< [F] of the frame: cloth with shorter edges needs none of these [m]
   const BoxNode<T>* nodes;  ///< tree over faces that have any
 };
 
@@ -48,10 +49,9 @@ struct FeatureRule {
   SelfRule<T> push;
   T gap;          ///< m that a pair keeps
   T within;       ///< m, how far one may have come through and be taken back; at least `gap`
-  T edge_length;  ///< m, the longest of the cloth
 };
 
-constexpr int kFeaturePasses = 10;  ///< of pushes in a substep, at most
+constexpr int kFeaturePasses = 4;  ///< of pushes in a substep, at most
 
 template <class T>
 ATELIER_HOST_DEVICE inline Vec3<T> face_normal_at(const BodyView<T>& body, int face, T time) {
@@ -70,13 +70,14 @@ ATELIER_HOST_DEVICE inline Vec3<T> body_point(const BodyView<T>& body, int v, T 
   return between(xyz(body.start[v]), xyz(body.end[v]), time);
 }
 
-/// True if an edge of the body, as the frame begins, is one that cloth with edges of `edge_length`
-/// dips over by more than half of `thickness`.
+/// How long an edge of cloth has to be [m] to dip over an edge of the body, as the frame begins, by
+/// more than half of `thickness`; 1e15 where none does.
 template <class T>
-ATELIER_HOST_DEVICE inline bool is_sharp(const BodyView<T>& body, const ClothEdge& edge,
-                                         T edge_length, T thickness) {
+ATELIER_HOST_DEVICE inline T least_length_over(const BodyView<T>& body, const ClothEdge& edge,
+                                               T thickness) {
+  const T never = T(1e15);
   if (edge.face[1] < 0) {
-    return false;
+    return never;
   }
   const Vec3<T> n0 = face_normal_at(body, edge.face[0], T(0));
   const Vec3<T> n1 = face_normal_at(body, edge.face[1], T(0));
@@ -85,23 +86,33 @@ ATELIER_HOST_DEVICE inline bool is_sharp(const BodyView<T>& body, const ClothEdg
   const Vec3<T> a = xyz(body.start[edge.a]);
   const Vec3<T> beyond = xyz(body.start[edge.opposite[1]]) - a;
   if (!(twice0 > T(0)) || !(twice1 > T(0)) || !(dot(n0, beyond) < T(0))) {
-    return false;
+    return never;
   }
   const T turn = norm((T(1) / twice0) * n0 - (T(1) / twice1) * n1);
-  // The faces' centres lie a third of their heights apart: so often the body turns by as much.
+  // The faces' centres lie a third of their heights apart: over each such way it turns as much.
   const T apart = (twice0 + twice1) / (T(3) * norm(xyz(body.start[edge.b]) - a));
-  return turn * max_of(T(1), edge_length / apart) * edge_length > T(4) * thickness;
+  const T over_one = T(4) * thickness / max_of(turn, T(1e-6));
+  return over_one <= apart ? over_one : std::sqrt(over_one * apart);
 }
 
-/// The sharp features that a face stands for, `sharp_edge` of each edge. See BodyFeatures::sharp.
+/// What a face stands for: see BodyFeatures::sharp and ::least.
 template <class T>
-ATELIER_HOST_DEVICE inline int sharp_of_face(const BodyFeatures<T>& features, int face,
-                                             const int* sharp_edge) {
-  int bits = 0;
+struct SharpOfFace {
+  int bits;
+  T least;
+};
+
+/// The sharp features that a face stands for to cloth with edges of up to `longest`; `least` of
+/// each edge.
+template <class T>
+ATELIER_HOST_DEVICE inline SharpOfFace<T> sharp_of_face(const BodyFeatures<T>& features, int face,
+                                                        const T* least, T longest) {
+  SharpOfFace<T> out{0, T(1e15)};
   for (int k = 0; k < 3; ++k) {
     const int e = features.edge_of[3 * face + k];
-    if (sharp_edge[e] != 0 && features.edges[e].face[0] == face) {
-      bits |= 8 << k;
+    if (least[e] <= longest && features.edges[e].face[0] == face) {
+      out.bits |= 8 << k;
+      out.least = min_of(out.least, least[e]);
     }
     const int v = features.corner_of[3 * face + k];
     if (v < 0) {
@@ -111,13 +122,14 @@ ATELIER_HOST_DEVICE inline int sharp_of_face(const BodyFeatures<T>& features, in
       const int* const around = features.edge_of + 3 * features.ring[r];
       for (int side = 0; side < 3; ++side) {
         const ClothEdge& edge = features.edges[around[side]];
-        if (sharp_edge[around[side]] != 0 && (edge.a == v || edge.b == v)) {
-          bits |= 1 << k;
+        if (least[around[side]] <= longest && (edge.a == v || edge.b == v)) {
+          out.bits |= 1 << k;
+          out.least = min_of(out.least, least[around[side]]);
         }
       }
     }
   }
-  return bits;
+  return out;
 }
 
 /// Outward direction of a corner or an edge of the body, by the areas of its faces.
@@ -147,6 +159,13 @@ ATELIER_HOST_DEVICE inline bool came_through(const BodyView<T>& body, Vec3<T> x,
                                    .nearest;
   return nearest.face >= 0 && nearest.side < T(0) &&
          dot(face_normal_at(body, nearest.face, time), outwards) > T(0);
+}
+
+/// True if a particle left its free flight of the frame by more than its outlook's `slack`.
+template <class T>
+ATELIER_HOST_DEVICE inline bool left_outlook(Vec3<T> x, Vec3<T> frame_start, Vec3<T> flight,
+                                             T slack, T t1) {
+  return squared_norm(x - frame_start - t1 * flight) > slack * slack;
 }
 
 /// The substep [t0, t1] of a frame, as its features see it.
@@ -285,12 +304,16 @@ ATELIER_HOST_DEVICE inline PairState push_off_edge(const FeatureStep<T>& step, i
 }
 
 /// Pushes a triangle of the cloth, and the edges that it stands for (`edge_of`, [3 F], else -1),
-/// off the sharp features of one face of the body.
+/// off the sharp features of one face of the body. `length` [F]: of the longest edge of each.
 template <class T, class Load, class LoadStart, class Add>
 ATELIER_HOST_DEVICE inline PairState push_off_face(const FeatureStep<T>& step, int face,
-                                                   const int* edge_of, int body_face,
+                                                   const int* edge_of, const T* length,
+                                                   int body_face,
                                                    const Load& load, const LoadStart& load_start,
                                                    const Add& add) {
+  if (length[face] < step.features.least[body_face]) {
+    return PairState::Apart;
+  }
   const int bits = step.features.sharp[body_face];
   PairState most = PairState::Apart;
   const auto take = [&](PairState state) { most = state > most ? state : most; };

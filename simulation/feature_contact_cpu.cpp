@@ -15,11 +15,13 @@ constexpr Index kFeatureGrain = 512;
 template <class T>
 FeatureContactCpu<T>::FeatureContactCpu(const Cloth& cloth, const PreparedCloth<T>& prepared,
                                         const std::vector<FaceIndices>& body_faces)
-    : cloth_(cloth),
-      surface_(prepare_surface(cloth, prepared)),
+    : surface_(prepare_surface(cloth, prepared)),
       edge_of_(edges_of_faces(surface_.faces, surface_.edges, false)),
       features_(prepare_features(body_faces)),
-      sharp_edge_(features_.edges.size()),
+      length_(longest_edges(surface_)),
+      longest_(*std::max_element(length_.begin(), length_.end())),
+      least_edge_(features_.edges.size()),
+      least_(body_faces.size()),
       sharp_(body_faces.size()),
       near_(surface_.faces.size()),
       sums_(prepared.external.size()) {
@@ -33,14 +35,14 @@ FeatureContactCpu<T>::FeatureContactCpu(const Cloth& cloth, const PreparedCloth<
   view.ring = surface_.ring.data();
   step_.features = {features_.edges.data(),      features_.edge_of.data(),
                     features_.corner_of.data(),  features_.ring_begin.data(),
-                    features_.ring.data(),       sharp_.data(),
+                    features_.ring.data(),       sharp_.data(), least_.data(),
                     nullptr};
 }
 
 template <class T>
 void FeatureContactCpu<T>::find_sharp(const Box<T>& around) {
   const BodyView<T>& body = step_.body;
-  parallel_for(static_cast<Index>(sharp_edge_.size()), kFeatureGrain, [&](Index begin, Index end) {
+  parallel_for(static_cast<Index>(least_edge_.size()), kFeatureGrain, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
       const ClothEdge& edge = features_.edges[e];
       Box<T> box = empty_box<T>();
@@ -48,21 +50,25 @@ void FeatureContactCpu<T>::find_sharp(const Box<T>& around) {
         grow(box, xyz(body.start[v]));
         grow(box, xyz(body.end[v]));
       }
-      sharp_edge_[e] = overlap(box, around) && is_sharp(body, edge, step_.rule.edge_length,
-                                                        T(2) * step_.rule.gap)
-                           ? 1
-                           : 0;
+      least_edge_[e] = overlap(box, around)
+                           ? least_length_over(body, edge, T(2) * step_.rule.gap)
+                           : T(1e15);
     }
   });
-  any_ = std::find(sharp_edge_.begin(), sharp_edge_.end(), 1) != sharp_edge_.end();
+  any_ = std::any_of(least_edge_.begin(), least_edge_.end(),
+                     [&](T least) { return least <= longest_; });
   if (!any_) {
     return;
   }
   std::vector<Box<T>> boxes(sharp_.size());
   parallel_for(static_cast<Index>(sharp_.size()), kFeatureGrain, [&](Index begin, Index end) {
     for (Index f = begin; f < end; ++f) {
-      sharp_[f] = sharp_of_face(step_.features, static_cast<int>(f), sharp_edge_.data());
-      boxes[f] = sharp_[f] != 0 ? swept_box(body, static_cast<int>(f)) : empty_box<T>();
+      const int face = static_cast<int>(f);
+      const SharpOfFace<T> sharp =
+          sharp_of_face(step_.features, face, least_edge_.data(), longest_);
+      sharp_[f] = sharp.bits;
+      least_[f] = sharp.least;
+      boxes[f] = sharp.bits != 0 ? swept_box(body, face) : empty_box<T>();
     }
   });
   refit_contact_tree(tree_, boxes);
@@ -75,10 +81,11 @@ void FeatureContactCpu<T>::begin_frame(const BodyView<T>& body, const ContactTre
                                        const std::vector<Vec3<T>>& flight,
                                        const std::vector<BodyOutlook<T>>& outlook) {
   step_.body = body;
-  step_.rule = feature_rule(cloth_, rule);
+  step_.rule = feature_rule(rule);
   frame_start_ = x;
   flight_ = flight;
   slack_.resize(x.size());
+  left_.resize(x.size());
   Box<T> around = empty_box<T>();
   T most = T(0);
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -108,19 +115,23 @@ void FeatureContactCpu<T>::begin_frame(const BodyView<T>& body, const ContactTre
         slack = max_of(slack, slack_[i]);
       }
       visit_tree(tree_.nodes.data(), inflated(box, slack + step_.rule.within),
-                 [&](int) { near_[f] = 1; });
+                 [&](int k) { near_[f] |= static_cast<char>(length_[f] >= least_[k]); });
     }
   });
 }
 
 template <class T>
-bool FeatureContactCpu<T>::left_flight(int face, const std::vector<Vec4<T>>& x, T t1) const {
-  const FaceIndices& f = surface_.faces[face];
-  const auto left = [&](int i) {
-    const Vec3<T> away = xyz(x[i]) - xyz(frame_start_[i]) - t1 * flight_[i];
-    return squared_norm(away) > slack_[i] * slack_[i];
-  };
-  return left(f.a) || left(f.b) || left(f.c);
+bool FeatureContactCpu<T>::find_left(const std::vector<Vec4<T>>& x, T t1) {
+  const int count = parallel_sum(
+      static_cast<Index>(x.size()), 4 * kFeatureGrain, 0, [&](Index begin, Index end) {
+        int sum = 0;
+        for (Index i = begin; i < end; ++i) {
+          left_[i] = left_outlook(xyz(x[i]), xyz(frame_start_[i]), flight_[i], slack_[i], t1);
+          sum += left_[i];
+        }
+        return sum;
+      });
+  return count > 0;
 }
 
 template <class T>
@@ -132,10 +143,15 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
   step_.t0 = t0;
   step_.t1 = t1;
   active_.clear();
+  const bool any_left = find_left(x, t1);
   for (int f = 0; f < static_cast<int>(near_.size()); ++f) {
-    if (near_[f] != 0 || left_flight(f, x, t1)) {
+    const FaceIndices& face = surface_.faces[f];
+    if (near_[f] != 0 || (any_left && (left_[face.a] | left_[face.b] | left_[face.c]) != 0)) {
       active_.push_back(f);
     }
+  }
+  if (active_.empty()) {
+    return;
   }
   const std::vector<Vec4<T>> origin = start;
   const auto load = [&](int i) { return x[i]; };
@@ -159,7 +175,7 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
           grow(box, xyz(x[i]));
         }
         visit_tree(tree_.nodes.data(), inflated(box, step.rule.within), [&](int body_face) {
-          if (push_off_face(step, f, edge_of_.data(), body_face, load, load_start, add) ==
+          if (push_off_face(step, f, edge_of_.data(), length_.data(), body_face, load, load_start, add) ==
               PairState::Presses) {
             pressed.store(true, std::memory_order_relaxed);
           }
@@ -178,12 +194,6 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
           sums_[i] = {};
         }
       }
-    }
-    if (getenv("F4")) {
-      int used = 0, sharp = 0;
-      for (int v : sharp_edge_) sharp += v;
-      for (char c : touched) used += c;
-      fprintf(stderr, "t %.2f pass %d active %zu of %zu sharp %d of %zu touched %d pressed %d L %g gap %g\n", double(t0), pass, active_.size(), near_.size(), sharp, sharp_edge_.size(), used, int(pressed), double(step_.rule.edge_length), double(step_.rule.gap));
     }
     if (!pressed) {
       return;

@@ -26,20 +26,23 @@ class FeatureContactCpu {
 
  private:
   void find_sharp(const Box<T>& around);
-  /// True where a particle of the face left its flight further than its outlook allows.
-  bool left_flight(int face, const std::vector<Vec4<T>>& x, T t1) const;
+  /// Which particles left their flights by time `t1` of the frame; true if any.
+  bool find_left(const std::vector<Vec4<T>>& x, T t1);
 
-  const Cloth& cloth_;
   PreparedSurface<T> surface_;
   std::vector<int> edge_of_;  ///< of the cloth, see push_off_face
   PreparedFeatures features_;
-  std::vector<int> sharp_edge_, sharp_;
+  std::vector<T> length_;  ///< of the cloth's faces, their longest edges
+  T longest_ = T(0);
+  std::vector<T> least_edge_, least_;  ///< see BodyFeatures, of edges and faces
+  std::vector<int> sharp_;
   ContactTree<T> tree_;  ///< over faces with sharp features
   bool any_ = false;     ///< there is something sharp
   FeatureStep<T> step_{};
   std::vector<Vec4<T>> frame_start_;
   std::vector<Vec3<T>> flight_;
   std::vector<T> slack_;
+  std::vector<char> left_;
   std::vector<char> near_;  ///< of faces: may meet something sharp in the frame
   std::vector<int> active_;
   std::vector<PushSum> sums_;

@@ -47,20 +47,32 @@ PreparedFeatures prepare_features(const std::vector<FaceIndices>& faces) {
 }
 
 template <class T>
-FeatureRule<T> feature_rule(const Cloth& cloth, const BodyContactRule<T>& body) {
+std::vector<T> longest_edges(const PreparedSurface<T>& surface) {
+  std::vector<T> out;
+  out.reserve(surface.faces.size());
+  for (const FaceIndices& f : surface.faces) {
+    const Vec3<T> a = xyz(surface.rest[f.a]);
+    const Vec3<T> b = xyz(surface.rest[f.b]);
+    const Vec3<T> c = xyz(surface.rest[f.c]);
+    out.push_back(std::max({norm(b - a), norm(c - b), norm(a - c)}));
+  }
+  return out;
+}
+
+template <class T>
+FeatureRule<T> feature_rule(const BodyContactRule<T>& body) {
   FeatureRule<T> rule{};
   rule.gap = T(0.5) * body.thickness;
   rule.within = max_of(body.thickness, T(1e-3));
   rule.push.thickness = rule.gap;
   rule.push.friction = body.friction;
   rule.push.old_overlap = body.old_overlap;
-  for (int i = 0; i < cloth.fibre_count; ++i) {
-    rule.edge_length = max_of(rule.edge_length, static_cast<T>(cloth.springs[i].rest));
-  }
   return rule;
 }
 
-template FeatureRule<float> feature_rule(const Cloth&, const BodyContactRule<float>&);
-template FeatureRule<double> feature_rule(const Cloth&, const BodyContactRule<double>&);
+template std::vector<float> longest_edges(const PreparedSurface<float>&);
+template std::vector<double> longest_edges(const PreparedSurface<double>&);
+template FeatureRule<float> feature_rule(const BodyContactRule<float>&);
+template FeatureRule<double> feature_rule(const BodyContactRule<double>&);
 
 }  // namespace atelier

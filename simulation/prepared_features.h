@@ -20,12 +20,18 @@ PreparedFeatures prepare_features(const std::vector<FaceIndices>& faces);
 std::vector<int> edges_of_faces(const std::vector<FaceIndices>& faces,
                                 const std::vector<ClothEdge>& edges, bool all);
 
-/// The rule of the body's features, from what vertices obey. A feature keeps half of their
-/// distance, so that it pushes where vertices cannot and nowhere else. `friction` as in `body`.
+/// The longest edge of each triangle of the cloth in its template [m].
 template <class T>
-FeatureRule<T> feature_rule(const Cloth& cloth, const BodyContactRule<T>& body);
+std::vector<T> longest_edges(const PreparedSurface<T>& surface);
 
-extern template FeatureRule<float> feature_rule(const Cloth&, const BodyContactRule<float>&);
-extern template FeatureRule<double> feature_rule(const Cloth&, const BodyContactRule<double>&);
+/// The rule of the body's features, from what vertices obey. A feature keeps half of their
+/// distance, so that it pushes where vertices cannot and nowhere else (our choice).
+template <class T>
+FeatureRule<T> feature_rule(const BodyContactRule<T>& body);
+
+extern template std::vector<float> longest_edges(const PreparedSurface<float>&);
+extern template std::vector<double> longest_edges(const PreparedSurface<double>&);
+extern template FeatureRule<float> feature_rule(const BodyContactRule<float>&);
+extern template FeatureRule<double> feature_rule(const BodyContactRule<double>&);
 
 }  // namespace atelier

@@ -152,6 +152,7 @@ class CpuBackend final : public ClothSolver::Backend {
   /// Takes over the body's motion of the frame and collects what each particle may meet.
   void begin_body(const Control& control) {
     touched_.assign(x_.size(), 0);
+    pushed_.assign(x_.size(), 0);
     carry_.resize(x_.size());
     body_ = {};
     if (faces_.empty() || control.body_start.rows() == 0) {
@@ -206,14 +207,18 @@ class CpuBackend final : public ClothSolver::Backend {
     }
   }
 
-  /// All of the body: its features, then, with the last word, its faces.
-  void meet_body(int s) {
-    pushed_.assign(x_.size(), 0);
-    if (features_ != nullptr) {
+  /// What comes first of an iteration's contacts: the body's features. Its faces have the last word.
+  void push_off_features(int s) {
+    std::fill(pushed_.begin(), pushed_.end(), 0);
+    if (features_ != nullptr && body_.face_count > 0) {
       const T substeps = static_cast<T>(options_.substeps);
       features_->push(x_, start_, static_cast<T>(s) / substeps, static_cast<T>(s + 1) / substeps,
                       pushed_);
     }
+  }
+
+  /// All particles against the body's faces.
+  void meet_body(int s) {
     touch_body(s, false, Meeting::Touches);
     for (std::size_t i = 0; i < pushed_.size(); ++i) {
       touched_[i] |= pushed_[i];
@@ -299,6 +304,7 @@ class CpuBackend final : public ClothSolver::Backend {
       } else {
         sweep_patches(scale);
       }
+      push_off_features(s);
       if (!prepared_.tether_anchor.empty()) {
         for (int i = 0; i < prepared_.count; ++i) {
           const int anchor = prepared_.tether_anchor[i];
