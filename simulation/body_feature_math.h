@@ -38,8 +38,8 @@ struct BodyFeatures {
   const int* corner_of;   ///< [3 F] corner k where this face stands for it, else -1
   const int* ring_begin;  ///< [vertices + 1] into `ring`
   const int* ring;        ///< faces round each vertex
-  const int* sharp;       ///< [F] of the frame: bit k corner k, bit 3 + k edge k, which it stands for
-  const T* least;         ///< [F] of the frame: cloth with shorter edges needs none of these [m]
+  const int* sharp;  ///< [F] of the frame: bit k corner k, bit 3 + k edge k, which it stands for
+  const T* least;    ///< [F] of the frame: cloth with shorter edges needs none of these [m]
   const BoxNode<T>* nodes;  ///< tree over faces that have any
 };
 
@@ -47,8 +47,8 @@ struct BodyFeatures {
 template <class T>
 struct FeatureRule {
   SelfRule<T> push;
-  T gap;          ///< m that a pair keeps
-  T within;       ///< m, how far one may have come through and be taken back; at least `gap`
+  T gap;     ///< m that a pair keeps
+  T within;  ///< m, how far one may have come through and be taken back; at least `gap`
 };
 
 constexpr int kFeaturePasses = 4;  ///< of pushes in a substep, at most
@@ -294,9 +294,9 @@ ATELIER_HOST_DEVICE inline PairState push_off_edge(const FeatureStep<T>& step, i
   const Vec3<T> on_body = between(xyz(pair.start[2]), xyz(pair.start[3]), near.t);
   const Vec3<T> before = on_cloth - on_body;
   for (int k = 0; nearest && k < 2; ++k) {
-    nearest = !leans_towards(before, on_body, body_point(step.body, other.opposite[k], step.t0)) &&
-              !(own.face[k] >= 0 &&
-                leans_towards(-before, on_cloth, xyz(load_start(own.opposite[k]))));
+    nearest =
+        !leans_towards(before, on_body, body_point(step.body, other.opposite[k], step.t0)) &&
+        !(own.face[k] >= 0 && leans_towards(-before, on_cloth, xyz(load_start(own.opposite[k]))));
   }
   return push_off_feature(
       step, pair, edge_normal(step.body, other, step.t0), nearest,
@@ -308,9 +308,8 @@ ATELIER_HOST_DEVICE inline PairState push_off_edge(const FeatureStep<T>& step, i
 template <class T, class Load, class LoadStart, class Add>
 ATELIER_HOST_DEVICE inline PairState push_off_face(const FeatureStep<T>& step, int face,
                                                    const int* edge_of, const T* length,
-                                                   int body_face,
-                                                   const Load& load, const LoadStart& load_start,
-                                                   const Add& add) {
+                                                   int body_face, const Load& load,
+                                                   const LoadStart& load_start, const Add& add) {
   if (length[face] < step.features.least[body_face]) {
     return PairState::Apart;
   }
@@ -324,8 +323,8 @@ ATELIER_HOST_DEVICE inline PairState push_off_face(const FeatureStep<T>& step, i
     }
     for (int own = 0; own < 3 && (bits >> (3 + k) & 1) != 0; ++own) {
       if (edge_of[3 * face + own] >= 0) {
-        take(push_off_edge(step, edge_of[3 * face + own],
-                           step.features.edge_of[3 * body_face + k], load, load_start, add));
+        take(push_off_edge(step, edge_of[3 * face + own], step.features.edge_of[3 * body_face + k],
+                           load, load_start, add));
       }
     }
   }

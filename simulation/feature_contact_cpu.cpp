@@ -33,9 +33,13 @@ FeatureContactCpu<T>::FeatureContactCpu(const Cloth& cloth, const PreparedCloth<
   view.across = surface_.across.data();
   view.ring_begin = surface_.ring_begin.data();
   view.ring = surface_.ring.data();
-  step_.features = {features_.edges.data(),      features_.edge_of.data(),
-                    features_.corner_of.data(),  features_.ring_begin.data(),
-                    features_.ring.data(),       sharp_.data(), least_.data(),
+  step_.features = {features_.edges.data(),
+                    features_.edge_of.data(),
+                    features_.corner_of.data(),
+                    features_.ring_begin.data(),
+                    features_.ring.data(),
+                    sharp_.data(),
+                    least_.data(),
                     nullptr};
 }
 
@@ -50,9 +54,8 @@ void FeatureContactCpu<T>::find_sharp(const Box<T>& around) {
         grow(box, xyz(body.start[v]));
         grow(box, xyz(body.end[v]));
       }
-      least_edge_[e] = overlap(box, around)
-                           ? least_length_over(body, edge, T(2) * step_.rule.gap)
-                           : T(1e15);
+      least_edge_[e] =
+          overlap(box, around) ? least_length_over(body, edge, T(2) * step_.rule.gap) : T(1e15);
     }
   });
   any_ = std::any_of(least_edge_.begin(), least_edge_.end(),
@@ -122,8 +125,8 @@ void FeatureContactCpu<T>::begin_frame(const BodyView<T>& body, const ContactTre
 
 template <class T>
 bool FeatureContactCpu<T>::find_left(const std::vector<Vec4<T>>& x, T t1) {
-  const int count = parallel_sum(
-      static_cast<Index>(x.size()), 4 * kFeatureGrain, 0, [&](Index begin, Index end) {
+  const int count =
+      parallel_sum(static_cast<Index>(x.size()), 4 * kFeatureGrain, 0, [&](Index begin, Index end) {
         int sum = 0;
         for (Index i = begin; i < end; ++i) {
           left_[i] = left_outlook(xyz(x[i]), xyz(frame_start_[i]), flight_[i], slack_[i], t1);
@@ -153,9 +156,8 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
   if (active_.empty()) {
     return;
   }
-  const std::vector<Vec4<T>> origin = start;
   const auto load = [&](int i) { return x[i]; };
-  const auto load_start = [&](int i) { return origin[i]; };
+  const auto load_start = [&](int i) { return start[i]; };
   const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
     add_push(sums_[i], fresh, calm, level);
   };
@@ -171,12 +173,12 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
         const FaceIndices& face = surface_.faces[f];
         Box<T> box = empty_box<T>();
         for (int i : {face.a, face.b, face.c}) {
-          grow(box, xyz(origin[i]));
+          grow(box, xyz(start[i]));
           grow(box, xyz(x[i]));
         }
         visit_tree(tree_.nodes.data(), inflated(box, step.rule.within), [&](int body_face) {
-          if (push_off_face(step, f, edge_of_.data(), length_.data(), body_face, load, load_start, add) ==
-              PairState::Presses) {
+          if (push_off_face(step, f, edge_of_.data(), length_.data(), body_face, load, load_start,
+                            add) == PairState::Presses) {
             pressed.store(true, std::memory_order_relaxed);
           }
         });
@@ -187,7 +189,7 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
       for (int i : {face.a, face.b, face.c}) {
         if (sums_[i].used != 0) {
           SelfParticle<T> p{x[i], start[i], {}};
-          take_push(sums_[i], origin[i], p);
+          take_push(sums_[i], start[i], p);
           x[i] = p.x;
           start[i] = p.start;
           touched[i] = 1;

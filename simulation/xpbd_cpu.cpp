@@ -207,7 +207,8 @@ class CpuBackend final : public ClothSolver::Backend {
     }
   }
 
-  /// What comes first of an iteration's contacts: the body's features. Its faces have the last word.
+  /// What comes first of an iteration's contacts: the body's features. Its faces have the last
+  /// word.
   void push_off_features(int s) {
     std::fill(pushed_.begin(), pushed_.end(), 0);
     if (features_ != nullptr && body_.face_count > 0) {
@@ -483,10 +484,10 @@ class CpuBackend final : public ClothSolver::Backend {
   std::vector<int> candidates_;
   std::vector<Vec4<T>> held_;  ///< friction of the substep, see resolve_touch
   std::vector<char> touched_;
-  std::vector<char> pushed_;  ///< 1: a feature of the body did in this iteration
+  std::vector<char> pushed_;     ///< 1: a feature of the body did in this iteration
   std::vector<Vec4<T>> origin_;  ///< where a substep began, see SelfMotion
   std::vector<Vec4<T>> carry_;
-  std::unique_ptr<SelfContactCpu<T>> self_;          ///< null: no contact with itself
+  std::unique_ptr<SelfContactCpu<T>> self_;         ///< null: no contact with itself
   std::unique_ptr<FeatureContactCpu<T>> features_;  ///< null: no body, or its vertices alone
 };
 

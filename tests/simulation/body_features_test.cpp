@@ -81,17 +81,16 @@ Pierced push_into(const Mesh& body, const Garment& garment, bool pinned, Eigen::
     const Points x = solver.state().positions;
     out.last = count_crossings(x, cloth.faces, control.body_end, body.faces);
     out.most = std::max(out.most, out.last);
-    out.deepest = std::max(
-        out.deepest,
-        fixtures::contact_guard(x, control.body_end, body.faces, garment.material.thickness)
-            .deepest);
+    out.deepest = std::max(out.deepest, fixtures::contact_guard(x, control.body_end, body.faces,
+                                                                garment.material.thickness)
+                                            .deepest);
   }
   return out;
 }
 
 void say(const char* what, const Pierced& p) {
-  printf("%s: most %d last %d deepest %.3f mm strain %.2f\n", what, p.most, p.last,
-         1e3 * p.deepest, p.strain);
+  printf("%s: most %d last %d deepest %.3f mm strain %.2f\n", what, p.most, p.last, 1e3 * p.deepest,
+         p.strain);
 }
 
 TEST(BodyFeatures, Explore) {
@@ -109,9 +108,8 @@ TEST(BodyFeatures, Explore) {
                                  {0, 0.05, 0}, 3, 10, options, Device::Cpu));
       say("bar", push_into(bar(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), true, {0, 0.002, 0},
                            30, 40, options, Device::Cpu));
-      say("bar from the side",
-          push_into(bar(0.02, 0.6, -0.012), coarse_sheet(8, 0.4, 0.013), true, {0.01, 0.002, 0}, 10,
-                    40, options, Device::Cpu));
+      say("bar from the side", push_into(bar(0.02, 0.6, -0.012), coarse_sheet(8, 0.4, 0.013), true,
+                                         {0.01, 0.002, 0}, 10, 40, options, Device::Cpu));
       say("bar drop", push_into(bar(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), false,
                                 {0, 0, 0}, 30, 60, options, Device::Cpu));
       Mesh cube = fixtures::cube(-0.01);
