@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include "core/device.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "simulation/crossings.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/contact_guard.h"
@@ -54,68 +56,264 @@ Garment coarse_sheet(int cells, double size, double shift) {
   return garment;
 }
 
-struct Pierced {
-  int most = 0;
-  int last = 0;
+/// What a body did to a sheet.
+struct Course {
+  int most_pierced = 0;
+  int last_pierced = 0;
   double deepest = 0;
-  double lowest_middle = 1e30;
-  double strain = 0;
+  double most_strain = 0;
+  Points end;
 };
 
-/// Moves a body by `way` a frame under a sheet pinned at its rim.
-Pierced push_into(const Mesh& body, const Garment& garment, bool pinned, Eigen::RowVector3d way,
-                  int moving, int frames, XpbdOptions options, Device device) {
-  const double half = garment.mesh.vertices.col(0).maxCoeff() - 1e-6;
+/// How a body moves: by `step` in each of so many frames, then it rests.
+struct Way {
+  Eigen::RowVector3d step{0, 0.002, 0};
+  int moving = 30;
+  int frames = 40;
+};
+
+/// Moves a body against a sheet; `pinned`: by its two sides.
+Course run(const Mesh& body, const Garment& garment, bool pinned, const Way& way,
+           const XpbdOptions& options, Device device) {
+  const double high = garment.mesh.vertices.col(0).maxCoeff() - 1e-6;
   const double low = garment.mesh.vertices.col(0).minCoeff() + 1e-6;
-  const std::vector<int> rim = fixtures::vertices_where(
-      garment.mesh.vertices, [&](double x, double, double) { return x > half || x < low; });
-  const Cloth cloth = make_cloth(garment, pinned ? rim : std::vector<int>{});
+  const std::vector<int> sides = fixtures::vertices_where(
+      garment.mesh.vertices, [&](double x, double, double) { return x > high || x < low; });
+  const Cloth cloth = make_cloth(garment, pinned ? sides : std::vector<int>{});
   ClothSolver solver(cloth, body.faces, options, device);
-  Pierced out;
-  for (int i = 0; i < frames; ++i) {
+  Course out;
+  for (int i = 0; i < way.frames; ++i) {
     Control control;
-    control.body_start = body.vertices.rowwise() + way * std::min(i, moving);
-    control.body_end = body.vertices.rowwise() + way * std::min(i + 1, moving);
+    control.body_start = body.vertices.rowwise() + way.step * std::min(i, way.moving);
+    control.body_end = body.vertices.rowwise() + way.step * std::min(i + 1, way.moving);
     const FrameReport report = solver.advance(control);
-    out.strain = std::max(out.strain, report.strain_max);
-    const Points x = solver.state().positions;
-    out.last = count_crossings(x, cloth.faces, control.body_end, body.faces);
-    out.most = std::max(out.most, out.last);
-    out.deepest = std::max(out.deepest, fixtures::contact_guard(x, control.body_end, body.faces,
-                                                                garment.material.thickness)
-                                            .deepest);
+    out.most_strain = std::max(out.most_strain, report.strain_max);
+    out.end = solver.state().positions;
+    out.last_pierced = count_crossings(out.end, cloth.faces, control.body_end, body.faces);
+    out.most_pierced = std::max(out.most_pierced, out.last_pierced);
+    out.deepest = std::max(
+        out.deepest,
+        fixtures::contact_guard(out.end, control.body_end, body.faces, garment.material.thickness)
+            .deepest);
   }
   return out;
 }
 
-void say(const char* what, const Pierced& p) {
-  printf("%s: most %d last %d deepest %.3f mm strain %.2f\n", what, p.most, p.last, 1e3 * p.deepest,
-         p.strain);
-}
-
-TEST(BodyFeatures, Explore) {
-  for (bool on : {false, true}) {
+/// Runs a case on every device, with and without contact of the cloth with itself, and without the
+/// body's edges, where it is pierced.
+void expect_not_pierced(const Mesh& body, const Garment& garment, bool pinned, const Way& way,
+                        double most_strain) {
+  for (Device device : fixtures::devices()) {
     for (bool self : {false, true}) {
       XpbdOptions options;
-      options.body_edges = on;
       options.self_contact = self;
-      printf("features %d self %d\n", on, self);
-      for (double shift : {0.0, 0.01, 0.02}) {
-        say("cone", push_into(cone(0.015, 0.1, -0.01, 12), coarse_sheet(8, 0.4, shift), true,
-                              {0, 0.002, 0}, 30, 40, options, Device::Cpu));
-      }
-      say("cone fast", push_into(cone(0.015, 0.1, -0.05, 12), coarse_sheet(8, 0.4, 0.01), true,
-                                 {0, 0.05, 0}, 3, 10, options, Device::Cpu));
-      say("bar", push_into(bar(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), true, {0, 0.002, 0},
-                           30, 40, options, Device::Cpu));
-      say("bar from the side", push_into(bar(0.02, 0.6, -0.012), coarse_sheet(8, 0.4, 0.013), true,
-                                         {0.01, 0.002, 0}, 10, 40, options, Device::Cpu));
-      say("bar drop", push_into(bar(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), false,
-                                {0, 0, 0}, 30, 60, options, Device::Cpu));
-      Mesh cube = fixtures::cube(-0.01);
-      say("cube edge drop", push_into(cube, coarse_sheet(8, 0.4, 0.413), false, {0, 0, 0}, 30, 60,
-                                      options, Device::Cpu));
+      const Course course = run(body, garment, pinned, way, options, device);
+      EXPECT_EQ(course.most_pierced, 0) << self;
+      EXPECT_LT(course.deepest, 1e-4) << self;
+      EXPECT_LT(course.most_strain, most_strain) << self;
     }
+    XpbdOptions without;
+    without.body_edges = false;
+    EXPECT_GT(run(body, garment, pinned, way, without, device).most_pierced, 0);
+  }
+}
+
+TEST(BodyFeatures, ATipBetweenTheClothsVerticesDoesNotPierceIt) {
+  // On a vertex, in the middle of an edge, in a triangle.
+  for (double shift : {0.0, 0.01, 0.02}) {
+    SCOPED_TRACE(shift);
+    expect_not_pierced(cone(0.015, 0.1, -0.01, 12), coarse_sheet(8, 0.4, shift), true, {}, 0.15);
+  }
+}
+
+TEST(BodyFeatures, AFastTipDoesNotPassThrough) {
+  // 3 m/s: 5 mm a substep, five times the gap.
+  expect_not_pierced(cone(0.015, 0.1, -0.05, 12), coarse_sheet(8, 0.4, 0.01), true,
+                     {{0, 0.05, 0}, 3, 10}, 0.5);
+}
+
+TEST(BodyFeatures, AnEdgeBetweenTheClothsVerticesDoesNotPierceIt) {
+  expect_not_pierced(bar(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), true, {}, 0.15);
+}
+
+TEST(BodyFeatures, AnEdgeThatComesFromTheSideDoesNotPierceIt) {
+  expect_not_pierced(bar(0.02, 0.6, -0.012), coarse_sheet(8, 0.4, 0.013), true,
+                     {{0.01, 0.002, 0}, 10, 40}, 0.15);
+}
+
+TEST(BodyFeatures, ASheetThatFallsOnAnEdgeIsNotPierced) {
+  expect_not_pierced(bar(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), false, {{0, 0, 0}, 0, 60},
+                     0.15);
+  // Half on a cube's top, half beside it.
+  expect_not_pierced(fixtures::cube(-0.01), coarse_sheet(8, 0.4, 0.413), false, {{0, 0, 0}, 0, 60},
+                     0.15);
+}
+
+TEST(BodyFeatures, FrictionOnAnEdgeTakesTheClothAlong) {
+  for (Device device : fixtures::devices()) {
+    double moved[2];
+    for (int rough : {0, 1}) {
+      Garment garment = coarse_sheet(8, 0.4, 0.013);
+      garment.material.friction = rough;
+      const Mesh body = bar(0.02, 1.2, 0.03);
+      const std::vector<int> sides = fixtures::vertices_where(
+          garment.mesh.vertices,
+          [](double x, double, double) { return std::abs(x - 0.013) > 0.199; });
+      const Cloth cloth = make_cloth(garment, sides);
+      ClothSolver solver(cloth, body.faces, {}, device);
+      for (int i = 0; i < 60; ++i) {
+        Control control;
+        const auto at = [&](int frame) -> Points {
+          return body.vertices.rowwise() + Eigen::RowVector3d(0, 0.001 * std::min(frame, 30) - 0.04,
+                                                              0.005 * std::max(0, frame - 30));
+        };
+        control.body_start = at(i);
+        control.body_end = at(i + 1);
+        solver.advance(control);
+      }
+      moved[rough] = (solver.state().positions - garment.mesh.vertices).col(2).mean();
+    }
+    EXPECT_LT(std::abs(moved[0]), 1e-5);
+    EXPECT_GT(moved[1], 1e-3);
+  }
+}
+
+// The far side of a thin part is no way out.
+TEST(BodyFeatures, AThinPartDoesNotPullThroughWhatLiesOnItsOtherSide) {
+  Mesh plate = fixtures::cube(0.5);
+  plate.vertices.col(0) *= 0.05;
+  plate.vertices.col(1) *= 0.003;
+  plate.vertices.col(2) *= 0.6;
+  plate.vertices.col(1).array() -= 0.006;
+  expect_not_pierced(plate, coarse_sheet(8, 0.4, 0.013), true, {}, 0.15);
+}
+
+TEST(BodyFeatures, WhatHasComeThroughALittleIsTakenBackGently) {
+  const Mesh body = bar(0.02, 0.6, 5e-4);
+  const Garment garment = coarse_sheet(8, 0.4, 0.013);
+  for (Device device : fixtures::devices()) {
+    ASSERT_GT(count_crossings(garment.mesh.vertices, garment.mesh.faces, body.vertices, body.faces),
+              0);
+    const Course course = run(body, garment, true, {{0, 0, 0}, 0, 30}, {}, device);
+    EXPECT_EQ(course.last_pierced, 0);
+    EXPECT_LT(course.most_strain, 0.15);
+  }
+}
+
+// What the cloth's vertices keep out by their thickness has no sharp features.
+TEST(BodyFeatures, ASmoothBodyIsMetByVerticesAloneToTheBit) {
+  const Mesh ball = fixtures::sphere(0.2, 24, 48);
+  Garment garment = coarse_sheet(40, 0.4, 0);
+  garment.mesh.vertices.col(1).array() += 0.205;
+  const Cloth cloth = make_cloth(garment);
+  for (Device device : fixtures::devices()) {
+    Points end[2];
+    for (int on : {0, 1}) {
+      XpbdOptions options;
+      options.body_edges = on != 0;
+      ClothSolver solver(cloth, ball.faces, options, device);
+      Control control;
+      control.body_start = ball.vertices;
+      control.body_end = ball.vertices;
+      for (int i = 0; i < 20; ++i) {
+        solver.advance(control);
+      }
+      end[on] = solver.state().positions;
+    }
+    EXPECT_EQ(end[0], end[1]) << device_name(device);
+  }
+}
+
+TEST(BodyFeatures, GiveTheSameBitsOnAnyNumberOfThreads) {
+  const Garment garment = coarse_sheet(8, 0.4, 0.013);
+  for (Device device : fixtures::devices()) {
+    Points reference;
+    for (int threads : {0, 1, 3}) {
+      set_thread_count(threads);
+      const Points end = run(bar(0.02, 0.6, -0.01), garment, true, {}, {}, device).end;
+      reference = reference.rows() == 0 ? end : reference;
+      EXPECT_EQ(end, reference) << threads;
+    }
+    set_thread_count(0);
+  }
+}
+
+TEST(BodyFeatures, TwinsAgree) {
+  if (!cuda_available()) {
+    GTEST_SKIP() << "no CUDA device on this machine";
+  }
+  for (const char* precision : {"float", "double"}) {
+    for (bool self : {false, true}) {
+      for (const char* barrier : {"auto", "block", "grid", "graph"}) {
+        XpbdOptions options;
+        options.precision = precision;
+        options.self_contact = self;
+        options.iterations = 2;
+        options.cuda_barrier = self && barrier == std::string("graph") ? "grid" : barrier;
+        const Way way{{0, 0.002, 0}, 8, 10};
+        const Garment garment = coarse_sheet(8, 0.4, 0.013);
+        for (const Mesh& body : {bar(0.02, 0.6, -0.01), cone(0.015, 0.1, -0.01, 12)}) {
+          const Course cpu = run(body, garment, true, way, options, Device::Cpu);
+          const Course cuda = run(body, garment, true, way, options, Device::Cuda);
+          EXPECT_LT((cpu.end - cuda.end).rowwise().norm().maxCoeff(),
+                    precision[0] == 'd' ? 1e-9 : 2e-4)
+              << precision << self << barrier;
+        }
+      }
+    }
+  }
+}
+
+TEST(BodyFeatures, SliversRimsAndThreeFacesOnAnEdgeAreNoFeaturesThatHarm) {
+  Mesh body = bar(0.02, 0.6, -0.01);
+  const Index n = body.faces.rows();
+  Triangles more(n + 4, 3);
+  // A face twice, one of no area, one with a corner twice, and a third face on an edge.
+  more << body.faces, body.faces.row(0), Eigen::RowVector3i(0, 1, 8), Eigen::RowVector3i(2, 2, 3),
+      Eigen::RowVector3i(body.faces(0, 0), body.faces(0, 1), 9);
+  Points points(10, 3);
+  points << body.vertices, 0.5 * (body.vertices.row(0) + body.vertices.row(1)),
+      Eigen::RowVector3d(0.3, -0.2, 0.3);
+  body.vertices = points;
+  body.faces = more;
+  for (Device device : fixtures::devices()) {
+    const Course course = run(body, coarse_sheet(8, 0.4, 0.013), true, {}, {}, device);
+    EXPECT_TRUE(course.end.allFinite());
+    EXPECT_LT(course.most_strain, 0.3);
+  }
+}
+
+TEST(BodyFeatures, ABodyThatIsNotFiniteOrTeleportsIsRefused) {
+  const Mesh body = bar(0.02, 0.6, -0.01);
+  const Cloth cloth = make_cloth(coarse_sheet(8, 0.4, 0.013));
+  for (Device device : fixtures::devices()) {
+    ClothSolver solver(cloth, body.faces, {}, device);
+    Control control;
+    control.body_start = body.vertices;
+    control.body_end = body.vertices;
+    solver.advance(control);
+    const Points good = solver.state().positions;
+    control.body_end(2, 1) = std::nan("");
+    EXPECT_THROW(solver.advance(control), DataError);
+    control.body_end = body.vertices.array() + 2;
+    EXPECT_THROW(solver.advance(control), DataError);
+    control.body_end = body.vertices.topRows(5);
+    EXPECT_THROW(solver.advance(control), LogicError);
+    EXPECT_EQ(solver.state().positions, good);
+  }
+}
+
+TEST(BodyFeatures, ABodyThatIsNotThereIsNone) {
+  const Mesh body = bar(0.02, 0.6, -0.01);
+  const Cloth cloth = make_cloth(coarse_sheet(8, 0.4, 0.013), {0});
+  for (Device device : fixtures::devices()) {
+    ClothSolver solver(cloth, body.faces, {}, device);
+    ClothSolver alone(cloth, {}, {}, device);
+    for (int i = 0; i < 3; ++i) {  // its faces are known, its vertices are not
+      solver.advance({});
+      alone.advance({});
+    }
+    EXPECT_EQ(solver.state().positions, alone.state().positions);
   }
 }
 
