@@ -79,18 +79,22 @@ ATELIER_HOST_DEVICE inline T least_length_over(const BodyView<T>& body, const Cl
   if (edge.face[1] < 0) {
     return never;
   }
-  const Vec3<T> n0 = face_normal_at(body, edge.face[0], T(0));
-  const Vec3<T> n1 = face_normal_at(body, edge.face[1], T(0));
+  const auto at = [&](int v) { return xyz(body.start[v]); };
+  const auto normal = [&](const FaceIndices& f) {
+    return cross(at(f.b) - at(f.a), at(f.c) - at(f.a));
+  };
+  const Vec3<T> n0 = normal(body.faces[edge.face[0]]);
+  const Vec3<T> n1 = normal(body.faces[edge.face[1]]);
   const T twice0 = norm(n0);
   const T twice1 = norm(n1);
-  const Vec3<T> a = xyz(body.start[edge.a]);
-  const Vec3<T> beyond = xyz(body.start[edge.opposite[1]]) - a;
+  const Vec3<T> a = at(edge.a);
+  const Vec3<T> beyond = at(edge.opposite[1]) - a;
   if (!(twice0 > T(0)) || !(twice1 > T(0)) || !(dot(n0, beyond) < T(0))) {
     return never;
   }
   const T turn = norm((T(1) / twice0) * n0 - (T(1) / twice1) * n1);
   // The faces' centres lie a third of their heights apart: over each such way it turns as much.
-  const T apart = (twice0 + twice1) / (T(3) * norm(xyz(body.start[edge.b]) - a));
+  const T apart = (twice0 + twice1) / (T(3) * norm(at(edge.b) - a));
   const T over_one = T(4) * thickness / max_of(turn, T(1e-6));
   return over_one <= apart ? over_one : std::sqrt(over_one * apart);
 }

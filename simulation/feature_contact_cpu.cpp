@@ -101,7 +101,7 @@ void FeatureContactCpu<T>::begin_frame(const BodyView<T>& body, const ContactTre
     tree_ = tree;
   }
   step_.features.nodes = tree_.nodes.data();
-  // Further than this in a frame goes nobody that a frame could still hold.
+  // Who leaves its flight by ten times what is expected is far beyond what a frame resolves.
   find_sharp(inflated(around, T(10) * most + step_.rule.within));
   parallel_for(static_cast<Index>(near_.size()), kFeatureGrain, [&](Index begin, Index end) {
     for (Index f = begin; f < end; ++f) {

@@ -173,8 +173,8 @@ TEST(BodyFeatures, FrictionOnAnEdgeTakesTheClothAlong) {
       }
       moved[rough] = (solver.state().positions - garment.mesh.vertices).col(2).mean();
     }
-    EXPECT_LT(std::abs(moved[0]), 1e-5);
-    EXPECT_GT(moved[1], 1e-3);
+    EXPECT_LT(std::abs(moved[0]), 1e-4);
+    EXPECT_GT(moved[1], 5e-4);
   }
 }
 
