@@ -26,9 +26,9 @@ namespace atelier {
 /// all the same goes out along the feature's normal, if the face of the body that lies nearest
 /// looks that way too: not to the palm what lies on the back of a hand.
 ///
-/// A body that overlaps itself: a feature within another limb pushes nothing, and the cloth's
-/// vertices meet the body's faces after its features, so that in the end none is inside and what is
-/// pinched lies between (touch_again).
+/// A body that overlaps itself: a feature within another limb pushes nothing, nor is cloth pushed
+/// that lies in one; and the cloth's vertices meet the body's faces after its features, so that in
+/// the end none is inside and what is pinched lies between (touch_again).
 
 /// The body's edges and corners.
 template <class T>
@@ -153,11 +153,19 @@ ATELIER_HOST_DEVICE inline Vec3<T> edge_normal(const BodyView<T>& body, const Cl
                       unit_or_zero(face_normal_at(body, edge.face[1], time)));
 }
 
-/// True if a point of the cloth, a little behind a feature that looks along `outwards`, is inside
-/// the body and its nearest face looks that way too.
+/// Whether a feature that looks along `outwards` pushes a point of the cloth at `x`: one outside of
+/// the whole body where `outside` of the feature, else one just inside, of which the nearest face
+/// looks that way too. What lies in another limb, or where the body overlaps itself, is left to the
+/// cloth's vertices.
 template <class T>
-ATELIER_HOST_DEVICE inline bool came_through(const BodyView<T>& body, Vec3<T> x, Vec3<T> outwards,
-                                             T time, T within) {
+ATELIER_HOST_DEVICE inline bool feature_reaches(const BodyView<T>& body, Vec3<T> x,
+                                                Vec3<T> outwards, bool outside, T time, T within) {
+  if (times_inside(body, x, time, AloneInTree{}) != (outside ? 0 : 1)) {
+    return false;
+  }
+  if (outside) {
+    return true;
+  }
   const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{x, x}, within), x, x, time,
                                               time, within, false, AloneInTree{})
                                    .nearest;
@@ -205,23 +213,31 @@ ATELIER_HOST_DEVICE inline PairState push_off_feature(const FeatureStep<T>& step
     if (!(nearest && !far) && !passes()) {
       return PairState::Apart;
     }
-  } else if (squared_norm(before) > step.rule.within * step.rule.within ||
-             !came_through(step.body, on_cloth, outwards, step.t0, step.rule.within)) {
+  } else if (squared_norm(before) > step.rule.within * step.rule.within) {
     return PairState::Apart;
   }
+  // First what it wants, which is mostly nothing; what asks the trees comes after.
+  Vec3<T> wanted[2][3] = {};
+  int cloth = 0;
+  const PairState state = push_apart(
+      pair, outwards, outside ? Vec3<T>{} : outwards, step.rule.gap, step.rule.push,
+      [](int) { return 0; },
+      [&](int i, Vec3<T> fresh, Vec3<T> calm, int) {
+        if (i >= 0) {
+          wanted[0][cloth] = fresh;
+          wanted[1][cloth++] = calm;
+        }
+      });
   // `on_body` is minus the body's point. Within another limb it is no surface.
-  const Vec3<T> above = outwards * T(1e-4) - on_body;
-  if (times_inside(step.body, above, step.t0, AloneInTree{}) > 0) {
+  if (state == PairState::Apart ||
+      !feature_reaches(step.body, on_cloth, outwards, outside, step.t0, step.rule.within) ||
+      times_inside(step.body, outwards * T(1e-4) - on_body, step.t0, AloneInTree{}) > 0) {
     return PairState::Apart;
   }
-  const auto support = [](int) { return 0; };
-  const auto add_to_cloth = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
-    if (i >= 0) {
-      add(i, fresh, calm, level);
-    }
-  };
-  return push_apart(pair, outwards, outside ? Vec3<T>{} : outwards, step.rule.gap, step.rule.push,
-                    support, add_to_cloth);
+  for (int k = 0; k < cloth; ++k) {
+    add(pair.particle[k], wanted[0][k], wanted[1][k], 0);
+  }
+  return state;
 }
 
 /// Puts a body's vertex into place `k` of a pair.
