@@ -16,7 +16,7 @@ namespace atelier {
 namespace {
 
 /// A cone round the axis y, its tip at `tip`.
-Mesh cone(double radius, double height, double tip, int around) {
+Mesh cone_at(double radius, double height, double tip, int around) {
   Mesh mesh;
   mesh.vertices.resize(around + 2, 3);
   mesh.faces.resize(2 * around, 3);
@@ -33,7 +33,7 @@ Mesh cone(double radius, double height, double tip, int around) {
 }
 
 /// A bar of square section along z, standing on an edge: its upper edge lies at x = z = 0, y = top.
-Mesh bar(double side, double length, double top) {
+Mesh bar_at(double side, double length, double top) {
   Mesh mesh = fixtures::cube(0.5);
   mesh.vertices.col(0) *= side;
   mesh.vertices.col(1) *= side;
@@ -57,7 +57,7 @@ Garment coarse_sheet(int cells, double size, double shift) {
 }
 
 /// What a body did to a sheet.
-struct Course {
+struct Pushed {
   int most_pierced = 0;
   int last_pierced = 0;
   double deepest = 0;
@@ -66,22 +66,22 @@ struct Course {
 };
 
 /// How a body moves: by `step` in each of so many frames, then it rests.
-struct Way {
+struct BodyWay {
   Eigen::RowVector3d step{0, 0.002, 0};
   int moving = 30;
   int frames = 40;
 };
 
 /// Moves a body against a sheet; `pinned`: by its two sides.
-Course run(const Mesh& body, const Garment& garment, bool pinned, const Way& way,
-           const XpbdOptions& options, Device device) {
+Pushed push_body(const Mesh& body, const Garment& garment, bool pinned, const BodyWay& way,
+                 const XpbdOptions& options, Device device) {
   const double high = garment.mesh.vertices.col(0).maxCoeff() - 1e-6;
   const double low = garment.mesh.vertices.col(0).minCoeff() + 1e-6;
   const std::vector<int> sides = fixtures::vertices_where(
       garment.mesh.vertices, [&](double x, double, double) { return x > high || x < low; });
   const Cloth cloth = make_cloth(garment, pinned ? sides : std::vector<int>{});
   ClothSolver solver(cloth, body.faces, options, device);
-  Course out;
+  Pushed out;
   for (int i = 0; i < way.frames; ++i) {
     Control control;
     control.body_start = body.vertices.rowwise() + way.step * std::min(i, way.moving);
@@ -101,20 +101,20 @@ Course run(const Mesh& body, const Garment& garment, bool pinned, const Way& way
 
 /// Runs a case on every device, with and without contact of the cloth with itself, and without the
 /// body's edges, where it is pierced.
-void expect_not_pierced(const Mesh& body, const Garment& garment, bool pinned, const Way& way,
+void expect_not_pierced(const Mesh& body, const Garment& garment, bool pinned, const BodyWay& way,
                         double most_strain) {
   for (Device device : fixtures::devices()) {
     for (bool self : {false, true}) {
       XpbdOptions options;
       options.self_contact = self;
-      const Course course = run(body, garment, pinned, way, options, device);
+      const Pushed course = push_body(body, garment, pinned, way, options, device);
       EXPECT_EQ(course.most_pierced, 0) << self;
       EXPECT_LT(course.deepest, 1e-4) << self;
       EXPECT_LT(course.most_strain, most_strain) << self;
     }
     XpbdOptions without;
     without.body_edges = false;
-    EXPECT_GT(run(body, garment, pinned, way, without, device).most_pierced, 0);
+    EXPECT_GT(push_body(body, garment, pinned, way, without, device).most_pierced, 0);
   }
 }
 
@@ -122,28 +122,28 @@ TEST(BodyFeatures, ATipBetweenTheClothsVerticesDoesNotPierceIt) {
   // On a vertex, in the middle of an edge, in a triangle.
   for (double shift : {0.0, 0.01, 0.02}) {
     SCOPED_TRACE(shift);
-    expect_not_pierced(cone(0.015, 0.1, -0.01, 12), coarse_sheet(8, 0.4, shift), true, {}, 0.15);
+    expect_not_pierced(cone_at(0.015, 0.1, -0.01, 12), coarse_sheet(8, 0.4, shift), true, {}, 0.15);
   }
 }
 
 TEST(BodyFeatures, AFastTipDoesNotPassThrough) {
   // 3 m/s: 5 mm a substep, five times the gap.
-  expect_not_pierced(cone(0.015, 0.1, -0.05, 12), coarse_sheet(8, 0.4, 0.01), true,
+  expect_not_pierced(cone_at(0.015, 0.1, -0.05, 12), coarse_sheet(8, 0.4, 0.01), true,
                      {{0, 0.05, 0}, 3, 10}, 0.5);
 }
 
 TEST(BodyFeatures, AnEdgeBetweenTheClothsVerticesDoesNotPierceIt) {
-  expect_not_pierced(bar(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), true, {}, 0.15);
+  expect_not_pierced(bar_at(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), true, {}, 0.15);
 }
 
 TEST(BodyFeatures, AnEdgeThatComesFromTheSideDoesNotPierceIt) {
-  expect_not_pierced(bar(0.02, 0.6, -0.012), coarse_sheet(8, 0.4, 0.013), true,
+  expect_not_pierced(bar_at(0.02, 0.6, -0.012), coarse_sheet(8, 0.4, 0.013), true,
                      {{0.01, 0.002, 0}, 10, 40}, 0.15);
 }
 
 TEST(BodyFeatures, ASheetThatFallsOnAnEdgeIsNotPierced) {
-  expect_not_pierced(bar(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), false, {{0, 0, 0}, 0, 60},
-                     0.15);
+  expect_not_pierced(bar_at(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), false,
+                     {{0, 0, 0}, 0, 60}, 0.15);
   // Half on a cube's top, half beside it.
   expect_not_pierced(fixtures::cube(-0.01), coarse_sheet(8, 0.4, 0.413), false, {{0, 0, 0}, 0, 60},
                      0.15);
@@ -155,7 +155,7 @@ TEST(BodyFeatures, FrictionOnAnEdgeTakesTheClothAlong) {
     for (int rough : {0, 1}) {
       Garment garment = coarse_sheet(8, 0.4, 0.013);
       garment.material.friction = rough;
-      const Mesh body = bar(0.02, 1.2, 0.03);
+      const Mesh body = bar_at(0.02, 1.2, 0.03);
       const std::vector<int> sides = fixtures::vertices_where(
           garment.mesh.vertices,
           [](double x, double, double) { return std::abs(x - 0.013) > 0.199; });
@@ -189,12 +189,12 @@ TEST(BodyFeatures, AThinPartDoesNotPullThroughWhatLiesOnItsOtherSide) {
 }
 
 TEST(BodyFeatures, WhatHasComeThroughALittleIsTakenBackGently) {
-  const Mesh body = bar(0.02, 0.6, 5e-4);
+  const Mesh body = bar_at(0.02, 0.6, 5e-4);
   const Garment garment = coarse_sheet(8, 0.4, 0.013);
   for (Device device : fixtures::devices()) {
     ASSERT_GT(count_crossings(garment.mesh.vertices, garment.mesh.faces, body.vertices, body.faces),
               0);
-    const Course course = run(body, garment, true, {{0, 0, 0}, 0, 30}, {}, device);
+    const Pushed course = push_body(body, garment, true, {{0, 0, 0}, 0, 30}, {}, device);
     EXPECT_EQ(course.last_pierced, 0);
     EXPECT_LT(course.most_strain, 0.15);
   }
@@ -230,7 +230,7 @@ TEST(BodyFeatures, GiveTheSameBitsOnAnyNumberOfThreads) {
     Points reference;
     for (int threads : {0, 1, 3}) {
       set_thread_count(threads);
-      const Points end = run(bar(0.02, 0.6, -0.01), garment, true, {}, {}, device).end;
+      const Points end = push_body(bar_at(0.02, 0.6, -0.01), garment, true, {}, {}, device).end;
       reference = reference.rows() == 0 ? end : reference;
       EXPECT_EQ(end, reference) << threads;
     }
@@ -250,11 +250,11 @@ TEST(BodyFeatures, TwinsAgree) {
         options.self_contact = self;
         options.iterations = 2;
         options.cuda_barrier = self && barrier == std::string("graph") ? "grid" : barrier;
-        const Way way{{0, 0.002, 0}, 8, 10};
+        const BodyWay way{{0, 0.002, 0}, 8, 10};
         const Garment garment = coarse_sheet(8, 0.4, 0.013);
-        for (const Mesh& body : {bar(0.02, 0.6, -0.01), cone(0.015, 0.1, -0.01, 12)}) {
-          const Course cpu = run(body, garment, true, way, options, Device::Cpu);
-          const Course cuda = run(body, garment, true, way, options, Device::Cuda);
+        for (const Mesh& body : {bar_at(0.02, 0.6, -0.01), cone_at(0.015, 0.1, -0.01, 12)}) {
+          const Pushed cpu = push_body(body, garment, true, way, options, Device::Cpu);
+          const Pushed cuda = push_body(body, garment, true, way, options, Device::Cuda);
           EXPECT_LT((cpu.end - cuda.end).rowwise().norm().maxCoeff(),
                     precision[0] == 'd' ? 1e-9 : 2e-4)
               << precision << self << barrier;
@@ -265,7 +265,7 @@ TEST(BodyFeatures, TwinsAgree) {
 }
 
 TEST(BodyFeatures, SliversRimsAndThreeFacesOnAnEdgeAreNoFeaturesThatHarm) {
-  Mesh body = bar(0.02, 0.6, -0.01);
+  Mesh body = bar_at(0.02, 0.6, -0.01);
   const Index n = body.faces.rows();
   Triangles more(n + 4, 3);
   // A face twice, one of no area, one with a corner twice, and a third face on an edge.
@@ -277,14 +277,14 @@ TEST(BodyFeatures, SliversRimsAndThreeFacesOnAnEdgeAreNoFeaturesThatHarm) {
   body.vertices = points;
   body.faces = more;
   for (Device device : fixtures::devices()) {
-    const Course course = run(body, coarse_sheet(8, 0.4, 0.013), true, {}, {}, device);
+    const Pushed course = push_body(body, coarse_sheet(8, 0.4, 0.013), true, {}, {}, device);
     EXPECT_TRUE(course.end.allFinite());
     EXPECT_LT(course.most_strain, 0.3);
   }
 }
 
 TEST(BodyFeatures, ABodyThatIsNotFiniteOrTeleportsIsRefused) {
-  const Mesh body = bar(0.02, 0.6, -0.01);
+  const Mesh body = bar_at(0.02, 0.6, -0.01);
   const Cloth cloth = make_cloth(coarse_sheet(8, 0.4, 0.013));
   for (Device device : fixtures::devices()) {
     ClothSolver solver(cloth, body.faces, {}, device);
@@ -304,7 +304,7 @@ TEST(BodyFeatures, ABodyThatIsNotFiniteOrTeleportsIsRefused) {
 }
 
 TEST(BodyFeatures, ABodyThatIsNotThereIsNone) {
-  const Mesh body = bar(0.02, 0.6, -0.01);
+  const Mesh body = bar_at(0.02, 0.6, -0.01);
   const Cloth cloth = make_cloth(coarse_sheet(8, 0.4, 0.013), {0});
   for (Device device : fixtures::devices()) {
     ClothSolver solver(cloth, body.faces, {}, device);
