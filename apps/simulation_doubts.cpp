@@ -44,10 +44,11 @@ std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& repor
     doubts.emplace_back(text);
   }
   if (const FrameReport& r = worst(&FrameReport::body_crossings); r.body_crossings > 0) {
-    std::snprintf(text, sizeof text,
-                  "warning: %d edges of cloth and body pierce the other (frame %lld), as cloth "
-                  "meets the body with its vertices: a finer garment, or more --xpbd.thickness",
-                  r.body_crossings, static_cast<long long>(r.frame));
+    std::snprintf(
+        text, sizeof text,
+        "warning: %d edges of cloth and body pierce the other (frame %lld), as of what "
+        "is smooth the body meets vertices alone: a finer garment, or more --xpbd.thickness",
+        r.body_crossings, static_cast<long long>(r.frame));
     doubts.emplace_back(text);
   }
   if (const FrameReport& r = worst(&FrameReport::crossings); r.crossings > 0) {

@@ -390,8 +390,8 @@ void relax_scene(SimulationScene& scene, const SimulateOptions& options) {
 
 namespace {
 
-/// Cloth meets the body with its vertices alone: it keeps off by what its edges need, unless
-/// something else is said.
+/// What is smooth of the body meets the cloth's vertices alone: it keeps off by what its edges
+/// need, unless something else is said.
 void keep_off(SimulationScene& scene, const SimulateOptions& options) {
   const double edge = mean_edge_length(scene.garment.mesh);
   const double needed = contact_distance(scene.garment);

@@ -134,7 +134,7 @@ constexpr std::array kStages = {
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "material",
-          .version = 3,
+          .version = 4,
           .summary = "how stiff each garment's cloth is, from how it moved",
           .inputs = {"capture", "person", "tracked", "bodies", "template", "registered"},
           .outputs = {"fitted_material"},
@@ -144,7 +144,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",
-          .version = 5,
+          .version = 6,
           .summary = "a garment on a body, standing or moving",
           .inputs = {"scene"},
           .outputs = {"states", "garment"},
@@ -185,7 +185,7 @@ constexpr std::array kStages = {
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "animate",
-          .version = 4,
+          .version = 5,
           .summary = "the person and the simulated garments in a motion, as meshes and pictures",
           .inputs = {"capture", "person", "tracked"},
           .optional_inputs = {"bodies", "template", "registered", "fitted_material", "networks"},

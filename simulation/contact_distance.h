@@ -8,8 +8,8 @@
 namespace atelier {
 
 /// The distance [m] that cloth with edges of `edge_length` [m] has to keep from a body so that it
-/// does not show between the cloth's vertices, which alone meet it: the round of a chest rises into
-/// a triangle by the square of its edge. 4 mm at least. Our choice.
+/// does not show between the cloth's vertices, which alone meet what is smooth: the round of a
+/// chest rises into a triangle by the square of its edge. 4 mm at least. Our choice.
 inline double contact_distance(double edge_length) {
   constexpr double kLeast = 0.004;
   constexpr double kAtThreeCentimetres = 0.0105;

@@ -50,11 +50,13 @@ __global__ void children_kernel(const std::uint64_t* keys, int count, BoxNode<T>
 }
 
 template <class T>
-__global__ void refit_kernel(BodyView<T> body, BoxNode<T>* nodes, const TreeParent* node_parent,
-                             const TreeParent* leaf_parent, unsigned* arrivals) {
+__global__ void refit_kernel(BodyView<T> body, const int* keep, BoxNode<T>* nodes,
+                             const TreeParent* node_parent, const TreeParent* leaf_parent,
+                             unsigned* arrivals) {
   const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (f < body.face_count) {
-    refit_from_face(body, f, nodes, node_parent, leaf_parent, arrivals);
+    const Box<T> box = keep == nullptr || keep[f] != 0 ? swept_box(body, f) : empty_box<T>();
+    refit_from_box(box, f, nodes, node_parent, leaf_parent, arrivals);
   }
 }
 
@@ -218,10 +220,25 @@ void CudaBody<T>::order_boxes(const Points& vertices) {
 }
 
 template <class T>
-void CudaBody<T>::refit() {
-  refit_kernel<<<cuda_blocks(face_count_), kCudaBlock>>>(view(), nodes_.data(), node_parent_.data(),
+void CudaBody<T>::refit_nodes(const int* keep, BoxNode<T>* nodes) {
+  refit_kernel<<<cuda_blocks(face_count_), kCudaBlock>>>(view(), keep, nodes, node_parent_.data(),
                                                          leaf_parent_.data(), arrivals_.data());
   ATELIER_CUDA_LAUNCHED(refit_kernel);
+}
+
+template <class T>
+void CudaBody<T>::refit_where(const int* keep, CudaBuffer<BoxNode<T>>& nodes) {
+  if (nodes.size() != nodes_.size()) {
+    nodes = CudaBuffer<BoxNode<T>>(nodes_.size());
+    ATELIER_CUDA_CHECK(cudaMemcpy(nodes.data(), nodes_.data(), nodes_.size() * sizeof(BoxNode<T>),
+                                  cudaMemcpyDeviceToDevice));
+  }
+  refit_nodes(keep, nodes.data());
+}
+
+template <class T>
+void CudaBody<T>::refit() {
+  refit_nodes(nullptr, nodes_.data());
   box_kernel<<<static_cast<unsigned>(whole_.size()), kWhole>>>(view(), ordered_.data(), box_.data(),
                                                                group_.data(), whole_.data());
   ATELIER_CUDA_LAUNCHED(box_kernel);

@@ -18,10 +18,14 @@ class CudaBody {
   void move(const Points& start, const Points& end);
   /// Takes the boxes of the motion over into the tree and the groups.
   void refit();
+  /// Makes `nodes` the same tree over the faces that `keep` holds alone.
+  void refit_where(const int* keep, CudaBuffer<BoxNode<T>>& nodes);
+  const std::vector<FaceIndices>& faces() const { return host_faces_; }
   BodyView<T> view() const;
 
  private:
   void build(const Box<T>& bounds);
+  void refit_nodes(const int* keep, BoxNode<T>* nodes);
   void order_boxes(const Points& vertices);
 
   int face_count_ = 0;

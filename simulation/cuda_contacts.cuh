@@ -140,6 +140,12 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
   }
 }
 
+/// 1 for a particle that a feature of the body pushed in this iteration.
+template <class T>
+__device__ inline int pushed_by_features(const CudaFrame<T>& frame, int i) {
+  return frame.features.face_count > 0 ? __ldcg(frame.features.pushed + i) : 0;
+}
+
 /// What follows the sweep of an iteration of substep `s`: tethers (their anchors are fixed, so
 /// nobody moves them here); lists who may touch the body then.
 template <class T>
@@ -157,7 +163,7 @@ __device__ __noinline__ void hold_and_list(const CudaFrame<T>& frame, int blocks
     }
     if (frame.body.face_count > 0) {
       lists.add(body_search_of(frame, i, x, t1), k);
-      frame.touched[i] = 0;
+      frame.touched[i] = pushed_by_features(frame, i);
     }
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "simulation/cuda_feature_passes.cuh"
 #include "simulation/cuda_frame_kernels.cuh"
 #include "simulation/cuda_self_substep.cuh"
 #include "simulation/cuda_sweep.cuh"
@@ -208,6 +209,9 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
         wait();
       }
       const bool again = iteration + 1 < frame.iterations;
+      if constexpr (kKind != FrameKind::Plain) {
+        push_off_features(frame, blocks, s, iteration, wait);
+      }
       if constexpr (kKind == FrameKind::Full) {
         const int pass = s * frame.iterations + iteration;
         if (frame.tether_anchor != nullptr || frame.body.face_count > 0) {
@@ -248,6 +252,14 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
       work.phase(s, iteration, p, at);
       break;
     }
+    case FrameStep::PushFeatures:
+      if (features_push(frame, blocks, s, iteration, p)) {
+        push_features(frame, blocks, s, iteration, p);
+      }
+      break;
+    case FrameStep::TakeFeatures:
+      take_features(frame, blocks);
+      break;
     case FrameStep::Hold:
       hold_and_list(frame, blocks, s, s * frame.iterations + iteration);
       break;

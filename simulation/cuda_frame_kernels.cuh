@@ -21,7 +21,7 @@ FrameKernel<T> frame_kernel_of();
 /// One step per launch: for a CUDA graph, where the graph's edges are the barriers, and
 /// for sweeps of another kind. Not with contact of the cloth with itself, whose passes are counted
 /// on the device.
-enum class FrameStep { Begin, Phase, Hold, Touch, Finish };
+enum class FrameStep { Begin, Phase, PushFeatures, TakeFeatures, Hold, Touch, Finish };
 template <class T>
 using FrameStepKernel = void (*)(CudaFrame<T> frame, int blocks, FrameStep step, int s,
                                  int iteration, int p);

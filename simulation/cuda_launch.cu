@@ -68,9 +68,13 @@ FrameKernel<T> kernel_of(bool full, bool self, CudaBarrier barrier) {
                 : kernel_of<T, FrameKind::Plain>(barrier);
 }
 
-/// The steps of an iteration after its sweep: `add(step, substep, iteration, 0)` for each.
+/// The steps of an iteration after its sweep: `add(step, substep, iteration, pass)` for each.
 template <class T, class Add>
 void add_after_sweep(const CudaFrame<T>& frame, int s, int iteration, const Add& add) {
+  for (int pass = 0; pass < kFeaturePasses && frame.features.face_count > 0; ++pass) {
+    add(FrameStep::PushFeatures, s, iteration, pass);
+    add(FrameStep::TakeFeatures, s, iteration, pass);
+  }
   if (frame.tether_anchor != nullptr || frame.body.face_count > 0) {
     add(FrameStep::Hold, s, iteration, 0);
   }

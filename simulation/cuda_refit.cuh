@@ -11,13 +11,12 @@ __device__ inline Box<T> load_box(const Box<T>* box) {
   return {{b->low.x, b->low.y, b->low.z}, {b->high.x, b->high.y, b->high.z}};
 }
 
-/// Carries the box of one face's motion, grown by `margin`, up the tree; of the two that arrive at
-/// a node, the second goes on. `arrivals` are counters of the nodes, 0 before and after.
+/// Carries the box of one face up the tree; of the two that arrive at a node, the second goes on.
+/// `arrivals` are counters of the nodes, 0 before and after.
 template <class T>
-__device__ inline void refit_from_face(const BodyView<T>& body, int face, BoxNode<T>* nodes,
-                                       const TreeParent* node_parent, const TreeParent* leaf_parent,
-                                       unsigned* arrivals, T margin = T(0)) {
-  Box<T> box = inflated(swept_box(body, face), margin);
+__device__ inline void refit_from_box(Box<T> box, int face, BoxNode<T>* nodes,
+                                      const TreeParent* node_parent, const TreeParent* leaf_parent,
+                                      unsigned* arrivals) {
   TreeParent parent = leaf_parent[face];
   while (parent >= 0) {
     const int node = parent / 2;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "simulation/body_contact_math.h"
+#include "simulation/body_feature_math.h"
 #include "simulation/edge_math.h"
 #include "simulation/near_groups.h"
 #include "simulation/self_push_math.h"
@@ -85,6 +86,22 @@ struct CudaSelfFrame {
   }
 };
 
+/// Contact with the sharp features of the body (body_feature_math.h).
+template <class T>
+struct CudaFeatureFrame {
+  SelfView<T> cloth;
+  BodyFeatures<T> features;
+  FeatureRule<T> rule;
+  const int* edge_of;  ///< of the cloth, see push_off_face
+  const T* length;
+  const int* any;  ///< 1: the frame has something sharp
+  int face_count;  ///< of the cloth; 0: none of this
+  int* near;       ///< [scenes][faces] 1: may meet something sharp in the frame
+  int* pushed;     ///< [particles] 1: a feature did in this iteration
+  int* pressed;    ///< [scenes] number of the last pass after which another was needed, from 1
+  PushSum* sums;   ///< [particles]
+};
+
 /// Everything a frame needs, by value to the kernel. Arrays of particles hold the scenes one after
 /// the other.
 template <class T>
@@ -135,6 +152,7 @@ struct CudaFrame {
   int* touch_counts;  ///< [scenes][4] and
   int* touch_items;   ///< [scenes][2][particles]: see TouchLists
 
+  CudaFeatureFrame<T> features;
   CudaSelfFrame<T> self;
 
   unsigned* arrived;  ///< two counters per scene for the grid barrier: blocks come, blocks gone

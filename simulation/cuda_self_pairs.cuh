@@ -1,13 +1,9 @@
 #pragma once
 
+#include "simulation/cuda_push_sums.cuh"
 #include "simulation/cuda_self_search.cuh"
 
 namespace atelier {
-
-/// PushSum::used, 0 before: a pair wants something of the particle, or did in this substep.
-constexpr int kPushed = 1;
-constexpr int kWasPushed = 2;
-constexpr int kWasKept = 3;
 
 /// How far the contacts of a scene with itself are: the same numbers in each of its blocks.
 struct SelfClock {
@@ -18,39 +14,6 @@ struct SelfClock {
   bool passed = false;  ///< something did or would have since the last look for crossings
   Wanted crossings = Wanted::None;  ///< to be looked for in this substep
 };
-
-__device__ inline PushSum load_sum(const PushSum* place) {
-  static_assert(sizeof(PushSum) == 4 * sizeof(int4));
-  PushSum out;
-  int4* const words = reinterpret_cast<int4*>(&out);
-#pragma unroll
-  for (int k = 0; k < 4; ++k) {
-    words[k] = __ldcg(reinterpret_cast<const int4*>(place) + k);
-  }
-  return out;
-}
-__device__ inline void clear_sum(PushSum* place, int used) {
-  PushSum none{};
-  none.used = used;
-  const int4* const words = reinterpret_cast<const int4*>(&none);
-#pragma unroll
-  for (int k = 0; k < 4; ++k) {
-    __stcg(reinterpret_cast<int4*>(place) + k, words[k]);
-  }
-}
-
-template <class T>
-__device__ inline void widen(PushExtent& extent, Vec3<T> push) {
-  const int units[3] = {to_units(push.x), to_units(push.y), to_units(push.z)};
-#pragma unroll
-  for (int k = 0; k < 3; ++k) {
-    if (units[k] > 0) {
-      atomicMax(&extent.high[k], units[k]);
-    } else if (units[k] < 0) {
-      atomicMin(&extent.low[k], units[k]);
-    }
-  }
-}
 
 /// The contacts of one scene with itself (see self_contact_math.h), as all threads of its blocks
 /// share them out.
@@ -244,13 +207,7 @@ struct SelfWork {
     const auto load_o = [&](int i) { return load_origin(i); };
     const auto level = [&](int i) { return __ldcg(support + i); };
     const auto add = [&](int i, Vec3<T> fresh, Vec3<T> off, int given) {
-      PushSum* const sum = sums + i;
-      __stcg(&sum->used, kPushed);
-      widen(sum->fresh, fresh);
-      widen(sum->calm, off);
-      if (given > 0) {
-        atomicMax(&sum->support, given);
-      }
+      add_push(sums + i, fresh, off, given);
     };
     int active = 0;
     bool presses = false;

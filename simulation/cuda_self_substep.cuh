@@ -87,6 +87,9 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
       const Vec4<T> carry = work.load_carry(i);
       store_shared_cache(work.carry + i, with_w(xyz(carry), T(1)));
     }
+    if (pushed_by_features(frame, work.scene * frame.count + i) != 0) {
+      __stcg(work.support + i, kSupportLevels);
+    }
     // Of the substep before, or of an iteration before in this one.
     const bool was_stirred = __ldcg(&work.sums[i].used) != 0;
     const bool was_tangled = iteration == 0 && work.cloth.tangled[i] != 0;

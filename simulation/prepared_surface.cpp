@@ -6,19 +6,14 @@
 
 namespace atelier {
 
-template <class T>
-PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& prepared) {
-  PreparedSurface<T> out;
+std::vector<ClothEdge> edges_of(const std::vector<FaceIndices>& faces) {
   struct Half {
     int low, high, face, opposite;
   };
   std::vector<Half> halves;
-  for (Index f = 0; f < cloth.faces.rows(); ++f) {
-    int v[3];
-    for (int c = 0; c < 3; ++c) {
-      v[c] = prepared.internal[cloth.faces(f, c)];
-    }
-    out.faces.push_back({v[0], v[1], v[2]});
+  halves.reserve(3 * faces.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const int v[3] = {faces[f].a, faces[f].b, faces[f].c};
     for (int c = 0; c < 3; ++c) {
       const int a = v[c];
       const int b = v[(c + 1) % 3];
@@ -28,6 +23,7 @@ PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& p
   std::sort(halves.begin(), halves.end(), [](const Half& a, const Half& b) {
     return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
   });
+  std::vector<ClothEdge> out;
   for (std::size_t i = 0; i < halves.size();) {
     const Half& h = halves[i];
     ClothEdge edge{h.low, h.high, {h.face, -1}, {h.opposite, -1}};
@@ -37,9 +33,20 @@ PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& p
       edge.opposite[1] = halves[j].opposite;
       ++j;
     }
-    out.edges.push_back(edge);
+    out.push_back(edge);
     i = j;
   }
+  return out;
+}
+
+template <class T>
+PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& prepared) {
+  PreparedSurface<T> out;
+  for (Index f = 0; f < cloth.faces.rows(); ++f) {
+    out.faces.push_back({prepared.internal[cloth.faces(f, 0)], prepared.internal[cloth.faces(f, 1)],
+                         prepared.internal[cloth.faces(f, 2)]});
+  }
+  out.edges = edges_of(out.faces);
   out.across.assign(3 * out.faces.size(), -1);
   std::vector<std::vector<int>> ring(prepared.external.size());
   for (const ClothEdge& edge : out.edges) {
@@ -50,9 +57,7 @@ PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& p
       if (face < 0 || edge.face[1 - side] < 0) {
         continue;
       }
-      const FaceIndices f = out.faces[face];
-      const int from = edge.opposite[side];
-      const int k = from == f.c ? 0 : from == f.a ? 1 : 2;
+      const int k = side_opposite(out.faces[face], edge.opposite[side]);
       out.across[3 * static_cast<std::size_t>(face) + k] = edge.opposite[1 - side];
     }
   }

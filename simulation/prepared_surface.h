@@ -18,6 +18,15 @@ struct PreparedSurface {
   std::vector<int> layer;  ///< empty: one layer
 };
 
+/// The edges of triangles, each once, in the order of their ends. Of three triangles on an edge the
+/// third has an edge of its own.
+std::vector<ClothEdge> edges_of(const std::vector<FaceIndices>& faces);
+
+/// Which side of a face, from corner k to k + 1, lies opposite to one of its corners.
+inline int side_opposite(const FaceIndices& face, int corner) {
+  return corner == face.c ? 0 : corner == face.a ? 1 : 2;
+}
+
 template <class T>
 PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& prepared);
 

@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "core/parallel.h"
+#include "simulation/push_sums.h"
 #include "simulation/self_crossing_math.h"
 #include "simulation/self_search_math.h"
 
@@ -11,32 +12,6 @@ namespace atelier {
 namespace {
 
 constexpr Index kGrain = 256;
-
-void raise_to(int& place, int value) {
-  const std::atomic_ref<int> shared(place);
-  int seen = shared.load(std::memory_order_relaxed);
-  while (seen < value && !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
-  }
-}
-
-void lower_to(int& place, int value) {
-  const std::atomic_ref<int> shared(place);
-  int seen = shared.load(std::memory_order_relaxed);
-  while (seen > value && !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
-  }
-}
-
-template <class T>
-void widen(PushExtent& extent, Vec3<T> push) {
-  const int units[3] = {to_units(push.x), to_units(push.y), to_units(push.z)};
-  for (int k = 0; k < 3; ++k) {
-    if (units[k] > 0) {
-      raise_to(extent.high[k], units[k]);
-    } else if (units[k] < 0) {
-      lower_to(extent.low[k], units[k]);
-    }
-  }
-}
 
 /// Runs `collect(i, out)` for every i and strings together what each wrote, in order. `grain`: so
 /// many make a task.
@@ -375,10 +350,7 @@ bool SelfContactCpu<T>::push_once(const SelfMotion<T>& motion, int pass, bool ev
   const auto load_origin = [&](int i) { return motion.origin[i]; };
   const auto support = [&](int i) { return support_[i]; };
   const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
-    raise_to(sums_[i].used, 1);
-    widen(sums_[i].fresh, fresh);
-    widen(sums_[i].calm, calm);
-    raise_to(sums_[i].support, level);
+    add_push(sums_[i], fresh, calm, level);
   };
   std::atomic<int> active{0};
   std::atomic<bool> pressed{false};

@@ -32,10 +32,9 @@ ATELIER_HOST_DEVICE inline void grow(Box<T>& box, Vec3<T> p) {
 }
 template <class T>
 ATELIER_HOST_DEVICE inline Box<T> united(const Box<T>& a, const Box<T>& b) {
-  Box<T> out = a;
-  grow(out, b.low);
-  grow(out, b.high);
-  return out;
+  // Lows with lows: an empty box adds nothing.
+  return {{min_of(a.low.x, b.low.x), min_of(a.low.y, b.low.y), min_of(a.low.z, b.low.z)},
+          {max_of(a.high.x, b.high.x), max_of(a.high.y, b.high.y), max_of(a.high.z, b.high.z)}};
 }
 template <class T>
 ATELIER_HOST_DEVICE inline Box<T> inflated(const Box<T>& box, T margin) {

@@ -63,6 +63,7 @@ OptionTable describe(XpbdOptions& o) {
         "Least distance at which contacts are looked for.");
   t.add("depenetration_speed", o.depenetration_speed, 0.01, 100, "m/s",
         "Speed out of an old overlap.");
+  t.add("body_edges", o.body_edges, "The body's sharp edges against the cloth's edges too.");
   t.add("self_contact", o.self_contact, "Cloth against itself and other layers.");
   t.add("self_thickness", o.self_thickness, -1, 0.1, "m",
         "Gap between sheets; below 0: the material's.");

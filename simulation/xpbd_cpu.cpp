@@ -8,6 +8,7 @@
 #include "simulation/contact_tree.h"
 #include "simulation/edge_math.h"
 #include "simulation/edges_avx2.h"
+#include "simulation/feature_contact_cpu.h"
 #include "simulation/jacobi_math.h"
 #include "simulation/prepared_cloth.h"
 #include "simulation/self_contact_cpu.h"
@@ -66,6 +67,9 @@ class CpuBackend final : public ClothSolver::Backend {
     }
     for (Index f = 0; f < body_faces.rows(); ++f) {
       faces_.push_back({body_faces(f, 0), body_faces(f, 1), body_faces(f, 2)});
+    }
+    if (options.body_edges && !faces_.empty() && cloth.faces.rows() > 0) {
+      features_ = std::make_unique<FeatureContactCpu<T>>(cloth_, prepared_, faces_);
     }
   }
 
@@ -148,6 +152,7 @@ class CpuBackend final : public ClothSolver::Backend {
   /// Takes over the body's motion of the frame and collects what each particle may meet.
   void begin_body(const Control& control) {
     touched_.assign(x_.size(), 0);
+    pushed_.assign(x_.size(), 0);
     carry_.resize(x_.size());
     body_ = {};
     if (faces_.empty() || control.body_start.rows() == 0) {
@@ -197,6 +202,28 @@ class CpuBackend final : public ClothSolver::Backend {
                           : BodyOutlook<T>{slack, T(0), T(0), {}, 0};
       }
     });
+    if (features_ != nullptr) {
+      features_->begin_frame(body_, tree_, rule_, x_, flight_, outlook_);
+    }
+  }
+
+  /// What comes first of an iteration's contacts: the body's features. Its faces have the last
+  /// word.
+  void push_off_features(int s) {
+    std::fill(pushed_.begin(), pushed_.end(), 0);
+    if (features_ != nullptr && body_.face_count > 0) {
+      const T substeps = static_cast<T>(options_.substeps);
+      features_->push(x_, start_, static_cast<T>(s) / substeps, static_cast<T>(s + 1) / substeps,
+                      pushed_);
+    }
+  }
+
+  /// All particles against the body's faces.
+  void meet_body(int s) {
+    touch_body(s, false, Meeting::Touches);
+    for (std::size_t i = 0; i < pushed_.size(); ++i) {
+      touched_[i] |= pushed_[i];
+    }
   }
 
   /// `again`: only whom cloth moved since.
@@ -278,6 +305,7 @@ class CpuBackend final : public ClothSolver::Backend {
       } else {
         sweep_patches(scale);
       }
+      push_off_features(s);
       if (!prepared_.tether_anchor.empty()) {
         for (int i = 0; i < prepared_.count; ++i) {
           const int anchor = prepared_.tether_anchor[i];
@@ -288,14 +316,14 @@ class CpuBackend final : public ClothSolver::Backend {
       }
       if (self_ == nullptr) {
         if (body_.face_count > 0) {
-          touch_body(s, false, Meeting::Touches);
+          meet_body(s);
         }
         continue;
       }
       // What lies on the body has to be known before cloth pushes cloth. In the end nothing passes,
       // neither cloth nor body; where both cannot be, the body wins.
       if (body_.face_count > 0) {
-        touch_body(s, false, Meeting::Touches);
+        meet_body(s);
       }
       const SelfMotion<T> motion{x_, start_, carry_, origin_, touched_};
       self_->push(motion);
@@ -456,9 +484,11 @@ class CpuBackend final : public ClothSolver::Backend {
   std::vector<int> candidates_;
   std::vector<Vec4<T>> held_;  ///< friction of the substep, see resolve_touch
   std::vector<char> touched_;
+  std::vector<char> pushed_;     ///< 1: a feature of the body did in this iteration
   std::vector<Vec4<T>> origin_;  ///< where a substep began, see SelfMotion
   std::vector<Vec4<T>> carry_;
-  std::unique_ptr<SelfContactCpu<T>> self_;  ///< null: no contact with itself
+  std::unique_ptr<SelfContactCpu<T>> self_;         ///< null: no contact with itself
+  std::unique_ptr<FeatureContactCpu<T>> features_;  ///< null: no body, or its vertices alone
 };
 
 }  // namespace

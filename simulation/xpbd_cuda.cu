@@ -8,6 +8,7 @@
 #include "core/device.h"
 #include "simulation/backend.h"
 #include "simulation/cuda_body.cuh"
+#include "simulation/cuda_features.cuh"
 #include "simulation/cuda_launch.cuh"
 #include "simulation/cuda_self.cuh"
 
@@ -83,6 +84,9 @@ class CudaBackend final : public ClothSolver::Backend {
     }
     if (options.self_contact && cloth.faces.rows() > 0) {
       self_ = std::make_unique<CudaSelf<T>>(cloth, prepared_, options, scenes_);
+    }
+    if (options.body_edges && !body_.empty() && cloth.faces.rows() > 0) {
+      features_ = std::make_unique<CudaFeatures<T>>(cloth, prepared_, body_.faces(), scenes_);
     }
     std::vector<CudaSceneRule<T>> rules;
     for (const ClothVariation& v : variations) {
@@ -195,6 +199,9 @@ class CudaBackend final : public ClothSolver::Backend {
         launch_candidates(frame.body, frame.body_rule, particles, x_.data(), velocity_.data(),
                           frame.air, frame.gravity, static_cast<T>(options_.time_step),
                           outlook_.data(), candidates_.data());
+        if (features_ != nullptr) {
+          features_->begin_frame(body_, frame, x_.data(), velocity_.data());
+        }
         ATELIER_CUDA_CHECK(
             cudaMemsetAsync(touch_counts_.data(), 0, touch_counts_.size() * sizeof(int)));
       }
@@ -248,6 +255,9 @@ class CudaBackend final : public ClothSolver::Backend {
     bad_.upload(&kNobody, 1);
     if (self_ != nullptr) {
       self_->reset();
+    }
+    if (features_ != nullptr) {
+      features_->reset();
     }
   }
 
@@ -348,6 +358,9 @@ class CudaBackend final : public ClothSolver::Backend {
       f.touched = touched_.data();
       f.touch_counts = touch_counts_.data();
       f.touch_items = touch_items_.data();
+      if (features_ != nullptr) {
+        features_->describe(f);
+      }
     }
     f.arrived = arrived_.data();
     f.bad = bad_.data();
@@ -418,7 +431,8 @@ class CudaBackend final : public ClothSolver::Backend {
   bool use_air_ = false;
   CudaEvent before_, after_;
   std::unique_ptr<CudaLaunch<T>> launch_;
-  std::unique_ptr<CudaSelf<T>> self_;  ///< null: no contact with itself
+  std::unique_ptr<CudaSelf<T>> self_;          ///< null: no contact with itself
+  std::unique_ptr<CudaFeatures<T>> features_;  ///< null: no body, or its faces alone
 };
 
 }  // namespace

@@ -204,9 +204,9 @@ TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
   }
 }
 
-// Only vertices of the cloth meet the body. An edge of length l dips by l^2 / 8r below a body of
-// radius r, which the thickness has to make up for: here by 0.5 mm, where the sheets above dip by
-// their whole thickness and are pierced by what is between their vertices.
+// Only vertices of the cloth meet what is smooth of the body. An edge of length l dips by l^2 / 8r
+// below a body of radius r, which the thickness has to make up for: here by 0.5 mm, where the
+// sheets above dip by their whole thickness and are pierced by what is between their vertices.
 TEST(ContactGuard, WhereEdgesAreShortForTheBodysCurvatureNothingIsPierced) {
   const Mesh ball = fixtures::sphere(0.2, 24, 48);
   const Cloth cloth = make_cloth(sheet_at(20, 0.4, 0.205));
