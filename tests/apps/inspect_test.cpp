@@ -259,8 +259,11 @@ TEST_F(Inspect, ShowsFilesOfMakeHumanAndOfCaptures) {
               HasSubstr("MakeHuman garment"));
   EXPECT_THAT(run({"inspect", (corpus / "target/small.target").string()}).out,
               HasSubstr("vertices moved"));
-  EXPECT_THAT(run({"inspect", (corpus / "easymocap/small.yml").string()}).out,
-              HasSubstr("OpenCV's YAML"));
+  std::ofstream(root_ / "intri.yml")
+      << "%YAML:1.0\n---\nK_1: !!opencv-matrix\n   rows: 1\n   cols: 2\n   dt: d\n"
+         "   data: [ 900., 0. ]\n";
+  EXPECT_THAT(run({"inspect", (root_ / "intri.yml").string()}).out,
+              AllOf(HasSubstr("OpenCV's YAML"), HasSubstr("K_1             float64 [1,2]")));
   std::filesystem::copy_file(corpus / "colmap_matrix/small.bin", root_ / "a.png.geometric.bin");
   EXPECT_THAT(run({"inspect", (root_ / "a.png.geometric.bin").string()}).out,
               HasSubstr("COLMAP's matrix"));
