@@ -144,7 +144,7 @@ void inspect_json_lines(const std::filesystem::path& path, Inspection& inspectio
   const std::string text = read_file_text(path, Limits{}.text_file_bytes);
   std::int64_t lines = 0;
   std::size_t at = 0;
-  for (std::size_t end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
+  for (std::size_t end = 0; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
     ++lines;
     parse_json(std::string_view(text).substr(at, end - at),
                path.string() + ": line " + std::to_string(lines));

@@ -30,8 +30,8 @@ std::string worker_refusal(const std::function<std::vector<std::byte>()>& work,
   return "";
 }
 
-// A sanitizer takes the signal, and memory that is refused, itself: it reports, and the process
-// exits.
+// AddressSanitizer takes the signal, and memory that is refused, itself: it reports, and the
+// process exits.
 #if defined(__SANITIZE_ADDRESS__)
 constexpr const char* kDied = "x.h5: the process that read it failed";
 constexpr const char* kTooMuch = kDied;
