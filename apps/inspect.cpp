@@ -21,20 +21,69 @@ struct Kind {
 };
 
 constexpr Kind kKinds[] = {
-    {".obj", inspect_mesh},    {".ply", inspect_mesh},
-    {".glb", inspect_scene},   {".gltf", inspect_scene},
-    {".fbx", inspect_scene},   {".npz", inspect_npz},
-    {".npy", inspect_npy},     {".png", inspect_image},
-    {".jpg", inspect_image},   {".jpeg", inspect_image},
-    {".tif", inspect_image},   {".tiff", inspect_image},
-    {".webp", inspect_image},  {".bmp", inspect_image},
-    {".avif", inspect_image},  {".safetensors", inspect_safetensors},
-    {".h5", inspect_hdf5},     {".hdf5", inspect_hdf5},
-    {".json", inspect_json},   {".toml", inspect_toml},
-#ifdef ATELIER_HAS_BODYMODEL
-    {".bvh", inspect_motion},  {".amc", inspect_motion},
-    {".trc", inspect_markers}, {".c3d", inspect_markers},
+    {".obj", inspect_mesh},
+    {".ply", inspect_mesh},
+    {".glb", inspect_scene},
+    {".gltf", inspect_scene},
+    {".fbx", inspect_scene},
+    {".usda", inspect_usda},
+    {".npz", inspect_npz},
+    {".npy", inspect_npy},
+    {".png", inspect_image},
+    {".jpg", inspect_image},
+    {".jpeg", inspect_image},
+    {".tif", inspect_image},
+    {".tiff", inspect_image},
+    {".webp", inspect_image},
+    {".bmp", inspect_image},
+    {".avif", inspect_image},
+    {".svg", inspect_svg},
+    {".dxf", inspect_dxf},
+    {".safetensors", inspect_safetensors},
+    {".h5", inspect_hdf5},
+    {".hdf5", inspect_hdf5},
+    {".smc", inspect_hdf5},  // DNA-Rendering's
+    {".json", inspect_json},
+    {".jsonl", inspect_json_lines},
+    {".toml", inspect_toml},
+    {".csv", inspect_table},
+    {".html", inspect_page},
+    {".zip", inspect_zip},
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+    {".mp4", inspect_video},
+    {".mov", inspect_video},
+    {".avi", inspect_video},
+    {".mkv", inspect_video},
+    {".yml", inspect_yaml},
+    {".yaml", inspect_yaml},
+    {".txt", inspect_colmap_text},
+    {".bin", inspect_colmap_binary},
 #endif
+#ifdef ATELIER_HAS_BODYMODEL
+    {".bvh", inspect_motion},
+    {".amc", inspect_motion},
+    {".trc", inspect_markers},
+    {".c3d", inspect_markers},
+    {".target", inspect_target},
+    {".mhclo", inspect_mhclo},
+    {".mhskel", inspect_json},
+    {".mhw", inspect_json},
+#endif
+};
+
+/// Kinds that are known and not shown, and what to do instead.
+struct Refused {
+  const char* extension;
+  const char* found;
+  const char* expected;
+};
+
+constexpr Refused kRefused[] = {
+    {".pkl", "a Python pickle, which runs code when it is read", "its numbers as .npz"},
+    {".pt", "a file of torch, which runs code when it is read", "its tensors as .safetensors"},
+    {".pth", "a file of torch, which runs code when it is read", "its tensors as .safetensors"},
+    {".onnx", "a network, which only detect opens", "atelier detect CAPTURE --model FILE.onnx"},
+    {".asf", "an Acclaim skeleton, which is read with its motion", "the .amc beside it"},
 };
 
 std::uintmax_t size_of(const std::filesystem::path& path) {
@@ -72,6 +121,11 @@ Inspection inspect(const std::filesystem::path& path) {
     }
     known += (known.empty() ? "" : ", ") + std::string(kind.extension);
   }
+  for (const Refused& kind : kRefused) {
+    if (extension == kind.extension) {
+      throw DataError(path.string(), "", kind.found, kind.expected);
+    }
+  }
   throw DataError(path.string(), "", "a kind of file that is not known", "one of " + known);
 }
 
@@ -90,9 +144,10 @@ int run(const std::string& file, bool as_json) {
 Action add_inspect(CLI::App& parser) {
   auto file = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  add_option(parser, "FILE", *file,
-             "Mesh, image, npy, npz, safetensors, HDF5, JSON, TOML, body, motion, or a folder of a "
-             "result, sequence, capture or meshes")
+  add_option(
+      parser, "FILE", *file,
+      "Mesh, image, video, drawing, npy, npz, safetensors, HDF5, JSON, TOML, body, motion, or "
+      "a folder of a result, sequence, capture or meshes")
       .required();
   add_flag(parser, "--json", *json, "For machines");
   return [file, json] { return run(*file, *json); };

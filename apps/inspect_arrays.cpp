@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <fstream>
 
 #include "apps/inspection.h"
@@ -8,6 +9,7 @@
 #include "core/io/npy.h"
 #include "core/io/npz.h"
 #include "core/io/safetensors.h"
+#include "core/io/zip_archive.h"
 #include "core/regular_file.h"
 
 namespace atelier {
@@ -56,6 +58,17 @@ void inspect_npz(const std::filesystem::path& path, Inspection& inspection) {
 #ifdef ATELIER_HAS_BODYMODEL
   inspect_person(path, inspection);
 #endif
+}
+
+void inspect_zip(const std::filesystem::path& path, Inspection& inspection) {
+  const ZipArchive zip(path);
+  inspection.add("kind", "zip");
+  inspection.add("files", std::count_if(zip.names().begin(), zip.names().end(),
+                                        [](const auto& name) { return !name.ends_with('/'); }));
+  if (!zip.names().empty()) {
+    inspection.add("first", zip.names().front());
+    inspection.add("last", zip.names().back());
+  }
 }
 
 void inspect_safetensors(const std::filesystem::path& path, Inspection& inspection) {

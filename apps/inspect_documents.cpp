@@ -58,6 +58,40 @@ void inspect_manifest(const std::filesystem::path& path, Inspection& inspection)
   inspection.findings = check_outputs(folder, manifest, Check::Digests);
 }
 
+/// What documents of ours and of others have that no other has; the first that fits tells the kind.
+struct DocumentMark {
+  std::vector<const char*> keys;  ///< of the outermost object
+  const char* kind;
+};
+
+std::string kind_of(const nlohmann::json& json) {
+  static const std::vector<DocumentMark> marks = {
+      {{"cameras", "pixel_origin"}, "cameras of a capture"},
+      {{"capture", "stages", "started"}, "account of a run"},
+      {{"pattern", "properties"}, "sewing pattern, Garment-Pattern-Generator"},
+      {{"people", "version"}, "keypoints in a picture, OpenPose"},
+      {{"annots"}, "keypoints in a picture, EasyMocap"},
+      {{"calibDataSource", "cameras"}, "cameras, Panoptic"},
+      {{"intrinsics", "extrinsics"}, "cameras, Human3.6M"},
+      {{"KRT"}, "cameras, Goliath"},
+      {{"bodies"}, "keypoints in space, Panoptic"},
+      {{"frames", "camera_model"}, "cameras, nerfstudio"},
+      {{"frames", "camera_angle_x"}, "cameras, NeRF"},
+      {{"bones", "joints"}, "rig, MakeHuman"},
+      {{"weights", "version"}, "weights of a rig, MakeHuman"},
+      {{"asset", "scenes"}, "scene, glTF; .gltf is its extension"},
+      {{"seams"}, "seams, for flatten"},
+      {{"panels"}, "panels, for flatten"},
+  };
+  for (const DocumentMark& mark : marks) {
+    if (json.is_object() && std::all_of(mark.keys.begin(), mark.keys.end(),
+                                        [&](const char* key) { return json.contains(key); })) {
+      return std::string(mark.kind) + " (JSON)";
+    }
+  }
+  return std::string("JSON, ") + json.type_name();
+}
+
 }  // namespace
 
 void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
@@ -67,7 +101,7 @@ void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
     inspect_manifest(path, inspection);
     return;
   }
-  inspection.add("kind", std::string("JSON, ") + json.type_name());
+  inspection.add("kind", kind_of(json));
   if (json.is_object() && json.contains("schema") && json["schema"].is_string()) {
     inspection.add("schema", json["schema"].get<std::string>());
   }
@@ -151,6 +185,11 @@ void inspect_folder(const std::filesystem::path& path, Inspection& inspection) {
   if (error) {
     throw EnvironmentError(path.string(), system_reason(error.value()));
   }
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  if (inspect_capture_folder(path, inspection)) {
+    return;
+  }
+#endif
   throw DataError(path.string(), "", "a folder of none of these",
                   "a result, a sequence, a capture or meshes that are numbered; atelier status "
                   "shows what a workspace holds");

@@ -5,11 +5,14 @@
 #include "apps/inspection.h"
 #include "bodymodel/body_archive.h"
 #include "bodymodel/body_file.h"
+#include "bodymodel/makehuman_target.h"
+#include "bodymodel/mhclo.h"
 #include "bodymodel/motion_c3d.h"
 #include "bodymodel/motion_file.h"
 #include "bodymodel/motion_trc.h"
 #include "core/io/lower_extension.h"
 #include "core/io/npz.h"
+#include "core/limits.h"
 
 namespace atelier {
 namespace {
@@ -60,6 +63,24 @@ void inspect_markers(const std::filesystem::path& path, Inspection& inspection) 
                           {{"seen", std::count_if(clip.seen.begin(), clip.seen.end(),
                                                   [m](const auto& row) { return row[m]; })}});
   }
+}
+
+// The base mesh is not at hand, which would say how many vertices there are to name.
+void inspect_target(const std::filesystem::path& path, Inspection& inspection) {
+  const Blendshape target = read_target(path, static_cast<Index>(Limits{}.mesh_vertices));
+  inspection.add("kind", "MakeHuman target");
+  inspection.add("vertices moved", target.vertices.size());
+  inspection.add("farthest",
+                 target.offsets.rows() > 0 ? target.offsets.rowwise().norm().maxCoeff() : 0.0, "m");
+}
+
+void inspect_mhclo(const std::filesystem::path& path, Inspection& inspection) {
+  const Mhclo garment = read_mhclo(path, static_cast<Index>(Limits{}.mesh_vertices));
+  inspection.add("kind", "MakeHuman garment");
+  inspection.add("name", garment.name);
+  inspection.add("mesh", garment.obj_file);
+  inspection.add("vertices", garment.vertices.size());
+  inspection.add("body vertices hidden", garment.deleted.size());
 }
 
 void inspect_person(const std::filesystem::path& path, Inspection& inspection) {

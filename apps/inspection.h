@@ -51,7 +51,23 @@ void inspect_safetensors(const std::filesystem::path& path, Inspection& inspecti
 void inspect_hdf5(const std::filesystem::path& path, Inspection& inspection);
 void inspect_json(const std::filesystem::path& path, Inspection& inspection);
 void inspect_toml(const std::filesystem::path& path, Inspection& inspection);
+void inspect_zip(const std::filesystem::path& path, Inspection& inspection);
+void inspect_svg(const std::filesystem::path& path, Inspection& inspection);
+void inspect_dxf(const std::filesystem::path& path, Inspection& inspection);
+void inspect_usda(const std::filesystem::path& path, Inspection& inspection);
+void inspect_page(const std::filesystem::path& path, Inspection& inspection);        // HTML
+void inspect_table(const std::filesystem::path& path, Inspection& inspection);       // CSV
+void inspect_json_lines(const std::filesystem::path& path, Inspection& inspection);  // JSON Lines
 void inspect_folder(const std::filesystem::path& path, Inspection& inspection);
+// With capture_layouts.
+void inspect_video(const std::filesystem::path& path, Inspection& inspection);
+void inspect_yaml(const std::filesystem::path& path, Inspection& inspection);  // OpenCV's
+void inspect_colmap_text(const std::filesystem::path& path, Inspection& inspection);
+void inspect_colmap_binary(const std::filesystem::path& path, Inspection& inspection);
+/// A capture in the layout of another program; false, and nothing added, where it is none.
+bool inspect_capture_folder(const std::filesystem::path& path, Inspection& inspection);
+void inspect_target(const std::filesystem::path& path, Inspection& inspection);   // with bodymodel
+void inspect_mhclo(const std::filesystem::path& path, Inspection& inspection);    // with bodymodel
 void inspect_motion(const std::filesystem::path& path, Inspection& inspection);   // with bodymodel
 void inspect_markers(const std::filesystem::path& path, Inspection& inspection);  // with bodymodel
 /// What a body or motion of ours or of the SMPL family adds to its arrays; nothing for another npz.

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <tuple>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -180,6 +182,112 @@ TEST_F(Inspect, ADamagedVideoIsOneLine) {
                  kExitBadData, "cam0.mp4");
 }
 #endif
+
+TEST_F(Inspect, SaysWhatTextsOfOtherProgramsAre) {
+  const auto said = [&](const char* name, const std::string& text) {
+    std::ofstream(root_ / name, std::ios::binary) << text;
+    const ChildResult result = run({"inspect", (root_ / name).string()});
+    EXPECT_EQ(result.exit_code, 0) << name << ": " << result.err;
+    return result.out;
+  };
+  EXPECT_THAT(said("a.svg",
+                   "<?xml version=\"1.0\"?>\n<svg xmlns=\"x\" width=\"210mm\" "
+                   "height=\"297mm\"><path/></svg>"),
+              AllOf(HasSubstr("drawing, SVG"), HasSubstr("210mm"), HasSubstr("297mm")));
+  EXPECT_THAT(said("a.dxf", "999\r\nmade by us\r\n  0\r\nSECTION\r\n  2\r\nHEADER\r\n"),
+              HasSubstr("drawing, DXF"));
+  EXPECT_THAT(said("a.usda",
+                   "#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = \"Y\"\n"
+                   "    endTimeCode = 5\n)\n\ndef Xform \"root\"\n{\n}\n"),
+              AllOf(HasSubstr("metres per unit   1\n"), HasSubstr("up axis           Y\n"),
+                    HasSubstr("last frame        5\n")));
+  EXPECT_THAT(said("bare.usda", "#usda 1.0\n"), HasSubstr("0.01: the file does not say"));
+  EXPECT_THAT(said("a.html", "<!doctype html>\n<title>A report</title>"),
+              AllOf(HasSubstr("page, HTML"), HasSubstr("A report")));
+  EXPECT_THAT(said("a.csv", "frame,depth\r\n0,1\r\n1,2\r\n\r\n"),
+              AllOf(HasSubstr("rows              2\n"), HasSubstr("frame depth")));
+  EXPECT_THAT(said("a.jsonl", "{\"frame\": 1}\n{\"frame\": 2}\n{\"fra"),
+              AllOf(HasSubstr("lines             2\n"), HasSubstr("torn-line")));
+}
+
+TEST_F(Inspect, TextsThatAreNotWhatTheirNamesSayAreRefused) {
+  for (const auto& [name, text, word] : {std::tuple{"a.svg", "%PDF-1.4", "%PDF-1.4"},
+                                         {"empty.svg", "", "an empty file"},
+                                         {"a.dxf", "AutoCAD Binary DXF", "SECTION"},
+                                         {"comment.dxf", "999", "SECTION"},
+                                         {"a.usda", "PXR-USDC", "#usda 1.0"},
+                                         {"a.html", "<svg/>", "doctype"},
+                                         {"a.csv", "\n1,2\n", "columns"},
+                                         {"a.jsonl", "{\"frame\": \n", "line 1"},
+                                         {"a.zip", "PK", "zip"},
+                                         {"a.pkl", "x", "pickle"},
+                                         {"a.pt", "x", "torch"},
+                                         {"a.onnx", "x", "detect"},
+                                         {"a.asf", ":version 1.10", ".amc"},
+                                         {"notes.txt", "x", "capture's folder"},
+                                         {"a.bin", "x", "capture's folder"},
+                                         {"a.yml", "a: 1\n", "%YAML"},
+                                         {"a.mp4", "x", "a.mp4"},
+                                         {"a.target", "0 1 2\n", "line 1"},
+                                         {"a.mhclo", "name tee\n", "a.mhclo"},
+                                         {"a.xyz", "x", "not known"}}) {
+    std::ofstream(root_ / name, std::ios::binary) << text;
+    SCOPED_TRACE(name);
+    expect_refusal(run({"inspect", (root_ / name).string()}), kExitBadData, word);
+  }
+}
+
+TEST_F(Inspect, SaysWhatDocumentsOfJsonHold) {
+  const std::filesystem::path corpus = source_directory() / "fuzz/corpus";
+  for (const auto& [file, kind] : {std::pair{"cameras/small.json", "cameras of a capture"},
+                                   {"pattern/small.json", "sewing pattern"},
+                                   {"openpose/small.json", "OpenPose"},
+                                   {"easymocap_annotation/small.json", "EasyMocap"},
+                                   {"goliath/small.json", "Goliath"},
+                                   {"panoptic/small.json", "cameras, Panoptic"},
+                                   {"human36m/small.json", "Human3.6M"},
+                                   {"nerfstudio/small.json", "nerfstudio"},
+                                   {"rig/small.json", "rig, MakeHuman"},
+                                   {"run_account/small.json", "account of a run"}}) {
+    EXPECT_THAT(run({"inspect", (corpus / file).string()}).out, HasSubstr(kind)) << file;
+  }
+}
+
+TEST_F(Inspect, ShowsFilesOfMakeHumanAndOfCaptures) {
+  const std::filesystem::path corpus = source_directory() / "fuzz/corpus";
+  EXPECT_THAT(run({"inspect", (corpus / "mhclo/small.mhclo").string()}).out,
+              HasSubstr("MakeHuman garment"));
+  EXPECT_THAT(run({"inspect", (corpus / "target/small.target").string()}).out,
+              HasSubstr("vertices moved"));
+  std::ofstream(root_ / "intri.yml")
+      << "%YAML:1.0\n---\nK_1: !!opencv-matrix\n   rows: 1\n   cols: 2\n   dt: d\n"
+         "   data: [ 900., 0. ]\n";
+  EXPECT_THAT(run({"inspect", (root_ / "intri.yml").string()}).out,
+              AllOf(HasSubstr("OpenCV's YAML"), HasSubstr("K_1             float64 [1,2]")));
+  std::filesystem::copy_file(corpus / "colmap_matrix/small.bin", root_ / "a.png.geometric.bin");
+  EXPECT_THAT(run({"inspect", (root_ / "a.png.geometric.bin").string()}).out,
+              HasSubstr("COLMAP's matrix"));
+  std::ofstream(root_ / "cameras.txt") << "1 PINHOLE 640 480 500 500 320 240\n";
+  EXPECT_THAT(run({"inspect", (root_ / "cameras.txt").string()}).out,
+              AllOf(HasSubstr("cameras, COLMAP"), HasSubstr("width 640")));
+}
+
+TEST_F(Inspect, EveryFileOfTheCorpusIsDescribedOrRefusedInOneLine) {
+  int described = 0;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(source_directory() / "fuzz/corpus")) {
+    if (!entry.is_regular_file() || !entry.path().filename().string().starts_with("small.")) {
+      continue;
+    }
+    SCOPED_TRACE(entry.path());
+    const ChildResult result = run({"inspect", entry.path().string()});
+    EXPECT_TRUE(result.exit_code == 0 || result.exit_code == kExitBadData) << result.exit_code;
+    EXPECT_LE(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_NE(result.out.empty(), result.err.empty()) << result.out << result.err;
+    described += result.out.empty() ? 0 : 1;
+  }
+  EXPECT_GT(described, 50);
+}
 
 TEST_F(Inspect, FindsWhatIsDamaged) {
   write_boxes(input(), 1);
