@@ -46,8 +46,9 @@ std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& repor
   if (const FrameReport& r = worst(&FrameReport::body_crossings); r.body_crossings > 0) {
     std::snprintf(
         text, sizeof text,
-        "warning: %d edges of cloth and body pierce the other (frame %lld), as of what "
-        "is smooth the body meets vertices alone: a finer garment, or more --xpbd.thickness",
+        "warning: %d edges of cloth and body pierce the other (frame %lld), as the body "
+        "meets vertices alone: a finer garment, more --xpbd.thickness, or --xpbd.body-edges true "
+        "for what is sharp",
         r.body_crossings, static_cast<long long>(r.frame));
     doubts.emplace_back(text);
   }

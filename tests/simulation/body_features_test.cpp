@@ -65,6 +65,12 @@ struct Pushed {
   Points end;
 };
 
+XpbdOptions with_edges() {
+  XpbdOptions options;
+  options.body_edges = true;
+  return options;
+}
+
 /// How a body moves: by `step` in each of so many frames, then it rests.
 struct BodyWay {
   Eigen::RowVector3d step{0, 0.002, 0};
@@ -105,16 +111,14 @@ void expect_not_pierced(const Mesh& body, const Garment& garment, bool pinned, c
                         double most_strain) {
   for (Device device : fixtures::devices()) {
     for (bool self : {false, true}) {
-      XpbdOptions options;
+      XpbdOptions options = with_edges();
       options.self_contact = self;
       const Pushed course = push_body(body, garment, pinned, way, options, device);
       EXPECT_EQ(course.most_pierced, 0) << self;
       EXPECT_LT(course.deepest, 1e-4) << self;
       EXPECT_LT(course.most_strain, most_strain) << self;
     }
-    XpbdOptions without;
-    without.body_edges = false;
-    EXPECT_GT(push_body(body, garment, pinned, way, without, device).most_pierced, 0);
+    EXPECT_GT(push_body(body, garment, pinned, way, {}, device).most_pierced, 0);
   }
 }
 
@@ -160,7 +164,7 @@ TEST(BodyFeatures, FrictionOnAnEdgeTakesTheClothAlong) {
           garment.mesh.vertices,
           [](double x, double, double) { return std::abs(x - 0.013) > 0.199; });
       const Cloth cloth = make_cloth(garment, sides);
-      ClothSolver solver(cloth, body.faces, {}, device);
+      ClothSolver solver(cloth, body.faces, with_edges(), device);
       for (int i = 0; i < 60; ++i) {
         Control control;
         const auto at = [&](int frame) -> Points {
@@ -194,7 +198,7 @@ TEST(BodyFeatures, WhatHasComeThroughALittleIsTakenBackGently) {
   for (Device device : fixtures::devices()) {
     ASSERT_GT(count_crossings(garment.mesh.vertices, garment.mesh.faces, body.vertices, body.faces),
               0);
-    const Pushed course = push_body(body, garment, true, {{0, 0, 0}, 0, 30}, {}, device);
+    const Pushed course = push_body(body, garment, true, {{0, 0, 0}, 0, 30}, with_edges(), device);
     EXPECT_EQ(course.last_pierced, 0);
     EXPECT_LT(course.most_strain, 0.15);
   }
@@ -230,7 +234,8 @@ TEST(BodyFeatures, GiveTheSameBitsOnAnyNumberOfThreads) {
     Points reference;
     for (int threads : {0, 1, 3}) {
       set_thread_count(threads);
-      const Points end = push_body(bar_at(0.02, 0.6, -0.01), garment, true, {}, {}, device).end;
+      const Points end =
+          push_body(bar_at(0.02, 0.6, -0.01), garment, true, {}, with_edges(), device).end;
       reference = reference.rows() == 0 ? end : reference;
       EXPECT_EQ(end, reference) << threads;
     }
@@ -245,7 +250,7 @@ TEST(BodyFeatures, TwinsAgree) {
   for (const char* precision : {"float", "double"}) {
     for (bool self : {false, true}) {
       for (const char* barrier : {"auto", "block", "grid", "graph"}) {
-        XpbdOptions options;
+        XpbdOptions options = with_edges();
         options.precision = precision;
         options.self_contact = self;
         options.iterations = 2;
@@ -277,7 +282,8 @@ TEST(BodyFeatures, SliversRimsAndThreeFacesOnAnEdgeAreNoFeaturesThatHarm) {
   body.vertices = points;
   body.faces = more;
   for (Device device : fixtures::devices()) {
-    const Pushed course = push_body(body, coarse_sheet(8, 0.4, 0.013), true, {}, {}, device);
+    const Pushed course =
+        push_body(body, coarse_sheet(8, 0.4, 0.013), true, {}, with_edges(), device);
     EXPECT_TRUE(course.end.allFinite());
     EXPECT_LT(course.most_strain, 0.3);
   }
@@ -287,7 +293,7 @@ TEST(BodyFeatures, ABodyThatIsNotFiniteOrTeleportsIsRefused) {
   const Mesh body = bar_at(0.02, 0.6, -0.01);
   const Cloth cloth = make_cloth(coarse_sheet(8, 0.4, 0.013));
   for (Device device : fixtures::devices()) {
-    ClothSolver solver(cloth, body.faces, {}, device);
+    ClothSolver solver(cloth, body.faces, with_edges(), device);
     Control control;
     control.body_start = body.vertices;
     control.body_end = body.vertices;
@@ -307,8 +313,8 @@ TEST(BodyFeatures, ABodyThatIsNotThereIsNone) {
   const Mesh body = bar_at(0.02, 0.6, -0.01);
   const Cloth cloth = make_cloth(coarse_sheet(8, 0.4, 0.013), {0});
   for (Device device : fixtures::devices()) {
-    ClothSolver solver(cloth, body.faces, {}, device);
-    ClothSolver alone(cloth, {}, {}, device);
+    ClothSolver solver(cloth, body.faces, with_edges(), device);
+    ClothSolver alone(cloth, {}, with_edges(), device);
     for (int i = 0; i < 3; ++i) {  // its faces are known, its vertices are not
       solver.advance({});
       alone.advance({});
