@@ -37,7 +37,8 @@ OptionTable describe(TrainOptions& options) {
   table.add("view_dependent", options.view_dependent, "The branch that sees the camera");
   table.add("shadow", options.shadow, "The shadow network");
   table.add("pixel_bias", options.pixel_bias, "A bias for each texel instead of each channel");
-  table.add("half", options.half, "Convolutions in bfloat16: faster on a GPU, slower elsewhere");
+  table.add("half", options.half,
+            "Convolutions in bfloat16: half the memory, not faster where measured");
   table.add("checkpoint_every", options.checkpoint_every, 1, 1'000'000, "", "Steps between saves")
       .not_keyed();
   table.add("seed", options.seed, 0, 1e15, "", "Of the first weights and the order of views");

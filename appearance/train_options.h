@@ -26,7 +26,7 @@ struct TrainOptions {
   bool view_dependent = true;
   bool shadow = true;
   bool pixel_bias = false;
-  bool half = false;           ///< convolutions in bfloat16: faster on a GPU, slower elsewhere
+  bool half = false;           ///< convolutions in bfloat16: half the memory, slower (H100)
   int checkpoint_every = 100;  ///< iterations, 1..1,000,000; does not change the result
   std::int64_t seed = 0;
 };

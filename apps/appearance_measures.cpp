@@ -323,6 +323,10 @@ Compared compare_all(const fs::path& result, const Scenes& scenes, bool own_is_t
     const fs::path file = result / worn.subject.names[s] / "model.safetensors";
     const Safetensors found = read_safetensors(file);
     const AppearanceModel model = appearance_model_of(found.tensors, found.metadata, file.string());
+    if (model.faces != worn.templates[s].faces) {
+      throw DataError(file.string(), "", "a network of a garment with other triangles",
+                      "networks of the capture that --truth names");
+    }
     resolution = model.options.resolution;
     Drawn garment;
     DrawnSurface surface;

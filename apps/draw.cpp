@@ -23,6 +23,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
+#include "core/io/lower_extension.h"
 #include "core/new_folders.h"
 #include "core/render/framing.h"
 #include "core/render/video.h"
@@ -88,6 +89,10 @@ void add_layer(Cast& cast, const std::string& name, const fs::path& sequence,
   layer.name = name;
   const fs::path model = networks / name / "model.safetensors";
   layer.model = fs::exists(model) ? model.string() : "";
+  // A body is grey without its network, which is made on demand; a garment has one.
+  if (layer.model.empty() && name != "body") {
+    throw DataError(model.string(), "", "no network", "the one that 'atelier appearance' makes");
+  }
   const MeshSequenceFile read = read_mesh_sequence(sequence, false);
   layer.faces = read.shared.faces;  // a folder of meshes has them in each, read.sequence none
   cast.sequences.push_back(read.sequence);
@@ -202,7 +207,13 @@ int run(const DrawArguments& arguments, const DrawOptions& options) {
   if (options.paint.background.size() != 3) {
     throw UsageError("--background takes three numbers, as in [0.9, 0.9, 0.9]");
   }
-  const bool video = fs::path(arguments.out).extension() == ".mp4";
+  const std::string extension = lower_extension(arguments.out);
+  const bool video = extension == ".mp4";
+  static const std::set<std::string> other_kinds = {".avi", ".gif", ".jpg", ".m4v",
+                                                    ".mkv", ".mov", ".png", ".webm"};
+  if (other_kinds.contains(extension)) {
+    throw UsageError("--out takes a folder or a video .mp4, not '" + extension + "'");
+  }
   if (video && options.paint.alpha) {
     throw UsageError("a video has no fourth channel: leave out --alpha, or name a folder");
   }

@@ -242,6 +242,11 @@ void StageConsole::show_report(const StageReport& report) {
       }
       break;
     case StageReport::End::Stopped:
+      if (report.frames_total == 0 && std::filesystem::exists(report.plan.staging_folder)) {
+        std::cout << stage_.name << " stopped: what it had saved is kept; the same command goes on "
+                  << "from there\n";
+        return;
+      }
       if (report.frames_total == 0) {
         std::cout << stage_.name << " stopped before its work began; nothing was changed\n";
         return;

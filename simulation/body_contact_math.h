@@ -144,17 +144,23 @@ ATELIER_HOST_DEVICE inline bool touch_choice(BodyParticle<T>& p, const BodyView<
   return touch.valid;
 }
 
-/// What a particle meets where the touch before moved it to. How much the two surfaces face each
-/// other: 0 not at all, 1 straight; below 0 where it meets nothing more.
+constexpr double kClosing = 1e-6;  ///< m a substep, by which surfaces close on a particle at least
+
+/// What came of touch_again.
+enum class SecondTouch { Nothing, Touches, Closing };
+
+/// What a particle meets where the touch before moved it to. `Closing`: the two surfaces face each
+/// other and come nearer to each other in the substep.
 template <class T>
-ATELIER_HOST_DEVICE inline T touch_again(BodyParticle<T>& p, const BodyView<T>& body, T t0, T t1,
-                                         BodyContactRule<T> rule, const FaceChoice<T>& choice) {
+ATELIER_HOST_DEVICE inline SecondTouch touch_again(BodyParticle<T>& p, const BodyView<T>& body,
+                                                   T t0, T t1, BodyContactRule<T> rule,
+                                                   const FaceChoice<T>& choice) {
   const BodyTouch<T> touch =
       choice.first.time <= T(1)
           ? touch_passed(body, choice.first, xyz(p.x), xyz(p.start), t0, t1)
           : touch_nearest(body, choice.nearest, xyz(p.x), xyz(p.start), t0, t1, rule.thickness);
   if (!touch.valid) {
-    return T(-1);
+    return SecondTouch::Nothing;
   }
   // Between two surfaces that face each other there may be no room for both distances: the
   // particle goes where it is as far from the one as from the other.
@@ -162,8 +168,11 @@ ATELIER_HOST_DEVICE inline T touch_again(BodyParticle<T>& p, const BodyView<T>& 
   const T wanted = (rule.thickness - touch.distance) / (T(1) + against);
   rule.thickness = touch.distance + wanted;
   resolve_touch(p, touch, rule, false);
+  const bool closing =
+      against > T(0.2) && dot(p.moved, p.touched) + dot(touch.moved, touch.normal) > T(kClosing);
   p.touched = touch.normal;
-  return against;
+
+  return closing ? SecondTouch::Closing : SecondTouch::Touches;
 }
 
 /// Faces that a particle may meet during a frame, at most.
@@ -174,10 +183,8 @@ constexpr int kSearchDeep = -2;  ///< it starts inside: ask the tree as deep as 
 /// and looks at it from its front: ask for the way out.
 constexpr int kSearchBuried = -3;
 
-/// It met two surfaces that face each other by more than kFacing, in one of which it may lie by
-/// now: as kSearchDeep.
+/// Two surfaces close on it, in one of which it may lie by now: as kSearchDeep.
 constexpr int kSearchPinched = -4;
-constexpr double kFacing = 0.2;
 
 /// What is known in a frame about what a particle may meet. `gap` and `from` are renewed whenever
 /// the candidates are looked at: who was found to be far from them is left alone for as long as it
@@ -348,7 +355,8 @@ ATELIER_HOST_DEVICE inline bool contact_by_candidates(BodyParticle<T>& p, const 
     look_out_again(outlook, choice.nearest, xyz(p.x), frame_start, flight, t1, rule);
     return false;
   }
-  if (touch_again(p, body, t0, t1, rule, choose(xyz(p.start), xyz(p.x), true)) > T(kFacing)) {
+  if (touch_again(p, body, t0, t1, rule, choose(xyz(p.start), xyz(p.x), true)) ==
+      SecondTouch::Closing) {
     outlook.count = kSearchPinched;
   }
   return true;
@@ -390,11 +398,11 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyVi
         return false;
       }
     } else {
-      const T facing = touch_again(p, body, t0, t1, rule, choice);
-      if (facing < T(0)) {
+      const SecondTouch second = touch_again(p, body, t0, t1, rule, choice);
+      if (second == SecondTouch::Nothing) {
         break;
       }
-      if (facing > T(kFacing) && !began_inside(outlook)) {
+      if (second == SecondTouch::Closing && !began_inside(outlook)) {
         outlook.count = kSearchPinched;
       }
     }

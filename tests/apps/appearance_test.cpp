@@ -536,6 +536,22 @@ TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
     differ += std::abs(plain.data[i] - own.data[i]);
   }
   EXPECT_LT(differ / static_cast<double>(plain.data.size()), 1);  // single precision of PLY
+  // Without its network a garment is not drawn grey, as a body is.
+  fs::remove(workspace / "appearance" / "current" / "dress" / "model.safetensors");
+  pictures = drawn("bare", {});
+  EXPECT_EQ(pictures.exit_code, 3);
+  EXPECT_THAT(pictures.err, HasSubstr("no network"));
+  EXPECT_FALSE(fs::exists(folder_ / "bare"));
+}
+
+TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
+  for (const char* name : {"p.avi", "p.gif", "p.png"}) {
+    const ChildResult refused = run_child(
+        {program_path(), "draw", (folder_ / "any").string(), "--out", (folder_ / name).string()});
+    EXPECT_EQ(refused.exit_code, 2) << name;
+    EXPECT_THAT(refused.err, HasSubstr("a folder or a video .mp4"));
+    EXPECT_FALSE(fs::exists(folder_ / name));
+  }
 }
 
 TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {
