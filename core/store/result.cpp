@@ -181,6 +181,17 @@ Manifest read_manifest(const std::filesystem::path& folder, std::string_view sta
   return manifest;
 }
 
+bool is_of_newer_program(const std::filesystem::path& folder, std::string_view stage) {
+  try {
+    read_manifest(folder, stage);
+  } catch (const NewerManifestError&) {
+    return true;
+  } catch (const DataError&) {
+  } catch (const EnvironmentError&) {
+  }
+  return false;
+}
+
 std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Manifest& manifest,
                                    Check check, const StageEvents& events) {
   std::map<std::string, struct stat> found = files_below(folder);

@@ -279,6 +279,9 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const St
 
 void judge_state(StagePlan& plan, bool force, const StageEvents& events) {
   plan.reasons.clear();
+  // Asked even where the key's own result is there: making that one current would set aside what a
+  // newer program wrote.
+  const std::optional<Manifest> before = current_manifest(plan);
   plan.frames_kept = 0;
   const bool there = link_kind(plan.result_folder) != std::filesystem::file_type::not_found;
   const std::string problem =
@@ -295,7 +298,7 @@ void judge_state(StagePlan& plan, bool force, const StageEvents& events) {
     plan.reasons.push_back("the result is damaged: " + problem);
   }
   if (!there) {
-    if (const auto before = current_manifest(plan)) {
+    if (before) {
       plan.reasons = request_changes(*before, plan.manifest);
     } else if (current_name(plan.stage_folder)) {
       plan.reasons.push_back("the current result is damaged");
