@@ -123,20 +123,20 @@ std::optional<std::vector<Consent>> consent_today(const std::filesystem::path& f
 /// "consent-changed" where the inputs state another consent today than the manifest.
 void check_consent_today(const std::filesystem::path& folder, const Manifest& manifest,
                          std::vector<Finding>& findings) {
-  const auto note = [&](const std::string& what) {
-    findings.push_back({Severity::Warning, "consent-changed", folder.string(), what,
-                        "run the stage again, which takes it over, or delete what was made from "
-                        "it"});
+  const auto note = [&](const std::string& what, const std::string& advice) {
+    findings.push_back({Severity::Warning, "consent-changed", folder.string(), what, advice});
   };
   try {
     const auto today = consent_today(folder, manifest);
     if (today && !std::is_permutation(today->begin(), today->end(), manifest.consent.begin(),
                                       manifest.consent.end())) {
       note("the consent has changed since: it was '" + to_string(manifest.consent) +
-           "', today it says '" + to_string(*today) + "'");
+               "', today it says '" + to_string(*today) + "'",
+           "run the stage again, which takes it over, or delete what was made from it");
     }
   } catch (const DataError& error) {
-    note(std::string("what the consent says today cannot be read: ") + error.what());
+    note(std::string("what the consent says today cannot be read: ") + error.what(),
+         "mend the file, which every run refuses as it is, or delete what was made from it");
   }
 }
 
