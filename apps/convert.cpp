@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -67,7 +68,24 @@ std::string attributes_without_place(const Mesh& mesh, const std::string& extens
   return all;
 }
 
-int run(const ConvertArguments& arguments, const ConvertOptions& options) {
+bool is_said(const OptionTable& table, const std::string& name) {
+  return std::any_of(table.fields.begin(), table.fields.end(), [&](const OptionField& field) {
+    return field.name == name && field.source != "default";
+  });
+}
+
+/// What counts of files that do not say is refused beside one that does: it would do nothing.
+void require_use(const OptionTable& table, const MeshConvention& said) {
+  if (said.metres_per_unit > 0 && is_said(table, "input.unit")) {
+    throw UsageError("--input.unit does nothing: IN says its unit; leave it out");
+  }
+  if (said.up != '\0' && is_said(table, "input.up")) {
+    throw UsageError("--input.up does nothing: IN says which axis is up; leave it out");
+  }
+}
+
+int run(const ConvertArguments& arguments, const OptionSet& set) {
+  const auto& options = options_of<ConvertOptions>(set);
   if (arguments.in.empty() || arguments.out.empty()) {
     throw UsageError("convert takes two files: atelier convert IN OUT");
   }
@@ -93,12 +111,13 @@ int run(const ConvertArguments& arguments, const ConvertOptions& options) {
   } else {
     file = read_mesh_file(arguments.in, options.input);
   }
+  require_use(set.table, file.said);
   write_mesh(arguments.out, mesh);
   std::cout << printable(arguments.out) << ": " << mesh.vertices.rows() << " vertices, "
             << mesh.faces.rows() << " faces, metres, Y up\n";
   if (const auto finding = unit_finding(file, arguments.in)) {
     std::cout << "  " << printable(to_string(*finding)) << "\n";
-  } else if (!(file.said.metres_per_unit > 0)) {
+  } else if (!(file.said.metres_per_unit > 0) && !is_said(set.table, "input.unit")) {
     std::cout << "  IN does not say its unit: --input.unit counts, metres unless it is given\n";
   }
   if (!left_out.empty()) {
@@ -124,7 +143,7 @@ Action add_convert(CLI::App& parser) {
   add_option(parser, "OUT", arguments->out, "Mesh to write: .obj, .ply, .glb; metres, Y up")
       .required();
   const OptionReader options = add_option_flags(parser, convert_options());
-  return [arguments, options] { return run(*arguments, options_of<ConvertOptions>(options())); };
+  return [arguments, options] { return run(*arguments, options()); };
 }
 
 }  // namespace atelier

@@ -18,6 +18,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
+#include "core/nearest_name.h"
 #include "core/normals.h"
 #include "core/tree.h"
 #include "registration/garment_pattern_json.h"
@@ -250,7 +251,8 @@ std::vector<std::pair<std::string, Label>> outfit_garments(const std::string& ga
       label = Label::Dress;
     } else if (!name.ends_with(".json") && !name.starts_with("mhclo:")) {
       throw DataError("", "garment", "'" + name + "'",
-                      "dress, tee, skirt, trousers, a pattern file (.json) or mhclo:FILE");
+                      "dress, tee, skirt, trousers, a pattern file (.json) or mhclo:FILE" +
+                          did_you_mean(name, {"dress", "tee", "skirt", "trousers"}));
     }
     result.emplace_back(name, label);
   }

@@ -322,6 +322,10 @@ std::vector<const StageStatus*> chosen_results(const std::vector<StageStatus>& a
     if (stage != kEveryStage && status.stage != stage) {
       continue;
     }
+    if (status.state == StageStatus::State::Newer) {
+      throw DataError(workspace, status.stage, "a result that a newer atelier wrote",
+                      "one that this atelier can read: export it with the newer one");
+    }
     if (status.state == StageStatus::State::Damaged) {
       throw DataError(workspace, status.stage, "a result that is damaged",
                       "a sound one: atelier status says what is damaged, atelier " + status.stage +

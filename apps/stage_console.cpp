@@ -1,5 +1,6 @@
 #include "apps/stage_console.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <ctime>
 #include <iostream>
@@ -67,6 +68,14 @@ std::vector<std::string> warnings_of(const StagePlan& plan) {
   std::vector<std::string> warnings =
       ended_consent(plan.manifest.consent, static_cast<double>(std::time(nullptr)));
   warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
+  return warnings;
+}
+
+/// The same, and what a finished result's manifest holds: what the stage found doubtful when it
+/// ran.
+std::vector<std::string> warnings_of(const StageReport& report) {
+  std::vector<std::string> warnings = warnings_of(report.plan);
+  warnings.insert(warnings.end(), report.manifest.warnings.begin(), report.manifest.warnings.end());
   return warnings;
 }
 
@@ -204,7 +213,7 @@ void StageConsole::show_report(const StageReport& report) {
                            {"frames_total", report.frames_total},
                            {"frames_kept", frames_kept(report)},
                            {"consent", consent_json(report.plan.manifest.consent)},
-                           {"warnings", warnings_of(report.plan)}};
+                           {"warnings", warnings_of(report)}};
     if (finished) {
       json["result"] = report.plan.result_folder.string();
       json["metrics"] = report.manifest.metrics;
@@ -261,6 +270,20 @@ void StageConsole::show_report(const StageReport& report) {
     }
   }
   show_consent(report.plan);
+  if (report.end == StageReport::End::AlreadyDone) {  // any other run has said them as they came
+    const std::vector<std::string>& warned = report.manifest.warnings;
+    const std::size_t shown_here = std::min<std::size_t>(warned.size(), 10);
+    for (std::size_t i = 0; i < shown_here; ++i) {
+      // Findings of files say themselves that they are warnings.
+      std::cout << (warned[i].starts_with("warning") ? "  " : "  warning: ") << printable(warned[i])
+                << "\n";
+    }
+    if (shown_here < warned.size()) {
+      std::cout << "  and "
+                << counted(static_cast<std::int64_t>(warned.size() - shown_here), "warning")
+                << " more, which --json says\n";
+    }
+  }
 }
 
 void StageConsole::show_error(const Failure& failure) {

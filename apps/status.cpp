@@ -30,6 +30,7 @@ nlohmann::json json_of(const StageStatus& status) {
                          {"running", status.running},
                          {"reasons", status.reasons},
                          {"older_results", status.older_results},
+                         {"older_kept", status.older_kept},
                          {"unlinked_results", status.unlinked_results}};
   json["unfinished"] = nlohmann::json::array();
   for (const UnfinishedWork& work : status.unfinished) {
@@ -78,9 +79,19 @@ void show(const StageStatus& status) {
     std::cout << "    unfinished: " << work.key16 << " with " << counted(work.frames, "frame")
               << "\n";
   }
-  if (status.older_results > 0) {
-    std::cout << "    " << counted(status.older_results, "older result") << "; atelier gc removes "
-              << (status.older_results == 1 ? "it" : "them") << "\n";
+  const std::int64_t removable = status.older_results - status.older_kept;
+  if (removable > 0) {
+    std::cout << "    " << counted(removable, "older result") << "; atelier gc removes "
+              << (removable == 1 ? "it" : "them") << "\n";
+  }
+  if (status.older_kept > 0) {
+    std::cout << "    " << counted(status.older_kept, "older result") << "; atelier gc leaves "
+              << (status.older_kept == 1 ? "it" : "them")
+              << (status.state == StageStatus::State::Newer
+                      ? " while the current one is a newer atelier's\n"
+                  : status.state == StageStatus::State::Damaged
+                      ? " while the current one is damaged\n"
+                      : ", which a newer atelier wrote\n");
   }
   if (status.unlinked_results > 0) {
     std::cout << "    " << unlinked_text(status.unlinked_results) << "\n";
@@ -97,6 +108,7 @@ int run(const StatusArguments& arguments) {
   nlohmann::json json = nlohmann::json::array();
   for (const StageStatus& status : all) {
     sound = sound && status.state != StageStatus::State::Outdated &&
+            status.state != StageStatus::State::Newer &&
             status.state != StageStatus::State::Damaged;
     if (arguments.json) {
       json.push_back(json_of(status));
@@ -119,7 +131,8 @@ Action add_status(CLI::App& parser) {
   auto arguments = std::make_shared<StatusArguments>();
   add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
   add_flag(parser, "--digests", arguments->digests, "Compare every byte, not only sizes");
-  add_flag(parser, "--check", arguments->check, "Exit with 1 if a result is damaged or outdated");
+  add_flag(parser, "--check", arguments->check,
+           "Exit with 1 if a result is damaged, outdated or newer");
   add_flag(parser, "--json", arguments->json, "For machines");
   return [arguments] { return run(*arguments); };
 }

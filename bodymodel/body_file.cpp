@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/io/npz.h"
 #include "core/io/scene_file.h"
+#include "core/nearest_name.h"
 
 namespace atelier {
 namespace {
@@ -102,7 +103,8 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
                   extension.empty() ? "no body of that name, and no extension"
                                     : "extension '" + extension.substr(0, 20) + "'",
                   "default, female, male, .npz, .glb, .gltf, .fbx or MakeHuman's base.obj or its "
-                  "folder");
+                  "folder" +
+                      did_you_mean(path.string(), {"default", "female", "male"}));
 }
 
 }  // namespace atelier

@@ -48,6 +48,11 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
   if (name.empty() || name.size() > kLongestName) {
     return "";
   }
+  // By its letters it would be the cpu, which is what nobody means by it.
+  if ((name == "gpu" || name == "GPU") &&
+      std::find(known.begin(), known.end(), "cuda") != known.end()) {
+    return "cuda";
+  }
   std::string best;
   std::size_t best_distance = kLongestName;
   for (const std::string& candidate : known) {

@@ -110,6 +110,9 @@ std::vector<Garbage> collect_garbage(std::span<const Stage> stages,
         garbage.kept = "the stage is running";
       } else if (is_folder && !FileLock::try_lock_folder(garbage.path, FileLock::Mode::Exclusive)) {
         garbage.kept = "it is being read";
+      } else if (is_folder_name(garbage.path.filename().string()) &&
+                 is_of_newer_program(garbage.path, stage.name)) {
+        garbage.kept = "a newer atelier wrote it";
       } else if (!dry_run) {
         remove_folder(garbage.path);
         garbage.removed = true;

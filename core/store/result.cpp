@@ -123,20 +123,20 @@ std::optional<std::vector<Consent>> consent_today(const std::filesystem::path& f
 /// "consent-changed" where the inputs state another consent today than the manifest.
 void check_consent_today(const std::filesystem::path& folder, const Manifest& manifest,
                          std::vector<Finding>& findings) {
-  const auto note = [&](const std::string& what) {
-    findings.push_back({Severity::Warning, "consent-changed", folder.string(), what,
-                        "run the stage again, which takes it over, or delete what was made from "
-                        "it"});
+  const auto note = [&](const std::string& what, const std::string& advice) {
+    findings.push_back({Severity::Warning, "consent-changed", folder.string(), what, advice});
   };
   try {
     const auto today = consent_today(folder, manifest);
     if (today && !std::is_permutation(today->begin(), today->end(), manifest.consent.begin(),
                                       manifest.consent.end())) {
       note("the consent has changed since: it was '" + to_string(manifest.consent) +
-           "', today it says '" + to_string(*today) + "'");
+               "', today it says '" + to_string(*today) + "'",
+           "run the stage again, which takes it over, or delete what was made from it");
     }
   } catch (const DataError& error) {
-    note(std::string("what the consent says today cannot be read: ") + error.what());
+    note(std::string("what the consent says today cannot be read: ") + error.what(),
+         "mend the file, which every run refuses as it is, or delete what was made from it");
   }
 }
 
@@ -179,6 +179,17 @@ Manifest read_manifest(const std::filesystem::path& folder, std::string_view sta
                     "that of the folder it is in");
   }
   return manifest;
+}
+
+bool is_of_newer_program(const std::filesystem::path& folder, std::string_view stage) {
+  try {
+    read_manifest(folder, stage);
+  } catch (const NewerManifestError&) {
+    return true;
+  } catch (const DataError&) {
+  } catch (const EnvironmentError&) {
+  }
+  return false;
 }
 
 std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Manifest& manifest,

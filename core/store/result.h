@@ -33,6 +33,10 @@ enum class Check {
 /// of the key that the folder is named after.
 Manifest read_manifest(const std::filesystem::path& folder, std::string_view stage);
 
+/// True of a result whose manifest has a later schema, which this program may neither replace nor
+/// remove.
+bool is_of_newer_program(const std::filesystem::path& folder, std::string_view stage);
+
 /// Everything in which a result's folder differs from its manifest: "output-missing",
 /// "output-extra", "output-kind" (a link, folder or device), "output-size", "output-digest",
 /// "manifest-time" (a finish in the future, a warning), "consent-ended" (a warning),

@@ -158,10 +158,19 @@ void renew_account(StageReport& report) {
   replace_manifest(plan.result_folder, report.manifest);
 }
 
-void end_already_done(StageReport& report) {
+/// Of a result that this run found whole: all its frames are there, whoever made them.
+void count_frames(const Stage& stage, StageReport& report) {
+  if (stage.frame_wise) {
+    report.frames_done = static_cast<std::int64_t>(frames_of(report.manifest).size());
+    report.frames_total = report.frames_done;
+  }
+}
+
+void end_already_done(const Stage& stage, StageReport& report) {
   make_current(report.plan);
   report.end = StageReport::End::AlreadyDone;
   renew_account(report);
+  count_frames(stage, report);
   // Of a split run with --force that never came to its end.
   report.plan.frames_kept =
       static_cast<std::int64_t>(read_frame_logs(report.plan.staging_folder).size());
@@ -180,6 +189,7 @@ bool open_staging(const Stage& stage, const StageRequest& request, const StageEv
         manifest->inputs = plan.manifest.inputs;
         commit_result(plan.staging_folder, plan.result_folder, *manifest);
         report.manifest = *manifest;
+        count_frames(stage, report);
         return true;
       }
     }
@@ -197,14 +207,15 @@ bool open_staging(const Stage& stage, const StageRequest& request, const StageEv
 
 /// What is left to other runs. With --force the older result lies there until the last of them
 /// commits, by which the staging folder goes: only then is the new one there.
-void end_partial(const StageRequest& request, const StageEvents& events, StageReport& report) {
+void end_partial(const Stage& stage, const StageRequest& request, const StageEvents& events,
+                 StageReport& report) {
   const std::vector<std::string> reasons = report.plan.reasons;
   const bool committed =
       link_kind(report.plan.staging_folder) == std::filesystem::file_type::not_found;
   if (!request.force || committed) {
     judge_state(report.plan, false, events);
     if (report.plan.state == StagePlan::State::Done) {
-      end_already_done(report);  // another shard was last
+      end_already_done(stage, report);  // another shard was last
       return;
     }
   }
@@ -231,7 +242,7 @@ void run_and_commit(const Stage& stage, const StageRequest& request, const Stage
     return;
   }
   if (run.frames_missing()) {
-    end_partial(request, events, report);
+    end_partial(stage, request, events, report);
     return;
   }
   ATELIER_CHECK(!stage.frame_wise || run.asked_for_frames(),
@@ -254,7 +265,7 @@ void work_on(std::span<const Stage> stages, const Stage& stage, const StageReque
              const StageEvents& events, StageReport& report) {
   report.plan = plan_stage(stages, stage, request, events);
   if (report.plan.state == StagePlan::State::Done) {
-    end_already_done(report);
+    end_already_done(stage, report);
     return;
   }
   const BareFolderGuard bare(request, report.plan);
@@ -263,7 +274,7 @@ void work_on(std::span<const Stage> stages, const Stage& stage, const StageReque
   const std::vector<std::string> reasons = report.plan.reasons;
   judge_state(report.plan, request.force, events);  // another run may have ended meanwhile
   if (report.plan.state == StagePlan::State::Done) {
-    end_already_done(report);
+    end_already_done(stage, report);
     return;
   }
   report.plan.reasons = reasons;

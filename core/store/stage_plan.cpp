@@ -186,7 +186,13 @@ std::string result_problem(const std::filesystem::path& folder, const Manifest& 
   }
 }
 
-/// The frames that a result has files of, by their names ("frames/000012.json").
+std::string amount(const ManifestInput& input) {
+  return std::to_string(input.files) + (input.files == 1 ? " file, " : " files, ") +
+         std::to_string(input.bytes) + " bytes";
+}
+
+}  // namespace
+
 std::vector<int> frames_of(const Manifest& manifest) {
   constexpr std::size_t kDigits = 6;
   constexpr std::size_t kMostDigits = 9;
@@ -200,13 +206,6 @@ std::vector<int> frames_of(const Manifest& manifest) {
   }
   return {frames.begin(), frames.end()};
 }
-
-std::string amount(const ManifestInput& input) {
-  return std::to_string(input.files) + (input.files == 1 ? " file, " : " files, ") +
-         std::to_string(input.bytes) + " bytes";
-}
-
-}  // namespace
 
 std::string input_change(const ManifestInput& before, const ManifestInput& now) {
   return "input " + now.kind + " changed (" + amount(before) + " -> " + amount(now) + ")";
@@ -280,6 +279,9 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const St
 void judge_state(StagePlan& plan, bool force, const StageEvents& events) {
   plan.reasons.clear();
   plan.frames_kept = 0;
+  // Asked even where the key's own result is there: making that one current would set aside what a
+  // newer program wrote.
+  const std::optional<Manifest> before = current_manifest(plan);
   const bool there = link_kind(plan.result_folder) != std::filesystem::file_type::not_found;
   const std::string problem =
       there ? result_problem(plan.result_folder, plan.manifest, events) : "";
@@ -295,7 +297,7 @@ void judge_state(StagePlan& plan, bool force, const StageEvents& events) {
     plan.reasons.push_back("the result is damaged: " + problem);
   }
   if (!there) {
-    if (const auto before = current_manifest(plan)) {
+    if (before) {
       plan.reasons = request_changes(*before, plan.manifest);
     } else if (current_name(plan.stage_folder)) {
       plan.reasons.push_back("the current result is damaged");

@@ -60,6 +60,9 @@ bool is_inside_input(const StageRequest& request);
 /// Looks again at what is there: another run may have worked since. Throws StopRequested.
 void judge_state(StagePlan& plan, bool force, const StageEvents& events = {});
 
+/// The frames that a result has files of, by their names ("frames/000012.json").
+std::vector<int> frames_of(const Manifest& manifest);
+
 /// "input meshes changed (100 files, 40960 bytes -> 101 files, 41370 bytes)".
 std::string input_change(const ManifestInput& before, const ManifestInput& now);
 

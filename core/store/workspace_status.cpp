@@ -19,6 +19,7 @@ void judge_result(StageStatus& status, const std::filesystem::path& folder, Chec
   try {
     status.manifest = read_manifest(folder, status.stage);
   } catch (const NewerManifestError& error) {
+    status.state = StageStatus::State::Newer;
     status.findings.push_back({Severity::Error, "manifest-newer", folder.string(), error.what(),
                                "it is not damaged: a newer atelier reads it"});
     return;
@@ -120,6 +121,8 @@ const char* state_name(StageStatus::State state) {
       return "done";
     case StageStatus::State::Outdated:
       return "outdated";
+    case StageStatus::State::Newer:
+      return "newer";
     case StageStatus::State::Damaged:
       return "damaged";
   }
@@ -150,12 +153,16 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
               {std::string(key), static_cast<std::int64_t>(read_frame_logs(entry).size())});
         } else if (current && is_folder_name(name) && name != *current) {
           ++status.older_results;
+          status.older_kept += is_of_newer_program(entry, stage.name) ? 1 : 0;
         }
       }
       std::sort(status.unfinished.begin(), status.unfinished.end(),
                 [](const UnfinishedWork& a, const UnfinishedWork& b) { return a.key16 < b.key16; });
       if (current) {
         judge_result(status, folder / *current, check);
+        if (status.state != StageStatus::State::Done) {  // they may be the last sound ones
+          status.older_kept = status.older_results;
+        }
         judge_age(status, stage, all, check);
       } else if (const std::optional<Finding> problem = current_folder_finding(folder)) {
         status.state = StageStatus::State::Damaged;

@@ -27,6 +27,7 @@ struct StageStatus {
     Unfinished,  ///< no result yet, but frames of an interrupted or split run
     Done,        ///< a sound result
     Outdated,    ///< sound, but made by another version or from files or results that have changed
+    Newer,       ///< a newer program wrote it, which alone can read and replace it
     Damaged,  ///< the result does not agree with its manifest, or cannot be told (current-folder)
   };
 
@@ -37,12 +38,13 @@ struct StageStatus {
   std::vector<Finding> findings;     ///< how it is damaged
   bool running = false;              ///< a run holds its lock now
   std::vector<UnfinishedWork> unfinished;
-  std::int64_t older_results = 0;     ///< beside a current one; `collect_garbage` removes them
+  std::int64_t older_results = 0;     ///< beside a current one
+  std::int64_t older_kept = 0;        ///< of them, what `collect_garbage` leaves
   std::int64_t unlinked_results = 0;  ///< where no link says which of them is current
   const Stage* row = nullptr;         ///< of the table, which outlives this
 };
 
-/// "none", "unfinished", "done", "outdated" or "damaged".
+/// "none", "unfinished", "done", "outdated", "newer" or "damaged".
 const char* state_name(StageStatus::State state);
 
 /// Every stage of the table in its order. Changes nothing. Inputs from outside are compared by

@@ -361,6 +361,7 @@ TEST_F(BodyModelCommand, RefusesMeasuresThatNoAdultHas) {
 TEST_F(BodyModelCommand, RefusesWrongFiles) {
   refused({"measure", "nobody.xyz"}, 3, "default, female, male");
   refused({"show", "nobody", "--out", (folder_ / "a.png").string()}, 3, "no body of that name");
+  refused({"show", "femal", "--out", (folder_ / "a.png").string()}, 3, ", did you mean 'female'?");
   refused({"measure", (folder_ / "none.npz").string()}, 3, "none.npz");
   const std::filesystem::path cut = folder_ / "cut.bvh";
   std::ofstream(cut) << "HIERARCHY\nROOT hips\n{\nOFFSET 0 0 0\n";

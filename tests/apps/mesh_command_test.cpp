@@ -104,6 +104,19 @@ TEST_F(MeshCommand, WhatAFileDoesNotSayOfItsUnitIsSaid) {
   EXPECT_THAT(run_statistics({}).err, ::testing::Not(HasSubstr("unit")));
   const std::string again = (root_ / "again.ply").string();
   EXPECT_THAT(run({"convert", ply, again}).out, ::testing::Not(HasSubstr("unit")));
+  // What is given is not asked for, and what does nothing is refused.
+  EXPECT_THAT(run({"convert", box, again, "--input.unit", "m"}).out,
+              ::testing::Not(HasSubstr("does not say")));
+  const std::string glb = (root_ / "box.glb").string();
+  ASSERT_EQ(run({"convert", box, glb}).exit_code, 0);
+  const std::string unwritten = (root_ / "unwritten.ply").string();
+  for (const std::string& says : {ply, glb}) {
+    expect_refusal(run({"convert", says, unwritten, "--input.unit", "mm"}), kExitUsage,
+                   "--input.unit does nothing: IN says its unit");
+    expect_refusal(run({"convert", says, unwritten, "--input.up", "z"}), kExitUsage,
+                   "--input.up does nothing: IN says which axis is up");
+  }
+  EXPECT_FALSE(std::filesystem::exists(unwritten));
   EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("as the file says, here in metres"));
   // A person in millimetres.
   std::ofstream(input() / "box_000.obj") << "v 0 0 0\nv 0 1800 0\nv 500 0 0\nf 1 2 3\n";

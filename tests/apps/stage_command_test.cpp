@@ -189,6 +189,26 @@ TEST_F(StageCommand, AWorkspaceThatOthersMayLookIntoIsAWarning) {
   EXPECT_THAT(run_statistics({}).out, Not(HasSubstr("warning")));
 }
 
+TEST_F(StageCommand, WhatTheStageWarnedOfIsSaidAtTheEndOfEveryRun) {
+  write_boxes(input(), 2);
+  std::ofstream(input() / "box_000.obj") << "v 0 0 0\nv 0 1800 0\nv 500 0 0\nf 1 2 3\n";
+  const std::string words = "the file does not say its unit";
+  for (const char* when : {"the run that warned", "one that finds it done"}) {
+    SCOPED_TRACE(when);
+    const std::string out = run_statistics({"--json"}).out;
+    const std::size_t last = out.rfind('\n', out.size() - 2) + 1;
+    const auto end = nlohmann::json::parse(out.substr(last));
+    EXPECT_EQ(end["event"], "end");
+    ASSERT_EQ(end["warnings"].size(), 1u);
+    EXPECT_THAT(end["warnings"][0].get<std::string>(), HasSubstr(words));
+    EXPECT_EQ(end["frames_done"], 2);
+    EXPECT_EQ(end["frames_total"], 2);
+  }
+  EXPECT_THAT(run_statistics({}).out,
+              ::testing::AllOf(HasSubstr("is done already"), HasSubstr("\n  warning unit-unknown"),
+                               HasSubstr(words)));
+}
+
 TEST_F(StageCommand, ConsentIsShown) {
   write_boxes(input(), 1);
   std::ofstream(input() / "capture.toml")

@@ -55,6 +55,47 @@ TEST_F(WorkspaceCommand, WhatANewerProgramWroteIsLeftAlone) {
   EXPECT_EQ(read_file_text(path, 1 << 20), text);
 }
 
+TEST_F(WorkspaceCommand, ANewerResultBesideOlderOnesIsLeftAlone) {
+  write_boxes(input(), 1);
+  run_statistics({});
+  const std::filesystem::path older = std::filesystem::canonical(stage_folder() / "current");
+  run_statistics({"--input.unit", "mm"});
+  const std::filesystem::path newer = std::filesystem::canonical(stage_folder() / "current");
+  ASSERT_NE(older, newer);
+  const std::string sound = read_file_text(newer / "manifest.json", 1 << 20);
+  std::string text = sound;
+  const std::string version = "\"schema_version\": 2";
+  ASSERT_NE(text.find(version), std::string::npos);
+  text.replace(text.find(version), version.size(), "\"schema_version\": 9");
+  std::ofstream(newer / "manifest.json") << text;
+
+  // The older result is sound and is what is asked for, yet the newer one stays current.
+  for (const std::vector<std::string>& flags :
+       {std::vector<std::string>{}, {"--force"}, {"--dry-run"}}) {
+    expect_refusal(run_statistics(flags), kExitBadData, "a newer atelier wrote it");
+    EXPECT_EQ(std::filesystem::canonical(stage_folder() / "current"), newer);
+  }
+  const ChildResult status = run({"status", workspace().string(), "--check"});
+  EXPECT_EQ(status.exit_code, kExitCheckFailed);
+  EXPECT_THAT(status.out, HasSubstr("statistics    newer\n"));
+  EXPECT_THAT(status.out, HasSubstr("1 older result; atelier gc leaves it while"));
+  const std::filesystem::path out = workspace().parent_path() / "exported";
+  const ChildResult exported = run({"export", workspace().string(), out.string()});
+  expect_refusal(exported, kExitBadData, "a result that a newer atelier wrote");
+  EXPECT_THAT(exported.err, ::testing::Not(HasSubstr("damaged")));
+  EXPECT_THAT(run({"gc", workspace().string()}).out, HasSubstr("nothing to remove"));
+  EXPECT_TRUE(std::filesystem::exists(older));
+
+  // Set aside all the same (by hand, by a program before this one), it is not removed.
+  std::filesystem::remove(stage_folder() / "current");
+  std::filesystem::create_symlink(older.filename(), stage_folder() / "current");
+  EXPECT_THAT(run({"status", workspace().string()}).out,
+              HasSubstr("1 older result; atelier gc leaves it, which a newer atelier wrote"));
+  EXPECT_THAT(run({"gc", workspace().string()}).out,
+              ::testing::AllOf(HasSubstr("left "), HasSubstr("; a newer atelier wrote it")));
+  EXPECT_EQ(read_file_text(newer / "manifest.json", 1 << 20), text);
+}
+
 TEST_F(WorkspaceCommand, ResultsWithoutACurrentLinkAreSpokenOf) {
   write_boxes(input(), 1);
   run_statistics({});

@@ -33,6 +33,12 @@ TEST(NearestName, DashesMakeNoFlagsAlike) {
   EXPECT_EQ(nearest_name("-help", {"--help"}), "--help");
 }
 
+TEST(NearestName, AGpuIsNoCpu) {
+  EXPECT_EQ(nearest_name("gpu", {"cpu", "cuda"}), "cuda");
+  EXPECT_EQ(nearest_name("GPU", {"cpu", "cuda"}), "cuda");
+  EXPECT_EQ(nearest_name("gpu", {"cpu", "other"}), "cpu");
+}
+
 TEST(NearestName, FindsNothingFarAway) {
   EXPECT_EQ(nearest_name("banana", kNames), "");
   EXPECT_EQ(nearest_name("", kNames), "");

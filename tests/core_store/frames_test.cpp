@@ -238,6 +238,14 @@ TEST_F(Frames, ALogThatNamesFramesOfOthersIsNotTrusted) {
   EXPECT_EQ(read_manifest(run(request()).plan.result_folder, "frames").outputs.size(), 7u);
 }
 
+TEST_F(Frames, OfAResultThatIsThereAllFramesAreDone) {
+  run(request());
+  const StageReport again = run(request());
+  EXPECT_EQ(again.end, End::AlreadyDone);
+  EXPECT_EQ(again.frames_done, 6);
+  EXPECT_EQ(again.frames_total, 6);
+}
+
 TEST_F(Frames, TemporaryFilesDoNotStay) {
   die_at(3);
   std::ofstream(plan().staging_folder / "frames/.atelier-abcdef.tmp") << "half";

@@ -73,8 +73,12 @@ TEST_F(RunStage, ConsentThatEndedNamesTheFileItStandsIn) {
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_THAT(findings[0].advice, HasSubstr((root_ / "in/consent.toml").string()));
   write(root_ / "in/consent.toml", "[consent");
-  EXPECT_THAT(check_outputs(current("count"), report.manifest, Check::Sizes)[0].advice,
-              HasSubstr("the capture.toml or consent.toml of the capture"));
+  const auto unreadable = check_outputs(current("count"), report.manifest, Check::Sizes);
+  ASSERT_EQ(unreadable.size(), 2u);
+  EXPECT_THAT(unreadable[0].advice, HasSubstr("the capture.toml or consent.toml of the capture"));
+  EXPECT_EQ(unreadable[1].code, "consent-changed");
+  EXPECT_THAT(unreadable[1].what, HasSubstr("cannot be read"));
+  EXPECT_THAT(unreadable[1].advice, HasSubstr("mend the file"));  // a run refuses it
 }
 
 TEST_F(RunStage, ConsentThatChangedIsSaidOfAllThatWasMadeFromIt) {
