@@ -42,7 +42,8 @@ struct Difference {
   double count = 0;
   double shadow_squares = 0;  // of the quarter that sees least of the sky
   double shadow_count = 0;
-  double similarity = 0;  // structural, times pixels
+  double similarity = 0;         // structural, times pixels
+  double shadow_similarity = 0;  // the same of the quarter
 };
 
 double psnr(double squares, double count) {
@@ -113,7 +114,9 @@ void compare_view(Compared& sum, const AppearanceView& truth_view, const std::ve
                   float quarter, const Image& wanted, const Image& drawn, const Image& fixed,
                   const ByteImage& is_drawn) {
   ByteImage mask(wanted.width, wanted.height, 1);
+  ByteImage shadow(wanted.width, wanted.height, 1);
   double pixels = 0;
+  double shadow_pixels = 0;
   for (std::size_t i = 0; i < truth_view.pixel.size(); ++i) {
     const auto place = static_cast<std::size_t>(truth_view.pixel[i]);
     sum.judged += 1;
@@ -123,6 +126,10 @@ void compare_view(Compared& sum, const AppearanceView& truth_view, const std::ve
     sum.covered += 1;
     mask.data[place] = 1;
     pixels += 1;
+    if (open[i] <= quarter) {
+      shadow.data[place] = 1;
+      shadow_pixels += 1;
+    }
     for (std::size_t c = 0; c < 3; ++c) {
       const auto add = [&](Difference& difference, const Image& picture) {
         const double off = picture.data[3 * place + c] - wanted.data[3 * place + c];
@@ -137,6 +144,7 @@ void compare_view(Compared& sum, const AppearanceView& truth_view, const std::ve
   }
   sum.drawn.similarity += pixels * structural_similarity(drawn, wanted, mask);
   sum.fixed.similarity += pixels * structural_similarity(fixed, wanted, mask);
+  sum.drawn.shadow_similarity += shadow_pixels * structural_similarity(drawn, wanted, shadow);
 }
 
 void compare(Compared& sum, const Drawn& garment, const std::vector<Eigen::Vector3d>& gains,
@@ -417,6 +425,10 @@ void add_measures(std::vector<Measure>& all, const std::string& stage, const Jud
   add("gain_db", reached - still, "dB", small ? 2.0 : 4.0, Side::AtLeast, "over that texture");
   add("shadow_psnr_db", psnr(drawn.shadow_squares, drawn.shadow_count), "dB", reached - 1,
       Side::AtLeast, "of the quarter of these pixels that sees least of its sky");
+  if (drawn.shadow_count > 0) {
+    add("shadow_ssim", 3 * drawn.shadow_similarity / drawn.shadow_count, "", 0, Side::None,
+        "structural similarity of that quarter");
+  }
   add("ssim", drawn.similarity / judged.compared.covered, "", 0, Side::None,
       "structural similarity of these pixels");
   add("static_ssim", fixed.similarity / judged.compared.covered, "", 0, Side::None,

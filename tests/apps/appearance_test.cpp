@@ -333,7 +333,7 @@ TEST_F(Appearance, LearnsWithoutWhatIsHeldOutAndIsMeasuredOnIt) {
                                          "--truth", capture_.string(), "--stage", "appearance"});
   ASSERT_THAT(figures.exit_code, ::testing::AnyOf(0, 1)) << figures.err;
   for (const char* key : {"ceiling.psnr_db", "ceiling.gain_db", "ceiling.shadow_psnr_db",
-                          "ceiling.ssim", "ceiling.covered"}) {
+                          "ceiling.shadow_ssim", "ceiling.ssim", "ceiling.covered"}) {
     EXPECT_THAT(figures.out, HasSubstr(key));
   }
   EXPECT_THAT(figures.out, HasSubstr("; small: 32 texels, 24 steps"));
