@@ -30,6 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 /// A capture with its scans, keypoints, person and motion for all tests of this file; a copy of the
 /// workspace for each, which has what `run_stage("track")` asks for until something is changed.
@@ -240,6 +241,7 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   const ChildResult labels = run_stage("track", {"--exclude", "labels"});
   ASSERT_EQ(labels.exit_code, 0) << labels.err;
   EXPECT_THAT(labels.err, Not(HasSubstr("label-nowhere")));
+  EXPECT_THAT(labels.err, Not(HasSubstr("scan-far"))) << "what is left out is nobody else";
   const fs::path result = workspace_ / "track" / "current";
   const auto share = [&] {
     return read_manifest(fs::canonical(result), "track").metrics.at("region_share");
@@ -263,12 +265,21 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
 }
 
 TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
-  EXPECT_THAT(evaluate({"--stage", "personalize"}).out, HasSubstr("at most 3"));
+  const auto figures = [&] {
+    return evaluate({"--stage", "personalize", "--targets", "accuracy"}).out;
+  };
+  EXPECT_THAT(figures(), HasSubstr("at most 3"));
   ASSERT_EQ(run_stage("personalize", {"--input.scans", "truth", "--samples", "800",
                                       "--shape-rounds", "1", "--surface-rounds", "1"})
                 .exit_code,
             0);
-  EXPECT_THAT(evaluate({"--stage", "personalize"}).out, HasSubstr("at most 2"));
+  EXPECT_THAT(figures(), HasSubstr("at most 2"));
+}
+
+TEST_F(Person, FiguresAreJudgedAlikeWithATableAndWithout) {
+  const std::string plain = evaluate({"--stage", "personalize"}).out;
+  EXPECT_THAT(plain, HasSubstr("(at most 7)")) << "small pictures: the range of demo";
+  EXPECT_THAT(evaluate({"--stage", "personalize", "--check"}).out, StartsWith(plain));
 }
 
 TEST_F(Person, RefinesUnderARegisteredGarment) {
