@@ -1,4 +1,4 @@
-#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_BODYMODEL)
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
 
 #include "apps/body_stage.h"
 
@@ -16,10 +16,13 @@
 #include "bodymodel/personal_body.h"
 #include "bodymodel/skinning.h"
 #include "bodymodel/tracked_motion.h"
+#include "bodymodel/tracking/track.h"
 #include "capture/label_taxonomy.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/sequence_archive.h"
+#include "core/store/manifest.h"
+#include "core/store/result.h"
 
 namespace atelier {
 namespace {
@@ -153,6 +156,21 @@ BodySource body_source(const StageRun& run) {
   return source;
 }
 
+/// Poses fit the bones of the person that they were found with: another one is not where they say.
+void warn_of_another_person(StageRun& run) {
+  const Manifest tracked = read_manifest(run.input("tracked"), "track");
+  const Digest person = outputs_digest(read_manifest(run.input("person"), "personalize"));
+  const bool another =
+      std::any_of(tracked.inputs.begin(), tracked.inputs.end(), [&](const ManifestInput& input) {
+        return input.stage == "personalize" && input.digest != person;
+      });
+  if (another) {
+    run.warn(
+        "the result of 'track' is outdated: it was made with another person than that of "
+        "'personalize' now; run 'atelier track' first");
+  }
+}
+
 std::vector<int> frame_ids_of(const BodySource& source) {
   std::vector<int> ids;
   ids.reserve(source.places.size());
@@ -206,6 +224,16 @@ nlohmann::json json_of(const Certified& frame, bool tracked_well) {
           {"findings", std::move(codes)}};
 }
 
+bool is_no_scan(const Finding& finding) {
+  return finding.code == "no-scan";
+}
+
+/// Findings of a frame; those without a scan are one line of all frames, which `certify` says.
+void tell_of_frame(StageRun& run, std::vector<Finding> findings, int id) {
+  std::erase_if(findings, is_no_scan);
+  tell(run, findings, "frame " + std::to_string(id) + ": ");
+}
+
 /// certificates.json, its picture and the metrics, from the bodies as they were written.
 void certify(StageRun& run, const BodySource& source,
              const std::function<Certified(int id, const Points& body)>& certified) {
@@ -220,6 +248,7 @@ void certify(StageRun& run, const BodySource& source,
   double skin = 0;
   double seen = 0;
   std::vector<int> ids;
+  std::vector<int> unscanned;
   std::vector<char> trusted;
   std::vector<FrameSeries> series = {{"covered skin outside of the clothes, %", {}},
                                      {"depth of it, mm", {}},
@@ -241,6 +270,9 @@ void certify(StageRun& run, const BodySource& source,
     skin += static_cast<double>(c.bare) * c.skin_distance;
     seen += c.seen_rate;
     ids.push_back(id);
+    if (std::any_of(frame.findings.begin(), frame.findings.end(), is_no_scan)) {
+      unscanned.push_back(id);
+    }
     trusted.push_back(json["trusted"].get<bool>() ? 1 : 0);
     const std::array values = {100 * c.outside_rate, 1e3 * c.outside_depth, 1e3 * c.proximity,
                                1e3 * c.skin_distance, 100 * c.seen_rate};
@@ -249,7 +281,15 @@ void certify(StageRun& run, const BodySource& source,
     }
     all[frame_name(id)] = json;
   }
-  const auto over = [](double sum, double count) { return count > 0 ? sum / count : 0; };
+  if (!unscanned.empty()) {
+    run.warn("no-scan [frames " + listed_frames(unscanned) +
+             "]: there is no scan: the body is the tracked one alone");
+  }
+  const auto mean = [&](const char* name, double sum, double count) {
+    if (count > 0) {  // nothing measured is no 0
+      run.metric(name, sum / count);
+    }
+  };
   const auto frames = static_cast<double>(source.places.size());
   run.output_text("certificates.json", all.dump(1));
 #ifdef ATELIER_HAS_CORE_RENDER
@@ -259,11 +299,13 @@ void certify(StageRun& run, const BodySource& source,
   run.metric("frames", frames);
   run.metric("untrusted", untrusted);
   run.metric("truth_scans", source.truth ? 1 : 0);
-  run.metric("outside_rate", over(outside, covered));
-  run.metric("outside_depth", over(depth, outside));
-  run.metric("proximity", over(proximity, near));
-  run.metric("skin_distance", over(skin, bare));
-  run.metric("seen_rate", over(seen, frames));
+  mean("outside_rate", outside, covered);
+  if (covered > 0) {
+    run.metric("outside_depth", outside > 0 ? depth / outside : 0);
+  }
+  mean("proximity", proximity, near);
+  mean("skin_distance", skin, bare);
+  mean("seen_rate", seen, frames);
 }
 
 void write_header(StageRun& run, const BodySource& source) {
@@ -353,6 +395,7 @@ OptionTable describe(RefineStageOptions& options) {
 
 void run_body(StageRun& run) {
   const auto& options = run.options<BodyStageOptions>();
+  warn_of_another_person(run);
   BodySource source = body_source(run);
   if (options.truth_scans) {
     source.capture = run.input("capture");
@@ -362,7 +405,7 @@ void run_body(StageRun& run) {
   if (!run.each_frame("frames", ".h5", frame_ids_of(source), [&](int id, const fs::path& file) {
         const Place& place = source.places.at(id);
         const UnderlyingBody body = fits.of_take(place.take).at(place.row);
-        tell(run, body.findings, "frame " + std::to_string(id) + ": ");
+        tell_of_frame(run, body.findings, id);
         write_body_frame(file, body.vertices);
       })) {
     return;
@@ -383,13 +426,24 @@ void check_refine_input(const fs::path& input) {
     throw DataError(input.string(), "", "no registered garment",
                     "a sequence of the garment's meshes over one topology");
   }
+  const std::string stage = result_around(input).parent_path().filename().string();
+  if (stage == "body" || stage == "refine") {
+    throw DataError(input.string(), "", "the body itself, a result of " + stage,
+                    "a sequence of the garment's meshes, as register makes them");
+  }
 }
 
 void run_refine(StageRun& run) {
   const auto& options = run.options<RefineStageOptions>();
+  warn_of_another_person(run);
   const BodySource source = body_source(run);
   const Sequence bodies = open_sequence(run.input("bodies"));
   const MeshSequenceFile garment = read_mesh_sequence(run.input("registered_garment"), false);
+  const Triangles& faces = source.person.model.mesh.faces;
+  if (garment.shared.faces.rows() == faces.rows() && garment.shared.faces == faces) {
+    throw DataError(run.input("registered_garment").string(), "faces", "those of the body itself",
+                    "a sequence of the garment's meshes, as register makes them");
+  }
   std::map<int, Index> garments;
   for (std::size_t i = 0; i < garment.sequence.frame_ids.size(); ++i) {
     if (source.places.contains(garment.sequence.frame_ids[i])) {
@@ -413,7 +467,6 @@ void run_refine(StageRun& run) {
     }
     return frame(bodies, at - bodies.frame_ids.begin()).vertices;
   };
-  const Triangles& faces = source.person.model.mesh.faces;
   if (!run.each_frame("frames", ".h5", frame_ids_of(source), [&](int id, const fs::path& file) {
         const Points first = body_of(id);
         if (!garments.contains(id)) {
@@ -424,7 +477,7 @@ void run_refine(StageRun& run) {
         const ScanSurface scan = scan_of(id, first);
         const BodyCover cover = body_cover(faces, cover_votes(faces, first, scan));
         const UnderlyingBody body = underlying_body(faces, first, scan, cover, {}, options.fit);
-        tell(run, body.findings, "frame " + std::to_string(id) + ": ");
+        tell_of_frame(run, body.findings, id);
         write_body_frame(file, body.vertices);
       })) {
     return;

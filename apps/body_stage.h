@@ -1,6 +1,6 @@
 #pragma once
 
-#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_BODYMODEL)
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
 
 #include <array>
 

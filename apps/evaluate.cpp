@@ -98,16 +98,16 @@ int run(const EvaluateArguments& arguments) {
     add(measure_surface(arguments.surface, arguments.frame, arguments.truth));
   }
 #endif
+  const Targets targets = targets_named(arguments.targets, arguments.truth);
   std::vector<Judged> rows;
   if (arguments.check) {
-    const Targets targets = targets_named(arguments.targets, arguments.truth);
     rows = judged(all, targets, arguments.workspace);
     std::erase_if(rows, [&](const Judged& row) {
       return !arguments.stage.empty() && row.stage != arguments.stage;
     });
-    std::transform(all.begin(), all.end(), all.begin(),
-                   [&](const Measure& measure) { return against(measure, targets); });
   }
+  std::transform(all.begin(), all.end(), all.begin(),
+                 [&](const Measure& measure) { return against(measure, targets); });
   nlohmann::ordered_json root = nlohmann::ordered_json::object();
   for (const Measure& measure : all) {
     root[measure.key] = measure.value;
@@ -160,8 +160,9 @@ Action add_evaluate(CLI::App& parser) {
   add_option(parser, "--stage", arguments->stage,
              "Figures of this stage alone, or of the capture itself [all]")
       .type_name("NAME");
-  add_option(parser, "--targets", arguments->targets,
-             "What --check judges by; auto: demo where pictures have less than half a megapixel")
+  add_option(
+      parser, "--targets", arguments->targets,
+      "What figures are judged by; auto: demo where pictures have less than half a megapixel")
       .check(one_of({"auto", "accuracy", "demo"}))
       .type_name("auto|accuracy|demo");
   add_flag(parser, "--json", arguments->json, "One JSON object of figures");

@@ -67,7 +67,23 @@ constexpr std::array kIdleRules = {
     IdleRule{"xpbd.jacobi_radius", {{{"xpbd.sweep", "gauss-seidel"}, {}}}, "--xpbd.sweep jacobi"},
     IdleRule{"xpbd.self_thickness", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
     IdleRule{"xpbd.self_friction", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
+    IdleRule{"region", {{{"exclude", "auto"}, {}}}, "--exclude region"},
+    IdleRule{"region", {{{"exclude", "labels"}, {}}}, "--exclude region"},
+    IdleRule{"region", {{{"exclude", "none"}, {}}}, "--exclude region"},
     IdleRule{"xpbd.self_interval", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
+};
+
+/// A text that another option's value asks for.
+struct NeededRule {
+  std::string_view option;
+  IdleRule::Value asked_by;
+  std::string_view wanted;
+};
+
+constexpr std::array kNeededRules = {
+    NeededRule{"region",
+               {"exclude", "region"},
+               "--region: a vertex group of the body, or a JSON list of its vertices"},
 };
 
 std::optional<double> number_of(const OptionField& field) {
@@ -178,6 +194,18 @@ std::vector<std::string> broken_rules(const OptionTable& table) {
     for (const OptionField& field : table.fields) {
       if (const std::string with = idle_with(table, field, rule); !with.empty()) {
         problems.push_back(field.name + " does nothing with " + with + ": leave it out, or say " +
+                           std::string(rule.wanted));
+      }
+    }
+  }
+  for (const NeededRule& rule : kNeededRules) {
+    for (const OptionField& field : table.fields) {
+      const auto start = before(field.name, rule.option);
+      const OptionField* asking =
+          start ? field_named(table, *start + std::string(rule.asked_by.option)) : nullptr;
+      if (asking != nullptr && option_text(*asking) == rule.asked_by.text &&
+          option_text(field).empty()) {
+        problems.push_back(asking->name + " " + std::string(rule.asked_by.text) + " takes " +
                            std::string(rule.wanted));
       }
     }

@@ -181,16 +181,21 @@ ScanPart part_of(Label label, const std::vector<Label>& excluded) {
 }
 
 std::vector<Label> labels_of(const std::string& list) {
+  // Skin says where the body is, and hair counts for nothing anyway.
+  constexpr std::array kWorn = {Label::Upper, Label::Lower, Label::Dress,
+                                Label::Outer, Label::Shoes, Label::Other};
   std::vector<Label> labels;
   std::string rest = list;
   while (!rest.empty()) {
     const std::size_t comma = std::min(rest.find(','), rest.size());
-    const std::string name = rest.substr(0, comma);
+    const std::size_t begin = std::min(rest.find_first_not_of(' '), comma);
+    std::string name = rest.substr(begin, comma - begin);
+    name.erase(name.find_last_not_of(' ') + 1);
     rest = comma < rest.size() ? rest.substr(comma + 1) : "";
     const std::optional<Label> label = label_of(name);
-    if (!label) {
+    if (!label || std::find(kWorn.begin(), kWorn.end(), *label) == kWorn.end()) {
       throw DataError("", "excluded", "'" + name.substr(0, 40) + "'",
-                      "names of labels: skin, hair, upper, lower, dress, outer, shoes, other");
+                      "names of labels of what is worn: upper, lower, dress, outer, shoes, other");
     }
     labels.push_back(*label);
   }

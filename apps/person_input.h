@@ -45,7 +45,8 @@ CaptureInfo person_capture(const PersonFiles& files, const PersonInputOptions& o
 /// What a label tells of the body under it. Hair, what is carried and background tell nothing.
 ScanPart part_of(Label label, const std::vector<Label>& excluded = {});
 
-/// The labels of a comma-separated list. Throws DataError for a name that is none.
+/// The labels of a comma-separated list, spaces aside. Throws DataError for a name that is none of
+/// what is worn.
 std::vector<Label> labels_of(const std::string& list);
 
 /// A person's evidence, and what is doubtful about it.

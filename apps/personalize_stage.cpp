@@ -90,10 +90,17 @@ void run_personalize(StageRun& run) {
   const Eigen::VectorXd areas = vertex_areas(person.model.mesh.vertices, person.model.mesh.faces);
   run.metric("frames", static_cast<double>(sequence.frame_ids.size()));
   run.metric("minimal", minimal ? 1 : 0);
-  run.metric("scan_rms", found.scan_rms);
+  const bool scanned =
+      std::none_of(found.findings.begin(), found.findings.end(),
+                   [](const Finding& finding) { return finding.code == "no-scans"; });
+  if (scanned) {
+    run.metric("scan_rms", found.scan_rms);
+  }
   run.metric("keypoint_rms", found.keypoint_rms);
-  run.metric("displacement_rms",
-             std::sqrt(areas.dot(person.displacements.rowwise().squaredNorm()) / areas.sum()));
+  if (scanned) {
+    run.metric("displacement_rms",
+               std::sqrt(areas.dot(person.displacements.rowwise().squaredNorm()) / areas.sum()));
+  }
   run.metric("unseen_share", found.unseen);
 }
 

@@ -109,6 +109,7 @@ void run_track(StageRun& run) {
   double trusted = 0;
   double keypoints = 0;
   double scans = 0;
+  double scanned = 0;
   double deviation = 0;
   double region = 0;
   for (const CaptureSequence& sequence : info.sequences) {
@@ -145,6 +146,7 @@ void run_track(StageRun& run) {
     trusted += static_cast<double>(std::count(tracked.trusted.begin(), tracked.trusted.end(), 1));
     keypoints += tracked.keypoint_rms.sum();
     scans += tracked.scan_rms.sum();
+    scanned += static_cast<double>((tracked.scan_share.array() > 0).count());
     deviation += tracked.deviations.mean() * count;
     region = std::max(region, static_cast<double>(tracked.region.size()) /
                                   static_cast<double>(vertex_count(person.model)));
@@ -155,7 +157,9 @@ void run_track(StageRun& run) {
   run.metric("frames", frames);
   run.metric("trusted_share", trusted / frames);
   run.metric("keypoint_rms", keypoints / frames);
-  run.metric("scan_rms", scans / frames);
+  if (scanned > 0) {  // frames without a scan are none that it fits
+    run.metric("scan_rms", scans / scanned);
+  }
   run.metric("deviation_mean", deviation / frames);
   run.metric("region_share", region);
 }

@@ -310,11 +310,7 @@ class Sequencer {
           const MatchError error = match_error(person_, matches_of(i, surface, region_, 0), x_[i]);
           tracked.scan_rms[f] = error.rms;
           tracked.scan_share[f] = error.share;
-          off[i] =
-              1 - match_error(person_,
-                              match_scan(person_, surface, sampled(*scans_[i], 500), {}, {0.4, -1}),
-                              x_[i])
-                      .share;
+          off[i] = foreign_share(*scans_[i], surface, x_[i]);
         }
         targets[i].matches = both_ways(i, x_[i], region_, 0);
         tracked.keypoint_rms[f] = keypoint_rms(i);
@@ -322,20 +318,24 @@ class Sequencer {
       }
     });
     std::vector<int> untrusted;
+    std::vector<int> far;
     for (std::size_t f = 0; f < count; ++f) {
       const Pose pose = pose_of_variables(person_, x_[f]);
       tracked.joints.push_back(forward_kinematics(person_.shaped.skeleton, pose).positions);
       tracked.motion.poses.push_back(pose);
-      const std::string place = frame_text(input_.frame_ids[f]);
       if (tracked.trusted[f] == 0) {
         untrusted.push_back(input_.frame_ids[f]);
       }
       if (off[f] > kFarShare) {
-        findings_.push_back({Severity::Warning, "scan-far", place,
-                             std::to_string(static_cast<int>(100 * off[f])) +
-                                 "% of the scan is no part of the person",
-                             "it does not count; look for a second person or wrong calibration"});
+        far.push_back(input_.frame_ids[f]);
       }
+    }
+    if (!far.empty()) {
+      const double most = *std::max_element(off.begin(), off.end());
+      findings_.push_back({Severity::Warning, "scan-far", "frames " + listed_frames(far),
+                           "up to " + std::to_string(static_cast<int>(100 * most)) +
+                               "% of the scan is no part of the person",
+                           "it does not count; look for a second person or wrong calibration"});
     }
     if (!untrusted.empty()) {
       findings_.push_back({Severity::Warning, "frame-untrusted",
@@ -354,6 +354,21 @@ class Sequencer {
     check_tracked_motion(tracked);
     result.findings = findings_;
     return result;
+  }
+
+  /// How much of a scan lies off the body, of what the caller has not left out.
+  double foreign_share(const ScanPoints& scan, const BodySurface& surface,
+                       const Eigen::VectorXd& x) const {
+    const ScanPoints points = sampled(scan, 500);
+    double judged = 0;
+    for (Index i = 0; i < points.areas.size(); ++i) {
+      judged +=
+          points.parts[static_cast<std::size_t>(i)] == ScanPart::LeftOut ? 0 : points.areas[i];
+    }
+    judged /= points.areas.sum();
+    const double on =
+        match_error(person_, match_scan(person_, surface, points, {}, {0.4, -1}), x).share;
+    return judged > 0 ? 1 - on / judged : 0;
   }
 
   double keypoint_rms(std::size_t f) const {

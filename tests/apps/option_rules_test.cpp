@@ -58,6 +58,22 @@ TEST(OptionRules, WhatIsSaidAndDoesNothingIsNamedWithWhatMakesItIdle) {
   EXPECT_THAT(broken_rules(table), IsEmpty());
 }
 
+TEST(OptionRules, WhatAnotherAsksForIsSaid) {
+  std::string exclude = "auto";
+  std::string region;
+  OptionTable table;
+  table.add("track.exclude", exclude, {"auto", "region"}, "Exclude");
+  table.add("track.region", region, std::vector<std::string>{}, "Region");
+  EXPECT_THAT(broken_rules(table), IsEmpty());
+  EXPECT_EQ(set_option(table, "track.region", "torso"), "");
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(HasSubstr("track.region does nothing with track.exclude auto")));
+  EXPECT_EQ(set_option(table, "track.exclude", "region"), "");
+  EXPECT_THAT(broken_rules(table), IsEmpty());
+  region.clear();
+  EXPECT_THAT(broken_rules(table), ElementsAre(HasSubstr("track.exclude region takes --region")));
+}
+
 TEST(OptionRules, ASectionBelongsToItsSwitchUnlessThatIsSaidToBeOff) {
   Some some;
   OptionTable inner = some.table();

@@ -30,6 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 /// A capture with its scans, keypoints, person and motion for all tests of this file; a copy of the
 /// workspace for each, which has what `run_stage("track")` asks for until something is changed.
@@ -237,9 +238,11 @@ TEST_F(Person, AReferenceThatExcludesNothingIsNone) {
 }
 
 TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
-  const ChildResult labels = run_stage("track", {"--exclude", "labels"});
+  const ChildResult labels =
+      run_stage("track", {"--exclude", "labels", "--input.excluded", "dress, outer"});
   ASSERT_EQ(labels.exit_code, 0) << labels.err;
   EXPECT_THAT(labels.err, Not(HasSubstr("label-nowhere")));
+  EXPECT_THAT(labels.err, Not(HasSubstr("scan-far"))) << "what is left out is nobody else";
   const fs::path result = workspace_ / "track" / "current";
   const auto share = [&] {
     return read_manifest(fs::canonical(result), "track").metrics.at("region_share");
@@ -263,12 +266,24 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
 }
 
 TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
-  EXPECT_THAT(evaluate({"--stage", "personalize"}).out, HasSubstr("at most 3"));
+  const auto figures = [&] {
+    return evaluate({"--stage", "personalize", "--targets", "accuracy"}).out;
+  };
+  EXPECT_THAT(figures(), HasSubstr("at most 3"));
   ASSERT_EQ(run_stage("personalize", {"--input.scans", "truth", "--samples", "800",
                                       "--shape-rounds", "1", "--surface-rounds", "1"})
                 .exit_code,
             0);
-  EXPECT_THAT(evaluate({"--stage", "personalize"}).out, HasSubstr("at most 2"));
+  EXPECT_THAT(figures(), HasSubstr("at most 2"));
+  const ChildResult body = run_stage("body");
+  ASSERT_EQ(body.exit_code, 0) << body.err;
+  EXPECT_THAT(body.err, HasSubstr("made with another person than that of 'personalize' now"));
+}
+
+TEST_F(Person, FiguresAreJudgedAlikeWithATableAndWithout) {
+  const std::string plain = evaluate({"--stage", "personalize"}).out;
+  EXPECT_THAT(plain, HasSubstr("(at most 7)")) << "small pictures: the range of demo";
+  EXPECT_THAT(evaluate({"--stage", "personalize", "--check"}).out, StartsWith(plain));
 }
 
 TEST_F(Person, RefinesUnderARegisteredGarment) {
@@ -308,6 +323,15 @@ TEST_F(Person, RefinesUnderARegisteredGarment) {
       nlohmann::json::parse(evaluate({"--check", "--json", "--targets", "accuracy"}).out);
   EXPECT_LE(figures.at("refine.outside_rate"), figures.at("body.outside_rate"));
   EXPECT_THAT(figures.at("check").dump(), HasSubstr("\"refine.outside_depth_mm\""));
+  const ChildResult itself = refine((workspace_ / "body" / "current").string());
+  EXPECT_EQ(itself.exit_code, 3);
+  EXPECT_THAT(itself.err, HasSubstr("the body itself, a result of body"));
+  fs::copy(fs::canonical(workspace_ / "body" / "current"), own_ / "copy",
+           fs::copy_options::recursive);
+  fs::remove(own_ / "copy" / "manifest.json");
+  const ChildResult copied = refine((own_ / "copy").string());
+  EXPECT_EQ(copied.exit_code, 3);
+  EXPECT_THAT(copied.err, HasSubstr("those of the body itself"));
   const ChildResult none = refine((own_ / "nothing").string());
   EXPECT_EQ(none.exit_code, 3);
   EXPECT_THAT(none.err, HasSubstr("nothing there"));
@@ -330,11 +354,24 @@ TEST_F(Person, AFrameThatNoCameraSawIsMissingThoughItIsBridged) {
   for (std::vector<std::string> step : std::vector<std::vector<std::string>>{
            {"reconstruct"},
            {"personalize", "--input.scans", "none", "--shape-rounds", "1"},
-           {"track", "--input.scans", "none"}}) {
+           {"track", "--input.scans", "none"},
+           {"body", "--iterations", "2", "--gap-frames", "1"}}) {
     step.insert(step.begin() + 1, {blind.string(), made});
     step.insert(step.begin(), program_path());
     const ChildResult result = run_child(step);
     ASSERT_EQ(result.exit_code, 0) << result.err;
+    if (step[1] != "reconstruct") {
+      const fs::path folder = fs::canonical(fs::path(made) / step[1] / "current");
+      const auto metrics = read_manifest(folder, step[1]).metrics;
+      for (const char* unmeasured : {"scan_rms", "displacement_rms", "outside_rate",
+                                     "outside_depth", "proximity", "skin_distance"}) {
+        EXPECT_FALSE(metrics.contains(unmeasured)) << step[1] << " " << unmeasured;
+      }
+    }
+    if (step[1] == "body") {
+      EXPECT_THAT(result.err, HasSubstr("no-scan [frames "));
+      EXPECT_THAT(result.err, Not(HasSubstr("frame 1: ")));
+    }
     if (step[1] == "track") {
       EXPECT_THAT(result.err + result.out, HasSubstr("keypoints-bridged"));
       EXPECT_THAT(result.err, HasSubstr("keypoints-missing [frames 1]"));
@@ -524,9 +561,17 @@ TEST_F(Person, WrongCallsAreRefused) {
       run_stage("track", {"--exclude", "region", "--region", (own_ / "region.json").string()});
   EXPECT_EQ(beyond.exit_code, 3);
   EXPECT_THAT(beyond.err, HasSubstr("vertices of the body"));
-  const ChildResult label = run_stage("track", {"--exclude", "labels", "--input.excluded", "hat"});
-  EXPECT_EQ(label.exit_code, 3);
-  EXPECT_THAT(label.err, HasSubstr("names of labels"));
+  for (const char* name : {"hat", "skin", "dress, hair"}) {
+    const ChildResult label = run_stage("track", {"--exclude", "labels", "--input.excluded", name});
+    EXPECT_EQ(label.exit_code, 3) << name;
+    EXPECT_THAT(label.err, HasSubstr("names of labels"));
+  }
+  const ChildResult unsaid = run_stage("track", {"--exclude", "region"});
+  EXPECT_EQ(unsaid.exit_code, 2);
+  EXPECT_THAT(unsaid.err, HasSubstr("exclude region takes --region"));
+  const ChildResult idle = run_stage("track", {"--region", "tail"});
+  EXPECT_EQ(idle.exit_code, 2);
+  EXPECT_THAT(idle.err, HasSubstr("region does nothing with exclude auto"));
 }
 
 }  // namespace
