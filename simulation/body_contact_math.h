@@ -31,17 +31,6 @@ ATELIER_HOST_DEVICE inline BodyTouch<T> touch_at(const BodyView<T>& body, int fa
   return out;
 }
 
-/// Contact of one particle with the face that it passed through.
-template <class T>
-ATELIER_HOST_DEVICE inline BodyTouch<T> touch_passed(const BodyView<T>& body,
-                                                     const FaceOffer<T>& passed, Vec3<T> x,
-                                                     Vec3<T> start, T t0, T t1) {
-  const FaceCorners<T> t = corners_at(body, passed.face, t1);
-  Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
-  normal = (T(1) / norm(normal)) * normal;
-  return touch_at(body, passed.face, passed.hit, normal, x, start, t0, t1);
-}
-
 /// Contact of one particle with the nearest face found, if it is nearer than `thickness`.
 template <class T>
 ATELIER_HOST_DEVICE inline BodyTouch<T> touch_nearest(const BodyView<T>& body,
@@ -86,7 +75,7 @@ struct BodyParticle {
   Vec4<T> held;   ///< over the iterations of a substep: the tangential correction so far (xyz) and
                   ///< the normal one (w)
   Vec3<T> moved;  ///< how the body moved in the substep where the particle touches it
-  Vec3<T> touched = {T(0), T(0), T(0)};  ///< normal of the touch before
+  Vec3<T> touched = {T(0), T(0), T(0)};  ///< normal of the first touch
 };
 
 /// Moves a particle out of the body and lets friction hold it (Coulomb: exact stick inside the
@@ -122,15 +111,19 @@ ATELIER_HOST_DEVICE inline void resolve_touch(BodyParticle<T>& p, const BodyTouc
 }
 
 /// Acts on the choice: first what would be passed through, else the nearest face. Returns true if
-/// it touched; then the choice is to be made once more (a corner between two surfaces; another
-/// surface that it was pushed through) and given to touch_again.
+/// it touched; then the nearest face is to be looked for once more (a corner between two surfaces)
+/// and given to touch_again.
 template <class T>
 ATELIER_HOST_DEVICE inline bool touch_choice(BodyParticle<T>& p, const BodyView<T>& body, T t0,
                                              T t1, const BodyContactRule<T>& rule,
                                              const FaceChoice<T>& choice) {
   BodyTouch<T> touch;
   if (choice.first.time <= T(1)) {
-    touch = touch_passed(body, choice.first, xyz(p.x), xyz(p.start), t0, t1);
+    const int face = choice.first.face;
+    const FaceCorners<T> t = corners_at(body, face, t1);
+    Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
+    normal = (T(1) / norm(normal)) * normal;
+    touch = touch_at(body, face, choice.first.hit, normal, xyz(p.x), xyz(p.start), t0, t1);
   } else {
     // Whom an earlier iteration moved out lies at the body's distance, but for rounding.
     const T near = p.held.w > T(0) ? T(1.001) * rule.thickness : rule.thickness;
@@ -144,35 +137,19 @@ ATELIER_HOST_DEVICE inline bool touch_choice(BodyParticle<T>& p, const BodyView<
   return touch.valid;
 }
 
-constexpr double kClosing = 1e-6;  ///< m a substep, by which surfaces close on a particle at least
-
-/// What came of touch_again.
-enum class SecondTouch { Nothing, Touches, Closing };
-
-/// What a particle meets where the touch before moved it to. `Closing`: the two surfaces face each
-/// other and come nearer to each other in the substep.
 template <class T>
-ATELIER_HOST_DEVICE inline SecondTouch touch_again(BodyParticle<T>& p, const BodyView<T>& body,
-                                                   T t0, T t1, BodyContactRule<T> rule,
-                                                   const FaceChoice<T>& choice) {
+ATELIER_HOST_DEVICE inline void touch_again(BodyParticle<T>& p, const BodyView<T>& body, T t0, T t1,
+                                            BodyContactRule<T> rule, const FaceOffer<T>& nearest) {
   const BodyTouch<T> touch =
-      choice.first.time <= T(1)
-          ? touch_passed(body, choice.first, xyz(p.x), xyz(p.start), t0, t1)
-          : touch_nearest(body, choice.nearest, xyz(p.x), xyz(p.start), t0, t1, rule.thickness);
-  if (!touch.valid) {
-    return SecondTouch::Nothing;
+      touch_nearest(body, nearest, xyz(p.x), xyz(p.start), t0, t1, rule.thickness);
+  if (touch.valid) {
+    // Between two surfaces that face each other there may be no room for both distances: the
+    // particle goes where it is as far from the one as from the other.
+    const T against = max_of(T(0), -dot(touch.normal, p.touched));
+    const T wanted = (rule.thickness - touch.distance) / (T(1) + against);
+    rule.thickness = touch.distance + wanted;
+    resolve_touch(p, touch, rule, false);
   }
-  // Between two surfaces that face each other there may be no room for both distances: the
-  // particle goes where it is as far from the one as from the other.
-  const T against = max_of(T(0), -dot(touch.normal, p.touched));
-  const T wanted = (rule.thickness - touch.distance) / (T(1) + against);
-  rule.thickness = touch.distance + wanted;
-  resolve_touch(p, touch, rule, false);
-  const bool closing =
-      against > T(0.2) && dot(p.moved, p.touched) + dot(touch.moved, touch.normal) > T(kClosing);
-  p.touched = touch.normal;
-
-  return closing ? SecondTouch::Closing : SecondTouch::Touches;
 }
 
 /// Faces that a particle may meet during a frame, at most.
@@ -182,9 +159,6 @@ constexpr int kSearchDeep = -2;  ///< it starts inside: ask the tree as deep as 
 /// It starts inside, but nearest to a piece of the body that lies inside too (where limbs overlap)
 /// and looks at it from its front: ask for the way out.
 constexpr int kSearchBuried = -3;
-
-/// Two surfaces close on it, in one of which it may lie by now: as kSearchDeep.
-constexpr int kSearchPinched = -4;
 
 /// What is known in a frame about what a particle may meet. `gap` and `from` are renewed whenever
 /// the candidates are looked at: who was found to be far from them is left alone for as long as it
@@ -281,7 +255,7 @@ enum class BodySearch { Nothing, Candidates, Tree, DeepTree, WayOut };
 template <class T>
 ATELIER_HOST_DEVICE inline BodySearch body_search(const BodyOutlook<T>& outlook, Vec3<T> x,
                                                   Vec3<T> frame_start, Vec3<T> flight, T t1) {
-  if (outlook.count == kSearchDeep || outlook.count == kSearchPinched) {
+  if (outlook.count == kSearchDeep) {
     return BodySearch::DeepTree;
   }
   if (outlook.count == kSearchBuried) {
@@ -355,10 +329,7 @@ ATELIER_HOST_DEVICE inline bool contact_by_candidates(BodyParticle<T>& p, const 
     look_out_again(outlook, choice.nearest, xyz(p.x), frame_start, flight, t1, rule);
     return false;
   }
-  if (touch_again(p, body, t0, t1, rule, choose(xyz(p.start), xyz(p.x), true)) ==
-      SecondTouch::Closing) {
-    outlook.count = kSearchPinched;
-  }
+  touch_again(p, body, t0, t1, rule, choose(xyz(p.start), xyz(p.x), false).nearest);
   return true;
 }
 
@@ -366,8 +337,8 @@ ATELIER_HOST_DEVICE inline bool contact_by_candidates(BodyParticle<T>& p, const 
 /// tree.
 template <class T, class Team>
 ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyView<T>& body, T t0,
-                                                T t1, BodyContactRule<T> rule,
-                                                BodyOutlook<T>& outlook, BodySearch search,
+                                                T t1, const BodyContactRule<T>& rule,
+                                                const BodyOutlook<T>& outlook, BodySearch search,
                                                 const Team& team) {
   if (search == BodySearch::WayOut) {
     FaceChoice<T> choice{nearest_way_out(body, xyz(p.x), t1, min_of(rule.reach, outlook.gap), team),
@@ -375,18 +346,13 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyVi
     return touch_choice(p, body, t0, t1, rule, choice);
   }
   const bool deep = search == BodySearch::DeepTree;
-  // Between surfaces that close on it a particle is handed from one to the other until it lies half
-  // way; what an arm presses into the trunk in one substep is not to stay for the next.
-  const bool pinched = outlook.count == kSearchPinched;
-  constexpr int kPassesOfPinched = 12;
-  rule.old_overlap = pinched ? rule.thickness : rule.old_overlap;
-  for (int pass = 0; pass < (pinched ? kPassesOfPinched : 2); ++pass) {
-    Box<T> box{xyz(p.x), xyz(p.x)};
-    grow(box, xyz(p.start));
-    // Who is outside needs to look no deeper than what it touches or passes through.
-    const Box<T> query = inflated(box, deep ? rule.reach : rule.thickness + T(1e-3));
+  Box<T> box{xyz(p.x), xyz(p.x)};
+  grow(box, xyz(p.start));
+  // Who is outside needs to look no deeper than what it touches or passes through.
+  const Box<T> query = inflated(box, deep ? rule.reach : rule.thickness + T(1e-3));
+  for (int pass = 0; pass < 2; ++pass) {
     FaceChoice<T> choice =
-        choose_in_tree(body, query, xyz(p.start), xyz(p.x), t0, t1, rule.reach, true, team);
+        choose_in_tree(body, query, xyz(p.start), xyz(p.x), t0, t1, rule.reach, pass == 0, team);
     // In one limb, and outside another that is nearer: that knows nothing of the first.
     if (deep && choice.first.time > T(1) && choice.nearest.side >= T(0) &&
         times_inside(body, xyz(p.x), t1, team) > 0) {
@@ -398,13 +364,7 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyVi
         return false;
       }
     } else {
-      const SecondTouch second = touch_again(p, body, t0, t1, rule, choice);
-      if (second == SecondTouch::Nothing) {
-        break;
-      }
-      if (second == SecondTouch::Closing && !began_inside(outlook)) {
-        outlook.count = kSearchPinched;
-      }
+      touch_again(p, body, t0, t1, rule, choice.nearest);
     }
   }
   return true;
@@ -425,8 +385,8 @@ enum class Meeting {
 template <class T>
 ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>& origin,
                                                const BodyView<T>& body, T t0, T t1,
-                                               BodyContactRule<T> rule, BodyOutlook<T> outlook,
-                                               Meeting meeting) {
+                                               BodyContactRule<T> rule,
+                                               const BodyOutlook<T>& outlook, Meeting meeting) {
   const Vec3<T> at = xyz(origin);
   if (meeting == Meeting::Rides) {
     const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{at, at}, rule.reach), at, at,

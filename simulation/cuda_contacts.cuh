@@ -42,8 +42,9 @@ __device__ inline bool touch_candidates(const CudaFrame<T>& frame, const BodyCon
   const bool touches =
       contact_by_candidates(p, frame.body, t0, t1, rule, outlook, xyz(frame.frame_start[i]),
                             frame.frame_time * xyz(frame.frame_velocity[i]), choose);
-  if (team.rank() == 0) {
-    frame.outlook[i] = outlook;
+  if (!touches && team.rank() == 0) {
+    frame.outlook[i].gap = outlook.gap;
+    frame.outlook[i].from = outlook.from;
   }
   return touches;
 }
@@ -119,10 +120,9 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
     const int k = lists.item(1, at);
     BodyParticle<T> p = load(k);
     const BodySearch search = body_search_of(frame, offset + k, p.x, t1);
-    BodyOutlook<T> outlook = frame.outlook[offset + k];
-    const bool touches = contact_by_tree(p, frame.body, t0, t1, rule, outlook, search, whole);
+    const bool touches =
+        contact_by_tree(p, frame.body, t0, t1, rule, frame.outlook[offset + k], search, whole);
     if (whole.rank() == 0) {
-      frame.outlook[offset + k].count = outlook.count;
       done(k, p, touches);
     }
   }

@@ -66,7 +66,10 @@ TEST(ClothOnAHuman, PinchedInAnArmpitItComesOutWhole) {
     options.self_contact = true;
     ClothSolver solver(cloth, woman().mesh.faces, options, device);
     const fixtures::Course course = fixtures::run_on(solver, woman().mesh.faces, 130, 10, at);
-    EXPECT_LT(course.deepest, fixtures::kDeepest);
+    // Where arm and trunk leave no room for the cloth's thickness it lies half way between them,
+    // to this:
+    constexpr double kHalfWay = 2e-4;  // m
+    EXPECT_LT(course.deepest, kHalfWay);
     EXPECT_LT(course.most_strain, 0.3);
     EXPECT_EQ(course.excused, 0) << "nothing is left between arm and trunk";
     EXPECT_TRUE(course.end.positions.allFinite());
