@@ -17,6 +17,7 @@
 #include "bodymodel/tracked_motion.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "core/sequence_archive.h"
 #include "simulation/fabric.h"
 
@@ -107,7 +108,8 @@ Motion new_motion(StageRun& run, const BodyModel& wearer, const AnimateOptions& 
   if (!fs::exists(options.motion)) {
     throw DataError(options.motion, "motion", "no such file",
                     "a motion file (.bvh, .npz, .glb, .amc, .trc, .c3d), or stride, squat, raise, "
-                    "twist, spin or range");
+                    "twist, spin or range" +
+                        did_you_mean(options.motion, procedural_motions()));
   }
   const MotionClip clip = read_motion_file(options.motion);
   tell(run, clip.findings);

@@ -6,134 +6,17 @@
 #include "apps/exit_code.h"
 #include "apps/inspection.h"
 #include "apps/json_text.h"
+#include "apps/stages.h"
 #include "apps/usage_error.h"
-#include "core/error.h"
-#include "core/io/lower_extension.h"
-#include "core/store/file_kind.h"
-#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
-
-struct Kind {
-  const char* extension;
-  void (*inspect)(const std::filesystem::path& path, Inspection& inspection);
-};
-
-constexpr Kind kKinds[] = {
-    {".obj", inspect_mesh},
-    {".ply", inspect_mesh},
-    {".glb", inspect_scene},
-    {".gltf", inspect_scene},
-    {".fbx", inspect_scene},
-    {".usda", inspect_usda},
-    {".npz", inspect_npz},
-    {".npy", inspect_npy},
-    {".png", inspect_image},
-    {".jpg", inspect_image},
-    {".jpeg", inspect_image},
-    {".tif", inspect_image},
-    {".tiff", inspect_image},
-    {".webp", inspect_image},
-    {".bmp", inspect_image},
-    {".avif", inspect_image},
-    {".svg", inspect_svg},
-    {".dxf", inspect_dxf},
-    {".safetensors", inspect_safetensors},
-    {".h5", inspect_hdf5},
-    {".hdf5", inspect_hdf5},
-    {".smc", inspect_hdf5},  // DNA-Rendering's
-    {".json", inspect_json},
-    {".jsonl", inspect_json_lines},
-    {".toml", inspect_toml},
-    {".csv", inspect_table},
-    {".html", inspect_page},
-    {".zip", inspect_zip},
-#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
-    {".mp4", inspect_video},
-    {".mov", inspect_video},
-    {".avi", inspect_video},
-    {".mkv", inspect_video},
-    {".yml", inspect_yaml},
-    {".yaml", inspect_yaml},
-    {".txt", inspect_colmap_text},
-    {".bin", inspect_colmap_binary},
-#endif
-#ifdef ATELIER_HAS_BODYMODEL
-    {".bvh", inspect_motion},
-    {".amc", inspect_motion},
-    {".trc", inspect_markers},
-    {".c3d", inspect_markers},
-    {".target", inspect_target},
-    {".mhclo", inspect_mhclo},
-    {".mhskel", inspect_json},
-    {".mhw", inspect_json},
-#endif
-};
-
-/// Kinds that are known and not shown, and what to do instead.
-struct Refused {
-  const char* extension;
-  const char* found;
-  const char* expected;
-};
-
-constexpr Refused kRefused[] = {
-    {".pkl", "a Python pickle, which runs code when it is read", "its numbers as .npz"},
-    {".pt", "a file of torch, which runs code when it is read", "its tensors as .safetensors"},
-    {".pth", "a file of torch, which runs code when it is read", "its tensors as .safetensors"},
-    {".onnx", "a network, which only detect opens", "atelier detect CAPTURE --model FILE.onnx"},
-    {".asf", "an Acclaim skeleton, which is read with its motion", "the .amc beside it"},
-};
-
-std::uintmax_t size_of(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(path, error);
-  if (error) {
-    throw EnvironmentError(path.string(), system_reason(error.value()));
-  }
-  return size;
-}
-
-Inspection inspect(const std::filesystem::path& path) {
-  const std::filesystem::file_type there = file_kind(path);
-  if (there == std::filesystem::file_type::not_found) {
-    throw DataError(path.string(), "", "nothing there", "a file");
-  }
-  if (there == std::filesystem::file_type::directory) {
-    Inspection inspection;
-    inspection.add("folder", path.string());
-    inspect_folder(path, inspection);
-    return inspection;
-  }
-  if (there != std::filesystem::file_type::regular) {
-    throw DataError(path.string(), "", "not a regular file", "a file or a folder");
-  }
-  const std::string extension = lower_extension(path);
-  std::string known;
-  for (const Kind& kind : kKinds) {
-    if (extension == kind.extension) {
-      Inspection inspection;
-      inspection.add("file", path.string());
-      inspection.add("size", size_of(path), "bytes");
-      kind.inspect(path, inspection);
-      return inspection;
-    }
-    known += (known.empty() ? "" : ", ") + std::string(kind.extension);
-  }
-  for (const Refused& kind : kRefused) {
-    if (extension == kind.extension) {
-      throw DataError(path.string(), "", kind.found, kind.expected);
-    }
-  }
-  throw DataError(path.string(), "", "a kind of file that is not known", "one of " + known);
-}
 
 int run(const std::string& file, bool as_json) {
   if (file.empty()) {
     throw UsageError("inspect takes a FILE: atelier inspect FILE");
   }
-  const Inspection inspection = inspect(file);
+  const Inspection inspection = inspect_path(file, all_stages());
   const int code = has_errors(inspection.findings) ? kExitBadData : kExitDone;
   std::cout << (as_json ? json_text(json_of(inspection), 1) + "\n" : text_of(inspection));
   return code;

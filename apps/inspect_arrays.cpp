@@ -41,11 +41,38 @@ void inspect_foreign_hdf5(const std::filesystem::path& path, Inspection& inspect
   }
 }
 
+/// A name that leads out of the folder that the zip is unpacked into.
+bool leads_out(std::string_view name) {
+  const bool drive = name.size() > 1 && name[1] == ':';
+  if (name.empty() || name[0] == '/' || name[0] == '\\' || drive) {
+    return true;
+  }
+  while (!name.empty()) {
+    const std::size_t end = std::min(name.find_first_of("/\\"), name.size());
+    if (name.substr(0, end) == "..") {
+      return true;
+    }
+    name.remove_prefix(std::min(end + 1, name.size()));
+  }
+  return false;
+}
+
+void add_unsafe_names(const std::vector<std::string>& names, Inspection& inspection) {
+  const auto first = std::find_if(names.begin(), names.end(), leads_out);
+  if (first != names.end()) {
+    inspection.findings.push_back(
+        {Severity::Error, "zip-name", first->substr(0, 80),
+         std::to_string(std::count_if(first, names.end(), leads_out)) +
+             " of its files would be written outside of the folder that it is unpacked into",
+         "do not unpack it with a program that follows such names"});
+  }
+}
+
 }  // namespace
 
 void inspect_npy(const std::filesystem::path& path, Inspection& inspection) {
   inspection.add("kind", "npy");
-  inspection.add("array", tensor_facts(read_npy(path)));
+  add_array("array", read_npy(path), inspection);
 }
 
 void inspect_npz(const std::filesystem::path& path, Inspection& inspection) {
@@ -53,7 +80,7 @@ void inspect_npz(const std::filesystem::path& path, Inspection& inspection) {
   inspection.add("kind", "npz");
   inspection.add("arrays", npz.names().size());
   for (const std::string& name : npz.names()) {
-    inspection.add_member(name, tensor_facts(npz.read(name)));
+    add_array(name, npz.read(name), inspection);
   }
 #ifdef ATELIER_HAS_BODYMODEL
   inspect_person(path, inspection);
@@ -69,6 +96,7 @@ void inspect_zip(const std::filesystem::path& path, Inspection& inspection) {
     inspection.add("first", zip.names().front());
     inspection.add("last", zip.names().back());
   }
+  add_unsafe_names(zip.names(), inspection);
 }
 
 void inspect_safetensors(const std::filesystem::path& path, Inspection& inspection) {
@@ -81,8 +109,9 @@ void inspect_safetensors(const std::filesystem::path& path, Inspection& inspecti
   }
   inspection.add("metadata", metadata);
   for (const auto& [name, tensor] : content.tensors) {
-    inspection.add_member(name, tensor_facts(tensor));
+    add_array(name, tensor, inspection);
   }
+  judge_network(content, path);
 }
 
 void inspect_hdf5(const std::filesystem::path& path, Inspection& inspection) {
@@ -95,9 +124,7 @@ void inspect_hdf5(const std::filesystem::path& path, Inspection& inspection) {
   if (!begins_with(path, kArchiveMagic)) {
     throw DataError(path.string(), "byte 0", "no HDF5 file", "HDF5, Atelier's own or of others");
   }
-  const Archive head = archive_contents(path);
-  // With data: damage is found, and ranges can be told.
-  const Archive archive = read_archive(path, head.schema, head.version);
+  const Archive archive = read_any_archive(path);
   inspection.add("kind", "archive of schema '" + archive.schema + "', version " +
                              std::to_string(archive.version));
   inspection.add("unit", archive.units);
@@ -109,8 +136,9 @@ void inspect_hdf5(const std::filesystem::path& path, Inspection& inspection) {
     inspection.add_member(name, text.substr(0, 80));
   }
   for (const auto& [name, tensor] : archive.datasets) {
-    inspection.add_member(name, tensor_facts(tensor));
+    add_array(name, tensor, inspection);
   }
+  judge_archive(archive, path, inspection);
 }
 
 }  // namespace atelier

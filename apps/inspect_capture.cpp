@@ -8,6 +8,7 @@
 #include "capture/layouts/layout_table.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/layouts/opencv_yaml.h"
+#include "capture/layouts/qualisys.h"
 #include "capture/video_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -66,7 +67,12 @@ void inspect_yaml(const std::filesystem::path& path, Inspection& inspection) {
 }
 
 void inspect_colmap_text(const std::filesystem::path& path, Inspection& inspection) {
-  if (path.filename() == "cameras.txt") {
+  if (path.filename().string().ends_with(".qca.txt")) {
+    const std::vector<Camera> cameras =
+        parse_qualisys(read_file_text(path, Limits{}.text_file_bytes), path.string());
+    inspection.add("kind", "cameras, Qualisys");
+    inspection.add("cameras", cameras.size());
+  } else if (path.filename() == "cameras.txt") {
     add_cameras(
         parse_colmap_cameras_text(read_file_text(path, Limits{}.text_file_bytes), path.string()),
         inspection);

@@ -2,8 +2,7 @@
 #include <iterator>
 
 #include "apps/inspection.h"
-#include "apps/stage_console.h"
-#include "apps/stages.h"
+#include "apps/run_account.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
@@ -18,6 +17,25 @@
 #include "core/store/result.h"
 #include "core/store/toml_entries.h"
 #include "core/system_reason.h"
+#ifdef ATELIER_HAS_CAPTURE
+#include "capture/cameras_file.h"
+#include "capture/capture_info.h"
+#include "capture/keypoints2d.h"
+#include "capture/keypoints3d_file.h"
+#endif
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+#include "capture/layouts/camera_toml.h"
+#include "capture/layouts/goliath.h"
+#include "capture/layouts/human36m.h"
+#include "capture/layouts/nerfstudio.h"
+#include "capture/layouts/panoptic.h"
+#endif
+#ifdef ATELIER_HAS_REGISTRATION
+#include "registration/garment_pattern_json.h"
+#endif
+#ifdef ATELIER_HAS_SIMULATION
+#include "apps/material_file.h"
+#endif
 
 namespace atelier {
 namespace {
@@ -50,7 +68,7 @@ void inspect_manifest(const std::filesystem::path& path, Inspection& inspection)
                            {"source", option.source}});
   }
   for (const auto& [name, value] : manifest.metrics) {
-    const Stage* stage = find_stage(all_stages(), manifest.stage);
+    const Stage* stage = find_stage(inspection.stages, manifest.stage);
     const StageMetric* metric = stage == nullptr ? nullptr : find_metric(*stage, name);
     inspection.add_member("metric " + name, value,
                           metric == nullptr ? "" : std::string(metric->unit));
@@ -62,34 +80,86 @@ void inspect_manifest(const std::filesystem::path& path, Inspection& inspection)
 struct DocumentMark {
   std::vector<const char*> keys;  ///< of the outermost object
   const char* kind;
+  /// What a stage reads it with, and throws where it refuses it; none of what is read with others.
+  void (*read)(const std::string& text, const std::string& file) = nullptr;
+  const char* file_name = "";  ///< that it has, where its keys do not tell
 };
 
-std::string kind_of(const nlohmann::json& json) {
+const std::vector<DocumentMark>& document_marks() {
   static const std::vector<DocumentMark> marks = {
-      {{"cameras", "pixel_origin"}, "cameras of a capture"},
-      {{"capture", "stages", "started"}, "account of a run"},
-      {{"pattern", "properties"}, "sewing pattern, Garment-Pattern-Generator"},
-      {{"people", "version"}, "keypoints in a picture, OpenPose"},
-      {{"annots"}, "keypoints in a picture, EasyMocap"},
-      {{"calibDataSource", "cameras"}, "cameras, Panoptic"},
-      {{"intrinsics", "extrinsics"}, "cameras, Human3.6M"},
-      {{"KRT"}, "cameras, Goliath"},
-      {{"bodies"}, "keypoints in space, Panoptic"},
-      {{"frames", "camera_model"}, "cameras, nerfstudio"},
-      {{"frames", "camera_angle_x"}, "cameras, NeRF"},
+#ifdef ATELIER_HAS_CAPTURE
+      {{"cameras", "pixel_origin"},
+       "cameras of a capture",
+       [](const std::string& text, const std::string& file) { parse_cameras_json(text, file); }},
+      {{"people", "version"},
+       "keypoints in a picture, OpenPose",
+       [](const std::string& text, const std::string& file) { parse_openpose(text, file); }},
+      {{"annots"},
+       "keypoints in a picture, EasyMocap",
+       [](const std::string& text, const std::string& file) {
+         parse_easymocap_annotation(text, file);
+       }},
+      {{"bodies"},
+       "keypoints in space, Panoptic",
+       [](const std::string& text, const std::string& file) { parse_keypoints3d(text, file); }},
+#endif
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+      {{"calibDataSource", "cameras"},
+       "cameras, Panoptic",
+       [](const std::string& text, const std::string& file) {
+         parse_panoptic_cameras(text, file);
+       }},
+      {{"intrinsics", "extrinsics"},
+       "cameras, Human3.6M",
+       [](const std::string& text, const std::string& file) {
+         parse_human36m_cameras(text, "auto", file);
+       }},
+      {{"KRT"},
+       "cameras, Goliath",
+       [](const std::string& text, const std::string& file) { parse_goliath_cameras(text, file); }},
+      {{"frames", "camera_model"},
+       "cameras, nerfstudio",
+       [](const std::string& text, const std::string& file) { parse_transforms(text, file); }},
+      {{"frames", "camera_angle_x"},
+       "cameras, NeRF",
+       [](const std::string& text, const std::string& file) { parse_transforms(text, file); }},
+#endif
+#ifdef ATELIER_HAS_REGISTRATION
+      {{"pattern", "properties"},
+       "sewing pattern, Garment-Pattern-Generator",
+       [](const std::string& text, const std::string& file) {
+         garment_pattern_from_json(text, file);
+       }},
+#endif
+#ifdef ATELIER_HAS_SIMULATION
+      {{"garments"},
+       "materials of garments",
+       [](const std::string& text, const std::string& file) { parse_materials(text, file); },
+       "material.json"},
+#endif
+      {{"capture", "stages", "started"},
+       "account of a run",
+       [](const std::string& text, const std::string& file) { parse_run_account(text, file); }},
       {{"bones", "joints"}, "rig, MakeHuman"},
       {{"weights", "version"}, "weights of a rig, MakeHuman"},
       {{"asset", "scenes"}, "scene, glTF; .gltf is its extension"},
       {{"seams"}, "seams, for flatten"},
       {{"panels"}, "panels, for flatten"},
   };
-  for (const DocumentMark& mark : marks) {
-    if (json.is_object() && std::all_of(mark.keys.begin(), mark.keys.end(),
-                                        [&](const char* key) { return json.contains(key); })) {
-      return std::string(mark.kind) + " (JSON)";
+  return marks;
+}
+
+/// Null where none fits.
+const DocumentMark* mark_of(const nlohmann::json& json, const std::filesystem::path& path) {
+  for (const DocumentMark& mark : document_marks()) {
+    const bool named = *mark.file_name == '\0' || path.filename() == mark.file_name;
+    if (named && json.is_object() &&
+        std::all_of(mark.keys.begin(), mark.keys.end(),
+                    [&](const char* key) { return json.contains(key); })) {
+      return &mark;
     }
   }
-  return std::string("JSON, ") + json.type_name();
+  return nullptr;
 }
 
 }  // namespace
@@ -101,7 +171,12 @@ void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
     inspect_manifest(path, inspection);
     return;
   }
-  inspection.add("kind", kind_of(json));
+  const DocumentMark* mark = mark_of(json, path);
+  if (mark != nullptr && mark->read != nullptr) {
+    mark->read(read_file_text(path, Limits{}.text_file_bytes), path.string());
+  }
+  inspection.add("kind", mark != nullptr ? std::string(mark->kind) + " (JSON)"
+                                         : std::string("JSON, ") + json.type_name());
   if (json.is_object() && json.contains("schema") && json["schema"].is_string()) {
     inspection.add("schema", json["schema"].get<std::string>());
   }
@@ -111,14 +186,26 @@ void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
 }
 
 void inspect_toml(const std::filesystem::path& path, Inspection& inspection) {
-  const std::vector<TomlEntry> entries =
-      read_toml_entries(read_file_text(path, Limits{}.text_file_bytes), path.string());
+  const std::string text = read_file_text(path, Limits{}.text_file_bytes);
+  const std::vector<TomlEntry> entries = read_toml_entries(text, path.string());
   const bool cameras = std::any_of(entries.begin(), entries.end(), [](const TomlEntry& entry) {
     return entry.name.ends_with(".matrix");  // of Pose2Sim, Caliscope and Anipose
   });
   inspection.add("kind", path.filename() == "capture.toml" ? "a capture's description"
                          : cameras                         ? "cameras in TOML"
                                                            : "TOML");
+#ifdef ATELIER_HAS_CAPTURE
+  const bool schema = std::any_of(entries.begin(), entries.end(),
+                                  [](const TomlEntry& entry) { return entry.name == "schema"; });
+  if (path.filename() == "capture.toml" && schema) {  // without one it may hold consent alone
+    parse_capture_toml(text, path.string());
+  }
+#endif
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  if (cameras) {
+    inspection.findings = parse_camera_toml(text, path.string()).findings;
+  }
+#endif
   if (path.filename() == "capture.toml") {
     inspection.add("consent",
                    to_string(read_consent(path.parent_path().empty() ? std::filesystem::path(".")

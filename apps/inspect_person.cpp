@@ -10,6 +10,7 @@
 #include "bodymodel/motion_c3d.h"
 #include "bodymodel/motion_file.h"
 #include "bodymodel/motion_trc.h"
+#include "bodymodel/personal_body.h"
 #include "core/io/lower_extension.h"
 #include "core/io/npz.h"
 #include "core/limits.h"
@@ -96,6 +97,9 @@ void inspect_person(const std::filesystem::path& path, Inspection& inspection) {
   } else if (schema.starts_with("atelier-body") || (has("v_template") && has("kintree_table"))) {
     inspection.add("holds", schema.empty() ? "body (SMPL family)" : "body");
     add_body(read_body_file(path), inspection);
+    if (has("person_shape_names")) {
+      read_personal_body(path);  // what personalize adds to a body
+    }
   }
 }
 

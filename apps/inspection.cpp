@@ -56,9 +56,18 @@ std::string key_of(std::string name) {
   return name;
 }
 
-}  // namespace
+/// "[3,1]" of the element `at` in the order of the file.
+std::string place_text(std::int64_t at, const std::vector<std::int64_t>& shape) {
+  std::vector<std::int64_t> place(shape.size());
+  for (std::size_t d = shape.size(); d-- > 0;) {
+    place[d] = at % shape[d];
+    at /= shape[d];
+  }
+  return shape_text(place);
+}
 
-nlohmann::ordered_json tensor_facts(const Tensor& tensor) {
+/// Type and shape of an array and, of numbers, the range and how many are not finite.
+nlohmann::ordered_json tensor_facts(const Tensor& tensor, std::int64_t& first_not_finite) {
   nlohmann::ordered_json facts = {{"type", element_type_name(tensor.type)},
                                   {"shape", tensor.shape}};
   if (tensor.type == ElementType::Text || tensor.type == ElementType::Complex64 ||
@@ -74,6 +83,8 @@ nlohmann::ordered_json tensor_facts(const Tensor& tensor) {
       least = finite == 0 ? value : std::min(least, value);
       most = finite == 0 ? value : std::max(most, value);
       ++finite;
+    } else if (first_not_finite < 0) {
+      first_not_finite = &value - values.data();
     }
   }
   if (finite > 0) {
@@ -84,6 +95,20 @@ nlohmann::ordered_json tensor_facts(const Tensor& tensor) {
     facts["not_finite"] = rest;
   }
   return facts;
+}
+
+}  // namespace
+
+void add_array(const std::string& name, const Tensor& tensor, Inspection& inspection) {
+  std::int64_t first = -1;
+  inspection.add_member(name, tensor_facts(tensor, first));
+  if (first >= 0) {
+    inspection.findings.push_back(
+        {Severity::Warning, "not-finite",
+         name + (tensor.shape.empty() ? "" : place_text(first, tensor.shape)),
+         "the first of its numbers that are not finite",
+         "what wrote it divided by nothing or left them out; most readers refuse such numbers"});
+  }
 }
 
 nlohmann::ordered_json json_of(const Inspection& inspection) {

@@ -2,10 +2,14 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "core/archive.h"
 #include "core/finding.h"
+#include "core/io/safetensors.h"
+#include "core/store/stage.h"
 #include "core/tensor.h"
 
 namespace atelier {
@@ -22,6 +26,7 @@ struct Inspection {
   std::vector<Fact> facts;
   std::vector<Fact> members;  ///< what a container holds, by the names that the file gives
   std::vector<Finding> findings;
+  std::span<const Stage> stages;  ///< the program's, which know the units of their metrics
 
   void add(const std::string& name, nlohmann::ordered_json value, const std::string& unit = "") {
     facts.push_back({name, std::move(value), unit});
@@ -32,8 +37,13 @@ struct Inspection {
   }
 };
 
-/// Type and shape of an array and, of numbers, the range and how many are not finite.
-nlohmann::ordered_json tensor_facts(const Tensor& tensor);
+/// What a file or a folder is. Throws DataError for what its reader refuses, what no reader takes,
+/// and kinds that are known and not opened; EnvironmentError for what cannot be read.
+Inspection inspect_path(const std::filesystem::path& path, std::span<const Stage> stages = {});
+
+/// Adds an array as a member: type, shape and, of numbers, the range; a finding where some are not
+/// finite, with the place of the first.
+void add_array(const std::string& name, const Tensor& tensor, Inspection& inspection);
 
 /// {"file": ..., "area": 1.5, "units": {"area": "m2"}, "members": {...}, "findings": [...]}
 nlohmann::ordered_json json_of(const Inspection& inspection);
@@ -49,11 +59,21 @@ void inspect_npy(const std::filesystem::path& path, Inspection& inspection);
 void inspect_npz(const std::filesystem::path& path, Inspection& inspection);
 void inspect_safetensors(const std::filesystem::path& path, Inspection& inspection);
 void inspect_hdf5(const std::filesystem::path& path, Inspection& inspection);
+/// An archive of whatever schema, its bytes compared with their digest; of a schema that is known
+/// in a version that is known. Throws as read_archive.
+Archive read_any_archive(const std::filesystem::path& path);
+/// Throws what reading an archive of this schema, or a network, throws; a note where no reader
+/// takes the schema by itself.
+void judge_archive(const Archive& archive, const std::filesystem::path& path,
+                   Inspection& inspection);
+void judge_network(const Safetensors& content, const std::filesystem::path& path);
 void inspect_json(const std::filesystem::path& path, Inspection& inspection);
 void inspect_toml(const std::filesystem::path& path, Inspection& inspection);
 void inspect_zip(const std::filesystem::path& path, Inspection& inspection);
 void inspect_svg(const std::filesystem::path& path, Inspection& inspection);
 void inspect_dxf(const std::filesystem::path& path, Inspection& inspection);
+/// Text or binary by its first bytes; binary is refused with what converts it.
+void inspect_usd(const std::filesystem::path& path, Inspection& inspection);
 void inspect_usda(const std::filesystem::path& path, Inspection& inspection);
 void inspect_page(const std::filesystem::path& path, Inspection& inspection);        // HTML
 void inspect_table(const std::filesystem::path& path, Inspection& inspection);       // CSV

@@ -18,6 +18,7 @@
 #include "core/io/sequence_folder.h"
 #include "core/median.h"
 #include "core/mesh_statistics.h"
+#include "core/nearest_name.h"
 #include "core/normals.h"
 #include "core/sequence_archive.h"
 #include "core/tree.h"
@@ -171,7 +172,8 @@ Sequence body_sequence(const std::filesystem::path& body) {
 #endif
   if (!std::filesystem::exists(body)) {
     throw DataError(body.string(), "", "no such file or folder",
-                    "a mesh, a folder of meshes, a body model, female or male");
+                    "a mesh, a folder of meshes, a body model, female or male" +
+                        did_you_mean(body.string(), {"female", "male"}));
   }
   return read_sequence_folder(body);
 }
@@ -238,6 +240,12 @@ Garment read_garment(const std::filesystem::path& file, bool flat_rest) {
     throw DataError(file.string(), "file name", "a pattern, which has no shape in space yet",
                     "a mesh or garment.h5 of atelier drape --garment " + file.filename().string() +
                         " --out FOLDER");
+  }
+  const std::string drafted = nearest_name(file.string(), {"dress", "tee", "skirt", "trousers"});
+  if (!drafted.empty() && !std::filesystem::exists(file)) {
+    throw DataError(file.string(), "", "no such file",
+                    "a mesh or a garment.h5; '" + drafted + "' is drafted and put on by atelier " +
+                        "drape --garment " + drafted + " --out FOLDER");
   }
   if (lower_extension(file) == ".h5") {
     garment = read_garment_archive(file);

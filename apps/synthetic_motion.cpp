@@ -15,6 +15,7 @@
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "core/normals.h"
 #include "core/parallel.h"
 
@@ -356,9 +357,15 @@ double transition_seconds(const Skeleton& skeleton, const Pose& from, const Pose
   return std::max(kLeast, kSlope * std::sqrt(way.rowwise().squaredNorm().maxCoeff()) / kQuickest);
 }
 
+const std::vector<std::string>& procedural_motions() {
+  static const std::vector<std::string> names = {"stride", "squat", "raise",
+                                                 "twist",  "spin",  "range"};
+  return names;
+}
+
 bool is_procedural(const std::string& motion) {
-  return motion == "stride" || motion == "squat" || motion == "raise" || motion == "twist" ||
-         motion == "spin" || motion == "range";
+  const std::vector<std::string>& names = procedural_motions();
+  return std::find(names.begin(), names.end(), motion) != names.end();
 }
 
 OptionTable describe(MotionChoice& choice) {
@@ -419,7 +426,8 @@ ContinuousMotion continuous_motion(const BodyModel& model, const std::string& mo
   if (!is_procedural(motion)) {
     if (!std::filesystem::path(motion).has_extension() && !std::filesystem::exists(motion)) {
       throw DataError(motion, "motion", "no such motion",
-                      "stride, squat, raise, twist, spin, range, or a file");
+                      "stride, squat, raise, twist, spin, range, or a file" +
+                          did_you_mean(motion, procedural_motions()));
     }
     return file_motion(model, motion, ground);
   }

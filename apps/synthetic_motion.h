@@ -31,7 +31,10 @@ struct ContinuousMotion {
 ContinuousMotion continuous_motion(const BodyModel& model, const std::string& motion,
                                    double duration, double ground);
 
-/// One of the motions that need no file.
+/// The motions that need no file: stride, squat, raise, twist, spin and range.
+const std::vector<std::string>& procedural_motions();
+
+/// One of them.
 bool is_procedural(const std::string& motion);
 
 /// The motion turned about the vertical and shifted so that at `entry` seconds its body faces as in

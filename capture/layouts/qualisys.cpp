@@ -5,12 +5,12 @@
 #include "capture/camera_conventions.h"
 #include "capture/layouts/camera_toml.h"
 #include "capture/layouts/frame_files.h"
-#include "capture/layouts/xml_elements.h"
 #include "capture/truth_archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/text_scanner.h"
+#include "core/io/xml_elements.h"
 
 namespace atelier {
 namespace fs = std::filesystem;

@@ -194,8 +194,10 @@ TEST_F(Inspect, SaysWhatTextsOfOtherProgramsAre) {
                    "<?xml version=\"1.0\"?>\n<svg xmlns=\"x\" width=\"210mm\" "
                    "height=\"297mm\"><path/></svg>"),
               AllOf(HasSubstr("drawing, SVG"), HasSubstr("210mm"), HasSubstr("297mm")));
-  EXPECT_THAT(said("a.dxf", "999\r\nmade by us\r\n  0\r\nSECTION\r\n  2\r\nHEADER\r\n"),
-              HasSubstr("drawing, DXF"));
+  EXPECT_THAT(said("a.dxf",
+                   "999\r\nmade by us\r\n  0\r\nSECTION\r\n  2\r\nHEADER\r\n  9\r\n"
+                   "$INSUNITS\r\n 70\r\n     4\r\n  0\r\nENDSEC\r\n  0\r\nEOF\r\n"),
+              AllOf(HasSubstr("drawing, DXF"), HasSubstr("unit              mm\n")));
   EXPECT_THAT(said("a.usda",
                    "#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = \"Y\"\n"
                    "    endTimeCode = 5\n)\n\ndef Xform \"root\"\n{\n}\n"),
@@ -223,6 +225,15 @@ TEST_F(Inspect, TextsThatAreNotWhatTheirNamesSayAreRefused) {
                                          {"a.pkl", "x", "pickle"},
                                          {"a.pt", "x", "torch"},
                                          {"a.onnx", "x", "detect"},
+                                         {"tag.svg", "<svg", "a name"},
+                                         {"box.svg", "<svg viewBox='0 0 nan 1'/>", "viewBox"},
+                                         {"torn.csv", "a,b\n1,2\n3\n", "line 3"},
+                                         {"quote.csv", "a,b\n1,\"2\n", "does not close"},
+                                         {"cut.dxf", "0\nSECTION\n2\nHEADER\n", "0 ENDSEC"},
+                                         {"cut.usda", "#usda 1.0\ndef \"a\"\n{\n", "'}'"},
+                                         {"cut.html", "<!doctype html><html><p", "tag"},
+                                         {"a.usd", "PXR-USDC", "usdcat FILE.usd -o FILE.usda"},
+                                         {"a.usdc", "PXR-USDC", "usdcat FILE.usdc"},
                                          {"a.asf", ":version 1.10", ".amc"},
                                          {"notes.txt", "x", "capture's folder"},
                                          {"a.bin", "x", "capture's folder"},

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <sched.h>
+
 #include "core/io/file_bytes.h"
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_directory.h"
@@ -37,6 +39,14 @@ inline std::vector<std::string> traced_into(const std::string& log, bool every_c
   return traced;
 }
 
+/// The command on one processor. strace counts the calls of each thread apart, and which thread of
+/// several digests an input is chance: the number of a call would be another one in the next run.
+inline std::vector<std::string> on_one_processor(const std::vector<std::string>& command) {
+  std::vector<std::string> result = {"taskset", "--cpu-list", std::to_string(sched_getcpu())};
+  result.insert(result.end(), command.begin(), command.end());
+  return result;
+}
+
 /// The calls by which a run changes the disk, in order, from the first mkdir on (what comes before
 /// is the program being loaded).
 inline std::vector<SystemCall> record_calls(const std::vector<std::string>& command,
@@ -49,7 +59,8 @@ inline std::vector<SystemCall> record_calls(const std::vector<std::string>& comm
   }
   std::vector<std::string> traced = traced_into(log);
   traced.insert(traced.end(), {"-e", "trace=" + list + ",mkdir,rename"});
-  traced.insert(traced.end(), command.begin(), command.end());
+  const std::vector<std::string> alone = on_one_processor(command);
+  traced.insert(traced.end(), alone.begin(), alone.end());
   run_child(traced);
   std::vector<SystemCall> calls;
   std::map<std::string, int> counts;
@@ -82,7 +93,8 @@ inline std::vector<std::string> injected(const std::vector<std::string>& command
   traced.insert(traced.end(),
                 {"-e", "trace=" + call.name, "-e",
                  "inject=" + call.name + ":" + what + ":when=" + std::to_string(call.number)});
-  traced.insert(traced.end(), command.begin(), command.end());
+  const std::vector<std::string> alone = on_one_processor(command);
+  traced.insert(traced.end(), alone.begin(), alone.end());
   return traced;
 }
 

@@ -19,11 +19,12 @@ struct XmlElement {
   std::int64_t line = 0;  ///< where it begins
 };
 
-/// The elements of a small XML text with their attributes; what stands between tags is passed over.
-/// Throws DataError, with the line, for tags that do not match, attributes twice or without quotes,
-/// more than one root, declarations of types (DOCTYPE) and entities other than the five of XML,
-/// deeper nesting than `limits.text_depth`, more elements than `limits.text_values`, and texts
-/// longer than `limits.text_string_bytes`.
+/// The elements of an XML text with their attributes; what stands between tags is passed over, as
+/// is a DOCTYPE that declares nothing itself. Throws DataError, with the line, for tags that do not
+/// match, attributes twice or without quotes, more than one root, declarations in a DOCTYPE,
+/// entities other than the five of XML and characters by their number (`&#181;`), deeper nesting
+/// than `limits.text_depth`, more elements than `limits.text_values`, and values longer than
+/// `limits.text_string_bytes`.
 std::vector<XmlElement> parse_xml_elements(std::string_view text, const std::string& file = "",
                                            const Limits& limits = {});
 

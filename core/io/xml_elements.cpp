@@ -1,6 +1,7 @@
-#include "capture/layouts/xml_elements.h"
+#include "core/io/xml_elements.h"
 
 #include <algorithm>
+#include <charconv>
 
 #include "core/error.h"
 #include "core/io/text_scanner.h"
@@ -17,6 +18,23 @@ bool is_name(char c) {
          c == '-' || c == '.' || c == ':';
 }
 
+/// "&#181;" or "&#xB5;" at the beginning: a character that XML has.
+bool is_number_of_character(std::string_view text) {
+  if (!text.starts_with("&#")) {
+    return false;
+  }
+  const bool hexadecimal = text.substr(2).starts_with("x");
+  text = text.substr(hexadecimal ? 3 : 2);
+  const std::size_t end = text.find(';');
+  std::uint32_t code = 0;
+  const char* last = text.data() + std::min(end, text.size());
+  const auto [stop, error] = std::from_chars(text.data(), last, code, hexadecimal ? 16 : 10);
+  const bool control = code < 32 && code != 9 && code != 10 && code != 13;
+  const bool surrogate = code >= 0xD800 && code < 0xE000;
+  return end != std::string_view::npos && error == std::errc() && stop == last && !control &&
+         !surrogate && code <= 0x10FFFF;
+}
+
 class XmlParser {
  public:
   XmlParser(std::string_view text, const std::string& file, const Limits& limits)
@@ -31,8 +49,12 @@ class XmlParser {
         skip_past("?>");
       } else if (rest().starts_with("<!--")) {
         skip_past("-->");
+      } else if (rest().starts_with("<![CDATA[") && !open_.empty()) {
+        skip_past("]]>");
+      } else if (rest().starts_with("<!DOCTYPE") && elements_.empty()) {
+        skip_doctype();
       } else if (rest().starts_with("<!")) {
-        fail(in_quotes(rest().substr(0, 12)), "elements, without DOCTYPE or CDATA");
+        fail(in_quotes(rest().substr(0, 12)), "elements");
       } else if (rest().starts_with("</")) {
         end_tag();
       } else {
@@ -87,6 +109,16 @@ class XmlParser {
     advance(found + end.size());
   }
 
+  /// One that only names the kind of text; what it could declare (entities) is not expanded here,
+  /// so that a text with it would not be read as it is meant.
+  void skip_doctype() {
+    const std::size_t end = text_.find_first_of("[>", at_);
+    if (end == std::string_view::npos || text_[end] == '[') {
+      fail(in_quotes(rest().substr(0, 12)), "elements, without DOCTYPE that declares");
+    }
+    advance(end + 1);
+  }
+
   void advance(std::size_t to) {
     line_ += std::count(text_.begin() + static_cast<std::ptrdiff_t>(at_),
                         text_.begin() + static_cast<std::ptrdiff_t>(to), '\n');
@@ -122,10 +154,12 @@ class XmlParser {
 
   std::string value() {
     const char quote = at_ < text_.size() ? text_[at_] : '\0';
-    const std::size_t end =
-        quote == '"' || quote == '\'' ? text_.find(quote, at_ + 1) : std::string_view::npos;
-    if (end == std::string_view::npos) {
+    if (quote != '"' && quote != '\'') {
       fail("a value without quotes", "\"...\"");
+    }
+    const std::size_t end = text_.find(quote, at_ + 1);
+    if (end == std::string_view::npos) {
+      fail("a value in quotes that does not end", std::string(1, quote));
     }
     const std::string_view raw = text_.substr(at_ + 1, end - at_ - 1);
     check_length(raw.size());
@@ -138,7 +172,13 @@ class XmlParser {
         result += raw[i];
         continue;
       }
-      bool known = false;
+      bool known = is_number_of_character(raw.substr(i));
+      if (known) {
+        const std::size_t semicolon = raw.find(';', i);
+        result += raw.substr(i, semicolon + 1 - i);  // as it stands there
+        i = semicolon;
+        continue;
+      }
       for (const auto& [entity, c] : {std::pair{"&lt;", '<'},
                                       {"&gt;", '>'},
                                       {"&amp;", '&'},
