@@ -255,6 +255,7 @@ TEST_F(Animate, MissingResultsAreRefusedWithWhatMakesThem) {
 TEST_F(Animate, MotionsThatAreNoneAreRefused) {
   write_dressed_workspace(capture(), workspace());
   expect_refused(animate({"--motion", (root_ / "none.bvh").string()}), "no such file");
+  expect_refused(animate({"--motion", "twits"}), "did you mean 'twist'?");
   MotionClip stranger = person_clip();
   for (std::size_t j = 0; j < stranger.skeleton.names.size(); ++j) {
     stranger.skeleton.names[j] = "bone" + std::to_string(j);

@@ -574,6 +574,13 @@ TEST_F(Simulate, RefusesGarmentsThatAreNoCloth) {
   EXPECT_THAT(result.err, HasSubstr("degenerate"));
 }
 
+TEST_F(Simulate, AMisspeltBodyIsRefusedWithTheNameThatWasMeant) {
+  const ChildResult result = run({"simulate", "--garment", (scene() / "garment.obj").string(),
+                                  "--body", "femal", "--out", out().string()});
+  EXPECT_EQ(result.exit_code, 3) << result.out;
+  EXPECT_THAT(result.err, HasSubstr("did you mean 'female'?"));
+}
+
 TEST_F(Simulate, RefusesWhatIsSaidAndWouldDoNothing) {
   const auto refused = [&](const std::vector<std::string>& more, const char* words) {
     const ChildResult result = on_body(more);

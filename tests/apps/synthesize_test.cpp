@@ -520,6 +520,7 @@ TEST(SynthesizeRefuses, ImpossibleOptions) {
   refused({"--garment", "cape"}, 3, "cape");
   refused({"--garment", "tee+tee"}, 2, "twice");
   refused({"--motion", "cartwheel"}, 3, "stride, squat");
+  refused({"--motion", "strid"}, 3, "did you mean 'stride'?");
   refused({"--garment", "nowhere.json"}, 3, "nowhere.json");
   refused({"--motion", "nowhere.bvh"}, 3, "nowhere.bvh");
   refused({"--minimal_frames", "0", "--start", "3"}, 3, "after the motion's end");
