@@ -89,6 +89,7 @@ void inspect_npz(const std::filesystem::path& path, Inspection& inspection) {
 
 void inspect_zip(const std::filesystem::path& path, Inspection& inspection) {
   const ZipArchive zip(path);
+  zip.check();
   inspection.add("kind", "zip");
   inspection.add("files", std::count_if(zip.names().begin(), zip.names().end(),
                                         [](const auto& name) { return !name.ends_with('/'); }));

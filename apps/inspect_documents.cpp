@@ -17,6 +17,9 @@
 #include "core/store/result.h"
 #include "core/store/toml_entries.h"
 #include "core/system_reason.h"
+#ifdef ATELIER_HAS_BODYMODEL
+#include "bodymodel/makehuman_rig.h"
+#endif
 #ifdef ATELIER_HAS_CAPTURE
 #include "capture/cameras_file.h"
 #include "capture/capture_info.h"
@@ -82,7 +85,8 @@ struct DocumentMark {
   const char* kind;
   /// What a stage reads it with, and throws where it refuses it; none of what is read with others.
   void (*read)(const std::string& text, const std::string& file) = nullptr;
-  const char* file_name = "";  ///< that it has, where its keys do not tell
+  const char* file_name = "";  ///< that it has, where keys do not tell
+  bool in_list = false;        ///< keys of the first object in a list
 };
 
 const std::vector<DocumentMark>& document_marks() {
@@ -99,6 +103,15 @@ const std::vector<DocumentMark>& document_marks() {
        [](const std::string& text, const std::string& file) {
          parse_easymocap_annotation(text, file);
        }},
+      {{"id", "keypoints3d"},
+       "keypoints in space",
+       [](const std::string& text, const std::string& file) {
+         parse_keypoints3d(text, file);
+         parse_keypoint_deviations(text, file);
+         parse_bridged_keypoints(text, file);
+       },
+       "",
+       true},
       {{"bodies"},
        "keypoints in space, Panoptic",
        [](const std::string& text, const std::string& file) { parse_keypoints3d(text, file); }},
@@ -120,6 +133,9 @@ const std::vector<DocumentMark>& document_marks() {
       {{"frames", "camera_model"},
        "cameras, nerfstudio",
        [](const std::string& text, const std::string& file) { parse_transforms(text, file); }},
+      {{"frames", "fl_x"},
+       "cameras, nerfstudio",
+       [](const std::string& text, const std::string& file) { parse_transforms(text, file); }},
       {{"frames", "camera_angle_x"},
        "cameras, NeRF",
        [](const std::string& text, const std::string& file) { parse_transforms(text, file); }},
@@ -132,15 +148,24 @@ const std::vector<DocumentMark>& document_marks() {
        }},
 #endif
 #ifdef ATELIER_HAS_SIMULATION
-      {{"garments"},
+      {{},
        "materials of garments",
        [](const std::string& text, const std::string& file) { parse_materials(text, file); },
        "material.json"},
 #endif
-      {{"capture", "stages", "started"},
+      {{"started", "stages"},
        "account of a run",
        [](const std::string& text, const std::string& file) { parse_run_account(text, file); }},
-      {{"bones", "joints"}, "rig, MakeHuman"},
+      {{"started", "capture"},
+       "account of a run",
+       [](const std::string& text, const std::string& file) { parse_run_account(text, file); }},
+#ifdef ATELIER_HAS_BODYMODEL
+      {{"bones", "joints"},
+       "rig, MakeHuman",
+       [](const std::string& text, const std::string& file) {  // its base mesh is not at hand
+         parse_rig(parse_json(text, file), {}, static_cast<Index>(Limits{}.mesh_vertices), file);
+       }},
+#endif
       {{"weights", "version"}, "weights of a rig, MakeHuman"},
       {{"asset", "scenes"}, "scene, glTF; .gltf is its extension"},
       {{"seams"}, "seams, for flatten"},
@@ -152,10 +177,13 @@ const std::vector<DocumentMark>& document_marks() {
 /// Null where none fits.
 const DocumentMark* mark_of(const nlohmann::json& json, const std::filesystem::path& path) {
   for (const DocumentMark& mark : document_marks()) {
-    const bool named = *mark.file_name == '\0' || path.filename() == mark.file_name;
-    if (named && json.is_object() &&
-        std::all_of(mark.keys.begin(), mark.keys.end(),
-                    [&](const char* key) { return json.contains(key); })) {
+    const bool listed = mark.in_list && json.is_array() && !json.empty();
+    const nlohmann::json& object = listed ? json.front() : json;
+    const bool named = path.filename() == mark.file_name;
+    const bool keyed = !mark.keys.empty() && object.is_object() &&
+                       std::all_of(mark.keys.begin(), mark.keys.end(),
+                                   [&](const char* key) { return object.contains(key); });
+    if (named || keyed) {
       return &mark;
     }
   }

@@ -91,10 +91,11 @@ void inspect_person(const std::filesystem::path& path, Inspection& inspection) {
     const auto& names = npz.names();
     return std::find(names.begin(), names.end(), name) != names.end();
   };
-  if (schema.starts_with("atelier-motion") || (has("poses") && has("trans"))) {
+  const bool amass = !has("v_template") && (has("poses") || has("root_orient"));
+  if (schema.starts_with("atelier-motion") || (schema.empty() && amass)) {
     inspection.add("holds", schema.empty() ? "motion (AMASS)" : "motion");
     add_motion(read_motion_file(path), inspection);
-  } else if (schema.starts_with("atelier-body") || (has("v_template") && has("kintree_table"))) {
+  } else if (schema.starts_with("atelier-body") || has("v_template")) {
     inspection.add("holds", schema.empty() ? "body (SMPL family)" : "body");
     add_body(read_body_file(path), inspection);
     if (has("person_shape_names")) {

@@ -78,7 +78,7 @@ nlohmann::ordered_json tensor_facts(const Tensor& tensor, std::int64_t& first_no
   double most = 0;
   std::int64_t finite = 0;
   const std::vector<double> values = doubles_of(tensor);
-  for (const double value : values) {
+  for (const double& value : values) {
     if (std::isfinite(value)) {
       least = finite == 0 ? value : std::min(least, value);
       most = finite == 0 ? value : std::max(most, value);

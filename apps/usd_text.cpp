@@ -74,7 +74,8 @@ class UsdParser {
 
   void token() {
     const char c = text_[at_];
-    if (c == ' ' || c == '\t' || c == '\r' || c == '\n') {
+    const bool blank = c == ' ' || c == '\t' || c == '\r' || c == '\n';
+    if (blank || (c == '=' && expected_ == Expected::ReorderedNames)) {
       ++at_;
     } else if (c == '#') {
       at_ = std::min(text_.find('\n', at_), text_.size());
@@ -99,8 +100,6 @@ class UsdParser {
       at_ = end;
     } else if (c == '=' && in_layer() && open_.size() == 1) {
       said_of_layer();
-    } else if (c == '=' && expected_ == Expected::ReorderedNames) {
-      ++at_;
     } else {
       inside(in_quotes(text_.substr(at_, 1)));
       ++at_;

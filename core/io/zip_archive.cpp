@@ -1,5 +1,7 @@
 #include "core/io/zip_archive.h"
 
+#include <algorithm>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -34,8 +36,15 @@ struct ZipArchive::State {
   std::map<std::string, zip_uint64_t, std::less<>> index;
 
   void open(zip_source_t* source);
+  /// A member that was judged by what the zip says of it, and how many bytes it says.
+  std::pair<std::unique_ptr<zip_file_t, Close>, std::int64_t> opened(zip_uint64_t member,
+                                                                     const std::string& name,
+                                                                     std::int64_t max_bytes) const;
   std::vector<std::byte> inflate(zip_uint64_t member, const std::string& name,
                                  std::int64_t max_bytes) const;
+  /// @param max_bytes  that are left to it
+  /// @return  its bytes
+  std::int64_t check(zip_uint64_t member, const std::string& name, std::int64_t max_bytes) const;
   [[noreturn]] void fail(const std::string& name, const std::string& found,
                          const std::string& expected) const {
     throw DataError(file, name.empty() ? "" : "member " + name, found, expected);
@@ -70,8 +79,8 @@ void ZipArchive::State::open(zip_source_t* source) {
   }
 }
 
-std::vector<std::byte> ZipArchive::State::inflate(zip_uint64_t member, const std::string& name,
-                                                  std::int64_t max_bytes) const {
+std::pair<std::unique_ptr<zip_file_t, Close>, std::int64_t> ZipArchive::State::opened(
+    zip_uint64_t member, const std::string& name, std::int64_t max_bytes) const {
   zip_stat_t status;
   zip_stat_init(&status);
   if (zip_stat_index(archive.get(), member, 0, &status) != 0) {
@@ -101,10 +110,41 @@ std::vector<std::byte> ZipArchive::State::inflate(zip_uint64_t member, const std
     fail(name, std::to_string(declared) + " bytes out of " + std::to_string(stored),
          "at most " + std::to_string(limits.inflate_ratio) + " times the stored bytes");
   }
-  const std::unique_ptr<zip_file_t, Close> source(zip_fopen_index(archive.get(), member, 0));
+  std::unique_ptr<zip_file_t, Close> source(zip_fopen_index(archive.get(), member, 0));
   if (!source) {
     fail(name, zip_strerror(archive.get()), "a readable member");
   }
+  return {std::move(source), declared};
+}
+
+std::int64_t ZipArchive::State::check(zip_uint64_t member, const std::string& name,
+                                      std::int64_t max_bytes) const {
+  const auto [source, declared] = opened(member, name, std::numeric_limits<std::int64_t>::max());
+  if (declared > max_bytes) {
+    fail(name, std::to_string(declared) + " bytes, which others before it leave no room for",
+         "at most " + std::to_string(limits.inflate_ratio) + " times the file's bytes in all");
+  }
+  std::vector<std::byte> piece(std::size_t{64} << 10);
+  std::int64_t done = 0;
+  // To where nothing more comes: there the checksum is compared.
+  for (zip_int64_t count = 1; count > 0; done += count) {
+    count = zip_fread(source.get(), piece.data(), piece.size());
+    if (count < 0) {
+      fail(name, zip_file_strerror(source.get()), "an undamaged member");
+    }
+    if (count > declared - done) {
+      fail(name, "more bytes than the " + std::to_string(declared) + " declared", "as many");
+    }
+  }
+  if (done != declared) {
+    fail(name, std::to_string(done) + " bytes", std::to_string(declared) + ", as declared");
+  }
+  return declared;
+}
+
+std::vector<std::byte> ZipArchive::State::inflate(zip_uint64_t member, const std::string& name,
+                                                  std::int64_t max_bytes) const {
+  const auto [source, declared] = opened(member, name, max_bytes);
   std::vector<std::byte> content(static_cast<std::size_t>(declared));
   std::size_t filled = 0;
   // One byte more is asked for: only at the end of the member the checksum is compared.
@@ -198,6 +238,17 @@ std::vector<std::byte> ZipArchive::read(std::string_view name, std::int64_t max_
     state_->fail("", "no member \"" + std::string(name) + "\"", "one of: " + known);
   }
   return state_->inflate(found->second, found->first, max_bytes);
+}
+
+void ZipArchive::check() const {
+  // Members may share their bytes in the file: the ratio of one alone would let it be inflated
+  // thousands of times.
+  const Limits& limits = state_->limits;
+  std::int64_t left =
+      std::max(limits.inflate_free_bytes, limits.inflate_ratio * state_->file_bytes);
+  for (const auto& [name, member] : state_->index) {
+    left -= state_->check(member, name, left);
+  }
 }
 
 std::vector<std::byte> zip_bytes(

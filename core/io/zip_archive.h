@@ -37,6 +37,11 @@ class ZipArchive {
   /// Not for several threads at once.
   std::vector<std::byte> read(std::string_view name, std::int64_t max_bytes) const;
 
+  /// Inflates every member without keeping it; DataError for the first that is damaged, or where
+  /// all of them have more than `limits.inflate_ratio` bytes per byte of the file (above
+  /// `limits.inflate_free_bytes`). Not for several threads at once.
+  void check() const;
+
  private:
   struct State;
   std::unique_ptr<State> state_;

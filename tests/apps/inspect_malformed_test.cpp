@@ -80,7 +80,7 @@ fs::path as_users_have_it(const std::string& reader, const fs::path& file, const
         arrays[name] = npz.read(name);
       }
     }
-    write_npz(folder / "file.npz", arrays);
+    write_bytes(folder / "file.npz", npz_bytes(arrays, false));
     return folder / "file.npz";
   }
   return file;
@@ -89,7 +89,33 @@ fs::path as_users_have_it(const std::string& reader, const fs::path& file, const
 /// Sound by themselves, wrong only beside what their reader is given with them, which one file does
 /// not say; or read by `inspect` as what else they may be.
 const std::map<std::string, std::set<std::string>>& sound_alone() {
-  static const std::map<std::string, std::set<std::string>> files = {};
+  static const std::map<std::string, std::set<std::string>> files = {
+      // Arrays, tables and documents that do not say what they should be.
+      {"amass", {"no_poses.safetensors"}},
+      {"smpl", {"no_template.safetensors"}},
+      {"appearance_model", {"schema_missing.safetensors", "schema_other.safetensors"}},
+      {"simulated_frame", {"schema_other.h5"}},  // a good one of that schema
+      {"archive", {"plain_hdf5.h5"}},            // HDF5 of others
+      {"camera_toml", {"none.toml"}},
+      {"cameras", {"no_cameras.json", "root_array.json"}},
+      {"capture_info", {"no_schema.toml"}},  // consent alone is in order
+      {"easymocap_annotation", {"no_annots.json"}},
+      {"goliath", {"no_krt.json"}},
+      {"human36m", {"list.json", "no_extrinsics.json", "no_intrinsics.json"}},
+      {"keypoints3d", {"no_points.json", "nothing.json", "person_number.json", "text_alone.json"}},
+      {"nerfstudio", {"no_focal.json"}},
+      {"manifest", {"not_object.json", "other_schema.json"}},
+      {"openpose", {"list.json", "no_people.json"}},
+      {"panoptic", {"list.json", "no_cameras.json"}},
+      {"pattern", {"list.json"}},
+      {"run_account", {"no_object.json"}},
+      // Of another size than the picture that was asked for, or beyond the base mesh.
+      {"painted_picture", {"larger.h5", "smaller.h5", "turned.h5"}},
+      {"mhclo", {"delete_often.mhclo", "range.mhclo", "scale_vertex.mhclo"}},
+      {"rig",
+       {"cube.json", "list.json", "strategy.json", "vertex.json", "weights.json",
+        "weights_bone.json", "weights_vertex.json"}},
+      {"target", {"range.target"}}};
   return files;
 }
 
@@ -124,17 +150,17 @@ TEST_P(InspectMalformed, IsRefusedOrHasAFinding) {
 
 INSTANTIATE_TEST_SUITE_P(
     Readers, InspectMalformed,
-    ::testing::Values("actorshq", "amass", "animated_frame", "appearance_colors", "appearance_data",
+    ::testing::Values("amass", "animated_frame", "appearance_colors", "appearance_data",
                       "appearance_model", "archive", "avif", "bmp", "body_archive", "bvh", "c3d",
                       "camera_toml", "cameras", "capture_info", "cloth_state", "colmap_matrix",
                       "csv", "dxf", "easymocap_annotation", "garment", "gltf", "goliath", "html",
                       "human36m", "jpeg", "json", "json_lines", "keypoints3d", "manifest",
                       "materials", "mesh_sequence", "mhclo", "nerfstudio", "npy", "npz", "obj",
                       "openpose", "painted_picture", "painted_scene", "panoptic", "pattern",
-                      "personal_body", "ply", "png", "qualisys", "run_account", "safetensors",
-                      "sequence_header", "simulated_frame", "smpl", "svg", "synthesis_state",
-                      "target", "tiff", "toml", "tracked_motion", "training", "trc", "truth",
-                      "usda", "webp"),
+                      "personal_body", "ply", "png", "qualisys", "rig", "run_account",
+                      "safetensors", "sequence_header", "simulated_frame", "smpl", "svg",
+                      "synthesis_state", "target", "tiff", "toml", "tracked_motion", "training",
+                      "trc", "truth", "usda", "webp", "zip"),
     [](const auto& instance) { return instance.param; });
 
 TEST(InspectArchives, AFrameOfTheTruthIsHeldAgainstItsCapture) {
@@ -207,6 +233,25 @@ TEST(InspectZip, NamesThatLeadOutAreErrors) {
   }
   write_bytes(folder / "file.zip", zip_bytes({{"a/b.txt", {}}, {"..a/b..", {}}}, false));
   EXPECT_THAT(inspect_path(folder / "file.zip").findings, IsEmpty());
+}
+
+TEST(InspectZip, ADamagedFileInItIsRefused) {
+  const TemporaryDirectory folder;
+  std::vector<std::byte> bytes = zip_bytes({{"a.txt", std::vector<std::byte>(100)}}, false);
+  bytes[60] ^= std::byte{1};  // of the hundred
+  write_bytes(folder / "file.zip", bytes);
+  EXPECT_THROW(inspect_path(folder / "file.zip"), DataError);
+}
+
+TEST(InspectZip, FilesThatAreTooManyTimesTheZipAreRefused) {
+  const std::vector<std::byte> zeros(1000);
+  const std::vector<std::byte> bytes = zip_bytes({{"a", zeros}, {"b", zeros}}, true);
+  Limits limits;
+  limits.inflate_free_bytes = 1000;
+  limits.inflate_ratio = 2;
+  EXPECT_NO_THROW(ZipArchive(bytes, "zip").check());
+  EXPECT_THROW(ZipArchive(bytes, "zip", limits).check(), DataError)
+      << "each is small enough, not both";
 }
 
 TEST(InspectTexts, WhatOthersStillOpenIsAFinding) {
