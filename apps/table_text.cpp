@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/io/json.h"
 #include "core/io/text_scanner.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
@@ -108,10 +109,9 @@ CsvTable parse_csv(std::string_view text, const std::string& file, const Limits&
   CsvCells cells(text, file, limits);
   CsvTable table;
   table.columns = cells.next_row();
-  if (std::any_of(table.columns.begin(), table.columns.end(),
+  if (std::all_of(table.columns.begin(), table.columns.end(),  // pandas leaves that of rows out
                   [](const std::string& name) { return trimmed_text(name).empty(); })) {
-    cells.fail(table.columns.size() == 1 ? beginning_of(text) : "a column without a name",
-               "columns' names in the first line");
+    cells.fail(beginning_of(text), "columns' names in the first line");
   }
   const std::set<std::string> names(table.columns.begin(), table.columns.end());
   if (names.size() < table.columns.size()) {
@@ -146,7 +146,7 @@ CsvTable parse_csv(std::string_view text, const std::string& file, const Limits&
   }
   if (not_finite > 0) {
     table.findings.push_back({Severity::Warning, "not-finite", first,
-                              std::to_string(not_finite) + " numbers are not finite",
+                              counted(not_finite, "number") + " not finite",
                               "what is read from them is nowhere"});
   }
   if (!cells.ended_by_line()) {

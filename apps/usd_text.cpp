@@ -5,6 +5,7 @@
 #include "apps/plain_text.h"
 #include "core/error.h"
 #include "core/io/text_scanner.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
@@ -43,7 +44,7 @@ class UsdParser {
     if (not_finite_ > 0) {
       layer_.findings.push_back({Severity::Warning, "usd-not-finite",
                                  line_at(text_, first_not_finite_),
-                                 std::to_string(not_finite_) + " numbers are not finite",
+                                 counted(not_finite_, "number") + " not finite",
                                  "programs draw such meshes nowhere; write the scene again"});
     }
     if (layer_.first_frame && layer_.last_frame && *layer_.last_frame < *layer_.first_frame) {
