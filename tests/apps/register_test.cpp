@@ -2,6 +2,7 @@
 // result and that of `flatten` are measured against the truth.
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL)
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,7 @@
 
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_obj.h"
+#include "core/random.h"
 #include "core/store/write_text.h"
 #include "tests/apps/dressed_workspace.h"
 #include "tests/support/child_process.h"
@@ -270,6 +272,39 @@ TEST_F(Register, WithoutOneCamerasPicturesItSaysSoAndGoesOn) {
   const ChildResult done = registered();
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, HasSubstr("pictures of 2 of 3 cameras"));
+}
+
+// As WholeRun of the stages before, and Appearance of the one that learns; body, template and those
+// of simulation open no pictures.
+TEST_F(Register, WithoutThePicturesThatAreHeldOutItComesToTheSameDigests) {
+  Random random{1};
+  for (const Camera& camera : SmallCapture{}.cameras) {
+    for (int id = 0; id < 3; ++id) {
+      ByteImage picture(camera.width, camera.height, 3);
+      std::generate(picture.data.begin(), picture.data.end(),
+                    [&] { return static_cast<std::uint8_t>(uniform_index(random, 256)); });
+      write_image(capture() / "images" / camera.id / (frame_name(id) + ".png"), picture);
+      write_labels(
+          capture() / "labels" / camera.id / (frame_name(id) + ".png"),
+          ByteImage(camera.width, camera.height, 1, static_cast<std::uint8_t>(Label::Lower)));
+    }
+  }
+  CaptureInfo info = read_capture_info(capture());
+  info.held_out_cameras = {SmallCapture{}.cameras.back().id};
+  std::ofstream(capture() / "capture.toml") << capture_toml(info);
+  ASSERT_EQ(registered().exit_code, 0);
+  const nlohmann::json expected = manifest()["outputs"];
+  for (const char* kind : {"images", "labels"}) {
+    fs::remove_all(capture() / kind / info.held_out_cameras[0]);
+  }
+  const ChildResult done = registered({}, "without");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, Not(HasSubstr("cameras")));
+  EXPECT_EQ(manifest("without")["outputs"], expected);
+  // Pictures do say something here: those of another camera are missed.
+  fs::remove_all(capture() / "images" / SmallCapture{}.cameras[0].id);
+  ASSERT_EQ(registered({}, "less").exit_code, 0);
+  EXPECT_NE(manifest("less")["outputs"], expected);
 }
 
 TEST_F(Register, AFrameWithoutAScanIsPredictedAndSaidToBeLost) {
