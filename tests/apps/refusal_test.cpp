@@ -81,9 +81,9 @@ INSTANTIATE_TEST_SUITE_P(
             2,
             "has no option '--forse', did you mean '--force'? See atelier statistics --help"},
         BadCommand{"ACommandAsAFlag",
-                   {"statistics", "IN", "WS", "--report=x"},
+                   {"statistics", "IN", "WS", "--status=x"},
                    2,
-                   "no option '--report=x': report is a command of its own; see atelier report "
+                   "no option '--status=x': status is a command of its own; see atelier status "
                    "--help"},
         BadCommand{"FramesOfAStageThatTakesAll",
                    {"flatten", "IN", "WS", "--shard", "0/2"},
