@@ -261,6 +261,7 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   EXPECT_THAT(run_stage("track", again).out, HasSubstr("would do nothing"));
   std::ofstream(own_ / "region.json") << "[0, 1, 2]";
   EXPECT_THAT(run_stage("track", again).out, HasSubstr("would run")) << "painted anew";
+  std::ofstream(own_ / "region.json") << "[0, 1, 2, 3]";
   EXPECT_TRUE(fs::exists(result / "pictures" / "clothed_region.png"));
   const std::string workspace = workspace_.string();
   ASSERT_EQ(
