@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "appearance/content_digest.h"
 #include "appearance/fill_texture.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
@@ -297,6 +298,7 @@ std::map<std::string, std::string> texts_of(const AppearanceModel& model) {
   for (const OptionField& field : describe(options).fields) {
     texts["network." + field.name] = option_text(field);
   }
+  texts[kDigestText] = content_digest(tensors_of(model), texts);
   return texts;
 }
 
@@ -377,6 +379,8 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
   const auto visibility = values_of<float>(mean);
   model.mean_visibility =
       Eigen::Map<const Eigen::VectorXf>(visibility.data(), static_cast<Index>(visibility.size()));
+  // Last: what else is wrong says more.
+  require_digest(tensors, texts, file, "run 'atelier appearance' again, which makes it anew");
   return model;
 }
 

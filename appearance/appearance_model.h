@@ -80,7 +80,8 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
 /// As named tensors with texts (schema "atelier.appearance", its version and the architecture),
 /// what safetensors files hold, and back. Reading throws DataError for another schema or version,
 /// tensors that are missing, too many, of another shape or type, numbers that are not finite,
-/// texture coordinates outside of [0,1], and cameras without a name of their own.
+/// texture coordinates outside of [0,1], cameras without a name of their own, and contents that are
+/// not those of their digest (content_digest.h).
 std::map<std::string, Tensor> tensors_of(const AppearanceModel& model);
 std::map<std::string, std::string> texts_of(const AppearanceModel& model);
 AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors,

@@ -127,7 +127,7 @@ Eigen::Vector3f color_of(const Archive& archive, const std::string& name, const 
 OptionTable describe(PaintOptions& options) {
   OptionTable table;
   table.add("samples", options.samples, 1, 8, "",
-            "A side of a pixel: its square are averaged; 1 is quickest");
+            "Antialiasing: a pixel is the mean of this many by as many; 1: none, quickest");
   table.add("alpha", options.alpha, "A fourth channel with the coverage instead of a background");
   table.add("background", options.background, 0, 1, "", "Linear red, green and blue");
   table.add("occlusion", describe(options.occlusion));

@@ -56,15 +56,15 @@ AppearanceView view_of(const VisiblePixels& seen, const Camera& camera, const Ta
   return view;
 }
 
-void require_agreement(const std::string& name, std::size_t pixels, const Agreement& agreement) {
+void require_agreement(const std::string& name, int fewest, std::size_t pixels,
+                       const Agreement& agreement) {
   if (agreement.judged > 0 && 2 * agreement.agreed < agreement.judged) {
     throw DataError("", "pictures of " + name,
                     "label images give it " + std::to_string(agreement.agreed) + " of the " +
                         std::to_string(agreement.judged) + " pixels where the geometry has it",
                     "pictures, calibration and geometry of one capture");
   }
-  constexpr std::size_t kFewest = 100;
-  if (pixels < kFewest) {
+  if (pixels < static_cast<std::size_t>(fewest)) {
     throw DataError("", "pictures of " + name, std::to_string(pixels) + " pixels show it",
                     "cameras that see it, with the calibration that belongs to them");
   }
@@ -138,7 +138,7 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
       }
     }
   }
-  require_agreement(data.name, pixels, agreement);
+  require_agreement(data.name, surface.fewest_pixels, pixels, agreement);
   return data;
 }
 

@@ -33,6 +33,7 @@ struct DrawnSurface {
   PackedAtlas atlas;         ///< without overlaps
   int label = -1;            ///< of its pixels in label images; -1: any
   bool trusted_only = true;  ///< leave out pixels near silhouettes and depth jumps
+  int fewest_pixels = 100;   ///< of all pictures, that have to show it
 };
 
 /// What a camera took in a frame.
@@ -47,7 +48,7 @@ using ReadPicture = std::function<TakenPicture(std::size_t camera_idx, int frame
 /// are left out. Without `read` there are no colours: what a network is asked for.
 ///
 /// Throws DataError where a picture has another size than its camera, where the surface is not in
-/// a frame, where fewer than a hundred pixels of all pictures show it, and where label images say
+/// a frame, where fewer than `fewest_pixels` of all pictures show it, and where label images say
 /// of more than half of its pixels that something else is there: pictures and geometry are then not
 /// of one capture.
 AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurface& surface,

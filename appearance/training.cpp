@@ -4,6 +4,7 @@
 #include <limits>
 #include <string_view>
 
+#include "appearance/content_digest.h"
 #include "core/error.h"
 #include "core/options.h"
 
@@ -51,6 +52,7 @@ std::map<std::string, std::string> texts_of(const Training& training) {
   texts["iteration"] = std::to_string(training.iteration);
   texts["options"] = training.options;
   texts["data"] = training.data;
+  texts[kDigestText] = content_digest(tensors_of(training), texts);  // of the moments, too
   return texts;
 }
 
@@ -76,7 +78,9 @@ Training training_of(const std::map<std::string, Tensor>& tensors,
       of_model[name] = tensor;
     }
   }
-  training.model = appearance_model_of(of_model, texts, file);
+  std::map<std::string, std::string> texts_of_model = texts;
+  texts_of_model.erase(kDigestText);  // which is of the moments, too
+  training.model = appearance_model_of(of_model, texts_of_model, file);
   int iteration = 0;
   OptionTable number;
   number.add("iteration", iteration, 0, std::numeric_limits<int>::max(), "", "Steps done");
@@ -95,6 +99,7 @@ Training training_of(const std::map<std::string, Tensor>& tensors,
   for (const auto& [name, moment] : training.moments) {
     check_moment(name, moment, training.model, file);
   }
+  require_digest(tensors, texts, file, "take another checkpoint");
   return training;
 }
 

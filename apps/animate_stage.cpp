@@ -174,6 +174,7 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
     }
     run.progress(static_cast<std::int64_t>(film.size()), frames, "pictures");
   };
+  run.progress(0, frames, "pictures");
   bool done = false;
 #ifdef ATELIER_HAS_APPEARANCE
   std::vector<SceneLayer> layers = drawn_layers(run, animation);

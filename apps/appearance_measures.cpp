@@ -196,6 +196,7 @@ void compare(Compared& sum, const Drawn& garment, const std::vector<Eigen::Vecto
 /// One result of `appearance` or `ceiling`, over all its garments.
 struct Judged {
   Compared compared;
+  Compared body;       ///< where it is in front, if it has a network
   Compared simulated;  ///< in a motion that the capture does not show
   std::string setting;
   int resolution = 0;
@@ -315,50 +316,72 @@ Scenes simulated_scenes(const SimulatedMotion& motion, const WornSubject& in_tru
   return scenes;
 }
 
-/// Draws all garments of some frames with a result's networks and compares them with the truth.
-Compared compare_all(const fs::path& result, const Scenes& scenes, bool own_is_truth,
-                     const std::vector<Camera>& cameras, const std::vector<Camera>& all_cameras,
-                     int& resolution) {
+constexpr std::size_t kBody = 0;  // of every WornSubject
+
+/// Who looks: those that are judged, and all of the capture.
+struct Lookers {
+  const std::vector<Camera>& judged;
+  const std::vector<Camera>& all;
+};
+
+fs::path network_of(const fs::path& result, const WornSubject& worn, std::size_t which) {
+  return result / worn.subject.names[which] / "model.safetensors";
+}
+
+/// Draws one surface of some frames by its network and compares it with a true one.
+/// @return texels a side of the network
+int compare_surface(Compared& sum, const fs::path& file, const Scenes& scenes, std::size_t own,
+                    std::size_t in_truth, const Lookers& lookers) {
   const WornSubject& truth = scenes.truth;
   const WornSubject& worn = scenes.own;
-  Compared compared;
+  const Safetensors found = read_safetensors(file);
+  const AppearanceModel model = appearance_model_of(found.tensors, found.metadata, file.string());
+  if (model.faces != worn.templates[own].faces) {
+    throw DataError(file.string(), "", "a network of a surface with other triangles",
+                    "networks of the capture that --truth names");
+  }
+  const std::vector<Camera>& cameras = lookers.judged;
+  Drawn drawn;
+  DrawnSurface surface;
+  surface.fewest_pixels = own == kBody ? 0 : surface.fewest_pixels;  // clothes may hide it all
+  surface.which = in_truth;
+  surface.atlas = pack_atlas(truth.templates[in_truth]);
+  drawn.truth = prepare_appearance(truth.subject, surface, cameras, scenes.frame_ids);
+  surface.which = own;
+  surface.atlas = {model.uvs, model.uv_faces, {}};
+  surface.trusted_only = false;
+  drawn.own = prepare_appearance(worn.subject, surface, cameras, scenes.frame_ids);
+  if (drawn.truth.views.empty() || drawn.own.views.empty()) {
+    return model.options.resolution;
+  }
   const TemporaryFolder between;
+  write_archive(between.path / "data.h5", archive_of(drawn.own));
+  const fs::path colors = between.path / "colors.h5";
+  run_child_program(
+      "atelier-appearance",
+      {"predict", file.string(), (between.path / "data.h5").string(), colors.string()},
+      "it is built where libtorch is (libtorch-dev)", [](const std::string&) {},
+      [] { return false; });
+  std::int64_t pixels = 0;
+  for (const AppearanceView& view : drawn.own.views) {
+    pixels += static_cast<std::int64_t>(view.pixel.size());
+  }
+  drawn.colors = appearance_colors_of(read_archive(colors, "atelier.appearance_colors", 1), pixels,
+                                      colors.string());
+  compare(sum, drawn, gains_of(cameras, lookers.all, model.camera_ids), scenes.picture);
+  return model.options.resolution;
+}
+
+/// All garments of some frames.
+Compared compare_garments(const fs::path& result, const Scenes& scenes, bool own_is_truth,
+                          const Lookers& lookers, int& resolution) {
+  const WornSubject& worn = scenes.own;
+  Compared compared;
   for (std::size_t s = worn.first_garment; s < worn.templates.size(); ++s) {
-    const std::size_t g = own_is_truth ? s : same_garment(truth, worn.labels[s]);
-    if (g == truth.templates.size()) {
-      continue;
+    const std::size_t g = own_is_truth ? s : same_garment(scenes.truth, worn.labels[s]);
+    if (g < scenes.truth.templates.size()) {
+      resolution = compare_surface(compared, network_of(result, worn, s), scenes, s, g, lookers);
     }
-    const fs::path file = result / worn.subject.names[s] / "model.safetensors";
-    const Safetensors found = read_safetensors(file);
-    const AppearanceModel model = appearance_model_of(found.tensors, found.metadata, file.string());
-    if (model.faces != worn.templates[s].faces) {
-      throw DataError(file.string(), "", "a network of a garment with other triangles",
-                      "networks of the capture that --truth names");
-    }
-    resolution = model.options.resolution;
-    Drawn garment;
-    DrawnSurface surface;
-    surface.which = g;
-    surface.atlas = pack_atlas(truth.templates[g]);
-    garment.truth = prepare_appearance(truth.subject, surface, cameras, scenes.frame_ids);
-    surface.which = s;
-    surface.atlas = {model.uvs, model.uv_faces, {}};
-    surface.trusted_only = false;
-    garment.own = prepare_appearance(worn.subject, surface, cameras, scenes.frame_ids);
-    write_archive(between.path / "data.h5", archive_of(garment.own));
-    const fs::path drawn = between.path / "colors.h5";
-    run_child_program(
-        "atelier-appearance",
-        {"predict", file.string(), (between.path / "data.h5").string(), drawn.string()},
-        "it is built where libtorch is (libtorch-dev)", [](const std::string&) {},
-        [] { return false; });
-    std::int64_t pixels = 0;
-    for (const AppearanceView& view : garment.own.views) {
-      pixels += static_cast<std::int64_t>(view.pixel.size());
-    }
-    garment.colors = appearance_colors_of(read_archive(drawn, "atelier.appearance_colors", 1),
-                                          pixels, drawn.string());
-    compare(compared, garment, gains_of(cameras, all_cameras, model.camera_ids), scenes.picture);
   }
   return compared;
 }
@@ -392,12 +415,16 @@ std::optional<Judged> judge(const fs::path& workspace, const std::string& stage,
   const auto iterations = manifest.metrics.find("iterations");
   judged.iterations =
       iterations == manifest.metrics.end() ? 0 : static_cast<int>(iterations->second);
+  const Lookers lookers{by.cameras, by.truth->cameras};
   const auto compared = [&](const Scenes& scenes) {
-    return compare_all(result, scenes, own_is_truth, by.cameras, by.truth->cameras,
-                       judged.resolution);
+    return compare_garments(result, scenes, own_is_truth, lookers, judged.resolution);
   };
-  judged.compared =
-      compared(held_out_scenes(in_truth, worn, by.cameras, by.info.held_out_frames, by.capture));
+  const Scenes held_out =
+      held_out_scenes(in_truth, worn, by.cameras, by.info.held_out_frames, by.capture);
+  judged.compared = compared(held_out);
+  if (const fs::path file = network_of(result, worn, kBody); fs::exists(file)) {
+    compare_surface(judged.body, file, held_out, kBody, kBody, lookers);
+  }
   if (by.motion) {
     judged.simulated =
         compared(simulated_scenes(*by.motion, in_truth, worn, registered, *by.truth));
@@ -436,6 +463,15 @@ void add_measures(std::vector<Measure>& all, const std::string& stage, const Jud
   add("covered", judged.compared.covered / judged.compared.judged, "", 0, Side::None,
       "of the true garments' eroded pixels, drawn by a network");
   add("pixels", judged.compared.covered, "", 0, Side::None, "that were compared");
+  if (const Difference& body = judged.body.drawn; body.count > 0) {
+    const Difference& still_body = judged.body.fixed;
+    add("body_psnr_db", psnr(body.squares, body.count), "dB", 0, Side::None,
+        "eroded pixels in which the true body is in front, same cameras and frames");
+    add("body_static_psnr_db", psnr(still_body.squares, still_body.count), "dB", 0, Side::None,
+        "of the best texture of the body that does not change");
+    add("body_covered", judged.body.covered / judged.body.judged, "", 0, Side::None,
+        "of the true body's eroded pixels, drawn by its network");
+  }
   if (const Difference& simulated = judged.simulated.drawn; simulated.count > 0) {
     add("simulated_psnr_db", psnr(simulated.squares, simulated.count), "dB", 28,
         small ? Side::None : Side::AtLeast,

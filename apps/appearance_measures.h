@@ -16,6 +16,7 @@ namespace atelier {
 /// with the picture without noise, as 8-bit sRGB, over the eroded pixels of the true garments that
 /// the model's geometry covers, too; "covered" says how many these are. "simulated_psnr_db" is the
 /// same in a motion that the capture does not show, where it can be played again (simulate_motion).
+/// "body_psnr_db" is that of the body, where it has a network and the true one is in front.
 /// Where both results are, appearance.below_ceiling_db. None where there is no result.
 std::vector<Measure> measure_appearance(const std::filesystem::path& workspace,
                                         const std::filesystem::path& capture);

@@ -129,8 +129,13 @@ Trained train_network(StageRun& run, const TrainOptions& options, int views, con
       [&](const std::string& line) {
         long long step = 0;
         int of = 0;
-        if (std::sscanf(line.c_str(), "step %lld %d", &step, &of) == 2) {
+        double loss = 0;
+        double psnr = 0;
+        if (std::sscanf(line.c_str(), "begin %lld %d", &step, &of) == 2) {
           run.progress(step, of, "steps");
+        } else if (std::sscanf(line.c_str(), "step %lld %d %lf %lf", &step, &of, &loss, &psnr) ==
+                   4) {
+          run.progress(step, of, "steps", {{"loss", loss}, {"psnr_db", psnr}});
         }
       },
       [&] { return run.stop_requested(); });

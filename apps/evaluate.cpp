@@ -19,6 +19,7 @@
 #include "apps/targets.h"
 #include "apps/usage_error.h"
 #include "capture/capture_measures.h"
+#include "core/printable.h"
 #include "core/store/result.h"
 
 namespace atelier {
@@ -98,6 +99,8 @@ int run(const EvaluateArguments& arguments) {
     add(measure_surface(arguments.surface, arguments.frame, arguments.truth));
   }
 #endif
+  const std::vector<Unmeasured> unmeasured =
+      unmeasured_stages(arguments.workspace, arguments.truth, arguments.stage);
   const Targets targets = targets_named(arguments.targets, arguments.truth);
   std::vector<Judged> rows;
   if (arguments.check) {
@@ -105,6 +108,11 @@ int run(const EvaluateArguments& arguments) {
     std::erase_if(rows, [&](const Judged& row) {
       return !arguments.stage.empty() && row.stage != arguments.stage;
     });
+    for (Judged& row : rows) {
+      for (const Unmeasured& one : unmeasured) {
+        row.why = !row.value && row.stage == one.stage ? one.why : row.why;
+      }
+    }
   }
   std::transform(all.begin(), all.end(), all.begin(),
                  [&](const Measure& measure) { return against(measure, targets); });
@@ -119,6 +127,13 @@ int run(const EvaluateArguments& arguments) {
                   measure.unit.c_str());
     const std::string verdict = verdict_of(measure);
     std::cout << line << (verdict.empty() ? "" : " ") << verdict << "  " << measure.note << "\n";
+  }
+  for (const Unmeasured& one : unmeasured) {
+    if (arguments.json) {
+      root["not_measured"][one.stage] = one.why;
+    } else {
+      std::cout << one.stage << ": not measured: " << printable(one.why) << "\n";
+    }
   }
   if (arguments.json) {
     for (const Judged& row : rows) {

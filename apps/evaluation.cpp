@@ -24,6 +24,8 @@ namespace fs = std::filesystem;
 struct Evaluation {
   const char* stage;
   std::vector<Measure> (*measure)(const fs::path& workspace, const fs::path& truth);
+  /// Why its result cannot be measured; "" if it can. Null: it always can.
+  std::string (*problem)(const fs::path& workspace, const fs::path& truth) = nullptr;
 };
 
 std::vector<Measure> of_capture(const fs::path& /*workspace*/, const fs::path& truth) {
@@ -36,8 +38,8 @@ constexpr Evaluation kEvaluations[] = {
     {"reconstruct", measure_reconstruct},
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
-    {"personalize", measure_personalize},
-    {"track", measure_track},
+    {"personalize", measure_personalize, personalize_problem},
+    {"track", measure_track, track_problem},
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     {"template", measure_template},
@@ -59,7 +61,25 @@ constexpr Evaluation kEvaluations[] = {
 #endif
 };
 
+std::string problem_of(const Evaluation& evaluation, const fs::path& workspace,
+                       const fs::path& truth) {
+  return evaluation.problem == nullptr ? "" : evaluation.problem(workspace, truth);
+}
+
 }  // namespace
+
+std::vector<Unmeasured> unmeasured_stages(const fs::path& workspace, const fs::path& truth,
+                                          const std::string& stage) {
+  std::vector<Unmeasured> all;
+  for (const Evaluation& evaluation : kEvaluations) {
+    if (stage.empty() || stage == evaluation.stage) {
+      if (std::string why = problem_of(evaluation, workspace, truth); !why.empty()) {
+        all.push_back({evaluation.stage, std::move(why)});
+      }
+    }
+  }
+  return all;
+}
 
 std::vector<Measure> workspace_measures(const fs::path& workspace, const fs::path& truth,
                                         const std::string& stage) {
@@ -70,6 +90,9 @@ std::vector<Measure> workspace_measures(const fs::path& workspace, const fs::pat
     stages += std::string(stages.empty() ? "" : ", ") + evaluation.stage;
     if (stage.empty() || stage == evaluation.stage) {
       known = true;
+      if (!problem_of(evaluation, workspace, truth).empty()) {
+        continue;
+      }
       const std::vector<Measure> some = evaluation.measure(workspace, truth);
       all.insert(all.end(), some.begin(), some.end());
     }

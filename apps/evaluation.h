@@ -18,6 +18,19 @@ std::vector<Measure> workspace_measures(const std::filesystem::path& workspace,
                                         const std::filesystem::path& truth,
                                         const std::string& stage = "");
 
+/// A stage whose result is there, but whose figures would say nothing.
+struct Unmeasured {
+  std::string stage;
+  std::string why;  ///< and the command that mends it
+};
+
+/// What workspace_measures leaves out, of that stage or of all: `track` whose inputs have changed
+/// since, as it is measured against what they would give with other exclusions; `personalize` of
+/// another body model than the truth's, whose rest poses are not the same.
+std::vector<Unmeasured> unmeasured_stages(const std::filesystem::path& workspace,
+                                          const std::filesystem::path& truth,
+                                          const std::string& stage = "");
+
 /// "met (at most 6)", "MISSED (at least 0.95)", "" without a target.
 std::string verdict_of(const Measure& measure);
 

@@ -386,6 +386,7 @@ void run_flatten(StageRun& run) {
   worst.area_ratio = 1;
   int panels = 0;
   const std::vector<fs::path> files = surfaces_in(run.input("surface"));
+  run.progress(0, std::ssize(files), "garments");
   for (const fs::path& file : files) {
     if (run.stop_requested()) {
       return;

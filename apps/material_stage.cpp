@@ -91,6 +91,7 @@ std::vector<StiffnessFit> fit_garments(StageRun& run, const Trials& trials) {
   std::atomic<std::int64_t> done = 0;
   Image grid;
   const auto start = std::chrono::steady_clock::now();
+  run.progress(0, expected, "simulations");
   const StiffnessObjective objective = [&](const std::vector<std::vector<Stiffness>>& scenes) {
     std::vector<SceneResult> results(scenes.size());
     parallel_for(static_cast<Index>(scenes.size()), 1, [&](Index begin, Index end) {

@@ -86,6 +86,12 @@ constexpr std::array kNeededRules = {
                "--region: a vertex group of the body, or a JSON list of its vertices"},
 };
 
+/// Corrections of a capture that a section takes with the others and nothing behind it reads: a
+/// person is measured and tracked on what `reconstruct` has made of cameras and pictures.
+constexpr std::string_view kPersonsCapture = "input.capture.";
+constexpr std::array<std::string_view, 7> kUnread = {
+    "calibration_of", "extrinsics", "baseline", "intrinsics", "distortion", "pixel_shift", "masks"};
+
 std::optional<double> number_of(const OptionField& field) {
   if (const auto* const* value = std::get_if<int*>(&field.target)) {
     return **value;
@@ -195,6 +201,15 @@ std::vector<std::string> broken_rules(const OptionTable& table) {
       if (const std::string with = idle_with(table, field, rule); !with.empty()) {
         problems.push_back(field.name + " does nothing with " + with + ": leave it out, or say " +
                            std::string(rule.wanted));
+      }
+    }
+  }
+  for (const std::string_view name : kUnread) {
+    for (const OptionField& field : table.fields) {
+      if (field.source != kUnsaid && before(field.name, std::string(kPersonsCapture) += name)) {
+        problems.push_back(field.name +
+                           " does nothing: cameras and pictures are read by reconstruct alone; "
+                           "leave it out here, and say it there");
       }
     }
   }

@@ -62,6 +62,21 @@ std::string see(const std::string& question, const std::string& where) {
   return question + (question.empty() ? "; see " : " See ") + where;
 }
 
+/// Why a command has no such option where others would, or "".
+std::string why_not(const std::string& command, const std::string& option) {
+  const auto is_named = [&](const auto& row) { return "--" + std::string(row.name) == option; };
+  if (std::any_of(all_stages().begin(), all_stages().end(), is_named) ||
+      std::any_of(all_commands().begin(), all_commands().end(), is_named)) {
+    const std::string name = option.substr(2);
+    return ": " + name + " is a command of its own; see atelier " + name + " --help";
+  }
+  const Stage* stage = find_stage(all_stages(), command);
+  if (stage != nullptr && !stage->frame_wise && (option == "--frames" || option == "--shard")) {
+    return ": it works on all frames together; see atelier " + command + " --help";
+  }
+  return "";
+}
+
 /// Refuses what a command did not understand, in one sentence.
 void refuse_extras(const CLI::App& parser, const std::vector<std::string>& arguments) {
   const std::vector<std::string> extras = parser.remaining();
@@ -73,9 +88,12 @@ void refuse_extras(const CLI::App& parser, const std::vector<std::string>& argum
   const std::string& extra = *first;
   const std::string shown = "'" + extra.substr(0, 60) + "'";
   if (extra.starts_with("-")) {
+    const std::string option = extra.substr(0, extra.find('='));
+    const std::string why = why_not(parser.get_name(), option);
     throw UsageError(parser.get_name() + " has no option " + shown +
-                     see(did_you_mean(extra.substr(0, extra.find('=')), option_names(parser)),
-                         "atelier " + parser.get_name() + " --help"));
+                     (why.empty() ? see(did_you_mean(option, option_names(parser)),
+                                        "atelier " + parser.get_name() + " --help")
+                                  : why));
   }
   if (const std::string flag = switch_before(parser, arguments, extra); !flag.empty()) {
     throw UsageError(flag + " cannot be " + shown + ": it takes true or false, or nothing");

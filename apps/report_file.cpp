@@ -29,6 +29,9 @@ std::vector<ReportFigure> figures_of([[maybe_unused]] const std::filesystem::pat
       std::snprintf(value, sizeof(value), "%.4g %s", measure.value, measure.unit.c_str());
       figures.push_back({measure.key, value, verdict_of(measure), is_met(measure), measure.note});
     }
+    for (const Unmeasured& one : unmeasured_stages(workspace, truth)) {
+      figures.push_back({one.stage, "-", "", true, "not measured: " + one.why});
+    }
   }
 #endif
   return figures;

@@ -139,7 +139,10 @@ void StageConsole::show_progress(const StageProgress& progress) {
                            {"total", progress.total},
                            {"per_second", progress.per_second},
                            {"seconds_left", progress.seconds_left}};
-    if (all_known) {
+    for (const auto& [name, value] : progress.figures) {
+      json["figures"][name] = value;
+    }
+    if (all_known && progress.per_second > 0) {
       json["seconds_left_in_all"] = progress.seconds_left + rest_;
     }
     std::cout << json_text(json) << std::endl;
@@ -148,13 +151,17 @@ void StageConsole::show_progress(const StageProgress& progress) {
   const auto amount = [&](std::int64_t count) {
     return bytes ? bytes_text(static_cast<double>(count)) : std::to_string(count);
   };
-  const std::string per_second =
-      bytes ? bytes_text(progress.per_second)
-            : format(progress.per_second < 100 ? "%.3g" : "%.0f", progress.per_second);
-  const std::string line = std::string(stage_.name) + "  " + amount(progress.done) + "/" +
-                           amount(progress.total) + " " + (bytes ? "digested" : progress.unit) +
-                           "  " + per_second + "/s  " + duration_text(progress.seconds_left) +
-                           " left";
+  std::string line = std::string(stage_.name) + "  " + amount(progress.done) + "/" +
+                     amount(progress.total) + " " + (bytes ? "digested" : progress.unit);
+  if (progress.per_second > 0) {
+    const std::string per_second =
+        bytes ? bytes_text(progress.per_second)
+              : format(progress.per_second < 100 ? "%.3g" : "%.0f", progress.per_second);
+    line += "  " + per_second + "/s  " + duration_text(progress.seconds_left) + " left";
+  }
+  for (const auto& [name, value] : progress.figures) {
+    line += "  " + name + " " + format("%.4g", value);
+  }
   if (terminal_) {
     standard_error() << "\r" + line + "\033[K";
     line_shown_ = true;

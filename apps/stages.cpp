@@ -76,6 +76,7 @@ constexpr std::array kStages = {
           .outputs = {"tracked"},
           .metrics = kTrackMetrics,
           .options = option_set<TrackStageOptions>,
+          .file_options = {"region"},
           .run = run_track},
     Stage{.name = "body",
           .version = 2,

@@ -293,6 +293,7 @@ void run_template(StageRun& run) {
   std::vector<GarmentTemplate> made;
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   Sums sums;
+  run.progress(0, static_cast<std::int64_t>(labels.size()), "garments");
   for (const Label label : labels) {
     if (run.stop_requested()) {
       return;

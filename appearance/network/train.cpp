@@ -3,34 +3,16 @@
 #include <cmath>
 #include <optional>
 
+#include "appearance/content_digest.h"
 #include "core/error.h"
-#include "core/sha256.h"
 
 namespace atelier {
 namespace {
 
-template <class T>
-void add(Sha256& hash, const T* values, std::size_t count) {
-  hash.update(values, count * sizeof(T));
-}
-
-/// What a training learns from, in 64 letters.
+/// What a training learns from, in 64 digits: all that a file of it holds.
 std::string digest_of(const AppearanceData& data) {
-  Sha256 hash;
-  const std::int64_t sizes[] = {static_cast<std::int64_t>(data.frames.size()),
-                                static_cast<std::int64_t>(data.views.size())};
-  add(hash, sizes, std::size(sizes));
-  add(hash, data.uvs.data(), static_cast<std::size_t>(data.uvs.size()));
-  for (const SurfaceFrame& frame : data.frames) {
-    add(hash, frame.position.data(), static_cast<std::size_t>(frame.position.size()));
-    add(hash, frame.visibility.data(), static_cast<std::size_t>(frame.visibility.size()));
-  }
-  for (const AppearanceView& view : data.views) {
-    add(hash, view.u.data(), view.u.size());
-    add(hash, view.v.data(), view.v.size());
-    add(hash, view.colors.data(), view.colors.size());
-  }
-  return hex(hash.finish());
+  const Archive archive = archive_of(data);
+  return content_digest(archive.datasets, archive.texts);
 }
 
 bool all_finite(const std::map<std::string, Tensor>& tensors) {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "appearance/network/painter.h"
 #include "appearance/network/train.h"
 #include "appearance/painted_picture.h"
+#include "appearance/training_log.h"
 #include "apps/device_advice.h"
 #include "apps/exit_code.h"
 #include "core/archive.h"
@@ -31,7 +33,8 @@ constexpr const char* kHelp =
     "atelier-appearance train DATA MODEL [--checkpoint FILE] [--log FILE] [--device cpu|cuda] "
     "[--OPTION VALUE ...]\n"
     "    Trains a garment's network on data that `atelier appearance` has prepared. Goes on where\n"
-    "    FILE stands, if it is there. Prints 'step DONE OF LOSS PSNR' lines.\n"
+    "    FILE stands, if it is there. Prints 'begin DONE OF', then 'step DONE OF LOSS PSNR' "
+    "lines.\n"
     "atelier-appearance predict MODEL DATA COLORS [--device cpu|cuda]\n"
     "    Draws every view of the data: linear colours of its pixels, without gain.\n"
     "atelier-appearance paint SCENE FOLDER [--device cpu|cuda] [--OPTION VALUE ...]\n"
@@ -83,18 +86,28 @@ void write_tensors(const fs::path& path, std::map<std::string, Tensor> tensors,
   write_safetensors(path, {std::move(tensors), std::move(texts)});
 }
 
-/// The log's lines up to the iteration that goes on; the header alone at the start.
-std::string kept_log(const fs::path& path, std::int64_t iteration) {
-  std::string kept = "iteration,loss,psnr_db,learning_rate\n";
-  std::ifstream file(path);
-  std::string line;
-  std::getline(file, line);
-  while (std::getline(file, line)) {
-    if (std::atoll(line.c_str()) <= iteration) {
-      kept += line + "\n";
-    }
+/// What is in a file; nothing where there is none.
+std::string text_of(const fs::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+/// The training that a checkpoint holds. A checkpoint is worth some steps, no more: every refusal
+/// says how to do without it.
+Training checkpoint_of(const fs::path& path, const AppearanceData& data,
+                       const TrainOptions& options) {
+  try {
+    const Safetensors found = read_safetensors(path);
+    Training training = training_of(found.tensors, found.metadata, path.string());
+    require_same_training(training, data, options, path.string());
+    return training;
+  } catch (const DataError& error) {
+    throw DataError(error.file, error.where, error.found,
+                    error.expected +
+                        "; to train from the beginning remove that file, or give --force to "
+                        "'atelier appearance'");
   }
-  return kept;
 }
 
 int run_training(const Arguments& arguments) {
@@ -108,24 +121,22 @@ int run_training(const Arguments& arguments) {
   }
   Training training;
   if (!arguments.checkpoint.empty() && fs::exists(arguments.checkpoint)) {
-    const Safetensors found = read_safetensors(arguments.checkpoint);
-    training = training_of(found.tensors, found.metadata, arguments.checkpoint);
-    require_same_training(training, data, options, arguments.checkpoint);
+    training = checkpoint_of(arguments.checkpoint, data, options);
   } else {
     training = start_training(data, options);
   }
   std::ofstream log;
   if (!arguments.log.empty()) {
-    write_file_atomically(arguments.log, kept_log(arguments.log, training.iteration));
+    write_file_atomically(arguments.log,
+                          resumed_training_log(text_of(arguments.log), training.iteration));
     log.open(arguments.log, std::ios::app);
   }
+  std::cout << "begin " << training.iteration << " " << options.iterations << "\n" << std::flush;
   TrainHooks hooks;
   hooks.step = [&](std::int64_t iteration, const NetworkLoss& loss, double learning_rate) {
     char text[160];
     if (log.is_open()) {
-      std::snprintf(text, sizeof(text), "%lld,%.9g,%.4f,%.6g\n", static_cast<long long>(iteration),
-                    loss.value, loss.psnr, learning_rate);
-      log << text;
+      log << training_log_row({iteration, loss.value, loss.psnr, learning_rate});
     }
     std::snprintf(text, sizeof(text), "step %lld %d %.6g %.3f\n", static_cast<long long>(iteration),
                   options.iterations, loss.value, loss.psnr);

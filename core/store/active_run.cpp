@@ -381,11 +381,16 @@ void ActiveRun::warn(const std::string& line) {
   warnings_.push_back(printable(line));
 }
 
-void ActiveRun::progress(std::int64_t done, std::int64_t total, const std::string& unit) {
-  const double rate = static_cast<double>(done) / std::max(seconds_since(start_), 1e-9);
+void ActiveRun::progress(std::int64_t done, std::int64_t total, const std::string& unit,
+                         const std::vector<std::pair<std::string, double>>& figures) {
   const std::lock_guard lock(mutex_);
-  report_progress(
-      {unit, done, total, rate, done > 0 ? static_cast<double>(total - done) / rate : 0.0});
+  if (unit != count_.unit || done <= count_.first) {
+    count_ = {unit, done, Clock::now()};
+  }
+  const auto since = static_cast<double>(done - count_.first);
+  const double rate = since / std::max(seconds_since(count_.start), 1e-9);
+  report_progress({unit, done, total, rate,
+                   since > 0 ? static_cast<double>(total - done) / rate : 0.0, figures});
 }
 
 void ActiveRun::report_progress(const StageProgress& progress) {

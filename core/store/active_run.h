@@ -37,7 +37,9 @@ class ActiveRun : public StageRun {
   void metric(const std::string& name, double value) override;
   void say(const std::string& line) override;
   void warn(const std::string& line) override;
-  void progress(std::int64_t done, std::int64_t total, const std::string& unit) override;
+  using StageRun::progress;
+  void progress(std::int64_t done, std::int64_t total, const std::string& unit,
+                const std::vector<std::pair<std::string, double>>& figures) override;
   bool stop_requested() override;
   void need_space(std::int64_t bytes) const override;
 
@@ -76,6 +78,13 @@ class ActiveRun : public StageRun {
   void require_named(std::size_t files) const;
   void report_progress(const StageProgress& progress);
 
+  /// What `progress` counts, and when and where it began to.
+  struct Count {
+    std::string unit;
+    std::int64_t first = 0;
+    std::chrono::steady_clock::time_point start;
+  };
+
   const Stage& stage_;
   const StageRequest& request_;
   const StagePlan& plan_;
@@ -94,6 +103,7 @@ class ActiveRun : public StageRun {
   std::optional<FileLock> commit_lock_;  ///< held from the last frame to the commit
   std::map<std::string, ManifestOutput> outputs_;
   std::map<std::string, double> metrics_;
+  Count count_;
   std::vector<std::string> warnings_;  ///< of no frame
   std::int64_t earlier_children_;      ///< bytes, the most that a child needed before this run
 };

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/device.h"
@@ -76,8 +77,15 @@ class StageRun {
   /// a run that goes on has what the one before it was warned of.
   virtual void warn(const std::string& line) = 0;
 
-  /// How far a stage without frames is; `unit` is what is counted.
-  virtual void progress(std::int64_t done, std::int64_t total, const std::string& unit) = 0;
+  /// How far a stage without frames is; `unit` is what is counted. Rate and time left are those
+  /// since a count began: at its first call, which is best made before its work, at a `done` not
+  /// above that one's, or at another unit. So what came before is not taken for work of its kind.
+  /// @param figures  how it goes, by name
+  virtual void progress(std::int64_t done, std::int64_t total, const std::string& unit,
+                        const std::vector<std::pair<std::string, double>>& figures) = 0;
+  void progress(std::int64_t done, std::int64_t total, const std::string& unit) {
+    progress(done, total, unit, {});
+  }
 
   /// True if the run was told to stop: the function returns soon, and what it wrote is removed.
   virtual bool stop_requested() = 0;

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace atelier {
 
@@ -13,6 +15,7 @@ struct StageProgress {
   std::int64_t total = 0;
   double per_second = 0;    ///< rate of this run; 0 while it is not known
   double seconds_left = 0;  ///< at that rate
+  std::vector<std::pair<std::string, double>> figures{};  ///< how it goes: a training's loss
 };
 
 /// Whom a run tells. Each may be empty. They are called from one thread at a time.

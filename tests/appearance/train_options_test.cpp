@@ -46,5 +46,33 @@ TEST(TrainOptions, NoWeightDecayIsANumberThatCanBeSaid) {
   EXPECT_EQ(resolved(asked, Device::Cuda).weight_decay, 0);
 }
 
+/// Another value of a field, in its range.
+void change(const OptionField& field) {
+  if (auto* const* flag = std::get_if<bool*>(&field.target)) {
+    **flag = !**flag;
+  } else if (auto* const* number = std::get_if<int*>(&field.target)) {
+    **number += 1;
+  } else if (auto* const* large = std::get_if<std::int64_t*>(&field.target)) {
+    **large += 1;
+  } else if (auto* const* real = std::get_if<double*>(&field.target)) {
+    **real = (field.min + field.max) / 2;
+  } else {
+    std::get<OptionEnum>(field.target).set(field.choices.size() - 1);
+  }
+}
+
+TEST(TrainOptions, EveryOptionThatChangesTheResultIsInATrainingsText) {
+  TrainOptions plain;
+  const OptionTable table = describe(plain);
+  for (std::size_t i = 0; i < table.fields.size(); ++i) {
+    TrainOptions other;
+    const OptionTable changed = describe(other);
+    change(changed.fields[i]);
+    ASSERT_NE(option_text(changed.fields[i]), option_text(table.fields[i]));
+    EXPECT_EQ(training_text(other) != training_text(plain), table.fields[i].keyed)
+        << table.fields[i].name;
+  }
+}
+
 }  // namespace
 }  // namespace atelier

@@ -1,6 +1,7 @@
 #include "appearance/network/network.h"
 
 #include <cmath>
+#include <functional>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -241,6 +242,68 @@ TEST(Train, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
       EXPECT_EQ(kept->model.parameters.at(name).data, tensor.data) << name;
     }
   }
+}
+
+TEST(TrainRefused, GoingOnWithDataOfWhichAnythingIsOther) {
+  const AppearanceData data = small_data();
+  const TrainOptions options = small_options();
+  const Training training = start_training(data, options);
+  EXPECT_NO_THROW(require_same_training(training, data, options));
+  const std::vector<std::pair<const char*, std::function<void(AppearanceData&)>>> changes = {
+      {"name", [](auto& d) { d.name = "skirt"; }},
+      {"faces", [](auto& d) { d.faces.row(0).reverseInPlace(); }},
+      {"uvs", [](auto& d) { d.uvs(3, 0) += 1e-3; }},
+      {"uv_faces", [](auto& d) { d.uv_faces.row(0).reverseInPlace(); }},
+      {"camera_ids", [](auto& d) { std::swap(d.camera_ids[0], d.camera_ids[1]); }},
+      {"centers", [](auto& d) { d.centers(1, 2) += 0.01; }},
+      {"widths", [](auto& d) { d.widths[0] += 1; }},
+      {"heights", [](auto& d) { d.heights[1] += 1; }},
+      {"frame_id", [](auto& d) { d.frames[1].frame_id = 7; }},
+      {"position", [](auto& d) { d.frames[1].position(5, 1) += 0.01F; }},
+      {"visibility", [](auto& d) { d.frames[2].visibility(5, 1) = 0.25F; }},
+      {"camera_idx", [](auto& d) { std::swap(d.views[0].camera_idx, d.views[1].camera_idx); }},
+      {"frame_idx", [](auto& d) { std::swap(d.views[0].frame_idx, d.views[2].frame_idx); }},
+      {"pixel", [](auto& d) { std::swap(d.views[0].pixel[0], d.views[0].pixel[1]); }},
+      {"u", [](auto& d) { d.views[0].u[3] += 0.01F; }},
+      {"v", [](auto& d) { d.views[0].v[3] -= 0.01F; }},
+      {"colors", [](auto& d) { d.views[0].colors[0] ^= 1; }},
+  };
+  for (const auto& [what, change] : changes) {
+    AppearanceData other = data;
+    change(other);
+    SCOPED_TRACE(what);
+    ATELIER_EXPECT_REFUSED(require_same_training(training, other, options), DataError,
+                           "other data");
+  }
+}
+
+TEST(TrainRefused, ACheckpointInWhichABitHasFlipped) {
+  const AppearanceData data = small_data();
+  const TrainOptions options = small_options(2);
+  const Training training =
+      train(start_training(data, options), data, options, Device::Cpu).training;
+  const auto texts = texts_of(training);
+  const auto tensors = tensors_of(training);
+  EXPECT_EQ(training_of(tensors, texts).iteration, 2);
+  for (const auto& [name, tensor] : tensors) {
+    auto damaged = tensors;
+    // The lowest bit of a number: no range and no shape tells.
+    damaged.at(name).data[damaged.at(name).data.size() / 2 / 8 * 8] ^= std::byte{1};
+    SCOPED_TRACE(name);
+    EXPECT_THROW(training_of(damaged, texts), DataError);
+  }
+  // As an older program wrote it.
+  auto older = texts;
+  older.erase("digest");
+  EXPECT_EQ(training_of(tensors, older).iteration, 2);
+  older = texts_of(training.model);
+  older.erase("digest");
+  EXPECT_EQ(appearance_model_of(tensors_of(training.model), older).name, training.model.name);
+  // A network of its own is told by its own digest.
+  auto of_model = tensors_of(training.model);
+  of_model.at("texture.mean").data[0] ^= std::byte{1};
+  ATELIER_EXPECT_REFUSED(appearance_model_of(of_model, texts_of(training.model), "x.safetensors"),
+                         DataError, "damaged");
 }
 
 TEST(AppearanceData, ArchivesGiveItBack) {

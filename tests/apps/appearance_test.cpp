@@ -40,6 +40,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 using ::testing::Not;
 
 constexpr int kSide = 56;
@@ -54,6 +55,15 @@ std::string bytes_of(const fs::path& path) {
   std::ostringstream text;
   text << std::ifstream(path, std::ios::binary).rdbuf();
   return text.str();
+}
+
+/// Of a file of tensors: in the last element of the last one.
+void flip_last_bit(const fs::path& path) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekg(-1, std::ios::end);
+  const int last = file.get();
+  file.seekp(-1, std::ios::end);
+  file.put(static_cast<char>(last ^ 1));
 }
 
 std::string digits(int frame) {
@@ -319,7 +329,9 @@ class Appearance : public ::testing::Test {
             "--checkpoint_every",
             "5",
             "--checkpoint",
-            (folder_ / checkpoint).string()};
+            (folder_ / checkpoint).string(),
+            "--log",
+            (folder_ / (model + ".csv")).string()};
   }
 
   TemporaryDirectory folder_;
@@ -329,6 +341,8 @@ class Appearance : public ::testing::Test {
 TEST_F(Appearance, LearnsWithoutWhatIsHeldOutAndIsMeasuredOnIt) {
   const ChildResult done = ceiling("ws");
   ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, MatchesRegex("(.|\n)*ceiling  24/24 steps  [^\n]*/s  [^\n]* left  "
+                                     "loss [0-9.e-]+  psnr_db [0-9.]+\n(.|\n)*"));
   const ChildResult figures = run_child({program_path(), "evaluate", (folder_ / "ws").string(),
                                          "--truth", capture_.string(), "--stage", "appearance"});
   ASSERT_THAT(figures.exit_code, ::testing::AnyOf(0, 1)) << figures.err;
@@ -364,12 +378,21 @@ TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
     half.kill(SIGKILL);
   }
   ASSERT_TRUE(fs::exists(folder_ / "half.checkpoint"));
+  std::ofstream(folder_ / "half.safetensors.csv", std::ios::app) << "5";  // of "57,...": torn
   ASSERT_EQ(run_child(train("half.safetensors", "half.checkpoint")).exit_code, 0);
   EXPECT_EQ(bytes_of(folder_ / "half.safetensors"), bytes_of(folder_ / "whole.safetensors"));
-  // Of another architecture, cut off, and no checkpoint at all.
+  EXPECT_EQ(bytes_of(folder_ / "half.safetensors.csv"),
+            bytes_of(folder_ / "whole.safetensors.csv"));
+  // Of another architecture, with a flipped bit, and cut off.
   ChildResult refused = run_child(train("x.safetensors", "whole.checkpoint", "3"));
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("channels"));
+  flip_last_bit(folder_ / "half.checkpoint");
+  refused = run_child(train("x.safetensors", "half.checkpoint"));
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("half.checkpoint"));
+  EXPECT_THAT(refused.err, HasSubstr("damaged"));
+  EXPECT_THAT(refused.err, HasSubstr("remove that file, or give --force"));
   fs::resize_file(folder_ / "half.checkpoint", fs::file_size(folder_ / "half.checkpoint") - 9);
   refused = run_child(train("x.safetensors", "half.checkpoint"));
   EXPECT_EQ(refused.exit_code, 3);
@@ -457,6 +480,7 @@ TEST_F(Appearance, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
   const fs::path checkpoint = folder_ / "half.checkpoint";
   Safetensors state = read_safetensors(checkpoint);
   const std::string steps = state.metadata.at("iteration");
+  state.metadata.erase("digest");  // the network is not damaged, it diverges
   for (auto& [name, tensor] : state.tensors) {
     if (name.starts_with("moment.m.")) {
       tensor = tensor_of(std::vector<float>(static_cast<std::size_t>(element_count(tensor)), 3e38F),
@@ -483,7 +507,10 @@ TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
   const ChildResult figures = run_child({program_path(), "evaluate", workspace.string(), "--truth",
                                          capture_.string(), "--stage", "appearance"});
   EXPECT_THAT(figures.exit_code, ::testing::AnyOf(0, 1)) << figures.err;
-  EXPECT_THAT(figures.out, HasSubstr("appearance.psnr_db"));
+  for (const char* key : {"appearance.psnr_db", "appearance.body_psnr_db",
+                          "appearance.body_static_psnr_db", "appearance.body_covered"}) {
+    EXPECT_THAT(figures.out, HasSubstr(key));
+  }
   // The workspace's own meshes, by the held-out camera.
   std::vector<std::string> draw = {
       program_path(), "draw", workspace.string(), "--capture", capture_.string(), "--camera", "09"};
@@ -536,8 +563,19 @@ TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
     differ += std::abs(plain.data[i] - own.data[i]);
   }
   EXPECT_LT(differ / static_cast<double>(plain.data.size()), 1);  // single precision of PLY
+  // A network in which a bit has flipped draws nothing, and is not judged.
+  const fs::path network = workspace / "appearance" / "current" / "dress" / "model.safetensors";
+  flip_last_bit(network);
+  for (const ChildResult& refused :
+       {drawn("damaged", {}), run_child({program_path(), "evaluate", workspace.string(), "--truth",
+                                         capture_.string(), "--stage", "appearance"})}) {
+    EXPECT_EQ(refused.exit_code, 3);
+    EXPECT_THAT(refused.err, HasSubstr("dress/model.safetensors"));
+    EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' again"));
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "damaged"));
   // Without its network a garment is not drawn grey, as a body is.
-  fs::remove(workspace / "appearance" / "current" / "dress" / "model.safetensors");
+  fs::remove(network);
   pictures = drawn("bare", {});
   EXPECT_EQ(pictures.exit_code, 3);
   EXPECT_THAT(pictures.err, HasSubstr("no network"));

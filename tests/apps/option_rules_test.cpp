@@ -74,6 +74,22 @@ TEST(OptionRules, WhatAnotherAsksForIsSaid) {
   EXPECT_THAT(broken_rules(table), ElementsAre(HasSubstr("track.exclude region takes --region")));
 }
 
+TEST(OptionRulesRefused, CorrectionsOfCamerasWhereNoneAreRead) {
+  std::string extrinsics;
+  std::string sync;
+  OptionTable table;
+  for (const char* section : {"capture", "track.input.capture"}) {
+    table.add(std::string(section) + ".calibration_of", sync, std::vector<std::string>{}, "Of");
+    table.add(std::string(section) + ".extrinsics", extrinsics, std::vector<std::string>{}, "Are");
+  }
+  EXPECT_EQ(set_option(table, "capture.extrinsics", "all=inverse"), "");
+  EXPECT_THAT(broken_rules(table), IsEmpty());
+  EXPECT_EQ(set_option(table, "track.input.capture.extrinsics", "all=inverse"), "");
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(AllOf(HasSubstr("track.input.capture.extrinsics does nothing"),
+                                HasSubstr("reconstruct"))));
+}
+
 TEST(OptionRules, ASectionBelongsToItsSwitchUnlessThatIsSaidToBeOff) {
   Some some;
   OptionTable inner = some.table();

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "bodymodel/motion_trc.h"
+#include "bodymodel/personal_body.h"
 #include "bodymodel/tracked_motion.h"
 #include "capture/truth_archive.h"
 #include "core/sequence_archive.h"
@@ -255,6 +256,12 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
                 .exit_code,
             0);
   EXPECT_EQ(tracked().region, (std::vector<int>{0, 1, 2, 3}));
+  const std::vector<std::string> again = {"--exclude", "region", "--region",
+                                          (own_ / "region.json").string(), "--dry-run"};
+  EXPECT_THAT(run_stage("track", again).out, HasSubstr("would do nothing"));
+  std::ofstream(own_ / "region.json") << "[0, 1, 2]";
+  EXPECT_THAT(run_stage("track", again).out, HasSubstr("would run")) << "painted anew";
+  std::ofstream(own_ / "region.json") << "[0, 1, 2, 3]";
   EXPECT_TRUE(fs::exists(result / "pictures" / "clothed_region.png"));
   const std::string workspace = workspace_.string();
   ASSERT_EQ(
@@ -278,6 +285,28 @@ TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
   const ChildResult body = run_stage("body");
   ASSERT_EQ(body.exit_code, 0) << body.err;
   EXPECT_THAT(body.err, HasSubstr("made with another person than that of 'personalize' now"));
+  // Poses of another person are not held against what this one's would be.
+  const std::string mended =
+      "run 'atelier track " + capture().string() + " " + workspace_.string() + "'";
+  const std::string old = evaluate({"--stage", "track", "--check"}).out;
+  EXPECT_THAT(old, HasSubstr("track: not measured: outdated: its input person of 'personalize' "
+                             "has changed since; " +
+                             mended));
+  EXPECT_THAT(old, Not(HasSubstr("track.dynamic_share")));
+  EXPECT_THAT(old, HasSubstr("not measured  outdated"));
+  const nlohmann::json json = nlohmann::json::parse(evaluate({"--stage", "track", "--json"}).out);
+  EXPECT_THAT(json.at("not_measured").at("track").get<std::string>(), HasSubstr(mended));
+}
+
+TEST_F(Person, OfAnotherBodyModelIsNotMeasuredAtRest) {
+  const fs::path file = workspace_ / "personalize" / "current" / "person.npz";
+  PersonalBody person = read_personal_body(file);
+  person.model.skeleton.names[0] = "root";
+  write_personal_body(file, person);
+  const std::string figures = evaluate({"--stage", "personalize"}).out;
+  EXPECT_THAT(figures, HasSubstr("personalize: not measured: the person's body model rests in "
+                                 "another pose"));
+  EXPECT_THAT(figures, Not(HasSubstr("personal.mean_mm")));
 }
 
 TEST_F(Person, FiguresAreJudgedAlikeWithATableAndWithout) {

@@ -2,6 +2,7 @@
 // result and that of `flatten` are measured against the truth.
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL)
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -270,6 +271,43 @@ TEST_F(Register, WithoutOneCamerasPicturesItSaysSoAndGoesOn) {
   const ChildResult done = registered();
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, HasSubstr("pictures of 2 of 3 cameras"));
+}
+
+// As WholeRun of the stages before, and Appearance of the one that learns; body, template and those
+// of simulation open no pictures.
+TEST_F(Register, WithoutThePicturesThatAreHeldOutItComesToTheSameDigests) {
+  for (const Camera& camera : SmallCapture{}.cameras) {
+    for (int id = 0; id < 3; ++id) {
+      ByteImage picture(camera.width, camera.height, 3);
+      for (int x = 0; x < camera.width; ++x) {  // stripes, to slide along
+        for (int y = 0; y < camera.height; ++y) {
+          picture.at(x, y, 0) = static_cast<std::uint8_t>(120 + 60 * std::sin(0.4 * x + id));
+        }
+      }
+      write_image(capture() / "images" / camera.id / (frame_name(id) + ".png"), picture);
+      const ByteImage skirt(camera.width, camera.height, 1,
+                            static_cast<std::uint8_t>(Label::Lower));
+      write_labels(capture() / "labels" / camera.id / (frame_name(id) + ".png"), skirt);
+    }
+  }
+  CaptureInfo info = read_capture_info(capture());
+  info.held_out_cameras = {SmallCapture{}.cameras.back().id};
+  std::ofstream(capture() / "capture.toml") << capture_toml(info);
+  const std::vector<std::string> quick = {
+      "--photometric-levels", "1", "--photometric-steps", "1", "--code", "false"};
+  ASSERT_EQ(registered(quick).exit_code, 0);
+  const nlohmann::json expected = manifest()["outputs"];
+  for (const char* kind : {"images", "labels"}) {
+    fs::remove_all(capture() / kind / info.held_out_cameras[0]);
+  }
+  const ChildResult done = registered(quick, "without");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, Not(HasSubstr("cameras")));
+  EXPECT_EQ(manifest("without")["outputs"], expected);
+  // Pictures do say something here: those of another camera are missed.
+  fs::remove_all(capture() / "images" / SmallCapture{}.cameras[0].id);
+  ASSERT_EQ(registered(quick, "less").exit_code, 0);
+  EXPECT_NE(manifest("less")["outputs"], expected);
 }
 
 TEST_F(Register, AFrameWithoutAScanIsPredictedAndSaidToBeLost) {

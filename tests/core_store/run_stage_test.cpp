@@ -176,6 +176,29 @@ TEST_F(RunStage, ForceDoesItAgain) {
               ElementsAre(".commit-lock", ".lock", ::testing::_, "current"));
 }
 
+TEST_F(RunStage, TimeLeftIsThatOfWhatIsCountedAlone) {
+  std::vector<StageProgress> told;
+  StageEvents events;
+  events.progress = [&](const StageProgress& progress) {
+    if (progress.unit == "steps") {
+      told.push_back(progress);
+    }
+  };
+  behaviour().reports = [](StageRun& run) {
+    run.progress(40, 50, "steps");  // that earlier runs have done
+    run.progress(45, 50, "steps", {{"loss", 0.5}});
+    run.progress(0, 50, "steps");
+  };
+  run("count", request("count"), events);
+  ASSERT_EQ(told.size(), 3U);
+  EXPECT_EQ(told[0].per_second, 0) << "not known";
+  EXPECT_EQ(told[0].seconds_left, 0);
+  EXPECT_GT(told[1].per_second, 0);
+  EXPECT_NEAR(told[1].seconds_left, 5 / told[1].per_second, 1e-9);
+  EXPECT_EQ(told[1].figures, (std::vector<std::pair<std::string, double>>{{"loss", 0.5}}));
+  EXPECT_EQ(told[2].per_second, 0) << "another count";
+}
+
 // --- what a stage of several files, and a chain, do
 
 TEST_F(RunStage, AFailureLeavesNoStaging) {

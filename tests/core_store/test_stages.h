@@ -18,9 +18,10 @@ namespace atelier::fixtures {
 /// What the test stages do besides their work; each test sets it anew.
 struct Behaviour {
   std::atomic<int> count_runs = 0;
-  std::function<void()> during;           ///< called in the middle of `count`
-  std::function<void(int)> before_frame;  ///< called before a frame of `frames` is written
-  std::int64_t space = 0;                 ///< that `count` needs
+  std::function<void()> during;            ///< called in the middle of `count`
+  std::function<void(StageRun&)> reports;  ///< progress of `count`, in place of its own
+  std::function<void(int)> before_frame;   ///< called before a frame of `frames` is written
+  std::int64_t space = 0;                  ///< that `count` needs
   bool asks_to_stop = false;
   std::vector<int> frame_ids = {0, 1, 2, 3, 5, 8};
   std::vector<int> warned_frames;
@@ -30,6 +31,7 @@ struct Behaviour {
   Behaviour& operator=(const Behaviour& other) {
     count_runs = other.count_runs.load();
     during = other.during;
+    reports = other.reports;
     before_frame = other.before_frame;
     space = other.space;
     asks_to_stop = other.asks_to_stop;
@@ -73,7 +75,11 @@ inline void run_count(StageRun& run) {
   if (behaviour().asks_to_stop && run.stop_requested()) {
     return;
   }
-  run.progress(files, files, "files");
+  if (behaviour().reports) {
+    behaviour().reports(run);
+  } else {
+    run.progress(files, files, "files");
+  }
   run.output_text("count.txt", std::to_string(files) + " " + run.options<CountOptions>().word);
   run.metric("files", static_cast<double>(files));
 }

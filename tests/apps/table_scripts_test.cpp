@@ -1,0 +1,116 @@
+// The scripts that make tables of comparisons: each runs to its end with a program that does no
+// work, but has the real one read every command line, so that no variant names an option that is
+// gone.
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/child_process.h"
+#include "tests/support/places.h"
+#include "tests/support/read_text.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::fixtures {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class TableScripts : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const fs::path program = folder_ / "atelier";
+    // A usage error alone ends it: that there is no capture is no matter.
+    std::ofstream(program) << "#!/usr/bin/env bash\n"
+                              "echo \"$*\" >>'"
+                           << (folder_ / "commands").string()
+                           << "'\n"
+                              "case $1 in\n"
+                              "  evaluate) cat '"
+                           << (folder_ / "figures.json").string()
+                           << "' ;;\n"
+                              "  synthesize) mkdir -p \"$2\" ;;\n"
+                              "  *) code=0; '"
+                           << program_path()
+                           << "' \"$@\" --dry-run >&2 || code=$?\n"
+                              "     [[ $code != 2 ]] ;;\n"
+                              "esac\n";
+    fs::permissions(program, fs::perms::owner_all);
+    setenv("ATELIER_PROGRAM", program.c_str(), 1);
+  }
+  void TearDown() override { unsetenv("ATELIER_PROGRAM"); }
+
+  ChildResult run(const std::string& script, const std::vector<std::string>& arguments,
+                  const std::string& figures) {
+    std::ofstream(folder_ / "figures.json") << figures;
+    std::vector<std::string> command = {(source_directory() / "scripts" / script).string()};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return run_child(command);
+  }
+  std::string commands() const { return read_text(folder_ / "commands"); }
+
+  TemporaryDirectory folder_;
+};
+
+std::ptrdiff_t rows_with(const std::string& text, const std::string& cell) {
+  std::ptrdiff_t rows = 0;
+  for (std::size_t at = text.find(cell); at != std::string::npos; at = text.find(cell, at + 1)) {
+    ++rows;
+  }
+  return rows;
+}
+
+TEST_F(TableScripts, BodyTableGivesARowForEachVariant) {
+  const ChildResult done =
+      run("body-table", {(folder_ / "table").string(), "tee", "7", "tiny"},
+          R"({"personal.mean_mm": 2.5, "track.mean_mm": 4, "body.mean_mm": 3})");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(commands(), HasSubstr("synthesize capture --preset tiny --garment tee --seed 7\n"
+                                    "reconstruct capture work\n"));
+  for (const char* surfaces : {"reconstructed", "truth"}) {
+    EXPECT_THAT(done.out, HasSubstr(std::string("| ") + surfaces + " surfaces: tracking |"));
+  }
+  EXPECT_EQ(rows_with(done.out, "| 2.50 |"), 4) << "persons measured on two sequences";
+  EXPECT_EQ(rows_with(done.out, "| 4.00 |"), 4 + 10);
+  EXPECT_EQ(rows_with(done.out, "| 3.00 |"), 12);
+  EXPECT_EQ(rows_with(done.out, "| as it is | 3.00 | - |"), 2) << "what is not there is no figure";
+}
+
+TEST_F(TableScripts, ThoseOfRegistrationAndAppearanceToo) {
+  const ChildResult cloth =
+      run("register-table", {"capture", (folder_ / "work").string()},
+          R"({"register.chamfer_mm": 1.25, "register.point_mean_mm": 2, "register.point_p95_mm": 3,
+          "register.inverted": 0, "register.drift_mm": 1})");
+  ASSERT_EQ(cloth.exit_code, 0) << cloth.err;
+  EXPECT_EQ(rows_with(cloth.out, "| 1.25 |"), 8);
+  const ChildResult look =
+      run("appearance-table", {"capture", (folder_ / "work").string(), "ceiling", "--body", "true"},
+          R"({"ceiling.psnr_db": 26.5, "ceiling.gain_db": 3, "ceiling.shadow_psnr_db": 25,
+          "ceiling.ssim": 0.9})");
+  ASSERT_EQ(look.exit_code, 0) << look.err;
+  EXPECT_EQ(rows_with(look.out, "| 26.50 |"), 4);
+  EXPECT_THAT(commands(), HasSubstr("--shadow false --body true\n"));
+}
+
+TEST_F(TableScripts, AnOptionThatThereIsNotEndsThem) {
+  const ChildResult refused =
+      run("appearance-table", {"capture", (folder_ / "work").string(), "ceiling", "--bodi", "true"},
+          "{}");
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_THAT(refused.err, HasSubstr("--bodi"));
+  EXPECT_THAT(refused.out, Not(HasSubstr("all")));
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
+
+#endif
