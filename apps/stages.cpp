@@ -121,7 +121,7 @@ constexpr std::array kStages = {
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     Stage{.name = "flatten",
-          .version = 6,
+          .version = 7,
           .summary = "a garment's surface as a flat sewing pattern",
           .inputs = {"surface"},
           .outputs = {"pattern"},
