@@ -12,6 +12,7 @@
 #include "core/topology.h"
 #include "core/tree.h"
 #include "registration/blunt_corners.h"
+#include "registration/edge_paths.h"
 #include "registration/straight_seams.h"
 #include "registration/unstretched_surface.h"
 
@@ -160,6 +161,7 @@ class PatternTrial {
     }
     std::sort(runs.begin(), runs.end());
     std::vector<std::vector<int>> sorted;
+    sorted.reserve(runs.size());
     for (auto& run : runs) {
       sorted.push_back(std::move(run.second));
     }
