@@ -101,7 +101,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "template",
-          .version = 5,
+          .version = 6,
           .summary = "each garment as a clean mesh with named openings, in one frame's pose",
           .inputs = {"capture", "scans", "person", "bodies"},
           .outputs = {"template"},
@@ -122,7 +122,7 @@ constexpr std::array kStages = {
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     Stage{.name = "flatten",
-          .version = 6,
+          .version = 7,
           .summary = "a garment's surface as a flat sewing pattern",
           .inputs = {"surface"},
           .outputs = {"pattern"},

@@ -4,10 +4,15 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
+#include <set>
 #include <utility>
 
+#include "core/normals.h"
+#include "core/topology.h"
 #include "core/tree.h"
 #include "registration/blunt_corners.h"
+#include "registration/edge_paths.h"
 #include "registration/straight_seams.h"
 #include "registration/unstretched_surface.h"
 
@@ -88,11 +93,81 @@ class PatternTrial {
       const Eigen::VectorXd ways = ways_off(surface_, moved_.vertices);
       best_ = {moved_,  seams,       std::move(pattern), std::move(measures),
                reached, ways.mean(), ways.maxCoeff()};
+      best_places_ = {surface_, moved_};
     }
     return reached;
   }
 
+  /// Sews seams of the best again that are not needed once the surface gives way to what they join,
+  /// the one first that saves most. Each is tried once.
+  void sew() {
+    std::set<std::vector<int>> tried;
+    for (;;) {
+      const std::vector<std::vector<int>> runs = seams_to_sew();
+      const auto next = std::find_if(runs.begin(), runs.end(),
+                                     [&](const auto& run) { return !tried.contains(run); });
+      if (next == runs.end()) {
+        return;
+      }
+      tried.insert(*next);
+      FoundSeams seams = best_.seams;
+      for (const int edge : *next) {
+        seams.cut[static_cast<std::size_t>(edge)] = 0;
+      }
+      ++seams.joined;
+      return_to(best_places_);
+      keeps_bound(seams, "sewn");
+    }
+  }
+
  private:
+  /// Runs of edges between two panels of the best, and darts, the longest first. A front and its
+  /// back stay two, but for what is small, as a sleeve.
+  std::vector<std::vector<int>> seams_to_sew() const {
+    constexpr double kSmall = 0.25;  // of the area
+    const FlatPattern& pattern = best_.pattern;
+    const Topology topology = topology_of(best_.mesh.faces, best_.mesh.vertices.rows());
+    std::map<std::pair<int, int>, int> edge_at;
+    for (Index e = 0; e < topology.edges.rows(); ++e) {
+      edge_at[{topology.edges(e, 0), topology.edges(e, 1)}] = static_cast<int>(e);
+    }
+    const std::vector<double> lengths = edge_lengths(topology, best_.mesh.vertices);
+    const Eigen::VectorXd areas = face_areas(best_.mesh.vertices, best_.mesh.faces);
+    std::vector<double> of_panel(static_cast<std::size_t>(pattern.cut.panel_count), 0);
+    for (Index f = 0; f < areas.size(); ++f) {
+      of_panel[static_cast<std::size_t>(pattern.cut.panels[static_cast<std::size_t>(f)])] +=
+          areas[f];
+    }
+    std::vector<std::pair<double, std::vector<int>>> runs;
+    for (const FlatSeam& seam : pattern.seams) {
+      std::vector<int> edges;
+      double length = 0;
+      bool side = false;
+      for (std::size_t i = 1; i < seam.a.size(); ++i) {
+        const int a = pattern.cut.source[static_cast<std::size_t>(seam.a[i - 1])];
+        const int b = pattern.cut.source[static_cast<std::size_t>(seam.a[i])];
+        edges.push_back(edge_at.at({std::min(a, b), std::max(a, b)}));
+        length += lengths[static_cast<std::size_t>(edges.back())];
+        side = side || best_.seams.sides[static_cast<std::size_t>(edges.back())] != 0;
+      }
+      const bool apart = seam.panel_a != seam.panel_b;
+      const bool dart = !apart && seam.a.back() == seam.b.back();
+      const double area = of_panel[static_cast<std::size_t>(seam.panel_a)] +
+                          (apart ? of_panel[static_cast<std::size_t>(seam.panel_b)] : 0);
+      if ((apart || dart) && (!side || area < kSmall * areas.sum())) {
+        std::sort(edges.begin(), edges.end());
+        runs.emplace_back(-length - (apart ? kPanelLength : 0), std::move(edges));
+      }
+    }
+    std::sort(runs.begin(), runs.end());
+    std::vector<std::vector<int>> sorted;
+    sorted.reserve(runs.size());
+    for (auto& run : runs) {
+      sorted.push_back(std::move(run.second));
+    }
+    return sorted;
+  }
+
   void unstretch(const FlatPattern& pattern) {
     moved_.vertices = unstretched_surface(surface_, pattern, options_.find.stretch, options_.give,
                                           moved_.vertices);
@@ -114,6 +189,7 @@ class PatternTrial {
   Mesh surface_;  // as it was given, but for sliding along itself
   Mesh moved_;    // what of it is laid flat
   FoundPattern best_;
+  std::pair<Mesh, Mesh> best_places_;
   double cost_ = std::numeric_limits<double>::infinity();
 };
 
@@ -169,6 +245,9 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
       break;
     }
     find.stretch *= kLessStretch;
+  }
+  if (trial.best().reached && options.find.join) {
+    trial.sew();
   }
   return trial.best();
 }

@@ -34,6 +34,9 @@ struct FoundPattern {
 /// 4. seams are sought once more on the straightened surface, from those that were found; and
 ///    so on, four times at most, while straight ones miss the bound or got shorter.
 /// 5. Where none of these keeps the bound: seams along edges, on the surface as it is given.
+/// 6. Of the best pattern seams are sewn again, the longest first, if the surface gives way so far
+///    that the bound holds without: the search sews on a surface that stays as it is. A front and
+///    its back stay two, but for what is small, as a sleeve; with `find.join` only.
 ///
 /// Corners are kept above 10 degrees where they are in `mesh` (blunt_corners.h), so that a
 /// simulation takes the panels as a rest shape.
@@ -44,7 +47,7 @@ struct FoundPattern {
 /// what is tried.
 ///
 /// Throws DataError as find_seams. One to four searches, of which the later ones begin with what
-/// was found; up to eight where the bound is not kept.
+/// was found; up to eight where the bound is not kept. Then a pattern or two for each seam.
 FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options = {},
                           const SeamWatch& watch = {});
 
