@@ -92,7 +92,8 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
     }
     // Of the substep before, or of an iteration before in this one.
     const bool was_stirred = __ldcg(&work.sums[i].used) != 0;
-    const bool was_tangled = iteration == 0 && work.cloth.tangled[i] != 0;
+    // The first search of a frame has not said yet what is crossed.
+    const bool was_tangled = !first && iteration == 0 && work.cloth.tangled[i] != 0;
     if (first) {
       __stcg(work.stirred + i, 0);
     } else if (was_stirred || was_tangled) {
