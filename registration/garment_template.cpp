@@ -16,7 +16,6 @@
 #include "registration/attach_to_body.h"
 #include "registration/blunt_corners.h"
 #include "registration/cut_rim_folds.h"
-#include "registration/fair_ridges.h"
 #include "registration/garment_boundaries.h"
 #include "registration/garment_cover.h"
 #include "registration/part_crossings.h"
@@ -312,9 +311,7 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
   made.holes_closed = trimmed.holes_closed + static_cast<int>(boundaries.holes.size());
   made.garment.mesh =
       even_mesh(trimmed.mesh, {.edge_length = options.edge_length, .holes = boundaries.holes});
-  Mesh& mesh = made.garment.mesh;
-  mesh.vertices = faired_ridges(topology_of(mesh.faces, mesh.vertices.rows()), mesh.vertices);
-  made.pushed_out = push_out(mesh, frame.body, frames.body_faces, options.clearance);
+  made.pushed_out = push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
   // Parting may bring a vertex back to the body, pushing it out may cross again: the last counts.
   // Corners are widened before: what that crosses is parted too.
   constexpr int kRounds = 3;

@@ -6,7 +6,6 @@
 
 #include "core/error.h"
 #include "core/normals.h"
-#include "registration/fair_ridges.h"
 #include "registration/rim_vertices.h"
 
 namespace atelier {
@@ -161,10 +160,24 @@ RegistrationModel registration_model(const Garment& garment, const RegisterOptio
 }
 
 std::vector<int> inverted_faces(const Topology& topology, const Points& x) {
-  const Eigen::VectorXd cosines = cosines_around(topology, x);
+  const Triangles& faces = topology.faces;
+  Points area_normals(faces.rows(), 3);
+  Points sums = Points::Zero(x.rows(), 3);
+  for (Index f = 0; f < faces.rows(); ++f) {
+    const Eigen::Vector3d a = x.row(faces(f, 0)).transpose();
+    const Eigen::Vector3d b = x.row(faces(f, 1)).transpose();
+    const Eigen::Vector3d c = x.row(faces(f, 2)).transpose();
+    const Eigen::Vector3d normal = (b - a).cross(c - a);
+    area_normals.row(f) = normal.transpose();
+    for (int k = 0; k < 3; ++k) {
+      sums.row(faces(f, k)) += normal.transpose();
+    }
+  }
   std::vector<int> wrong;
-  for (Index f = 0; f < cosines.size(); ++f) {
-    if (cosines[f] < 0) {
+  for (Index f = 0; f < faces.rows(); ++f) {
+    const Eigen::RowVector3d around = sums.row(faces(f, 0)) + sums.row(faces(f, 1)) +
+                                      sums.row(faces(f, 2)) - 3 * area_normals.row(f);
+    if (around.dot(area_normals.row(f)) < 0) {
       wrong.push_back(static_cast<int>(f));
     }
   }
