@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 
 #include "core/printable.h"
 
@@ -108,6 +109,16 @@ void add_array(const std::string& name, const Tensor& tensor, Inspection& inspec
          name + (tensor.shape.empty() ? "" : place_text(first, tensor.shape)),
          "the first of its numbers that are not finite",
          "what wrote it divided by nothing or left them out; most readers refuse such numbers"});
+  }
+}
+
+void add_stated_consent(const std::vector<Consent>& consent, const std::filesystem::path& place,
+                        Inspection& inspection) {
+  inspection.add("consent", to_string(consent));
+  for (const std::string& sentence :
+       ended_consent(consent, static_cast<double>(std::time(nullptr)))) {
+    inspection.findings.push_back({Severity::Warning, "consent-ended", place.string(), sentence,
+                                   "ask for it anew, or remove the capture"});
   }
 }
 

@@ -1,5 +1,6 @@
 // `inspect` of the hand-made malformed files: each is refused, or has a finding.
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -45,6 +46,7 @@ void write_bytes(const fs::path& path, const std::vector<std::byte>& bytes) {
 fs::path as_users_have_it(const std::string& reader, const fs::path& file, const fs::path& folder) {
   static const std::map<std::string, std::string> names = {{"manifest", "manifest.json"},
                                                            {"capture_info", "capture.toml"},
+                                                           {"consent", "consent.toml"},
                                                            {"materials", "material.json"},
                                                            {"colmap_matrix", "a.geometric.bin"}};
   if (const auto name = names.find(reader); name != names.end()) {
@@ -153,8 +155,8 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values("amass", "animated_frame", "appearance_colors", "appearance_data",
                       "appearance_model", "archive", "avif", "bmp", "body_archive", "bvh", "c3d",
                       "camera_toml", "cameras", "capture_info", "cloth_state", "colmap_matrix",
-                      "csv", "dxf", "easymocap_annotation", "garment", "gltf", "goliath", "html",
-                      "human36m", "jpeg", "json", "json_lines", "keypoints3d", "manifest",
+                      "consent", "csv", "dxf", "easymocap_annotation", "garment", "gltf", "goliath",
+                      "html", "human36m", "jpeg", "json", "json_lines", "keypoints3d", "manifest",
                       "materials", "mesh_sequence", "mhclo", "nerfstudio", "npy", "npz", "obj",
                       "openpose", "painted_picture", "painted_scene", "panoptic", "pattern",
                       "personal_body", "ply", "png", "qualisys", "rig", "run_account",
@@ -253,6 +255,61 @@ TEST(InspectZip, FilesThatAreTooManyTimesTheZipAreRefused) {
   EXPECT_THROW(ZipArchive(bytes, "zip", limits).check(), DataError)
       << "each is small enough, not both";
 }
+
+TEST(InspectConsent, ThatEndedIsAWarningWhereverItIsStated) {
+  const TemporaryDirectory folder;
+  constexpr const char* kEnded =
+      "[[consent]]\nwho = 'P. Doe'\nscope = 'research'\nuntil = '2020-12-31'\n";
+  const auto codes = [](const fs::path& path) {
+    std::vector<std::string> found;
+    for (const Finding& finding : inspect_path(path).findings) {
+      found.push_back(finding.code);
+    }
+    return found;
+  };
+  for (const char* name : {"consent.toml", "capture.toml"}) {
+    SCOPED_TRACE(name);
+    std::ofstream(folder / name) << kEnded;
+    EXPECT_THAT(codes(folder / name), ::testing::ElementsAre("consent-ended"));
+  }
+  fs::remove(folder / "consent.toml");
+  EXPECT_THAT(codes(folder.path()), ::testing::ElementsAre("consent-ended"));
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  // A layout that has no place for it: pictures alone.
+  fs::remove(folder / "capture.toml");
+  std::ofstream(folder / "consent.toml") << kEnded;
+  fs::create_directories(folder / "images/a");
+  write_bytes(folder / "images/a/000000.png",
+              bytes_in(source_directory() / "fuzz/corpus/png/grey1.png"));
+  EXPECT_THAT(codes(folder.path()), ::testing::Contains("consent-ended"));
+  EXPECT_THAT(text_of(inspect_path(folder.path())), HasSubstr("P. Doe, research"));
+#endif
+  std::ofstream(folder / "consent.toml") << "[[consents]]\nwho = 'a'\nscope = 'b'\n";
+  EXPECT_THROW(inspect_path(folder / "consent.toml"), DataError) << "a table misspelt";
+}
+
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+TEST(InspectCapture, ItsFilesAreHeldAgainstItsDescription) {
+  const fs::path corpus = source_directory() / "fuzz/corpus";
+  const TemporaryDirectory folder;
+  const auto has = [&](const char* code) {
+    return std::ranges::any_of(inspect_path(folder.path()).findings,
+                               [&](const Finding& finding) { return finding.code == code; });
+  };
+  write_bytes(folder / "capture.toml", bytes_in(corpus / "capture_info/small.toml"));
+  EXPECT_TRUE(has("cameras-missing"));
+  write_bytes(folder / "cameras.json", bytes_in(corpus / "cameras/small.json"));
+  EXPECT_TRUE(has("images-missing"));
+  EXPECT_FALSE(has("cameras-missing"));
+  fs::create_directories(folder / "images/01");
+  write_bytes(folder / "images/01/000000.png", bytes_in(corpus / "png/grey1.png"));
+  EXPECT_FALSE(has("images-missing"));
+  EXPECT_THAT(text_of(inspect_path(folder.path())),
+              ::testing::AllOf(HasSubstr("P. Doe, research"), HasSubstr("sequence walk")));
+  std::ofstream(folder / "cameras.json") << "{\"cameras\":";
+  EXPECT_THROW(inspect_path(folder.path()), DataError);
+}
+#endif
 
 TEST(InspectTexts, WhatOthersStillOpenIsAFinding) {
   const TemporaryDirectory folder;
