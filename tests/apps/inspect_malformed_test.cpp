@@ -1,10 +1,12 @@
 // `inspect` of the hand-made malformed files: each is refused, or has a finding.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <map>
 #include <set>
+#include <span>
 #include <tuple>
 
 #include <gmock/gmock.h>
@@ -155,14 +157,14 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values("amass", "animated_frame", "appearance_colors", "appearance_data",
                       "appearance_model", "archive", "avif", "bmp", "body_archive", "bvh", "c3d",
                       "camera_toml", "cameras", "capture_info", "cloth_state", "colmap_matrix",
-                      "consent", "csv", "dxf", "easymocap_annotation", "garment", "gltf", "goliath",
-                      "html", "human36m", "jpeg", "json", "json_lines", "keypoints3d", "manifest",
-                      "materials", "mesh_sequence", "mhclo", "nerfstudio", "npy", "npz", "obj",
-                      "openpose", "painted_picture", "painted_scene", "panoptic", "pattern",
-                      "personal_body", "ply", "png", "qualisys", "rig", "run_account",
-                      "safetensors", "sequence_header", "simulated_frame", "smpl", "svg",
-                      "synthesis_state", "target", "tiff", "toml", "tracked_motion", "training",
-                      "trc", "truth", "usda", "webp", "zip"),
+                      "consent", "csv", "dxf", "easymocap_annotation", "foreign_hdf5", "garment",
+                      "gltf", "goliath", "html", "human36m", "jpeg", "json", "json_lines",
+                      "keypoints3d", "manifest", "materials", "mesh_sequence", "mhclo",
+                      "nerfstudio", "npy", "npz", "obj", "openpose", "painted_picture",
+                      "painted_scene", "panoptic", "pattern", "personal_body", "ply", "png",
+                      "qualisys", "rig", "run_account", "safetensors", "sequence_header",
+                      "simulated_frame", "smpl", "svg", "synthesis_state", "target", "tiff", "toml",
+                      "tracked_motion", "training", "trc", "truth", "usda", "webp", "zip"),
     [](const auto& instance) { return instance.param; });
 
 TEST(InspectArchives, AFrameOfTheTruthIsHeldAgainstItsCapture) {
@@ -220,6 +222,35 @@ TEST(InspectArchives, WhatIsSoundHasNoFinding) {
     write_bytes(folder / "file.h5", fuzz::with_right_digest(bytes_in(corpus / file)));
     EXPECT_THAT(inspect_path(folder / "file.h5").findings, IsEmpty());
   }
+}
+
+TEST(InspectHdf5, NumbersOfOthersThatAreNotFiniteAreAWarning) {
+  const TemporaryDirectory folder;
+  std::vector<std::byte> bytes = bytes_in(source_directory() / "fuzz/corpus/foreign_hdf5/early.h5");
+  const std::array<double, 2> begin = {1, 0};  // of a [3,3] that is 1, 0, 0, 0, ...
+  const auto mark = std::as_bytes(std::span(begin));
+  const auto at = std::ranges::search(bytes, mark).begin();
+  ASSERT_NE(at, bytes.end());
+  write_bytes(folder / "file.h5", bytes);
+  EXPECT_THAT(inspect_path(folder / "file.h5").findings, IsEmpty());
+  const std::array<double, 2> wrong = {1, NAN};
+  std::ranges::copy(std::as_bytes(std::span(wrong)), at);
+  write_bytes(folder / "file.h5", bytes);
+  const std::vector<Finding> findings = inspect_path(folder / "file.h5").findings;
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].code, "not-finite");
+  EXPECT_EQ(findings[0].place, "Camera/00/K[0,1]");
+}
+
+TEST(InspectArrays, ComplexNumbersThatAreNotFiniteAreAWarning) {
+  Tensor tensor = tensor_of(std::vector<float>{1, 2, 3, NAN, INFINITY, 0}, {3, 2});
+  tensor.type = ElementType::Complex64;
+  tensor.shape = {3};
+  Inspection inspection;
+  add_array("z", tensor, inspection);
+  ASSERT_EQ(inspection.findings.size(), 1u);
+  EXPECT_EQ(inspection.findings[0].place, "z[1]");
+  EXPECT_EQ(inspection.members[0].value["not_finite"], 2);
 }
 
 TEST(InspectZip, NamesThatLeadOutAreErrors) {
