@@ -150,6 +150,13 @@ void inspect_zip(const std::filesystem::path& path, Inspection& inspection) {
     inspection.add("last", zip.names().back());
   }
   add_unsafe_names(zip.names(), inspection);
+  if (const std::vector<std::string> links = zip.symbolic_links(); !links.empty()) {
+    inspection.findings.push_back(
+        {Severity::Error, "zip-link", links.front().substr(0, 80),
+         std::to_string(links.size()) +
+             " of its files would be symbolic links, behind which others may be written anywhere",
+         "do not unpack it with a program that makes links"});
+  }
 }
 
 void inspect_safetensors(const std::filesystem::path& path, Inspection& inspection) {

@@ -268,6 +268,23 @@ TEST(InspectZip, NamesThatLeadOutAreErrors) {
   EXPECT_THAT(inspect_path(folder / "file.zip").findings, IsEmpty());
 }
 
+TEST(InspectZip, SymbolicLinksAreErrors) {
+  const TemporaryDirectory folder;
+  std::vector<std::byte> bytes = zip_bytes({{"a", {std::byte{'/'}}}, {"a/passwd", {}}}, false);
+  const std::string_view mark = "PK\1\2";  // of the list of members, "a" first
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::size_t member = text.find(mark);
+  ASSERT_NE(member, std::string_view::npos);
+  bytes[member + 40] = std::byte{0xFF};  // the mode 0120777
+  bytes[member + 41] = std::byte{0xA1};
+  write_bytes(folder / "file.zip", bytes);
+  const std::vector<Finding> findings = inspect_path(folder / "file.zip").findings;
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].code, "zip-link");
+  EXPECT_EQ(findings[0].place, "a");
+  EXPECT_TRUE(has_errors(findings));
+}
+
 TEST(InspectZip, ADamagedFileInItIsRefused) {
   const TemporaryDirectory folder;
   std::vector<std::byte> bytes = zip_bytes({{"a.txt", std::vector<std::byte>(100)}}, false);
