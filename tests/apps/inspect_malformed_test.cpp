@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/drawing_text.h"
 #include "apps/inspection.h"
 #include "core/archive.h"
 #include "core/archive_arrays.h"
@@ -358,6 +359,24 @@ TEST(InspectCapture, ItsFilesAreHeldAgainstItsDescription) {
   EXPECT_THROW(inspect_path(folder.path()), DataError);
 }
 #endif
+
+TEST(InspectTexts, WhatXmlAllowsIsRead) {
+  constexpr const char* kBegin = "<svg xmlns='http://www.w3.org/2000/svg'>";
+  for (const char* inside :
+       {"<é/>", "<text>&amp;&#xB5;]] ></text>", "<!-- a - b --><?a b?>", "<![CDATA[ & ]]>",
+        "<g a='1'\n b='2'/>", "<text>\xF0\x9F\x91\x95</text>"}) {
+    SCOPED_TRACE(inside);
+    EXPECT_NO_THROW(parse_svg(std::string(kBegin) + inside + "</svg>"));
+  }
+  EXPECT_NO_THROW(parse_svg(std::string("<?xml version='1.0' encoding='ISO-8859-1'?>") + kBegin +
+                            "<text>\xE9</text></svg>"))
+      << "of another encoding";
+  Limits limits;
+  limits.text_values = 3;
+  EXPECT_NO_THROW(parse_svg("<svg xmlns='http://www.w3.org/2000/svg' a='1'/>", "", limits));
+  EXPECT_THROW(parse_svg("<svg xmlns='http://www.w3.org/2000/svg' a='1' b='2' c='3'/>", "", limits),
+               DataError);
+}
 
 TEST(InspectTexts, WhatOthersStillOpenIsAFinding) {
   const TemporaryDirectory folder;
