@@ -14,6 +14,8 @@
 
 #include "apps/drawing_text.h"
 #include "apps/inspection.h"
+#include "apps/page_text.h"
+#include "apps/table_text.h"
 #include "core/archive.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
@@ -359,6 +361,26 @@ TEST(InspectCapture, ItsFilesAreHeldAgainstItsDescription) {
   EXPECT_THROW(inspect_path(folder.path()), DataError);
 }
 #endif
+
+TEST(InspectTexts, ATableOfTooManyColumnsIsRefused) {
+  EXPECT_EQ(parse_csv("a" + std::string(65'535, ',') + "\n").columns.size(), 65'536u);
+  EXPECT_THROW(parse_csv("a" + std::string(65'536, ',') + "\n"), DataError);
+}
+
+TEST(InspectTexts, ALastLineOfJsonWithoutItsEndIsRead) {
+  const JsonLines sound = parse_json_lines("{}\n{\"a\": 1}");
+  EXPECT_EQ(sound.lines, 2);
+  EXPECT_THAT(sound.findings, IsEmpty());
+  EXPECT_EQ(parse_json_lines("{}\n{\"a\": 1").lines, 1);
+}
+
+TEST(InspectTexts, APageMayBeginWithWhatHtmlAllows) {
+  for (const char* begin : {"\xEF\xBB\xBF", "<!-- saved from elsewhere -->\n",
+                            "<?xml version='1.0' encoding='UTF-8'?>\n", " <!-- a --><!-- b -->"}) {
+    SCOPED_TRACE(begin);
+    EXPECT_EQ(parse_html(std::string(begin) + "<!DOCTYPE html><title>A</title>").title, "A");
+  }
+}
 
 TEST(InspectTexts, WhatXmlAllowsIsRead) {
   constexpr const char* kBegin = "<svg xmlns='http://www.w3.org/2000/svg'>";
