@@ -22,16 +22,68 @@ bool begins_with(const std::filesystem::path& path, std::string_view mark) {
   return begin == mark;
 }
 
+/// What is read of another program's HDF5 to look at its numbers: of one dataset and at once, so
+/// that neither the worker nor what makes doubles of them needs much memory; and of the file.
+constexpr std::int64_t kElementsAtOnce = 32LL << 20;
+constexpr std::int64_t kElementsOfFile = 256LL << 20;
+
+/// Text is counted by what a string costs beside its letters.
+std::int64_t cost_of(const Tensor& tensor) {
+  constexpr std::int64_t kString = 16;
+  const auto elements = element_count(tensor.shape, kElementsOfFile);
+  return elements ? *elements * (tensor.type == ElementType::Text ? kString : 1)
+                  : kElementsOfFile + 1;
+}
+
+/// Reads the datasets, each with its checksums, and judges their numbers. Throws DataError for the
+/// first that is damaged.
+void judge_datasets(const std::filesystem::path& path, const ForeignHdf5Contents& contents,
+                    Inspection& inspection) {
+  std::vector<std::string> names;  // a process reads them together
+  std::int64_t at_once = 0;
+  const auto read = [&] {
+    for (const auto& [name, tensor] : read_foreign_hdf5(path, names)) {
+      add_array(name, tensor, inspection);
+    }
+    names.clear();
+    at_once = 0;
+  };
+  std::int64_t left = kElementsOfFile;
+  std::vector<std::string> not_read;
+  for (const auto& [name, tensor] : contents.datasets) {
+    const std::int64_t cost = cost_of(tensor);
+    if (cost > kElementsAtOnce || cost > left) {
+      not_read.push_back(name);
+      inspection.add_member(name,
+                            {{"type", element_type_name(tensor.type)}, {"shape", tensor.shape}});
+      continue;
+    }
+    if (at_once + cost > kElementsAtOnce) {
+      read();
+    }
+    names.push_back(name);
+    at_once += cost;
+    left -= cost;
+  }
+  if (!names.empty()) {
+    read();
+  }
+  if (!not_read.empty()) {
+    inspection.findings.push_back({Severity::Note, "hdf5-not-looked-at", not_read.front(),
+                                   std::to_string(not_read.size()) + " of its " +
+                                       std::to_string(contents.datasets.size()) +
+                                       " datasets are too large to be looked at: this is the first",
+                                   "of these, nothing but type and shape is known"});
+  }
+}
+
 void inspect_foreign_hdf5(const std::filesystem::path& path, Inspection& inspection) {
   const ForeignHdf5Contents contents = foreign_hdf5_contents(path);
   inspection.add("kind", "HDF5 of another program");
   inspection.add("datasets", contents.datasets.size());
   inspection.add("attributes", contents.attributes.size());
   inspection.add("left out", contents.left_out.size());
-  for (const auto& [name, tensor] : contents.datasets) {
-    inspection.add_member(name,
-                          {{"type", element_type_name(tensor.type)}, {"shape", tensor.shape}});
-  }
+  judge_datasets(path, contents, inspection);
   for (const std::string& name : contents.attributes) {
     inspection.add_member(name, "attribute");
   }
@@ -98,6 +150,13 @@ void inspect_zip(const std::filesystem::path& path, Inspection& inspection) {
     inspection.add("last", zip.names().back());
   }
   add_unsafe_names(zip.names(), inspection);
+  if (const std::vector<std::string> links = zip.symbolic_links(); !links.empty()) {
+    inspection.findings.push_back(
+        {Severity::Error, "zip-link", links.front().substr(0, 80),
+         std::to_string(links.size()) +
+             " of its files would be symbolic links, behind which others may be written anywhere",
+         "do not unpack it with a program that makes links"});
+  }
 }
 
 void inspect_safetensors(const std::filesystem::path& path, Inspection& inspection) {

@@ -1,5 +1,6 @@
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
 
+#include <algorithm>
 #include <map>
 
 #include "apps/inspection.h"
@@ -118,6 +119,14 @@ bool inspect_capture_folder(const std::filesystem::path& path, Inspection& inspe
                             {{"frames", sequence.frame_ids.size()}, {"fps", sequence.fps}});
     }
     inspection.findings = dataset.findings;
+    if (dataset.layout == "native" &&
+        std::all_of(dataset.frames.begin(), dataset.frames.end(),
+                    [](const CameraFrames& frames) { return frames.images.empty(); })) {
+      inspection.findings.push_back({Severity::Warning, "images-missing",
+                                     (path / "images").string(), "no camera has a picture",
+                                     "most stages need them: images/<camera>/<frame>"});
+    }
+    add_stated_consent(dataset.info.consent, path, inspection);
     return true;
   }
   return false;

@@ -213,6 +213,33 @@ void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
   }
 }
 
+namespace {
+
+/// Without one, a capture.toml may hold consent alone.
+bool has_schema(const std::vector<TomlEntry>& entries) {
+  return std::any_of(entries.begin(), entries.end(),
+                     [](const TomlEntry& entry) { return entry.name == "schema"; });
+}
+
+void judge_description([[maybe_unused]] const std::string& text,
+                       [[maybe_unused]] const std::vector<TomlEntry>& entries,
+                       [[maybe_unused]] const std::filesystem::path& path) {
+#ifdef ATELIER_HAS_CAPTURE
+  if (has_schema(entries)) {
+    parse_capture_toml(text, path.string());
+  }
+#endif
+}
+
+void add_entries(const std::vector<TomlEntry>& entries, Inspection& inspection) {
+  inspection.add("entries", entries.size());
+  for (const TomlEntry& entry : entries) {
+    inspection.add_member(entry.name, entry.text.substr(0, 80));
+  }
+}
+
+}  // namespace
+
 void inspect_toml(const std::filesystem::path& path, Inspection& inspection) {
   const std::string text = read_file_text(path, Limits{}.text_file_bytes);
   const std::vector<TomlEntry> entries = read_toml_entries(text, path.string());
@@ -220,29 +247,24 @@ void inspect_toml(const std::filesystem::path& path, Inspection& inspection) {
     return entry.name.ends_with(".matrix");  // of Pose2Sim, Caliscope and Anipose
   });
   inspection.add("kind", path.filename() == "capture.toml" ? "a capture's description"
+                         : path.filename() == kConsentFile ? "consent to a capture"
                          : cameras                         ? "cameras in TOML"
                                                            : "TOML");
-#ifdef ATELIER_HAS_CAPTURE
-  const bool schema = std::any_of(entries.begin(), entries.end(),
-                                  [](const TomlEntry& entry) { return entry.name == "schema"; });
-  if (path.filename() == "capture.toml" && schema) {  // without one it may hold consent alone
-    parse_capture_toml(text, path.string());
+  if (path.filename() == "capture.toml") {
+    judge_description(text, entries, path);
   }
-#endif
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
   if (cameras) {
     inspection.findings = parse_camera_toml(text, path.string()).findings;
   }
 #endif
   if (path.filename() == "capture.toml") {
-    inspection.add("consent",
-                   to_string(read_consent(path.parent_path().empty() ? std::filesystem::path(".")
-                                                                     : path.parent_path())));
+    const std::filesystem::path folder = path.parent_path().empty() ? "." : path.parent_path();
+    add_stated_consent(read_consent(folder), path, inspection);
+  } else if (path.filename() == kConsentFile) {
+    add_stated_consent(parse_consent_file(text, path.string()), path, inspection);
   }
-  inspection.add("entries", entries.size());
-  for (const TomlEntry& entry : entries) {
-    inspection.add_member(entry.name, entry.text.substr(0, 80));
-  }
+  add_entries(entries, inspection);
 }
 
 namespace {
@@ -259,6 +281,33 @@ void compare_files(const std::filesystem::path& folder, const std::vector<int>& 
          std::to_string(missing.size()) + " of its " + std::to_string(frame_ids.size()) +
              " frames have no file, the first of them " + std::to_string(missing.front()),
          "make the sequence again, or take the frames that are there"});
+  }
+}
+
+/// A folder with a capture.toml: a capture in whatever layout, whose files are held against it, or
+/// the description of one that is not there.
+void inspect_described_folder(const std::filesystem::path& path, Inspection& inspection) {
+  const std::filesystem::path toml = path / "capture.toml";
+  const std::string text = read_file_text(toml, Limits{}.text_file_bytes);
+  const std::vector<TomlEntry> entries = read_toml_entries(text, toml.string());
+  judge_description(text, entries, toml);  // of other layouts, which read its consent alone, too
+  bool capture = false;
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  capture = inspect_capture_folder(path, inspection);
+#endif
+  if (capture) {
+    add_entries(entries, inspection);
+  } else {
+    inspect_toml(toml, inspection);
+    if (has_schema(entries) && !is_there(path / "cameras.json")) {
+      inspection.findings.push_back({Severity::Error, "cameras-missing", path.string(),
+                                     "there is no cameras.json, without which no stage reads it",
+                                     "copy it from where the capture was made; atelier calibrate "
+                                     "makes one of pictures"});
+    }
+  }
+  for (const char* part : {"cameras.json", "images", "labels", "keypoints2d", "truth"}) {
+    inspection.add(part, is_there(path / part) ? "there" : "none");
   }
 }
 
@@ -279,10 +328,7 @@ void inspect_folder(const std::filesystem::path& path, Inspection& inspection) {
     return;
   }
   if (is_there(path / "capture.toml")) {
-    inspect_toml(path / "capture.toml", inspection);
-    for (const char* part : {"cameras.json", "images", "labels", "keypoints2d", "truth"}) {
-      inspection.add(part, is_there(path / part) ? "there" : "none");
-    }
+    inspect_described_folder(path, inspection);
     return;
   }
   std::error_code error;

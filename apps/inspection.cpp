@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 
 #include "core/printable.h"
 
@@ -66,12 +67,37 @@ std::string place_text(std::int64_t at, const std::vector<std::int64_t>& shape) 
   return shape_text(place);
 }
 
+bool is_complex(ElementType type) {
+  return type == ElementType::Complex64 || type == ElementType::Complex128;
+}
+
+/// Complex numbers, [...,2]: their real and imaginary parts.
+Tensor parts_of(const Tensor& tensor) {
+  Tensor parts = tensor;
+  parts.type = tensor.type == ElementType::Complex64 ? ElementType::Float32 : ElementType::Float64;
+  parts.shape.push_back(2);
+  return parts;
+}
+
 /// Type and shape of an array and, of numbers, the range and how many are not finite.
 nlohmann::ordered_json tensor_facts(const Tensor& tensor, std::int64_t& first_not_finite) {
   nlohmann::ordered_json facts = {{"type", element_type_name(tensor.type)},
                                   {"shape", tensor.shape}};
-  if (tensor.type == ElementType::Text || tensor.type == ElementType::Complex64 ||
-      tensor.type == ElementType::Complex128) {
+  if (tensor.type == ElementType::Text) {
+    return facts;
+  }
+  if (is_complex(tensor.type)) {
+    const std::vector<double> parts = doubles_of(parts_of(tensor));
+    std::int64_t count = 0;
+    for (std::size_t i = 0; i < parts.size(); i += 2) {
+      if (!std::isfinite(parts[i]) || !std::isfinite(parts[i + 1])) {
+        first_not_finite = count == 0 ? static_cast<std::int64_t>(i / 2) : first_not_finite;
+        ++count;
+      }
+    }
+    if (count > 0) {
+      facts["not_finite"] = count;
+    }
     return facts;
   }
   double least = 0;
@@ -108,6 +134,16 @@ void add_array(const std::string& name, const Tensor& tensor, Inspection& inspec
          name + (tensor.shape.empty() ? "" : place_text(first, tensor.shape)),
          "the first of its numbers that are not finite",
          "what wrote it divided by nothing or left them out; most readers refuse such numbers"});
+  }
+}
+
+void add_stated_consent(const std::vector<Consent>& consent, const std::filesystem::path& place,
+                        Inspection& inspection) {
+  inspection.add("consent", to_string(consent));
+  for (const std::string& sentence :
+       ended_consent(consent, static_cast<double>(std::time(nullptr)))) {
+    inspection.findings.push_back({Severity::Warning, "consent-ended", place.string(), sentence,
+                                   "ask for it anew, or remove the capture"});
   }
 }
 

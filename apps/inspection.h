@@ -9,6 +9,7 @@
 #include "core/archive.h"
 #include "core/finding.h"
 #include "core/io/safetensors.h"
+#include "core/store/consent.h"
 #include "core/store/stage.h"
 #include "core/tensor.h"
 
@@ -44,6 +45,10 @@ Inspection inspect_path(const std::filesystem::path& path, std::span<const Stage
 /// Adds an array as a member: type, shape and, of numbers, the range; a finding where some are not
 /// finite, with the place of the first.
 void add_array(const std::string& name, const Tensor& tensor, Inspection& inspection);
+
+/// Adds what was agreed to; a warning for each consent whose last day is over.
+void add_stated_consent(const std::vector<Consent>& consent, const std::filesystem::path& place,
+                        Inspection& inspection);
 
 /// {"file": ..., "area": 1.5, "units": {"area": "m2"}, "members": {...}, "findings": [...]}
 nlohmann::ordered_json json_of(const Inspection& inspection);

@@ -22,9 +22,9 @@ class HtmlParser {
   HtmlParser(std::string_view text, const std::string& file) : text_(text), file_(file) {}
 
   HtmlPage parse() {
-    at_ = std::min(text_.find_first_not_of(" \t\r\n"), text_.size());
+    skip_to_doctype();
     if (!starts_with_any_case(rest(), "<!doctype html") || rest().size() < 15 ||
-        (rest()[14] != '>' && rest()[14] != ' ')) {
+        std::string_view("> \t\r\n").find(rest()[14]) == std::string_view::npos) {
       throw DataError(file_, "beginning", beginning_of(text_), "a page, <!doctype html>");
     }
     while ((at_ = text_.find('<', at_)) != std::string_view::npos) {
@@ -50,6 +50,22 @@ class HtmlParser {
   }
 
   std::string_view rest() const { return text_.substr(at_); }
+
+  /// Past what HTML allows before it: a byte order mark, blanks, comments, and XHTML's <?xml ...?>,
+  /// which HTML takes for a comment.
+  void skip_to_doctype() {
+    at_ = text_.starts_with("\xEF\xBB\xBF") ? 3 : 0;
+    for (;;) {
+      at_ = std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size());
+      if (rest().starts_with("<!--")) {
+        at_ = end_of("-->", 4, "a comment");
+      } else if (rest().starts_with("<?xml ")) {
+        at_ = end_of(">", 2, "<?xml");
+      } else {
+        return;
+      }
+    }
+  }
 
   /// Behind the next `mark`, whatever its case.
   std::size_t end_of(std::string_view mark, std::size_t from, const std::string& what) const {

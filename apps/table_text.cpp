@@ -13,6 +13,9 @@
 namespace atelier {
 namespace {
 
+/// Columns of one table: a cell costs 32 times the comma that makes it.
+constexpr std::size_t kMostColumns = 65'536;
+
 /// Cells one after the other, each with where its row ends.
 class CsvCells {
  public:
@@ -29,6 +32,9 @@ class CsvCells {
     line_ = 1 + lines_;
     line_ends_ = false;
     for (bool more = true; more;) {
+      if (row_.size() == kMostColumns) {
+        fail("more than " + std::to_string(kMostColumns) + " cells", "fewer");
+      }
       row_.push_back(cell());
       more = !at_end() && text_[at_] == ',';
       at_ += more ? 1 : 0;
@@ -102,6 +108,15 @@ bool is_not_finite(std::string_view cell) {
   return std::find(std::begin(kWords), std::end(kWords), cell) != std::end(kWords);
 }
 
+bool is_json(std::string_view text, const Limits& limits) {
+  try {
+    parse_json(text, "", limits);
+    return true;
+  } catch (const DataError&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 CsvTable parse_csv(std::string_view text, const std::string& file, const Limits& limits) {
@@ -170,7 +185,9 @@ JsonLines parse_json_lines(std::string_view text, const std::string& file, const
                       error.found, error.expected);
     }
   }
-  if (at < text.size()) {
+  if (at < text.size() && is_json(text.substr(at), limits)) {
+    ++result.lines;
+  } else if (at < text.size()) {
     result.findings.push_back({Severity::Warning, "torn-line",
                                "line " + std::to_string(result.lines + 1), "it does not end",
                                "a run that was killed leaves one; the next run leaves it out"});

@@ -18,20 +18,21 @@ struct CsvTable {
 };
 
 /// Reads a CSV whole (RFC 4180, with names in its first line; lines may end in LF alone, as ours
-/// do). Throws DataError, with the line, for a first line without names, rows with another number
-/// of cells, a cell in quotes that does not close or goes on behind them, a quote inside of a cell
-/// without quotes, and bytes that no text has. Findings: numbers that are not finite, a last line
-/// that does not end, columns that another separator parts, and two columns of one name.
+/// do). Throws DataError, with the line, for a first line without names, more than 65,536 columns,
+/// rows with another number of cells, a cell in quotes that does not close or goes on behind them,
+/// a quote inside of a cell without quotes, and bytes that no text has. Findings: numbers that are
+/// not finite, a last line that does not end, columns that another separator parts, and two columns
+/// of one name.
 CsvTable parse_csv(std::string_view text, const std::string& file = "", const Limits& limits = {});
 
-/// JSON Lines: how many values, and whether the last line does not end.
+/// JSON Lines: how many values, and whether the last one is torn.
 struct JsonLines {
-  std::int64_t lines = 0;         ///< that end
+  std::int64_t lines = 0;         ///< with a value
   std::vector<Finding> findings;  ///< "torn-line": a run that was killed leaves one
 };
 
 /// Reads a JSON text in each line. Throws DataError, with the line, for one that parse_json
-/// refuses; what stands behind the last line end is a finding.
+/// refuses; one behind the last line end, where a run was killed, is a finding instead.
 JsonLines parse_json_lines(std::string_view text, const std::string& file = "",
                            const Limits& limits = {});
 

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/io/text_scanner.h"
+#include "core/utf8.h"
 
 namespace atelier {
 namespace {
@@ -13,9 +14,14 @@ bool is_space(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }
 
+/// Letters beyond ASCII are all taken: XML leaves few characters there out.
+bool begins_name(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == ':' ||
+         static_cast<unsigned char>(c) >= 0x80;
+}
+
 bool is_name(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-         c == '-' || c == '.' || c == ':';
+  return begins_name(c) || (c >= '0' && c <= '9') || c == '-' || c == '.';
 }
 
 /// "&#181;" or "&#xB5;" at the beginning: a character that XML has.
@@ -35,6 +41,20 @@ bool is_number_of_character(std::string_view text) {
          !surrogate && code <= 0x10FFFF;
 }
 
+struct Entity {
+  std::string_view reference;
+  char character;
+};
+constexpr Entity kEntities[] = {
+    {"&lt;", '<'}, {"&gt;", '>'}, {"&amp;", '&'}, {"&quot;", '"'}, {"&apos;", '\''}};
+
+/// The one of the five of XML that a text begins with; null for none.
+const Entity* entity_of(std::string_view text) {
+  const auto found = std::ranges::find_if(
+      kEntities, [&](const Entity& entity) { return text.starts_with(entity.reference); });
+  return found == std::end(kEntities) ? nullptr : found;
+}
+
 class XmlParser {
  public:
   XmlParser(std::string_view text, const std::string& file, const Limits& limits)
@@ -44,11 +64,12 @@ class XmlParser {
     if (text_.starts_with("\xef\xbb\xbf")) {
       at_ = 3;
     }
+    skip_declaration();
     while (skip_to_tag()) {
       if (rest().starts_with("<?")) {
-        skip_past("?>");
+        skip_instruction();
       } else if (rest().starts_with("<!--")) {
-        skip_past("-->");
+        skip_comment();
       } else if (rest().starts_with("<![CDATA[") && !open_.empty()) {
         skip_past("]]>");
       } else if (rest().starts_with("<!DOCTYPE") && elements_.empty()) {
@@ -81,6 +102,63 @@ class XmlParser {
     throw DataError(file_, "line " + std::to_string(lines), found, expected);
   }
 
+  /// <?xml ...?>, which may stand at the beginning alone. The encodings that it can name other than
+  /// UTF-8 have the same ASCII, and what is beyond it is not looked into.
+  void skip_declaration() {
+    bool utf8 = true;
+    if (rest().starts_with("<?xml") && rest().size() > 5 && is_space(rest()[5])) {
+      const std::size_t begin = at_;
+      skip_past("?>");
+      std::string said(text_.substr(begin, at_ - begin));
+      std::ranges::transform(said, said.begin(), [](char c) {
+        return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+      });
+      utf8 = said.find("encoding") == std::string::npos || said.find("utf-8") != std::string::npos;
+    }
+    const std::size_t malformed = utf8 ? find_malformed_utf8(text_) : std::string_view::npos;
+    if (malformed != std::string_view::npos) {
+      at_ = malformed;
+      fail("bytes that are no UTF-8", "UTF-8, or the encoding in <?xml ...?>");
+    }
+  }
+
+  void skip_instruction() {
+    const std::string_view target = rest().substr(2, 4);
+    const bool is_xml = target.size() == 4 && (target[0] | 0x20) == 'x' &&
+                        (target[1] | 0x20) == 'm' && (target[2] | 0x20) == 'l' &&
+                        !is_name(target[3]);
+    if (is_xml || target.empty() || !begins_name(target[0])) {
+      fail(in_quotes(rest().substr(0, 12)), "<?xml at the beginning alone, others with a name");
+    }
+    skip_past("?>");
+  }
+
+  void skip_comment() {
+    constexpr std::size_t kBegin = 4;  // "<!--"
+    const std::size_t end = text_.find("--", at_ + kBegin);
+    if (end == std::string_view::npos) {
+      fail("no -->", "the end of what began here");
+    }
+    if (!text_.substr(end).starts_with("-->")) {
+      at_ = end;
+      fail("-- in a comment", "--> alone");
+    }
+    advance(end + 3);
+  }
+
+  /// What stands between tags: no "&" that begins no reference, and no end of a CDATA.
+  void check_text(std::size_t end) {
+    const std::string_view text = text_.substr(0, end);
+    for (std::size_t i = at_; (i = text.find_first_of("&]", i)) < end; ++i) {
+      const std::string_view here = text.substr(i);
+      const bool reference = entity_of(here) != nullptr || is_number_of_character(here);
+      if (here[0] == '&' ? !reference : here.starts_with("]]>")) {
+        at_ = i;
+        fail(in_quotes(here.substr(0, 12)), "&amp; or a reference of XML; ]]&gt;");
+      }
+    }
+  }
+
   bool skip_to_tag() {
     const std::size_t tag = text_.find('<', at_);
     if (tag == std::string_view::npos) {
@@ -95,9 +173,8 @@ class XmlParser {
                                       text_.begin() + static_cast<std::ptrdiff_t>(tag), is_space)) {
       fail("text outside of elements", "XML");
     }
-    line_ += std::count(text_.begin() + static_cast<std::ptrdiff_t>(at_),
-                        text_.begin() + static_cast<std::ptrdiff_t>(tag), '\n');
-    at_ = tag;
+    check_text(tag);
+    advance(tag);
     return true;
   }
 
@@ -125,17 +202,20 @@ class XmlParser {
     at_ = to;
   }
 
-  void skip_space() {
+  /// @return  whether there was any
+  bool skip_space() {
     std::size_t to = at_;
     while (to < text_.size() && is_space(text_[to])) {
       ++to;
     }
+    const bool any = to > at_;
     advance(to);
+    return any;
   }
 
   std::string name() {
     const std::size_t begin = at_;
-    while (at_ < text_.size() && is_name(text_[at_])) {
+    while (at_ < text_.size() && (at_ == begin ? begins_name : is_name)(text_[at_])) {
       ++at_;
     }
     check_length(at_ - begin);
@@ -172,26 +252,14 @@ class XmlParser {
         result += raw[i];
         continue;
       }
-      bool known = is_number_of_character(raw.substr(i));
-      if (known) {
+      if (const Entity* entity = entity_of(raw.substr(i))) {
+        result += entity->character;
+        i += entity->reference.size() - 1;
+      } else if (is_number_of_character(raw.substr(i))) {
         const std::size_t semicolon = raw.find(';', i);
         result += raw.substr(i, semicolon + 1 - i);  // as it stands there
         i = semicolon;
-        continue;
-      }
-      for (const auto& [entity, c] : {std::pair{"&lt;", '<'},
-                                      {"&gt;", '>'},
-                                      {"&amp;", '&'},
-                                      {"&quot;", '"'},
-                                      {"&apos;", '\''}}) {
-        if (raw.substr(i).starts_with(entity)) {
-          result += c;
-          i += std::string_view(entity).size() - 1;
-          known = true;
-          break;
-        }
-      }
-      if (!known) {
+      } else {
         fail("the entity " + in_quotes(raw.substr(i, 12)), "one of the five of XML");
       }
     }
@@ -209,13 +277,13 @@ class XmlParser {
     }
     element.depth = static_cast<int>(open_.size());
     if (element.depth >= limits_.text_depth ||
-        static_cast<std::int64_t>(elements_.size()) >= limits_.text_values) {
+        static_cast<std::int64_t>(elements_.size()) + attributes_ >= limits_.text_values) {
       fail("too many elements or too deep", "at most " + std::to_string(limits_.text_depth) +
                                                 " levels and " +
                                                 std::to_string(limits_.text_values) + " elements");
     }
     for (;;) {
-      skip_space();
+      const bool apart = skip_space();
       if (rest().starts_with("/>")) {
         advance(at_ + 2);
         break;
@@ -224,6 +292,13 @@ class XmlParser {
         advance(at_ + 1);
         open_.push_back(element.name);
         break;
+      }
+      if (!apart && !rest().empty()) {
+        fail(in_quotes(rest().substr(0, 12)) + " without a blank before it", "a blank, > or />");
+      }
+      if (static_cast<std::int64_t>(elements_.size()) + ++attributes_ > limits_.text_values) {
+        fail("too many attributes",
+             "at most " + std::to_string(limits_.text_values) + " with the elements");
       }
       const std::string key = name();
       skip_space();
@@ -259,6 +334,7 @@ class XmlParser {
   const Limits& limits_;
   std::size_t at_ = 0;
   std::int64_t line_ = 1;
+  std::int64_t attributes_ = 0;  ///< of all elements
   std::vector<std::string> open_;
   std::vector<XmlElement> elements_;
 };

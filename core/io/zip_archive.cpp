@@ -220,6 +220,23 @@ bool ZipArchive::contains(std::string_view name) const {
   return state_->index.find(name) != state_->index.end();
 }
 
+std::vector<std::string> ZipArchive::symbolic_links() const {
+  constexpr zip_uint32_t kKind = 0170000;  // of a file's mode, as stat(2) has it
+  constexpr zip_uint32_t kLink = 0120000;
+  std::vector<std::string> links;
+  for (const std::string& name : state_->names) {
+    // The mode stands above the attributes of DOS; programs on other systems leave it 0.
+    zip_uint8_t system = 0;
+    zip_uint32_t attributes = 0;
+    if (zip_file_get_external_attributes(state_->archive.get(), state_->index.at(name), 0, &system,
+                                         &attributes) == 0 &&
+        ((attributes >> 16) & kKind) == kLink) {
+      links.push_back(name);
+    }
+  }
+  return links;
+}
+
 const std::string& ZipArchive::file() const {
   return state_->file;
 }

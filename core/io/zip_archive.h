@@ -31,6 +31,8 @@ class ZipArchive {
   /// In the order of the file; folders (names that end in '/') are members of no bytes.
   const std::vector<std::string>& names() const;
   bool contains(std::string_view name) const;
+  /// Those that unpacking makes symbolic links of, whose content is where they lead.
+  std::vector<std::string> symbolic_links() const;
   const std::string& file() const;
 
   /// One member, inflated; DataError if there is none of that name or it has more than `max_bytes`.

@@ -81,6 +81,16 @@ std::vector<Consent> consent_of(const std::vector<TomlEntry>& entries, const std
   return all;
 }
 
+std::vector<Consent> consent_alone(const std::vector<TomlEntry>& entries, const std::string& file) {
+  std::vector<Consent> consent = consent_of(entries, file);
+  if (consent.empty() && !entries.empty()) {  // a table misspelt
+    throw DataError(file, "line " + std::to_string(entries.front().line),
+                    "'" + entries.front().name.substr(0, 60) + "', but no table [[consent]]",
+                    "[[consent]] with who, scope and until, once for each consent");
+  }
+  return consent;
+}
+
 struct StatedConsent {
   std::vector<Consent> consent;
   std::filesystem::path file;
@@ -100,13 +110,10 @@ StatedConsent stated_consent(const std::filesystem::path& input) {
       is_capture = true;
       const std::string text = read_file_text(path, Limits{}.text_file_bytes);
       const std::vector<TomlEntry> entries = read_toml_entries(text, path.string());
-      if (auto consent = consent_of(entries, path.string()); !consent.empty()) {
+      auto consent = name == std::string_view(kConsentFile) ? consent_alone(entries, path.string())
+                                                            : consent_of(entries, path.string());
+      if (!consent.empty()) {
         return {std::move(consent), path};
-      }
-      if (name == std::string_view(kConsentFile) && !entries.empty()) {  // a table misspelt
-        throw DataError(path.string(), "line " + std::to_string(entries.front().line),
-                        "'" + entries.front().name.substr(0, 60) + "', but no table [[consent]]",
-                        "[[consent]] with who, scope and until, once for each consent");
       }
     }
     if (is_capture) {
@@ -120,6 +127,10 @@ StatedConsent stated_consent(const std::filesystem::path& input) {
 
 std::vector<Consent> parse_consent(std::string_view text, const std::string& file) {
   return consent_of(read_toml_entries(text, file), file);
+}
+
+std::vector<Consent> parse_consent_file(std::string_view text, const std::string& file) {
+  return consent_alone(read_toml_entries(text, file), file);
 }
 
 std::vector<Consent> read_consent(const std::filesystem::path& input) {

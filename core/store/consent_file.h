@@ -27,4 +27,8 @@ std::string consent_toml(const std::vector<Consent>& consent);
 /// The same of a text. @param file  its name in errors
 std::vector<Consent> parse_consent(std::string_view text, const std::string& file);
 
+/// The same of the text of a `consent.toml`. Throws DataError also where it states something else
+/// and no consent: a table misspelt.
+std::vector<Consent> parse_consent_file(std::string_view text, const std::string& file);
+
 }  // namespace atelier

@@ -1,15 +1,21 @@
 // `inspect` of the hand-made malformed files: each is refused, or has a finding.
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <map>
 #include <set>
+#include <span>
 #include <tuple>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/drawing_text.h"
 #include "apps/inspection.h"
+#include "apps/page_text.h"
+#include "apps/table_text.h"
 #include "core/archive.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
@@ -45,6 +51,7 @@ void write_bytes(const fs::path& path, const std::vector<std::byte>& bytes) {
 fs::path as_users_have_it(const std::string& reader, const fs::path& file, const fs::path& folder) {
   static const std::map<std::string, std::string> names = {{"manifest", "manifest.json"},
                                                            {"capture_info", "capture.toml"},
+                                                           {"consent", "consent.toml"},
                                                            {"materials", "material.json"},
                                                            {"colmap_matrix", "a.geometric.bin"}};
   if (const auto name = names.find(reader); name != names.end()) {
@@ -153,14 +160,14 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values("amass", "animated_frame", "appearance_colors", "appearance_data",
                       "appearance_model", "archive", "avif", "bmp", "body_archive", "bvh", "c3d",
                       "camera_toml", "cameras", "capture_info", "cloth_state", "colmap_matrix",
-                      "csv", "dxf", "easymocap_annotation", "garment", "gltf", "goliath", "html",
-                      "human36m", "jpeg", "json", "json_lines", "keypoints3d", "manifest",
-                      "materials", "mesh_sequence", "mhclo", "nerfstudio", "npy", "npz", "obj",
-                      "openpose", "painted_picture", "painted_scene", "panoptic", "pattern",
-                      "personal_body", "ply", "png", "qualisys", "rig", "run_account",
-                      "safetensors", "sequence_header", "simulated_frame", "smpl", "svg",
-                      "synthesis_state", "target", "tiff", "toml", "tracked_motion", "training",
-                      "trc", "truth", "usda", "webp", "zip"),
+                      "consent", "csv", "dxf", "easymocap_annotation", "foreign_hdf5", "garment",
+                      "gltf", "goliath", "html", "human36m", "jpeg", "json", "json_lines",
+                      "keypoints3d", "manifest", "materials", "mesh_sequence", "mhclo",
+                      "nerfstudio", "npy", "npz", "obj", "openpose", "painted_picture",
+                      "painted_scene", "panoptic", "pattern", "personal_body", "ply", "png",
+                      "qualisys", "rig", "run_account", "safetensors", "sequence_header",
+                      "simulated_frame", "smpl", "svg", "synthesis_state", "target", "tiff", "toml",
+                      "tracked_motion", "training", "trc", "truth", "usda", "webp", "zip"),
     [](const auto& instance) { return instance.param; });
 
 TEST(InspectArchives, AFrameOfTheTruthIsHeldAgainstItsCapture) {
@@ -220,6 +227,35 @@ TEST(InspectArchives, WhatIsSoundHasNoFinding) {
   }
 }
 
+TEST(InspectHdf5, NumbersOfOthersThatAreNotFiniteAreAWarning) {
+  const TemporaryDirectory folder;
+  std::vector<std::byte> bytes = bytes_in(source_directory() / "fuzz/corpus/foreign_hdf5/early.h5");
+  const std::array<double, 2> begin = {1, 0};  // of a [3,3] that is 1, 0, 0, 0, ...
+  const auto mark = std::as_bytes(std::span(begin));
+  const auto at = std::ranges::search(bytes, mark).begin();
+  ASSERT_NE(at, bytes.end());
+  write_bytes(folder / "file.h5", bytes);
+  EXPECT_THAT(inspect_path(folder / "file.h5").findings, IsEmpty());
+  const std::array<double, 2> wrong = {1, NAN};
+  std::ranges::copy(std::as_bytes(std::span(wrong)), at);
+  write_bytes(folder / "file.h5", bytes);
+  const std::vector<Finding> findings = inspect_path(folder / "file.h5").findings;
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].code, "not-finite");
+  EXPECT_EQ(findings[0].place, "Camera/00/K[0,1]");
+}
+
+TEST(InspectArrays, ComplexNumbersThatAreNotFiniteAreAWarning) {
+  Tensor tensor = tensor_of(std::vector<float>{1, 2, 3, NAN, INFINITY, 0}, {3, 2});
+  tensor.type = ElementType::Complex64;
+  tensor.shape = {3};
+  Inspection inspection;
+  add_array("z", tensor, inspection);
+  ASSERT_EQ(inspection.findings.size(), 1u);
+  EXPECT_EQ(inspection.findings[0].place, "z[1]");
+  EXPECT_EQ(inspection.members[0].value["not_finite"], 2);
+}
+
 TEST(InspectZip, NamesThatLeadOutAreErrors) {
   const TemporaryDirectory folder;
   for (const char* name : {"../../x", "a/../../x", "/etc/x", "..\\x", "C:\\x", "a/.."}) {
@@ -233,6 +269,23 @@ TEST(InspectZip, NamesThatLeadOutAreErrors) {
   }
   write_bytes(folder / "file.zip", zip_bytes({{"a/b.txt", {}}, {"..a/b..", {}}}, false));
   EXPECT_THAT(inspect_path(folder / "file.zip").findings, IsEmpty());
+}
+
+TEST(InspectZip, SymbolicLinksAreErrors) {
+  const TemporaryDirectory folder;
+  std::vector<std::byte> bytes = zip_bytes({{"a", {std::byte{'/'}}}, {"a/passwd", {}}}, false);
+  const std::string_view mark = "PK\1\2";  // of the list of members, "a" first
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::size_t member = text.find(mark);
+  ASSERT_NE(member, std::string_view::npos);
+  bytes[member + 40] = std::byte{0xFF};  // the mode 0120777
+  bytes[member + 41] = std::byte{0xA1};
+  write_bytes(folder / "file.zip", bytes);
+  const std::vector<Finding> findings = inspect_path(folder / "file.zip").findings;
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].code, "zip-link");
+  EXPECT_EQ(findings[0].place, "a");
+  EXPECT_TRUE(has_errors(findings));
 }
 
 TEST(InspectZip, ADamagedFileInItIsRefused) {
@@ -252,6 +305,99 @@ TEST(InspectZip, FilesThatAreTooManyTimesTheZipAreRefused) {
   EXPECT_NO_THROW(ZipArchive(bytes, "zip").check());
   EXPECT_THROW(ZipArchive(bytes, "zip", limits).check(), DataError)
       << "each is small enough, not both";
+}
+
+TEST(InspectConsent, ThatEndedIsAWarningWhereverItIsStated) {
+  const TemporaryDirectory folder;
+  constexpr const char* kEnded =
+      "[[consent]]\nwho = 'P. Doe'\nscope = 'research'\nuntil = '2020-12-31'\n";
+  const auto codes = [](const fs::path& path) {
+    std::vector<std::string> found;
+    for (const Finding& finding : inspect_path(path).findings) {
+      found.push_back(finding.code);
+    }
+    return found;
+  };
+  for (const char* name : {"consent.toml", "capture.toml"}) {
+    SCOPED_TRACE(name);
+    std::ofstream(folder / name) << kEnded;
+    EXPECT_THAT(codes(folder / name), ::testing::ElementsAre("consent-ended"));
+  }
+  fs::remove(folder / "consent.toml");
+  EXPECT_THAT(codes(folder.path()), ::testing::ElementsAre("consent-ended"));
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  // A layout that has no place for it: pictures alone.
+  fs::remove(folder / "capture.toml");
+  std::ofstream(folder / "consent.toml") << kEnded;
+  fs::create_directories(folder / "images/a");
+  write_bytes(folder / "images/a/000000.png",
+              bytes_in(source_directory() / "fuzz/corpus/png/grey1.png"));
+  EXPECT_THAT(codes(folder.path()), ::testing::Contains("consent-ended"));
+  EXPECT_THAT(text_of(inspect_path(folder.path())), HasSubstr("P. Doe, research"));
+#endif
+  std::ofstream(folder / "consent.toml") << "[[consents]]\nwho = 'a'\nscope = 'b'\n";
+  EXPECT_THROW(inspect_path(folder / "consent.toml"), DataError) << "a table misspelt";
+}
+
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+TEST(InspectCapture, ItsFilesAreHeldAgainstItsDescription) {
+  const fs::path corpus = source_directory() / "fuzz/corpus";
+  const TemporaryDirectory folder;
+  const auto has = [&](const char* code) {
+    return std::ranges::any_of(inspect_path(folder.path()).findings,
+                               [&](const Finding& finding) { return finding.code == code; });
+  };
+  write_bytes(folder / "capture.toml", bytes_in(corpus / "capture_info/small.toml"));
+  EXPECT_TRUE(has("cameras-missing"));
+  write_bytes(folder / "cameras.json", bytes_in(corpus / "cameras/small.json"));
+  EXPECT_TRUE(has("images-missing"));
+  EXPECT_FALSE(has("cameras-missing"));
+  fs::create_directories(folder / "images/01");
+  write_bytes(folder / "images/01/000000.png", bytes_in(corpus / "png/grey1.png"));
+  EXPECT_FALSE(has("images-missing"));
+  EXPECT_THAT(text_of(inspect_path(folder.path())),
+              ::testing::AllOf(HasSubstr("P. Doe, research"), HasSubstr("sequence walk")));
+  std::ofstream(folder / "cameras.json") << "{\"cameras\":";
+  EXPECT_THROW(inspect_path(folder.path()), DataError);
+}
+#endif
+
+TEST(InspectTexts, ATableOfTooManyColumnsIsRefused) {
+  EXPECT_EQ(parse_csv("a" + std::string(65'535, ',') + "\n").columns.size(), 65'536u);
+  EXPECT_THROW(parse_csv("a" + std::string(65'536, ',') + "\n"), DataError);
+}
+
+TEST(InspectTexts, ALastLineOfJsonWithoutItsEndIsRead) {
+  const JsonLines sound = parse_json_lines("{}\n{\"a\": 1}");
+  EXPECT_EQ(sound.lines, 2);
+  EXPECT_THAT(sound.findings, IsEmpty());
+  EXPECT_EQ(parse_json_lines("{}\n{\"a\": 1").lines, 1);
+}
+
+TEST(InspectTexts, APageMayBeginWithWhatHtmlAllows) {
+  for (const char* begin : {"\xEF\xBB\xBF", "<!-- saved from elsewhere -->\n",
+                            "<?xml version='1.0' encoding='UTF-8'?>\n", " <!-- a --><!-- b -->"}) {
+    SCOPED_TRACE(begin);
+    EXPECT_EQ(parse_html(std::string(begin) + "<!DOCTYPE html><title>A</title>").title, "A");
+  }
+}
+
+TEST(InspectTexts, WhatXmlAllowsIsRead) {
+  constexpr const char* kBegin = "<svg xmlns='http://www.w3.org/2000/svg'>";
+  for (const char* inside :
+       {"<é/>", "<text>&amp;&#xB5;]] ></text>", "<!-- a - b --><?a b?>", "<![CDATA[ & ]]>",
+        "<g a='1'\n b='2'/>", "<text>\xF0\x9F\x91\x95</text>"}) {
+    SCOPED_TRACE(inside);
+    EXPECT_NO_THROW(parse_svg(std::string(kBegin) + inside + "</svg>"));
+  }
+  EXPECT_NO_THROW(parse_svg(std::string("<?xml version='1.0' encoding='ISO-8859-1'?>") + kBegin +
+                            "<text>\xE9</text></svg>"))
+      << "of another encoding";
+  Limits limits;
+  limits.text_values = 3;
+  EXPECT_NO_THROW(parse_svg("<svg xmlns='http://www.w3.org/2000/svg' a='1'/>", "", limits));
+  EXPECT_THROW(parse_svg("<svg xmlns='http://www.w3.org/2000/svg' a='1' b='2' c='3'/>", "", limits),
+               DataError);
 }
 
 TEST(InspectTexts, WhatOthersStillOpenIsAFinding) {
