@@ -67,6 +67,19 @@ TEST_F(Program, AFlagMayBeTypedWithDashesOrUnderscores) {
               AllOf(HasSubstr("--statistics.edge-quantiles"), Not(HasSubstr("edge_quantiles"))));
 }
 
+TEST_F(Program, AFlagTakesTrueOrFalseWithABlankOrAnEqualsSign) {
+  write_boxes(input(), 1);
+  for (const std::vector<std::string>& flag :
+       {std::vector<std::string>{"--dry-run", "true"}, {"--dry-run=true"}, {"--dry-run"}}) {
+    EXPECT_EQ(run_statistics(flag).exit_code, 0);
+    EXPECT_FALSE(std::filesystem::exists(workspace())) << flag.back();
+  }
+  for (const std::vector<std::string>& flag :
+       {std::vector<std::string>{"--json", "false"}, {"--json=false"}}) {
+    EXPECT_THAT(run_statistics(flag).out, Not(StartsWith("{"))) << flag.back();
+  }
+}
+
 TEST_F(Program, AnUnknownFlagSuggestsTheOptionOfThatWord) {
   expect_refusal(run({"convert", "a.obj", "b.obj", "--unit", "cm"}), 2,
                  "convert has no option '--unit', did you mean '--input.unit'?");
