@@ -56,6 +56,10 @@ TEST_F(Inspect, ShowsTensorsAndNoControlCharacters) {
   EXPECT_THAT(net.out, HasSubstr("float32 [2,2], -2.5 to 3, 1 not finite"));
   EXPECT_THAT(run({"inspect", (root_ / "data.npz").string()}).out,
               HasSubstr("float32 [2,2], -2.5 to 3, 1 not finite"));
+  const auto json =
+      nlohmann::json::parse(run({"inspect", (root_ / "data.npz").string(), "--json"}).out);
+  EXPECT_EQ(json["findings"][0]["code"], "not-finite");
+  EXPECT_THAT(json["findings"][0]["advice"].get<std::string>(), HasSubstr("what wrote it"));
 }
 
 TEST_F(Inspect, MembersOverwriteNoFacts) {
