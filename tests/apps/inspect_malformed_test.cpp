@@ -258,6 +258,11 @@ TEST(InspectTexts, WhatOthersStillOpenIsAFinding) {
   const TemporaryDirectory folder;
   for (const auto& [name, text, code] :
        {std::tuple{"a.csv", "a,b\n1,nan\n", "not-finite"},
+        {"e.csv", "a,b\n1,+inf\n", "not-finite"},
+        {"f.csv", "a,b\n1,INF\n", "not-finite"},
+        {"g.csv", "a,b\n1,1.#IND\n", "not-finite"},
+        {"h.csv", "a,b\n1,-1.#QNAN0\n", "not-finite"},
+        {"i.csv", "a,b\n1,-nan(ind)\n", "not-finite"},
         {"b.csv", "a,b\n1,2", "torn-line"},
         {"c.csv", "a;b\n1;2\n", "csv-separator"},
         {"d.csv", "a,a\n1,2\n", "csv-column-twice"},
@@ -266,12 +271,29 @@ TEST(InspectTexts, WhatOthersStillOpenIsAFinding) {
         {"b.svg", "<svg xmlns='http://www.w3.org/2000/svg'><path d='M 1,nan'/></svg>",
          "svg-not-finite"},
         {"a.usda", "#usda 1.0\ndef \"a\" { float x = -inf\n}\n", "usd-not-finite"},
+        {"c.usda", "#usda 1.0\ndef \"a\" { float3 x = (1,  # of three\n nan, 2)\n}\n",
+         "usd-not-finite"},
+        {"d.usda", "#usda 1.0\ndef \"a\" { float x.timeSamples = { 0: 1, 1: +inf }\n}\n",
+         "usd-not-finite"},
         {"b.usda", "#usda 1.0\n(startTimeCode = 2\nendTimeCode = 1)\n", "usd-time"}}) {
     SCOPED_TRACE(name);
     std::ofstream(folder / name, std::ios::binary) << text;
     const std::vector<Finding> findings = inspect_path(folder / name).findings;
     ASSERT_EQ(findings.size(), 1u);
     EXPECT_EQ(findings[0].code, code);
+  }
+}
+
+TEST(InspectTexts, NamesAreNoNumbers) {
+  const TemporaryDirectory folder;
+  for (const auto& [name, text] :
+       {std::pair{"a.usda",
+                  "#usda 1.0\ndef \"a\" {\n  float inf\n  float[] nan = [1]\n  custom double "
+                  "inf.timeSamples = { 0: 1 }\n  double3 nan (\n    inf = 2\n  )\n}\n"},
+        {"a.csv", "name,info\nNan,infant\n"}}) {
+    SCOPED_TRACE(name);
+    std::ofstream(folder / name, std::ios::binary) << text;
+    EXPECT_THAT(inspect_path(folder / name).findings, IsEmpty());
   }
 }
 
