@@ -337,6 +337,9 @@ INSTANTIATE_TEST_SUITE_P(
                    "statistics.edge_quantiles cannot be ''"},
         BadCommand{"TypoOfHelp", {"--hlep"}, 2, "did you mean '--help'?"},
         BadCommand{"LineEndInACommand", {"in\nspect"}, 2, "'in spect', did you mean 'inspect'?"},
+        BadCommand{"VersionAndMore", {"--version", "x"}, 2, "--version takes nothing more"},
+        BadCommand{"HelpAndMore", {"-h", "status"}, 2, "-h takes nothing more, not 'status'"},
+        BadCommand{"HelpOfTwo", {"help", "gc", "x"}, 2, "help takes nothing more, not 'x'"},
         BadCommand{"HelpOfNoCommand", {"help", "insepct"}, 2, "did you mean 'inspect'?"},
         BadCommand{
             "NoFrames", {"statistics", "IN", "WS", "--frames", ""}, 2, "--frames cannot be ''"},
@@ -356,7 +359,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{
             "ADashAlone", {"inspect", "--", "-nothing.obj"}, 3, "-nothing.obj: nothing there"},
         BadCommand{"CompletionOfAnotherShell", {"completion", "fish"}, 2, "of which there is bash"},
-        BadCommand{"OptionsWithArgument", {"options", "x"}, 2, "does not take 'x' as well"}),
+        BadCommand{"OptionsWithArgument", {"options", "x"}, 2, "does not take 'x'; see"}),
     [](const ::testing::TestParamInfo<BadCommand>& bad) { return bad.param.name; });
 
 TEST_P(Refused, IsOneLineAndItsCode) {
