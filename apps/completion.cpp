@@ -5,13 +5,21 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "apps/command.h"
+#include "apps/evaluation.h"
 #include "apps/exit_code.h"
 #include "apps/run_chain.h"
 #include "apps/stage_command.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#ifdef ATELIER_HAS_BODYMODEL
+#include "apps/synthetic_motion.h"
+#endif
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+#include "capture/layouts/write_layout.h"
+#endif
 #ifdef ATELIER_HAS_SIMULATION
 #include "simulation/fabric.h"
 #endif
@@ -19,18 +27,65 @@
 namespace atelier {
 namespace {
 
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) {
+    text += (text.empty() ? "" : " ") + name;
+  }
+  return text;
+}
+
+std::string drafted_bodies() {
+  return "female male";
+}
+
+/// With what is none of the two: the mean, and one that is drawn.
+std::string bodies_or_default() {
+  return "default " + drafted_bodies();
+}
+
+std::string bodies_or_random() {
+  return "random " + drafted_bodies();
+}
+
+std::string motions() {
+#ifdef ATELIER_HAS_BODYMODEL
+  return joined(procedural_motions());
+#else
+  return "";
+#endif
+}
+
+std::string motions_or_auto() {
+  return "auto " + motions();
+}
+
 std::string drafted_garments() {
   return "dress skirt tee trousers";
 }
 
 std::string fabrics() {
-  std::string names;
 #ifdef ATELIER_HAS_SIMULATION
-  for (const std::string& name : fabric_names()) {
-    names += (names.empty() ? "" : " ") + name;
-  }
+  return joined(fabric_names());
+#else
+  return "";
 #endif
-  return names;
+}
+
+std::string layouts() {
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  return joined(layout_names());
+#else
+  return "";
+#endif
+}
+
+std::string stages_with_figures() {
+#ifdef ATELIER_HAS_CAPTURE
+  return joined(evaluated_stages());
+#else
+  return "";
+#endif
 }
 
 /// What files an argument takes, by their extensions, and which names.
@@ -46,17 +101,23 @@ constexpr std::array kFileArguments = {
     FileArgument{"convert", "", "obj ply glb gltf fbx"},
     FileArgument{"render", "", "obj ply glb gltf fbx"},
     FileArgument{"render", "--out", "png jpg tif webp avif"},
-    FileArgument{"body-model", "", "npz glb gltf fbx obj bvh amc trc c3d"},
+    FileArgument{"body-model", "", "npz glb gltf fbx obj bvh amc trc c3d", bodies_or_default},
     FileArgument{"body-model", "--target", "target"},
     FileArgument{"simulate", "--garment", "obj ply glb gltf fbx"},
-    FileArgument{"simulate", "--body", "obj ply glb gltf fbx npz h5"},
+    FileArgument{"simulate", "--body", "obj ply glb gltf fbx npz h5", drafted_bodies},
     FileArgument{"simulate", "--motion", "bvh amc npz trc c3d glb gltf fbx"},
     FileArgument{"run", "--material", "", fabrics},
     FileArgument{"simulate", "--material", "", fabrics},
     FileArgument{"drape", "--garment", "json", drafted_garments},
-    FileArgument{"drape", "--body", "npz glb gltf fbx obj"},
+    FileArgument{"drape", "--body", "npz glb gltf fbx obj", drafted_bodies},
+    FileArgument{"personalize", "--body", "npz glb gltf fbx obj", bodies_or_default},
+    FileArgument{"animate", "--body", "npz glb gltf fbx obj", drafted_bodies},
+    FileArgument{"animate", "--motion", "bvh amc npz trc c3d glb gltf fbx", motions},
     FileArgument{"synthesize", "--garment", "json", drafted_garments},
-    FileArgument{"synthesize", "--motion", "bvh amc npz trc c3d glb gltf fbx"},
+    FileArgument{"synthesize", "--body", "npz glb gltf fbx obj", bodies_or_random},
+    FileArgument{"synthesize", "--motion", "bvh amc npz trc c3d glb gltf fbx", motions_or_auto},
+    FileArgument{"synthesize", "--layout", "", layouts},
+    FileArgument{"evaluate", "--stage", "", stages_with_figures},
     FileArgument{"convert-capture", "--cameras", "json"},
     FileArgument{"calibrate", "--lenses", "json toml yml"},
     FileArgument{"calibrate-color", "--out", "json"},
@@ -119,8 +180,11 @@ std::string command_case(std::string_view name, const CLI::App& parser) {
     const std::string choices = choices_of(name, *option);
     for (const std::string& flag : option->get_lnames()) {
       words += flag == "help" ? "" : " --" + flag;
-      if (!choices.empty()) {
-        answer("--" + flag, "values", choices);
+      if (!choices.empty()) {  // "--layout" may be typed for "--capture.layout"
+        constexpr std::string_view kSection = "capture.";
+        const std::string word = flag.starts_with(kSection) ? flag.substr(kSection.size()) : flag;
+        const bool both = word != flag && parser.get_option_no_throw("--" + word) == nullptr;
+        answer("--" + flag + (both ? "|--" + word : ""), "values", choices);
       }
     }
     if (option->get_positional() && !choices.empty()) {

@@ -68,6 +68,14 @@ std::string problem_of(const Evaluation& evaluation, const fs::path& workspace,
 
 }  // namespace
 
+std::vector<std::string> evaluated_stages() {
+  std::vector<std::string> stages;
+  for (const Evaluation& evaluation : kEvaluations) {
+    stages.emplace_back(evaluation.stage);
+  }
+  return stages;
+}
+
 std::vector<Unmeasured> unmeasured_stages(const fs::path& workspace, const fs::path& truth,
                                           const std::string& stage) {
   std::vector<Unmeasured> all;

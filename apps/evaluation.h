@@ -18,6 +18,9 @@ std::vector<Measure> workspace_measures(const std::filesystem::path& workspace,
                                         const std::filesystem::path& truth,
                                         const std::string& stage = "");
 
+/// What has figures: "capture", then stages in the order of a run.
+std::vector<std::string> evaluated_stages();
+
 /// A stage whose result is there, but whose figures would say nothing.
 struct Unmeasured {
   std::string stage;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "apps/inspection.h"
 #include "capture/layouts/colmap.h"
@@ -13,6 +14,7 @@
 #include "capture/video_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/io/lower_extension.h"
 #include "core/limits.h"
 
 namespace atelier {
@@ -20,9 +22,9 @@ namespace {
 
 /// Files of captures are told apart by their place in a folder, not by what they begin with.
 [[noreturn]] void name_the_folder(const std::filesystem::path& path) {
-  throw DataError(
-      path.string(), "", "no file that says by itself what it is",
-      "the .gltf that names it, or the capture's folder (also atelier validate FOLDER)");
+  const std::string scene = lower_extension(path) == ".txt" ? "" : "the .gltf that names it, or ";
+  throw DataError(path.string(), "", "no file that says by itself what it is",
+                  scene + "the capture's folder (also atelier validate FOLDER)");
 }
 
 void add_cameras(const std::map<std::uint32_t, Camera>& cameras, Inspection& inspection) {
@@ -42,12 +44,25 @@ void add_pictures(const std::vector<ColmapImage>& pictures, Inspection& inspecti
 }  // namespace
 
 void inspect_video(const std::filesystem::path& path, Inspection& inspection) {
-  const VideoFile video(path);
+  VideoFile video(path);
   inspection.add("kind", "video");
   inspection.add("width", video.width(), "px");
   inspection.add("height", video.height(), "px");
   inspection.add("frames", video.frames());
   inspection.add("fps", video.fps(), "1/s");
+  // To come to a frame all before it are decoded. Our choice: some 1000 frames of 1920 x 1080,
+  // which take seconds.
+  constexpr double kMostPixels = 2e9;
+  const double most = kMostPixels / (static_cast<double>(video.width()) * video.height());
+  const int decoded = static_cast<int>(std::clamp(most, 1.0, static_cast<double>(video.frames())));
+  for (const int frame : std::set<int>{0, decoded / 2, decoded - 1}) {
+    video.frame(frame);
+  }
+  if (decoded < video.frames()) {
+    inspection.findings.push_back(
+        {Severity::Note, "video-not-decoded", "frame " + std::to_string(decoded),
+         "pictures from here on are not looked at", "a player or ffmpeg decodes them all"});
+  }
 }
 
 void inspect_yaml(const std::filesystem::path& path, Inspection& inspection) {

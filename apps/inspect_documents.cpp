@@ -34,6 +34,7 @@
 #include "capture/layouts/panoptic.h"
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
+#include "apps/seam_input.h"
 #include "registration/garment_pattern_json.h"
 #endif
 #ifdef ATELIER_HAS_SIMULATION
@@ -168,8 +169,10 @@ const std::vector<DocumentMark>& document_marks() {
 #endif
       {{"weights", "version"}, "weights of a rig, MakeHuman"},
       {{"asset", "scenes"}, "scene, glTF; .gltf is its extension"},
-      {{"seams"}, "seams, for flatten"},
-      {{"panels"}, "panels, for flatten"},
+#ifdef ATELIER_HAS_REGISTRATION
+      {{"seams"}, "seams, for flatten", check_seams},  // the mesh is not at hand
+      {{"panels"}, "panels, for flatten", check_seams},
+#endif
   };
   return marks;
 }

@@ -170,7 +170,8 @@ nlohmann::ordered_json json_of(const Inspection& inspection) {
     json["findings"].push_back({{"severity", severity_name(finding.severity)},
                                 {"code", finding.code},
                                 {"place", finding.place},
-                                {"what", finding.what}});
+                                {"what", finding.what},
+                                {"advice", finding.advice}});
   }
   return json;
 }

@@ -109,6 +109,10 @@ bool takes_value(const CLI::Option* option) {
   return option->get_items_expected_min() > 0;
 }
 
+bool is_truth(const std::string& text) {
+  return text == "true" || text == "false";
+}
+
 /// Not so lists (--garment, --config).
 bool is_given_once(const CLI::Option* option) {
   return option->get_items_expected_max() <= 1;
@@ -140,9 +144,11 @@ std::vector<std::string> with_switches(const CLI::App& parser,
       throw UsageError(as_typed + " is given twice");
     }
     const bool more = i + 1 < arguments.size() && arguments[i + 1] != "--";
+    const bool told = more && is_truth(arguments[i + 1]);
     if (!value && is_switch(option)) {
-      const bool told = more && (arguments[i + 1] == "true" || arguments[i + 1] == "false");
       value = told ? arguments[++i] : "true";
+    } else if (!value && told && !takes_value(option) && option != parser.get_help_ptr()) {
+      value = arguments[++i];
     } else if (!value && takes_value(option)) {
       if (!more) {
         throw UsageError(as_typed + " needs a value behind it: " + option->get_type_name() +
@@ -150,7 +156,7 @@ std::vector<std::string> with_switches(const CLI::App& parser,
       }
       value = arguments[++i];
     }
-    if (!takes_value(option) && value && value != "true" && value != "false") {
+    if (!takes_value(option) && value && !is_truth(*value)) {
       throw UsageError(as_typed + " cannot be '" + value->substr(0, 60) +
                        "': it takes true or false, or nothing");
     }
@@ -167,7 +173,8 @@ std::string switch_before(const CLI::App& parser, const std::vector<std::string>
                           const std::string& word) {
   for (std::size_t i = 1; i < arguments.size(); ++i) {
     const CLI::Option* option = option_named(parser, as_declared(parser, arguments[i - 1]));
-    if (arguments[i] == word && option != nullptr && (is_switch(option) || !takes_value(option))) {
+    if (arguments[i] == word && !is_truth(word) && option != nullptr &&
+        (is_switch(option) || !takes_value(option))) {
       return arguments[i - 1];
     }
   }

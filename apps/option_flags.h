@@ -28,8 +28,8 @@ std::string flag_of(const std::string& option);
 OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults,
                               const std::string& group = "Options");
 
-/// The flag that takes true or false, or nothing, right before a word in the arguments; "" where
-/// another stands there: what was meant for its value and is neither.
+/// The flag that takes true or false, or nothing, right before a word in the arguments that is
+/// neither: what was meant for its value. "" where another stands there.
 std::string switch_before(const CLI::App& parser, const std::vector<std::string>& arguments,
                           const std::string& word);
 

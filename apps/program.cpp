@@ -98,8 +98,11 @@ void refuse_extras(const CLI::App& parser, const std::vector<std::string>& argum
   if (const std::string flag = switch_before(parser, arguments, extra); !flag.empty()) {
     throw UsageError(flag + " cannot be " + shown + ": it takes true or false, or nothing");
   }
-  throw UsageError(parser.get_name() + " does not take " + shown + " as well; see atelier " +
-                   parser.get_name() + " --help");
+  const auto options = parser.get_options();
+  const bool takes_some = std::any_of(options.begin(), options.end(),
+                                      [](const auto* option) { return option->get_positional(); });
+  throw UsageError(parser.get_name() + " does not take " + shown + (takes_some ? " as well" : "") +
+                   "; see atelier " + parser.get_name() + " --help");
 }
 
 /// Runs what a command declared. An error is told to machines that asked for JSON, but for a wrong
@@ -122,11 +125,18 @@ int act(const CLI::App& command, const Action& action) {
 }  // namespace
 
 int run_program(std::vector<std::string> arguments) {
-  if (arguments.size() == 2 && arguments[0] == "help") {
+  const auto asks_for_help = [](const std::string& word) {
+    return word == "--help" || word == "-h" || word == "help";
+  };
+  const std::size_t most = !arguments.empty() && arguments[0] == "help" ? 2 : 1;
+  if (arguments.size() > most && (asks_for_help(arguments[0]) || arguments[0] == "--version")) {
+    throw UsageError(arguments[0] + " takes nothing more, not '" + arguments[most].substr(0, 60) +
+                     "'; see atelier --help");
+  }
+  if (arguments.size() == 2 && arguments[0] == "help" && !asks_for_help(arguments[1])) {
     arguments = {arguments[1], "--help"};
   }
-  if (arguments.empty() || arguments[0] == "--help" || arguments[0] == "-h" ||
-      arguments[0] == "help") {
+  if (arguments.empty() || asks_for_help(arguments[0])) {
     std::cout << help();
     return arguments.empty() ? kExitUsage : kExitDone;
   }

@@ -3,6 +3,7 @@
 #include "apps/seam_input.h"
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -68,6 +69,61 @@ int integer_at(const json& value, std::int64_t count, const std::string& file,
   return static_cast<int>(value.get<std::int64_t>());
 }
 
+/// What a JSON text says of a mesh.
+struct SeamDocument {
+  std::vector<std::pair<int, int>> edges;  ///< ends of those that are cut
+  std::optional<std::vector<int>> panels;  ///< of each triangle
+};
+
+/// @param triangles  of the mesh; none: as many as there are panels
+SeamDocument parse_seam_document(std::string_view text, Index vertices,
+                                 std::optional<Index> triangles, const std::string& file) {
+  const json root = parse_json(text, file);
+  if (!root.is_object() || (!root.contains("seams") && !root.contains("panels"))) {
+    throw DataError(file, "", "neither \"seams\" nor \"panels\"",
+                    "{\"seams\": [[v0, v1, ...], ...]} or {\"panels\": [...]}");
+  }
+  SeamDocument document;
+  if (root.contains("seams")) {
+    if (!root["seams"].is_array()) {
+      throw DataError(file, "seams", root["seams"].type_name(), "a list of lists of vertices");
+    }
+    for (std::size_t s = 0; s < root["seams"].size(); ++s) {
+      const json& run = root["seams"][s];
+      const std::string where = "seams[" + std::to_string(s) + "]";
+      if (!run.is_array() || run.size() < 2) {
+        throw DataError(file, where, run.dump().substr(0, 40), "a list of two vertices or more");
+      }
+      for (std::size_t i = 1; i < run.size(); ++i) {
+        const int a = integer_at(run[i - 1], vertices, file, where);
+        const int b = integer_at(run[i], vertices, file, where);
+        if (a == b) {
+          throw DataError(file, where, "vertex " + std::to_string(a) + " behind itself",
+                          "the other end of an edge");
+        }
+        document.edges.emplace_back(a, b);
+      }
+    }
+  }
+  if (root.contains("panels")) {
+    const json& panels = root["panels"];
+    const Index count = panels.is_array() ? static_cast<Index>(panels.size()) : 0;
+    if (!panels.is_array() || count != triangles.value_or(count)) {
+      throw DataError(
+          file, "panels",
+          panels.is_array() ? counted(count, "number") : std::string(panels.type_name()),
+          "a number for each of " + (triangles ? std::to_string(*triangles) : "its") +
+              " triangles");
+    }
+    document.panels.emplace();
+    for (std::size_t f = 0; f < panels.size(); ++f) {
+      document.panels->push_back(
+          integer_at(panels[f], count, file, "panels[" + std::to_string(f) + "]"));
+    }
+  }
+  return document;
+}
+
 }  // namespace
 
 std::vector<char> seam_input(const std::string& seams, const Mesh& mesh, const Topology& topology,
@@ -86,54 +142,25 @@ std::vector<char> seam_input(const std::string& seams, const Mesh& mesh, const T
 
 std::vector<char> parse_seams(std::string_view text, const Mesh& mesh, const Topology& topology,
                               const std::string& file) {
-  const json root = parse_json(text, file);
-  if (!root.is_object() || (!root.contains("seams") && !root.contains("panels"))) {
-    throw DataError(file, "", "neither \"seams\" nor \"panels\"",
-                    "{\"seams\": [[v0, v1, ...], ...]} or {\"panels\": [...]}");
-  }
+  const SeamDocument document =
+      parse_seam_document(text, mesh.vertices.rows(), mesh.faces.rows(), file);
   std::vector<char> cut(static_cast<std::size_t>(topology.edges.rows()), 0);
-  if (root.contains("seams")) {
-    if (!root["seams"].is_array()) {
-      throw DataError(file, "seams", root["seams"].type_name(), "a list of lists of vertices");
-    }
-    std::vector<std::pair<int, int>> ends;
-    for (std::size_t s = 0; s < root["seams"].size(); ++s) {
-      const json& run = root["seams"][s];
-      const std::string where = "seams[" + std::to_string(s) + "]";
-      if (!run.is_array() || run.size() < 2) {
-        throw DataError(file, where, run.dump().substr(0, 40), "a list of two vertices or more");
-      }
-      for (std::size_t i = 1; i < run.size(); ++i) {
-        ends.emplace_back(integer_at(run[i - 1], mesh.vertices.rows(), file, where),
-                          integer_at(run[i], mesh.vertices.rows(), file, where));
-      }
-    }
-    try {
-      cut = cut_at_edges(topology, ends);
-    } catch (const DataError& error) {
-      throw DataError(file, error.where, error.found, error.expected);
-    }
+  try {
+    cut = cut_at_edges(topology, document.edges);
+  } catch (const DataError& error) {
+    throw DataError(file, error.where, error.found, error.expected);
   }
-  if (root.contains("panels")) {
-    const json& panels = root["panels"];
-    if (!panels.is_array() || static_cast<Index>(panels.size()) != mesh.faces.rows()) {
-      throw DataError(file, "panels",
-                      panels.is_array()
-                          ? counted(static_cast<std::int64_t>(panels.size()), "number")
-                          : std::string(panels.type_name()),
-                      "a number for each of " + std::to_string(mesh.faces.rows()) + " triangles");
-    }
-    std::vector<int> labels;
-    for (std::size_t f = 0; f < panels.size(); ++f) {
-      labels.push_back(
-          integer_at(panels[f], mesh.faces.rows(), file, "panels[" + std::to_string(f) + "]"));
-    }
-    const std::vector<char> between = cut_between_labels(topology, labels);
+  if (document.panels) {
+    const std::vector<char> between = cut_between_labels(topology, *document.panels);
     for (std::size_t e = 0; e < cut.size(); ++e) {
       cut[e] = static_cast<char>(cut[e] | between[e]);
     }
   }
   return cut;
+}
+
+void check_seams(const std::string& text, const std::string& file) {
+  parse_seam_document(text, static_cast<Index>(Limits{}.mesh_vertices), std::nullopt, file);
 }
 
 }  // namespace atelier

@@ -24,4 +24,7 @@ std::vector<char> seam_input(const std::string& seams, const Mesh& mesh, const T
 std::vector<char> parse_seams(std::string_view text, const Mesh& mesh, const Topology& topology,
                               const std::string& file = "");
 
+/// Throws DataError for a text that parse_seams takes with no mesh at all.
+void check_seams(const std::string& text, const std::string& file);
+
 }  // namespace atelier

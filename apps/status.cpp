@@ -41,7 +41,8 @@ nlohmann::json json_of(const StageStatus& status) {
     json["findings"].push_back({{"severity", severity_name(finding.severity)},
                                 {"code", finding.code},
                                 {"place", finding.place},
-                                {"what", finding.what}});
+                                {"what", finding.what},
+                                {"advice", finding.advice}});
   }
   if (status.manifest) {
     json["key"] = hex(status.manifest->key);

@@ -102,10 +102,18 @@ class CsvCells {
   std::vector<std::string> row_;
 };
 
+/// As C, Python, JavaScript and the C of older Windows ("1.#INF", "-1.#IND00") print them. "Nan"
+/// may be a name.
 bool is_not_finite(std::string_view cell) {
-  constexpr std::string_view kWords[] = {"nan",  "-nan", "NaN",  "-NaN",     "NAN",      "inf",
-                                         "-inf", "Inf",  "-Inf", "Infinity", "-Infinity"};
-  return std::find(std::begin(kWords), std::end(kWords), cell) != std::end(kWords);
+  constexpr std::string_view kWords[] = {"nan", "NaN", "NAN",      "inf",
+                                         "Inf", "INF", "Infinity", "infinity"};
+  const bool sign = cell.starts_with('-') || cell.starts_with('+');
+  const std::string_view word = cell.substr(sign ? 1 : 0);
+  constexpr std::string_view kOfWindows = "1.#";
+  const std::string_view kind = word.starts_with(kOfWindows) ? word.substr(kOfWindows.size()) : "";
+  return std::find(std::begin(kWords), std::end(kWords), word) != std::end(kWords) ||
+         kind.starts_with("INF") || kind.starts_with("IND") || kind.starts_with("QNAN") ||
+         kind.starts_with("SNAN") || word.starts_with("nan(");
 }
 
 bool is_json(std::string_view text, const Limits& limits) {

@@ -20,6 +20,16 @@ bool is_word(char c) {
          c == ':' || c == '.' || c == '-' || c == '+';
 }
 
+bool is_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\r' || c == '\n';
+}
+
+bool is_no_finite_number(std::string_view word) {
+  const bool sign = word.starts_with('-') || word.starts_with('+');
+  const std::string_view plain = word.substr(sign ? 1 : 0);
+  return plain == "nan" || plain == "inf";
+}
+
 char closing(char opening) {
   return opening == '(' ? ')' : opening == '[' ? ']' : '}';
 }
@@ -75,12 +85,19 @@ class UsdParser {
 
   void token() {
     const char c = text_[at_];
-    const bool blank = c == ' ' || c == '\t' || c == '\r' || c == '\n';
-    if (blank || (c == '=' && expected_ == Expected::ReorderedNames)) {
+    if (is_blank(c) || (c == '=' && expected_ == Expected::ReorderedNames)) {
       ++at_;
     } else if (c == '#') {
       at_ = std::min(text_.find('\n', at_), text_.size());
-    } else if (c == '"' || c == '\'') {
+    } else {
+      part(c);
+      before_ = text_[at_ - 1];
+    }
+  }
+
+  /// Takes what is neither blank nor a comment.
+  void part(char c) {
+    if (c == '"' || c == '\'') {
       name(string());
     } else if (c == '@') {
       inside("asset name");
@@ -97,7 +114,7 @@ class UsdParser {
       while (end < text_.size() && is_word(text_[end])) {
         ++end;
       }
-      word(text_.substr(at_, end - at_));
+      word(text_.substr(at_, end - at_), end);
       at_ = end;
     } else if (c == '=' && in_layer() && open_.size() == 1) {
       said_of_layer();
@@ -187,9 +204,9 @@ class UsdParser {
     ++layer_.prims;
   }
 
-  void word(std::string_view word) {
+  void word(std::string_view word, std::size_t end) {
     if (!open_.empty()) {
-      if (word == "nan" || word == "inf" || word == "-inf" || word == "-nan") {
+      if (is_no_finite_number(word) && is_value(end)) {
         first_not_finite_ = not_finite_ == 0 ? at_ : first_not_finite_;
         ++not_finite_;
       }
@@ -203,6 +220,16 @@ class UsdParser {
     } else if (expected_ != Expected::TypeOrName && expected_ != Expected::ReorderedNames) {
       fail(in_quotes(word), expected_ == Expected::Body ? "'{'" : "def, over or class");
     }
+  }
+
+  /// Whether the word that ends at `end` stands where a value does: attributes may have the names
+  /// `inf` and `nan`, behind their type or before "=".
+  bool is_value(std::size_t end) const {
+    while (end < text_.size() && is_blank(text_[end])) {
+      ++end;
+    }
+    const bool named = end < text_.size() && text_[end] == '=';
+    return !named && std::string_view("=,[(:").find(before_) != std::string_view::npos;
   }
 
   /// name = value, of the whole layer.
@@ -246,6 +273,7 @@ class UsdParser {
   std::size_t layer_begin_ = std::string_view::npos;
   Expected expected_ = Expected::Anything;
   std::string_view last_word_;
+  char before_ = ' ';  ///< the last character that is neither blank nor of a comment
   std::int64_t not_finite_ = 0;
   std::size_t first_not_finite_ = 0;
 };

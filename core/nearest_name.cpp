@@ -30,6 +30,15 @@ std::size_t alignment_distance(std::string_view a, std::string_view b) {
   return above[b.size()];
 }
 
+/// ASCII letters alone: no known name has others.
+std::string lower_case(std::string_view name) {
+  std::string lower(name);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return lower;
+}
+
 /// "unit" of "--unit".
 std::string_view without_dashes(std::string_view name) {
   return name.substr(std::min(name.find_first_not_of('-'), name.size()));
@@ -44,13 +53,13 @@ std::string_view last_word(std::string_view name) {
 
 }  // namespace
 
-std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
-  if (name.empty() || name.size() > kLongestName) {
+std::string nearest_name(std::string_view typed, const std::vector<std::string>& known) {
+  if (typed.empty() || typed.size() > kLongestName) {
     return "";
   }
+  const std::string name = lower_case(typed);
   // By its letters it would be the cpu, which is what nobody means by it.
-  if ((name == "gpu" || name == "GPU") &&
-      std::find(known.begin(), known.end(), "cuda") != known.end()) {
+  if (name == "gpu" && std::find(known.begin(), known.end(), "cuda") != known.end()) {
     return "cuda";
   }
   std::string best;
@@ -59,7 +68,7 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
     if (candidate.size() > kLongestName) {
       continue;
     }
-    const std::size_t distance = alignment_distance(name, candidate);
+    const std::size_t distance = alignment_distance(name, lower_case(candidate));
     // Dashes that all flags have make no two of them alike.
     const std::size_t length =
         std::max(without_dashes(name).size(), without_dashes(candidate).size());
@@ -71,9 +80,10 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
   if (!best.empty()) {
     return best;
   }
-  const auto same_word = std::find_if(
-      known.begin(), known.end(),
-      [&](const std::string& candidate) { return last_word(candidate) == last_word(name); });
+  const auto same_word =
+      std::find_if(known.begin(), known.end(), [&](const std::string& candidate) {
+        return lower_case(last_word(candidate)) == last_word(name);
+      });
   return same_word == known.end() ? "" : *same_word;
 }
 

@@ -116,7 +116,10 @@ const std::map<std::string, std::set<std::string>>& sound_alone() {
       {"panoptic", {"list.json", "no_cameras.json"}},
       {"pattern", {"list.json"}},
       {"run_account", {"no_object.json"}},
-      // Of another size than the picture that was asked for, or beyond the base mesh.
+      // Of another size than the picture that was asked for, or beyond the base mesh, or another
+      // mesh's.
+      {"seams",
+       {"empty.json", "list.json", "no_edge.json", "panels_few.json", "vertex_range.json"}},
       {"painted_picture", {"larger.h5", "smaller.h5", "turned.h5"}},
       {"mhclo", {"delete_often.mhclo", "range.mhclo", "scale_vertex.mhclo"}},
       {"rig",
@@ -165,7 +168,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "keypoints3d", "manifest", "materials", "mesh_sequence", "mhclo",
                       "nerfstudio", "npy", "npz", "obj", "openpose", "painted_picture",
                       "painted_scene", "panoptic", "pattern", "personal_body", "ply", "png",
-                      "qualisys", "rig", "run_account", "safetensors", "sequence_header",
+                      "qualisys", "rig", "run_account", "safetensors", "seams", "sequence_header",
                       "simulated_frame", "smpl", "svg", "synthesis_state", "target", "tiff", "toml",
                       "tracked_motion", "training", "trc", "truth", "usda", "webp", "zip"),
     [](const auto& instance) { return instance.param; });
@@ -404,6 +407,11 @@ TEST(InspectTexts, WhatOthersStillOpenIsAFinding) {
   const TemporaryDirectory folder;
   for (const auto& [name, text, code] :
        {std::tuple{"a.csv", "a,b\n1,nan\n", "not-finite"},
+        {"e.csv", "a,b\n1,+inf\n", "not-finite"},
+        {"f.csv", "a,b\n1,INF\n", "not-finite"},
+        {"g.csv", "a,b\n1,1.#IND\n", "not-finite"},
+        {"h.csv", "a,b\n1,-1.#QNAN0\n", "not-finite"},
+        {"i.csv", "a,b\n1,-nan(ind)\n", "not-finite"},
         {"b.csv", "a,b\n1,2", "torn-line"},
         {"c.csv", "a;b\n1;2\n", "csv-separator"},
         {"d.csv", "a,a\n1,2\n", "csv-column-twice"},
@@ -412,12 +420,29 @@ TEST(InspectTexts, WhatOthersStillOpenIsAFinding) {
         {"b.svg", "<svg xmlns='http://www.w3.org/2000/svg'><path d='M 1,nan'/></svg>",
          "svg-not-finite"},
         {"a.usda", "#usda 1.0\ndef \"a\" { float x = -inf\n}\n", "usd-not-finite"},
+        {"c.usda", "#usda 1.0\ndef \"a\" { float3 x = (1,  # of three\n nan, 2)\n}\n",
+         "usd-not-finite"},
+        {"d.usda", "#usda 1.0\ndef \"a\" { float x.timeSamples = { 0: 1, 1: +inf }\n}\n",
+         "usd-not-finite"},
         {"b.usda", "#usda 1.0\n(startTimeCode = 2\nendTimeCode = 1)\n", "usd-time"}}) {
     SCOPED_TRACE(name);
     std::ofstream(folder / name, std::ios::binary) << text;
     const std::vector<Finding> findings = inspect_path(folder / name).findings;
     ASSERT_EQ(findings.size(), 1u);
     EXPECT_EQ(findings[0].code, code);
+  }
+}
+
+TEST(InspectTexts, NamesAreNoNumbers) {
+  const TemporaryDirectory folder;
+  for (const auto& [name, text] :
+       {std::pair{"a.usda",
+                  "#usda 1.0\ndef \"a\" {\n  float inf\n  float[] nan = [1]\n  custom double "
+                  "inf.timeSamples = { 0: 1 }\n  double3 nan (\n    inf = 2\n  )\n}\n"},
+        {"a.csv", "name,info\nNan,infant\n"}}) {
+    SCOPED_TRACE(name);
+    std::ofstream(folder / name, std::ios::binary) << text;
+    EXPECT_THAT(inspect_path(folder / name).findings, IsEmpty());
   }
 }
 

@@ -10,10 +10,16 @@
 #include <gtest/gtest.h>
 
 #include "apps/exit_code.h"
+#include "apps/inspection.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/npz.h"
 #include "core/io/safetensors.h"
+#ifdef ATELIER_HAS_CORE_RENDER
+#include "core/render/video.h"
+#endif
 #include "tests/apps/program_fixture.h"
 #include "tests/support/places.h"
 
@@ -56,6 +62,10 @@ TEST_F(Inspect, ShowsTensorsAndNoControlCharacters) {
   EXPECT_THAT(net.out, HasSubstr("float32 [2,2], -2.5 to 3, 1 not finite"));
   EXPECT_THAT(run({"inspect", (root_ / "data.npz").string()}).out,
               HasSubstr("float32 [2,2], -2.5 to 3, 1 not finite"));
+  const auto json =
+      nlohmann::json::parse(run({"inspect", (root_ / "data.npz").string(), "--json"}).out);
+  EXPECT_EQ(json["findings"][0]["code"], "not-finite");
+  EXPECT_THAT(json["findings"][0]["advice"].get<std::string>(), HasSubstr("what wrote it"));
 }
 
 TEST_F(Inspect, MembersOverwriteNoFacts) {
@@ -184,6 +194,30 @@ TEST_F(Inspect, ADamagedVideoIsOneLine) {
 }
 #endif
 
+#if defined(ATELIER_HAS_CAPTURE_LAYOUTS) && defined(ATELIER_HAS_CORE_RENDER)
+TEST_F(Inspect, DecodesVideos) {
+  const std::filesystem::path path = root_ / "a.mp4";
+  write_video(path, 24, [](Index i) {
+    Image image(64, 48, 3);
+    for (std::size_t k = 0; k < image.data.size(); ++k) {
+      image.data[k] = static_cast<float>((k * k * (static_cast<std::size_t>(i) + 7)) % 251) / 250;
+    }
+    return image;
+  });
+  const Inspection sound = inspect_path(path);
+  EXPECT_THAT(sound.findings, ::testing::IsEmpty());
+  std::string bytes = read_file_text(path.string(), 1 << 24);
+  const std::size_t begin = bytes.find("mdat") + 4;
+  ASSERT_LT(begin, bytes.size() / 2) << "the index is in front";
+  const std::size_t size = bytes.size() - begin;
+  const std::string damaged = bytes.replace(begin + size / 3, size / 3, size / 3, '\0');
+  std::ofstream(path, std::ios::binary) << damaged;
+  expect_refusal(run({"inspect", path.string()}), kExitBadData, "frame ");
+  std::ofstream(path, std::ios::binary) << damaged.substr(0, begin + size / 3);
+  EXPECT_THROW(inspect_path(path), DataError);
+}
+#endif
+
 TEST_F(Inspect, SaysWhatTextsOfOtherProgramsAre) {
   const auto said = [&](const char* name, const std::string& text) {
     std::ofstream(root_ / name, std::ios::binary) << text;
@@ -230,7 +264,7 @@ TEST_F(Inspect, TextsThatAreNotWhatTheirNamesSayAreRefused) {
                                          {"torn.csv", "a,b\n1,2\n3\n", "line 3"},
                                          {"a.usd", "PXR-USDC", "usdcat FILE.usd -o FILE.usda"},
                                          {"a.asf", ":version 1.10", ".amc"},
-                                         {"notes.txt", "x", "capture's folder"},
+                                         {"notes.txt", "x", "expected the capture's folder"},
                                          {"a.bin", "x", "capture's folder"},
                                          {"a.yml", "a: 1\n", "%YAML"},
                                          {"a.mp4", "x", "a.mp4"},

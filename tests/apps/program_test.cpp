@@ -4,6 +4,7 @@
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <tuple>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -65,6 +66,19 @@ TEST_F(Program, AFlagMayBeTypedWithDashesOrUnderscores) {
   EXPECT_FALSE(std::filesystem::exists(workspace())) << "--dry_run is --dry-run";
   EXPECT_THAT(run({"statistics", "--help"}).out,
               AllOf(HasSubstr("--statistics.edge-quantiles"), Not(HasSubstr("edge_quantiles"))));
+}
+
+TEST_F(Program, AFlagTakesTrueOrFalseWithABlankOrAnEqualsSign) {
+  write_boxes(input(), 1);
+  for (const std::vector<std::string>& flag :
+       {std::vector<std::string>{"--dry-run", "true"}, {"--dry-run=true"}, {"--dry-run"}}) {
+    EXPECT_EQ(run_statistics(flag).exit_code, 0);
+    EXPECT_FALSE(std::filesystem::exists(workspace())) << flag.back();
+  }
+  for (const std::vector<std::string>& flag :
+       {std::vector<std::string>{"--json", "false"}, {"--json=false"}}) {
+    EXPECT_THAT(run_statistics(flag).out, Not(StartsWith("{"))) << flag.back();
+  }
 }
 
 TEST_F(Program, AnUnknownFlagSuggestsTheOptionOfThatWord) {
@@ -151,6 +165,28 @@ TEST_F(Program, CompletionCompletes) {
   for (const char* command : {"run", "simulate"}) {
     if (run({"--help"}).out.find("\n  " + std::string(command) + " ") != std::string::npos) {
       EXPECT_THAT(complete("atelier " + std::string(command) + " --material den", 3), "denim\n");
+    }
+  }
+  const std::string help = run({"--help"}).out;
+  for (const auto& [words, at, answer] :
+       {std::tuple{"atelier simulate --body fem", 3, "female\n"},
+        {"atelier drape --body ma", 3, "male\n"},
+        {"atelier animate --body ma", 3, "male\n"},
+        {"atelier animate --motion stri", 3, "stride\n"},
+        {"atelier personalize --body defa", 3, "default\n"},
+        {"atelier synthesize --body rand", 3, "random\n"},
+        {"atelier synthesize --motion aut", 3, "auto\n"},
+        {"atelier synthesize --layout easy", 3, "easymocap\n"},
+        {"atelier validate --layout easy", 3, "easymocap\n"},
+        {"atelier validate --capture.layout easy", 3, "easymocap\n"},
+        {"atelier convert-capture --layout easy", 3, "easymocap\n"},
+        {"atelier evaluate --stage refi", 3, "refine\n"},
+        {"atelier body-model show femal", 3, "female\n"}}) {
+    std::istringstream command(words);
+    std::string name;
+    command >> name >> name;
+    if (help.find("\n  " + name + " ") != std::string::npos) {  // a build may lack it
+      EXPECT_EQ(complete(words, at), answer) << words;
     }
   }
   // Files of the kind that is taken, and folders, which may lead to some.

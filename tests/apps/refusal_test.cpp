@@ -82,6 +82,27 @@ INSTANTIATE_TEST_SUITE_P(
                    {"reconstruct", "IN", "WS", "--label-by-color", "maybe"},
                    2,
                    "--label-by-color cannot be 'maybe': it takes true or false, or nothing"},
+        BadCommand{"FlagWithAWordBehindIt",
+                   {"statistics", "IN", "WS", "--force", "maybe"},
+                   2,
+                   "--force cannot be 'maybe': it takes true or false, or nothing"},
+        BadCommand{"FlagWithTwoWords",
+                   {"statistics", "IN", "WS", "--force", "true", "true"},
+                   2,
+                   "does not take 'true' as well"},
+        BadCommand{"FlagInCapitals",
+                   {"status", "WS", "--JSON"},
+                   2,
+                   "no option '--JSON', did you mean '--json'?"},
+        BadCommand{"ChoiceInCapitals",
+                   {"statistics", "IN", "WS", "--input.unit", "MM"},
+                   2,
+                   "did you mean 'mm'?"},
+        BadCommand{"DeviceInCapitals",
+                   {"statistics", "IN", "WS", "--device", "CUDA"},
+                   2,
+                   "did you mean 'cuda'?"},
+        BadCommand{"CommandInCapitals", {"STATUS", "WS"}, 2, "did you mean 'status'?"},
         BadCommand{"OneTooMany", {"statistics", "IN", "WS", "x"}, 2, "does not take 'x' as well"},
         BadCommand{
             "UnknownFlag",
@@ -316,6 +337,9 @@ INSTANTIATE_TEST_SUITE_P(
                    "statistics.edge_quantiles cannot be ''"},
         BadCommand{"TypoOfHelp", {"--hlep"}, 2, "did you mean '--help'?"},
         BadCommand{"LineEndInACommand", {"in\nspect"}, 2, "'in spect', did you mean 'inspect'?"},
+        BadCommand{"VersionAndMore", {"--version", "x"}, 2, "--version takes nothing more"},
+        BadCommand{"HelpAndMore", {"-h", "status"}, 2, "-h takes nothing more, not 'status'"},
+        BadCommand{"HelpOfTwo", {"help", "gc", "x"}, 2, "help takes nothing more, not 'x'"},
         BadCommand{"HelpOfNoCommand", {"help", "insepct"}, 2, "did you mean 'inspect'?"},
         BadCommand{
             "NoFrames", {"statistics", "IN", "WS", "--frames", ""}, 2, "--frames cannot be ''"},
@@ -335,7 +359,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{
             "ADashAlone", {"inspect", "--", "-nothing.obj"}, 3, "-nothing.obj: nothing there"},
         BadCommand{"CompletionOfAnotherShell", {"completion", "fish"}, 2, "of which there is bash"},
-        BadCommand{"OptionsWithArgument", {"options", "x"}, 2, "does not take 'x' as well"}),
+        BadCommand{"OptionsWithArgument", {"options", "x"}, 2, "does not take 'x'; see"}),
     [](const ::testing::TestParamInfo<BadCommand>& bad) { return bad.param.name; });
 
 TEST_P(Refused, IsOneLineAndItsCode) {

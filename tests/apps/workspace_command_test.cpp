@@ -28,6 +28,10 @@ TEST_F(WorkspaceCommand, StatusChecks) {
   const ChildResult damaged = run({"status", workspace().string(), "--check"});
   EXPECT_EQ(damaged.exit_code, kExitCheckFailed);
   EXPECT_THAT(damaged.out, HasSubstr("output-size"));
+  const auto findings = nlohmann::json::parse(
+      run({"status", workspace().string(), "--check", "--json"}).out)[0]["findings"];
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_FALSE(findings[0]["advice"].get<std::string>().empty());
 }
 
 TEST_F(WorkspaceCommand, WhatANewerProgramWroteIsLeftAlone) {

@@ -39,6 +39,16 @@ TEST(NearestName, AGpuIsNoCpu) {
   EXPECT_EQ(nearest_name("gpu", {"cpu", "other"}), "cpu");
 }
 
+TEST(NearestName, CapitalsAreAsGoodAsSmallLetters) {
+  EXPECT_EQ(nearest_name("--JSON", {"--help", "--json"}), "--json");
+  EXPECT_EQ(nearest_name("CUDA", {"cpu", "cuda"}), "cuda");
+  EXPECT_EQ(nearest_name("Gpu", {"cpu", "cuda"}), "cuda");
+  EXPECT_EQ(nearest_name("MM", {"m", "dm", "mm"}), "mm");
+  EXPECT_EQ(nearest_name("SUBSTEPS", kNames), "solver.substeps");
+  EXPECT_EQ(nearest_name("expert", {"Export"}), "Export");
+  EXPECT_EQ(nearest_name("\xC3\x84", {"\xC3\xA4"}), "") << "letters beyond ASCII stay";
+}
+
 TEST(NearestName, FindsNothingFarAway) {
   EXPECT_EQ(nearest_name("banana", kNames), "");
   EXPECT_EQ(nearest_name("", kNames), "");
