@@ -10,6 +10,7 @@
 #include <iostream>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "appearance/appearance_colors.h"
@@ -19,10 +20,14 @@
 #include "appearance/training_log.h"
 #include "apps/device_advice.h"
 #include "apps/exit_code.h"
+#include "apps/output_place.h"
+#include "apps/usage_error.h"
 #include "core/archive.h"
 #include "core/atomic_file.h"
+#include "core/device.h"
 #include "core/error.h"
 #include "core/io/safetensors.h"
+#include "core/store/file_kind.h"
 
 namespace {
 
@@ -41,10 +46,6 @@ constexpr const char* kHelp =
     "    Draws every frame of a scene: FOLDER/000012.h5. Prints 'frame ID' lines.\n";
 
 volatile std::sig_atomic_t stopping = 0;
-
-struct Usage : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// What stands on the command line.
 struct Arguments {
@@ -70,12 +71,12 @@ Arguments parsed(const std::vector<std::string>& words) {
     }
     const std::string name = words[i].substr(2);
     if (++i == words.size()) {
-      throw Usage("--" + name + " needs a value");
+      throw UsageError("--" + name + " needs a value");
     }
     const bool is_own = name == "checkpoint" || name == "log" || name == "device";
     const std::string wrong = set_option(is_own ? own : table, name, words[i]);
     if (!wrong.empty()) {
-      throw Usage(wrong);
+      throw UsageError(wrong);
     }
   }
   return arguments;
@@ -110,15 +111,76 @@ Training checkpoint_of(const fs::path& path, const AppearanceData& data,
   }
 }
 
+/// A file on the command line.
+struct Place {
+  std::string name;  // "MODEL"
+  fs::path path;     // "": it was left out
+};
+
+bool is_same_file(const fs::path& a, const fs::path& b) {
+  std::error_code unknown;  // of what is not there, or may not be looked at
+  const fs::path real = fs::weakly_canonical(a, unknown);
+  return fs::equivalent(a, b, unknown) ||
+         (!real.empty() && real == fs::weakly_canonical(b, unknown));
+}
+
+/// Refuses one file in two places: what is written would replace what is read, or the other.
+void require_different(const std::vector<Place>& places) {
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!places[i].path.empty() && !places[j].path.empty() &&
+          is_same_file(places[i].path, places[j].path)) {
+        throw UsageError(places[j].name + " and " + places[i].name +
+                         " are one file: " + places[i].path.string());
+      }
+    }
+  }
+}
+
+/// Refuses a file that could not be written in the end, and to put one in the place of a device, a
+/// link or a folder.
+void require_result_place(const fs::path& path) {
+  if (path.empty()) {
+    return;
+  }
+  const fs::file_type kind = link_kind(path);
+  if (kind != fs::file_type::not_found && kind != fs::file_type::regular) {
+    throw DataError(path.string(), "", "a link, device or folder",
+                    "a regular file, or none yet, to write to");
+  }
+  require_file_place(path);
+}
+
+/// The log that is there; "" where there is none. Throws DataError for a text that is no log, which
+/// a log would replace.
+std::string log_at(const fs::path& path) {
+  std::string text = path.empty() ? "" : text_of(path);
+  if (!text.empty() && !text.starts_with(training_log_header())) {
+    throw DataError(path.string(), "first line", "no log of a training, and it would be replaced",
+                    "such a log, or no file");
+  }
+  return text;
+}
+
 int run_training(const Arguments& arguments) {
   if (arguments.places.size() != 2) {
-    throw Usage("train takes DATA and MODEL");
+    throw UsageError("train takes DATA and MODEL");
   }
-  const AppearanceData data = read_appearance_data(arguments.places[0]);
+  // All that can be refused at once is, not after hours.
+  require_different({{"DATA", arguments.places[0]},
+                     {"MODEL", arguments.places[1]},
+                     {"--checkpoint", arguments.checkpoint},
+                     {"--log", arguments.log}});
+  require_result_place(arguments.places[1]);
+  require_result_place(arguments.checkpoint);
+  require_result_place(arguments.log);
+  const std::string logged = log_at(arguments.log);
   const TrainOptions options = resolved(arguments.options, arguments.device);
   if (const std::string problem = training_problem(options); !problem.empty()) {
-    throw Usage(problem);
+    throw UsageError(problem);
   }
+  check_device(arguments.device);
+  const AppearanceData data = read_appearance_data(arguments.places[0]);
   Training training;
   if (!arguments.checkpoint.empty() && fs::exists(arguments.checkpoint)) {
     training = checkpoint_of(arguments.checkpoint, data, options);
@@ -127,8 +189,7 @@ int run_training(const Arguments& arguments) {
   }
   std::ofstream log;
   if (!arguments.log.empty()) {
-    write_file_atomically(arguments.log,
-                          resumed_training_log(text_of(arguments.log), training.iteration));
+    write_file_atomically(arguments.log, resumed_training_log(logged, training.iteration));
     log.open(arguments.log, std::ios::app);
   }
   std::cout << "begin " << training.iteration << " " << options.iterations << "\n" << std::flush;
@@ -167,8 +228,12 @@ int run_training(const Arguments& arguments) {
 
 int run_prediction(const Arguments& arguments) {
   if (arguments.places.size() != 3) {
-    throw Usage("predict takes MODEL, DATA and COLORS");
+    throw UsageError("predict takes MODEL, DATA and COLORS");
   }
+  require_different({{"MODEL", arguments.places[0]},
+                     {"DATA", arguments.places[1]},
+                     {"COLORS", arguments.places[2]}});
+  require_result_place(arguments.places[2]);
   const Safetensors found = read_safetensors(arguments.places[0]);
   const AppearanceModel model =
       appearance_model_of(found.tensors, found.metadata, arguments.places[0]);
@@ -196,10 +261,10 @@ int run_prediction(const Arguments& arguments) {
 
 int run_painting(const Arguments& arguments) {
   if (arguments.places.size() != 2) {
-    throw Usage("paint takes SCENE and FOLDER");
+    throw UsageError("paint takes SCENE and FOLDER");
   }
   if (arguments.paint.background.size() != 3) {
-    throw Usage("--background takes three numbers: [0.9, 0.9, 0.9]");
+    throw UsageError("--background takes three numbers: [0.9, 0.9, 0.9]");
   }
   const PaintedScene scene = painted_scene_of(
       read_archive(arguments.places[0], "atelier.painted_scene", 1), arguments.places[0]);
@@ -239,7 +304,7 @@ int run(const std::vector<std::string>& words) {
   if (words[0] == "paint") {
     return run_painting(parsed(words));
   }
-  throw Usage("there are train, predict and paint, not " + words[0]);
+  throw UsageError("there are train, predict and paint, not " + words[0]);
 }
 
 int fail(int code, const char* what) {
@@ -254,7 +319,7 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, [](int) { stopping = 1; });
   try {
     return run(std::vector<std::string>(argv + 1, argv + argc));
-  } catch (const Usage& error) {
+  } catch (const UsageError& error) {
     return fail(kExitUsage, error.what());
   } catch (const DataError& error) {
     return fail(kExitBadData, error.what());

@@ -15,6 +15,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "capture/cameras_file.h"
 #include "capture/capture_info.h"
@@ -590,6 +591,45 @@ TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
     EXPECT_THAT(refused.err, HasSubstr("a folder or a video .mp4"));
     EXPECT_FALSE(fs::exists(folder_ / name));
   }
+}
+
+TEST_F(Appearance, ATrainingReplacesNothingButItsOwnFiles) {
+  const std::string data = (folder_ / "data.h5").string();
+  const std::string model = (folder_ / "m.safetensors").string();
+  const std::string notes = (folder_ / "notes.txt").string();
+  const std::string link = (folder_ / "link.csv").string();
+  const std::string pipe = (folder_ / "pipe").string();
+  write_file_atomically(data, "not read yet");
+  write_file_atomically(notes, "kept\n");
+  fs::create_symlink("notes.txt", link);
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const auto train = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {network_program().string(), "train"});
+    return run_child(words);
+  };
+  const std::string same = (folder_ / "." / "data.h5").string();
+  for (const ChildResult& refused : {train({data, same}), train({data, model, "--log", same})}) {
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr("DATA and"));
+    EXPECT_THAT(refused.err, HasSubstr("are one file"));
+  }
+  EXPECT_EQ(train({data, model, "--log", notes, "--checkpoint", notes}).exit_code, 2);
+  for (const std::string& place : {link, pipe, std::string("/dev/null")}) {
+    const ChildResult refused = train({data, model, "--log", place});
+    EXPECT_EQ(refused.exit_code, 3) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr("expected a regular file"));
+  }
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  EXPECT_TRUE(fs::is_symlink(link));
+  ChildResult refused = train({data, model, "--log", notes});
+  EXPECT_EQ(refused.exit_code, 3) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("no log of a training"));
+  EXPECT_EQ(bytes_of(notes), "kept\n");
+  // Before the data are read, which are none here.
+  refused = train({data, (folder_ / "missing" / "m.safetensors").string()});
+  EXPECT_EQ(refused.exit_code, 5) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("make the folder first"));
+  EXPECT_EQ(bytes_of(data), "not read yet");
 }
 
 TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {
