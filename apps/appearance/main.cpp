@@ -1,6 +1,7 @@
 // atelier-appearance: the only program that loads libtorch. It trains and asks networks, on files
 // that `atelier` has prepared, so that no other command waits for libtorch and a machine that
 // trains needs neither images nor the capture.
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -14,12 +15,15 @@
 #include <vector>
 
 #include "appearance/appearance_colors.h"
+#include "appearance/learnt.h"
 #include "appearance/network/painter.h"
 #include "appearance/network/train.h"
 #include "appearance/painted_picture.h"
+#include "appearance/static_fit.h"
 #include "appearance/training_log.h"
 #include "apps/device_advice.h"
 #include "apps/exit_code.h"
+#include "apps/not_converged.h"
 #include "apps/output_place.h"
 #include "apps/usage_error.h"
 #include "core/archive.h"
@@ -57,24 +61,37 @@ struct Arguments {
   PaintOptions paint;
 };
 
+/// What a command takes: an option of another one would do nothing.
+OptionTable options_of(const std::string& command, Arguments& arguments) {
+  OptionTable table;
+  if (command == "train") {
+    table.add("checkpoint", arguments.checkpoint, std::vector<std::string>{},
+              "Kept while training");
+    table.add("log", arguments.log, std::vector<std::string>{}, "CSV of every step");
+  }
+  table.add("device", arguments.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}}, "Where");
+  if (command == "train") {
+    table.add(describe(arguments.options));
+  } else if (command == "paint") {
+    table.add(describe(arguments.paint));
+  }
+  return table;
+}
+
 Arguments parsed(const std::vector<std::string>& words) {
   Arguments arguments;
-  OptionTable table = words[0] == "paint" ? describe(arguments.paint) : describe(arguments.options);
-  OptionTable own;
-  own.add("checkpoint", arguments.checkpoint, std::vector<std::string>{}, "Kept while training");
-  own.add("log", arguments.log, std::vector<std::string>{}, "CSV of every step");
-  own.add("device", arguments.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}}, "Where");
+  OptionTable table = options_of(words[0], arguments);
   for (std::size_t i = 1; i < words.size(); ++i) {
     if (!words[i].starts_with("--")) {
       arguments.places.push_back(words[i]);
       continue;
     }
-    const std::string name = words[i].substr(2);
+    std::string name = words[i].substr(2);
+    std::replace(name.begin(), name.end(), '-', '_');  // as flags of `atelier` are written
     if (++i == words.size()) {
       throw UsageError("--" + name + " needs a value");
     }
-    const bool is_own = name == "checkpoint" || name == "log" || name == "device";
-    const std::string wrong = set_option(is_own ? own : table, name, words[i]);
+    const std::string wrong = set_option(table, name, words[i]);
     if (!wrong.empty()) {
       throw UsageError(wrong);
     }
@@ -162,6 +179,13 @@ std::string log_at(const fs::path& path) {
   return text;
 }
 
+/// Rows of a log may not be lost unsaid: what they say decides whether the network is a result.
+void write_rows(std::ofstream& log, const std::string& path) {
+  if (log.is_open() && !log.flush()) {
+    throw EnvironmentError(path, "cannot be written any more; is the disk full?");
+  }
+}
+
 int run_training(const Arguments& arguments) {
   if (arguments.places.size() != 2) {
     throw UsageError("train takes DATA and MODEL");
@@ -187,25 +211,30 @@ int run_training(const Arguments& arguments) {
   } else {
     training = start_training(data, options);
   }
+  const std::int64_t judged_from =
+      judged_after(options.iterations, static_cast<int>(data.views.size()), options.batch);
+  std::string rows = resumed_training_log(logged, training.iteration);  // with all that are judged
   std::ofstream log;
   if (!arguments.log.empty()) {
-    write_file_atomically(arguments.log, resumed_training_log(logged, training.iteration));
+    write_file_atomically(arguments.log, rows);
     log.open(arguments.log, std::ios::app);
   }
   std::cout << "begin " << training.iteration << " " << options.iterations << "\n" << std::flush;
   TrainHooks hooks;
   hooks.step = [&](std::int64_t iteration, const NetworkLoss& loss, double learning_rate) {
     char text[160];
+    const std::string row = training_log_row({iteration, loss.value, loss.psnr, learning_rate});
     if (log.is_open()) {
-      log << training_log_row({iteration, loss.value, loss.psnr, learning_rate});
+      log << row;
     }
+    rows += iteration > judged_from ? row : "";
     std::snprintf(text, sizeof(text), "step %lld %d %.6g %.3f\n", static_cast<long long>(iteration),
                   options.iterations, loss.value, loss.psnr);
     std::cout << text << std::flush;
   };
   hooks.stop = [] { return stopping != 0; };
   hooks.checkpoint = [&](const Training& state) {
-    log.flush();
+    write_rows(log, arguments.log);
     if (!arguments.checkpoint.empty()) {
       write_tensors(arguments.checkpoint, tensors_of(state), texts_of(state));
     }
@@ -218,8 +247,15 @@ int run_training(const Arguments& arguments) {
     std::cerr << "atelier-appearance: the loss is no number any more after iteration "
               << result.training.iteration
               << (arguments.checkpoint.empty() ? "" : ", where the checkpoint stands")
-              << "; a smaller --learning_rate may help\n";
+              << "; a smaller --learning-rate may help\n";
     return kExitNotConverged;
+  }
+  write_rows(log, arguments.log);
+  if (const auto psnr = mean_psnr_after(rows, judged_from)) {
+    const double fixed = static_fit(data, std::min(options.resolution, kJudgedTexels)).psnr;
+    if (learnt(*psnr, fixed) == Learnt::Diverged) {
+      throw NotConverged(little_learnt_text(*psnr, fixed));
+    }
   }
   write_tensors(arguments.places[1], tensors_of(result.training.model),
                 texts_of(result.training.model));
@@ -295,16 +331,19 @@ int run(const std::vector<std::string>& words) {
     std::cout << kHelp;
     return words.empty() ? kExitUsage : kExitDone;
   }
+  if (words[0] != "train" && words[0] != "predict" && words[0] != "paint") {
+    throw UsageError("there are train, predict and paint, not " + words[0]);
+  }
+  if (std::find(words.begin(), words.end(), "--help") != words.end()) {
+    Arguments defaults;
+    std::cout << kHelp << "Options of " << words[0] << ":\n"
+              << options_help(options_of(words[0], defaults));
+    return kExitDone;
+  }
   if (words[0] == "train") {
     return run_training(parsed(words));
   }
-  if (words[0] == "predict") {
-    return run_prediction(parsed(words));
-  }
-  if (words[0] == "paint") {
-    return run_painting(parsed(words));
-  }
-  throw UsageError("there are train, predict and paint, not " + words[0]);
+  return words[0] == "predict" ? run_prediction(parsed(words)) : run_painting(parsed(words));
 }
 
 int fail(int code, const char* what) {
@@ -323,6 +362,8 @@ int main(int argc, char** argv) {
     return fail(kExitUsage, error.what());
   } catch (const DataError& error) {
     return fail(kExitBadData, error.what());
+  } catch (const NotConverged& error) {
+    return fail(kExitNotConverged, error.what());
   } catch (const EnvironmentError& error) {
     return fail(kExitEnvironment, (error.place + ": " + with_device_advice(error)).c_str());
   } catch (const std::bad_alloc&) {

@@ -384,6 +384,12 @@ TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
   EXPECT_EQ(bytes_of(folder_ / "half.safetensors"), bytes_of(folder_ / "whole.safetensors"));
   EXPECT_EQ(bytes_of(folder_ / "half.safetensors.csv"),
             bytes_of(folder_ / "whole.safetensors.csv"));
+  std::vector<std::string> diverging = train("diverged.safetensors", "diverged.checkpoint");
+  diverging.insert(diverging.end(), {"--learning-rate", "1", "--iterations", "24"});
+  const ChildResult diverged = run_child(diverging);
+  EXPECT_EQ(diverged.exit_code, 4) << diverged.err;
+  EXPECT_THAT(diverged.err, HasSubstr("below the"));
+  EXPECT_FALSE(fs::exists(folder_ / "diverged.safetensors"));
   // Of another architecture, with a flipped bit, and cut off.
   ChildResult refused = run_child(train("x.safetensors", "whole.checkpoint", "3"));
   EXPECT_EQ(refused.exit_code, 3);
@@ -573,6 +579,7 @@ TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
     EXPECT_EQ(refused.exit_code, 3);
     EXPECT_THAT(refused.err, HasSubstr("dress/model.safetensors"));
     EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' again"));
+    EXPECT_EQ(refused.err.find("expected"), refused.err.rfind("expected")) << refused.err;
   }
   EXPECT_FALSE(fs::exists(folder_ / "damaged"));
   // Without its network a garment is not drawn grey, as a body is.
@@ -630,6 +637,16 @@ TEST_F(Appearance, ATrainingReplacesNothingButItsOwnFiles) {
   EXPECT_EQ(refused.exit_code, 5) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("make the folder first"));
   EXPECT_EQ(bytes_of(data), "not read yet");
+}
+
+TEST_F(Appearance, CommandsOnFilesTakeTheirOwnOptionsAlone) {
+  const std::string program = network_program().string();
+  const ChildResult refused = run_child({program, "predict", "m", "d", "c", "--iterations", "3"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("iterations"));
+  const ChildResult help = run_child({program, "train", "--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_THAT(help.out, HasSubstr("--weight_decay <"));
 }
 
 TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {
