@@ -558,6 +558,21 @@ TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
   const auto dress = [&](const char* folder) {
     return std::string("dress=") + (folder_ / folder).string();
   };
+  // What is misspelt, and what does nothing beside a camera of a capture.
+  pictures = drawn("none", {"--garment", "dres=x"});
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_THAT(pictures.err, HasSubstr("did you mean 'dress'?"));
+  pictures = drawn("none", {"--width", "64"});
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_THAT(pictures.err, HasSubstr("--width does nothing"));
+  pictures = run_child({program_path(), "draw", workspace.string(), "--capture", capture_.string(),
+                        "--camera", "99", "--out", (folder_ / "none").string()});
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_THAT(pictures.err, HasSubstr("no camera '99'; it has 00, 01, 02"));
+  pictures = run_child({program_path(), "evaluate", workspace.string(), "--truth",
+                        capture_.string(), "--stage", "apearance"});
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_THAT(pictures.err, HasSubstr("did you mean 'appearance'?"));
   // Meshes of another topology are refused, and leave nothing in the way of the right ones.
   pictures = drawn("plain", {"--body", balls, "--garment", dress("other")});
   EXPECT_EQ(pictures.exit_code, 3) << pictures.err;
@@ -588,6 +603,11 @@ TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
   EXPECT_EQ(pictures.exit_code, 3);
   EXPECT_THAT(pictures.err, HasSubstr("no network"));
   EXPECT_FALSE(fs::exists(folder_ / "bare"));
+  // Nor is one left out whose folder is gone.
+  fs::remove_all(network.parent_path());
+  pictures = drawn("bare", {});
+  EXPECT_EQ(pictures.exit_code, 3);
+  EXPECT_THAT(pictures.err, HasSubstr("no network"));
 }
 
 TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
