@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
 #include "appearance/content_digest.h"
@@ -161,6 +162,12 @@ const std::string& text_at(const std::map<std::string, std::string>& texts, cons
     throw DataError(file, name, "nothing", "a network of schema atelier.appearance");
   }
   return found->second;
+}
+
+/// The stage that made a network: <workspace>/<stage>/<result>/<name>/model.safetensors.
+std::string maker_of(const std::filesystem::path& file) {
+  const bool is_true = file.parent_path().parent_path().parent_path().filename() == "ceiling";
+  return is_true ? "ceiling" : "appearance";
 }
 
 }  // namespace
@@ -380,7 +387,8 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
   model.mean_visibility =
       Eigen::Map<const Eigen::VectorXf>(visibility.data(), static_cast<Index>(visibility.size()));
   // Last: what else is wrong says more.
-  require_digest(tensors, texts, file, "run 'atelier appearance' again, which makes it anew");
+  require_digest(tensors, texts, file,
+                 "run 'atelier " + maker_of(file) + "' again, which makes it anew");
   return model;
 }
 

@@ -18,6 +18,10 @@ struct StaticFit {
   std::vector<double> camera_explained;
 };
 
+/// Texels a side at which pictures are compared with a texture that does not change, at most:
+/// coarse, so that cloth which is registered a little off is not taken for other pictures.
+inline constexpr int kJudgedTexels = 128;
+
 /// Finds it. Throws LogicError for views without colours. O(pixels).
 StaticFit static_fit(const AppearanceData& data, int resolution);
 

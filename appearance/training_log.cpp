@@ -1,20 +1,21 @@
 #include "appearance/training_log.h"
 
+#include <algorithm>
 #include <cstdio>
-#include <optional>
 
 namespace atelier {
 namespace {
 
 /// The step of a whole row, without its end of line.
-std::optional<std::int64_t> step_of(const std::string& row) {
-  long long step = 0;
-  double number = 0;
+std::optional<TrainingStep> step_of(const std::string& row) {
+  long long iteration = 0;
+  TrainingStep step;
   int read = 0;
-  const bool whole = std::sscanf(row.c_str(), "%lld,%lf,%lf,%lf%n", &step, &number, &number,
-                                 &number, &read) == 4 &&
+  const bool whole = std::sscanf(row.c_str(), "%lld,%lf,%lf,%lf%n", &iteration, &step.loss,
+                                 &step.psnr, &step.learning_rate, &read) == 4 &&
                      static_cast<std::size_t>(read) == row.size();
-  return whole ? std::optional<std::int64_t>(step) : std::nullopt;
+  step.iteration = iteration;
+  return whole ? std::optional(step) : std::nullopt;
 }
 
 }  // namespace
@@ -41,16 +42,37 @@ std::string resumed_training_log(std::string_view log, std::int64_t iteration) {
       break;  // torn, or the end
     }
     const std::string row(log.substr(begin, end - begin));
-    const auto step = step_of(row);
+    const auto found = step_of(row);
+    const std::int64_t step = found ? found->iteration : 0;
     // A row that follows no other begins a log that was named in the middle of a training.
-    if (!step || *step < 1 || *step > iteration || (before > 0 && *step != before + 1)) {
+    if (step < 1 || step > iteration || (before > 0 && step != before + 1)) {
       break;
     }
     kept += row + "\n";
-    before = *step;
+    before = step;
     begin = end;
   }
   return kept;
+}
+
+std::int64_t judged_after(int iterations, int views, int batch) {
+  const int steps_of_all_views = 1 + (views - 1) / batch;
+  return iterations - std::max(steps_of_all_views, iterations / 20);
+}
+
+std::optional<double> mean_psnr_after(std::string_view log, std::int64_t step) {
+  double sum = 0;
+  int count = 0;
+  std::size_t begin = 0;
+  for (std::size_t end = log.find('\n'); end != std::string_view::npos;
+       begin = end + 1, end = log.find('\n', begin)) {
+    const auto row = step_of(std::string(log.substr(begin, end - begin)));
+    if (row && row->iteration > step) {
+      sum += row->psnr;
+      ++count;
+    }
+  }
+  return count > 0 ? std::optional(sum / count) : std::nullopt;
 }
 
 }  // namespace atelier

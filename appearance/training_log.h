@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -22,5 +23,13 @@ std::string training_log_row(const TrainingStep& step);
 /// there. What a kill or a full disk has left of a row, whatever follows a row that is none, and
 /// rows of steps that are done again are cut off.
 std::string resumed_training_log(std::string_view log, std::int64_t iteration);
+
+/// The step after which a training is judged: its last twentieth, and no fewer steps than see all
+/// views once: a single one may be of a camera that is worse than the others.
+std::int64_t judged_after(int iterations, int views, int batch);
+
+/// Mean PSNR of a log's steps after `step`; nothing where it has none of them, as after a power
+/// loss that took rows that a checkpoint has.
+std::optional<double> mean_psnr_after(std::string_view log, std::int64_t step);
 
 }  // namespace atelier

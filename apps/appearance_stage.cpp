@@ -7,10 +7,14 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
+#include <sstream>
 #include <utility>
 
+#include "appearance/learnt.h"
 #include "appearance/static_fit.h"
+#include "appearance/training_log.h"
 #include "apps/child_program.h"
 #include "apps/not_converged.h"
 #include "apps/paint_scene.h"
@@ -82,35 +86,17 @@ std::vector<std::string> words_of(TrainOptions options) {
 }
 
 struct Trained {
-  double psnr = 0;     // dB, mean over the last steps (psnr_in)
-  double seconds = 0;  // of all steps
+  std::optional<double> psnr;  // dB, mean over the last steps; nothing: their rows are lost
+  double seconds = 0;          // of the steps of this run: a resumed one has fewer
+  double steps = 0;            // of this run
   bool done = false;
 };
 
-/// Mean PSNR over the last twentieth of a training's steps, and over no fewer than see all views
-/// once: a single one may be of a camera that is worse than the others. From its log, which has
-/// them all: what is resumed takes the last ones alone, or none.
-double psnr_in(const fs::path& log, int iterations, int steps_of_all_views) {
-  const int last = std::max(steps_of_all_views, iterations / 20);
-  std::ifstream file(log);
-  double sum = 0;
-  int count = 0;
-  for (std::string line; std::getline(file, line);) {
-    long long step = 0;
-    double psnr = 0;
-    if (std::sscanf(line.c_str(), "%lld,%*[^,],%lf", &step, &psnr) == 2 &&
-        step > iterations - last) {
-      sum += psnr;
-      ++count;
-    }
-  }
-  return sum / std::max(count, 1);
-}
-
 /// @param options  resolved
 /// @param views    in the data
-Trained train_network(StageRun& run, const TrainOptions& options, int views, const fs::path& data,
-                      const fs::path& model, const fs::path& log, const fs::path& checkpoint) {
+Trained train_network(StageRun& run, const std::string& name, const TrainOptions& options,
+                      int views, const fs::path& data, const fs::path& model, const fs::path& log,
+                      const fs::path& checkpoint) {
   std::vector<std::string> words = {"train",
                                     data.string(),
                                     model.string(),
@@ -123,26 +109,42 @@ Trained train_network(StageRun& run, const TrainOptions& options, int views, con
   const std::vector<std::string> more = words_of(options);
   words.insert(words.end(), more.begin(), more.end());
   Trained result;
-  const auto start = std::chrono::steady_clock::now();
-  result.done = run_child_program(
-      "atelier-appearance", words, "it is built where libtorch is (libtorch-dev)",
-      [&](const std::string& line) {
-        long long step = 0;
-        int of = 0;
-        double loss = 0;
-        double psnr = 0;
-        if (std::sscanf(line.c_str(), "begin %lld %d", &step, &of) == 2) {
-          run.progress(step, of, "steps");
-        } else if (std::sscanf(line.c_str(), "step %lld %d %lf %lf", &step, &of, &loss, &psnr) ==
-                   4) {
-          run.progress(step, of, "steps", {{"loss", loss}, {"psnr_db", psnr}});
-        }
-      },
-      [&] { return run.stop_requested(); });
-  if (result.done) {
-    result.psnr = psnr_in(log, options.iterations, 1 + (views - 1) / options.batch);
+  auto start = std::chrono::steady_clock::now();
+  long long first = 0;
+  const auto train = [&] {
+    return run_child_program(
+        "atelier-appearance", words, "it is built where libtorch is (libtorch-dev)",
+        [&](const std::string& line) {
+          long long step = 0;
+          int of = 0;
+          double loss = 0;
+          double psnr = 0;
+          if (std::sscanf(line.c_str(), "begin %lld %d", &step, &of) == 2) {
+            start = std::chrono::steady_clock::now();
+            first = step;
+            run.progress(step, of, "steps");
+          } else if (std::sscanf(line.c_str(), "step %lld %d %lf %lf", &step, &of, &loss, &psnr) ==
+                     4) {
+            result.steps = static_cast<double>(step - first);
+            result.seconds =
+                std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            run.progress(step, of, "steps", {{"loss", loss}, {"psnr_db", psnr}});
+          }
+        },
+        [&] { return run.stop_requested(); });
+  };
+  try {
+    result.done = train();
+  } catch (const NotConverged& error) {
+    throw NotConverged(name + ": " + error.what());
   }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (result.done) {
+    // From its log, which has all steps: what is resumed takes the last ones alone, or none.
+    std::ostringstream rows;
+    rows << std::ifstream(log).rdbuf();
+    result.psnr =
+        mean_psnr_after(rows.str(), judged_after(options.iterations, views, options.batch));
+  }
   return result;
 }
 
@@ -159,10 +161,6 @@ void tell_missing(StageRun& run, const Dataset& dataset, const Seen& seen) {
     }
   }
 }
-
-/// Texels a side at which pictures are compared with a texture that does not change: coarse, so
-/// that cloth which is registered a little off is not taken for other pictures.
-constexpr int kJudgedTexels = 128;
 
 /// Label images tell whether pictures and geometry belong together; this does where there are none.
 /// Throws DataError where most cameras contradict the geometry, warns of single ones.
@@ -187,20 +185,23 @@ StaticFit judged_pictures(StageRun& run, const AppearanceData& data, int resolut
   return fit;
 }
 
-/// A network starts as the texture that does not change. One that ends below it has diverged.
-void require_learnt(StageRun& run, const std::string& name, double psnr, double fixed) {
-  constexpr double kDoubtful = 0.5;  // dB below
-  constexpr double kRefused = 3;
-  char text[200];
-  std::snprintf(text, sizeof(text),
-                "%s: the training ends at %.1f dB, below the %.1f dB of the texture that does not "
-                "change; a smaller --learning-rate may help",
-                name.c_str(), psnr, fixed);
-  if (!(psnr > fixed - kRefused)) {
-    throw NotConverged(text);
+/// Warns of a network that has learnt little; one that diverged is no result, as
+/// `atelier-appearance` says, too.
+void require_learnt(StageRun& run, const std::string& name, std::optional<double> psnr,
+                    double fixed) {
+  if (!psnr) {
+    run.warn(name + ": rows of the training's log are lost: how it ended is unknown");
+    return;
   }
-  if (psnr < fixed - kDoubtful) {
-    run.warn(text);
+  const std::string text = name + ": " + little_learnt_text(*psnr, fixed);
+  switch (learnt(*psnr, fixed)) {
+    case Learnt::Diverged:
+      throw NotConverged(text);
+    case Learnt::Doubtful:
+      run.warn(text);
+      break;
+    case Learnt::Enough:
+      break;
   }
 }
 
@@ -297,7 +298,10 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
   };
   double views = 0;
   double pixels = 0;
-  Trained all;
+  double psnr = 0;
+  double known_ends = 0;
+  double seconds = 0;
+  double steps = 0;
   std::map<std::size_t, std::string> models;
   std::vector<std::size_t> drawn;
   for (std::size_t s = worn.first_garment; s < worn.templates.size(); ++s) {
@@ -330,9 +334,10 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     make_private_directory(scratch);
     const fs::path data_file = scratch / "data.h5";
     write_archive(data_file, archive_of(data));
-    const Trained trained = train_network(
-        run, known, static_cast<int>(data.views.size()), data_file, scratch / "model.safetensors",
-        scratch / "training.csv", scratch / "checkpoint.safetensors");
+    const Trained trained =
+        train_network(run, name, known, static_cast<int>(data.views.size()), data_file,
+                      scratch / "model.safetensors", scratch / "training.csv",
+                      scratch / "checkpoint.safetensors");
     if (!trained.done) {
       return;
     }
@@ -343,8 +348,10 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
         fs::copy_file(scratch / kept, file, fs::copy_options::overwrite_existing);
       });
     }
-    all.psnr += trained.psnr;
-    all.seconds += trained.seconds;
+    psnr += trained.psnr.value_or(0);
+    known_ends += trained.psnr ? 1 : 0;
+    seconds += trained.seconds;
+    steps += trained.steps;
   }
   if (!show(run, worn, seen, picture, models)) {
     return;
@@ -356,8 +363,12 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
   run.metric("views", views);
   run.metric("pixels", pixels);
   run.metric("iterations", iterations);
-  run.metric("training_psnr_db", surfaces > 0 ? all.psnr / surfaces : 0);
-  run.metric("seconds_a_step", surfaces > 0 ? all.seconds / (surfaces * iterations) : 0);
+  if (known_ends > 0) {
+    run.metric("training_psnr_db", psnr / known_ends);
+  }
+  if (steps > 0) {
+    run.metric("seconds_a_step", seconds / steps);
+  }
 }
 
 }  // namespace

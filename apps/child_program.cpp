@@ -71,8 +71,14 @@ std::filesystem::path program_beside(const std::string& name) {
                                      (text.empty() ? "" : ": " + text));
   }
   switch (WEXITSTATUS(status)) {
-    case kExitBadData:
-      throw DataError("", name, text, "data that it can use");
+    case kExitBadData: {
+      // It has said what it expected, if anything, as DataError does.
+      const std::string expected = "; expected ";
+      const std::size_t at = text.find(expected);
+      throw DataError(
+          "", name, text.substr(0, at),
+          at == std::string::npos ? "data that it can use" : text.substr(at + expected.size()));
+    }
     case kExitNotConverged:
       throw NotConverged(prefix + text);
     case kExitEnvironment:

@@ -24,6 +24,7 @@
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/io/lower_extension.h"
+#include "core/nearest_name.h"
 #include "core/new_folders.h"
 #include "core/render/framing.h"
 #include "core/render/video.h"
@@ -118,10 +119,12 @@ Cast cast_of(const DrawArguments& arguments) {
     }
     given[garment.substr(0, at)] = garment.substr(at + 1);
   }
+  // Of the manifest, not of the folder: a garment whose folder is gone would be left out unsaid.
   std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(networks)) {
-    if (entry.is_directory() && entry.path().filename() != "body") {
-      names.insert(entry.path().filename().string());
+  for (const ManifestOutput& output : read_manifest(networks, "appearance").outputs) {
+    const fs::path path = output.path;
+    if (path.filename() == "model.safetensors" && path.parent_path() != "body") {
+      names.insert(path.parent_path().string());
     }
   }
   for (const std::string& name : names) {
@@ -135,7 +138,9 @@ Cast cast_of(const DrawArguments& arguments) {
     }
   }
   if (!given.empty()) {
-    throw UsageError("the workspace has no network of a garment '" + given.begin()->first + "'");
+    const std::string name = given.begin()->first.substr(0, 80);
+    throw UsageError("the workspace has no network of a garment '" + name + "'" +
+                     did_you_mean(name, {names.begin(), names.end()}));
   }
   return cast;
 }
@@ -163,13 +168,16 @@ void fill_frames(Cast& cast) {
 
 void place_cameras(Cast& cast, const DrawArguments& arguments, const DrawOptions& options) {
   if (!arguments.capture.empty()) {
+    std::string ids;
     for (const Camera& camera : open_dataset(arguments.capture).cameras) {
       if (camera.id == arguments.camera) {
         cast.scene.cameras = {camera};
         return;
       }
+      ids += (ids.empty() ? "" : ", ") + camera.id;
     }
-    throw UsageError("the capture has no camera '" + arguments.camera.substr(0, 80) + "'");
+    throw UsageError("the capture has no camera '" + arguments.camera.substr(0, 80) + "'; it has " +
+                     ids);
   }
   require_picture_size(options.picture);
   Index count = 0;
@@ -197,13 +205,27 @@ void place_cameras(Cast& cast, const DrawArguments& arguments, const DrawOptions
                                               options.picture.height, options.picture.framing)};
 }
 
-int run(const DrawArguments& arguments, const DrawOptions& options) {
+/// What places the camera round the subject is refused beside a capture's: it would do nothing.
+void require_use(const DrawArguments& arguments, const OptionTable& table) {
+  static const std::set<std::string> placing = {"azimuth", "elevation", "turn", "width", "height"};
+  for (const OptionField& field : table.fields) {
+    if (!arguments.capture.empty() && field.source != "default" &&
+        (placing.contains(field.name) || field.name.starts_with("framing."))) {
+      throw UsageError(flag_of(field.name) +
+                       " does nothing: the camera of --capture looks; leave one of them out");
+    }
+  }
+}
+
+int run(const DrawArguments& arguments, const OptionSet& set) {
+  const auto& options = options_of<DrawOptions>(set);
   if (arguments.workspace.empty() || arguments.out.empty()) {
     throw UsageError("draw takes a WORKSPACE and --out: atelier draw WORKSPACE --out FOLDER");
   }
   if (arguments.camera.empty() != arguments.capture.empty()) {
     throw UsageError("--capture and --camera go together: the camera ID of the capture CAPTURE");
   }
+  require_use(arguments, set.table);
   if (options.paint.background.size() != 3) {
     throw UsageError("--background takes three numbers, as in [0.9, 0.9, 0.9]");
   }
@@ -279,7 +301,7 @@ Action add_draw(CLI::App& parser) {
       .type_name("CAPTURE");
   add_option(parser, "--camera", arguments->camera, "Which of its cameras").type_name("ID");
   const OptionReader options = add_option_flags(parser, draw_options());
-  return [arguments, options] { return run(*arguments, options_of<DrawOptions>(options())); };
+  return [arguments, options] { return run(*arguments, options()); };
 }
 
 }  // namespace atelier

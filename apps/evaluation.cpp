@@ -13,6 +13,7 @@
 #include "apps/register_measures.h"
 #include "apps/template_measures.h"
 #include "apps/usage_error.h"
+#include "core/nearest_name.h"
 
 namespace atelier {
 namespace {
@@ -93,9 +94,11 @@ std::vector<Measure> workspace_measures(const fs::path& workspace, const fs::pat
                                         const std::string& stage) {
   std::vector<Measure> all;
   std::string stages;
+  std::vector<std::string> names;
   bool known = stage.empty();
   for (const Evaluation& evaluation : kEvaluations) {
     stages += std::string(stages.empty() ? "" : ", ") + evaluation.stage;
+    names.emplace_back(evaluation.stage);
     if (stage.empty() || stage == evaluation.stage) {
       known = true;
       if (!problem_of(evaluation, workspace, truth).empty()) {
@@ -106,7 +109,10 @@ std::vector<Measure> workspace_measures(const fs::path& workspace, const fs::pat
     }
   }
   if (!known) {
-    throw UsageError("'" + stage.substr(0, 80) + "' has no figures; these have: " + stages);
+    const std::string name = stage.substr(0, 80);
+    const std::string meant = did_you_mean(name, names);
+    throw UsageError("'" + name + "' has no figures" +
+                     (meant.empty() ? "; these have: " + stages : meant));
   }
   return all;
 }

@@ -1,6 +1,7 @@
 // atelier-appearance: the only program that loads libtorch. It trains and asks networks, on files
 // that `atelier` has prepared, so that no other command waits for libtorch and a machine that
 // trains needs neither images nor the capture.
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -10,19 +11,27 @@
 #include <iostream>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "appearance/appearance_colors.h"
+#include "appearance/learnt.h"
 #include "appearance/network/painter.h"
 #include "appearance/network/train.h"
 #include "appearance/painted_picture.h"
+#include "appearance/static_fit.h"
 #include "appearance/training_log.h"
 #include "apps/device_advice.h"
 #include "apps/exit_code.h"
+#include "apps/not_converged.h"
+#include "apps/output_place.h"
+#include "apps/usage_error.h"
 #include "core/archive.h"
 #include "core/atomic_file.h"
+#include "core/device.h"
 #include "core/error.h"
 #include "core/io/safetensors.h"
+#include "core/store/file_kind.h"
 
 namespace {
 
@@ -42,10 +51,6 @@ constexpr const char* kHelp =
 
 volatile std::sig_atomic_t stopping = 0;
 
-struct Usage : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 /// What stands on the command line.
 struct Arguments {
   std::vector<std::string> places;
@@ -56,26 +61,39 @@ struct Arguments {
   PaintOptions paint;
 };
 
+/// What a command takes: an option of another one would do nothing.
+OptionTable options_of(const std::string& command, Arguments& arguments) {
+  OptionTable table;
+  if (command == "train") {
+    table.add("checkpoint", arguments.checkpoint, std::vector<std::string>{},
+              "Kept while training");
+    table.add("log", arguments.log, std::vector<std::string>{}, "CSV of every step");
+  }
+  table.add("device", arguments.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}}, "Where");
+  if (command == "train") {
+    table.add(describe(arguments.options));
+  } else if (command == "paint") {
+    table.add(describe(arguments.paint));
+  }
+  return table;
+}
+
 Arguments parsed(const std::vector<std::string>& words) {
   Arguments arguments;
-  OptionTable table = words[0] == "paint" ? describe(arguments.paint) : describe(arguments.options);
-  OptionTable own;
-  own.add("checkpoint", arguments.checkpoint, std::vector<std::string>{}, "Kept while training");
-  own.add("log", arguments.log, std::vector<std::string>{}, "CSV of every step");
-  own.add("device", arguments.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}}, "Where");
+  OptionTable table = options_of(words[0], arguments);
   for (std::size_t i = 1; i < words.size(); ++i) {
     if (!words[i].starts_with("--")) {
       arguments.places.push_back(words[i]);
       continue;
     }
-    const std::string name = words[i].substr(2);
+    std::string name = words[i].substr(2);
+    std::replace(name.begin(), name.end(), '-', '_');  // as flags of `atelier` are written
     if (++i == words.size()) {
-      throw Usage("--" + name + " needs a value");
+      throw UsageError("--" + name + " needs a value");
     }
-    const bool is_own = name == "checkpoint" || name == "log" || name == "device";
-    const std::string wrong = set_option(is_own ? own : table, name, words[i]);
+    const std::string wrong = set_option(table, name, words[i]);
     if (!wrong.empty()) {
-      throw Usage(wrong);
+      throw UsageError(wrong);
     }
   }
   return arguments;
@@ -110,41 +128,113 @@ Training checkpoint_of(const fs::path& path, const AppearanceData& data,
   }
 }
 
+/// A file on the command line.
+struct Place {
+  std::string name;  // "MODEL"
+  fs::path path;     // "": it was left out
+};
+
+bool is_same_file(const fs::path& a, const fs::path& b) {
+  std::error_code unknown;  // of what is not there, or may not be looked at
+  const fs::path real = fs::weakly_canonical(a, unknown);
+  return fs::equivalent(a, b, unknown) ||
+         (!real.empty() && real == fs::weakly_canonical(b, unknown));
+}
+
+/// Refuses one file in two places: what is written would replace what is read, or the other.
+void require_different(const std::vector<Place>& places) {
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!places[i].path.empty() && !places[j].path.empty() &&
+          is_same_file(places[i].path, places[j].path)) {
+        throw UsageError(places[j].name + " and " + places[i].name +
+                         " are one file: " + places[i].path.string());
+      }
+    }
+  }
+}
+
+/// Refuses a file that could not be written in the end, and to put one in the place of a device, a
+/// link or a folder.
+void require_result_place(const fs::path& path) {
+  if (path.empty()) {
+    return;
+  }
+  const fs::file_type kind = link_kind(path);
+  if (kind != fs::file_type::not_found && kind != fs::file_type::regular) {
+    throw DataError(path.string(), "", "a link, device or folder",
+                    "a regular file, or none yet, to write to");
+  }
+  require_file_place(path);
+}
+
+/// The log that is there; "" where there is none. Throws DataError for a text that is no log, which
+/// a log would replace.
+std::string log_at(const fs::path& path) {
+  std::string text = path.empty() ? "" : text_of(path);
+  if (!text.empty() && !text.starts_with(training_log_header())) {
+    throw DataError(path.string(), "first line", "no log of a training, and it would be replaced",
+                    "such a log, or no file");
+  }
+  return text;
+}
+
+/// Rows of a log may not be lost unsaid: what they say decides whether the network is a result.
+void write_rows(std::ofstream& log, const std::string& path) {
+  if (log.is_open() && !log.flush()) {
+    throw EnvironmentError(path, "cannot be written any more; is the disk full?");
+  }
+}
+
 int run_training(const Arguments& arguments) {
   if (arguments.places.size() != 2) {
-    throw Usage("train takes DATA and MODEL");
+    throw UsageError("train takes DATA and MODEL");
   }
-  const AppearanceData data = read_appearance_data(arguments.places[0]);
+  // All that can be refused at once is, not after hours.
+  require_different({{"DATA", arguments.places[0]},
+                     {"MODEL", arguments.places[1]},
+                     {"--checkpoint", arguments.checkpoint},
+                     {"--log", arguments.log}});
+  require_result_place(arguments.places[1]);
+  require_result_place(arguments.checkpoint);
+  require_result_place(arguments.log);
+  const std::string logged = log_at(arguments.log);
   const TrainOptions options = resolved(arguments.options, arguments.device);
   if (const std::string problem = training_problem(options); !problem.empty()) {
-    throw Usage(problem);
+    throw UsageError(problem);
   }
+  check_device(arguments.device);
+  const AppearanceData data = read_appearance_data(arguments.places[0]);
   Training training;
   if (!arguments.checkpoint.empty() && fs::exists(arguments.checkpoint)) {
     training = checkpoint_of(arguments.checkpoint, data, options);
   } else {
     training = start_training(data, options);
   }
+  const std::int64_t judged_from =
+      judged_after(options.iterations, static_cast<int>(data.views.size()), options.batch);
+  std::string rows = resumed_training_log(logged, training.iteration);  // with all that are judged
   std::ofstream log;
   if (!arguments.log.empty()) {
-    write_file_atomically(arguments.log,
-                          resumed_training_log(text_of(arguments.log), training.iteration));
+    write_file_atomically(arguments.log, rows);
     log.open(arguments.log, std::ios::app);
   }
   std::cout << "begin " << training.iteration << " " << options.iterations << "\n" << std::flush;
   TrainHooks hooks;
   hooks.step = [&](std::int64_t iteration, const NetworkLoss& loss, double learning_rate) {
     char text[160];
+    const std::string row = training_log_row({iteration, loss.value, loss.psnr, learning_rate});
     if (log.is_open()) {
-      log << training_log_row({iteration, loss.value, loss.psnr, learning_rate});
+      log << row;
     }
+    rows += iteration > judged_from ? row : "";
     std::snprintf(text, sizeof(text), "step %lld %d %.6g %.3f\n", static_cast<long long>(iteration),
                   options.iterations, loss.value, loss.psnr);
     std::cout << text << std::flush;
   };
   hooks.stop = [] { return stopping != 0; };
   hooks.checkpoint = [&](const Training& state) {
-    log.flush();
+    write_rows(log, arguments.log);
     if (!arguments.checkpoint.empty()) {
       write_tensors(arguments.checkpoint, tensors_of(state), texts_of(state));
     }
@@ -157,8 +247,15 @@ int run_training(const Arguments& arguments) {
     std::cerr << "atelier-appearance: the loss is no number any more after iteration "
               << result.training.iteration
               << (arguments.checkpoint.empty() ? "" : ", where the checkpoint stands")
-              << "; a smaller --learning_rate may help\n";
+              << "; a smaller --learning-rate may help\n";
     return kExitNotConverged;
+  }
+  write_rows(log, arguments.log);
+  if (const auto psnr = mean_psnr_after(rows, judged_from)) {
+    const double fixed = static_fit(data, std::min(options.resolution, kJudgedTexels)).psnr;
+    if (learnt(*psnr, fixed) == Learnt::Diverged) {
+      throw NotConverged(little_learnt_text(*psnr, fixed));
+    }
   }
   write_tensors(arguments.places[1], tensors_of(result.training.model),
                 texts_of(result.training.model));
@@ -167,8 +264,12 @@ int run_training(const Arguments& arguments) {
 
 int run_prediction(const Arguments& arguments) {
   if (arguments.places.size() != 3) {
-    throw Usage("predict takes MODEL, DATA and COLORS");
+    throw UsageError("predict takes MODEL, DATA and COLORS");
   }
+  require_different({{"MODEL", arguments.places[0]},
+                     {"DATA", arguments.places[1]},
+                     {"COLORS", arguments.places[2]}});
+  require_result_place(arguments.places[2]);
   const Safetensors found = read_safetensors(arguments.places[0]);
   const AppearanceModel model =
       appearance_model_of(found.tensors, found.metadata, arguments.places[0]);
@@ -196,10 +297,10 @@ int run_prediction(const Arguments& arguments) {
 
 int run_painting(const Arguments& arguments) {
   if (arguments.places.size() != 2) {
-    throw Usage("paint takes SCENE and FOLDER");
+    throw UsageError("paint takes SCENE and FOLDER");
   }
   if (arguments.paint.background.size() != 3) {
-    throw Usage("--background takes three numbers: [0.9, 0.9, 0.9]");
+    throw UsageError("--background takes three numbers: [0.9, 0.9, 0.9]");
   }
   const PaintedScene scene = painted_scene_of(
       read_archive(arguments.places[0], "atelier.painted_scene", 1), arguments.places[0]);
@@ -230,16 +331,19 @@ int run(const std::vector<std::string>& words) {
     std::cout << kHelp;
     return words.empty() ? kExitUsage : kExitDone;
   }
+  if (words[0] != "train" && words[0] != "predict" && words[0] != "paint") {
+    throw UsageError("there are train, predict and paint, not " + words[0]);
+  }
+  if (std::find(words.begin(), words.end(), "--help") != words.end()) {
+    Arguments defaults;
+    std::cout << kHelp << "Options of " << words[0] << ":\n"
+              << options_help(options_of(words[0], defaults));
+    return kExitDone;
+  }
   if (words[0] == "train") {
     return run_training(parsed(words));
   }
-  if (words[0] == "predict") {
-    return run_prediction(parsed(words));
-  }
-  if (words[0] == "paint") {
-    return run_painting(parsed(words));
-  }
-  throw Usage("there are train, predict and paint, not " + words[0]);
+  return words[0] == "predict" ? run_prediction(parsed(words)) : run_painting(parsed(words));
 }
 
 int fail(int code, const char* what) {
@@ -254,10 +358,12 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, [](int) { stopping = 1; });
   try {
     return run(std::vector<std::string>(argv + 1, argv + argc));
-  } catch (const Usage& error) {
+  } catch (const UsageError& error) {
     return fail(kExitUsage, error.what());
   } catch (const DataError& error) {
     return fail(kExitBadData, error.what());
+  } catch (const NotConverged& error) {
+    return fail(kExitNotConverged, error.what());
   } catch (const EnvironmentError& error) {
     return fail(kExitEnvironment, (error.place + ": " + with_device_advice(error)).c_str());
   } catch (const std::bad_alloc&) {

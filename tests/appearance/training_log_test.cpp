@@ -42,5 +42,14 @@ TEST(TrainingLog, HasNothingBehindWhatIsNoRow) {
   }
 }
 
+TEST(TrainingLog, SaysHowATrainingEnded) {
+  EXPECT_EQ(judged_after(300, 18, 2), 285);
+  EXPECT_EQ(judged_after(20, 19, 2), 10) << "all views, once";
+  EXPECT_DOUBLE_EQ(mean_psnr_after(log_of(1, 12), 9).value(), 31);
+  EXPECT_DOUBLE_EQ(mean_psnr_after(log_of(1, 12), -3).value(), 26.5);
+  EXPECT_FALSE(mean_psnr_after(log_of(1, 9), 9)) << "rows are lost that a checkpoint has";
+  EXPECT_FALSE(mean_psnr_after("", 9));
+}
+
 }  // namespace
 }  // namespace atelier

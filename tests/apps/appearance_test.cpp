@@ -15,6 +15,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "capture/cameras_file.h"
 #include "capture/capture_info.h"
@@ -383,6 +384,12 @@ TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
   EXPECT_EQ(bytes_of(folder_ / "half.safetensors"), bytes_of(folder_ / "whole.safetensors"));
   EXPECT_EQ(bytes_of(folder_ / "half.safetensors.csv"),
             bytes_of(folder_ / "whole.safetensors.csv"));
+  std::vector<std::string> diverging = train("diverged.safetensors", "diverged.checkpoint");
+  diverging.insert(diverging.end(), {"--learning-rate", "1", "--iterations", "24"});
+  const ChildResult diverged = run_child(diverging);
+  EXPECT_EQ(diverged.exit_code, 4) << diverged.err;
+  EXPECT_THAT(diverged.err, HasSubstr("below the"));
+  EXPECT_FALSE(fs::exists(folder_ / "diverged.safetensors"));
   // Of another architecture, with a flipped bit, and cut off.
   ChildResult refused = run_child(train("x.safetensors", "whole.checkpoint", "3"));
   EXPECT_EQ(refused.exit_code, 3);
@@ -551,6 +558,21 @@ TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
   const auto dress = [&](const char* folder) {
     return std::string("dress=") + (folder_ / folder).string();
   };
+  // What is misspelt, and what does nothing beside a camera of a capture.
+  pictures = drawn("none", {"--garment", "dres=x"});
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_THAT(pictures.err, HasSubstr("did you mean 'dress'?"));
+  pictures = drawn("none", {"--width", "64"});
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_THAT(pictures.err, HasSubstr("--width does nothing"));
+  pictures = run_child({program_path(), "draw", workspace.string(), "--capture", capture_.string(),
+                        "--camera", "99", "--out", (folder_ / "none").string()});
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_THAT(pictures.err, HasSubstr("no camera '99'; it has 00, 01, 02"));
+  pictures = run_child({program_path(), "evaluate", workspace.string(), "--truth",
+                        capture_.string(), "--stage", "apearance"});
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_THAT(pictures.err, HasSubstr("did you mean 'appearance'?"));
   // Meshes of another topology are refused, and leave nothing in the way of the right ones.
   pictures = drawn("plain", {"--body", balls, "--garment", dress("other")});
   EXPECT_EQ(pictures.exit_code, 3) << pictures.err;
@@ -572,6 +594,7 @@ TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
     EXPECT_EQ(refused.exit_code, 3);
     EXPECT_THAT(refused.err, HasSubstr("dress/model.safetensors"));
     EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' again"));
+    EXPECT_EQ(refused.err.find("expected"), refused.err.rfind("expected")) << refused.err;
   }
   EXPECT_FALSE(fs::exists(folder_ / "damaged"));
   // Without its network a garment is not drawn grey, as a body is.
@@ -580,6 +603,11 @@ TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
   EXPECT_EQ(pictures.exit_code, 3);
   EXPECT_THAT(pictures.err, HasSubstr("no network"));
   EXPECT_FALSE(fs::exists(folder_ / "bare"));
+  // Nor is one left out whose folder is gone.
+  fs::remove_all(network.parent_path());
+  pictures = drawn("bare", {});
+  EXPECT_EQ(pictures.exit_code, 3);
+  EXPECT_THAT(pictures.err, HasSubstr("no network"));
 }
 
 TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
@@ -590,6 +618,55 @@ TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
     EXPECT_THAT(refused.err, HasSubstr("a folder or a video .mp4"));
     EXPECT_FALSE(fs::exists(folder_ / name));
   }
+}
+
+TEST_F(Appearance, ATrainingReplacesNothingButItsOwnFiles) {
+  const std::string data = (folder_ / "data.h5").string();
+  const std::string model = (folder_ / "m.safetensors").string();
+  const std::string notes = (folder_ / "notes.txt").string();
+  const std::string link = (folder_ / "link.csv").string();
+  const std::string pipe = (folder_ / "pipe").string();
+  write_file_atomically(data, "not read yet");
+  write_file_atomically(notes, "kept\n");
+  fs::create_symlink("notes.txt", link);
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const auto train = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {network_program().string(), "train"});
+    return run_child(words);
+  };
+  const std::string same = (folder_ / "." / "data.h5").string();
+  for (const ChildResult& refused : {train({data, same}), train({data, model, "--log", same})}) {
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr("DATA and"));
+    EXPECT_THAT(refused.err, HasSubstr("are one file"));
+  }
+  EXPECT_EQ(train({data, model, "--log", notes, "--checkpoint", notes}).exit_code, 2);
+  for (const std::string& place : {link, pipe, std::string("/dev/null")}) {
+    const ChildResult refused = train({data, model, "--log", place});
+    EXPECT_EQ(refused.exit_code, 3) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr("expected a regular file"));
+  }
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  EXPECT_TRUE(fs::is_symlink(link));
+  ChildResult refused = train({data, model, "--log", notes});
+  EXPECT_EQ(refused.exit_code, 3) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("no log of a training"));
+  EXPECT_EQ(bytes_of(notes), "kept\n");
+  // Before the data are read, which are none here.
+  refused = train({data, (folder_ / "missing" / "m.safetensors").string()});
+  EXPECT_EQ(refused.exit_code, 5) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("make the folder first"));
+  EXPECT_EQ(bytes_of(data), "not read yet");
+}
+
+TEST_F(Appearance, CommandsOnFilesTakeTheirOwnOptionsAlone) {
+  const std::string program = network_program().string();
+  const ChildResult refused = run_child({program, "predict", "m", "d", "c", "--iterations", "3"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("iterations"));
+  const ChildResult help = run_child({program, "train", "--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_THAT(help.out, HasSubstr("--weight_decay <"));
 }
 
 TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {
