@@ -126,7 +126,7 @@ PaintedScene small_scene() {
   const Studio studio;
   PaintedScene scene;
   scene.layers = {{"lid", "", {0.1F, 0.2F, 0.3F}, studio.lid.faces},
-                  {"cloth", "x/model.safetensors", {}, studio.cloth.faces}};
+                  {"cloth", "x/model.safetensors", {0.4F, 0.5F, 0.6F}, studio.cloth.faces}};
   scene.cameras = {studio.cameras[0]};
   scene.cameras[0].distortion_model = Distortion::Brown;
   scene.cameras[0].distortion[1] = 0.01;
