@@ -103,6 +103,13 @@ const ArchiveSchema kArchiveSchemas[] = {
 #endif
 };
 
+/// Null where this program has no reader of it by itself.
+const ArchiveSchema* schema_named(const std::string& name) {
+  const auto found = std::find_if(std::begin(kArchiveSchemas), std::end(kArchiveSchemas),
+                                  [&](const ArchiveSchema& one) { return name == one.name; });
+  return found == std::end(kArchiveSchemas) ? nullptr : found;
+}
+
 /// @return  false where it cannot be judged
 bool judge(const Archive& archive, const std::filesystem::path& path) {
 #ifdef ATELIER_HAS_CAPTURE
@@ -116,25 +123,19 @@ bool judge(const Archive& archive, const std::filesystem::path& path) {
     return true;
   }
 #endif
-  const auto schema =
-      std::find_if(std::begin(kArchiveSchemas), std::end(kArchiveSchemas),
-                   [&](const ArchiveSchema& one) { return archive.schema == one.name; });
-  if (schema == std::end(kArchiveSchemas)) {
-    return false;
+  const ArchiveSchema* schema = schema_named(archive.schema);
+  if (schema != nullptr) {
+    schema->read(archive, path.string());
   }
-  schema->read(archive, path.string());
-  return true;
+  return schema != nullptr;
 }
 
 }  // namespace
 
 Archive read_any_archive(const std::filesystem::path& path) {
   const Archive head = archive_contents(path);
-  const auto schema =
-      std::find_if(std::begin(kArchiveSchemas), std::end(kArchiveSchemas),
-                   [&](const ArchiveSchema& one) { return head.schema == one.name; });
-  return read_archive(path, head.schema,
-                      schema == std::end(kArchiveSchemas) ? head.version : schema->newest_version);
+  const ArchiveSchema* schema = schema_named(head.schema);
+  return read_archive(path, head.schema, schema == nullptr ? head.version : schema->newest_version);
 }
 
 void judge_archive(const Archive& archive, const std::filesystem::path& path,
