@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <string_view>
 
 #include "apps/inspection.h"
 #include "capture/layouts/colmap.h"
@@ -119,9 +120,12 @@ void inspect_colmap_binary(const std::filesystem::path& path, Inspection& inspec
   }
 }
 
-bool inspect_capture_folder(const std::filesystem::path& path, Inspection& inspection) {
+bool inspect_capture_folder(const std::filesystem::path& path, Inspection& inspection,
+                            Evidence evidence) {
   for (const Layout& layout : all_layouts()) {
-    if (layout.recognize(path).empty()) {
+    const bool pictures_alone = std::string_view(layout.name) == "images";
+    if ((pictures_alone && evidence == Evidence::MoreThanPictures) ||
+        layout.recognize(path).empty()) {
       continue;
     }
     const Dataset dataset = open_dataset(path);

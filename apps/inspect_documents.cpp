@@ -1,5 +1,10 @@
 #include <algorithm>
+#include <array>
+#include <exception>
 #include <iterator>
+#include <optional>
+#include <set>
+#include <string_view>
 
 #include "apps/inspection.h"
 #include "apps/run_account.h"
@@ -287,6 +292,53 @@ void compare_files(const std::filesystem::path& folder, const std::vector<int>& 
   }
 }
 
+bool holds_meshes(const std::filesystem::path& folder) {
+  constexpr std::array<std::string_view, 4> kExtensions = {".obj", ".ply", ".glb", ".gltf"};
+  std::error_code error;
+  auto walk = std::filesystem::directory_iterator(folder, error);
+  for (; !error && walk != std::filesystem::directory_iterator(); walk.increment(error)) {
+    if (std::ranges::find(kExtensions, lower_extension(walk->path())) != kExtensions.end()) {
+      return true;
+    }
+  }
+  if (error) {
+    throw EnvironmentError(folder.string(), system_reason(error.value()));
+  }
+  return false;
+}
+
+/// Numbered meshes. Of many the first, a middle and the last are read: a scan takes a second.
+void inspect_frames(const std::filesystem::path& folder, const Sequence& sequence,
+                    Inspection& inspection) {
+  constexpr Index kMostRead = 16;
+  const Index frames = frame_count(sequence);
+  inspection.add("kind", "meshes, one a frame");
+  inspection.add("frames", frames);
+  inspection.add("first frame", sequence.frame_ids.front());
+  inspection.add("last frame", sequence.frame_ids.back());
+  std::set<Index> read = {0, frames / 2, frames - 1};
+  for (Index i = 0; i < frames && frames <= kMostRead; ++i) {
+    read.insert(i);
+  }
+  for (const Index i : read) {
+    frame(sequence, i);
+  }
+  if (std::ssize(read) < frames) {
+    inspection.findings.push_back(
+        {Severity::Note, "frames-not-read", folder.string(),
+         "of " + std::to_string(frames) + " frames the first, a middle and the last are read",
+         "atelier statistics reads them all"});
+  }
+  if (auto finding = unit_finding(read_first_mesh(folder), folder.string())) {
+    finding->advice = "the stage's " + finding->advice;
+    inspection.findings.push_back(std::move(*finding));
+  }
+  if (auto finding = gap_finding(sequence.frame_ids, folder.string())) {
+    inspection.findings.push_back(std::move(*finding));
+  }
+  add_stated_consent(read_consent(folder), folder, inspection);
+}
+
 /// A folder with a capture.toml: a capture in whatever layout, whose files are held against it, or
 /// the description of one that is not there.
 void inspect_described_folder(const std::filesystem::path& path, Inspection& inspection) {
@@ -328,32 +380,39 @@ void inspect_folder(const std::filesystem::path& path, Inspection& inspection) {
     inspection.add("fps", header.fps, "1/s");
     inspection.add("triangles", header.shared.faces.rows());
     compare_files(path, header.frame_ids, inspection);
+    add_stated_consent(read_consent(path), path, inspection);
     return;
   }
   if (is_there(path / "capture.toml")) {
     inspect_described_folder(path, inspection);
     return;
   }
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(path, error)) {
-    const std::string extension = lower_extension(entry.path());
-    if (extension == ".obj" || extension == ".ply" || extension == ".glb" || extension == ".gltf") {
-      const Sequence sequence = read_sequence_folder(path);
-      inspection.add("kind", "meshes, one a frame");
-      inspection.add("frames", frame_count(sequence));
-      inspection.add("first frame", sequence.frame_ids.front());
-      inspection.add("last frame", sequence.frame_ids.back());
-      return;
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  if (inspect_capture_folder(path, inspection, Evidence::MoreThanPictures)) {
+    return;  // one mesh beside a capture's files is no sequence
+  }
+#endif
+  std::optional<Sequence> sequence;
+  std::exception_ptr refusal;  // why its meshes are no frames
+  if (holds_meshes(path)) {
+    try {
+      sequence = read_sequence_folder(path);
+    } catch (const DataError&) {
+      refusal = std::current_exception();
     }
   }
-  if (error) {
-    throw EnvironmentError(path.string(), system_reason(error.value()));
+  if (sequence) {
+    inspect_frames(path, *sequence, inspection);
+    return;
   }
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
   if (inspect_capture_folder(path, inspection)) {
     return;
   }
 #endif
+  if (refusal) {
+    std::rethrow_exception(refusal);
+  }
   throw DataError(path.string(), "", "a folder of none of these",
                   "a result, a sequence, a capture or meshes that are numbered; atelier status "
                   "shows what a workspace holds");

@@ -27,9 +27,6 @@ Sequence read_meshes(const std::filesystem::path& path, const MeshConvention& ot
 /// The warning where files do not say their unit and what is taken for it is no person's size.
 void say_unit(StageRun& run, const MeshConvention& otherwise) {
   const std::filesystem::path& path = run.input("meshes");
-  if (is_own_sequence(path)) {
-    return;  // in metres always
-  }
   try {
     const MeshFile first = read_first_mesh(path, otherwise);
     const auto finding = unit_finding(first, path.string());
@@ -38,6 +35,12 @@ void say_unit(StageRun& run, const MeshConvention& otherwise) {
     }
   } catch (const DataError&) {
     return;  // told of when its frame's turn comes, if it does
+  }
+}
+
+void say_gaps(StageRun& run, const Sequence& sequence) {
+  if (const auto finding = gap_finding(sequence.frame_ids, run.input("meshes").string())) {
+    tell(run, {*finding});
   }
 }
 
@@ -114,7 +117,10 @@ void check_statistics_input(const std::filesystem::path& input) {
 void run_statistics(StageRun& run) {
   const auto& options = run.options<StatisticsStageOptions>();
   const Sequence sequence = read_meshes(run.input("meshes"), options.input);
-  say_unit(run, options.input);
+  if (!is_own_sequence(run.input("meshes"))) {  // which is in metres, and says which frames it has
+    say_unit(run, options.input);
+    say_gaps(run, sequence);
+  }
   const bool complete = run.each_frame(
       "frames", ".json", sequence.frame_ids, [&](int frame_id, const std::filesystem::path& file) {
         const auto at =

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -110,6 +111,31 @@ Sequence read_sequence_folder(const std::filesystem::path& path, const MeshConve
     return read_mesh(paths[static_cast<std::size_t>(frame_idx)], otherwise, limits);
   };
   return sequence;
+}
+
+std::optional<Finding> gap_finding(const std::vector<int>& frame_ids, const std::string& place) {
+  constexpr std::size_t kNamed = 3;
+  const std::int64_t span = std::int64_t{frame_ids.back()} - frame_ids.front() + 1;
+  const std::int64_t missing = span - std::ssize(frame_ids);
+  if (missing == 0) {
+    return std::nullopt;
+  }
+  std::string named;
+  std::size_t count = 0;
+  std::size_t next = 0;  // in `frame_ids`
+  for (int id = frame_ids.front(); std::cmp_less(count, missing) && count < kNamed; ++id) {
+    if (frame_ids[next] == id) {
+      ++next;
+    } else {
+      named += (count == 0 ? "" : ", ") + std::to_string(id);
+      ++count;
+    }
+  }
+  const std::int64_t more = missing - static_cast<std::int64_t>(count);
+  return Finding{Severity::Note, "frame-numbers-missing", place,
+                 "numbers without a mesh: " + named +
+                     (more > 0 ? " and " + std::to_string(more) + " more" : ""),
+                 "copy what is missing, unless it was left out on purpose"};
 }
 
 MeshFile read_first_mesh(const std::filesystem::path& path, const MeshConvention& otherwise,

@@ -1,7 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "core/finding.h"
 #include "core/io/mesh_file.h"
 #include "core/limits.h"
 #include "core/sequence.h"
@@ -19,6 +23,10 @@ namespace atelier {
 Sequence read_sequence_folder(const std::filesystem::path& path,
                               const MeshConvention& otherwise = {.metres_per_unit = 1, .up = 'y'},
                               const Limits& limits = {});
+
+/// A note of the numbers between the first and the last that no frame has, a few of them named.
+/// @param frame_ids  increasing, at least one
+std::optional<Finding> gap_finding(const std::vector<int>& frame_ids, const std::string& place);
 
 /// Its first frame, with what that file says of its unit and axis. Throws as both do.
 MeshFile read_first_mesh(const std::filesystem::path& path,

@@ -20,9 +20,11 @@
 #include "core/archive_arrays.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/io/mesh_file.h"
 #include "core/io/npz.h"
 #include "core/io/safetensors.h"
 #include "core/io/zip_archive.h"
+#include "core/sequence_archive.h"
 #include "fuzz/body_arrays.h"
 #include "fuzz/forged_archive.h"
 #include "tests/support/places.h"
@@ -310,6 +312,8 @@ TEST(InspectZip, FilesThatAreTooManyTimesTheZipAreRefused) {
       << "each is small enough, not both";
 }
 
+constexpr const char* kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
 TEST(InspectConsent, ThatEndedIsAWarningWhereverItIsStated) {
   const TemporaryDirectory folder;
   constexpr const char* kEnded =
@@ -338,11 +342,75 @@ TEST(InspectConsent, ThatEndedIsAWarningWhereverItIsStated) {
   EXPECT_THAT(codes(folder.path()), ::testing::Contains("consent-ended"));
   EXPECT_THAT(text_of(inspect_path(folder.path())), HasSubstr("P. Doe, research"));
 #endif
-  std::ofstream(folder / "consent.toml") << "[[consents]]\nwho = 'a'\nscope = 'b'\n";
-  EXPECT_THROW(inspect_path(folder / "consent.toml"), DataError) << "a table misspelt";
+  const TemporaryDirectory meshes;
+  std::ofstream(meshes / "m_0.obj") << kTriangle;
+  std::ofstream(meshes / "consent.toml") << kEnded;
+  EXPECT_THAT(codes(meshes.path()), ::testing::ElementsAre("consent-ended"));
+  const TemporaryDirectory sequence;
+  write_sequence(sequence.path(), sequence_of({read_mesh(meshes / "m_0.obj")}, 25));
+  std::ofstream(sequence / "consent.toml") << kEnded;
+  EXPECT_THAT(codes(sequence.path()), ::testing::ElementsAre("consent-ended"));
+  for (const fs::path& place : {folder.path(), meshes.path(), sequence.path()}) {
+    std::ofstream(place / "consent.toml") << "[[consents]]\nwho = 'a'\nscope = 'b'\n";
+    EXPECT_THROW(inspect_path(place), DataError) << "a table misspelt";
+  }
+  EXPECT_THROW(inspect_path(folder / "consent.toml"), DataError);
+}
+
+TEST(InspectMeshes, FramesAreRead) {
+  const TemporaryDirectory folder;
+  const auto codes = [&] {
+    std::vector<std::string> found;
+    for (const Finding& finding : inspect_path(folder.path()).findings) {
+      found.push_back(finding.code);
+    }
+    return found;
+  };
+  for (int i = 0; i < 16; ++i) {
+    std::ofstream(folder / ("m_" + std::to_string(i) + ".obj")) << kTriangle;
+  }
+  EXPECT_THAT(codes(), IsEmpty());
+  fs::remove(folder / "m_5.obj");
+  EXPECT_THAT(codes(), ::testing::ElementsAre("frame-numbers-missing"));
+  std::ofstream(folder / "m_5.obj") << "garbage\n";
+  EXPECT_THROW(codes(), DataError);
+  // Of many a few are read, and it says so.
+  std::ofstream(folder / "m_16.obj") << kTriangle;
+  EXPECT_THAT(codes(), ::testing::ElementsAre("frames-not-read"));
+  std::ofstream(folder / "m_16.obj") << "garbage\n";
+  EXPECT_THROW(codes(), DataError);
+  std::ofstream(folder / "m_16.obj") << kTriangle;
+  std::ofstream(folder / "m_0.obj") << "v 0 0 0\nv 0 1800 0\nv 500 0 0\nf 1 2 3\n";
+  EXPECT_THAT(codes(), ::testing::ElementsAre("frames-not-read", "unit-unknown"));
 }
 
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+TEST(InspectCapture, AMeshBesideItsFilesIsNoSequence) {
+  const TemporaryDirectory folder;
+  fs::create_directories(folder / "calibration");
+  write_bytes(folder / "calibration/Calib.toml",
+              bytes_in(source_directory() / "fuzz/corpus/camera_toml/small.toml"));
+  const auto kind = [&] {
+    return inspect_path(folder.path()).facts.at(1).value.get<std::string>();  // after the folder
+  };
+  ASSERT_THAT(kind(), HasSubstr("capture"));
+  std::ofstream(folder / "scan.obj") << kTriangle;
+  EXPECT_THAT(kind(), HasSubstr("capture"));
+  std::ofstream(folder / "scan_1.obj") << kTriangle;
+  EXPECT_THAT(kind(), HasSubstr("capture"));
+  // Beside pictures alone, which may be textures, meshes with numbers are frames.
+  fs::remove_all(folder / "calibration");
+  fs::create_directories(folder / "images/a");
+  write_bytes(folder / "images/a/000000.png",
+              bytes_in(source_directory() / "fuzz/corpus/png/grey1.png"));
+  EXPECT_THAT(kind(), HasSubstr("capture"));
+  fs::remove(folder / "scan.obj");
+  EXPECT_THAT(kind(), HasSubstr("meshes"));
+  fs::remove_all(folder / "images");
+  std::ofstream(folder / "scan.obj") << kTriangle;
+  EXPECT_THROW(kind(), DataError) << "a mesh without a number";
+}
+
 TEST(InspectCapture, ItsFilesAreHeldAgainstItsDescription) {
   const fs::path corpus = source_directory() / "fuzz/corpus";
   const TemporaryDirectory folder;

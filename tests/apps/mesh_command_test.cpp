@@ -132,6 +132,14 @@ TEST_F(MeshCommand, WhatAFileDoesNotSayOfItsUnitIsSaid) {
               ::testing::Not(HasSubstr("warning")));
 }
 
+TEST_F(MeshCommand, StatisticsNotesNumbersWithoutAMesh) {
+  write_boxes(input(), 3);
+  std::filesystem::remove(input() / "box_001.obj");
+  EXPECT_THAT(run_statistics({}).err,
+              HasSubstr("note frame-numbers-missing [" + input().string() +
+                        "]: numbers without a mesh: 1; copy what is missing"));
+}
+
 TEST_F(MeshCommand, ConvertTakesItsOptionsFromFilesAndFlagsAsStagesDo) {
   write_boxes(input(), 1);
   const std::string box = (input() / "box_000.obj").string();

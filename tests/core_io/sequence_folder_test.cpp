@@ -55,6 +55,19 @@ TEST_F(SequenceFolder, FramesAreInOrderOfTheirNumbers) {
   EXPECT_EQ(sequence.fps, 0);
 }
 
+TEST(GapFinding, NamesAFewOfTheNumbersThatAreMissing) {
+  EXPECT_FALSE(gap_finding({7}, "f"));
+  EXPECT_FALSE(gap_finding({7, 8, 9}, "f"));
+  const auto one = gap_finding({0, 2}, "f");
+  ASSERT_TRUE(one);
+  EXPECT_EQ(one->severity, Severity::Note);
+  EXPECT_EQ(one->place, "f");
+  EXPECT_EQ(one->what, "numbers without a mesh: 1");
+  EXPECT_EQ(gap_finding({1, 2, 4, 8, 9}, "f")->what, "numbers without a mesh: 3, 5, 6 and 1 more");
+  EXPECT_EQ(gap_finding({0, 2147483647}, "f")->what,
+            "numbers without a mesh: 1, 2, 3 and 2147483643 more");
+}
+
 TEST_F(SequenceFolder, OtherFilesArePassedOver) {
   write("f_1.obj");
   write("f_1.mtl", "x");
