@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <optional>
+#include <string>
 
 #include "apps/inspection.h"
 #include "core/io/image_file.h"
@@ -22,6 +24,13 @@ void inspect_image(const std::filesystem::path& path, Inspection& inspection) {
   for (std::size_t c = 0; c < low.size(); ++c) {
     inspection.add("channel " + std::to_string(c), nlohmann::ordered_json::array({low[c], high[c]}),
                    "linear");
+  }
+  const std::optional<ImageFormat> named = image_format_of_name(path);
+  if (named && *named != header.format) {
+    inspection.findings.push_back({Severity::Note, "image-name", path.string(),
+                                   std::string("the name says ") + format_name(*named) +
+                                       ", the content is " + format_name(header.format),
+                                   "rename it: some programs go by the name"});
   }
   if (header.orientation != 1) {
     inspection.findings.push_back(

@@ -384,6 +384,18 @@ TEST(InspectMeshes, FramesAreRead) {
   EXPECT_THAT(codes(), ::testing::ElementsAre("frames-not-read", "unit-unknown"));
 }
 
+TEST(InspectImage, ANameOfAnotherFormatIsANote) {
+  const TemporaryDirectory folder;
+  const auto png = bytes_in(source_directory() / "fuzz/corpus/png/grey1.png");
+  write_bytes(folder / "picture.PNG", png);
+  EXPECT_THAT(inspect_path(folder / "picture.PNG").findings, IsEmpty());
+  write_bytes(folder / "picture.jpg", png);
+  const std::vector<Finding> findings = inspect_path(folder / "picture.jpg").findings;
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].severity, Severity::Note);
+  EXPECT_EQ(findings[0].what, "the name says JPEG, the content is PNG");
+}
+
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
 TEST(InspectCapture, AMeshBesideItsFilesIsNoSequence) {
   const TemporaryDirectory folder;
