@@ -84,7 +84,7 @@ std::string attention_of(const StageStatus& status) {
              "</b>: " + html_text(text) + "</li>\n";
   };
   if (status.state == StageStatus::State::Damaged) {
-    item("error", "the result is damaged; run the stage again with --force");
+    item("error", "the result is damaged; run the stage again");
   }
   for (const Finding& finding : status.findings) {
     item(finding.severity == Severity::Error ? "error" : "warning", to_string(finding));
