@@ -146,12 +146,15 @@ std::string stage_names([[maybe_unused]] std::string_view command) {
   return names;
 }
 
-/// "cpu cuda" of an option whose type is "cpu|cuda", the stages that the command knows of one that
-/// takes a STAGE; "" of one that takes anything else.
+/// "cpu cuda" of an option whose type is "cpu|cuda", "cpu" of a stage without a twin, the stages
+/// that the command knows of one that takes a STAGE; "" of one that takes anything else.
 std::string choices_of(std::string_view command, const CLI::Option& option) {
   std::string words = option.get_type_name();
   if (words == "STAGE") {
     return stage_names(command);
+  }
+  if (words == "cpu") {
+    return words;
   }
   if (words.find('|') == std::string::npos ||
       words.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.-|") != std::string::npos) {

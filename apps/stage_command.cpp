@@ -214,7 +214,7 @@ Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) 
       .type_name("N");
   add_option(parser, "--device", arguments->device, "Where the work is done")
       .check(one_of({"cpu", "cuda"}))
-      .type_name("cpu|cuda");
+      .type_name(stage.has_cuda ? "cpu|cuda" : "cpu");
   if (stage.frame_wise) {
     add_option(
         parser, "--frames", [arguments](const std::string& text) { arguments->frames = text; },
