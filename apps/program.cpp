@@ -167,9 +167,19 @@ int run_program(std::vector<std::string> arguments) {
       names.push_back(known.first);
     }
     const bool option = arguments[0].starts_with("-");
+    std::string meant = did_you_mean(arguments[0], names);
+    if (option && meant.empty()) {  // one of the command's, in the wrong place
+      const auto command = std::find_if(arguments.begin(), arguments.end(),
+                                        [&](const auto& word) { return actions.contains(word); });
+      if (command != arguments.end()) {
+        const std::string name = nearest_name(arguments[0].substr(0, arguments[0].find('=')),
+                                              option_names(*parser.get_subcommand(*command)));
+        meant = name.empty() ? "" : ", did you mean 'atelier " + *command + " " + name + "'?";
+      }
+    }
     throw UsageError(std::string("there is no ") + (option ? "option" : "command") + " '" +
                      arguments[0].substr(0, 60) + "'" + (option ? " before the command" : "") +
-                     see(did_you_mean(arguments[0], names), "atelier --help"));
+                     see(meant, "atelier --help"));
   }
   CLI::App* command = parser.get_subcommand(action->first);
   std::vector<std::string> rest = with_switches(*command, {arguments.begin() + 1, arguments.end()});

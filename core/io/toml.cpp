@@ -1,5 +1,6 @@
 #include "core/io/toml.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -270,6 +271,13 @@ void check_toml_nesting(std::string_view text, const std::string& file, const Li
   if (static_cast<std::int64_t>(text.size()) > limits.text_file_bytes) {
     throw DataError(file, "", std::to_string(text.size()) + " bytes of TOML",
                     "at most " + std::to_string(limits.text_file_bytes) + " bytes");
+  }
+  // Before what is counted: of a file of another kind its brackets say nothing.
+  if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) {
+    const std::size_t lines = static_cast<std::size_t>(
+        std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(nul), '\n'));
+    throw DataError(file, "line " + std::to_string(lines + 1), "a NUL byte, which no text has",
+                    "TOML");
   }
   DepthCheck(text, file, limits).run();
 }

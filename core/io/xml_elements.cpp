@@ -220,7 +220,7 @@ class XmlParser {
     }
     check_length(at_ - begin);
     if (at_ == begin) {
-      fail(in_quotes(rest().substr(0, 12)), "a name");
+      fail(rest().empty() ? "the end of the text" : in_quotes(rest().substr(0, 12)), "a name");
     }
     return std::string(text_.substr(begin, at_ - begin));
   }
@@ -293,7 +293,10 @@ class XmlParser {
         open_.push_back(element.name);
         break;
       }
-      if (!apart && !rest().empty()) {
+      if (rest().empty()) {
+        fail("the end of the text", "<" + element.name.substr(0, 40) + " ...>");
+      }
+      if (!apart) {
         fail(in_quotes(rest().substr(0, 12)) + " without a blank before it", "a blank, > or />");
       }
       if (static_cast<std::int64_t>(elements_.size()) + ++attributes_ > limits_.text_values) {

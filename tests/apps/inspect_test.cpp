@@ -248,29 +248,30 @@ TEST_F(Inspect, SaysWhatTextsOfOtherProgramsAre) {
 }
 
 TEST_F(Inspect, TextsThatAreNotWhatTheirNamesSayAreRefused) {
-  for (const auto& [name, text, word] : {std::tuple{"a.svg", "%PDF-1.4", "%PDF-1.4"},
-                                         {"empty.svg", "", "an empty file"},
-                                         {"a.dxf", "AutoCAD Binary DXF", "SECTION"},
-                                         {"comment.dxf", "999", "its value"},
-                                         {"a.usda", "PXR-USDC", "#usda 1.0"},
-                                         {"a.html", "<svg/>", "doctype"},
-                                         {"a.csv", "\n1,2\n", "columns"},
-                                         {"a.jsonl", "{\"frame\": \n", "line 1"},
-                                         {"a.zip", "PK", "zip"},
-                                         {"a.pkl", "x", "pickle"},
-                                         {"a.pt", "x", "torch"},
-                                         {"a.onnx", "x", "detect"},
-                                         {"tag.svg", "<svg", "a name"},
-                                         {"torn.csv", "a,b\n1,2\n3\n", "line 3"},
-                                         {"a.usd", "PXR-USDC", "usdcat FILE.usd -o FILE.usda"},
-                                         {"a.asf", ":version 1.10", ".amc"},
-                                         {"notes.txt", "x", "expected the capture's folder"},
-                                         {"a.bin", "x", "capture's folder"},
-                                         {"a.yml", "a: 1\n", "%YAML"},
-                                         {"a.mp4", "x", "a.mp4"},
-                                         {"a.target", "0 1 2\n", "line 1"},
-                                         {"a.mhclo", "name tee\n", "a.mhclo"},
-                                         {"a.xyz", "x", "not known"}}) {
+  for (const auto& [name, text, word] :
+       {std::tuple{"a.svg", "%PDF-1.4", "%PDF-1.4"},
+        {"empty.svg", "", "an empty file"},
+        {"a.dxf", "AutoCAD Binary DXF", "SECTION"},
+        {"comment.dxf", "999", "its value"},
+        {"a.usda", "PXR-USDC", "#usda 1.0"},
+        {"a.html", "<svg/>", "doctype"},
+        {"a.csv", "\n1,2\n", "columns"},
+        {"a.jsonl", "{\"frame\": \n", "line 1"},
+        {"a.zip", "PK", "zip"},
+        {"a.pkl", "x", "pickle"},
+        {"a.pt", "x", "torch"},
+        {"a.onnx", "x", "detect"},
+        {"tag.svg", "<svg", "the end of the text; expected <svg ...>"},
+        {"torn.csv", "a,b\n1,2\n3\n", "line 3"},
+        {"a.usd", "PXR-USDC", "usdcat FILE.usd -o FILE.usda"},
+        {"a.asf", ":version 1.10", ".amc"},
+        {"notes.txt", "x", "expected the capture's folder"},
+        {"a.bin", "x", "capture's folder"},
+        {"a.yml", "a: 1\n", "%YAML"},
+        {"a.mp4", "x", "a.mp4"},
+        {"a.target", "0 1 2\n", "line 1"},
+        {"a.mhclo", "name tee\n", "a.mhclo"},
+        {"a.xyz", "x", "not known"}}) {
     std::ofstream(root_ / name, std::ios::binary) << text;
     SCOPED_TRACE(name);
     expect_refusal(run({"inspect", (root_ / name).string()}), kExitBadData, word);

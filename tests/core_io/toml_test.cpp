@@ -105,6 +105,12 @@ TEST(Toml, NestingIsCappedInEveryDisguise) {
   EXPECT_THAT(toml_refusal("\"a\"" + repeated(".'a'", 100) + " = 1"), HasSubstr(deep));
 }
 
+TEST(Toml, ABinaryFileIsNoText) {
+  std::string binary = "ply\n" + repeated("[", 100);
+  binary += '\0';
+  EXPECT_THAT(toml_refusal(binary), HasSubstr("line 2: a NUL byte, which no text has"));
+}
+
 TEST(Toml, StringsDoNotHideNesting) {
   // Four quotes close a string that ends in a quote; a naive scan would think that one is open.
   const std::string dots = "a" + repeated(".a", 100'000) + " = 1";
