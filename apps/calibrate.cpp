@@ -10,6 +10,7 @@
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/usage_error.h"
+#include "apps/writable_place.h"
 #include "capture/calibration/calibration_report.h"
 #include "capture/cameras_file.h"
 #include "capture/layouts/open_dataset.h"

@@ -15,6 +15,7 @@
 #include "apps/reconstruct_stage.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
+#include "apps/writable_place.h"
 #include "capture/cameras_file.h"
 #include "capture/layouts/colmap_dense.h"
 #include "capture/stereo/share_views.h"

@@ -12,6 +12,7 @@
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/usage_error.h"
+#include "apps/writable_place.h"
 #include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
 #include "capture/label_taxonomy.h"

@@ -16,6 +16,7 @@
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/usage_error.h"
+#include "apps/writable_place.h"
 #include "bodymodel/body_file.h"
 #include "bodymodel/default_human.h"
 #include "bodymodel/measure.h"

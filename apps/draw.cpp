@@ -18,6 +18,7 @@
 #include "apps/picture_size.h"
 #include "apps/straight_alpha.h"
 #include "apps/usage_error.h"
+#include "apps/writable_place.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/truth_archive.h"
 #include "core/atomic_file.h"

@@ -19,6 +19,7 @@
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
+#include "apps/writable_place.h"
 #include "core/printable.h"
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
 #include "capture/layouts/open_dataset.h"

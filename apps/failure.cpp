@@ -10,7 +10,7 @@
 #include "apps/not_converged.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
-#include "core/store/file_kind.h"
+#include "core/file_kind.h"
 #include "core/system_reason.h"
 
 namespace atelier {

@@ -14,6 +14,7 @@
 #include "apps/json_text.h"
 #include "apps/output_place.h"
 #include "apps/seam_input.h"
+#include "apps/writable_place.h"
 #include "core/printable.h"
 #ifdef ATELIER_HAS_SIMULATION
 #include "apps/simulation_scene.h"

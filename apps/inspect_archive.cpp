@@ -4,9 +4,9 @@
 
 #include "apps/inspection.h"
 #include "core/archive.h"
+#include "core/file_kind.h"
 #include "core/garment_archive.h"
 #include "core/sequence_archive.h"
-#include "core/store/file_kind.h"
 #ifdef ATELIER_HAS_APPEARANCE
 #include "appearance/appearance_colors.h"
 #include "appearance/appearance_data.h"

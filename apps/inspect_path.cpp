@@ -1,7 +1,7 @@
 #include "apps/inspection.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/lower_extension.h"
-#include "core/store/file_kind.h"
 #include "core/system_reason.h"
 
 namespace atelier {

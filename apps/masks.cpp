@@ -13,6 +13,7 @@
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
 #include "apps/usage_error.h"
+#include "apps/writable_place.h"
 #include "capture/frame_reader.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/open_dataset.h"

@@ -1,54 +1,12 @@
 #include "apps/output_place.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <system_error>
-
-#include <unistd.h>
 
 #include "apps/usage_error.h"
-#include "core/error.h"
-#include "core/store/file_kind.h"
+#include "core/file_kind.h"
 #include "core/store/workspace_folder.h"
-#include "core/system_reason.h"
 
 namespace atelier {
-namespace {
-
-std::filesystem::path parent_of(const std::filesystem::path& path) {
-  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-}
-
-void require_writable(const std::filesystem::path& folder) {
-  std::error_code error;
-  if (!std::filesystem::is_directory(folder, error) && !error) {
-    throw EnvironmentError(folder.string(), "no folder: name a place in a folder");
-  }
-  if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    throw EnvironmentError(folder.string(), system_reason(errno));
-  }
-}
-
-}  // namespace
-
-void require_file_place(const std::filesystem::path& file) {
-  const std::filesystem::path folder = parent_of(file);
-  std::error_code error;
-  if (std::filesystem::status(folder, error).type() == std::filesystem::file_type::not_found) {
-    throw EnvironmentError(folder.string(), "no such folder; make the folder first");
-  }
-  require_writable(folder);
-}
-
-void require_folder_place(const std::filesystem::path& folder) {
-  std::filesystem::path there = std::filesystem::absolute(folder);
-  std::error_code error;
-  while (std::filesystem::status(there, error).type() == std::filesystem::file_type::not_found &&
-         there != there.parent_path()) {
-    there = there.parent_path();
-  }
-  require_writable(there);
-}
 
 void require_new_place(const std::filesystem::path& place, const std::string& argument) {
   // "new/.." is not there as long as "new" is not, but leads to a folder that is.

@@ -8,13 +8,6 @@
 
 namespace atelier {
 
-/// Refuses a file that could not be written at the end, before the work for it begins: throws
-/// EnvironmentError if its folder is missing or may not be written into.
-void require_file_place(const std::filesystem::path& file);
-
-/// The same of a folder that is made if it is missing, with those above it.
-void require_folder_place(const std::filesystem::path& folder);
-
 /// Refuses a place that is taken: folders that a command makes, and what it adds to a capture or an
 /// export, are never mixed with what is there. `argument` is what names the place: "OUT", "--out".
 /// Throws UsageError if anything is there; EnvironmentError if it cannot be looked at.

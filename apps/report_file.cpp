@@ -10,6 +10,7 @@
 #include "apps/run_account.h"
 #include "apps/stages.h"
 #include "apps/targets.h"
+#include "apps/writable_place.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 

@@ -9,6 +9,7 @@
 #include "apps/one_file_sequence.h"
 #include "apps/output_place.h"
 #include "apps/usage_error.h"
+#include "apps/writable_place.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/image_file.h"

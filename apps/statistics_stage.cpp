@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/json.h"
 #include "core/io/sequence_folder.h"
 #include "core/sequence_archive.h"
-#include "core/store/file_kind.h"
 #include "core/store/write_text.h"
 
 namespace atelier {

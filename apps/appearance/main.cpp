@@ -24,14 +24,14 @@
 #include "apps/device_advice.h"
 #include "apps/exit_code.h"
 #include "apps/not_converged.h"
-#include "apps/output_place.h"
 #include "apps/usage_error.h"
+#include "apps/writable_place.h"
 #include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/device.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/safetensors.h"
-#include "core/store/file_kind.h"
 
 namespace {
 

@@ -6,9 +6,9 @@
 
 #include "capture/video_file.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/lower_extension.h"
 #include "core/io/zip_archive.h"
-#include "core/store/file_kind.h"
 #include "core/system_reason.h"
 
 namespace atelier {

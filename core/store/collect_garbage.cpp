@@ -6,8 +6,8 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/store/commit.h"
-#include "core/store/file_kind.h"
 #include "core/store/file_lock.h"
 #include "core/store/frame_log.h"
 #include "core/store/result.h"

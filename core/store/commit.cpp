@@ -14,7 +14,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/store/file_kind.h"
+#include "core/file_kind.h"
 #include "core/store/file_lock.h"
 #include "core/store/result.h"
 #include "core/system_reason.h"

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
-#include "core/store/file_kind.h"
 #include "core/store/toml_entries.h"
 #include "core/store/utc_time.h"
 #include "core/utf8.h"

@@ -11,9 +11,9 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
-#include "core/store/file_kind.h"
 #include "core/system_reason.h"
 #include "core/utf8.h"
 

@@ -11,12 +11,12 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
 #include "core/parallel.h"
 #include "core/regular_file.h"
 #include "core/store/consent_file.h"
-#include "core/store/file_kind.h"
 #include "core/store/manifest_limits.h"
 #include "core/system_reason.h"
 

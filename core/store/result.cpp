@@ -13,10 +13,10 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/file_bytes.h"
 #include "core/parallel.h"
 #include "core/store/consent_file.h"
-#include "core/store/file_kind.h"
 #include "core/store/input_digest.h"
 #include "core/store/manifest_limits.h"
 #include "core/store/utc_time.h"

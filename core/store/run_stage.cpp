@@ -8,11 +8,11 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/new_folders.h"
 #include "core/store/active_run.h"
 #include "core/store/build_info.h"
 #include "core/store/commit.h"
-#include "core/store/file_kind.h"
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
 #include "core/store/manifest_limits.h"

@@ -7,8 +7,8 @@
 #include <system_error>
 
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/store/consent_file.h"
-#include "core/store/file_kind.h"
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
 #include "core/store/result.h"

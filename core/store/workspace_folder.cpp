@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 
 #include "core/error.h"
-#include "core/store/file_kind.h"
+#include "core/file_kind.h"
 #include "core/system_reason.h"
 
 namespace atelier {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "core/store/file_kind.h"
+#include "core/file_kind.h"
 #include "core/store/file_lock.h"
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"

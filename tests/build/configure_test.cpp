@@ -81,6 +81,8 @@ TEST(Configure, TwinsAndNetworksBuildWhereOnlyCudaAndLibtorchAreBeside) {
     GTEST_SKIP() << "no libtorch here: without the networks";
   }
   EXPECT_TRUE(has_target(folder, "appearance_network")) << output.text;
+  EXPECT_EQ(output.text.find("left out: atelier-appearance"), std::string::npos)
+      << "a machine that only trains has no more than that: " << output.text;
 }
 
 TEST(ConfigureRefused, DependencyWithoutPublicOrPrivate) {

@@ -9,9 +9,9 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/store/collect_garbage.h"
 #include "core/store/commit.h"
-#include "core/store/file_kind.h"
 #include "core/store/file_lock.h"
 #include "core/store/result.h"
 #include "core/store/workspace_status.h"

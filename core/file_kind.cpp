@@ -1,4 +1,4 @@
-#include "core/store/file_kind.h"
+#include "core/file_kind.h"
 
 #include <algorithm>
 #include <cerrno>
