@@ -451,12 +451,13 @@ ChainRun::Foreseen ChainRun::foreseen(std::size_t i) const {
                            : Foreseen{"would run", changes, true};
   }
   const Stage& row = *find_stage(all_stages(), step.stage);
-  StageConsole console(row, arguments_.json);
-  const StagePlan plan = plan_stage(
-      all_stages(), row, request_of(i, false),
-      {.progress = [&](const StageProgress& progress) { console.show_progress(progress); },
-       .say = {},
-       .stop = interrupted});
+  StageConsole console(row, false);
+  StageEvents events;
+  if (!arguments_.json) {  // whose first event is "run"
+    events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };
+  }
+  events.stop = interrupted;
+  const StagePlan plan = plan_stage(all_stages(), row, request_of(i, false), events);
   if (plan.state == StagePlan::State::Done) {
     return {
         "would do nothing", {earlier ? "unless an earlier stage's result changes" : ""}, earlier};

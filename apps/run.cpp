@@ -216,9 +216,9 @@ Action add_run(CLI::App& parser) {
   add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for machines");
   const OptionReader options = add_option_flags(parser, run_options(), "");
   parser.footer(
-      "Options of every stage, TOML files' too (atelier options lists them):\n"
-      "  --STAGE.section.field VALUE   one option of a stage: --track.exclude none\n"
-      "  --capture.field VALUE         one of the capture, for every stage that takes it\n\n" +
+      "Options of every stage (atelier options lists them, TOML files take them, too):\n"
+      "  of a stage    --STAGE.section.field VALUE, as --track.exclude none\n"
+      "  of captures   --capture.field VALUE, for every stage that takes it\n\n" +
       parser.get_footer());
   return [arguments, options] { return run(*arguments, options()); };
 }
