@@ -99,6 +99,15 @@ void AnimatedCloth::start_before(Index row) {
     }
   }
   body_ = body_after(animation_, step_);
+  // Told as work of its own: it may take as long as many frames, whose rate it would spoil.
+  const int first = step_;
+  const int lead = animation_.steps_before;
+  for (; step_ < lead; advance_to(step_ + 1)) {
+    run_.progress(step_ - first, lead - first, "steps before the first frame");
+  }
+  if (step_ > first) {
+    run_.progress(step_ - first, lead - first, "steps before the first frame");
+  }
 }
 
 void AnimatedCloth::advance_to(int step) {

@@ -8,6 +8,8 @@
 #include <cmath>
 
 #include "apps/animation_garments.h"
+#include "apps/dressing.h"
+#include "apps/mesh_sequence_file.h"
 #include "apps/synthetic_motion.h"
 #include "bodymodel/body_file.h"
 #include "bodymodel/default_human.h"
@@ -17,6 +19,8 @@
 #include "bodymodel/tracked_motion.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/limits.h"
 #include "core/nearest_name.h"
 #include "core/sequence_archive.h"
 #include "simulation/fabric.h"
@@ -92,6 +96,15 @@ Motion own_motion(StageRun& run, const AnimationSource& source, const BodyModel&
   return retargeted(run, clip, wearer);
 }
 
+void require_motion(const AnimateOptions& options) {
+  if (!options.motion.empty() && !is_procedural(options.motion) && !fs::exists(options.motion)) {
+    throw DataError(options.motion, "motion", "no such file",
+                    "a motion file (.bvh, .npz, .glb, .amc, .trc, .c3d), or stride, squat, raise, "
+                    "twist, spin or range" +
+                        did_you_mean(options.motion, procedural_motions()));
+  }
+}
+
 Motion new_motion(StageRun& run, const BodyModel& wearer, const AnimateOptions& options) {
   if (is_procedural(options.motion)) {
     const ContinuousMotion continuous =
@@ -105,12 +118,7 @@ Motion new_motion(StageRun& run, const BodyModel& wearer, const AnimateOptions& 
     }
     return motion;
   }
-  if (!fs::exists(options.motion)) {
-    throw DataError(options.motion, "motion", "no such file",
-                    "a motion file (.bvh, .npz, .glb, .amc, .trc, .c3d), or stride, squat, raise, "
-                    "twist, spin or range" +
-                        did_you_mean(options.motion, procedural_motions()));
-  }
+  require_motion(options);
   const MotionClip clip = read_motion_file(options.motion);
   tell(run, clip.findings);
   return retargeted(run, clip, wearer);
@@ -229,6 +237,28 @@ fs::path tracked_take(const fs::path& tracked, const fs::path& capture, const st
                     "tracked ones; run 'atelier track' again");
   }
   return first;
+}
+
+void require_named(const AnimateOptions& options, const fs::path& capture) {
+  if (options.pictures) {
+    require_view(options.view, open_dataset(capture).cameras);
+  }
+  const auto missing = [](const std::string& file) { return !file.empty() && !fs::exists(file); };
+  if (missing(options.body) && options.body != "female" && options.body != "male") {
+    read_body_file(options.body);  // says what it would have read
+  }
+  require_motion(options);
+  if (!options.cloth_sequence.empty()) {
+    if (missing(options.cloth_sequence)) {
+      read_mesh_sequence(options.cloth_sequence, false);
+    }
+  } else if (options.garment != "auto" && options.garment != "none") {
+    for (const auto& [name, label] : outfit_garments(options.garment)) {
+      if (name.ends_with(".json") && missing(name)) {
+        read_file_text(name, Limits().text_file_bytes);
+      }
+    }
+  }
 }
 
 Animation read_animation(StageRun& run) {

@@ -48,6 +48,10 @@ struct Animation {
   std::vector<RegisteredGarmentSequence> registered;
 };
 
+/// Refuses files and cameras that the options name and that are not there, as `read_animation` does
+/// behind its inputs. Quick: what is there is not read. Throws DataError.
+void require_named(const AnimateOptions& options, const std::filesystem::path& capture);
+
 /// Reads the workspace and what the options name; says what it assumes. Throws DataError for
 /// results or files that are missing or do not fit each other, with what would help.
 Animation read_animation(StageRun& run);

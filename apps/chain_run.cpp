@@ -15,9 +15,11 @@
 #include "apps/run_scene.h"
 #include "apps/stages.h"
 #include "apps/standard_streams.h"
+#include "core/device.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/printable.h"
+#include "core/store/digest_meter.h"
 #include "core/store/result.h"
 #include "core/store/run_stage.h"
 #include "core/store/utc_time.h"
@@ -28,6 +30,10 @@ namespace {
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
+
+/// The one stage with a program of its own: what that lacks (libtorch, memory for networks) the
+/// others may well have.
+constexpr const char* kAppearanceProgram = "atelier-appearance";
 
 /// A stage's place in the chain. @param without  of no stage
 std::size_t place_of(const std::string& stage, std::size_t without) {
@@ -53,31 +59,51 @@ ChainRun::ChainRun(const RunArguments& arguments, const OptionSet& options)
   if (facts_.clothed_frames == 0) {
     suggest("animate.garment", "tee+skirt", "no garment was captured");
   }
+  report_seconds_ = expected_report_seconds(facts_);
   account_.capture = arguments.places.capture.string();
   account_.started = utc_text(static_cast<double>(std::time(nullptr)));
   for (const RunStep& step : run_steps()) {
     account_.stages.push_back({std::string(step.stage), "", "", expected_seconds(step, facts_), 0});
   }
   pass_over();
+  if (!arguments.material.empty() && animate_goes_without_material()) {
+    suggest("animate.material.name", arguments.material, "--material");
+  }
 }
 
-void ChainRun::announce() const {
-  double seconds = 0;
+/// Whether no result of `material` in this run tells `animate` which fabric was asked for.
+bool ChainRun::animate_goes_without_material() const {
+  for (std::size_t i = 0; i < account_.stages.size(); ++i) {
+    const RunStageAccount& one = account_.stages[i];
+    if (one.stage == "material") {
+      return one.end == "skipped" ||
+             (!one.end.empty() && (!has_result(one.stage) || !option_changes(i).empty()));
+    }
+  }
+  return false;
+}
+
+void ChainRun::announce() {
+  if (!arguments_.json) {
+    std::cout << "run: " << counted(facts_.cameras, "camera") << ", "
+              << counted(facts_.frames, "frame") << ", " << facts_.masked_frames << " with masks, "
+              << facts_.clothed_frames << " of them clothed" << std::endl;
+  }
+  foresee();
+  double seconds = report_seconds_;
   int stages = 0;
   for (const RunStageAccount& one : account_.stages) {
     if (one.end.empty()) {
       ++stages;
-      seconds += has_result(one.stage) ? 0 : one.expected;
+      seconds += works(one.stage) ? one.expected : 0;
     }
   }
   if (arguments_.json) {
     show_event({{"event", "run"}, {"stages", stages}, {"expected_seconds", seconds}});
     return;
   }
-  std::cout << "run: " << counted(facts_.cameras, "camera") << ", "
-            << counted(facts_.frames, "frame") << ", " << facts_.masked_frames << " with masks, "
-            << facts_.clothed_frames << " of them clothed\nrun: " << counted(stages, "stage")
-            << ", about " << duration_text(seconds) << " on " << counted(thread_count(), "core")
+  std::cout << "run: " << counted(stages, "stage") << " and the report, about "
+            << duration_text(seconds) << " on " << counted(thread_count(), "core")
             << " for what is not there yet" << std::endl;
   for (const RunStageAccount& one : account_.stages) {
     if (one.end == "skipped") {
@@ -99,7 +125,7 @@ void ChainRun::work() {
     ++place;
     if (!arguments_.json) {
       std::cout << "run: [" << place << " of " << asked << "] " << one.stage;
-      if (!has_result(one.stage)) {
+      if (works(one.stage)) {
         std::cout << ", about " << duration_text(factor() * one.expected) << "; about "
                   << duration_text(factor() * one.expected + rest_after(i)) << " left in all";
       }
@@ -107,9 +133,37 @@ void ChainRun::work() {
     }
     stage(i);
     pass_over();
+    if (stopped_by_surroundings_) {
+      end_at(one.stage);
+    }
+  }
+  if (interrupted()) {  // in a stage that failed first
+    end_by_signal();
   }
   export_avatar();
   account_.seconds = seconds_since(begin_);
+}
+
+void ChainRun::announce_report() const {
+  const double seconds = factor() * report_seconds_;
+  if (arguments_.json) {
+    show_event({{"event", "report"}, {"expected_seconds", seconds}});
+  } else {
+    std::cout << "run: report, about " << duration_text(seconds) << std::endl;
+  }
+}
+
+/// What failed a stage would fail the others as well: they are not begun.
+void ChainRun::end_at(const std::string& stage) {
+  for (RunStageAccount& one : account_.stages) {
+    if (one.end.empty()) {
+      one.end = "skipped";
+      one.why = "the run ended with the error of " + stage;
+      if (arguments_.json) {
+        show_event({{"event", "skip"}, {"stage", one.stage}, {"why", one.why}});
+      }
+    }
+  }
 }
 
 void ChainRun::export_avatar() {
@@ -141,18 +195,12 @@ void ChainRun::export_avatar() {
 }
 
 /// What would be done.
-void ChainRun::plan() {
-  std::set<std::string_view> working;
+void ChainRun::plan() const {
   for (std::size_t i = 0; i < account_.stages.size(); ++i) {
     const RunStageAccount& one = account_.stages[i];
-    std::string words = one.end;
-    std::vector<std::string> why = {one.why};
-    if (one.end.empty()) {
-      std::tie(words, why) = planned(i, working);
-      if (words != "would do nothing") {
-        working.insert(run_steps()[i].stage);
-      }
-    }
+    const bool to_run = one.end.empty();
+    const std::string& words = to_run ? foreseen_[i].words : one.end;
+    const std::vector<std::string> why = to_run ? foreseen_[i].why : std::vector{one.why};
     if (arguments_.json) {
       show_event({{"event", "plan"},
                   {"stage", one.stage},
@@ -185,6 +233,40 @@ void ChainRun::suggest(const std::string& name, const std::string& value, const 
 
 bool ChainRun::has_result(const std::string& stage) const {
   return current_name(arguments_.places.workspace / stage).has_value();
+}
+
+/// Whether a stage of this run is foreseen to take its time.
+bool ChainRun::works(std::string_view stage) const {
+  for (std::size_t i = 0; i < foreseen_.size(); ++i) {
+    if (account_.stages[i].stage == stage) {
+      return foreseen_[i].works;
+    }
+  }
+  return false;
+}
+
+/// What there is to do for every stage that is to run. What is wrong with data is told by the stage
+/// when its turn comes, of a dry run now.
+void ChainRun::foresee() {
+  for (std::size_t i = 0; i < account_.stages.size(); ++i) {
+    Foreseen one;
+    if (account_.stages[i].end.empty()) {
+      try {
+        one = foreseen(i);
+      } catch (const StopRequested&) {
+        end_by_signal();
+      } catch (const std::exception&) {
+        if (arguments_.dry_run) {
+          throw;
+        }
+        one.works = true;
+      }
+    }
+    if (one.works) {  // told now rather than behind hours of other stages
+      require_startable(*find_stage(all_stages(), account_.stages[i].stage), request_of(i, false));
+    }
+    foreseen_.push_back(std::move(one));
+  }
 }
 
 const RunStageAccount* ChainRun::account_of(std::string_view stage) const {
@@ -243,10 +325,10 @@ double ChainRun::factor() const {
 }
 
 double ChainRun::rest_after(std::size_t i) const {
-  double seconds = 0;
+  double seconds = report_seconds_;
   for (std::size_t k = i + 1; k < account_.stages.size(); ++k) {
     const RunStageAccount& one = account_.stages[k];
-    seconds += one.end.empty() && !has_result(one.stage) ? one.expected : 0;
+    seconds += one.end.empty() && works(one.stage) ? one.expected : 0;
   }
   return factor() * seconds;
 }
@@ -296,6 +378,8 @@ void ChainRun::stage(std::size_t i) {
     exit_code_ = exit_code_ == kExitDone ? failure.exit_code : exit_code_;
     console.show_error(failure);
     console.clear_line();
+    stopped_by_surroundings_ =
+        failure.exit_code == kExitEnvironment && failure.file != kAppearanceProgram;
     standard_error() << "atelier: " << one.stage << ": " << printable(failure.text) << std::endl;
   }
 }
@@ -321,33 +405,64 @@ void ChainRun::show_end(StageConsole& console, const StageReport& report,
   }
 }
 
-/// What `--dry-run` says of one stage. @param working  stages before it that would work
-std::pair<std::string, std::vector<std::string>> ChainRun::planned(
-    std::size_t i, const std::set<std::string_view>& working) const {
+/// What differs in options and device from what a stage's current result was made with. For a stage
+/// whose INPUT is made of results, of which no plan can be made before.
+std::vector<std::string> ChainRun::option_changes(std::size_t i) const {
+  const Stage& row = *find_stage(all_stages(), run_steps()[i].stage);
+  const StageRequest request = request_of(i, false);
+  const std::filesystem::path folder = request.workspace / row.name;
+  const Manifest before = read_manifest(folder / *current_name(folder), row.name);
+  Manifest now = before;
+  now.stage_version = row.version;
+  now.device = row.device_keyed ? device_name(request.device) : "";
+  now.options.clear();
+  for (const OptionField& field : request.options.table.fields) {
+    now.options.push_back({field.name, option_json(field), field.source, field.keyed});
+  }
+  now.canonical_options = canonical_json(request.options.table);
+  const bool same = now.stage_version == before.stage_version && now.device == before.device &&
+                    now.canonical_options == before.canonical_options;
+  return same ? std::vector<std::string>{} : request_changes(before, now);
+}
+
+/// Of a stage whose predecessors are foreseen.
+ChainRun::Foreseen ChainRun::foreseen(std::size_t i) const {
   const RunStep& step = run_steps()[i];
   bool earlier = false;
   for (const std::string_view needed : needed_stages(step, facts_)) {
     if (!has_result(std::string(needed))) {
-      return {"would run", {"after " + std::string(needed)}};
+      return {"would run", {"after " + std::string(needed)}, true};
     }
-    earlier = earlier || working.contains(needed);
+    earlier = earlier || works(needed);
+  }
+  for (const std::string_view read : optional_stages(step)) {
+    if (works(read) && !has_result(std::string(read))) {
+      return {"would run", {"after " + std::string(read)}, true};
+    }
+    earlier = earlier || works(read);
   }
   if (step.input != nullptr) {
-    return {
-        has_result(std::string(step.stage)) && !earlier ? "would look at its result" : "would run",
-        {"its input is made of earlier results"}};
+    const std::string made = "its input is made of earlier results";
+    if (!has_result(std::string(step.stage)) || earlier) {
+      return {"would run", {made}, true};
+    }
+    const std::vector<std::string> changes = option_changes(i);
+    return changes.empty() ? Foreseen{"would look at its result", {made}, false}
+                           : Foreseen{"would run", changes, true};
   }
-  StagePlan plan;
-  try {
-    plan = plan_stage(all_stages(), *find_stage(all_stages(), step.stage), request_of(i, false),
-                      {.progress = {}, .say = {}, .stop = interrupted});
-  } catch (const StopRequested&) {
-    end_by_signal();
+  const Stage& row = *find_stage(all_stages(), step.stage);
+  StageConsole console(row, false);
+  StageEvents events;
+  if (!arguments_.json) {  // whose first event is "run"
+    events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };
   }
+  events.stop = interrupted;
+  const StagePlan plan = plan_stage(all_stages(), row, request_of(i, false), events);
   if (plan.state == StagePlan::State::Done) {
-    return {"would do nothing", {earlier ? "unless an earlier stage's result changes" : ""}};
+    return {
+        "would do nothing", {earlier ? "unless an earlier stage's result changes" : ""}, earlier};
   }
-  return {plan.state == StagePlan::State::Resume ? "would go on" : "would run", plan.reasons};
+  return {plan.state == StagePlan::State::Resume ? "would go on" : "would run", plan.reasons, true};
 }
 
 }  // namespace atelier

@@ -7,7 +7,6 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "apps/capture_facts.h"
@@ -33,7 +32,7 @@ struct RunArguments {
 };
 
 /// One run of the chain, and its account. What a stage throws is told and kept in the account: the
-/// stages that do not read its result go on.
+/// stages that do not read its result go on, unless it was the surroundings that failed.
 class ChainRun {
  public:
   /// @param options  as `run_options` makes them; what this capture asks for is set where nobody
@@ -41,11 +40,13 @@ class ChainRun {
   ChainRun(const RunArguments& arguments, const OptionSet& options);
 
   /// What there is, what will be done, and how long it takes.
-  void announce() const;
+  void announce();
   /// Every stage in its order.
   void work();
-  /// Says what `work` would do.
-  void plan();
+  /// Says that the report is being made, and how long it takes.
+  void announce_report() const;
+  /// Says what `work` would do. After `announce`.
+  void plan() const;
 
   const RunAccount& account() const { return account_; }
   const CaptureFacts& facts() const { return facts_; }
@@ -55,25 +56,40 @@ class ChainRun {
  private:
   using Clock = std::chrono::steady_clock;
 
+  /// What there is to do for one stage, as far as that can be told before the stages in front of it
+  /// have run.
+  struct Foreseen {
+    std::string words;  ///< "would run"
+    std::vector<std::string> why;
+    bool works = false;  ///< takes its time: unlikely to find its result as it is
+  };
+
   void suggest(const std::string& name, const std::string& value, const std::string& why);
   bool has_result(const std::string& stage) const;
+  bool works(std::string_view stage) const;
   const RunStageAccount* account_of(std::string_view stage) const;
+  bool animate_goes_without_material() const;
+  void foresee();
   void pass_over();
   double factor() const;
   double rest_after(std::size_t i) const;
   StageRequest request_of(std::size_t i, bool make_input) const;
   void stage(std::size_t i);
+  void end_at(const std::string& stage);
   void export_avatar();
   void show_end(StageConsole& console, const StageReport& report, const RunStageAccount& one);
-  std::pair<std::string, std::vector<std::string>> planned(
-      std::size_t i, const std::set<std::string_view>& working) const;
+  std::vector<std::string> option_changes(std::size_t i) const;
+  Foreseen foreseen(std::size_t i) const;
 
   RunArguments arguments_;
   OptionSet options_;
   CaptureFacts facts_;
+  double report_seconds_ = 0;
   RunAccount account_;
+  std::vector<Foreseen> foreseen_;  ///< of each stage of the account; of those that are to run
   std::set<std::string> warnings_;
   int exit_code_ = kExitDone;
+  bool stopped_by_surroundings_ = false;
   Clock::time_point begin_ = Clock::now();
 };
 

@@ -31,6 +31,15 @@ void catch_interrupts() {
   }
 }
 
+void release_interrupts() {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    struct sigaction now {};
+    if (sigaction(signal, nullptr, &now) == 0 && now.sa_handler == note_signal) {
+      std::signal(signal, SIG_DFL);
+    }
+  }
+}
+
 bool interrupted() {
   return caught_signal != 0;
 }

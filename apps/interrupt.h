@@ -6,6 +6,10 @@ namespace atelier {
 /// one ends the program at once. One that is ignored stays so.
 void catch_interrupts();
 
+/// SIGINT and SIGTERM end the program at once again: for work that keeps nothing that a clean end
+/// would save. One that came before is still noted (`interrupted`); one that is ignored stays so.
+void release_interrupts();
+
 /// True once a signal came.
 bool interrupted();
 

@@ -1,5 +1,6 @@
 #ifdef ATELIER_HAS_CAPTURE
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -29,9 +30,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A film of the avatar, of the last stage that has one; "" if none has.
-fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& stages) {
+/// A film of the avatar, of the last stage that has one; "" if none has. A stage that this run did
+/// not bring to its end may show what it came to long ago.
+fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& stages,
+                  const RunAccount& account) {
   for (const char* stage : {"animate", "simulate"}) {
+    if (std::none_of(account.stages.begin(), account.stages.end(), [&](const auto& one) {
+          return one.stage == stage && one.end.starts_with("done");
+        })) {
+      continue;
+    }
     for (const StageStatus& status : stages) {
       if (status.stage != stage || !status.manifest) {
         continue;
@@ -108,17 +116,18 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
   if (!any && chain.exit_code() != kExitDone) {
     return chain.exit_code();  // there is nothing to report on
   }
+  chain.announce_report();
   fs::path page = report_folder(workspace) / "index.html";
   fs::path video;
   try {
     write_run_account(workspace, chain.account());
     std::string truth = chain.facts().synthetic ? arguments.places.capture.string() : "";
     try {
-      video = video_in(workspace, write_report(workspace, page, options, truth));
+      video = video_in(workspace, write_report(workspace, page, options, truth), chain.account());
     } catch (const DataError& error) {  // of the truth: everything else can be shown
       standard_error() << "atelier: no figure against the truth: " << printable(error.what())
                        << std::endl;
-      video = video_in(workspace, write_report(workspace, page, options, ""));
+      video = video_in(workspace, write_report(workspace, page, options, ""), chain.account());
     }
   } catch (const std::exception& error) {
     if (chain.exit_code() == kExitDone) {
@@ -159,6 +168,11 @@ int run(RunArguments arguments, OptionSet options) {
     return kExitDone;
   }
   chain.work();
+  // The report asks no one whether it is to stop, and `atelier report` makes it again.
+  release_interrupts();
+  if (interrupted()) {
+    end_by_signal();
+  }
   return report_on(chain, arguments,
                    options_of<ReportOptions>(options_of<RunOptions>(options).report));
 }
@@ -201,6 +215,11 @@ Action add_run(CLI::App& parser) {
   add_flag(parser, "--dry-run", arguments->dry_run, "Only say what would be done, and why");
   add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for machines");
   const OptionReader options = add_option_flags(parser, run_options(), "");
+  parser.footer(
+      "Options of every stage (atelier options lists them, TOML files take them, too):\n"
+      "  of a stage    --STAGE.section.field VALUE, as --track.exclude none\n"
+      "  of captures   --capture.field VALUE, for every stage that takes it\n\n" +
+      parser.get_footer());
   return [arguments, options] { return run(*arguments, options()); };
 }
 

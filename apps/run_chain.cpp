@@ -96,6 +96,30 @@ constexpr std::array kSteps = {
     RunStep{"animate", no_evidence, of_worn, nullptr, {.seconds = 20, .per_frame = 1}},
 };
 
+constexpr StageCost kReport{.seconds = 8, .per_picture = 0.1};
+/// Figures against the truth measure every surface once more.
+constexpr StageCost kTruthReport{.seconds = 10, .per_picture = 0.1, .per_clothed = 3};
+
+double expected_seconds(const StageCost& cost, int looked_at, const CaptureFacts& facts) {
+  constexpr double kMeasuredCores = 2;
+  const double seconds = cost.seconds +
+                         cost.per_picture * facts.megapixels * facts.cameras * looked_at +
+                         cost.per_frame * facts.frames + cost.per_clothed * facts.clothed_frames;
+  return cost.parallel ? seconds * kMeasuredCores / std::max(1, thread_count()) : seconds;
+}
+
+/// The stages that make these kinds.
+Names makers_of(std::span<const std::string_view> kinds) {
+  Names makers;
+  for (const std::string_view kind : kinds) {
+    const Stage* maker = kind.empty() ? nullptr : stage_that_makes(all_stages(), kind);
+    if (maker != nullptr) {
+      makers.push_back(maker->name);
+    }
+  }
+  return makers;
+}
+
 }  // namespace
 
 std::span<const RunStep> run_steps() {
@@ -103,15 +127,8 @@ std::span<const RunStep> run_steps() {
 }
 
 std::vector<std::string_view> needed_stages(const RunStep& step, const CaptureFacts& facts) {
-  std::vector<std::string_view> needed;
-  if (const Stage* row = find_stage(all_stages(), step.stage)) {
-    for (const std::string_view kind : row->inputs) {
-      const Stage* maker = kind.empty() ? nullptr : stage_that_makes(all_stages(), kind);
-      if (maker != nullptr) {
-        needed.push_back(maker->name);
-      }
-    }
-  }
+  const Stage* row = find_stage(all_stages(), step.stage);
+  std::vector<std::string_view> needed = row == nullptr ? Names{} : makers_of(row->inputs);
   if (step.made_of != nullptr) {
     const std::vector<std::string_view> more = step.made_of(facts);
     needed.insert(needed.end(), more.begin(), more.end());
@@ -119,14 +136,18 @@ std::vector<std::string_view> needed_stages(const RunStep& step, const CaptureFa
   return needed;
 }
 
+std::vector<std::string_view> optional_stages(const RunStep& step) {
+  const Stage* row = find_stage(all_stages(), step.stage);
+  return row == nullptr ? Names{} : makers_of(row->optional_inputs);
+}
+
 double expected_seconds(const RunStep& step, const CaptureFacts& facts) {
-  constexpr double kMeasuredCores = 2;
-  const StageCost& cost = step.cost;
   const int looked_at = step.stage == "validate" ? facts.pictured_frames : facts.masked_frames;
-  const double seconds = cost.seconds +
-                         cost.per_picture * facts.megapixels * facts.cameras * looked_at +
-                         cost.per_frame * facts.frames + cost.per_clothed * facts.clothed_frames;
-  return cost.parallel ? seconds * kMeasuredCores / std::max(1, thread_count()) : seconds;
+  return expected_seconds(step.cost, looked_at, facts);
+}
+
+double expected_report_seconds(const CaptureFacts& facts) {
+  return expected_seconds(facts.synthetic ? kTruthReport : kReport, facts.masked_frames, facts);
 }
 
 }  // namespace atelier

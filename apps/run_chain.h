@@ -44,12 +44,19 @@ struct RunStep {
 /// Every step, in the order in which they run.
 std::span<const RunStep> run_steps();
 
-/// Stages whose results a step reads.
+/// Stages without whose results a step cannot run.
 std::vector<std::string_view> needed_stages(const RunStep& step, const CaptureFacts& facts);
+
+/// Stages whose results a step reads where they are.
+std::vector<std::string_view> optional_stages(const RunStep& step);
 
 /// Seconds that a step is expected to take for a capture on this machine. An estimate: motion,
 /// clothing and processor may make it several times more or less.
 double expected_seconds(const RunStep& step, const CaptureFacts& facts);
+
+/// The same of the report at the end: every result is digested, and where the capture is synthetic
+/// compared with its truth.
+double expected_report_seconds(const CaptureFacts& facts);
 
 }  // namespace atelier
 

@@ -85,7 +85,11 @@ int work(const Stage& stage, const StageRequest& request, bool dry_run, StageCon
   events.stop = interrupted;
   if (dry_run) {
     try {
-      console.show_plan(plan_stage(all_stages(), stage, request, events));
+      const StagePlan plan = plan_stage(all_stages(), stage, request, events);
+      if (plan.state != StagePlan::State::Done) {
+        require_startable(stage, request);
+      }
+      console.show_plan(plan);
     } catch (const StopRequested&) {
       end_by_signal();
     }

@@ -21,6 +21,7 @@
 #ifdef ATELIER_HAS_SIMULATION
 #include "apps/simulate.h"
 #endif
+#include "core/device.h"
 
 namespace atelier {
 namespace {
@@ -240,6 +241,17 @@ constexpr StandAlone kValidateAlone{kValidateFlags, validate_alone, true};
 
 std::span<const Stage> all_stages() {
   return kStages;
+}
+
+void require_startable([[maybe_unused]] const Stage& stage, const StageRequest& request) {
+  check_device(request.device);
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
+    defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
+    defined(ATELIER_HAS_CORE_RENDER)
+  if (stage.name == "animate") {
+    require_named(options_of<AnimateOptions>(request.options), request.input);
+  }
+#endif
 }
 
 const StandAlone* stand_alone([[maybe_unused]] std::string_view stage) {

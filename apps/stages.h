@@ -4,11 +4,17 @@
 #include <string_view>
 
 #include "core/store/stage.h"
+#include "core/store/stage_plan.h"
 
 namespace atelier {
 
 /// Every stage that exists, in the order of the pipeline.
 std::span<const Stage> all_stages();
+
+/// Refuses at once, in the stage's own words, what it would refuse once it has its inputs: files
+/// and cameras that options name and that are not there, a device that does not answer. Quick, and
+/// not all that it may find wrong. Throws DataError, EnvironmentError.
+void require_startable(const Stage& stage, const StageRequest& request);
 
 struct StandAlone;
 

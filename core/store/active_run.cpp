@@ -217,11 +217,10 @@ void ActiveRun::drop_damaged_frames(const std::string& folder, const std::string
 void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine, const std::string& folder,
                      const std::string& extension,
                      const std::function<void(int, const std::filesystem::path&)>& write) {
-  const Clock::time_point start = Clock::now();
+  frames_start_ = Clock::now();
   const std::int64_t before = mine - static_cast<std::int64_t>(todo.size());
   std::atomic<std::size_t> next = 0;
   std::atomic<bool> ending = false;
-  std::int64_t done = 0;
   std::size_t failed = todo.size();  // the first that did, whichever thread had it
   std::exception_ptr failure;
   const auto worker = [&] {
@@ -236,10 +235,11 @@ void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine, const std:
       try {
         one_frame(todo[at], frame_path(folder, todo[at], extension), write);
         const std::lock_guard lock(mutex_);
-        ++done;
-        const double rate = static_cast<double>(done) / std::max(seconds_since(start), 1e-9);
-        const auto left = static_cast<double>(static_cast<std::int64_t>(todo.size()) - done);
-        report_progress({"frames", before + done, mine, rate, left / rate});
+        ++frames_now_;
+        const double rate = static_cast<double>(frames_now_ - frames_before_) /
+                            std::max(seconds_since(frames_start_), 1e-9);
+        const auto left = static_cast<double>(static_cast<std::int64_t>(todo.size()) - frames_now_);
+        report_progress({"frames", before + frames_now_, mine, rate, left / rate});
       } catch (...) {  // carried to the thread that called; the rest is not begun
         const std::lock_guard lock(mutex_);
         if (at < failed) {
@@ -389,6 +389,8 @@ void ActiveRun::progress(std::int64_t done, std::int64_t total, const std::strin
   }
   const auto since = static_cast<double>(done - count_.first);
   const double rate = since / std::max(seconds_since(count_.start), 1e-9);
+  frames_start_ = Clock::now();  // what a stage counts in front of its frames is not their time
+  frames_before_ = frames_now_;
   report_progress({unit, done, total, rate,
                    since > 0 ? static_cast<double>(total - done) / rate : 0.0, figures});
 }

@@ -104,6 +104,10 @@ class ActiveRun : public StageRun {
   std::map<std::string, ManifestOutput> outputs_;
   std::map<std::string, double> metrics_;
   Count count_;
+  /// When the frames of this run began to be counted, and how many were done then.
+  std::chrono::steady_clock::time_point frames_start_;
+  std::int64_t frames_before_ = 0;
+  std::int64_t frames_now_ = 0;        ///< finished by this run
   std::vector<std::string> warnings_;  ///< of no frame
   std::int64_t earlier_children_;      ///< bytes, the most that a child needed before this run
 };

@@ -252,9 +252,42 @@ TEST_F(Animate, MissingResultsAreRefusedWithWhatMakesThem) {
   EXPECT_EQ(metrics()["garments"], 0);
 }
 
+TEST_F(Animate, RunTellsItTheFabricAndThatMaterialGoesBefore) {
+  write_dressed_workspace(capture(), workspace());
+  ASSERT_EQ(animate().exit_code, 0);
+  const auto plan = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = {"--animate.pictures", "false", "--animate.cloth.xpbd.substeps",
+                                    "6", "--dry-run"};
+    all.insert(all.end(), more.begin(), more.end());
+    return stage("run", all).out;
+  };
+  EXPECT_THAT(plan({"--from", "animate"}), HasSubstr("animate      would do nothing"));
+  EXPECT_THAT(plan({"--from", "animate", "--material", "denim"}),
+              HasSubstr(R"(animate      would run: option material.name: "fitted" -> "denim")"));
+  EXPECT_THAT(plan({"--from", "material", "--material", "denim"}),
+              HasSubstr("animate      would run: after material"));
+}
+
+TEST_F(Animate, RunShowsNoFilmOfAnotherRun) {
+  write_dressed_workspace(capture(), workspace());
+  const auto animated = [&](const std::string& start) {
+    return stage(
+        "run", {"--from", "animate", "--animate.cloth.xpbd.substeps", "6", "--animate.width", "64",
+                "--animate.height", "64", "--animate.start", start});
+  };
+  const ChildResult done = animated("0");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("animation.mp4"));
+  const ChildResult failed = animated("1000");
+  EXPECT_EQ(failed.exit_code, 3) << failed.err;
+  EXPECT_THAT(failed.out,
+              ::testing::AllOf(HasSubstr("report: "), ::testing::Not(HasSubstr("animation.mp4"))));
+}
+
 TEST_F(Animate, MotionsThatAreNoneAreRefused) {
   write_dressed_workspace(capture(), workspace());
   expect_refused(animate({"--motion", (root_ / "none.bvh").string()}), "no such file");
+  expect_refused(animate({"--motion", (root_ / "none.bvh").string(), "--dry-run"}), "no such file");
   expect_refused(animate({"--motion", "twits"}), "did you mean 'twist'?");
   MotionClip stranger = person_clip();
   for (std::size_t j = 0; j < stranger.skeleton.names.size(); ++j) {

@@ -15,6 +15,7 @@
 
 #include "apps/run_account.h"
 #include "apps/targets.h"
+#include "core/device.h"
 #include "core/io/file_bytes.h"
 #include "core/store/commit.h"
 #include "core/store/file_lock.h"
@@ -80,6 +81,43 @@ TEST_F(Run, ADryRunSaysWhatWouldBeDoneAndChangesNothing) {
                     HasSubstr("track        would run: after reconstruct"),
                     HasSubstr("body         skipped: no frame has pictures with masks")));
   EXPECT_FALSE(fs::exists(workspace_));
+}
+
+/// What the first event says of the time that all takes.
+double announced_seconds(const ChildResult& result) {
+  return nlohmann::json::parse(result.out.substr(0, result.out.find('\n')))["expected_seconds"];
+}
+
+TEST_F(Run, AnnouncesTheTimeOfWhatWillBeDoneAgain) {
+  run({"--to", "validate"});
+  ASSERT_TRUE(has_result("validate"));
+  const std::vector<std::string> plan = {"--to", "validate", "--dry-run", "--json"};
+  const double report = announced_seconds(run(plan));
+  EXPECT_GT(report, 0);
+  std::vector<std::string> other = plan;
+  other.insert(other.end(), {"--capture.fps", "24"});
+  const ChildResult again = run(other);
+  EXPECT_THAT(again.out, HasSubstr("option capture.fps"));
+  EXPECT_GT(announced_seconds(again), report + 1);
+}
+
+TEST_F(Run, IsEndedByASignalWhileItMakesItsReport) {
+  run({"--to", "validate"});
+  ASSERT_TRUE(has_result("validate"));
+  // Whoever writes the report holds it up until the signal comes.
+  auto held = FileLock::try_lock(workspace_ / "report" / ".lock", FileLock::Mode::Exclusive);
+  ASSERT_TRUE(held);
+  const fs::path said = root_ / "said.txt";
+  ChildProcess child({"/bin/sh", "-c", R"(exec "$@" > ")" + said.string() + "\"", "sh",
+                      program_path(), "run", capture_.string(), workspace_.string(), "--to",
+                      "validate"});
+  while (!child.has_ended() &&
+         !(fs::exists(said) &&
+           read_file_text(said, 1 << 20).find("run: report, about ") != std::string::npos)) {
+    usleep(1000);
+  }
+  child.kill(SIGINT);
+  EXPECT_EQ(child.wait().signal, SIGINT);
 }
 
 TEST_F(Run, DoesTheStagesAskedForAsTheirOwnCommandsDo) {
@@ -373,6 +411,43 @@ TEST_F(Run, AnyErrorOfAStageLeavesAReport) {
                                 HasSubstr("report: ")));
   EXPECT_THAT(read_file_text(workspace_ / "report/index.html", 1 << 26),
               HasSubstr("another run is working"));
+}
+
+TEST_F(Run, AnErrorOfTheSurroundingsEndsTheRun) {
+  const fs::path lock = workspace_ / "validate" / ".lock";
+  fs::create_directories(lock.parent_path());
+  const auto held = FileLock::try_lock(lock, FileLock::Mode::Exclusive);
+  ASSERT_TRUE(held);
+  const ChildResult result = run({"--to", "reconstruct", "--json"});
+  EXPECT_EQ(result.exit_code, 5) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("the run ended with the error of validate"));
+  EXPECT_FALSE(has_result("reconstruct"));
+}
+
+TEST_F(Run, RefusesWhatTheLastStageWouldRefuseBeforeTheFirst) {
+  const std::string none = (root_ / "none.npz").string();
+  for (const std::string option : {"motion", "body", "cloth-sequence"}) {
+    for (const bool dry : {true, false}) {
+      std::vector<std::string> more = {"--animate." + option, none};
+      if (dry) {
+        more.emplace_back("--dry-run");
+      }
+      expect_refusal(run(more), 3, "none.npz");
+    }
+  }
+  expect_refusal(run({"--animate.garment", (root_ / "none.json").string()}), 3, "none.json");
+  expect_refusal(run({"--animate.camera", "ceiling"}), 3, "'ceiling'");
+  if (!cuda_available()) {
+    expect_refusal(run({"--device", "cuda"}), 5, "; say --device cpu");
+    expect_refusal(run({"--device", "cuda", "--dry-run"}), 5, "; say --device cpu");
+  }
+  EXPECT_FALSE(fs::exists(workspace_));
+}
+
+TEST_F(Run, ItsHelpSaysWhereTheOptionsOfStagesAre) {
+  EXPECT_THAT(run_child({program_path(), "run", "--help"}).out,
+              AllOf(HasSubstr("--STAGE.section.field VALUE"), HasSubstr("--capture.field VALUE"),
+                    HasSubstr("atelier options"), HasSubstr("Exit codes:")));
 }
 
 TEST_F(Run, ADamagedResultIsNotBuiltUpon) {

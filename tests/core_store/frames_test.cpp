@@ -418,6 +418,26 @@ TEST_F(Frames, ProgressCountsWhatWasThereBefore) {
   EXPECT_THAT(done, ElementsAre(4, 5, 6));
 }
 
+TEST_F(Frames, WhatIsCountedInFrontOfTheFirstIsNotTheirTime) {
+  behaviour().reports = [](StageRun& run) {
+    run.progress(0, 1, "steps");
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    run.progress(1, 1, "steps");
+  };
+  double seconds = 0;
+  StageEvents events;
+  events.progress = [&](const StageProgress& progress) {
+    if (progress.unit == "frames" && progress.done == 1) {
+      seconds = 1 / progress.per_second;
+    }
+  };
+  StageRequest one_by_one = request();
+  one_by_one.jobs = 1;
+  run(one_by_one, events);
+  EXPECT_GT(seconds, 0);
+  EXPECT_LT(seconds, 0.05);
+}
+
 TEST_F(Frames, RefusesASelectionOfNoFrame) {
   EXPECT_THROW(run(request(range(100, 200))), DataError);
   EXPECT_FALSE(std::filesystem::exists(root_ / "work"));

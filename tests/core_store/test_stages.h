@@ -18,10 +18,11 @@ namespace atelier::fixtures {
 /// What the test stages do besides their work; each test sets it anew.
 struct Behaviour {
   std::atomic<int> count_runs = 0;
-  std::function<void()> during;            ///< called in the middle of `count`
-  std::function<void(StageRun&)> reports;  ///< progress of `count`, in place of its own
-  std::function<void(int)> before_frame;   ///< called before a frame of `frames` is written
-  std::int64_t space = 0;                  ///< that `count` needs
+  std::function<void()> during;  ///< called in the middle of `count`
+  std::function<void(StageRun&)>
+      reports;  ///< progress of `count`, in place of its own; of `frames`, in front of the first
+  std::function<void(int)> before_frame;  ///< called before a frame of `frames` is written
+  std::int64_t space = 0;                 ///< that `count` needs
   bool asks_to_stop = false;
   std::vector<int> frame_ids = {0, 1, 2, 3, 5, 8};
   std::vector<int> warned_frames;
@@ -107,6 +108,9 @@ inline void run_frames(StageRun& run) {
                      [&](int frame_id, const std::filesystem::path& file) {
                        if (behaviour().before_frame) {
                          behaviour().before_frame(frame_id);
+                       }
+                       if (frame_id == behaviour().frame_ids.front() && behaviour().reports) {
+                         behaviour().reports(run);
                        }
                        {
                          const std::lock_guard lock(behaviour().mutex);
