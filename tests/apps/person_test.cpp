@@ -296,6 +296,13 @@ TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
   EXPECT_THAT(old, HasSubstr("not measured  outdated"));
   const nlohmann::json json = nlohmann::json::parse(evaluate({"--stage", "track", "--json"}).out);
   EXPECT_THAT(json.at("not_measured").at("track").get<std::string>(), HasSubstr(mended));
+  // Nor is what was made of them judged.
+  const std::string after = evaluate({"--stage", "body", "--check"}).out;
+  EXPECT_THAT(after, HasSubstr("body: not measured: outdated: 'track' before it is outdated; run "
+                               "'atelier run " +
+                               capture().string() + " " + workspace_.string() +
+                               " --from track --to body'"));
+  EXPECT_THAT(after, Not(HasSubstr("met ")));
 }
 
 TEST_F(Person, OfAnotherBodyModelIsNotMeasuredAtRest) {
