@@ -596,7 +596,12 @@ TEST_F(Person, WrongCallsAreRefused) {
   const ChildResult beyond =
       run_stage("track", {"--exclude", "region", "--region", (own_ / "region.json").string()});
   EXPECT_EQ(beyond.exit_code, 3);
-  EXPECT_THAT(beyond.err, HasSubstr("vertices of the body"));
+  EXPECT_THAT(beyond.err, HasSubstr("region: 99999999; expected vertices of the body"));
+  std::ofstream(own_ / "region.json") << "[]";
+  const ChildResult empty =
+      run_stage("track", {"--exclude", "region", "--region", (own_ / "region.json").string()});
+  EXPECT_EQ(empty.exit_code, 3);
+  EXPECT_THAT(empty.err, HasSubstr("region: no vertex"));
   for (const char* name : {"hat", "skin", "dress, hair"}) {
     const ChildResult label = run_stage("track", {"--exclude", "labels", "--input.excluded", name});
     EXPECT_EQ(label.exit_code, 3) << name;
