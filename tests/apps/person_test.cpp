@@ -267,7 +267,8 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   ASSERT_EQ(
       run_child({program_path(), "report", workspace, "--truth", capture().string()}).exit_code, 0);
   const std::string page = read_text(workspace_ / "report" / "index.html");
-  for (const char* words : {"clothed_region.png", "track.legs_none_mm"}) {
+  for (const char* words : {"clothed: the part of the body whose clothing does not count",
+                            "clothed_region.png", "track.legs_none_mm"}) {
     EXPECT_THAT(page, HasSubstr(words));
   }
 }
