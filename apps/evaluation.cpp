@@ -2,6 +2,7 @@
 
 #include "apps/evaluation.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "apps/animate_measures.h"
@@ -11,9 +12,12 @@
 #include "apps/person_measures.h"
 #include "apps/reconstruct_measures.h"
 #include "apps/register_measures.h"
+#include "apps/run_chain.h"
+#include "apps/stages.h"
 #include "apps/template_measures.h"
 #include "apps/usage_error.h"
 #include "core/nearest_name.h"
+#include "core/store/workspace_status.h"
 
 namespace atelier {
 namespace {
@@ -25,8 +29,10 @@ namespace fs = std::filesystem;
 struct Evaluation {
   const char* stage;
   std::vector<Measure> (*measure)(const fs::path& workspace, const fs::path& truth);
-  /// Why its result cannot be measured; "" if it can. Null: it always can.
+  /// Why its result cannot be measured, though it is not outdated; "" if it can. Null: it can.
   std::string (*problem)(const fs::path& workspace, const fs::path& truth) = nullptr;
+  /// Figures compare with what the stage gives now, so that a new version outdates them too.
+  bool run_again = false;
 };
 
 std::vector<Measure> of_capture(const fs::path& /*workspace*/, const fs::path& truth) {
@@ -40,7 +46,7 @@ constexpr Evaluation kEvaluations[] = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
     {"personalize", measure_personalize, personalize_problem},
-    {"track", measure_track, track_problem},
+    {"track", measure_track, nullptr, true},
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     {"template", measure_template},
@@ -62,9 +68,65 @@ constexpr Evaluation kEvaluations[] = {
 #endif
 };
 
-std::string problem_of(const Evaluation& evaluation, const fs::path& workspace,
-                       const fs::path& truth) {
-  return evaluation.problem == nullptr ? "" : evaluation.problem(workspace, truth);
+/// How the workspace stands; nothing of a folder that is none, as a capture is.
+std::vector<StageStatus> status_of(const fs::path& workspace) {
+  const auto has_result = [&](const Stage& stage) {
+    return fs::is_directory(workspace / stage.name);
+  };
+  const std::span<const Stage> stages = all_stages();
+  return std::any_of(stages.begin(), stages.end(), has_result) ? workspace_status(stages, workspace)
+                                                               : std::vector<StageStatus>{};
+}
+
+/// The command that makes a stage's result anew, from the first stage behind it that is outdated.
+std::string mending_command(const std::vector<StageStatus>& all, const StageStatus& own,
+                            const fs::path& workspace, const fs::path& truth) {
+  std::vector<std::string> needed = {own.stage};  // and what that was made of
+  std::vector<const StageStatus*> outdated;       // the last first
+  for (auto one = all.rbegin(); one != all.rend(); ++one) {
+    if (one->manifest && std::find(needed.begin(), needed.end(), one->stage) != needed.end()) {
+      if (one->state == StageStatus::State::Outdated) {
+        outdated.push_back(&*one);
+      }
+      for (const ManifestInput& input : one->manifest->inputs) {
+        needed.push_back(input.stage);
+      }
+    }
+  }
+  const std::string places = truth.string() + " " + workspace.string();
+  const auto steps = run_steps();
+  const auto step = std::find_if(steps.begin(), steps.end(),
+                                 [&](const RunStep& one) { return one.stage == own.stage; });
+  const std::string alone = "'atelier " + own.stage + " " + places + "'";
+  const auto chain = [&](const StageStatus& to) {
+    return "'atelier run " + places + " --from " + outdated.back()->stage + " --to " + to.stage +
+           "'";
+  };
+  if (step == steps.end()) {  // `run` leaves it out
+    return outdated.size() > 1 ? chain(*outdated[1]) + " and " + alone : alone;
+  }
+  return outdated.size() > 1 || step->input != nullptr ? chain(own) : alone;
+}
+
+/// Why a stage's figures would say nothing of the workspace as it is: what its result was made of
+/// has changed since. With the command that mends it.
+std::string outdated_problem(const std::vector<StageStatus>& all, const Evaluation& evaluation,
+                             const fs::path& workspace, const fs::path& truth) {
+  const auto own = std::find_if(all.begin(), all.end(), [&](const StageStatus& one) {
+    return one.stage == evaluation.stage;
+  });
+  if (own == all.end() || own->state != StageStatus::State::Outdated ||
+      !(own->inputs_changed || evaluation.run_again)) {
+    return "";
+  }
+  return "outdated: " + own->reasons.front() + "; run " +
+         mending_command(all, *own, workspace, truth);
+}
+
+std::string problem_of(const Evaluation& evaluation, const std::vector<StageStatus>& status,
+                       const fs::path& workspace, const fs::path& truth) {
+  std::string why = outdated_problem(status, evaluation, workspace, truth);
+  return !why.empty() || evaluation.problem == nullptr ? why : evaluation.problem(workspace, truth);
 }
 
 }  // namespace
@@ -80,9 +142,10 @@ std::vector<std::string> evaluated_stages() {
 std::vector<Unmeasured> unmeasured_stages(const fs::path& workspace, const fs::path& truth,
                                           const std::string& stage) {
   std::vector<Unmeasured> all;
+  const std::vector<StageStatus> status = status_of(workspace);
   for (const Evaluation& evaluation : kEvaluations) {
     if (stage.empty() || stage == evaluation.stage) {
-      if (std::string why = problem_of(evaluation, workspace, truth); !why.empty()) {
+      if (std::string why = problem_of(evaluation, status, workspace, truth); !why.empty()) {
         all.push_back({evaluation.stage, std::move(why)});
       }
     }
@@ -93,6 +156,7 @@ std::vector<Unmeasured> unmeasured_stages(const fs::path& workspace, const fs::p
 std::vector<Measure> workspace_measures(const fs::path& workspace, const fs::path& truth,
                                         const std::string& stage) {
   std::vector<Measure> all;
+  const std::vector<StageStatus> status = status_of(workspace);
   std::string stages;
   std::vector<std::string> names;
   bool known = stage.empty();
@@ -101,7 +165,7 @@ std::vector<Measure> workspace_measures(const fs::path& workspace, const fs::pat
     names.emplace_back(evaluation.stage);
     if (stage.empty() || stage == evaluation.stage) {
       known = true;
-      if (!problem_of(evaluation, workspace, truth).empty()) {
+      if (!problem_of(evaluation, status, workspace, truth).empty()) {
         continue;
       }
       const std::vector<Measure> some = evaluation.measure(workspace, truth);

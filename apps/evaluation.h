@@ -27,9 +27,9 @@ struct Unmeasured {
   std::string why;  ///< and the command that mends it
 };
 
-/// What workspace_measures leaves out, of that stage or of all: `track` whose inputs have changed
-/// since, as it is measured against what they would give with other exclusions; `personalize` of
-/// another body model than the truth's, whose rest poses are not the same.
+/// What workspace_measures leaves out, of that stage or of all: results that are outdated (their
+/// inputs, or the stage, have changed since), and `personalize` of another body model than the
+/// truth's, whose rest poses are not the same.
 std::vector<Unmeasured> unmeasured_stages(const std::filesystem::path& workspace,
                                           const std::filesystem::path& truth,
                                           const std::string& stage = "");

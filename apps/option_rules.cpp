@@ -87,10 +87,16 @@ constexpr std::array kNeededRules = {
 };
 
 /// Corrections of a capture that a section takes with the others and nothing behind it reads: a
-/// person is measured and tracked on what `reconstruct` has made of cameras and pictures.
+/// person is measured and tracked on what `reconstruct` has made of cameras and pictures. What
+/// cameras there are (leave_out, sync, keypoints) may say which frames and keypoints there are.
 constexpr std::string_view kPersonsCapture = "input.capture.";
-constexpr std::array<std::string_view, 7> kUnread = {
-    "calibration_of", "extrinsics", "baseline", "intrinsics", "distortion", "pixel_shift", "masks"};
+constexpr std::array kUnread = {
+    std::string_view("metres_per_unit"), std::string_view("up"),
+    std::string_view("label_taxonomy"),  std::string_view("calibration_of"),
+    std::string_view("extrinsics"),      std::string_view("baseline"),
+    std::string_view("intrinsics"),      std::string_view("distortion"),
+    std::string_view("pixel_shift"),     std::string_view("masks"),
+};
 
 std::optional<double> number_of(const OptionField& field) {
   if (const auto* const* value = std::get_if<int*>(&field.target)) {

@@ -29,14 +29,15 @@ bool is_wanted(const PersonPoints& one, int person) {
   return one.id == person || (one.id < 0 && person == 0);
 }
 
-/// Returns how many of the keypoints are bridged.
+/// Returns how many of the keypoints are bridged. `people_shown`: how many people the file shows.
 int read_keypoints(const std::filesystem::path& file, const PersonInputOptions& options,
-                   Index count, TrackFrame& frame) {
+                   Index count, TrackFrame& frame, std::size_t& people_shown) {
   if (!std::filesystem::exists(file)) {
     return 0;
   }
   const std::string text = read_file_text(file, kMostText);
   const std::vector<PersonPoints> people = parse_keypoints3d(text, file.string());
+  people_shown = people.size();
   const std::map<int, std::vector<double>> deviations =
       parse_keypoint_deviations(text, file.string());
   const std::map<int, std::vector<int>> bridged = parse_bridged_keypoints(text, file.string());
@@ -217,6 +218,7 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
   }
   input.frames.resize(sequence.frame_ids.size());
   std::vector<int> bridged(input.frames.size(), 0);
+  std::vector<std::size_t> people(input.frames.size(), 0);
   std::array<std::atomic<bool>, 256> met{};
   std::atomic<bool> unlabelled = false;
   parallel_for(static_cast<Index>(input.frames.size()), 1, [&](Index begin, Index end) {
@@ -225,7 +227,8 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
       TrackFrame& frame = input.frames[static_cast<std::size_t>(f)];
       bridged[static_cast<std::size_t>(f)] =
           read_keypoints(files.keypoints / "keypoints3d" / (frame_name(id) + ".json"), options,
-                         static_cast<Index>(input.keypoint_names.size()), frame);
+                         static_cast<Index>(input.keypoint_names.size()), frame,
+                         people[static_cast<std::size_t>(f)]);
       Mesh scan;
       const std::filesystem::path file = files.scans / "scans" / (frame_name(id) + ".h5");
       if (options.scans == ScanSource::Truth) {
@@ -263,6 +266,19 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
     evidence.findings.push_back(
         {Severity::Note, "keypoints-bridged", "frames " + listed_frames(guessed),
          std::to_string(count) + " keypoints that no camera saw", "they count as missing"});
+  }
+  std::vector<int> crowded;
+  for (std::size_t f = 0; f < people.size(); ++f) {
+    if (people[f] > 1) {
+      crowded.push_back(input.frame_ids[f]);
+    }
+  }
+  if (!crowded.empty() && options.person == 0) {  // as it is where nobody has said one
+    evidence.findings.push_back(
+        {Severity::Note, "people-several", "frames " + listed_frames(crowded),
+         "keypoints show up to " + std::to_string(*std::max_element(people.begin(), people.end())) +
+             " people",
+         "number 0 is taken; --input.person takes another"});
   }
   if (unlabelled) {
     evidence.findings.push_back({Severity::Note, "labels-absent", "scans", "no point has a label",

@@ -8,7 +8,6 @@
 #include <string>
 
 #include "apps/personalize_stage.h"
-#include "apps/stages.h"
 #include "apps/track_stage.h"
 #include "apps/truth_scan.h"
 #include "bodymodel/humanoid.h"
@@ -18,7 +17,6 @@
 #include "capture/truth_archive.h"
 #include "core/normals.h"
 #include "core/store/result.h"
-#include "core/store/workspace_status.h"
 #include "core/tree.h"
 
 namespace atelier {
@@ -232,29 +230,6 @@ std::string personalize_problem(const fs::path& workspace, const fs::path& captu
   }
   return "the person's body model rests in another pose than the truth's, so that their surfaces "
          "at rest say nothing; track and body are measured in the frames";
-}
-
-std::string track_problem(const fs::path& workspace, const fs::path& capture) {
-  if (!current_name(workspace / "track")) {
-    return "";
-  }
-  const std::vector<StageStatus> all = workspace_status(all_stages(), workspace);
-  const auto track = std::find_if(all.begin(), all.end(),
-                                  [](const StageStatus& one) { return one.stage == "track"; });
-  if (track == all.end() || track->state != StageStatus::State::Outdated) {
-    return "";
-  }
-  // Of what it was made from, the first that has to be made again.
-  const auto first = std::find_if(all.begin(), track, [&](const StageStatus& one) {
-    return one.state == StageStatus::State::Outdated &&
-           std::any_of(track->manifest->inputs.begin(), track->manifest->inputs.end(),
-                       [&](const ManifestInput& input) { return input.stage == one.stage; });
-  });
-  const std::string places = capture.string() + " " + workspace.string();
-  return "outdated: " + track->reasons.front() + "; run 'atelier " +
-         (first == track ? "track " + places
-                         : "run " + places + " --from " + first->stage + " --to track") +
-         "'";
 }
 
 std::vector<Measure> measure_personalize(const fs::path& workspace, const fs::path& capture) {

@@ -10,13 +10,10 @@
 
 namespace atelier {
 
-/// Why a result of `personalize` or `track` cannot be measured, and the command that mends it; ""
-/// if it can, or is not there. A body model other than the truth's rests in another pose. Poses
-/// whose inputs have changed since (Outdated) are no longer what these give with other exclusions.
+/// Why a result of `personalize` cannot be measured; "" if it can, or is not there. A body model
+/// other than the truth's rests in another pose.
 std::string personalize_problem(const std::filesystem::path& workspace,
                                 const std::filesystem::path& capture);
-std::string track_problem(const std::filesystem::path& workspace,
-                          const std::filesystem::path& capture);
 
 /// personal.* of a workspace's result of `personalize` against a synthetic capture's truth; none
 /// where there is no result.

@@ -114,6 +114,16 @@ std::string attention_of(const StageStatus& status) {
   return items;
 }
 
+/// What stands below a picture: words where a stage's own say nothing to a reader, else its path.
+std::string caption_of(const std::string& path) {
+  constexpr std::string_view kFolder = "pictures/";
+  constexpr std::string_view kRegion = "_region.png";
+  return path.starts_with(kFolder) && path.ends_with(kRegion)
+             ? path.substr(kFolder.size(), path.size() - kFolder.size() - kRegion.size()) +
+                   ": the part of the body whose clothing does not count (" + path + ")"
+             : path;
+}
+
 std::string picture(const std::filesystem::path& file, const std::string& name,
                     const std::string& type, std::int64_t most_bytes) {
   const std::string data =
@@ -121,7 +131,8 @@ std::string picture(const std::filesystem::path& file, const std::string& name,
   const std::string shown = type.starts_with("video")
                                 ? "<video controls loop muted src=\"" + data + "\"></video>"
                                 : "<img alt=\"" + html_text(name) + "\" src=\"" + data + "\">";
-  return "<figure>" + shown + "<figcaption>" + html_text(name) + "</figcaption></figure>\n";
+  return "<figure>" + shown + "<figcaption>" + html_text(caption_of(name)) +
+         "</figcaption></figure>\n";
 }
 
 /// What stages draw over frames for whoever has the files alone: the page has plots of the same.

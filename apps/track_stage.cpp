@@ -14,6 +14,7 @@
 #include "core/io/image_file.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
+#include "core/io/text_writer.h"
 
 namespace atelier {
 namespace {
@@ -45,10 +46,13 @@ std::vector<char> painted_region(const BodyModel& model, const std::string& name
   for (const double value : place.numbers()) {
     if (!(value >= 0 && value < static_cast<double>(region.size())) ||
         value != static_cast<double>(static_cast<Index>(value))) {
-      throw DataError(name, "region", std::to_string(value),
+      throw DataError(name, "region", number_text(value),
                       "vertices of the body, 0 to " + std::to_string(region.size() - 1));
     }
     region[static_cast<std::size_t>(value)] = 1;
+  }
+  if (std::find(region.begin(), region.end(), 1) == region.end()) {
+    throw DataError(name, "region", "no vertex", "at least one; --exclude none leaves nothing out");
   }
   return region;
 }

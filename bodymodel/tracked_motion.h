@@ -20,7 +20,7 @@ struct TrackedMotion {
   RowMatrix deviations;        ///< [F,J] metres, standard deviation of each joint's place (root of
                                ///< the mean of its variances along the three axes)
   std::vector<char> trusted;  ///< [F] 0: too little was seen or it did not agree, and the frame was
-                              ///< bridged from those around it
+                              ///< bridged from those around it, or its pose misses what was seen
   Eigen::VectorXd keypoint_rms;  ///< [F] metres between keypoints and where the fit has them; 0
                                  ///< without keypoints
   Eigen::VectorXd scan_rms;      ///< [F] metres between the scan's points that counted and the

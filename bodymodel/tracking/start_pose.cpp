@@ -17,7 +17,6 @@ namespace atelier {
 namespace {
 
 constexpr double kGoodError = 0.03;    // m, median: no other reading is tried
-constexpr double kBadError = 0.06;     // m, median: the frame is not trusted
 constexpr int kFewest = 6;             // keypoints that make a pose
 constexpr double kBent = 0.25;         // sine of a bend that says how the bone above is turned
 constexpr double kSpeed = 4;           // m/s, spread of a joint's speed
@@ -171,7 +170,7 @@ std::vector<Hypothesis> hypotheses(const FittedPerson& person, const FrameTarget
     TrackWindow window{{&one.start.targets}, {0}, {*closed}};
     one.start.x = solve_window(person, window, rough, {}, kIterations).x[0];
     one.start.error = error_of_share(person, one.start.targets, one.start.x, 0.5);
-    one.start.trusted = one.start.error < kBadError;
+    one.start.trusted = one.start.error < kUntrustedError;
     one.cost = frame_energy(person, one.start.targets, one.start.x, rough, false).cost +
                (reading == SideReading::AsNamed ? 0 : kReadingPenalty);
     one.joints = sought_joints(person, one.start.x);

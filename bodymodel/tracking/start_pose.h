@@ -18,6 +18,9 @@ std::optional<Eigen::VectorXd> closed_form_pose(const FittedPerson& person,
 /// How a frame's keypoints were read.
 enum class SideReading { AsNamed, Mirrored, LegsMirrored, ArmsMirrored };
 
+/// m, from where a frame's pose has its keypoints: further off they say that it is wrong.
+inline constexpr double kUntrustedError = 0.06;
+
 /// Where a frame's search begins.
 struct StartPose {
   Eigen::VectorXd x;

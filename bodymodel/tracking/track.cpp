@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "bodymodel/rotation.h"
 #include "bodymodel/tracking/start_pose.h"
@@ -42,6 +43,14 @@ std::vector<Range> windows_of(std::size_t frames, const TrackOptions& options) {
     ranges[w].keep_begin = middle;
   }
   return ranges;
+}
+
+double rms_of(const std::vector<double>& distances) {
+  double sum = 0;
+  for (const double one : distances) {
+    sum += one * one;
+  }
+  return distances.empty() ? 0 : std::sqrt(sum / static_cast<double>(distances.size()));
 }
 
 std::string frame_text(int id) {
@@ -301,6 +310,7 @@ class Sequencer {
     tracked.scan_share = Eigen::VectorXd::Zero(rows);
     std::vector<FrameTargets> targets(count);
     std::vector<double> off(count, 0);
+    std::vector<double> unmet(count, 0);
     parallel_for(rows, 1, [&](Index begin, Index end) {
       for (Index f = begin; f < end; ++f) {
         const auto i = static_cast<std::size_t>(f);
@@ -313,18 +323,21 @@ class Sequencer {
           off[i] = foreign_share(*scans_[i], surface, x_[i]);
         }
         targets[i].matches = both_ways(i, x_[i], region_, 0);
-        tracked.keypoint_rms[f] = keypoint_rms(i);
-        tracked.trusted[i] = starts_[i].trusted || tracked.scan_share[f] > kCovered ? 1 : 0;
+        tracked.keypoint_rms[f] = rms_of(keypoint_distances(i, x_[i]));
+        unmet[i] = unmet_keypoints(i);
+        const bool held = starts_[i].trusted || tracked.scan_share[f] > kCovered;
+        tracked.trusted[i] = held && unmet[i] < kUntrustedError ? 1 : 0;
       }
     });
     std::vector<int> untrusted;
+    std::vector<int> missed;
     std::vector<int> far;
     for (std::size_t f = 0; f < count; ++f) {
       const Pose pose = pose_of_variables(person_, x_[f]);
       tracked.joints.push_back(forward_kinematics(person_.shaped.skeleton, pose).positions);
       tracked.motion.poses.push_back(pose);
       if (tracked.trusted[f] == 0) {
-        untrusted.push_back(input_.frame_ids[f]);
+        (unmet[f] < kUntrustedError ? untrusted : missed).push_back(input_.frame_ids[f]);
       }
       if (off[f] > kFarShare) {
         far.push_back(input_.frame_ids[f]);
@@ -343,7 +356,25 @@ class Sequencer {
                            "neither keypoints nor a scan say where the person is",
                            "bridged from the frames around; do not measure on them"});
     }
+    if (!missed.empty()) {
+      char rate[32];
+      std::snprintf(rate, sizeof(rate), "%g", input_.fps);
+      const double most = *std::max_element(unmet.begin(), unmet.end());
+      findings_.push_back({Severity::Warning, "keypoints-unmet", "frames " + listed_frames(missed),
+                           "poses are up to " + std::to_string(std::lround(1e3 * most)) +
+                               " mm (rms) from keypoints that each frame alone meets",
+                           "not trusted; look whether " + std::string(rate) +
+                               " frames a second is true, weights of the motion prior suit it, and "
+                               "the person is of "
+                               "this size"});
+    }
     deviations(targets, tracked.deviations);
+    for (std::size_t f = 0; f < count; ++f) {  // the spread of a wrong minimum says nothing
+      if (unmet[f] >= kUntrustedError) {
+        const auto row = static_cast<Index>(f);
+        tracked.deviations.row(row) = tracked.deviations.row(row).cwiseMax(unmet[f]);
+      }
+    }
     const std::vector<char> region =
         options_.exclude == Exclude::Labels ? under_left_out() : region_;
     for (std::size_t v = 0; v < region.size(); ++v) {
@@ -371,21 +402,34 @@ class Sequencer {
     return judged > 0 ? 1 - on / judged : 0;
   }
 
-  double keypoint_rms(std::size_t f) const {
+  /// [seen] metres between the keypoints of a frame and where a pose has them.
+  std::vector<double> keypoint_distances(std::size_t f, const Eigen::VectorXd& x) const {
     const FrameTargets& targets = starts_[f].targets;
     const Points at = marker_positions(
-        seen_only(),
-        forward_kinematics(person_.shaped.skeleton, pose_of_variables(person_, x_[f])));
-    double sum = 0;
-    int count = 0;
+        seen_only(), forward_kinematics(person_.shaped.skeleton, pose_of_variables(person_, x)));
+    std::vector<double> distances;
     for (Index k = 0; k < targets.keypoints.rows(); ++k) {
       if (targets.deviations[k] > 0 &&
           person_.places.riding.joints[static_cast<std::size_t>(k)] >= 0) {
-        sum += (at.row(k) - targets.keypoints.row(k)).squaredNorm();
-        ++count;
+        distances.push_back((at.row(k) - targets.keypoints.row(k)).norm());
       }
     }
-    return count > 0 ? std::sqrt(sum / count) : 0;
+    return distances;
+  }
+
+  /// How far, m rms, a frame's pose is from the keypoints that its start met. Those that the start
+  /// did not meet are the detector's mistakes, and say nothing against the pose.
+  double unmet_keypoints(std::size_t f) const {
+    const std::vector<double> before = keypoint_distances(f, starts_[f].x);
+    std::vector<double> now = keypoint_distances(f, x_[f]);
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < now.size(); ++k) {
+      if (before[k] < kUntrustedError) {
+        now[kept++] = now[k];
+      }
+    }
+    now.resize(kept);
+    return rms_of(now);
   }
 
   /// Places of keypoints that the body does not know ride on the root, and are not asked for.

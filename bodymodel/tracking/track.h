@@ -54,7 +54,7 @@ struct TrackInput {
 struct Tracking {
   TrackedMotion tracked;
   std::vector<Finding> findings;  ///< "keypoints-missing", "frame-untrusted", "left-right",
-                                  ///< "scan-unit", "scan-far", "labels-absent"
+                                  ///< "keypoints-unmet", "scan-unit", "scan-far", "labels-absent"
 };
 
 /// "3, 5, 8": the numbers of frames that a finding is about, the ninth and later counted alone.
@@ -72,10 +72,12 @@ std::string listed_frames(const std::vector<int>& ids);
 ///    found (dynamic_region.h) and left out of the rounds that follow; it is found again once.
 /// Stated behaviour for bad input, each with a finding: a frame without (or with contradictory)
 /// keypoints starts between its neighbours, is fitted to its scan if it has one, and is trusted
-/// only if that covers the body; scans more than 3 times as large or small as the person
-/// (millimetres) are left out; points further than 8 cm from the body (a second person) are not of
-/// it. Results do not depend on the number of threads. Throws LogicError on sizes that do not
-/// agree, DataError for a body that is no person. O(frames x rounds x samples).
+/// only if that covers the body; a frame whose pose ends 6 cm (rms) or more from the keypoints that
+/// its start met is not trusted, and its deviations are at least that; scans more than 3 times as
+/// large or small as the person (millimetres) are left out; points further than 8 cm from the body
+/// (a second person) are not of it. Results do not depend on the number of threads. Throws
+/// LogicError on sizes that do not agree, DataError for a body that is no person. O(frames x rounds
+/// x samples).
 /// @param model  the person, without shape parameters or at its neutral shape
 Tracking track(const BodyModel& model, const TrackInput& input, const TrackOptions& options = {});
 

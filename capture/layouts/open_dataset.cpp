@@ -454,6 +454,11 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   }
   const Choice choice = choose(path, options);
   Dataset dataset = choice.layout->read(path, options, limits);
+  if (options.subject != "auto" && dataset.info.subject != options.subject) {
+    throw DataError(path.string(), "subject", "'" + options.subject.substr(0, 40) + "'",
+                    "auto: captures of layout " + std::string(choice.layout->name) +
+                        " have no subjects to choose from");
+  }
   if (dataset.root.empty()) {
     dataset.root = ".";  // a calibration file named without its folder
   }

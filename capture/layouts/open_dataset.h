@@ -30,7 +30,8 @@ OptionTable describe(DatasetOptions& options);
 /// are an exact scale of the calibrated size has its intrinsics scaled, with a finding.
 ///
 /// Throws DataError where no layout fits (with the layouts that were tried), or where the files of
-/// the layout are truncated, contradict each other or go beyond `limits`; EnvironmentError if they
+/// the layout are truncated, contradict each other or go beyond `limits`, or have no such subject;
+/// EnvironmentError if they
 /// cannot be read.
 Dataset open_dataset(const std::filesystem::path& path, const DatasetOptions& options = {},
                      const Limits& limits = {});

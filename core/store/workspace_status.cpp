@@ -44,6 +44,7 @@ void judge_outside_input(StageStatus& status, const Stage& stage, const Manifest
     }
     const InputDigest now = digest_of_input(input.path, {}, consent_part(stage));
     if (now.digest != input.digest) {
+      status.inputs_changed = true;
       status.reasons.push_back(input_change(
           input, {input.kind, input.path, now.digest, now.files, now.bytes, "", now.stamp}));
     }
@@ -85,9 +86,11 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
       continue;
     }
     if (!maker->manifest || outputs_digest(*maker->manifest) != input.digest) {
+      status.inputs_changed = true;
       status.reasons.push_back("its input " + input.kind + " of '" + input.stage +
                                "' has changed since");
     } else if (maker->state == StageStatus::State::Outdated) {
+      status.inputs_changed = status.inputs_changed || maker->inputs_changed;
       outdated_by("'" + input.stage + "' before it is outdated");
     }
   }

@@ -35,6 +35,7 @@ struct StageStatus {
   State state = State::None;
   std::optional<Manifest> manifest;  ///< of the current result, if it can be read
   std::vector<std::string> reasons;  ///< why it is outdated
+  bool inputs_changed = false;       ///< one is that what it was made of is no longer the same
   std::vector<Finding> findings;     ///< how it is damaged
   bool running = false;              ///< a run holds its lock now
   std::vector<UnfinishedWork> unfinished;

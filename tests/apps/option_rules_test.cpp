@@ -90,6 +90,22 @@ TEST(OptionRulesRefused, CorrectionsOfCamerasWhereNoneAreRead) {
                                 HasSubstr("reconstruct"))));
 }
 
+TEST(OptionRulesRefused, UnitAndUpOfACaptureWhereNoCameraIsRead) {
+  double metres = 0;
+  std::string text = "auto";
+  OptionTable table;
+  table.add("input.capture.metres_per_unit", metres, 0, 1e6, "m", "Unit");
+  for (const char* name : {"up", "label_taxonomy", "keypoint_schema", "leave_out"}) {
+    table.add(std::string("input.capture.") + name, text, std::vector<std::string>{}, "Text");
+  }
+  for (const OptionField& field : std::vector<OptionField>(table.fields)) {
+    EXPECT_EQ(set_option(table, field.name, "1"), "");
+  }
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(HasSubstr("metres_per_unit does nothing"), HasSubstr("up does nothing"),
+                          HasSubstr("label_taxonomy does nothing")));
+}
+
 TEST(OptionRules, ASectionBelongsToItsSwitchUnlessThatIsSaidToBeOff) {
   Some some;
   OptionTable inner = some.table();

@@ -267,7 +267,8 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   ASSERT_EQ(
       run_child({program_path(), "report", workspace, "--truth", capture().string()}).exit_code, 0);
   const std::string page = read_text(workspace_ / "report" / "index.html");
-  for (const char* words : {"clothed_region.png", "track.legs_none_mm"}) {
+  for (const char* words : {"clothed: the part of the body whose clothing does not count",
+                            "clothed_region.png", "track.legs_none_mm"}) {
     EXPECT_THAT(page, HasSubstr(words));
   }
 }
@@ -296,6 +297,13 @@ TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
   EXPECT_THAT(old, HasSubstr("not measured  outdated"));
   const nlohmann::json json = nlohmann::json::parse(evaluate({"--stage", "track", "--json"}).out);
   EXPECT_THAT(json.at("not_measured").at("track").get<std::string>(), HasSubstr(mended));
+  // Nor is what was made of them judged.
+  const std::string after = evaluate({"--stage", "body", "--check"}).out;
+  EXPECT_THAT(after, HasSubstr("body: not measured: outdated: 'track' before it is outdated; run "
+                               "'atelier run " +
+                               capture().string() + " " + workspace_.string() +
+                               " --from track --to body'"));
+  EXPECT_THAT(after, Not(HasSubstr("met ")));
 }
 
 TEST_F(Person, OfAnotherBodyModelIsNotMeasuredAtRest) {
@@ -506,6 +514,7 @@ TEST_F(Person, TwoPeopleAreToldApart) {
   const ChildResult result = run_stage("track");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("scan-far"));
+  EXPECT_THAT(result.err, HasSubstr("people-several [frames 0, 1, 2]: keypoints show up to 2"));
   for (std::size_t f = 0; f < 3; ++f) {
     // The other person is a metre off; samples of the scan fall elsewhere, which moves joints too.
     EXPECT_LT((tracked().joints[f] - alone.joints[f]).rowwise().norm().mean(), 0.05);
@@ -526,11 +535,17 @@ TEST(PersonOfARealTrial, IsFollowedByTheCommands) {
   for (std::vector<std::string> step :
        std::vector<std::vector<std::string>>{{"reconstruct", "--capture.layout", "pose2sim"},
                                              {"personalize", "--input.capture.layout", "pose2sim"},
-                                             {"track", "--input.capture.layout", "pose2sim"}}) {
+                                             {"track", "--input.capture.layout", "pose2sim"},
+                                             {"body"}}) {
+    const bool last = step.front() == "body";
     step.insert(step.begin() + 1, {trial.string(), workspace});
     step.insert(step.begin(), program_path());
     const ChildResult result = run_child(step);
     ASSERT_EQ(result.exit_code, 0) << result.err;
+    if (last) {  // bodies that nothing but keypoints says are there, and not to be trusted
+      EXPECT_THAT(result.err, HasSubstr("no-scan [frames 0, 1, 2, 3, 4, 5, 6, 7 and 92 others]"));
+      EXPECT_THAT(result.out, HasSubstr("untrusted 100 frames"));
+    }
   }
   const TrackedMotion found =
       read_tracked_motion(fs::path(workspace) / "track" / "current" / "tracked" / "capture.h5");
@@ -544,7 +559,9 @@ TEST(PersonOfARealTrial, IsFollowedByTheCommands) {
       {"RHip", "right_hip"},     {"RKnee", "right_knee"},
       {"RAnkle", "right_ankle"}, {"RShoulder", "right_shoulder"},
       {"RElbow", "right_elbow"}, {"RWrist", "right_wrist"}};
+  EXPECT_THAT(found.trusted, ::testing::Each(1));
   std::vector<double> errors;
+  double jump = 0;
   int flips = 0;
   const int left = find_joint(found.skeleton, "left_hip");
   const int right = find_joint(found.skeleton, "right_hip");
@@ -562,14 +579,16 @@ TEST(PersonOfARealTrial, IsFollowedByTheCommands) {
       }
     }
     const Points& before = found.joints[f > 0 ? f - 1 : 0];
+    jump = std::max(jump, (found.joints[f] - before).rowwise().norm().maxCoeff());
     flips += (found.joints[f].row(left) - found.joints[f].row(right))
                          .dot(before.row(left) - before.row(right)) < 0
                  ? 1
                  : 0;
   }
   std::nth_element(errors.begin(), errors.begin() + std::ssize(errors) / 2, errors.end());
-  std::printf("median %.1f mm over %zu joints, %d flips\n", 1e3 * errors[errors.size() / 2],
-              errors.size(), flips);
+  std::printf("median %.1f mm over %zu joints, largest step %.1f mm a frame, %d flips\n",
+              1e3 * errors[errors.size() / 2], errors.size(), 1e3 * jump, flips);
+  EXPECT_LT(jump, 0.09);
   EXPECT_LT(errors[errors.size() / 2], 0.035);
   EXPECT_EQ(flips, 0);
 }
@@ -589,7 +608,12 @@ TEST_F(Person, WrongCallsAreRefused) {
   const ChildResult beyond =
       run_stage("track", {"--exclude", "region", "--region", (own_ / "region.json").string()});
   EXPECT_EQ(beyond.exit_code, 3);
-  EXPECT_THAT(beyond.err, HasSubstr("vertices of the body"));
+  EXPECT_THAT(beyond.err, HasSubstr("region: 99999999; expected vertices of the body"));
+  std::ofstream(own_ / "region.json") << "[]";
+  const ChildResult empty =
+      run_stage("track", {"--exclude", "region", "--region", (own_ / "region.json").string()});
+  EXPECT_EQ(empty.exit_code, 3);
+  EXPECT_THAT(empty.err, HasSubstr("region: no vertex"));
   for (const char* name : {"hat", "skin", "dress, hair"}) {
     const ChildResult label = run_stage("track", {"--exclude", "labels", "--input.excluded", name});
     EXPECT_EQ(label.exit_code, 3) << name;

@@ -13,8 +13,10 @@
 namespace atelier::fixtures {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::Field;
+using ::testing::HasSubstr;
 using ::testing::Not;
 
 TrackInput walk(int frames, double noise, double fps = 30) {
@@ -195,6 +197,35 @@ TEST(Track, KeypointsThatContradictEachOtherAreNotTrusted) {
   const Tracking tracking = track(plain_human(), input);
   EXPECT_EQ(tracking.tracked.trusted[3], 0);
   EXPECT_LT(error_of(tracking, 3, 3 / 30.0), 0.03);
+}
+
+TEST(Track, PosesThatMissTheirKeypointsAreNotTrusted) {
+  // Frames said to be ten times as close in time as they are: accelerations hold the person still.
+  TrackInput input = walk(8, 0.004, 12);
+  input.fps = 120;
+  const Tracking tracking = track(plain_human(), input);
+  EXPECT_THAT(tracking.tracked.trusted, Contains(0));
+  for (Index f = 0; f < 8; ++f) {
+    const double off = tracking.tracked.keypoint_rms[f];
+    EXPECT_EQ(tracking.tracked.trusted[static_cast<std::size_t>(f)], off < 0.06 ? 1 : 0) << off;
+    if (off >= 0.06) {
+      EXPECT_GT(tracking.tracked.deviations.row(f).minCoeff(), 0.99 * off);
+    }
+  }
+  EXPECT_THAT(tracking.findings,
+              Contains(AllOf(Field(&Finding::code, "keypoints-unmet"),
+                             Field(&Finding::advice, HasSubstr("120 frames a second")))));
+  EXPECT_THAT(tracking.findings, Not(Contains(Field(&Finding::code, "frame-untrusted"))));
+}
+
+TEST(Track, AKeypointThatNoPoseMeetsCostsNoTrust) {
+  TrackInput input = walk(5, 0.004);
+  const auto& names = input.keypoint_names;
+  const auto wrist = std::find(names.begin(), names.end(), "left_wrist") - names.begin();
+  input.frames[2].keypoints(wrist, 0) += 0.8;
+  const Tracking tracking = track(plain_human(), input);
+  EXPECT_GT(tracking.tracked.keypoint_rms[2], 0.06);
+  EXPECT_THAT(tracking.tracked.trusted, ::testing::Each(1));
 }
 
 TEST(Track, NothingSeenAtAllIsSaid) {

@@ -50,6 +50,11 @@ TEST_F(Datasets, ANativeCaptureOpensWithAllItSays) {
   const Dataset dataset = open_dataset(capture());
   EXPECT_EQ(dataset.layout, "native");
   EXPECT_EQ(dataset.info.subject, "somebody");
+  DatasetOptions options;
+  options.subject = "somebody";
+  EXPECT_EQ(open_dataset(capture(), options).info.subject, "somebody");
+  options.subject = "nosuch";
+  ATELIER_EXPECT_REFUSED(open_dataset(capture(), options), DataError, "'nosuch'");
   EXPECT_EQ(dataset.info.sequences.front().fps, 12);
   EXPECT_EQ(frame_ids(dataset), (std::vector<int>{3, 4}));
   EXPECT_EQ(dataset.frames[0].image_width, 64);

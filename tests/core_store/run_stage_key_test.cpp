@@ -139,6 +139,8 @@ TEST_F(RunStage, AChainShowsWhatIsOutdated) {
                                   [](const StageStatus& s) { return s.stage == "double"; });
   EXPECT_EQ(found->state, StageStatus::State::Outdated);
   EXPECT_THAT(found->reasons, ElementsAre(HasSubstr("'count' has changed since")));
+  EXPECT_TRUE(found->inputs_changed);
+  EXPECT_FALSE(status[0].inputs_changed);
 }
 
 TEST_F(RunStage, AStageOfWhichSeveralInputsAreIsNamedOnceWhereItIsOutdated) {
@@ -149,8 +151,9 @@ TEST_F(RunStage, AStageOfWhichSeveralInputsAreIsNamedOnceWhereItIsOutdated) {
     run_stage(stages, stage, request(std::string(stage.name)));
   }
   stages[0].version = 3;
-  EXPECT_THAT(workspace_status(stages, root_ / "work")[1].reasons,
-              ElementsAre("'count' before it is outdated"));
+  const StageStatus second = workspace_status(stages, root_ / "work")[1];
+  EXPECT_THAT(second.reasons, ElementsAre("'count' before it is outdated"));
+  EXPECT_FALSE(second.inputs_changed) << "there is a new version, of the same files";
 }
 
 TEST_F(RunStage, StatusSeesThatAnInputHasChanged) {
