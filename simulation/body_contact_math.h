@@ -430,4 +430,37 @@ ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T 
   return way_out.face >= 0 ? std::sqrt(way_out.squared_distance) : T(0);
 }
 
+/// Who began a frame outside ends it outside: between limbs that close, a substep may push a
+/// particle out of the one and deep into the other, which lets it go slowly, as it does what was in
+/// it before. It is set on the surface, up to four times the reach away, and keeps its velocity; so
+/// is who began inside and is no deeper than it may come out by in a quarter of the frame's
+/// `substeps` (in all of them it would strain its neighbours). Where the body overlaps itself there
+/// is no outside; who stayed near its free flight, among its candidates, passed none of them. For
+/// closed bodies. `flight`: of the frame [m]. Our choice.
+template <class T>
+ATELIER_HOST_DEVICE inline void end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule,
+                                            const BodyOutlook<T>& outlook, Vec3<T> frame_start,
+                                            Vec3<T> flight, int substeps, Vec4<T>& x) {
+  const Vec3<T> at = xyz(x);
+  const BodySearch search = body_search(outlook, at, frame_start, flight, T(1));
+  if (search == BodySearch::Nothing || search == BodySearch::Candidates ||
+      times_inside(body, at, T(1), AloneInTree{}) != 1) {
+    return;
+  }
+  const bool old = began_inside(outlook);
+  const T soon = T(0.25) * static_cast<T>(substeps) * rule.old_overlap;
+  FaceOffer<T> way_out =
+      nearest_way_out(body, at, T(1), old ? min_of(rule.reach, soon) : rule.reach, AloneInTree{});
+  if (way_out.face < 0 && !old) {
+    way_out = nearest_way_out(body, at, T(1), T(4) * rule.reach, AloneInTree{});
+  }
+  if (way_out.face < 0) {
+    return;
+  }
+  const FaceCorners<T> t = corners_at(body, way_out.face, T(1));
+  const Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
+  const T off = T(1e-5);  // m, more than rounding
+  x = with_w(weighted(t, way_out.barycentric) + (off / norm(normal)) * normal, x.w);
+}
+
 }  // namespace atelier

@@ -127,6 +127,17 @@ __global__ void depth_kernel(BodyView<T> body, T reach, int particles, const Vec
   }
 }
 
+template <class T>
+__global__ void end_outside_kernel(BodyView<T> body, BodyContactRule<T> rule, int particles,
+                                   const BodyOutlook<T>* outlook, const Vec4<T>* frame_start,
+                                   const Vec4<T>* velocity, T frame, int substeps, Vec4<T>* x) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < particles && x[i].w > T(0)) {
+    end_outside(body, rule, outlook[i], xyz(frame_start[i]), frame * xyz(velocity[i]), substeps,
+                x[i]);
+  }
+}
+
 }  // namespace
 
 template <class T>
@@ -183,6 +194,7 @@ void CudaBody<T>::build(const Box<T>& bounds) {
   const std::size_t n = static_cast<std::size_t>(face_count_);
   const std::size_t inner = n > 1 ? n - 1 : 1;
   nodes_ = CudaBuffer<BoxNode<T>>(inner);
+  nodes_.clear();  // other trees are copied from it before its boxes are fitted
   node_parent_ = CudaBuffer<TreeParent>(inner);
   leaf_parent_ = CudaBuffer<TreeParent>(n);
   arrivals_ = CudaBuffer<unsigned>(inner);
@@ -266,6 +278,15 @@ void launch_depths(const BodyView<T>& body, T reach, int particles, const Vec4<T
   ATELIER_CUDA_LAUNCHED(depth_kernel);
 }
 
+template <class T>
+void launch_end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
+                        const BodyOutlook<T>* outlook, const Vec4<T>* frame_start,
+                        const Vec4<T>* velocity, T frame, int substeps, Vec4<T>* x) {
+  end_outside_kernel<<<cuda_blocks(particles, 64), 64>>>(body, rule, particles, outlook,
+                                                         frame_start, velocity, frame, substeps, x);
+  ATELIER_CUDA_LAUNCHED(end_outside_kernel);
+}
+
 template class CudaBody<float>;
 template class CudaBody<double>;
 template void launch_candidates(const BodyView<float>&, const BodyContactRule<float>&, int,
@@ -276,5 +297,11 @@ template void launch_candidates(const BodyView<double>&, const BodyContactRule<d
                                 Vec3<double>, double, BodyOutlook<double>*, int*);
 template void launch_depths(const BodyView<float>&, float, int, const Vec4<float>*, float*);
 template void launch_depths(const BodyView<double>&, double, int, const Vec4<double>*, double*);
+template void launch_end_outside(const BodyView<float>&, const BodyContactRule<float>&, int,
+                                 const BodyOutlook<float>*, const Vec4<float>*, const Vec4<float>*,
+                                 float, int, Vec4<float>*);
+template void launch_end_outside(const BodyView<double>&, const BodyContactRule<double>&, int,
+                                 const BodyOutlook<double>*, const Vec4<double>*,
+                                 const Vec4<double>*, double, int, Vec4<double>*);
 
 }  // namespace atelier

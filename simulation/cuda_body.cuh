@@ -53,4 +53,10 @@ void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule, 
 template <class T>
 void launch_depths(const BodyView<T>& body, T reach, int particles, const Vec4<T>* x, T* depth);
 
+/// Sets on the surface who would end the frame inside (see end_outside). `velocity`: at its start.
+template <class T>
+void launch_end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
+                        const BodyOutlook<T>* outlook, const Vec4<T>* frame_start,
+                        const Vec4<T>* velocity, T frame, int substeps, Vec4<T>* x);
+
 }  // namespace atelier

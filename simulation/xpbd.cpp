@@ -8,6 +8,7 @@
 
 #include "core/depths_inside.h"
 #include "core/error.h"
+#include "core/topology.h"
 #include "simulation/backend.h"
 #include "simulation/constraint_math.h"
 #include "simulation/crossings.h"
@@ -122,6 +123,10 @@ void check_control(const Control& control, const Cloth& cloth, Index body_vertic
       throw DataError("", "body vertex " + std::to_string(worst), found, expected);
     }
   }
+}
+
+bool has_inside(const Triangles& body_faces) {
+  return body_faces.rows() > 0 && is_closed(topology_of(body_faces, body_faces.maxCoeff() + 1));
 }
 
 void check_finite(const Points& positions, std::int64_t frame) {

@@ -49,7 +49,8 @@ class CpuBackend final : public ClothSolver::Backend {
         body_faces_(body_faces),
         options_(options),
         avx2_(use_avx2(options)),
-        prepared_(prepare_cloth<T>(cloth)) {
+        prepared_(prepare_cloth<T>(cloth)),
+        has_inside_(has_inside(body_faces)) {
     const std::size_t n = cloth.mass.size();
     x_.resize(n);
     start_.resize(n);
@@ -96,6 +97,7 @@ class CpuBackend final : public ClothSolver::Backend {
       }
       substep(h, s);
     }
+    end_outside_body();
     ClothState next{Points(prepared_.count, 3), Points(prepared_.count, 3), state_.frame + 1};
     for (int i = 0; i < prepared_.count; ++i) {
       const int v = prepared_.external[i];
@@ -264,6 +266,20 @@ class CpuBackend final : public ClothSolver::Backend {
     };
     return contact_by_candidates(p, body_, t0, t1, rule_, outlook_[i], xyz(frame_start_[i]),
                                  flight_[i], choose);
+  }
+
+  void end_outside_body() {
+    if (body_.face_count == 0 || !has_inside_) {
+      return;
+    }
+    parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        if (x_[i].w > T(0)) {
+          end_outside(body_, rule_, outlook_[i], xyz(frame_start_[i]), flight_[i],
+                      options_.substeps, x_[i]);
+        }
+      }
+    });
   }
 
   void measure_penetration(FrameReport& report) const {
@@ -453,6 +469,7 @@ class CpuBackend final : public ClothSolver::Backend {
   XpbdOptions options_;
   bool avx2_;
   PreparedCloth<T> prepared_;
+  bool has_inside_;
   ClothState state_;
   std::vector<Vec4<T>> x_;
   std::vector<Vec4<T>> start_;  ///< positions at the start of the substep

@@ -50,7 +50,8 @@ class CudaBackend final : public ClothSolver::Backend {
         edge_rules_(prepared_.edge_rules),
         strain_places_(prepared_.strain_places),
         strains_(prepared_.strains),
-        body_(body_faces) {
+        body_(body_faces),
+        has_inside_(has_inside(body_faces)) {
     const std::size_t n =
         static_cast<std::size_t>(prepared_.count) * static_cast<std::size_t>(scenes_);
     ATELIER_CHECK(n < static_cast<std::size_t>(std::numeric_limits<int>::max()),
@@ -216,6 +217,10 @@ class CudaBackend final : public ClothSolver::Backend {
       self_->grow();
       self_->describe(frame);
       run();
+    }
+    if (with_body && has_inside_) {
+      launch_end_outside(frame.body, frame.body_rule, particles, outlook_.data(), frame.frame_start,
+                         frame.frame_velocity, frame.frame_time, frame.substeps, x_.data());
     }
     ATELIER_CUDA_CHECK(cudaEventRecord(after_.event));
     int bad = 0;
@@ -414,6 +419,7 @@ class CudaBackend final : public ClothSolver::Backend {
   CudaBuffer<int> tether_anchor_;
   CudaBuffer<T> tether_length_;
   CudaBody<T> body_;
+  bool has_inside_;
   CudaBuffer<Vec4<T>> x_, start_, velocity_, target_, air_, held_;
   CudaBuffer<Vec4<T>> x_before_, velocity_before_;  ///< the last good frame
   CudaBuffer<EdgeMultipliers<T>> lambda_;

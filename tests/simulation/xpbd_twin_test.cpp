@@ -248,6 +248,34 @@ TEST(Twins, ShortFramesOfEveryKindAgree) {
   }
 }
 
+/// The same for what a sanitizer has no patience for in longer tests: the body's edges.
+TEST(Twins, ShortFramesWithTheBodysEdgesAgree) {
+  SKIP_WITHOUT_CUDA();
+  const Garment garment = fixtures::garment_of(fixtures::sheet(3, 3, 0.1, 'a'), 0.2, 300, 1e-5);
+  const Mesh cube = fixtures::cube(0.0);
+  Control control;
+  control.body_start = 0.1 * cube.vertices;
+  control.body_start.rowwise() += Eigen::RowVector3d(0.13, -0.002, 0.13);
+  control.body_end = control.body_start.rowwise() + Eigen::RowVector3d(0, 0.004, 0);
+  const Cloth cloth = make_cloth(garment, {0, 3});
+  for (const std::string& way : barriers()) {
+    for (const bool self_contact : {false, true}) {
+      XpbdOptions options;
+      options.precision = "double";
+      options.substeps = 1;
+      options.body_edges = true;
+      options.self_contact = self_contact;
+      options.cuda_barrier = way;
+      ClothSolver cpu(cloth, cube.faces, options);
+      ClothSolver cuda(cloth, cube.faces, options, Device::Cuda);
+      cpu.advance(control);
+      cuda.advance(control);
+      EXPECT_LT((cpu.state().positions - cuda.state().positions).rowwise().norm().maxCoeff(), 1e-8)
+          << way << self_contact;
+    }
+  }
+}
+
 TEST(Twins, EveryBarrierGivesTheSameBits) {
   SKIP_WITHOUT_CUDA();
   const Scene s = scene("springs", 0.001);
@@ -350,6 +378,31 @@ TEST(Sweep, EveryScenesIsWhatItWouldBeAlone) {
         EXPECT_EQ(alone.state(0).positions, sweep.state(scene_idx).positions)
             << device_name(device);
       }
+    }
+  }
+}
+
+/// The same for as long as a sanitizer has patience.
+TEST(Sweep, ShortScenesAreWhatTheyWouldBeAlone) {
+  const Cloth cloth =
+      make_cloth(fixtures::garment_of(fixtures::sheet(6, 6, 0.05, 'a'), 0.2, 300, 1e-5), {0, 6});
+  const Mesh ball = fixtures::sphere(0.15, 8, 12);
+  Control control;
+  control.body_start = ball.vertices.rowwise() + Eigen::RowVector3d(0.15, -0.152, 0.15);
+  control.body_end = control.body_start;
+  const std::vector<ClothVariation> variations{{1, 1, -1}, {4, 0.1, 0.1}};
+  for (Device device : fixtures::devices()) {
+    for (const bool self_contact : {false, true}) {
+      XpbdOptions options;
+      options.substeps = 2;
+      options.self_contact = self_contact;
+      ClothSweep sweep(cloth, variations, ball.faces, options, device);
+      ClothSweep alone(cloth, {variations[1]}, ball.faces, options, device);
+      for (int i = 0; i < 2; ++i) {
+        sweep.advance(control);
+        alone.advance(control);
+      }
+      EXPECT_EQ(alone.state(0).positions, sweep.state(1).positions) << device_name(device);
     }
   }
 }
