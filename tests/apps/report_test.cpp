@@ -289,6 +289,23 @@ TEST_F(Report, NothingIsWrittenIntoWhatResultsWereMadeOf) {
   EXPECT_THAT(run_child(statistics()).out, HasSubstr("is done already"));
 }
 
+TEST_F(Report, NoPageIsWrittenIntoACaptureThatWasMovedNorIntoTheFolderOneIsIn) {
+  write_consent("2999-12-31");
+  const fs::path moved = root_ / "moved";
+  fs::rename(input(), moved);
+  const ChildResult refused =
+      run({"report", workspace().string(), "--out", (moved / "page.html").string()});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("--out lies in the capture "));
+  fs::rename(moved, input());
+  const ChildResult here =
+      run_child({"bash", "-c",
+                 "cd '" + input().string() + "'; exec '" + program_path() + "' report '" +
+                     workspace().string() + "' --out page.html"});
+  EXPECT_EQ(here.exit_code, 2);
+  EXPECT_FALSE(fs::exists(input() / "page.html"));
+}
+
 TEST_F(Report, ADamagedAccountOfTheLastRunIsSaidAndTheRestIsShown) {
   EXPECT_EQ(report().exit_code, 0);
   for (const char* text : {"", "{", "[]", "{\"schema\": \"<b>\", \"version\": 1}"}) {
