@@ -23,13 +23,14 @@ std::vector<ReportFigure> figures_of([[maybe_unused]] const std::filesystem::pat
 #ifdef ATELIER_HAS_CAPTURE
   if (!truth.empty()) {
     const Targets targets = targets_named("auto", truth);
-    for (const Measure& one : workspace_measures(workspace, truth)) {
+    const WorkspaceFigures measured = workspace_figures(workspace, truth);
+    for (const Measure& one : measured.measures) {
       const Measure measure = against(one, targets);
       char value[60];
       std::snprintf(value, sizeof(value), "%.4g %s", measure.value, measure.unit.c_str());
       figures.push_back({measure.key, value, verdict_of(measure), is_met(measure), measure.note});
     }
-    for (const Unmeasured& one : unmeasured_stages(workspace, truth)) {
+    for (const Unmeasured& one : measured.unmeasured) {
       figures.push_back({one.stage, "-", "", true, "not measured: " + one.why});
     }
   }
