@@ -16,6 +16,7 @@
 #include "apps/option_flags.h"
 #include "apps/reconstruct_measures.h"
 #include "apps/stages.h"
+#include "apps/standard_streams.h"
 #include "apps/targets.h"
 #include "apps/usage_error.h"
 #include "capture/capture_measures.h"
@@ -38,7 +39,13 @@ struct EvaluateArguments {
   std::string targets = "auto";
   bool json = false;
   bool check = false;
+  bool complete = false;
 };
+
+/// What the table of targets asks for, and a result does not give.
+bool is_missing(const Judged& row) {
+  return !row.value && row.target != target_text(Measure::Side::None, 0);
+}
 
 nlohmann::ordered_json json_of(const Judged& row) {
   nlohmann::ordered_json json = {{"key", row.key}};
@@ -77,15 +84,20 @@ int run(const EvaluateArguments& arguments) {
     throw UsageError(
         "evaluate takes a WORKSPACE and --truth: atelier evaluate WORKSPACE --truth CAPTURE");
   }
+  if (arguments.complete && !arguments.check) {
+    throw UsageError("--complete does nothing without --check");
+  }
   std::error_code missing;
-  if (!fs::equivalent(arguments.workspace, arguments.truth, missing)) {
+  const bool of_capture = fs::equivalent(arguments.workspace, arguments.truth, missing);
+  if (!of_capture) {
     require_workspace(all_stages(), arguments.workspace);
   }
-  std::vector<Measure> all;
-  const auto add = [&](const std::vector<Measure>& measures) {
+  WorkspaceFigures figures =
+      workspace_figures(arguments.workspace, arguments.truth, arguments.stage);
+  std::vector<Measure>& all = figures.measures;
+  [[maybe_unused]] const auto add = [&](const std::vector<Measure>& measures) {
     all.insert(all.end(), measures.begin(), measures.end());
   };
-  add(workspace_measures(arguments.workspace, arguments.truth, arguments.stage));
 #ifdef ATELIER_HAS_CAPTURE_MASKS
   if (!arguments.masks.empty()) {
     add(measure_masks(arguments.masks, arguments.truth));
@@ -99,20 +111,13 @@ int run(const EvaluateArguments& arguments) {
     add(measure_surface(arguments.surface, arguments.frame, arguments.truth));
   }
 #endif
-  const std::vector<Unmeasured> unmeasured =
-      unmeasured_stages(arguments.workspace, arguments.truth, arguments.stage);
   const Targets targets = targets_named(arguments.targets, arguments.truth);
   std::vector<Judged> rows;
   if (arguments.check) {
-    rows = judged(all, targets, arguments.workspace);
+    rows = judged(figures, targets, arguments.workspace);
     std::erase_if(rows, [&](const Judged& row) {
       return !arguments.stage.empty() && row.stage != arguments.stage;
     });
-    for (Judged& row : rows) {
-      for (const Unmeasured& one : unmeasured) {
-        row.why = !row.value && row.stage == one.stage ? one.why : row.why;
-      }
-    }
   }
   std::transform(all.begin(), all.end(), all.begin(),
                  [&](const Measure& measure) { return against(measure, targets); });
@@ -128,7 +133,7 @@ int run(const EvaluateArguments& arguments) {
     const std::string verdict = verdict_of(measure);
     std::cout << line << (verdict.empty() ? "" : " ") << verdict << "  " << measure.note << "\n";
   }
-  for (const Unmeasured& one : unmeasured) {
+  for (const Unmeasured& one : figures.unmeasured) {
     if (arguments.json) {
       root["not_measured"][one.stage] = one.why;
     } else {
@@ -143,8 +148,29 @@ int run(const EvaluateArguments& arguments) {
   } else if (arguments.check) {
     print_table(rows);
   }
-  const bool met = std::all_of(all.begin(), all.end(), is_met);
-  return arguments.check && !met ? kExitCheckFailed : kExitDone;
+  for (const Unmeasured& one : figures.unmeasured) {
+    if (one.damaged) {  // said behind what could be measured, which is one JSON object
+      standard_error() << "atelier: " << printable(one.why) << std::endl;
+      return kExitBadData;
+    }
+  }
+  if (!arguments.check) {
+    return kExitDone;
+  }
+  // Figures of the capture say nothing of results: a chain that has not begun would pass by them.
+  const bool any = std::any_of(all.begin(), all.end(), [&](const Measure& measure) {
+    return measure.side != Measure::Side::None &&
+           (of_capture || arguments.stage == "capture" || !measure.key.starts_with("capture."));
+  });
+  const auto absent = std::count_if(rows.begin(), rows.end(), is_missing);
+  if (absent > 0 && (!any || arguments.complete)) {
+    standard_error() << "atelier: "
+                     << (any ? "not measured: " + counted(absent, "figure")
+                             : std::string("not one figure was measured"))
+                     << " of those that results are judged by" << std::endl;
+    return kExitCheckFailed;
+  }
+  return std::all_of(all.begin(), all.end(), is_met) ? kExitDone : kExitCheckFailed;
 }
 
 }  // namespace
@@ -183,7 +209,9 @@ Action add_evaluate(CLI::App& parser) {
   add_flag(parser, "--json", arguments->json, "One JSON object of figures");
   add_flag(parser, "--check", arguments->check,
            "A table of every target, met, missed or not measured and why; exit with 1 if one is "
-           "missed");
+           "missed or none was measured");
+  add_flag(parser, "--complete", arguments->complete,
+           "With --check: exit with 1 also if one that is judged was not measured");
   return [arguments] { return run(*arguments); };
 }
 

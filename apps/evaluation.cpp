@@ -9,6 +9,7 @@
 #include "apps/appearance_measures.h"
 #include "apps/body_measures.h"
 #include "apps/flatten_measures.h"
+#include "apps/output_place.h"
 #include "apps/person_measures.h"
 #include "apps/reconstruct_measures.h"
 #include "apps/register_measures.h"
@@ -16,6 +17,7 @@
 #include "apps/stages.h"
 #include "apps/template_measures.h"
 #include "apps/usage_error.h"
+#include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/store/workspace_status.h"
 
@@ -129,6 +131,18 @@ std::string problem_of(const Evaluation& evaluation, const std::vector<StageStat
   return !why.empty() || evaluation.problem == nullptr ? why : evaluation.problem(workspace, truth);
 }
 
+/// Why a stage cannot be measured that reads a file which cannot be read, and what mends it.
+std::string damage_text(const DataError& error, const fs::path& workspace) {
+  const std::string text = error.what();
+  const fs::path file = fs::weakly_canonical(fs::current_path() / error.file);
+  if (error.file.empty() || !is_inside(file, workspace) ||
+      text.find("run 'atelier ") != std::string::npos) {
+    return text;
+  }
+  const fs::path inside = file.lexically_relative(fs::weakly_canonical(workspace));
+  return text + "; run 'atelier " + inside.begin()->string() + "' again with --force";
+}
+
 }  // namespace
 
 std::vector<std::string> evaluated_stages() {
@@ -139,23 +153,9 @@ std::vector<std::string> evaluated_stages() {
   return stages;
 }
 
-std::vector<Unmeasured> unmeasured_stages(const fs::path& workspace, const fs::path& truth,
-                                          const std::string& stage) {
-  std::vector<Unmeasured> all;
-  const std::vector<StageStatus> status = status_of(workspace);
-  for (const Evaluation& evaluation : kEvaluations) {
-    if (stage.empty() || stage == evaluation.stage) {
-      if (std::string why = problem_of(evaluation, status, workspace, truth); !why.empty()) {
-        all.push_back({evaluation.stage, std::move(why)});
-      }
-    }
-  }
-  return all;
-}
-
-std::vector<Measure> workspace_measures(const fs::path& workspace, const fs::path& truth,
-                                        const std::string& stage) {
-  std::vector<Measure> all;
+WorkspaceFigures workspace_figures(const fs::path& workspace, const fs::path& truth,
+                                   const std::string& stage) {
+  WorkspaceFigures all;
   const std::vector<StageStatus> status = status_of(workspace);
   std::string stages;
   std::vector<std::string> names;
@@ -165,11 +165,19 @@ std::vector<Measure> workspace_measures(const fs::path& workspace, const fs::pat
     names.emplace_back(evaluation.stage);
     if (stage.empty() || stage == evaluation.stage) {
       known = true;
-      if (!problem_of(evaluation, status, workspace, truth).empty()) {
-        continue;
+      try {
+        if (std::string why = problem_of(evaluation, status, workspace, truth); !why.empty()) {
+          all.unmeasured.push_back({evaluation.stage, std::move(why), false});
+          continue;
+        }
+        const std::vector<Measure> some = evaluation.measure(workspace, truth);
+        all.measures.insert(all.measures.end(), some.begin(), some.end());
+      } catch (const DataError& error) {
+        if (evaluation.measure == of_capture || is_inside(error.file, truth)) {
+          throw;  // without the truth nothing can be measured
+        }
+        all.unmeasured.push_back({evaluation.stage, damage_text(error, workspace), true});
       }
-      const std::vector<Measure> some = evaluation.measure(workspace, truth);
-      all.insert(all.end(), some.begin(), some.end());
     }
   }
   if (!known) {
@@ -179,6 +187,17 @@ std::vector<Measure> workspace_measures(const fs::path& workspace, const fs::pat
                      (meant.empty() ? "; these have: " + stages : meant));
   }
   return all;
+}
+
+std::vector<Judged> judged(const WorkspaceFigures& figures, Targets targets,
+                           const fs::path& workspace) {
+  std::vector<Judged> rows = judged(figures.measures, targets, workspace);
+  for (Judged& row : rows) {
+    for (const Unmeasured& one : figures.unmeasured) {
+      row.why = !row.value && row.stage == one.stage ? one.why : row.why;
+    }
+  }
+  return rows;
 }
 
 std::string verdict_of(const Measure& measure) {

@@ -1,6 +1,9 @@
 #include "apps/material_file.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
@@ -48,6 +51,48 @@ Stiffness stiffness_at(const JsonPlace& place) {
 
 }  // namespace
 
+StiffnessRange range_within(const std::vector<StiffnessTrial>& trials, double share,
+                            double Stiffness::*axis) {
+  StiffnessRange range;
+  if (trials.empty()) {
+    return range;
+  }
+  const auto [least, largest] = std::minmax_element(
+      trials.begin(), trials.end(), [&](const StiffnessTrial& one, const StiffnessTrial& other) {
+        return one.stiffness.*axis < other.stiffness.*axis;
+      });
+  const double limit = (1 + share) * nearest_trial(trials).distance;
+  range.low = largest->stiffness.*axis;
+  range.high = least->stiffness.*axis;
+  for (const StiffnessTrial& trial : trials) {
+    if (trial.distance <= limit) {
+      range.low = std::min(range.low, trial.stiffness.*axis);
+      range.high = std::max(range.high, trial.stiffness.*axis);
+    }
+  }
+  range.open_low = range.low == least->stiffness.*axis;
+  range.open_high = range.high == largest->stiffness.*axis;
+  return range;
+}
+
+const StiffnessTrial& nearest_trial(const std::vector<StiffnessTrial>& trials) {
+  return *std::min_element(trials.begin(), trials.end(),
+                           [](const StiffnessTrial& one, const StiffnessTrial& other) {
+                             return one.distance < other.distance;
+                           });
+}
+
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, value >= 1000 ? "%.0f" : "%.3g", value);
+  return text;
+}
+
+std::string range_text(const StiffnessRange& range) {
+  return number_text(range.low) + (range.open_low ? " or less" : "") + " to " +
+         number_text(range.high) + (range.open_high ? " or more" : "");
+}
+
 std::string materials_text(const std::vector<GarmentMaterial>& garments) {
   nlohmann::ordered_json all;
   all["garments"] = nlohmann::ordered_json::object();
@@ -60,6 +105,10 @@ std::string materials_text(const std::vector<GarmentMaterial>& garments) {
       json["likely_high"] = json_of(one.fit->likely_high);
       json["stretch_range"] = json_of(one.fit->stretch);
       json["bending_range"] = json_of(one.fit->bending);
+      json["stretch_within_tenth"] =
+          json_of(range_within(one.fit->trials, kTenth, &Stiffness::stretch));
+      json["bending_within_tenth"] =
+          json_of(range_within(one.fit->trials, kTenth, &Stiffness::bending));
       for (const StiffnessTrial& trial : one.fit->trials) {
         json["trials"].push_back(json_of(trial));
       }
@@ -91,6 +140,12 @@ std::map<std::string, FoundMaterial> parse_materials(std::string_view text,
     if (all.at(name).has("likely_low")) {  // it was not given
       found.likely_low = stiffness_at(all.at(name).at("likely_low"));
       found.likely_high = stiffness_at(all.at(name).at("likely_high"));
+    }
+    for (const JsonPlace& trial : all.at(name).items("trials")) {
+      const double distance = trial.at("distance").value().is_null()
+                                  ? std::numeric_limits<double>::infinity()  // it flew apart
+                                  : trial.at("distance").number();
+      found.trials.push_back({stiffness_at(trial), distance});
     }
   }
   return materials;

@@ -19,16 +19,33 @@ struct GarmentMaterial {
   std::optional<StiffnessFit> fit;
 };
 
+/// Of the range that is stated beside that of the search's band: a share of the least distance.
+inline constexpr double kTenth = 0.1;
+
+/// Values of the trials whose distance is within a share of the least; open at an end where the
+/// least or the largest value that was tried is among them. Zeros for no trial.
+StiffnessRange range_within(const std::vector<StiffnessTrial>& trials, double share,
+                            double Stiffness::*axis);
+
+/// The one of least distance. There must be one.
+const StiffnessTrial& nearest_trial(const std::vector<StiffnessTrial>& trials);
+
+/// "1067", "2.4e-05".
+std::string number_text(double value);
+/// "464 to 10000 or more".
+std::string range_text(const StiffnessRange& range);
+
 /// The text of the stage's result, material.json: of each garment its material, how near its
-/// simulation comes to where it was registered, the range of each stiffness that does as well, the
-/// likely range, every trial.
+/// simulation comes to where it was registered, the range of each stiffness that does as well, that
+/// within a tenth of the nearest, the likely range, every trial.
 std::string materials_text(const std::vector<GarmentMaterial>& garments);
 
 /// A garment's material as it was found or given.
 struct FoundMaterial {
   Material material;
-  Stiffness likely_low;   ///< nine in ten are between this and
-  Stiffness likely_high;  ///< this; both 0 where it was given
+  Stiffness likely_low;                ///< nine in ten are between this and
+  Stiffness likely_high;               ///< this; both 0 where it was given
+  std::vector<StiffnessTrial> trials;  ///< none where it was given
 };
 
 /// Materials of the garments, by their names, from the text or the stage's result. Throws DataError

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cstdio>
 #include <vector>
 
 #include "apps/animation_pictures.h"
@@ -19,17 +18,11 @@
 namespace atelier {
 namespace {
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
-
 /// What is likely, and what of it the capture says.
-std::string range_text(double low, double high, const StiffnessRange& range) {
-  return number(low) + " to " + number(high) + " likely; " + number(range.low) +
-         (range.open_low ? " or less" : "") + " to " + number(range.high) +
-         (range.open_high ? " or more" : "") + " do as well";
+std::string ranges_text(double low, double high, const StiffnessRange& tenth,
+                        const StiffnessRange& range) {
+  return number_text(low) + " to " + number_text(high) + " likely; " + range_text(tenth) +
+         " within 10 % of the nearest trial, " + range_text(range) + " do as well";
 }
 
 /// The last frame of the coarse grid's scenes, stretching over columns, bending over rows.
@@ -53,8 +46,9 @@ Image grid_picture(const Trials& trials, const std::vector<std::vector<Stiffness
       meshes.push_back({std::move(mesh), cloth_look(g)});
     }
     pictures.push_back({picture_of(meshes, kThreeQuarter, picture),
-                        number(scenes[n][0].stretch) + " N/m, " + number(scenes[n][0].bending) +
-                            " N m: " + number(1e3 * distance) + " mm"});
+                        number_text(scenes[n][0].stretch) + " N/m, " +
+                            number_text(scenes[n][0].bending) + " N m\n" +
+                            number_text(1e3 * distance) + " mm"});
   }
   ContactSheetOptions sheet;
   sheet.columns = columns;
@@ -151,11 +145,13 @@ void run_material(StageRun& run) {
       const StiffnessFit& fit = one.fit.emplace(std::move(fits[g]));
       one.material.stretch_warp = one.material.stretch_weft = fit.expected.stretch;
       one.material.bending = fit.expected.bending;
-      run.say(outfit[g].name + ": stretching " + number(fit.expected.stretch) + " N/m (" +
-              range_text(fit.likely_low.stretch, fit.likely_high.stretch, fit.stretch) +
-              "), bending " + number(fit.expected.bending) + " N m (" +
-              range_text(fit.likely_low.bending, fit.likely_high.bending, fit.bending) + "); " +
-              number(1e3 * fit.distance) + " mm from as registered");
+      run.say(outfit[g].name + ": stretching " + number_text(fit.expected.stretch) + " N/m (" +
+              ranges_text(fit.likely_low.stretch, fit.likely_high.stretch,
+                          range_within(fit.trials, kTenth, &Stiffness::stretch), fit.stretch) +
+              "), bending " + number_text(fit.expected.bending) + " N m (" +
+              ranges_text(fit.likely_low.bending, fit.likely_high.bending,
+                          range_within(fit.trials, kTenth, &Stiffness::bending), fit.bending) +
+              "); " + number_text(1e3 * fit.distance) + " mm from as registered");
     }
     found.push_back(std::move(one));
   }

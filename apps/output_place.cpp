@@ -18,8 +18,10 @@ void require_new_place(const std::filesystem::path& place, const std::string& ar
 }
 
 bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
-  const std::filesystem::path real = std::filesystem::weakly_canonical(path);
-  const std::filesystem::path root = std::filesystem::weakly_canonical(folder);
+  // A relative path of which nothing is there yet would stay relative.
+  const std::filesystem::path here = std::filesystem::current_path();
+  const std::filesystem::path real = std::filesystem::weakly_canonical(here / path);
+  const std::filesystem::path root = std::filesystem::weakly_canonical(here / folder);
   return std::mismatch(root.begin(), root.end(), real.begin(), real.end()).first == root.end();
 }
 

@@ -39,6 +39,15 @@ int run(const ReportArguments& arguments, const ReportOptions& options) {
                        "'; name a place outside of them");
     }
   }
+  // Also of a capture that was moved since: results name the place where it was.
+  for (std::filesystem::path folder =
+           std::filesystem::weakly_canonical(std::filesystem::absolute(page)).parent_path();
+       folder.has_relative_path(); folder = folder.parent_path()) {
+    if (std::filesystem::exists(folder / "capture.toml") && !is_inside(workspace, folder)) {
+      throw UsageError("--out lies in the capture " + folder.string() +
+                       ", which it would change; name a place outside of it");
+    }
+  }
   const std::vector<StageStatus> stages = write_report(workspace, page, options, arguments.truth);
   std::cout << printable(page.string()) << "\n";
   for (const StageStatus& status : stages) {

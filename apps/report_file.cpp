@@ -2,6 +2,8 @@
 
 #include <cstdio>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "apps/evaluation.h"
 #include "apps/output_place.h"
@@ -17,21 +19,69 @@
 namespace atelier {
 namespace {
 
-/// Figures of the workspace's results against the truth of their capture; none without one.
-std::vector<ReportFigure> figures_of([[maybe_unused]] const std::filesystem::path& workspace,
-                                     const std::string& truth) {
-  std::vector<ReportFigure> figures;
 #ifdef ATELIER_HAS_CAPTURE
-  if (!truth.empty()) {
-    const Targets targets = targets_named("auto", truth);
-    for (const Measure& one : workspace_measures(workspace, truth)) {
-      const Measure measure = against(one, targets);
-      char value[60];
-      std::snprintf(value, sizeof(value), "%.4g %s", measure.value, measure.unit.c_str());
-      figures.push_back({measure.key, value, verdict_of(measure), is_met(measure), measure.note});
+
+constexpr const char* kDemo =
+    "Judged by the ranges of captures as the preset demo makes them (docs/demo_ranges.md). They "
+    "say that nothing is broken, not that results are good; beside them stand the targets of the "
+    "preset accuracy.";
+constexpr const char* kAccuracy =
+    "Judged by the targets of captures as the preset accuracy makes them.";
+
+std::string with_unit(double value, const std::string& unit) {
+  char text[60];
+  std::snprintf(text, sizeof(text), unit.empty() ? "%.4g" : "%.4g ", value);
+  return text + unit;
+}
+
+std::string missed_by(const Judged& row) {
+  return row.verdict == "missed" ? with_unit(row.missed_by, row.unit) : "";
+}
+
+#endif
+
+/// Figures of the workspace's results against the truth of their capture; none without one.
+ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace,
+                         const std::string& truth) {
+  ReportFigures figures;
+#ifdef ATELIER_HAS_CAPTURE
+  if (truth.empty()) {
+    return figures;
+  }
+  const Targets targets = targets_named("auto", truth);
+  const bool demo = targets == Targets::Demo;
+  figures.judged_by = demo ? kDemo : kAccuracy;
+  const WorkspaceFigures measured = workspace_figures(workspace, truth);
+  const std::vector<Judged> rows = judged(measured, targets, workspace);
+  const std::vector<Judged> sharper = judged(measured, Targets::Accuracy, workspace);
+  std::set<std::string> in_table;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Judged& row = rows[i];
+    ReportFigure figure{row.key, row.value ? with_unit(*row.value, row.unit) : "-", row.verdict,
+                        row.verdict != "missed", row.why};
+    figure.range = row.target;
+    figure.missed_by = missed_by(row);
+    if (demo) {
+      const std::string by = missed_by(sharper[i]);
+      figure.accuracy = sharper[i].target + (by.empty() ? "" : ", missed by " + by) +
+                        (sharper[i].verdict == "met" ? ", met" : "");
     }
-    for (const Unmeasured& one : unmeasured_stages(workspace, truth)) {
-      figures.push_back({one.stage, "-", "", true, "not measured: " + one.why});
+    in_table.insert(row.key);
+    in_table.insert(row.stage);
+    figures.targets.push_back(std::move(figure));
+  }
+  for (const Measure& one : measured.measures) {
+    if (!in_table.contains(one.key)) {
+      const Measure measure = against(one, targets);
+      figures.others.push_back({measure.key, with_unit(measure.value, measure.unit),
+                                verdict_of(measure), is_met(measure), measure.note});
+    }
+  }
+  for (const Unmeasured& one : measured.unmeasured) {
+    if (!in_table.contains(one.stage)) {
+      ReportFigure figure{one.stage, "-", "not measured", true, one.why};
+      figure.range = target_text(Measure::Side::None, 0);
+      figures.targets.push_back(std::move(figure));
     }
   }
 #endif

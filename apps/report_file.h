@@ -14,7 +14,7 @@ namespace atelier {
 /// @param page   file to write; its folder is made if it is WORKSPACE/report
 /// @param truth  synthetic capture that the results were made from: figures against its truth are
 ///               shown; "": none
-/// Returns what the page says of each stage. Throws as `report_page`, `workspace_measures` and
+/// Returns what the page says of each stage. Throws as `report_page`, `workspace_figures` and
 /// `require_file_place` do.
 std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
                                       const std::filesystem::path& page,

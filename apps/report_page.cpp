@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <map>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "apps/stage_console.h"
@@ -76,12 +78,48 @@ std::string folded(const std::string& summary, const std::string& content) {
                                "</details>\n";
 }
 
-/// What asks for attention, one list item each.
-std::string attention_of(const StageStatus& status) {
-  std::string items;
-  const auto item = [&](const char* item_class, const std::string& text) {
-    items += "<li class=\"" + std::string(item_class) + "\"><b>" + html_text(status.stage) +
-             "</b>: " + html_text(text) + "</li>\n";
+/// Something that asks for attention, of one stage or of several alike.
+struct Attention {
+  bool error = false;
+  std::vector<std::string> of;
+  std::string end;  ///< "failed", "skipped"; "" of what is no stage's end
+  std::string text;
+};
+
+void attend(std::vector<Attention>& items, Attention one) {
+  for (Attention& item : items) {
+    if (item.error == one.error && item.end == one.end && item.text == one.text) {
+      item.of.insert(item.of.end(), one.of.begin(), one.of.end());
+      return;
+    }
+  }
+  items.push_back(std::move(one));
+}
+
+/// One list item each, errors first.
+std::string list_of(std::vector<Attention> items) {
+  std::stable_partition(items.begin(), items.end(),
+                        [](const Attention& item) { return item.error; });
+  std::string list;
+  for (const Attention& item : items) {
+    std::string of;
+    for (const std::string& one : item.of) {
+      of += (of.empty() ? "" : ", ") + html_text(one);
+    }
+    std::string end = item.end.empty() ? "" : " " + html_text(item.end);
+    if (item.end == "skipped") {
+      end = item.of.size() == 1 ? " was skipped" : " were skipped";
+    }
+    list += "<li class=\"" + std::string(item.error ? "error" : "warning") + "\"><b>" + of +
+            "</b>" + end + ": " + html_text(item.text) + "</li>\n";
+  }
+  return list;
+}
+
+/// What asks for attention of a stage's result.
+void attend_to(const StageStatus& status, std::vector<Attention>& items) {
+  const auto item = [&](const std::string& item_class, const std::string& text) {
+    attend(items, {item_class == "error", {status.stage}, "", text});
   };
   if (status.state == StageStatus::State::Damaged) {
     item("error", "the result is damaged; run the stage again");
@@ -101,17 +139,27 @@ std::string attention_of(const StageStatus& status) {
   }
   const std::vector<std::string> none;
   const std::vector<std::string>& warned = status.manifest ? status.manifest->warnings : none;
-  for (std::size_t i = 0; i < warned.size() && i < kWarningsFirst; ++i) {
-    item("warning", warned[i]);
+  const bool no_consent = status.manifest && status.manifest->consent.empty();
+  std::size_t shown = 0;
+  std::size_t more = 0;
+  for (const std::string& text : warned) {  // findings begin with how severe they are
+    if (text.starts_with("error ")) {
+      item("error", text);
+    } else if (no_consent && text.starts_with("warning consent-none ")) {
+      continue;  // said below
+    } else if (++shown <= kWarningsFirst) {
+      item("warning", text);
+    } else {
+      ++more;
+    }
   }
-  if (warned.size() > kWarningsFirst) {
-    item("warning", std::to_string(warned.size() - kWarningsFirst) + " more warnings, below");
+  if (more > 0) {
+    item("warning", std::to_string(more) + " more warnings, below");
   }
-  if (status.manifest && status.manifest->consent.empty()) {
+  if (no_consent) {
     item("warning",
          "no consent is recorded: state who, scope and until in a [[consent]] of capture.toml");
   }
-  return items;
 }
 
 /// What stands below a picture: words where a stage's own say nothing to a reader, else its path.
@@ -213,27 +261,61 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
   return html;
 }
 
-/// Figures against the truth, the missed ones marked.
-std::string figures_section(std::span<const ReportFigure> figures) {
-  std::string rows;
-  for (const ReportFigure& figure : figures) {
-    rows += "<tr><th>" + html_text(figure.name) + "</th><td class=\"number\">" +
-            html_text(figure.value) + "</td><td class=\"" + (figure.met ? "state" : "state error") +
-            "\">" + html_text(figure.verdict) + "</td><td class=\"quiet\">" +
-            html_text(figure.note) + "</td></tr>\n";
+std::string verdict_cell(const ReportFigure& figure) {
+  return "<td class=\"" + std::string(figure.met ? "state" : "state error") + "\">" +
+         html_text(figure.verdict) + "</td>";
+}
+
+/// The table of targets with what was measured, then all other figures.
+std::string figures_section(const ReportFigures& figures) {
+  if (figures.targets.empty() && figures.others.empty()) {
+    return "";
   }
-  return rows.empty() ? "" : "<h2 id=\"truth\">Against the truth</h2>\n" + in_table(rows);
+  const bool sharper = std::any_of(figures.targets.begin(), figures.targets.end(),
+                                   [](const ReportFigure& one) { return !one.accuracy.empty(); });
+  std::string rows =
+      std::string("<tr><th>figure</th><th>value</th><th>range</th><th>verdict</th>") +
+      "<th>missed by</th>" + (sharper ? "<th>target of accuracy</th>" : "") + "<th></th></tr>\n";
+  std::map<std::string, std::int64_t> count;
+  for (const ReportFigure& figure : figures.targets) {
+    ++count[figure.verdict];
+    rows += "<tr><th>" + html_text(figure.name) + "</th><td class=\"number\">" +
+            html_text(figure.value) + "</td><td class=\"state\">" + html_text(figure.range) +
+            "</td>" + verdict_cell(figure) + "<td class=\"number\">" + html_text(figure.missed_by) +
+            "</td>" +
+            (sharper ? "<td class=\"quiet\">" + html_text(figure.accuracy) + "</td>" : "") +
+            "<td class=\"quiet\">" + html_text(figure.note) + "</td></tr>\n";
+  }
+  std::string html = "<h2 id=\"truth\">Against the truth</h2>\n";
+  if (!figures.targets.empty()) {
+    std::string counts;
+    for (const char* verdict : {"met", "missed", "not judged", "not measured"}) {
+      counts += (counts.empty() ? "" : ", ") + std::to_string(count[verdict]) + " " + verdict;
+    }
+    html += "<p>" + counts + ". " + html_text(figures.judged_by) + "</p>\n" + in_table(rows);
+  }
+  std::string others;
+  for (const ReportFigure& figure : figures.others) {
+    others += "<tr><th>" + html_text(figure.name) + "</th><td class=\"number\">" +
+              html_text(figure.value) + "</td>" + verdict_cell(figure) + "<td class=\"quiet\">" +
+              html_text(figure.note) + "</td></tr>\n";
+  }
+  return html + folded(counted(static_cast<std::int64_t>(figures.others.size()), "other figure"),
+                       in_table(others));
 }
 
 /// What the last run of the chain came to, stage by stage.
 std::string run_section(const RunAccount& run) {
   std::string rows;
+  std::map<std::string, std::string> first;  // which stage each reason was said of
   for (const RunStageAccount& one : run.stages) {
+    const std::string& of = first.emplace(one.why, one.stage).first->second;
+    const std::string why = one.why.empty() || of == one.stage ? one.why : "as " + of;
     rows += "<tr><th><a href=\"#" + html_text(one.stage) + "\">" + html_text(one.stage) +
             "</a></th><td" + " class=\"" + (one.end == "failed" ? "state error" : "state") + "\">" +
             html_text(one.end) + "</td><td class=\"number\">" +
             (one.end == "done" ? html_text(duration_text(one.seconds)) : "") +
-            "</td><td class=\"quiet\">" + html_text(one.why) + "</td></tr>\n";
+            "</td><td class=\"quiet\">" + html_text(why) + "</td></tr>\n";
   }
   return "<h2 id=\"run\">The run</h2>\n<p>" + html_text(run.started) + ", " +
          html_text(duration_text(run.seconds)) + ", of <code>" + html_text(run.capture) +
@@ -294,19 +376,33 @@ std::string html_text(std::string_view text) {
 }
 
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
-                        const ReportOptions& options, std::span<const ReportFigure> figures,
+                        const ReportOptions& options, const ReportFigures& figures,
                         const std::optional<RunAccount>& run,
                         const std::map<std::string, std::string>& drawn,
                         const std::string& run_problem) {
   const std::string title = "Atelier: " + workspace.filename().string();
-  std::string attention =
-      run_problem.empty()
-          ? std::string()
-          : "<li class=\"warning\"><b>run</b>: " + html_text(run_problem) + "</li>\n";
+  std::vector<Attention> attention;
+  if (!run_problem.empty()) {
+    attend(attention, {false, {"run"}, "", run_problem});
+  }
+  for (const RunStageAccount& one : run ? run->stages : std::vector<RunStageAccount>{}) {
+    if (!one.why.empty()) {
+      attend(attention, {one.end != "skipped", {one.stage}, one.end, one.why});
+    }
+  }
+  for (const std::vector<ReportFigure>& some : {figures.targets, figures.others}) {
+    for (const ReportFigure& figure : some) {
+      if (!figure.met) {
+        const std::string by =
+            figure.missed_by.empty() ? "" : " by " + figure.missed_by + " (" + figure.range + ")";
+        attend(attention, {false, {figure.name}, "", figure.value + ", " + figure.verdict + by});
+      }
+    }
+  }
   std::string overview;
   std::string sections = (run ? run_section(*run) : "") + figures_section(figures);
   for (const StageStatus& status : stages) {
-    attention += attention_of(status);
+    attend_to(status, attention);
     overview += "<tr><th><a href=\"#" + html_text(status.stage) + "\">" + html_text(status.stage) +
                 "</a></th><td>" + html_text(state_name(status.state)) +
                 (status.running ? ", running when this was written" : "") + "</td></tr>\n";
@@ -316,20 +412,6 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
                              pictures == drawn.end() ? std::string() : pictures->second);
     }
   }
-  for (const RunStageAccount& one : run ? run->stages : std::vector<RunStageAccount>{}) {
-    if (!one.why.empty()) {
-      attention += "<li class=\"" + std::string(one.end == "skipped" ? "warning" : "error") +
-                   "\"><b>" + html_text(one.stage) + "</b> " +
-                   html_text(one.end == "skipped" ? "was skipped" : one.end) + ": " +
-                   html_text(one.why) + "</li>\n";
-    }
-  }
-  for (const ReportFigure& figure : figures) {
-    if (!figure.met) {
-      attention += "<li class=\"warning\"><b>" + html_text(figure.name) +
-                   "</b>: " + html_text(figure.value + ", " + figure.verdict) + "</li>\n";
-    }
-  }
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
          "img-src data:; media-src data:; style-src 'unsafe-inline'\">\n"
@@ -337,7 +419,8 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
          html_text(title) + "</title><style>" + kStyle + "</style></head>\n<body>\n<h1>" +
          html_text(title) + "</h1>\n" +
          (attention.empty() ? "<p>Nothing asks for attention.</p>\n"
-                            : "<div class=\"attention\"><ul>\n" + attention + "</ul></div>\n") +
+                            : "<div class=\"attention\"><ul>\n" + list_of(std::move(attention)) +
+                                  "</ul></div>\n") +
          (run ? "" : in_table(overview)) + sections + "<p class=\"quiet\">" +
          html_text(build_info()) + "</p>\n</body></html>\n";
 }

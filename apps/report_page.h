@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "apps/run_account.h"
 #include "core/options.h"
@@ -24,25 +25,35 @@ OptionTable describe(ReportOptions& options);
 struct ReportFigure {
   std::string name;
   std::string value;    ///< with its unit
-  std::string verdict;  ///< "met (at most 6)", "" without a target
+  std::string verdict;  ///< "met", "not judged"; outside of the table "met (at most 6)" or ""
   bool met = true;      ///< false: the page says so among what asks for attention
-  std::string note;
+  std::string note;     ///< over what it was taken, or why it was not
+  // Of the table of targets alone:
+  std::string range = {};      ///< "at most 6"
+  std::string missed_by = {};  ///< "0.7 mm"
+  std::string accuracy = {};   ///< "at most 5, missed by 1.7 mm"; "" where that is the range
+};
+
+/// What results come to against the truth.
+struct ReportFigures {
+  std::string judged_by;              ///< which ranges those of the table are, a sentence
+  std::vector<ReportFigure> targets;  ///< the table of targets, measured or not
+  std::vector<ReportFigure> others;   ///< all other figures
 };
 
 /// The report on a workspace as one HTML page that needs no other file: what asks for attention
-/// first (damage, outdated results, ended or missing consent, findings), then for each stage its
-/// figures, pictures, videos, the options that somebody set, its inputs and files; `figures`, where
-/// there are any, in a section of their own before the stages, and before them what the last `run`
-/// of the whole chain came to. Every text that came from a file is escaped; the page runs no script
-/// and loads nothing.
+/// first (what failed and is damaged before all else: outdated results, ended or missing consent,
+/// findings; one text of several stages once), then for each stage its figures, pictures, videos,
+/// the options that somebody set, its inputs and files; `figures`, where there are any, in a
+/// section of their own before the stages, and before them what the last `run` of the whole chain
+/// came to. Every text that came from a file is escaped; the page runs no script and loads nothing.
 ///
 /// `drawn` is HTML for the sections of some stages, by their names (stage_pictures); `run_problem`
 /// says why there is no `run` where there should be one, first among what asks for attention.
 /// Pictures and videos of sound results are shown as far as the options allow, the others only
 /// named. Throws EnvironmentError or DataError if a picture cannot be read.
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
-                        const ReportOptions& options = {},
-                        std::span<const ReportFigure> figures = {},
+                        const ReportOptions& options = {}, const ReportFigures& figures = {},
                         const std::optional<RunAccount>& run = std::nullopt,
                         const std::map<std::string, std::string>& drawn = {},
                         const std::string& run_problem = "");

@@ -18,6 +18,9 @@
     defined(ATELIER_HAS_BODYMODEL)
 #include "apps/report_drawings.h"
 #endif
+#ifdef ATELIER_HAS_SIMULATION
+#include "apps/material_file.h"
+#endif
 
 namespace atelier {
 namespace {
@@ -182,6 +185,49 @@ std::string simulation_plots(const fs::path& result) {
   return svg.empty() ? "" : "<figure>" + svg + "<figcaption>Over frames</figcaption></figure>\n";
 }
 
+#ifdef ATELIER_HAS_SIMULATION
+/// Of each garment the nearest trial, what is within a tenth of it and within the band, and what is
+/// taken, with why that is not the nearest.
+std::string material_tables(const StageStatus& status, const fs::path& result) {
+  double band = 0;
+  for (const ManifestOption& option : status.manifest->options) {
+    band = option.name == "search.band" ? std::atof(option.json.c_str()) : band;
+  }
+  std::string html;
+  for (const auto& [name, found] : read_materials(result)) {
+    if (found.trials.empty()) {
+      continue;
+    }
+    const StiffnessTrial& nearest = nearest_trial(found.trials);
+    const auto row = [&](const char* what, const char* unit, double Stiffness::*axis,
+                         double taken) {
+      const auto cell = [&](const std::string& text) {
+        return "<td class=\"number\">" + html_text(text + " " + unit) + "</td>";
+      };
+      return std::string("<tr><th>") + what + "</th>" + cell(number_text(nearest.stiffness.*axis)) +
+             cell(range_text(range_within(found.trials, kTenth, axis))) +
+             cell(range_text(range_within(found.trials, band, axis))) +
+             cell(number_text(found.likely_low.*axis) + " to " +
+                  number_text(found.likely_high.*axis)) +
+             cell(number_text(taken)) + "</tr>\n";
+    };
+    html += "<table><tr><th>" + html_text(name) + "</th><th>nearest trial, " +
+            number_text(1e3 * nearest.distance) + " mm</th><th>within 10 % of it</th><th>within " +
+            number_text(100 * band) +
+            " % (search.band)</th><th>nine in ten</th><th>taken</th></tr>\n" +
+            row("stretching", "N/m", &Stiffness::stretch, found.material.stretch_warp) +
+            row("bending", "N m", &Stiffness::bending, found.material.bending) + "</table>\n";
+  }
+  return html.empty()
+             ? ""
+             : html +
+                   "<p class=\"quiet\">Taken is the mean of the logarithms of all that may "
+                   "be, weighed by its distance and by how usual it is: the nearest trial "
+                   "of a coarse grid is often a corner of it, as distances hardly differ "
+                   "(docs/material.md).</p>\n";
+}
+#endif
+
 /// Each pattern.svg of the result, as a picture.
 std::string patterns(const StageStatus& status, const fs::path& result) {
   std::string html;
@@ -204,6 +250,11 @@ std::string pictures_of(const StageStatus& status, const fs::path& workspace,
   if (status.stage == "flatten") {
     return patterns(status, result);
   }
+#ifdef ATELIER_HAS_SIMULATION
+  if (status.stage == "material") {
+    return material_tables(status, result);
+  }
+#endif
   if (status.stage == "appearance") {
     return training_plots(status, result);
   }

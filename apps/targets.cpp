@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "capture/cameras_file.h"
@@ -124,6 +125,7 @@ std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
       row.value = measure.value;
       row.target = target_text(measure.side, measure.target);
       row.verdict = measure.side == None ? "not judged" : is_met(measure) ? "met" : "missed";
+      row.missed_by = row.verdict == "missed" ? std::abs(measure.value - measure.target) : 0;
       row.why = measure.note;
     } else {
       const bool judged = targets == Targets::Accuracy || target.demo;

@@ -40,9 +40,10 @@ struct Judged {
   std::string stage;  ///< whose result is measured
   std::optional<double> value;
   std::string unit;
-  std::string target;   ///< "at most 5"; "none" where it is not judged
-  std::string verdict;  ///< "met", "missed" or "not measured"
-  std::string why;      ///< over what it was taken, or why it was not
+  std::string target;    ///< "at most 5"; "none" where it is not judged
+  std::string verdict;   ///< "met", "missed", "not judged" or "not measured"
+  std::string why;       ///< over what it was taken, or why it was not
+  double missed_by = 0;  ///< how far it is from its target, where that is missed
 };
 
 /// The measure with what it is judged by: on `accuracy` by its own target, which may be sharper

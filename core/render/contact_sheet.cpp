@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 
 #include "core/error.h"
 #include "core/render/drawing.h"
@@ -20,6 +21,15 @@ std::string fitted(const std::string& text, double height, double width) {
     cut.pop_back();
   }
   return cut + "...";
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    lines.push_back(line);
+  }
+  return lines;
 }
 
 void paste(Image& sheet, const Image& picture, int x0, int y0) {
@@ -55,7 +65,7 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
   std::vector<Image> cells;
   int cell_width = 1;
   int cell_height = 1;
-  bool captions = false;
+  std::size_t caption_lines = 0;
   for (const CaptionedImage& picture : pictures) {
     ATELIER_CHECK(picture.image.channels == 1 || picture.image.channels == 3,
                   "a contact sheet takes pictures of 1 or 3 channels");
@@ -71,7 +81,7 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
     }
     cell_width = std::max(cell_width, cells.back().width);
     cell_height = std::max(cell_height, cells.back().height);
-    captions = captions || !picture.caption.empty();
+    caption_lines = std::max(caption_lines, lines_of(picture.caption).size());
   }
   const int count = static_cast<int>(cells.size());
   const int columns = options.columns > 0
@@ -81,7 +91,7 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
   const int used = std::clamp(columns, 1, count);
   const int rows = (count + used - 1) / used;
   const int line = static_cast<int>(std::ceil(2.2 * options.text_height));
-  const int caption = captions ? line : 0;
+  const int caption = static_cast<int>(caption_lines) * line;
   const int title =
       options.title.empty() ? 0 : static_cast<int>(std::ceil(3.2 * options.text_height));
   Image sheet(options.gap + used * (cell_width + options.gap),
@@ -104,14 +114,15 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
     const int x = options.gap + (i % used) * (cell_width + options.gap);
     const int y = options.gap + title + (i / used) * (cell_height + caption + options.gap);
     paste(sheet, cell, x + (cell_width - cell.width) / 2, y + (cell_height - cell.height) / 2);
-    const std::string& text = pictures[static_cast<std::size_t>(i)].caption;
-    if (!text.empty()) {
-      marks.push_back(Text{{x + 0.5 * cell_width, y + cell_height + 1.6 * options.text_height},
+    double below = y + cell_height + 1.6 * options.text_height;
+    for (const std::string& text : lines_of(pictures[static_cast<std::size_t>(i)].caption)) {
+      marks.push_back(Text{{x + 0.5 * cell_width, below},
                            fitted(text, options.text_height, cell_width),
                            options.text_height,
                            options.ink,
                            Text::Anchor::Center,
                            0});
+      below += line;
     }
   }
   return drawn(std::move(sheet), marks);

@@ -11,7 +11,7 @@ namespace atelier {
 /// A picture and what is written under it.
 struct CaptionedImage {
   Image image;          ///< 1 or 3 channels
-  std::string caption;  ///< "" for none; cut with "..." where it does not fit
+  std::string caption;  ///< "" for none; its lines are cut with "..." where they do not fit
 };
 
 struct ContactSheetOptions {

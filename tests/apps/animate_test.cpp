@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/material_file.h"
 #include "bodymodel/gltf_body.h"
 #include "bodymodel/motion_bvh.h"
 #include "bodymodel/motion_file.h"
@@ -136,12 +137,30 @@ TEST_F(Animate, AMaterialIsFittedOrTakenAndThenUsed) {
     EXPECT_LT(best, high);
     EXPECT_LT(lower["likely_low"][tried].get<double>(), best);
     EXPECT_GT(lower["likely_high"][tried].get<double>(), best);
+    const nlohmann::json& tenth = lower[std::string(tried) + "_within_tenth"];
+    const nlohmann::json& range = lower[std::string(tried) + "_range"];  // within a fifth
+    EXPECT_GE(tenth["low"].get<double>(), range["low"].get<double>());
+    EXPECT_LE(tenth["high"].get<double>(), range["high"].get<double>());
   }
   ASSERT_EQ(stage("material", {"--material.name", "denim"}).exit_code, 0);
   const nlohmann::json json = nlohmann::json::parse(
       read_file_text(workspace() / "material" / "current" / "material.json", 1 << 20));
   EXPECT_NEAR(json["garments"]["lower"]["material"]["density"], 0.324, 1e-9);
   EXPECT_EQ(metrics("material")["fitted"], 0);
+}
+
+TEST(MaterialRange, IsThatOfTheTrialsWithinAShareOfTheNearest) {
+  const std::vector<StiffnessTrial> trials = {{{100, 1e-6}, 0.0105},  {{1000, 1e-6}, 0.0108},
+                                              {{10000, 1e-6}, 0.01},  {{100, 1e-4}, 0.0111},
+                                              {{1000, 1e-4}, 0.0115}, {{10000, 1e-4}, 0.02}};
+  EXPECT_EQ(nearest_trial(trials).stiffness.stretch, 10000);
+  EXPECT_EQ(range_text(range_within(trials, 0.06, &Stiffness::stretch)),
+            "100 or less to 10000 or more");
+  EXPECT_EQ(range_text(range_within(trials, 0, &Stiffness::stretch)), "10000 to 10000 or more");
+  EXPECT_EQ(range_text(range_within(trials, 0.1, &Stiffness::bending)), "1e-06 or less to 1e-06");
+  EXPECT_EQ(range_text(range_within(trials, 0.2, &Stiffness::bending)),
+            "1e-06 or less to 0.0001 or more");
+  EXPECT_EQ(range_within({}, 0.1, &Stiffness::stretch).high, 0);
 }
 
 TEST_F(Animate, ExportsOpenAndShowTheSame) {

@@ -379,6 +379,61 @@ TEST_F(Register, IsNotJudgedOnPlainCloth) {
   }
 }
 
+TEST_F(Register, ACheckThatMeasuresNothingIsNotMet) {
+  TruthGarment skirt;
+  skirt.garment = tube_skirt();
+  skirt.label = Label::Lower;
+  write_truth({skirt});
+  make(kMeasured, root_ / "work");
+  const auto check = [&](std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"evaluate", (root_ / "work").string(), "--truth", capture().string()});
+    return run(more);
+  };
+  EXPECT_EQ(check({"--stage", "body"}).exit_code, 0) << "no check was asked for";
+  const ChildResult none = check({"--stage", "body", "--check", "--json"});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.err, HasSubstr("not one figure was measured"));
+  EXPECT_EQ(check({"--stage", "body", "--complete"}).exit_code, 2);
+  EXPECT_EQ(check({"--stage", "register", "--check", "--complete", "--targets", "demo"}).exit_code,
+            0);
+  // The true skirt has no seams, which --complete alone minds.
+  std::vector<std::string> flat = {"--stage", "flatten", "--check", "--targets", "demo"};
+  EXPECT_THAT(check(flat).err, Not(HasSubstr("not measured")));
+  flat.push_back("--complete");
+  const ChildResult incomplete = check(flat);
+  EXPECT_EQ(incomplete.exit_code, 1);
+  EXPECT_THAT(incomplete.err, HasSubstr("not measured: 1 figure of those"));
+}
+
+TEST_F(Register, OfADamagedResultItIsSaidWhatMendsIt) {
+  TruthGarment skirt;
+  skirt.garment = tube_skirt();
+  skirt.label = Label::Lower;
+  write_truth({skirt});
+  make(kMeasured, root_ / "work");
+  for (const auto& entry :
+       fs::recursive_directory_iterator(fs::canonical(root_ / "work" / "flatten" / "current"))) {
+    if (entry.path().extension() == ".obj") {
+      std::ofstream(entry.path()) << "f 1 2 3\n";
+    }
+  }
+  const auto evaluate = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {
+        "evaluate", (root_ / "work").string(), "--truth", capture().string(), "--stage", "flatten"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words);
+  };
+  const ChildResult printed = evaluate({});
+  EXPECT_EQ(printed.exit_code, 3);
+  EXPECT_THAT(printed.out, HasSubstr("flatten: not measured: "));
+  EXPECT_THAT(printed.out, HasSubstr("run 'atelier flatten' again with --force"));
+  const ChildResult checked = evaluate({"--check", "--json"});
+  EXPECT_EQ(checked.exit_code, 3) << "damage counts more than what was not measured";
+  const nlohmann::json json = nlohmann::json::parse(checked.out);
+  EXPECT_THAT(json.at("check").at(0).at("why").get<std::string>(), HasSubstr("'atelier flatten'"));
+}
+
 TEST_F(Register, PatternsAreHeldAgainstTheTrueGarmentOfTheirLabel) {
   write_truth({sewn_tube("tee", Label::Upper, 0.7), sewn_tube("skirt", Label::Lower, 0.5)});
   make(kMeasured, root_ / "work");

@@ -209,6 +209,55 @@ TEST(ReportPage, WhatFailedOrWasSkippedStandsFirst) {
                           Not(HasSubstr("<c>"))));
 }
 
+TEST(ReportPage, ErrorsStandBeforeWarningsAndOneTextOfSeveralStagesOnce) {
+  StageStatus first = result_of({{"a.txt", 1, {}}});
+  first.manifest->warnings = {"warning consent-none [capture]: no consent is recorded",
+                              "a doubt of both", "error distortion-scaled [file]: a 64th"};
+  StageStatus second = first;
+  second.stage = second.manifest->stage = "reconstruct";
+  const std::vector<StageStatus> stages = {first, second};
+  const std::string reason = "no frame has pictures with masks";
+  const RunAccount account{"c",
+                           "",
+                           1,
+                           {{"body", "skipped", reason, 0, 0},
+                            {"template", "skipped", reason, 0, 0},
+                            {"animate", "failed", "no such motion", 0, 0}}};
+  const std::string page = report_page(stages, "w", {}, {}, account);
+  const std::string head = page.substr(0, page.find("<h2"));
+  EXPECT_THAT(head,
+              AllOf(HasSubstr("<b>statistics, reconstruct</b>: no consent is recorded: state"),
+                    HasSubstr("<b>statistics, reconstruct</b>: a doubt of both"),
+                    HasSubstr("<li class=\"error\"><b>statistics, reconstruct</b>: error "
+                              "distortion-scaled"),
+                    HasSubstr("<b>body, template</b> were skipped: " + reason),
+                    Not(HasSubstr("consent-none"))));
+  EXPECT_LT(head.find("no such motion"), head.find("distortion-scaled"));
+  EXPECT_LT(head.find("distortion-scaled"), head.find("were skipped"));
+  const std::string run = page.substr(page.find("<h2 id=\"run\""));
+  EXPECT_EQ(run.find(reason), run.rfind(reason)) << "the second is said to be as the first";
+  EXPECT_THAT(run, HasSubstr("as body"));
+}
+
+TEST(ReportPage, TheTableOfTargetsSaysByHowMuchOneIsMissedAndWhyOneIsNotMeasured) {
+  ReportFigure missed{"track.mean_mm", "8 mm", "missed", false, "over 12 frames"};
+  missed.range = "at most 6";
+  missed.missed_by = "2 mm";
+  missed.accuracy = "at most 5, missed by 3 mm";
+  ReportFigure absent{"body.mean_mm", "-", "not measured", true, "there is no <result> of body"};
+  absent.range = "at most 5";
+  const ReportFigures figures{
+      "By some ranges.", {missed, absent}, {{"track.extra", "7", "", true, "beside it"}}};
+  const std::string page = report_page({}, "w", {}, figures);
+  EXPECT_THAT(
+      page,
+      AllOf(HasSubstr("<b>track.mean_mm</b>: 8 mm, missed by 2 mm (at most 6)"),
+            HasSubstr("0 met, 1 missed, 0 not judged, 1 not measured. By some ranges."),
+            HasSubstr("<td class=\"state error\">missed</td>"),
+            HasSubstr("at most 5, missed by 3 mm"), HasSubstr("there is no &lt;result&gt; of body"),
+            HasSubstr("<summary>1 other figure</summary>"), HasSubstr("beside it")));
+}
+
 TEST_F(Report, ExportCopiesWithConsent) {
   write_consent("2999-12-31");
   const fs::path out = root_ / "out";
@@ -293,6 +342,23 @@ TEST_F(Report, NothingIsWrittenIntoWhatResultsWereMadeOf) {
   EXPECT_FALSE(fs::exists(input() / "page.html"));
   EXPECT_FALSE(fs::exists(input() / "out"));
   EXPECT_THAT(run_child(statistics()).out, HasSubstr("is done already"));
+}
+
+TEST_F(Report, NoPageIsWrittenIntoACaptureThatWasMovedNorIntoTheFolderOneIsIn) {
+  write_consent("2999-12-31");
+  const fs::path moved = root_ / "moved";
+  fs::rename(input(), moved);
+  const ChildResult refused =
+      run({"report", workspace().string(), "--out", (moved / "page.html").string()});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("--out lies in the capture "));
+  fs::rename(moved, input());
+  const ChildResult here =
+      run_child({"bash", "-c",
+                 "cd '" + input().string() + "'; exec '" + program_path() + "' report '" +
+                     workspace().string() + "' --out page.html"});
+  EXPECT_EQ(here.exit_code, 2);
+  EXPECT_FALSE(fs::exists(input() / "page.html"));
 }
 
 TEST_F(Report, ADamagedAccountOfTheLastRunIsSaidAndTheRestIsShown) {

@@ -252,6 +252,11 @@ TEST(DemoRanges, JudgeOnDemoAloneAndSayWhyWhatIsAbsent) {
   EXPECT_EQ(verdict(Targets::Demo, "surface.completeness"), "missed: ");
   EXPECT_EQ(verdict(Targets::Accuracy, "material.error"),
             "not measured: there is no result of material");
+  double missed_by = 0;
+  for (const Judged& row : judged(measures, Targets::Accuracy, root.path())) {
+    missed_by += row.missed_by;
+  }
+  EXPECT_NEAR(missed_by, (8 - 6) + (0.95 - 0.7), 1e-12);
 }
 
 TEST_F(Run, WhatAnErrorOfAStageTakesAlongIsSkippedAndTheReportIsMade) {

@@ -247,6 +247,24 @@ TEST(ContactSheet, CellsAreScaledAndCaptionsCut) {
   EXPECT_EQ(sheet.width, 5 + 2 * 85);
 }
 
+TEST(ContactSheet, ACaptionHasLines) {
+  const ContactSheetOptions options{.columns = 2, .gap = 2};
+  const auto sheet = [&](const std::string& caption) {
+    return contact_sheet({{Image(60, 20, 3, 0.5f), caption}, {Image(60, 20, 3, 0.5f), "x"}},
+                         options);
+  };
+  const Image one = sheet("x");
+  const Image two = sheet("x\nx");
+  const int line = one.height - (20 + 2 * 2);
+  EXPECT_EQ(two.height, one.height + line);
+  // The same letter, a line below.
+  for (int y = 22; y < 22 + line; ++y) {
+    for (int x = 2; x < 62; ++x) {
+      ASSERT_EQ(two.at(x, y + line), one.at(x, y)) << x << ' ' << y;
+    }
+  }
+}
+
 TEST(ContactSheet, ColumnsAreChosenForASquare) {
   const std::vector<CaptionedImage> pictures(9, {Image(30, 30, 3), ""});
   const Image sheet = contact_sheet(pictures);
