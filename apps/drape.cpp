@@ -273,7 +273,7 @@ int run(const std::filesystem::path& out, const DrapeOptions& options) {
     std::cout
         << "warning: the clothes are tight: a twentieth of their edges is stretched by more than "
         << static_cast<int>(100 * kTight)
-        << "%; --pattern_scale makes them larger, --fit body the body slimmer\n";
+        << "%; --pattern-scale makes them larger, --fit body the body slimmer\n";
   }
   make_private_directory(out);
   write_garments(out, draped);

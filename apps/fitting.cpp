@@ -259,7 +259,7 @@ DefaultHumanOptions human_that_fits(const std::vector<GirthFit>& fits,
   }
   throw DataError("", "garment",
                   "too tight for any body of this stature (" + what_is_tight(fits) + ")",
-                  "a larger garment (--pattern_scale) or a smaller --human.stature");
+                  "a larger garment (--pattern-scale) or a smaller --human.stature");
 }
 
 }  // namespace atelier

@@ -12,6 +12,7 @@
 #include "core/io/lower_extension.h"
 #include "core/normals.h"
 #include "core/topology.h"
+#include "core/welded_faces.h"
 
 namespace atelier {
 namespace {
@@ -29,7 +30,7 @@ Extent extent_of(const Points& points) {
 /// Volume that a closed surface encloses [m3], negative where its faces look inwards; 0 for an open
 /// one.
 double enclosed_volume(const Points& vertices, const Triangles& faces) {
-  if (!boundary_loops(topology_of(faces, vertices.rows())).empty()) {
+  if (!boundary_loops(topology_of(welded_faces(vertices, faces), vertices.rows())).empty()) {
     return 0;
   }
   double sum = 0;
@@ -88,7 +89,7 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
       cloth.min().z() > about.max().z() || cloth.max().z() < about.min().z() ||
       cloth.max().y() < about.min().y()) {
     doubts.emplace_back(
-        "warning: the garment lies beside the body or below it; --move_x, --move_y and --move_z "
+        "warning: the garment lies beside the body or below it; --move-x, --move-y and --move-z "
         "put it on");
   }
   if (enclosed_volume(body, scene.body_faces) < 0) {
@@ -99,8 +100,8 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   if (const Index deep = deeper_than(contact_reach, garment, body, scene.body_faces); deep > 0) {
     std::snprintf(text, sizeof text,
                   "warning: %lld of %lld vertices begin inside the body deeper than "
-                  "--xpbd.contact_reach (%.3g mm), so contact may not bring them out: a larger "
-                  "one (0.1), --scale, or --move_x, --move_y and --move_z",
+                  "--xpbd.contact-reach (%.3g mm), so contact may not bring them out: a larger "
+                  "one (0.1), --scale, or --move-x, --move-y and --move-z",
                   static_cast<long long>(deep), static_cast<long long>(garment.rows()),
                   1e3 * contact_reach);
     doubts.emplace_back(text);

@@ -279,7 +279,10 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
         throw DataError(!error.file.empty()               ? error.file
                         : error.where.starts_with("body") ? paths.body.string()
                                                           : paths.garment.string(),
-                        error.where, error.found, error.expected + kept);
+                        error.where.starts_with("body")
+                            ? "frame " + std::to_string(frame) + ", " + error.where
+                            : error.where,
+                        error.found, error.expected + kept);
       }
     }();
     const Mesh mesh = garment_mesh(cloth, state);
@@ -294,7 +297,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   finish();
   const auto done = static_cast<Index>(reports.size());
   if (pictures && done == scene.frame_count && !interrupted()) {
-    album.write_videos();
+    album.write_videos([] { return interrupted(); });
   }
   std::ostream& words = json ? standard_error() : std::cout;
   for (const std::string& doubt : simulation_doubts(reports, options.xpbd.self_contact)) {

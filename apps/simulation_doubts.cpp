@@ -55,7 +55,7 @@ std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& repor
   if (const FrameReport& r = worst(&FrameReport::crossings); r.crossings > 0) {
     std::snprintf(text, sizeof text, "warning: cloth goes through cloth at %d edges (frame %lld)%s",
                   r.crossings, static_cast<long long>(r.frame),
-                  self_contact ? "" : ": --xpbd.self_contact true keeps it from that");
+                  self_contact ? "" : ": --xpbd.self-contact true keeps it from that");
     doubts.emplace_back(text);
   }
   return doubts;

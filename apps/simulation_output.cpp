@@ -201,17 +201,20 @@ void Album::write_sheet() const {
   write_image(place_.beside("sheet.png"), simulation_sheet(pictures_));
 }
 
-void Album::write_videos() const {
+void Album::write_videos(const std::function<bool()>& stop) const {
   constexpr int kTurn = 36;
-  const std::vector<Image> turn = turntable_of(end_, kTurn, kFront, simulation_picture());
+  const std::vector<Image> turn = turntable_of(end_, kTurn, kFront, simulation_picture(), stop);
+  std::vector<Image> film;
+  for (std::size_t i = 0; i < film_.size() && !stop(); ++i) {
+    film.push_back(picture_of(film_[i], kThreeQuarter, simulation_picture()));
+  }
+  if (stop()) {
+    return;
+  }
   write_video(place_.beside("turntable.mp4"), kTurn,
               [&](Index i) { return turn[static_cast<std::size_t>(i)]; }, {.fps = 12});
-  write_video(place_.beside("motion.mp4"), static_cast<Index>(film_.size()),
-              [&](Index i) {
-                return picture_of(film_[static_cast<std::size_t>(i)], kThreeQuarter,
-                                  simulation_picture());
-              },
-              {.fps = film_fps_});
+  write_video(place_.beside("motion.mp4"), static_cast<Index>(film.size()),
+              [&](Index i) { return film[static_cast<std::size_t>(i)]; }, {.fps = film_fps_});
 }
 
 }  // namespace atelier

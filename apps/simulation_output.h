@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,8 +63,9 @@ class Album {
   void add(Index frame, const Mesh& garment, const SimulationScene& scene);
   /// sheet.png, of the frames so far.
   void write_sheet() const;
-  /// turntable.mp4 and motion.mp4, once the last frame was added.
-  void write_videos() const;
+  /// turntable.mp4 and motion.mp4, once the last frame was added; neither where `stop`, asked
+  /// before each picture, says so.
+  void write_videos(const std::function<bool()>& stop) const;
 
  private:
   OutputPlace place_;

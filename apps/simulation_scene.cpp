@@ -199,7 +199,7 @@ BodyTrack read_body_track(const ScenePaths& paths, const SimulateOptions& option
   const Sequence sequence = body_sequence(paths.body);
   if (options.body_fps > 0 && sequence.fps > 0 && sequence.fps != options.body_fps) {
     notes.push_back(paths.body.string() + " says " + std::to_string(sequence.fps) +
-                    " frames a second; --body_fps is taken instead");
+                    " frames a second; --body-fps is taken instead");
   }
   const double fps = options.body_fps > 0 ? options.body_fps
                      : sequence.fps > 0   ? sequence.fps
@@ -425,7 +425,7 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
     throw UsageError("--wind does nothing to cloth without drag or lift: --xpbd.drag 1");
   }
   if (options.pin_top > 0 && paths.body.empty()) {
-    throw UsageError("--pin_top lets the garment ride on a body: give --body");
+    throw UsageError("--pin-top lets the garment ride on a body: give --body");
   }
   SimulationScene scene;
   scene.garment = read_garment(paths.garment, options.flat_rest);

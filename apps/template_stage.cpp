@@ -164,7 +164,7 @@ std::vector<Label> wanted_garments(const std::string& text, const Wardrobe& worn
       throw DataError(
           scans.string(), "labels", "no clothing in any frame",
           "scans labelled upper, lower, dress or outer: label images in the capture, or "
-          "reconstruct --label_by_color");
+          "reconstruct --label-by-color");
     }
     return labels;
   }

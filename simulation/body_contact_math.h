@@ -435,24 +435,26 @@ ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T 
 /// it before. It is set on the surface, up to four times the reach away, and keeps its velocity; so
 /// is who began inside and is no deeper than it may come out by in a quarter of the frame's
 /// `substeps` (in all of them it would strain its neighbours). Where the body overlaps itself there
-/// is no outside; who stayed near its free flight, among its candidates, passed none of them. For
-/// closed bodies. `flight`: of the frame [m]. Our choice.
+/// is no outside: the way out of one limb may end in the other, no deeper than they overlap. Who
+/// stayed near its free flight, among its candidates, passed none of them. For closed bodies.
+/// `flight`: of the frame [m]. Our choice.
 template <class T>
 ATELIER_HOST_DEVICE inline void end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule,
                                             const BodyOutlook<T>& outlook, Vec3<T> frame_start,
                                             Vec3<T> flight, int substeps, Vec4<T>& x) {
+  const AloneInTree alone;
   const Vec3<T> at = xyz(x);
   const BodySearch search = body_search(outlook, at, frame_start, flight, T(1));
   if (search == BodySearch::Nothing || search == BodySearch::Candidates ||
-      times_inside(body, at, T(1), AloneInTree{}) != 1) {
+      times_inside(body, at, T(1), alone) != 1) {
     return;
   }
-  const bool old = began_inside(outlook);
-  const T soon = T(0.25) * static_cast<T>(substeps) * rule.old_overlap;
-  FaceOffer<T> way_out =
-      nearest_way_out(body, at, T(1), old ? min_of(rule.reach, soon) : rule.reach, AloneInTree{});
+  // Of who began deeper than the reach the outlook does not know that it began inside.
+  const bool old = began_inside(outlook) || times_inside(body, frame_start, T(0), alone) > 0;
+  const T soon = min_of(rule.reach, T(0.25) * static_cast<T>(substeps) * rule.old_overlap);
+  FaceOffer<T> way_out = nearest_way_out(body, at, T(1), old ? soon : rule.reach, alone);
   if (way_out.face < 0 && !old) {
-    way_out = nearest_way_out(body, at, T(1), T(4) * rule.reach, AloneInTree{});
+    way_out = nearest_way_out(body, at, T(1), T(4) * rule.reach, alone);
   }
   if (way_out.face < 0) {
     return;

@@ -9,6 +9,7 @@
 #include "core/depths_inside.h"
 #include "core/error.h"
 #include "core/topology.h"
+#include "core/welded_faces.h"
 #include "simulation/backend.h"
 #include "simulation/constraint_math.h"
 #include "simulation/crossings.h"
@@ -125,8 +126,9 @@ void check_control(const Control& control, const Cloth& cloth, Index body_vertic
   }
 }
 
-bool has_inside(const Triangles& body_faces) {
-  return body_faces.rows() > 0 && is_closed(topology_of(body_faces, body_faces.maxCoeff() + 1));
+bool has_inside(const Points& body, const Triangles& body_faces) {
+  return body_faces.rows() > 0 &&
+         is_closed(topology_of(welded_faces(body, body_faces), body.rows()));
 }
 
 void check_finite(const Points& positions, std::int64_t frame) {

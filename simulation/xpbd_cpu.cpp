@@ -49,8 +49,7 @@ class CpuBackend final : public ClothSolver::Backend {
         body_faces_(body_faces),
         options_(options),
         avx2_(use_avx2(options)),
-        prepared_(prepare_cloth<T>(cloth)),
-        has_inside_(has_inside(body_faces)) {
+        prepared_(prepare_cloth<T>(cloth)) {
     const std::size_t n = cloth.mass.size();
     x_.resize(n);
     start_.resize(n);
@@ -176,6 +175,7 @@ class CpuBackend final : public ClothSolver::Backend {
     }
     if (tree_.nodes.empty()) {
       tree_ = build_contact_tree(boxes);
+      has_inside_ = has_inside(control.body_start, body_faces_);
     } else {
       refit_contact_tree(tree_, boxes);
     }
@@ -469,7 +469,7 @@ class CpuBackend final : public ClothSolver::Backend {
   XpbdOptions options_;
   bool avx2_;
   PreparedCloth<T> prepared_;
-  bool has_inside_;
+  bool has_inside_ = false;
   ClothState state_;
   std::vector<Vec4<T>> x_;
   std::vector<Vec4<T>> start_;  ///< positions at the start of the substep

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "core/cuda_buffer.cuh"
 #include "core/device.h"
@@ -50,8 +51,7 @@ class CudaBackend final : public ClothSolver::Backend {
         edge_rules_(prepared_.edge_rules),
         strain_places_(prepared_.strain_places),
         strains_(prepared_.strains),
-        body_(body_faces),
-        has_inside_(has_inside(body_faces)) {
+        body_(body_faces) {
     const std::size_t n =
         static_cast<std::size_t>(prepared_.count) * static_cast<std::size_t>(scenes_);
     ATELIER_CHECK(n < static_cast<std::size_t>(std::numeric_limits<int>::max()),
@@ -184,6 +184,9 @@ class CudaBackend final : public ClothSolver::Backend {
     upload_control(control);
     const bool with_body = !body_.empty() && control.body_start.rows() > 0;
     if (with_body) {
+      if (!has_inside_) {
+        has_inside_ = has_inside(control.body_start, body_faces_);
+      }
       body_.move(control.body_start, control.body_end);
     }
     CudaFrame<T> frame = frame_of(control, with_body);
@@ -218,7 +221,7 @@ class CudaBackend final : public ClothSolver::Backend {
       self_->describe(frame);
       run();
     }
-    if (with_body && has_inside_) {
+    if (with_body && *has_inside_) {
       launch_end_outside(frame.body, frame.body_rule, particles, outlook_.data(), frame.frame_start,
                          frame.frame_velocity, frame.frame_time, frame.substeps, x_.data());
     }
@@ -419,7 +422,7 @@ class CudaBackend final : public ClothSolver::Backend {
   CudaBuffer<int> tether_anchor_;
   CudaBuffer<T> tether_length_;
   CudaBody<T> body_;
-  bool has_inside_;
+  std::optional<bool> has_inside_;  ///< asked when the body is first seen
   CudaBuffer<Vec4<T>> x_, start_, velocity_, target_, air_, held_;
   CudaBuffer<Vec4<T>> x_before_, velocity_before_;  ///< the last good frame
   CudaBuffer<EdgeMultipliers<T>> lambda_;

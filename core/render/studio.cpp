@@ -122,7 +122,7 @@ Image picture_of(const std::vector<RenderMesh>& meshes, const View& view,
 }
 
 std::vector<Image> turntable_of(const std::vector<RenderMesh>& meshes, int count, const View& start,
-                                const PictureOptions& options) {
+                                const PictureOptions& options, const std::function<bool()>& stop) {
   const Points points = all_vertices(meshes);
   check_subject(meshes, points);
   const std::vector<Camera> cameras =
@@ -131,7 +131,7 @@ std::vector<Image> turntable_of(const std::vector<RenderMesh>& meshes, int count
   render_options.samples = options.samples;
   render_options.ambient_samples = 4;
   std::vector<Image> pictures;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < count && !(stop && stop()); ++i) {
     const double azimuth = start.azimuth + 2 * std::numbers::pi * i / count;
     pictures.push_back(tone_mapped(
         render(studio_scene(meshes, azimuth), cameras[static_cast<std::size_t>(i)], render_options),

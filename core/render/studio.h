@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "core/options.h"
@@ -35,9 +36,11 @@ Image picture_of(const Mesh& mesh, const View& view = kThreeQuarter,
 Image picture_of(const std::vector<RenderMesh>& meshes, const View& view = kThreeQuarter,
                  const PictureOptions& options = {});
 
-/// `count` pictures all the way round at one distance: the subject turns, the light does not.
+/// `count` pictures all the way round at one distance: the subject turns, the light does not. Asked
+/// before each, `stop` ends it with those that there are.
 std::vector<Image> turntable_of(const std::vector<RenderMesh>& meshes, int count,
-                                const View& start = kFront, const PictureOptions& options = {});
+                                const View& start = kFront, const PictureOptions& options = {},
+                                const std::function<bool()>& stop = {});
 
 /// The clay that picture_of gives a mesh without a look.
 Look clay_look();

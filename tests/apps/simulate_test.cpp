@@ -543,7 +543,7 @@ TEST_F(Simulate, ScenesThatAreHardlyMeantAreSpokenOf) {
   };
   EXPECT_THAT(said({"--settle", "1"}), ::testing::Not(HasSubstr("warning: ")));
   EXPECT_THAT(said({"--settle", "1", "--scale", "50"}), HasSubstr("--scale says how many"));
-  EXPECT_THAT(said({"--settle", "1", "--move_x", "3"}), HasSubstr("--move_x"));
+  EXPECT_THAT(said({"--settle", "1", "--move_x", "3"}), HasSubstr("--move-x"));
   EXPECT_THAT(said({"--settle", "1", "--scale", "0.1", "--move_y", "0.1"}),
               HasSubstr("49 of 49 vertices begin inside the body deeper than"));
   // The same pyramid with its corners the other way round.

@@ -57,7 +57,7 @@ TEST(SimulationDoubts, SelfContactIsNamedWhereItWasOff) {
   std::vector<FrameReport> reports = frames(2);
   reports[1].crossings = 167;
   EXPECT_THAT(simulation_doubts(reports, false),
-              ElementsAre(HasSubstr("--xpbd.self_contact true")));
+              ElementsAre(HasSubstr("--xpbd.self-contact true")));
   EXPECT_THAT(simulation_doubts(reports, true),
               ElementsAre(AllOf(HasSubstr("167"), Not(HasSubstr("self_contact")))));
 }

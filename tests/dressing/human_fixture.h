@@ -52,6 +52,7 @@ struct Course {
   double deepest = 0;      ///< m, by the guard
   double most_strain = 0;  ///< of 95 edges in 100
   int excused = 0;         ///< at the end, where the body overlaps itself
+  int most_excused = 0;    ///< in all frames that the guard looks at
   int most_crossings = 0;  ///< of the cloth with itself, where its faces are given
   ClothState end;
 };
@@ -72,6 +73,7 @@ Course run_on(ClothSolver& solver, const Triangles& faces, int frames, int every
       const Guard guard = contact_guard(course.end.positions, now, faces, 3e-3);
       course.deepest = std::max(course.deepest, guard.deepest);
       course.excused = guard.excused;
+      course.most_excused = std::max(course.most_excused, guard.excused);
       if (cloth.rows() > 0) {
         course.most_crossings =
             std::max(course.most_crossings, count_crossings(course.end.positions, cloth));

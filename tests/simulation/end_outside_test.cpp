@@ -90,6 +90,25 @@ TEST(EndOutside, WhereTheBodyOverlapsItselfThereIsNoOutside) {
   EXPECT_EQ(norm(ended(body, x, kSearchTree, {0, 0.3, 0}) - x), 0);
 }
 
+// Deeper than contact looks: a garment that is put on a body in its middle.
+TEST(EndOutside, WhoBeganDeeperThanTheReachIsNotThrownOut) {
+  const StillBody body({0});
+  const Vec3<double> x{0, 0.15, 0};
+  EXPECT_EQ(norm(ended(body, x, kSearchTree, {0, 0.14, 0}) - x), 0);
+}
+
+TEST(EndOutside, BetweenLimbsThatOverlapItIsNoDeeperThanTheyDo) {
+  for (const double overlap : {0.002, 0.01, 0.02}) {
+    const StillBody body({overlap / 2 - 0.2, 0.2 - overlap / 2});
+    const Vec3<double> x{overlap / 2 + 1e-3, 0.0021, 0.0013};
+    ASSERT_EQ(times_inside(body.view(), x, 1.0, AloneInTree{}), 1);
+    const Vec3<double> end = ended(body, x, kSearchTree, {0, 0.3, 0});
+    const double deepest = std::max(0.2 - norm(end - Vec3<double>{overlap / 2 - 0.2, 0, 0}),
+                                    0.2 - norm(end - Vec3<double>{0.2 - overlap / 2, 0, 0}));
+    EXPECT_LT(deepest, overlap + 2e-3) << overlap << ": facets lie within the sphere";
+  }
+}
+
 // Between two limbs with less room than the cloth is thick it ends in the gap.
 TEST(EndOutside, BetweenTwoLimbsItEndsInTheGap) {
   const StillBody body({-0.2005, 0.2005});
