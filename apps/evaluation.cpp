@@ -133,7 +133,7 @@ std::string problem_of(const Evaluation& evaluation, const std::vector<StageStat
 
 /// Why a stage cannot be measured that reads a file which cannot be read, and what mends it.
 std::string damage_text(const DataError& error, const fs::path& workspace) {
-  const std::string text = error.what();
+  std::string text = error.what();
   const fs::path file = fs::weakly_canonical(fs::current_path() / error.file);
   if (error.file.empty() || !is_inside(file, workspace) ||
       text.find("run 'atelier ") != std::string::npos) {

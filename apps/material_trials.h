@@ -18,7 +18,7 @@ namespace atelier {
 struct MaterialStageOptions {
   /// "fitted", or a fabric, whose values are then taken as they are.
   Material material = fabrics_own_material("fitted");
-  StiffnessSearchOptions search = {.fine = 0, .band = 0.2, .usual = {}};
+  StiffnessSearchOptions search = {.band = 0.2, .usual = {}};
   bool usual = true;           ///< published fabrics decide what the capture leaves open
   double leash = 20;           ///< 1/s, how quickly cloth is led back to where it was seen, 1 to 60
   std::string sequence = "";   ///< of the capture; "": the first clothed one
