@@ -140,7 +140,7 @@ std::string damage_text(const DataError& error, const fs::path& workspace) {
     return text;
   }
   const fs::path inside = file.lexically_relative(fs::weakly_canonical(workspace));
-  return text + "; run 'atelier " + inside.begin()->string() + "' again with --force";
+  return text + "; run 'atelier " + inside.begin()->string() + "' again";
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "apps/material_file.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -50,37 +49,6 @@ Stiffness stiffness_at(const JsonPlace& place) {
 }
 
 }  // namespace
-
-StiffnessRange range_within(const std::vector<StiffnessTrial>& trials, double share,
-                            double Stiffness::*axis) {
-  StiffnessRange range;
-  if (trials.empty()) {
-    return range;
-  }
-  const auto [least, largest] = std::minmax_element(
-      trials.begin(), trials.end(), [&](const StiffnessTrial& one, const StiffnessTrial& other) {
-        return one.stiffness.*axis < other.stiffness.*axis;
-      });
-  const double limit = (1 + share) * nearest_trial(trials).distance;
-  range.low = largest->stiffness.*axis;
-  range.high = least->stiffness.*axis;
-  for (const StiffnessTrial& trial : trials) {
-    if (trial.distance <= limit) {
-      range.low = std::min(range.low, trial.stiffness.*axis);
-      range.high = std::max(range.high, trial.stiffness.*axis);
-    }
-  }
-  range.open_low = range.low == least->stiffness.*axis;
-  range.open_high = range.high == largest->stiffness.*axis;
-  return range;
-}
-
-const StiffnessTrial& nearest_trial(const std::vector<StiffnessTrial>& trials) {
-  return *std::min_element(trials.begin(), trials.end(),
-                           [](const StiffnessTrial& one, const StiffnessTrial& other) {
-                             return one.distance < other.distance;
-                           });
-}
 
 std::string number_text(double value) {
   char text[32];

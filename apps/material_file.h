@@ -22,14 +22,6 @@ struct GarmentMaterial {
 /// Of the range that is stated beside that of the search's band: a share of the least distance.
 inline constexpr double kTenth = 0.1;
 
-/// Values of the trials whose distance is within a share of the least; open at an end where the
-/// least or the largest value that was tried is among them. Zeros for no trial.
-StiffnessRange range_within(const std::vector<StiffnessTrial>& trials, double share,
-                            double Stiffness::*axis);
-
-/// The one of least distance. There must be one.
-const StiffnessTrial& nearest_trial(const std::vector<StiffnessTrial>& trials);
-
 /// "1067", "2.4e-05".
 std::string number_text(double value);
 /// "464 to 10000 or more".

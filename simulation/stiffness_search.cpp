@@ -120,20 +120,6 @@ Stiffness refined_best(const std::vector<StiffnessTrial>& trials, const Stiffnes
                 options.bending_high)};
 }
 
-StiffnessRange range_of(const std::vector<StiffnessTrial>& trials, double limit,
-                        double Stiffness::*axis, double low, double high) {
-  StiffnessRange range{kInfinity, 0, false, false};
-  for (const StiffnessTrial& trial : trials) {
-    if (trial.distance <= limit) {
-      range.low = std::min(range.low, trial.stiffness.*axis);
-      range.high = std::max(range.high, trial.stiffness.*axis);
-    }
-  }
-  range.open_low = range.low <= low * (1 + 1e-9);
-  range.open_high = range.high >= high * (1 - 1e-9);
-  return range;
-}
-
 void append(std::vector<StiffnessTrial>& trials, const Level& level) {
   for (std::size_t i = 0; i < level.count(); ++i) {
     trials.push_back({level.at(i), level.distances[i]});
@@ -303,24 +289,49 @@ std::vector<StiffnessFit> search_stiffness(int garments, const StiffnessObjectiv
     StiffnessFit fit;
     append(fit.trials, coarse[g]);
     append(fit.trials, fine[g]);
-    const StiffnessTrial& nearest =
-        *std::min_element(fit.trials.begin(), fit.trials.end(),
-                          [](const auto& x, const auto& y) { return x.distance < y.distance; });
+    const StiffnessTrial& nearest = nearest_trial(fit.trials);
     const double steps = std::max(1.0, (options.fine + 1) / 2.0);  // of the fine grid in a coarse
     fit.best = refined_best(fit.trials, nearest,
                             {std::log(all.stretch[1] / all.stretch[0]) / steps,
                              std::log(all.bending[1] / all.bending[0]) / steps},
                             options);
     fit.distance = nearest.distance;
-    const double limit = (1 + options.band) * fit.distance;
-    fit.stretch =
-        range_of(fit.trials, limit, &Stiffness::stretch, options.stretch_low, options.stretch_high);
-    fit.bending =
-        range_of(fit.trials, limit, &Stiffness::bending, options.bending_low, options.bending_high);
+    fit.stretch = range_within(fit.trials, options.band, &Stiffness::stretch);
+    fit.bending = range_within(fit.trials, options.band, &Stiffness::bending);
     weigh(coarse[g], fine[g], options, fit);
     fits.push_back(std::move(fit));
   }
   return fits;
+}
+
+const StiffnessTrial& nearest_trial(const std::vector<StiffnessTrial>& trials) {
+  return *std::min_element(trials.begin(), trials.end(),
+                           [](const StiffnessTrial& one, const StiffnessTrial& other) {
+                             return one.distance < other.distance;
+                           });
+}
+
+StiffnessRange range_within(const std::vector<StiffnessTrial>& trials, double share,
+                            double Stiffness::*axis) {
+  if (trials.empty()) {
+    return {};
+  }
+  const double limit = (1 + share) * nearest_trial(trials).distance;
+  double least = kInfinity;
+  double largest = 0;
+  StiffnessRange range{kInfinity, 0, false, false};
+  for (const StiffnessTrial& trial : trials) {
+    const double value = trial.stiffness.*axis;
+    least = std::min(least, value);
+    largest = std::max(largest, value);
+    if (trial.distance <= limit) {
+      range.low = std::min(range.low, value);
+      range.high = std::max(range.high, value);
+    }
+  }
+  range.open_low = range.low <= least * (1 + 1e-9);
+  range.open_high = range.high >= largest * (1 - 1e-9);
+  return range;
 }
 
 }  // namespace atelier

@@ -77,4 +77,12 @@ using StiffnessObjective = std::function<std::vector<std::vector<double>>(
 std::vector<StiffnessFit> search_stiffness(int garments, const StiffnessObjective& objective,
                                            const StiffnessSearchOptions& options = {});
 
+/// Values of the trials whose distance is within a share of the least; open at an end where the
+/// least or the largest value that was tried is among them. Zeros for no trial.
+StiffnessRange range_within(const std::vector<StiffnessTrial>& trials, double share,
+                            double Stiffness::*axis);
+
+/// The one of least distance. There must be one.
+const StiffnessTrial& nearest_trial(const std::vector<StiffnessTrial>& trials);
+
 }  // namespace atelier

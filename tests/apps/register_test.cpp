@@ -427,7 +427,7 @@ TEST_F(Register, OfADamagedResultItIsSaidWhatMendsIt) {
   const ChildResult printed = evaluate({});
   EXPECT_EQ(printed.exit_code, 3);
   EXPECT_THAT(printed.out, HasSubstr("flatten: not measured: "));
-  EXPECT_THAT(printed.out, HasSubstr("run 'atelier flatten' again with --force"));
+  EXPECT_THAT(printed.out, HasSubstr("run 'atelier flatten' again"));
   const ChildResult checked = evaluate({"--check", "--json"});
   EXPECT_EQ(checked.exit_code, 3) << "damage counts more than what was not measured";
   const nlohmann::json json = nlohmann::json::parse(checked.out);
