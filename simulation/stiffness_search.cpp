@@ -18,6 +18,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Evenly spaced logarithms.
 std::vector<double> grid_values(double low, double high, int count) {
   std::vector<double> values;
+  values.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     values.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
   }

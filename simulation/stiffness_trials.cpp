@@ -18,10 +18,10 @@ StiffnessRange range_within(const std::vector<StiffnessTrial>& trials, double sh
     return {};
   }
   const double limit = (1 + share) * nearest_trial(trials).distance;
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  double least = infinity;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   double largest = 0;
-  StiffnessRange range{infinity, 0, false, false};
+  StiffnessRange range{kInfinity, 0, false, false};
   for (const StiffnessTrial& trial : trials) {
     const double value = trial.stiffness.*axis;
     least = std::min(least, value);
