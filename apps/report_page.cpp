@@ -104,7 +104,8 @@ std::string list_of(std::vector<Attention> items) {
   for (const Attention& item : items) {
     std::string of;
     for (const std::string& one : item.of) {
-      of += (of.empty() ? "" : ", ") + html_text(one);
+      of += of.empty() ? "" : ", ";
+      of += html_text(one);
     }
     std::string end = item.end.empty() ? "" : " " + html_text(item.end);
     if (item.end == "skipped") {

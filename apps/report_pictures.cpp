@@ -194,7 +194,9 @@ std::string material_tables(const StageStatus& status, const fs::path& result) {
     band = option.name == "search.band" ? std::atof(option.json.c_str()) : band;
   }
   std::string html;
-  for (const auto& [name, found] : read_materials(result)) {
+  for (const auto& one : read_materials(result)) {
+    const std::string& name = one.first;
+    const auto& found = one.second;  // no binding: a lambda takes it
     if (found.trials.empty()) {
       continue;
     }

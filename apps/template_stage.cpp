@@ -316,7 +316,8 @@ void run_template(StageRun& run) {
     all.push_back(json_of(one, name));
     std::string openings;
     for (const std::string& opening : one.garment.boundary_names) {
-      openings += (openings.empty() ? "" : ", ") + opening;
+      openings += openings.empty() ? "" : ", ";
+      openings += opening;
     }
     run.say(name + ": frame " + std::to_string(one.frame_id) + ", " +
             std::to_string(one.garment.mesh.vertices.rows()) + " vertices, openings: " + openings);
