@@ -196,7 +196,7 @@ std::string material_tables(const StageStatus& status, const fs::path& result) {
   std::string html;
   for (const auto& one : read_materials(result)) {
     const std::string& name = one.first;
-    const auto& found = one.second;  // no binding: a lambda takes it
+    const FoundMaterial& found = one.second;  // clang 14 lets no lambda take a structured binding
     if (found.trials.empty()) {
       continue;
     }
