@@ -26,7 +26,7 @@ std::optional<Finding> garment_size_doubt(const MeshFile& file, const std::strin
   std::snprintf(text, sizeof text, "the mesh is %.4g m large, which no garment is", extent);
   return Finding{Severity::Warning, "size-unlikely", name, text,
                  file.said.metres_per_unit > 0
-                     ? "the file itself says its unit, wrongly: correct it there"
+                     ? "the file says its unit itself: where that is wrong, correct it there"
                      : "--input.unit says the file's unit: cm, mm"};
 }
 

@@ -244,7 +244,7 @@ TEST_F(TemplateStage, RefusesListsOfNoGarmentAndOfOneTwiceAtOnce) {
 TEST_F(TemplateStage, RefusesMeshesThatAreNotThereOrOfNoGarmentThatIsMade) {
   const ChildResult gone = made({"--dry-run", "--import", "lower=/nonexist.obj"});
   EXPECT_EQ(gone.exit_code, 3);
-  EXPECT_THAT(gone.err, HasSubstr("/nonexist.obj: nothing there"));
+  EXPECT_THAT(gone.err, HasSubstr("/nonexist.obj: No such file"));
   const ChildResult work = made({"--import", "lower=/nonexist.obj"});
   EXPECT_EQ(work.exit_code, 3);
   EXPECT_THAT(work.out, Not(HasSubstr("vertices, openings")));  // before the first garment
