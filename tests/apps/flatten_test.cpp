@@ -250,9 +250,11 @@ TEST_F(Flatten, FilesThatOptionsNameArePartOfTheKey) {
   ASSERT_EQ(run(words).exit_code, 0);
   EXPECT_THAT(run(words).out, HasSubstr("done already"));
   std::ofstream(seams) << "{\"seams\": [[1,17]]}";
+  const ChildResult planned = run({mesh().string(), workspace, "--seams", seams, "--dry-run"});
+  EXPECT_THAT(planned.out, HasSubstr("input --seams changed"));
   const ChildResult edited = run(words);
   EXPECT_EQ(edited.exit_code, 0) << edited.err;
-  EXPECT_THAT(edited.out, HasSubstr("input --seams changed"));
+  EXPECT_THAT(edited.out, HasSubstr("flatten done: "));
 }
 
 TEST_F(Flatten, AGarmentThatDoesNotHangAsCapturedIsFlattenedAsItIs) {
