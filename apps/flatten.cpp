@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/exit_code.h"
+#include "apps/flatten_doubts.h"
 #include "apps/flatten_pictures.h"
 #include "apps/json_text.h"
 #include "apps/output_place.h"
@@ -23,6 +24,7 @@
 #include "apps/usage_error.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_obj.h"
@@ -31,6 +33,7 @@
 #include "registration/blunt_corners.h"
 #include "registration/edge_paths.h"
 #include "registration/find_pattern.h"
+#include "registration/loose_vertices.h"
 #include "registration/open_to_discs.h"
 #include "registration/orient_faces.h"
 #include "registration/smooth_surface.h"
@@ -53,7 +56,14 @@ struct Flattened {
   bool relaxed = true;  ///< hangs as captured, where that was asked for
 };
 
-using Say = std::function<void(const std::string&)>;
+/// Who watches the work on one mesh.
+struct Watcher {
+  std::function<void(const std::string&)> say;
+  std::function<void(const Finding&)> warn;
+  /// After a round of relaxing: of how many, and how far off the garment hangs [m].
+  std::function<void(int round, int rounds, double error)> relaxed;
+  std::function<bool()> stopped;  ///< the work is of no use any more
+};
 
 #ifdef ATELIER_HAS_SIMULATION
 /// The waist of what is worn on the hips, which a belt or its elastic holds where it is; without,
@@ -83,23 +93,31 @@ std::vector<int> held_waist(const Mesh& mesh, const Mesh& body) {
 
 /// The unloaded garment that hangs as captured. Where none is found, the mesh stays as it is: a
 /// garment that hangs elsewhere would be another one's pattern. False then.
-bool relax_mesh(Mesh& mesh, const FlattenRelaxOptions& options, const Say& say) {
+bool relax_mesh(Mesh& mesh, const FlattenStageOptions& all, const Watcher& watcher) {
   constexpr double kAsCaptured = 2e-3;  // m, mean
+  const FlattenRelaxOptions& options = all.relax;
   Garment garment;
   garment.name = options.body;
   garment.mesh = mesh;
   if (!options.fabric.empty()) {
     garment.material = fabric_material(options.fabric);
   }
-  const Mesh body = read_mesh(options.body);
-  const RelaxedGarment relaxed = relax_gravity(garment, held_waist(mesh, body), body.vertices,
-                                               body.faces, {}, relaxing_solver(), options.relaxing);
-  say(relaxed_text(relaxed, options.relaxing.seconds));
+  const Mesh body = read_mesh(options.body, all.input);
+  if (const auto doubt = open_body_doubt(body, options.body)) {
+    watcher.warn(*doubt);
+  }
+  const RelaxedGarment relaxed =
+      relax_gravity(garment, held_waist(mesh, body), body.vertices, body.faces, {},
+                    relaxing_solver(), options.relaxing, Device::Cpu, [&](int round, double error) {
+                      watcher.relaxed(round, options.relaxing.rounds, error);
+                      return !watcher.stopped();
+                    });
+  watcher.say(relaxed_text(relaxed, options.relaxing.seconds));
   if (relaxed.mean_error > kAsCaptured) {
-    say(to_string(Finding{Severity::Warning, "not-relaxed", options.body,
-                          "no garment was found that hangs within 2 mm of the captured one",
-                          "it is flattened as it was captured; more --relax.relaxing.rounds, or "
-                          "another body or fabric"}));
+    watcher.warn({Severity::Warning, "not-relaxed", options.body,
+                  "no garment was found that hangs within 2 mm of the captured one",
+                  "it is flattened as it was captured; more --relax.relaxing.rounds, or another "
+                  "body or fabric"});
     return false;
   }
   mesh.vertices = relaxed.garment.mesh.vertices;
@@ -108,20 +126,20 @@ bool relax_mesh(Mesh& mesh, const FlattenRelaxOptions& options, const Say& say) 
 #endif
 
 /// What is finer than panels can be is taken out of the surface.
-void smooth_mesh(Mesh& mesh, double reach, const Say& say) {
+void smooth_mesh(Mesh& mesh, double reach, const Watcher& watcher) {
   const double area = face_areas(mesh.vertices, mesh.faces).sum();
   const Points smooth = smoothed_surface(mesh, reach);
   char text[120];
   std::snprintf(text, sizeof text, "smoothed: moved by %.2f mm in the mean, area %+.2f%%",
                 1000 * (smooth - mesh.vertices).rowwise().norm().mean(),
                 100 * (face_areas(smooth, mesh.faces).sum() / area - 1));
-  say(text);
+  watcher.say(text);
   mesh.vertices = smooth;
 }
 
 /// Slivers, which no simulation takes, are taken out; where seams are given, triangles stay and
 /// only what is near to being refused is changed.
-void blunt_mesh(Mesh& mesh, bool seams_given, const Say& say) {
+void blunt_mesh(Mesh& mesh, bool seams_given, const Watcher& watcher) {
   constexpr double kNearlyRefused = 2;  // deg
   BluntCornersOptions how;
   if (seams_given) {
@@ -135,13 +153,13 @@ void blunt_mesh(Mesh& mesh, bool seams_given, const Say& say) {
     char text[120];
     std::snprintf(text, sizeof text, "slivers taken out: smallest corner %.1f deg, was %.1f", after,
                   before);
-    say(text);
+    watcher.say(text);
   }
 }
 
 /// The pattern of a cut; panels that lie over themselves are parted.
 void lay_out(Flattened& flat, std::vector<char> cut, const FlattenStageOptions& options,
-             const Say& say) {
+             const Watcher& watcher) {
   flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
   // Any stretch will do, but a panel cannot be cut out of cloth that it needs twice.
   FindSeamsOptions apart = options.find;
@@ -149,7 +167,7 @@ void lay_out(Flattened& flat, std::vector<char> cut, const FlattenStageOptions& 
   apart.front_and_back = false;
   constexpr int kTries = 4;
   for (int i = 0; i < kTries && !flat.pattern.overlapping.empty(); ++i) {
-    say("panels that lie over themselves are parted");
+    watcher.say("panels that lie over themselves are parted");
     cut = find_seams(flat.mesh, cut, apart).cut;
     flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
   }
@@ -157,16 +175,16 @@ void lay_out(Flattened& flat, std::vector<char> cut, const FlattenStageOptions& 
 }
 
 /// Seams and their pattern. Where none keeps the bound, what was found is laid out as it is.
-void lay_out_found(Flattened& flat, const FlattenStageOptions& options, const Say& say) {
+void lay_out_found(Flattened& flat, const FlattenStageOptions& options, const Watcher& watcher) {
   FindPatternOptions how;
   how.find = options.find;
   how.flatten = options.flatten;
   how.give = options.give;
-  FoundPattern found = find_pattern(flat.mesh, how, say);
+  FoundPattern found = find_pattern(flat.mesh, how, watcher.say);
   char text[120];
   std::snprintf(text, sizeof text, "the surface gave way by %.2f mm in the mean, %.1f mm at most",
                 1000 * found.moved_mean, 1000 * found.moved_most);
-  say(text);
+  watcher.say(text);
   flat.mesh = std::move(found.mesh);
   flat.reached = found.reached;
   if (found.reached) {
@@ -175,54 +193,81 @@ void lay_out_found(Flattened& flat, const FlattenStageOptions& options, const Sa
   } else {
     FlattenStageOptions as_found = options;  // panels stiffen where the search's do
     as_found.flatten.panel.even = stiffening_of(options.find.stretch);
-    lay_out(flat, found.seams.cut, as_found, say);
+    lay_out(flat, found.seams.cut, as_found, watcher);
     flat.reached = found.seams.reached && flat.measures.strain_p99 <= options.find.stretch;
   }
 }
 
-Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options, const Say& say) {
-  Flattened flat;
-  const MeshFile read = read_mesh_file(file, options.input);
-  if (const auto finding = unit_finding(read, file.string())) {
-    say(to_string(*finding));
-  }
+/// The mesh as it can be flattened, and its seams where they are given: read before the long work,
+/// which changes no edge of a mesh whose seams are given.
+std::vector<char> read_garment(Flattened& flat, const fs::path& file,
+                               const FlattenStageOptions& options, const Watcher& watcher) {
+  MeshFile read = read_mesh_file(file, options.input);
   flat.mesh = read.mesh;
   const Triangles oriented = consistently_oriented(flat.mesh.faces, flat.mesh.vertices.rows());
   if (oriented != flat.mesh.faces) {
-    say("triangles of opposite orientation were turned round");
+    watcher.say("triangles of opposite orientation were turned round");
     flat.mesh.uv_faces.resize(0, 3);  // whose corners are those of the faces before
     flat.mesh.uvs.resize(0, 2);
     flat.mesh.faces = oriented;
   }
   check_flattenable(flat.mesh, file.string());
-  // Read before the long work, which changes no edge of a mesh whose seams are given.
-  const std::vector<char> given = seam_input(
+  std::vector<char> given = seam_input(
       options.seams, flat.mesh, topology_of(flat.mesh.faces, flat.mesh.vertices.rows()), file);
+  if ((options.seams == "uvs" || options.seams == "labels") &&
+      std::find(given.begin(), given.end(), 1) == given.end()) {
+    watcher.say((options.seams == "uvs" ? "texture coordinates" : "labels") +
+                std::string(" part nowhere: no seam is given"));
+  }
+  const Index vertices = flat.mesh.vertices.rows();
+  flat.mesh = without_loose_vertices(flat.mesh);  // seams of files count all of them
+  if (const Index loose = vertices - flat.mesh.vertices.rows(); loose > 0) {
+    watcher.say(std::to_string(loose) + (loose == 1
+                                             ? " vertex without a triangle was left out"
+                                             : " vertices without a triangle were left out"));
+  }
+  read.mesh.vertices = flat.mesh.vertices;
+  if (const auto doubt = garment_size_doubt(read, file.string())) {
+    watcher.warn(*doubt);
+  }
+  return given;
+}
+
+Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
+                       const Watcher& watcher) {
+  Flattened flat;
+  const std::vector<char> given = read_garment(flat, file, options, watcher);
 #ifdef ATELIER_HAS_SIMULATION
   if (!options.relax.body.empty()) {
-    flat.relaxed = relax_mesh(flat.mesh, options.relax, say);
+    flat.relaxed = relax_mesh(flat.mesh, options, watcher);
+    if (watcher.stopped()) {
+      return flat;
+    }
   }
 #endif
   if (options.smooth > 0) {
-    smooth_mesh(flat.mesh, options.smooth, say);
+    smooth_mesh(flat.mesh, options.smooth, watcher);
   }
-  blunt_mesh(flat.mesh, options.seams != "auto", say);
+  blunt_mesh(flat.mesh, options.seams != "auto", watcher);
   const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
   try {
     if (options.seams == "auto") {
-      lay_out_found(flat, options, say);
+      lay_out_found(flat, options, watcher);
     } else {
       const std::vector<char> open =
           opened_to_discs(topology, given, edge_lengths(topology, flat.mesh.vertices));
       if (open != given) {
-        say("panels with holes were cut open");
+        watcher.say("panels with holes were cut open");
       }
-      lay_out(flat, open, options, say);
+      lay_out(flat, open, options, watcher);
     }
   } catch (const DataError& error) {
     throw DataError(file.string(), error.where, error.found, error.expected);
   }
   flat.layout = lay_out_pattern(flat.pattern, options.pattern);
+  if (const auto doubt = fabric_doubt(flat.layout, options.pattern.fabric_width, file.string())) {
+    watcher.warn(*doubt);
+  }
   return flat;
 }
 
@@ -288,7 +333,8 @@ std::vector<fs::path> surfaces_in(const fs::path& input) {
   }
   std::sort(files.begin(), files.end());
   if (files.empty()) {
-    throw DataError(input.string(), "", "no .obj or .ply", "a mesh for each garment");
+    throw DataError(input.string(), "", "no .obj or .ply",
+                    "a mesh for each garment, as 'atelier run' leaves them in WORKSPACE/surfaces");
   }
   return files;
 }
@@ -315,7 +361,7 @@ OptionTable describe(FlattenRelaxOptions& options) {
 #ifdef ATELIER_HAS_SIMULATION
   table.add("body", options.body, std::vector<std::string>{},
             "Mesh of the body that a captured garment hangs on: what its weight has stretched is "
-            "taken out before it is flattened");
+            "taken out before it is flattened; its unit as the garment's");
   std::vector<std::string> fabrics = fabric_names();
   fabrics.insert(fabrics.begin(), "");
   table.add("fabric", options.fabric, fabrics, "What the garment is made of, for its weight");
@@ -357,9 +403,19 @@ int flatten_alone(const std::map<std::string, std::string>& values, const Option
   const fs::path out = value("out");
   require_new_place(out, "--out");
   require_folder_place(out);
-  const Flattened flat = flatten_mesh(value("mesh"), options, [&](const std::string& line) {
+  Watcher watcher;
+  watcher.say = [&](const std::string& line) {
     (json ? standard_error() : std::cout) << printable(line) << std::endl;
-  });
+  };
+  watcher.warn = [&](const Finding& finding) { watcher.say(to_string(finding)); };
+  watcher.relaxed = [&](int round, int rounds, double error) {
+    char text[100];
+    std::snprintf(text, sizeof text, "round %d of at most %d: hangs %.2f mm from as captured",
+                  round, rounds, 1000 * error);
+    watcher.say(text);
+  };
+  watcher.stopped = [] { return false; };
+  const Flattened flat = flatten_mesh(value("mesh"), options, watcher);
   make_private_directory(out);
   const std::string title = fs::path(value("mesh")).stem().string();
   write_file_atomically(out / "pattern.svg", pattern_svg(flat.layout, title));
@@ -375,6 +431,14 @@ int flatten_alone(const std::map<std::string, std::string>& values, const Option
   }
   return flat.reached && flat.relaxed && flat.measures.overlaps == 0 ? kExitDone
                                                                      : kExitNotConverged;
+}
+
+void require_named(const FlattenStageOptions& options) {
+  require_seams_named(options.seams);
+  if (const std::string& body = options.relax.body;
+      !body.empty() && file_kind(body) == fs::file_type::not_found) {
+    read_mesh(body);  // says what it would have read
+  }
 }
 
 void check_flatten_input(const fs::path& input) {
@@ -395,8 +459,20 @@ void run_flatten(StageRun& run) {
     const std::string title = file.stem().string();
     const std::string folder = fs::is_directory(run.input("surface")) ? title + "/" : "";
     const std::string whose = folder.empty() ? "" : title + ": ";
-    const Flattened flat =
-        flatten_mesh(file, options, [&](const std::string& line) { run.say(whose + line); });
+    Watcher watcher;
+    watcher.say = [&](const std::string& line) { run.say(whose + line); };
+    watcher.warn = [&](const Finding& finding) { tell(run, {finding}, whose); };
+    watcher.relaxed = [&](int round, int rounds, double error) {
+      run.progress(round, rounds, "rounds of relaxing", {{"off_mm", 1000 * error}});
+    };
+    watcher.stopped = [&] { return run.stop_requested(); };
+    if (!options.relax.body.empty()) {
+      run.progress(0, options.relax.relaxing.rounds, "rounds of relaxing");
+    }
+    const Flattened flat = flatten_mesh(file, options, watcher);
+    if (run.stop_requested()) {
+      return;
+    }
     write_flat(run, flat, title, folder);
     const FlatMeasures& m = flat.measures;
     panels += flat.pattern.cut.panel_count;

@@ -48,6 +48,10 @@ inline constexpr std::array kFlattenMetrics = {
     StageMetric{"overlaps", ""},
 };
 
+/// Refuses files and words that options name and that are not there, as the stage would later.
+/// Throws DataError.
+void require_named(const FlattenStageOptions& options);
+
 /// Throws DataError for a folder without a mesh.
 void check_flatten_input(const std::filesystem::path& input);
 

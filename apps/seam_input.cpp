@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
 #include "core/limits.h"
@@ -17,10 +18,27 @@ namespace {
 
 using nlohmann::json;
 
+/// Whether any triangle of the texture has an area.
+bool have_area(const Mesh& mesh) {
+  for (Index f = 0; f < mesh.uv_faces.rows(); ++f) {
+    const Eigen::Vector2d a = mesh.uvs.row(mesh.uv_faces(f, 0));
+    const Eigen::Vector2d ab = mesh.uvs.row(mesh.uv_faces(f, 1)).transpose() - a;
+    const Eigen::Vector2d ac = mesh.uvs.row(mesh.uv_faces(f, 2)).transpose() - a;
+    if (ab.x() * ac.y() != ab.y() * ac.x()) {
+      return true;
+    }
+  }
+  return false;
+}
+
 std::vector<char> cut_at_uvs(const Mesh& mesh, const Topology& topology,
                              const std::filesystem::path& file) {
   if (mesh.uv_faces.rows() != mesh.faces.rows()) {
     throw DataError(file.string(), "texture coordinates", "none", "some, or other --seams");
+  }
+  if (!have_area(mesh)) {
+    throw DataError(file.string(), "texture coordinates", "no area: no triangle has a place",
+                    "a layout of the panels, or other --seams");
   }
   std::vector<char> cut(static_cast<std::size_t>(topology.edges.rows()), 0);
   for (Index e = 0; e < topology.edges.rows(); ++e) {
@@ -126,8 +144,18 @@ SeamDocument parse_seam_document(std::string_view text, Index vertices,
 
 }  // namespace
 
+void require_seams_named(const std::string& seams) {
+  if (seams == "auto" || seams == "uvs" || seams == "labels" || seams == "none" ||
+      file_kind(seams) != std::filesystem::file_type::not_found) {
+    return;
+  }
+  throw DataError("", "seams", "'" + seams + "', which is no file",
+                  "auto, uvs, labels, none, or a file (.json)");
+}
+
 std::vector<char> seam_input(const std::string& seams, const Mesh& mesh, const Topology& topology,
                              const std::filesystem::path& mesh_file) {
+  require_seams_named(seams);
   if (seams == "uvs") {
     return cut_at_uvs(mesh, topology, mesh_file);
   }

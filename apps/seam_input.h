@@ -10,10 +10,13 @@
 
 namespace atelier {
 
+/// Refuses what is neither a word that `seam_input` knows nor a file. Throws DataError.
+void require_seams_named(const std::string& seams);
+
 /// The edges of a mesh that are cut, one flag for each edge of its topology: none for "auto" and
 /// "none"; where texture coordinates part for "uvs"; where the labels of vertices part for "labels"
 /// (a face has the label of most of its corners, of its first where all differ); else those of a
-/// JSON file (parse_seams). Throws DataError.
+/// JSON file (parse_seams). Throws DataError, for texture coordinates without area as well.
 std::vector<char> seam_input(const std::string& seams, const Mesh& mesh, const Topology& topology,
                              const std::filesystem::path& mesh_file);
 

@@ -21,6 +21,9 @@
 #ifdef ATELIER_HAS_SIMULATION
 #include "apps/simulate.h"
 #endif
+#ifdef ATELIER_HAS_CAPTURE
+#include "capture/layouts/open_dataset.h"
+#endif
 #include "core/device.h"
 
 namespace atelier {
@@ -46,6 +49,7 @@ constexpr std::array kStages = {
           .metrics = kValidateMetrics,
           .options = option_set<ValidateStageOptions>,
           .run = run_validate,
+          .check_input = require_no_folder_above,
           .states_consent = true},
 #endif
 #ifdef ATELIER_HAS_CAPTURE_SURFACE
@@ -57,6 +61,7 @@ constexpr std::array kStages = {
           .metrics = kReconstructMetrics,
           .options = option_set<ReconstructStageOptions>,
           .run = run_reconstruct,
+          .check_input = require_no_folder_above,
           .frame_wise = true,
           .has_cuda = true,
           .device_keyed = true},
@@ -69,7 +74,9 @@ constexpr std::array kStages = {
           .outputs = {"person"},
           .metrics = kPersonalizeMetrics,
           .options = option_set<PersonalizeStageOptions>,
-          .run = run_personalize},
+          .file_options = {"body"},
+          .run = run_personalize,
+          .check_input = require_no_folder_above},
     Stage{.name = "track",
           .version = 4,
           .summary = "the person's pose in every frame",
@@ -78,7 +85,8 @@ constexpr std::array kStages = {
           .metrics = kTrackMetrics,
           .options = option_set<TrackStageOptions>,
           .file_options = {"region"},
-          .run = run_track},
+          .run = run_track,
+          .check_input = require_no_folder_above},
     Stage{.name = "body",
           .version = 2,
           .summary = "the body under the clothes in every frame",
@@ -87,6 +95,7 @@ constexpr std::array kStages = {
           .metrics = kBodyMetrics,
           .options = option_set<BodyStageOptions>,
           .run = run_body,
+          .check_input = require_no_folder_above,
           .frame_wise = true},
     Stage{.name = "refine",
           .version = 1,
@@ -108,7 +117,9 @@ constexpr std::array kStages = {
           .outputs = {"template"},
           .metrics = kTemplateMetrics,
           .options = option_set<TemplateStageOptions>,
-          .run = run_template},
+          .file_options = {"import"},
+          .run = run_template,
+          .check_input = require_no_folder_above},
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "register",
@@ -119,16 +130,18 @@ constexpr std::array kStages = {
           .metrics = kRegisterMetrics,
           .options = option_set<RegisterStageOptions>,
           .run = run_register,
+          .check_input = require_no_folder_above,
           .frame_wise = true},
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     Stage{.name = "flatten",
-          .version = 7,
+          .version = 8,
           .summary = "a garment's surface as a flat sewing pattern",
           .inputs = {"surface"},
           .outputs = {"pattern"},
           .metrics = kFlattenMetrics,
           .options = option_set<FlattenStageOptions>,
+          .file_options = {"seams", "relax.body"},
           .run = run_flatten,
           .check_input = check_flatten_input},
 #endif
@@ -142,7 +155,8 @@ constexpr std::array kStages = {
           .outputs = {"fitted_material"},
           .metrics = kMaterialMetrics,
           .options = option_set<MaterialStageOptions>,
-          .run = run_material},
+          .run = run_material,
+          .check_input = require_no_folder_above},
 #endif
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",
@@ -169,6 +183,7 @@ constexpr std::array kStages = {
           .metrics = kAppearanceMetrics,
           .options = option_set<AppearanceStageOptions>,
           .run = run_appearance,
+          .check_input = require_no_folder_above,
           .has_cuda = true,
           .device_keyed = true},
 #endif
@@ -180,6 +195,7 @@ constexpr std::array kStages = {
           .metrics = kAppearanceMetrics,
           .options = option_set<AppearanceStageOptions>,
           .run = run_ceiling,
+          .check_input = require_no_folder_above,
           .has_cuda = true,
           .device_keyed = true},
 #endif
@@ -196,6 +212,7 @@ constexpr std::array kStages = {
           .options = option_set<AnimateOptions>,
           .file_options = {"motion", "body", "garment", "cloth_sequence"},
           .run = run_animate,
+          .check_input = require_no_folder_above,
           .frame_wise = true,
           .has_cuda = true,
           .device_keyed = true},
@@ -245,6 +262,17 @@ std::span<const Stage> all_stages() {
 
 void require_startable([[maybe_unused]] const Stage& stage, const StageRequest& request) {
   check_device(request.device);
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
+    defined(ATELIER_HAS_REGISTRATION)
+  if (stage.name == "template") {
+    require_named(options_of<TemplateStageOptions>(request.options));
+  }
+#endif
+#ifdef ATELIER_HAS_REGISTRATION
+  if (stage.name == "flatten") {
+    require_named(options_of<FlattenStageOptions>(request.options));
+  }
+#endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)

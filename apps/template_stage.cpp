@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "bodymodel/personal_body.h"
 #include "capture/label_taxonomy.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/garment_archive.h"
 #include "core/intersection.h"
 #include "core/io/file_bytes.h"
@@ -129,56 +131,112 @@ Wardrobe wardrobe_of(StageRun& run, const Source& source) {
   return worn;
 }
 
-/// "upper=tee.obj, lower=trousers.obj", or one file for the only garment.
+/// What stands between commas, without the blanks before it.
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t comma = std::min(text.find(',', begin), text.size());
+    begin = std::min(text.find_first_not_of(' ', begin), comma);
+    parts.push_back(text.substr(begin, comma - begin));
+    begin = comma + 1;
+  }
+  return parts;
+}
+
+/// The label of clothing of that name.
+std::optional<Label> cloth_label(const std::string& name) {
+  const std::optional<Label> label = label_of(name);
+  return label && is_cloth(*label) ? label : std::nullopt;
+}
+
+/// An artist's mesh.
+struct Import {
+  std::string text;            ///< as it was asked for
+  std::optional<Label> label;  ///< none was said: the only garment
+  fs::path file;
+};
+
+/// "upper=tee.obj, lower=trousers.obj", or one file.
+std::vector<Import> imports_in(const std::string& text) {
+  std::vector<Import> imports;
+  for (const std::string& part : parts_of(text)) {
+    const std::size_t equals = part.find('=');
+    Import import{part, std::nullopt, part};
+    if (equals != std::string::npos) {
+      import.label = cloth_label(part.substr(0, equals));
+    }
+    if (import.label) {
+      import.file = part.substr(equals + 1);
+    }
+    const bool again = std::any_of(imports.begin(), imports.end(), [&](const Import& other) {
+      return other.label == import.label;
+    });
+    if (again) {
+      throw DataError("", "import", "'" + part + "', a second mesh of one garment",
+                      "one for each: upper=tee.obj,lower=trousers.obj");
+    }
+    if (file_kind(import.file) == fs::file_type::not_found) {
+      read_mesh(import.file);  // says what it would have read
+    }
+    imports.push_back(std::move(import));
+  }
+  return imports;
+}
+
+/// The meshes of garments that are made.
 std::map<Label, fs::path> imports_of(const std::string& text, const std::vector<Label>& garments) {
   std::map<Label, fs::path> imports;
-  std::size_t begin = 0;
-  while (begin < text.size()) {
-    const std::size_t comma = std::min(text.find(',', begin), text.size());
-    std::string part = text.substr(begin, comma - begin);
-    begin = comma + 1;
-    part.erase(0, part.find_first_not_of(' '));
-    const std::size_t equals = part.find('=');
-    const std::optional<Label> label =
-        equals == std::string::npos ? std::nullopt : label_of(part.substr(0, equals));
-    if (label && is_cloth(*label)) {
-      imports[*label] = part.substr(equals + 1);
-    } else if (garments.size() == 1) {
-      imports[garments.front()] = part;
-    } else {
-      throw DataError("", "import", "'" + part + "'",
+  for (const Import& import : imports_in(text)) {
+    if (!import.label && garments.size() != 1) {
+      throw DataError("", "import", "'" + import.text + "'",
                       "label=FILE, where several garments are worn: upper=tee.obj");
+    }
+    const Label label = import.label.value_or(garments.front());
+    if (std::find(garments.begin(), garments.end(), label) == garments.end()) {
+      throw DataError("", "import", "'" + import.text + "', of a garment that is not made",
+                      std::string("one of those that are, as ") + label_name(garments.front()));
+    }
+    if (!imports.emplace(label, import.file).second) {
+      throw DataError("", "import", "'" + import.text + "', a second mesh of one garment",
+                      "one for each");
     }
   }
   return imports;
 }
 
-std::vector<Label> wanted_garments(const std::string& text, const Wardrobe& worn,
-                                   const fs::path& scans) {
+/// The garments that a text other than "auto" names.
+std::vector<Label> labels_in(const std::string& text) {
+  constexpr const char* kExpected = "upper, lower, dress or outer";
   std::vector<Label> labels;
-  if (text == "auto") {
-    for (const auto& [label, area] : worn.areas) {
-      labels.push_back(label);
+  for (const std::string& part : parts_of(text)) {
+    const std::optional<Label> label = cloth_label(part);
+    if (!label) {
+      throw DataError("", "labels", "'" + part + "'", kExpected);
     }
-    if (labels.empty()) {
-      throw DataError(
-          scans.string(), "labels", "no clothing in any frame",
-          "scans labelled upper, lower, dress or outer: label images in the capture, or "
-          "reconstruct --label-by-color");
-    }
-    return labels;
-  }
-  std::size_t begin = 0;
-  while (begin < text.size()) {
-    const std::size_t comma = std::min(text.find(',', begin), text.size());
-    std::string part = text.substr(begin, comma - begin);
-    begin = comma + 1;
-    part.erase(0, part.find_first_not_of(' '));
-    const std::optional<Label> label = label_of(part);
-    if (!label || !is_cloth(*label)) {
-      throw DataError("", "labels", "'" + part + "'", "upper, lower, dress or outer");
+    if (std::find(labels.begin(), labels.end(), *label) != labels.end()) {
+      throw DataError("", "labels", "'" + part + "' twice", "each garment once");
     }
     labels.push_back(*label);
+  }
+  if (labels.empty()) {
+    throw DataError("", "labels", "none", std::string("auto, or ") + kExpected);
+  }
+  return labels;
+}
+
+std::vector<Label> wanted_garments(const std::string& text, const Wardrobe& worn,
+                                   const fs::path& scans) {
+  if (text != "auto") {
+    return labels_in(text);
+  }
+  std::vector<Label> labels;
+  for (const auto& [label, area] : worn.areas) {
+    labels.push_back(label);
+  }
+  if (labels.empty()) {
+    throw DataError(scans.string(), "labels", "no clothing in any frame",
+                    "scans labelled upper, lower, dress or outer: label images in the capture, or "
+                    "reconstruct --label-by-color");
   }
   return labels;
 }
@@ -262,8 +320,16 @@ OptionTable describe(TemplateStageOptions& options) {
   return table;
 }
 
+void require_named(const TemplateStageOptions& options) {
+  imports_in(options.import);
+  if (options.labels != "auto") {
+    labels_in(options.labels);
+  }
+}
+
 void run_template(StageRun& run) {
   const auto& options = run.options<TemplateStageOptions>();
+  require_named(options);  // refused now rather than behind a look at every scan
   Source source;
   source.scans = run.input("scans") / "scans";
   source.bodies = open_sequence(run.input("bodies"));

@@ -30,6 +30,10 @@ inline constexpr std::array kTemplateMetrics = {
     StageMetric{"atlas_stretch", ""}, StageMetric{"truth_scans", ""},
 };
 
+/// Refuses lists of garments that name none, no clothing or one twice, and meshes that are not
+/// there, as the stage would later. Throws DataError.
+void require_named(const TemplateStageOptions& options);
+
 /// Scans, person and bodies -> for each label of clothing garments/<label>.h5 (schema
 /// "atelier.garment") and garments/<label>.obj; template.json: of each the frame in whose pose it
 /// is, and the vertices that hang free; template.png.

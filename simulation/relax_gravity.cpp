@@ -43,7 +43,8 @@ OptionTable describe(RelaxGravityOptions& options) {
 RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
                              const Points& body, const Triangles& body_faces,
                              const ClothOptions& cloth_options, const XpbdOptions& solver_options,
-                             const RelaxGravityOptions& options, Device device) {
+                             const RelaxGravityOptions& options, Device device,
+                             const std::function<bool(int rounds, double error)>& told) {
   ATELIER_CHECK(options.rounds >= 1 && options.seconds > 0 && options.step > 0 &&
                     options.step <= 1 && options.damping >= 0,
                 "relax_gravity options out of range");
@@ -81,6 +82,9 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
     }
     best.rounds = round + 1;
     best.converged = best.mean_error <= options.tolerance;
+    if (told && !told(best.rounds, best.mean_error)) {
+      break;
+    }
     rest.mesh.vertices = best.garment.mesh.vertices - step * best_moved;
   }
   return best;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "core/device.h"
@@ -42,12 +43,14 @@ struct RelaxedGarment {
 /// template's. The best round is kept.
 ///
 /// `body` and its faces may be empty. A thickness of the solver below 0 is what the garment's edges
-/// need on a body (simulation/contact_distance.h). Throws as make_cloth and ClothSolver; LogicError
-/// for options out of range.
+/// need on a body (simulation/contact_distance.h). `told` hears after each round how many there
+/// were and the mean error [m] of the best; where it returns false, that was the last. Throws as
+/// make_cloth and ClothSolver; LogicError for options out of range.
 RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
                              const Points& body, const Triangles& body_faces,
                              const ClothOptions& cloth = {},
                              const XpbdOptions& solver = relaxing_solver(),
-                             const RelaxGravityOptions& options = {}, Device device = Device::Cpu);
+                             const RelaxGravityOptions& options = {}, Device device = Device::Cpu,
+                             const std::function<bool(int rounds, double error)>& told = {});
 
 }  // namespace atelier

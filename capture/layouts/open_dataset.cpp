@@ -15,6 +15,7 @@
 #include "capture/layouts/write_layout.h"
 #include "capture/video_file.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/store/consent_file.h"
 
 namespace atelier {
@@ -35,6 +36,13 @@ struct Choice {
   std::string evidence;
   std::vector<Finding> findings;
 };
+
+bool is_recognized(const fs::path& path, bool pictures_alone) {
+  return std::any_of(all_layouts().begin(), all_layouts().end(), [&](const Layout& layout) {
+    return (pictures_alone || std::string(layout.name) != "images") &&
+           !layout.recognize(path).empty();
+  });
+}
 
 Choice choose(const fs::path& path, const DatasetOptions& options) {
   Choice choice;
@@ -64,6 +72,7 @@ Choice choose(const fs::path& path, const DatasetOptions& options) {
     }
   }
   if (choice.layout == nullptr) {
+    require_no_folder_above(path);
     std::string tried;
     for (const std::string& name : layout_names()) {
       tried += (tried.empty() ? "" : ", ") + name;
@@ -495,6 +504,20 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
     check_capture_info(info, dataset.root.string());
   }
   return dataset;
+}
+
+void require_no_folder_above(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error) || is_recognized(path, true)) {
+    return;
+  }
+  for (const fs::path& entry : list_folder(path)) {
+    if (!entry.filename().string().starts_with(".") && fs::is_directory(entry, error) &&
+        is_recognized(entry, false)) {  // any folder may have one of pictures
+      throw DataError(path.string(), "", "no capture, but a folder with one in it",
+                      "the capture itself; did you mean " + entry.string() + "?");
+    }
+  }
 }
 
 }  // namespace atelier

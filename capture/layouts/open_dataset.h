@@ -36,4 +36,8 @@ OptionTable describe(DatasetOptions& options);
 Dataset open_dataset(const std::filesystem::path& path, const DatasetOptions& options = {},
                      const Limits& limits = {});
 
+/// Refuses a folder that is no capture, but holds one: the folder above was named. Opens no file.
+/// Throws DataError with the capture's place.
+void require_no_folder_above(const std::filesystem::path& path);
+
 }  // namespace atelier

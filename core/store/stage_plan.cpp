@@ -11,6 +11,7 @@
 #include "core/store/consent_file.h"
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
+#include "core/store/named_files.h"
 #include "core/store/result.h"
 #include "core/store/workspace_folder.h"
 #include "core/system_reason.h"
@@ -91,19 +92,20 @@ void add_outside_input(StagePlan& plan, std::string_view kind, const Stage& stag
   }
 }
 
-/// A file that an option names, where there is one.
-void add_named_file(StagePlan& plan, const OptionField& field, const Stage& stage,
-                    const StageEvents& events) {
-  const auto* const name = std::get_if<std::string*>(&field.target);
-  if (name == nullptr || (*name)->empty() ||
-      file_kind(**name) == std::filesystem::file_type::not_found) {
-    return;  // a word that is no file, or one whose absence the stage tells of
+/// Files that an option names: its text, or parts of it, as `files_named_in` finds them.
+void add_named_files(StagePlan& plan, const OptionField& field, const Stage& stage,
+                     const StageEvents& events) {
+  const auto* const text = std::get_if<std::string*>(&field.target);
+  if (text == nullptr || field.source == "default") {  // a word, whatever lies about by that name
+    return;
   }
-  const std::filesystem::path path = real_path(**name);
-  const InputDigest digest = digest_of_input(path, events, consent_part(stage));
-  plan.manifest.inputs.push_back({"--" + field.name, path.string(), digest.digest, digest.files,
-                                  digest.bytes, "", digest.stamp});
-  plan.input_paths.push_back(path);
+  for (const std::filesystem::path& name : files_named_in(**text)) {
+    const std::filesystem::path path = real_path(name);
+    const InputDigest digest = digest_of_input(path, events, consent_part(stage));
+    plan.manifest.inputs.push_back({"--" + field.name, path.string(), digest.digest, digest.files,
+                                    digest.bytes, "", digest.stamp});
+    plan.input_paths.push_back(path);
+  }
 }
 
 /// The result of an earlier stage.
@@ -258,7 +260,7 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const St
   for (const OptionField& field : request.options.table.fields) {
     if (std::find(stage.file_options.begin(), stage.file_options.end(), field.name) !=
         stage.file_options.end()) {
-      add_named_file(plan, field, stage, events);
+      add_named_files(plan, field, stage, events);
     }
   }
   plan.manifest.key = stage_key(stage.name, stage.version, plan.manifest.device,

@@ -169,6 +169,94 @@ TEST_F(Flatten, CentimetresThatAreTakenForMetresAreSpokenOf) {
   EXPECT_THAT(alone({"--input.unit", "cm"}).out, ::testing::Not(HasSubstr("unit-unknown")));
 }
 
+TEST_F(Flatten, SizesThatNoGarmentHasAreSpokenOf) {
+  const auto of_triangle = [&](const std::string& head, double side) {
+    std::ofstream(mesh()) << head << "v 0 0 0\nv " << side << " 0 0\nv 0 " << side
+                          << " 0\nf 1 2 3\n";
+    return alone({"--smooth", "0"});
+  };
+  const ChildResult large = of_triangle("", 6);
+  EXPECT_THAT(large.out, HasSubstr("warning size-unlikely"));
+  EXPECT_THAT(large.out, HasSubstr("is 6 m large, which no garment is; --input.unit"));
+  EXPECT_THAT(of_triangle("", 0.04).out, HasSubstr("is 0.04 m large"));
+  EXPECT_THAT(of_triangle("", 4).out, ::testing::Not(HasSubstr("size-unlikely")));
+  const ChildResult said = of_triangle("# units: m\n", 7);
+  EXPECT_THAT(said.out, HasSubstr("the file says its unit itself"));
+}
+
+TEST_F(Flatten, AFabricThatIsNarrowerThanAPieceIsSpokenOf) {
+  const ChildResult narrow = alone({"--pattern.fabric-width", "0.2"});
+  EXPECT_EQ(narrow.exit_code, 0) << narrow.err;
+  EXPECT_THAT(narrow.out, HasSubstr("warning fabric-narrow"));
+  EXPECT_THAT(narrow.out, HasSubstr("the fabric 0.20 m"));
+  EXPECT_THAT(alone().out, ::testing::Not(HasSubstr("fabric-narrow")));
+}
+
+TEST_F(Flatten, VerticesWithoutATriangleAreLeftOut) {
+  const std::string plain = alone({"--json"}).out;
+  const std::string text = read_file_text(mesh(), 1 << 20);
+  const std::size_t faces = text.find("f ");
+  std::ofstream(mesh()) << text.substr(0, faces) << "v 5 5 5\n" << text.substr(faces);
+  const ChildResult loose = alone({"--json"});
+  EXPECT_EQ(loose.exit_code, 0) << loose.err;
+  EXPECT_EQ(loose.out, plain);
+  EXPECT_THAT(loose.err, HasSubstr("1 vertex without a triangle was left out"));
+  EXPECT_THAT(loose.err, ::testing::Not(HasSubstr("size-unlikely")));
+}
+
+TEST_F(Flatten, SeamsOfAFileCountVerticesThatNoTriangleUses) {
+  std::string text = read_file_text(mesh(), 1 << 20);
+  const auto seam = [&](int first) {  // up the tube, along edges
+    std::string run;
+    for (int r = 0; r < kRows; ++r) {
+      run += (run.empty() ? "" : ",") + std::to_string(first + r * kAround);
+    }
+    std::ofstream(root_.path() / "seams.json") << "{\"seams\": [[" << run << "]]}";
+    return alone({"--json", "--seams", (root_.path() / "seams.json").string()});
+  };
+  const ChildResult plain = seam(0);
+  ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  std::ofstream loose(mesh());
+  loose << "v 5 5 5\n";  // in front, so that every number is one more
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    int a = 0, b = 0, c = 0;
+    if (std::sscanf(line.c_str(), "f %d %d %d", &a, &b, &c) == 3) {
+      loose << "f " << a + 1 << " " << b + 1 << " " << c + 1 << "\n";
+    } else {
+      loose << line << "\n";
+    }
+  }
+  loose.close();
+  EXPECT_EQ(seam(1).out, plain.out);
+}
+
+TEST_F(Flatten, AnOpenBodyIsSpokenOfAndEveryRoundTold) {
+  const std::filesystem::path body = root_.path() / "body.obj";
+  std::ofstream(body) << "v 0 0.3 0\nv 0.05 0.1 0\nv -0.03 0.1 0.04\nv -0.03 0.1 -0.04\n"
+                         "f 1 3 2\nf 1 4 3\nf 1 2 4\n";
+  const ChildResult told = alone({"--relax.body", body.string(), "--relax.relaxing.rounds", "2",
+                                  "--relax.relaxing.seconds", "0.1"});
+  EXPECT_THAT(told.out, HasSubstr("warning body-open [" + body.string() + "]"));
+  EXPECT_THAT(told.out, HasSubstr("open at 1 place"));
+  EXPECT_THAT(told.out, HasSubstr("round 2 of at most 2: hangs "));
+}
+
+TEST_F(Flatten, FilesThatOptionsNameArePartOfTheKey) {
+  const std::string workspace = (root_.path() / "workspace").string();
+  const std::string seams = (root_.path() / "seams.json").string();
+  std::ofstream(seams) << "{\"seams\": [[0,16]]}";
+  const std::vector<std::string> words = {mesh().string(), workspace, "--seams", seams};
+  ASSERT_EQ(run(words).exit_code, 0);
+  EXPECT_THAT(run(words).out, HasSubstr("done already"));
+  std::ofstream(seams) << "{\"seams\": [[1,17]]}";
+  const ChildResult planned = run({mesh().string(), workspace, "--seams", seams, "--dry-run"});
+  EXPECT_THAT(planned.out, HasSubstr("input --seams changed"));
+  const ChildResult edited = run(words);
+  EXPECT_EQ(edited.exit_code, 0) << edited.err;
+  EXPECT_THAT(edited.out, HasSubstr("flatten done: "));
+}
+
 TEST_F(Flatten, AGarmentThatDoesNotHangAsCapturedIsFlattenedAsItIs) {
   // Nothing holds the tube up: the only body is a small one inside of it.
   const std::filesystem::path body = root_.path() / "body.obj";
@@ -190,6 +278,47 @@ TEST_F(Flatten, RefusesWhatIsNoGarment) {
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.err, HasSubstr("tube.obj"));
   EXPECT_FALSE(std::filesystem::exists(out()));
+}
+
+TEST_F(Flatten, RefusesWordsThatAreNoSeamsWhereTheWorkIsPlanned) {
+  const std::string workspace = (root_.path() / "workspace").string();
+  const std::string expected = "which is no file; expected auto, uvs, labels, none, or a file";
+  const ChildResult word = run({mesh().string(), workspace, "--seams", "uv", "--dry-run"});
+  EXPECT_EQ(word.exit_code, 3);
+  EXPECT_THAT(word.err, HasSubstr("seams: 'uv', " + expected));
+  EXPECT_THAT(alone({"--seams", "uv"}).err, HasSubstr("seams: 'uv', " + expected));
+  const ChildResult body =
+      run({mesh().string(), workspace, "--relax.body", "/nobody.obj", "--dry-run"});
+  EXPECT_EQ(body.exit_code, 3);
+  EXPECT_THAT(body.err, HasSubstr("/nobody.obj: No such file"));
+}
+
+TEST_F(Flatten, RefusesTextureCoordinatesWithoutArea) {
+  std::istringstream lines(read_file_text(mesh(), 1 << 20));
+  std::ofstream textured(mesh());
+  textured << "vt 0.5 0.5\n";
+  for (std::string line; std::getline(lines, line);) {
+    int a = 0, b = 0, c = 0;
+    if (std::sscanf(line.c_str(), "f %d %d %d", &a, &b, &c) == 3) {
+      textured << "f " << a << "/1 " << b << "/1 " << c << "/1\n";
+    } else {
+      textured << line << "\n";
+    }
+  }
+  textured.close();
+  const ChildResult result = alone({"--seams", "uvs"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("texture coordinates: no area"));
+}
+
+TEST_F(Flatten, NamesWhereSurfacesOfARunAre) {
+  const fixtures::TemporaryDirectory other;
+  const std::string workspace = (other.path() / "workspace").string();
+  EXPECT_EQ(run({root_.path().string(), workspace, "--dry-run"}).exit_code, 0);
+  std::filesystem::remove(mesh());
+  const ChildResult empty = run({root_.path().string(), workspace, "--dry-run"});
+  EXPECT_EQ(empty.exit_code, 3);
+  EXPECT_THAT(empty.err, HasSubstr("WORKSPACE/surfaces"));
 }
 
 TEST_F(Flatten, RefusesABodyThatIsNotThereAndPlacesThatAreTaken) {

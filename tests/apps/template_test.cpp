@@ -229,6 +229,44 @@ TEST_F(TemplateStage, RefusesLabelsThatCoverNothing) {
   EXPECT_THAT(done.err, HasSubstr("dress: 0 cm2 of its label"));
 }
 
+TEST_F(TemplateStage, RefusesListsOfNoGarmentAndOfOneTwiceAtOnce) {
+  for (const char* flag : {"--force", "--dry-run"}) {
+    const ChildResult twice = made({"--labels", "upper,upper", flag});
+    EXPECT_EQ(twice.exit_code, 3);
+    EXPECT_THAT(twice.err, HasSubstr("labels: 'upper' twice; expected each garment once"));
+    const ChildResult none = made({"--labels", "", flag});
+    EXPECT_EQ(none.exit_code, 3);
+    EXPECT_THAT(none.err, HasSubstr("labels: none; expected auto, or upper"));
+    EXPECT_EQ(made({"--labels", ",", flag}).exit_code, 3);
+  }
+}
+
+TEST_F(TemplateStage, RefusesMeshesThatAreNotThereOrOfNoGarmentThatIsMade) {
+  const ChildResult gone = made({"--dry-run", "--import", "lower=/nonexist.obj"});
+  EXPECT_EQ(gone.exit_code, 3);
+  EXPECT_THAT(gone.err, HasSubstr("/nonexist.obj: No such file"));
+  const ChildResult work = made({"--import", "lower=/nonexist.obj"});
+  EXPECT_EQ(work.exit_code, 3);
+  EXPECT_THAT(work.out, Not(HasSubstr("vertices, openings")));  // before the first garment
+  const std::string file = saved(cone(1.34, 0.17, 1.0, 0.17, 0.03));
+  const ChildResult twice = made({"--dry-run", "--import", "upper=" + file + ",upper=" + file});
+  EXPECT_EQ(twice.exit_code, 3);
+  EXPECT_THAT(twice.err, HasSubstr("a second mesh of one garment"));
+  const ChildResult other = made({"--labels", "upper", "--import", "lower=" + file});
+  EXPECT_EQ(other.exit_code, 3);
+  EXPECT_THAT(other.err, HasSubstr("of a garment that is not made; expected one of those that"));
+}
+
+TEST_F(TemplateStage, RefusesTheFolderAboveACapture) {
+  fs::create_directory(root_ / "link");
+  fs::create_symlink("nowhere", root_ / "link" / "current");  // as workspaces beside have
+  const TemporaryDirectory other;
+  const ChildResult above = run_child(
+      {program_path(), "template", root_.path().string(), (other / "work").string(), "--dry-run"});
+  EXPECT_EQ(above.exit_code, 3);
+  EXPECT_THAT(above.err, HasSubstr("did you mean " + capture().string() + "?"));
+}
+
 TEST_F(TemplateStage, RefusesScansThatAreNotThere) {
   seen.without_scan = -2;
   const ChildResult done = made();
@@ -243,6 +281,9 @@ TEST_F(TemplateStage, TakesAnArtistsMesh) {
   const Garment garment = read_garment_archive(result() / "garments" / "upper.h5");
   EXPECT_EQ(garment.mesh.faces, top.faces);
   EXPECT_THAT(garment.boundary_names, UnorderedElementsAre("neck", "hem"));
+  const std::string other = saved(cone(1.34, 0.18, 1.0, 0.18, 0.03));
+  const ChildResult again = made({"--labels", "upper", "--import", "upper=" + other, "--dry-run"});
+  EXPECT_THAT(again.out, HasSubstr("input --import changed"));  // under the same name
 }
 
 TEST_F(TemplateStage, RefusesAnArtistsMeshWithAnEdgeOfThreeFaces) {

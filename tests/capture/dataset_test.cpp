@@ -63,6 +63,15 @@ TEST_F(Datasets, ANativeCaptureOpensWithAllItSays) {
   EXPECT_TRUE(dataset.findings.empty());
 }
 
+TEST_F(Datasets, AFolderAboveACaptureIsRefusedWithItsPlace) {
+  const std::string words = "did you mean " + capture().string() + "?";
+  ATELIER_EXPECT_REFUSED(open_dataset(folder_.path()), DataError, words);
+  ATELIER_EXPECT_REFUSED(require_no_folder_above(folder_.path()), DataError, words);
+  EXPECT_NO_THROW(require_no_folder_above(capture()));
+  EXPECT_NO_THROW(require_no_folder_above(capture() / "images"));  // whatever that is
+  EXPECT_NO_THROW(require_no_folder_above(folder_ / "nothing"));
+}
+
 TEST_F(Datasets, UnitAndUpOfTheCallerWin) {
   const fs::path folder = in("colmap");
   DatasetOptions options;

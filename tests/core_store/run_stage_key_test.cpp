@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/error.h"
 #include "core/store/commit.h"
+#include "core/store/named_files.h"
 #include "core/store/run_stage.h"
 #include "core/store/workspace_status.h"
 #include "tests/core_store/run_stage_fixture.h"
@@ -45,6 +47,45 @@ TEST_F(RunStage, AFileThatAnOptionNamesIsPartOfTheKey) {
   EXPECT_EQ(second.end, End::Done);
   EXPECT_NE(second.manifest.key, first.manifest.key);
   EXPECT_EQ(read(current("either") / "either.txt"), "not counted, jump");
+}
+
+TEST_F(RunStage, EveryFileOfAListIsPartOfTheKey) {
+  write(root_ / "tee.obj", "tee");
+  write(root_ / "skirt.obj", "skirt");
+  StageRequest what = request("either");
+  const std::string list =
+      "upper=" + (root_ / "tee.obj").string() + ", lower=" + (root_ / "skirt.obj").string();
+  ASSERT_EQ(set_option(what.options.table, "word", list), "");
+  const StageReport first = run("either", what);
+  EXPECT_EQ(std::ssize(first.manifest.inputs), 3);
+  EXPECT_EQ(run("either", what).end, End::AlreadyDone);
+  write(root_ / "skirt.obj", "another");
+  EXPECT_THAT(plan_stage(kTestStages, *find_stage(kTestStages, "either"), what).reasons,
+              ElementsAre(HasSubstr("input --word changed (1 file, 5 bytes -> 1 file, 7 bytes)")));
+  EXPECT_EQ(run("either", what).end, End::Done);
+}
+
+TEST_F(RunStage, AWordThatNobodySaidIsNoFile) {
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(root_.path());
+  write(root_ / CountOptions{}.word, "lies about");
+  EXPECT_EQ(std::ssize(run("either").manifest.inputs), 1);
+  std::filesystem::current_path(before);
+}
+
+TEST_F(RunStage, FilesInTextsAreFoundWhereTheyAre) {
+  const auto at = [&](const char* name) { return (root_ / name).string(); };
+  write(root_ / "a.obj", "a");
+  write(root_ / "b,c.obj", "b");
+  EXPECT_THAT(files_named_in(at("b,c.obj")), ElementsAre(root_ / "b,c.obj"));
+  EXPECT_THAT(files_named_in("tee+" + at("a.obj") + "+mhclo:" + at("a.obj")),
+              ElementsAre(root_ / "a.obj", root_ / "a.obj"));
+  EXPECT_THAT(files_named_in("upper=" + at("a.obj") + ",lower=" + at("none.obj")),
+              ElementsAre(root_ / "a.obj"));
+  for (const char* words : {"", ",", "auto", "upper=", "=", " , +", "a=b:c"}) {
+    EXPECT_THAT(files_named_in(words), IsEmpty()) << words;
+  }
+  EXPECT_THROW(files_named_in("upper=" + std::string(5000, 'x')), EnvironmentError);
 }
 
 TEST_F(RunStage, AnOptionMakesAnotherResultAndTheFirstComesBack) {

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "registration/flat_pattern.h"
+#include "registration/flatten_panel.h"
 #include "registration/offset_outline.h"
 #include "registration/parametric_patterns.h"
 #include "registration/pattern_garment.h"

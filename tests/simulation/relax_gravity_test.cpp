@@ -112,6 +112,25 @@ TEST(RelaxGravity, WhatLayOnABodyLiesAsItDid) {
                 .mean_error);
 }
 
+TEST(RelaxGravity, TellsOfEveryRoundAndEndsWhereItIsTold) {
+  Garment garment;
+  garment.mesh = fixtures::grid(4, 4);
+  std::vector<int> told;
+  double last = 0;
+  RelaxGravityOptions options;
+  options.seconds = 0.1;
+  const RelaxedGarment relaxed =
+      relax_gravity(garment, {0, 1, 2, 3}, Points(0, 3), Triangles(0, 3), {}, relaxing_solver(),
+                    options, Device::Cpu, [&](int rounds, double error) {
+                      told.push_back(rounds);
+                      last = error;
+                      return rounds < 3;
+                    });
+  EXPECT_EQ(told, (std::vector<int>{1, 2, 3}));
+  EXPECT_EQ(relaxed.rounds, 3);
+  EXPECT_EQ(relaxed.mean_error, last);
+}
+
 TEST(RelaxGravity, RefusesOptionsOutOfRange) {
   std::vector<int> pins;
   const Garment garment = hanging_cloth(pins);

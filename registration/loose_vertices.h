@@ -1,0 +1,11 @@
+#pragma once
+
+#include "core/mesh.h"
+
+namespace atelier {
+
+/// The mesh without vertices that no face uses; the others keep their order, and with it the edges
+/// theirs (`topology_of`). Takes a mesh as `check_mesh` has it.
+Mesh without_loose_vertices(const Mesh& mesh);
+
+}  // namespace atelier
