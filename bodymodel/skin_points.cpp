@@ -219,8 +219,8 @@ class Visit {
         place_of_joint_(posed.transforms.size(), -1) {
     std::size_t most = 0;
     for (std::size_t i = 0; i + 1 < points.bone_begin.size(); ++i) {
-      most = std::max(most,
-                      static_cast<std::size_t>(points.bone_begin[i + 1] - points.bone_begin[i]));
+      most =
+          std::max(most, static_cast<std::size_t>(points.bone_begin[i + 1] - points.bone_begin[i]));
     }
     places_at_rest_.resize(most);
     directions_at_rest_.resize(most);
@@ -262,8 +262,7 @@ class Visit {
     for (std::size_t b = 0; b < bones; ++b) {
       const SkinPoints::Bone& bone = points_.bones[first + b];
       const double* m = posed_.transforms[static_cast<std::size_t>(bone.joint)].m;
-      const Vec3d moved =
-          turned(m, places_at_rest_[b]) + bone.weight * Vec3d{m[3], m[7], m[11]};
+      const Vec3d moved = turned(m, places_at_rest_[b]) + bone.weight * Vec3d{m[3], m[7], m[11]};
       sum += moved;
       if (bone.place >= 0) {
         Hanging& on = hanging_[static_cast<std::size_t>(bone.place)];
@@ -370,8 +369,8 @@ void visit_skin_points(const ShapedBody& body, const PosedBody& posed, const Ski
     }
     work.leave(chain);
     visit({chain,
-           std::span<const int>(points.order).subspan(static_cast<std::size_t>(chain.begin),
-                                                      static_cast<std::size_t>(count)),
+           std::span<const int>(points.order)
+               .subspan(static_cast<std::size_t>(chain.begin), static_cast<std::size_t>(count)),
            places, rows});
   }
 }

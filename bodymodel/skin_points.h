@@ -47,16 +47,16 @@ struct SkinPoints {
     Vec3d offset{0, 0, 0};
   };
   std::vector<Chain> chains;
-  std::vector<int> order;                ///< [R] which point
-  std::vector<int> bone_begin;           ///< [R+1] in that order
+  std::vector<int> order;       ///< [R] which point
+  std::vector<int> bone_begin;  ///< [R+1] in that order
   std::vector<Bone> bones;
-  std::vector<int> corner_begin;         ///< [R+1] in that order
-  std::vector<int> corners;              ///< into `vertices`; corners that count nothing left out
-  std::vector<int> term_begin;           ///< [corners+1]
+  std::vector<int> corner_begin;  ///< [R+1] in that order
+  std::vector<int> corners;       ///< into `vertices`; corners that count nothing left out
+  std::vector<int> term_begin;    ///< [corners+1]
   std::vector<Term> terms;
-  std::vector<int> vertices;             ///< that any point hangs on
-  std::vector<int> corrective_begin;     ///< [vertices+1]
-  std::vector<Corrective> correctives;   ///< by vertex
+  std::vector<int> vertices;            ///< that any point hangs on
+  std::vector<int> corrective_begin;    ///< [vertices+1]
+  std::vector<Corrective> correctives;  ///< by vertex
 };
 
 /// @param slots  [J] which column block each joint's rotation has, increasing with joints, -1 for

@@ -219,9 +219,9 @@ class Shared {
   std::vector<double> hessian_;
 };
 
-void add_matches(const FittedPerson& person, const FrameTargets& targets,
-                 const SkinPoints& matched, const FrameWeights& weights, const Pose& pose,
-                 Index shape_column, double& cost, Normal& normal) {
+void add_matches(const FittedPerson& person, const FrameTargets& targets, const SkinPoints& matched,
+                 const FrameWeights& weights, const Pose& pose, Index shape_column, double& cost,
+                 Normal& normal) {
   const std::vector<SurfaceMatch>& matches = targets.matches;
   ATELIER_CHECK(matched.order.size() == matches.size(), "points of another frame");
   if (matches.empty()) {

@@ -34,9 +34,7 @@ std::vector<Index> sampled_rows(const Eigen::VectorXd& areas, Index count, int t
 /// their angles, which cost ten times as much.
 Points plain_normals(const Points& vertices, const Triangles& faces) {
   std::vector<Vec3d> sums(static_cast<std::size_t>(vertices.rows()), Vec3d{0, 0, 0});
-  const auto at = [&](int v) {
-    return Vec3d{vertices(v, 0), vertices(v, 1), vertices(v, 2)};
-  };
+  const auto at = [&](int v) { return Vec3d{vertices(v, 0), vertices(v, 1), vertices(v, 2)}; };
   for (Index f = 0; f < faces.rows(); ++f) {
     const int* face = faces.data() + 3 * f;
     const Vec3d a = at(face[0]);

@@ -207,8 +207,8 @@ class SharedWindow : public ceres::EvaluationCallback {
       return;
     }
     frame.places = sought_joints(person_, frame.x);
-    FrameEnergy energy = frame_energy(person_, *window_.targets[f], frame.matched, frame.x, weights_,
-                                      derivatives);
+    FrameEnergy energy =
+        frame_energy(person_, *window_.targets[f], frame.matched, frame.x, weights_, derivatives);
     if (!derivatives) {
       frame.residuals.setZero(frame.x.size());
       frame.rest = std::sqrt(2 * energy.cost);
@@ -468,7 +468,9 @@ WindowSolution solve_window(const FittedPerson& person, const TrackWindow& windo
   options.linear_solver_type =
       frames == 1 ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
   options.max_num_iterations = iterations;
-  if (getenv("SL")) options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+  // Of a window's size it is quicker than SuiteSparse, whose dense kernels wake threads of their
+  // own.
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.function_tolerance = 1e-5;
   options.parameter_tolerance = 1e-6;
   options.gradient_tolerance = 1e-10;

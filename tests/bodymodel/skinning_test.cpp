@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "bodymodel/rotation.h"
-#include "bodymodel/skinning_device.h"
 #include "bodymodel/skin_points.h"
+#include "bodymodel/skinning_device.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "tests/bodymodel/synthetic_body.h"

@@ -171,8 +171,8 @@ TEST(UnderlyingBody, ASecondPersonInTheScanDoesNoHarm) {
   scan.faces.bottomRows(faces.rows()) = faces.array() + static_cast<int>(count);
   const std::vector<ScanRole> roles = beside.scan.roles;
   beside.scan.roles.insert(beside.scan.roles.end(), roles.begin(), roles.end());
-  beside.cover = body_cover(beside.truth.faces, cover_votes(beside.truth.faces, beside.posed,
-                                                            scan_surface(beside.scan)));
+  beside.cover = body_cover(
+      beside.truth.faces, cover_votes(beside.truth.faces, beside.posed, scan_surface(beside.scan)));
   const UnderlyingBody body = beside.fit();
   EXPECT_LT((body.vertices - alone.fit().vertices).rowwise().norm().maxCoeff(), 1e-4);
   EXPECT_TRUE(body.trusted);
