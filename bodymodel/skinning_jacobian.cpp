@@ -1,6 +1,7 @@
 #include "bodymodel/skinning_jacobian.h"
 
 #include <algorithm>
+#include <map>
 
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning_device.h"
@@ -72,20 +73,25 @@ void add_corrective_turns(const BodyModel& model, const PosedBody& posed, const 
 
 }  // namespace
 
-PosedBody pose_body(const BodyModel& model, const ShapedBody& body, const Pose& pose,
-                    bool correctives) {
+PosedBody pose_joints(const BodyModel& model, const ShapedBody& body, const Pose& pose,
+                      bool correctives) {
   PosedBody posed;
   posed.frames = forward_kinematics(body.skeleton, pose);
   posed.bases = joint_velocity_bases(body.skeleton, pose, posed.frames);
   posed.transforms = skin_transforms(body, posed.frames);
   if (correctives && !model.correctives.empty()) {
-    posed.rest = corrected_rest(model, body, pose);
+    posed.features = pose_features(model, pose);
     posed.feature_gradient = pose_features_gradient(model, pose);
-  } else {
-    posed.rest = body.vertices;
   }
-  posed.vertices = skin_linear_cpu(posed.rest, model.skin, posed.transforms, true);
   posed.joint_shape = joint_positions_shape_jacobian(model, posed.frames);
+  return posed;
+}
+
+PosedBody pose_body(const BodyModel& model, const ShapedBody& body, const Pose& pose,
+                    bool correctives) {
+  PosedBody posed = pose_joints(model, body, pose, correctives);
+  posed.rest = posed.features.size() > 0 ? corrected_rest(model, body, pose) : body.vertices;
+  posed.vertices = skin_linear_cpu(posed.rest, model.skin, posed.transforms, true);
   return posed;
 }
 
@@ -100,6 +106,7 @@ SkinChains skin_chains(const BodyModel& model, bool correctives) {
   chains.corrective_begin.push_back(0);
   std::vector<std::uint32_t> mask(static_cast<std::size_t>(joint_count(model)), 0);
   std::vector<int> chain;
+  std::map<std::vector<int>, int> met;
   for (Index v = 0; v < vertex_count(model); ++v) {
     chain.clear();
     for (Index k = 0; k < slots; ++k) {
@@ -118,6 +125,7 @@ SkinChains skin_chains(const BodyModel& model, bool correctives) {
     }
     std::sort(chain.begin(), chain.end());
     chain.erase(std::unique(chain.begin(), chain.end()), chain.end());
+    chains.alike.push_back(met.try_emplace(chain, static_cast<int>(met.size())).first->second);
     std::size_t next = 0;
     for (const int j : chain) {
       chains.joints.push_back(j);
@@ -205,91 +213,6 @@ SkinRows skin_jacobian_rows(const BodyModel& model, const PosedBody& posed,
       }
     }
   });
-  return rows;
-}
-
-SkinRows skin_point_rows(const BodyModel& model, const PosedBody& posed, const SkinChains& chains,
-                         const FacePoints& points, const Points& directions) {
-  ATELIER_CHECK(directions.rows() == static_cast<Index>(points.vertices.size()) &&
-                    directions.rows() == points.barycentric.rows(),
-                "one direction for each point");
-  ATELIER_CHECK(static_cast<Index>(chains.begin.size()) == vertex_count(model) + 1,
-                "chains of another model");
-  const auto joints = static_cast<std::size_t>(joint_count(model));
-  const bool correct = posed.feature_gradient.rows() > 0;
-  const Index slots = model.skin.weights.cols();
-  SkinRows rows;
-  rows.begin.push_back(0);
-  std::vector<Eigen::Vector3d> values;
-  // What hangs on each joint, of one point: weighted places, weights, and what correctives add.
-  std::vector<Eigen::Vector3d> sums(joints, Eigen::Vector3d::Zero());
-  std::vector<double> masses(joints, 0);
-  std::vector<Eigen::Vector3d> corrections(joints, Eigen::Vector3d::Zero());
-  std::vector<char> is_met(joints, 0);
-  SlotPoints slot;
-  for (std::size_t i = 0; i < points.vertices.size(); ++i) {
-    const Eigen::Vector3d direction = directions.row(static_cast<Index>(i));
-    const auto first = static_cast<std::size_t>(rows.begin.back());
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const int vertex = points.vertices[i][corner];
-      ATELIER_CHECK(vertex >= 0 && vertex < vertex_count(model),
-                    "vertex " + std::to_string(vertex) + " out of range");
-      const double share = points.barycentric(static_cast<Index>(i), static_cast<Index>(corner));
-      if (share == 0) {
-        continue;
-      }
-      const Eigen::Vector3d rest = posed.rest.row(vertex);
-      Eigen::Vector3d direction_at_rest = Eigen::Vector3d::Zero();
-      for (Index k = 0; k < slots; ++k) {
-        const double weight = share * model.skin.weights(vertex, k);
-        slot.weights[k] = weight;
-        if (weight == 0) {
-          continue;
-        }
-        const auto m =
-            matrix(posed.transforms[static_cast<std::size_t>(model.skin.joints(vertex, k))]);
-        slot.points[k] = weight * (m.leftCols<3>() * rest + m.col(3));
-        if (correct) {
-          direction_at_rest += weight * (m.leftCols<3>().transpose() * direction);
-        }
-      }
-      const auto v = static_cast<std::size_t>(vertex);
-      for (int e = chains.begin[v]; e < chains.begin[v + 1]; ++e) {
-        const auto entry = static_cast<std::size_t>(e);
-        const auto joint = static_cast<std::size_t>(chains.joints[entry]);
-        if (is_met[joint] == 0) {
-          is_met[joint] = 1;
-          rows.joints.push_back(static_cast<int>(joint));
-        }
-        for (std::uint32_t mask = chains.slots[entry], k = 0; mask != 0; mask >>= 1, ++k) {
-          if (mask & 1u) {
-            sums[joint] += slot.points[k];
-            masses[joint] += slot.weights[k];
-          }
-        }
-        if (correct) {
-          add_corrective_turns(model, posed, chains, entry, direction_at_rest, corrections[joint]);
-        }
-      }
-    }
-    for (std::size_t e = first; e < rows.joints.size(); ++e) {
-      const auto joint = static_cast<std::size_t>(rows.joints[e]);
-      const Eigen::Vector3d arm =
-          sums[joint] -
-          masses[joint] * posed.frames.positions.row(static_cast<Index>(joint)).transpose();
-      values.emplace_back(posed.bases[joint].transpose() * arm.cross(direction) +
-                          corrections[joint]);
-      sums[joint].setZero();
-      masses[joint] = 0;
-      corrections[joint].setZero();
-      is_met[joint] = 0;
-    }
-    rows.begin.push_back(static_cast<int>(rows.joints.size()));
-  }
-  rows.values.resize(static_cast<Index>(values.size()), 3);
-  for (std::size_t e = 0; e < values.size(); ++e) {
-    rows.values.row(static_cast<Index>(e)) = values[e].transpose();
-  }
   return rows;
 }
 

@@ -15,11 +15,16 @@ struct PosedBody {
   std::vector<SkinTransform> transforms;  ///< [J]
   Points rest;                            ///< [V,3] corrected rest vertices, metres
   Points vertices;                        ///< [V,3] posed vertices, metres
+  Eigen::VectorXd features;               ///< [C], or empty without correctives
   Points feature_gradient;                ///< [C,3], or empty without correctives
   Eigen::MatrixXd joint_shape;            ///< [3J,S] derivative of `frames.positions`
 };
 
-/// Poses a shaped body and keeps what derivatives need. O(V K + V C).
+/// Poses the joints of a shaped body and keeps what derivatives need; no vertices. O(J + C).
+PosedBody pose_joints(const BodyModel& model, const ShapedBody& body, const Pose& pose,
+                      bool correctives = true);
+
+/// The same with vertices. O(V K + V C).
 PosedBody pose_body(const BodyModel& model, const ShapedBody& body, const Pose& pose,
                     bool correctives = true);
 
@@ -29,6 +34,7 @@ struct SkinChains {
   std::vector<int> begin;             ///< [V+1] into joints and slots
   std::vector<int> joints;            ///< [N] increasing within a vertex
   std::vector<std::uint32_t> slots;   ///< [N] bit k: slot k of the vertex hangs on the joint
+  std::vector<int> alike;             ///< [V] equal where the same joints move vertices
   std::vector<int> corrective_begin;  ///< [N+1] into the two below
   std::vector<int> correctives;       ///< [M] corrective of the joint that acts on the vertex
   std::vector<int> corrective_rows;   ///< [M] its row for the vertex
@@ -53,17 +59,6 @@ struct SkinRows {
 SkinRows skin_jacobian_rows(const BodyModel& model, const PosedBody& posed,
                             const SkinChains& chains, const std::vector<int>& vertices,
                             const Points& directions);
-
-/// Points on faces of a body, by corners and barycentric coordinates.
-struct FacePoints {
-  std::vector<std::array<int, 3>> vertices;  ///< [R]
-  Points barycentric;                        ///< [R,3]
-};
-
-/// The same for points on faces, one row a point: what the rows of its corners add up to, at a
-/// third of their work, since corners share most of their chains. Joints of a row are in no order.
-SkinRows skin_point_rows(const BodyModel& model, const PosedBody& posed, const SkinChains& chains,
-                         const FacePoints& points, const Points& directions);
 
 /// The same by shape, dense [R,S].
 Eigen::MatrixXd skin_shape_rows(const BodyModel& model, const ShapedBody& body,

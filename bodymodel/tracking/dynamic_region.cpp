@@ -62,12 +62,14 @@ OptionTable describe(DynamicOptions& options) {
 
 ClothGaps cloth_gaps(const FittedPerson& person, const BodySurface& surface, const ScanPoints& scan,
                      double reach) {
-  const std::vector<ClosestPoint> nearest = closest_points(surface.tree, scan.points, reach);
   ClothGaps gaps{Eigen::VectorXd::Zero(surface.vertices.rows()),
                  Eigen::VectorXd::Zero(surface.vertices.rows())};
   for (Index i = 0; i < scan.points.rows(); ++i) {
-    const ClosestPoint& near = nearest[static_cast<std::size_t>(i)];
-    if (near.face < 0 || scan.parts[static_cast<std::size_t>(i)] != ScanPart::Cloth) {
+    if (scan.parts[static_cast<std::size_t>(i)] != ScanPart::Cloth) {
+      continue;
+    }
+    const ClosestPoint near = closest_point(surface.tree, scan.points.row(i).transpose(), reach);
+    if (near.face < 0) {
       continue;
     }
     Index heaviest = 0;

@@ -139,17 +139,18 @@ void add_keypoints(const FittedPerson& person, const FrameTargets& targets,
   }
 }
 
-/// Rows of points on faces by shape, [R,S].
-Eigen::MatrixXd point_shape_rows(const FittedPerson& person, const PosedBody& posed,
-                                 const FacePoints& points, const Points& directions) {
-  const Index count = directions.rows();
+/// Rows of matches by shape, [M,S].
+Eigen::MatrixXd match_shape_rows(const FittedPerson& person, const PosedBody& posed,
+                                 const std::vector<SurfaceMatch>& matches) {
+  const auto count = static_cast<Index>(matches.size());
   std::vector<int> vertices;
-  vertices.reserve(3 * points.vertices.size());
+  vertices.reserve(3 * matches.size());
   Points scaled(3 * count, 3);
-  for (Index m = 0; m < count; ++m) {
+  for (const SurfaceMatch& match : matches) {
     for (Index c = 0; c < 3; ++c) {
-      vertices.push_back(points.vertices[static_cast<std::size_t>(m)][static_cast<std::size_t>(c)]);
-      scaled.row(3 * m + c) = points.barycentric(m, c) * directions.row(m);
+      scaled.row(static_cast<Index>(vertices.size())) =
+          match.barycentric[c] * match.normal.transpose();
+      vertices.push_back(match.vertices[static_cast<std::size_t>(c)]);
     }
   }
   const Eigen::MatrixXd corners =
@@ -161,77 +162,117 @@ Eigen::MatrixXd point_shape_rows(const FittedPerson& person, const PosedBody& po
   return rows;
 }
 
-void add_matches(const FittedPerson& person, const FrameTargets& targets,
-                 const FrameWeights& weights, const Pose& pose, Index shape_column, double& cost,
-                 Normal& normal) {
-  if (targets.matches.empty()) {
-    return;
-  }
-  const PosedBody posed = pose_body(*person.model, person.shaped, pose);
-  FacePoints points;
-  Points directions;
-  if (normal.on()) {
-    const auto count = static_cast<Index>(targets.matches.size());
-    points.vertices.reserve(targets.matches.size());
-    points.barycentric.resize(count, 3);
-    directions.resize(count, 3);
-  }
-  struct Evaluated {
-    double residual;
-    double weight;
-  };
-  std::vector<Evaluated> rows;
-  rows.reserve(targets.matches.size());
-  for (const SurfaceMatch& match : targets.matches) {
-    Eigen::Vector3d at = Eigen::Vector3d::Zero();
-    for (int c = 0; c < 3; ++c) {
-      at += match.barycentric[c] *
-            posed.vertices.row(match.vertices[static_cast<std::size_t>(c)]).transpose();
-    }
-    if (normal.on()) {
-      const auto m = static_cast<Index>(points.vertices.size());
-      points.vertices.push_back(match.vertices);
-      points.barycentric.row(m) = match.barycentric.transpose();
-      directions.row(m) = match.normal.transpose();
-    }
-    const double out = match.normal.dot(at - match.target);
-    const double deviation = match.cloth ? weights.cloth : weights.skin;
-    const double outlier = match.cloth ? weights.cloth_outlier : weights.skin_outlier;
-    const double variance = deviation * deviation;
-    const double s = out * out / variance;
-    const Robust robust =
-        match.cloth && out > 0 ? Robust{s, 1} : geman_mcclure(s, outlier * outlier / variance);
-    const double count = match.weight * weights.surface_points;
-    cost += 0.5 * count * robust.value;
-    rows.push_back({out, count * robust.weight / variance});
-  }
-  if (!normal.on()) {
-    return;
-  }
-  const Eigen::MatrixXd by_shape =
-      shape_column >= 0 ? point_shape_rows(person, posed, points, directions) : Eigen::MatrixXd{};
-  const SkinRows skin = skin_point_rows(*person.model, posed, person.chains, points, directions);
-  for (std::size_t m = 0; m < targets.matches.size(); ++m) {
-    if (rows[m].weight <= 0) {
-      continue;
-    }
-    for (int c = 0; c < 3; ++c) {
-      normal.add(c, targets.matches[m].normal[c]);
-    }
-    for (int e = skin.begin[m]; e < skin.begin[m + 1]; ++e) {
-      const int slot =
-          person.slots[static_cast<std::size_t>(skin.joints[static_cast<std::size_t>(e)])];
-      if (slot >= 0) {
-        for (int i = 0; i < 3; ++i) {
-          normal.add(3 + 3 * slot + i, skin.values(e, i));
-        }
+/// A match at a pose: how far the body is out, m, and its share of the normal equations, 1/m2.
+struct MatchState {
+  double out;
+  double weight;
+  double cost;
+};
+MatchState match_state(const SurfaceMatch& match, const Eigen::Vector3d& at,
+                       const FrameWeights& weights) {
+  const double out = match.normal.dot(at - match.target);
+  const double deviation = match.cloth ? weights.cloth : weights.skin;
+  const double outlier = match.cloth ? weights.cloth_outlier : weights.skin_outlier;
+  const double variance = deviation * deviation;
+  const double s = out * out / variance;
+  const Robust robust =
+      match.cloth && out > 0 ? Robust{s, 1} : geman_mcclure(s, outlier * outlier / variance);
+  const double count = match.weight * weights.surface_points;
+  return {out, count * robust.weight / variance, 0.5 * count * robust.value};
+}
+
+/// The normal equations of the variables that some matches share: a row at a time over all of
+/// them, then into those of the frame.
+class Shared {
+ public:
+  /// @param columns  increasing
+  explicit Shared(std::vector<Index> columns)
+      : columns_(std::move(columns)),
+        gradient_(columns_.size(), 0),
+        hessian_(columns_.size() * columns_.size(), 0) {}
+
+  void add(const double* row, double residual, double weight) {
+    const std::size_t size = columns_.size();
+    for (std::size_t a = 0; a < size; ++a) {
+      const double scaled = weight * row[a];
+      gradient_[a] += scaled * residual;
+      double* to = hessian_.data() + a * size;
+      for (std::size_t b = 0; b <= a; ++b) {
+        to[b] += scaled * row[b];
       }
     }
-    for (Index s = 0; s < by_shape.cols(); ++s) {
-      normal.add(shape_column + s, by_shape(static_cast<Index>(m), s));
-    }
-    normal.close(rows[m].residual, rows[m].weight);
   }
+  /// Into the lower half.
+  void scatter(Normal& normal) const {
+    const std::size_t size = columns_.size();
+    for (std::size_t a = 0; a < size; ++a) {
+      normal.gradient[columns_[a]] += gradient_[a];
+      for (std::size_t b = 0; b <= a; ++b) {
+        normal.hessian(columns_[a], columns_[b]) += hessian_[a * size + b];
+      }
+    }
+  }
+
+ private:
+  std::vector<Index> columns_;
+  std::vector<double> gradient_;
+  std::vector<double> hessian_;
+};
+
+void add_matches(const FittedPerson& person, const FrameTargets& targets, const SkinPoints& matched,
+                 const FrameWeights& weights, const Pose& pose, Index shape_column, double& cost,
+                 Normal& normal) {
+  const std::vector<SurfaceMatch>& matches = targets.matches;
+  ATELIER_CHECK(matched.order.size() == matches.size(), "points of another frame");
+  if (matches.empty()) {
+    return;
+  }
+  const PosedBody posed = pose_joints(*person.model, person.shaped, pose);
+  Points directions;
+  if (normal.on()) {
+    directions.resize(static_cast<Index>(matches.size()), 3);
+    for (std::size_t m = 0; m < matches.size(); ++m) {
+      directions.row(static_cast<Index>(m)) = matches[m].normal.transpose();
+    }
+  }
+  const Eigen::MatrixXd by_shape = normal.on() && shape_column >= 0
+                                       ? match_shape_rows(person, posed, matches)
+                                       : Eigen::MatrixXd{};
+  std::vector<double> row;
+  visit_skin_points(person.shaped, posed, matched, directions, [&](const ChainRows& chain) {
+    std::vector<Index> columns;
+    if (normal.on()) {
+      columns = {0, 1, 2};
+      for (const int slot : chain.chain.slots) {
+        columns.insert(columns.end(), {3 + 3 * slot, 4 + 3 * slot, 5 + 3 * slot});
+      }
+      for (Index s = 0; s < by_shape.cols(); ++s) {
+        columns.push_back(shape_column + s);
+      }
+    }
+    row.resize(columns.size());
+    Shared shared(std::move(columns));
+    for (std::size_t i = 0; i < chain.points.size(); ++i) {
+      const auto at = static_cast<Index>(i);
+      const int m = chain.points[i];
+      const MatchState state = match_state(matches[static_cast<std::size_t>(m)],
+                                           chain.places.row(at).transpose(), weights);
+      cost += state.cost;
+      if (!normal.on() || state.weight <= 0) {
+        continue;
+      }
+      if (by_shape.cols() == 0) {
+        shared.add(chain.rows.row(at).data(), state.out, state.weight);
+        continue;
+      }
+      Eigen::Map<Eigen::RowVectorXd> whole(row.data(), static_cast<Index>(row.size()));
+      whole << chain.rows.row(at), by_shape.row(m);
+      shared.add(row.data(), state.out, state.weight);
+    }
+    if (normal.on()) {
+      shared.scatter(normal);
+    }
+  });
 }
 
 void add_priors(const FittedPerson& person, const FrameTargets& targets,
@@ -390,8 +431,8 @@ FittedPerson with_shape(FittedPerson person, const Eigen::VectorXd& shape) {
 namespace {
 
 FrameEnergy energy_of(const FittedPerson& person, const FrameTargets& targets,
-                      const Eigen::VectorXd& x, const FrameWeights& weights, bool derivatives,
-                      Index shape_count) {
+                      const SkinPoints& matched, const Eigen::VectorXd& x,
+                      const FrameWeights& weights, bool derivatives, Index shape_count) {
   ATELIER_CHECK(
       targets.keypoints.rows() == targets.deviations.size() &&
           targets.keypoints.rows() <= static_cast<Index>(person.places.riding.joints.size()),
@@ -405,7 +446,7 @@ FrameEnergy energy_of(const FittedPerson& person, const FrameTargets& targets,
   Normal normal(x.size() + shape_count, derivatives);
   const Index shape_column = shape_count > 0 ? x.size() : -1;
   add_keypoints(person, targets, weights, frames, bases, shape_column, energy.cost, normal);
-  add_matches(person, targets, weights, pose, shape_column, energy.cost, normal);
+  add_matches(person, targets, matched, weights, pose, shape_column, energy.cost, normal);
   add_priors(person, targets, weights, x, energy.cost, normal);
   if (derivatives) {
     normal.finish();
@@ -417,16 +458,33 @@ FrameEnergy energy_of(const FittedPerson& person, const FrameTargets& targets,
 
 }  // namespace
 
+SkinPoints matched_points(const FittedPerson& person, const FrameTargets& targets) {
+  FacePoints points;
+  points.barycentric.resize(static_cast<Index>(targets.matches.size()), 3);
+  for (const SurfaceMatch& match : targets.matches) {
+    points.barycentric.row(static_cast<Index>(points.vertices.size())) =
+        match.barycentric.transpose();
+    points.vertices.push_back(match.vertices);
+  }
+  return skin_points(*person.model, person.chains, person.slots, points);
+}
+
 FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets,
                          const Eigen::VectorXd& x, const FrameWeights& weights, bool derivatives) {
-  return energy_of(person, targets, x, weights, derivatives, 0);
+  return frame_energy(person, targets, matched_points(person, targets), x, weights, derivatives);
+}
+
+FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets,
+                         const SkinPoints& matched, const Eigen::VectorXd& x,
+                         const FrameWeights& weights, bool derivatives) {
+  return energy_of(person, targets, matched, x, weights, derivatives, 0);
 }
 
 FrameEnergy frame_shape_energy(const FittedPerson& person, const FrameTargets& targets,
                                const Eigen::VectorXd& x, const FrameWeights& weights) {
   ATELIER_CHECK(person.places_by_shape.size() == person.model->shape.size(),
                 "a person that has been through with_shape");
-  return energy_of(person, targets, x, weights, true,
+  return energy_of(person, targets, matched_points(person, targets), x, weights, true,
                    static_cast<Index>(person.model->shape.size()));
 }
 

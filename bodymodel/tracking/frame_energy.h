@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bodymodel/body_model.h"
-#include "bodymodel/skinning_jacobian.h"
+#include "bodymodel/skin_points.h"
 #include "bodymodel/tracking/keypoint_places.h"
 #include "core/options.h"
 
@@ -91,6 +91,13 @@ struct FrameEnergy {
 FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets,
                          const Eigen::VectorXd& x, const FrameWeights& weights,
                          bool derivatives = true);
+
+/// What of a frame's matches stays the same at every pose: made once for many evaluations.
+SkinPoints matched_points(const FittedPerson& person, const FrameTargets& targets);
+/// The same with `matched` = matched_points(person, targets).
+FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets,
+                         const SkinPoints& matched, const Eigen::VectorXd& x,
+                         const FrameWeights& weights, bool derivatives = true);
 
 /// The same with derivatives by the variables and, behind them, by the shape of `person`, which has
 /// been through `with_shape`: gradient [n+S], Hessian [n+S,n+S].

@@ -311,7 +311,8 @@ class Personalizer {
     for (std::size_t u = 0; u < used_.size(); ++u) {
       std::vector<SurfaceMatch> skin = targets_[u].matches;
       std::erase_if(skin, [](const SurfaceMatch& one) { return one.cloth; });
-      const MatchError error = match_error(fitted, skin, x_[u]);
+      const MatchError error = match_error(
+          skin_vertices(person.model, fitted.shaped, pose_of_variables(fitted, x_[u])), skin);
       squares += error.rms * error.rms * error.share;
       share += error.share;
     }

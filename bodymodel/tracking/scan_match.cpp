@@ -9,6 +9,7 @@
 namespace atelier {
 namespace {
 
+constexpr double kFirstReach = 0.01;  // m, asked for first: most points are nearer, found sooner
 constexpr double kSideways = 2;  // times the scan's spacing: beside its nearest point is a hole
 
 /// About `count` rows, evenly over the area; successive turns choose other ones.
@@ -27,6 +28,29 @@ std::vector<Index> sampled_rows(const Eigen::VectorXd& areas, Index count, int t
     }
   }
   return kept;
+}
+
+/// Normals of the vertices, faces weighed by their areas: of a body's even triangles as good as by
+/// their angles, which cost ten times as much.
+Points plain_normals(const Points& vertices, const Triangles& faces) {
+  std::vector<Vec3d> sums(static_cast<std::size_t>(vertices.rows()), Vec3d{0, 0, 0});
+  const auto at = [&](int v) { return Vec3d{vertices(v, 0), vertices(v, 1), vertices(v, 2)}; };
+  for (Index f = 0; f < faces.rows(); ++f) {
+    const int* face = faces.data() + 3 * f;
+    const Vec3d a = at(face[0]);
+    const Vec3d twice = cross(at(face[1]) - a, at(face[2]) - a);
+    for (int c = 0; c < 3; ++c) {
+      sums[static_cast<std::size_t>(face[c])] += twice;
+    }
+  }
+  Points normals(vertices.rows(), 3);
+  for (Index v = 0; v < vertices.rows(); ++v) {
+    const Vec3d sum = sums[static_cast<std::size_t>(v)];
+    const double length = norm(sum);
+    const Vec3d unit = length > 1e-14 ? (1 / length) * sum : Vec3d{0, 0, 0};
+    normals.row(v) << unit.x, unit.y, unit.z;
+  }
+  return normals;
 }
 
 }  // namespace
@@ -96,7 +120,7 @@ ScanPoints sampled(const ScanPoints& scan, Index count, int turn) {
 BodySurface rest_surface(const FittedPerson& person) {
   BodySurface surface;
   surface.vertices = person.shaped.vertices;
-  surface.normals = vertex_normals(surface.vertices, person.model->mesh.faces);
+  surface.normals = plain_normals(surface.vertices, person.model->mesh.faces);
   surface.tree = build_tree(surface.vertices, person.model->mesh.faces);
   return surface;
 }
@@ -105,7 +129,7 @@ BodySurface posed_surface(const FittedPerson& person, const BodySurface& rest,
                           const Eigen::VectorXd& x) {
   BodySurface surface;
   surface.vertices = skin_vertices(*person.model, person.shaped, pose_of_variables(person, x));
-  surface.normals = vertex_normals(surface.vertices, person.model->mesh.faces);
+  surface.normals = plain_normals(surface.vertices, person.model->mesh.faces);
   surface.tree = refit_tree(rest.tree, surface.vertices);
   return surface;
 }
@@ -115,15 +139,20 @@ std::vector<SurfaceMatch> match_scan(const FittedPerson& person, const BodySurfa
                                      const MatchOptions& options) {
   ATELIER_CHECK(region.empty() || static_cast<Index>(region.size()) == surface.vertices.rows(),
                 "a region of the body's vertices");
-  const std::vector<ClosestPoint> nearest =
-      closest_points(surface.tree, scan.points, options.reach);
   const double total = scan.areas.sum();
   std::vector<SurfaceMatch> matches;
-  matches.reserve(nearest.size());
+  matches.reserve(scan.parts.size());
   for (Index i = 0; i < scan.points.rows(); ++i) {
-    const ClosestPoint& near = nearest[static_cast<std::size_t>(i)];
     const ScanPart part = scan.parts[static_cast<std::size_t>(i)];
-    if (near.face < 0 || (part != ScanPart::Skin && part != ScanPart::Cloth)) {
+    if (part != ScanPart::Skin && part != ScanPart::Cloth) {
+      continue;
+    }
+    const Eigen::Vector3d point = scan.points.row(i).transpose();
+    ClosestPoint near = closest_point(surface.tree, point, std::min(kFirstReach, options.reach));
+    if (near.face < 0) {
+      near = closest_point(surface.tree, point, options.reach);
+    }
+    if (near.face < 0) {
       continue;
     }
     SurfaceMatch match;
@@ -156,7 +185,8 @@ ScanLookup scan_lookup(const ScanPoints& scan) {
   if (scan.points.rows() == 0) {
     return {};
   }
-  return {build_point_tree(scan.points),
+  // Few of the body's vertices ask: a coarse tree, quickly made.
+  return {build_point_tree(scan.points, {.leaf_size = 16}),
           std::sqrt(scan.areas.sum() / static_cast<double>(scan.points.rows()))};
 }
 
@@ -197,13 +227,8 @@ std::vector<SurfaceMatch> match_model(const BodySurface& surface, const Eigen::V
   return matches;
 }
 
-MatchError match_error(const FittedPerson& person, const std::vector<SurfaceMatch>& matches,
-                       const Eigen::VectorXd& x) {
+MatchError match_error(const Points& vertices, const std::vector<SurfaceMatch>& matches) {
   MatchError error;
-  if (matches.empty()) {
-    return error;
-  }
-  const Points vertices = skin_vertices(*person.model, person.shaped, pose_of_variables(person, x));
   double sum = 0;
   for (const SurfaceMatch& match : matches) {
     Eigen::Vector3d at = Eigen::Vector3d::Zero();

@@ -78,13 +78,12 @@ std::vector<SurfaceMatch> match_model(const BodySurface& surface, const Eigen::V
                                       const ScanPoints& scan, const ScanLookup& lookup, Index count,
                                       int turn = 0, const MatchOptions& options = {});
 
-/// Root mean square distance, metres, of matches along their normals at variables, and how much of
-/// the scan they are.
+/// Root mean square distance, metres, of matches along their normals from a posed body's vertices
+/// [V,3], and how much of the scan they are.
 struct MatchError {
   double rms = 0;
   double share = 0;
 };
-MatchError match_error(const FittedPerson& person, const std::vector<SurfaceMatch>& matches,
-                       const Eigen::VectorXd& x);
+MatchError match_error(const Points& vertices, const std::vector<SurfaceMatch>& matches);
 
 }  // namespace atelier

@@ -130,6 +130,7 @@ std::array<double, 3> difference_shares(const std::array<double, 3>& times) {
 class SharedWindow : public ceres::EvaluationCallback {
  public:
   struct Frame {
+    SkinPoints matched;
     std::vector<Eigen::VectorXd> blocks;  // [P] variables
     Eigen::VectorXd x;
     bool usable = false;
@@ -140,19 +141,23 @@ class SharedWindow : public ceres::EvaluationCallback {
     Eigen::MatrixXd places_jacobian;
   };
 
-  SharedWindow(const FittedPerson& person, const TrackWindow& window, const FrameWeights& weights)
+  /// @param steps  that the solver takes at most
+  SharedWindow(const FittedPerson& person, const TrackWindow& window, const FrameWeights& weights,
+               int steps)
       : parts(parts_of(person)),
         joined(factor_blocks(person, parts)),
         frames(window.targets.size()),
         person_(person),
         window_(window),
-        weights_(weights) {
+        weights_(weights),
+        steps_left_(steps) {
     begins.resize(parts.size());
     for (std::size_t p = parts.size(); p-- > 0;) {
       begins[p] = static_cast<Index>(order_.size());
       order_.insert(order_.end(), parts[p].variables.begin(), parts[p].variables.end());
     }
     for (std::size_t f = 0; f < frames.size(); ++f) {
+      frames[f].matched = matched_points(person, *window.targets[f]);
       frames[f].x = window.start[f];
       for (const Part& part : parts) {
         frames[f].blocks.emplace_back(window.start[f](part.variables));
@@ -160,14 +165,22 @@ class SharedWindow : public ceres::EvaluationCallback {
     }
   }
 
+  /// Ceres asks for the cost where a step leads, and when it takes the step, as it nearly always
+  /// does, for the derivatives there, which have most of their work in common: both are made at
+  /// once. Behind the last step it asks for derivatives too, for its report alone: there they stay
+  /// as they were.
   void PrepareForEvaluation(bool derivatives, bool new_point) override {
-    if (!new_point && (!derivatives || derivatives_)) {
+    if (new_point && !derivatives) {
+      --steps_left_;
+    }
+    const bool wanted = derivatives || steps_left_ > 0;
+    if (!new_point && (!derivatives || derivatives_ || steps_left_ <= 0)) {
       return;
     }
-    derivatives_ = derivatives;
+    derivatives_ = wanted;
     parallel_for(static_cast<Index>(frames.size()), 1, [&](Index begin, Index end) {
       for (Index f = begin; f < end; ++f) {
-        prepare(static_cast<std::size_t>(f), derivatives);
+        prepare(static_cast<std::size_t>(f), wanted);
       }
     });
   }
@@ -194,7 +207,8 @@ class SharedWindow : public ceres::EvaluationCallback {
       return;
     }
     frame.places = sought_joints(person_, frame.x);
-    FrameEnergy energy = frame_energy(person_, *window_.targets[f], frame.x, weights_, derivatives);
+    FrameEnergy energy =
+        frame_energy(person_, *window_.targets[f], frame.matched, frame.x, weights_, derivatives);
     if (!derivatives) {
       frame.residuals.setZero(frame.x.size());
       frame.rest = std::sqrt(2 * energy.cost);
@@ -217,7 +231,8 @@ class SharedWindow : public ceres::EvaluationCallback {
   const TrackWindow& window_;
   const FrameWeights& weights_;
   std::vector<Index> order_;  // of elimination: leaves first, so that limbs do not fill each other
-  bool derivatives_ = false;
+  int steps_left_;            // until derivatives are no longer of use
+  bool derivatives_ = false;  // whether frames have those of their point
 };
 
 /// One part's share of a frame as Ceres sees it: residuals e with Jacobian R over all parts, R'R
@@ -408,7 +423,7 @@ WindowSolution solve_window(const FittedPerson& person, const TrackWindow& windo
                             int iterations) {
   check_window(window);
   const std::size_t frames = window.targets.size();
-  SharedWindow shared(person, window, weights);
+  SharedWindow shared(person, window, weights, iterations);
   const std::size_t parts = shared.parts.size();
   const auto block = [&](std::size_t f, std::size_t p) {
     return shared.frames[f].blocks[p].data();
@@ -453,6 +468,9 @@ WindowSolution solve_window(const FittedPerson& person, const TrackWindow& windo
   options.linear_solver_type =
       frames == 1 ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
   options.max_num_iterations = iterations;
+  // Of a window's size it is quicker than SuiteSparse, whose dense kernels wake threads of their
+  // own.
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.function_tolerance = 1e-5;
   options.parameter_tolerance = 1e-6;
   options.gradient_tolerance = 1e-10;
@@ -529,29 +547,36 @@ RowMatrix joint_deviations(const FittedPerson& person, const TrackWindow& window
   // What the blocks before and after tell of a block: Schur complements from both ends.
   std::vector<Eigen::MatrixXd> before(blocks);
   std::vector<Eigen::MatrixXd> after(blocks);
+  // Lower halves alone.
+  const auto less = [](const Eigen::MatrixXd& whole, const Eigen::MatrixXd& next,
+                       const Eigen::MatrixXd& coupling) {
+    Eigen::MatrixXd left = whole;
+    const Eigen::MatrixXd root = next.llt().matrixL().solve(coupling);
+    left.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose(), -1);
+    return left;
+  };
   before[0] = diagonal[0];
   for (std::size_t b = 1; b < blocks; ++b) {
-    before[b] = diagonal[b] - above[b - 1].transpose() * before[b - 1].llt().solve(above[b - 1]);
+    before[b] = less(diagonal[b], before[b - 1], above[b - 1]);
   }
   after[blocks - 1] = diagonal[blocks - 1];
   for (std::size_t b = blocks - 1; b-- > 0;) {
-    after[b] =
-        diagonal[b] - above[b] * after[b + 1].llt().solve(Eigen::MatrixXd(above[b].transpose()));
+    after[b] = less(diagonal[b], after[b + 1], above[b].transpose());
   }
   const auto joints = static_cast<Index>(person.joints.size());
   RowMatrix deviations(static_cast<Index>(frames), joints);
   for (std::size_t b = 0; b < blocks; ++b) {
     const Eigen::MatrixXd information = before[b] + after[b] - diagonal[b];
-    const Eigen::MatrixXd covariance =
-        information.llt().solve(Eigen::MatrixXd::Identity(rows_of(b), rows_of(b)));
+    const Eigen::LLT<Eigen::MatrixXd> factor(information);
     for (std::size_t f = 2 * b; f < std::min(frames, 2 * b + 2); ++f) {
-      const Index at = size * static_cast<Index>(f % 2);
-      const Eigen::MatrixXd jacobian = sought_joints_jacobian(person, x[f]);
-      const Eigen::MatrixXd spread = jacobian * covariance.block(at, at, size, size);
+      // Places have the covariance J (L L')^-1 J' = S' S, S = L^-1 J'.
+      Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(rows_of(b), 3 * joints);
+      spread.middleRows(size * static_cast<Index>(f % 2), size) =
+          sought_joints_jacobian(person, x[f]).transpose();
+      factor.matrixL().solveInPlace(spread);
       for (Index a = 0; a < joints; ++a) {
-        const double trace =
-            (spread.middleRows(3 * a, 3).array() * jacobian.middleRows(3 * a, 3).array()).sum();
-        deviations(static_cast<Index>(f), a) = std::sqrt(std::max(0.0, trace) / 3);
+        deviations(static_cast<Index>(f), a) =
+            std::sqrt(spread.middleCols(3 * a, 3).squaredNorm() / 3);
       }
     }
   }

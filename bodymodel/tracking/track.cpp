@@ -73,7 +73,7 @@ class Sequencer {
 
   Tracking run() {
     begin();
-    solve({}, 0, kTrackingIterations);
+    solve_keypoints();
     const bool scans = std::any_of(scans_.begin(), scans_.end(),
                                    [](const ScanPoints* scan) { return scan != nullptr; });
     if (scans && options_.rounds > 0) {
@@ -153,14 +153,14 @@ class Sequencer {
     }
   }
 
-  bool shows_skin(std::size_t f) const {
+  bool shows(std::size_t f, ScanPart part) const {
     return scans_[f] != nullptr && std::find(scans_[f]->parts.begin(), scans_[f]->parts.end(),
-                                             ScanPart::Skin) != scans_[f]->parts.end();
+                                             part) != scans_[f]->parts.end();
   }
 
   bool any_skin() const {
     for (std::size_t f = 0; f < scans_.size(); ++f) {
-      if (shows_skin(f)) {
+      if (shows(f, ScanPart::Skin)) {
         return true;
       }
     }
@@ -172,20 +172,80 @@ class Sequencer {
     parallel_for(static_cast<Index>(scans_.size()), 1, [&](Index begin, Index end) {
       for (Index f = begin; f < end; ++f) {
         const auto i = static_cast<std::size_t>(f);
-        if (options_.model_to_scan > 0 && shows_skin(i)) {
+        if (options_.model_to_scan > 0 && shows(i, ScanPart::Skin)) {
           lookups_[i] = scan_lookup(*scans_[i]);
         }
       }
     });
   }
 
-  /// Frames seen of window `w` are matched and solved `rounds` times; 0: keypoints alone.
+  /// All frames are matched, then windows solved, `rounds` times. Frames that two windows share are
+  /// matched once, at the pose of the window that keeps them.
   void solve(const std::vector<char>& region, int rounds, int iterations) {
+    std::vector<FrameTargets> targets;
+    for (const StartPose& start : starts_) {
+      targets.push_back(start.targets);
+    }
+    for (int round = 0; round < rounds; ++round) {
+      parallel_for(static_cast<Index>(targets.size()), 1, [&](Index begin, Index end) {
+        for (Index f = begin; f < end; ++f) {
+          const auto i = static_cast<std::size_t>(f);
+          if (scans_[i] != nullptr) {
+            const BodySurface surface = posed_surface(person_, rest_, x_[i]);
+            targets[i].matches =
+                both_ways(i, surface, matches_of(i, surface, region, round), round);
+          }
+        }
+      });
+      solve_windows(person_, targets, iterations);
+    }
+  }
+
+  /// Keypoints alone. Fingers that none of them rides on stay where they are, and are left out.
+  void solve_keypoints() {
+    std::vector<FrameTargets> targets;
+    for (const StartPose& start : starts_) {
+      targets.push_back(start.targets);
+    }
+    FittedPerson fewer;
+    if (options_.fingers) {
+      fewer = fitted_person(*person_.model, input_.keypoint_names);
+    }
+    const std::vector<int>& carriers = person_.places.riding.joints;
+    const bool whole =
+        !options_.fingers || std::any_of(carriers.begin(), carriers.end(), [&](int joint) {
+          return joint >= 0 && person_.slots[static_cast<std::size_t>(joint)] >= 0 &&
+                 fewer.slots[static_cast<std::size_t>(joint)] < 0;
+        });
+    if (whole) {
+      solve_windows(person_, targets, kTrackingIterations);
+      return;
+    }
+    const auto change = [&](const FittedPerson& from, const FittedPerson& to) {
+      for (Eigen::VectorXd& x : x_) {
+        x = pose_variables(to, pose_of_variables(from, x));
+      }
+    };
+    change(person_, fewer);
+    solve_windows(fewer, targets, kTrackingIterations);
+    change(fewer, person_);
+  }
+
+  void solve_windows(const FittedPerson& person, const std::vector<FrameTargets>& targets,
+                     int iterations) {
     std::vector<std::vector<Eigen::VectorXd>> found(ranges_.size());
     parallel_for(static_cast<Index>(ranges_.size()), 1, [&](Index first, Index last) {
       for (Index w = first; w < last; ++w) {
         const auto i = static_cast<std::size_t>(w);
-        found[i] = solve_range(ranges_[i], region, rounds, iterations);
+        TrackWindow window;
+        for (std::size_t f = ranges_[i].begin; f < ranges_[i].end; ++f) {
+          window.targets.push_back(&targets[f]);
+          window.times.push_back(times_[f]);
+          window.start.push_back(x_[f]);
+          Eigen::VectorXd& x = window.start.back();  // no rotation vector near its singularity
+          x.segment<3>(3) = rotation_vector(rotation_matrix(x.segment<3>(3)));
+        }
+        found[i] = solve_window(person, window, options_.weights, options_.motion, iterations).x;
       }
     });
     for (std::size_t w = 0; w < ranges_.size(); ++w) {
@@ -193,33 +253,6 @@ class Sequencer {
         x_[f] = found[w][f - ranges_[w].begin];
       }
     }
-  }
-
-  std::vector<Eigen::VectorXd> solve_range(const Range& range, const std::vector<char>& region,
-                                           int rounds, int iterations) const {
-    std::vector<FrameTargets> targets;
-    TrackWindow window;
-    for (std::size_t f = range.begin; f < range.end; ++f) {
-      targets.push_back(starts_[f].targets);
-      window.times.push_back(times_[f]);
-      window.start.push_back(x_[f]);
-    }
-    for (const FrameTargets& one : targets) {
-      window.targets.push_back(&one);
-    }
-    for (int round = 0; round < std::max(1, rounds); ++round) {
-      if (rounds > 0) {
-        for (std::size_t f = range.begin; f < range.end; ++f) {
-          targets[f - range.begin].matches =
-              both_ways(f, window.start[f - range.begin], region, round);
-        }
-      }
-      for (Eigen::VectorXd& x : window.start) {  // no rotation vector near its singularity
-        x.segment<3>(3) = rotation_vector(rotation_matrix(x.segment<3>(3)));
-      }
-      window.start = solve_window(person_, window, options_.weights, options_.motion, iterations).x;
-    }
-    return window.start;
   }
 
   std::vector<SurfaceMatch> matches_of(std::size_t f, const BodySurface& surface,
@@ -235,14 +268,9 @@ class Sequencer {
     return match_scan(person_, surface, points, region, matching);
   }
 
-  /// The same, and what the body's vertices have of the scan's skin.
-  std::vector<SurfaceMatch> both_ways(std::size_t f, const Eigen::VectorXd& x,
-                                      const std::vector<char>& region, int round) const {
-    if (scans_[f] == nullptr) {
-      return {};
-    }
-    const BodySurface surface = posed_surface(person_, rest_, x);
-    std::vector<SurfaceMatch> matches = matches_of(f, surface, region, round);
+  /// `matches` of a frame's scan, and what the body's vertices have of its skin.
+  std::vector<SurfaceMatch> both_ways(std::size_t f, const BodySurface& surface,
+                                      std::vector<SurfaceMatch> matches, int round) const {
     if (matches.empty() || lookups_.empty() || lookups_[f].tree.nodes.empty()) {
       return matches;
     }
@@ -263,7 +291,7 @@ class Sequencer {
     parallel_for(static_cast<Index>(scans_.size()), 1, [&](Index begin, Index end) {
       for (Index f = begin; f < end; ++f) {
         const auto i = static_cast<std::size_t>(f);
-        if (scans_[i] != nullptr) {
+        if (shows(i, ScanPart::Cloth)) {
           gaps[i] = cloth_gaps(person_, posed_surface(person_, rest_, x_[i]),
                                sampled(*scans_[i], options_.samples));
         }
@@ -317,12 +345,13 @@ class Sequencer {
         targets[i] = starts_[i].targets;
         if (scans_[i] != nullptr) {
           const BodySurface surface = posed_surface(person_, rest_, x_[i]);
-          const MatchError error = match_error(person_, matches_of(i, surface, region_, 0), x_[i]);
+          std::vector<SurfaceMatch> seen = matches_of(i, surface, region_, 0);
+          const MatchError error = match_error(surface.vertices, seen);
+          targets[i].matches = both_ways(i, surface, std::move(seen), 0);
           tracked.scan_rms[f] = error.rms;
           tracked.scan_share[f] = error.share;
-          off[i] = foreign_share(*scans_[i], surface, x_[i]);
+          off[i] = foreign_share(*scans_[i], surface);
         }
-        targets[i].matches = both_ways(i, x_[i], region_, 0);
         tracked.keypoint_rms[f] = rms_of(keypoint_distances(i, x_[i]));
         unmet[i] = unmet_keypoints(i);
         const bool held = starts_[i].trusted || tracked.scan_share[f] > kCovered;
@@ -388,8 +417,7 @@ class Sequencer {
   }
 
   /// How much of a scan lies off the body, of what the caller has not left out.
-  double foreign_share(const ScanPoints& scan, const BodySurface& surface,
-                       const Eigen::VectorXd& x) const {
+  double foreign_share(const ScanPoints& scan, const BodySurface& surface) const {
     const ScanPoints points = sampled(scan, 500);
     double judged = 0;
     for (Index i = 0; i < points.areas.size(); ++i) {
@@ -398,7 +426,7 @@ class Sequencer {
     }
     judged /= points.areas.sum();
     const double on =
-        match_error(person_, match_scan(person_, surface, points, {}, {0.4, -1}), x).share;
+        match_error(surface.vertices, match_scan(person_, surface, points, {}, {0.4, -1})).share;
     return judged > 0 ? 1 - on / judged : 0;
   }
 

@@ -431,6 +431,23 @@ TEST_F(Person, AFrameWithoutKeypointsIsSaid) {
   EXPECT_GT(tracked().keypoint_rms[0], 0);
 }
 
+// A thousand frames a second make of every motion one that no motion prior lets through.
+TEST_F(Person, AWrongFrameRateIsSaidAndNotTrusted) {
+  const ChildResult result =
+      run_stage("track", {"--input.capture.fps", "1000", "--input.scans", "none"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("keypoints-unmet"));
+  EXPECT_THAT(result.err, HasSubstr("look whether 1000 frames a second is true"));
+  const TrackedMotion found = tracked();
+  EXPECT_EQ(found.motion.fps, 1000);
+  for (Index f = 0; f < found.deviations.rows(); ++f) {
+    if (found.trusted[static_cast<std::size_t>(f)] == 0) {
+      EXPECT_GE(found.deviations.row(f).minCoeff(), 0.06);
+    }
+  }
+  EXPECT_THAT(found.trusted, ::testing::Contains(0));
+}
+
 TEST_F(Person, AScanInMillimetresIsLeftOutAndThenRefused) {
   change_scan(clothed_frame(0), [](Mesh& scan) { scan.vertices *= 1000; });
   const ChildResult result = run_stage("track");

@@ -1,13 +1,15 @@
 #include "bodymodel/skinning.h"
 
+#include <algorithm>
 #include <numbers>
+#include <numeric>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "bodymodel/rotation.h"
+#include "bodymodel/skin_points.h"
 #include "bodymodel/skinning_device.h"
-#include "bodymodel/skinning_jacobian.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "tests/bodymodel/synthetic_body.h"
@@ -302,52 +304,107 @@ TEST(Skinning, RefusesAShapedBodyOfAnotherModel) {
               ThrowsMessage<LogicError>(HasSubstr("shaped body of another model")));
 }
 
-// Also where a corner counts nothing, and where all three are one vertex.
-TEST(Skinning, RowsOfPointsOnFacesAreThoseOfTheirCorners) {
+// Also where a corner counts nothing, where all three are one vertex, and where joints are held.
+TEST(Skinning, PointsOnFacesAndTheirRowsAreThoseOfTheirCorners) {
   const BodyModel model = synthetic_body();
   const ShapedBody body = shape_body(model);
-  const PosedBody posed = pose_body(model, body, random_pose(model.skeleton, 13));
+  const Pose pose = random_pose(model.skeleton, 13);
+  const PosedBody posed = pose_body(model, body, pose);
   const SkinChains chains = skin_chains(model);
   FacePoints points;
-  points.vertices = {{3, 20, 31}, {7, 7, 7}, {5, 12, 30}};
-  points.barycentric.resize(3, 3);
-  points.barycentric << 0.2, 0.5, 0.3, 1, 0, 0, 0.6, 0.4, 0;
-  Points directions(3, 3);
-  directions << 0.6, 0.8, 0, 0, 0, 1, 1, 0, 0;
-  const SkinRows rows = skin_point_rows(model, posed, chains, points, directions);
-  ASSERT_EQ(rows.begin.size(), 4u);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto row = static_cast<Index>(i);
-    Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(joint_count(model), 3);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const Points scaled = points.barycentric(row, static_cast<Index>(c)) * directions.row(row);
-      const SkinRows corner =
-          skin_jacobian_rows(model, posed, chains, {points.vertices[i][c]}, scaled);
-      for (int e = corner.begin[0]; e < corner.begin[1]; ++e) {
-        expected.row(corner.joints[static_cast<std::size_t>(e)]) += corner.values.row(e);
-      }
+  points.vertices = {{3, 20, 31}, {7, 7, 7}, {5, 12, 30}, {3, 20, 31}};
+  points.barycentric.resize(4, 3);
+  points.barycentric << 0.2, 0.5, 0.3, 1, 0, 0, 0.6, 0.4, 0, 0.7, 0.1, 0.2;
+  Points directions(4, 3);
+  directions << 0.6, 0.8, 0, 0, 0, 1, 1, 0, 0, 0, 0.8, 0.6;
+  for (const int held : {-1, 2}) {
+    std::vector<int> slots;
+    int sought = 0;
+    for (int j = 0; j < joint_count(model); ++j) {
+      slots.push_back(j == held ? -1 : sought++);
     }
-    Eigen::MatrixXd found = Eigen::MatrixXd::Zero(joint_count(model), 3);
-    for (int e = rows.begin[i]; e < rows.begin[i + 1]; ++e) {
-      found.row(rows.joints[static_cast<std::size_t>(e)]) += rows.values.row(e);
-    }
-    EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 1e-12) << "point " << i;
+    const SkinPoints ready = skin_points(model, chains, slots, points);
+    std::vector<int> met;
+    visit_skin_points(
+        body, pose_joints(model, body, pose), ready, directions, [&](const ChainRows& chain) {
+          ASSERT_EQ(chain.places.rows(), static_cast<Index>(chain.points.size()));
+          for (std::size_t m = 0; m < chain.points.size(); ++m) {
+            const int i = chain.points[m];
+            met.push_back(i);
+            Eigen::RowVector3d place = Eigen::RowVector3d::Zero();
+            Eigen::RowVectorXd expected = Eigen::RowVectorXd::Zero(3 + 3 * sought);
+            expected.head<3>() = directions.row(i);
+            for (std::size_t c = 0; c < 3; ++c) {
+              const int vertex = points.vertices[static_cast<std::size_t>(i)][c];
+              const double share = points.barycentric(i, static_cast<Index>(c));
+              place += share * posed.vertices.row(vertex);
+              const Points scaled = share * directions.row(i);
+              const SkinRows corner = skin_jacobian_rows(model, posed, chains, {vertex}, scaled);
+              for (int e = corner.begin[0]; e < corner.begin[1]; ++e) {
+                const int slot =
+                    slots[static_cast<std::size_t>(corner.joints[static_cast<std::size_t>(e)])];
+                if (slot >= 0) {
+                  expected.segment<3>(3 + 3 * slot) += corner.values.row(e);
+                }
+              }
+            }
+            Eigen::RowVectorXd found = Eigen::RowVectorXd::Zero(3 + 3 * sought);
+            found.head<3>() = chain.rows.row(static_cast<Index>(m)).head<3>();
+            for (std::size_t l = 0; l < chain.chain.slots.size(); ++l) {
+              found.segment<3>(3 + 3 * chain.chain.slots[l]) =
+                  chain.rows.row(static_cast<Index>(m)).segment<3>(3 + 3 * static_cast<Index>(l));
+            }
+            EXPECT_LT((chain.places.row(static_cast<Index>(m)) - place).norm(), 1e-12) << i;
+            EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 1e-12) << i << ", held " << held;
+          }
+        });
+    std::sort(met.begin(), met.end());
+    EXPECT_EQ(met, (std::vector<int>{0, 1, 2, 3}));
   }
 }
 
-TEST(Skinning, RefusesRowsOfPointsOutOfRange) {
+TEST(Skinning, PointsOnTheSameFaceAreOneChainAndPlacesNeedNoDirections) {
   const BodyModel model = synthetic_body();
-  const PosedBody posed = pose_body(model, shape_body(model), rest_pose(model.skeleton));
+  const ShapedBody body = shape_body(model);
+  FacePoints points;
+  points.vertices = {{3, 20, 31}, {31, 3, 20}};
+  points.barycentric = Points::Constant(2, 3, 1.0 / 3);
+  std::vector<int> slots(static_cast<std::size_t>(joint_count(model)));
+  std::iota(slots.begin(), slots.end(), 0);
+  const SkinPoints ready = skin_points(model, skin_chains(model), slots, points);
+  ASSERT_EQ(ready.chains.size(), 1u);
+  visit_skin_points(body, pose_joints(model, body, random_pose(model.skeleton, 3)), ready, {},
+                    [&](const ChainRows& chain) {
+                      EXPECT_EQ(chain.rows.rows(), 0);
+                      EXPECT_LT((chain.places.row(0) - chain.places.row(1)).norm(), 1e-12);
+                    });
+}
+
+TEST(Skinning, RefusesPointsOutOfRange) {
+  const BodyModel model = synthetic_body();
+  const ShapedBody body = shape_body(model);
   const SkinChains chains = skin_chains(model);
+  std::vector<int> slots(static_cast<std::size_t>(joint_count(model)));
+  std::iota(slots.begin(), slots.end(), 0);
   FacePoints points;
   points.vertices = {{1, 2, 40}};
   points.barycentric = Points::Constant(1, 3, 1.0 / 3);
-  EXPECT_THAT([&] { skin_point_rows(model, posed, chains, points, Points::Identity(1, 3)); },
+  EXPECT_THAT([&] { skin_points(model, chains, slots, points); },
               ThrowsMessage<LogicError>(HasSubstr("vertex 40 out of range")));
-  EXPECT_THAT([&] { skin_point_rows(model, posed, chains, points, Points::Identity(2, 3)); },
-              ThrowsMessage<LogicError>(HasSubstr("one direction for each point")));
-  EXPECT_THAT([&] { skin_point_rows(model, posed, SkinChains{}, points, Points::Identity(1, 3)); },
+  EXPECT_THAT([&] { skin_points(model, SkinChains{}, slots, points); },
               ThrowsMessage<LogicError>(HasSubstr("chains of another model")));
+  EXPECT_THAT([&] { skin_points(model, chains, {0}, points); },
+              ThrowsMessage<LogicError>(HasSubstr("a slot for each joint")));
+  points.vertices = {{1, 2, 3}};
+  std::vector<int> mixed = slots;
+  std::reverse(mixed.begin(), mixed.end());
+  EXPECT_THAT([&] { skin_points(model, chains, mixed, points); },
+              ThrowsMessage<LogicError>(HasSubstr("slots increase with joints")));
+  const SkinPoints ready = skin_points(model, chains, slots, points);
+  const PosedBody posed = pose_joints(model, body, rest_pose(model.skeleton));
+  EXPECT_THAT(
+      [&] { visit_skin_points(body, posed, ready, Points::Identity(2, 3), [](const auto&) {}); },
+      ThrowsMessage<LogicError>(HasSubstr("one direction for each point")));
 }
 
 TEST(Skinning, RefusesRowsOutOfRange) {

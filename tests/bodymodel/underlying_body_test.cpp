@@ -158,6 +158,27 @@ TEST(UnderlyingBody, HalfAScanIsSaidAndTheRestFollows) {
   EXPECT_LT(scene.error(body.vertices).mean, scene.error(scene.posed).mean);
 }
 
+TEST(UnderlyingBody, ASecondPersonInTheScanDoesNoHarm) {
+  const Scene alone;
+  Scene beside;
+  Mesh& scan = beside.scan.mesh;
+  const Index count = scan.vertices.rows();
+  const Triangles faces = scan.faces;
+  scan.vertices.conservativeResize(2 * count, 3);
+  scan.vertices.bottomRows(count) = scan.vertices.topRows(count);
+  scan.vertices.bottomRows(count).col(0).array() += 0.7;  // the trunk of one who stands near
+  scan.faces.conservativeResize(2 * faces.rows(), 3);
+  scan.faces.bottomRows(faces.rows()) = faces.array() + static_cast<int>(count);
+  const std::vector<ScanRole> roles = beside.scan.roles;
+  beside.scan.roles.insert(beside.scan.roles.end(), roles.begin(), roles.end());
+  beside.cover = body_cover(
+      beside.truth.faces, cover_votes(beside.truth.faces, beside.posed, scan_surface(beside.scan)));
+  const UnderlyingBody body = beside.fit();
+  EXPECT_LT((body.vertices - alone.fit().vertices).rowwise().norm().maxCoeff(), 1e-4);
+  EXPECT_TRUE(body.trusted);
+  EXPECT_EQ(body.certificate.outside_rate, 0);
+}
+
 TEST(UnderlyingBody, WithoutLabelsItOnlyStaysInside) {
   Scene scene;
   scene.scan.roles.clear();
