@@ -112,7 +112,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "register",
-          .version = 5,
+          .version = 6,
           .summary = "where every garment is in every frame, from its template",
           .inputs = {"capture", "template", "scans", "bodies"},
           .outputs = {"registered"},

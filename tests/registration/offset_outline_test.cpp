@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "registration/flatten_panel.h"
 
 namespace atelier {
 namespace {
