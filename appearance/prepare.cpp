@@ -26,6 +26,23 @@ void require_size(const ByteImage& image, const Camera& camera, int channels, co
   }
 }
 
+/// Whether all labels next to a pixel are the surface's. Label images are a pixel off at outlines:
+/// what they call a garment there may be the wall behind it, and a texel that few pictures show
+/// learns nothing else. Two pixels mend no more than one.
+bool labelled_around(const ByteImage& labels, int pixel, int label) {
+  constexpr int kOff = 1;  // px
+  const int column = pixel % labels.width;
+  const int line = pixel / labels.width;
+  for (int y = std::max(line - kOff, 0); y <= std::min(line + kOff, labels.height - 1); ++y) {
+    for (int x = std::max(column - kOff, 0); x <= std::min(column + kOff, labels.width - 1); ++x) {
+      if (labels.at(x, y) != label) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
 AppearanceView view_of(const VisiblePixels& seen, const Camera& camera, const TakenPicture& taken,
                        const DrawnSurface& surface, Agreement& agreement) {
   require_size(taken.colors, camera, 3, "picture");
@@ -41,7 +58,7 @@ AppearanceView view_of(const VisiblePixels& seen, const Camera& camera, const Ta
       const bool agrees = taken.labels.data[place] == surface.label;
       ++agreement.judged;
       agreement.agreed += agrees ? 1 : 0;
-      if (!agrees) {
+      if (!agrees || !labelled_around(taken.labels, seen.pixel[i], surface.label)) {
         continue;
       }
     }

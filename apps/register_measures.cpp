@@ -31,6 +31,8 @@ struct Errors {
   double chamfer = 0;
   double frames = 0;
   double inverted = 0;
+  double inside = 0;  ///< shares of each frame inside its body, as `register` found them
+  double asked = 0;   ///< frames that have one
 
   void add(const Errors& other) {
     points.insert(points.end(), other.points.begin(), other.points.end());
@@ -38,6 +40,8 @@ struct Errors {
     chamfer += other.chamfer;
     frames += other.frames;
     inverted += other.inverted;
+    inside += other.inside;
+    asked += other.asked;
   }
 };
 
@@ -115,6 +119,24 @@ void add_measures(std::vector<Measure>& measures, const std::string& prefix, con
                       "triangles turned against their neighbours"});
   measures.push_back({prefix + "drift_mm", 1e3 * quantile(errors.last, 0.5), "mm", 2, side,
                       "median error along the surface in the last frame"});
+  if (errors.asked > 0) {
+    measures.push_back({prefix + "inside_rate", errors.inside / errors.asked, "", 0, Side::None,
+                        "of vertices and triangles' centres, inside the estimated body"});
+  }
+}
+
+/// The share of a garment that is inside the body, frame by frame, of results that say it.
+void add_inside(Errors& errors, const JsonPlace& garment) {
+  const auto frames = garment.find("frames");
+  if (!frames) {
+    return;
+  }
+  for (const auto& [id, unused] : frames->value().items()) {
+    if (const auto inside = frames->at(id).find("inside")) {
+      errors.inside += inside->number();
+      errors.asked += 1;
+    }
+  }
 }
 
 nlohmann::json figures_of(const fs::path& file) {
@@ -143,7 +165,8 @@ std::vector<Measure> measure_register(const fs::path& workspace, const fs::path&
   const auto metric = metrics.find("truth_scans");
   const bool truth_scans = metric != metrics.end() && metric->second > 0;
   const CaptureTruth truth = read_capture_truth(capture);
-  const nlohmann::json figures = figures_of(result / "figures.json");
+  const fs::path file = result / "figures.json";
+  const nlohmann::json figures = figures_of(file);
   Errors all;
   std::vector<std::pair<std::string, Errors>> each;
   for (const auto& [name, unused] : figures.items()) {
@@ -152,6 +175,7 @@ std::vector<Measure> measure_register(const fs::path& workspace, const fs::path&
         const int template_frame = registered_template_frame(result, name);
         each.emplace_back(
             name, errors_of(result / "registered" / name, template_frame, g, capture, truth));
+        add_inside(each.back().second, JsonPlace(figures, file.string()).at(name));
         all.add(each.back().second);
       }
     }

@@ -241,8 +241,9 @@ class RegisteredOutfit {
   Index kept_row_ = -1;
 };
 
-constexpr std::array kFigures = {"scan_rms",   "support",  "seen",      "correlation",
-                                 "strain_p95", "inverted", "code_read", "code_contradicted"};
+constexpr std::array kFigures = {
+    "scan_rms", "support",      "seen",           "correlation", "strain_p95",       "inverted",
+    "inside",   "inside_depth", "body_crossings", "code_read",   "code_contradicted"};
 
 std::array<double, kFigures.size()> figures_of(const RegisteredGarment& garment) {
   return {garment.scan_rms,
@@ -251,6 +252,9 @@ std::array<double, kFigures.size()> figures_of(const RegisteredGarment& garment)
           garment.correlation,
           garment.strain_p95,
           static_cast<double>(garment.inverted),
+          garment.contact.inside,
+          garment.contact.depth,
+          static_cast<double>(garment.contact.crossings),
           static_cast<double>(garment.code_read),
           static_cast<double>(garment.code_contradicted)};
 }
@@ -374,11 +378,14 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit,
         frame[figure] = value;
         sums[figure] += value;
       }
-      followed.push_back({id, frame["support"], frame["correlation"]});
+      followed.push_back({id, frame["support"], frame["correlation"], frame["inside"]});
       count += 1;
     }
     if (const auto lost = not_followed(worn.name, followed)) {
       tell(run, {*lost});
+    }
+    if (const auto inside = inside_body(worn.name, followed)) {
+      tell(run, {*inside});
     }
     const Drift drift = drift_of(run, outfit, worn);
     of["forward_backward"] = drift.forward_backward;
@@ -390,10 +397,10 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit,
   run.metric("frames", static_cast<double>(outfit.frame_ids().size()));
   run.metric("garments", static_cast<double>(garments.size()));
   run.metric("truth_scans", outfit.has_truth() ? 1 : 0);
-  for (const char* figure : {"scan_rms", "support", "seen", "correlation"}) {
+  for (const char* figure : {"scan_rms", "support", "seen", "correlation", "inside"}) {
     run.metric(figure, sums[figure] / count);
   }
-  for (const char* figure : {"inverted", "code_read", "code_contradicted"}) {
+  for (const char* figure : {"inverted", "body_crossings", "code_read", "code_contradicted"}) {
     run.metric(figure, sums[figure]);
   }
   run.metric("forward_backward", most.forward_backward);

@@ -26,6 +26,8 @@ inline constexpr std::array kRegisterMetrics = {
     StageMetric{"seen", "of the vertices, by two cameras"},
     StageMetric{"correlation", "of pictures with the template's texture"},
     StageMetric{"inverted", "triangles"},
+    StageMetric{"inside", "of vertices and triangles' centres, in the body"},
+    StageMetric{"body_crossings", "pairs of triangles, cloth and body, all frames"},
     StageMetric{"code_read", "places whose print said which they are, all frames"},
     StageMetric{"code_contradicted", "places whose print said otherwise than those around"},
     StageMetric{"forward_backward", "m"},

@@ -39,9 +39,10 @@ std::string register_plots(const fs::path& result) {
     const JsonPlace frames = JsonPlace(garment, file.string(), name).at("frames");
     std::vector<FramePlot> plots = {{"distance to the scan, mm rms", {}, {}},
                                     {"edge strain, p95", {}, {}},
-                                    {"correlation with pictures", {}, {}}};
+                                    {"correlation with pictures", {}, {}},
+                                    {"inside the body, %", {}, {}}};
     constexpr std::pair<const char*, double> kNumbers[] = {
-        {"scan_rms", 1e3}, {"strain_p95", 1}, {"correlation", 1}};
+        {"scan_rms", 1e3}, {"strain_p95", 1}, {"correlation", 1}, {"inside", 100}};
     for (const auto& [frame, numbers] : frames.value().items()) {
       for (std::size_t k = 0; k < plots.size(); ++k) {
         const auto value = JsonPlace(numbers, file.string(), frame).find(kNumbers[k].first);

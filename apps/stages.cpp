@@ -123,7 +123,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "register",
-          .version = 5,
+          .version = 6,
           .summary = "where every garment is in every frame, from its template",
           .inputs = {"capture", "template", "scans", "bodies"},
           .outputs = {"registered"},
@@ -176,7 +176,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "appearance",
-          .version = 6,
+          .version = 7,
           .summary = "how each garment looks: networks that draw its texture",
           .inputs = {"capture", "registered", "bodies"},
           .outputs = {"networks"},
@@ -188,7 +188,7 @@ constexpr std::array kStages = {
           .device_keyed = true},
 #endif
     Stage{.name = "ceiling",
-          .version = 5,
+          .version = 6,
           .summary = "appearance on a synthetic capture's true garments, to compare with",
           .inputs = {"capture"},
           .outputs = {"true_networks"},

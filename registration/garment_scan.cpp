@@ -364,23 +364,53 @@ BodyObstacle body_obstacle(const Points& vertices, const Triangles& faces) {
   return body;
 }
 
+namespace {
+
+/// A point of the cloth that stands for its area, not yet with a plane: vertices come first, then
+/// the centres of triangles.
+SurfaceRow cloth_point(const ClothModel& model, Index i) {
+  SurfaceRow row;
+  const auto vertex = static_cast<int>(i);
+  const Index face = i - model.areas.size();
+  if (face < 0) {
+    row.vertices = {vertex, vertex, vertex};
+    row.weight = model.areas[i];
+    return row;
+  }
+  row.barycentric = Vector3::Constant(1.0 / 3);
+  for (int k = 0; k < 3; ++k) {
+    const int corner = model.topology.faces(face, k);
+    row.vertices[static_cast<std::size_t>(k)] = corner;
+    row.weight += model.areas[corner] / 6;  // each corner has six triangles, about
+  }
+  return row;
+}
+
+}  // namespace
+
 std::vector<SurfaceRow> body_rows(const ClothModel& model, const Points& x,
                                   const BodyObstacle& body, const BodyRowOptions& options) {
-  std::vector<SurfaceRow> all(static_cast<std::size_t>(x.rows()));
   if (body.faces.rows() == 0) {
     return {};
   }
-  parallel_for(x.rows(), 128, [&](Index begin, Index end) {
-    for (Index v = begin; v < end; ++v) {
-      const Vector3 here = at(x, v);
+  const Index count = x.rows() + (options.centres ? model.topology.faces.rows() : 0);
+  std::vector<SurfaceRow> all(static_cast<std::size_t>(count));
+  parallel_for(count, 128, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      SurfaceRow row = cloth_point(model, i);
+      Vector3 here = Vector3::Zero();
+      for (int k = 0; k < 3; ++k) {
+        here += row.barycentric[k] * at(x, row.vertices[static_cast<std::size_t>(k)]);
+      }
       const ClosestPoint closest = closest_point(body.tree, here, options.reach);
       if (closest.face < 0) {
         continue;
       }
-      const Vector3 normal = interpolated(body.normals, body.faces, closest).normalized();
-      if (normal.dot(here - closest.point) < options.gap) {
-        all[static_cast<std::size_t>(v)] = vertex_row(v, closest.point + options.gap * normal,
-                                                      normal, options.weight * model.areas[v], 0);
+      row.normal = interpolated(body.normals, body.faces, closest).normalized();
+      if (row.normal.dot(here - closest.point) < options.gap) {
+        row.offset = row.normal.dot(closest.point) + options.gap;
+        row.weight *= options.weight;
+        all[static_cast<std::size_t>(i)] = row;
       }
     }
   });

@@ -76,9 +76,10 @@ struct BodyObstacle {
 BodyObstacle body_obstacle(const Points& vertices, const Triangles& faces);
 
 struct BodyRowOptions {
-  double gap = 0.002;   ///< m that cloth keeps from the body
-  double reach = 0.04;  ///< m, the deepest penetration that is mended
-  double weight = 10;   ///< against the scan's 1
+  double gap = 0.002;    ///< m that cloth keeps from the body
+  double reach = 0.04;   ///< m, the deepest penetration that is mended
+  double weight = 10;    ///< against the scan's 1
+  bool centres = false;  ///< rows for triangles' centres too, where a body rises between vertices
 };
 
 /// A row for every vertex that is nearer to the body than the gap, or inside of it.

@@ -57,4 +57,27 @@ std::optional<Finding> not_followed(const std::string& garment,
                  "a print is not seen"};
 }
 
+std::optional<Finding> inside_body(const std::string& garment,
+                                   std::span<const FrameFigures> frames) {
+  constexpr double kMostInside = 0.01;
+  std::vector<std::size_t> inside;
+  double most = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (frames[i].inside > kMostInside) {
+      inside.push_back(i);
+      most = std::max(most, frames[i].inside);
+    }
+  }
+  if (inside.empty()) {
+    return std::nullopt;
+  }
+  char what[120];
+  std::snprintf(what, sizeof what, "inside the body in %zu of %zu frames, %.1f %% of it at worst",
+                inside.size(), frames.size(), 100 * most);
+  return Finding{Severity::Warning, "inside-body", garment,
+                 what + std::string(" (frames ") + places_text(inside, frames) + ")",
+                 "look at the body of these frames: is it as wide as the person, do its limbs pass "
+                 "through each other; --collision keeps cloth out of it"};
+}
+
 }  // namespace atelier

@@ -13,6 +13,7 @@ struct FrameFigures {
   int frame_id = 0;
   double support = 0;      ///< share of the garment's area that the scan speaks of
   double correlation = 0;  ///< of pictures with the template's texture; 0: nothing was compared
+  double inside = 0;       ///< share of vertices and triangles' centres inside the body
 };
 
 /// The frames in which a garment was lost, as one warning `not-followed`; nothing where it was
@@ -21,5 +22,11 @@ struct FrameFigures {
 /// of captures, a dress that was lost 0.67 and 0.18 at most (docs/registration.md).
 std::optional<Finding> not_followed(const std::string& garment,
                                     std::span<const FrameFigures> frames);
+
+/// The frames in which more than 1% of a garment is inside the body, as one warning `inside-body`;
+/// nothing where there is none. Our choice: a body that pokes through so much cloth is seen in a
+/// film.
+std::optional<Finding> inside_body(const std::string& garment,
+                                   std::span<const FrameFigures> frames);
 
 }  // namespace atelier

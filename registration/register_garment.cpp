@@ -312,7 +312,9 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
       }
     }
   }
-  x = turned_back(model.cloth.topology, std::move(x));
+  x = options.collision ? clear_of_body(solver, model.cloth, std::move(x), frame.body, options.gap)
+                        : turned_back(model.cloth.topology, std::move(x));
+  result.contact = body_contact(x, faces, frame.body);
   result.inverted = static_cast<int>(inverted_faces(model.cloth.topology, x).size());
   result.vertices = std::move(x);
   result.confidence.resize(support.size());

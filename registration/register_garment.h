@@ -6,7 +6,7 @@
 #include "core/finding.h"
 #include "core/garment.h"
 #include "core/options.h"
-#include "registration/garment_scan.h"
+#include "registration/clear_of_body.h"
 #include "registration/photometric.h"
 #include "registration/printed_code.h"
 #include "registration/ride_on_body.h"
@@ -76,6 +76,7 @@ struct RegisteredGarment {
   Eigen::VectorXd told;        ///< [V] correlation, 0 where no view compares; empty without views
   double strain_p95 = 0;       ///< of |length / rest - 1|
   int inverted = 0;            ///< triangles turned against their neighbours
+  BodyContact contact;         ///< with the body of the frame; zeros without one
   std::vector<Finding> findings;
 };
 

@@ -160,7 +160,8 @@ constexpr std::array kMeasured = {
                 write_meshes(run, "registered/lower", tube_skirt().mesh.faces, skirts);
                 run.output("registered/lower/template.h5",
                            [](const auto& file) { write_mesh_archive(file, tube_skirt().mesh); });
-                run.output_text("figures.json", R"({"lower": {"template_frame": 0}})");
+                run.output_text("figures.json", R"({"lower": {"template_frame": 0, "frames": {
+                  "000000": {"inside": 0.03}, "000001": {"inside": 0}, "000002": {}}}})");
               }},
     Stage{.name = "flatten",
           .summary = "two patterns, the shorter one nearer to the other one's area",
@@ -361,6 +362,8 @@ TEST_F(Register, IsMeasuredByWhereEachPointOfTheClothIs) {
   EXPECT_NEAR(all.at("register.drift_mm").get<double>(), radius * kTurned, 0.1);
   EXPECT_LT(all.at("register.chamfer_mm").get<double>(), 0.4);
   EXPECT_EQ(all.at("register.inverted"), 0);
+  EXPECT_NEAR(all.at("register.inside_rate").get<double>(), 0.015, 1e-12);
+  EXPECT_EQ(verdict(all, "register.inside_rate"), "no row") << "it has no target";
   EXPECT_EQ(verdict(all, "register.point_mean_mm"), "met");
   EXPECT_EQ(verdict(all, "register.drift_mm"), "missed");
 }

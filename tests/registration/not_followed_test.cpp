@@ -37,5 +37,22 @@ TEST(NotFollowed, FramesThatLostItAreOneLine) {
   EXPECT_THAT(finding->what, HasSubstr("(frames 10 to 12, 14, 16 to 21)"));
 }
 
+TEST(InsideBody, AFewTrianglesAreNotSpokenOf) {
+  const std::vector<FrameFigures> frames = {{0, 0.9, 0.8, 0}, {1, 0.9, 0.8, 0.01}};
+  EXPECT_FALSE(inside_body("lower", frames));
+  EXPECT_FALSE(inside_body("lower", {}));
+}
+
+TEST(InsideBody, FramesWithManyAreOneLine) {
+  const std::vector<FrameFigures> frames = {
+      {4, 0.9, 0.8, 0.02}, {5, 0.9, 0.8, 0.034}, {6, 0.9, 0.8, 0.001}, {7, 0.9, 0.8, 0.011}};
+  const auto finding = inside_body("lower", frames);
+  ASSERT_TRUE(finding);
+  EXPECT_EQ(finding->code, "inside-body");
+  EXPECT_EQ(finding->place, "lower");
+  EXPECT_THAT(finding->what, HasSubstr("in 3 of 4 frames, 3.4 % of it at worst"));
+  EXPECT_THAT(finding->what, HasSubstr("(frames 4, 5, 7)"));
+}
+
 }  // namespace
 }  // namespace atelier

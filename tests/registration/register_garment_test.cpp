@@ -173,19 +173,35 @@ TEST(RegisterGarment, StaysOutsideOfTheBody) {
   body.vertices.col(2) *= 1.7;
   frame.body = body_obstacle(body.vertices, body.faces);
   ShapeSolver solver(model.cloth);
-  const auto deepest = [&](bool collision) {
+  const auto registered = [&](bool collision) {
     RegisterOptions options = shape_alone();
     options.collision = collision;
-    const Points x = register_garment(solver, model, model.vertices, frame, {}, options).vertices;
+    return register_garment(solver, model, model.vertices, frame, {}, options);
+  };
+  const auto deepest = [&](const Points& x) {
     double least = 0;
-    for (Index v = 0; v < x.rows(); ++v) {
-      const Eigen::Vector3d q((x(v, 0)) / 0.17, (x(v, 1) - 1.05) / 0.35, x(v, 2) / 0.17);
+    const auto look = [&](const Eigen::RowVector3d& point) {
+      const Eigen::Vector3d q(point.x() / 0.17, (point.y() - 1.05) / 0.35, point.z() / 0.17);
       least = std::min(least, 0.17 * (q.norm() - 1));
+    };
+    for (Index v = 0; v < x.rows(); ++v) {
+      look(x.row(v));
+    }
+    for (const auto& face : garment.mesh.faces.rowwise()) {
+      look(x(face, Eigen::all).colwise().mean());
     }
     return least;
   };
-  EXPECT_LT(deepest(false), -0.015);
-  EXPECT_GT(deepest(true), -0.005);
+  const RegisteredGarment through = registered(false);
+  EXPECT_LT(deepest(through.vertices), -0.015);
+  EXPECT_GT(through.contact.inside, 0.2);
+  EXPECT_NEAR(through.contact.depth, -deepest(through.vertices), 0.002);
+  EXPECT_GT(through.contact.crossings, 10);
+  const RegisteredGarment outside = registered(true);
+  EXPECT_GT(deepest(outside.vertices), -0.0005);
+  EXPECT_EQ(outside.contact.inside, 0);
+  EXPECT_EQ(outside.contact.crossings, 0);
+  EXPECT_EQ(outside.inverted, 0);
 }
 
 TEST(RegisterGarment, WithoutAScanItStaysWhereItWasPredicted) {
