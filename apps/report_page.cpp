@@ -304,6 +304,14 @@ std::string figures_section(const ReportFigures& figures) {
                        in_table(others));
 }
 
+/// How long a stage took; "then" where that was in an earlier run. "" where it is not known.
+std::string took(const RunStageAccount& one) {
+  return one.end == "done" ? duration_text(one.seconds)
+         : (one.end == "done already" || one.end == "not asked for") && one.seconds > 0
+             ? duration_text(one.seconds) + " then"
+             : "";
+}
+
 /// What the last run of the chain came to, stage by stage.
 std::string run_section(const RunAccount& run) {
   std::string rows;
@@ -314,11 +322,11 @@ std::string run_section(const RunAccount& run) {
     rows += "<tr><th><a href=\"#" + html_text(one.stage) + "\">" + html_text(one.stage) +
             "</a></th><td" + " class=\"" + (one.end == "failed" ? "state error" : "state") + "\">" +
             html_text(one.end) + "</td><td class=\"number\">" +
-            (one.end == "done" ? html_text(duration_text(one.seconds)) : "") +
+            html_text(took(one)) +
             "</td><td class=\"quiet\">" + html_text(why) + "</td></tr>\n";
   }
   return "<h2 id=\"run\">The run</h2>\n<p>" + html_text(run.started) + ", " +
-         html_text(duration_text(run.seconds)) + ", of <code>" + html_text(run.capture) +
+         html_text(duration_text(run.seconds)) + " before this report, of <code>" + html_text(run.capture) +
          "</code></p>\n" + in_table(rows) + kNotYet;
 }
 

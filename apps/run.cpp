@@ -56,11 +56,13 @@ fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& sta
 
 /// @param page   the report; "" if it could not be written
 /// @param video  "" if there is none
-void show_end(const RunArguments& arguments, const RunAccount& account, const fs::path& page,
+void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::path& page,
               const fs::path& video) {
+  const RunAccount& account = chain.account();
+  const double seconds = chain.seconds();  // with the report
   if (arguments.json) {
     nlohmann::json json = {{"event", "run_end"},
-                           {"seconds", account.seconds},
+                           {"seconds", seconds},
                            {"report", page.string()},
                            {"video", video.string()}};
     json["stages"] = nlohmann::json::array();
@@ -74,7 +76,7 @@ void show_end(const RunArguments& arguments, const RunAccount& account, const fs
     show_event(json);
     return;
   }
-  std::cout << "run: " << duration_text(account.seconds) << "\n";
+  std::cout << "run: " << duration_text(seconds) << "\n";
   for (const RunStageAccount& one : account.stages) {
     if (!one.why.empty()) {
       std::cout << "  " << one.stage << " "
@@ -136,7 +138,7 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
     standard_error() << "atelier: report: " << printable(failure_of(error).text) << std::endl;
     page.clear();
   }
-  show_end(arguments, chain.account(), page, video);
+  show_end(arguments, chain, page, video);
   return chain.exit_code();
 }
 
@@ -164,8 +166,7 @@ int run(RunArguments arguments, OptionSet options) {
   ChainRun chain(arguments, options);
   chain.announce();
   if (arguments.dry_run) {
-    chain.plan();
-    return kExitDone;
+    return chain.plan();
   }
   chain.work();
   // The report asks no one whether it is to stop, and `atelier report` makes it again.
