@@ -13,6 +13,7 @@
 #include "apps/failure.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
+#include "apps/option_rules.h"
 #include "apps/report_file.h"
 #include "apps/report_folder.h"
 #include "apps/run_options.h"
@@ -24,6 +25,9 @@
 #include "core/printable.h"
 #include "core/store/result.h"
 #include "core/store/workspace_folder.h"
+#ifdef ATELIER_HAS_SIMULATION
+#include "simulation/fabric.h"
+#endif
 
 namespace atelier {
 namespace {
@@ -96,6 +100,11 @@ void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::pa
 
 /// One fabric for every stage that takes one; `material` then has nothing to search.
 void set_material(OptionSet& options, const std::string& fabric) {
+#ifdef ATELIER_HAS_SIMULATION
+  if (const std::string problem = one_of(fabric_names())(fabric); !problem.empty()) {
+    throw UsageError("--material: " + problem);  // "fitted" is what `material` does without it
+  }
+#endif
   for (const char* stage : {"material", "simulate"}) {
     const std::string name = std::string(stage) + ".material.name";
     const bool there = std::any_of(options.table.fields.begin(), options.table.fields.end(),
@@ -105,6 +114,9 @@ void set_material(OptionSet& options, const std::string& fabric) {
     if (!problem.empty()) {
       throw UsageError("--material: " + problem);
     }
+  }
+  if (const std::vector<std::string> problems = broken_rules(options.table); !problems.empty()) {
+    throw UsageError(problems);
   }
 }
 

@@ -246,6 +246,12 @@ std::span<const Stage> all_stages() {
 void require_startable([[maybe_unused]] const Stage& stage, const StageRequest& request) {
   check_device(request.device);
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
+    defined(ATELIER_HAS_REGISTRATION)
+  if (stage.name == "template") {
+    require_template_frame(options_of<TemplateStageOptions>(request.options), request.input);
+  }
+#endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
   if (stage.name == "animate") {

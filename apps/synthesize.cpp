@@ -8,6 +8,7 @@
 
 #include "apps/arguments.h"
 #include "apps/command.h"
+#include "apps/dressing.h"
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
@@ -63,6 +64,9 @@ int run(const std::string& folder, const SynthesisOptions& options, const std::s
   }
   const std::string out = workspace_place(folder).string();
   if (dry_run) {
+    if (options.body_sequence.empty()) {
+      outfit_garments(options.outfit.garment);  // throws for a name that is none
+    }
     std::cout << printable(out) << ": nothing is wrong with the options\n";
     return kExitDone;
   }

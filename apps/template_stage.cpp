@@ -264,6 +264,7 @@ OptionTable describe(TemplateStageOptions& options) {
 
 void run_template(StageRun& run) {
   const auto& options = run.options<TemplateStageOptions>();
+  require_template_frame(options, run.input("capture"));
   Source source;
   source.scans = run.input("scans") / "scans";
   source.bodies = open_sequence(run.input("bodies"));
