@@ -132,9 +132,9 @@ std::string outdated_problem(const std::vector<StageStatus>& all, const Evaluati
          mending_command(all, *own, workspace, truth);
 }
 
-/// Refuses the truth of another capture than the one that results with figures were made from. Of
-/// captures that are one after the other in the workspace's results, each has the content or the
-/// place of another: it may have grown where it lies, or moved as it is, as `run` has it.
+/// Refuses the truth of another capture than the one that results with figures were made from. As
+/// for `run`, a capture is the same by its content or by its place: results may be of what it was
+/// before it grew where it lies, or before it moved as it is.
 void require_own_truth(const std::vector<StageStatus>& all, const fs::path& truth) {
   constexpr std::string_view kKind = "capture";
   std::error_code ignored;

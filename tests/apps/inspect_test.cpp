@@ -56,6 +56,8 @@ TEST_F(Inspect, AMeshWhoseFacesAreMissingIsPossiblyCutOff) {
   EXPECT_THAT(torn.out, HasSubstr("4 of 7 vertices are in no face: the file is possibly cut off"));
   std::ofstream(file, std::ios::app) << "f 2 4 3\n";
   EXPECT_THAT(run({"inspect", file.string()}).out, Not(HasSubstr("cut off")));
+  std::ofstream(file) << "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  EXPECT_THAT(run({"inspect", file.string()}).out, HasSubstr("3 of 3 vertices are in no face"));
 }
 
 TEST_F(Inspect, ShowsTensorsAndNoControlCharacters) {
