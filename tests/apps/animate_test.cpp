@@ -307,7 +307,8 @@ TEST_F(Animate, MotionsThatAreNoneAreRefused) {
   write_dressed_workspace(capture(), workspace());
   expect_refused(animate({"--motion", (root_ / "none.bvh").string()}), "no such file");
   expect_refused(animate({"--motion", (root_ / "none.bvh").string(), "--dry-run"}), "no such file");
-  expect_refused(animate({"--motion", root_.path().string(), "--dry-run"}), "a folder");
+  std::filesystem::create_directory(root_ / "motions");
+  expect_refused(animate({"--motion", (root_ / "motions").string(), "--dry-run"}), "a folder");
   expect_refused(animate({"--material", "denim"}), "did you mean '--material.name'?", 2);
   expect_refused(stage("material", {"--material.name", "denim", "--search.coarse", "4"}),
                  "search.coarse does nothing with material.name denim", 2);
