@@ -97,8 +97,10 @@ Motion own_motion(StageRun& run, const AnimationSource& source, const BodyModel&
 }
 
 void require_motion(const AnimateOptions& options) {
-  if (!options.motion.empty() && !is_procedural(options.motion) && !fs::exists(options.motion)) {
-    throw DataError(options.motion, "motion", "no such file",
+  if (!options.motion.empty() && !is_procedural(options.motion) &&
+      !fs::is_regular_file(options.motion)) {
+    throw DataError(options.motion, "motion",
+                    fs::is_directory(options.motion) ? "a folder" : "no such file",
                     "a motion file (.bvh, .npz, .glb, .amc, .trc, .c3d), or stride, squat, raise, "
                     "twist, spin or range" +
                         did_you_mean(options.motion, procedural_motions()));

@@ -62,6 +62,10 @@ OptionTable describe(AnimationViewOptions& options) {
   return table;
 }
 
+std::vector<std::string> animation_views() {
+  return {kViews.begin(), kViews.end()};
+}
+
 void require_view(const AnimationViewOptions& options, const std::vector<Camera>& captured) {
   if (std::find(kViews.begin(), kViews.end(), options.camera) == kViews.end()) {
     captured_camera(captured, options.camera);

@@ -25,6 +25,9 @@ struct AnimationViewOptions {
 };
 OptionTable describe(AnimationViewOptions& options);
 
+/// Those that are no camera of a capture: "front" and so on.
+std::vector<std::string> animation_views();
+
 /// How pictures of a motion are taken: one light and floor for all of them, so that nothing
 /// flickers.
 struct AnimationView {

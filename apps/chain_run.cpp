@@ -11,6 +11,7 @@
 #include "apps/interrupt.h"
 #include "apps/json_text.h"
 #include "apps/option_flags.h"
+#include "apps/output_place.h"
 #include "apps/run_options.h"
 #include "apps/run_scene.h"
 #include "apps/stages.h"
@@ -141,7 +142,17 @@ void ChainRun::work() {
     end_by_signal();
   }
   export_avatar();
-  account_.seconds = seconds_since(begin_);
+  account_.seconds = seconds();
+  try {
+    if (const auto before = read_run_account(arguments_.places.workspace)) {
+      keep_times(*before, account_);
+    }
+  } catch (const DataError&) {  // which this run's own replaces
+  }
+}
+
+double ChainRun::seconds() const {
+  return seconds_since(begin_);
 }
 
 void ChainRun::announce_report() const {
@@ -195,7 +206,7 @@ void ChainRun::export_avatar() {
 }
 
 /// What would be done.
-void ChainRun::plan() const {
+int ChainRun::plan() const {
   for (std::size_t i = 0; i < account_.stages.size(); ++i) {
     const RunStageAccount& one = account_.stages[i];
     const bool to_run = one.end.empty();
@@ -218,6 +229,10 @@ void ChainRun::plan() const {
     std::cout << "  " << name << " " << words << (why.front().empty() ? "" : printable(reasons))
               << "\n";
   }
+  return std::any_of(foreseen_.begin(), foreseen_.end(),
+                     [](const Foreseen& one) { return one.cannot; })
+             ? kExitBadData
+             : kExitDone;
 }
 
 /// Sets an option that nobody set, of a stage that the program has.
@@ -405,13 +420,20 @@ void ChainRun::show_end(StageConsole& console, const StageReport& report,
   }
 }
 
-/// What differs in options and device from what a stage's current result was made with. For a stage
-/// whose INPUT is made of results, of which no plan can be made before.
+/// What differs in options and device from what a stage's current result was made with, or that it
+/// is damaged. For a stage whose INPUT is made of results, of which no plan can be made before.
 std::vector<std::string> ChainRun::option_changes(std::size_t i) const {
   const Stage& row = *find_stage(all_stages(), run_steps()[i].stage);
   const StageRequest request = request_of(i, false);
   const std::filesystem::path folder = request.workspace / row.name;
-  const Manifest before = read_manifest(folder / *current_name(folder), row.name);
+  Manifest before;
+  try {
+    before = read_manifest(folder / *current_name(folder), row.name);
+  } catch (const NewerManifestError&) {
+    throw;
+  } catch (const DataError&) {
+    return {"the current result is damaged"};
+  }
   Manifest now = before;
   now.stage_version = row.version;
   now.device = row.device_keyed ? device_name(request.device) : "";
@@ -425,17 +447,40 @@ std::vector<std::string> ChainRun::option_changes(std::size_t i) const {
   return same ? std::vector<std::string>{} : request_changes(before, now);
 }
 
+/// Of a stage that needs a result which is not there, or is made anew.
+ChainRun::Foreseen ChainRun::unplanned(std::string_view needed) const {
+  for (std::size_t k = 0; k < foreseen_.size(); ++k) {
+    const RunStageAccount& maker = account_.stages[k];
+    if (maker.stage != needed) {
+      continue;
+    }
+    if (foreseen_[k].cannot) {
+      return {"cannot run", {"it reads the result of " + maker.stage + ", which cannot run"},
+              false, true};
+    }
+    if (maker.end == "not asked for") {
+      return {"cannot run",
+              {"no result of " + maker.stage + ", which --from " + arguments_.from + " leaves out"},
+              false,
+              true};
+    }
+  }
+  return {"would run", {"after " + std::string(needed)}, true};
+}
+
 /// Of a stage whose predecessors are foreseen.
 ChainRun::Foreseen ChainRun::foreseen(std::size_t i) const {
   const RunStep& step = run_steps()[i];
   bool earlier = false;
-  for (const std::string_view needed : needed_stages(step, facts_)) {
+  const std::vector<std::string_view> all_needed = needed_stages(step, facts_);
+  for (const std::string_view needed : all_needed) {
     if (!has_result(std::string(needed))) {
-      return {"would run", {"after " + std::string(needed)}, true};
+      return unplanned(needed);
     }
     earlier = earlier || works(needed);
   }
-  for (const std::string_view read : optional_stages(step)) {
+  const std::vector<std::string_view> all_read = optional_stages(step);
+  for (const std::string_view read : all_read) {
     if (works(read) && !has_result(std::string(read))) {
       return {"would run", {"after " + std::string(read)}, true};
     }
@@ -450,7 +495,25 @@ ChainRun::Foreseen ChainRun::foreseen(std::size_t i) const {
     return changes.empty() ? Foreseen{"would look at its result", {made}, false}
                            : Foreseen{"would run", changes, true};
   }
-  const Stage& row = *find_stage(all_stages(), step.stage);
+  try {
+    return planned(i, earlier);
+  } catch (const NewerManifestError&) {
+    throw;
+  } catch (const DataError& error) {
+    for (const auto& makers : {all_needed, all_read}) {
+      for (const std::string_view maker : makers) {  // damaged, and made anew before this one
+        if (works(maker) && is_inside(error.file, arguments_.places.workspace / maker)) {
+          return unplanned(maker);
+        }
+      }
+    }
+    throw;
+  }
+}
+
+/// Of a stage that finds its inputs.
+ChainRun::Foreseen ChainRun::planned(std::size_t i, bool earlier) const {
+  const Stage& row = *find_stage(all_stages(), run_steps()[i].stage);
   StageConsole console(row, false);
   StageEvents events;
   if (!arguments_.json) {  // whose first event is "run"

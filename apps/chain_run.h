@@ -45,10 +45,12 @@ class ChainRun {
   void work();
   /// Says that the report is being made, and how long it takes.
   void announce_report() const;
-  /// Says what `work` would do. After `announce`.
-  void plan() const;
+  /// Says what `work` would do. After `announce`. Returns the exit code of a run that could not.
+  int plan() const;
 
   const RunAccount& account() const { return account_; }
+  /// s since this run began
+  double seconds() const;
   const CaptureFacts& facts() const { return facts_; }
   /// Of the first failure.
   int exit_code() const { return exit_code_; }
@@ -61,12 +63,15 @@ class ChainRun {
   struct Foreseen {
     std::string words;  ///< "would run"
     std::vector<std::string> why;
-    bool works = false;  ///< takes its time: unlikely to find its result as it is
+    bool works = false;   ///< takes its time: unlikely to find its result as it is
+    bool cannot = false;  ///< lacks what this run does not make
   };
 
   void suggest(const std::string& name, const std::string& value, const std::string& why);
   bool has_result(const std::string& stage) const;
   bool works(std::string_view stage) const;
+  Foreseen unplanned(std::string_view needed) const;
+  Foreseen planned(std::size_t i, bool earlier) const;
   const RunStageAccount* account_of(std::string_view stage) const;
   bool animate_goes_without_material() const;
   void foresee();

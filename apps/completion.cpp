@@ -7,6 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#ifdef ATELIER_HAS_CORE_RENDER
+#include "apps/animation_pictures.h"
+#endif
 #include "apps/command.h"
 #include "apps/evaluation.h"
 #include "apps/exit_code.h"
@@ -64,6 +67,23 @@ std::string drafted_garments() {
   return "dress skirt tee trousers";
 }
 
+/// With those that are worn together, which are one word for the shell.
+std::string drafted_outfits() {
+  return drafted_garments() + " tee+trousers tee+skirt";
+}
+
+std::string outfits_or_own() {
+  return "auto none " + drafted_outfits();
+}
+
+std::string views() {
+#ifdef ATELIER_HAS_CORE_RENDER
+  return joined(animation_views());
+#else
+  return "";
+#endif
+}
+
 std::string fabrics() {
 #ifdef ATELIER_HAS_SIMULATION
   return joined(fabric_names());
@@ -113,7 +133,9 @@ constexpr std::array kFileArguments = {
     FileArgument{"personalize", "--body", "npz glb gltf fbx obj", bodies_or_default},
     FileArgument{"animate", "--body", "npz glb gltf fbx obj", drafted_bodies},
     FileArgument{"animate", "--motion", "bvh amc npz trc c3d glb gltf fbx", motions},
-    FileArgument{"synthesize", "--garment", "json", drafted_garments},
+    FileArgument{"animate", "--camera", "", views},
+    FileArgument{"animate", "--garment", "json", outfits_or_own},
+    FileArgument{"synthesize", "--garment", "json", drafted_outfits},
     FileArgument{"synthesize", "--body", "npz glb gltf fbx obj", bodies_or_random},
     FileArgument{"synthesize", "--motion", "bvh amc npz trc c3d glb gltf fbx", motions_or_auto},
     FileArgument{"synthesize", "--layout", "", layouts},

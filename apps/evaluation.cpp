@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
+#include <utility>
 
 #include "apps/animate_measures.h"
 #include "apps/appearance_measures.h"
@@ -19,6 +21,8 @@
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "core/store/input_digest.h"
+#include "core/store/made_of.h"
 #include "core/store/workspace_status.h"
 
 namespace atelier {
@@ -92,6 +96,9 @@ std::string mending_command(const std::vector<StageStatus>& all, const StageStat
       }
       for (const ManifestInput& input : one->manifest->inputs) {
         needed.push_back(input.stage);
+        for (const ResultName& made_of : results_behind(workspace, input.path)) {
+          needed.push_back(made_of.stage);
+        }
       }
     }
   }
@@ -123,6 +130,59 @@ std::string outdated_problem(const std::vector<StageStatus>& all, const Evaluati
   }
   return "outdated: " + own->reasons.front() + "; run " +
          mending_command(all, *own, workspace, truth);
+}
+
+/// Refuses the truth of another capture than the one that results with figures were made from. As
+/// for `run`, a capture is the same by its content or by its place: results may be of what it was
+/// before it grew where it lies, or before it moved as it is.
+void require_own_truth(const std::vector<StageStatus>& all, const fs::path& truth) {
+  constexpr std::string_view kKind = "capture";
+  std::error_code ignored;
+  const std::string place = fs::weakly_canonical(truth, ignored).string();
+  std::vector<std::pair<const StageStatus*, const ManifestInput*>> unknown;
+  for (const StageStatus& status : all) {
+    const bool has_figures =
+        std::any_of(std::begin(kEvaluations), std::end(kEvaluations),
+                    [&](const Evaluation& one) { return one.stage == status.stage; });
+    if (!has_figures || !status.manifest || status.inputs_changed) {
+      continue;  // what is outdated is not measured
+    }
+    for (const ManifestInput& input : status.manifest->inputs) {
+      if (input.kind == kKind) {
+        unknown.emplace_back(&status, &input);
+      }
+    }
+  }
+  std::set<std::string> places = {place};
+  std::set<Digest> contents;
+  const auto take_known = [&] {
+    std::size_t before = 0;
+    do {
+      before = unknown.size();
+      std::erase_if(unknown, [&](const auto& one) {
+        const ManifestInput& input = *one.second;
+        if (!places.contains(input.path) && !contents.contains(input.digest)) {
+          return false;
+        }
+        places.insert(input.path);
+        contents.insert(input.digest);
+        return true;
+      });
+    } while (unknown.size() < before);
+  };
+  take_known();
+  if (unknown.empty() || !fs::is_directory(truth)) {  // what is no capture its readers refuse
+    return;
+  }
+  contents.insert(digest_of_input(truth).digest);
+  take_known();
+  if (!unknown.empty()) {
+    const auto& [status, input] = unknown.front();
+    throw DataError(truth.string(), "",
+                    "another capture than the one that the result of '" + status->stage +
+                        "' was made from",
+                    "--truth " + input->path + ", or the results of this one");
+  }
 }
 
 std::string problem_of(const Evaluation& evaluation, const std::vector<StageStatus>& status,
@@ -157,6 +217,7 @@ WorkspaceFigures workspace_figures(const fs::path& workspace, const fs::path& tr
                                    const std::string& stage) {
   WorkspaceFigures all;
   const std::vector<StageStatus> status = status_of(workspace);
+  require_own_truth(status, truth);
   std::string stages;
   std::vector<std::string> names;
   bool known = stage.empty();

@@ -33,7 +33,9 @@ struct WorkspaceFigures {
 /// whose rest poses are not the same; and what reads a damaged result, so that one file does not
 /// take all other figures with it.
 /// @param stage  of this one alone, or "capture" for the capture itself; "": of all
-/// Throws UsageError for a stage that has no figures, else as the readers of the truth do.
+/// Throws UsageError for a stage that has no figures, DataError for the truth of another capture
+/// than the one that the results were made from (neither its content nor its place), else as the
+/// readers of the truth do.
 WorkspaceFigures workspace_figures(const std::filesystem::path& workspace,
                                    const std::filesystem::path& truth,
                                    const std::string& stage = "");

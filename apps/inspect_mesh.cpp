@@ -64,6 +64,16 @@ void add_mesh(const MeshFile& file, const std::string& place, bool parted, Inspe
     }
   }
   inspection.findings.insert(inspection.findings.end(), defects.begin(), defects.end());
+  const auto unused = static_cast<Index>(manifold_defects(topology).isolated_vertices.size());
+  // Clouds of points are meshes without a face, but hardly as an OBJ.
+  const bool has_faces = mesh.faces.rows() > 0 || place.ends_with(".obj");
+  if (has_faces && 2 * unused > mesh.vertices.rows()) {
+    inspection.findings.push_back(
+        {Severity::Warning, "mesh-cut-off", place,
+         std::to_string(unused) + " of " + std::to_string(mesh.vertices.rows()) +
+             " vertices are in no face: the file is possibly cut off, where faces come last",
+         "compare it with where it came from"});
+  }
 }
 
 const char* path_name(GltfPath path) {

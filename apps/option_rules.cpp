@@ -49,6 +49,7 @@ struct IdleRule {
   struct Value {
     std::string_view option;
     std::string_view text;
+    bool other = false;  ///< any text but this
   };
   std::string_view option;
   std::array<Value, 2> idle_with;  ///< the second may be empty
@@ -56,7 +57,20 @@ struct IdleRule {
   bool unless_said = false;  ///< said to be off by hand, the rest stays as it is: a comparison
 };
 
+/// Of `material`, whose table alone has a search: with a fabric nothing is tried.
+constexpr std::array<IdleRule::Value, 2> kFabricGiven = {
+    {{"material.name", "fitted", true}, {"search.coarse", "", true}}};
+constexpr const char* kFitted = "--material.name fitted";
+
 constexpr std::array kIdleRules = {
+    IdleRule{"search.", kFabricGiven, kFitted},
+    IdleRule{"usual", kFabricGiven, kFitted},
+    IdleRule{"leash", kFabricGiven, kFitted},
+    IdleRule{"sequence", kFabricGiven, kFitted},
+    IdleRule{"frames", kFabricGiven, kFitted},
+    IdleRule{"edge_length", kFabricGiven, kFitted},
+    IdleRule{"substeps", kFabricGiven, kFitted},
+    IdleRule{"self_contact", kFabricGiven, kFitted},
     IdleRule{"material.shear",
              {{{"membrane", "springs"}, {"shear", "none"}}},
              "--shear cross or --membrane strain"},
@@ -170,11 +184,13 @@ std::string idle_with(const OptionTable& table, const OptionField& field, const 
       continue;
     }
     const OptionField* other = field_named(table, *start + std::string(value.option));
-    if (other == nullptr || option_text(*other) != value.text ||
+    if (other == nullptr || (option_text(*other) == value.text) == value.other ||
         (rule.unless_said && other->source != kUnsaid)) {
       return "";
     }
-    with += (with.empty() ? "" : " and ") + other->name + " " + std::string(value.text);
+    if (!value.text.empty()) {  // an option that is there at all is no reason by itself
+      with += (with.empty() ? "" : " and ") + other->name + " " + option_text(*other);
+    }
   }
   return with;
 }

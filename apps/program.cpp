@@ -62,6 +62,14 @@ std::string see(const std::string& question, const std::string& where) {
   return question + (question.empty() ? "; see " : " See ") + where;
 }
 
+/// The option of a parser that is called so with or without ".name": a material has one and is one.
+std::string with_or_without_name(const CLI::App& parser, const std::string& option) {
+  constexpr std::string_view kName = ".name";
+  const std::string other = option.ends_with(kName) ? option.substr(0, option.size() - kName.size())
+                                                    : option + std::string(kName);
+  return parser.get_option_no_throw(other) != nullptr ? other : "";
+}
+
 /// Why a command has no such option where others would, or "".
 std::string why_not(const std::string& command, const std::string& option) {
   const auto is_named = [&](const auto& row) { return "--" + std::string(row.name) == option; };
@@ -89,6 +97,11 @@ void refuse_extras(const CLI::App& parser, const std::vector<std::string>& argum
   const std::string shown = "'" + extra.substr(0, 60) + "'";
   if (extra.starts_with("-")) {
     const std::string option = extra.substr(0, extra.find('='));
+    if (const std::string other = with_or_without_name(parser, option); !other.empty()) {
+      throw UsageError(
+          parser.get_name() + " has no option " + shown +
+          see(", did you mean '" + other + "'?", "atelier " + parser.get_name() + " --help"));
+    }
     const std::string why = why_not(parser.get_name(), option);
     throw UsageError(parser.get_name() + " has no option " + shown +
                      (why.empty() ? see(did_you_mean(option, option_names(parser)),

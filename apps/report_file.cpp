@@ -1,8 +1,10 @@
 #include "apps/report_file.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "apps/evaluation.h"
@@ -13,6 +15,9 @@
 #include "apps/stages.h"
 #include "apps/targets.h"
 #include "apps/writable_place.h"
+#ifdef ATELIER_HAS_CAPTURE
+#include "capture/capture_info.h"
+#endif
 #include "core/atomic_file.h"
 #include "core/error.h"
 
@@ -34,11 +39,47 @@ std::string with_unit(double value, const std::string& unit) {
   return text + unit;
 }
 
+/// What is wanted on `accuracy`. A measure may have a target that it is not judged by: networks of
+/// the setting `small` do not reach what those of `standard` must.
+std::string accuracy_text(const Judged& row, std::span<const Measure> measures) {
+  const auto measure = std::find_if(measures.begin(), measures.end(), [&](const Measure& one) {
+    return one.key == row.key && one.side == Measure::Side::None && one.target != 0;
+  });
+  const auto target = std::find_if(all_targets().begin(), all_targets().end(),
+                                   [&](const Target& one) { return one.key == row.key; });
+  return measure == measures.end() || target == all_targets().end()
+             ? row.target
+             : target_text(target->side, measure->target) +
+                   " with the setting standard, not judged with small";
+}
+
 std::string missed_by(const Judged& row) {
   return row.verdict == "missed" ? with_unit(row.missed_by, row.unit) : "";
 }
 
 #endif
+
+/// Who was captured, as the capture says; "" where it says nothing, or is gone.
+std::string subject_of([[maybe_unused]] std::span<const StageStatus> stages) {
+#ifdef ATELIER_HAS_CAPTURE
+  for (const StageStatus& status : stages) {
+    for (const ManifestInput& input :
+         status.manifest ? status.manifest->inputs : std::vector<ManifestInput>{}) {
+      if (input.kind != "capture") {
+        continue;
+      }
+      try {
+        return read_capture_info(input.path).subject;
+      } catch (const DataError&) {  // another layout, which names nobody
+        return "";
+      } catch (const EnvironmentError&) {
+        return "";
+      }
+    }
+  }
+#endif
+  return "";
+}
 
 /// Figures of the workspace's results against the truth of their capture; none without one.
 ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace,
@@ -63,7 +104,8 @@ ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace
     figure.missed_by = missed_by(row);
     if (demo) {
       const std::string by = missed_by(sharper[i]);
-      figure.accuracy = sharper[i].target + (by.empty() ? "" : ", missed by " + by) +
+      figure.accuracy = accuracy_text(sharper[i], measured.measures) +
+                        (by.empty() ? "" : ", missed by " + by) +
                         (sharper[i].verdict == "met" ? ", met" : "");
     }
     in_table.insert(row.key);
@@ -109,7 +151,7 @@ std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
   }
   write_file_atomically(
       page, report_page(stages, workspace, options, figures_of(workspace, truth), account,
-                        stage_pictures(stages, workspace), account_problem));
+                        stage_pictures(stages, workspace), account_problem, subject_of(stages)));
   return stages;
 }
 

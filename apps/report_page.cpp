@@ -219,7 +219,7 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
   std::string facts = row("state", state_name(status.state));
   facts += row("consent", to_string(manifest.consent));
   facts += row("finished", manifest.finished);
-  facts += row("work", duration_text(manifest.work_seconds));
+  facts += row("work, all threads and frames added", duration_text(manifest.work_seconds));
   facts += row("peak memory", bytes_text(static_cast<double>(manifest.peak_memory_bytes)));
   if (!manifest.device.empty()) {
     facts += row("device", manifest.device);
@@ -305,6 +305,14 @@ std::string figures_section(const ReportFigures& figures) {
                        in_table(others));
 }
 
+/// How long a stage took; "then" where that was in an earlier run. "" where it is not known.
+std::string took(const RunStageAccount& one) {
+  return one.end == "done" ? duration_text(one.seconds)
+         : (one.end == "done already" || one.end == "not asked for") && one.seconds > 0
+             ? duration_text(one.seconds) + " then"
+             : "";
+}
+
 /// What the last run of the chain came to, stage by stage.
 std::string run_section(const RunAccount& run) {
   std::string rows;
@@ -314,13 +322,12 @@ std::string run_section(const RunAccount& run) {
     const std::string why = one.why.empty() || of == one.stage ? one.why : "as " + of;
     rows += "<tr><th><a href=\"#" + html_text(one.stage) + "\">" + html_text(one.stage) +
             "</a></th><td" + " class=\"" + (one.end == "failed" ? "state error" : "state") + "\">" +
-            html_text(one.end) + "</td><td class=\"number\">" +
-            (one.end == "done" ? html_text(duration_text(one.seconds)) : "") +
+            html_text(one.end) + "</td><td class=\"number\">" + html_text(took(one)) +
             "</td><td class=\"quiet\">" + html_text(why) + "</td></tr>\n";
   }
   return "<h2 id=\"run\">The run</h2>\n<p>" + html_text(run.started) + ", " +
-         html_text(duration_text(run.seconds)) + ", of <code>" + html_text(run.capture) +
-         "</code></p>\n" + in_table(rows) + kNotYet;
+         html_text(duration_text(run.seconds)) + " before this report, of <code>" +
+         html_text(run.capture) + "</code></p>\n" + in_table(rows) + kNotYet;
 }
 
 }  // namespace
@@ -380,8 +387,9 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
                         const ReportOptions& options, const ReportFigures& figures,
                         const std::optional<RunAccount>& run,
                         const std::map<std::string, std::string>& drawn,
-                        const std::string& run_problem) {
-  const std::string title = "Atelier: " + workspace.filename().string();
+                        const std::string& run_problem, const std::string& subject) {
+  const std::string title =
+      "Atelier: " + workspace.filename().string() + (subject.empty() ? "" : ", " + subject);
   std::vector<Attention> attention;
   if (!run_problem.empty()) {
     attend(attention, {false, {"run"}, "", run_problem});

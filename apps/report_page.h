@@ -49,14 +49,15 @@ struct ReportFigures {
 /// came to. Every text that came from a file is escaped; the page runs no script and loads nothing.
 ///
 /// `drawn` is HTML for the sections of some stages, by their names (stage_pictures); `run_problem`
-/// says why there is no `run` where there should be one, first among what asks for attention.
+/// says why there is no `run` where there should be one, first among what asks for attention;
+/// `subject`, who was captured, stands in the title.
 /// Pictures and videos of sound results are shown as far as the options allow, the others only
 /// named. Throws EnvironmentError or DataError if a picture cannot be read.
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
                         const ReportOptions& options = {}, const ReportFigures& figures = {},
                         const std::optional<RunAccount>& run = std::nullopt,
                         const std::map<std::string, std::string>& drawn = {},
-                        const std::string& run_problem = "");
+                        const std::string& run_problem = "", const std::string& subject = "");
 
 /// The text as HTML shows it literally, in content and in quoted attributes.
 std::string html_text(std::string_view text);

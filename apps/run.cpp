@@ -13,6 +13,7 @@
 #include "apps/failure.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
+#include "apps/option_rules.h"
 #include "apps/report_file.h"
 #include "apps/report_folder.h"
 #include "apps/run_options.h"
@@ -24,6 +25,9 @@
 #include "core/printable.h"
 #include "core/store/result.h"
 #include "core/store/workspace_folder.h"
+#ifdef ATELIER_HAS_SIMULATION
+#include "simulation/fabric.h"
+#endif
 
 namespace atelier {
 namespace {
@@ -56,11 +60,13 @@ fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& sta
 
 /// @param page   the report; "" if it could not be written
 /// @param video  "" if there is none
-void show_end(const RunArguments& arguments, const RunAccount& account, const fs::path& page,
+void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::path& page,
               const fs::path& video) {
+  const RunAccount& account = chain.account();
+  const double seconds = chain.seconds();  // with the report
   if (arguments.json) {
     nlohmann::json json = {{"event", "run_end"},
-                           {"seconds", account.seconds},
+                           {"seconds", seconds},
                            {"report", page.string()},
                            {"video", video.string()}};
     json["stages"] = nlohmann::json::array();
@@ -74,7 +80,7 @@ void show_end(const RunArguments& arguments, const RunAccount& account, const fs
     show_event(json);
     return;
   }
-  std::cout << "run: " << duration_text(account.seconds) << "\n";
+  std::cout << "run: " << duration_text(seconds) << "\n";
   for (const RunStageAccount& one : account.stages) {
     if (!one.why.empty()) {
       std::cout << "  " << one.stage << " "
@@ -94,6 +100,11 @@ void show_end(const RunArguments& arguments, const RunAccount& account, const fs
 
 /// One fabric for every stage that takes one; `material` then has nothing to search.
 void set_material(OptionSet& options, const std::string& fabric) {
+#ifdef ATELIER_HAS_SIMULATION
+  if (const std::string problem = one_of(fabric_names())(fabric); !problem.empty()) {
+    throw UsageError("--material: " + problem);  // "fitted" is what `material` does without it
+  }
+#endif
   for (const char* stage : {"material", "simulate"}) {
     const std::string name = std::string(stage) + ".material.name";
     const bool there = std::any_of(options.table.fields.begin(), options.table.fields.end(),
@@ -103,6 +114,9 @@ void set_material(OptionSet& options, const std::string& fabric) {
     if (!problem.empty()) {
       throw UsageError("--material: " + problem);
     }
+  }
+  if (const std::vector<std::string> problems = broken_rules(options.table); !problems.empty()) {
+    throw UsageError(problems);
   }
 }
 
@@ -136,7 +150,7 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
     standard_error() << "atelier: report: " << printable(failure_of(error).text) << std::endl;
     page.clear();
   }
-  show_end(arguments, chain.account(), page, video);
+  show_end(arguments, chain, page, video);
   return chain.exit_code();
 }
 
@@ -164,8 +178,7 @@ int run(RunArguments arguments, OptionSet options) {
   ChainRun chain(arguments, options);
   chain.announce();
   if (arguments.dry_run) {
-    chain.plan();
-    return kExitDone;
+    return chain.plan();
   }
   chain.work();
   // The report asks no one whether it is to stop, and `atelier report` makes it again.

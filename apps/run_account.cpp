@@ -74,6 +74,19 @@ RunAccount parse_run_account(std::string_view text, const std::string& file) {
   return account;
 }
 
+void keep_times(const RunAccount& earlier, RunAccount& account) {
+  for (RunStageAccount& one : account.stages) {
+    if (one.end != "done already" && one.end != "not asked for") {
+      continue;
+    }
+    const auto same = std::find_if(earlier.stages.begin(), earlier.stages.end(),
+                                   [&](const auto& other) { return other.stage == one.stage; });
+    const bool made =
+        same != earlier.stages.end() && same->end != "failed" && same->end != "skipped";
+    one.seconds = made ? same->seconds : 0;
+  }
+}
+
 void write_run_account(const std::filesystem::path& workspace, const RunAccount& account) {
   const FileLock lock = lock_report_folder(workspace);
   write_file_atomically(account_file(workspace), run_account_text(account));

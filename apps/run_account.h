@@ -14,16 +14,21 @@ struct RunStageAccount {
   std::string end;      ///< "done", "done already", "skipped", "failed" or "not asked for"
   std::string why;      ///< of what was skipped or failed, one sentence
   double expected = 0;  ///< s
-  double seconds = 0;   ///< s that it took in this run
+  /// s that it took in this run; of what was done already, in the run that made it (0: not known)
+  double seconds = 0;
 };
 
 /// The account that a run leaves in its workspace, report/run.json, for the report.
 struct RunAccount {
   std::string capture;
   std::string started;  ///< "2026-11-21T10:40:00Z"
-  double seconds = 0;
+  double seconds = 0;   ///< of its stages; the report, in which they stand, comes behind them
   std::vector<RunStageAccount> stages;
 };
+
+/// Takes over from the account of an earlier run how long those stages took then that were done
+/// already or not asked for in this one.
+void keep_times(const RunAccount& earlier, RunAccount& account);
 
 /// The text of run.json (schema "atelier.run", version 1), and back. Throws DataError for a text
 /// that is none: other fields or ends than these, seconds below 0.

@@ -19,14 +19,13 @@
 #include "core/store/commit.h"
 #include "core/store/consent_file.h"
 #include "core/store/input_digest.h"
+#include "core/store/made_of.h"
 #include "core/store/result.h"
 
 namespace atelier {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kMadeOf = "made_of.txt";
 
 fs::path result_of(const fs::path& workspace, const std::string& stage) {
   const auto name = current_name(workspace / stage);
@@ -64,7 +63,7 @@ MadeOf made_of(const std::vector<fs::path>& results) {
 std::string contents_of(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (!entry.is_directory() && entry.path() != folder / kMadeOf) {
+    if (!entry.is_directory() && entry.path() != folder / kMadeOfFile) {
       files.push_back(entry.path());
     }
   }
@@ -80,7 +79,7 @@ std::string contents_of(const fs::path& folder) {
 /// Whether the folder is what was made of these results, byte for byte: nobody else looks whether
 /// it is damaged, since it is the INPUT of the stage that reads it.
 bool is_current(const fs::path& folder, const MadeOf& from) {
-  const fs::path note = folder / kMadeOf;
+  const fs::path note = folder / kMadeOfFile;
   return fs::exists(note) &&
          read_file_text(note, Limits{}.text_file_bytes) == from.text + contents_of(folder);
 }
@@ -99,7 +98,7 @@ fs::path renewed(const fs::path& workspace, const std::string& name, const MadeO
   if (!from.consent.empty()) {
     write_file_atomically(fresh / kConsentFile, consent_toml(from.consent));
   }
-  write_file_atomically(fresh / kMadeOf, from.text + contents_of(fresh));
+  write_file_atomically(fresh / kMadeOfFile, from.text + contents_of(fresh));
   sync_directory(fresh);
   remove_folder(folder);
   fs::rename(fresh, folder);

@@ -19,6 +19,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr const char* kFrames = "frames";  // StageProgress's own unit
+
 std::string format(const char* pattern, double value) {
   char text[64];
   std::snprintf(text, sizeof text, pattern, value);
@@ -122,6 +124,9 @@ void StageConsole::say(const std::string& line) {
 }
 
 void StageConsole::show_progress(const StageProgress& progress) {
+  if (first_frames_ < 0 && progress.unit == kFrames) {
+    first_frames_ = progress.done;
+  }
   const double since = std::chrono::duration<double>(Clock::now() - last_shown_).count();
   const bool last = progress.done >= progress.total;
   const double interval = terminal_ ? 0.1 : json_ ? 0.5 : 5.0;
@@ -153,7 +158,9 @@ void StageConsole::show_progress(const StageProgress& progress) {
   };
   std::string line = std::string(stage_.name) + "  " + amount(progress.done) + "/" +
                      amount(progress.total) + " " + (bytes ? "digested" : progress.unit);
-  if (progress.per_second > 0) {
+  // The first frame may do the work of those behind it: `register` goes through all of a window.
+  const bool alone = progress.unit == kFrames && progress.done <= first_frames_;
+  if (progress.per_second > 0 && !alone) {
     const std::string per_second =
         bytes ? bytes_text(progress.per_second)
               : format(progress.per_second < 100 ? "%.3g" : "%.0f", progress.per_second);

@@ -37,7 +37,8 @@ class StageConsole {
   bool json_;
   bool terminal_;
   bool line_shown_ = false;
-  double rest_ = -1;  ///< s; below 0: not known
+  double rest_ = -1;                ///< s; below 0: not known
+  std::int64_t first_frames_ = -1;  ///< done when they were first told of
   std::chrono::steady_clock::time_point last_shown_{};
 };
 

@@ -266,6 +266,7 @@ void require_startable([[maybe_unused]] const Stage& stage, const StageRequest& 
     defined(ATELIER_HAS_REGISTRATION)
   if (stage.name == "template") {
     require_named(options_of<TemplateStageOptions>(request.options));
+    require_template_frame(options_of<TemplateStageOptions>(request.options), request.input);
   }
 #endif
 #ifdef ATELIER_HAS_REGISTRATION

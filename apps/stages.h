@@ -12,8 +12,8 @@ namespace atelier {
 std::span<const Stage> all_stages();
 
 /// Refuses at once, in the stage's own words, what it would refuse once it has its inputs: files
-/// and cameras that options name and that are not there, a device that does not answer. Quick, and
-/// not all that it may find wrong. Throws DataError, EnvironmentError.
+/// cameras and frames that options name and that are not there, a device that does not answer.
+/// Quick, and not all that it may find wrong. Throws DataError, EnvironmentError.
 void require_startable(const Stage& stage, const StageRequest& request);
 
 struct StandAlone;

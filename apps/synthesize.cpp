@@ -8,6 +8,7 @@
 
 #include "apps/arguments.h"
 #include "apps/command.h"
+#include "apps/dressing.h"
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
@@ -56,11 +57,19 @@ void write_other_layout(const std::filesystem::path& capture, const std::string&
   }
 }
 
-int run(const std::string& folder, const SynthesisOptions& options, const std::string& layout) {
+int run(const std::string& folder, const SynthesisOptions& options, const std::string& layout,
+        bool dry_run) {
   if (folder.empty()) {
     throw UsageError("synthesize takes a folder for the capture: atelier synthesize OUT");
   }
   const std::string out = workspace_place(folder).string();
+  if (dry_run) {
+    if (options.body_sequence.empty()) {
+      outfit_garments(options.outfit.garment);  // throws for a name that is none
+    }
+    std::cout << printable(out) << ": nothing is wrong with the options\n";
+    return kExitDone;
+  }
   catch_interrupts();
   const auto begin = std::chrono::steady_clock::now();
   const auto say = [&](const std::string& line) {
@@ -90,6 +99,7 @@ Action add_synthesize(CLI::App& parser) {
   auto out = std::make_shared<std::string>();
   auto layout = std::make_shared<std::string>();
   auto preset = std::make_shared<std::string>("tiny");
+  auto dry_run = std::make_shared<bool>(false);
   add_option(parser, "OUT", *out, "Folder of the capture; made if it is missing").required();
   add_option(parser, "--preset", *preset, "Size of the capture [tiny]")
       .check(one_of(synthesis_presets()))
@@ -98,8 +108,11 @@ Action add_synthesize(CLI::App& parser) {
              "Another layout as well, in OUT/LAYOUT; convert-capture lists them")
       .check(one_of(layout_names()))
       .type_name("LAYOUT");
+  add_flag(parser, "--dry-run", *dry_run, "Only say whether the options go together");
   const OptionReader options = add_option_flags(parser, synthesize_options());
-  return [out, preset, layout, options] { return run(*out, chosen(*preset, options()), *layout); };
+  return [out, preset, layout, dry_run, options] {
+    return run(*out, chosen(*preset, options()), *layout, *dry_run);
+  };
 }
 
 }  // namespace atelier

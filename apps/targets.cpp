@@ -17,9 +17,11 @@ using enum Measure::Side;
 
 constexpr const char* kNoTruth = "no frame has both a result and a truth";
 constexpr const char* kNotDynamic =
-    "no true clothing swings, so that there is nothing to leave out";
+    "a tenth of the body's vertices or less lie under true clothing that swings "
+    "(track.dynamic_share), so that there is little to leave out";
 constexpr const char* kNoLabel =
-    "no true clothing swings, or no true garment has a label of --input.excluded";
+    "a tenth of the body's vertices or less lie under true clothing that swings "
+    "(track.dynamic_share), or no true garment has a label of --input.excluded";
 constexpr const char* kNoSeams = "no true garment has seams";
 constexpr const char* kHeldOut = "the capture holds out no cameras or no frames";
 

@@ -330,6 +330,7 @@ void require_named(const TemplateStageOptions& options) {
 void run_template(StageRun& run) {
   const auto& options = run.options<TemplateStageOptions>();
   require_named(options);  // refused now rather than behind a look at every scan
+  require_template_frame(options, run.input("capture"));
   Source source;
   source.scans = run.input("scans") / "scans";
   source.bodies = open_sequence(run.input("bodies"));

@@ -4,6 +4,7 @@
     defined(ATELIER_HAS_REGISTRATION)
 
 #include <array>
+#include <filesystem>
 #include <string>
 
 #include "core/io/polygon_mesh.h"
@@ -38,6 +39,11 @@ void require_named(const TemplateStageOptions& options);
 /// "atelier.garment") and garments/<label>.obj; template.json: of each the frame in whose pose it
 /// is, and the vertices that hang free; template.png.
 void run_template(StageRun& run);
+
+/// Refuses a frame that the capture does not have, naming those that it has: at once, not behind
+/// the bodies of all frames. Throws DataError.
+void require_template_frame(const TemplateStageOptions& options,
+                            const std::filesystem::path& capture);
 
 }  // namespace atelier
 

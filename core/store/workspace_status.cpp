@@ -7,6 +7,7 @@
 #include "core/store/file_lock.h"
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
+#include "core/store/made_of.h"
 #include "core/store/stage_plan.h"
 
 namespace atelier {
@@ -59,9 +60,15 @@ void judge_outside_input(StageStatus& status, const Stage& stage, const Manifest
   }
 }
 
+const StageStatus* status_of(const std::vector<StageStatus>& all, const std::string& stage) {
+  const auto found = std::find_if(all.begin(), all.end(),
+                                  [&](const StageStatus& one) { return one.stage == stage; });
+  return found == all.end() ? nullptr : &*found;
+}
+
 /// What has changed under a sound result.
 void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageStatus>& earlier,
-               Check check) {
+               const std::filesystem::path& workspace, Check check) {
   if (status.state != StageStatus::State::Done) {
     return;
   }
@@ -74,24 +81,40 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
       status.reasons.push_back(std::move(reason));
     }
   };
+  const auto follow = [&](const StageStatus& maker) {
+    if (maker.state == StageStatus::State::Outdated) {
+      status.inputs_changed = status.inputs_changed || maker.inputs_changed;
+      outdated_by("'" + maker.stage + "' before it is outdated");
+    }
+  };
   for (const ManifestInput& input : status.manifest->inputs) {
     if (input.stage.empty()) {
       judge_outside_input(status, stage, input, check);
+      for (const ResultName& made_of : results_behind(workspace, input.path)) {
+        const StageStatus* maker = status_of(earlier, made_of.stage);
+        if (maker == nullptr) {
+          continue;
+        }
+        if (!maker->manifest || folder_name(maker->manifest->key) != made_of.key16) {
+          status.inputs_changed = true;
+          outdated_by("its input " + input.kind + " is made of a result of '" + made_of.stage +
+                      "' that is no longer the current one");
+        } else {
+          follow(*maker);
+        }
+      }
       continue;
     }
-    const auto maker = std::find_if(earlier.begin(), earlier.end(), [&](const StageStatus& other) {
-      return other.stage == input.stage;
-    });
-    if (maker == earlier.end()) {
+    const StageStatus* maker = status_of(earlier, input.stage);
+    if (maker == nullptr) {
       continue;
     }
     if (!maker->manifest || outputs_digest(*maker->manifest) != input.digest) {
       status.inputs_changed = true;
       status.reasons.push_back("its input " + input.kind + " of '" + input.stage +
                                "' has changed since");
-    } else if (maker->state == StageStatus::State::Outdated) {
-      status.inputs_changed = status.inputs_changed || maker->inputs_changed;
-      outdated_by("'" + input.stage + "' before it is outdated");
+    } else {
+      follow(*maker);
     }
   }
   for (const std::string_view kind : stage.optional_inputs) {
@@ -166,7 +189,7 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
         if (status.state != StageStatus::State::Done) {  // they may be the last sound ones
           status.older_kept = status.older_results;
         }
-        judge_age(status, stage, all, check);
+        judge_age(status, stage, all, workspace, check);
       } else if (const std::optional<Finding> problem = current_folder_finding(folder)) {
         status.state = StageStatus::State::Damaged;
         status.findings.push_back(*problem);

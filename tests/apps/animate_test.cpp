@@ -307,6 +307,12 @@ TEST_F(Animate, MotionsThatAreNoneAreRefused) {
   write_dressed_workspace(capture(), workspace());
   expect_refused(animate({"--motion", (root_ / "none.bvh").string()}), "no such file");
   expect_refused(animate({"--motion", (root_ / "none.bvh").string(), "--dry-run"}), "no such file");
+  std::filesystem::create_directory(root_ / "motions");
+  std::ofstream(root_ / "motions" / "walk.bvh") << "HIERARCHY";
+  expect_refused(animate({"--motion", (root_ / "motions").string(), "--dry-run"}), "a folder");
+  expect_refused(animate({"--material", "denim"}), "did you mean '--material.name'?", 2);
+  expect_refused(stage("material", {"--material.name", "denim", "--search.coarse", "4"}),
+                 "search.coarse does nothing with material.name denim", 2);
   expect_refused(animate({"--motion", "twits"}), "did you mean 'twist'?");
   MotionClip stranger = person_clip();
   for (std::size_t j = 0; j < stranger.skeleton.names.size(); ++j) {

@@ -49,6 +49,17 @@ TEST_F(Inspect, SaysWhatAFileIs) {
   EXPECT_EQ(json["highest"], nlohmann::json({1.0, 1.0, 1.0}));
 }
 
+TEST_F(Inspect, AMeshWhoseFacesAreMissingIsPossiblyCutOff) {
+  const std::filesystem::path file = root_ / "torn.obj";
+  std::ofstream(file) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 2 2 0\nv 3 1 0\nf 1 2 3\n";
+  const ChildResult torn = run({"inspect", file.string()});
+  EXPECT_THAT(torn.out, HasSubstr("4 of 7 vertices are in no face: the file is possibly cut off"));
+  std::ofstream(file, std::ios::app) << "f 2 4 3\n";
+  EXPECT_THAT(run({"inspect", file.string()}).out, Not(HasSubstr("cut off")));
+  std::ofstream(file) << "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  EXPECT_THAT(run({"inspect", file.string()}).out, HasSubstr("3 of 3 vertices are in no face"));
+}
+
 TEST_F(Inspect, ShowsTensorsAndNoControlCharacters) {
   const std::vector<float> values = {1, -2.5f, 3, std::nanf("")};
   Safetensors content;

@@ -29,6 +29,7 @@ namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -204,7 +205,18 @@ TEST_F(Person, ResultsOfAnotherCaptureAreRefused) {
   ASSERT_EQ(run_child({program_path(), "body", other.string(), workspace_.string(), "--dry-run"})
                 .exit_code,
             0);
+  const auto judged = [&](const char* command) {
+    return run_child({program_path(), command, workspace_.string(), "--truth", other.string()});
+  };
+  EXPECT_EQ(judged("evaluate").exit_code, 0);
   fs::remove(other / "images" / "00" / "000000.png");
+  for (const char* command : {"evaluate", "report"}) {
+    const ChildResult refused = judged(command);
+    EXPECT_EQ(refused.exit_code, 3);
+    EXPECT_THAT(refused.err, AllOf(HasSubstr("another capture than the one that the result of"),
+                                   HasSubstr("--truth " + fs::canonical(capture()).string())));
+    EXPECT_THAT(refused.out, ::testing::IsEmpty());
+  }
   for (const char* stage : {"personalize", "track", "body"}) {
     const ChildResult refused =
         run_child({program_path(), stage, other.string(), workspace_.string(), "--force"});

@@ -171,6 +171,8 @@ TEST_F(Program, CompletionCompletes) {
   const std::string help = run({"--help"}).out;
   for (const auto& [words, at, answer] :
        {std::tuple{"atelier simulate --body fem", 3, "female\n"},
+        {"atelier animate --camera ''", 3, "front side back three-quarter orbit\n"},
+        {"atelier synthesize --garment tee+t", 3, "tee+trousers\n"},
         {"atelier simulate --device ''", 3, "cpu cuda\n"},
         {"atelier simulate --device = cu", 4, "cuda\n"},
         {"atelier drape --body ma", 3, "male\n"},

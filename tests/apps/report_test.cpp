@@ -203,7 +203,8 @@ TEST(ReportPage, WhatFailedOrWasSkippedStandsFirst) {
                            {{"track", "failed", "a <b>reason</b>", 1, 2},
                             {"body", "skipped", "it reads track", 0, 0},
                             {"validate", "done", "", 0, 0}}};
-  const std::string page = report_page({}, "w", {}, {}, account);
+  const std::string page = report_page({}, "w", {}, {}, account, {}, "", "<i>somebody</i>");
+  EXPECT_THAT(page, HasSubstr("<h1>Atelier: w, &lt;i&gt;somebody"));
   EXPECT_LT(page.find("a &lt;b&gt;reason"), page.find("The run"));
   EXPECT_THAT(page, AllOf(HasSubstr("<b>body</b> was skipped"), Not(HasSubstr("<b>validate</b>")),
                           Not(HasSubstr("<c>"))));

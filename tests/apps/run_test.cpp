@@ -83,6 +83,28 @@ TEST_F(Run, ADryRunSaysWhatWouldBeDoneAndChangesNothing) {
   EXPECT_FALSE(fs::exists(workspace_));
 }
 
+TEST_F(Run, ADryRunSaysThatADamagedResultWouldBeMadeAnew) {
+  ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
+  std::ofstream(workspace_ / "reconstruct/current" / manifest("reconstruct").outputs.front().path,
+                std::ios::app)
+      << "x";
+  const ChildResult result = run({"--to", "personalize", "--dry-run"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("reconstruct  would run: the result is damaged"),
+                                HasSubstr("personalize  would run: after reconstruct")));
+  // Where nothing mends it, it is refused as the run refuses it.
+  expect_refusal(run({"--from", "personalize", "--to", "personalize", "--dry-run"}), 3,
+                 "run 'atelier reconstruct' first");
+}
+
+TEST_F(Run, ADryRunSaysWhatCannotRunSinceFromLeavesItOut) {
+  const ChildResult result = run({"--from", "track", "--dry-run"});
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_THAT(result.out,
+              HasSubstr("track        cannot run: no result of reconstruct, which --from track "
+                        "leaves out"));
+}
+
 /// What the first event says of the time that all takes.
 double announced_seconds(const ChildResult& result) {
   return nlohmann::json::parse(result.out.substr(0, result.out.find('\n')))["expected_seconds"];
@@ -234,6 +256,14 @@ TEST(DemoRanges, TheDocumentHasThemAll) {
   EXPECT_GT(rows, 10);
 }
 
+TEST(DemoRanges, WhatIsAbsentIsNotSaidToBeNone) {
+  for (const Target& target : all_targets()) {
+    if (target.key == "track.legs_ratio" || target.key == "track.auto_ratio") {
+      EXPECT_THAT(std::string(target.absent), HasSubstr("track.dynamic_share"));
+    }
+  }
+}
+
 TEST(DemoRanges, JudgeOnDemoAloneAndSayWhyWhatIsAbsent) {
   const TemporaryDirectory root;
   const std::vector<Measure> measures = {
@@ -323,6 +353,34 @@ TEST_F(Run, EventsForMachinesEndWithTheAccount) {
   EXPECT_TRUE(fs::exists(last["report"].get<std::string>()));
 }
 
+TEST_F(Run, KeepsTheTimesOfStagesThatWereDoneAlreadyAndCountsTheReport) {
+  ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
+  const double first = read_run_account(workspace_).value().stages[1].seconds;
+  EXPECT_GT(first, 0);
+  const ChildResult again = run({"--from", "reconstruct", "--to", "reconstruct", "--json"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const RunAccount account = read_run_account(workspace_).value();
+  ASSERT_EQ(account.stages[1].stage, "reconstruct");
+  EXPECT_EQ(account.stages[1].end, "done already");
+  EXPECT_EQ(account.stages[1].seconds, first);
+  EXPECT_THAT(read_file_text(workspace_ / "report/index.html", 1 << 26), HasSubstr(" s then</td>"));
+  const std::size_t last = again.out.rfind('\n', again.out.size() - 2);
+  const auto end = nlohmann::json::parse(again.out.substr(last + 1));
+  EXPECT_GT(end["seconds"].get<double>(), account.seconds);
+  // Asked for or not, it is not forgotten.
+  run({"--to", "validate"});
+  EXPECT_EQ(read_run_account(workspace_).value().stages[1].seconds, first);
+}
+
+TEST(RunAccount, KeepsNoTimeOfAStageThatFailedBefore) {
+  const RunAccount earlier{"", "", 1, {{"track", "failed", "a reason", 1, 7}}};
+  RunAccount account{
+      "", "", 1, {{"track", "done already", "", 1, 0.1}, {"body", "done", "", 1, 3}}};
+  keep_times(earlier, account);
+  EXPECT_EQ(account.stages[0].seconds, 0);
+  EXPECT_EQ(account.stages[1].seconds, 3);
+}
+
 TEST_F(Run, ErrorsOfTheCaptureAreSaidAndRememberedByTheExitCode) {
   const SmallCapture small;
   fs::resize_file(capture_ / "images" / small.cameras[1].id / "000003.png", 20);
@@ -378,6 +436,23 @@ TEST_F(Run, ConsentGoesAlongIntoWhatIsMadeOfResults) {
   EXPECT_EQ(made.consent.front().who, "P. Doe");
   EXPECT_GE(made.metrics.at("panels"), 1);
   EXPECT_TRUE(fs::exists(workspace_ / "flatten/current/upper/pattern.svg"));
+}
+
+TEST_F(Run, StatusFollowsWhatWasMadeOfResultsBackToThem) {
+  write_small_capture(capture_, SmallCapture());
+  make_template(workspace_);
+  ASSERT_EQ(run({"--from", "flatten", "--to", "flatten"}).exit_code, 0);
+  const auto status = [&] {
+    const std::string all = run_child({program_path(), "status", workspace_.string()}).out;
+    return all.substr(all.find("\nflatten"));
+  };
+  EXPECT_THAT(status(), AllOf(HasSubstr("outdated"), HasSubstr("'template' before it is outdated")))
+      << "a version of the stage that is no more";
+  fs::remove(workspace_ / "template" / "current");
+  EXPECT_THAT(status(), HasSubstr("its input surface is made of a result of 'template' that is no "
+                                  "longer the current one"));
+  std::ofstream(workspace_ / "surfaces" / "made_of.txt") << "2\n../template 0123\n";
+  EXPECT_THAT(status(), AllOf(HasSubstr("input surface changed"), Not(HasSubstr("is made of"))));
 }
 
 TEST_F(Run, DamagedInputsThatItMadeOfResultsAreMadeAnew) {
@@ -449,6 +524,17 @@ TEST_F(Run, RefusesWhatTheLastStageWouldRefuseBeforeTheFirst) {
   EXPECT_FALSE(fs::exists(workspace_));
 }
 
+TEST_F(Run, RefusesATemplateFrameThatTheCaptureDoesNotHaveAndNamesThem) {
+  write_small_capture(capture_, SmallCapture());  // with labels: there are clothes
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--template.frame", "99", "--dry-run"},
+        std::vector<std::string>{"--template.frame", "99"}}) {
+    expect_refusal(run(more), 3, "expected one of the capture's frames, 3 to 4; or -1");
+  }
+  EXPECT_FALSE(fs::exists(workspace_));
+  EXPECT_EQ(run({"--template.frame", "3", "--dry-run"}).exit_code, 0);
+}
+
 TEST_F(Run, ItsHelpSaysWhereTheOptionsOfStagesAre) {
   EXPECT_THAT(run_child({program_path(), "run", "--help"}).out,
               AllOf(HasSubstr("--STAGE.section.field VALUE"), HasSubstr("--capture.field VALUE"),
@@ -501,6 +587,13 @@ TEST_F(Run, RefusesOptionsAndStagesThatThereAreNot) {
   expect_refusal(run({"--from", "track", "--to", "reconstruct"}), 2, "lies before");
   expect_refusal(run({"--jobs", "-1"}), 2, "whole number");
   expect_refusal(run({"--material", "demin"}), 2, "custom, silk");
+  EXPECT_THAT(run({"--material", "denimm"}).err,
+              AllOf(HasSubstr("did you mean 'denim'"), Not(HasSubstr("fitted"))));
+  expect_refusal(run({"--material.name", "denim"}), 2, "did you mean '--material'?");
+  expect_refusal(run({"--material", "denim", "--material.search.coarse", "4"}), 2,
+                 "material.search.coarse does nothing with material.material.name denim");
+  expect_refusal(run({"--material.material.name", "denim", "--material.frames", "4"}), 2,
+                 "--material.name fitted");
   EXPECT_FALSE(fs::exists(workspace_));
 }
 

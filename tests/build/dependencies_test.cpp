@@ -1,4 +1,5 @@
 // The table of dependencies names every shared library that the program needs.
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -110,6 +111,65 @@ TEST(Dependencies, StemsHaveNoVersions) {
   EXPECT_EQ(stem_of("libglib-2.0.so.0"), "libglib");
   EXPECT_EQ(stem_of("libOpenEXR-3_1.so.30"), "libOpenEXR");
   EXPECT_EQ(stem_of("libavcodec.so.59"), "libavcodec");
+}
+
+/// The names between the brackets of the script's lists.
+std::set<std::string> packages_of_setup() {
+  std::ifstream script(fixtures::source_directory() / "scripts/setup");
+  std::set<std::string> packages;
+  bool inside = false;
+  for (std::string line; std::getline(script, line);) {
+    line = line.substr(0, line.find('#'));
+    const std::size_t open = line.find("=(");
+    const bool list =
+        open != std::string::npos &&
+        (line.starts_with("build=") || line.starts_with("checks=") || line.starts_with("judges="));
+    if (!inside && !list) {
+      continue;
+    }
+    std::istringstream words(list ? line.substr(open + 2) : line);
+    inside = true;
+    for (std::string word; words >> word;) {
+      inside = inside && !word.ends_with(")");
+      const std::string name = word.substr(0, word.find(')'));
+      if (!name.empty()) {
+        packages.insert(name);
+      }
+    }
+  }
+  return packages;
+}
+
+/// The words of the column "of Debian".
+std::set<std::string> listed_packages() {
+  std::ifstream document(fixtures::source_directory() / "docs/dependencies.md");
+  std::set<std::string> listed;
+  bool table = false;
+  for (std::string line; std::getline(document, line);) {
+    if (line.starts_with("| package |")) {
+      table = line.starts_with("| package | of Debian |");
+    }
+    if (!table || !line.starts_with("| ")) {
+      continue;
+    }
+    const std::size_t begin = line.find('|', 1) + 1;
+    std::string cell = line.substr(begin, line.find('|', begin) - begin);
+    std::replace(cell.begin(), cell.end(), ',', ' ');
+    std::istringstream words(cell);
+    for (std::string word; words >> word;) {
+      listed.insert(word);
+    }
+  }
+  return listed;
+}
+
+TEST(Dependencies, EveryPackageThatSetupInstallsIsInTheTables) {
+  const std::set<std::string> packages = packages_of_setup();
+  EXPECT_GT(packages.size(), 40U);
+  const std::set<std::string> listed = listed_packages();
+  for (const std::string& package : packages) {
+    EXPECT_THAT(listed, Contains(package));
+  }
 }
 
 // Each of these brings a hundred others (docs/decisions/0009-heavy-libraries-late.md).

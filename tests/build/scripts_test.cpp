@@ -1,9 +1,16 @@
-// What the scripts say of arguments that they cannot use.
+// What the scripts say of arguments, and how the demo goes on.
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
+#include "tests/support/read_text.h"
+#include "tests/support/temporary_directory.h"
 
 namespace atelier::fixtures {
 namespace {
@@ -20,6 +27,122 @@ TEST(ScriptsRefused, AnOptionWithoutItsValue) {
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_THAT(result.err, ::testing::StartsWith("usage: scripts/" + name + " ["));
   }
+}
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+ChildResult run_script(const std::string& name, std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), (source_directory() / "scripts" / name).string());
+  return run_child(arguments);
+}
+
+TEST(Scripts, AllSayWhatTheyAreFor) {
+  for (const auto& entry : fs::directory_iterator(source_directory() / "scripts")) {
+    if (!entry.is_regular_file()) {
+      continue;
+    }
+    SCOPED_TRACE(entry.path().string());
+    for (const char* flag : {"--help", "-h"}) {
+      const ChildResult result = run_script(entry.path().filename().string(), {flag});
+      EXPECT_EQ(result.exit_code, 0) << result.err;
+      EXPECT_THAT(result.out, HasSubstr("scripts/" + entry.path().filename().string()));
+    }
+  }
+}
+
+TEST(ScriptsRefused, ArgumentsThatAreNone) {
+  EXPECT_EQ(run_script("gpu", {"--foo"}).exit_code, 2);
+  EXPECT_EQ(run_script("gpu-appearance", {}).exit_code, 2);
+  EXPECT_EQ(run_script("gpu-appearance", {"--data"}).exit_code, 2);
+  EXPECT_EQ(run_script("gpu-appearance", {"nothing.h5"}).exit_code, 3);
+}
+
+TEST(ScriptsRefused, NoResultsOfTestsAreNoSuccess) {
+  const TemporaryDirectory folder;
+  for (const fs::path& place : {folder.path(), folder / "missing"}) {
+    const ChildResult result = run_script("count-tests", {place.string()});
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.err, HasSubstr("no results of tests"));
+  }
+}
+
+/// `scripts/demo` in a tree where nothing is set up or built, and the program notes what it is told
+/// and refuses what is wrong.
+class Demo : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::create_directories(tree_ / "scripts");
+    fs::create_directories(tree_ / "build/dev/bin");
+    fs::create_directories(tree_ / "tools");
+    fs::create_directories(caller_);
+    fs::copy(source_directory() / "scripts/demo", tree_ / "scripts/demo");
+    script("scripts/setup", "exit 0");
+    script("tools/cmake", "exit 0");
+    script("build/dev/bin/atelier",
+           "echo \"$*\" >>'" + (root_ / "told").string() +
+               "'\n"
+               "case \" $* \" in\n"
+               "  *\" --dry-run \"*) [[ $* != *wrong* ]] || { echo wrong >&2; exit 2; } ;;\n"
+               "  *\" late \"*) exit 3 ;;\n"
+               "  \" synthesize \"*) mkdir -p \"$2\" ;;\n"
+               "  \" run \"*) mkdir -p \"$3/report\" ;;\n"
+               "esac");
+  }
+  void script(const fs::path& name, const std::string& text) const {
+    std::ofstream(tree_ / name) << "#!/usr/bin/env bash\n" << text << "\n";
+    fs::permissions(tree_ / name, fs::perms::owner_all);
+  }
+  /// From another folder than the tree.
+  ChildResult demo(const std::string& arguments) const {
+    return run_child({"bash", "-c",
+                      "cd '" + caller_.string() + "' && PATH='" + (tree_ / "tools").string() +
+                          "':$PATH '" + (tree_ / "scripts/demo").string() + "' " + arguments});
+  }
+  std::string told() const { return fs::exists(root_ / "told") ? read_text(root_ / "told") : ""; }
+
+  TemporaryDirectory root_;
+  fs::path tree_ = root_ / "tree";
+  fs::path caller_ = root_ / "caller";
+};
+
+TEST_F(Demo, WorksInTheCallersFolderAndSaysHowItGoesOn) {
+  const ChildResult done = demo("out1 -- --seed 3");
+  ASSERT_EQ(done.exit_code, 0) << done.err << done.out;
+  EXPECT_TRUE(fs::exists(caller_ / "out1/workspace"));
+  EXPECT_THAT(told(), HasSubstr("synthesize " + (caller_ / "out1/capture").string() +
+                                " --preset demo --seed 3\n"));
+  const ChildResult again = demo("out1");
+  EXPECT_EQ(again.exit_code, 2);
+  const std::string program = (tree_ / "build/dev/bin/atelier").string();
+  const std::string capture = (caller_ / "out1/capture").string();
+  const std::string workspace = (caller_ / "out1/workspace").string();
+  EXPECT_THAT(again.err, HasSubstr(program + " run " + capture + " " + workspace + "\n"));
+  EXPECT_THAT(again.err,
+              HasSubstr(program + " evaluate " + workspace + " --truth " + capture + " --check\n"));
+}
+
+TEST_F(Demo, GoesOnWithACaptureThatWasInterrupted) {
+  fs::create_directories(caller_ / "out1/capture/.unfinished");
+  EXPECT_EQ(demo("out1").exit_code, 0);
+}
+
+TEST_F(Demo, ARefusedCaptureLeavesThePlaceFree) {
+  EXPECT_EQ(demo("out1 -- --wrong").exit_code, 2);
+  EXPECT_THAT(told(), ::testing::Not(HasSubstr("--wrong\n"))) << "told before anything is made";
+  EXPECT_EQ(demo("out1 -- late").exit_code, 3);
+  EXPECT_FALSE(fs::exists(caller_ / "out1"));
+  EXPECT_EQ(demo("out1").exit_code, 0);
+}
+
+TEST_F(Demo, AFolderOfOtherThingsIsRefused) {
+  fs::create_directories(caller_ / "out1/letters");
+  std::ofstream(caller_ / "file") << "x";
+  for (const char* place : {"out1", "file", "''", "--foo", "out2 --foo"}) {
+    EXPECT_EQ(demo(place).exit_code, 2) << place;
+  }
+  EXPECT_THAT(told(), IsEmpty());
 }
 
 }  // namespace
