@@ -455,8 +455,10 @@ ChainRun::Foreseen ChainRun::unplanned(std::string_view needed) const {
       continue;
     }
     if (foreseen_[k].cannot) {
-      return {"cannot run", {"it reads the result of " + maker.stage + ", which cannot run"},
-              false, true};
+      return {"cannot run",
+              {"it reads the result of " + maker.stage + ", which cannot run"},
+              false,
+              true};
     }
     if (maker.end == "not asked for") {
       return {"cannot run",
