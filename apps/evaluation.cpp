@@ -178,10 +178,10 @@ void require_own_truth(const std::vector<StageStatus>& all, const fs::path& trut
   take_known();
   if (!unknown.empty()) {
     const auto& [status, input] = unknown.front();
-    throw DataError(truth.string(), "",
-                    "another capture than the one that the result of '" + status->stage +
-                        "' was made from",
-                    "--truth " + input->path + ", or the results of this one");
+    throw DataError(
+        truth.string(), "",
+        "another capture than the one that the result of '" + status->stage + "' was made from",
+        "--truth " + input->path + ", or the results of this one");
   }
 }
 
