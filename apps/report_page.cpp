@@ -111,8 +111,13 @@ std::string list_of(std::vector<Attention> items) {
     if (item.end == "skipped") {
       end = item.of.size() == 1 ? " was skipped" : " were skipped";
     }
-    list += "<li class=\"" + std::string(item.error ? "error" : "warning") + "\"><b>" + of +
-            "</b>" + end + ": " + html_text(item.text) + "</li>\n";
+    list += item.error ? "<li class=\"error\"><b>" : "<li class=\"warning\"><b>";
+    list += of;
+    list += "</b>";
+    list += end;
+    list += ": ";
+    list += html_text(item.text);
+    list += "</li>\n";
   }
   return list;
 }
