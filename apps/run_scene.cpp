@@ -87,7 +87,7 @@ bool is_current(const fs::path& folder, const MadeOf& from) {
 /// Fills a new folder and puts it in the older one's place, unless that is what it would become.
 fs::path renewed(const fs::path& workspace, const std::string& name, const MadeOf& from,
                  const std::function<void(const fs::path&)>& fill) {
-  const fs::path folder = workspace / name;
+  fs::path folder = workspace / name;
   if (is_current(folder, from)) {
     return folder;
   }
