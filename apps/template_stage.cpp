@@ -386,8 +386,11 @@ void run_template(StageRun& run) {
       openings += openings.empty() ? "" : ", ";
       openings += opening;
     }
-    run.say(name + ": frame " + std::to_string(one.frame_id) + ", " +
-            std::to_string(one.garment.mesh.vertices.rows()) + " vertices, openings: " + openings);
+    std::string said = name;
+    said += ": frame " + std::to_string(one.frame_id);
+    said += ", " + std::to_string(one.garment.mesh.vertices.rows()) + " vertices";
+    said += ", openings: " + openings;
+    run.say(said);
     run.progress(static_cast<std::int64_t>(made.size()), static_cast<std::int64_t>(labels.size()),
                  "garments");
   }

@@ -30,7 +30,7 @@ struct TrackOptions {
                                ///< nearest point of the body for those of the scan
   int rounds = 5;              ///< of matching with scans, [0, 100]
   int window = 12;             ///< frames solved jointly, [3, 1000]
-  int overlap = 2;             ///< frames that neighbouring windows share, [0, window / 2]
+  int overlap = 4;             ///< frames that neighbouring windows share, [0, window / 2]
   int iterations = 1;          ///< of the solver in a round, [1, 1000]
   bool fingers = false;        ///< seek them too; only with keypoints of the hands or close-ups
 };
