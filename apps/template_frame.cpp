@@ -33,8 +33,11 @@ void require_template_frame(const TemplateStageOptions& options,
     return;
   }
   std::vector<int> ids;
-  for (const CaptureSequence& sequence : open_dataset(capture).info.sequences) {
-    ids.insert(ids.end(), sequence.frame_ids.begin(), sequence.frame_ids.end());
+  try {
+    for (const CaptureSequence& sequence : open_dataset(capture).info.sequences) {
+      ids.insert(ids.end(), sequence.frame_ids.begin(), sequence.frame_ids.end());
+    }
+  } catch (const DataError&) {  // one that opens by options alone, which this stage does not take
   }
   std::sort(ids.begin(), ids.end());
   if (!ids.empty() && !std::binary_search(ids.begin(), ids.end(), options.fit.frame)) {

@@ -1,5 +1,6 @@
 #include "core/part_of_mesh.h"
 
+#include "core/chosen_vertices.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -36,21 +37,8 @@ Mesh part_of_mesh(const Mesh& mesh, const std::vector<Index>& faces) {
     ATELIER_CHECK(face >= 0 && face < mesh.faces.rows(), "a face that the mesh does not have");
   }
   const UsedRows used = used_rows(mesh.faces, mesh.vertices.rows(), faces);
-  Mesh part;
+  Mesh part = chosen_vertices(mesh, used.rows);
   part.faces = used.faces;
-  part.vertices = mesh.vertices(used.rows, Eigen::all);
-  if (mesh.normals.rows() > 0) {
-    part.normals = mesh.normals(used.rows, Eigen::all);
-  }
-  if (mesh.colors.rows() > 0) {
-    part.colors = mesh.colors(used.rows, Eigen::all);
-  }
-  if (mesh.confidence.size() > 0) {
-    part.confidence = mesh.confidence(used.rows);
-  }
-  for (std::size_t i = 0; i < used.rows.size() && !mesh.labels.empty(); ++i) {
-    part.labels.push_back(mesh.labels[static_cast<std::size_t>(used.rows[i])]);
-  }
   if (mesh.uv_faces.rows() > 0) {
     const UsedRows uvs = used_rows(mesh.uv_faces, mesh.uvs.rows(), faces);
     part.uv_faces = uvs.faces;

@@ -1,5 +1,7 @@
 #include "registration/loose_vertices.h"
 
+#include "core/chosen_vertices.h"
+
 namespace atelier {
 
 Mesh without_loose_vertices(const Mesh& mesh) {
@@ -19,26 +21,13 @@ Mesh without_loose_vertices(const Mesh& mesh) {
   if (kept.size() == place.size()) {
     return mesh;
   }
-  Mesh result = mesh;
-  result.vertices = mesh.vertices(kept, Eigen::all);
+  Mesh result = chosen_vertices(mesh, kept);
+  result.faces = mesh.faces;
+  result.uvs = mesh.uvs;
+  result.uv_faces = mesh.uv_faces;
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
     for (int k = 0; k < 3; ++k) {
       result.faces(f, k) = place[static_cast<std::size_t>(mesh.faces(f, k))];
-    }
-  }
-  if (mesh.normals.rows() > 0) {
-    result.normals = mesh.normals(kept, Eigen::all);
-  }
-  if (mesh.colors.rows() > 0) {
-    result.colors = mesh.colors(kept, Eigen::all);
-  }
-  if (mesh.confidence.rows() > 0) {
-    result.confidence = mesh.confidence(kept);
-  }
-  if (!mesh.labels.empty()) {
-    result.labels.clear();
-    for (const int v : kept) {
-      result.labels.push_back(mesh.labels[static_cast<std::size_t>(v)]);
     }
   }
   return result;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/surface/late/point_clouds.h"
+#include "core/chosen_vertices.h"
 #include "core/error.h"
 #include "core/late_library.h"
 #include "core/median.h"
@@ -31,27 +32,6 @@ void check_points(const Mesh& points) {
   if (points.normals.rows() != points.vertices.rows()) {
     throw DataError("", "points", "no normals", "oriented points");
   }
-}
-
-/// Rows of every attribute.
-Mesh chosen_points(const Mesh& points, const std::vector<int>& rows) {
-  Mesh chosen;
-  chosen.vertices = points.vertices(rows, Eigen::all);
-  if (points.normals.rows() > 0) {
-    chosen.normals = points.normals(rows, Eigen::all);
-  }
-  if (points.colors.rows() > 0) {
-    chosen.colors = points.colors(rows, Eigen::all);
-  }
-  if (points.confidence.size() > 0) {
-    chosen.confidence = points.confidence(rows);
-  }
-  for (const int row : rows) {
-    if (!points.labels.empty()) {
-      chosen.labels.push_back(points.labels[static_cast<std::size_t>(row)]);
-    }
-  }
-  return chosen;
 }
 
 Mesh poisson(const Mesh& points, const SurfaceOptions& options) {
@@ -157,7 +137,7 @@ Mesh without_outliers(const Mesh& points, const SurfaceOptions& options) {
       late_function<decltype(atelier_sound_points)>(kLibrary, "atelier_sound_points");
   std::vector<int> rows;
   sound_points(points, options.neighbours, options.outlier_sigma, rows);
-  return chosen_points(points, rows);
+  return chosen_vertices(points, rows);
 }
 
 Mesh surface_from_points(const Mesh& points, const SurfaceOptions& options) {
