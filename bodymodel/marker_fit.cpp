@@ -448,7 +448,7 @@ MarkerClip in_our_axes(MarkerClip clip, const Subject& subject, const MotionOpti
     findings.push_back({Severity::Warning, "motion-unit", clip.name,
                         "the header's unit makes a person of " + formatted(1.7 * scale, "%.4g") +
                             " m; positions are multiplied by " + formatted(best, "%.4g"),
-                        "correct Units in the file, or set --motion.metres_per_unit"});
+                        "correct Units in the file, or set --motion.metres-per-unit"});
   }
   const char up = motion.up != 0 ? motion.up : guess_up(all, subject);
   if (motion.up == 0 && up != 'y') {

@@ -152,7 +152,7 @@ MotionClip in_metres_y_up(MotionClip clip, const MotionOptions& options) {
   if (options.metres_per_unit == 0 && scale != 1) {
     clip.findings.push_back({Severity::Note, "motion-unit", clip.name,
                              "one unit taken as " + text(scale) + " m",
-                             "--motion.metres_per_unit sets another"});
+                             "--motion.metres-per-unit sets another"});
   }
   clip.skeleton.offsets *= scale;
   for (EndSite& site : clip.end_sites) {

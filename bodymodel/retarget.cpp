@@ -68,8 +68,8 @@ void add_scale_finding(double motion_legs, double body_legs, const std::string& 
         "legs of %.3g m in the motion and of %.3g m on the body: steps are scaled by %.3g",
         motion_legs, body_legs, scale);
     findings.push_back({Severity::Warning, "retarget-scale", name, text,
-                        "if a unit is wrong, set --motion.metres_per_unit or, of a body in a file, "
-                        "--metres_per_unit"});
+                        "if a unit is wrong, set --motion.metres-per-unit or, of a body in a file, "
+                        "--metres-per-unit"});
   }
 }
 
@@ -212,7 +212,7 @@ Retargeted retarget(const MotionClip& original, const BodyModel& model,
     clip.motion.frame_ids.erase(clip.motion.frame_ids.begin());
     result.findings.push_back({Severity::Note, "motion-t-pose", clip.name,
                                "the first frame is a calibration pose",
-                               "it is left out; --retarget.drop_t_pose=false keeps it"});
+                               "it is left out; --retarget.drop-t-pose=false keeps it"});
   }
   if (options.fps > 0) {
     clip.motion = resampled(clip.motion, options.fps);

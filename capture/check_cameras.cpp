@@ -124,7 +124,7 @@ std::string unit_setting(double distance) {
   for (const char* unit : {"0.001", "0.01"}) {
     const double then = distance * std::strtod(unit, nullptr);
     if (then > 1 && then < 10) {
-      setting = std::string("--capture.metres_per_unit ") + unit;
+      setting = std::string("--capture.metres-per-unit ") + unit;
     }
   }
   return setting;
@@ -163,7 +163,7 @@ void check_gaze(const std::vector<Camera>& cameras, const FileWorld& world,
   if (distance < 0.3 || distance > 100) {
     findings.push_back({Severity::Error, "stage-size", "",
                         sentence("the cameras are %.3g m from what they look at", distance),
-                        "which unit is the calibration in? --capture.metres_per_unit says so",
+                        "which unit is the calibration in? --capture.metres-per-unit says so",
                         unit_setting(distance / world.metres_per_unit)});
   }
 }

@@ -174,7 +174,7 @@ void compare_cameras(const std::vector<Camera>& cameras,
                             cameras[c].id + " frame " + std::to_string(picture.frame_id),
                             "it has the very picture of " + cameras[there->second].id,
                             "was a camera's folder copied under another name?",
-                            "--capture.leave_out " + cameras[c].id});
+                            "--capture.leave-out " + cameras[c].id});
       }
       if (picture.person.y() > 0) {
         values[0].push_back(picture.person.y());
@@ -267,7 +267,7 @@ auto guarded(const Read& read, const char* code, const std::string& camera, int 
     const bool unknown = error.expected.find("taxonomy") != std::string::npos ||
                          error.expected.find("0 to") != std::string::npos;
     gathered.add(Severity::Error, unknown ? "label-unknown" : code, camera, frame, error.what(),
-                 unknown ? "which taxonomy are they of? --capture.label_taxonomy says"
+                 unknown ? "which taxonomy are they of? --capture.label-taxonomy says"
                          : "write it again, or leave the frame out");
     return {};
   }

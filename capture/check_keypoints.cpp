@@ -102,11 +102,11 @@ std::string unit_setting(double leg, const FileWorld& world) {
   for (const double unit : kUnits) {
     const double then = leg * unit / world.metres_per_unit;
     if (then > 0.55 && then < 1.15) {
-      return sentence("--capture.metres_per_unit %g", unit);
+      return sentence("--capture.metres-per-unit %g", unit);
     }
   }
   // Of none: what makes hip to ankle 0.82 m, as most adults have it.
-  return sentence("--capture.metres_per_unit %.3g", 0.82 / leg * world.metres_per_unit);
+  return sentence("--capture.metres-per-unit %.3g", 0.82 / leg * world.metres_per_unit);
 }
 
 /// Which way the person faces against which side left is on: from toes and heels, or nose and ears.
@@ -199,7 +199,7 @@ void check_person(const Triangulation& found, const KeypointSchema& schema, cons
                         sentence("thigh %.2f, shin %.2f, upper arm %.2f, forearm %.2f m are no "
                                  "person's",
                                  odd.thigh, odd.shin, odd.arm, odd.fore),
-                        "is the order of the keypoints another? --capture.keypoint_schema says"});
+                        "is the order of the keypoints another? --capture.keypoint-schema says"});
   } else if (!legs.empty() && std::all_of(legs.begin(), legs.end(), no_leg)) {
     findings.push_back({Severity::Error, "person-size", "",
                         sentence("hip to ankle is %.3g m", legs.front()),
@@ -251,7 +251,7 @@ void check_half_pixel(const SeenPerson& seen, const Triangulation& found,
                 "counts from the first pixel's corner, the other from its centre",
                 common->shift.x(), common->deviation.x()),
        "shift the principal points",
-       std::string("--capture.pixel_shift all=") + (common->shift.x() > 0 ? "0.5" : "-0.5")});
+       std::string("--capture.pixel-shift all=") + (common->shift.x() > 0 ? "0.5" : "-0.5")});
 }
 
 }  // namespace

@@ -252,7 +252,7 @@ void check_taxonomy(FrameReader& reader, const KeypointCheck& keypoints,
   if (!best.empty()) {
     findings.push_back({Severity::Error, "label-taxonomy", dataset.root.string(),
                         "the numbers of the labels are not " + claimed + "'s: " + why,
-                        "they are read better as " + best, "--capture.label_taxonomy " + best});
+                        "they are read better as " + best, "--capture.label-taxonomy " + best});
   }
 }
 

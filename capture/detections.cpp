@@ -41,7 +41,7 @@ Detections read_detections(FrameReader& reader, const std::vector<int>& frames) 
           damaged(c, frame, "keypoint-count",
                   std::to_string(person.points.rows()) + " points, " +
                       dataset.info.keypoint_schema + " has " + std::to_string(points),
-                  "--capture.keypoint_schema says which order they are in");
+                  "--capture.keypoint-schema says which order they are in");
           cameras[c].clear();
           break;
         }

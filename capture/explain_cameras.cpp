@@ -155,7 +155,7 @@ std::optional<Finding> explain_time(const SeenPerson& seen, std::size_t c,
                             "were dropped or repeated",
                             first.frames, last.frames),
                    "number its frames by the recorder's time stamps, or leave it out",
-                   "--capture.leave_out " + id};
+                   "--capture.leave-out " + id};
   }
   return std::nullopt;
 }
@@ -221,7 +221,7 @@ std::optional<Finding> explain_move(const SeenPerson& seen, std::size_t c,
       id + " frame " + std::to_string(seen.frame_ids[static_cast<std::size_t>(best)]),
       sentence("its error is %.1f px before, %.1f px from there on: it was moved", before, after),
       "calibrate both parts apart, or leave it out",
-      "--capture.leave_out " + id};
+      "--capture.leave-out " + id};
 }
 
 /// The best of all other calibrations and readings.
@@ -308,7 +308,7 @@ std::vector<Finding> explain_cameras(const SeenPerson& seen, const Triangulation
            sentence("reprojection error %.1f px, %.1f in the median camera", std::min(now, 999.0),
                     usual),
            "it was moved or badly calibrated and counts less; calibrate it again or leave it out",
-           "--capture.leave_out " + seen.cameras[c].id});
+           "--capture.leave-out " + seen.cameras[c].id});
     }
   }
   return findings;

@@ -1,5 +1,6 @@
 #include "capture/seen_person.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "capture/camera_conventions.h"
@@ -31,7 +32,9 @@ Keypoints2d rows_read_as(const Keypoints2d& rows, const SeenPerson& seen, const 
 }
 
 std::string setting_of(std::string_view option, const std::string& camera, std::string_view value) {
-  return "--capture." + std::string(option) + " " + camera + "=" + std::string(value);
+  std::string flag(option);
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return "--capture." + flag + " " + camera + "=" + std::string(value);
 }
 
 bool surely_less(const std::vector<double>& then, const std::vector<double>& now) {

@@ -65,7 +65,7 @@ std::vector<std::string> settings_of(const std::vector<Finding>& findings) {
     const std::string value = finding.setting.substr(space + 1);
     const auto same = std::find_if(settings.begin(), settings.end(),
                                    [&](const auto& setting) { return setting.first == option; });
-    const bool listed = value.find('=') != std::string::npos || option == "--capture.leave_out";
+    const bool listed = value.find('=') != std::string::npos || option == "--capture.leave-out";
     if (same == settings.end()) {
       settings.emplace_back(option, value);
     } else if (listed && same->second.find(value) == std::string::npos) {

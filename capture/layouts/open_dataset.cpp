@@ -95,7 +95,7 @@ void settle_world(Dataset& dataset, const DatasetOptions& options) {
       dataset.findings.push_back({Severity::Warning, "unit-unknown", root,
                                   "the layout does not say the unit of its translations; metres "
                                   "are taken",
-                                  "--capture.metres_per_unit says it: 1, 0.01, 0.001"});
+                                  "--capture.metres-per-unit says it: 1, 0.01, 0.001"});
     }
   }
   if (options.up != "auto") {
@@ -408,13 +408,13 @@ void settle_keypoints(Dataset& dataset, const DatasetOptions& options, const Lim
     add(Severity::Note,
         those + " are in the order " + guess +
             ", which joins limbs best of the orders of as many points",
-        "--capture.keypoint_schema says it otherwise");
+        "--capture.keypoint-schema says it otherwise");
     schema = guess;
   } else if (static_cast<Index>(keypoint_schema(schema).points.size()) != points) {
     add(Severity::Warning,
         "the settings say " + schema + ", but there are " + those + "; " + guess +
             " is taken, which joins limbs best",
-        "--capture.keypoint_schema says it otherwise");
+        "--capture.keypoint-schema says it otherwise");
     schema = guess;
   } else if (guess != schema) {
     // A claim counts more than a guess, unless limbs go across the body.
@@ -426,7 +426,7 @@ void settle_keypoints(Dataset& dataset, const DatasetOptions& options, const Lim
           "the order " + schema + " joins limbs across the body (" +
               number_text(std::round(100 * claimed / guessed) / 100) + " times as long as " +
               guess + " does)",
-          "if that is right, say so", "--capture.keypoint_schema " + guess);
+          "if that is right, say so", "--capture.keypoint-schema " + guess);
     }
   }
 }

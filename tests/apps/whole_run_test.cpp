@@ -104,13 +104,16 @@ class DamagedFile {
   std::string what_;
 };
 
-/// Every file in full, else about `sampled` of them. Empty ones cannot suffer.
+/// Every file in full (of ATELIER_SOAK_PARTS, shares of the work, those of ATELIER_SOAK_PART, from
+/// 0), else about `sampled` of them. Empty ones cannot suffer.
 std::vector<fs::path> some_files(const fs::path& folder, std::size_t sampled) {
   std::vector<fs::path> files = files_below(folder);
   std::erase_if(files, [](const fs::path& file) { return fs::file_size(file) == 0; });
-  const std::size_t stride = soak() ? 1 : std::max<std::size_t>(1, files.size() / sampled);
+  const std::size_t stride = soak() ? static_cast<std::size_t>(number("ATELIER_SOAK_PARTS", 1))
+                                    : std::max<std::size_t>(1, files.size() / sampled);
+  const std::size_t first = soak() ? static_cast<std::size_t>(number("ATELIER_SOAK_PART", 0)) : 0;
   std::vector<fs::path> some;
-  for (std::size_t i = 0; i < files.size(); i += stride) {
+  for (std::size_t i = first; i < files.size(); i += stride) {
     some.push_back(files[i]);
   }
   return some;

@@ -338,7 +338,7 @@ TEST(Retarget, AnAbsurdScaleIsSaidWithItsNumber) {
   EXPECT_THAT(result.findings[0].what,
               HasSubstr("legs of 83 m in the motion and of 0.83 m on the body: steps are scaled by "
                         "0.01"));
-  EXPECT_THAT(result.findings[0].advice, HasSubstr("metres_per_unit"));
+  EXPECT_THAT(result.findings[0].advice, HasSubstr("--motion.metres-per-unit"));
   EXPECT_TRUE(
       retarget(person_clip(), person_body(person_skeleton()), {}, plain()).findings.empty());
 }

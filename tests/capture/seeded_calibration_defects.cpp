@@ -88,20 +88,20 @@ std::vector<SeededDefect> calibration_defects() {
        "--capture.extrinsics cam6=opengl", 2, of_one<6, y_up_z_back>},
       {"every camera with y up and z back", "extrinsic-axes", "", "--capture.extrinsics all=opengl",
        2, of_all<y_up_z_back>},
-      {"calibration in millimetres", "person-size", "", "--capture.metres_per_unit 0.001", 2,
+      {"calibration in millimetres", "person-size", "", "--capture.metres-per-unit 0.001", 2,
        [](Spoiled& s) {
          for (Camera& one : s.capture.cameras) {
            scale_translation(one, 1000);
          }
        }},
-      {"calibration in centimetres", "person-size", "", "--capture.metres_per_unit 0.01", 1,
+      {"calibration in centimetres", "person-size", "", "--capture.metres-per-unit 0.01", 1,
        [](Spoiled& s) {
          for (Camera& one : s.capture.cameras) {
            scale_translation(one, 100);
          }
        }},
       {"calibration in millimetres, by where cameras look", "stage-size", "",
-       "--capture.metres_per_unit 0.001", 0,
+       "--capture.metres-per-unit 0.001", 0,
        [](Spoiled& s) {
          for (Camera& one : s.capture.cameras) {
            scale_translation(one, 1000);
@@ -129,14 +129,14 @@ std::vector<SeededDefect> calibration_defects() {
          }
        }},
       {"half a pixel between calibration and detections", "half-pixel", "",
-       "--capture.pixel_shift all=0.5", 2,
+       "--capture.pixel-shift all=0.5", 2,
        [](Spoiled& s) {
          for (Camera& one : s.capture.cameras) {
            one.cx -= 0.5;
            one.cy -= 0.5;
          }
        }},
-      {"half a pixel, the other way", "half-pixel", "", "--capture.pixel_shift all=-0.5", 2,
+      {"half a pixel, the other way", "half-pixel", "", "--capture.pixel-shift all=-0.5", 2,
        [](Spoiled& s) {
          for (Camera& one : s.capture.cameras) {
            one.cx += 0.5;
@@ -171,10 +171,10 @@ std::vector<SeededDefect> calibration_defects() {
       {"distortion that folds over", "camera-distortion", "cam0", "", 1,
        [](Spoiled& s) { camera(s, 0).distortion = {-3}; }},
       {"two cameras' names exchanged", "camera-mislabelled", "cam2",
-       "--capture.calibration_of cam2=cam5,cam5=cam2", 2,
+       "--capture.calibration-of cam2=cam5,cam5=cam2", 2,
        [](Spoiled& s) { std::swap(s.capture.keypoints[2], s.capture.keypoints[5]); }},
       {"three cameras' names exchanged in a ring", "camera-mislabelled", "cam1",
-       "--capture.calibration_of cam1=cam4,cam4=cam6,cam6=cam1", 0,
+       "--capture.calibration-of cam1=cam4,cam4=cam6,cam6=cam1", 0,
        [](Spoiled& s) {
          const auto first = s.capture.keypoints[1];
          s.capture.keypoints[1] = s.capture.keypoints[4];
@@ -182,11 +182,11 @@ std::vector<SeededDefect> calibration_defects() {
          s.capture.keypoints[6] = first;
        }},
       {"a camera that was pushed after calibration", "camera-off", "cam7",
-       "--capture.leave_out cam7", 2, [](Spoiled& s) { turn(camera(s, 7), 0.03); }},
-      {"a camera that was pushed, small pictures", "camera-off", "cam4", "--capture.leave_out cam4",
+       "--capture.leave-out cam7", 2, [](Spoiled& s) { turn(camera(s, 7), 0.03); }},
+      {"a camera that was pushed, small pictures", "camera-off", "cam4", "--capture.leave-out cam4",
        1, [](Spoiled& s) { turn(camera(s, 4), 0.04); }},
       {"a camera that was pushed half way through", "camera-moved", "cam3",
-       "--capture.leave_out cam3", 2,
+       "--capture.leave-out cam3", 2,
        [](Spoiled& s) {
          Camera pushed = camera(s, 3);
          turn(pushed, 0.05);

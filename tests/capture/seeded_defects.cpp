@@ -1,5 +1,7 @@
 #include "tests/capture/seeded_defects.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "capture/layouts/open_dataset.h"
@@ -30,8 +32,9 @@ std::vector<Finding> findings_of(const std::filesystem::path& folder, const std:
   DatasetOptions options;
   if (const std::size_t space = setting.find(' '); space != std::string::npos) {
     OptionTable table = describe(options);
-    const std::string name =
+    std::string name =
         setting.substr(std::string("--capture.").size(), space - std::string("--capture.").size());
+    std::replace(name.begin(), name.end(), '-', '_');
     EXPECT_EQ(set_option(table, name, setting.substr(space + 1)), "");
   }
   FrameReader reader(open_dataset(folder, options));

@@ -60,7 +60,7 @@ std::vector<SeededDefect> detection_defects() {
          late(s, 3, -3);
        }},
       {"a camera that drops 4 frames half way", "camera-drops-frames", "cam4",
-       "--capture.leave_out cam4", 2, [](Spoiled& s) { late(s, 4, 4, 12); }},
+       "--capture.leave-out cam4", 2, [](Spoiled& s) { late(s, 4, 4, 12); }},
       {"left and right exchanged in one camera", "keypoint-sides", "cam3",
        "--capture.keypoints cam3=swapped_sides", 2, [](Spoiled& s) { swap_sides(s, 3); }},
       {"left and right exchanged in every camera", "keypoint-sides", "",
@@ -112,7 +112,7 @@ std::vector<SeededDefect> detection_defects() {
          of_rows(s, 4, [](Keypoints2d& rows, Index k, const Camera&) { rows(k, 2) *= 100; });
        }},
       {"points of BODY_25B said to be BODY_25", "keypoint-schema", "",
-       "--capture.keypoint_schema body_25b", 2,
+       "--capture.keypoint-schema body_25b", 2,
        [](Spoiled& s) {
          const KeypointSchema& from = body_25_schema();
          const KeypointSchema& to = keypoint_schema("body_25b");

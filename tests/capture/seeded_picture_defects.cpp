@@ -164,18 +164,18 @@ std::vector<SeededDefect> picture_defects() {
       {"a label file cut off", "labels-damaged", "cam0 frame 6", "", 0, nullptr,
        [](Spoiled& s) { std::filesystem::resize_file(file(s, "labels", "cam0", 6), 60); }},
       {"CIHP read as LIP: skin of the torso is called a jumpsuit", "label-taxonomy", "",
-       "--capture.label_taxonomy cihp", 1,
+       "--capture.label-taxonomy cihp", 1,
        [](Spoiled& s) {
          // The arms' skin under CIHP's number for skin of the torso.
          renumber(s, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 10, 15, 16, 17, 18, 19});
        }},
       {"LIP read as CIHP: a jumpsuit is called skin", "label-taxonomy", "",
-       "--capture.label_taxonomy lip", 0,
+       "--capture.label-taxonomy lip", 0,
        [](Spoiled& s) {
          renumber(s, {0, 1, 2, 3, 4, 10, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19});
          s.capture.info.label_taxonomy = "cihp";
        }},
-      {"ATR read as LIP", "label-taxonomy", "", "--capture.label_taxonomy atr", 0,
+      {"ATR read as LIP", "label-taxonomy", "", "--capture.label-taxonomy atr", 0,
        [](Spoiled& s) {
          // LIP's numbers as ATR has them: hair 2, upper 4, trousers 6, face 11, arms 14, shoes 9.
          renumber(s, {0, 1, 2, 0, 3, 4, 7, 4, 9, 6, 7, 17, 5, 11, 14, 15, 12, 13, 9, 10});
