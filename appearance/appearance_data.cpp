@@ -12,15 +12,16 @@ namespace atelier {
 namespace {
 
 constexpr const char* kSchema = "atelier.appearance_data";
+constexpr int kDataVersion = 2;
 constexpr float kSteps = 65535;  // of a texture coordinate in a file
 constexpr float kFar = 1e6F;     // m
 
 bool is_appearance_array(const std::string& dataset) {
   static const std::vector<std::string> names = {
-      "atlas/faces",     "atlas/uv_faces",    "atlas/uvs",     "cameras/center",
-      "cameras/height",  "cameras/id",        "cameras/width", "frames/id",
-      "frames/position", "frames/visibility", "pixels/color",  "pixels/place",
-      "pixels/uv",       "views/begin",       "views/camera",  "views/frame"};
+      "atlas/faces",     "atlas/uv_faces",  "atlas/uvs",     "cameras/center",
+      "cameras/height",  "cameras/id",      "cameras/width", "frames/id",
+      "frames/position", "frames/transfer", "pixels/color",  "pixels/place",
+      "pixels/uv",       "views/begin",     "views/camera",  "views/frame"};
   return std::find(names.begin(), names.end(), dataset) != names.end();
 }
 
@@ -64,8 +65,16 @@ void read_frames(AppearanceData& data, const Archive& archive, const std::string
   const std::int64_t vertices = position.shape.size() == 3 ? position.shape[1] : 0;
   const auto places =
       floats_within(archive, "frames/position", {count, vertices, 3}, -kFar, kFar, file);
-  const auto visibility =
-      floats_within(archive, "frames/visibility", {count, vertices, 2}, 0, 1, file);
+  // No harmonic of these is further from 0 than the root of 5.
+  constexpr float kMost = 2.25F;
+  const auto transfer = floats_within(archive, "frames/transfer",
+                                      {count, vertices, 2, kTransferTerms}, -kMost, kMost, file);
+  for (std::size_t i = 0; i < transfer.size(); i += kTransferTerms) {
+    if (!(transfer[i] >= 0 && transfer[i] <= 1)) {
+      throw DataError(file, "frames/transfer", std::to_string(transfer[i]) + " of degree 0",
+                      "0 to 1, the share of the hemisphere that is open");
+    }
+  }
   if (data.faces.maxCoeff() >= vertices) {
     throw DataError(file, "atlas/faces", "vertex " + std::to_string(data.faces.maxCoeff()),
                     "below " + std::to_string(vertices) + ", as frames/position has them");
@@ -76,8 +85,9 @@ void read_frames(AppearanceData& data, const Archive& archive, const std::string
         Eigen::Map<const FloatRows>(places.data() + 3 * i * vertices, vertices, 3).cast<double>();
     SurfaceFrame frame =
         surface_frame(own, data.faces, data.uvs, data.uv_faces, ids[static_cast<std::size_t>(i)]);
-    frame.visibility = Eigen::Map<const decltype(frame.visibility)>(
-        visibility.data() + 2 * i * vertices, vertices, 2);
+    constexpr int kColumns = 2 * kTransferTerms;
+    frame.transfer = Eigen::Map<const TransferRows>(transfer.data() + kColumns * i * vertices,
+                                                    vertices, kColumns);
     data.frames.push_back(std::move(frame));
   }
 }
@@ -177,8 +187,8 @@ void check_appearance_data(const AppearanceData& data, const std::string& file) 
     if (frame.position.rows() != data.frames[0].position.rows() ||
         data.faces.maxCoeff() >= frame.position.rows() ||
         frame.normal.rows() != frame.position.rows() || frame.tangent.rows() != data.uvs.rows() ||
-        frame.visibility.rows() != frame.position.rows() || !frame.position.allFinite() ||
-        !frame.visibility.allFinite()) {
+        frame.transfer.rows() != frame.position.rows() || !frame.position.allFinite() ||
+        !frame.transfer.allFinite()) {
       refuse("frame " + std::to_string(frame.frame_id), "arrays that do not fit the surface",
              "a finite row for each vertex");
     }
@@ -211,6 +221,7 @@ Archive archive_of(const AppearanceData& data) {
   check_appearance_data(data);
   Archive archive;
   archive.schema = kSchema;
+  archive.version = kDataVersion;
   archive.texts["name"] = data.name;
   put_array(archive, "atlas/faces", tensor_of(data.faces));
   put_array(archive, "atlas/uvs", tensor_of(data.uvs));
@@ -221,20 +232,21 @@ Archive archive_of(const AppearanceData& data) {
   put_array(archive, "cameras/height", tensor_of(data.heights));
   std::vector<int> ids;
   std::vector<float> position;
-  std::vector<float> visibility;
+  std::vector<float> transfer;
   for (const SurfaceFrame& frame : data.frames) {
     ids.push_back(frame.frame_id);
     position.insert(position.end(), frame.position.data(),
                     frame.position.data() + frame.position.size());
-    visibility.insert(visibility.end(), frame.visibility.data(),
-                      frame.visibility.data() + frame.visibility.size());
+    transfer.insert(transfer.end(), frame.transfer.data(),
+                    frame.transfer.data() + frame.transfer.size());
   }
   if (!data.frames.empty()) {
     const auto count = static_cast<std::int64_t>(data.frames.size());
     const std::int64_t vertices = data.frames[0].position.rows();
     put_array(archive, "frames/id", tensor_of(ids));
     put_array(archive, "frames/position", tensor_of(position, {count, vertices, 3}));
-    put_array(archive, "frames/visibility", tensor_of(visibility, {count, vertices, 2}));
+    put_array(archive, "frames/transfer",
+              tensor_of(transfer, {count, vertices, 2, kTransferTerms}));
   }
   std::vector<int> cameras;
   std::vector<int> frames;
@@ -267,6 +279,11 @@ Archive archive_of(const AppearanceData& data) {
 }
 
 AppearanceData appearance_data_of(const Archive& archive, const std::string& file) {
+  if (archive.version != kDataVersion) {
+    throw DataError(file, "version", std::to_string(archive.version),
+                    std::to_string(kDataVersion) +
+                        ", as this program's 'atelier appearance' makes them; run it again");
+  }
   check_units(archive, file);
   check_names(archive, file, is_appearance_array);
   AppearanceData data;
@@ -298,7 +315,7 @@ AppearanceData appearance_data_of(const Archive& archive, const std::string& fil
 }
 
 AppearanceData read_appearance_data(const std::filesystem::path& path, const Limits& limits) {
-  return appearance_data_of(read_archive(path, kSchema, 1, limits), path.string());
+  return appearance_data_of(read_archive(path, kSchema, kDataVersion, limits), path.string());
 }
 
 }  // namespace atelier

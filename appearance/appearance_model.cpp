@@ -16,7 +16,7 @@ namespace atelier {
 namespace {
 
 constexpr const char* kModelSchema = "atelier.appearance";
-constexpr const char* kVersion = "2";
+constexpr const char* kVersion = "3";
 constexpr int kLeastSide = 8;   // texels a side where the UNet turns round
 constexpr int kMostGrowth = 8;  // of its widths
 
@@ -182,6 +182,8 @@ OptionTable describe(NetworkOptions& options) {
   table.add("shadow", options.shadow, "The shadow network");
   table.add("shading", options.shading, 1, 16, "",
             "Texels of the texture along one of the branches', a power of 2");
+  table.add("transfer_degree", options.transfer_degree, 0, kLargestTransferDegree, "",
+            "Of the light transfer that it is given");
   table.add("pixel_bias", options.pixel_bias, "A bias for each texel instead of each channel");
   return table;
 }
@@ -197,17 +199,18 @@ int branch_resolution_of(const NetworkOptions& options) {
 std::vector<ParameterShape> network_parameters(const NetworkOptions& options, int cameras) {
   require_sizes(options);
   std::vector<ParameterShape> all;
-  constexpr int kIndependentInputs = 4;  // normal, visibility
+  const int transfer = transfer_terms(options.transfer_degree);
+  const int geometry = 3 + transfer;  // with the normal
   constexpr int kDirection = 3;
   if (options.view_independent) {
-    add_unet(all, options, "independent", kIndependentInputs);
+    add_unet(all, options, "independent", geometry);
   }
   if (options.view_dependent) {
     add_unet(all, options, "dependent",
-             kDirection + (options.view_independent ? width_of(options, 0) : kIndependentInputs));
+             kDirection + (options.view_independent ? width_of(options, 0) : geometry));
   }
   if (options.shadow) {
-    add_convolution(all, "shadow.first", 1, options.channels, 3, false, 0);
+    add_convolution(all, "shadow.first", transfer, options.channels, 3, false, 0);
     add_convolution(all, "shadow.middle", options.channels, options.channels, 3, false, 0);
     add_convolution(all, "shadow.last", options.channels, 1, 3, false, 0);
   }
@@ -241,9 +244,10 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
   StaticTexture fixed =
       static_texture(options.resolution, static_cast<int>(data.camera_ids.size()), views);
   fill_unseen(fixed, texel_map(data.faces, data.uvs, data.uv_faces, options.resolution));
-  model.mean_visibility = Eigen::VectorXf::Zero(data.frames[0].visibility.rows());
+  model.mean_transfer = MeanTransfer::Zero(data.frames[0].transfer.rows(), kTransferTerms);
   for (const SurfaceFrame& frame : data.frames) {
-    model.mean_visibility += frame.visibility.col(0) / static_cast<float>(data.frames.size());
+    model.mean_transfer +=
+        frame.transfer.leftCols<kTransferTerms>() / static_cast<float>(data.frames.size());
   }
   Random random{seed};
   for (const ParameterShape& parameter :
@@ -290,8 +294,7 @@ std::map<std::string, Tensor> tensors_of(const AppearanceModel& model) {
   tensors["static.texture"] = planes_of(model.static_texture);
   tensors["static.gain"] =
       tensor_of(model.static_gain, {static_cast<std::int64_t>(model.static_gain.size() / 3), 3});
-  tensors["visibility.mean"] =
-      tensor_of(std::vector<float>(model.mean_visibility.begin(), model.mean_visibility.end()));
+  tensors["transfer.mean"] = tensor_of(model.mean_transfer);
   return tensors;
 }
 
@@ -340,7 +343,7 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
   model.camera_ids = names_of(text_at(texts, "cameras", file), file);
   const auto count = static_cast<std::int64_t>(model.camera_ids.size());
   const int side = model.options.resolution;
-  std::size_t expected = 6;  // atlas, static texture, visibility
+  std::size_t expected = 6;  // atlas, static texture, transfer
   for (const ParameterShape& parameter :
        network_parameters(model.options, static_cast<int>(count))) {
     model.parameters[parameter.name] =
@@ -378,14 +381,14 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
       values_of<float>(tensor_at(tensors, "static.gain", {count, 3}, ElementType::Float32, file));
   model.static_gain.assign(gain.begin(), gain.end());
   const std::int64_t vertices = model.faces.maxCoeff() + 1;
-  const Tensor& mean = tensor_at(tensors, "visibility.mean", {-1}, ElementType::Float32, file);
+  const Tensor& mean =
+      tensor_at(tensors, "transfer.mean", {-1, kTransferTerms}, ElementType::Float32, file);
   if (mean.shape[0] < vertices) {
-    throw DataError(file, "visibility.mean", shape_text(mean.shape),
+    throw DataError(file, "transfer.mean", shape_text(mean.shape),
                     std::to_string(vertices) + " or more, one for each vertex");
   }
-  const auto visibility = values_of<float>(mean);
-  model.mean_visibility =
-      Eigen::Map<const Eigen::VectorXf>(visibility.data(), static_cast<Index>(visibility.size()));
+  model.mean_transfer =
+      Eigen::Map<const MeanTransfer>(values_of<float>(mean).data(), mean.shape[0], kTransferTerms);
   // Last: what else is wrong says more.
   require_digest(tensors, texts, file,
                  "run 'atelier " + maker_of(file) + "' again, which makes it anew");

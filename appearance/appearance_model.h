@@ -18,16 +18,17 @@ namespace atelier {
 /// and a 3x3 convolution of the first level's features and the inputs. Widths double from level to
 /// level up to 8 x `channels`. Convolutions are weight-normalised (Salimans and Kingma 2016),
 /// followed by LeakyReLU of slope 0.2. The view-independent branch takes the normal in the world,
-/// where lights stand still, and the ambient visibility; the view-dependent one the view's
-/// direction in the tangent frame and the first's features. The shadow network, three 3x3
-/// convolutions at a quarter of the resolution, takes the visibility minus its mean and ends in a
-/// sigmoid. Normal and visibility are those of the side that the camera is on: the inside of a
-/// skirt is lit otherwise than its outside, by other light.
+/// where lights stand still, and the light transfer (appearance/occlusion.h), which says from where
+/// light reaches the cloth; the view-dependent one the view's direction in the tangent frame and
+/// the first's features. The shadow network, three 3x3 convolutions at a quarter of the resolution,
+/// takes the transfer minus its mean and ends in a sigmoid. Normal and transfer are those of the
+/// side that the camera is on: the inside of a skirt is lit otherwise than its outside, by other
+/// light.
 ///
 /// Chosen here, where the published text is silent: depth and widths, added instead of concatenated
 /// skip connections (half the arithmetic), a first output of 0 (the start is the static texture),
 /// branches that give their parts in units of the mean texture (a print is shaded by one number
-/// where it would take another one for each of its colours), visibility as an input of the first
+/// where it would take another one for each of its colours), transfer as an input of the first
 /// branch (it tells inside from outside of folds), branches coarser than the texture (at the
 /// print's own scale they would learn each picture's misalignment by heart).
 struct NetworkOptions {
@@ -38,6 +39,8 @@ struct NetworkOptions {
   bool shadow = true;
   int shading = 2;  ///< texels of the texture along one of the branches', 1..16, a power of 2:
                     ///< folds are larger than prints, which are the mean texture's
+  int transfer_degree = 1;  ///< of the light transfer's harmonics that it is given, 0..2; 0: the
+                            ///< ambient visibility alone, which does not know where the lamps are
   bool pixel_bias = false;  ///< a bias for each texel instead of each channel (Lombardi et al.
                             ///< 2018): more detail, less generalisation
 };
@@ -58,6 +61,9 @@ struct ParameterShape {
 /// [C,3], "texture.mean" [3,R,R]. Convolutions have a direction `v`, a length `g` and a bias `b`.
 std::vector<ParameterShape> network_parameters(const NetworkOptions& options, int cameras);
 
+/// Light transfer of one side.
+using MeanTransfer = Eigen::Matrix<float, Eigen::Dynamic, kTransferTerms, Eigen::RowMajor>;
+
 /// A network with all that it takes to draw a garment: plain data, as the file holds it.
 struct AppearanceModel {
   std::string name;  ///< of the garment
@@ -69,7 +75,7 @@ struct AppearanceModel {
   std::map<std::string, Tensor> parameters;  ///< float32, network_parameters
   Image static_texture;                      ///< [R,R,3] the best texture that does not change
   std::vector<float> static_gain;            ///< [3C] with its gains
-  Eigen::VectorXf mean_visibility;           ///< [V] of the outside, over the training frames
+  MeanTransfer mean_transfer;                ///< [V,9] of the outside, over the training frames
 };
 
 /// The model before training: parameters random by `seed` (He et al. 2015), the mean texture the

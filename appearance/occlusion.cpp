@@ -20,9 +20,8 @@ OptionTable describe(OcclusionOptions& options) {
   return table;
 }
 
-Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor> ambient_visibility(
-    const SurfaceFrame& frame, const TriangleTree& tree, const OcclusionOptions& options,
-    Device device) {
+TransferRows light_transfer(const SurfaceFrame& frame, const TriangleTree& tree,
+                            const OcclusionOptions& options, Device device) {
   ATELIER_CHECK(options.strata >= 1 && options.strata <= 32 && options.reach > 0 &&
                     options.reach <= 100 && options.offset >= 0 && options.offset <= 0.1,
                 "options of the occlusion are out of range");
@@ -38,7 +37,7 @@ Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor> ambient_visibility(
     positions[i] = {frame.position(v, 0), frame.position(v, 1), frame.position(v, 2)};
     normals[i] = {unit.x(), unit.y(), unit.z()};
   }
-  std::vector<int> open(2 * positions.size(), 0);
+  std::vector<OpenRays> open(2 * positions.size(), OpenRays{});
   if (device == Device::Cuda) {
 #ifdef ATELIER_HAS_CUDA
     open = open_rays_cuda(tree, positions, normals, rays);
@@ -53,17 +52,22 @@ Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor> ambient_visibility(
            ++side) {
         const Vec3d normal = side % 2 == 0 ? normals[side / 2] : -normals[side / 2];
         for (int row = 0; row < rays.strata; ++row) {
-          open[side] += open_rays(view, positions[side / 2], normal, side / 2, row, rays);
+          const OpenRays more = open_rays(view, positions[side / 2], normal, side / 2, row, rays);
+          for (int i = 0; i < kTransferTerms; ++i) {
+            open[side].terms[i] += more.terms[i];
+          }
         }
       }
     });
   }
-  Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor> visibility(count, 2);
-  const auto all = static_cast<float>(rays.strata * rays.strata);
-  for (Index i = 0; i < 2 * count; ++i) {
-    visibility(i / 2, i % 2) = static_cast<float>(open[static_cast<std::size_t>(i)]) / all;
+  TransferRows transfer(count, 2 * kTransferTerms);
+  for (std::size_t side = 0; side < open.size(); ++side) {
+    for (std::size_t i = 0; i < kTransferTerms; ++i) {
+      transfer.data()[kTransferTerms * side + i] =
+          transfer_of(open[side].terms[i], rays.strata * rays.strata);
+    }
   }
-  return visibility;
+  return transfer;
 }
 
 }  // namespace atelier

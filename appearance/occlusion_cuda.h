@@ -9,7 +9,7 @@ namespace atelier {
 
 /// open_rays of all rows on the GPU, [2V]: outside and inside of each vertex. `normals` are unit.
 /// Throws EnvironmentError where a CUDA call fails.
-std::vector<int> open_rays_cuda(const TriangleTree& tree, const std::vector<Vec3d>& positions,
-                                const std::vector<Vec3d>& normals, const AmbientRays& rays);
+std::vector<OpenRays> open_rays_cuda(const TriangleTree& tree, const std::vector<Vec3d>& positions,
+                                     const std::vector<Vec3d>& normals, const AmbientRays& rays);
 
 }  // namespace atelier

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "appearance/transfer_terms.h"
 #include "core/host_device.h"
 
 namespace atelier {
@@ -10,7 +11,7 @@ struct PictureLayer {
   const int* faces;          ///< [F,3] of its vertices
   const int* uv_faces;       ///< [F,3]
   const float* uvs;          ///< [T,2]
-  const float* visibility;   ///< [V,2]
+  const float* transfer;     ///< [V,2*9], the first of each row its ambient visibility
   const float* texture;      ///< [3,R,R]; null: `color` times the visibility
   int resolution;            ///< R
   float color[3];
@@ -59,7 +60,7 @@ ATELIER_HOST_DEVICE inline void add_layer_color(const PictureLayer& layer, int f
   if (layer.texture == nullptr) {
     float open = 0;
     for (int k = 0; k < 3; ++k) {
-      open += barycentric[k] * layer.visibility[2 * corners[k]];
+      open += barycentric[k] * layer.transfer[2 * kTransferTerms * corners[k]];
     }
     for (int c = 0; c < 3; ++c) {
       sum.channel[c] += clamped(open * layer.color[c], 0.0f, 1.0f);

@@ -135,8 +135,8 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
     }
     const JoinedSurfaces all = joined_surfaces(surfaces);
     SurfaceFrame frame = surface_frame(own, data.faces, data.uvs, data.uv_faces, frame_id);
-    frame.visibility =
-        ambient_visibility(frame, build_tree(all.vertices, all.faces), options.occlusion, device);
+    frame.transfer =
+        light_transfer(frame, build_tree(all.vertices, all.faces), options.occlusion, device);
     data.frames.push_back(std::move(frame));
     for (std::size_t c = 0; c < cameras.size(); ++c) {
       const TakenPicture taken = read ? read(c, frame_id) : TakenPicture();

@@ -43,7 +43,7 @@ struct TakenPicture {
 };
 using ReadPicture = std::function<TakenPicture(std::size_t camera_idx, int frame_id)>;
 
-/// The surface in every frame, with its ambient visibility, the pixels that each camera sees of it
+/// The surface in every frame, with its light transfer, the pixels that each camera sees of it
 /// and their colours: what a network learns from. Pixels that a label image gives to something
 /// else, or next to which it has something else (at outlines it is a pixel off), are left out.
 /// Without `read` there are no colours: what a network is asked for.

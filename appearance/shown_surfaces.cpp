@@ -60,9 +60,9 @@ class CpuShownSurfaces : public ShownSurfaces {
     SurfaceFrame& frame = frames_[which];
     frame =
         surface_frame(vertices_.middleRows(first, own.vertices), own.faces, own.uvs, own.uv_faces);
-    frame.visibility = ambient_visibility(frame, tree_, options_.occlusion);
-    return {frame.position.data(),   frame.normal.data(), frame.tangent.data(),
-            frame.visibility.data(), own.vertices,        own.uvs.rows()};
+    frame.transfer = light_transfer(frame, tree_, options_.occlusion);
+    return {frame.position.data(), frame.normal.data(), frame.tangent.data(),
+            frame.transfer.data(), own.vertices,        own.uvs.rows()};
   }
 
   Image picture(const std::vector<SurfaceLook>& looks) override {
@@ -71,7 +71,7 @@ class CpuShownSurfaces : public ShownSurfaces {
       layers[s].faces = surfaces_[s].faces.data();
       layers[s].uv_faces = surfaces_[s].uv_faces.data();
       layers[s].uvs = uvs_[s].data();
-      layers[s].visibility = frames_[s].visibility.data();
+      layers[s].transfer = frames_[s].transfer.data();
     }
     const PictureStyle style = picture_style(options_);
     Image picture(raster_.face.width / style.samples, raster_.face.height / style.samples, 4);

@@ -20,12 +20,12 @@ struct ShownSurface {
 
 /// A surface in one frame, as SurfaceFrame, in the memory of the device that draws.
 struct SurfaceArrays {
-  const float* position = nullptr;    ///< [V,3] metres, world
-  const float* normal = nullptr;      ///< [V,3] unit or 0
-  const float* tangent = nullptr;     ///< [T,3] unit or 0
-  const float* visibility = nullptr;  ///< [V,2] of the outside and of the inside
-  Index vertices = 0;                 ///< V
-  Index coordinates = 0;              ///< T
+  const float* position = nullptr;  ///< [V,3] metres, world
+  const float* normal = nullptr;    ///< [V,3] unit or 0
+  const float* tangent = nullptr;   ///< [T,3] unit or 0
+  const float* transfer = nullptr;  ///< [V,2*9] light transfer of the outside and of the inside
+  Index vertices = 0;               ///< V
+  Index coordinates = 0;            ///< T
 };
 
 /// What a surface looks like in a picture.
@@ -49,7 +49,7 @@ class ShownSurfaces {
   /// `rasterize` does.
   virtual std::vector<bool> look(const Points& vertices, const Camera& camera) = 0;
 
-  /// A surface as it was looked at, with its ambient visibility; valid until the next look.
+  /// A surface as it was looked at, with its light transfer; valid until the next look.
   virtual SurfaceArrays surface(std::size_t which) = 0;
 
   /// The picture [H,W,4] in linear light, of one look for each surface; squares of `samples` pixels

@@ -89,10 +89,10 @@ __global__ void shape_tangents(const Vec3d* vertices, const int* faces, const do
   tangent[3 * i + 2] = static_cast<float>(unit.z);
 }
 
-__global__ void share_open(const int* open, int count, float rays, float* visibility) {
+__global__ void share_open(const OpenRays* open, int count, int rays, float* transfer) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i < count) {
-    visibility[i] = static_cast<float>(open[i]) / rays;
+    transfer[i] = transfer_of(open[i / kTransferTerms].terms[i % kTransferTerms], rays);
   }
 }
 
@@ -137,9 +137,9 @@ struct SurfaceOnDevice {
   CudaBuffer<double> uvs;
   CudaBuffer<float> float_uvs;
   CornersAtPoints at_vertices, at_uvs;
-  CudaBuffer<float> position, normal, tangent, visibility;
+  CudaBuffer<float> position, normal, tangent, transfer;
   CudaBuffer<Vec3d> ray_position, ray_normal;
-  CudaBuffer<int> open;
+  CudaBuffer<OpenRays> open;
 };
 
 SurfaceOnDevice surface_on_device(const ShownSurface& surface, Index first_vertex) {
@@ -159,11 +159,11 @@ SurfaceOnDevice surface_on_device(const ShownSurface& surface, Index first_verte
                          CudaBuffer<float>(size(surface.vertices, 3)),
                          CudaBuffer<float>(size(surface.vertices, 3)),
                          CudaBuffer<float>(size(surface.uvs.rows(), 3)),
-                         CudaBuffer<float>(size(surface.vertices, 2)),
+                         CudaBuffer<float>(size(surface.vertices, 2 * kTransferTerms)),
                          CudaBuffer<Vec3d>(size(surface.vertices, 1)),
                          CudaBuffer<Vec3d>(size(surface.vertices, 1)),
-                         CudaBuffer<int>(size(surface.vertices, 2))};
-  one.visibility.clear();  // of what no picture sees nothing is asked
+                         CudaBuffer<OpenRays>(size(surface.vertices, 2))};
+  one.transfer.clear();  // of what no picture sees nothing is asked
   return one;
 }
 
@@ -232,13 +232,13 @@ class CudaShownSurfaces : public ShownSurfaces {
       open_rays_on_device(tree_->view(), own.ray_position.data(), own.ray_normal.data(),
                           own.vertices, {occlusion.strata, occlusion.reach, occlusion.offset},
                           own.open.data());
-      share_open<<<cuda_blocks(2 * own.vertices), kCudaBlock>>>(
-          own.open.data(), 2 * own.vertices,
-          static_cast<float>(occlusion.strata * occlusion.strata), own.visibility.data());
+      const int numbers = 2 * kTransferTerms * own.vertices;
+      share_open<<<cuda_blocks(numbers), kCudaBlock>>>(
+          own.open.data(), numbers, occlusion.strata * occlusion.strata, own.transfer.data());
       ATELIER_CUDA_LAUNCHED(share_open);
     }
-    return {own.position.data(),   own.normal.data(), own.tangent.data(),
-            own.visibility.data(), own.vertices,      own.coordinates};
+    return {own.position.data(), own.normal.data(), own.tangent.data(),
+            own.transfer.data(), own.vertices,      own.coordinates};
   }
 
   Image picture(const std::vector<SurfaceLook>& looks) override {
@@ -249,7 +249,7 @@ class CudaShownSurfaces : public ShownSurfaces {
       layers[s].faces = on_device_[s].faces.data();
       layers[s].uv_faces = on_device_[s].uv_faces.data();
       layers[s].uvs = on_device_[s].float_uvs.data();
-      layers[s].visibility = on_device_[s].visibility.data();
+      layers[s].transfer = on_device_[s].transfer.data();
     }
     layers_.upload(layers);
     const int pixels = picture.width * picture.height;

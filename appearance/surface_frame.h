@@ -1,6 +1,7 @@
 #pragma once
 
 #include "appearance/texel_map.h"
+#include "appearance/transfer_terms.h"
 #include "core/image.h"
 #include "core/types.h"
 
@@ -8,6 +9,8 @@ namespace atelier {
 
 /// Rows of three floats, one behind the other.
 using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+/// Light transfer of both sides of points, one behind the other.
+using TransferRows = Eigen::Matrix<float, Eigen::Dynamic, 2 * kTransferTerms, Eigen::RowMajor>;
 
 /// A surface in one frame, at its vertices: what geometry maps of any resolution are drawn from.
 struct SurfaceFrame {
@@ -16,9 +19,9 @@ struct SurfaceFrame {
   FloatRows normal;    ///< [V,3] unit, outward, world; 0 where there is none
   /// [T,3] unit or 0: the world's direction of growing u at each texture coordinate.
   FloatRows tangent;
-  /// [V,2] ambient visibility of the outside and of the inside, [0,1] (appearance/occlusion.h); no
-  /// rows before it is asked for.
-  Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor> visibility;
+  /// [V,2*9] light transfer of the outside and of the inside (appearance/occlusion.h); no rows
+  /// before it is asked for.
+  TransferRows transfer;
 };
 
 /// Positions, normals (angle-weighted) and tangents (area-weighted, of the faces round each texture

@@ -36,6 +36,8 @@ OptionTable describe(TrainOptions& options) {
             "The branch that does not see the camera; without both: a mean texture alone");
   table.add("view_dependent", options.view_dependent, "The branch that sees the camera");
   table.add("shadow", options.shadow, "The shadow network");
+  table.add("transfer_degree", options.transfer_degree, 0, kLargestTransferDegree, "",
+            "Of the light transfer's spherical harmonics; 0: ambient visibility alone");
   table.add("pixel_bias", options.pixel_bias, "A bias for each texel instead of each channel");
   table.add("half", options.half,
             "Convolutions in bfloat16: half the memory, not faster where measured");
@@ -89,6 +91,7 @@ NetworkOptions network_options(const TrainOptions& options) {
   network.view_dependent = known.view_dependent;
   network.shadow = known.shadow;
   network.shading = known.shading;
+  network.transfer_degree = known.transfer_degree;
   network.pixel_bias = known.pixel_bias;
   return network;
 }

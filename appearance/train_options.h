@@ -25,6 +25,7 @@ struct TrainOptions {
   bool view_independent = true;
   bool view_dependent = true;
   bool shadow = true;
+  int transfer_degree = 1;  ///< NetworkOptions::transfer_degree, 0..2
   bool pixel_bias = false;
   bool half = false;           ///< convolutions in bfloat16: half the memory, slower (H100)
   int checkpoint_every = 100;  ///< iterations, 1..1,000,000; does not change the result

@@ -82,7 +82,7 @@ std::vector<Eigen::Vector3d> gains_of(const std::vector<Camera>& wanted,
 std::vector<float> openness_of(const AppearanceData& data, const TexelMap& texels,
                                const AppearanceView& view) {
   const SurfaceFrame& frame = data.frames[static_cast<std::size_t>(view.frame_idx)];
-  const Eigen::MatrixXf rows = texel_values(texels, data.faces, frame.visibility.col(0));
+  const Eigen::MatrixXf rows = texel_values(texels, data.faces, frame.transfer.col(0));
   const std::vector<float> colors =
       sample_texture(texture_of(texels, rows.replicate(1, 3)), {view.u, view.v, {}});
   std::vector<float> values;

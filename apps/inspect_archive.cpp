@@ -66,7 +66,7 @@ const ArchiveSchema kArchiveSchemas[] = {
      }},
 #endif
 #ifdef ATELIER_HAS_APPEARANCE
-    {"atelier.appearance_data", 1,
+    {"atelier.appearance_data", 2,
      [](const Archive& archive, const std::string& file) {
        check_appearance_data(appearance_data_of(archive, file), file);
      }},

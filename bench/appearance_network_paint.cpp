@@ -66,7 +66,7 @@ std::shared_ptr<const AppearanceModel> model_of(const Mesh& mesh, const Case& on
   data.centers = Points::Zero(1, 3);
   data.widths = data.heights = {kSide};
   SurfaceFrame frame = surface_frame(mesh.vertices, mesh.faces, mesh.uvs, mesh.uv_faces);
-  frame.visibility.setConstant(mesh.vertices.rows(), 2, 0.7F);
+  frame.transfer.setConstant(mesh.vertices.rows(), 2 * kTransferTerms, 0.7F);
   data.frames = {frame};
   AppearanceView view;
   view.pixel = {0};

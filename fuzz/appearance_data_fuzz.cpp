@@ -6,7 +6,7 @@
 ATELIER_FUZZ_READER(appearance_data) {
   const atelier::AppearanceData data =
       atelier::appearance_data_of(atelier::parse_archive(atelier::fuzz::with_right_digest(bytes),
-                                                         "atelier.appearance_data", 1, "data"),
+                                                         "atelier.appearance_data", 2, "data"),
                                   "data");
   atelier::check_appearance_data(data);
   const atelier::AppearanceData again =

@@ -18,7 +18,7 @@ ATELIER_FUZZ_READER(appearance_model) {
   for (const int face : texels.face.data) {
     ATELIER_CHECK(face < model.faces.rows(), "a texel shows a face that there is");
   }
-  ATELIER_CHECK(model.faces.maxCoeff() < model.mean_visibility.size() &&
+  ATELIER_CHECK(model.faces.maxCoeff() < model.mean_transfer.rows() &&
                     model.static_gain.size() == 3 * model.camera_ids.size(),
                 "every vertex and every camera has its values");
   const atelier::AppearanceModel again =
@@ -26,7 +26,7 @@ ATELIER_FUZZ_READER(appearance_model) {
   ATELIER_CHECK(again.camera_ids == model.camera_ids && again.faces == model.faces &&
                     again.uvs == model.uvs &&
                     again.static_texture.data == model.static_texture.data &&
-                    again.mean_visibility == model.mean_visibility,
+                    again.mean_transfer == model.mean_transfer,
                 "a network reads back as it was");
   for (const auto& [name, tensor] : model.parameters) {
     ATELIER_CHECK(again.parameters.at(name).data == tensor.data, "parameters read back");

@@ -64,12 +64,12 @@ NetworkLoss loss_of(double value) {
 struct AppearanceNetwork::State {
   /// A surface in one frame, at its vertices (tangents: at its texture coordinates).
   struct Frame {
-    torch::Tensor position, normal, tangent, visibility;
+    torch::Tensor position, normal, tangent, transfer;
   };
-  /// What the branches and the shadow take of a surface seen from a point: [1,4,r,r] normal and
-  /// ambient visibility of the side that is seen, [1,3,r,r] direction to the point in that side's
-  /// tangent frame, at the branches' resolution, and [1,1,l,l] the visibility minus its mean at the
-  /// shadow's.
+  /// What the branches and the shadow take of a surface seen from a point: [1,3+K,r,r] normal and
+  /// light transfer, of K terms, of the side that is seen, [1,3,r,r] direction to the point in that
+  /// side's tangent frame, at the branches' resolution, and [1,K,l,l] the transfer minus its mean
+  /// at the shadow's.
   struct Inputs {
     torch::Tensor geometry, direction, openness;
   };
@@ -99,7 +99,7 @@ struct AppearanceNetwork::State {
   torch::Tensor weights;              // [T,3,1] barycentric
   torch::Tensor texel_rows;           // [R*R] row of each texel, T: none
   torch::Tensor texel_source;         // [R*R] what each texel of the finished texture shows
-  torch::Tensor mean_visibility;      // [V,1]
+  torch::Tensor mean_transfer;        // [V,9]
   std::vector<Example> examples;      // a view each
   Rates rates;
   Recording recording;          // of update, on `places`
@@ -206,8 +206,15 @@ struct AppearanceNetwork::State {
   }
 
   Inputs inputs_of(const Frame& frame, const torch::Tensor& center) const {
-    const torch::Tensor at = at_texels(
-        torch::cat({frame.position, frame.normal, frame.visibility, mean_visibility}, 1), corners);
+    const std::int64_t terms = transfer_terms(options.transfer_degree);
+    const auto transfer = [&](const torch::Tensor& rows, std::int64_t begin) {
+      return rows.slice(1, begin, begin + terms);
+    };
+    const torch::Tensor at =
+        at_texels(torch::cat({frame.position, frame.normal, transfer(frame.transfer, 0),
+                              transfer(frame.transfer, kTransferTerms), transfer(mean_transfer, 0)},
+                             1),
+                  corners);
     const auto columns = [&](std::int64_t begin, std::int64_t end) {
       return at.slice(1, begin, end);
     };
@@ -219,13 +226,16 @@ struct AppearanceNetwork::State {
     const torch::Tensor along = at_texels(frame.tangent, uv_corners);
     const torch::Tensor tangent = unit_rows(along - (along * facing).sum(1, true) * facing);
     const torch::Tensor across = torch::cross(facing, tangent, 1);
-    const torch::Tensor visible = torch::where(inside, columns(7, 8), columns(6, 7));
+    constexpr std::int64_t kOutside = 6;
+    const torch::Tensor visible =
+        torch::where(inside, transfer(at, kOutside + terms), transfer(at, kOutside));
     const torch::Tensor direction =
         torch::cat({(to * tangent).sum(1, true), (to * across).sum(1, true), height.abs()}, 1);
     const int side = branch_resolution_of(options);
     return {coarser(pictured(torch::cat({facing, visible}, 1)), side),
             coarser(pictured(direction), side),
-            coarser(pictured(visible - columns(8, 9)), shadow_resolution_of(options.resolution))};
+            coarser(pictured(visible - transfer(at, kOutside + 2 * terms)),
+                    shadow_resolution_of(options.resolution))};
   }
 
   /// [B,3,R,R] in linear light, without gain.
@@ -296,14 +306,14 @@ struct AppearanceNetwork::State {
   }
 
   Frame on_device_of(const SurfaceFrame& frame) const {
-    ATELIER_CHECK(frame.position.rows() == mean_visibility.size(0) &&
-                      frame.visibility.rows() == frame.position.rows() &&
+    ATELIER_CHECK(frame.position.rows() == mean_transfer.size(0) &&
+                      frame.transfer.rows() == frame.position.rows() &&
                       frame.normal.rows() == frame.position.rows(),
                   "the frame has another number of vertices than the network's surface");
     const auto rows = [&](const auto& matrix) {
       return on_device(matrix.data(), {matrix.rows(), matrix.cols()}, device);
     };
-    return {rows(frame.position), rows(frame.normal), rows(frame.tangent), rows(frame.visibility)};
+    return {rows(frame.position), rows(frame.normal), rows(frame.tangent), rows(frame.transfer)};
   }
 
   /// [3,R,R]
@@ -491,8 +501,8 @@ AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device
   state.texel_rows = rows_on_device(rows, state.device);
   state.texel_source =
       rows_on_device(std::vector<std::int64_t>(map.source.begin(), map.source.end()), state.device);
-  state.mean_visibility =
-      on_device(model.mean_visibility.data(), {model.mean_visibility.size(), 1}, state.device);
+  state.mean_transfer = on_device(model.mean_transfer.data(),
+                                  {model.mean_transfer.rows(), kTransferTerms}, state.device);
 }
 
 AppearanceNetwork::~AppearanceNetwork() = default;
@@ -522,16 +532,17 @@ std::vector<float> AppearanceNetwork::colors(const SurfaceFrame& frame,
 const float* AppearanceNetwork::texture_on_device(const SurfaceArrays& surface,
                                                   const Eigen::Vector3d& center) {
   State& state = *state_;
-  ATELIER_CHECK(surface.vertices == state.mean_visibility.size(0),
+  ATELIER_CHECK(surface.vertices == state.mean_transfer.size(0),
                 "the surface has another number of vertices than the network's");
   const torch::NoGradGuard no_gradients;
   const auto rows = [&](const float* values, Index count, std::int64_t columns) {
     return torch::from_blob(const_cast<float*>(values), {count, columns},
                             torch::device(state.device).dtype(torch::kFloat32));
   };
-  const State::Frame frame = {
-      rows(surface.position, surface.vertices, 3), rows(surface.normal, surface.vertices, 3),
-      rows(surface.tangent, surface.coordinates, 3), rows(surface.visibility, surface.vertices, 2)};
+  const State::Frame frame = {rows(surface.position, surface.vertices, 3),
+                              rows(surface.normal, surface.vertices, 3),
+                              rows(surface.tangent, surface.coordinates, 3),
+                              rows(surface.transfer, surface.vertices, 2 * kTransferTerms)};
   state.shown = state.texture_of_view(frame, center).contiguous();
   return state.shown.data_ptr<float>();
 }

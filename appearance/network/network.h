@@ -49,7 +49,7 @@ class AppearanceNetwork {
   const float* texture_on_device(const SurfaceArrays& surface, const Eigen::Vector3d& center);
 
   /// Takes views with colours and what the network's branches are given of each to the device,
-  /// once (28 bytes a texel of the branches and 15 a place, a view); what follows names views of
+  /// once (60 bytes a texel of the branches and 15 a place, a view); what follows names views of
   /// it.
   void learn_from(const AppearanceData& data);
   /// Loss of views, and its derivatives by each parameter.

@@ -75,9 +75,9 @@ struct Painter::State {
     for (std::size_t i = 0; i < layers.size(); ++i) {
       if (now[i] > 0) {
         const AppearanceModel* model = layers[i].model.get();
-        if (model != nullptr && now[i] != model->mean_visibility.size()) {
+        if (model != nullptr && now[i] != model->mean_transfer.rows()) {
           throw DataError("", "surface of " + model->name, std::to_string(now[i]) + " vertices",
-                          std::to_string(model->mean_visibility.size()) + ", as its network has");
+                          std::to_string(model->mean_transfer.rows()) + ", as its network has");
         }
         surfaces.push_back({now[i], layers[i].faces, model != nullptr ? model->uvs : Points2(),
                             model != nullptr ? model->uv_faces : Triangles()});

@@ -18,7 +18,7 @@ struct PaintedLayer {
 /// Milliseconds of what a picture is made of.
 struct PaintTimes {
   double look = 0;      ///< vertices to the device, tree, raster
-  double surfaces = 0;  ///< normals, tangents, ambient visibility
+  double surfaces = 0;  ///< normals, tangents, light transfer
   double networks = 0;
   double picture = 0;  ///< pixels, and back
 };

@@ -275,7 +275,7 @@ int run_prediction(const Arguments& arguments) {
       appearance_model_of(found.tensors, found.metadata, arguments.places[0]);
   const AppearanceData data = read_appearance_data(arguments.places[1]);
   if (!equal_arrays(data.faces, model.faces) || !equal_arrays(data.uvs, model.uvs) ||
-      data.frames.front().position.rows() != model.mean_visibility.size()) {
+      data.frames.front().position.rows() != model.mean_transfer.rows()) {
     throw DataError(arguments.places[1], "atlas", "another garment's", "data prepared for it");
   }
   const AppearanceNetwork network(model, arguments.device);

@@ -64,10 +64,10 @@ TEST(PrepareAppearance, HasWhatIsSeenOfTheSurfaceAlone) {
   ASSERT_EQ(data.views.size(), 4U);
   EXPECT_EQ(data.views[0].colors.size(), 3 * data.views[0].u.size());
   // Under the lid it is dark, on the far side open; from below nothing is in the way.
-  const auto& visibility = data.frames[0].visibility;
-  EXPECT_LT(visibility(6, 0), 0.9F);
-  EXPECT_GT(visibility(24, 0), 0.95F);
-  EXPECT_GT(visibility.col(1).minCoeff(), 0.95F);
+  const TransferRows& transfer = data.frames[0].transfer;
+  EXPECT_LT(transfer(6, 0), 0.9F);
+  EXPECT_GT(transfer(24, 0), 0.95F);
+  EXPECT_GT(transfer.col(kTransferTerms).minCoeff(), 0.95F);
   check_appearance_data(data);
 }
 

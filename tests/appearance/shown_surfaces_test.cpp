@@ -101,8 +101,8 @@ TEST(ShownSurfaces, PixelsShowTextureColourAndBackground) {
       ++of_each[1];
       float open = 0;
       for (int k = 0; k < 3; ++k) {
-        open +=
-            weight[k] * floor.visibility[2 * table.floor.faces(face - table.sheet.faces.rows(), k)];
+        open += weight[k] * floor.transfer[2 * kTransferTerms *
+                                           table.floor.faces(face - table.sheet.faces.rows(), k)];
       }
       EXPECT_NEAR(pixel[2], 0.6F * open, 1e-6F);
     }
@@ -193,7 +193,9 @@ TEST(ShownSurfaces, CudaAgrees) {
       EXPECT_LT(largest_difference(a.normal, fetched(b.normal, 3 * b.vertices)), 1e-6);
       EXPECT_LT(largest_difference(a.tangent, fetched(b.tangent, 3 * b.coordinates)), 1e-6);
       // A ray that grazes an edge may go either way.
-      EXPECT_LT(largest_difference(a.visibility, fetched(b.visibility, 2 * b.vertices)), 1.5 / 64);
+      EXPECT_LT(
+          largest_difference(a.transfer, fetched(b.transfer, 2 * kTransferTerms * b.vertices)),
+          3.5 / 64);
     }
     const Image one = cpu->picture(table.looks(table.texture.data()));
     const Image other = cuda->picture(table.looks(texture.data()));

@@ -6,10 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "appearance/joined_surfaces.h"
-#include "appearance/occlusion.h"
 #include "appearance/visible_pixels.h"
 #include "core/error.h"
-#include "core/parallel.h"
 #include "tests/support/refusals.h"
 #include "tests/support/shapes.h"
 
@@ -75,84 +73,6 @@ TEST(SurfaceFrame, PicturesFillWhatIsBesideACharts) {
   EXPECT_EQ(normal.at(16, 16, 1), 1.0F);
   EXPECT_EQ(normal.at(7, 16, 1), 1.0F);  // one texel outside
   EXPECT_EQ(normal.at(1, 16, 1), 0.0F);  // far outside
-}
-
-TEST(Occlusion, OfAFloorBesideAHighWallIsOneHalf) {
-  // A wall far longer and higher than the floor's texels are away from it hides half of the sky.
-  const Mesh floor = sheet();
-  const Mesh wall = fixtures::mesh_of({{-50, 0, 1}, {50, 0, 1}, {50, 80, 1}, {-50, 80, 1}},
-                                      {{0, 1, 2}, {0, 2, 3}});
-  SurfaceFrame frame = frame_of(floor);
-  OcclusionOptions options;
-  options.reach = 100;
-  options.strata = 16;
-  const auto open = ambient_visibility(frame, build_tree(floor.vertices, floor.faces), options);
-  EXPECT_GT(open.minCoeff(), 0.999F);  // a plane does not hide itself, from either side
-  frame.position.col(2) *= 0.9F;       // none within the wall
-  const auto half = ambient_visibility(frame, build_tree(wall.vertices, wall.faces), options);
-  EXPECT_NEAR(half.col(0).mean(), 0.5, 0.01);
-  EXPECT_NEAR(half.col(0).minCoeff(), 0.5, 0.05);
-  EXPECT_GT(half.col(1).minCoeff(), 0.98F);  // which stands on the floor
-}
-
-TEST(Occlusion, OfAHorizonAtAnAngleFollowsTheCosineLaw) {
-  // A wide lid at height 1 with a round hole of radius 1 above one texel lets through sin^2 of 45
-  // degrees: one half.
-  std::vector<std::array<double, 3>> vertices;
-  std::vector<std::array<int, 3>> faces;
-  constexpr int kSides = 256;
-  for (int i = 0; i < kSides; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kSides;
-    for (const double radius : {1.0, 60.0}) {
-      vertices.push_back({radius * std::cos(angle), 1.0, radius * std::sin(angle)});
-    }
-    const int a = 2 * i;
-    const int b = 2 * ((i + 1) % kSides);
-    faces.push_back({a, a + 1, b});
-    faces.push_back({b, a + 1, b + 1});
-  }
-  const Mesh lid = fixtures::mesh_of(vertices, faces);
-  SurfaceFrame point;
-  point.position = Eigen::RowVector3f(0, 0, 0);
-  point.normal = Eigen::RowVector3f(0, 1, 0);
-  OcclusionOptions options;
-  options.strata = 32;
-  options.reach = 100;
-  options.offset = 0;
-  const TriangleTree tree = build_tree(lid.vertices, lid.faces);
-  EXPECT_NEAR(ambient_visibility(point, tree, options)(0, 0), 0.5, 0.01);
-  EXPECT_EQ(ambient_visibility(point, tree, options)(0, 1), 1.0F);
-  options.reach = 0.9;  // below the lid
-  EXPECT_EQ(ambient_visibility(point, tree, options)(0, 0), 1.0F);
-}
-
-TEST(Occlusion, IsTheSameOnAnyNumberOfThreads) {
-  const Mesh ball = fixtures::sphere(3);
-  const SurfaceFrame frame = frame_of(sheet());
-  const TriangleTree tree = build_tree(ball.vertices, ball.faces);
-  set_thread_count(1);
-  const auto one = ambient_visibility(frame, tree);
-  set_thread_count(3);
-  const auto three = ambient_visibility(frame, tree);
-  set_thread_count(0);
-  EXPECT_EQ(one, three);
-}
-
-TEST(Occlusion, CudaAgrees) {
-  Mesh cloth = sheet();
-  cloth.vertices.col(1) = 0.2 * (9 * cloth.vertices.col(0).array()).sin();
-  const Mesh ball = fixtures::sphere(3);
-  const JoinedSurfaces all =
-      joined_surfaces({{&ball.vertices, &ball.faces}, {&cloth.vertices, &cloth.faces}});
-  const TriangleTree tree = build_tree(all.vertices, all.faces);
-  const SurfaceFrame frame = frame_of(cloth);
-  try {
-    const auto cuda = ambient_visibility(frame, tree, {}, Device::Cuda);
-    // A ray that grazes a face may go either way.
-    EXPECT_LE((cuda - ambient_visibility(frame, tree)).cwiseAbs().maxCoeff(), 1.0F / 64);
-  } catch (const EnvironmentError& error) {
-    GTEST_SKIP() << error.what();
-  }
 }
 
 Camera from_above() {
@@ -221,9 +141,6 @@ TEST(SurfaceFrameRefused, WhatDoesNotFit) {
                          "row that is not there");
   ATELIER_EXPECT_REFUSED(texture_of(texels, Eigen::MatrixXf::Zero(3, 3)), LogicError,
                          "each covered texel");
-  OcclusionOptions options;
-  options.strata = 0;
-  ATELIER_EXPECT_REFUSED(ambient_visibility({}, {}, options), LogicError, "out of range");
   ATELIER_EXPECT_REFUSED(visible_pixels({}, -1, mesh.uvs, mesh.uv_faces), LogicError,
                          "not negative");
   ATELIER_EXPECT_REFUSED(joined_surfaces({{}}), LogicError, "has vertices and faces");

@@ -32,9 +32,12 @@ inline AppearanceData small_data() {
       vertices(v, 1) = 0.08 * std::sin(6 * vertices(v, 0) + f) * std::cos(4 * vertices(v, 2));
     }
     SurfaceFrame frame = surface_frame(vertices, data.faces, data.uvs, data.uv_faces, f);
-    frame.visibility.resize(vertices.rows(), 2);
-    frame.visibility.col(0) = frame.normal.col(1).array().square();
-    frame.visibility.col(1).setConstant(0.5F);
+    frame.transfer.resize(vertices.rows(), 2 * kTransferTerms);
+    for (Index i = 0; i < kTransferTerms; ++i) {
+      const auto wave = static_cast<float>(i) * frame.position.col(0).array();
+      frame.transfer.col(i) = frame.normal.col(1).array().square() * wave.cos();
+      frame.transfer.col(kTransferTerms + i).setConstant(0.5F);
+    }
     data.frames.push_back(std::move(frame));
   }
   for (int f = 0; f < 3; ++f) {

@@ -166,6 +166,13 @@ TEST(Network, EachSwitchLeavesItsPartOut) {
   EXPECT_FALSE(
       initial_model(data, network_options(options), 1).parameters.contains("shadow.first.v"));
   options = small_options();
+  options.transfer_degree = 0;
+  EXPECT_EQ(initial_model(data, network_options(options), 1).parameters.at("shadow.first.v").shape,
+            (std::vector<std::int64_t>{2, 1, 3, 3}));
+  options.transfer_degree = 1;
+  EXPECT_EQ(initial_model(data, network_options(options), 1).parameters.at("shadow.first.v").shape,
+            (std::vector<std::int64_t>{2, 4, 3, 3}));
+  options = small_options();
   options.view_dependent = false;
   const AppearanceModel model = initial_model(data, network_options(options), 1);
   const AppearanceNetwork network(model, Device::Cpu);
@@ -194,6 +201,36 @@ TEST(Train, LearnsMoreThanAStaticTexture) {
   EXPECT_TRUE(result.finite);
   EXPECT_EQ(result.training.iteration, 150);
   EXPECT_GT(learner(result.training.model, data).loss(all).psnr, before + 2);
+}
+
+TEST(Train, LearnsAShadowThatOnlyTheTransferKnows) {
+  // As much of the sky is hidden everywhere and always, but not the same part of it, and where
+  // light does not come from x it is dark.
+  AppearanceData data = small_data();
+  const TexelMap texels = texel_map(data.faces, data.uvs, data.uv_faces, 16);
+  for (SurfaceFrame& frame : data.frames) {
+    frame.transfer.setConstant(0.5F);
+    frame.transfer.col(3) =
+        0.5F *
+        (4 * frame.position.col(0).array() + 2.0F * static_cast<float>(frame.frame_id)).sin();
+  }
+  for (AppearanceView& view : data.views) {
+    const SurfaceFrame& frame = data.frames[static_cast<std::size_t>(view.frame_idx)];
+    const Eigen::MatrixXf from_x = texel_values(texels, data.faces, frame.transfer.col(3));
+    for (std::size_t i = 0; i < view.colors.size(); ++i) {
+      const float light = 0.5F + 0.8F * from_x(static_cast<Index>(i / 3), 0);
+      view.colors[i] = static_cast<std::uint8_t>(std::lround(200 * light));
+    }
+  }
+  double psnr[2] = {0, 0};
+  for (const int degree : {0, 1}) {
+    TrainOptions options = small_options(150);
+    options.channels = 4;
+    options.transfer_degree = degree;
+    const TrainResult result = train(start_training(data, options), data, options, Device::Cpu);
+    psnr[degree] = learner(result.training.model, data).loss({0, 1, 2, 3, 4, 5}).psnr;
+  }
+  EXPECT_GT(psnr[1], psnr[0] + 3);
 }
 
 TEST(Train, AStoppedTrainingGoesOnToTheSameBits) {
@@ -260,7 +297,7 @@ TEST(TrainRefused, GoingOnWithDataOfWhichAnythingIsOther) {
       {"heights", [](auto& d) { d.heights[1] += 1; }},
       {"frame_id", [](auto& d) { d.frames[1].frame_id = 7; }},
       {"position", [](auto& d) { d.frames[1].position(5, 1) += 0.01F; }},
-      {"visibility", [](auto& d) { d.frames[2].visibility(5, 1) = 0.25F; }},
+      {"transfer", [](auto& d) { d.frames[2].transfer(5, 11) = 0.25F; }},
       {"camera_idx", [](auto& d) { std::swap(d.views[0].camera_idx, d.views[1].camera_idx); }},
       {"frame_idx", [](auto& d) { std::swap(d.views[0].frame_idx, d.views[2].frame_idx); }},
       {"pixel", [](auto& d) { std::swap(d.views[0].pixel[0], d.views[0].pixel[1]); }},
@@ -317,7 +354,7 @@ TEST(AppearanceData, ArchivesGiveItBack) {
   EXPECT_NEAR(back.views[4].u[7], data.views[4].u[7], 1e-5);
   EXPECT_LT((back.frames[2].tangent - data.frames[2].tangent).cwiseAbs().maxCoeff(), 1e-5F);
   EXPECT_EQ(back.frames[2].position, data.frames[2].position);
-  EXPECT_EQ(back.frames[2].visibility, data.frames[2].visibility);
+  EXPECT_EQ(back.frames[2].transfer, data.frames[2].transfer);
 }
 
 TEST(AppearanceDataRefused, ArraysThatDoNotAgree) {
@@ -335,10 +372,11 @@ TEST(AppearanceDataRefused, ArraysThatDoNotAgree) {
       "frames/position");
   refused(
       [](Archive& a) {
-        a.datasets["frames/visibility"] =
-            tensor_of(std::vector<float>(3 * 49 * 2, 2.0F), {3, 49, 2});
+        a.datasets["frames/transfer"] =
+            tensor_of(std::vector<float>(3 * 49 * 18, 2.0F), {3, 49, 2, 9});
       },
-      "frames/visibility");
+      "2.000000 of degree 0");
+  refused([](Archive& a) { a.version = 1; }, "run it again");
   refused([](Archive& a) { a.datasets.erase("atlas/uv_faces"); }, "texture faces");
   refused([](Archive& a) { a.datasets.erase("frames/position"); }, "frames/position");
   refused([](Archive& a) { a.datasets["views/camera"] = tensor_of(std::vector<int>(6, 2)); },

@@ -118,9 +118,9 @@ TEST(Network, TheInsideIsLitByItsOwnSide) {
   SurfaceFrame frame = stage.data.frames[0];
   const Eigen::Vector3d below(0.5, -3, 0.5);
   const Image one = network.texture(frame, below);
-  frame.visibility.col(0).setConstant(0.1F);  // of the outside: nobody there
+  frame.transfer.leftCols<kTransferTerms>().setConstant(0.1F);  // of the outside: nobody there
   EXPECT_EQ(network.texture(frame, below).data, one.data);
-  frame.visibility.col(1).setConstant(0.1F);
+  frame.transfer.rightCols<kTransferTerms>().setConstant(0.1F);
   EXPECT_NE(network.texture(frame, below).data, one.data);
 }
 

@@ -232,7 +232,7 @@ void write_skirt_network(const fs::path& file) {
     }
   }
   model.static_gain = {1, 1, 1};
-  model.mean_visibility = Eigen::VectorXf::Ones(skirt.vertices.rows());
+  model.mean_transfer = MeanTransfer::Ones(skirt.vertices.rows(), kTransferTerms);
   for (const ParameterShape& parameter : network_parameters(model.options, 1)) {
     std::int64_t count = 1;
     for (const std::int64_t side : parameter.shape) {
