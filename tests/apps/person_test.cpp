@@ -72,6 +72,11 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   };
   EXPECT_GT(share(), 0.2);
   EXPECT_LT(share(), 0.9);
+  const auto metrics = read_manifest(fs::canonical(result), "track").metrics;
+  EXPECT_GT(metrics.at("keypoint_rms_none"), 0) << "what leaving it out changes";
+  EXPECT_NE(metrics.at("keypoint_rms_none"), metrics.at("keypoint_rms"));
+  EXPECT_GT(metrics.at("scan_rms_none"), 0);
+  EXPECT_GT(metrics.at("legs_moved_none"), 0);
   EXPECT_TRUE(fs::exists(result / "pictures" / "clothed_region.png"));
   std::ofstream(own_ / "region.json") << "[0, 1, 2, 3]";
   ASSERT_EQ(run_stage("track", {"--exclude", "region", "--region", (own_ / "region.json").string()})
@@ -91,7 +96,7 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   const std::string page = read_text(workspace_ / "report" / "index.html");
   for (const char* words :
        {"clothed: the part of the body whose clothing does not count", "clothed_region.png",
-        "track.legs_none_mm"}) {
+        "track.legs_none_mm", "keypoint_rms_none", "legs_moved_none"}) {
     EXPECT_THAT(page, HasSubstr(words));
   }
 }
