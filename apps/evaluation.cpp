@@ -37,8 +37,6 @@ struct Evaluation {
   std::vector<Measure> (*measure)(const fs::path& workspace, const fs::path& truth);
   /// Why its result cannot be measured, though it is not outdated; "" if it can. Null: it can.
   std::string (*problem)(const fs::path& workspace, const fs::path& truth) = nullptr;
-  /// Figures compare with what the stage gives now, so that a new version outdates them too.
-  bool run_again = false;
 };
 
 std::vector<Measure> of_capture(const fs::path& /*workspace*/, const fs::path& truth) {
@@ -52,7 +50,7 @@ constexpr Evaluation kEvaluations[] = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
     {"personalize", measure_personalize, personalize_problem},
-    {"track", measure_track, nullptr, true},
+    {"track", measure_track},
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     {"template", measure_template},
@@ -118,14 +116,14 @@ std::string mending_command(const std::vector<StageStatus>& all, const StageStat
 }
 
 /// Why a stage's figures would say nothing of the workspace as it is: what its result was made of
-/// has changed since. With the command that mends it.
+/// has changed since, or another version of the stage made it or anything that it rests on. With
+/// the first such reason and the command that mends it.
 std::string outdated_problem(const std::vector<StageStatus>& all, const Evaluation& evaluation,
                              const fs::path& workspace, const fs::path& truth) {
   const auto own = std::find_if(all.begin(), all.end(), [&](const StageStatus& one) {
     return one.stage == evaluation.stage;
   });
-  if (own == all.end() || own->state != StageStatus::State::Outdated ||
-      !(own->inputs_changed || evaluation.run_again)) {
+  if (own == all.end() || own->state != StageStatus::State::Outdated) {
     return "";
   }
   return "outdated: " + own->reasons.front() + "; run " +
@@ -145,7 +143,7 @@ void require_own_truth(const std::vector<StageStatus>& all, const fs::path& trut
         std::any_of(std::begin(kEvaluations), std::end(kEvaluations),
                     [&](const Evaluation& one) { return one.stage == status.stage; });
     if (!has_figures || !status.manifest || status.inputs_changed) {
-      continue;  // what is outdated is not measured
+      continue;  // what has changed may have been of another place
     }
     for (const ManifestInput& input : status.manifest->inputs) {
       if (input.kind == kKind) {

@@ -8,6 +8,7 @@
 
 #include "apps/person_pictures.h"
 #include "bodymodel/body_archive.h"
+#include "bodymodel/humanoid.h"
 #include "bodymodel/personal_body.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -91,6 +92,40 @@ void write_pictures(StageRun& run, const std::string& name, const BodyModel& mod
 }
 #endif
 
+/// Sums over frames of what tracking says of itself.
+struct TrackSums {
+  double frames = 0;
+  double trusted = 0;
+  double keypoints = 0;
+  double scans = 0;
+  double scanned = 0;
+  double deviation = 0;
+};
+
+void add(TrackSums& sums, const TrackedMotion& tracked) {
+  const auto count = static_cast<double>(tracked.trusted.size());
+  sums.frames += count;
+  sums.trusted +=
+      static_cast<double>(std::count(tracked.trusted.begin(), tracked.trusted.end(), 1));
+  sums.keypoints += tracked.keypoint_rms.sum();
+  sums.scans += tracked.scan_rms.sum();
+  sums.scanned += static_cast<double>((tracked.scan_share.array() > 0).count());
+  sums.deviation += tracked.deviations.mean() * count;
+}
+
+/// Sum over frames of the mean distance of hips, knees and ankles between two trackings.
+double legs_moved(const TrackedMotion& a, const TrackedMotion& b) {
+  double sum = 0;
+  for (const Leg& leg : recognised_humanoid(a.skeleton).legs) {
+    for (const int joint : {leg.hip, leg.knee, leg.ankle}) {
+      for (std::size_t f = 0; f < a.joints.size(); ++f) {
+        sum += (a.joints[f].row(joint) - b.joints[f].row(joint)).norm() / 6;
+      }
+    }
+  }
+  return sum;
+}
+
 }  // namespace
 
 OptionTable describe(TrackStageOptions& options) {
@@ -99,6 +134,9 @@ OptionTable describe(TrackStageOptions& options) {
   table.add(describe(options.fit));
   table.add("region", options.region, std::vector<std::string>{},
             "vertex group of the body, or JSON list of vertices, for exclude = region");
+  table.add("compare", options.compare,
+            "Track once more with nothing left out, where something is, and report its errors; "
+            "takes as long again");
   return table;
 }
 
@@ -109,12 +147,10 @@ void run_track(StageRun& run) {
   const std::vector<Label> excluded = options.fit.exclude == Exclude::Labels
                                           ? labels_of(options.input.excluded)
                                           : std::vector<Label>{};
-  double frames = 0;
-  double trusted = 0;
-  double keypoints = 0;
-  double scans = 0;
-  double scanned = 0;
-  double deviation = 0;
+  TrackSums sums;
+  TrackSums without;  // exclusion
+  double moved = 0;
+  double compared = 0;  // frames
   double region = 0;
   for (const CaptureSequence& sequence : info.sequences) {
     if (sequence.frame_ids.empty()) {
@@ -145,27 +181,38 @@ void run_track(StageRun& run) {
 #ifdef ATELIER_HAS_CORE_RENDER
     write_pictures(run, sequence.name, person.model, tracked);
 #endif
-    const auto count = static_cast<double>(tracked.trusted.size());
-    frames += count;
-    trusted += static_cast<double>(std::count(tracked.trusted.begin(), tracked.trusted.end(), 1));
-    keypoints += tracked.keypoint_rms.sum();
-    scans += tracked.scan_rms.sum();
-    scanned += static_cast<double>((tracked.scan_share.array() > 0).count());
-    deviation += tracked.deviations.mean() * count;
+    add(sums, tracked);
+    if (options.compare && !tracked.region.empty()) {
+      fit.exclude = Exclude::None;
+      input = person_input(person_files(run), info, sequence, options.input).input;
+      const TrackedMotion all = track(person.model, input, fit).tracked;
+      add(without, all);
+      moved += legs_moved(tracked, all);
+      compared += static_cast<double>(all.joints.size());
+    } else {
+      add(without, tracked);
+    }
     region = std::max(region, static_cast<double>(tracked.region.size()) /
                                   static_cast<double>(vertex_count(person.model)));
   }
-  if (frames == 0) {
+  if (sums.frames == 0) {
     throw DataError(run.input("capture").string(), "sequences", "no frame", "at least one");
   }
-  run.metric("frames", frames);
-  run.metric("trusted_share", trusted / frames);
-  run.metric("keypoint_rms", keypoints / frames);
-  if (scanned > 0) {  // frames without a scan are none that it fits
-    run.metric("scan_rms", scans / scanned);
+  run.metric("frames", sums.frames);
+  run.metric("trusted_share", sums.trusted / sums.frames);
+  run.metric("keypoint_rms", sums.keypoints / sums.frames);
+  if (sums.scanned > 0) {  // frames without a scan are none that it fits
+    run.metric("scan_rms", sums.scans / sums.scanned);
   }
-  run.metric("deviation_mean", deviation / frames);
+  run.metric("deviation_mean", sums.deviation / sums.frames);
   run.metric("region_share", region);
+  if (compared > 0) {
+    run.metric("keypoint_rms_none", without.keypoints / without.frames);
+    if (without.scanned > 0) {
+      run.metric("scan_rms_none", without.scans / without.scanned);
+    }
+    run.metric("legs_moved_none", moved / compared);
+  }
 }
 
 }  // namespace atelier

@@ -2,156 +2,19 @@
 // real ones.
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
 
-#include <filesystem>
-#include <fstream>
-#include <functional>
-#include <nlohmann/json.hpp>
-
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "bodymodel/motion_trc.h"
-#include "bodymodel/personal_body.h"
-#include "bodymodel/tracked_motion.h"
 #include "capture/truth_archive.h"
-#include "core/sequence_archive.h"
-#include "core/sha256.h"
-#include "core/store/manifest.h"
-#include "core/store/result.h"
-#include "tests/support/child_process.h"
-#include "tests/support/flags.h"
-#include "tests/support/places.h"
-#include "tests/support/read_text.h"
-#include "tests/support/temporary_directory.h"
+#include "tests/apps/person_fixture.h"
 #include "tests/support/test_data.h"
 
 namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using ::testing::StartsWith;
-
-/// A capture with its scans, keypoints, person and motion for all tests of this file; a copy of the
-/// workspace for each, which has what `run_stage("track")` asks for until something is changed.
-class Person : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = new TemporaryDirectory;
-    const std::string capture = (folder_->path() / "capture").string();
-    const std::string made = (folder_->path() / "made").string();
-    const std::vector<std::vector<std::string>> steps = {
-        {"synthesize",
-         capture,
-         "--dome.cameras",
-         "8",
-         "--dome.width",
-         "180",
-         "--dome.height",
-         "240",
-         "--frames",
-         "3",
-         "--minimal_frames",
-         "3",
-         "--held_out_cameras",
-         "0",
-         "--held_out_share",
-         "0",
-         "--edge_length",
-         "0.05",
-         "--substeps",
-         "6",
-         "--fabric.resolution",
-         "256",
-         "--skin_resolution",
-         "256",
-         "--samples",
-         "2"},
-        {"reconstruct", capture, made, "--surface.octree_depth", "6", "--surface.edge_length",
-         "0.03", "--stereo.iterations", "2", "--stereo.refinements", "1"},
-        {"personalize", capture, made, "--samples", "800", "--shape-rounds", "2",
-         "--surface-rounds", "1"},
-        {"track", capture, made, "--samples", kSamples, "--rounds", kRounds}};
-    for (std::vector<std::string> step : steps) {
-      step.insert(step.begin(), program_path());
-      made_ = run_child(step);
-      if (made_.exit_code != 0) {
-        return;
-      }
-    }
-  }
-  static void TearDownTestSuite() { delete folder_; }
-
-  void SetUp() override {
-    ASSERT_EQ(made_.exit_code, 0) << made_.err;
-    fs::copy(folder_->path() / "made", workspace_,
-             fs::copy_options::recursive | fs::copy_options::copy_symlinks);
-  }
-  static fs::path capture() { return folder_->path() / "capture"; }
-  fs::path reconstructed(const std::string& file) const {
-    return workspace_ / "reconstruct" / "current" / file;
-  }
-  /// The manifest says what the changed files of `reconstruct` are now: as if that stage had made
-  /// them so.
-  void sign_reconstruct() const {
-    const fs::path folder = fs::canonical(workspace_ / "reconstruct" / "current");
-    Manifest manifest = read_manifest(folder, "reconstruct");
-    std::erase_if(manifest.outputs,
-                  [&](const ManifestOutput& output) { return !fs::exists(folder / output.path); });
-    for (ManifestOutput& output : manifest.outputs) {
-      const std::string bytes = read_text(folder / output.path);
-      output.size = static_cast<std::int64_t>(bytes.size());
-      output.digest = sha256(bytes);
-    }
-    std::ofstream(folder / "manifest.json") << manifest_text(manifest);
-  }
-  ChildResult run_stage(const std::string& stage, std::vector<std::string> more = {}) const {
-    sign_reconstruct();
-    std::vector<std::string> command = {program_path(), stage, capture().string(),
-                                        workspace_.string()};
-    if (stage == "track") {
-      more = fixtures::with_usual({"--samples", kSamples, "--rounds", kRounds}, more);
-    }
-    if (stage == "body") {
-      more = fixtures::with_usual({"--iterations", "2", "--gap-frames", "1"}, more);
-    }
-    command.insert(command.end(), more.begin(), more.end());
-    return run_child(command);
-  }
-  ChildResult evaluate(std::vector<std::string> more) const {
-    std::vector<std::string> command = {program_path(), "evaluate", workspace_.string(), "--truth",
-                                        capture().string()};
-    command.insert(command.end(), more.begin(), more.end());
-    return run_child(command);
-  }
-  TrackedMotion tracked() const {
-    return read_tracked_motion(workspace_ / "track" / "current" / "tracked" / "clothed.h5");
-  }
-  nlohmann::json certificates() const {
-    return nlohmann::json::parse(read_text(workspace_ / "body" / "current" / "certificates.json"));
-  }
-  /// A frame of the clothed sequence, as its files are named.
-  static std::string clothed_frame(std::size_t f) { return frame_name(static_cast<int>(f)); }
-  void change_scan(const std::string& frame, const std::function<void(Mesh&)>& change) const {
-    const fs::path file = reconstructed("scans/" + frame + ".h5");
-    Mesh scan = read_mesh_archive(file);
-    change(scan);
-    fs::remove(file);
-    write_mesh_archive(file, scan);
-  }
-
-  static constexpr const char* kSamples = "600";
-  static constexpr const char* kRounds = "3";
-  static TemporaryDirectory* folder_;
-  static ChildResult made_;
-  TemporaryDirectory own_;
-  fs::path workspace_ = own_.path() / "workspace";
-};
-
-TemporaryDirectory* Person::folder_ = nullptr;
-ChildResult Person::made_;
 
 TEST_F(Person, IsFollowedMeasuredAndReported) {
   for (const char* stage : {"track", "body"}) {
@@ -197,59 +60,6 @@ TEST_F(Person, WithoutAMinimalSequenceIsMeasuredOnAClothedOne) {
   EXPECT_THAT(unknown.err, HasSubstr("one of clothed, minimal"));
 }
 
-TEST_F(Person, ResultsOfAnotherCaptureAreRefused) {
-  const fs::path other = own_.path() / "other";
-  fs::copy(capture(), other, fs::copy_options::recursive);
-  // The same capture elsewhere is no other.
-  ASSERT_EQ(run_stage("track").exit_code, 0);
-  ASSERT_EQ(run_child({program_path(), "body", other.string(), workspace_.string(), "--dry-run"})
-                .exit_code,
-            0);
-  const auto judged = [&](const char* command) {
-    return run_child({program_path(), command, workspace_.string(), "--truth", other.string()});
-  };
-  EXPECT_EQ(judged("evaluate").exit_code, 0);
-  fs::remove(other / "images" / "00" / "000000.png");
-  for (const char* command : {"evaluate", "report"}) {
-    const ChildResult refused = judged(command);
-    EXPECT_EQ(refused.exit_code, 3);
-    EXPECT_THAT(refused.err, AllOf(HasSubstr("another capture than the one that the result of"),
-                                   HasSubstr("--truth " + fs::canonical(capture()).string())));
-    EXPECT_THAT(refused.out, ::testing::IsEmpty());
-  }
-  for (const char* stage : {"personalize", "track", "body"}) {
-    const ChildResult refused =
-        run_child({program_path(), stage, other.string(), workspace_.string(), "--force"});
-    EXPECT_EQ(refused.exit_code, 3);
-    EXPECT_THAT(refused.err, HasSubstr("results of one capture in a workspace"));
-    EXPECT_THAT(refused.err, HasSubstr("run 'atelier reconstruct'"));
-    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
-  }
-}
-
-TEST_F(Person, TheDetectorDoesNotGoUnjudgedWhereNothingIsExcluded) {
-  ASSERT_EQ(run_stage("track", {"--exclude", "none"}).exit_code, 0);
-  const ChildResult figures = evaluate({"--stage", "track", "--json"});
-  ASSERT_EQ(figures.exit_code, 0) << figures.err;
-  const nlohmann::json values = nlohmann::json::parse(figures.out);
-  EXPECT_GT(values.at("track.dynamic_share"), 0.1);
-  EXPECT_EQ(values.at("track.legs_none_mm"), values.at("track.legs_mm"));
-  EXPECT_GT(values.at("track.legs_ratio"), 0);
-  EXPECT_GT(values.at("track.auto_ratio"), 0);
-}
-
-TEST_F(Person, AReferenceThatExcludesNothingIsNone) {
-  const ChildResult tracked =
-      run_stage("track", {"--exclude", "labels", "--input.excluded", "outer"});
-  ASSERT_EQ(tracked.exit_code, 0) << tracked.err;
-  EXPECT_THAT(tracked.err, HasSubstr("label-nowhere [scans]: no point is labelled outer"));
-  const ChildResult figures = evaluate({"--stage", "track", "--json", "--check"});
-  const nlohmann::json values = nlohmann::json::parse(figures.out);
-  EXPECT_TRUE(values.contains("track.legs_ratio"));
-  EXPECT_FALSE(values.contains("track.auto_ratio"));
-  EXPECT_THAT(figures.out, HasSubstr("no true garment has a label of --input.excluded"));
-}
-
 TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   const ChildResult labels =
       run_stage("track", {"--exclude", "labels", "--input.excluded", "dress, outer"});
@@ -262,6 +72,11 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   };
   EXPECT_GT(share(), 0.2);
   EXPECT_LT(share(), 0.9);
+  const auto metrics = read_manifest(fs::canonical(result), "track").metrics;
+  EXPECT_GT(metrics.at("keypoint_rms_none"), 0) << "what leaving it out changes";
+  EXPECT_NE(metrics.at("keypoint_rms_none"), metrics.at("keypoint_rms"));
+  EXPECT_GT(metrics.at("scan_rms_none"), 0);
+  EXPECT_GT(metrics.at("legs_moved_none"), 0);
   EXPECT_TRUE(fs::exists(result / "pictures" / "clothed_region.png"));
   std::ofstream(own_ / "region.json") << "[0, 1, 2, 3]";
   ASSERT_EQ(run_stage("track", {"--exclude", "region", "--region", (own_ / "region.json").string()})
@@ -279,60 +94,11 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   ASSERT_EQ(
       run_child({program_path(), "report", workspace, "--truth", capture().string()}).exit_code, 0);
   const std::string page = read_text(workspace_ / "report" / "index.html");
-  for (const char* words : {"clothed: the part of the body whose clothing does not count",
-                            "clothed_region.png", "track.legs_none_mm"}) {
+  for (const char* words :
+       {"clothed: the part of the body whose clothing does not count", "clothed_region.png",
+        "track.legs_none_mm", "keypoint_rms_none", "legs_moved_none"}) {
     EXPECT_THAT(page, HasSubstr(words));
   }
-}
-
-TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
-  const auto figures = [&] {
-    return evaluate({"--stage", "personalize", "--targets", "accuracy"}).out;
-  };
-  EXPECT_THAT(figures(), HasSubstr("at most 3"));
-  ASSERT_EQ(run_stage("personalize", {"--input.scans", "truth", "--samples", "800",
-                                      "--shape-rounds", "1", "--surface-rounds", "1"})
-                .exit_code,
-            0);
-  EXPECT_THAT(figures(), HasSubstr("at most 2"));
-  const ChildResult body = run_stage("body");
-  ASSERT_EQ(body.exit_code, 0) << body.err;
-  EXPECT_THAT(body.err, HasSubstr("made with another person than that of 'personalize' now"));
-  // Poses of another person are not held against what this one's would be.
-  const std::string mended =
-      "run 'atelier track " + capture().string() + " " + workspace_.string() + "'";
-  const std::string old = evaluate({"--stage", "track", "--check"}).out;
-  EXPECT_THAT(old, HasSubstr("track: not measured: outdated: its input person of 'personalize' "
-                             "has changed since; " +
-                             mended));
-  EXPECT_THAT(old, Not(HasSubstr("track.dynamic_share")));
-  EXPECT_THAT(old, HasSubstr("not measured  outdated"));
-  const nlohmann::json json = nlohmann::json::parse(evaluate({"--stage", "track", "--json"}).out);
-  EXPECT_THAT(json.at("not_measured").at("track").get<std::string>(), HasSubstr(mended));
-  // Nor is what was made of them judged.
-  const std::string after = evaluate({"--stage", "body", "--check"}).out;
-  EXPECT_THAT(after, HasSubstr("body: not measured: outdated: 'track' before it is outdated; run "
-                               "'atelier run " +
-                               capture().string() + " " + workspace_.string() +
-                               " --from track --to body'"));
-  EXPECT_THAT(after, Not(HasSubstr("met ")));
-}
-
-TEST_F(Person, OfAnotherBodyModelIsNotMeasuredAtRest) {
-  const fs::path file = workspace_ / "personalize" / "current" / "person.npz";
-  PersonalBody person = read_personal_body(file);
-  person.model.skeleton.names[0] = "root";
-  write_personal_body(file, person);
-  const std::string figures = evaluate({"--stage", "personalize"}).out;
-  EXPECT_THAT(figures, HasSubstr("personalize: not measured: the person's body model rests in "
-                                 "another pose"));
-  EXPECT_THAT(figures, Not(HasSubstr("personal.mean_mm")));
-}
-
-TEST_F(Person, FiguresAreJudgedAlikeWithATableAndWithout) {
-  const std::string plain = evaluate({"--stage", "personalize"}).out;
-  EXPECT_THAT(plain, HasSubstr("(at most 7)")) << "small pictures: the range of demo";
-  EXPECT_THAT(evaluate({"--stage", "personalize", "--check"}).out, StartsWith(plain));
 }
 
 TEST_F(Person, RefinesUnderARegisteredGarment) {

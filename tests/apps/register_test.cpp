@@ -54,7 +54,7 @@ const Stage& dressed_stage(const std::string& name) {
                        [&](const Stage& stage) { return stage.name == name; });
 }
 
-const std::array<Stage, 3> kBefore = {
+const std::array<Stage, 3> kBeforeRegister = {
     Stage{.name = "reconstruct",
           .summary = "labelled scans",
           .inputs = {"capture"},
@@ -204,7 +204,7 @@ class Register : public ::testing::Test {
   /// The stage after those before it.
   ChildResult registered(const std::vector<std::string>& more = {},
                          const std::string& workspace = "work") const {
-    make(kBefore, root_ / workspace);
+    make(kBeforeRegister, root_ / workspace);
     std::vector<std::string> all{"register", capture().string(), (root_ / workspace).string(),
                                  "--rounds", "3"};
     all.insert(all.end(), more.begin(), more.end());
@@ -341,7 +341,8 @@ TEST_F(Register, ShardsMakeWhatOneRunMakes) {
 
 TEST_F(Register, NoTemplateIsMadeOfScansWithoutClothing) {
   missing.labels = true;
-  const std::array<Stage, 3> before = {dressed_stage("personalize"), kBefore[0], kBefore[1]};
+  const std::array<Stage, 3> before = {dressed_stage("personalize"), kBeforeRegister[0],
+                                       kBeforeRegister[1]};
   make(before, root_ / "work");
   const ChildResult made = run({"template", capture().string(), (root_ / "work").string()});
   EXPECT_EQ(made.exit_code, 3);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "apps/exit_code.h"
 #include "apps/report_page.h"
 #include "apps/report_plots.h"
 #include "core/io/image_file.h"

@@ -92,7 +92,7 @@ BodyModel mannequin_body() {
   return model;
 }
 
-constexpr std::array kBefore = {
+constexpr std::array kBeforeTemplate = {
     Stage{.name = "reconstruct",
           .summary = "labelled scans",
           .inputs = {"capture"},
@@ -145,12 +145,12 @@ class TemplateStage : public ::testing::Test {
   }
 
   ChildResult made(const std::vector<std::string>& more = {}) const {
-    for (const Stage& stage : kBefore) {
+    for (const Stage& stage : kBeforeTemplate) {
       StageRequest request;
       request.input = capture();
       request.workspace = workspace();
       request.options = stage.options();
-      run_stage(kBefore, stage, request);
+      run_stage(kBeforeTemplate, stage, request);
     }
     std::vector<std::string> all{program_path(),       "template",      capture().string(),
                                  workspace().string(), "--edge_length", "0.03"};

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/tracking/start_pose.h"
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
@@ -47,55 +46,6 @@ double error_of(const Tracking& tracking, std::size_t f, double seconds) {
   return joint_error(fitted_human(),
                      pose_variables(fitted_human(), tracking.tracked.motion.poses[f]),
                      walking(fitted_human(), seconds));
-}
-
-TEST(StartPose, AnyPoseIsFoundFromItsKeypoints) {
-  const FittedPerson& person = fitted_human();
-  Random random(11);
-  for (int trial = 0; trial < 12; ++trial) {
-    Eigen::VectorXd x = walking(person, 0.3 * trial);
-    Eigen::Vector3d axis(normal(random), normal(random), normal(random));
-    x.segment<3>(3) = 3.0 * axis.normalized();  // lying, upside down, turned round
-    x.head<3>() += Eigen::Vector3d(5 * normal(random), normal(random), normal(random));
-    const FrameTargets seen = keypoints_of(person, x, 0.003, random);
-    const auto starts = start_poses(person, {seen}, {0}, {});
-    EXPECT_TRUE(starts[0].trusted);
-    EXPECT_EQ(starts[0].reading, SideReading::AsNamed);
-    EXPECT_LT(joint_error(person, starts[0].x, x), 0.02) << trial;
-  }
-}
-
-TEST(StartPose, LeftAndRightThatWereExchangedArePutRight) {
-  const FittedPerson& person = fitted_human();
-  Random random(12);
-  std::vector<FrameTargets> frames;
-  std::vector<double> times;
-  const auto exchange = [&](FrameTargets& targets, const std::string& part) {
-    const auto at = [&](const std::string& name) {
-      return std::find(person.places.names.begin(), person.places.names.end(), name) -
-             person.places.names.begin();
-    };
-    const Eigen::RowVector3d left = targets.keypoints.row(at("left_" + part));
-    targets.keypoints.row(at("left_" + part)) = targets.keypoints.row(at("right_" + part));
-    targets.keypoints.row(at("right_" + part)) = left;
-  };
-  for (int f = 0; f < 9; ++f) {
-    frames.push_back(keypoints_of(person, walking(person, f / 30.0), 0.003, random));
-    times.push_back(f / 30.0);
-  }
-  for (const char* part : {"hip", "knee", "ankle", "big_toe", "small_toe", "heel"}) {
-    exchange(frames[2], part);
-    exchange(frames[6], part);
-  }
-  for (const char* part : {"shoulder", "elbow", "wrist", "eye", "ear"}) {
-    exchange(frames[6], part);  // who faces away is taken to face the camera
-  }
-  const auto starts = start_poses(person, frames, times, {});
-  EXPECT_EQ(starts[2].reading, SideReading::LegsMirrored);
-  EXPECT_EQ(starts[6].reading, SideReading::Mirrored);
-  for (std::size_t f = 0; f < starts.size(); ++f) {
-    EXPECT_LT(joint_error(person, starts[f].x, walking(person, times[f])), 0.02) << f;
-  }
 }
 
 TEST(Track, FollowsKeypoints) {

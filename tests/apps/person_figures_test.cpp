@@ -1,0 +1,171 @@
+// What evaluate and report say of the stages personalize, track and body, and of which results they
+// say nothing.
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+
+#include <gmock/gmock.h>
+
+#include "bodymodel/personal_body.h"
+#include "core/store/commit.h"
+#include "tests/apps/person_fixture.h"
+
+namespace atelier::fixtures {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+/// A stage's result as if a version of the stage had made it that is no more.
+void age(const fs::path& workspace, const std::string& stage) {
+  const fs::path folder = fs::canonical(workspace / stage / "current");
+  Manifest manifest = read_manifest(folder, stage);
+  --manifest.stage_version;
+  manifest.key = stage_key(manifest.stage, manifest.stage_version, manifest.device,
+                           manifest.canonical_options, manifest.inputs);
+  const fs::path staging = folder.parent_path() / ".staging-aged";
+  fs::rename(folder, staging);
+  commit_result(staging, folder.parent_path() / folder_name(manifest.key), manifest);
+}
+
+TEST_F(Person, TheDetectorDoesNotGoUnjudgedWhereNothingIsExcluded) {
+  ASSERT_EQ(run_stage("track", {"--exclude", "none"}).exit_code, 0);
+  const ChildResult figures = evaluate({"--stage", "track", "--json"});
+  ASSERT_EQ(figures.exit_code, 0) << figures.err;
+  const nlohmann::json values = nlohmann::json::parse(figures.out);
+  EXPECT_GT(values.at("track.dynamic_share"), 0.1);
+  EXPECT_EQ(values.at("track.legs_none_mm"), values.at("track.legs_mm"));
+  EXPECT_GT(values.at("track.legs_ratio"), 0);
+  EXPECT_GT(values.at("track.auto_ratio"), 0);
+}
+
+TEST_F(Person, AReferenceThatExcludesNothingIsNone) {
+  const ChildResult tracked =
+      run_stage("track", {"--exclude", "labels", "--input.excluded", "outer"});
+  ASSERT_EQ(tracked.exit_code, 0) << tracked.err;
+  EXPECT_THAT(tracked.err, HasSubstr("label-nowhere [scans]: no point is labelled outer"));
+  const ChildResult figures = evaluate({"--stage", "track", "--json", "--check"});
+  const nlohmann::json values = nlohmann::json::parse(figures.out);
+  EXPECT_TRUE(values.contains("track.legs_ratio"));
+  EXPECT_FALSE(values.contains("track.auto_ratio"));
+  EXPECT_THAT(figures.out, HasSubstr("no true garment has a label of --input.excluded"));
+}
+
+TEST_F(Person, FiguresAreJudgedAlikeWithATableAndWithout) {
+  const std::string plain = evaluate({"--stage", "personalize"}).out;
+  EXPECT_THAT(plain, HasSubstr("(at most 7)")) << "small pictures: the range of demo";
+  EXPECT_THAT(evaluate({"--stage", "personalize", "--check"}).out, StartsWith(plain));
+}
+
+TEST_F(Person, OfAnotherBodyModelIsNotMeasuredAtRest) {
+  const fs::path file = workspace_ / "personalize" / "current" / "person.npz";
+  PersonalBody person = read_personal_body(file);
+  person.model.skeleton.names[0] = "root";
+  write_personal_body(file, person);
+  const std::string figures = evaluate({"--stage", "personalize"}).out;
+  EXPECT_THAT(figures, HasSubstr("personalize: not measured: the person's body model rests in "
+                                 "another pose"));
+  EXPECT_THAT(figures, Not(HasSubstr("personal.mean_mm")));
+}
+
+TEST_F(Person, ResultsOfAnotherCaptureAreRefused) {
+  const fs::path other = own_.path() / "other";
+  fs::copy(capture(), other, fs::copy_options::recursive);
+  // The same capture elsewhere is no other.
+  ASSERT_EQ(run_stage("track").exit_code, 0);
+  ASSERT_EQ(run_child({program_path(), "body", other.string(), workspace_.string(), "--dry-run"})
+                .exit_code,
+            0);
+  const auto judged = [&](const char* command) {
+    return run_child({program_path(), command, workspace_.string(), "--truth", other.string()});
+  };
+  EXPECT_EQ(judged("evaluate").exit_code, 0);
+  fs::remove(other / "images" / "00" / "000000.png");
+  for (const char* command : {"evaluate", "report"}) {
+    const ChildResult refused = judged(command);
+    EXPECT_EQ(refused.exit_code, 3);
+    EXPECT_THAT(refused.err, AllOf(HasSubstr("another capture than the one that the result of"),
+                                   HasSubstr("--truth " + fs::canonical(capture()).string())));
+    EXPECT_THAT(refused.out, ::testing::IsEmpty());
+  }
+  for (const char* stage : {"personalize", "track", "body"}) {
+    const ChildResult refused =
+        run_child({program_path(), stage, other.string(), workspace_.string(), "--force"});
+    EXPECT_EQ(refused.exit_code, 3);
+    EXPECT_THAT(refused.err, HasSubstr("results of one capture in a workspace"));
+    EXPECT_THAT(refused.err, HasSubstr("run 'atelier reconstruct'"));
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+  }
+}
+
+TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
+  const auto figures = [&] {
+    return evaluate({"--stage", "personalize", "--targets", "accuracy"}).out;
+  };
+  EXPECT_THAT(figures(), HasSubstr("at most 3"));
+  ASSERT_EQ(run_stage("personalize", {"--input.scans", "truth", "--samples", "800",
+                                      "--shape-rounds", "1", "--surface-rounds", "1"})
+                .exit_code,
+            0);
+  EXPECT_THAT(figures(), HasSubstr("at most 2"));
+  const ChildResult body = run_stage("body");
+  ASSERT_EQ(body.exit_code, 0) << body.err;
+  EXPECT_THAT(body.err, HasSubstr("made with another person than that of 'personalize' now"));
+  // Poses of another person are not held against what this one's would be.
+  const std::string mended =
+      "run 'atelier track " + capture().string() + " " + workspace_.string() + "'";
+  const std::string old = evaluate({"--stage", "track", "--check"}).out;
+  EXPECT_THAT(old, HasSubstr("track: not measured: outdated: its input person of 'personalize' "
+                             "has changed since; " +
+                             mended));
+  EXPECT_THAT(old, Not(HasSubstr("track.dynamic_share")));
+  EXPECT_THAT(old, HasSubstr("not measured  outdated"));
+  const nlohmann::json json = nlohmann::json::parse(evaluate({"--stage", "track", "--json"}).out);
+  EXPECT_THAT(json.at("not_measured").at("track").get<std::string>(), HasSubstr(mended));
+  // Nor is what was made of them judged.
+  const std::string after = evaluate({"--stage", "body", "--check"}).out;
+  EXPECT_THAT(after, HasSubstr("body: not measured: outdated: 'track' before it is outdated; run "
+                               "'atelier run " +
+                               capture().string() + " " + workspace_.string() +
+                               " --from track --to body'"));
+  EXPECT_THAT(after, Not(HasSubstr("met ")));
+}
+
+TEST_F(Person, WhatRestsOnAResultOfAnotherVersionIsNotMeasured) {
+  ASSERT_EQ(run_stage("body").exit_code, 0);
+  const std::string places = capture().string() + " " + workspace_.string();
+  const auto unmeasured = [&](const std::string& stage) -> std::string {
+    const nlohmann::json json = nlohmann::json::parse(evaluate({"--json"}).out);
+    return json.contains("not_measured") ? json["not_measured"].value(stage, "") : "";
+  };
+  EXPECT_EQ(unmeasured("body"), "");
+  age(workspace_, "track");
+  EXPECT_THAT(unmeasured("track"), AllOf(HasSubstr("outdated: made by version "),
+                                         HasSubstr("run 'atelier track " + places + "'")));
+  const std::string mended = "outdated: 'track' before it is outdated; run 'atelier run " + places +
+                             " --from track --to body'";
+  EXPECT_EQ(unmeasured("body"), mended);
+  EXPECT_EQ(unmeasured("personalize"), "") << "track is behind it";
+  const ChildResult judged = evaluate({"--stage", "body", "--check", "--complete"});
+  EXPECT_EQ(judged.exit_code, 1);
+  EXPECT_THAT(judged.out, AllOf(HasSubstr("not measured  " + mended), Not(HasSubstr("met "))));
+  ASSERT_EQ(
+      run_child({program_path(), "report", workspace_.string(), "--truth", capture().string()})
+          .exit_code,
+      0);
+  EXPECT_THAT(read_text(workspace_ / "report" / "index.html"), HasSubstr("--from track --to body"));
+  age(workspace_, "reconstruct");
+  const nlohmann::json all = nlohmann::json::parse(evaluate({"--json"}).out);
+  for (const char* stage : {"reconstruct", "personalize", "track", "body"}) {
+    EXPECT_THAT(all.at("not_measured").value(stage, ""), StartsWith("outdated: ")) << stage;
+  }
+  for (const auto& [key, value] : all.items()) {
+    EXPECT_TRUE(key == "not_measured" || key.starts_with("capture.")) << key;
+  }
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
+
+#endif
