@@ -26,7 +26,7 @@ struct FlattenRelaxOptions {
   /// whether it hung still; empty: nobody says.
   std::string registered;
   double gap = 0;     ///< m kept from the body, 0 to 0.02; 0: as where the garment rests on it
-  int substeps = 60;  ///< per simulated frame, 1 to 1000; fewer leave springs moving
+  int substeps = 30;  ///< per simulated frame, 1 to 1000
 #ifdef ATELIER_HAS_SIMULATION
   RelaxGravityOptions relaxing;
 #endif
