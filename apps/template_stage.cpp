@@ -301,7 +301,6 @@ nlohmann::ordered_json json_of(const GarmentTemplate& made, const std::string& l
           {"vertices", made.garment.mesh.vertices.rows()},
           {"boundaries", std::move(boundaries)},
           {"holes_closed", made.holes_closed},
-          {"bridges_cut", made.bridges_cut},
           {"area_unseen", made.area_unseen},
           {"dynamic", std::move(dynamic)}};
 }

@@ -15,7 +15,6 @@
 #include "core/winding_number.h"
 #include "registration/attach_to_body.h"
 #include "registration/blunt_corners.h"
-#include "registration/cut_bridges.h"
 #include "registration/cut_rim_folds.h"
 #include "registration/garment_boundaries.h"
 #include "registration/garment_cover.h"
@@ -312,13 +311,6 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
   made.holes_closed = trimmed.holes_closed + static_cast<int>(boundaries.holes.size());
   made.garment.mesh =
       even_mesh(trimmed.mesh, {.edge_length = options.edge_length, .holes = boundaries.holes});
-  if (const CutBridges cut = cut_bridges(made.garment.mesh); cut.count > 0) {
-    boundaries = garment_boundaries(cut.mesh.vertices, cut.mesh.faces, frames.anatomy, frame.body,
-                                    frames.body_faces);
-    made.garment.mesh =
-        even_mesh(cut.mesh, {.edge_length = options.edge_length, .holes = boundaries.holes});
-    made.bridges_cut = cut.count;
-  }
   made.pushed_out = push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
   // Parting may bring a vertex back to the body, pushing it out may cross again: the last counts.
   // Corners are widened before: what that crosses is parted too.

@@ -45,7 +45,6 @@ struct GarmentTemplate {
   int frame_id = 0;           ///< whose pose it has
   std::vector<char> dynamic;  ///< [V] 1: hangs free from the body
   int holes_closed = 0;       ///< where nothing was seen
-  int bridges_cut = 0;        ///< that glued parts to each other which came near (cut_bridges.h)
   double area_unseen = 0;     ///< m2 of the surface that this frame's scan does not show
   int pushed_out = 0;         ///< vertices that were inside of the body or nearer than clearance
   std::vector<Finding> findings;
@@ -58,8 +57,7 @@ struct GarmentTemplate {
 /// nothing the cover of the body by all frames (garment_points), get a surface that goes on
 /// smoothly (surface_through_points), which is cut off where the garment ends (trim_surface).
 /// Remaining loops that no limb passes through are closed (garment_boundaries), the mesh is made
-/// even (even_mesh), bridges between parts that came near are cut and closed (cut_bridges.h), it is
-/// without slivers (blunt_corners.h), and pushed out of the body. Vertices ride
+/// even (even_mesh), without slivers (blunt_corners.h), and pushed out of the body. Vertices ride
 /// on the body's nearest triangles (attach_to_body); where riding misses the scans of the frames by
 /// more than `dynamic` (median), or the body is twice as far away, the garment hangs free.
 ///
