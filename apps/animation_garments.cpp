@@ -10,6 +10,7 @@
 #include <map>
 
 #include "apps/dressing.h"
+#include "apps/hanging_acceleration.h"
 #include "apps/material_file.h"
 #include "apps/mesh_sequence_file.h"
 #include "bodymodel/kinematics.h"
@@ -64,6 +65,36 @@ int dressing_frame(const AnimationSource& source) {
                   "registered garments of this capture; run 'atelier register' again");
 }
 
+/// The weight is taken out of a garment, where it hung still in its template's frame.
+void relax(StageRun& run, const RegisteredGarmentSequence& garment, const Points& body,
+           const Triangles& faces, WornGarment& worn) {
+  const auto& options = run.options<AnimateOptions>();
+  char text[240];
+  const std::optional<double> motion =
+      hanging_acceleration(garment.registered, garment.template_frame, body, faces);
+  if (motion && *motion > kInMotion) {
+    std::snprintf(
+        text, sizeof text,
+        "%s: what hangs free of it changes its motion by %.1f m/s2 in its template's frame, "
+        "so that no rest shape hangs so; its rest shape is as registered, as without "
+        "--cloth.relax",
+        garment.name.c_str(), *motion);
+    run.warn(text);
+    return;
+  }
+  RelaxedGarment relaxed = unloaded(worn, body, faces, options.cloth, run.device());
+  std::snprintf(text, sizeof text, "%s: without its weight it hangs %.2f mm from as registered",
+                garment.name.c_str(), 1e3 * relaxed.mean_error);
+  if (relaxed.mean_error < kHangsThere) {
+    run.say(text);
+    worn.garment.mesh = std::move(relaxed.garment.mesh);
+  } else {
+    run.warn(std::string(text) +
+             ", as it did not hang still in its template's frame; its rest shape is as "
+             "registered, as without --cloth.relax");
+  }
+}
+
 /// Garments carried over to another body in the same pose, riding on its triangles.
 void carry(std::vector<WornGarment>& garments, const Points& from, const Points& to,
            const Triangles& faces) {
@@ -113,19 +144,7 @@ void wear_registered(StageRun& run, const AnimationSource& source, const OwnPose
     }
     if (options.cloth.relax) {
       const std::optional<Points> there = source.surface(garment.template_frame);
-      RelaxedGarment relaxed =
-          unloaded(garments.back(), there ? *there : *surface, faces, options.cloth, run.device());
-      char text[200];
-      std::snprintf(text, sizeof text, "%s: without its weight it hangs %.2f mm from as registered",
-                    garment.name.c_str(), 1e3 * relaxed.mean_error);
-      if (relaxed.mean_error < kHangsThere) {
-        run.say(text);
-        garments.back().garment.mesh = std::move(relaxed.garment.mesh);
-      } else {
-        run.warn(std::string(text) +
-                 ", as it did not hang still in its template's frame; its rest shape is as "
-                 "registered, as without --cloth.relax");
-      }
+      relax(run, garment, there ? *there : *surface, faces, garments.back());
     }
   }
   if (!begins_moving) {

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <functional>
 #include <iostream>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "apps/exit_code.h"
@@ -18,6 +19,7 @@
 #include "apps/writable_place.h"
 #include "core/printable.h"
 #ifdef ATELIER_HAS_SIMULATION
+#include "apps/hanging_acceleration.h"
 #include "apps/simulation_scene.h"
 #endif
 #include "apps/standard_streams.h"
@@ -29,6 +31,7 @@
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_obj.h"
 #include "core/normals.h"
+#include "core/sequence_archive.h"
 #include "core/store/write_text.h"
 #include "registration/blunt_corners.h"
 #include "registration/edge_paths.h"
@@ -91,6 +94,41 @@ std::vector<int> held_waist(const Mesh& mesh, const Mesh& body) {
   return waist;
 }
 
+/// The warning "in-motion" where the frame of a registered sequence that a mesh is nearest to shows
+/// that its motion held it up. Throws DataError for a sequence of another mesh.
+std::optional<Finding> motion_doubt(const Mesh& mesh, const Mesh& body,
+                                    const std::string& registered) {
+  const Sequence sequence = open_sequence(registered);
+  if (!equal_arrays(sequence.faces, mesh.faces)) {
+    throw DataError(registered, "faces", "another topology than the mesh's",
+                    "the sequence that the mesh is the template of");
+  }
+  int nearest = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (Index row = 0; row < frame_count(sequence); ++row) {
+    const double off = (frame(sequence, row).vertices - mesh.vertices).rowwise().norm().mean();
+    if (off < least) {
+      least = off;
+      nearest = sequence.frame_ids[static_cast<std::size_t>(row)];
+    }
+  }
+  const std::optional<double> motion =
+      hanging_acceleration(sequence, nearest, body.vertices, body.faces);
+  if (!motion || *motion <= kInMotion) {
+    return std::nullopt;
+  }
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "what hangs free of it changes its motion by %.1f m/s2 in frame %d: that held it up, "
+      "and no rest shape hangs so under gravity",
+      *motion, nearest);
+  return Finding{
+      Severity::Warning, "in-motion", registered, text,
+      "a template of a frame at rest (template --frame); this one is flattened as it was "
+      "captured"};
+}
+
 /// The unloaded garment that hangs as captured. Where none is found, the mesh stays as it is: a
 /// garment that hangs elsewhere would be another one's pattern. False then.
 bool relax_mesh(Mesh& mesh, const FlattenStageOptions& all, const Watcher& watcher) {
@@ -106,9 +144,18 @@ bool relax_mesh(Mesh& mesh, const FlattenStageOptions& all, const Watcher& watch
   if (const auto doubt = open_body_doubt(body, options.body)) {
     watcher.warn(*doubt);
   }
+  if (!options.registered.empty()) {
+    if (const auto doubt = motion_doubt(mesh, body, options.registered)) {
+      watcher.warn(*doubt);
+      return false;
+    }
+  }
+  XpbdOptions solver = relaxing_solver();
+  solver.substeps = options.substeps;
+  solver.thickness = options.gap > 0 ? options.gap : -1;
   const RelaxedGarment relaxed =
-      relax_gravity(garment, held_waist(mesh, body), body.vertices, body.faces, {},
-                    relaxing_solver(), options.relaxing, Device::Cpu, [&](int round, double error) {
+      relax_gravity(garment, held_waist(mesh, body), body.vertices, body.faces, {}, solver,
+                    options.relaxing, Device::Cpu, [&](int round, double error) {
                       watcher.relaxed(round, options.relaxing.rounds, error);
                       return !watcher.stopped();
                     });
@@ -365,6 +412,13 @@ OptionTable describe(FlattenRelaxOptions& options) {
   std::vector<std::string> fabrics = fabric_names();
   fabrics.insert(fabrics.begin(), "");
   table.add("fabric", options.fabric, fabrics, "What the garment is made of, for its weight");
+  table.add("registered", options.registered, std::vector<std::string>{},
+            "Folder of the garment's registered sequence (registered/LABEL of register): one that "
+            "was captured in motion is not relaxed");
+  table.add("gap", options.gap, 0, 0.02, "m",
+            "Kept from the body; 0: what the garment keeps where it rests on it");
+  table.add("substeps", options.substeps, 1, 1000, "",
+            "Of each simulated frame; more for stiff cloth of fine triangles");
   table.add("relaxing", describe(options.relaxing));
 #endif
   return table;

@@ -22,6 +22,11 @@ namespace atelier {
 struct FlattenRelaxOptions {
   std::string body;    ///< mesh of the body that the garment hangs on; empty: not relaxed
   std::string fabric;  ///< of the garment; empty: the default material
+  /// Folder of the garment's registered sequence (registered/LABEL of `register`), which says
+  /// whether it hung still; empty: nobody says.
+  std::string registered;
+  double gap = 0;     ///< m kept from the body, 0 to 0.02; 0: as where the garment rests on it
+  int substeps = 30;  ///< per simulated frame, 1 to 1000
 #ifdef ATELIER_HAS_SIMULATION
   RelaxGravityOptions relaxing;
 #endif

@@ -389,6 +389,15 @@ void relax_scene(SimulationScene& scene, const SimulateOptions& options) {
   RelaxedGarment relaxed =
       relax_gravity(scene.garment, {}, scene.body ? scene.body(0) : Points(0, 3), scene.body_faces,
                     cloth_options(options), scene_solver(scene, options), options.relaxing);
+  if (scene.body && options.xpbd.thickness < 0) {
+    scene.thickness = relaxed.gap;
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "keeps %.2g mm from the body, as it was captured where it rests on it "
+                  "(--xpbd.thickness says otherwise)",
+                  1e3 * relaxed.gap);
+    scene.notes.emplace_back(text);
+  }
   scene.notes.push_back(relaxed_text(relaxed, options.relaxing.seconds));
   scene.start = scene.garment.mesh.vertices;
   scene.garment = std::move(relaxed.garment);
@@ -448,7 +457,9 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
     scene.body = [track, fps = options.fps, settle = options.settle](Index frame) {
       return between(track, static_cast<double>(frame - settle) / fps);
     };
-    keep_off(scene, options);
+    if (!options.relax) {
+      keep_off(scene, options);
+    }
     if (options.pin_top > 0) {
       attach_top(scene.garment, scene.body(0), scene.body_faces, options.pin_top);
     }

@@ -135,13 +135,13 @@ constexpr std::array kStages = {
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     Stage{.name = "flatten",
-          .version = 8,
+          .version = 9,
           .summary = "a garment's surface as a flat sewing pattern",
           .inputs = {"surface"},
           .outputs = {"pattern"},
           .metrics = kFlattenMetrics,
           .options = option_set<FlattenStageOptions>,
-          .file_options = {"seams", "relax.body"},
+          .file_options = {"seams", "relax.body", "relax.registered"},
           .run = run_flatten,
           .check_input = check_flatten_input},
 #endif
@@ -160,7 +160,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",
-          .version = 6,
+          .version = 7,
           .summary = "a garment on a body, standing or moving",
           .inputs = {"scene"},
           .outputs = {"states", "garment"},

@@ -111,7 +111,8 @@ RelaxedGarment unloaded(const WornGarment& worn, const Points& body, const Trian
                         const WornClothOptions& options, Device device) {
   XpbdOptions solver = options.xpbd;
   solver.time_step = 1 / options.rate;
-  solver.thickness = options.contact > 0 ? options.contact : -1;
+  // As it will be simulated: one distance for all that is worn.
+  solver.thickness = options.contact > 0 ? options.contact : contact_distance(worn.garment);
   return relax_gravity(worn.garment, {}, body, body_faces, cloth_options(options), solver,
                        options.relaxing, device);
 }

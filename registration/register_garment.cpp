@@ -136,6 +136,8 @@ OptionTable describe(RegisterOptions& options) {
             "Sizes of pictures, each half of the one before; more where motion is fast");
   table.add("photometric_steps", options.photometric_steps, 1, 20, "",
             "Steps at each size, at most; more where motion is fast");
+  table.add("settled", options.settled, 0, 0.01, "m",
+            "Steps at a size end where one moves the cloth less, in the mean; 0: all are taken");
   table.add("photometric_weight", options.photometric_weight, 0, 1, "m2",
             "Of colours that differ by one standard deviation, against square metres of distance");
   table.add("sample_spacing", options.sample_spacing, 0.0005, 0.1, "m",
@@ -305,8 +307,8 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
         tree = refit_tree(std::move(tree), x);
         correlation = std::move(pictures.correlation);
         views = std::move(pictures.views);
-        constexpr double kSettled = 5e-5;  // m
-        if (move < kSettled) {
+        ++result.picture_steps;
+        if (move < options.settled) {
           break;
         }
       }

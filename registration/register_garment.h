@@ -33,6 +33,7 @@ struct RegisterOptions {
   bool photometric = true;     ///< let pictures say what slides along the surface
   int photometric_levels = 4;  ///< sizes of pictures, each half of the one before
   int photometric_steps = 8;   ///< steps at each size, fewer where it settles
+  double settled = 5e-5;       ///< m: it has settled where a step moves cloth less (mean); 0: never
   double photometric_weight = 1e-4;  ///< m2
   double sample_spacing = 0.005;     ///< m between points whose colours are compared
   bool code = true;                  ///< read prints that are nowhere alike
@@ -71,6 +72,7 @@ struct RegisteredGarment {
   double support = 0;          ///< share of the garment's area that the scan speaks of
   double correlation = 0;      ///< mean over vertices that views see; 0 without
   double seen = 0;             ///< share of vertices that two views compare
+  int picture_steps = 0;       ///< that pictures took, of all sizes
   int code_read = 0;           ///< places whose print said which they are
   int code_contradicted = 0;   ///< places whose print said otherwise than those around them
   Eigen::VectorXd told;        ///< [V] correlation, 0 where no view compares; empty without views

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "simulation/contact_distance.h"
+#include "simulation/resting_gap.h"
 
 namespace atelier {
 namespace {
@@ -55,9 +56,12 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
   solver.report = false;
   solver.intersection_interval = 0;
   if (solver.thickness < 0 && body.rows() > 0) {
-    // A captured garment lies on its body where its edges let it: kept by its material's thickness
-    // alone, it would begin in the air and slip down to where it is wide enough.
-    solver.thickness = contact_distance(captured);
+    // Kept nearer than where it was seen to rest, it would begin in the air and fall; no template
+    // takes a fall back.
+    constexpr double kMost = 0.02;  // m
+    solver.thickness = std::clamp(
+        resting_gap(captured.mesh.vertices, body, body_faces, contact_distance(captured)),
+        std::min(captured.material.thickness, kMost), kMost);
   }
   const Points target = captured.mesh.vertices;
   Garment rest = captured;
@@ -65,6 +69,7 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
   rest.rest_faces.resize(0, 3);
   RelaxedGarment best;
   best.mean_error = std::numeric_limits<double>::infinity();
+  best.gap = solver.thickness >= 0 ? solver.thickness : captured.material.thickness;
   double step = options.step;
   Points best_moved;
   for (int round = 0; round < options.rounds && !best.converged; ++round) {

@@ -32,6 +32,7 @@ struct RelaxedGarment {
   Garment garment;           ///< its mesh is the unloaded template; without a flat rest shape
   double mean_error = 0;     ///< m, of its vertices after `seconds` under gravity
   double largest_error = 0;  ///< m
+  double gap = 0;            ///< m kept from the body: it hangs so only if that is kept
   int rounds = 0;
   bool converged = false;
 };
@@ -42,10 +43,11 @@ struct RelaxedGarment {
 /// worse is taken back and halved. Our choice: it asks nothing of the solver. Rest angles are the
 /// template's. The best round is kept.
 ///
-/// `body` and its faces may be empty. A thickness of the solver below 0 is what the garment's edges
-/// need on a body (simulation/contact_distance.h). `told` hears after each round how many there
-/// were and the mean error [m] of the best; where it returns false, that was the last. Throws as
-/// make_cloth and ClothSolver; LogicError for options out of range.
+/// `body` and its faces may be empty. A thickness of the solver below 0 is what the garment keeps
+/// where it rests on the body (simulation/resting_gap.h), or what its edges need
+/// (simulation/contact_distance.h) where it rests nowhere. `told` hears after each round how many
+/// there were and the mean error [m] of the best; where it returns false, that was the last. Throws
+/// as make_cloth and ClothSolver; LogicError for options out of range.
 RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
                              const Points& body, const Triangles& body_faces,
                              const ClothOptions& cloth = {},

@@ -11,6 +11,8 @@
 
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
+#include "core/io/mesh_file.h"
+#include "core/sequence_archive.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
@@ -20,6 +22,7 @@ namespace {
 
 using fixtures::ChildResult;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// An open tube of 0.15 m radius and 0.4 m height, a skirt of sorts, in a file.
 class Flatten : public ::testing::Test {
@@ -269,6 +272,42 @@ TEST_F(Flatten, AGarmentThatDoesNotHangAsCapturedIsFlattenedAsItIs) {
   EXPECT_EQ(relaxed.exit_code, 4);
   EXPECT_THAT(relaxed.err, HasSubstr("warning not-relaxed [" + body.string() + "]"));
   EXPECT_EQ(relaxed.out, plain.out);
+}
+
+TEST_F(Flatten, AGarmentThatItsMotionHeldUpIsNotRelaxed) {
+  const std::filesystem::path body = root_.path() / "body.obj";
+  std::ofstream(body) << "v 0 0.3 0\nv 0.05 0.1 0\nv -0.03 0.1 0.04\nv -0.03 0.1 -0.04\n"
+                         "f 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n";
+  const Mesh tube = read_mesh(mesh());
+  constexpr double kFps = 10;
+  const auto thrown = [&](const Mesh& garment, double acceleration, const std::string& name) {
+    std::vector<Mesh> meshes(3, garment);
+    for (int i : {0, 2}) {
+      meshes[static_cast<std::size_t>(i)].vertices.rowwise() +=
+          Eigen::RowVector3d(0.5 * acceleration / kFps / kFps, 0, 0);
+    }
+    write_sequence(root_.path() / name, sequence_of(std::move(meshes), kFps));
+    return (root_.path() / name).string();
+  };
+  const auto relaxed = [&](const std::string& registered) {
+    return alone({"--json", "--relax.body", body.string(), "--relax.relaxing.rounds", "1",
+                  "--relax.relaxing.seconds", "0.1", "--relax.registered", registered});
+  };
+  const ChildResult plain = alone({"--json"});
+  ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  const ChildResult moved = relaxed(thrown(tube, 8, "moved"));
+  EXPECT_EQ(moved.exit_code, 4);
+  EXPECT_THAT(moved.err,
+              HasSubstr("warning in-motion [" + (root_.path() / "moved").string() + "]"));
+  EXPECT_THAT(moved.err, HasSubstr("by 8.0 m/s2 in frame 1"));
+  EXPECT_THAT(moved.err, Not(HasSubstr("round 1")));
+  EXPECT_EQ(moved.out, plain.out);
+  EXPECT_THAT(relaxed(thrown(tube, 0.5, "still")).err, HasSubstr("round 1 of at most 1: hangs "));
+  Mesh other = tube;
+  other.faces.conservativeResize(other.faces.rows() - 1, 3);
+  const ChildResult foreign = relaxed(thrown(other, 8, "other"));
+  EXPECT_EQ(foreign.exit_code, 3);
+  EXPECT_THAT(foreign.err, HasSubstr("another topology than the mesh's"));
 }
 
 TEST_F(Flatten, RefusesWhatIsNoGarment) {

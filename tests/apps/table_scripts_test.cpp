@@ -38,7 +38,9 @@ class TableScripts : public ::testing::Test {
                               "  evaluate) cat '"
                            << (folder_ / "figures.json").string()
                            << "' ;;\n"
-                              "  synthesize) mkdir -p \"$2\" ;;\n"
+                              "  synthesize) '"
+                           << program_path()
+                           << "' \"$@\" --dry-run >&2 && mkdir -p \"$2\" ;;\n"
                               "  *) code=0; '"
                            << program_path()
                            << "' \"$@\" --dry-run >&2 || code=$?\n"
@@ -99,6 +101,29 @@ TEST_F(TableScripts, ThoseOfRegistrationAndAppearanceToo) {
   ASSERT_EQ(look.exit_code, 0) << look.err;
   EXPECT_EQ(rows_with(look.out, "| 26.50 |"), 4);
   EXPECT_THAT(commands(), HasSubstr("--shadow false --body true\n"));
+}
+
+TEST_F(TableScripts, RegistrationIsComparedWithTheSameCaptureInACodedPrint) {
+  const fs::path capture = folder_ / "capture";
+  fs::create_directories(capture);
+  std::ofstream(capture / "synthesis.json")
+      << R"({"synthesis":6,"options":{"body_sequence":"","dome.cameras":6,"fabric.kind":"print",
+         "garment":"tee","label.perfect":false,"seed":7}})";
+  const fs::path coded = folder_ / "coded";
+  const ChildResult done =
+      run("register-table", {capture.string(), (folder_ / "work").string(), coded.string()},
+          R"({"register.chamfer_mm": 1.25, "register.point_mean_mm": 2, "register.point_p95_mm": 3,
+          "register.inverted": 0, "register.drift_mm": 1})");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(rows_with(done.out, "| 1.25 |"), 12);
+  EXPECT_EQ(rows_with(done.out, "| coded print | scans |"), 1);
+  EXPECT_EQ(rows_with(done.out, "| coded print | truth |"), 1);
+  EXPECT_THAT(
+      commands(),
+      HasSubstr(
+          "--dome.cameras 6 --fabric.kind coded --garment tee --label.perfect false --seed 7\n"));
+  EXPECT_THAT(commands(), HasSubstr("template " + (coded / "capture").string() + " " +
+                                    (coded / "workspace").string() + "\n"));
 }
 
 TEST_F(TableScripts, AnOptionThatThereIsNotEndsThem) {
