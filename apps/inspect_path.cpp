@@ -103,6 +103,9 @@ Inspection inspect_path(const std::filesystem::path& path, std::span<const Stage
       throw DataError(path.string(), "", kind.found, kind.expected);
     }
   }
+  if (size_of(path) == 0) {
+    throw DataError(path.string(), "", "an empty file", "one with something in it");
+  }
   throw DataError(path.string(), "", "a kind of file that is not known", "one of " + known);
 }
 

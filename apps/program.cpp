@@ -102,6 +102,10 @@ void refuse_extras(const CLI::App& parser, const std::vector<std::string>& argum
           parser.get_name() + " has no option " + shown +
           see(", did you mean '" + other + "'?", "atelier " + parser.get_name() + " --help"));
     }
+    if (parser.get_option_no_throw(option) != nullptr) {
+      throw UsageError(parser.get_name() + " takes no " + shown +
+                       " behind '--', where nothing is an option: put it before");
+    }
     const std::string why = why_not(parser.get_name(), option);
     throw UsageError(parser.get_name() + " has no option " + shown +
                      (why.empty() ? see(did_you_mean(option, option_names(parser)),

@@ -31,7 +31,7 @@ namespace {
 
 constexpr std::array kStages = {
     Stage{.name = "statistics",
-          .version = 1,
+          .version = 2,
           .summary = "numbers of a mesh sequence: counts, area, volume, bounds, edges, holes",
           .inputs = {"meshes"},
           .outputs = {"statistics"},

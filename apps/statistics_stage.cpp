@@ -144,7 +144,8 @@ void run_statistics(StageRun& run) {
   all["ranges"] = ranges_of(all["frames"]);
   run.output_text("statistics.json", all.dump(1) + "\n");
   run.metric("frames", static_cast<double>(sequence.frame_ids.size()));
-  for (const char* name : {"vertices", "faces", "area", "boundary_loops", "non_manifold_edges"}) {
+  for (const char* name : {"vertices", "faces", "area", "boundary_loops", "non_manifold_edges",
+                           "inconsistent_edges"}) {
     if (all["ranges"].contains(name)) {
       run.metric(std::string(name) + "_mean", all["ranges"][name]["mean"].get<double>());
     }

@@ -23,6 +23,7 @@ inline constexpr std::array kStatisticsMetrics = {
     StageMetric{"area_mean", "m2"},
     StageMetric{"boundary_loops_mean", ""},
     StageMetric{"non_manifold_edges_mean", ""},
+    StageMetric{"inconsistent_edges_mean", ""},
 };
 
 /// Throws DataError for a folder that is no mesh sequence.

@@ -49,13 +49,7 @@ MeshStatistics mesh_statistics(const Mesh& mesh, const MeshStatisticsOptions& op
   result.inconsistent_edges = static_cast<Index>(defects.inconsistent_edges.size());
   result.degenerate_faces = static_cast<Index>(defects.degenerate_faces.size());
   result.isolated_vertices = static_cast<Index>(defects.isolated_vertices.size());
-  for (const std::vector<int>& loop : boundary_loops(topology)) {
-    ++result.boundary_loops;
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      result.boundary_length +=
-          (mesh.vertices.row(loop[i]) - mesh.vertices.row(loop[(i + 1) % loop.size()])).norm();
-    }
-  }
+  result.boundary_loops = static_cast<Index>(boundary_loops(topology).size());
   result.area = face_areas(mesh.vertices, mesh.faces).sum();
   if (mesh.vertices.rows() > 0) {
     result.lowest = mesh.vertices.colwise().minCoeff();
@@ -68,6 +62,11 @@ MeshStatistics mesh_statistics(const Mesh& mesh, const MeshStatisticsOptions& op
   for (Index e = 0; e < topology.edges.rows(); ++e) {
     lengths[static_cast<std::size_t>(e)] =
         (mesh.vertices.row(topology.edges(e, 0)) - mesh.vertices.row(topology.edges(e, 1))).norm();
+    if (topology.edge_offsets[static_cast<std::size_t>(e) + 1] -
+            topology.edge_offsets[static_cast<std::size_t>(e)] ==
+        1) {
+      result.boundary_length += lengths[static_cast<std::size_t>(e)];
+    }
   }
   std::sort(lengths.begin(), lengths.end());
   if (!lengths.empty()) {

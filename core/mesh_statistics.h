@@ -19,8 +19,8 @@ struct MeshStatistics {
   Index faces = 0;
   Index edges = 0;
   Index components = 0;             ///< pieces, a vertex without faces included
-  Index boundary_loops = 0;         ///< holes and rims
-  double boundary_length = 0;       ///< of all loops, metres
+  Index boundary_loops = 0;         ///< holes and rims whose faces agree on a side
+  double boundary_length = 0;       ///< of all edges with one face, metres
   Index non_manifold_edges = 0;     ///< with three faces or more
   Index inconsistent_edges = 0;     ///< between faces of opposite orientation
   Index degenerate_faces = 0;       ///< a vertex twice

@@ -26,6 +26,7 @@ const char* kind_name(TomlEntry::Kind kind) {
       return "a text";
     case TomlEntry::Kind::Numbers:
       return "a list of numbers";
+    case TomlEntry::Kind::Table:
     case TomlEntry::Kind::Other:
       break;
   }
@@ -61,6 +62,10 @@ std::vector<Consent> consent_of(const std::vector<TomlEntry>& entries, const std
   for (const TomlEntry& entry : entries) {
     const std::size_t dot = entry.name.find('.');
     if (entry.name.substr(0, dot) != kTable) {
+      continue;
+    }
+    if (entry.kind == TomlEntry::Kind::Table) {
+      by_table[dot == std::string::npos ? "" : entry.name.substr(dot + 1)];
       continue;
     }
     if (dot == std::string::npos) {

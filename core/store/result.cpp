@@ -305,7 +305,7 @@ std::optional<Finding> current_folder_finding(const std::filesystem::path& stage
   }
   return Finding{Severity::Error, "current-folder", current.string(),
                  "a folder, as a copy that follows links leaves it",
-                 "a link: remove the folder and run the stage again, which makes the link; "
+                 "remove the folder and run the stage again, which makes a link; "
                  "cp -a copies links as they are"};
 }
 
@@ -315,7 +315,7 @@ void require_usable_stage_folder(const std::filesystem::path& stage_folder) {
   }
   require_folder(stage_folder);
   if (const std::optional<Finding> problem = current_folder_finding(stage_folder)) {
-    throw DataError(problem->place, "", problem->what, problem->advice);
+    throw DataError(problem->place, "", problem->what, "a link: " + problem->advice);
   }
 }
 

@@ -30,7 +30,7 @@ void flatten(const nlohmann::json& value, const std::string& name,
   const auto named = [&](const std::string& word) {
     return name.empty() ? word : name + "." + word;
   };
-  if (value.is_object()) {
+  if (value.is_object() && (!value.empty() || name.empty())) {
     for (const auto& item : value.items()) {
       flatten(item.value(), named(item.key()), lines, entries);
     }
@@ -46,7 +46,9 @@ void flatten(const nlohmann::json& value, const std::string& name,
   entry.name = name;
   const auto line = lines.find(name);
   entry.line = line == lines.end() ? 1 : line->second;
-  if (value.is_boolean()) {
+  if (value.is_object()) {
+    entry.kind = Kind::Table;
+  } else if (value.is_boolean()) {
     entry.kind = Kind::Boolean;
     entry.text = value.dump();
   } else if (value.is_number()) {

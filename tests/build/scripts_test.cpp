@@ -38,6 +38,15 @@ ChildResult run_script(const std::string& name, std::vector<std::string> argumen
   return run_child(arguments);
 }
 
+TEST(Lint, WhereGitKnowsNoRevisionItLooksAtNothingAndSaysSo) {
+  const TemporaryDirectory folder;
+  fs::create_directories(folder / "scripts");
+  fs::copy_file(source_directory() / "scripts/lint", folder / "scripts/lint");
+  const ChildResult result = run_child({(folder / "scripts/lint").string()});
+  EXPECT_EQ(result.exit_code, 5) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("git knows no revision here"));
+}
+
 TEST(Scripts, AllSayWhatTheyAreFor) {
   for (const auto& entry : fs::directory_iterator(source_directory() / "scripts")) {
     if (!entry.is_regular_file()) {

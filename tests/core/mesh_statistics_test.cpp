@@ -73,6 +73,19 @@ TEST(MeshStatistics, AFlippedFaceIsInconsistentAndHasNoVolume) {
   EXPECT_FALSE(s.volume);
 }
 
+// Two faces that pass their edge in the same direction: its border is no loop of either side.
+TEST(MeshStatistics, TheBorderOfFacesThatDisagreeHasALengthAndNoLoop) {
+  Mesh mesh;
+  mesh.vertices.resize(4, 3);
+  mesh.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0;
+  mesh.faces.resize(2, 3);
+  mesh.faces << 0, 1, 2, 0, 1, 3;
+  const MeshStatistics s = mesh_statistics(mesh);
+  EXPECT_EQ(s.inconsistent_edges, 1);
+  EXPECT_EQ(s.boundary_loops, 0);
+  EXPECT_NEAR(s.boundary_length, 2 + 2 * std::sqrt(2.0), 1e-12);
+}
+
 TEST(MeshStatistics, CountsDefects) {
   Mesh mesh = box(1, 1, 1);
   mesh.vertices.conservativeResize(9, 3);

@@ -91,12 +91,19 @@ INSTANTIATE_TEST_SUITE_P(
                       "part.deep.list = [1, true]", "part.deep.list = [6]",
                       "part.deep.list = [1e300]", "part = 5", "part.unknown = 1",
                       "word = \"a\\u0000b\"", "word = \"a\\nb\"", "word = { a = 1 }",
-                      "[[word]]\na = 1", "'' = 1", "'part.count.x' = 1"));
+                      "[[word]]\na = 1", "'' = 1", "'part.count.x' = 1", "[prt]", "[[part]]",
+                      "[[part]]\ncount = 1", "[part.count]", "word = {}", "[part.deep.no]"));
 TEST_P(WrongValue, IsRefusedWithItsPlace) {
   const std::string before = canonical_json(table);
   const auto problems = set(GetParam());
   ASSERT_EQ(problems.size(), 1u);
   EXPECT_THAT(problems[0], HasSubstr("outfit.toml:"));
+  EXPECT_EQ(canonical_json(table), before);
+}
+
+TEST_F(OptionsFile, ATableWithNothingInItSetsNothing) {
+  const std::string before = canonical_json(table);
+  EXPECT_TRUE(set("[part]\n[part.deep]\n").empty());
   EXPECT_EQ(canonical_json(table), before);
 }
 
