@@ -116,8 +116,8 @@ double mean_strain(const Cloth& cloth, const Points& positions) {
 }
 
 /// The grid of the paper's Fig. 1: stretching stiffness over columns, bending over rows.
-int simulate_grid(const std::filesystem::path& picture, const SimulationScene& scene,
-                  const Cloth& cloth, const SimulateOptions& options, Device device, bool json) {
+int simulate_grid(const OutputPlace& place, const SimulationScene& scene, const Cloth& cloth,
+                  const SimulateOptions& options, Device device, bool json) {
   const std::vector<double> factors{0.1, 1, 10};
   std::vector<ClothVariation> variations;
   for (const double bending : factors) {
@@ -131,7 +131,14 @@ int simulate_grid(const std::filesystem::path& picture, const SimulationScene& s
   for (int i = 0; i < sweep.scene_count(); ++i) {
     sweep.set_state(i, scene_start(scene, cloth));
   }
+  catch_interrupts();
   for (Index frame = 1; frame <= scene.frame_count; ++frame) {
+    if (interrupted()) {
+      (json ? standard_error() : std::cout)
+          << "stopped after frame " << frame - 1 << " of " << scene.frame_count
+          << "; a grid is drawn in the end, so nothing was written" << std::endl;
+      end_by_signal();
+    }
     sweep.advance(scene_control(scene, options, frame));
   }
   const Points body = scene.body ? scene.body(scene.frame_count) : Points(0, 3);
@@ -150,6 +157,10 @@ int simulate_grid(const std::filesystem::path& picture, const SimulationScene& s
   ContactSheetOptions sheet;
   sheet.columns = static_cast<int>(factors.size());
   sheet.title = "Young's modulus over columns, bending over rows; mean strain of edges";
+  if (!place.one_file) {
+    make_private_directory(place.path);
+  }
+  const std::filesystem::path picture = place.beside("grid.png");
   write_image(picture, contact_sheet(pictures, sheet));
   std::ostream& words = json ? standard_error() : std::cout;
   for (const CaptionedImage& one : pictures) {
@@ -231,6 +242,13 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   if (value("grid") == "true" && !value("format").empty()) {
     throw UsageError("--grid makes one picture and no frames; leave --format out");
   }
+  for (const std::filesystem::path& input : {paths.garment, paths.body, paths.motion}) {
+    std::error_code none;  // where one of them is missing they are not the same
+    if (std::filesystem::equivalent(input, place.path, none)) {
+      throw UsageError("--out cannot be '" + value("out").substr(0, 80) +
+                       "': it is an input, which would be lost; name another file");
+    }
+  }
   require_solver(options.xpbd, device);
   require_used(paths, options, device);
   const SimulationScene scene = read_scene(paths, options);
@@ -241,10 +259,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   require_used(scene, options);
   say_mesh(cloth, scene.garment, options.cloth, json);
   if (value("grid") == "true") {
-    if (!place.one_file) {
-      make_private_directory(place.path);
-    }
-    return simulate_grid(place.beside("grid.png"), scene, cloth, options, device, json);
+    return simulate_grid(place, scene, cloth, options, device, json);
   }
   ClothSolver solver(cloth, scene.body_faces, scene_solver(scene, options), device);
   solver.set_state(scene_start(scene, cloth));
@@ -297,6 +312,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   finish();
   const auto done = static_cast<Index>(reports.size());
   if (pictures && done == scene.frame_count && !interrupted()) {
+    (json ? standard_error() : std::cout) << "drawing a turntable and a film" << std::endl;
     album.write_videos([] { return interrupted(); });
   }
   std::ostream& words = json ? standard_error() : std::cout;

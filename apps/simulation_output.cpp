@@ -62,7 +62,8 @@ OutputPlace output_place(const std::string& out, const std::string& format) {
     throw UsageError("--out cannot be '" + out + "': " + extension.substr(1) +
                      " is one file a frame; name a folder and --format " + extension.substr(1));
   }
-  for (const char* other : {".glb", ".gltf", ".usd", ".usdc", ".abc", ".fbx", ".mp4", ".png"}) {
+  for (const char* other : {".glb", ".gltf", ".usd", ".usdc", ".abc", ".fbx", ".mp4", ".png",
+                            ".csv", ".txt", ".json", ".npz", ".stl"}) {
     if (extension == other) {
       throw UsageError("--out cannot be '" + out + "': name a folder, or a file T.h5 or T.usda");
     }

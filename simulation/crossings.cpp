@@ -46,18 +46,34 @@ double signed_volume(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const E
   return std::abs(exact) > 1e-18L * exact_magnitude ? static_cast<double>(exact) : 0.0;
 }
 
+/// Where a vertex lies in the plane of a face, or an edge meets the edge or the vertex of a face,
+/// all edges count as shifted against all faces by an infinitely small step in this direction, with
+/// which no mesh is aligned: one configuration for every pair, in which a passage is counted once
+/// and not lost. What only touches may count as passing then.
+const Eigen::Vector3d kShift(0.5772156649, 0.3010299957, 0.7598356856);
+
+/// The side of the plane a b c, -1, 0 or 1, on which p lies; 0 only where a b c has no area.
+int side_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+            const Eigen::Vector3d& p, const Eigen::Vector3d& shift) {
+  const int side = sign(signed_volume(a, b, c, p));
+  return side != 0 ? side : sign((b - a).cross(c - a).dot(shift));
+}
+
+/// How the line p q passes the line a b, -1, 0 or 1; 0 only where they are parallel in one plane.
+int turn_of(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& a,
+            const Eigen::Vector3d& b, const Eigen::Vector3d& shift) {
+  const int turn = sign(signed_volume(p, q, a, b));
+  return turn != 0 ? turn : sign((q - p).cross(b - a).dot(shift));
+}
+
 bool segment_crosses_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& q,
                               const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                              const Eigen::Vector3d& c) {
-  const int side_p = sign(signed_volume(a, b, c, p));
-  const int side_q = sign(signed_volume(a, b, c, q));
-  if (side_p * side_q >= 0) {
+                              const Eigen::Vector3d& c, const Eigen::Vector3d& shift) {
+  if (side_of(a, b, c, p, shift) * side_of(a, b, c, q, shift) >= 0) {
     return false;
   }
-  const int ab = sign(signed_volume(p, q, a, b));
-  const int bc = sign(signed_volume(p, q, b, c));
-  const int ca = sign(signed_volume(p, q, c, a));
-  return ab != 0 && ab == bc && bc == ca;
+  const int ab = turn_of(p, q, a, b, shift);
+  return ab != 0 && ab == turn_of(p, q, b, c, shift) && ab == turn_of(p, q, c, a, shift);
 }
 
 ContactTree<double> tree_of(const Points& x, const Triangles& faces) {
@@ -94,9 +110,9 @@ std::vector<Edge> edges_of(const Triangles& faces) {
   return edges;
 }
 
-/// Edges of one mesh through the faces of another; `same` if it is the same mesh.
+/// Edges of one mesh, shifted, through the faces of another; `same` if it is the same mesh.
 int edges_through(const Points& x, const Triangles& faces, const Points& y, const Triangles& other,
-                  bool same) {
+                  bool same, const Eigen::Vector3d& shift) {
   if (faces.rows() == 0 || other.rows() == 0) {
     return 0;
   }
@@ -117,7 +133,7 @@ int edges_through(const Points& x, const Triangles& faces, const Points& y, cons
           return;
         }
         count += segment_crosses_triangle(p, q, y.row(v[0]).transpose(), y.row(v[1]).transpose(),
-                                          y.row(v[2]).transpose());
+                                          y.row(v[2]).transpose(), shift);
       });
     }
     return count;
@@ -127,13 +143,13 @@ int edges_through(const Points& x, const Triangles& faces, const Points& y, cons
 }  // namespace
 
 int count_crossings(const Points& vertices, const Triangles& faces) {
-  return edges_through(vertices, faces, vertices, faces, true);
+  return edges_through(vertices, faces, vertices, faces, true, kShift);
 }
 
 int count_crossings(const Points& vertices, const Triangles& faces, const Points& other_vertices,
                     const Triangles& other_faces) {
-  return edges_through(vertices, faces, other_vertices, other_faces, false) +
-         edges_through(other_vertices, other_faces, vertices, faces, false);
+  return edges_through(vertices, faces, other_vertices, other_faces, false, kShift) +
+         edges_through(other_vertices, other_faces, vertices, faces, false, -kShift);
 }
 
 }  // namespace atelier

@@ -60,7 +60,7 @@ TEST(Garment, ThatCannotBeSimulatedIsRefused) {
   g = good;
   g.mesh.faces.conservativeResize(g.mesh.faces.rows() + 1, 3);
   g.mesh.faces.row(g.mesh.faces.rows() - 1) << 5, 6, 1;
-  refused(g, "");
+  refused(g, "manifold");
   g = good;
   g.mesh.faces.row(0).reverseInPlace();
   refused(g, "opposite orientation");

@@ -43,6 +43,37 @@ TEST(Crossings, CountsThePassesOfEdgesThroughTriangles) {
   EXPECT_EQ(count_crossings(x, faces), 0);
 }
 
+// Coordinates are dyadic and rows meet rows, so that edges pass through vertices and along edges
+// exactly. As many passes count as where one sheet is a micrometre further.
+TEST(Crossings, PassesThroughVerticesAndEdgesAreCounted) {
+  const Mesh lying = fixtures::sheet(8, 8, 1.0 / 16, 'a');
+  Mesh standing = lying;
+  for (Index v = 0; v < standing.vertices.rows(); ++v) {
+    const Eigen::RowVector3d at = lying.vertices.row(v) - lying.vertices.row(0);
+    standing.vertices.row(v) << 0.25, at.x() - 0.25, at.z();
+  }
+  standing.vertices.col(0).array() += lying.vertices(0, 0);
+  standing.vertices.col(1).array() += lying.vertices(0, 1);
+  standing.vertices.col(2).array() += lying.vertices(0, 2);
+  const auto passes = [&](double off) {
+    const Points moved = standing.vertices.rowwise() +
+                         off * Eigen::RowVector3d(0.5772156649, 0.3010299957, 0.7598356856);
+    return count_crossings(moved, standing.faces, lying.vertices, lying.faces);
+  };
+  EXPECT_GT(passes(0), 8);
+  EXPECT_EQ(passes(0), passes(1e-6));
+  Mesh both = lying;  // as one cloth
+  const Index n = lying.vertices.rows();
+  both.vertices.conservativeResize(2 * n, 3);
+  both.vertices.bottomRows(n) = standing.vertices;
+  both.faces.conservativeResize(2 * lying.faces.rows(), 3);
+  both.faces.bottomRows(lying.faces.rows()) = standing.faces.array() + static_cast<int>(n);
+  EXPECT_GT(count_crossings(both.vertices, both.faces), 8);
+  standing.vertices.col(1).array() += 1;
+  EXPECT_EQ(passes(0), 0);
+  EXPECT_EQ(count_crossings(lying.vertices, lying.faces), 0);
+}
+
 // A pair that sticks where it was holds cloth that is pulled out sideways; one that slides lets it
 // go.
 TEST(SelfContact, APairThatWouldPassSlidesOnItself) {
