@@ -88,7 +88,7 @@ TEST_F(BodyModelCommand, AMotionBecomesNpzAndBvhAgain) {
 
 TEST_F(BodyModelCommand, AdviceNamesTheFlags) {
   const ChildResult result = run({"convert", still_bvh(), "--out", (folder_ / "a.npz").string()});
-  EXPECT_THAT(result.err, HasSubstr("--motion.metres_per_unit sets another"));
+  EXPECT_THAT(result.err, HasSubstr("--motion.metres-per-unit sets another"));
   EXPECT_THAT(run({"--help"}).out, HasSubstr("motion.up"));
 }
 

@@ -99,7 +99,7 @@ TEST_F(TableScripts, ThoseOfRegistrationAndAppearanceToo) {
           R"({"ceiling.psnr_db": 26.5, "ceiling.gain_db": 3, "ceiling.shadow_psnr_db": 25,
           "ceiling.ssim": 0.9})");
   ASSERT_EQ(look.exit_code, 0) << look.err;
-  EXPECT_EQ(rows_with(look.out, "| 26.50 |"), 4);
+  EXPECT_EQ(rows_with(look.out, "| 26.50 |"), 6);
   EXPECT_THAT(commands(), HasSubstr("--shadow false --body true\n"));
 }
 
