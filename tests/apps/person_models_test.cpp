@@ -58,11 +58,11 @@ TEST(PersonOfMakeHuman, IsMeasuredFollowedAndFoundUnderClothes) {
                                 "--substeps",
                                 "6",
                                 "--fabric.resolution",
-                                "256",
+                                "128",
                                 "--skin_resolution",
-                                "256",
+                                "128",
                                 "--samples",
-                                "2"});
+                                "1"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::vector<std::vector<std::string>> steps = {
       {"reconstruct", "--surface.octree_depth", "6", "--surface.edge_length", "0.03",
