@@ -13,6 +13,7 @@
 #include "core/io/mesh_obj.h"
 #include "core/store/write_text.h"
 #include "tests/apps/dressed_workspace.h"
+#include "tests/apps/program_versions.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
@@ -83,19 +84,6 @@ const std::array<Stage, 3> kBeforeRegister = {
               }},
     dressed_stage("template"),
 };
-
-/// The version that the program's own stage of that name has: what a fixture makes in its name is
-/// outdated with another one.
-int version_in_program(std::string_view stage) {
-  const std::string text = read_file_text(source_directory() / "apps/stages.cpp", 1 << 20);
-  const std::size_t at = text.find("Stage{.name = \"" + std::string(stage) + "\"");
-  const std::string version = ".version = ";
-  const std::size_t found = text.find(version, at);
-  return at == std::string::npos || found == std::string::npos ||
-                 found > text.find("Stage{", at + 1)
-             ? 1
-             : std::stoi(text.substr(found + version.size()));
-}
 
 /// A tube sewn along one line, whose flat panel is a rectangle.
 TruthGarment sewn_tube(const std::string& name, Label label, double height) {
@@ -206,10 +194,7 @@ class Register : public ::testing::Test {
   }
   template <class Stages>
   void make(const Stages& stages, const fs::path& workspace) const {
-    std::vector<Stage> all(stages.begin(), stages.end());
-    for (Stage& stage : all) {
-      stage.version = version_in_program(stage.name);
-    }
+    const std::vector<Stage> all = with_program_versions(stages);
     for (const Stage& stage : all) {
       StageRequest request;
       request.input = capture();
