@@ -34,8 +34,7 @@ class FrameSource {
     }
     while (done_ < frame) {
       ++done_;
-      const FrameReport report = solver_.advance(scene_control(scene_, options_, done_));
-      waiting_[done_] = {solver_.state(), report};
+      waiting_[done_] = advanced(done_);
     }
     const auto found = waiting_.find(frame);
     ATELIER_CHECK(found != waiting_.end(), "a frame is asked for twice");
@@ -48,6 +47,22 @@ class FrameSource {
   const Cloth& cloth() const { return cloth_; }
 
  private:
+  SimulatedFrame advanced(int frame) {
+    const char* kept = "; frames before it are kept, and a run that is put right goes on from them";
+    try {
+      const FrameReport report = solver_.advance(scene_control(scene_, options_, frame));
+      return {solver_.state(), report};
+    } catch (const EnvironmentError& error) {  // out of a device's memory, say
+      throw EnvironmentError(error.place, error.reason + (frame > 1 ? kept : ""));
+    } catch (const DataError& error) {
+      throw DataError(error.file.empty() ? run_.input("scene").string() : error.file,
+                      error.where.starts_with("body")
+                          ? "frame " + std::to_string(frame) + ", " + error.where
+                          : error.where,
+                      error.found, error.expected + (frame > 1 ? kept : ""));
+    }
+  }
+
   /// Goes on behind the last frame before `frame` that an earlier run has finished.
   void start_before(int frame) {
     started_ = true;

@@ -513,6 +513,36 @@ TEST_F(Simulate, ABodyThatTeleportsEndsItAndKeepsTheFramesBefore) {
   EXPECT_FALSE(std::filesystem::exists(out() / "garment_000005.ply"));
 }
 
+TEST_F(Simulate, ItsOutputIsNoneOfItsInputs) {
+  const std::string body = (scene() / "body.obj").string();
+  for (const std::string& input : {(scene() / "garment.obj").string(), body}) {
+    const std::string before = read_file_text(input, 1 << 20);
+    std::filesystem::copy_file(input, root_.path() / "in.h5",
+                               std::filesystem::copy_options::overwrite_existing);
+    const ChildResult result =
+        run({"simulate", "--garment",
+             input == body ? (scene() / "garment.obj").string() : (root_.path() / "in.h5").string(),
+             "--body", input == body ? (root_.path() / "in.h5").string() : body, "--out",
+             (root_.path() / "in.h5").string()});
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("it is an input, which would be lost"));
+    EXPECT_EQ(read_file_text(root_.path() / "in.h5", 1 << 20), before);
+  }
+}
+
+TEST_F(Simulate, InAWorkspaceABodyThatTeleportsIsNamedWithItsFrame) {
+  std::filesystem::remove(scene() / "body.obj");
+  std::filesystem::create_directories(scene() / "body");
+  write_body(scene() / "body" / "b_0.obj", 0);
+  write_body(scene() / "body" / "b_1.obj", 0.01);
+  write_body(scene() / "body" / "b_2.obj", 5);
+  const ChildResult result = stage("ws", {"--settle", "3"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("scene: frame 5, body vertex 0"));
+  EXPECT_THAT(result.err, HasSubstr("frames before it are kept"));
+  EXPECT_FALSE(bytes("ws", "states/000004.h5").empty());
+}
+
 TEST_F(Simulate, WhatGoesWithAWorkspaceIsRefusedWithoutOne) {
   for (const std::vector<std::string>& flag : std::vector<std::vector<std::string>>{
            {"--dry-run"}, {"--force"}, {"--frames", "1:2"}, {"--shard", "1/2"}}) {
