@@ -334,7 +334,7 @@ TEST_F(RunStage, AFolderInThePlaceOfCurrentIsToldAndRefused) {
   } catch (const DataError& error) {
     EXPECT_EQ(error.file, current_link.string());
     EXPECT_EQ(error.found, status.findings[0].what);
-    EXPECT_EQ(error.expected, status.findings[0].advice);
+    EXPECT_EQ(error.expected, "a link: " + status.findings[0].advice);
   }
   std::filesystem::remove(current_link);
   EXPECT_EQ(run("count").end, End::AlreadyDone);
