@@ -35,10 +35,10 @@ std::string entry_problem(const OptionTable& table, const TomlEntry& entry) {
 
 /// An empty table of options that exist sets none of them.
 bool sets_nothing(const OptionTable& table, const TomlEntry& entry) {
+  const std::string begin = entry.name + ".";
   return entry.kind == TomlEntry::Kind::Table &&
-         std::any_of(table.fields.begin(), table.fields.end(), [&](const OptionField& field) {
-           return field.name.starts_with(entry.name + ".");
-         });
+         std::any_of(table.fields.begin(), table.fields.end(),
+                     [&](const OptionField& field) { return field.name.starts_with(begin); });
 }
 
 }  // namespace
@@ -51,12 +51,11 @@ std::vector<std::string> set_options_from_toml(OptionTable& table, std::string_v
     if (sets_nothing(table, entry)) {
       continue;
     }
-    std::string problem = entry_problem(table, entry);
-    if (problem.empty()) {
-      problem = set_option(table, entry.name, entry.text, place);
-    }
+    const std::string of_entry = entry_problem(table, entry);
+    const std::string problem =
+        of_entry.empty() ? set_option(table, entry.name, entry.text, place) : of_entry;
     if (!problem.empty()) {
-      problems.push_back(place + ": " + problem);
+      problems.emplace_back(place).append(": ").append(problem);
     }
   }
   return problems;
