@@ -106,7 +106,7 @@ int run(const ConvertArguments& arguments, const OptionSet& set) {
   const Mesh& mesh = file.mesh;
   if (from == ".glb" || from == ".gltf") {
     const GltfScene scene = read_gltf(arguments.in);
-    file = {rest_mesh(scene, arguments.in), {.metres_per_unit = 1, .up = 'y'}};
+    file = {rest_mesh(scene, arguments.in), {.metres_per_unit = 1, .up = 'y'}, scene.findings};
     left_out = moving_parts(scene);
   } else {
     file = read_mesh_file(arguments.in, options.input);
@@ -115,6 +115,9 @@ int run(const ConvertArguments& arguments, const OptionSet& set) {
   write_mesh(arguments.out, mesh);
   std::cout << printable(arguments.out) << ": " << mesh.vertices.rows() << " vertices, "
             << mesh.faces.rows() << " faces, metres, Y up\n";
+  for (const Finding& finding : file.findings) {
+    std::cout << "  " << printable(to_string(finding)) << "\n";
+  }
   if (const auto finding = unit_finding(file, arguments.in)) {
     std::cout << "  " << printable(to_string(*finding)) << "\n";
   } else if (!(file.said.metres_per_unit > 0) && !is_said(set.table, "input.unit")) {

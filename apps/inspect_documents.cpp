@@ -4,7 +4,9 @@
 #include <iterator>
 #include <optional>
 #include <set>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "apps/inspection.h"
 #include "apps/run_account.h"
@@ -15,6 +17,7 @@
 #include "core/io/lower_extension.h"
 #include "core/io/sequence_folder.h"
 #include "core/limits.h"
+#include "core/printable.h"
 #include "core/sequence_archive.h"
 #include "core/store/consent_file.h"
 #include "core/store/manifest.h"
@@ -36,6 +39,7 @@
 #include "capture/layouts/goliath.h"
 #include "capture/layouts/human36m.h"
 #include "capture/layouts/nerfstudio.h"
+#include "capture/layouts/open_dataset.h"
 #include "capture/layouts/panoptic.h"
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
@@ -292,19 +296,38 @@ void compare_files(const std::filesystem::path& folder, const std::vector<int>& 
   }
 }
 
-bool holds_meshes(const std::filesystem::path& folder) {
+/// Meshes as a folder of frames holds them, in the order of their names.
+std::vector<std::filesystem::path> meshes_in(const std::filesystem::path& folder) {
   constexpr std::array<std::string_view, 4> kExtensions = {".obj", ".ply", ".glb", ".gltf"};
+  std::vector<std::filesystem::path> meshes;
   std::error_code error;
   auto walk = std::filesystem::directory_iterator(folder, error);
   for (; !error && walk != std::filesystem::directory_iterator(); walk.increment(error)) {
     if (std::ranges::find(kExtensions, lower_extension(walk->path())) != kExtensions.end()) {
-      return true;
+      meshes.push_back(walk->path());
     }
   }
   if (error) {
     throw EnvironmentError(folder.string(), system_reason(error.value()));
   }
-  return false;
+  std::ranges::sort(meshes);
+  return meshes;
+}
+
+/// The stages read no file that a link leads to: what it is today says nothing of tomorrow.
+void find_linked_frames(const std::filesystem::path& folder, Inspection& inspection) {
+  std::vector<std::string> linked;
+  for (const std::filesystem::path& file : meshes_in(folder)) {
+    if (std::error_code error; std::filesystem::is_symlink(file, error)) {
+      linked.push_back(file.filename().string());
+    }
+  }
+  if (!linked.empty()) {
+    inspection.findings.push_back(
+        {Severity::Error, "frames-linked", (folder / linked.front()).string(),
+         counted(std::ssize(linked), "frame") + " of symbolic links, which stages refuse",
+         "copy the files there that they lead to"});
+  }
 }
 
 /// Numbered meshes. Of many the first, a middle and the last are read: a scan takes a second.
@@ -323,6 +346,7 @@ void inspect_frames(const std::filesystem::path& folder, const Sequence& sequenc
   for (const Index i : read) {
     frame(sequence, i);
   }
+  find_linked_frames(folder, inspection);
   if (std::ssize(read) < frames) {
     inspection.findings.push_back(
         {Severity::Note, "frames-not-read", folder.string(),
@@ -394,7 +418,7 @@ void inspect_folder(const std::filesystem::path& path, Inspection& inspection) {
 #endif
   std::optional<Sequence> sequence;
   std::exception_ptr refusal;  // why its meshes are no frames
-  if (holds_meshes(path)) {
+  if (!meshes_in(path).empty()) {
     try {
       sequence = read_sequence_folder(path);
     } catch (const DataError&) {
@@ -413,6 +437,10 @@ void inspect_folder(const std::filesystem::path& path, Inspection& inspection) {
   if (refusal) {
     std::rethrow_exception(refusal);
   }
+#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
+  require_finished(path);
+  require_no_folder_above(path);
+#endif
   throw DataError(path.string(), "", "a folder of none of these",
                   "a result, a sequence, a capture or meshes that are numbered; atelier status "
                   "shows what a workspace holds");

@@ -1,8 +1,10 @@
 #include "apps/inspection.h"
+#include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/scene_file.h"
 #include "core/mesh_statistics.h"
+#include "core/printable.h"
 #include "core/topology.h"
 
 namespace atelier {
@@ -52,6 +54,7 @@ void add_mesh(const MeshFile& file, const std::string& place, bool parted, Inspe
   attribute("labels", !mesh.labels.empty());
   attribute("confidence", mesh.confidence.size() > 0);
   inspection.add("attributes", attributes.empty() ? "none" : attributes);
+  inspection.findings.insert(inspection.findings.end(), file.findings.begin(), file.findings.end());
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
   std::vector<Finding> defects = findings_of(manifold_defects(topology), topology);
   for (Finding& defect : defects) {
@@ -64,9 +67,15 @@ void add_mesh(const MeshFile& file, const std::string& place, bool parted, Inspe
     }
   }
   inspection.findings.insert(inspection.findings.end(), defects.begin(), defects.end());
-  const auto unused = static_cast<Index>(manifold_defects(topology).isolated_vertices.size());
+  if (s.flat_faces > 0) {
+    inspection.findings.push_back(
+        {Severity::Warning, "flat-face", "face " + std::to_string(s.first_flat_face),
+         counted(s.flat_faces, "face") + " without area, this one the first",
+         "remove them, or join their vertices: nothing has a normal there"});
+  }
+  const Index unused = s.isolated_vertices;
   // Clouds of points are meshes without a face, but hardly as an OBJ.
-  const bool has_faces = mesh.faces.rows() > 0 || place.ends_with(".obj");
+  const bool has_faces = mesh.faces.rows() > 0 || lower_extension(place) == ".obj";
   if (has_faces && 2 * unused > mesh.vertices.rows()) {
     inspection.findings.push_back(
         {Severity::Warning, "mesh-cut-off", place,
@@ -91,11 +100,12 @@ void inspect_mesh(const std::filesystem::path& path, Inspection& inspection) {
 
 void inspect_scene(const std::filesystem::path& path, Inspection& inspection) {
   const GltfScene scene = read_scene(path);
-  inspection.findings = scene.findings;
   if (!scene.meshes.empty()) {
     const MeshConvention said{.metres_per_unit = 1, .up = 'y'};  // every scene says both
-    add_mesh({rest_mesh(scene, path.string()), said}, path.string(), true, inspection);
+    add_mesh({rest_mesh(scene, path.string()), said, scene.findings}, path.string(), true,
+             inspection);
   } else {
+    inspection.findings = scene.findings;
     inspection.add("kind", "scene without a mesh");
   }
   inspection.add("nodes", scene.nodes.size());

@@ -158,7 +158,9 @@ std::string simulation_plots(const fs::path& result) {
                              {"inside", "vertices inside the body", 1},
                              {"inside_depth_m", "the deepest of them, mm", 1e3},
                              {"body_crossings", "edges crossed, cloth and body", 1},
-                             {"crossings", "edges crossed, cloth and cloth", 1}};
+                             {"body_gap", "least gap to the body, of the thickness", 1},
+                             {"crossings", "edges crossed, cloth and cloth", 1},
+                             {"self_gap", "least gap of cloth and cloth, of the thickness", 1}};
   constexpr std::size_t kPoints = 240;
   std::istringstream lines(read_file_text(file, Limits{}.text_file_bytes));
   std::string line;

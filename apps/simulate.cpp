@@ -52,6 +52,8 @@ Json json_of(const FrameReport& r) {
   json["body"]["crossings"] = counted(r.body_crossings);
   json["body"]["all_inside"] = counted(r.inside);
   json["body"]["all_depth_m"] = counted(r.inside_depth);
+  json["body"]["gap"] = counted(r.body_gap);
+  json["self"]["gap"] = counted(r.self_gap);
   return json;
 }
 
@@ -95,6 +97,15 @@ std::string line_of(const FrameReport& r, bool with_body) {
                   r.body_crossings, r.inside, 1e3 * r.inside_depth);
     line += text;
   }
+  const auto gap = [&](double share, const char* of) {
+    if (share >= 0) {
+      std::snprintf(text, sizeof text, "; least gap %.0f%% of the thickness kept from %s",
+                    100 * share, of);
+      line += text;
+    }
+  };
+  gap(r.body_gap, "the body");
+  gap(r.self_gap, "cloth");
   return line;
 }
 
@@ -278,29 +289,16 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     }
   };
   for (Index frame = 1; frame <= scene.frame_count && !interrupted(); ++frame) {
-    ClothState state;
     const FrameReport report = [&] {
-      const std::string kept =
-          frame > 1 ? "; frames before it are in " + place.path.string() : std::string();
       try {
-        const FrameReport advanced = solver.advance(scene_control(scene, options, frame));
-        state = solver.state();
-        return advanced;
-      } catch (const EnvironmentError& error) {  // out of a device's memory, say
+        return advance_scene(solver, scene, options, frame, paths,
+                             "; frames before it are in " + place.path.string());
+      } catch (const std::runtime_error&) {
         finish();
-        throw EnvironmentError(error.place, error.reason + kept);
-      } catch (const DataError& error) {
-        finish();
-        throw DataError(!error.file.empty()               ? error.file
-                        : error.where.starts_with("body") ? paths.body.string()
-                                                          : paths.garment.string(),
-                        error.where.starts_with("body")
-                            ? "frame " + std::to_string(frame) + ", " + error.where
-                            : error.where,
-                        error.found, error.expected + kept);
+        throw;
       }
     }();
-    const Mesh mesh = garment_mesh(cloth, state);
+    const Mesh mesh = garment_mesh(cloth, solver.state());
     writer.write(static_cast<int>(frame), mesh);
     reports.push_back(report);
     std::cout << (json ? json_text(json_of(report)) : line_of(report, scene.body_faces.rows() > 0))

@@ -17,7 +17,9 @@ inline constexpr std::array kSimulateMetrics = {
     StageMetric{"inside", "vertices"},
     StageMetric{"inside_depth", "m"},
     StageMetric{"body_crossings", ""},
+    StageMetric{"body_gap", "of the thickness"},
     StageMetric{"crossings", ""},
+    StageMetric{"self_gap", "of the thickness"},
 };
 
 /// The stage: INPUT is a folder with a garment, a body and a motion (scene_in). One file a frame

@@ -20,8 +20,10 @@ namespace {
 /// Simulates in order, whoever asks for which frame.
 class FrameSource {
  public:
-  FrameSource(StageRun& run, const SimulationScene& scene, const SimulateOptions& options)
+  FrameSource(StageRun& run, const ScenePaths& paths, const SimulationScene& scene,
+              const SimulateOptions& options)
       : run_(run),
+        paths_(paths),
         scene_(scene),
         options_(options),
         cloth_(scene_cloth(scene, options)),
@@ -48,19 +50,10 @@ class FrameSource {
 
  private:
   SimulatedFrame advanced(int frame) {
-    const char* kept = "; frames before it are kept, and a run that is put right goes on from them";
-    try {
-      const FrameReport report = solver_.advance(scene_control(scene_, options_, frame));
-      return {solver_.state(), report};
-    } catch (const EnvironmentError& error) {  // out of a device's memory, say
-      throw EnvironmentError(error.place, error.reason + (frame > 1 ? kept : ""));
-    } catch (const DataError& error) {
-      throw DataError(error.file.empty() ? run_.input("scene").string() : error.file,
-                      error.where.starts_with("body")
-                          ? "frame " + std::to_string(frame) + ", " + error.where
-                          : error.where,
-                      error.found, error.expected + (frame > 1 ? kept : ""));
-    }
+    const FrameReport report =
+        advance_scene(solver_, scene_, options_, frame, paths_,
+                      "; frames before it are kept, and a run that is put right goes on from them");
+    return {solver_.state(), report};
   }
 
   /// Goes on behind the last frame before `frame` that an earlier run has finished.
@@ -86,6 +79,7 @@ class FrameSource {
   }
 
   StageRun& run_;
+  const ScenePaths& paths_;
   const SimulationScene& scene_;
   const SimulateOptions& options_;
   Cloth cloth_;
@@ -114,6 +108,19 @@ void add_metrics(StageRun& run, const std::vector<FrameReport>& reports) {
   worst("inside_depth", &FrameReport::inside_depth);
   worst("body_crossings", &FrameReport::body_crossings);
   worst("crossings", &FrameReport::crossings);
+  const auto least = [&](const char* name, double FrameReport::*member) {
+    double value = -1;
+    for (const FrameReport& report : reports) {
+      if (report.*member >= 0) {
+        value = value < 0 ? report.*member : std::min(value, report.*member);
+      }
+    }
+    if (value >= 0) {
+      run.metric(name, value);
+    }
+  };
+  least("body_gap", &FrameReport::body_gap);
+  least("self_gap", &FrameReport::self_gap);
 }
 
 }  // namespace
@@ -136,7 +143,7 @@ void run_simulate(StageRun& run) {
   for (Index i = 1; i <= scene.frame_count; ++i) {
     ids.push_back(static_cast<int>(i));
   }
-  FrameSource source(run, scene, options);
+  FrameSource source(run, paths, scene, options);
   require_used(scene, options);
   const bool complete =
       run.each_frame("states", ".h5", ids, [&](int frame, const std::filesystem::path& file) {

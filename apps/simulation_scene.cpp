@@ -514,6 +514,23 @@ Control scene_control(const SimulationScene& scene, const SimulateOptions& optio
   return control;
 }
 
+FrameReport advance_scene(ClothSolver& solver, const SimulationScene& scene,
+                          const SimulateOptions& options, Index frame, const ScenePaths& paths,
+                          const std::string& kept) {
+  const std::string before = frame > 1 ? kept : "";
+  try {
+    return solver.advance(scene_control(scene, options, frame));
+  } catch (const EnvironmentError& error) {  // out of a device's memory, say
+    throw EnvironmentError(error.place, error.reason + before);
+  } catch (const DataError& error) {
+    const bool of_body = error.where.starts_with("body");
+    const std::filesystem::path& file = of_body ? paths.body : paths.garment;
+    throw DataError(error.file.empty() ? file.string() : error.file,
+                    of_body ? "frame " + std::to_string(frame) + ", " + error.where : error.where,
+                    error.found, error.expected + before);
+  }
+}
+
 }  // namespace atelier
 
 #endif

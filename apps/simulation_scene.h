@@ -78,4 +78,11 @@ XpbdOptions scene_solver(const SimulationScene& scene, const SimulateOptions& op
 /// What happens in simulated frame `frame`, counted from 1.
 Control scene_control(const SimulationScene& scene, const SimulateOptions& options, Index frame);
 
+/// Simulates that frame. What ends it (a body that teleports, a state that is no number, a device
+/// without memory) is thrown with the frame and the file it is about, and after the first frame
+/// with what has become of the frames before: "; frames before it are in out".
+FrameReport advance_scene(ClothSolver& solver, const SimulationScene& scene,
+                          const SimulateOptions& options, Index frame, const ScenePaths& paths,
+                          const std::string& kept);
+
 }  // namespace atelier

@@ -18,7 +18,7 @@ struct FrameColumn {
   bool later = false;  ///< not in the first archives: -1 where one lacks it
 };
 
-inline constexpr std::array<FrameColumn, 16> kFrameColumns = {{
+inline constexpr std::array<FrameColumn, 18> kFrameColumns = {{
     {"strain_p50", &FrameReport::strain_p50},
     {"strain_p95", &FrameReport::strain_p95},
     {"strain_max", &FrameReport::strain_max},
@@ -33,8 +33,10 @@ inline constexpr std::array<FrameColumn, 16> kFrameColumns = {{
     {"inside", &FrameReport::inside},
     {"inside_depth_m", &FrameReport::inside_depth},
     {"body_crossings", &FrameReport::body_crossings},
+    {"body_gap", &FrameReport::body_gap, true},
     {"self_contacts", &FrameReport::self_contacts},
     {"crossings", &FrameReport::crossings},
+    {"self_gap", &FrameReport::self_gap, true},
 }};
 
 double frame_number(const FrameReport& report, const FrameColumn& column);

@@ -31,7 +31,7 @@ namespace {
 
 constexpr std::array kStages = {
     Stage{.name = "statistics",
-          .version = 2,
+          .version = 3,
           .summary = "numbers of a mesh sequence: counts, area, volume, bounds, edges, holes",
           .inputs = {"meshes"},
           .outputs = {"statistics"},
@@ -160,7 +160,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",
-          .version = 7,
+          .version = 8,
           .summary = "a garment on a body, standing or moving",
           .inputs = {"scene"},
           .outputs = {"states", "garment"},

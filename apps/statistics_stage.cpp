@@ -33,6 +33,11 @@ void say_unit(StageRun& run, const MeshConvention& otherwise) {
     if (finding) {
       tell(run, {*finding});
     }
+    for (const Finding& said : first.findings) {
+      if (said.severity != Severity::Note) {
+        tell(run, {said});
+      }
+    }
   } catch (const DataError&) {
     return;  // told of when its frame's turn comes, if it does
   }
@@ -55,6 +60,7 @@ nlohmann::json json_of(int frame_id, const MeshStatistics& s) {
                          {"non_manifold_edges", s.non_manifold_edges},
                          {"inconsistent_edges", s.inconsistent_edges},
                          {"degenerate_faces", s.degenerate_faces},
+                         {"flat_faces", s.flat_faces},
                          {"isolated_vertices", s.isolated_vertices},
                          {"area", s.area},
                          {"lowest", {s.lowest.x(), s.lowest.y(), s.lowest.z()}},

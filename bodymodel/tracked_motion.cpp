@@ -83,8 +83,8 @@ class Reader {
   std::string file_;
 };
 
-constexpr int kMostFrames = 10'000'000;
 constexpr int kMostIndex = 2'000'000'000;
+constexpr int kLargestFrameId = 10'000'000;
 
 }  // namespace
 
@@ -198,7 +198,7 @@ TrackedMotion tracked_motion_of(const Archive& archive, const std::string& file)
     check_tracked_motion(tracked, file);
     return tracked;
   }
-  tracked.motion.frame_ids = reader.integers("frame_ids", 0, kMostFrames);
+  tracked.motion.frame_ids = reader.integers("frame_ids", 0, kLargestFrameId);
   const auto frames = static_cast<Index>(tracked.motion.frame_ids.size());
   const RowMatrix translations = reader.matrix("root_translations", frames, 3);
   const RowMatrix rotations = reader.matrix("rotations", frames, 3 * joints);

@@ -10,6 +10,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
+#include "core/limits.h"
 #include "core/printable.h"
 
 namespace atelier {
@@ -53,8 +54,8 @@ std::array<double, N> exactly(const JsonPlace& place) {
 Camera camera_of(const JsonPlace& place) {
   Camera camera;
   camera.id = place.at("id").text();
-  camera.width = static_cast<int>(place.at("width").integer(1, 65536));
-  camera.height = static_cast<int>(place.at("height").integer(1, 65536));
+  camera.width = static_cast<int>(place.at("width").integer(1, Limits{}.camera_side));
+  camera.height = static_cast<int>(place.at("height").integer(1, Limits{}.camera_side));
   camera.fx = place.at("fx").number();
   camera.fy = place.at("fy").number();
   camera.cx = place.at("cx").number();

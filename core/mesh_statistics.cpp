@@ -31,6 +31,22 @@ double signed_volume(const Mesh& mesh, const Eigen::Vector3d& center) {
   return six_volumes / 6;
 }
 
+bool is_degenerate(const Eigen::RowVector3i& face) {
+  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
+}
+
+/// True for a face no higher than rounding makes it over its longest edge.
+bool is_flat(const Mesh& mesh, Index face, double area) {
+  constexpr double kRounding = 1e-10;
+  double longest = 0;
+  for (int k = 0; k < 3; ++k) {
+    longest = std::max(longest, (mesh.vertices.row(mesh.faces(face, k)) -
+                                 mesh.vertices.row(mesh.faces(face, (k + 1) % 3)))
+                                    .squaredNorm());
+  }
+  return !(area > kRounding * longest);
+}
+
 }  // namespace
 
 MeshStatistics mesh_statistics(const Mesh& mesh, const MeshStatisticsOptions& options) {
@@ -50,12 +66,21 @@ MeshStatistics mesh_statistics(const Mesh& mesh, const MeshStatisticsOptions& op
   result.degenerate_faces = static_cast<Index>(defects.degenerate_faces.size());
   result.isolated_vertices = static_cast<Index>(defects.isolated_vertices.size());
   result.boundary_loops = static_cast<Index>(boundary_loops(topology).size());
-  result.area = face_areas(mesh.vertices, mesh.faces).sum();
+  const Eigen::VectorXd areas = face_areas(mesh.vertices, mesh.faces);
+  result.area = areas.sum();
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    if (!is_degenerate(mesh.faces.row(f)) && is_flat(mesh, f, areas[f])) {
+      result.first_flat_face =
+          result.flat_faces == 0 ? static_cast<int>(f) : result.first_flat_face;
+      ++result.flat_faces;
+    }
+  }
   if (mesh.vertices.rows() > 0) {
     result.lowest = mesh.vertices.colwise().minCoeff();
     result.highest = mesh.vertices.colwise().maxCoeff();
   }
-  if (result.faces > 0 && is_closed(topology) && defects.inconsistent_edges.empty()) {
+  if (result.faces > result.degenerate_faces && is_closed(topology) &&
+      defects.inconsistent_edges.empty()) {
     result.volume = signed_volume(mesh, 0.5 * (result.lowest + result.highest));
   }
   std::vector<double> lengths(static_cast<std::size_t>(topology.edges.rows()));

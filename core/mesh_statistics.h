@@ -24,11 +24,13 @@ struct MeshStatistics {
   Index non_manifold_edges = 0;     ///< with three faces or more
   Index inconsistent_edges = 0;     ///< between faces of opposite orientation
   Index degenerate_faces = 0;       ///< a vertex twice
+  Index flat_faces = 0;             ///< of three vertices on one line, or in one place
   Index isolated_vertices = 0;      ///< in no face
   double area = 0;                  ///< square metres
   std::optional<double> volume;     ///< cubic metres, negative if inside out; only if closed
   Eigen::Vector3d lowest{0, 0, 0};  ///< bounds of the vertices, metres
   Eigen::Vector3d highest{0, 0, 0};
+  int first_flat_face = -1;          ///< -1: none
   std::vector<double> edge_lengths;  ///< the quantiles asked for, metres; empty without edges
 };
 

@@ -77,26 +77,39 @@ PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& p
   return out;
 }
 
-template <class T>
-SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options, int usual_interval) {
-  const Material& m = cloth.material;
-  double thickness = options.self_thickness >= 0 ? options.self_thickness : m.thickness;
-  double room = 0;  // beyond the gap, to the neighbours in the cloth
+namespace {
+
+/// The percentile of the edges' lengths; 0 of a cloth without edges.
+double edge_length_percentile(const Cloth& cloth, std::size_t percent) {
   std::vector<double> lengths;
   lengths.reserve(static_cast<std::size_t>(cloth.fibre_count));
   for (int i = 0; i < cloth.fibre_count; ++i) {
     lengths.push_back(cloth.springs[i].rest);
   }
-  if (!lengths.empty()) {
-    const auto percentile = [&](std::size_t p) {
-      const std::size_t k = lengths.size() * p / 100;
-      std::nth_element(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(k),
-                       lengths.end());
-      return lengths[k];
-    };
-    thickness = std::min(thickness, 0.4 * percentile(50));
-    room = std::max(0.0, 0.4 * percentile(10) - thickness);
+  if (lengths.empty()) {
+    return 0;
   }
+  const std::size_t k = lengths.size() * percent / 100;
+  std::nth_element(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(k),
+                   lengths.end());
+  return lengths[k];
+}
+
+}  // namespace
+
+double kept_self_thickness(const Cloth& cloth, const XpbdOptions& options) {
+  const double thickness =
+      options.self_thickness >= 0 ? options.self_thickness : cloth.material.thickness;
+  return cloth.fibre_count > 0 ? std::min(thickness, 0.4 * edge_length_percentile(cloth, 50))
+                               : thickness;
+}
+
+template <class T>
+SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options, int usual_interval) {
+  const Material& m = cloth.material;
+  const double thickness = kept_self_thickness(cloth, options);
+  // Beyond the gap, to the neighbours in the cloth.
+  const double room = std::max(0.0, 0.4 * edge_length_percentile(cloth, 10) - thickness);
   // Sheets that overlap part slowly, so that they do not jump; crossed ones are pulled at 0.2 m/s.
   const double h = options.time_step / options.substeps;
   SelfRule<T> rule{};

@@ -30,9 +30,12 @@ inline int side_opposite(const FaceIndices& face, int corner) {
 template <class T>
 PreparedSurface<T> prepare_surface(const Cloth& cloth, const PreparedCloth<T>& prepared);
 
-/// The rule of self-contact: from the options or the cloth's material; the gap is never above 0.4
-/// of the median edge, so that a sheet does not meet its own neighbours. `usual_interval`: where
-/// the options leave it to the device.
+/// Metres that cloth keeps from itself: of the options or the cloth's material, but never above 0.4
+/// of the median edge, so that a sheet does not meet its own neighbours.
+double kept_self_thickness(const Cloth& cloth, const XpbdOptions& options);
+
+/// The rule of self-contact: from the options or the cloth's material. `usual_interval`: where the
+/// options leave it to the device.
 template <class T>
 SelfRule<T> self_rule(const Cloth& cloth, const XpbdOptions& options, int usual_interval);
 

@@ -13,6 +13,8 @@
 #include "simulation/backend.h"
 #include "simulation/constraint_math.h"
 #include "simulation/crossings.h"
+#include "simulation/least_gap.h"
+#include "simulation/prepared_surface.h"
 
 namespace atelier {
 namespace {
@@ -337,7 +339,8 @@ ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
     : faces_(cloth.faces),
       body_faces_(body_faces),
       intersection_interval_(options.intersection_interval),
-      thickness_(options.thickness >= 0 ? options.thickness : cloth.material.thickness) {
+      thickness_(options.thickness >= 0 ? options.thickness : cloth.material.thickness),
+      self_thickness_(options.self_contact ? kept_self_thickness(cloth, options) : 0) {
   check_setup(options, {ClothVariation{}}, device);
   backend_ = device == Device::Cpu
                  ? make_cpu_backend(cloth, {}, body_faces, options)
@@ -354,18 +357,26 @@ void ClothSolver::set_state(const ClothState& state) {
 ClothState ClothSolver::state() const {
   return backend_->state(0);
 }
+
 FrameReport ClothSolver::advance(const Control& control) {
   FrameReport report = backend_->advance(control)[0];
   if (control.exact_counts ||
       (intersection_interval_ > 0 && report.frame % intersection_interval_ == 0)) {
     const Points positions = backend_->state(0).positions;
     report.crossings = count_crossings(positions, faces_);
+    if (self_thickness_ > 0) {
+      report.self_gap = least_gap(positions, faces_, self_thickness_) / self_thickness_;
+    }
     if (control.body_end.rows() > 0 && body_faces_.rows() > 0) {
       report.body_crossings = count_crossings(positions, faces_, control.body_end, body_faces_);
       const Eigen::VectorXd depths =
           depths_inside(positions, control.body_end, body_faces_, thickness_);
       report.inside = static_cast<int>((depths.array() > 0).count());
       report.inside_depth = depths.maxCoeff();
+      if (thickness_ > 0) {
+        report.body_gap =
+            least_gap(positions, faces_, control.body_end, body_faces_, thickness_) / thickness_;
+      }
     }
   }
   return report;

@@ -120,6 +120,7 @@ class ClothSolver {
   Triangles body_faces_;
   int intersection_interval_ = 0;
   double thickness_ = 0;
+  double self_thickness_ = 0;  ///< 0: no contact of the cloth with itself
 };
 
 /// One scene of a sweep: factors on the cloth's material.

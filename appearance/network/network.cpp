@@ -1,13 +1,12 @@
 #include "appearance/network/network.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <numbers>
 #include <type_traits>
 
 #include <torch/torch.h>
 
+#include "appearance/network/layers.h"
 #include "appearance/network/recording.h"
 #include "core/error.h"
 
@@ -15,10 +14,6 @@ namespace atelier {
 namespace {
 
 namespace nf = torch::nn::functional;
-using Parts = std::map<std::string, torch::Tensor>;
-
-constexpr double kSlope = 0.2;
-constexpr int kLeastSide = 8;
 
 /// A copy on the device of numbers in this memory.
 template <class T>
@@ -66,16 +61,9 @@ struct AppearanceNetwork::State {
   struct Frame {
     torch::Tensor position, normal, tangent, transfer;
   };
-  /// What the branches and the shadow take of a surface seen from a point: [1,3+K,r,r] normal and
-  /// light transfer, of K terms, of the side that is seen, [1,3,r,r] direction to the point in that
-  /// side's tangent frame, at the branches' resolution, and [1,K,l,l] the transfer minus its mean
-  /// at the shadow's.
-  struct Inputs {
-    torch::Tensor geometry, direction, openness;
-  };
   /// What a step learns from one view.
   struct Example {
-    Inputs inputs;
+    ViewInputs inputs;
     torch::Tensor camera;   // [1] its index
     torch::Tensor grid;     // [1,1,P,2] as grid_sample wants it
     torch::Tensor colors;   // [3,P] bytes
@@ -86,9 +74,8 @@ struct AppearanceNetwork::State {
     torch::Tensor step, decay, spread;  // [] each: see update
   };
 
-  NetworkOptions options;
+  Layers layers;
   torch::Device device = torch::kCPU;
-  bool half = false;
   std::vector<ParameterShape> shapes;
   std::vector<std::int64_t> counts;     // numbers of each parameter
   torch::Tensor values;                 // [N] of all of them, one behind the other
@@ -98,7 +85,6 @@ struct AppearanceNetwork::State {
   torch::Tensor corners, uv_corners;  // [3T] vertices, texture coordinates of each texel's face
   torch::Tensor weights;              // [T,3,1] barycentric
   torch::Tensor texel_rows;           // [R*R] row of each texel, T: none
-  torch::Tensor texel_source;         // [R*R] what each texel of the finished texture shows
   torch::Tensor mean_transfer;        // [V,9]
   std::vector<Example> examples;      // a view each
   Rates rates;
@@ -106,77 +92,14 @@ struct AppearanceNetwork::State {
   std::vector<Example> places;  // as many as a batch has, each with room for the largest view
   AdamStep recorded;            // with these constants
   torch::Tensor recorded_loss;  // []
-  Parts fixed;                  // parts() for drawing, until the next step
+  Parts fixed;                  // parts_of for drawing, until the next step
   torch::Tensor shown;          // of texture_on_device
 
-  /// Parameters by their names, with what differentiates through them.
-  Parts parts() const {
-    const std::vector<torch::Tensor> split = values.split_with_sizes(counts);
-    Parts all;
-    for (std::size_t i = 0; i < shapes.size(); ++i) {
-      all[shapes[i].name] = split[i].reshape(shapes[i].shape);
-    }
-    // Directions and lengths as weights, ".w".
-    for (const ParameterShape& shape : shapes) {
-      if (!shape.name.ends_with(".v")) {
-        continue;
-      }
-      const std::string name = shape.name.substr(0, shape.name.size() - 2);
-      const bool transposed = name.find(".up") != std::string::npos;
-      const std::vector<std::int64_t> others =
-          transposed ? std::vector<std::int64_t>{0, 2, 3} : std::vector<std::int64_t>{1, 2, 3};
-      const torch::Tensor& v = all.at(shape.name);
-      all[name + ".w"] = v * (all.at(name + ".g") / v.pow(2).sum(others, true).sqrt());
-    }
-    return all;
-  }
   const Parts& parts_for_drawing() {
     if (fixed.empty()) {
-      fixed = parts();
+      fixed = parts_of(values, shapes);
     }
     return fixed;
-  }
-
-  torch::Tensor convolved(const Parts& p, const std::string& name, const torch::Tensor& x,
-                          int stride, bool transposed) const {
-    torch::Tensor weight = p.at(name + ".w");
-    torch::Tensor bias = p.at(name + ".b");
-    torch::Tensor input = x;
-    if (half) {
-      weight = weight.to(torch::kBFloat16);
-      bias = bias.to(torch::kBFloat16);
-      input = input.to(torch::kBFloat16);
-    }
-    const bool each_texel = bias.dim() == 3;
-    const torch::Tensor channel_bias = each_texel ? torch::Tensor() : bias;
-    const torch::Tensor y = transposed
-                                ? torch::conv_transpose2d(input, weight, channel_bias, stride, 1)
-                                : torch::conv2d(input, weight, channel_bias, stride, 1);
-    return each_texel ? y + bias : y;
-  }
-  static torch::Tensor activated(const torch::Tensor& x) { return torch::leaky_relu(x, kSlope); }
-
-  /// What a branch gives, and the features before its last convolution.
-  struct Branch {
-    torch::Tensor output, features;
-  };
-  Branch unet(const Parts& p, const std::string& name, const torch::Tensor& inputs) const {
-    const int levels =
-        std::bit_width(static_cast<unsigned>(branch_resolution_of(options) / kLeastSide)) - 1;
-    std::vector<torch::Tensor> down = {activated(convolved(p, name + ".first", inputs, 1, false))};
-    for (int level = 0; level < levels; ++level) {
-      down.push_back(
-          activated(convolved(p, name + ".down" + std::to_string(level), down.back(), 2, false)));
-    }
-    torch::Tensor x = down.back();
-    for (int level = levels - 1; level >= 0; --level) {
-      // Over the root of 2: the sum of two has the variance of one.
-      x = (activated(convolved(p, name + ".up" + std::to_string(level), x, 2, true)) +
-           down[static_cast<std::size_t>(level)]) *
-          (std::numbers::sqrt2 / 2);
-    }
-    const torch::Tensor all = torch::cat({x, inputs.to(x.scalar_type())}, 1);
-    return {convolved(p, name + ".last", all, 1, false).to(torch::kFloat32), x};
   }
 
   /// [T,C] of rows at the corners of each texel's face.
@@ -189,7 +112,7 @@ struct AppearanceNetwork::State {
     const torch::Tensor padded = nf::pad(rows, nf::PadFuncOptions({0, 0, 0, 1}));
     return padded.index_select(0, texel_rows)
         .t()
-        .reshape({1, rows.size(1), options.resolution, options.resolution});
+        .reshape({1, rows.size(1), layers.options.resolution, layers.options.resolution});
   }
 
   /// Squares of texels averaged, to so many a side.
@@ -197,16 +120,8 @@ struct AppearanceNetwork::State {
     const std::int64_t ratio = x.size(3) / side;
     return ratio > 1 ? torch::avg_pool2d(x, {ratio, ratio}) : x;
   }
-  torch::Tensor enlarged(const torch::Tensor& x) const {
-    return nf::interpolate(
-        x, nf::InterpolateFuncOptions()
-               .size(std::vector<std::int64_t>{options.resolution, options.resolution})
-               .mode(torch::kBilinear)
-               .align_corners(false));
-  }
-
-  Inputs inputs_of(const Frame& frame, const torch::Tensor& center) const {
-    const std::int64_t terms = transfer_terms(options.transfer_degree);
+  ViewInputs inputs_of(const Frame& frame, const torch::Tensor& center) const {
+    const std::int64_t terms = transfer_terms(layers.options.transfer_degree);
     const auto transfer = [&](const torch::Tensor& rows, std::int64_t begin) {
       return rows.slice(1, begin, begin + terms);
     };
@@ -231,49 +146,11 @@ struct AppearanceNetwork::State {
         torch::where(inside, transfer(at, kOutside + terms), transfer(at, kOutside));
     const torch::Tensor direction =
         torch::cat({(to * tangent).sum(1, true), (to * across).sum(1, true), height.abs()}, 1);
-    const int side = branch_resolution_of(options);
+    const int side = branch_resolution_of(layers.options);
     return {coarser(pictured(torch::cat({facing, visible}, 1)), side),
             coarser(pictured(direction), side),
             coarser(pictured(visible - transfer(at, kOutside + 2 * terms)),
-                    shadow_resolution_of(options.resolution))};
-  }
-
-  /// [B,3,R,R] in linear light, without gain.
-  torch::Tensor textures(const Parts& p, const std::vector<Inputs>& batch) const {
-    const std::int64_t side = options.resolution;
-    const auto count = static_cast<std::int64_t>(batch.size());
-    std::vector<torch::Tensor> geometry;
-    std::vector<torch::Tensor> directions;
-    std::vector<torch::Tensor> openness;
-    for (const Inputs& one : batch) {
-      geometry.push_back(one.geometry);
-      directions.push_back(one.direction);
-      openness.push_back(one.openness);
-    }
-    const std::int64_t branch_side = branch_resolution_of(options);
-    torch::Tensor share = torch::ones({count, 3, branch_side, branch_side}, torch::device(device));
-    torch::Tensor features = torch::cat(geometry, 0);
-    if (options.view_independent) {
-      const Branch branch = unet(p, "independent", features);
-      share = share + branch.output;
-      features = branch.features;
-    }
-    if (options.view_dependent) {
-      const torch::Tensor direction = torch::cat(directions, 0).to(features.scalar_type());
-      share = share + unet(p, "dependent", torch::cat({direction, features}, 1)).output;
-    }
-    share = branch_side < side ? enlarged(share) : share;
-    if (options.shadow) {
-      torch::Tensor x = torch::cat(openness, 0);
-      x = activated(convolved(p, "shadow.first", x, 1, false));
-      x = activated(convolved(p, "shadow.middle", x, 1, false));
-      x = torch::sigmoid(convolved(p, "shadow.last", x, 1, false).to(torch::kFloat32));
-      share = share * enlarged(x);
-    }
-    return (share * p.at("texture.mean"))
-        .reshape({count, 3, side * side})
-        .index_select(2, texel_source)
-        .reshape({count, 3, side, side});
+                    shadow_resolution_of(layers.options.resolution))};
   }
 
   /// [3,P] of one texture [3,R,R] at the places of a grid, as sample_texture.
@@ -318,7 +195,7 @@ struct AppearanceNetwork::State {
 
   /// [3,R,R]
   torch::Tensor texture_of_view(const Frame& frame, const Eigen::Vector3d& center) {
-    return textures(parts_for_drawing(), {inputs_of(frame, center_of(center))})[0];
+    return textures_of(layers, parts_for_drawing(), {inputs_of(frame, center_of(center))})[0];
   }
 
   std::vector<Example> batch_of(const std::vector<int>& batch) const {
@@ -332,14 +209,14 @@ struct AppearanceNetwork::State {
   }
 
   torch::Tensor batch_loss(const std::vector<Example>& batch) const {
-    std::vector<Inputs> inputs;
+    std::vector<ViewInputs> inputs;
     for (const Example& one : batch) {
       inputs.push_back(one.inputs);
     }
-    const Parts p = parts();
+    const Parts p = parts_of(values, shapes);
     const torch::Tensor& logs = p.at("gain.log");
     const torch::Tensor gains = (logs - logs.mean(0, true)).exp();
-    const torch::Tensor drawn = textures(p, inputs);
+    const torch::Tensor drawn = textures_of(layers, p, inputs);
     torch::Tensor sum = torch::zeros({}, torch::device(device));
     torch::Tensor places = torch::zeros({}, torch::device(device).dtype(torch::kFloat64));
     for (std::size_t i = 0; i < batch.size(); ++i) {
@@ -388,9 +265,9 @@ struct AppearanceNetwork::State {
     const Example& like = examples.front();
     places.clear();
     for (std::size_t i = 0; i < count; ++i) {
-      const Inputs inputs = {torch::zeros_like(like.inputs.geometry),
-                             torch::zeros_like(like.inputs.direction),
-                             torch::zeros_like(like.inputs.openness)};
+      const ViewInputs inputs = {torch::zeros_like(like.inputs.geometry),
+                                 torch::zeros_like(like.inputs.direction),
+                                 torch::zeros_like(like.inputs.openness)};
       places.push_back({inputs, torch::zeros_like(like.camera),
                         torch::zeros({1, 1, most, 2}, like.grid.options()),
                         torch::zeros({3, most}, like.colors.options()),
@@ -458,8 +335,8 @@ AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device
     throw EnvironmentError("CUDA", "libtorch finds no device; say --device cpu");
   }
   State& state = *state_;
-  state.options = model.options;
-  state.half = half;
+  state.layers.options = model.options;
+  state.layers.half = half;
   state.device = device == Device::Cuda ? torch::kCUDA : torch::kCPU;
   state.shapes = network_parameters(model.options, static_cast<int>(model.camera_ids.size()));
   std::vector<torch::Tensor> decays;
@@ -499,7 +376,7 @@ AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device
   state.uv_corners = rows_on_device(uv_corners, state.device);
   state.weights = on_device(weights.data(), {count, 3, 1}, state.device);
   state.texel_rows = rows_on_device(rows, state.device);
-  state.texel_source =
+  state.layers.texel_source =
       rows_on_device(std::vector<std::int64_t>(map.source.begin(), map.source.end()), state.device);
   state.mean_transfer = on_device(model.mean_transfer.data(),
                                   {model.mean_transfer.rows(), kTransferTerms}, state.device);
@@ -514,7 +391,7 @@ Image AppearanceNetwork::texture(const SurfaceFrame& frame, const Eigen::Vector3
   const Tensor rows =
       off_device(state_->texture_of_view(state_->on_device_of(frame), center).permute({1, 2, 0}));
   const auto values = values_of<float>(rows);
-  Image image(state_->options.resolution, state_->options.resolution, 3);
+  Image image(state_->layers.options.resolution, state_->layers.options.resolution, 3);
   std::copy(values.begin(), values.end(), image.data.begin());
   return image;
 }

@@ -30,7 +30,7 @@ struct AdamStep {
 /// An appearance model on a device, ready to draw and to learn (libtorch behind it).
 class AppearanceNetwork {
  public:
-  /// @param half  convolutions in bfloat16 instead of float: twice the speed on a GPU
+  /// @param half  convolutions in bfloat16: half the memory, not faster where it was measured
   /// Throws EnvironmentError where the device is not there.
   AppearanceNetwork(const AppearanceModel& model, Device device, bool half = false);
   ~AppearanceNetwork();

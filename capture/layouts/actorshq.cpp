@@ -1,10 +1,10 @@
 #include "capture/layouts/actorshq.h"
 
-#include <cmath>
 #include <cstdio>
 #include <map>
 
 #include "capture/camera_conventions.h"
+#include "capture/layouts/camera_side.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/truth_archive.h"
 #include "core/atomic_file.h"
@@ -94,8 +94,7 @@ std::vector<Camera> parse_actorshq_cameras(std::string_view text, const std::str
     };
     const auto pixels = [&](const char* column) {
       const double value = number(column);
-      constexpr double kLargest = 65536;
-      if (!(value >= 1 && value <= kLargest) || value != std::floor(value)) {
+      if (!is_camera_side(value)) {
         scanner.fail(in_quotes(cells[columns.at(column)]), "pixels, a whole number");
       }
       return static_cast<int>(value);

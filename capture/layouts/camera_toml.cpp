@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/camera_conventions.h"
+#include "capture/layouts/camera_side.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/qualisys.h"
 #include "capture/truth_archive.h"
@@ -53,9 +54,8 @@ Eigen::Matrix3d rotation_of(const JsonPlace& place) {
 }
 
 int pixels(const JsonPlace& place, double value) {
-  constexpr double kLargest = 65536;
-  if (!(value >= 1 && value <= kLargest) || value != std::floor(value)) {
-    place.fail(number_text(value), "pixels, a whole number from 1 to 65536");
+  if (!is_camera_side(value)) {
+    place.fail(number_text(value), "pixels, " + camera_side_range());
   }
   return static_cast<int>(value);
 }

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "capture/camera_conventions.h"
+#include "capture/layouts/camera_side.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/posed_images.h"
 #include "capture/truth_archive.h"
@@ -124,10 +125,9 @@ ColmapImage image_of(std::uint32_t id, const std::array<double, 7>& pose, std::u
 }
 
 void check_size(std::int64_t width, std::int64_t height, const auto& fail) {
-  constexpr std::int64_t kLargest = 65536;
-  if (width < 1 || height < 1 || width > kLargest || height > kLargest) {
+  if (!is_camera_side(static_cast<double>(width)) || !is_camera_side(static_cast<double>(height))) {
     fail("a picture of " + std::to_string(width) + " x " + std::to_string(height),
-         "1 to 65536 pixels a side");
+         "pixels a side, " + camera_side_range());
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "capture/camera_conventions.h"
 #include "capture/keypoints3d_file.h"
+#include "capture/layouts/camera_side.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/opencv_yaml.h"
 #include "capture/truth_archive.h"
@@ -41,8 +42,7 @@ int size_of(const OpencvYaml& yaml, const std::string& key, const std::string& f
     return 0;
   }
   double value = 0;  // some write 1080.
-  constexpr double kLargest = 65536;
-  if (!parse_number(found->second, value) || !(value >= 1 && value <= kLargest)) {
+  if (!parse_number(found->second, value) || !is_camera_side(std::floor(value))) {
     throw DataError(file, key, in_quotes(found->second), "pixels");
   }
   return static_cast<int>(value);

@@ -1,8 +1,8 @@
 #include "capture/layouts/json_numbers.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "capture/layouts/camera_side.h"
 #include "core/printable.h"
 
 namespace atelier {
@@ -48,9 +48,8 @@ Eigen::Matrix4d matrix4_of(const JsonPlace& place) {
 
 int pixels_of(const JsonPlace& place) {
   const double value = place.number();
-  constexpr double kLargest = 65536;
-  if (!(value >= 1 && value <= kLargest) || value != std::floor(value)) {
-    place.fail("no number of pixels", "a whole number from 1 to 65536");
+  if (!is_camera_side(value)) {
+    place.fail("no number of pixels", camera_side_range());
   }
   return static_cast<int>(value);
 }

@@ -19,22 +19,6 @@ FrameReader& LayoutSource::frames() const {
   return *reader;
 }
 
-void link_file(const fs::path& from, const fs::path& to) {
-  make_private_directory(to.parent_path());
-  std::error_code error;
-  // A link to a symbolic link would still point out of the copy.
-  if (!fs::is_symlink(from)) {
-    fs::create_hard_link(from, to, error);
-    if (!error) {
-      return;
-    }
-  }
-  const std::vector<std::byte> bytes = read_file_bytes(from, Limits{}.image_file_bytes);
-  AtomicFile file(to);
-  file.write(bytes);
-  file.commit();
-}
-
 std::string write_picture(const LayoutSource& source, Index camera_idx, int frame_id,
                           const fs::path& stem) {
   const std::optional<EncodedImage> image = source.frames().encoded_image(camera_idx, frame_id);
@@ -42,16 +26,10 @@ std::string write_picture(const LayoutSource& source, Index camera_idx, int fram
     return "";
   }
   const fs::path path = stem.string() + image->extension;
-  const DataPlace& place =
-      source.dataset().frames[static_cast<std::size_t>(camera_idx)].images.at(frame_id);
-  if (place.member.empty() && place.index < 0) {
-    link_file(place.file, path);
-  } else {
-    make_private_directory(path.parent_path());
-    AtomicFile file(path);
-    file.write(image->bytes);
-    file.commit();
-  }
+  make_private_directory(path.parent_path());
+  AtomicFile file(path);
+  file.write(image->bytes);
+  file.commit();
   return image->extension;
 }
 

@@ -40,11 +40,8 @@ struct Layout {
   std::vector<std::string> (*write)(const LayoutSource& source, const std::filesystem::path& out);
 };
 
-/// A file under another name: a hard link, or a copy where links cannot be. The folder is made.
-void link_file(const std::filesystem::path& from, const std::filesystem::path& to);
-
-/// Writes the picture of a frame to `stem` with the extension of its bytes, linked where it is a
-/// file of its own; returns that extension, "" if there is none.
+/// Writes the picture of a frame, its bytes as they are, to `stem` with the extension of its bytes;
+/// returns that extension, "" if there is none. A copy: a link would share the capture's own file.
 std::string write_picture(const LayoutSource& source, Index camera_idx, int frame_id,
                           const std::filesystem::path& stem);
 

@@ -16,6 +16,7 @@
 #include "capture/video_file.h"
 #include "core/error.h"
 #include "core/file_kind.h"
+#include "core/limits.h"
 #include "core/store/consent_file.h"
 
 namespace atelier {
@@ -138,8 +139,9 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, std::vector<Fin
   const int height = frames.image_height;
   if (width == 0) {
     if (camera.width == 0) {
-      camera.width = static_cast<int>(std::clamp(std::round(2 * camera.cx), 1.0, 65536.0));
-      camera.height = static_cast<int>(std::clamp(std::round(2 * camera.cy), 1.0, 65536.0));
+      const auto largest = static_cast<double>(Limits{}.camera_side);
+      camera.width = static_cast<int>(std::clamp(std::round(2 * camera.cx), 1.0, largest));
+      camera.height = static_cast<int>(std::clamp(std::round(2 * camera.cy), 1.0, largest));
       findings.push_back({Severity::Warning, "image-size-unknown", camera.id,
                           "neither the calibration nor a picture says the size; " +
                               size_text(camera.width, camera.height) +
@@ -457,10 +459,7 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   if (!fs::exists(path)) {
     throw DataError(path.string(), "", "nothing is there", "a folder of a capture");
   }
-  if (fs::exists(path / "synthesis.json") && !fs::exists(path / "capture.toml")) {
-    throw DataError(path.string(), "", "a synthetic capture that was interrupted",
-                    "a finished one: run the same synthesize command again");
-  }
+  require_finished(path);
   const Choice choice = choose(path, options);
   Dataset dataset = choice.layout->read(path, options, limits);
   if (options.subject != "auto" && dataset.info.subject != options.subject) {
@@ -504,6 +503,14 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
     check_capture_info(info, dataset.root.string());
   }
   return dataset;
+}
+
+void require_finished(const fs::path& path) {
+  std::error_code error;
+  if (fs::exists(path / "synthesis.json", error) && !fs::exists(path / "capture.toml", error)) {
+    throw DataError(path.string(), "", "a synthetic capture that was interrupted",
+                    "a finished one: run the same synthesize command again");
+  }
 }
 
 void require_no_folder_above(const fs::path& path) {

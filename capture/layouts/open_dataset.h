@@ -36,6 +36,9 @@ OptionTable describe(DatasetOptions& options);
 Dataset open_dataset(const std::filesystem::path& path, const DatasetOptions& options = {},
                      const Limits& limits = {});
 
+/// Refuses what `synthesize` has not finished. Throws DataError that says how it goes on.
+void require_finished(const std::filesystem::path& path);
+
 /// Refuses a folder that is no capture, but holds one: the folder above was named. Opens no file.
 /// Throws DataError with the capture's place.
 void require_no_folder_above(const std::filesystem::path& path);

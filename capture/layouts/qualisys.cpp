@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "capture/camera_conventions.h"
+#include "capture/layouts/camera_side.h"
 #include "capture/layouts/camera_toml.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/truth_archive.h"
@@ -109,8 +110,7 @@ std::vector<Camera> parse_qualisys(std::string_view text, const std::string& fil
       corner = {value("left"), value("top")};
       const double width = value("right") - corner.x() + 1;
       const double height = value("bottom") - corner.y() + 1;
-      constexpr double kLargest = 65536;
-      if (!(width >= 1 && height >= 1 && width <= kLargest && height <= kLargest)) {
+      if (!is_camera_side(std::round(width)) || !is_camera_side(std::round(height))) {
         throw DataError(file, "line " + std::to_string(element.line), "a field of view of no size",
                         "left, top, right and bottom in pixels");
       }

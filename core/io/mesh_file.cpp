@@ -9,12 +9,42 @@
 #include "core/io/mesh_obj.h"
 #include "core/io/mesh_ply.h"
 #include "core/io/scene_file.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace {
 
 /// glTF means metres and Y; the FBX reader turns what the file says into them.
 constexpr MeshConvention kSceneConvention{.metres_per_unit = 1, .up = 'y'};
+
+constexpr const char* kMeshExtensions = ".obj, .ply, .glb, .gltf or .fbx";
+
+/// What of polygons a Mesh does not hold.
+void add_losses(const PolygonMesh& polygons, const std::string& name, MeshFile& file) {
+  const auto add = [&](const char* code, const std::string& what) {
+    file.findings.push_back({Severity::Note, code, name, what, ""});
+  };
+  if (polygons.uvs.rows() > 0 && file.mesh.uvs.rows() == 0) {
+    add("mesh-uvs-dropped",
+        "texture coordinates are not kept: not every corner of a face has them");
+  }
+  if (polygons.normals.rows() > 0 && file.mesh.normals.rows() == 0) {
+    add("mesh-normals-dropped",
+        "normals are not kept: corners in one vertex differ, or some have none");
+  }
+  std::string names;
+  const auto named = [&](const std::vector<std::string>& all, const char* noun) {
+    if (!all.empty()) {
+      names += (names.empty() ? "" : ", ") + counted(static_cast<std::int64_t>(all.size()), noun);
+    }
+  };
+  named(polygons.group_names, "group");
+  named(polygons.object_names, "object");
+  named(polygons.material_names, "material");
+  if (!names.empty()) {
+    add("mesh-names-dropped", "names are not kept: " + names);
+  }
+}
 
 }  // namespace
 
@@ -26,26 +56,31 @@ Mesh read_mesh(const std::filesystem::path& path, const MeshConvention& otherwis
 MeshFile read_mesh_file(const std::filesystem::path& path, const MeshConvention& otherwise,
                         const Limits& limits) {
   if (std::error_code error; std::filesystem::is_directory(path, error)) {
-    throw DataError(path.string(), "", "a folder", "a mesh file: .obj, .ply, .glb, .gltf or .fbx");
+    throw DataError(path.string(), "", "a folder", std::string("a mesh file: ") + kMeshExtensions);
   }
   const std::string extension = lower_extension(path);
   if (extension == ".obj" || extension == ".ply") {
     const PolygonMesh polygons =
         extension == ".obj" ? read_obj(path, limits) : read_ply(path, limits);
-    return {in_metres_y_up(triangulated(polygons), polygons.convention, otherwise),
-            polygons.convention};
+    MeshFile file;
+    file.mesh = in_metres_y_up(triangulated(polygons), polygons.convention, otherwise);
+    file.said = polygons.convention;
+    file.findings = polygons.findings;
+    add_losses(polygons, path.string(), file);
+    return file;
   }
   if (has_scene_extension(path)) {
-    return {rest_mesh(read_scene(path, limits), path.string(), limits), kSceneConvention};
+    const GltfScene scene = read_scene(path, limits);
+    return {rest_mesh(scene, path.string(), limits), kSceneConvention, scene.findings};
   }
   if (std::error_code error; !std::filesystem::exists(path, error) && !error) {
     throw DataError(path.string(), "", "nothing there",
-                    "a mesh file: .obj, .ply, .glb, .gltf or .fbx");
+                    std::string("a mesh file: ") + kMeshExtensions);
   }
   throw DataError(
       path.string(), "",
       extension.empty() ? "a name without an extension" : "extension '" + extension + "'",
-      ".obj, .ply, .glb, .gltf or .fbx");
+      kMeshExtensions);
 }
 
 std::optional<Finding> unit_finding(const MeshFile& file, const std::string& name) {

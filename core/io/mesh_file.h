@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/finding.h"
 #include "core/io/polygon_mesh.h"
@@ -19,10 +20,12 @@ Mesh read_mesh(const std::filesystem::path& path,
                const MeshConvention& otherwise = {.metres_per_unit = 1, .up = 'y'},
                const Limits& limits = {});
 
-/// A mesh in metres with Y up, and what its file said of its unit and up axis.
+/// A mesh in metres with Y up, what its file said of its unit and up axis, and what of the file was
+/// skipped or a Mesh cannot hold.
 struct MeshFile {
   Mesh mesh;
   MeshConvention said;
+  std::vector<Finding> findings = {};
 };
 
 /// The same, for whoever tells what was said and what was taken.

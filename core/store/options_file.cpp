@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "core/nearest_name.h"
 #include "core/store/toml_entries.h"
 
 namespace atelier {
@@ -28,7 +29,15 @@ std::string entry_problem(const OptionTable& table, const TomlEntry& entry) {
         return entry.name + " cannot be a table";
       }
     }
-    return "there is no option whose name begins with '" + entry.name.substr(0, 60) + ".'";
+    std::vector<std::string> tables;
+    for (const OptionField& field : table.fields) {
+      for (std::size_t dot = field.name.find('.'); dot != std::string::npos;
+           dot = field.name.find('.', dot + 1)) {
+        tables.push_back(field.name.substr(0, dot));
+      }
+    }
+    return "there is no option whose name begins with '" + entry.name.substr(0, 60) + ".'" +
+           did_you_mean(entry.name, tables);
   }
   return "";
 }

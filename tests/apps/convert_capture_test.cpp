@@ -95,8 +95,8 @@ TEST(ConvertCapture, WhatWasEndedLeavesNoHalfCapture) {
     const std::vector<std::string> command = {
         program_path(), "convert-capture", (folder / "capture").string(), out.string(), "--to",
         layout};
-    const std::vector<SystemCall> calls = record_calls(command, {"link"});
-    ASSERT_EQ(calls.size(), 6U) << "a picture of each frame and camera";
+    const std::vector<SystemCall> calls = record_calls(command, {"rename"});
+    ASSERT_GE(calls.size(), 6U) << "a picture of each frame and camera";
     const std::size_t files = files_in(out).size();
     fs::remove_all(out);
     for (const int signal : {SIGTERM, SIGINT, SIGKILL}) {

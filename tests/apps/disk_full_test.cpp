@@ -97,7 +97,7 @@ class DiskFull : public StatisticsFixture {
 
 TEST_F(DiskFull, NoSpaceAtEveryWrite) {
   // Lines of progress go nowhere where standard error takes none.
-  every_call({"write"}, "ENOSPC", 1, Then::FailsOrIsWhole);
+  every_call({"write", "pwrite64"}, "ENOSPC", 1, Then::FailsOrIsWhole);
 }
 
 TEST_F(DiskFull, NoSpaceAtEverySync) {

@@ -193,6 +193,53 @@ TEST_F(Inspect, DamagedFilesAreOneLine) {
   EXPECT_GE(refused, 5);
 }
 
+TEST_F(Inspect, FilesOfNoBytesAreRefusedInOneLineWhereTheirFormatHasNone) {
+  for (const char* name : {"e.obj", "e.ply", "e.glb", "e.png", "e.npy", "e.npz", "e.h5", "e.json",
+                           "e.bvh", "e.fbx", "e.safetensors"}) {
+    std::ofstream(root_ / name);
+    const ChildResult result = run({"inspect", (root_ / name).string()});
+    EXPECT_EQ(result.exit_code, kExitBadData) << name << result.out;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  }
+}
+
+TEST_F(Inspect, SaysWhatReadersSkipAndAMeshCannotHold) {
+  std::ofstream(root_ / "half.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nwhatever 3\n"
+                                       "g left\nf 1/1 2/2 3\n";
+  for (const char* code : {"obj-skipped", "mesh-uvs-dropped", "mesh-names-dropped"}) {
+    EXPECT_THAT(run({"inspect", (root_ / "half.obj").string()}).out, HasSubstr(code));
+    EXPECT_THAT(run({"convert", (root_ / "half.obj").string(), (root_ / "out.ply").string()}).out,
+                HasSubstr(code));
+  }
+}
+
+TEST_F(Inspect, FacesWithoutAreaAreFound) {
+  std::ofstream(root_ / "flat.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nv 0 0 0\n"
+                                       "f 1 2 3\nf 1 2 4\nf 1 5 3\n";
+  EXPECT_THAT(run({"inspect", (root_ / "flat.obj").string()}).out,
+              AllOf(HasSubstr("flat-face"), HasSubstr("[face 1]"),
+                    HasSubstr("2 faces without area, this one the first")));
+  std::ofstream(root_ / "TWICE.OBJ") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 1 3\n";
+  EXPECT_THAT(
+      run({"inspect", (root_ / "TWICE.OBJ").string()}).out,
+      AllOf(HasSubstr("degenerate-face"), Not(HasSubstr("flat-face")), Not(HasSubstr("m3"))));
+  std::ofstream(root_ / "POINTS.OBJ") << "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  EXPECT_THAT(run({"inspect", (root_ / "POINTS.OBJ").string()}).out, HasSubstr("mesh-cut-off"));
+}
+
+TEST_F(Inspect, FoldersThatStagesRefuseAreNoSoundOnes) {
+  write_boxes(input(), 2);
+  std::filesystem::create_symlink(input() / "box_000.obj", input() / "box_002.obj");
+  const ChildResult linked = run({"inspect", input().string()});
+  EXPECT_EQ(linked.exit_code, kExitBadData);
+  EXPECT_THAT(linked.out, HasSubstr("frames-linked"));
+  EXPECT_THAT(linked.out, HasSubstr("box_002.obj"));
+  std::filesystem::create_directories(root_ / "half");
+  std::ofstream(root_ / "half" / "synthesis.json") << "{}";
+  EXPECT_THAT(run({"inspect", (root_ / "half").string()}).err,
+              HasSubstr("a synthetic capture that was interrupted"));
+}
+
 TEST_F(Inspect, ADamagedVideoIsOneLine) {
   std::filesystem::create_directory(input());
   std::ofstream(input() / "cam0.mp4") << std::string(

@@ -136,7 +136,7 @@ TEST_F(Person, WhatRestsOnAResultOfAnotherVersionIsNotMeasured) {
   ASSERT_EQ(run_stage("body").exit_code, 0);
   const std::string places = capture().string() + " " + workspace_.string();
   const auto unmeasured = [&](const std::string& stage) -> std::string {
-    const nlohmann::json json = nlohmann::json::parse(evaluate({"--json"}).out);
+    const nlohmann::json json = nlohmann::json::parse(evaluate({"--json", "--stage", stage}).out);
     return json.contains("not_measured") ? json["not_measured"].value(stage, "") : "";
   };
   EXPECT_EQ(unmeasured("body"), "");

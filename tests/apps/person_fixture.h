@@ -6,6 +6,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -24,6 +25,42 @@
 
 namespace atelier::fixtures {
 
+/// synthesize: three frames in a dress and three without, by eight small cameras.
+inline std::vector<std::string> person_capture(const std::string& capture,
+                                               const std::vector<std::string>& more) {
+  std::vector<std::string> command = {"synthesize", capture};
+  for (const auto& [flag, value] :
+       std::initializer_list<std::pair<const char*, const char*>>{{"--dome.cameras", "8"},
+                                                                  {"--dome.width", "180"},
+                                                                  {"--dome.height", "240"},
+                                                                  {"--frames", "3"},
+                                                                  {"--minimal_frames", "3"},
+                                                                  {"--held_out_cameras", "0"},
+                                                                  {"--held_out_share", "0"},
+                                                                  {"--edge_length", "0.05"},
+                                                                  {"--substeps", "6"}}) {
+    command.insert(command.end(), {flag, value});
+  }
+  command.insert(command.end(), more.begin(), more.end());
+  return command;
+}
+
+/// reconstruct, as coarsely as such cameras see.
+inline std::vector<std::string> person_scans(const std::string& capture,
+                                             const std::string& workspace) {
+  return {"reconstruct",
+          capture,
+          workspace,
+          "--surface.octree_depth",
+          "6",
+          "--surface.edge_length",
+          "0.03",
+          "--stereo.iterations",
+          "2",
+          "--stereo.refinements",
+          "1"};
+}
+
 /// A capture with its scans, keypoints, person and motion for all tests of this file; a copy of the
 /// workspace for each, which has what `run_stage("track")` asks for until something is changed.
 class Person : public ::testing::Test {
@@ -33,34 +70,9 @@ class Person : public ::testing::Test {
     const std::string capture = (folder_->path() / "capture").string();
     const std::string made = (folder_->path() / "made").string();
     const std::vector<std::vector<std::string>> steps = {
-        {"synthesize",
-         capture,
-         "--dome.cameras",
-         "8",
-         "--dome.width",
-         "180",
-         "--dome.height",
-         "240",
-         "--frames",
-         "3",
-         "--minimal_frames",
-         "3",
-         "--held_out_cameras",
-         "0",
-         "--held_out_share",
-         "0",
-         "--edge_length",
-         "0.05",
-         "--substeps",
-         "6",
-         "--fabric.resolution",
-         "256",
-         "--skin_resolution",
-         "256",
-         "--samples",
-         "2"},
-        {"reconstruct", capture, made, "--surface.octree_depth", "6", "--surface.edge_length",
-         "0.03", "--stereo.iterations", "2", "--stereo.refinements", "1"},
+        person_capture(
+            capture, {"--fabric.resolution", "256", "--skin_resolution", "256", "--samples", "2"}),
+        person_scans(capture, made),
         {"personalize", capture, made, "--samples", "800", "--shape-rounds", "2",
          "--surface-rounds", "1"},
         {"track", capture, made, "--samples", kSamples, "--rounds", kRounds}};

@@ -12,6 +12,7 @@
 #include "bodymodel/personal_body.h"
 #include "core/sequence_archive.h"
 #include "core/store/manifest.h"
+#include "tests/apps/person_fixture.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
@@ -35,43 +36,18 @@ TEST(PersonOfMakeHuman, IsMeasuredFollowedAndFoundUnderClothes) {
     command.insert(command.begin(), program_path());
     return run_child(command);
   };
-  const ChildResult made = run({"synthesize",
-                                capture,
-                                "--body",
-                                model.string(),
-                                "--dome.cameras",
-                                "8",
-                                "--dome.width",
-                                "180",
-                                "--dome.height",
-                                "240",
-                                "--frames",
-                                "3",
-                                "--minimal_frames",
-                                "3",
-                                "--held_out_cameras",
-                                "0",
-                                "--held_out_share",
-                                "0",
-                                "--edge_length",
-                                "0.05",
-                                "--substeps",
-                                "6",
-                                "--fabric.resolution",
-                                "128",
-                                "--skin_resolution",
-                                "128",
-                                "--samples",
-                                "1"});
+  const ChildResult made =
+      run(person_capture(capture, {"--body", model.string(), "--fabric.resolution", "128",
+                                   "--skin_resolution", "128", "--samples", "1"}));
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::vector<std::vector<std::string>> steps = {
-      {"reconstruct", "--surface.octree_depth", "6", "--surface.edge_length", "0.03",
-       "--stereo.iterations", "2", "--stereo.refinements", "1"},
-      {"personalize", "--body", model.string(), "--input.scans", "truth", "--samples", "800"},
-      {"track", "--input.scans", "truth", "--samples", "800"},
-      {"body", "--truth-scans", "true"}};
-  for (std::vector<std::string> step : steps) {
-    step.insert(step.begin() + 1, {capture, workspace});
+      person_scans(capture, workspace),
+      {"personalize", capture, workspace, "--body", model.string(), "--input.scans", "truth",
+       "--samples", "800", "--shape-rounds", "3", "--surface-rounds", "2"},
+      {"track", capture, workspace, "--input.scans", "truth", "--samples", "800", "--compare",
+       "false"},
+      {"body", capture, workspace, "--truth-scans", "true"}};
+  for (const std::vector<std::string>& step : steps) {
     const ChildResult result = run(step);
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_THAT(result.err, Not(HasSubstr("untrusted"))) << step.front();

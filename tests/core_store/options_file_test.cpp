@@ -104,6 +104,8 @@ TEST_P(WrongValue, IsRefusedWithItsPlace) {
 TEST_F(OptionsFile, ATableWithNothingInItSetsNothing) {
   const std::string before = canonical_json(table);
   EXPECT_TRUE(set("[part]\n[part.deep]\n").empty());
+  EXPECT_THAT(set("[parts]\n"), ElementsAre(HasSubstr("did you mean 'part'?")));
+  EXPECT_THAT(set("[part.deeep]\n"), ElementsAre(HasSubstr("did you mean 'part.deep'?")));
   EXPECT_EQ(canonical_json(table), before);
 }
 

@@ -51,6 +51,19 @@ TEST_F(RunStage, ConsentTravelsDownTheChain) {
   EXPECT_EQ(read_manifest(current("double"), "double").consent, expected);
 }
 
+TEST_F(RunStage, ConsentThatSaysNothingIsRefused) {
+  for (const char* text : {"[consent]\n", "[[consent]]\n", "[consent]\nwho = 'P'\n",
+                           "[consent]\nwho = ''\nscope = 'research'\n"}) {
+    write(root_ / "consent.toml", text);
+    try {
+      run("count");
+      ADD_FAILURE() << text;
+    } catch (const DataError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("no who or no scope")) << text;
+    }
+  }
+}
+
 TEST_F(RunStage, AResultThatIsDoneLearnsNewConsent) {
   write(root_ / "capture.toml", "[consent]\nwho = 'P. Doe'\nscope = 'research'\n");
   run("count");

@@ -227,6 +227,9 @@ TEST(Sphere, OfAHundredThousandTrianglesKeepsClothOutside) {
     EXPECT_GT(report.body_contacts, 50);
     EXPECT_EQ(report.inside, 0);
     EXPECT_EQ(report.body_crossings, 0);
+    // Vertices keep the thickness; between them edges sink towards the round by l^2 / 8 r.
+    EXPECT_GT(report.body_gap, 0.3);
+    EXPECT_EQ(report.self_gap, -1) << "no contact of the cloth with itself";
     EXPECT_GT(solver.state().positions.col(1).maxCoeff(), 0.199) << "it stays on top";
   }
 }
@@ -250,6 +253,7 @@ TEST(Report, CountsEveryVertexInsideTheBodyHoweverDeep) {
       EXPECT_EQ(report.inside, -1) << "not in this frame";
       EXPECT_EQ(report.inside_depth, -1);
       EXPECT_EQ(report.body_crossings, -1);
+      EXPECT_EQ(report.body_gap, -1);
       report = solver.advance(still(ball.vertices));
       EXPECT_EQ(report.penetrating, 0);
       EXPECT_EQ(report.inside, height > 0 ? 0 : 25);
