@@ -2,20 +2,51 @@
 
 #include "apps/paint_scene.h"
 
+#include <algorithm>
 #include <cstdio>
 
+#include "appearance/joined_surfaces.h"
 #include "appearance/painted_picture.h"
+#include "appearance/tuck_skin.h"
 #include "apps/child_program.h"
 #include "apps/temporary_folder.h"
 #include "core/archive.h"
 
 namespace atelier {
+namespace {
+
+/// The scene with its body under what it wears.
+PaintedScene tucked(PaintedScene scene) {
+  constexpr double kReach = 0.03;  // m
+  const auto is_body = [](const SceneLayer& layer) { return layer.name == "body"; };
+  const auto body = std::find_if(scene.layers.begin(), scene.layers.end(), is_body);
+  if (body == scene.layers.end()) {
+    return scene;
+  }
+  const auto b = static_cast<std::size_t>(body - scene.layers.begin());
+  for (std::vector<Points>& vertices : scene.vertices) {
+    std::vector<Surface> worn;
+    for (std::size_t i = 0; i < scene.layers.size(); ++i) {
+      if (i != b && vertices[i].rows() > 0) {
+        worn.push_back({&vertices[i], &scene.layers[i].faces});
+      }
+    }
+    if (vertices[b].rows() > 0) {
+      const JoinedSurfaces cloth = joined_surfaces(worn);
+      vertices[b] =
+          tucked_skin(vertices[b], scene.layers[b].faces, cloth.vertices, cloth.faces, kReach);
+    }
+  }
+  return scene;
+}
+
+}  // namespace
 
 bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device device,
                  const PaintHooks& hooks) {
   const TemporaryFolder between;
   const std::filesystem::path file = between.path / "scene.h5";
-  write_archive(file, archive_of(scene));
+  write_archive(file, archive_of(tucked(scene)));
   std::vector<std::string> words = {"paint", file.string(), between.path.string(), "--device",
                                     device_name(device)};
   PaintOptions known = options;

@@ -19,7 +19,8 @@ struct PaintHooks {
 };
 
 /// Draws every frame of a scene, each garment and the body by its network (`SceneLayer::model`, the
-/// <name>/model.safetensors of the stage `appearance`), composed by depth. The program
+/// <name>/model.safetensors of the stage `appearance`), composed by depth; skin that stands out
+/// of cloth is tucked under it first (appearance/tuck_skin.h). The program
 /// `atelier-appearance` works beside this one; pictures are handed out as they come, so that no
 /// more than a few are on the disk. True if all were drawn, false if it was stopped.
 ///
