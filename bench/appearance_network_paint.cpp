@@ -132,6 +132,7 @@ Times paint(const Case& one, Device device, int pictures) {
   for (double PaintTimes::*part :
        {&PaintTimes::look, &PaintTimes::surfaces, &PaintTimes::networks, &PaintTimes::picture}) {
     std::vector<double> values;
+    values.reserve(parts.size());
     for (const PaintTimes& times : parts) {
       values.push_back(times.*part);
     }

@@ -231,7 +231,7 @@ std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& f
                                              const std::vector<ViewPyramid>& views,
                                              const std::vector<const TriangleTree*>& occluders) {
   constexpr double kLift = 0.004;  // m above the surface, where rays begin
-  constexpr int kMargin = 2;       // px to the mask's edge
+  constexpr int kToMask = 2;       // px to the mask's edge
   const Points normals = vertex_normals(x, faces);
   std::vector<std::vector<float>> seen(views.size());
   for (std::size_t c = 0; c < views.size(); ++c) {
@@ -249,9 +249,9 @@ std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& f
           continue;
         }
         const auto pixel = project(view.camera, here);
-        if (!pixel || !(pixel->x() >= kMargin && pixel->y() >= kMargin &&
-                        pixel->x() < view.camera.width - kMargin &&
-                        pixel->y() < view.camera.height - kMargin)) {
+        if (!pixel || !(pixel->x() >= kToMask && pixel->y() >= kToMask &&
+                        pixel->x() < view.camera.width - kToMask &&
+                        pixel->y() < view.camera.height - kToMask)) {
           continue;
         }
         bool inside = true;
@@ -259,7 +259,7 @@ std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& f
           const int px = static_cast<int>(pixel->x());
           const int py = static_cast<int>(pixel->y());
           for (const auto& [i, j] : std::array<std::array<int, 2>, 4>{
-                   {{-kMargin, 0}, {kMargin, 0}, {0, -kMargin}, {0, kMargin}}}) {
+                   {{-kToMask, 0}, {kToMask, 0}, {0, -kToMask}, {0, kToMask}}}) {
             inside = inside && view.mask.at(std::clamp(px + i, 0, view.mask.width - 1),
                                             std::clamp(py + j, 0, view.mask.height - 1)) != 0;
           }
