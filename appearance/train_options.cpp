@@ -69,7 +69,10 @@ TrainOptions resolved(const TrainOptions& options, Device device) {
   return result;
 }
 
-std::string training_problem(const TrainOptions& options) {
+std::string training_problem(const TrainOptions& options, Device device) {
+  if (options.half && device == Device::Cpu) {
+    return "--half works on a GPU alone; say --device cuda, or leave it out";
+  }
   const auto is_power = [](int value) { return std::has_single_bit(static_cast<unsigned>(value)); };
   if (options.resolution < 16 || !is_power(options.resolution)) {
     return "--resolution cannot be " + std::to_string(options.resolution) +

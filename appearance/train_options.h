@@ -37,8 +37,8 @@ OptionTable describe(TrainOptions& options);
 /// place of Auto.
 TrainOptions resolved(const TrainOptions& options, Device device = Device::Cpu);
 
-/// "", or what no network can have of resolved options, each in its range.
-std::string training_problem(const TrainOptions& options);
+/// "", or what no network can have of resolved options, each in its range, on that device.
+std::string training_problem(const TrainOptions& options, Device device);
 
 /// What kind of network they ask for.
 NetworkOptions network_options(const TrainOptions& options);

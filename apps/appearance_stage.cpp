@@ -18,6 +18,7 @@
 #include "apps/child_program.h"
 #include "apps/not_converged.h"
 #include "apps/paint_scene.h"
+#include "apps/usage_error.h"
 #include "apps/worn_subject.h"
 #include "capture/capture_info.h"
 #include "capture/frame_reader.h"
@@ -290,6 +291,9 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
   tell_missing(run, dataset, seen);
   FrameReader reader(dataset);
   const TrainOptions known = resolved(options.train, run.device());
+  if (const std::string problem = training_problem(known, run.device()); !problem.empty()) {
+    throw UsageError(problem);
+  }
   const NetworkOptions network = network_options(known);
   const ReadPicture picture = [&](std::size_t camera, int frame_id) {
     const Index idx = seen.camera_idx[camera];

@@ -206,6 +206,21 @@ void place_cameras(Cast& cast, const DrawArguments& arguments, const DrawOptions
                                               options.picture.height, options.picture.framing)};
 }
 
+/// Options that the kind of output leaves without effect.
+void require_use(const DrawOptions& options, const OptionTable& table, bool video) {
+  for (const OptionField& field : table.fields) {
+    if (field.source == "default") {
+      continue;
+    }
+    if (field.name.starts_with("video.") && !video) {
+      throw UsageError(flag_of(field.name) + " is of a video; name --out T.mp4, or leave it out");
+    }
+    if (field.name == "background" && options.paint.alpha) {
+      throw UsageError("--background does nothing with --alpha; leave one of them out");
+    }
+  }
+}
+
 /// What places the camera round the subject is refused beside a capture's: it would do nothing.
 void require_use(const DrawArguments& arguments, const OptionTable& table) {
   static const std::set<std::string> placing = {"azimuth", "elevation", "turn", "width", "height"};
@@ -240,6 +255,7 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   if (video && options.paint.alpha) {
     throw UsageError("a video has no fourth channel: leave out --alpha, or name a folder");
   }
+  require_use(options, set.table, video);
   catch_interrupts();
   require_new_place(arguments.out, "--out");
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);

@@ -141,7 +141,14 @@ void require_none(std::initializer_list<UnusedRule> rules) {
 
 void require_used(const ScenePaths& paths, const SimulateOptions& options, Device device) {
   const bool cpu = device == Device::Cpu;
+  const XpbdOptions usual;
+  const bool of_body = options.xpbd.friction >= 0 || options.xpbd.thickness >= 0 ||
+                       options.xpbd.contact_reach != usual.contact_reach || options.xpbd.body_edges;
   require_none({
+      {of_body && paths.body.empty(),
+       "--xpbd.friction, .thickness, .contact-reach and .body-edges are of contact with a body; "
+       "give "
+       "--body, or leave them out"},
       {options.body_fps > 0 && (!paths.motion.empty() || is_one_mesh(paths.body)),
        "--body-fps is of meshes that move by themselves; this body does not: leave it out"},
       {options.body_fps > 0 && paths.body.empty(), "--body-fps does nothing without --body"},

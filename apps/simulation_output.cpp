@@ -42,8 +42,9 @@ OutputPlace output_place(const std::string& out, const std::string& format) {
   const std::string extension = lower_extension(place.path);
   if (extension == ".h5" || extension == ".usda") {
     if (!format.empty() && "." + format != extension) {
-      throw UsageError("--format " + format + " and --out '" + out +
-                       "' contradict each other: name a folder, or a file that ends in ." + format);
+      throw UsageError("--format " + format + " and --out '" + out + "' contradict each other: " +
+                       (format == "usda" ? "name a file that ends in .usda"
+                                         : "name a folder for " + format + ", one file a frame"));
     }
     place.format = extension.substr(1);
     place.one_file = true;
@@ -60,7 +61,8 @@ OutputPlace output_place(const std::string& out, const std::string& format) {
   }
   if (extension == ".obj" || extension == ".ply") {
     throw UsageError("--out cannot be '" + out + "': " + extension.substr(1) +
-                     " is one file a frame; name a folder and --format " + extension.substr(1));
+                     " is one file a frame; name a folder" +
+                     (format.empty() ? " and --format " + extension.substr(1) : ""));
   }
   for (const char* other : {".glb", ".gltf", ".usd", ".usdc", ".abc", ".fbx", ".mp4", ".png",
                             ".csv", ".txt", ".json", ".npz", ".stl"}) {

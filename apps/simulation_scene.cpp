@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -361,6 +362,13 @@ ScenePaths scene_in(const std::filesystem::path& folder) {
     to = from;
   };
   for (const std::filesystem::path& entry : entries) {
+    std::string small = entry.stem().string();
+    std::transform(small.begin(), small.end(), small.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (small != entry.stem() && (small == "garment" || small == "body" || small == "motion")) {
+      throw DataError(folder.string(), entry.filename().string(), "a name with capitals",
+                      small + entry.extension().string() + ", in small letters");
+    }
     if (entry.stem() == "garment") {
       take(out.garment, entry);
     } else if (entry.stem() == "body") {

@@ -35,9 +35,9 @@ struct FrameReport {
   /// itself (core/depths_inside.h).
   int inside = -1;
   double inside_depth = -1;  ///< m, the deepest of them; 0: none
-  /// Least distance of cloth and body, and of cloth and cloth (simulation/least_gap.h), over the
-  /// thickness that is to be kept there; 1: it is kept everywhere. -1 also where none is, or the
-  /// frame was written before this was measured.
+  /// Least distance of cloth and body, and of cloth and cloth (simulation/least_gap.h), over what
+  /// contact keeps there; 1: it is kept everywhere; 0: something is through or inside. -1 also
+  /// where no thickness is kept, or the frame was written before this was measured.
   double body_gap = -1;
   double self_gap = -1;
 };

@@ -1,18 +1,27 @@
 #pragma once
 
+#include <vector>
+
 #include "core/types.h"
 
 namespace atelier {
 
-/// Least distance [m] between a mesh and itself, of the pairs (vertex, triangle) and (edge, edge)
-/// that share no vertex, looked for up to `reach` metres; `reach` where nothing is nearer. 0 where
-/// it passes through itself only if an edge meets an edge there: count_crossings counts that.
-/// Neighbours over an edge are among the pairs: a reach below the edges' lengths leaves flat ones
-/// out. On the CPU, in double. Cost: O((F + found) log F).
-double least_gap(const Points& vertices, const Triangles& faces, double reach);
+/// Which pairs of a cloth may be nearer than others: what was near each other at rest.
+struct RestPlaces {
+  const Points* positions = nullptr;        ///< [V,3] metres
+  const std::vector<int>* layer = nullptr;  ///< [V], empty: one; layers have no rest in common
+};
 
-/// The same between two meshes (cloth and body).
+/// Least distance of a cloth to itself, of the pairs (vertex, triangle) and (edge, edge) that share
+/// no vertex, as a share of what contact keeps there: `thickness` [m], but never more than 0.9 of
+/// how far apart a pair of one layer was at rest. 1: it is kept everywhere. A distance has no sign:
+/// where cloth is through cloth but no edge is near another, count_crossings alone knows. On the
+/// CPU, in double. Throws LogicError unless thickness is above 0. Cost: O((F + found) log F).
+double least_gap(const Points& vertices, const Triangles& faces, double thickness,
+                 const RestPlaces& rest);
+
+/// The same between two meshes (cloth and body), of `thickness` alone.
 double least_gap(const Points& vertices, const Triangles& faces, const Points& other_vertices,
-                 const Triangles& other_faces, double reach);
+                 const Triangles& other_faces, double thickness);
 
 }  // namespace atelier

@@ -340,7 +340,9 @@ ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
       body_faces_(body_faces),
       intersection_interval_(options.intersection_interval),
       thickness_(options.thickness >= 0 ? options.thickness : cloth.material.thickness),
-      self_thickness_(options.self_contact ? kept_self_thickness(cloth, options) : 0) {
+      self_thickness_(options.self_contact ? kept_self_thickness(cloth, options) : 0),
+      rest_positions_(cloth.rest_positions),
+      layer_(cloth.layer) {
   check_setup(options, {ClothVariation{}}, device);
   backend_ = device == Device::Cpu
                  ? make_cpu_backend(cloth, {}, body_faces, options)
@@ -365,7 +367,9 @@ FrameReport ClothSolver::advance(const Control& control) {
     const Points positions = backend_->state(0).positions;
     report.crossings = count_crossings(positions, faces_);
     if (self_thickness_ > 0) {
-      report.self_gap = least_gap(positions, faces_, self_thickness_) / self_thickness_;
+      report.self_gap = report.crossings > 0 ? 0
+                                             : least_gap(positions, faces_, self_thickness_,
+                                                         {&rest_positions_, &layer_});
     }
     if (control.body_end.rows() > 0 && body_faces_.rows() > 0) {
       report.body_crossings = count_crossings(positions, faces_, control.body_end, body_faces_);
@@ -375,7 +379,9 @@ FrameReport ClothSolver::advance(const Control& control) {
       report.inside_depth = depths.maxCoeff();
       if (thickness_ > 0) {
         report.body_gap =
-            least_gap(positions, faces_, control.body_end, body_faces_, thickness_) / thickness_;
+            report.inside > 0 || report.body_crossings > 0
+                ? 0
+                : least_gap(positions, faces_, control.body_end, body_faces_, thickness_);
       }
     }
   }

@@ -121,6 +121,8 @@ class ClothSolver {
   int intersection_interval_ = 0;
   double thickness_ = 0;
   double self_thickness_ = 0;  ///< 0: no contact of the cloth with itself
+  Points rest_positions_;
+  std::vector<int> layer_;
 };
 
 /// One scene of a sweep: factors on the cloth's material.

@@ -200,7 +200,7 @@ int run_training(const Arguments& arguments) {
   require_result_place(arguments.log);
   const std::string logged = log_at(arguments.log);
   const TrainOptions options = resolved(arguments.options, arguments.device);
-  if (const std::string problem = training_problem(options); !problem.empty()) {
+  if (const std::string problem = training_problem(options, arguments.device); !problem.empty()) {
     throw UsageError(problem);
   }
   check_device(arguments.device);

@@ -28,6 +28,14 @@ TEST(TrainOptions, TheSettingIsTheDevicesUnlessItIsSaid) {
   }
 }
 
+TEST(TrainOptions, HalfPrecisionIsRefusedWithoutAGpu) {
+  TrainOptions asked;
+  asked.half = true;
+  EXPECT_THAT(training_problem(resolved(asked, Device::Cpu), Device::Cpu),
+              ::testing::HasSubstr("works on a GPU alone"));
+  EXPECT_EQ(training_problem(resolved(asked, Device::Cuda), Device::Cuda), "");
+}
+
 TEST(TrainOptions, NumbersThatAreSaidStayWhateverTheSetting) {
   TrainOptions asked;
   asked.channels = 3;

@@ -129,6 +129,13 @@ TEST_F(Simulate, RefusesGarmentsThatAreNoCloth) {
   EXPECT_THAT(result.err, HasSubstr("degenerate"));
 }
 
+TEST_F(Simulate, AFileOfASceneWhoseNameHasCapitalsIsNamed) {
+  std::filesystem::rename(scene() / "body.obj", scene() / "Body.obj");
+  const ChildResult result = stage("work");
+  EXPECT_EQ(result.exit_code, 3) << result.out;
+  EXPECT_THAT(result.err, HasSubstr("Body.obj: a name with capitals; expected body.obj"));
+}
+
 TEST_F(Simulate, AMisspeltBodyIsRefusedWithTheNameThatWasMeant) {
   const ChildResult result = run({"simulate", "--garment", (scene() / "garment.obj").string(),
                                   "--body", "femal", "--out", out().string()});
@@ -158,6 +165,12 @@ TEST_F(Simulate, RefusesWhatIsSaidAndWouldDoNothing) {
   refused({"--xpbd.self_contact", "false", "--xpbd.self_thickness", "0.002"},
           "xpbd.self_thickness does nothing with xpbd.self_contact false");
   refused({"--grid", "--format", "ply"}, "leave --format out");
+  refused({"--xpbd.air_density", "2"}, "--xpbd.drag or --xpbd.lift");
+  for (const char* option : {"--xpbd.friction", "--xpbd.thickness", "--xpbd.contact_reach"}) {
+    const ChildResult alone_with = alone({option, "0.03"});
+    EXPECT_EQ(alone_with.exit_code, 2) << option;
+    EXPECT_THAT(alone_with.err, HasSubstr("are of contact with a body"));
+  }
   // The same with a workspace.
   EXPECT_EQ(stage("work", {"--fall_in", "2"}).exit_code, 2);
   EXPECT_EQ(stage("work", {"--xpbd.jacobi_radius", "0.5"}).exit_code, 2);

@@ -259,6 +259,7 @@ TEST(Report, CountsEveryVertexInsideTheBodyHoweverDeep) {
       EXPECT_EQ(report.inside, height > 0 ? 0 : 25);
       EXPECT_NEAR(report.inside_depth, height > 0 ? 0 : 0.193, 0.005);
       EXPECT_EQ(report.body_crossings, 0) << "nothing reaches the surface";
+      EXPECT_EQ(report.body_gap, height > 0 ? 1 : 0);
     }
     // No body, nothing to be inside of.
     ClothSolver alone(cloth, {}, options, device);
