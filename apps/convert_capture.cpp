@@ -4,8 +4,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <optional>
-#include <system_error>
 
 #include "apps/arguments.h"
 #include "apps/command.h"
@@ -13,6 +11,7 @@
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
+#include "apps/unfinished_folder.h"
 #include "apps/usage_error.h"
 #include "apps/writable_place.h"
 #include "capture/cameras_file.h"
@@ -23,11 +22,8 @@
 #include "core/error.h"
 #include "core/file_kind.h"
 #include "core/io/file_bytes.h"
-#include "core/new_folders.h"
 #include "core/printable.h"
 #include "core/store/digest_meter.h"
-#include "core/store/file_lock.h"
-#include "core/store/workspace_folder.h"
 
 namespace atelier {
 namespace {
@@ -103,50 +99,15 @@ Dataset with_cameras(Dataset dataset, const std::string& file) {
   return result;
 }
 
-/// The folder in which a capture is written until it is whole, this run's alone. In the end it is
-/// gone, with the folders above it that were made for it and are empty.
-class UnfinishedCapture {
- public:
-  explicit UnfinishedCapture(const std::filesystem::path& folder)
-      : above_(folder), folder_(folder) {
-    make_private_directory(folder);
-    lock_ = FileLock::try_lock_folder(folder, FileLock::Mode::Exclusive);
-    if (!lock_) {
-      throw EnvironmentError(folder.string(),
-                             "another run is writing it; wait for that, or name another OUT");
-    }
-  }
-  ~UnfinishedCapture() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-    above_.remove_empty();
-  }
-  UnfinishedCapture(const UnfinishedCapture&) = delete;
-  UnfinishedCapture& operator=(const UnfinishedCapture&) = delete;
-
- private:
-  NewFolders above_;
-  std::filesystem::path folder_;
-  std::optional<FileLock> lock_;
-};
-
 /// Writes the layout to ".NAME.unfinished/NAME" beside `out`, and moves it there once it is whole:
 /// half a capture looks like a smaller one. What a kill left is written anew. Throws StopRequested.
 LayoutReport write_whole(const Dataset& dataset, const std::string& layout,
                          const std::filesystem::path& out) {
-  std::filesystem::path place = std::filesystem::absolute(workspace_place(out));
-  while (!place.has_filename() || place.filename() == ".") {
-    place = place.parent_path();  // of "OUT/", "OUT/."
-  }
-  const std::filesystem::path name = place.filename();
-  const std::filesystem::path folder = place.parent_path() / ("." + name.string() + ".unfinished");
-  const UnfinishedCapture unfinished(folder);
-  std::filesystem::remove_all(folder / name);
-  LayoutReport report = write_layout(dataset, layout, folder / name, interrupted);
-  std::filesystem::rename(folder / name, place);
-  sync_directory(place.parent_path());
+  const UnfinishedFolder unfinished(out);
+  LayoutReport report = write_layout(dataset, layout, unfinished.content(), interrupted);
+  unfinished.finish();
   const auto moved = [&](const std::filesystem::path& path) {
-    const std::filesystem::path inside = path.lexically_relative(folder / name);
+    const std::filesystem::path inside = path.lexically_relative(unfinished.content());
     return inside == "." ? out : out / inside;
   };
   for (std::filesystem::path& path : report.folders) {

@@ -15,6 +15,7 @@
 #include "apps/fitting.h"
 #include "apps/option_flags.h"
 #include "apps/output_place.h"
+#include "apps/unfinished_folder.h"
 #include "apps/usage_error.h"
 #include "apps/writable_place.h"
 #include "bodymodel/body_file.h"
@@ -275,10 +276,13 @@ int run(const std::filesystem::path& out, const DrapeOptions& options) {
         << static_cast<int>(100 * kTight)
         << "%; --pattern-scale makes them larger, --fit body the body slimmer\n";
   }
-  make_private_directory(out);
-  write_garments(out, draped);
-  write_mesh(out / "body.obj", draped.body.mesh);
-  write_pictures(out, draped, options.video);
+  const UnfinishedFolder unfinished(out);  // one that is half there would stand in the way
+  const std::filesystem::path folder = unfinished.content();
+  make_private_directory(folder);
+  write_garments(folder, draped);
+  write_mesh(folder / "body.obj", draped.body.mesh);
+  write_pictures(folder, draped, options.video);
+  unfinished.finish();
   std::cout << (out / "drape.png").string() << "\n";
   return kExitDone;
 }

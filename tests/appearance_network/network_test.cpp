@@ -1,5 +1,6 @@
 #include "appearance/network/network.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -81,6 +82,21 @@ TEST(Network, StartsAsTheStaticTexture) {
     squares += difference * difference;
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(fixed.size())), 1e-4);
+}
+
+TEST(Network, TexturesHaveFrom16To2048Texels) {
+  const AppearanceData data = small_data();
+  for (const int resolution : {16, 256, 2048}) {
+    TrainOptions options = small_options();
+    options.resolution = resolution;
+    options.shading = resolution > 1024 ? 16 : 1;
+    const AppearanceModel model = initial_model(data, network_options(options), 1);
+    const Image texture = texture_of_view(AppearanceNetwork(model, Device::Cpu), data, 1);
+    ASSERT_EQ(texture.width, resolution);
+    ASSERT_EQ(texture.height, resolution);
+    EXPECT_TRUE(std::all_of(texture.data.begin(), texture.data.end(),
+                            [](float value) { return std::isfinite(value); }));
+  }
 }
 
 TEST(Network, AMeanTextureAloneIsSampledAsTheRasterSays) {

@@ -588,6 +588,26 @@ TEST_F(Appearance, DrawsWhatIsRegisteredAndItsBodyInAnyMeshes) {
     differ += std::abs(plain.data[i] - own.data[i]);
   }
   EXPECT_LT(differ / static_cast<double>(plain.data.size()), 1);  // single precision of PLY
+  // As a film, before nothing, and by a camera that goes round.
+  pictures = drawn("film.mp4", {"--video.fps", "12"});
+  ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
+  EXPECT_GT(fs::file_size(folder_ / "film.mp4"), 500U);
+  pictures = drawn("clear", {"--alpha", "true"});
+  ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
+  EXPECT_EQ(read_image_header(folder_ / "clear" / "000002.png").channels, 4);
+  EXPECT_NE(read_file_text(folder_ / "clear" / "000002.png", 1 << 24),
+            read_file_text(folder_ / "own" / "000002.png", 1 << 24));
+  pictures = run_child({program_path(), "draw", workspace.string(), "--turn", "true", "--width",
+                        "32", "--height", "40", "--out", (folder_ / "turned").string()});
+  ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
+  EXPECT_NE(read_byte_image(folder_ / "turned" / "000000.png").data,
+            read_byte_image(folder_ / "turned" / "000002.png").data);
+  pictures = drawn("none", {"--video.fps", "12"});
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_THAT(pictures.err, HasSubstr("--video.fps is of a video"));
+  pictures = drawn("none", {"--alpha", "true", "--background", "[0, 1, 0]"});
+  EXPECT_EQ(pictures.exit_code, 2);
+  EXPECT_THAT(pictures.err, HasSubstr("--background does nothing with --alpha"));
   // A network in which a bit has flipped draws nothing, and is not judged.
   const fs::path network = workspace / "appearance" / "current" / "dress" / "model.safetensors";
   flip_last_bit(network);
