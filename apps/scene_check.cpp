@@ -147,8 +147,7 @@ void require_used(const ScenePaths& paths, const SimulateOptions& options, Devic
   require_none({
       {of_body && paths.body.empty(),
        "--xpbd.friction, .thickness, .contact-reach and .body-edges are of contact with a body; "
-       "give "
-       "--body, or leave them out"},
+       "give --body, or leave them out"},
       {options.body_fps > 0 && (!paths.motion.empty() || is_one_mesh(paths.body)),
        "--body-fps is of meshes that move by themselves; this body does not: leave it out"},
       {options.body_fps > 0 && paths.body.empty(), "--body-fps does nothing without --body"},
