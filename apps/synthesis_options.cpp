@@ -57,6 +57,8 @@ OptionTable describe(SynthesisOptions& options) {
       .add("image_format", options.image_format, std::vector<std::string>{"png", "jpg"},
            "Of the images; JPEG at quality 95.")
       .add("samples", options.samples, 1, 1024, "", "Rays a pixel.")
+      .add("light_samples", options.light_samples, 3, 65536, "",
+           "Rays that gather the light of the surroundings at every vertex.")
       .add("shutter", options.shutter, 0, 0.2, "s", "Motion blur; 0: none.")
       .add("shutter_samples", options.shutter_samples, 2, 64, "", "Instants within the shutter.")
       .add("skin_resolution", options.skin_resolution, 64, 8192, "",

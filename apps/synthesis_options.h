@@ -43,6 +43,7 @@ struct SynthesisOptions {
   bool truth_maps = false;   ///< depth and surface position of every pixel
   std::string image_format = "png";
   int samples = 4;             ///< rays a pixel
+  int light_samples = 96;      ///< rays to the surroundings from every vertex, [3, 65536]
   double shutter = 0;          ///< s of motion blur
   int shutter_samples = 5;     ///< instants within it
   int skin_resolution = 1024;  ///< texels a side of the body's albedo

@@ -204,11 +204,13 @@ PreparedScene prepared(const Scene& scene, const SynthesisStage& stage,
                        const SynthesisOptions& options) {
   PrepareOptions prepare_options;
   prepare_options.ambient = Ambient::PerVertex;
-  prepare_options.vertex_samples = 96;
+  prepare_options.vertex_samples = options.light_samples;
   prepare_options.ground_reach = kStudioFloor;
-  prepare_options.ground_shadow_rays = 64;
+  prepare_options.ground_shadow_rays = std::min(options.light_samples * 2 / 3, 1024);
   prepare_options.seed = options.seed;
-  return prepare_with_bounce(scene, prepare_options, {}, stage.textures);
+  BounceOptions bounce;
+  bounce.rays = options.light_samples / 3;
+  return prepare_with_bounce(scene, prepare_options, bounce, stage.textures);
 }
 
 RenderOptions rays_of(const SynthesisOptions& options) {

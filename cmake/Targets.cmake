@@ -249,11 +249,11 @@ function(atelier_objects name)
   set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
 endfunction()
 
-# -O1: a test is compiled more often than its loops are run.
+# -O1: a test is compiled more often than its loops are run. -g0: GoogleTest names its lines itself.
 function(atelier_test_flags target)
   target_compile_options(${target} PRIVATE
     "$<$<COMPILE_LANGUAGE:CXX>:-Wno-conversion>"
-    "$<$<AND:$<CONFIG:RelWithDebInfo>,$<COMPILE_LANGUAGE:CXX>>:-O1>")
+    "$<$<AND:$<CONFIG:RelWithDebInfo>,$<COMPILE_LANGUAGE:CXX>>:-O1;-g0>")
 endfunction()
 
 function(atelier_tests name)

@@ -29,19 +29,13 @@ namespace atelier::fixtures {
 inline std::vector<std::string> person_capture(const std::string& capture,
                                                const std::vector<std::string>& more) {
   std::vector<std::string> command = {"synthesize", capture};
-  for (const auto& [flag, value] :
-       std::initializer_list<std::pair<const char*, const char*>>{{"--dome.cameras", "8"},
-                                                                  {"--dome.width", "180"},
-                                                                  {"--dome.height", "240"},
-                                                                  {"--frames", "3"},
-                                                                  {"--minimal_frames", "3"},
-                                                                  {"--held_out_cameras", "0"},
-                                                                  {"--held_out_share", "0"},
-                                                                  {"--edge_length", "0.05"},
-                                                                  {"--substeps", "6"}}) {
-    command.insert(command.end(), {flag, value});
-  }
-  command.insert(command.end(), more.begin(), more.end());
+  const std::vector<std::string> flags =
+      with_usual({"--dome.cameras",   "8", "--dome.width",     "180",  "--dome.height",      "240",
+                  "--frames",         "3", "--minimal_frames", "3",    "--held_out_cameras", "0",
+                  "--held_out_share", "0", "--edge_length",    "0.05", "--substeps",         "6",
+                  "--light-samples",  "6"},
+                 more);
+  command.insert(command.end(), flags.begin(), flags.end());
   return command;
 }
 

@@ -38,7 +38,8 @@ TEST(PersonOfMakeHuman, IsMeasuredFollowedAndFoundUnderClothes) {
   };
   const ChildResult made =
       run(person_capture(capture, {"--body", model.string(), "--fabric.resolution", "128",
-                                   "--skin_resolution", "128", "--samples", "1"}));
+                                   "--skin_resolution", "128", "--samples", "1", "--minimal_frames",
+                                   "2", "--dome.width", "90", "--dome.height", "120"}));
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::vector<std::vector<std::string>> steps = {
       person_scans(capture, workspace),

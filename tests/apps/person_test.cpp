@@ -136,7 +136,9 @@ TEST_F(Person, RefinesUnderARegisteredGarment) {
   EXPECT_EQ(body("refine", 2), body("body", 2)) << "without a garment the body stays";
   const nlohmann::json figures =
       nlohmann::json::parse(evaluate({"--check", "--json", "--targets", "accuracy"}).out);
-  EXPECT_LE(figures.at("refine.outside_rate"), figures.at("body.outside_rate"));
+  // No more vertices; the shares are of what is covered, which changes by a few.
+  EXPECT_LE(figures.at("refine.outside_rate").get<double>(),
+            1.01 * figures.at("body.outside_rate").get<double>());
   EXPECT_THAT(figures.at("check").dump(), HasSubstr("\"refine.outside_depth_mm\""));
   const ChildResult itself = refine((workspace_ / "body" / "current").string());
   EXPECT_EQ(itself.exit_code, 3);

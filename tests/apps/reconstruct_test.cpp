@@ -58,7 +58,9 @@ class Reconstruct : public ::testing::Test {
                        "--skin_resolution",
                        "256",
                        "--samples",
-                       "2"})
+                       "2",
+                       "--light-samples",
+                       "12"})
                 .exit_code;
   }
   static void TearDownTestSuite() { delete folder_; }

@@ -43,7 +43,7 @@ std::vector<std::string> small(const fs::path& out, std::vector<std::string> mor
       "--frames",       "2",    "--minimal_frames",  "1",   "--held_out_cameras",  "0",
       "--edge_length",  "0.05", "--substeps",        "6",   "--fabric.resolution", "256",
       "--start",        "0",    "--skin_resolution", "256", "--samples",           "2",
-      "--truth_maps",   "true"};
+      "--truth_maps",   "true", "--light-samples",   "6"};
   more = fixtures::with_usual(sizes, more);
   command.insert(command.end(), more.begin(), more.end());
   return command;

@@ -128,10 +128,11 @@ class WholeRun : public ::testing::Test {
     if (soak()) {
       capture.insert(capture.end(), {"--preset", "tiny"});
     } else {
-      capture.insert(capture.end(),
-                     {"--dome.cameras", "4", "--dome.width", "90", "--dome.height", "120",
-                      "--frames", "0", "--minimal_frames", "4", "--held_out_cameras", "1",
-                      "--held_out_share", "0", "--skin_resolution", "128", "--samples", "1"});
+      capture.insert(capture.end(), {"--dome.cameras",   "4",   "--dome.width",       "90",
+                                     "--dome.height",    "120", "--frames",           "0",
+                                     "--minimal_frames", "4",   "--held_out_cameras", "1",
+                                     "--held_out_share", "0",   "--skin_resolution",  "128",
+                                     "--samples",        "1",   "--light-samples",    "6"});
     }
     made_ = run_child(capture);
     if (made_.exit_code == 0) {
