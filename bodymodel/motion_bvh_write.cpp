@@ -13,14 +13,14 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-std::string number(double value) {
+std::string decimal(double value) {
   char text[40];
   std::snprintf(text, sizeof(text), "%.6f", value);
   return text;
 }
 
 std::string triple(const Eigen::Vector3d& v) {
-  return number(v.x()) + " " + number(v.y()) + " " + number(v.z());
+  return decimal(v.x()) + " " + decimal(v.y()) + " " + decimal(v.z());
 }
 
 // The joints in the order in which BVH nests them.

@@ -35,7 +35,7 @@ fs::path panoptic_calibration(const fs::path& path) {
   return {};
 }
 
-std::string two_digits(std::size_t i) {
+std::string hd_number(std::size_t i) {
   return (i < 10 ? "0" : "") + std::to_string(i);
 }
 
@@ -120,7 +120,7 @@ std::vector<std::string> write_panoptic(const LayoutSource& source, const fs::pa
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
     const OpencvCamera opencv = opencv_of(camera);
-    const std::string name = "00_" + two_digits(c);
+    const std::string name = "00_" + hd_number(c);
     nlohmann::ordered_json entry;
     entry["name"] = name;
     entry["type"] = "hd";

@@ -33,7 +33,7 @@ constexpr std::array<std::pair<const char*, ElementType>, 13> kElementTypes = {{
 }};
 
 /// One tensor as the header tells it.
-struct Entry {
+struct TensorEntry {
   std::string name;
   ElementType type = ElementType::Float32;
   std::vector<std::int64_t> shape;
@@ -46,11 +46,11 @@ class HeaderReader {
  public:
   HeaderReader(const std::string& file, const Limits& limits) : file_(file), limits_(limits) {}
 
-  Entry entry(const std::string& name, const nlohmann::json& value) const {
+  TensorEntry entry(const std::string& name, const nlohmann::json& value) const {
     if (!value.is_object() || value.size() != 3) {
       fail(name, "not exactly three fields", "dtype, shape and data_offsets");
     }
-    Entry entry;
+    TensorEntry entry;
     entry.name = name;
     entry.type = type(name, field(name, value, "dtype"));
     const nlohmann::json& shape = field(name, value, "shape");
@@ -152,7 +152,7 @@ void append_header(std::vector<std::byte>& bytes, std::string_view text) {
 /// What the beginning of a file says of all of it.
 struct TensorFileLayout {
   std::map<std::string, std::string> metadata;
-  std::vector<Entry> entries;  ///< sorted; the file's bytes from `data_at` on, without a gap
+  std::vector<TensorEntry> entries;  ///< sorted; the file's bytes from `data_at` on, without a gap
   std::size_t data_at = 0;
 };
 
@@ -176,7 +176,7 @@ TensorFileLayout tensor_file_layout(std::span<const std::byte> start, std::uint6
                 "at most " + std::to_string(limits.safetensors_entries));
   }
   TensorFileLayout layout;
-  std::vector<Entry>& entries = layout.entries;
+  std::vector<TensorEntry>& entries = layout.entries;
   const HeaderReader header_reader(file, limits);
   for (const auto& [name, value] : header.items()) {
     if (name == kMetadata) {
@@ -185,13 +185,13 @@ TensorFileLayout tensor_file_layout(std::span<const std::byte> start, std::uint6
       entries.push_back(header_reader.entry(name, value));
     }
   }
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+  std::sort(entries.begin(), entries.end(), [](const TensorEntry& a, const TensorEntry& b) {
     return std::pair(a.begin, a.end) < std::pair(b.begin, b.end);
   });
   layout.data_at = start.size() - reader.remaining();
   const std::uint64_t data_bytes = file_bytes - layout.data_at;
   std::uint64_t at = 0;
-  for (const Entry& entry : entries) {
+  for (const TensorEntry& entry : entries) {
     // Also for tensors of no bytes: they may not point just anywhere.
     if (entry.begin != at) {
       header_reader.fail(entry.name,
@@ -219,7 +219,7 @@ Safetensors parse_safetensors(std::span<const std::byte> bytes, const std::strin
   const TensorFileLayout layout = tensor_file_layout(bytes, bytes.size(), file, limits);
   Safetensors content;
   content.metadata = layout.metadata;
-  for (const Entry& entry : layout.entries) {
+  for (const TensorEntry& entry : layout.entries) {
     Tensor tensor{entry.type, entry.shape, {}, {}};
     const auto data = bytes.subspan(layout.data_at + static_cast<std::size_t>(entry.begin),
                                     static_cast<std::size_t>(entry.end - entry.begin));
