@@ -59,7 +59,7 @@ Walk make_walk() {
       "right_heel"};
   walk.input.fps = kFps;
   const FittedPerson person = fitted_person(walk.model, walk.input.keypoint_names);
-  Random random(7);
+  Random random{.seed = 7};
   for (int f = 0; f < kFrames; ++f) {
     const double t = f / kFps;
     Pose pose = rest_pose(person.shaped.skeleton);

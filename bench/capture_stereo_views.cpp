@@ -29,8 +29,11 @@ const Image& texture() {
     for (int size = 4; size <= 64; size *= 2) {
       const int n = kTexture / size;
       const auto value = [&](int x, int y) {
-        const auto cell = static_cast<std::uint64_t>((y % n) * n + x % n);
-        return random_words(5, static_cast<std::uint64_t>(size), cell).word[0] / 4294967296.0 - 0.5;
+        const int cell = (y % n) * n + x % n;
+        return random_words(5, static_cast<std::uint64_t>(size), static_cast<std::uint64_t>(cell))
+                       .word[0] /
+                   4294967296.0 -
+               0.5;
       };
       for (int y = 0; y < kTexture; ++y) {
         for (int x = 0; x < kTexture; ++x) {
@@ -98,7 +101,7 @@ struct Dome {
     parallel_for(camera.height, 16, [&](Index begin, Index end) {
       for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
         for (int x = 0; x < camera.width; ++x) {
-          const auto p = static_cast<std::size_t>(y * camera.width + x);
+          const std::size_t p = static_cast<std::size_t>(y) * camera.width + x;
           const Eigen::Vector3d ray = camera.camera_from_world_rotation.transpose() *
                                       Eigen::Vector3d((x + 0.5 - camera.cx) / camera.fx,
                                                       (y + 0.5 - camera.cy) / camera.fy, 1);

@@ -12,6 +12,7 @@
 #include <benchmark/benchmark.h>
 #include <ceres/ceres.h>
 
+#include "core/mesh.h"
 #include "core/normals.h"
 #include "core/random.h"
 #include "registration/cloth_energy.h"

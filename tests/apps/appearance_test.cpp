@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 
@@ -368,6 +369,26 @@ TEST_F(Appearance, LearnsWithoutWhatIsHeldOutAndIsMeasuredOnIt) {
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(bytes_of(result("without", "model.safetensors")),
             bytes_of(result("ws", "model.safetensors")));
+}
+
+TEST_F(Appearance, WhatRegistrationCostsIsTheCeilingLessWhatIsReached) {
+  const fs::path workspace = found();
+  ASSERT_EQ(appearance(workspace).exit_code, 0);
+  const auto figures = [&] {
+    const ChildResult result = run_child({program_path(), "evaluate", workspace.string(), "--truth",
+                                          capture_.string(), "--stage", "appearance", "--json"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(result.out);
+  };
+  EXPECT_FALSE(figures().contains("appearance.below_ceiling_db")) << "there is no ceiling yet";
+  ASSERT_EQ(ceiling("found").exit_code, 0);
+  const nlohmann::json both = figures();
+  const double ceiling_db = both.at("ceiling.psnr_db");
+  const double reached_db = both.at("appearance.psnr_db");
+  EXPECT_GT(ceiling_db, 10);
+  EXPECT_GT(reached_db, 10);
+  EXPECT_NEAR(both.at("appearance.below_ceiling_db"), ceiling_db - reached_db, 1e-9);
+  EXPECT_NEAR(ceiling_db, reached_db, 1.5) << "what was found is the truth";
 }
 
 TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
