@@ -476,7 +476,9 @@ int flatten_alone(const std::map<std::string, std::string>& values, const Option
   write_file_atomically(out / "pattern.dxf", pattern_dxf(flat.layout, title));
   write_mesh(out / "garment.obj", with_flat_uvs(flat));
 #ifdef ATELIER_HAS_CORE_RENDER
-  write_image(out / "stretch.png", stretch_picture(flat.mesh, flat.pattern, flat.measures));
+  if (value("no-pictures") != "true") {
+    write_image(out / "stretch.png", stretch_picture(flat.mesh, flat.pattern, flat.measures));
+  }
 #endif
   if (json) {
     std::cout << json_text(json_of(flat)) << "\n";

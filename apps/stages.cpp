@@ -240,7 +240,8 @@ constexpr StandAlone kSimulateAlone{kSimulateFlags, simulate_alone};
 constexpr std::array kFlattenFlags = {
     StandAlone::Flag{"mesh", "MESH", "Without a workspace: the garment's surface"},
     StandAlone::Flag{"out", "FOLDER",
-                     "New folder: pattern.svg, pattern.dxf, garment.obj, pictures"},
+                     "New folder: pattern.svg, pattern.dxf, garment.obj, stretch.png"},
+    StandAlone::Flag{"no-pictures", "", "Leave out stretch.png"},
 };
 constexpr StandAlone kFlattenAlone{kFlattenFlags, flatten_alone};
 #endif

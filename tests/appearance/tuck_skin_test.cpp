@@ -50,7 +50,7 @@ struct Leg : ::testing::Test {
         41, 48, 0.8, [](double, double) { return 0.1; }, true, skin, faces);
     // Trousers, 1 cm off but for a patch that was registered 1.5 cm into the leg.
     tube(
-        33, 40, 0.6, [this](double angle, double y) { return in_patch(angle, y) ? 0.085 : 0.11; },
+        33, 40, 0.6, [](double angle, double y) { return in_patch(angle, y) ? 0.085 : 0.11; },
         false, cloth, cloth_faces);
   }
   static bool in_patch(double angle, double y) {

@@ -13,7 +13,7 @@ namespace atelier::fixtures {
 /// three frames of a waving sheet, two cameras of different gain, every texel of 16 x 16 seen in
 /// every picture, from outside.
 inline AppearanceData small_data() {
-  constexpr int resolution = 16;
+  constexpr int kResolution = 16;
   AppearanceData data;
   data.name = "sheet";
   Mesh mesh = grid(6, 6);
@@ -25,7 +25,7 @@ inline AppearanceData small_data() {
   data.centers.resize(2, 3);
   data.centers << 0.5, 3, -1, 2.5, 2, 2;
   data.widths = data.heights = {64, 64};
-  const TexelMap texels = texel_map(data.faces, data.uvs, data.uv_faces, resolution);
+  const TexelMap texels = texel_map(data.faces, data.uvs, data.uv_faces, kResolution);
   for (int f = 0; f < 3; ++f) {
     Points vertices = mesh.vertices;
     for (Index v = 0; v < vertices.rows(); ++v) {
@@ -51,8 +51,8 @@ inline AppearanceData small_data() {
       for (std::size_t i = 0; i < texels.covered.size(); ++i) {
         const int texel = texels.covered[i];
         view.pixel.push_back(texel % 4096);
-        view.u.push_back((texel % resolution + 0.5F) / resolution);
-        view.v.push_back(1 - (texel / resolution + 0.5F) / resolution);
+        view.u.push_back((texel % kResolution + 0.5F) / kResolution);
+        view.v.push_back(1 - (texel / kResolution + 0.5F) / kResolution);
         const auto row = static_cast<Index>(i);
         const Eigen::RowVector3f to =
             (data.centers.row(c).cast<float>() - position.row(row)).normalized();

@@ -62,7 +62,8 @@ class Flatten : public ::testing::Test {
   }
   ChildResult alone(std::vector<std::string> more = {}) const {
     std::filesystem::remove_all(out());
-    more.insert(more.begin(), {"--mesh", mesh().string(), "--out", out().string()});
+    more.insert(more.begin(),
+                {"--mesh", mesh().string(), "--out", out().string(), "--no-pictures"});
     return run(std::move(more));
   }
 
@@ -80,6 +81,14 @@ TEST_F(Flatten, ATubeBecomesPanelsOfItsArea) {
   for (const char* name : {"pattern.svg", "pattern.dxf", "garment.obj"}) {
     EXPECT_TRUE(std::filesystem::exists(out() / name)) << name;
   }
+}
+
+TEST_F(Flatten, APictureShowsItsStretch) {
+  ASSERT_EQ(alone().exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(out() / "stretch.png"));
+  std::filesystem::remove_all(out());
+  ASSERT_EQ(run({"--mesh", mesh().string(), "--out", out().string()}).exit_code, 0);
+  EXPECT_GT(read_image_header(out() / "stretch.png").height, 400);
 }
 
 TEST_F(Flatten, OtherProgramsOpenItsFiles) {
@@ -156,7 +165,7 @@ TEST_F(Flatten, CentimetresThatAreTakenForMetresAreSpokenOf) {
   std::istringstream lines(read_file_text(mesh(), 1 << 20));
   std::ofstream larger(mesh());
   for (std::string line; std::getline(lines, line);) {
-    double x, y, z;
+    double x = 0, y = 0, z = 0;
     if (std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z) == 3) {
       larger << "v " << 100 * x << " " << 100 * y << " " << 100 * z << "\n";
     } else {

@@ -237,7 +237,7 @@ TEST(InspectHdf5, NumbersOfOthersThatAreNotFiniteAreAWarning) {
   std::vector<std::byte> bytes = bytes_in(source_directory() / "fuzz/corpus/foreign_hdf5/early.h5");
   const std::array<double, 2> begin = {1, 0};  // of a [3,3] that is 1, 0, 0, 0, ...
   const auto mark = std::as_bytes(std::span(begin));
-  const auto at = std::ranges::search(bytes, mark).begin();
+  const auto at = std::search(bytes.begin(), bytes.end(), mark.begin(), mark.end());
   ASSERT_NE(at, bytes.end());
   write_bytes(folder / "file.h5", bytes);
   EXPECT_THAT(inspect_path(folder / "file.h5").findings, IsEmpty());

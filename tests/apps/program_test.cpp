@@ -352,7 +352,8 @@ TEST_F(Program, AnInterruptThatIsIgnoredStaysSo) {
 TEST_F(Program, TooLittleMemoryIsTheEnvironment) {
   write_boxes(input(), 1);
   // A mesh that needs a few hundred MB in an address space of less.
-  std::ofstream(input() / "box_000.obj", std::ios::app) << std::string(300'000'000, '#');
+  std::ofstream(input() / "box_000.obj", std::ios::app)
+      << std::string(300'000'000, '#');  // NOLINT(bugprone-string-constructor)
   const ChildResult result = run_child(
       {"bash", "-c",
        "ulimit -v 400000; exec " + small_program_path() + " statistics " + input().string() + " " +

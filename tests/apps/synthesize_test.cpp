@@ -208,7 +208,7 @@ Redness redness_of_dress(const fs::path& capture, const Camera& camera, double s
   Redness result;
   for (int y = 1; y + 1 < camera.height; ++y) {
     for (int x = 1; x + 1 < camera.width; ++x) {
-      const auto middle = static_cast<std::size_t>(y * camera.width + x);
+      const std::size_t middle = static_cast<std::size_t>(y) * camera.width + x;
       double seen = 0;
       double looked_up = 0;
       bool whole = true;

@@ -7,7 +7,7 @@
 namespace atelier {
 namespace {
 
-enum Region { kTrunkAndLimbs, kHead, kHand, kFoot, kRegions };
+enum Region { TrunkAndLimbs, Head, Hand, Foot, Regions };
 
 Region region_of(const BodyModel& model, Index vertex) {
   Index slot = 0;
@@ -15,19 +15,19 @@ Region region_of(const BodyModel& model, Index vertex) {
   const std::string& name = model.skeleton.names[model.skin.joints(vertex, slot)];
   const auto has = [&](const char* word) { return name.find(word) != std::string::npos; };
   if (name == "head" || name == "jaw" || has("eye")) {
-    return kHead;
+    return Head;
   }
   if (has("wrist") || has("thumb") || has("index") || has("middle") || has("ring") ||
       has("pinky")) {
-    return kHand;
+    return Hand;
   }
-  return has("ankle") || has("foot") ? kFoot : kTrunkAndLimbs;
+  return has("ankle") || has("foot") ? Foot : TrunkAndLimbs;
 }
 
 struct Agreement {
-  double forward[kRegions] = {};   ///< mean distance of our skin from theirs, metres
-  double backward[kRegions] = {};  ///< of their outer skin from ours
-  double normals = 0;              ///< share of our area with normals within 20 degrees
+  double forward[Regions] = {};   ///< mean distance of our skin from theirs, metres
+  double backward[Regions] = {};  ///< of their outer skin from ours
+  double normals = 0;             ///< share of our area with normals within 20 degrees
 };
 
 Agreement agreement(const fixtures::SurfaceFit& fit, const Mesh& target) {
@@ -38,7 +38,7 @@ Agreement agreement(const fixtures::SurfaceFit& fit, const Mesh& target) {
   const Points their_normals = vertex_normals(target.vertices, target.faces);
   const Points normals = vertex_normals(fit.vertices, faces);
   const Eigen::VectorXd areas = vertex_areas(fit.vertices, faces);
-  double total[kRegions] = {};
+  double total[Regions] = {};
   const auto closest = closest_points(theirs, fit.vertices);
   for (Index v = 0; v < fit.vertices.rows(); ++v) {
     const Region r = region_of(fit.model, v);
@@ -54,7 +54,7 @@ Agreement agreement(const fixtures::SurfaceFit& fit, const Mesh& target) {
     }
   }
   double sum = 0;
-  for (int r = 0; r < kRegions; ++r) {
+  for (int r = 0; r < Regions; ++r) {
     result.forward[r] /= total[r];
     sum += total[r];
     total[r] = 0;
@@ -68,13 +68,13 @@ Agreement agreement(const fixtures::SurfaceFit& fit, const Mesh& target) {
     ray.direction = their_normals.row(v);
     ray.origin = target.vertices.row(v).transpose() + 1e-3 * ray.direction;
     ray.t_max = 0.05;
-    if (r == kHead && any_hit(theirs, ray)) {
+    if (r == Head && any_hit(theirs, ray)) {
       continue;  // inside of mouth, nose and eye sockets
     }
     result.backward[r] += their_areas[v] * std::sqrt(back[v].squared_distance);
     total[r] += their_areas[v];
   }
-  for (int r = 0; r < kRegions; ++r) {
+  for (int r = 0; r < Regions; ++r) {
     result.backward[r] /= total[r];
   }
   return result;
@@ -88,9 +88,9 @@ void expect_near_makehuman(bool male, double stature) {
   options.stature = stature;
   const fixtures::SurfaceFit fit = fixtures::fit_default_human(adult.mesh, adult.joints, options);
   const Agreement a = agreement(fit, adult.mesh);
-  const double limits[kRegions] = {0.008, 0.012, 0.015, 0.015};
-  const char* names[kRegions] = {"trunk and limbs", "head", "hands", "feet"};
-  for (int r = 0; r < kRegions; ++r) {
+  const double limits[Regions] = {0.008, 0.012, 0.015, 0.015};
+  const char* names[Regions] = {"trunk and limbs", "head", "hands", "feet"};
+  for (int r = 0; r < Regions; ++r) {
     std::printf("%s %s: ours to theirs %.2f mm, theirs to ours %.2f mm\n", male ? "male" : "female",
                 names[r], 1e3 * a.forward[r], 1e3 * a.backward[r]);
     EXPECT_LT(a.forward[r], limits[r]) << names[r];

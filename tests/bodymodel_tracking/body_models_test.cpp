@@ -37,7 +37,7 @@ BodyModel somebody_like(const BodyModel& model) {
 
 /// Turns every joint a little, and walks.
 Eigen::VectorXd moving(const FittedPerson& person, int frame) {
-  Random random(30);
+  Random random{30};
   Eigen::VectorXd x = pose_variables(person, rest_pose(person.shaped.skeleton));
   for (Index i = 0; i < x.size(); ++i) {
     const double most = i < 3 ? 0.3 : person.stiffness[i] > 2 ? 0.06 : 0.3;
@@ -50,7 +50,7 @@ Eigen::VectorXd moving(const FittedPerson& person, int frame) {
 void is_measured_and_followed(const BodyModel& model) {
   const BodyModel person = somebody_like(model);
   const FittedPerson fitted = fitted_person(person, body_25_names());
-  Random random(6);
+  Random random{6};
   TrackInput input;
   input.keypoint_names = body_25_names();
   input.fps = 12;

@@ -15,7 +15,7 @@ namespace {
 /// Variables at which limits are broken and nothing is at a kink.
 Eigen::VectorXd crooked(const FittedPerson& person) {
   Eigen::VectorXd x = walking(person, 0.4);
-  Random random(5);
+  Random random{5};
   for (Index i = 0; i < x.size(); ++i) {
     x[i] += 0.11 * normal(random);
   }
@@ -41,7 +41,7 @@ double gradient_error(const FittedPerson& person, const FrameTargets& targets,
 
 TEST(FrameEnergy, GradientOfKeypointsLimitsAndRest) {
   const FittedPerson& person = fitted_human();
-  Random random(1);
+  Random random{1};
   FrameTargets targets = keypoints_of(person, walking(person, 0.3), 0.02, random);
   targets.deviations[3] = 0;  // not seen
   EXPECT_LT(gradient_error(person, targets, crooked(person)), 1e-6);
@@ -79,7 +79,7 @@ TEST(FrameEnergy, HessianIsThatOfGaussAndNewton) {
   // Near a solution without outliers residuals vanish, and with them what Gauss-Newton leaves out.
   const FittedPerson& person = fitted_human();
   const Eigen::VectorXd x = walking(person, 0.3);
-  Random random(1);
+  Random random{1};
   FrameTargets targets = keypoints_of(person, x, 0, random);
   targets.prior = 0;
   const FrameWeights weights;
@@ -151,7 +151,7 @@ Eigen::VectorXd window_gradient(const FittedPerson& person, const TrackWindow& w
 // the gradient must be the whole one. Points of skin lie between limbs too, and fingers are sought.
 TEST(FrameEnergy, AWindowEndsWhereItsWholeGradientVanishes) {
   const FittedPerson person = fitted_person(plain_human(), body_25_names(), true);
-  Random random(3);
+  Random random{3};
   std::vector<FrameTargets> targets;
   TrackWindow window;
   for (int f = 0; f < 4; ++f) {

@@ -47,7 +47,7 @@ const BodyModel& somebody() {
 
 TrackInput bare_frames(int frames, double noise, const BodyModel& who = somebody()) {
   const FittedPerson person = fitted_person(who, body_25_names());
-  Random random(8);
+  Random random{8};
   TrackInput input;
   input.keypoint_names = body_25_names();
   input.fps = 1;
@@ -85,7 +85,7 @@ TEST(Personalize, ShapeDerivativesAreThoseOfTheCost) {
     shape[s] += 0.1 * (parameter.max - parameter.min);
   }
   const FittedPerson person = with_shape(start, shape);
-  Random random(2);
+  Random random{2};
   const Eigen::VectorXd x = walking(person, 0.3);
   FrameTargets targets = keypoints_of(person, x, 0.02, random);
   const Points vertices =
@@ -185,7 +185,7 @@ TEST(Personalize, KeypointsAloneGiveBoneLengths) {
 TEST(Personalize, KeypointsAloneThatAreOffDoNotBendTheShape) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     TrackInput input = bare_frames(4, 0.003);
-    Random random(seed);
+    Random random{seed};
     const Points bias = 0.03 * Points::NullaryExpr(input.frames[0].keypoints.rows(), 3,
                                                    [&] { return normal(random); });
     for (TrackFrame& frame : input.frames) {

@@ -23,7 +23,7 @@ constexpr std::size_t kRunFrames = 9;  // of a run
 
 TEST(StartPose, AnyPoseIsFoundFromItsKeypoints) {
   const FittedPerson& person = fitted_human();
-  Random random(11);
+  Random random{11};
   for (int trial = 0; trial < 12; ++trial) {
     Eigen::VectorXd x = walking(person, 0.3 * trial);
     Eigen::Vector3d axis(normal(random), normal(random), normal(random));
@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(StartPose, ExchangedSides,
 
 TEST_P(ExchangedSides, ArePutRightInWholeRunsOfFrames) {
   const FittedPerson& person = fitted_human();
-  Random random(12);
+  Random random{12};
   for (const Exchange& what : exchanges()) {
     for (const Pattern& pattern : patterns()) {
       SCOPED_TRACE(std::string(what.name) + ", " + pattern.name);
@@ -155,7 +155,7 @@ TEST_P(ExchangedSides, ArePutRightInWholeRunsOfFrames) {
 
 TEST_P(ExchangedSides, AreTrackedAsIfTheyHadNeverBeen) {
   const FittedPerson& person = fitted_human();
-  Random random(21);
+  Random random{21};
   for (const Exchange& what : exchanges()) {
     SCOPED_TRACE(what.name);
     TrackInput input;
@@ -187,7 +187,7 @@ TEST_P(ExchangedSides, AreTrackedAsIfTheyHadNeverBeen) {
 
 TEST(StartPose, LegsAndAllOfThePersonExchangedInOneSequence) {
   const FittedPerson& person = fitted_human();
-  Random random(12);
+  Random random{12};
   std::vector<FrameTargets> frames;
   std::vector<double> times;
   for (std::size_t f = 0; f < kRunFrames; ++f) {

@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 TrackInput walk(int frames, double noise, double fps = 30) {
-  Random random(3);
+  Random random{3};
   TrackInput input;
   input.keypoint_names = body_25_names();
   input.fps = fps;
@@ -139,7 +139,7 @@ TEST(Track, AScanIsEnoughWhereKeypointsAreMissing) {
 
 TEST(Track, KeypointsThatContradictEachOtherAreNotTrusted) {
   TrackInput input = walk(7, 0.004);
-  Random random(4);
+  Random random{4};
   for (Index k = 0; k < input.frames[3].keypoints.rows(); ++k) {
     input.frames[3].keypoints.row(k) +=
         0.6 * Eigen::RowVector3d(normal(random), normal(random), normal(random));

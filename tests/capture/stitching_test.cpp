@@ -24,11 +24,11 @@ Mesh two_panels() {
 }
 
 TEST(Stitching, FoldsOpeningsAndDrawsSeams) {
-  constexpr int n = 1000;  // a texel is a millimetre
-  const Image plain(n, n, 3, 0.5F);
+  constexpr int kTexels = 1000;  // a texel is a millimetre
+  const Image plain(kTexels, kTexels, 3, 0.5F);
   const Image sewn = with_stitching(plain, two_panels(), 1.0);
   const auto at = [&](double u, double v) {
-    return sewn.at(static_cast<int>(u * n), static_cast<int>((1 - v) * n), 0);
+    return sewn.at(static_cast<int>(u * kTexels), static_cast<int>((1 - v) * kTexels), 0);
   };
   EXPECT_FLOAT_EQ(at(0.25, 0.50), 0.5F);           // the middle of a panel is as it was
   EXPECT_FLOAT_EQ(at(0.25, 0.30 + 0.008), 0.45F);  // the fold
@@ -42,7 +42,7 @@ TEST(Stitching, FoldsOpeningsAndDrawsSeams) {
   // Stitches along the hem: dark and light by turns.
   int dark = 0;
   for (int x = 100; x < 400; ++x) {
-    dark += sewn.at(x, static_cast<int>((1 - 0.30 - 0.0155) * n), 0) < 0.35F ? 1 : 0;
+    dark += sewn.at(x, static_cast<int>((1 - 0.30 - 0.0155) * kTexels), 0) < 0.35F ? 1 : 0;
   }
   EXPECT_GT(dark, 120);
   EXPECT_LT(dark, 250);

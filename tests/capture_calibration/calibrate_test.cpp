@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr BoardOptions kBoard{.columns = 9, .rows = 6, .square = 0.06};
+const BoardOptions kBoard{.columns = 9, .rows = 6, .square = 0.06};
 
 bool has(const Calibration& calibration, const std::string& code, const std::string& place = "") {
   return std::any_of(calibration.findings.begin(), calibration.findings.end(),

@@ -1,5 +1,6 @@
 #include "capture/surface/stereo_image.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 

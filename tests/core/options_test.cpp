@@ -1,6 +1,8 @@
 #include "core/options.h"
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -203,7 +205,7 @@ TEST_F(OptionsTest, TextReadsBackToTheSameBits) {
     const std::string text = option_text(wide.fields[0]);
     target = 0;
     ASSERT_EQ(set_option(wide, "x", text), "");
-    ASSERT_EQ(std::memcmp(&target, &value, sizeof value), 0) << text;
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(target), std::bit_cast<std::uint64_t>(value)) << text;
   }
 }
 

@@ -177,10 +177,10 @@ TEST(ReadImage, OrientationIsReportedAndNotApplied) {
     int orientation;
     int width;
     int height;
-  } kFiles[] = {{"png/exif6.png", 6, 2, 1},           {"jpeg/exif6.jpg", 6, 16, 12},
-                {"tiff/exif3.tif", 3, 16, 12},        {"webp/exif6.webp", 6, 16, 12},
-                {"avif/grey_turned.avif", 5, 48, 32}, {"jpeg/small.jpg", 1, 48, 32}};
-  for (const auto& file : kFiles) {
+  } files[] = {{"png/exif6.png", 6, 2, 1},           {"jpeg/exif6.jpg", 6, 16, 12},
+               {"tiff/exif3.tif", 3, 16, 12},        {"webp/exif6.webp", 6, 16, 12},
+               {"avif/grey_turned.avif", 5, 48, 32}, {"jpeg/small.jpg", 1, 48, 32}};
+  for (const auto& file : files) {
     const std::string bytes = corpus(file.file);
     EXPECT_EQ(read_image_header(bytes_of(bytes), file.file).orientation, file.orientation)
         << file.file;
@@ -355,8 +355,8 @@ TEST(RealImages, ParsingLabelsKeepTheirIds) {
   const struct {
     const char* file;
     int classes;
-  } kFiles[] = {{"demo_lip.png", 20}, {"demo_atr.png", 18}, {"demo_pascal.png", 7}};
-  for (const auto& file : kFiles) {
+  } files[] = {{"demo_lip.png", 20}, {"demo_atr.png", 18}, {"demo_pascal.png", 7}};
+  for (const auto& file : files) {
     ATELIER_TEST_FILE(path, std::string("human_parsing_labels/") + file.file);
     const ByteImage labels = read_labels(path);
     EXPECT_EQ(labels.width, 2000);

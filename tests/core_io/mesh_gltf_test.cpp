@@ -330,7 +330,7 @@ TEST(ReadGltf, RefusesDamage) {
     const char* from;
     const char* to;
     const char* words;
-  } kCases[] = {
+  } cases[] = {
       {"\"2.0\"", "\"1.0\"", "asset.version"},
       {"\"2.0\"", "2", "asset.version: number"},
       {"{\"asset\":{\"version\":\"2.0\"},", "{", "no \"asset\""},
@@ -413,7 +413,7 @@ TEST(ReadGltf, RefusesDamage) {
       {"\"asset\"", "\"skins\":[{\"joints\":[0],\"inverseBindMatrices\":0}],\"asset\"",
        "'VEC3' for"},
   };
-  for (const auto& test : kCases) {
+  for (const auto& test : cases) {
     EXPECT_THAT(mesh_gltf_refusal(triangle(test.from, test.to)), HasSubstr(test.words)) << test.to;
   }
   EXPECT_THAT(mesh_gltf_refusal("glTF"), HasSubstr("version"));

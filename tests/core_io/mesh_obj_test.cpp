@@ -152,7 +152,7 @@ TEST(ReadObj, RefusesWhatItCannotRead) {
   const struct {
     const char* text;
     const char* words;
-  } kCases[] = {
+  } cases[] = {
       {"", "no vertex"},
       {"# nothing\n", "no vertex"},
       {"v 1 2\n", "line 1: 2 numbers"},
@@ -193,10 +193,10 @@ TEST(ReadObj, RefusesWhatItCannotRead) {
       {"v 0 0 0\ncstype bezier\n", "free-form geometry"},
       {"v 0 0 0\nw 1 0 0\n", "numbers behind the unknown word 'w'"},
   };
-  for (const auto& test : kCases) {
+  for (const auto& test : cases) {
     EXPECT_THAT(mesh_obj_refusal(test.text), HasSubstr(test.words)) << test.text;
   }
-  EXPECT_THAT(mesh_obj_refusal(std::string("v 0 0 0\nv 0 \0 0 0\n", 19)),
+  EXPECT_THAT(mesh_obj_refusal(std::string("v 0 0 0\nv 0 \0 0 0\n", 18)),
               HasSubstr("line 2: a NUL byte"));
 }
 
@@ -321,14 +321,14 @@ TEST(RealObj, GarmentsOfAClothSimulator) {
     Index vertices;
     Index faces;
     Index uvs;
-  } kFiles[] = {{"dress-handsup-drape.obj", 3634, 7026, 0},
-                {"dress-v5k-f10k.obj", 5563, 10180, 0},
-                {"dress-v7k-f14k.obj", 7742, 14524, 0},
-                {"skirt3448.obj", 1809, 3448, 1},
-                {"sock482.obj", 482, 944, 2410},
-                {"tshirt1900-flattened.obj", 1921, 3726, 0},
-                {"tshirt1900.obj", 1921, 3726, 8177}};
-  for (const auto& file : kFiles) {
+  } files[] = {{"dress-handsup-drape.obj", 3634, 7026, 0},
+               {"dress-v5k-f10k.obj", 5563, 10180, 0},
+               {"dress-v7k-f14k.obj", 7742, 14524, 0},
+               {"skirt3448.obj", 1809, 3448, 1},
+               {"sock482.obj", 482, 944, 2410},
+               {"tshirt1900-flattened.obj", 1921, 3726, 0},
+               {"tshirt1900.obj", 1921, 3726, 8177}};
+  for (const auto& file : files) {
     ATELIER_TEST_FILE(path, std::string("garments/diffcloth/") + file.file);
     const Mesh mesh = triangulated(read_obj(path));
     EXPECT_EQ(mesh.vertices.rows(), file.vertices) << file.file;

@@ -135,7 +135,7 @@ TEST(ReadPly, RefusesBrokenHeaders) {
   const struct {
     std::string text;
     const char* words;
-  } kCases[] = {
+  } cases[] = {
       {"", "no PLY file"},
       {"plyx\n", "line 1: no PLY file"},
       {"ply\nformat ascii 1.0\nelement vertex 1\nend_h", "ends in its header, behind 'end_h'"},
@@ -183,7 +183,7 @@ TEST(ReadPly, RefusesBrokenHeaders) {
              "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
        "triangle strips"},
   };
-  for (const auto& test : kCases) {
+  for (const auto& test : cases) {
     EXPECT_THAT(mesh_ply_refusal(test.text), HasSubstr(test.words)) << test.text;
   }
   std::string many = "ply\nformat ascii 1.0\n";
@@ -198,7 +198,7 @@ TEST(ReadPly, RefusesBrokenBodies) {
   const struct {
     const char* body;
     const char* words;
-  } kCases[] = {
+  } cases[] = {
       {"0 0 0\n", "1 rows of 'face'"},
       {"0 0 0\n\n \n\n", "the file ends"},
       {"0 0\n3 0 0 0\n", "the line ends"},
@@ -216,7 +216,7 @@ TEST(ReadPly, RefusesBrokenBodies) {
       {"0 0 0\n3 0 0 4294967296\n", "4294967296; expected"},
       {"0 0 0\n3 0 0 0\n3 0 0 0\n", "more lines"},
   };
-  for (const auto& test : kCases) {
+  for (const auto& test : cases) {
     EXPECT_THAT(mesh_ply_refusal(ascii(header, test.body)), HasSubstr(test.words)) << test.body;
   }
   const std::string labels = "element vertex 1\n" + kXyz + "property int label\n";

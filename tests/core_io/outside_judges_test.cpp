@@ -49,7 +49,7 @@ class Assimp : public ::testing::Test {
       GTEST_SKIP() << "no program assimp (package assimp-utils)";
     }
   }
-  TemporaryDirectory folder;
+  TemporaryDirectory folder_;
 };
 
 Mesh ball() {
@@ -63,13 +63,13 @@ Mesh ball() {
 
 TEST_F(Assimp, ReadsOurObjAndPly) {
   const Mesh mesh = ball();
-  write_obj(folder / "a.obj", mesh);
-  write_ply(folder / "text.ply", mesh, {.format = PlyFormat::Ascii});
-  write_ply(folder / "little.ply", mesh);
-  write_ply(folder / "big.ply", mesh, {.format = PlyFormat::BinaryBigEndian});
-  write_ply(folder / "exact.ply", mesh, {.exact = true});
+  write_obj(folder_ / "a.obj", mesh);
+  write_ply(folder_ / "text.ply", mesh, {.format = PlyFormat::Ascii});
+  write_ply(folder_ / "little.ply", mesh);
+  write_ply(folder_ / "big.ply", mesh, {.format = PlyFormat::BinaryBigEndian});
+  write_ply(folder_ / "exact.ply", mesh, {.exact = true});
   for (const char* name : {"a.obj", "text.ply", "little.ply", "big.ply", "exact.ply"}) {
-    const std::string info = assimp_info(folder / name);
+    const std::string info = assimp_info(folder_ / name);
     EXPECT_THAT(info, ContainsRegex("Faces: +128\n")) << name;
     EXPECT_THAT(info, HasSubstr("Minimum point      (-1.000000 -1.000000 -1.000000)")) << name;
     EXPECT_THAT(info, HasSubstr("Maximum point      (1.000000 1.000000 1.000000)")) << name;
@@ -77,26 +77,26 @@ TEST_F(Assimp, ReadsOurObjAndPly) {
 }
 
 TEST_F(Assimp, ReadsOurGltf) {
-  write_gltf(folder / "a.glb", gltf_scene(ball()));
-  write_gltf(folder / "a.gltf", gltf_scene(ball()));
+  write_gltf(folder_ / "a.glb", gltf_scene(ball()));
+  write_gltf(folder_ / "a.gltf", gltf_scene(ball()));
   for (const char* name : {"a.glb", "a.gltf"}) {
-    const std::string info = assimp_info(folder / name);
+    const std::string info = assimp_info(folder_ / name);
     EXPECT_THAT(info, ContainsRegex("Vertices: +66\n")) << name;
     EXPECT_THAT(info, ContainsRegex("Faces: +128\n")) << name;
   }
   std::vector<Mesh> frames(4, ball());
   frames[2].vertices *= 2;
-  write_gltf(folder / "morph.glb", gltf_morph_sequence(frames, 30));
-  const std::string info = assimp_info(folder / "morph.glb");
+  write_gltf(folder_ / "morph.glb", gltf_morph_sequence(frames, 30));
+  const std::string info = assimp_info(folder_ / "morph.glb");
   EXPECT_THAT(info, ContainsRegex("Animations: +1\n"));
   EXPECT_THAT(info, ContainsRegex("Vertices: +66\n"));
 }
 
 TEST_F(Assimp, ReadsASkinnedPersonThatWeWroteAgain) {
   ATELIER_TEST_FILE(path, "gltf_skinned/mesh2motion/m2m-custom-animation-success.glb");
-  write_gltf(folder / "a.glb", read_gltf(path));
+  write_gltf(folder_ / "a.glb", read_gltf(path));
   const std::string theirs = assimp_info(path);
-  const std::string ours = assimp_info(folder / "a.glb");
+  const std::string ours = assimp_info(folder_ / "a.glb");
   for (const char* key : {"Vertices: ", "Faces: ", "Bones: ", "Animations: ", "Animation Channels:",
                           "Minimum point", "Maximum point"}) {
     const auto line = [&](const std::string& info) {

@@ -23,7 +23,7 @@ class UsdText {
     while (!take(")")) {
       const std::string key = word();
       expect("=");
-      layer_[key] = word();
+      layer[key] = word();
     }
     expect("def");
     expect("Xform");
@@ -32,10 +32,10 @@ class UsdText {
     while (!take("}")) {
       expect("def");
       expect("Mesh");
-      prims_.emplace_back().name = word();
+      prims.emplace_back().name = word();
       expect("{");
       while (!take("}")) {
-        property(prims_.back());
+        property(prims.back());
       }
     }
     skip();
@@ -48,8 +48,8 @@ class UsdText {
     std::map<std::string, std::vector<double>> arrays;
     std::map<int, std::vector<double>> samples;
   };
-  std::map<std::string, std::string> layer_;
-  std::vector<Prim> prims_;
+  std::map<std::string, std::string> layer;
+  std::vector<Prim> prims;
 
  private:
   void skip() {
@@ -140,13 +140,13 @@ TEST(UsdSequence, HoldsWhatAReaderNeeds) {
   const Sequence sequence = two_frames();
   write_usd_sequence(path, sequence, "7 dress!");
   const UsdText usd(read_file_text(path, 1 << 20));
-  EXPECT_EQ(usd.layer_.at("metersPerUnit"), "1");
-  EXPECT_EQ(usd.layer_.at("upAxis"), "\"Y\"");
-  EXPECT_EQ(usd.layer_.at("timeCodesPerSecond"), "24");
-  EXPECT_EQ(usd.layer_.at("startTimeCode"), "7");
-  EXPECT_EQ(usd.layer_.at("endTimeCode"), "9");
-  ASSERT_EQ(usd.prims_.size(), 1U);
-  const UsdText::Prim& prim = usd.prims_[0];
+  EXPECT_EQ(usd.layer.at("metersPerUnit"), "1");
+  EXPECT_EQ(usd.layer.at("upAxis"), "\"Y\"");
+  EXPECT_EQ(usd.layer.at("timeCodesPerSecond"), "24");
+  EXPECT_EQ(usd.layer.at("startTimeCode"), "7");
+  EXPECT_EQ(usd.layer.at("endTimeCode"), "9");
+  ASSERT_EQ(usd.prims.size(), 1U);
+  const UsdText::Prim& prim = usd.prims[0];
   EXPECT_EQ(prim.name, "\"__dress_\"");
   EXPECT_EQ(prim.tokens.at("subdivisionScheme"), "\"none\"");
   EXPECT_EQ(prim.arrays.at("faceVertexCounts"), (std::vector<double>{3, 3}));
@@ -171,13 +171,13 @@ TEST(UsdSequence, SeveralStandBesideOneAnother) {
   const std::vector<NamedSequence> both = {{"body", two_frames()}, {"dress", earlier}};
   write_usd_sequences(path, both);
   const UsdText usd(read_file_text(path, 1 << 20));
-  ASSERT_EQ(usd.prims_.size(), 2U);
-  EXPECT_EQ(usd.prims_[0].name, "\"body\"");
-  EXPECT_EQ(usd.prims_[1].name, "\"dress\"");
-  EXPECT_EQ(usd.prims_[1].samples.begin()->first, 3);
-  EXPECT_EQ(usd.prims_[0].samples.begin()->first, 7);
-  EXPECT_EQ(usd.layer_.at("startTimeCode"), "3");
-  EXPECT_EQ(usd.layer_.at("endTimeCode"), "9");
+  ASSERT_EQ(usd.prims.size(), 2U);
+  EXPECT_EQ(usd.prims[0].name, "\"body\"");
+  EXPECT_EQ(usd.prims[1].name, "\"dress\"");
+  EXPECT_EQ(usd.prims[1].samples.begin()->first, 3);
+  EXPECT_EQ(usd.prims[0].samples.begin()->first, 7);
+  EXPECT_EQ(usd.layer.at("startTimeCode"), "3");
+  EXPECT_EQ(usd.layer.at("endTimeCode"), "9");
 }
 
 TEST(UsdSequence, RefusesSequencesThatDoNotGoTogether) {

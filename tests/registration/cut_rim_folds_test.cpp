@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/error.h"
 #include "core/normals.h"
 #include "core/topology.h"
 #include "registration/register_garment.h"

@@ -229,7 +229,7 @@ TEST(GarmentTemplateRefused, LabelsThatCoverNothing) {
   EXPECT_THAT(refusal([] { garment_template(standing(wears_tee), 5, "dress", quick()); }),
               HasSubstr("dress: 0 cm2 of its label"));
   const auto patch = [](const Eigen::Vector3d& middle, int lump) {
-    return lump == kChest && (middle - Eigen::Vector3d(0, 1.25, 0.15)).norm() < 0.04;
+    return lump == Chest && (middle - Eigen::Vector3d(0, 1.25, 0.15)).norm() < 0.04;
   };
   EXPECT_THAT(refusal([&] { garment_template(standing(patch), kClothLabel, "upper", quick()); }),
               HasSubstr("100 cm2"));
@@ -249,7 +249,7 @@ TEST(GarmentTemplate, OfASkirtBridgesTheLegsAndHangsFree) {
   // The hem swings to and fro, which the body does not.
   const std::vector<Capsule> pose = capsules();
   const auto skin = [](const Eigen::Vector3d& m, int lump) {
-    return lump != kPelvis && (lump < kLeftThigh || m.y() < 0.5);
+    return lump != Pelvis && (lump < LeftThigh || m.y() < 0.5);
   };
   const ClothedFrames frames = frames_of({pose, pose, pose}, [=](std::size_t i) {
     Mesh cloth = cone(1.05, 0.17, 0.5, 0.34, 0.014);
@@ -505,11 +505,11 @@ TEST(GarmentCover, SaysWhereTheBodyIsCoveredAndHowFarOff) {
   const GarmentCover cover = garment_cover(votes, body.vertices, body.faces);
   for (Index v = 0; v < body.vertices.rows(); ++v) {
     const int lump = body.labels[static_cast<std::size_t>(v)];
-    if (lump == kChest && body.vertices(v, 1) > 1.18 && body.vertices(v, 1) < 1.32 &&
+    if (lump == Chest && body.vertices(v, 1) > 1.18 && body.vertices(v, 1) < 1.32 &&
         std::abs(body.vertices(v, 0)) < 0.1) {
       EXPECT_GT(cover.share[v], 0.9);
       EXPECT_NEAR(cover.gap[v], kGap, 0.004);
-    } else if (lump == kLeftShin || (lump == kHead && body.vertices(v, 1) > 1.52)) {
+    } else if (lump == LeftShin || (lump == Head && body.vertices(v, 1) > 1.52)) {
       EXPECT_LT(cover.share[v], 0.1);
     }
   }
@@ -553,7 +553,7 @@ TEST(PartCrossings, SmoothsWhatMeetsAndNothingElse) {
 TEST(LimbAxisRefused, AnatomyThatDoesNotFitTheBody) {
   const Mesh body = body_surface(capsules());
   BodyAnatomy anatomy = anatomy_of(body);
-  anatomy.limbs[0] = {kPelvis, 99};
+  anatomy.limbs[0] = {Pelvis, 99};
   EXPECT_THROW(limb_axis(anatomy, Extremity::Head, body.vertices, body.faces), LogicError);
   anatomy = anatomy_of(body);
   EXPECT_THROW(limb_axis(anatomy, Extremity::Head, body.vertices.topRows(4), body.faces),

@@ -20,21 +20,21 @@ struct Capsule {
 };
 
 enum : int {
-  kPelvis,
-  kChest,
-  kHead,
-  kLeftUpperArm,
-  kLeftForearm,
-  kLeftHand,
-  kRightUpperArm,
-  kRightForearm,
-  kRightHand,
-  kLeftThigh,
-  kLeftShin,
-  kLeftFoot,
-  kRightThigh,
-  kRightShin,
-  kRightFoot
+  Pelvis,
+  Chest,
+  Head,
+  LeftUpperArm,
+  LeftForearm,
+  LeftHand,
+  RightUpperArm,
+  RightForearm,
+  RightHand,
+  LeftThigh,
+  LeftShin,
+  LeftFoot,
+  RightThigh,
+  RightShin,
+  RightFoot
 };
 
 /// A person of capsules, arms `lift` radians up from hanging, legs a stride apart.
@@ -44,19 +44,19 @@ inline std::vector<Capsule> capsules(double lift = 0.8, double shift = 0) {
     all.push_back({from + shift * Eigen::Vector3d::UnitX(), to + shift * Eigen::Vector3d::UnitX(),
                    radius, lump});
   };
-  add({0, 0.95, 0}, {0, 1.10, 0}, 0.14, kPelvis);
-  add({0, 1.15, 0}, {0, 1.35, 0}, 0.14, kChest);
-  add({0, 1.50, 0}, {0, 1.68, 0}, 0.06, kHead);
+  add({0, 0.95, 0}, {0, 1.10, 0}, 0.14, Pelvis);
+  add({0, 1.15, 0}, {0, 1.35, 0}, 0.14, Chest);
+  add({0, 1.50, 0}, {0, 1.68, 0}, 0.06, Head);
   for (const int side : {1, -1}) {
     const Eigen::Vector3d along(side * std::sin(lift), -std::cos(lift), 0);
     const Eigen::Vector3d shoulder(side * 0.16, 1.38, 0);
-    const int arm = side > 0 ? kLeftUpperArm : kRightUpperArm;
+    const int arm = side > 0 ? LeftUpperArm : RightUpperArm;
     add(shoulder, shoulder + 0.24 * along, 0.045, arm);
     add(shoulder + 0.28 * along, shoulder + 0.48 * along, 0.04, arm + 1);
     add(shoulder + 0.52 * along, shoulder + 0.62 * along, 0.035, arm + 2);
     const Eigen::Vector3d hip(side * 0.09, 0.86, 0);
     const Eigen::Vector3d down(side * 0.12, -1, 0);
-    const int leg = side > 0 ? kLeftThigh : kRightThigh;
+    const int leg = side > 0 ? LeftThigh : RightThigh;
     add(hip, hip + 0.38 * down, 0.075, leg);
     add(hip + 0.43 * down, hip + 0.72 * down, 0.055, leg + 1);
     add(hip + 0.76 * down, hip + 0.80 * down, 0.045, leg + 2);
@@ -158,11 +158,11 @@ inline Mesh body_surface(const std::vector<Capsule>& all) {
 inline BodyAnatomy anatomy_of(const Mesh& body) {
   BodyAnatomy anatomy;
   anatomy.lumps.assign(body.labels.begin(), body.labels.end());
-  anatomy.limbs = {{{kPelvis, kChest, kHead},
-                    {kPelvis, kChest, kLeftUpperArm, kLeftForearm, kLeftHand},
-                    {kPelvis, kChest, kRightUpperArm, kRightForearm, kRightHand},
-                    {kPelvis, kLeftThigh, kLeftShin, kLeftFoot},
-                    {kPelvis, kRightThigh, kRightShin, kRightFoot}}};
+  anatomy.limbs = {{{Pelvis, Chest, Head},
+                    {Pelvis, Chest, LeftUpperArm, LeftForearm, LeftHand},
+                    {Pelvis, Chest, RightUpperArm, RightForearm, RightHand},
+                    {Pelvis, LeftThigh, LeftShin, LeftFoot},
+                    {Pelvis, RightThigh, RightShin, RightFoot}}};
   return anatomy;
 }
 
@@ -174,12 +174,12 @@ inline constexpr double kGap = 0.012;  // m between body and cloth
 using Wears = std::function<bool(const Eigen::Vector3d& middle, int lump)>;
 
 inline bool wears_tee(const Eigen::Vector3d& middle, int lump) {
-  return (lump == kChest && middle.y() < 1.45) || (lump == kPelvis && middle.y() > 1.0) ||
-         ((lump == kLeftUpperArm || lump == kRightUpperArm) && middle.y() > 1.28);
+  return (lump == Chest && middle.y() < 1.45) || (lump == Pelvis && middle.y() > 1.0) ||
+         ((lump == LeftUpperArm || lump == RightUpperArm) && middle.y() > 1.28);
 }
 inline bool wears_trousers(const Eigen::Vector3d& middle, int lump) {
-  return (lump == kPelvis && middle.y() < 1.05) ||
-         (lump >= kLeftThigh && lump != kLeftFoot && lump != kRightFoot && middle.y() > 0.2);
+  return (lump == Pelvis && middle.y() < 1.05) ||
+         (lump >= LeftThigh && lump != LeftFoot && lump != RightFoot && middle.y() > 0.2);
 }
 
 /// A cone round the y axis, open at both ends.

@@ -22,7 +22,7 @@ constexpr double kRadius = 0.15;
 /// Cells of 12 mm in one of seven colours on a dark net, as capture/fabric.h prints them.
 Print cells(std::uint32_t seed, double cell = 0.012) {
   return [=](double u, double y) -> Color {
-    static const std::array<Color, 7> kColors = {
+    static const std::array<Color, 7> colors = {
         Color(0.80F, 0.80F, 0.78F), Color(0.62F, 0.06F, 0.05F), Color(0.06F, 0.32F, 0.08F),
         Color(0.05F, 0.10F, 0.52F), Color(0.75F, 0.55F, 0.04F), Color(0.36F, 0.05F, 0.40F),
         Color(0.04F, 0.40F, 0.45F)};
@@ -35,7 +35,7 @@ Print cells(std::uint32_t seed, double cell = 0.012) {
                       0x85EBCA6BU * static_cast<std::uint32_t>(static_cast<int>(j));
     h = (h ^ (h >> 16)) * 0x7FEB352DU;
     h = (h ^ (h >> 15)) * 0x846CA68BU;
-    return kColors[(h ^ (h >> 16)) % 7];
+    return colors[(h ^ (h >> 16)) % 7];
   };
 }
 

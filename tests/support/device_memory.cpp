@@ -14,6 +14,8 @@ std::atomic<int> alive{0};
 
 }  // namespace
 
+// The linker's names (--wrap).
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)
 extern "C" {
 
 cudaError_t __real_cudaMalloc(void** memory, std::size_t bytes);
@@ -46,6 +48,7 @@ cudaError_t __wrap_cudaFree(void* memory) {
   return status;
 }
 }
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 namespace atelier::fixtures {
 
