@@ -157,22 +157,24 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
   }
   const AnimationView view =
       animation_view(corners, static_cast<int>(frames), animation.cameras, options);
-  std::vector<Image> film;
+  const fs::path video = run.scratch_folder() / "animation.mp4";
+  VideoWriter film(video, {.fps = std::max(kLeastVideoRate, animation.fps)});
   std::vector<CaptionedImage> strip;
   const std::size_t every =
       std::max<std::size_t>(1, (bodies.size() + kStripFrames - 1) / kStripFrames);
   const auto start = Clock::now();
   const TakePicture take = [&](const Image& picture) {
-    const std::size_t i = film.size();
+    const auto i = static_cast<std::size_t>(film.frames());
     run.output_text("pictures/" + frame_name(animation.frame_ids[i]) + ".png",
                     image_bytes(view.alpha ? straight_alpha(picture) : picture, ImageFormat::Png));
-    film.push_back(view.alpha ? before_black(picture) : picture);
+    const Image opaque = view.alpha ? before_black(picture) : picture;
+    film.add(opaque);
     if (i % every == 0) {
       char caption[40];
       std::snprintf(caption, sizeof caption, "%.2f s", static_cast<double>(i) / animation.fps);
-      strip.push_back({film.back(), caption});
+      strip.push_back({opaque, caption});
     }
-    run.progress(static_cast<std::int64_t>(film.size()), frames, "pictures");
+    run.progress(film.frames(), frames, "pictures");
   };
   run.progress(0, frames, "pictures");
   bool done = false;
@@ -188,13 +190,13 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
     return false;
   }
   run.metric("picture_seconds", seconds_since(start) / static_cast<double>(frames));
+  film.finish();
   run.output("animation.mp4", [&](const fs::path& file) {
-    write_video(file, frames, [&](Index i) { return film[static_cast<std::size_t>(i)]; },
-                {.fps = std::max(kLeastVideoRate, animation.fps)});
+    fs::copy_file(video, file, fs::copy_options::overwrite_existing);
   });
   ContactSheetOptions sheet;
   sheet.columns = static_cast<int>(strip.size());
-  sheet.cell_width = std::min(240, film.front().width);
+  sheet.cell_width = std::min(240, strip.front().image.width);
   run.output_text("strip.png", image_bytes(contact_sheet(strip, sheet), ImageFormat::Png));
   return true;
 }

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include "apps/arguments.h"
@@ -266,7 +267,10 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   if (!video) {
     make_private_directory(arguments.out);
   }
-  std::vector<Image> film;
+  std::optional<VideoWriter> film;
+  if (video) {
+    film.emplace(arguments.out, options.video);
+  }
   PaintHooks hooks;
   hooks.stop = [] { return interrupted(); };
   hooks.picture = [&](Index i, const Image& picture) {
@@ -274,23 +278,23 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
     if (!video) {
       write_image(fs::path(arguments.out) / (name + ".png"), straight_alpha(picture));
     } else {
-      film.push_back(before_black(picture));
+      film->add(before_black(picture));
     }
     std::cout << "frame " << name << std::endl;
   };
   try {
     if (!paint_scene(cast.scene, options.paint, options.device, hooks)) {
+      film.reset();
       made.remove_empty();
       end_by_signal();
     }
+    if (film) {
+      film->finish();
+    }
   } catch (const std::exception&) {
+    film.reset();
     made.remove_empty();  // so that the same command can be given again
     throw;
-  }
-  if (video) {
-    write_video(
-        arguments.out, static_cast<Index>(film.size()),
-        [&](Index i) { return film[static_cast<std::size_t>(i)]; }, options.video);
   }
   return kExitDone;
 }

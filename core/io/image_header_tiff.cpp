@@ -11,6 +11,7 @@
 namespace atelier {
 namespace {
 
+constexpr int kSubfileType = 254;
 constexpr int kWidth = 256;
 constexpr int kHeight = 257;
 constexpr int kBits = 258;
@@ -28,19 +29,26 @@ struct Entry {
   std::vector<std::uint32_t> values;  ///< of type BYTE, SHORT or LONG, at most 8
 };
 
-/// The first directory of a TIFF file. The format: TIFF 6.0, section 2.
+/// A directory of a TIFF file: the first one, or the one at an offset. The format: TIFF 6.0,
+/// section 2.
 class TiffDirectory {
  public:
-  TiffDirectory(std::span<const std::byte> bytes, const std::string& name) : reader_(bytes, name) {
+  TiffDirectory(std::span<const std::byte> bytes, const std::string& name, std::uint32_t offset = 0)
+      : reader_(bytes, name) {
     big_ = reader_.text(2, "byte order") == "MM";
     reader_.skip(2, "TIFF version");
-    reader_.seek(number<std::uint32_t>("offset of the directory"), "directory");
+    const auto first = number<std::uint32_t>("offset of the directory");
+    reader_.seek(offset != 0 ? offset : first, "directory");
     const auto count = number<std::uint16_t>("number of entries");
     reader_.paid(count, 12, "entries");
     for (int i = 0; i < count; ++i) {
       entries_.push_back(read_entry());
     }
+    next_ = reader_.remaining() >= 4 ? number<std::uint32_t>("offset of the next directory") : 0;
   }
+
+  /// Offset of the next directory, 0 if this is the last one.
+  std::uint32_t next() const { return next_; }
 
   std::optional<std::uint32_t> value(int tag) const {
     const Entry* found = entry(tag);
@@ -84,6 +92,7 @@ class TiffDirectory {
 
   ByteReader reader_;
   bool big_ = false;
+  std::uint32_t next_ = 0;
   std::vector<Entry> entries_;
 };
 
@@ -143,6 +152,16 @@ ImageHeader read_tiff_header(std::span<const std::byte> bytes, const std::string
       directory.reader().fail("a tile side of " + std::to_string(tile),
                               "1 to the picture's side (or 1024)");
     }
+  }
+  // Further pages would be passed over without a word. Thumbnails (1) and masks (4) are none.
+  constexpr int kMostThumbnails = 10;
+  std::uint32_t next = directory.next();
+  for (int i = 0; next != 0 && i < kMostThumbnails; ++i) {
+    const TiffDirectory other(bytes, name, next);
+    if ((other.value(kSubfileType).value_or(0) & 5) == 0) {
+      directory.reader().fail("a second page", "one picture a file");
+    }
+    next = other.next();
   }
   const bool color = photometric >= 2;
   const int decoded =

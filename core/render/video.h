@@ -2,12 +2,16 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 
 #include "core/image.h"
 #include "core/options.h"
 #include "core/types.h"
 
 namespace atelier {
+
+class AtomicFile;
+struct Film;  ///< private to core/render
 
 struct VideoOptions {
   double fps = 30;   ///< frames per second, [0.1, 1000]
@@ -17,12 +21,35 @@ struct VideoOptions {
 
 OptionTable describe(VideoOptions& options);
 
-/// Writes `count` frames as H.264 in MP4 (yuv420p, BT.709, index in front) that browsers play.
-/// `frame(i)` gives linear RGB [height, width, 3] in [0,1], all of one size; an odd last row or
-/// column is repeated once. The file appears whole or not at all (core/atomic_file.h). One encoder
+/// H.264 in MP4 (yuv420p, BT.709, index in front) that browsers play, frame after frame: none is
+/// kept. The file appears whole with `finish` or not at all (core/atomic_file.h). One encoder
 /// thread: the same frames give the same bytes.
-/// Throws LogicError for no frame, frames of differing size or other channels, or options out of
-/// range; EnvironmentError if the encoder is missing or the file cannot be written.
+/// Everything throws LogicError for no frame, frames of differing size or other channels, or
+/// options out of range; EnvironmentError if the encoder is missing or the file cannot be written.
+class VideoWriter {
+ public:
+  explicit VideoWriter(std::filesystem::path path, const VideoOptions& options = {});
+  ~VideoWriter();
+  VideoWriter(const VideoWriter&) = delete;
+  VideoWriter& operator=(const VideoWriter&) = delete;
+
+  /// Linear RGB [height, width, 3] in [0,1]; an odd last row or column is repeated once.
+  void add(const Image& frame);
+  /// Frames that were added.
+  Index frames() const { return frames_; }
+  void finish();
+
+ private:
+  std::filesystem::path path_;
+  VideoOptions options_;
+  Index frames_ = 0;
+  int width_ = 0;
+  int height_ = 0;
+  std::unique_ptr<AtomicFile> file_;
+  std::unique_ptr<Film> film_;
+};
+
+/// A video of `count` frames, of which `frame(i)` gives one (VideoWriter).
 void write_video(const std::filesystem::path& path, Index count,
                  const std::function<Image(Index frame_idx)>& frame,
                  const VideoOptions& options = {});

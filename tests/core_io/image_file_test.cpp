@@ -272,6 +272,38 @@ TEST(ReadImage, CeilingsAreCheckedBeforeAnythingIsDecoded) {
   EXPECT_THAT(image_file_refusal(bomb), HasSubstr("8000 x 8000 pixels in 188 bytes"));
 }
 
+/// A TIFF file (little endian) with one more directory, whose subfile type is given.
+std::string with_page(std::string tiff, unsigned type) {
+  const auto number = [&](std::size_t at, int bytes) {
+    std::size_t value = 0;
+    for (int i = 0; i < bytes; ++i) {
+      value |= std::size_t{static_cast<unsigned char>(tiff[at + i])} << (8 * i);
+    }
+    return value;
+  };
+  const auto text = [](std::size_t value, int bytes) {
+    std::string little;
+    for (int i = 0; i < bytes; ++i) {
+      little += static_cast<char>(value >> (8 * i) & 255);
+    }
+    return little;
+  };
+  const std::size_t directory = number(4, 4);
+  const std::size_t next = directory + 2 + 12 * number(directory, 2);
+  tiff.resize(std::max(tiff.size() + tiff.size() % 2, next + 4));
+  tiff.replace(next, 4, text(tiff.size(), 4));
+  return tiff + text(1, 2) + text(254, 2) + text(4, 2) + text(1, 4) + text(type, 4) + text(0, 4);
+}
+
+TEST(ReadImage, RefusesASecondPageButNoThumbnail) {
+  const std::string one = corpus("tiff/none.tif");
+  ASSERT_EQ(one.substr(0, 2), "II");
+  EXPECT_THAT(image_file_refusal(with_page(one, 0)), HasSubstr("a second page"));
+  EXPECT_THAT(image_file_refusal(with_page(one, 2)), HasSubstr("a second page"));
+  EXPECT_EQ(read_image(bytes_of(with_page(one, 1)), "thumbnail").data,
+            read_image(bytes_of(one), "one").data);
+}
+
 TEST(ReadImage, RefusesOtherFormats) {
   EXPECT_THAT(image_file_refusal(""), HasSubstr("no known image format"));
   EXPECT_THAT(image_file_refusal("GIF89a"), HasSubstr("no known image format"));

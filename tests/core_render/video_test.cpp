@@ -155,6 +155,30 @@ TEST(Video, ColoursComeBack) {
   EXPECT_NEAR(byte(8, 24, 2), 255, 4);
 }
 
+TEST(Video, FrameAfterFrameIsTheSameFile) {
+  const fixtures::TemporaryDirectory folder;
+  write_video(folder / "whole.mp4", 5, [](Index i) { return moving(i); }, {.fps = 12});
+  VideoWriter video(folder / "grown.mp4", {.fps = 12});
+  for (Index i = 0; i < 5; ++i) {
+    EXPECT_EQ(video.frames(), i);
+    video.add(moving(i));
+    EXPECT_FALSE(std::filesystem::exists(folder / "grown.mp4")) << "whole or not at all";
+  }
+  video.finish();
+  EXPECT_TRUE(bytes_of(folder / "grown.mp4") == bytes_of(folder / "whole.mp4"));
+}
+
+TEST(VideoRefusal, WhatIsNotFinishedLeavesNothing) {
+  const fixtures::TemporaryDirectory folder;
+  {
+    VideoWriter video(folder / "a.mp4");
+    EXPECT_THROW(video.finish(), LogicError) << "no frame";
+    video.add(moving(0));
+    EXPECT_THROW(video.add(moving(1, 32)), LogicError) << "of another size";
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
 TEST(VideoRefusal, NoFramesOrWrongOnes) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
