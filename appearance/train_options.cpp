@@ -41,7 +41,9 @@ OptionTable describe(TrainOptions& options) {
   table.add("pixel_bias", options.pixel_bias, "A bias for each texel instead of each channel");
   table.add("half", options.half,
             "Convolutions in bfloat16: half the memory, not faster where measured");
-  table.add("checkpoint_every", options.checkpoint_every, 1, 1'000'000, "", "Steps between saves")
+  table
+      .add("checkpoint_every", options.checkpoint_every, 0, 1'000'000, "",
+           "Steps between saves; 0: 100, or so many more that saving takes a twentieth of the time")
       .not_keyed();
   table.add("seed", options.seed, 0, 1e15, "", "Of the first weights and the order of views");
   return table;

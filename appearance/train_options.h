@@ -28,7 +28,9 @@ struct TrainOptions {
   int transfer_degree = 1;  ///< NetworkOptions::transfer_degree, 0..2
   bool pixel_bias = false;
   bool half = false;           ///< convolutions in bfloat16: half the memory, slower (H100)
-  int checkpoint_every = 100;  ///< iterations, 1..1,000,000; does not change the result
+  /// Iterations from save to save, up to 1,000,000; 0: 100, or as many more as keep saving below a
+  /// twentieth of the time. Does not change the result.
+  int checkpoint_every = 0;
   std::int64_t seed = 0;
 };
 OptionTable describe(TrainOptions& options);

@@ -18,7 +18,7 @@ void require_same_training(const Training& training, const AppearanceData& data,
 /// Who watches. All may be empty.
 struct TrainHooks {
   std::function<void(std::int64_t iteration, const NetworkLoss& loss, double learning_rate)> step;
-  std::function<void(const Training& training)> checkpoint;  ///< every `checkpoint_every`
+  std::function<void(const Training& training)> checkpoint;  ///< TrainOptions::checkpoint_every
   std::function<bool()> stop;                                ///< true: after this step
 };
 

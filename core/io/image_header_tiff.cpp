@@ -96,6 +96,25 @@ class TiffDirectory {
   std::vector<Entry> entries_;
 };
 
+/// Whether one of the directories from `next` on is a page, which would be passed over without a
+/// word. Thumbnails (1) and masks (4) are none, nor is what cannot be read.
+bool has_second_page(std::span<const std::byte> bytes, const std::string& name,
+                     std::uint32_t next) {
+  constexpr int kMostThumbnails = 10;
+  try {
+    for (int i = 0; next != 0 && i < kMostThumbnails; ++i) {
+      const TiffDirectory other(bytes, name, next);
+      if ((other.value(kSubfileType).value_or(0) & 5) == 0) {
+        return true;
+      }
+      next = other.next();
+    }
+  } catch (const DataError&) {
+    return false;
+  }
+  return false;
+}
+
 }  // namespace
 
 int exif_orientation(std::span<const std::byte> exif) {
@@ -153,15 +172,8 @@ ImageHeader read_tiff_header(std::span<const std::byte> bytes, const std::string
                               "1 to the picture's side (or 1024)");
     }
   }
-  // Further pages would be passed over without a word. Thumbnails (1) and masks (4) are none.
-  constexpr int kMostThumbnails = 10;
-  std::uint32_t next = directory.next();
-  for (int i = 0; next != 0 && i < kMostThumbnails; ++i) {
-    const TiffDirectory other(bytes, name, next);
-    if ((other.value(kSubfileType).value_or(0) & 5) == 0) {
-      directory.reader().fail("a second page", "one picture a file");
-    }
-    next = other.next();
+  if (has_second_page(bytes, name, directory.next())) {
+    directory.reader().fail("a second page", "one picture a file");
   }
   const bool color = photometric >= 2;
   const int decoded =

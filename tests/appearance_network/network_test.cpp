@@ -1,6 +1,7 @@
 #include "appearance/network/network.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 
@@ -17,6 +18,7 @@ namespace atelier {
 namespace {
 
 using fixtures::small_data;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 TrainOptions small_options(int iterations = 8) {
@@ -266,6 +268,28 @@ TEST(Train, AStoppedTrainingGoesOnToTheSameBits) {
   for (const auto& [name, tensor] : whole.training.model.parameters) {
     EXPECT_EQ(rest.training.model.parameters.at(name).data, tensor.data) << name;
   }
+}
+
+TEST(Train, SavesSeldomWhereSavingIsSlow) {
+  const AppearanceData data = small_data();
+  using Clock = std::chrono::steady_clock;
+  const auto saves = [&](int every) {
+    TrainOptions options = small_options(300);
+    options.checkpoint_every = every;
+    std::vector<std::int64_t> when;
+    const auto begin = Clock::now();
+    TrainHooks hooks;
+    hooks.checkpoint = [&](const Training& training) {
+      when.push_back(training.iteration);
+      // As long as the hundred steps before: a twentieth of the time is past the end.
+      for (const auto now = Clock::now(); Clock::now() - now < now - begin;) {
+      }
+    };
+    train(start_training(data, options), data, options, Device::Cpu, hooks);
+    return when;
+  };
+  EXPECT_THAT(saves(0), ElementsAre(100));
+  EXPECT_THAT(saves(100), ElementsAre(100, 200, 300));
 }
 
 TEST(Train, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
