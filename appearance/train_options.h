@@ -27,7 +27,7 @@ struct TrainOptions {
   bool shadow = true;
   int transfer_degree = 1;  ///< NetworkOptions::transfer_degree, 0..2
   bool pixel_bias = false;
-  bool half = false;           ///< convolutions in bfloat16: half the memory, slower (H100)
+  bool half = false;  ///< convolutions in bfloat16: half the memory, slower (H100)
   /// Iterations from save to save, up to 1,000,000; 0: 100, or as many more as keep saving below a
   /// twentieth of the time. Does not change the result.
   int checkpoint_every = 0;
