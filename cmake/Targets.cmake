@@ -44,9 +44,10 @@ endfunction()
 
 function(atelier_settings target)
   target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:${ATELIER_WARNINGS}>")
-  # At -O3 GCC 12 sees overlaps in std::string's own concatenation where there are none (its bug 105651).
+  # At -O3 GCC 12 sees overlaps in std::string's own concatenation where there are none (its bug 105651),
+  # and in vectors that are copied the end of memory that is not on the heap.
   target_compile_options(${target} PRIVATE
-    "$<$<AND:$<CONFIG:Release>,$<COMPILE_LANG_AND_ID:CXX,GNU>>:-Wno-restrict>")
+    "$<$<AND:$<CONFIG:Release>,$<COMPILE_LANG_AND_ID:CXX,GNU>>:-Wno-restrict;-Wno-free-nonheap-object>")
   # GCC 13 takes every reference from a function that is also given a temporary for one to the
   # temporary, and at -O3 reads of Eigen's fixed vectors for reads beyond them, and empty optionals of
   # libtorch's for uninitialised ones.
