@@ -254,7 +254,7 @@ endfunction()
 function(atelier_test_flags target)
   target_compile_options(${target} PRIVATE
     "$<$<COMPILE_LANGUAGE:CXX>:-Wno-conversion>"
-    "$<$<AND:$<CONFIG:RelWithDebInfo>,$<COMPILE_LANGUAGE:CXX>>:-O1;-g0>")
+    "$<$<AND:$<CONFIG:RelWithDebInfo,Release>,$<COMPILE_LANGUAGE:CXX>>:-O1;-g0>")
 endfunction()
 
 function(atelier_tests name)
