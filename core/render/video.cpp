@@ -17,6 +17,7 @@ VideoWriter::~VideoWriter() = default;
 
 void VideoWriter::add(const Image& frame) {
   if (!film_) {
+    ATELIER_CHECK(!file_, "a video that is finished takes no more frames");
     ATELIER_CHECK(frame.channels == 3 && frame.width > 0 && frame.height > 0,
                   "a video needs frames of 3 channels");
     width_ = frame.width;

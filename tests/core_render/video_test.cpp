@@ -165,6 +165,7 @@ TEST(Video, FrameAfterFrameIsTheSameFile) {
     EXPECT_FALSE(std::filesystem::exists(folder / "grown.mp4")) << "whole or not at all";
   }
   video.finish();
+  EXPECT_THROW(video.add(moving(5)), LogicError);
   EXPECT_TRUE(bytes_of(folder / "grown.mp4") == bytes_of(folder / "whole.mp4"));
 }
 
