@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "appearance/learnt_occlusion.h"
 #include "appearance/texel_map.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
@@ -223,6 +224,7 @@ Archive archive_of(const AppearanceData& data) {
   archive.schema = kSchema;
   archive.version = kDataVersion;
   archive.texts["name"] = data.name;
+  put_occlusion(archive.texts, data.occlusion);
   put_array(archive, "atlas/faces", tensor_of(data.faces));
   put_array(archive, "atlas/uvs", tensor_of(data.uvs));
   put_array(archive, "atlas/uv_faces", tensor_of(data.uv_faces));
@@ -289,6 +291,7 @@ AppearanceData appearance_data_of(const Archive& archive, const std::string& fil
   AppearanceData data;
   const auto name = archive.texts.find("name");
   data.name = name == archive.texts.end() ? "" : name->second;
+  data.occlusion = occlusion_at(archive.texts, file);
   constexpr Index kMostVertices = 1 << 28;
   data.uvs = rows_at<Points2>(archive, "atlas/uvs", 2, -1, file);
   data.faces = index_rows_at<Triangles>(archive, "atlas/faces", 3, kMostVertices, file);

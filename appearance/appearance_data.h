@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "appearance/occlusion.h"
 #include "appearance/surface_frame.h"
 #include "appearance/texture_sampling.h"
 #include "core/archive.h"
@@ -34,6 +36,8 @@ struct AppearanceData {
   std::vector<int> widths;              ///< [C] pixels, of its pictures
   std::vector<int> heights;             ///< [C]
   std::vector<SurfaceFrame> frames;
+  std::optional<OcclusionOptions> occlusion;  ///< with which their light transfer was measured;
+                                              ///< nothing: of an older program
   std::vector<AppearanceView> views;
 };
 

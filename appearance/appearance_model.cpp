@@ -8,6 +8,7 @@
 
 #include "appearance/content_digest.h"
 #include "appearance/fill_texture.h"
+#include "appearance/learnt_occlusion.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
 #include "core/random.h"
@@ -15,14 +16,9 @@
 namespace atelier {
 namespace {
 
-constexpr const char* kModelSchema = "atelier.appearance";
 constexpr const char* kVersion = "3";
 constexpr int kLeastSide = 8;   // texels a side where the UNet turns round
 constexpr int kMostGrowth = 8;  // of its widths
-
-int level_count(int resolution) {
-  return std::bit_width(static_cast<unsigned>(resolution / kLeastSide)) - 1;
-}
 
 int width_of(const NetworkOptions& options, int level) {
   return options.channels * std::min(1 << std::min(level, 16), kMostGrowth);
@@ -45,7 +41,7 @@ void add_unet(std::vector<ParameterShape>& all, const NetworkOptions& options,
   const int side = branch_resolution_of(options);
   const auto bias = [&](int level) { return options.pixel_bias ? side >> level : 0; };
   add_convolution(all, name + ".first", inputs, width_of(options, 0), 3, false, bias(0));
-  for (int level = 0; level < level_count(side); ++level) {
+  for (int level = 0; level < branch_levels_of(options); ++level) {
     const std::string down = name + ".down" + std::to_string(level);
     const std::string up = name + ".up" + std::to_string(level);
     const int fine = width_of(options, level);
@@ -159,7 +155,7 @@ const std::string& text_at(const std::map<std::string, std::string>& texts, cons
                            const std::string& file) {
   const auto found = texts.find(name);
   if (found == texts.end()) {
-    throw DataError(file, name, "nothing", "a network of schema atelier.appearance");
+    throw DataError(file, name, "nothing", std::string("a network of schema ") + kModelSchema);
   }
   return found->second;
 }
@@ -194,6 +190,10 @@ int shadow_resolution_of(int resolution) {
 
 int branch_resolution_of(const NetworkOptions& options) {
   return std::max(2 * kLeastSide, options.resolution / options.shading);
+}
+
+int branch_levels_of(const NetworkOptions& options) {
+  return std::bit_width(static_cast<unsigned>(branch_resolution_of(options) / kLeastSide)) - 1;
 }
 
 std::vector<ParameterShape> network_parameters(const NetworkOptions& options, int cameras) {
@@ -234,6 +234,7 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
   model.uvs = data.uvs;
   model.uv_faces = data.uv_faces;
   model.camera_ids = data.camera_ids;
+  model.occlusion = data.occlusion;
   std::vector<TexturePixels> pixels;
   pixels.reserve(data.views.size());
   std::vector<TextureView> views;
@@ -308,6 +309,7 @@ std::map<std::string, std::string> texts_of(const AppearanceModel& model) {
   for (const OptionField& field : describe(options).fields) {
     texts["network." + field.name] = option_text(field);
   }
+  put_occlusion(texts, model.occlusion);
   texts[kDigestText] = content_digest(tensors_of(model), texts);
   return texts;
 }
@@ -340,6 +342,7 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
       throw DataError(file, key, std::to_string(value), "a power of 2");
     }
   }
+  model.occlusion = occlusion_at(texts, file);
   model.camera_ids = names_of(text_at(texts, "cameras", file), file);
   const auto count = static_cast<std::int64_t>(model.camera_ids.size());
   const int side = model.options.resolution;

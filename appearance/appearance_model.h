@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,9 @@
 #include "core/tensor.h"
 
 namespace atelier {
+
+/// The text `schema` of a network's file.
+inline constexpr const char* kModelSchema = "atelier.appearance";
 
 /// How a garment's network is built. Texture = (mean + view-independent + view-dependent) x shadow,
 /// times the gain of the camera, in linear light (Xiang et al., "Dressing Avatars", 2022).
@@ -51,6 +55,9 @@ int shadow_resolution_of(int resolution);
 /// Texels a side of what the branches see and give, at least 16.
 int branch_resolution_of(const NetworkOptions& options);
 
+/// How often a branch's UNet halves that, down to 8 texels a side.
+int branch_levels_of(const NetworkOptions& options);
+
 /// A parameter's name and shape.
 struct ParameterShape {
   std::string name;
@@ -71,11 +78,13 @@ struct AppearanceModel {
   Triangles faces;  ///< as AppearanceData
   Points2 uvs;
   Triangles uv_faces;
-  std::vector<std::string> camera_ids;       ///< that it was trained with
-  std::map<std::string, Tensor> parameters;  ///< float32, network_parameters
-  Image static_texture;                      ///< [R,R,3] the best texture that does not change
-  std::vector<float> static_gain;            ///< [3C] with its gains
-  MeanTransfer mean_transfer;                ///< [V,9] of the outside, over the training frames
+  std::vector<std::string> camera_ids;        ///< that it was trained with
+  std::map<std::string, Tensor> parameters;   ///< float32, network_parameters
+  Image static_texture;                       ///< [R,R,3] the best texture that does not change
+  std::vector<float> static_gain;             ///< [3C] with its gains
+  MeanTransfer mean_transfer;                 ///< [V,9] of the outside, over the training frames
+  std::optional<OcclusionOptions> occlusion;  ///< with which light transfer was measured, as it is
+                                              ///< to be again; nothing: of an older program
 };
 
 /// The model before training: parameters random by `seed` (He et al. 2015), the mean texture the

@@ -130,7 +130,7 @@ OptionTable describe(PaintOptions& options) {
             "Antialiasing: a pixel is the mean of this many by as many; 1: none, quickest");
   table.add("alpha", options.alpha, "A fourth channel with the coverage instead of a background");
   table.add("background", options.background, 0, 1, "", "Linear red, green and blue");
-  table.add("occlusion", describe(options.occlusion));
+  table.add("occlusion", describe_open(options.occlusion));
   return table;
 }
 

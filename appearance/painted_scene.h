@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "appearance/occlusion.h"
+#include "appearance/learnt_occlusion.h"
 #include "core/archive.h"
 #include "core/camera.h"
 #include "core/options.h"
@@ -15,7 +15,8 @@ struct PaintOptions {
   int samples = 2;  ///< a side of a pixel, 1..8: its square are averaged; 1 is quickest
   bool alpha = false;
   std::vector<double> background = {0.9, 0.9, 0.9};  ///< linear RGB behind everything
-  OcclusionOptions occlusion;
+  OcclusionOptions occlusion = kOpenOcclusion;       ///< as the networks learnt, which it may not
+                                                     ///< contradict
 };
 OptionTable describe(PaintOptions& options);
 

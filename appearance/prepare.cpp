@@ -108,6 +108,7 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
   data.faces = subject.faces[surface.which];
   data.uvs = surface.atlas.uvs;
   data.uv_faces = surface.atlas.uv_faces;
+  data.occlusion = options.occlusion;
   data.centers.resize(static_cast<Index>(cameras.size()), 3);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     data.camera_ids.push_back(cameras[c].id);

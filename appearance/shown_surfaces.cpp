@@ -156,11 +156,12 @@ PictureStyle picture_style(const PaintOptions& options) {
 }
 
 std::unique_ptr<ShownSurfaces> make_shown_surfaces(std::vector<ShownSurface> surfaces,
-                                                   const PaintOptions& options, Device device) {
+                                                   const PaintOptions& asked, Device device) {
+  PaintOptions options = asked;
+  options.occlusion = drawn_occlusion(asked.occlusion, {});
   ATELIER_CHECK(options.samples >= 1 && options.samples <= 8 && options.background.size() == 3 &&
-                    options.occlusion.strata >= 1 && options.occlusion.strata <= 32 &&
-                    options.occlusion.reach > 0 && options.occlusion.reach <= 100 &&
-                    options.occlusion.offset >= 0 && options.occlusion.offset <= 0.1,
+                    options.occlusion.strata <= 32 && options.occlusion.reach <= 100 &&
+                    options.occlusion.offset <= 0.1,
                 "options of painting are out of range");
   for (ShownSurface& surface : surfaces) {
     if (surface.uvs.rows() == 0) {

@@ -60,8 +60,9 @@ class ShownSurfaces {
   virtual void wait() const = 0;
 };
 
-/// Throws LogicError unless faces name what is there and options are in range, EnvironmentError
-/// where the device is not there.
+/// What options leave open of the light transfer is as it comes (drawn_occlusion). Throws
+/// LogicError unless faces name what is there and options are in range, EnvironmentError where the
+/// device is not there.
 std::unique_ptr<ShownSurfaces> make_shown_surfaces(std::vector<ShownSurface> surfaces,
                                                    const PaintOptions& options, Device device);
 

@@ -3,19 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
+#include "appearance/psnr.h"
 #include "appearance/texture_sampling.h"
 #include "core/io/srgb.h"
 
 namespace atelier {
 namespace {
-
-double decibels(double squares, double count) {
-  constexpr double kLeast = 1e-9;  // of identical pictures
-  return count > 0 ? -10 * std::log10(std::max(squares / count, kLeast))
-                   : std::numeric_limits<double>::quiet_NaN();
-}
 
 /// Of those that are numbers; 0 of none.
 double median(std::vector<double> values) {
@@ -63,7 +57,7 @@ StaticFit static_fit(const AppearanceData& data, int resolution) {
   const auto seeing = static_cast<double>(
       std::count_if(count.begin(), count.end(), [](double of) { return of > 0; }));
   for (std::size_t c = 0; c < cameras; ++c) {
-    fit.camera_psnr.push_back(decibels(squares[c], count[c]));
+    fit.camera_psnr.push_back(psnr_of(squares[c] / count[c]));
     // Of each channel about its own mean.
     const double variance = power[c] - 3 * sum[c].square().sum() / std::max(count[c], 1.0);
     const double explained = variance > 0 ? 1 - squares[c] / variance : 0;
@@ -72,7 +66,7 @@ StaticFit static_fit(const AppearanceData& data, int resolution) {
     all_squares += squares[c];
     all_count += count[c];
   }
-  fit.psnr = decibels(all_squares, all_count);
+  fit.psnr = psnr_of(all_squares / all_count);
   return fit;
 }
 

@@ -1,11 +1,11 @@
 #include "appearance/train_options.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
+#include "appearance/side_problem.h"
 #include "core/error.h"
 #include "core/random.h"
 
@@ -75,16 +75,8 @@ std::string training_problem(const TrainOptions& options, Device device) {
   if (options.half && device == Device::Cpu) {
     return "--half works on a GPU alone; say --device cuda, or leave it out";
   }
-  const auto is_power = [](int value) { return std::has_single_bit(static_cast<unsigned>(value)); };
-  if (options.resolution < 16 || !is_power(options.resolution)) {
-    return "--resolution cannot be " + std::to_string(options.resolution) +
-           ": a texture has 16, 32, ... 4096 texels a side";
-  }
-  if (!is_power(options.shading)) {
-    return "--shading cannot be " + std::to_string(options.shading) +
-           ": branches are 1, 2, 4, 8 or 16 times coarser than the texture";
-  }
-  return "";
+  const std::string problem = resolution_problem("--resolution", options.resolution);
+  return problem.empty() ? shading_problem("--shading", options.shading) : problem;
 }
 
 NetworkOptions network_options(const TrainOptions& options) {

@@ -274,7 +274,6 @@ bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPi
   };
   PaintOptions options;
   options.background = {0.6, 0.6, 0.6};
-  options.occlusion = run.options<AppearanceStageOptions>().prepare.occlusion;  // as it was learnt
   if (!paint_scene(scene, options, run.device(), hooks)) {
     return false;
   }

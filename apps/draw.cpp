@@ -17,6 +17,7 @@
 #include "apps/output_place.h"
 #include "apps/paint_scene.h"
 #include "apps/picture_size.h"
+#include "apps/stages.h"
 #include "apps/straight_alpha.h"
 #include "apps/usage_error.h"
 #include "apps/writable_place.h"
@@ -26,6 +27,7 @@
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/io/lower_extension.h"
+#include "core/io/safetensors.h"
 #include "core/nearest_name.h"
 #include "core/new_folders.h"
 #include "core/render/framing.h"
@@ -234,6 +236,24 @@ void require_use(const DrawArguments& arguments, const OptionTable& table) {
   }
 }
 
+/// What is said of the light has to be how the networks learnt: they know no other.
+void require_light(const Cast& cast, const DrawOptions& options) {
+  const OcclusionOptions& asked = options.paint.occlusion;
+  if (asked.strata <= 0 && asked.reach <= 0 && asked.offset < 0) {
+    return;
+  }
+  for (const SceneLayer& layer : cast.scene.layers) {
+    if (layer.model.empty()) {
+      continue;
+    }
+    const std::string problem = occlusion_problem(
+        asked, {layer.name, occlusion_at(read_safetensors(layer.model).metadata, layer.model)});
+    if (!problem.empty()) {
+      throw UsageError(problem + "; leave it out");
+    }
+  }
+}
+
 int run(const DrawArguments& arguments, const OptionSet& set) {
   const auto& options = options_of<DrawOptions>(set);
   if (arguments.workspace.empty() || arguments.out.empty()) {
@@ -259,8 +279,10 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   require_use(options, set.table, video);
   catch_interrupts();
   require_new_place(arguments.out, "--out");
+  require_outside_results(arguments.out, arguments.workspace, all_stages(), "--out");
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
   Cast cast = cast_of(arguments);
+  require_light(cast, options);
   fill_frames(cast);
   place_cameras(cast, arguments, options);
   const NewFolders made(arguments.out);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <optional>
 #include <string_view>
 
+#include "appearance/side_problem.h"
 #include "capture/layouts/corrections.h"
 
 namespace atelier {
@@ -23,11 +23,6 @@ bool less(double first, double second) {
   return first < second;
 }
 
-/// 0 is the setting's own.
-bool power_of_two(double value) {
-  return value == 0 || std::has_single_bit(static_cast<unsigned>(value));
-}
-
 constexpr std::string_view kUnsaid = "default";  // as OptionField has it
 constexpr const char* kLess = "it takes less than that";
 constexpr std::array kRules = {
@@ -36,11 +31,6 @@ constexpr std::array kRules = {
     OptionRule{"hull.cell", "hull.reach", less, kLess},
     OptionRule{"overlap", "window", [](double a, double b) { return 2 * a <= b; },
                "it takes at most half of that"},
-    OptionRule{"resolution", "shading",
-               [](double a, double b) {
-                 return power_of_two(a) && (a == 0 || a >= 16) && power_of_two(b);
-               },
-               "they take powers of 2, from 16 and from 1, or 0"},
 };
 
 /// What is said and does nothing while others have these values. A name that ends in "." is a
@@ -198,10 +188,35 @@ std::string idle_with(const OptionTable& table, const OptionField& field, const 
   return with;
 }
 
+/// Of a network's texture, whose sides only some numbers can be. 0 is the setting's own.
+std::vector<std::string> broken_sides(const OptionTable& table) {
+  std::vector<std::string> problems;
+  for (const OptionField& shading : table.fields) {
+    const auto start = before(shading.name, "shading");
+    const OptionField* resolution = start ? field_named(table, *start + "resolution") : nullptr;
+    if (resolution == nullptr) {
+      continue;
+    }
+    const auto judge = [&](const OptionField& field, const auto& problem_of) {
+      const int value = static_cast<int>(number_of(field).value_or(0));
+      const std::string problem = value == 0 ? "" : problem_of(field.name, value);
+      if (!problem.empty()) {
+        problems.push_back(problem + "; 0: as the setting");
+      }
+    };
+    judge(*resolution, resolution_problem);
+    judge(shading, shading_problem);
+  }
+  return problems;
+}
+
 }  // namespace
 
 std::vector<std::string> broken_rules(const OptionTable& table) {
   std::vector<std::string> problems = broken_corrections(table);
+  for (std::string& problem : broken_sides(table)) {
+    problems.push_back(std::move(problem));
+  }
   for (const OptionRule& rule : kRules) {
     for (const OptionField& first : table.fields) {
       const auto start = before(first.name, rule.first);

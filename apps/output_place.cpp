@@ -38,4 +38,23 @@ void require_outside_inputs(const std::filesystem::path& place, std::span<const 
   }
 }
 
+void require_outside_results(const std::filesystem::path& place,
+                             const std::filesystem::path& workspace, std::span<const Stage> stages,
+                             const std::string& argument) {
+  for (const Stage& stage : stages) {
+    if (is_inside(place, workspace / stage.name)) {
+      throw UsageError(argument + " lies among the results of '" + std::string(stage.name) +
+                       "'; name a place outside of them");
+    }
+  }
+  for (std::filesystem::path folder =
+           std::filesystem::weakly_canonical(std::filesystem::absolute(place)).parent_path();
+       folder.has_relative_path(); folder = folder.parent_path()) {
+    if (std::filesystem::exists(folder / "capture.toml") && !is_inside(workspace, folder)) {
+      throw UsageError(argument + " lies in the capture " + folder.string() +
+                       ", which it would change; name a place outside of it");
+    }
+  }
+}
+
 }  // namespace atelier

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "core/store/stage.h"
 #include "core/store/workspace_status.h"
 
 namespace atelier {
@@ -20,5 +21,12 @@ bool is_inside(const std::filesystem::path& path, const std::filesystem::path& f
 /// them. Throws UsageError.
 void require_outside_inputs(const std::filesystem::path& place, std::span<const StageStatus> stages,
                             const std::string& argument);
+
+/// Refuses a place among the results of a workspace's stages, which are what their manifests say
+/// and nothing else, and one in a capture, also in one that was moved since: results name the place
+/// where it was. Throws UsageError.
+void require_outside_results(const std::filesystem::path& place,
+                             const std::filesystem::path& workspace, std::span<const Stage> stages,
+                             const std::string& argument);
 
 }  // namespace atelier

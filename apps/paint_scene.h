@@ -21,8 +21,9 @@ struct PaintHooks {
 /// Draws every frame of a scene, each garment and the body by its network (`SceneLayer::model`, the
 /// <name>/model.safetensors of the stage `appearance`), composed by depth; skin that stands out
 /// of cloth is tucked under it first (appearance/tuck_skin.h). The program
-/// `atelier-appearance` works beside this one; pictures are handed out as they come, so that no
-/// more than a few are on the disk. True if all were drawn, false if it was stopped.
+/// `atelier-appearance` works beside this one; pictures are handed out as they come, and it waits
+/// where nobody takes them, so that no more than four are on the disk. True if all were drawn,
+/// false if it was stopped.
 ///
 /// Throws DataError for a network of other faces than its layer's, EnvironmentError where the
 /// program or the device is not there.

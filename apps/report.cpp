@@ -33,21 +33,7 @@ int run(const ReportArguments& arguments, const ReportOptions& options) {
     throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
                      "': it takes a name with .html");
   }
-  for (const Stage& stage : all_stages()) {
-    if (is_inside(page, workspace / stage.name)) {
-      throw UsageError("--out lies among the results of '" + std::string(stage.name) +
-                       "'; name a place outside of them");
-    }
-  }
-  // Also of a capture that was moved since: results name the place where it was.
-  for (std::filesystem::path folder =
-           std::filesystem::weakly_canonical(std::filesystem::absolute(page)).parent_path();
-       folder.has_relative_path(); folder = folder.parent_path()) {
-    if (std::filesystem::exists(folder / "capture.toml") && !is_inside(workspace, folder)) {
-      throw UsageError("--out lies in the capture " + folder.string() +
-                       ", which it would change; name a place outside of it");
-    }
-  }
+  require_outside_results(page, workspace, all_stages(), "--out");
   const std::vector<StageStatus> stages = write_report(workspace, page, options, arguments.truth);
   std::cout << printable(page.string()) << "\n";
   for (const StageStatus& status : stages) {

@@ -1,6 +1,5 @@
 #include "appearance/network/layers.h"
 
-#include <bit>
 #include <numbers>
 
 namespace atelier {
@@ -9,7 +8,6 @@ namespace {
 namespace nf = torch::nn::functional;
 
 constexpr double kSlope = 0.2;
-constexpr int kLeastSide = 8;
 
 torch::Tensor convolved(const Layers& layers, const Parts& p, const std::string& name,
                         const torch::Tensor& x, int stride, bool transposed) {
@@ -44,8 +42,7 @@ Branch unet(const Layers& layers, const Parts& p, const std::string& name,
                          bool transposed) {
     return activated(convolved(layers, p, name + which, x, stride, transposed));
   };
-  const int side = branch_resolution_of(layers.options);
-  const int levels = std::bit_width(static_cast<unsigned>(side / kLeastSide)) - 1;
+  const int levels = branch_levels_of(layers.options);
   std::vector<torch::Tensor> down = {layer(".first", inputs, 1, false)};
   for (int level = 0; level < levels; ++level) {
     down.push_back(layer(".down" + std::to_string(level), down.back(), 2, false));

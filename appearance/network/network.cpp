@@ -8,6 +8,7 @@
 
 #include "appearance/network/layers.h"
 #include "appearance/network/recording.h"
+#include "appearance/psnr.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -47,11 +48,6 @@ torch::Tensor srgb_of(const torch::Tensor& linear) {
 torch::Tensor unit_rows(const torch::Tensor& rows) {
   constexpr double kLeast = 1e-8;
   return rows / rows.norm(2, 1, true).clamp_min(kLeast);
-}
-
-NetworkLoss loss_of(double value) {
-  constexpr double kLeast = 1e-12;
-  return {value, -10 * std::log10(std::max(value, kLeast))};
 }
 
 }  // namespace
@@ -449,7 +445,8 @@ void AppearanceNetwork::learn_from(const AppearanceData& data) {
 
 NetworkLoss AppearanceNetwork::loss(const std::vector<int>& views) const {
   const torch::NoGradGuard no_gradients;
-  return loss_of(state_->batch_loss(state_->batch_of(views)).item<double>());
+  const auto value = state_->batch_loss(state_->batch_of(views)).item<double>();
+  return {value, psnr_of(value)};
 }
 
 std::map<std::string, Tensor> AppearanceNetwork::loss_gradient(
@@ -476,7 +473,8 @@ std::vector<NetworkLoss> AppearanceNetwork::losses() {
   if (!state_->new_losses.empty()) {
     const torch::Tensor values = torch::stack(state_->new_losses).to(torch::kCPU, torch::kFloat64);
     for (std::int64_t i = 0; i < values.numel(); ++i) {
-      all.push_back(loss_of(values[i].item<double>()));
+      const auto value = values[i].item<double>();
+      all.push_back({value, psnr_of(value)});
     }
     state_->new_losses.clear();
   }

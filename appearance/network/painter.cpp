@@ -94,6 +94,7 @@ Painter::Painter(std::vector<PaintedLayer> layers, const PaintOptions& options, 
     : state_(std::make_unique<State>()) {
   ATELIER_CHECK(options.samples >= 1 && options.samples <= 8 && options.background.size() == 3,
                 "options of painting are out of range");
+  std::vector<LearntOcclusion> learnt;
   for (const PaintedLayer& layer : layers) {
     if (layer.model && !equal_arrays(layer.model->faces, layer.faces)) {
       throw DataError(
@@ -104,10 +105,12 @@ Painter::Painter(std::vector<PaintedLayer> layers, const PaintOptions& options, 
     auto& network = state_->networks.emplace_back();
     if (layer.model) {
       network.emplace(*layer.model, device);
+      learnt.push_back({layer.model->name, layer.model->occlusion});
     }
   }
   state_->layers = std::move(layers);
   state_->options = options;
+  state_->options.occlusion = drawn_occlusion(options.occlusion, learnt);
   state_->device = device;
 }
 

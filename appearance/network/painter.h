@@ -28,8 +28,9 @@ struct PaintTimes {
 /// the tree for occlusion follows the vertices from frame to frame.
 class Painter {
  public:
-  /// Throws DataError for a model of other faces than its layer's, EnvironmentError where the
-  /// device is not there, LogicError for options out of range.
+  /// Light transfer is measured as the models learnt. Throws DataError for a model of other faces
+  /// than its layer's and where models or options contradict each other in that (drawn_occlusion),
+  /// EnvironmentError where the device is not there, LogicError for options out of range.
   Painter(std::vector<PaintedLayer> layers, const PaintOptions& options, Device device);
   ~Painter();
   Painter(Painter&&) noexcept;

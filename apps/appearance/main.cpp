@@ -2,6 +2,8 @@
 // that `atelier` has prepared, so that no other command waits for libtorch and a machine that
 // trains needs neither images nor the capture.
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -12,7 +14,10 @@
 #include <sstream>
 #include <string>
 #include <system_error>
+#include <thread>
 #include <vector>
+
+#include <unistd.h>
 
 #include "appearance/appearance_colors.h"
 #include "appearance/learnt.h"
@@ -59,6 +64,7 @@ struct Arguments {
   Device device = Device::Cpu;
   TrainOptions options;
   PaintOptions paint;
+  int ahead = 0;
 };
 
 /// What a command takes: an option of another one would do nothing.
@@ -74,6 +80,8 @@ OptionTable options_of(const std::string& command, Arguments& arguments) {
     table.add(describe(arguments.options));
   } else if (command == "paint") {
     table.add(describe(arguments.paint));
+    table.add("ahead", arguments.ahead, 0, 1000, "",
+              "Waits for the oldest of so many pictures to be taken away; 0: does not wait");
   }
   return table;
 }
@@ -111,20 +119,43 @@ std::string text_of(const fs::path& path) {
   return text.str();
 }
 
+/// Whether a file begins as tensors do: the length of a header, eight bytes, and the header.
+bool begins_as_tensors(const fs::path& path) {
+  std::array<char, 9> begin{};
+  return std::ifstream(path, std::ios::binary).read(begin.data(), begin.size()) &&
+         begin.back() == '{';
+}
+
 /// The training that a checkpoint holds. A checkpoint is worth some steps, no more: every refusal
-/// says how to do without it.
+/// says how to do without it. Nobody is told to remove what is none: a network that was trained to
+/// its end, or somebody's pictures.
 Training checkpoint_of(const fs::path& path, const AppearanceData& data,
                        const TrainOptions& options) {
+  constexpr const char* kAnother = "a checkpoint, or no file yet; name another --checkpoint";
+  if (!begins_as_tensors(path)) {
+    throw DataError(path.string(), "", "no checkpoint of a training", kAnother);
+  }
   try {
     const Safetensors found = read_safetensors(path);
+    if (!found.metadata.contains("training")) {
+      const auto schema = found.metadata.find("schema");
+      const bool network = schema != found.metadata.end() && schema->second == kModelSchema;
+      throw DataError(path.string(), "",
+                      network ? "a finished network, which does not say how to go on"
+                              : "tensors that are no checkpoint of a training",
+                      kAnother);
+    }
     Training training = training_of(found.tensors, found.metadata, path.string());
     require_same_training(training, data, options, path.string());
     return training;
   } catch (const DataError& error) {
+    if (error.expected == kAnother) {
+      throw;
+    }
     throw DataError(error.file, error.where, error.found,
                     error.expected +
                         "; to train from the beginning remove that file, or give --force to "
-                        "'atelier appearance'");
+                        "the stage that trains it");
   }
 }
 
@@ -278,6 +309,9 @@ int run_prediction(const Arguments& arguments) {
       data.frames.front().position.rows() != model.mean_transfer.rows()) {
     throw DataError(arguments.places[1], "atlas", "another garment's", "data prepared for it");
   }
+  if (data.occlusion) {
+    drawn_occlusion(*data.occlusion, {{model.name, model.occlusion}});  // refuses other light
+  }
   const AppearanceNetwork network(model, arguments.device);
   AppearanceColors all;
   for (std::size_t i = 0; i < data.views.size(); ++i) {
@@ -293,6 +327,17 @@ int run_prediction(const Arguments& arguments) {
   }
   write_archive(arguments.places[2], archive_of(all));
   return kExitDone;
+}
+
+/// Waits until `asker`, who started this program, has taken a picture away; not for one that ended.
+void wait_until_taken(const fs::path& picture, pid_t asker) {
+  constexpr std::chrono::milliseconds kLook{2};
+  while (stopping == 0 && fs::exists(picture)) {
+    if (getppid() != asker) {
+      stopping = 1;
+    }
+    std::this_thread::sleep_for(kLook);
+  }
 }
 
 int run_painting(const Arguments& arguments) {
@@ -315,12 +360,20 @@ int run_painting(const Arguments& arguments) {
     layers.push_back(std::move(painted));
   }
   Painter painter(std::move(layers), arguments.paint, arguments.device);
+  const auto file_of = [&](std::size_t f) {
+    char name[32];
+    std::snprintf(name, sizeof(name), "%06d.h5", scene.frame_ids[f]);
+    return fs::path(arguments.places[1]) / name;
+  };
+  const auto ahead = static_cast<std::size_t>(arguments.ahead);
+  const pid_t asker = getppid();
   for (std::size_t f = 0; f < scene.frame_ids.size() && stopping == 0; ++f) {
     const Image picture =
         painter.paint(scene.vertices[f], scene.cameras[scene.cameras.size() == 1 ? 0 : f]);
-    char name[32];
-    std::snprintf(name, sizeof(name), "%06d.h5", scene.frame_ids[f]);
-    write_archive(fs::path(arguments.places[1]) / name, archive_of_painted(picture));
+    if (ahead > 0 && f >= ahead) {
+      wait_until_taken(file_of(f - ahead), asker);
+    }
+    write_archive(file_of(f), archive_of_painted(picture));
     std::cout << "frame " << scene.frame_ids[f] << "\n" << std::flush;
   }
   return stopping == 0 ? kExitDone : kExitNotConverged;

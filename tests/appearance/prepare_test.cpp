@@ -59,6 +59,8 @@ TEST(PrepareAppearance, HasWhatIsSeenOfTheSurfaceAlone) {
     return TakenPicture{studio.picture, {}};
   });
   EXPECT_EQ(data.name, "cloth");
+  ASSERT_TRUE(data.occlusion.has_value());
+  EXPECT_EQ(data.occlusion->strata, 3);
   ASSERT_EQ(data.frames.size(), 2U);
   EXPECT_EQ(data.frames[1].frame_id, 4);
   ASSERT_EQ(data.views.size(), 4U);

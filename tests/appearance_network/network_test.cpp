@@ -395,6 +395,25 @@ TEST(AppearanceData, ArchivesGiveItBack) {
   EXPECT_LT((back.frames[2].tangent - data.frames[2].tangent).cwiseAbs().maxCoeff(), 1e-5F);
   EXPECT_EQ(back.frames[2].position, data.frames[2].position);
   EXPECT_EQ(back.frames[2].transfer, data.frames[2].transfer);
+  EXPECT_FALSE(back.occlusion.has_value());  // as a file of an older program
+}
+
+TEST(AppearanceData, HowItsLightWasMeasuredGoesIntoTheNetworkAndItsFile) {
+  AppearanceData data = small_data();
+  data.occlusion = OcclusionOptions{3, 0.25, 0.001};
+  const AppearanceData back = appearance_data_of(archive_of(data));
+  ASSERT_TRUE(back.occlusion.has_value());
+  const Training training = start_training(back, small_options());
+  const Training again = training_of(tensors_of(training), texts_of(training));
+  const AppearanceModel model =
+      appearance_model_of(tensors_of(again.model), texts_of(again.model), "x");
+  ASSERT_TRUE(model.occlusion.has_value());
+  EXPECT_EQ(model.occlusion->strata, 3);
+  EXPECT_EQ(model.occlusion->reach, 0.25);
+  EXPECT_EQ(model.occlusion->offset, 0.001);
+  // One of an older program, which does not say it, is taken.
+  const AppearanceModel old = initial_model(small_data(), network_options(small_options()), 1);
+  EXPECT_FALSE(appearance_model_of(tensors_of(old), texts_of(old)).occlusion.has_value());
 }
 
 TEST(AppearanceDataRefused, ArraysThatDoNotAgree) {
@@ -457,6 +476,8 @@ TEST(AppearanceModelRefused, WhatIsNoModelOfThisArchitecture) {
   refused([](auto&, auto& t) { t["network.channels"] = "4"; }, "tensor ");
   refused([](auto&, auto& t) { t["network.resolution"] = "17"; }, "power of 2");
   refused([](auto&, auto& t) { t["network.shading"] = "3"; }, "power of 2");
+  refused([](auto&, auto& t) { t["occlusion.strata"] = "8"; },
+          ": nothing; expected a number, as there is of the others");
   refused([](auto& a, auto&) { a.erase("texture.mean"); }, "texture.mean");
   refused([](auto& a, auto&) { a["more"] = tensor_of(std::vector<float>{1}); }, "tensors");
   refused([](auto& a, auto&) { a["shadow.last.b"] = tensor_of(std::vector<float>{std::nanf("")}); },

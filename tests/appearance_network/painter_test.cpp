@@ -1,5 +1,7 @@
 #include "appearance/network/painter.h"
 
+#include <optional>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -103,6 +105,38 @@ TEST(Painter, ShowsWhatTheNetworkSaysAndFollowsMovement) {
   const Image nothing = painter.paint({Points(0, 3)}, above());
   EXPECT_FLOAT_EQ(nothing.at(16, 16, 0), 0.9F);
   EXPECT_EQ(painter.paint({moved}, above()).data, fresh.paint({moved}, above()).data);
+}
+
+TEST(Painter, LightIsMeasuredAsTheNetworkLearnt) {
+  const Stage stage;
+  AppearanceModel model = *stage.model;
+  // A shadow network that says what it is given: without rays that meet the lid there is no shadow.
+  for (auto& [name, tensor] : model.parameters) {
+    if (name.ends_with(".last.g")) {
+      tensor = tensor_of(std::vector<float>(tensor.data.size() / 4, 3.0F), tensor.shape);
+    }
+  }
+  const auto picture = [&](const std::optional<OcclusionOptions>& learnt,
+                           const OcclusionOptions& asked) {
+    AppearanceModel one = model;
+    one.occlusion = learnt;
+    PaintOptions options;
+    options.samples = 1;
+    options.occlusion = asked;
+    Painter painter({{stage.data.faces, std::make_shared<const AppearanceModel>(one)},
+                     {stage.lid.faces, nullptr, {0.0F, 0.5F, 0.0F}}},
+                    options, Device::Cpu);
+    return painter.paint({stage.sheet, stage.lid.vertices}, above()).data;
+  };
+  const OcclusionOptions usual;
+  const OcclusionOptions near_sighted = {8, 0.01, 0.002};
+  const auto as_it_comes = picture(usual, kOpenOcclusion);
+  const auto without_shadow = picture(near_sighted, kOpenOcclusion);
+  EXPECT_NE(as_it_comes, without_shadow);
+  EXPECT_EQ(picture({}, kOpenOcclusion), as_it_comes);  // of an older program
+  EXPECT_EQ(picture({}, near_sighted), without_shadow);
+  EXPECT_EQ(picture(near_sighted, near_sighted), without_shadow);
+  ATELIER_EXPECT_REFUSED(picture(usual, near_sighted), DataError, "occlusion.reach cannot be 0.01");
 }
 
 TEST(Network, TheInsideIsLitByItsOwnSide) {

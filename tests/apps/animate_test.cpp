@@ -372,7 +372,7 @@ TEST_F(Animate, OptionsThatDoNotGoTogetherAreRefusedAtTheStart) {
       {{"track", "--window", "3", "--overlap", "2"},
        "overlap cannot be 2 with window 3: it takes at most half"},
       {{"appearance", "--resolution", "100"}, "resolution cannot be 100"},
-      {{"appearance", "--shading", "3"}, "they take powers of 2"}};
+      {{"appearance", "--shading", "3"}, "shading cannot be 3: it takes powers of 2"}};
   write_dressed_workspace(capture(), workspace());
   for (const auto& [arguments, words] : refused) {
     if (run({arguments[0], "--help"}).exit_code != 0) {

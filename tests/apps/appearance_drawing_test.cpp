@@ -1,0 +1,264 @@
+// `draw`: what networks that `appearance` has learnt show, as pictures and films, and what it
+// refuses.
+#if defined(ATELIER_HAS_CAPTURE)
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/atomic_file.h"
+#include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
+#include "core/io/mesh_file.h"
+#include "core/io/safetensors.h"
+#include "tests/apps/appearance_fixture.h"
+
+namespace atelier::fixtures {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// A workspace that has networks of the cloth and of the ball under it.
+class AppearanceDrawing : public Appearance {
+ protected:
+  static void SetUpTestSuite() {
+    if (!fs::exists(network_program())) {
+      return;
+    }
+    shared_ = std::make_unique<TemporaryDirectory>();
+    make_capture(*shared_ / "capture");
+    find(*shared_ / "capture", workspace());
+    // Gently: 24 quick steps end below the all but perfect texture of a grey body.
+    const ChildResult done = learn("appearance", *shared_ / "capture", workspace(),
+                                   {"--body", "true", "--learning-rate", "1e-3"});
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+  }
+  static void TearDownTestSuite() { shared_.reset(); }
+
+  static fs::path workspace() { return *shared_ / "found"; }
+  static fs::path capture() { return *shared_ / "capture"; }
+  fs::path out(const std::string& name) const { return folder_ / name; }
+  ChildResult draw(const fs::path& from, const std::string& name,
+                   const std::vector<std::string>& more) const {
+    std::vector<std::string> words = {program_path(), "draw", from.string(), "--out",
+                                      out(name).string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_child(words);
+  }
+  /// By the camera that is held out.
+  ChildResult drawn(const std::string& name, std::vector<std::string> more = {}) const {
+    more.insert(more.end(), {"--capture", capture().string(), "--camera", "09"});
+    return draw(workspace(), name, more);
+  }
+  void expect_no(const ChildResult& result, int code, const std::string& words,
+                 const std::string& name = "none") const {
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+    EXPECT_FALSE(fs::exists(out(name)));
+  }
+
+  static std::unique_ptr<TemporaryDirectory> shared_;
+};
+std::unique_ptr<TemporaryDirectory> AppearanceDrawing::shared_;
+
+/// Mean difference of two pictures, in steps of 8 bits.
+double mean_difference(const ByteImage& one, const ByteImage& other) {
+  EXPECT_EQ(one.data.size(), other.data.size());
+  double differ = 0;
+  for (std::size_t i = 0; i < one.data.size(); ++i) {
+    differ += std::abs(one.data[i] - other.data[i]);
+  }
+  return differ / static_cast<double>(one.data.size());
+}
+
+TEST_F(AppearanceDrawing, ShowsClothAndBodyAsACameraTookThemThatNobodyLearntFrom) {
+  for (const char* surface : {"dress", "body"}) {
+    EXPECT_TRUE(fs::exists(workspace() / "appearance" / "current" / surface / "model.safetensors"));
+  }
+  const ChildResult pictures = drawn("own");
+  ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
+  const ByteImage own = read_byte_image(out("own") / "000002.png");
+  EXPECT_EQ(own.width, kSide);
+  // Near what the camera took: cloth and body, whose pixels labels tell from the background.
+  const ByteImage taken = read_byte_image(capture() / "images" / "09" / "000002.png");
+  const ByteImage labels = read_labels(capture() / "labels" / "09" / "000002.png");
+  double off = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < labels.data.size(); ++i) {
+    if (labels.data[i] != 0) {
+      off += std::abs(own.data[3 * i] - taken.data[3 * i]);
+      count += 1;
+    }
+  }
+  EXPECT_LT(off / count, 30);
+}
+
+TEST_F(AppearanceDrawing, ItsBodyIsMeasuredToo) {
+  const ChildResult figures = run_child({program_path(), "evaluate", workspace().string(),
+                                         "--truth", capture().string(), "--stage", "appearance"});
+  EXPECT_THAT(figures.exit_code, ::testing::AnyOf(0, 1)) << figures.err;
+  for (const char* key : {"appearance.psnr_db", "appearance.body_psnr_db",
+                          "appearance.body_static_psnr_db", "appearance.body_covered"}) {
+    EXPECT_THAT(figures.out, HasSubstr(key));
+  }
+}
+
+TEST_F(AppearanceDrawing, AnyMeshesOfTheNetworksFacesAreDrawn) {
+  for (const char* folder : {"meshes", "balls", "other"}) {
+    fs::create_directories(out(folder));
+  }
+  for (int f = 0; f < kFrames; ++f) {
+    Mesh mesh = waving_cloth();
+    mesh.vertices = cloth_at(mesh, f);
+    write_mesh(out("meshes") / (digits(f) + ".ply"), mesh);
+    write_mesh(out("balls") / (digits(f) + ".ply"), ball());
+    write_mesh(out("other") / (digits(f) + ".ply"), grid(3, 3));
+  }
+  const auto by_meshes = [&](const char* dress) {
+    return drawn("plain",
+                 {"--body", out("balls").string(), "--garment", "dress=" + out(dress).string()});
+  };
+  // Meshes of another topology are refused, and leave nothing in the way of the right ones.
+  expect_no(by_meshes("other"), 3, "surface that it is to draw", "plain");
+  const ChildResult pictures = by_meshes("meshes");
+  ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
+  ASSERT_EQ(drawn("own").exit_code, 0);
+  for (int f = 0; f < kFrames; ++f) {  // but for the single precision of PLY
+    EXPECT_LT(mean_difference(read_byte_image(out("plain") / (digits(f) + ".png")),
+                              read_byte_image(out("own") / (digits(f) + ".png"))),
+              1);
+  }
+}
+
+TEST_F(AppearanceDrawing, AsAFilmBeforeNothingAndByACameraThatGoesRound) {
+  ASSERT_EQ(drawn("own").exit_code, 0);
+  ChildResult pictures = drawn("film.mp4", {"--video.fps", "12"});
+  ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
+  EXPECT_GT(fs::file_size(out("film.mp4")), 500U);
+  pictures = drawn("clear", {"--alpha", "true"});
+  ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
+  EXPECT_EQ(read_image_header(out("clear") / "000002.png").channels, 4);
+  EXPECT_NE(bytes_of(out("clear") / "000002.png"), bytes_of(out("own") / "000002.png"));
+  pictures = draw(workspace(), "turned", {"--turn", "true", "--width", "32", "--height", "40"});
+  ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
+  EXPECT_GT(mean_difference(read_byte_image(out("turned") / "000000.png"),
+                            read_byte_image(out("turned") / "000002.png")),
+            1);
+}
+
+TEST_F(AppearanceDrawing, LightIsMeasuredAsItWasWhenTheNetworkLearnt) {
+  // Learnt with 3 strata (small_network), which the network's file says.
+  const fs::path network =
+      fs::canonical(workspace() / "appearance" / "current") / "dress" / "model.safetensors";
+  EXPECT_EQ(read_safetensors(network).metadata.at("occlusion.strata"), "3");
+  ASSERT_EQ(drawn("own").exit_code, 0);
+  ASSERT_EQ(drawn("said", {"--occlusion.strata", "3", "--occlusion.reach", "1"}).exit_code, 0);
+  EXPECT_EQ(bytes_of(out("said") / "000001.png"), bytes_of(out("own") / "000001.png"));
+  expect_no(drawn("none", {"--occlusion.strata", "8"}), 2,
+            "occlusion.strata cannot be 8: body learnt with 3; leave it out");
+  expect_no(drawn("none", {"--occlusion.reach", "0.5"}), 2, "occlusion.reach cannot be 0.5");
+  // A network of an older program does not say it: it is drawn as it comes, or as asked.
+  const fs::path old = out("old");
+  fs::copy(workspace(), old, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  for (const char* surface : {"dress", "body"}) {
+    const fs::path file = old / "appearance" / "current" / surface / "model.safetensors";
+    Safetensors content = read_safetensors(file);
+    std::erase_if(content.metadata, [](const auto& text) {
+      return text.first.starts_with("occlusion.") || text.first == "digest";
+    });
+    write_safetensors(file, content);
+  }
+  const std::vector<std::string> camera = {"--capture", capture().string(), "--camera", "09"};
+  ASSERT_EQ(draw(old, "as_it_comes", camera).exit_code, 0);
+  std::vector<std::string> three = camera;
+  three.insert(three.end(), {"--occlusion.strata", "3"});
+  ASSERT_EQ(draw(old, "three", three).exit_code, 0);
+  EXPECT_EQ(bytes_of(out("three") / "000001.png"), bytes_of(out("own") / "000001.png"));
+  EXPECT_NE(bytes_of(out("as_it_comes") / "000001.png"), bytes_of(out("own") / "000001.png"));
+}
+
+TEST_F(AppearanceDrawing, WhatIsMisspeltOrDoesNothingIsRefused) {
+  expect_no(drawn("none", {"--garment", "dres=x"}), 2, "did you mean 'dress'?");
+  expect_no(drawn("none", {"--width", "64"}), 2, "--width does nothing");
+  expect_no(drawn("none", {"--video.fps", "12"}), 2, "--video.fps is of a video");
+  expect_no(drawn("none", {"--alpha", "true", "--background", "[0, 1, 0]"}), 2,
+            "--background does nothing with --alpha");
+  expect_no(draw(workspace(), "none", {"--capture", capture().string(), "--camera", "99"}), 2,
+            "no camera '99'; it has 00, 01, 02");
+  const ChildResult figures = run_child({program_path(), "evaluate", workspace().string(),
+                                         "--truth", capture().string(), "--stage", "apearance"});
+  EXPECT_EQ(figures.exit_code, 2);
+  EXPECT_THAT(figures.err, HasSubstr("did you mean 'appearance'?"));
+}
+
+TEST_F(AppearanceDrawing, PlacesAmongResultsAndInTheCaptureAreRefused) {
+  for (const char* place : {"appearance/current/pictures", "register/film.mp4", "body/new/deep"}) {
+    const ChildResult refused = run_child(
+        {program_path(), "draw", workspace().string(), "--out", (workspace() / place).string()});
+    EXPECT_EQ(refused.exit_code, 2) << place;
+    EXPECT_THAT(refused.err, HasSubstr("--out lies among the results of '")) << place;
+    EXPECT_FALSE(fs::exists(workspace() / place));
+  }
+  const ChildResult refused = run_child(
+      {program_path(), "draw", workspace().string(), "--out", (capture() / "pictures").string()});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("--out lies in the capture"));
+  EXPECT_FALSE(fs::exists(capture() / "pictures"));
+  // Results are as they were.
+  const ChildResult status = run_child({program_path(), "status", workspace().string()});
+  EXPECT_THAT(status.out, Not(HasSubstr("damaged")));
+}
+
+TEST_F(AppearanceDrawing, WithoutASoundNetworkAGarmentIsNotDrawn) {
+  const fs::path copy = out("copy");
+  fs::copy(workspace(), copy, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  // One in which a bit has flipped draws nothing, and is not judged.
+  const fs::path network = copy / "appearance" / "current" / "dress" / "model.safetensors";
+  flip_last_bit(network);
+  for (const ChildResult& refused :
+       {draw(copy, "none", {}), run_child({program_path(), "evaluate", copy.string(), "--truth",
+                                           capture().string(), "--stage", "appearance"})}) {
+    expect_no(refused, 3, "dress/model.safetensors");
+    EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' again"));
+    EXPECT_EQ(refused.err.find("expected"), refused.err.rfind("expected")) << refused.err;
+  }
+  // Without its network a garment is not drawn grey, as a body is.
+  fs::remove(network);
+  expect_no(draw(copy, "none", {}), 3, "no network");
+  // Nor is one left out whose folder is gone.
+  fs::remove_all(network.parent_path());
+  expect_no(draw(copy, "none", {}), 3, "no network");
+}
+
+TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
+  for (const char* name : {"p.avi", "p.gif", "p.png"}) {
+    const ChildResult refused = run_child(
+        {program_path(), "draw", (folder_ / "any").string(), "--out", (folder_ / name).string()});
+    EXPECT_EQ(refused.exit_code, 2) << name;
+    EXPECT_THAT(refused.err, HasSubstr("a folder or a video .mp4"));
+    EXPECT_FALSE(fs::exists(folder_ / name));
+  }
+}
+
+TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {
+  fs::create_directories(folder_ / "empty");
+  const ChildResult refused = run_child(
+      {program_path(), "draw", (folder_ / "empty").string(), "--out", (folder_ / "out").string()});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' first"));
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+  const ChildResult nowhere = run_child({program_path(), "draw", (folder_ / "nowhere").string(),
+                                         "--out", (folder_ / "out").string()});
+  EXPECT_EQ(nowhere.exit_code, 3);
+  EXPECT_THAT(nowhere.err, HasSubstr("nowhere: no folder; expected a workspace"));
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
+
+#endif

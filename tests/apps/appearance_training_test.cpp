@@ -1,0 +1,156 @@
+// `atelier-appearance train`: checkpoints, kills, and what it refuses.
+#if defined(ATELIER_HAS_CAPTURE)
+
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "core/atomic_file.h"
+#include "core/io/safetensors.h"
+#include "core/tensor.h"
+#include "tests/apps/appearance_fixture.h"
+
+namespace atelier::fixtures {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
+  ASSERT_EQ(ceiling("ws").exit_code, 0);
+  ASSERT_EQ(run_child(train("whole.safetensors", "whole.checkpoint")).exit_code, 0);
+  {
+    const ChildProcess half(train("half.safetensors", "half.checkpoint"));
+    while (!fs::exists(folder_ / "half.checkpoint") && !half.has_ended()) {
+      std::this_thread::yield();
+    }
+    half.kill(SIGKILL);
+  }
+  ASSERT_TRUE(fs::exists(folder_ / "half.checkpoint"));
+  std::ofstream(folder_ / "half.safetensors.csv", std::ios::app) << "5";  // of "57,...": torn
+  ASSERT_EQ(run_child(train("half.safetensors", "half.checkpoint")).exit_code, 0);
+  EXPECT_EQ(bytes_of(folder_ / "half.safetensors"), bytes_of(folder_ / "whole.safetensors"));
+  EXPECT_EQ(bytes_of(folder_ / "half.safetensors.csv"),
+            bytes_of(folder_ / "whole.safetensors.csv"));
+  std::vector<std::string> diverging = train("diverged.safetensors", "diverged.checkpoint");
+  diverging.insert(diverging.end(), {"--learning-rate", "1", "--iterations", "24"});
+  const ChildResult diverged = run_child(diverging);
+  EXPECT_EQ(diverged.exit_code, 4) << diverged.err;
+  EXPECT_THAT(diverged.err, HasSubstr("below the"));
+  EXPECT_FALSE(fs::exists(folder_ / "diverged.safetensors"));
+  // Of another architecture, with a flipped bit, and cut off.
+  ChildResult refused = run_child(train("x.safetensors", "whole.checkpoint", "3"));
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("channels"));
+  flip_last_bit(folder_ / "half.checkpoint");
+  refused = run_child(train("x.safetensors", "half.checkpoint"));
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("half.checkpoint"));
+  EXPECT_THAT(refused.err, HasSubstr("damaged"));
+  EXPECT_THAT(refused.err, HasSubstr("remove that file, or give --force"));
+  // What is no checkpoint is not to be removed: a finished network, and somebody's file.
+  refused = run_child(train("x.safetensors", "whole.safetensors"));
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("whole.safetensors: a finished network"));
+  EXPECT_THAT(refused.err, HasSubstr("name another --checkpoint"));
+  EXPECT_THAT(refused.err, Not(HasSubstr("remove")));
+  write_file_atomically(folder_ / "notes.txt", "a line that is long enough\n");
+  refused = run_child(train("x.safetensors", "notes.txt"));
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("notes.txt: no checkpoint"));
+  EXPECT_THAT(refused.err, Not(HasSubstr("remove")));
+  fs::resize_file(folder_ / "half.checkpoint", fs::file_size(folder_ / "half.checkpoint") - 9);
+  refused = run_child(train("x.safetensors", "half.checkpoint"));
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("half.checkpoint"));
+  EXPECT_FALSE(fs::exists(folder_ / "x.safetensors"));
+}
+
+TEST_F(Appearance, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
+  ASSERT_EQ(ceiling("ws").exit_code, 0);
+  {
+    const ChildProcess half(train("half.safetensors", "half.checkpoint"));
+    while (!fs::exists(folder_ / "half.checkpoint") && !half.has_ended()) {
+      std::this_thread::yield();
+    }
+    half.kill(SIGKILL);
+  }
+  // A moment that the next step cannot survive.
+  const fs::path checkpoint = folder_ / "half.checkpoint";
+  Safetensors state = read_safetensors(checkpoint);
+  const std::string steps = state.metadata.at("iteration");
+  state.metadata.erase("digest");  // the network is not damaged, it diverges
+  for (auto& [name, tensor] : state.tensors) {
+    if (name.starts_with("moment.m.")) {
+      tensor = tensor_of(std::vector<float>(static_cast<std::size_t>(element_count(tensor)), 3e38F),
+                         tensor.shape);
+    }
+  }
+  write_safetensors(checkpoint, state);
+  const std::string before = bytes_of(checkpoint);
+  const ChildResult broken = run_child(train("x.safetensors", "half.checkpoint"));
+  EXPECT_EQ(broken.exit_code, 4) << broken.err;
+  EXPECT_THAT(broken.err, HasSubstr("no number any more after iteration " + steps +
+                                    ", where the checkpoint stands"));
+  EXPECT_EQ(bytes_of(checkpoint), before);
+  EXPECT_FALSE(fs::exists(folder_ / "x.safetensors"));
+}
+
+TEST_F(Appearance, ATrainingReplacesNothingButItsOwnFiles) {
+  const std::string data = (folder_ / "data.h5").string();
+  const std::string model = (folder_ / "m.safetensors").string();
+  const std::string notes = (folder_ / "notes.txt").string();
+  const std::string link = (folder_ / "link.csv").string();
+  const std::string pipe = (folder_ / "pipe").string();
+  write_file_atomically(data, "not read yet");
+  write_file_atomically(notes, "kept\n");
+  fs::create_symlink("notes.txt", link);
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const auto train = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {network_program().string(), "train"});
+    return run_child(words);
+  };
+  const std::string same = (folder_ / "." / "data.h5").string();
+  for (const ChildResult& refused : {train({data, same}), train({data, model, "--log", same})}) {
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr("DATA and"));
+    EXPECT_THAT(refused.err, HasSubstr("are one file"));
+  }
+  EXPECT_EQ(train({data, model, "--log", notes, "--checkpoint", notes}).exit_code, 2);
+  for (const std::string& place : {link, pipe, std::string("/dev/null")}) {
+    const ChildResult refused = train({data, model, "--log", place});
+    EXPECT_EQ(refused.exit_code, 3) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr("expected a regular file"));
+  }
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  EXPECT_TRUE(fs::is_symlink(link));
+  ChildResult refused = train({data, model, "--log", notes});
+  EXPECT_EQ(refused.exit_code, 3) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("no log of a training"));
+  EXPECT_EQ(bytes_of(notes), "kept\n");
+  // Before the data are read, which are none here.
+  refused = train({data, (folder_ / "missing" / "m.safetensors").string()});
+  EXPECT_EQ(refused.exit_code, 5) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("make the folder first"));
+  EXPECT_EQ(bytes_of(data), "not read yet");
+}
+
+TEST_F(Appearance, CommandsOnFilesTakeTheirOwnOptionsAlone) {
+  const std::string program = network_program().string();
+  const ChildResult refused = run_child({program, "predict", "m", "d", "c", "--iterations", "3"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("iterations"));
+  const ChildResult help = run_child({program, "train", "--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_THAT(help.out, HasSubstr("--weight_decay <"));
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
+
+#endif
