@@ -11,6 +11,7 @@
 #include "apps/exit_code.h"
 #include "apps/json_text.h"
 #include "apps/option_flags.h"
+#include "apps/output_place.h"
 #include "apps/reconstruct_stage.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
@@ -62,6 +63,13 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
         "cameras.json");
   }
   require_file_place(arguments.out);
+  if (fs::path(arguments.out).extension() != ".json") {
+    throw UsageError("--out cannot be '" + arguments.out + "': a name that ends in .json");
+  }
+  if (is_inside(arguments.out, arguments.capture)) {
+    throw UsageError("--out lies in the CAPTURE, which is not changed; name a file outside of it");
+  }
+  require_outside_captures(arguments.out, "--out");
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
   if (!dataset.calibrated) {
     throw DataError(arguments.capture, "", "cameras without calibration",

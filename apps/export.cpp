@@ -355,6 +355,7 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
     throw UsageError("OUT lies in the WORKSPACE; name a folder outside of it");
   }
   require_outside_inputs(out, all, "OUT");
+  require_outside_captures(out, "OUT");
   const std::vector<const StageStatus*> chosen =
       chosen_results(all, arguments.workspace, options.stage);
   // Whatever would be refused is, before any work.

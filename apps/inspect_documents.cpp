@@ -315,19 +315,14 @@ std::vector<std::filesystem::path> meshes_in(const std::filesystem::path& folder
 }
 
 /// The stages read no file that a link leads to: what it is today says nothing of tomorrow.
-void find_linked_frames(const std::filesystem::path& folder, Inspection& inspection) {
-  std::vector<std::string> linked;
+std::set<std::string> linked_frames(const std::filesystem::path& folder) {
+  std::set<std::string> linked;
   for (const std::filesystem::path& file : meshes_in(folder)) {
-    if (std::error_code error; std::filesystem::is_symlink(file, error)) {
-      linked.push_back(file.filename().string());
+    if (link_kind(file) == std::filesystem::file_type::symlink) {
+      linked.insert(file.filename().string());
     }
   }
-  if (!linked.empty()) {
-    inspection.findings.push_back(
-        {Severity::Error, "frames-linked", (folder / linked.front()).string(),
-         counted(std::ssize(linked), "frame") + " of symbolic links, which stages refuse",
-         "copy the files there that they lead to"});
-  }
+  return linked;
 }
 
 /// Numbered meshes. Of many the first, a middle and the last are read: a scan takes a second.
@@ -343,10 +338,18 @@ void inspect_frames(const std::filesystem::path& folder, const Sequence& sequenc
   for (Index i = 0; i < frames && frames <= kMostRead; ++i) {
     read.insert(i);
   }
+  const std::set<std::string> linked = linked_frames(folder);
+  if (!linked.empty()) {  // where they lead is nobody's business here: none is opened
+    inspection.findings.push_back(
+        {Severity::Error, "frames-linked", (folder / *linked.begin()).string(),
+         counted(std::ssize(linked), "frame") + " of symbolic links, which stages refuse",
+         "copy the files there that they lead to"});
+    add_stated_consent(read_consent(folder), folder, inspection);
+    return;
+  }
   for (const Index i : read) {
     frame(sequence, i);
   }
-  find_linked_frames(folder, inspection);
   if (std::ssize(read) < frames) {
     inspection.findings.push_back(
         {Severity::Note, "frames-not-read", folder.string(),

@@ -7,6 +7,26 @@
 #include "core/store/workspace_folder.h"
 
 namespace atelier {
+namespace {
+
+/// The capture that a path, which may not be there yet, lies in; empty if in none.
+std::filesystem::path capture_around(const std::filesystem::path& place) {
+  for (std::filesystem::path folder =
+           std::filesystem::weakly_canonical(std::filesystem::absolute(place)).parent_path();
+       folder.has_relative_path(); folder = folder.parent_path()) {
+    if (file_kind(folder / "capture.toml") != std::filesystem::file_type::not_found) {
+      return folder;
+    }
+  }
+  return {};
+}
+
+std::string in_capture(const std::string& argument, const std::filesystem::path& capture) {
+  return argument + " lies in the capture " + capture.string() +
+         ", which it would change; name a place outside of it";
+}
+
+}  // namespace
 
 void require_new_place(const std::filesystem::path& place, const std::string& argument) {
   // "new/.." is not there as long as "new" is not, but leads to a folder that is.
@@ -38,6 +58,12 @@ void require_outside_inputs(const std::filesystem::path& place, std::span<const 
   }
 }
 
+void require_outside_captures(const std::filesystem::path& place, const std::string& argument) {
+  if (const std::filesystem::path capture = capture_around(place); !capture.empty()) {
+    throw UsageError(in_capture(argument, capture));
+  }
+}
+
 void require_outside_results(const std::filesystem::path& place,
                              const std::filesystem::path& workspace, std::span<const Stage> stages,
                              const std::string& argument) {
@@ -47,13 +73,9 @@ void require_outside_results(const std::filesystem::path& place,
                        "'; name a place outside of them");
     }
   }
-  for (std::filesystem::path folder =
-           std::filesystem::weakly_canonical(std::filesystem::absolute(place)).parent_path();
-       folder.has_relative_path(); folder = folder.parent_path()) {
-    if (std::filesystem::exists(folder / "capture.toml") && !is_inside(workspace, folder)) {
-      throw UsageError(argument + " lies in the capture " + folder.string() +
-                       ", which it would change; name a place outside of it");
-    }
+  if (const std::filesystem::path capture = capture_around(place);
+      !capture.empty() && !is_inside(workspace, capture)) {
+    throw UsageError(in_capture(argument, capture));
   }
 }
 

@@ -89,7 +89,7 @@ int work(const Stage& stage, const StageRequest& request, bool dry_run, StageCon
       if (plan.state != StagePlan::State::Done) {
         require_startable(stage, request);
       }
-      console.show_plan(plan);
+      console.show_plan(plan, request.selection);
     } catch (const StopRequested&) {
       end_by_signal();
     }

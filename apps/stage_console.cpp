@@ -12,6 +12,7 @@
 #include "apps/standard_streams.h"
 #include "core/printable.h"
 #include "core/store/digest_meter.h"
+#include "core/store/file_lock.h"
 #include "core/store/result.h"
 
 namespace atelier {
@@ -177,13 +178,18 @@ void StageConsole::show_progress(const StageProgress& progress) {
   }
 }
 
-void StageConsole::show_plan(const StagePlan& plan) {
+void StageConsole::show_plan(const StagePlan& plan, const FrameSelection& selection) {
+  const bool running =
+      plan.state != StagePlan::State::Done && FileLock::is_held(plan.stage_folder / ".lock");
+  const std::string part = selection.everything() ? "" : to_string(selection);
   if (json_) {
     std::cout << json_text(nlohmann::json{{"event", "plan"},
                                           {"stage", stage_.name},
                                           {"state", plan_name(plan.state)},
                                           {"reasons", plan.reasons},
                                           {"frames_kept", plan.frames_kept},
+                                          {"selection", part},
+                                          {"running", running},
                                           {"key", hex(plan.manifest.key)},
                                           {"result", plan.result_folder.string()},
                                           {"consent", consent_json(plan.manifest.consent)},
@@ -203,6 +209,15 @@ void StageConsole::show_plan(const StagePlan& plan) {
     if (plan.state == StagePlan::State::Resume) {
       std::cout << "  " << counted(plan.frames_kept, "frame") << " of an interrupted run "
                 << (plan.frames_kept == 1 ? "is" : "are") << " kept\n";
+    }
+    if (!part.empty()) {
+      std::cout << "  only " << part << "\n";
+    }
+    if (running) {
+      std::cout << "  another run is working on it now: until that ends, "
+                << (part.empty() ? "this one would be refused"
+                                 : "this one would be refused unless its frames are others")
+                << "\n";
     }
     std::cout << "  into " << shown(plan.result_folder) << "\n";
   }

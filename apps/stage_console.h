@@ -25,7 +25,8 @@ class StageConsole {
   void set_rest(double seconds) { rest_ = seconds; }
   void say(const std::string& line);
   void show_progress(const StageProgress& progress);
-  void show_plan(const StagePlan& plan);
+  /// @param selection  of frames, which alone would be worked on
+  void show_plan(const StagePlan& plan, const FrameSelection& selection);
   void show_report(const StageReport& report);
   /// The event "error", for machines; people read it on standard error.
   void show_error(const Failure& failure);

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/limits.h"
 #include "core/nearest_name.h"
+#include "core/printable.h"
 #include "core/utf8.h"
 
 namespace atelier {
@@ -111,12 +112,11 @@ bool in_range(const OptionField& field, const std::vector<double>& values) {
 
 std::string quoted(const std::string& text) {
   constexpr std::size_t kShown = 60;
-  std::string shown;
-  for (const char c : text.substr(0, kShown)) {
-    const auto byte = static_cast<unsigned char>(c);
-    shown += byte < 0x20 || byte >= 0x7f ? '?' : c;
+  std::size_t end = std::min(text.size(), kShown);
+  while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80U) {
+    --end;  // no character is cut in two
   }
-  return "'" + shown + (text.size() > kShown ? "..." : "") + "'";
+  return "'" + printable(text.substr(0, end)) + (text.size() > end ? "..." : "") + "'";
 }
 
 std::string json_string(const std::string& text) {

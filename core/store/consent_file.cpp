@@ -88,7 +88,11 @@ std::vector<Consent> consent_of(const std::vector<TomlEntry>& entries, const std
 
 std::vector<Consent> consent_alone(const std::vector<TomlEntry>& entries, const std::string& file) {
   std::vector<Consent> consent = consent_of(entries, file);
-  if (consent.empty() && !entries.empty()) {  // a table misspelt
+  if (entries.empty()) {  // a full disk leaves one: what was agreed to is not forgotten over that
+    throw DataError(file, "", "a file that says nothing",
+                    "[[consent]] with who, scope and until, or no such file");
+  }
+  if (consent.empty()) {  // a table misspelt
     throw DataError(file, "line " + std::to_string(entries.front().line),
                     "'" + entries.front().name.substr(0, 60) + "', but no table [[consent]]",
                     "[[consent]] with who, scope and until, once for each consent");

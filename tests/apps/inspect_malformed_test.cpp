@@ -353,6 +353,8 @@ TEST(InspectConsent, ThatEndedIsAWarningWhereverItIsStated) {
   for (const fs::path& place : {folder.path(), meshes.path(), sequence.path()}) {
     std::ofstream(place / "consent.toml") << "[[consents]]\nwho = 'a'\nscope = 'b'\n";
     EXPECT_THROW(inspect_path(place), DataError) << "a table misspelt";
+    std::ofstream(place / "consent.toml").close();
+    EXPECT_THROW(inspect_path(place), DataError) << "emptied, as a full disk leaves it";
   }
   EXPECT_THROW(inspect_path(folder / "consent.toml"), DataError);
 }

@@ -196,6 +196,22 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   }
 }
 
+TEST_F(Reconstruct, ColoursAreNotCalibratedIntoAnyCaptureNorIntoAPicture) {
+  const auto calibrate = [&](const fs::path& out) {
+    return run_child({program_path(), "calibrate-color", capture_.string(), "--out", out.string()});
+  };
+  const std::string cameras = read_file_text(capture_ / "cameras.json", 1 << 20);
+  for (const fs::path& out :
+       {capture_ / "cameras.json", capture_ / "new.json", original() / "cameras.json",
+        own_.path() / "a.png", capture_ / "images" / "a.json"}) {
+    const ChildResult refused = calibrate(out);
+    EXPECT_NE(refused.exit_code, 0) << out;
+    EXPECT_THAT(refused.err, HasSubstr("--out ")) << out;
+  }
+  EXPECT_EQ(read_file_text(capture_ / "cameras.json", 1 << 20), cameras);
+  EXPECT_FALSE(fs::exists(capture_ / "new.json"));
+}
+
 TEST_F(Reconstruct, DepthIsNotWrittenIntoTheCaptureNorASurfaceNowhere) {
   const auto depth = [&](const fs::path& out, std::vector<std::string> more) {
     std::vector<std::string> call = {program_path(), "depth", capture_.string(), out.string()};

@@ -346,6 +346,16 @@ TEST_F(Report, NothingIsWrittenIntoWhatResultsWereMadeOf) {
   EXPECT_THAT(run_child(statistics()).out, HasSubstr("is done already"));
 }
 
+TEST_F(Report, NothingIsExportedIntoAnyCapture) {
+  const fs::path other = root_ / "other";
+  fs::create_directories(other);
+  std::ofstream(other / "capture.toml") << "fps = 30\n";
+  const ChildResult refused = export_to(other / "out");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("OUT lies in the capture "));
+  EXPECT_FALSE(fs::exists(other / "out"));
+}
+
 TEST_F(Report, NoPageIsWrittenIntoACaptureThatWasMovedNorIntoTheFolderOneIsIn) {
   write_consent("2999-12-31");
   const fs::path moved = root_ / "moved";

@@ -15,6 +15,7 @@
 namespace atelier::fixtures {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -172,6 +173,22 @@ TEST_F(StageCommand, ALockedWorkspaceIsRefused) {
   const auto lock = FileLock::try_lock(stage_folder() / ".lock", FileLock::Mode::Exclusive);
   expect_refusal(run_statistics({}), kExitEnvironment,
                  "another run is working on 'statistics' here");
+}
+
+TEST_F(StageCommand, ADryRunSaysWhichFramesAndThatAnotherRunIsWorking) {
+  write_boxes(input(), 4);
+  EXPECT_THAT(run_statistics({"--dry-run"}).out,
+              AllOf(Not(HasSubstr("  only ")), Not(HasSubstr("another run"))));
+  EXPECT_THAT(run_statistics({"--dry-run", "--frames", "1:3"}).out,
+              HasSubstr("  only --frames 1:3\n"));
+  std::filesystem::create_directories(stage_folder());
+  const auto lock = FileLock::try_lock(stage_folder() / ".lock", FileLock::Mode::Exclusive);
+  EXPECT_THAT(run_statistics({"--dry-run"}).out, HasSubstr("this one would be refused\n"));
+  const ChildResult part = run_statistics({"--dry-run", "--json", "--shard", "1/2"});
+  EXPECT_EQ(part.exit_code, 0);
+  const nlohmann::json plan = nlohmann::json::parse(part.out);
+  EXPECT_EQ(plan["selection"], "--shard 1/2");
+  EXPECT_EQ(plan["running"], true);
 }
 
 TEST_F(StageCommand, AWorkspaceThatOthersMayLookIntoIsAWarning) {

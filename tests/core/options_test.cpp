@@ -136,6 +136,14 @@ TEST_F(OptionsTest, RefusesAChoiceAndSuggests) {
   EXPECT_THAT(set("method", ""), HasSubstr("direct, iterative"));
 }
 
+TEST_F(OptionsTest, ShowsWhatIsNoAsciiAndCutsNoCharacterInTwo) {
+  EXPECT_THAT(set("fabric", "gr\u00f6\u00dfe"), HasSubstr("cannot be 'gr\u00f6\u00dfe':"));
+  EXPECT_THAT(set("fabric", std::string(59, 'a') + "\u00f6\u00f6"),
+              HasSubstr("'" + std::string(59, 'a') + "...'"));
+  EXPECT_THAT(set("fabric", "a\033[2J"), HasSubstr("'a?[2J'"));
+  EXPECT_THAT(set("fabric", "\xff"), HasSubstr("'?'"));
+}
+
 TEST_F(OptionsTest, NamesRangeAndUnit) {
   EXPECT_EQ(set("solver.tolerance", "-1"),
             "solver.tolerance cannot be '-1': it takes a number in [0, 1] (m)");

@@ -125,7 +125,7 @@ TEST_F(RunStage, ConsentThatChangedIsSaidOfAllThatWasMadeFromIt) {
 
 TEST_F(RunStage, ConsentRenewedInsideTheInputRedoesNothing) {
   write(root_ / "in/capture.toml", "fps = 30\n\n[[consent]]\nwho = 'P'\nscope = 'a'\n");
-  write(root_ / "in/consent.toml", "");
+  write(root_ / "in/consent.toml", "[consent]\nwho = 'P'\nscope = 'unheard'\n");
   run("count");
   write(root_ / "in/capture.toml",
         "fps = 30\n\n[[consent]]\nwho = 'P'\nscope = 'b'\n\n[[consent]]\nwho = 'Q'\nscope = 'c'\n");
