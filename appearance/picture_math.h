@@ -11,8 +11,9 @@ struct PictureLayer {
   const int* faces;          ///< [F,3] of its vertices
   const int* uv_faces;       ///< [F,3]
   const float* uvs;          ///< [T,2]
-  const float* transfer;     ///< [V,2*9], the first of each row its ambient visibility
-  const float* texture;      ///< [3,R,R]; null: `color` times the visibility
+  const float* position;     ///< [V,3] metres
+  const float* transfer;     ///< [V,2*9], the first of each side its ambient visibility
+  const float* texture;      ///< [3,R,R]; null: `color` times the visibility of the side that shows
   int resolution;            ///< R
   float color[3];
 };
@@ -22,6 +23,7 @@ struct PictureStyle {
   int samples;
   bool alpha;
   float background[3];
+  float eye[3];  ///< metres, where the camera stands
 };
 
 struct PictureColor {
@@ -52,15 +54,41 @@ ATELIER_HOST_DEVICE inline void add_texture_color(const PictureLayer& layer, flo
   }
 }
 
+/// Whether a triangle turns its inside to a place: as its corners go round clockwise from there.
+ATELIER_HOST_DEVICE inline bool shows_inside(const float* a, const float* b, const float* c,
+                                             const float* eye) {
+  float along[3];
+  float across[3];
+  float to[3];
+  for (int i = 0; i < 3; ++i) {
+    along[i] = b[i] - a[i];
+    across[i] = c[i] - a[i];
+    to[i] = eye[i] - a[i];
+  }
+  float volume = 0;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    const int k = (i + 2) % 3;
+    volume += (along[j] * across[k] - along[k] * across[j]) * to[i];
+  }
+  return volume < 0;
+}
+
 /// Adds what one pixel of the raster shows of a surface.
 ATELIER_HOST_DEVICE inline void add_layer_color(const PictureLayer& layer, int face,
-                                                const float* barycentric, PictureColor& sum) {
+                                                const float* barycentric, const float* eye,
+                                                PictureColor& sum) {
   const int* corners = (layer.texture != nullptr ? layer.uv_faces : layer.faces) + 3 * face;
   sum.channel[3] += 1;
   if (layer.texture == nullptr) {
+    // Cloth is lit on the side that is seen, and so is skin that a fit has turned inside out.
+    const bool inside =
+        shows_inside(layer.position + 3 * corners[0], layer.position + 3 * corners[1],
+                     layer.position + 3 * corners[2], eye);
+    const int side = inside ? kTransferTerms : 0;
     float open = 0;
     for (int k = 0; k < 3; ++k) {
-      open += barycentric[k] * layer.transfer[2 * kTransferTerms * corners[k]];
+      open += barycentric[k] * layer.transfer[2 * kTransferTerms * corners[k] + side];
     }
     for (int c = 0; c < 3; ++c) {
       sum.channel[c] += clamped(open * layer.color[c], 0.0f, 1.0f);
@@ -90,7 +118,7 @@ ATELIER_HOST_DEVICE inline PictureColor picture_color(const PictureLayer* layers
     for (int l = 0; l < layer_count; ++l) {
       if (face[place] >= layers[l].first_face && face[place] < layers[l].end_face) {
         add_layer_color(layers[l], face[place] - layers[l].first_face, barycentric + 3 * place,
-                        color);
+                        style.eye, color);
       }
     }
   }

@@ -26,6 +26,7 @@ class CpuShownSurfaces : public ShownSurfaces {
   std::vector<bool> look(const Points& vertices, const Camera& camera) override {
     require_shown_vertices(surfaces_, vertices);
     vertices_ = vertices;
+    eye_ = camera_center(camera);
     tree_ = has_tree_ ? refit_tree(std::move(tree_), vertices_) : build_tree(vertices_, faces_);
     has_tree_ = true;
     raster_ = rasterize(vertices_, faces_, camera);
@@ -71,9 +72,10 @@ class CpuShownSurfaces : public ShownSurfaces {
       layers[s].faces = surfaces_[s].faces.data();
       layers[s].uv_faces = surfaces_[s].uv_faces.data();
       layers[s].uvs = uvs_[s].data();
+      layers[s].position = frames_[s].position.data();
       layers[s].transfer = frames_[s].transfer.data();
     }
-    const PictureStyle style = picture_style(options_);
+    const PictureStyle style = picture_style(options_, eye_);
     Image picture(raster_.face.width / style.samples, raster_.face.height / style.samples, 4);
     constexpr Index kRows = 16;
     parallel_for(picture.height, kRows, [&](Index begin, Index end) {
@@ -97,6 +99,7 @@ class CpuShownSurfaces : public ShownSurfaces {
   Triangles faces_;  // of all
   std::vector<Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor>> uvs_;
   Points vertices_;
+  Eigen::Vector3d eye_ = Eigen::Vector3d::Zero();
   TriangleTree tree_;
   bool has_tree_ = false;
   Raster raster_;
@@ -149,9 +152,12 @@ std::vector<PictureLayer> picture_layers(const std::vector<ShownSurface>& surfac
   return layers;
 }
 
-PictureStyle picture_style(const PaintOptions& options) {
-  PictureStyle style = {options.samples, options.alpha, {}};
+PictureStyle picture_style(const PaintOptions& options, const Eigen::Vector3d& eye) {
+  PictureStyle style = {options.samples, options.alpha, {}, {}};
   std::copy(options.background.begin(), options.background.end(), style.background);
+  for (Index i = 0; i < 3; ++i) {
+    style.eye[i] = static_cast<float>(eye[i]);
+  }
   return style;
 }
 

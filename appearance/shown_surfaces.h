@@ -32,7 +32,8 @@ struct SurfaceArrays {
 struct SurfaceLook {
   const float* texture = nullptr;  ///< [3,R,R] linear RGB, in the device's memory; null: `color`
   int resolution = 0;              ///< R
-  std::array<float, 3> color{};    ///< linear RGB, times the outside's ambient visibility
+  std::array<float, 3>
+      color{};  ///< linear RGB, times the ambient visibility of the side that shows
 };
 
 /// Surfaces before a camera, on a device: all of a picture but the networks. For surfaces that are

@@ -14,7 +14,7 @@ void require_shown_vertices(const std::vector<ShownSurface>& surfaces, const Poi
 /// Layers without the arrays that lie on the device. Throws LogicError unless each has a look.
 std::vector<PictureLayer> picture_layers(const std::vector<ShownSurface>& surfaces,
                                          const std::vector<SurfaceLook>& looks);
-PictureStyle picture_style(const PaintOptions& options);
+PictureStyle picture_style(const PaintOptions& options, const Eigen::Vector3d& eye);
 
 /// Of surfaces that make_shown_surfaces has checked.
 std::unique_ptr<ShownSurfaces> make_cuda_shown_surfaces(std::vector<ShownSurface> surfaces,

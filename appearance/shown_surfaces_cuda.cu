@@ -196,6 +196,7 @@ class CudaShownSurfaces : public ShownSurfaces {
     check_raster(vertices, camera, raster_options);
     vertices_.upload(reinterpret_cast<const Vec3d*>(vertices.data()), vertices_.size());
     screen_.upload(screen_vertices(vertices, camera, raster_options.near));
+    eye_ = camera_center(camera);
     width_ = camera.width;
     height_ = camera.height;
     rasterize_on_device(screen_.data(), faces_.data(), static_cast<int>(all_faces_.rows()), width_,
@@ -242,13 +243,14 @@ class CudaShownSurfaces : public ShownSurfaces {
   }
 
   Image picture(const std::vector<SurfaceLook>& looks) override {
-    const PictureStyle style = picture_style(options_);
+    const PictureStyle style = picture_style(options_, eye_);
     Image picture(width_ / style.samples, height_ / style.samples, 4);  // while the device works
     std::vector<PictureLayer> layers = picture_layers(surfaces_, looks);
     for (std::size_t s = 0; s < layers.size(); ++s) {
       layers[s].faces = on_device_[s].faces.data();
       layers[s].uv_faces = on_device_[s].uv_faces.data();
       layers[s].uvs = on_device_[s].float_uvs.data();
+      layers[s].position = on_device_[s].position.data();
       layers[s].transfer = on_device_[s].transfer.data();
     }
     layers_.upload(layers);
@@ -277,6 +279,7 @@ class CudaShownSurfaces : public ShownSurfaces {
   CudaBuffer<ScreenVertex> screen_;
   std::optional<CudaTree<double>> tree_;
   CudaRaster raster_;
+  Eigen::Vector3d eye_ = Eigen::Vector3d::Zero();
   int width_ = 0;
   int height_ = 0;
   CudaBuffer<PictureColor> picture_;

@@ -2,6 +2,8 @@
     defined(ATELIER_HAS_CORE_RENDER)
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <numbers>
@@ -67,6 +69,11 @@ OptionTable describe(DrawOptions& options) {
   table.add("height", options.picture.height, 1, 16384, "px", "Of pictures by no capture's camera");
   table.add("framing", describe(options.picture.framing));
   table.add("video", describe(options.video));
+  for (OptionField& field : table.fields) {
+    if (field.name == "video.fps") {
+      field.help = "Frames per second; unless said, the meshes' own, if they have one";
+    }
+  }
   table.add(describe(options.paint));
   table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
             "Where networks work");
@@ -209,6 +216,36 @@ void place_cameras(Cast& cast, const DrawArguments& arguments, const DrawOptions
                                               options.picture.height, options.picture.framing)};
 }
 
+/// Frames a second at which the sequences are played, 0 where none says it. Throws DataError where
+/// two say another: frames of one number are then of other moments.
+double rate_of(const Cast& cast) {
+  double rate = 0;
+  for (std::size_t i = 0; i < cast.sequences.size(); ++i) {
+    const double own = cast.sequences[i].fps;
+    constexpr double kSame = 1e-6;  // of it
+    if (own > 0 && rate > 0 && std::abs(own - rate) > kSame * rate) {
+      char found[60];
+      std::snprintf(found, sizeof found, "%g frames a second", own);
+      char expected[60];
+      std::snprintf(expected, sizeof expected, "%g, as those before them", rate);
+      throw DataError("", "meshes of " + cast.scene.layers[i].name, found, expected);
+    }
+    rate = own > 0 ? own : rate;
+  }
+  return rate;
+}
+
+/// How a film is played: as fast as its meshes say, unless it was said otherwise.
+VideoOptions film_options(const OptionSet& set, double rate) {
+  VideoOptions video = options_of<DrawOptions>(set).video;
+  for (const OptionField& field : set.table.fields) {
+    if (field.name == "video.fps" && field.source == "default" && rate > 0) {
+      video.fps = std::clamp(rate, field.min, field.max);
+    }
+  }
+  return video;
+}
+
 /// Options that the kind of output leaves without effect.
 void require_use(const DrawOptions& options, const OptionTable& table, bool video) {
   for (const OptionField& field : table.fields) {
@@ -283,6 +320,7 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
   Cast cast = cast_of(arguments);
   require_light(cast, options);
+  const VideoOptions film_as = film_options(set, rate_of(cast));
   fill_frames(cast);
   place_cameras(cast, arguments, options);
   const NewFolders made(arguments.out);
@@ -291,7 +329,7 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   }
   std::optional<VideoWriter> film;
   if (video) {
-    film.emplace(arguments.out, options.video);
+    film.emplace(arguments.out, film_as);
   }
   PaintHooks hooks;
   hooks.stop = [] { return interrupted(); };

@@ -112,6 +112,27 @@ TEST(ShownSurfaces, PixelsShowTextureColourAndBackground) {
   EXPECT_GT(of_each[2], 300);
 }
 
+TEST(ShownSurfaces, PlainColoursAreLitOnTheSideThatShows) {
+  // From below, where nothing hides the sky, the floor has all of its colour; from above the sheet
+  // takes some of it.
+  Table table;
+  table.camera.camera_from_world_rotation << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  table.camera.camera_from_world_translation = {-0.5, 0.5, 2};
+  PaintOptions options;
+  options.samples = 1;
+  const auto shown = make_shown_surfaces(table.surfaces(), options, Device::Cpu);
+  ASSERT_EQ(shown->look(table.all, table.camera), (std::vector<bool>{false, true}));
+  const SurfaceArrays floor = shown->surface(1);
+  for (Index v = 0; v < floor.vertices; ++v) {
+    EXPECT_EQ(floor.transfer[2 * kTransferTerms * v + kTransferTerms], 1.0F);
+  }
+  EXPECT_LT(floor.transfer[2 * kTransferTerms * 4], 0.9F) << "the middle, from above";
+  const Image picture = shown->picture(table.looks(table.texture.data()));
+  const float* middle = &picture.at(kPictureSide / 2, kPictureSide / 2);
+  EXPECT_NEAR(middle[0], 0.2F, 1e-6F);
+  EXPECT_NEAR(middle[2], 0.6F, 1e-6F);
+}
+
 TEST(ShownSurfaces, ArraysAreThoseOfASurfaceFrame) {
   const Table table;
   const auto shown = make_shown_surfaces(table.surfaces(), {}, Device::Cpu);
