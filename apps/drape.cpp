@@ -83,6 +83,41 @@ bool is_default_human(const DrapeOptions& options) {
   return options.body == "female" || options.body == "male";
 }
 
+/// Refuses what is said and would do nothing to these garments on this body.
+void require_used(const DrapeOptions& options) {
+  const auto garments = outfit_garments(options.outfit.garment);
+  const bool of_file = std::any_of(garments.begin(), garments.end(), [](const auto& garment) {
+    return garment.first.ends_with(".json");
+  });
+  if (options.outfit.pattern_scale != 1 && !of_file) {
+    throw UsageError(
+        "--pattern-scale does nothing without a pattern file (.json): drafted garments have the "
+        "body's own size; leave it out");
+  }
+  if (options.fit == "body" && !of_file) {
+    throw UsageError(
+        "--fit body does nothing without a pattern file (.json): drafted garments fit as they are; "
+        "leave it out");
+  }
+  if (is_default_human(options)) {
+    return;
+  }
+  if (options.fit == "body") {
+    throw UsageError("--fit body slims the default human alone, not '" + options.body +
+                     "'; leave it out, or --body female or male");
+  }
+  DrapeOptions said = options;
+  DrapeOptions usual;
+  const OptionTable texts = describe(said.human);
+  const OptionTable defaults = describe(usual.human);
+  for (std::size_t i = 0; i < texts.fields.size(); ++i) {
+    if (option_text(texts.fields[i]) != option_text(defaults.fields[i])) {
+      throw UsageError("--human." + texts.fields[i].name + " shapes the default human, not '" +
+                       options.body + "'; leave it out, or --body female or male");
+    }
+  }
+}
+
 /// The wearer; a default human is sized to what it is to wear if `fit` says so.
 BodyModel wearer_of(const DrapeOptions& options) {
   if (!is_default_human(options)) {
@@ -250,6 +285,7 @@ int run(const std::filesystem::path& out, const DrapeOptions& options) {
   }
   require_new_place(out, "--out");
   require_folder_place(out);
+  require_used(options);
   const Draped draped = dress_and_settle(options);
   const BodyMeasurements measures = measure_body(draped.body);
   char text[400];

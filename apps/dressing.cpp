@@ -191,7 +191,13 @@ void check_closed(const Garment& sewn, double edge) {
 
 void check_worn(const std::string& name, const Garment& garment, const TailorMeasures& measures,
                 const FrameReport& report, Label label) {
+  const double edge = mean_edge(garment.mesh);
   const auto refuse = [&](const std::string& found) {
+    if (edge > kCoarseEdge) {  // which no size makes up for
+      throw DataError(name, "", found + ", with edges of " + millimetres(edge),
+                      "cloth that bends round the body: a smaller --edge-length (0.02) first; then "
+                      "other measures, another pattern or body");
+    }
     throw DataError(name, "", found,
                     "a garment that fits this body: other measures, another pattern or body");
   };

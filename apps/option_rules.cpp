@@ -71,6 +71,9 @@ constexpr std::array kIdleRules = {
              {{{"xpbd.drag", "0"}, {"xpbd.lift", "0"}}},
              "--xpbd.drag or --xpbd.lift"},
     IdleRule{"relaxing.", {{{"relax", "false"}, {}}}, "--relax", true},
+    // Of `simulate`, whose table alone has seams: it takes the angles of the shape that was found.
+    IdleRule{"rest_angles", {{{"relax", "true"}, {"sewn", "", true}}}, "--relax false"},
+    IdleRule{"seam_stiffness", {{{"sewn", "true"}, {}}}, "--sewn false"},
     IdleRule{"xpbd.jacobi_radius", {{{"xpbd.sweep", "gauss-seidel"}, {}}}, "--xpbd.sweep jacobi"},
     IdleRule{"xpbd.self_thickness", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
     IdleRule{"xpbd.self_friction", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},

@@ -397,9 +397,8 @@ std::string strip_pictures(const ReportPlaces& places) {
       set_option(set.table, option.name,
                  value.is_string() ? value.get<std::string>() : option.json);
     }
-    SimulateOptions options = options_of<SimulateOptions>(set);
-    options.relax = false;  // which is of the garment alone, and takes long
-    SimulationScene scene = read_scene(scene_in(folder), options);
+    const SimulationScene scene =
+        read_scene_body(scene_in(folder), options_of<SimulateOptions>(set));
     body = scene.body;
     body_faces = scene.body_faces;
   }

@@ -21,9 +21,10 @@ Material fabrics_own_material(const std::string& name) {
 
 OptionTable describe_said(Material& said, std::vector<std::string> names) {
   OptionTable table;
-  table.add("name", said.name, std::move(names),
-            "A fabric, most of measured values, silk of estimated ones (docs/material.md); other "
-            "material options then change it");
+  table.add(
+      "name", said.name, std::move(names),
+      "A fabric, most of measured values, silk of estimated ones (docs/material.md says which); "
+      "custom is none. A value that is given beside it wins over its own");
   Material custom;
   const OptionTable defaults = describe(custom);
   OptionTable numbers = describe(said);
@@ -57,6 +58,11 @@ Material said_material(const Material& said, const Material& fitted) {
                        ", or -1 for the fabric's own");
     }
     *std::get<double*>(to.fields[i].target) = value;
+  }
+  if (!(material.stretch_warp > 0) || !(material.stretch_weft > 0)) {
+    throw UsageError(
+        "material.stretch_warp and material.stretch_weft cannot be 0: cloth without them has "
+        "nothing that holds it together; say more (fabrics have 100 and more)");
   }
   return material;
 }

@@ -20,7 +20,7 @@ OptionTable describe_said(Material& said, std::vector<std::string> names);
 
 /// The material that is said: the named fabric's, of "custom" the defaults of Material, of "fitted"
 /// what was fitted, with every value that was said in its place. Throws UsageError for a value
-/// below its range that is not kFabricsOwn.
+/// below its range that is not kFabricsOwn, and for a stretching stiffness of 0.
 Material said_material(const Material& said, const Material& fitted = {});
 
 }  // namespace atelier

@@ -3,8 +3,10 @@
 #include "apps/scene_check.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdio>
 #include <initializer_list>
+#include <set>
 
 #include "apps/usage_error.h"
 #include "core/depths_inside.h"
@@ -41,6 +43,24 @@ double enclosed_volume(const Points& vertices, const Triangles& faces) {
     sum += a.dot(b.cross(c)) / 6;
   }
   return sum;
+}
+
+/// How far the body holds a vertex from where it begins [m], at most.
+double farthest_pull(const std::vector<Attachment>& attachments, const Points& garment,
+                     const Points& body, const Triangles& faces) {
+  double farthest = 0;
+  for (const Attachment& one : attachments) {
+    const auto corner = [&](int k) -> Eigen::Vector3d {
+      return body.row(faces(one.triangle, k)).transpose();
+    };
+    const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+    Eigen::Vector3d held = one.distance * normal.normalized();
+    for (int k = 0; k < 3; ++k) {
+      held += one.barycentric[k] * corner(k);
+    }
+    farthest = std::max(farthest, (held.transpose() - garment.row(one.vertex)).norm());
+  }
+  return farthest;
 }
 
 Index deeper_than(double reach, const Points& points, const Points& body, const Triangles& faces) {
@@ -97,6 +117,14 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
         "warning: the body's faces look inwards, so its inside is taken for its outside; turn "
         "their corners round");
   }
+  if (const double pull = farthest_pull(scene.garment.attachments, garment, body, scene.body_faces);
+      pull > 0.05) {
+    std::snprintf(text, sizeof text,
+                  "warning: the body holds vertices of the garment %.3g m from where they begin: "
+                  "they were attached to another body, or --scale or --move has taken them away",
+                  pull);
+    doubts.emplace_back(text);
+  }
   if (const Index deep = deeper_than(contact_reach, garment, body, scene.body_faces); deep > 0) {
     std::snprintf(text, sizeof text,
                   "warning: %lld of %lld vertices begin inside the body deeper than "
@@ -139,12 +167,31 @@ void require_none(std::initializer_list<UnusedRule> rules) {
 
 }  // namespace
 
-void require_used(const ScenePaths& paths, const SimulateOptions& options, Device device) {
+void require_scene_options(const ScenePaths& paths, const SimulateOptions& options, Device device) {
+  require_solver(options.xpbd, device);
   const bool cpu = device == Device::Cpu;
   const XpbdOptions usual;
   const bool of_body = options.xpbd.friction >= 0 || options.xpbd.thickness >= 0 ||
                        options.xpbd.contact_reach != usual.contact_reach || options.xpbd.body_edges;
+  const bool wind = !options.wind.empty();
   require_none({
+      {wind && options.wind.size() != 3, "--wind takes three numbers: --wind '[0, 0, 5]'"},
+      {wind && !(options.xpbd.drag > 0) && !(options.xpbd.lift > 0),
+       "--wind does nothing to cloth without drag or lift: --xpbd.drag 1"},
+      {!paths.motion.empty() && paths.body.empty(),
+       "--motion takes a --body that can be posed: a body model, female or male"},
+      {options.pin_top > 0 && paths.body.empty(),
+       "--pin-top lets the garment ride on a body: give --body"},
+      {options.relax && paths.body.empty(),
+       "--relax lets the garment hang as captured, and without a body it hangs on nothing: give "
+       "--body"},
+      {options.relax && options.flat_rest,
+       "--flat-rest does nothing with --relax, which finds a rest shape of its own: leave one out"},
+      {options.relax && options.cloth.membrane == "strain",
+       "--membrane strain needs a flat rest shape, and --relax finds one in space: leave one out"},
+      {options.length == 0 && options.settle == 0 && paths.motion.empty() &&
+           (paths.body.empty() || is_one_mesh(paths.body)),
+       "there is nothing to simulate: give --settle or --length"},
       {of_body && paths.body.empty(),
        "--xpbd.friction, .thickness, .contact-reach and .body-edges are of contact with a body; "
        "give --body, or leave them out"},
@@ -162,19 +209,37 @@ void require_used(const ScenePaths& paths, const SimulateOptions& options, Devic
   });
 }
 
-void require_used(const SimulationScene& scene, const SimulateOptions& options) {
-  const Garment& garment = scene.garment;
+void require_garment_options(const Garment& garment, const SimulateOptions& options) {
+  const bool flat = garment.rest_faces.rows() > 0 && !options.relax;
   const bool said =
       options.material.stretch_warp != kFabricsOwn || options.material.stretch_weft != kFabricsOwn;
   require_none({
-      {said && garment.rest_faces.rows() == 0 &&
-           garment.material.stretch_warp != garment.material.stretch_weft,
+      {said && !flat && garment.material.stretch_warp != garment.material.stretch_weft,
        "--material.stretch-warp and --material.stretch-weft cannot differ without a flat rest "
-       "shape to tell them by: say both alike, or give garment.h5 of drape or --flat-rest"},
-      {options.pin_top > 0 &&
-           static_cast<Index>(garment.attachments.size()) >= garment.mesh.vertices.rows(),
-       "--pin-top holds every vertex of the garment, so nothing moves: say less of it"},
+       "shape to tell them by, and --relax has none: say both alike, or give garment.h5 of drape "
+       "or --flat-rest"},
+      {!options.sewn && garment.seams.empty(),
+       "--sewn false does nothing: the garment has no seams; leave it out"},
   });
+}
+
+void require_held(const Garment& garment, const Triangles& body_faces,
+                  const std::filesystem::path& file) {
+  std::set<int> held;
+  for (const Attachment& one : garment.attachments) {
+    held.insert(one.vertex);
+    if (one.triangle >= body_faces.rows()) {
+      throw DataError(file.string(), "attachments",
+                      "vertex " + std::to_string(one.vertex) + " on triangle " +
+                          std::to_string(one.triangle) + " of a body, and this one has " +
+                          std::to_string(body_faces.rows()),
+                      "the body that it was put on; or the garment as a mesh, which nothing holds");
+    }
+  }
+  if (static_cast<Index>(held.size()) >= garment.mesh.vertices.rows()) {
+    throw UsageError(
+        "the body holds every vertex of the garment, so nothing moves: say less of --pin-top");
+  }
 }
 
 }  // namespace atelier

@@ -13,7 +13,7 @@
 #include "apps/interrupt.h"
 #include "apps/json_text.h"
 #include "apps/membrane_in_use.h"
-#include "apps/scene_check.h"
+#include "apps/said_material.h"
 #include "apps/simulation_doubts.h"
 #include "apps/simulation_output.h"
 #include "apps/simulation_table.h"
@@ -223,6 +223,23 @@ std::string stopped_text(Index done, Index count, const std::filesystem::path& o
          (done < count ? "it and the frames before it are in " : "all are in ") + out.string();
 }
 
+/// Refuses beside --grid what is of frames, and what would make rows of it alike.
+void require_grid(const OutputPlace& place, const SimulateOptions& options, bool format) {
+  if (format || place.one_file) {
+    throw UsageError(
+        "--grid makes one picture and no frames; leave --format out, and name a "
+        "folder");
+  }
+  if (options.xpbd.intersection_interval != SimulateOptions{}.xpbd.intersection_interval) {
+    throw UsageError(
+        "--xpbd.intersection-interval does nothing with --grid, which counts in the "
+        "end; leave it out");
+  }
+  if (said_material(options.material).bending == 0) {
+    throw UsageError("--grid varies the bending stiffness, and --material.bending 0 has none");
+  }
+}
+
 }  // namespace
 
 int simulate_alone(const std::map<std::string, std::string>& values, const OptionSet& set,
@@ -231,6 +248,11 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     const auto found = values.find(name);
     return found != values.end() ? found->second : std::string();
   };
+  for (const auto& [name, text] : values) {
+    if (text.empty() && name != "garment" && name != "out") {  // these two are asked for below
+      throw UsageError("--" + name + " cannot be '': leave it out, or say what it takes");
+    }
+  }
   SimulateOptions options = options_of<SimulateOptions>(set);
   const ScenePaths paths{value("garment"), value("body"), value("motion")};
   if (paths.garment.empty() || value("out").empty()) {
@@ -250,8 +272,8 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
       throw UsageError(problem);
     }
   }
-  if (value("grid") == "true" && !value("format").empty()) {
-    throw UsageError("--grid makes one picture and no frames; leave --format out");
+  if (value("grid") == "true") {
+    require_grid(place, options, !value("format").empty());
   }
   for (const std::filesystem::path& input : {paths.garment, paths.body, paths.motion}) {
     std::error_code none;  // where one of them is missing they are not the same
@@ -260,14 +282,11 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
                        "': it is an input, which would be lost; name another file");
     }
   }
-  require_solver(options.xpbd, device);
-  require_used(paths, options, device);
-  const SimulationScene scene = read_scene(paths, options);
+  const SimulationScene scene = read_scene(paths, options, device);
   for (const std::string& note : scene.notes) {
     (json ? standard_error() : std::cout) << printable(note) << "\n";
   }
   const Cloth cloth = scene_cloth(scene, options);
-  require_used(scene, options);
   say_mesh(cloth, scene.garment, options.cloth, json);
   if (value("grid") == "true") {
     return simulate_grid(place, scene, cloth, options, device, json);

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "apps/membrane_in_use.h"
-#include "apps/scene_check.h"
 #include "apps/simulate.h"
 #include "apps/simulation_doubts.h"
 #include "apps/simulation_output.h"
@@ -131,10 +130,8 @@ void check_simulate_input(const std::filesystem::path& input) {
 
 void run_simulate(StageRun& run) {
   const auto& options = run.options<SimulateOptions>();
-  require_solver(options.xpbd, run.device());
   const ScenePaths paths = scene_in(run.input("scene"));
-  require_used(paths, options, run.device());
-  const SimulationScene scene = read_scene(paths, options);
+  const SimulationScene scene = read_scene(paths, options, run.device());
   run.say(text_of(membrane_in_use(scene.garment, options.cloth)));
   for (const std::string& note : scene.notes) {
     run.say(note);
@@ -144,7 +141,6 @@ void run_simulate(StageRun& run) {
     ids.push_back(static_cast<int>(i));
   }
   FrameSource source(run, paths, scene, options);
-  require_used(scene, options);
   const bool complete =
       run.each_frame("states", ".h5", ids, [&](int frame, const std::filesystem::path& file) {
         write_simulated_frame(file, source.at(frame));

@@ -12,6 +12,7 @@
 
 #include "apps/scene_check.h"
 #include "apps/usage_error.h"
+#include "core/device.h"
 #include "core/error.h"
 #include "core/garment_archive.h"
 #include "core/io/lower_extension.h"
@@ -179,13 +180,11 @@ Sequence body_sequence(const std::filesystem::path& body) {
   return read_sequence_folder(body);
 }
 
+/// `paths` has a body.
 BodyTrack read_body_track(const ScenePaths& paths, const SimulateOptions& options,
                           std::vector<std::string>& notes) {
 #ifdef ATELIER_HAS_BODYMODEL
   if (!paths.motion.empty()) {
-    if (paths.body.empty()) {
-      throw UsageError("--motion takes a --body that can be posed: a body model, female or male");
-    }
     return moving_body(paths, options.fps, options.fall_in, notes);
   }
   const std::string extension = lower_extension(paths.body);
@@ -234,8 +233,9 @@ void require_flat_size(const Garment& garment, const std::filesystem::path& file
   }
 }
 
-/// A mesh, or an archive of a garment with rest shape, seams and attachments.
-Garment read_garment(const std::filesystem::path& file, bool flat_rest) {
+/// A mesh, or an archive of a garment with rest shape, seams and attachments, `scale` times as
+/// large.
+Garment read_garment(const std::filesystem::path& file, bool flat_rest, double scale) {
   Garment garment;
   if (lower_extension(file) == ".json") {
     throw DataError(file.string(), "file name", "a pattern, which has no shape in space yet",
@@ -250,10 +250,12 @@ Garment read_garment(const std::filesystem::path& file, bool flat_rest) {
   }
   if (lower_extension(file) == ".h5") {
     garment = read_garment_archive(file);
+    garment.rest *= scale;  // what is larger is larger at rest, too
   } else {
     garment.mesh = read_mesh(file);
   }
   garment.name = file.string();
+  garment.mesh.vertices *= scale;
   if (flat_rest) {
     if (garment.mesh.uv_faces.rows() != garment.mesh.faces.rows()) {
       throw DataError(file.string(), "texture coordinates", "none",
@@ -310,9 +312,12 @@ OptionTable describe(SimulateOptions& options) {
   table.add("pin_top", options.pin_top, 0, 1, "m",
             "How far below its top the garment rides on the body");
   table.add("scale", options.scale, 1e-6, 1e6, "", "Metres per unit of the garment's file");
-  table.add("move_x", options.move_x, -1000, 1000, "m", "Where the scaled garment is moved to");
-  table.add("move_y", options.move_y, -1000, 1000, "m", "Where the scaled garment is moved to");
-  table.add("move_z", options.move_z, -1000, 1000, "m", "Where the scaled garment is moved to");
+  table.add("move_x", options.move_x, -1000, 1000, "m",
+            "How far the garment is moved along x once it is scaled (to the default human's left)");
+  table.add("move_y", options.move_y, -1000, 1000, "m",
+            "How far it is moved up: bodies stand on y = 0");
+  table.add("move_z", options.move_z, -1000, 1000, "m",
+            "How far it is moved along z (to the default human's front)");
   table.add("flat_rest", options.flat_rest,
             "Texture coordinates are the flat rest shape in metres, as in garment.obj of flatten");
   table.add("relax", options.relax,
@@ -393,10 +398,10 @@ ClothOptions cloth_options(const SimulateOptions& options) {
   return cloth;
 }
 
-void relax_scene(SimulationScene& scene, const SimulateOptions& options) {
+void relax_scene(SimulationScene& scene, const SimulateOptions& options, Device device) {
   RelaxedGarment relaxed =
       relax_gravity(scene.garment, {}, scene.body ? scene.body(0) : Points(0, 3), scene.body_faces,
-                    cloth_options(options), scene_solver(scene, options), options.relaxing);
+                    cloth_options(options), scene_solver(scene, options), options.relaxing, device);
   if (scene.body && options.xpbd.thickness < 0) {
     scene.thickness = relaxed.gap;
     char text[160];
@@ -434,30 +439,10 @@ void keep_off(SimulationScene& scene, const SimulateOptions& options) {
 
 }  // namespace
 
-SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options) {
-  if (!options.wind.empty() && options.wind.size() != 3) {
-    throw UsageError("--wind takes three numbers: --wind '[0, 0, 5]'");
-  }
-  if (!options.wind.empty() && !(options.xpbd.drag > 0) && !(options.xpbd.lift > 0)) {
-    throw UsageError("--wind does nothing to cloth without drag or lift: --xpbd.drag 1");
-  }
-  if (options.pin_top > 0 && paths.body.empty()) {
-    throw UsageError("--pin-top lets the garment ride on a body: give --body");
-  }
+SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& options) {
   SimulationScene scene;
-  scene.garment = read_garment(paths.garment, options.flat_rest);
-  scene.garment.mesh.vertices *= options.scale;
-  scene.garment.mesh.vertices.rowwise() +=
-      Eigen::RowVector3d(options.move_x, options.move_y, options.move_z);
-  if (options.flat_rest) {
-    require_flat_size(scene.garment, paths.garment);
-  }
-  scene.garment.material = said_material(options.material);
-  if (options.sewn && !scene.garment.seams.empty()) {
-    scene.garment = weld_seams(scene.garment);
-  }
   double seconds = 0;
-  if (!paths.body.empty() || !paths.motion.empty()) {
+  if (!paths.body.empty()) {
     const BodyTrack track = read_body_track(paths, options, scene.notes);
     require_surface(track.at(0), track.faces, paths.body);
     scene.body_faces = track.faces;
@@ -465,12 +450,6 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
     scene.body = [track, fps = options.fps, settle = options.settle](Index frame) {
       return between(track, static_cast<double>(frame - settle) / fps);
     };
-    if (!options.relax) {
-      keep_off(scene, options);
-    }
-    if (options.pin_top > 0) {
-      attach_top(scene.garment, scene.body(0), scene.body_faces, options.pin_top);
-    }
   }
   scene.frame_count = options.length > 0
                           ? options.length
@@ -478,8 +457,37 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   if (scene.frame_count == 0) {
     throw UsageError("there is nothing to simulate: give --settle or --length");
   }
+  return scene;
+}
+
+SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options, Device device) {
+  require_scene_options(paths, options, device);
+  check_device(device);
+  const Material material = said_material(options.material);
+  Garment garment = read_garment(paths.garment, options.flat_rest, options.scale);
+  garment.mesh.vertices.rowwise() +=
+      Eigen::RowVector3d(options.move_x, options.move_y, options.move_z);
+  if (options.flat_rest) {
+    require_flat_size(garment, paths.garment);
+  }
+  garment.material = material;
+  require_garment_options(garment, options);
+  if (options.sewn && !garment.seams.empty()) {
+    garment = weld_seams(garment);
+  }
+  SimulationScene scene = read_scene_body(paths, options);
+  scene.garment = std::move(garment);
+  if (scene.body) {
+    if (!options.relax) {
+      keep_off(scene, options);
+    }
+    if (options.pin_top > 0) {
+      attach_top(scene.garment, scene.body(0), scene.body_faces, options.pin_top);
+    }
+    require_held(scene.garment, scene.body_faces, paths.garment);
+  }
   if (options.relax) {
-    relax_scene(scene, options);
+    relax_scene(scene, options, device);
   }
   for (std::string& doubt : scene_doubts(scene, options.xpbd.contact_reach)) {
     scene.notes.push_back(std::move(doubt));

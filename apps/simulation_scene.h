@@ -63,12 +63,17 @@ struct SimulationScene {
   std::vector<std::string> notes;
 };
 
+/// Reads who wears it alone: the body, as it moves, and how many frames there are. Throws DataError
+/// for files that do not fit each other, UsageError where there is nothing to simulate.
+SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& options);
+
 /// Reads a scene; a garment is a mesh or an archive (core/garment_archive.h). With
 /// SimulateOptions::relax the garment is the unloaded one that hangs as captured, on the body of
-/// the first frame, and `start` is the captured shape. Throws DataError for files that do not fit
-/// each other, UsageError for a motion without a body that can be posed and for what would do
-/// nothing (wind without drag or lift, a top that rides on no body).
-SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options);
+/// the first frame, and `start` is the captured shape; that is simulated on `device`, as the scene
+/// will be. Throws DataError for files that do not fit each other, UsageError, as early as it is
+/// known, for options that contradict each other or would do nothing (scene_check.h), and
+/// EnvironmentError for a device that is not there.
+SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options, Device device);
 
 /// The scene's cloth, the state that it begins in, and the options of its solver.
 Cloth scene_cloth(const SimulationScene& scene, const SimulateOptions& options);

@@ -262,7 +262,7 @@ void add_strains(const Garment& garment, const std::vector<FlatFace>& flat, Clot
   }
 }
 
-/// Refuses options that would do nothing, or the same thing twice.
+/// Refuses options that would do nothing, or the same thing twice, and cloth that falls apart.
 void check_together(const Garment& garment, const ClothOptions& options) {
   if (options.membrane == "strain" && options.shear != "none") {
     throw DataError(garment.name, "cloth options",
@@ -273,6 +273,12 @@ void check_together(const Garment& garment, const ClothOptions& options) {
     throw DataError(garment.name, "cloth options",
                     "tether_stretch " + std::to_string(options.tether_stretch),
                     "0 for no tethers, or 1.01 to 2 times the way along the cloth");
+  }
+  const Material& material = garment.material;
+  if (!(material.stretch_warp > 0) || !(material.stretch_weft > 0)) {
+    throw DataError(garment.name, "material stretch", "0 N/m along or across the grain",
+                    "more than zero, without which nothing holds the cloth together; shear and "
+                    "bending may be 0");
   }
 }
 

@@ -89,8 +89,9 @@ struct Cloth {
 
 /// The model of a garment. `pins` are vertices that Control moves; vertices with attachments are
 /// fixed too. Throws DataError for a garment that cannot be simulated: not manifold, degenerate or
-/// too thin triangles, no mass, negative or non-finite material values; LogicError for a pin that
-/// is no vertex.
+/// too thin triangles, no mass, negative or non-finite material values, a stretching stiffness of 0
+/// (shear and bending may be 0: it then shears or bends freely); LogicError for a pin that is no
+/// vertex.
 Cloth make_cloth(const Garment& garment, const std::vector<int>& pins = {},
                  const ClothOptions& options = {});
 

@@ -9,12 +9,14 @@ namespace atelier {
 
 /// The distance [m] that cloth with edges of `edge_length` [m] has to keep from a body so that it
 /// does not show between the cloth's vertices, which alone meet what is smooth: the round of a
-/// chest rises into a triangle by the square of its edge. 4 mm at least. Our choice.
+/// chest rises into a triangle by the square of its edge. 4 mm at least, and 10 cm, which is the
+/// most that a solver takes, from edges of 9 cm on. Our choice.
 inline double contact_distance(double edge_length) {
   constexpr double kLeast = 0.004;
+  constexpr double kMost = 0.1;
   constexpr double kAtThreeCentimetres = 0.0105;
   const double share = edge_length / 0.03;
-  return std::max(kLeast, kAtThreeCentimetres * share * share);
+  return std::clamp(kAtThreeCentimetres * share * share, kLeast, kMost);
 }
 
 /// What a garment keeps from a body [m] where nobody says it: what its edges need, up to 2 cm,

@@ -5,6 +5,17 @@
 #include "core/error.h"
 
 namespace atelier {
+namespace {
+
+/// Inverse of a stiffness [m/N, or its like]. What is softer than any cloth is kept finite, also in
+/// float and over the square of a substep: infinity times a multiplier of 0 is no number.
+template <class T>
+T compliance_of(double stiffness) {
+  constexpr double kMost = 1e20;
+  return static_cast<T>(stiffness * kMost > 1 ? 1 / stiffness : kMost);
+}
+
+}  // namespace
 
 template <class T>
 PreparedCloth<T> prepare_cloth(const Cloth& cloth) {
@@ -73,13 +84,13 @@ PreparedCloth<T> prepare_cloth(const Cloth& cloth) {
           at.at[0] = place[s.a];
           at.at[1] = place[s.b];
           rule.rest_length = static_cast<T>(s.rest);
-          rule.spring_compliance = static_cast<T>(1 / s.stiffness);
+          rule.spring_compliance = compliance_of<T>(s.stiffness);
         }
         if (bends) {
           const ClothHinge& h = hinge_of(hinge);
           at = {{place[h.edge0], place[h.edge1], place[h.left], place[h.right]}};
           rule.rest_angle = static_cast<T>(h.rest);
-          rule.hinge_compliance = static_cast<T>(1 / h.stiffness);
+          rule.hinge_compliance = compliance_of<T>(h.stiffness);
         }
         out.edges.push_back(at);
         out.edge_rules.push_back(rule);
@@ -88,14 +99,12 @@ PreparedCloth<T> prepare_cloth(const Cloth& cloth) {
       }
       for (int i = colour.begin[2]; i < colour.begin[3]; ++i) {
         const ClothStrain& s = cloth.strains[schedule.order[i] - hinges];
-        const auto compliance = [](double stiffness) {
-          return static_cast<T>(stiffness > 0 ? 1 / stiffness : 1e30);
-        };
         out.strain_index.push_back(schedule.order[i] - hinges);
         out.strain_places.push_back({{place[s.v0], place[s.v1], place[s.v2], kNoPlace}});
         out.strains.push_back({static_cast<T>(s.inverse_rest[0]), static_cast<T>(s.inverse_rest[1]),
                                static_cast<T>(s.inverse_rest[2]), static_cast<T>(s.inverse_rest[3]),
-                               compliance(s.warp), compliance(s.weft), compliance(s.shear)});
+                               compliance_of<T>(s.warp), compliance_of<T>(s.weft),
+                               compliance_of<T>(s.shear)});
       }
     }
     out.patches[p].colour_end = static_cast<int>(out.colours.size());

@@ -70,6 +70,19 @@ TEST_F(DrapeRefuses, BodiesAndOptionsThatCannotBe) {
   }
 }
 
+TEST_F(DrapeRefuses, WhatIsSaidAndWouldDoNothing) {
+  refused({"--pattern_scale", "1.2"}, 2, "--pattern-scale does nothing without a pattern file");
+  refused({"--fit", "body"}, 2, "--fit body does nothing without a pattern file");
+  refused({"--body", "one.npz", "--human.stature", "1.7"}, 2,
+          "--human.stature shapes the default human, not 'one.npz'");
+  refused({"--body", "one.npz", "--garment", "some.json", "--fit", "body"}, 2,
+          "slims the default human alone");
+}
+
+TEST_F(DrapeRefuses, ClothTooCoarseForABodyWithEdgesThatWouldDo) {
+  refused({"--garment", "tee", "--edge_length", "0.1"}, 3, "a smaller --edge-length (0.02) first");
+}
+
 TEST_F(DrapeRefuses, GarmentsThatAreTooTightWithTheSizeThatWouldDo) {
   ATELIER_TEST_FILE(root, "garments/pattern_generator/Patterns");
   const std::string dress = (root / "combos/dress.json").string();

@@ -294,7 +294,7 @@ TEST_F(Simulate, TakesEveryOptionOfCloth) {
     return read_file_text(out() / "garment_000012.obj", 1 << 20);
   };
   const std::string plain = fallen({});
-  EXPECT_EQ(fallen({"--shear", "none", "--seam_stiffness", "100"}), plain);
+  EXPECT_EQ(fallen({"--shear", "none", "--sewn", "true"}), plain);
   EXPECT_NE(fallen({"--shear", "cross"}), plain);
   EXPECT_NE(fallen({"--shear", "quads"}), plain);
   EXPECT_EQ(fallen({"--rest_angles", "template", "--max_hinge_weight", "100"}), plain)

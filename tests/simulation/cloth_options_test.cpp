@@ -197,5 +197,47 @@ TEST(ClothOptionsRefused, ThatDoNothingOrTheSameTwice) {
   refused(garment, rest, {}, "rest_angles");
 }
 
+// Shear and bending may be 0, stretching not: the cloth would be dust.
+TEST(ClothOptionsRefused, StretchOfZeroAloneAmongStiffnesses) {
+  Garment garment = fixtures::garment_of(fixtures::sheet(4, 4, 0.02), 0.2, 300, 1e-5);
+  fixtures::use_flat_rest(garment);
+  ClothOptions strain;
+  strain.membrane = "strain";
+  for (double Material::*stretch : {&Material::stretch_warp, &Material::stretch_weft}) {
+    for (const double none : {0.0, -0.0, -300.0, std::nan("")}) {
+      Garment broken = garment;
+      broken.material.*stretch = none;
+      EXPECT_THROW(make_cloth(broken), DataError) << none;
+      EXPECT_THROW(make_cloth(broken, {}, strain), DataError) << none;
+    }
+  }
+  garment.material.shear = garment.material.bending = 0;
+  EXPECT_NO_THROW(make_cloth(garment));
+  EXPECT_NO_THROW(make_cloth(garment, {}, strain));
+}
+
+class SoftestCloth : public fixtures::DeviceTest {};
+
+// The inverse of such stiffnesses is infinite in float.
+TEST_P(SoftestCloth, FallsAsItsPointsDo) {
+  Garment garment = fixtures::garment_of(fixtures::sheet(4, 4, 0.02), 0.2, 1e-42, 1e-42);
+  fixtures::use_flat_rest(garment);
+  garment.material.shear = 1e-42;
+  for (const char* membrane : {"springs", "strain"}) {
+    ClothOptions options;
+    options.membrane = membrane;
+    const Cloth cloth = make_cloth(garment, {}, options);
+    ClothSolver solver(cloth, {}, {}, device());
+    for (int i = 0; i < 6; ++i) {
+      solver.advance({});
+    }
+    const double time = 0.1;
+    const double step = 1.0 / 600;
+    const Points fallen = solver.state().positions - cloth.rest_positions;
+    EXPECT_LT((fallen.col(1).array() + 0.5 * 9.81 * time * (time + step)).abs().maxCoeff(), 1e-5);
+  }
+}
+ATELIER_ON_EVERY_DEVICE(SoftestCloth);
+
 }  // namespace
 }  // namespace atelier
