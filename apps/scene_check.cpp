@@ -46,19 +46,21 @@ double enclosed_volume(const Points& vertices, const Triangles& faces) {
 }
 
 /// How far the body holds a vertex from where it begins [m], at most.
-double farthest_pull(const std::vector<Attachment>& attachments, const Points& garment,
-                     const Points& body, const Triangles& faces) {
+double farthest_pull(const SimulationScene& scene, const Points& body) {
   double farthest = 0;
-  for (const Attachment& one : attachments) {
-    const auto corner = [&](int k) -> Eigen::Vector3d {
-      return body.row(faces(one.triangle, k)).transpose();
-    };
-    const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
-    Eigen::Vector3d held = one.distance * normal.normalized();
-    for (int k = 0; k < 3; ++k) {
-      held += one.barycentric[k] * corner(k);
+  for (std::size_t g = 0; g < scene.garments.size(); ++g) {
+    for (const Attachment& one : scene.garments[g].attachments) {
+      const auto corner = [&](int k) -> Eigen::Vector3d {
+        return body.row(scene.body_faces(one.triangle, k)).transpose();
+      };
+      const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+      Eigen::Vector3d held = one.distance * normal.normalized();
+      for (int k = 0; k < 3; ++k) {
+        held += one.barycentric[k] * corner(k);
+      }
+      const Eigen::Vector3d begins = scene.start.row(scene.first[g] + one.vertex).transpose();
+      farthest = std::max(farthest, (held - begins).norm());
     }
-    farthest = std::max(farthest, (held.transpose() - garment.row(one.vertex)).norm());
   }
   return farthest;
 }
@@ -85,7 +87,7 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
     return doubts;
   }
   const Points body = scene.body(0);
-  const Points& garment = scene.start.rows() > 0 ? scene.start : scene.garment.mesh.vertices;
+  const Points& garment = scene.start;
   const Extent about = extent_of(body);
   const Extent cloth = extent_of(garment);
   char text[240];
@@ -117,8 +119,7 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
         "warning: the body's faces look inwards, so its inside is taken for its outside; turn "
         "their corners round");
   }
-  if (const double pull = farthest_pull(scene.garment.attachments, garment, body, scene.body_faces);
-      pull > 0.05) {
+  if (const double pull = farthest_pull(scene, body); pull > 0.05) {
     std::snprintf(text, sizeof text,
                   "warning: the body holds vertices of the garment %.3g m from where they begin: "
                   "they were attached to another body, or --scale or --move has taken them away",
@@ -185,6 +186,8 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
       {options.relax && paths.body.empty(),
        "--relax lets the garment hang as captured, and without a body it hangs on nothing: give "
        "--body"},
+      {options.relax && paths.garments.size() > 1,
+       "--relax takes one garment: what several weigh on each other is not known"},
       {options.relax && options.flat_rest,
        "--flat-rest does nothing with --relax, which finds a rest shape of its own: leave one out"},
       {options.relax && options.cloth.membrane == "strain",

@@ -109,13 +109,6 @@ std::string line_of(const FrameReport& r, bool with_body) {
   return line;
 }
 
-Mesh garment_mesh(const Cloth& cloth, const ClothState& state) {
-  Mesh mesh;
-  mesh.vertices = state.positions;
-  mesh.faces = cloth.faces;
-  return mesh;
-}
-
 /// Mean of |length / rest - 1| over the mesh edges.
 double mean_strain(const Cloth& cloth, const Points& positions) {
   double sum = 0;
@@ -153,7 +146,7 @@ int simulate_grid(const OutputPlace& place, const SimulationScene& scene, const 
     sweep.advance(scene_control(scene, options, frame));
   }
   const Points body = scene.body ? scene.body(scene.frame_count) : Points(0, 3);
-  const MembraneInUse membrane = membrane_in_use(scene.garment, options.cloth);
+  const MembraneInUse membrane = membrane_in_use(scene.garments[0], options.cloth);
   std::vector<CaptionedImage> pictures;
   for (int i = 0; i < sweep.scene_count(); ++i) {
     const ClothVariation& v = variations[static_cast<std::size_t>(i)];
@@ -161,9 +154,10 @@ int simulate_grid(const OutputPlace& place, const SimulationScene& scene, const 
     std::snprintf(caption, sizeof caption, "%s N/m, %.3g N m, strain %.2g%%",
                   modulus_text(membrane, v.stretch).c_str(), v.bending * membrane.bending,
                   100 * mean_strain(cloth, sweep.state(i).positions));
-    pictures.push_back({picture_of(dressed(garment_mesh(cloth, sweep.state(i)), scene, body),
-                                   kThreeQuarter, simulation_picture()),
-                        caption});
+    pictures.push_back(
+        {picture_of(dressed(garment_meshes(scene, sweep.state(i).positions), scene, body),
+                    kThreeQuarter, simulation_picture()),
+         caption});
   }
   ContactSheetOptions sheet;
   sheet.columns = static_cast<int>(factors.size());
@@ -188,31 +182,37 @@ int simulate_grid(const OutputPlace& place, const SimulationScene& scene, const 
   return kExitDone;
 }
 
-void say_mesh(const Cloth& cloth, const Garment& garment, const ClothOptions& options, bool json) {
+/// `name`: where there are several.
+void say_garment(const std::string& name, const Garment& garment, const ClothOptions& options,
+                 bool json) {
   const MembraneInUse membrane = membrane_in_use(garment, options);
   const BendingRigidity rigidity = bending_rigidity(garment);
   if (json) {
-    Material material = cloth.material;
+    Material material = garment.material;
     Json said = {{"name", material.name}};
     for (const OptionField& field : describe(material).fields) {
       said[field.name] = *std::get<double*>(field.target);
     }
-    std::cout << json_text(Json({{"vertices", cloth.rest_positions.rows()},
-                                 {"faces", cloth.faces.rows()},
-                                 {"material", said},
-                                 {"in_use", json_of(membrane)},
-                                 {"bending_by_direction", rigidity.by_direction}}))
-              << "\n";
+    Json of_garment = {{"vertices", garment.mesh.vertices.rows()},
+                       {"faces", garment.mesh.faces.rows()},
+                       {"material", said},
+                       {"in_use", json_of(membrane)},
+                       {"bending_by_direction", rigidity.by_direction}};
+    if (!name.empty()) {
+      of_garment["garment"] = name;
+    }
+    std::cout << json_text(of_garment) << "\n";
     return;
   }
   char text[240];
   std::snprintf(text, sizeof text,
                 "%lld vertices, %lld triangles; by direction their hinges are %.2f to %.2f of the "
                 "fabric's bending stiffness (mean %.2f)",
-                static_cast<long long>(cloth.rest_positions.rows()),
-                static_cast<long long>(cloth.faces.rows()), rigidity.lowest, rigidity.highest,
-                rigidity.mean);
-  std::cout << text_of(membrane) << "\n" << text << "\n";
+                static_cast<long long>(garment.mesh.vertices.rows()),
+                static_cast<long long>(garment.mesh.faces.rows()), rigidity.lowest,
+                rigidity.highest, rigidity.mean);
+  std::cout << (name.empty() ? "" : printable(name) + ": ") << text_of(membrane) << "\n"
+            << text << "\n";
 }
 
 std::string stopped_text(Index done, Index count, const std::filesystem::path& out) {
@@ -254,8 +254,8 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     }
   }
   SimulateOptions options = options_of<SimulateOptions>(set);
-  const ScenePaths paths{value("garment"), value("body"), value("motion")};
-  if (paths.garment.empty() || value("out").empty()) {
+  const ScenePaths paths{garment_paths(value("garment")), value("body"), value("motion")};
+  if (value("garment").empty() || value("out").empty()) {
     throw UsageError(
         "simulate without a workspace takes --garment and --out: atelier simulate --garment MESH "
         "--out FOLDER (or FILE.h5, FILE.usda)");
@@ -275,7 +275,13 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   if (value("grid") == "true") {
     require_grid(place, options, !value("format").empty());
   }
-  for (const std::filesystem::path& input : {paths.garment, paths.body, paths.motion}) {
+  if (paths.garments.size() > 1 && place.one_file) {
+    throw UsageError("--out '" + value("out").substr(0, 80) +
+                     "' is one file of one garment; name a folder for several");
+  }
+  std::vector<std::filesystem::path> inputs = paths.garments;
+  inputs.insert(inputs.end(), {paths.body, paths.motion});
+  for (const std::filesystem::path& input : inputs) {
     std::error_code none;  // where one of them is missing they are not the same
     if (std::filesystem::equivalent(input, place.path, none)) {
       throw UsageError("--out cannot be '" + value("out").substr(0, 80) +
@@ -287,19 +293,28 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     (json ? standard_error() : std::cout) << printable(note) << "\n";
   }
   const Cloth cloth = scene_cloth(scene, options);
-  say_mesh(cloth, scene.garment, options.cloth, json);
+  const bool several = scene.garments.size() > 1;
+  for (std::size_t g = 0; g < scene.garments.size(); ++g) {
+    say_garment(several ? scene.names[g] : "", scene.garments[g], options.cloth, json);
+  }
   if (value("grid") == "true") {
     return simulate_grid(place, scene, cloth, options, device, json);
   }
   ClothSolver solver(cloth, scene.body_faces, scene_solver(scene, options), device);
   solver.set_state(scene_start(scene, cloth));
   catch_interrupts();
-  FrameWriter writer(place, options.fps, scene.frame_count, cloth.faces);
+  std::vector<FrameWriter> writers;
+  for (std::size_t g = 0; g < scene.garments.size(); ++g) {
+    writers.emplace_back(place, several ? scene.names[g] : "garment", options.fps,
+                         scene.frame_count, scene.garments[g].mesh.faces);
+  }
   Album album(place, scene.frame_count, options.fps);
   const bool pictures = value("no-pictures") != "true";
   std::vector<FrameReport> reports;
   const auto finish = [&] {
-    writer.finish();
+    for (FrameWriter& writer : writers) {
+      writer.finish();
+    }
     if (!reports.empty()) {
       write_file_atomically(place.beside("frames.csv"), frames_csv(reports, options.fps));
       if (pictures) {
@@ -317,13 +332,15 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
         throw;
       }
     }();
-    const Mesh mesh = garment_mesh(cloth, solver.state());
-    writer.write(static_cast<int>(frame), mesh);
+    const std::vector<Mesh> meshes = garment_meshes(scene, solver.state().positions);
+    for (std::size_t g = 0; g < meshes.size(); ++g) {
+      writers[g].write(static_cast<int>(frame), meshes[g]);
+    }
     reports.push_back(report);
     std::cout << (json ? json_text(json_of(report)) : line_of(report, scene.body_faces.rows() > 0))
               << std::endl;
     if (pictures) {
-      album.add(frame, mesh, scene);
+      album.add(frame, meshes, scene);
     }
   }
   finish();

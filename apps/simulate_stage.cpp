@@ -132,7 +132,7 @@ void run_simulate(StageRun& run) {
   const auto& options = run.options<SimulateOptions>();
   const ScenePaths paths = scene_in(run.input("scene"));
   const SimulationScene scene = read_scene(paths, options, run.device());
-  run.say(text_of(membrane_in_use(scene.garment, options.cloth)));
+  run.say(text_of(membrane_in_use(scene.garments[0], options.cloth)));
   for (const std::string& note : scene.notes) {
     run.say(note);
   }
@@ -183,7 +183,7 @@ void run_simulate(StageRun& run) {
       });
     });
     if (in_sheet(id, scene.frame_count)) {
-      pictures.push_back(sheet_picture(id, mesh, scene));
+      pictures.push_back(sheet_picture(id, {mesh}, scene));
     }
   }
   run.output_text("frames.csv", frames_csv(reports, options.fps));

@@ -3,6 +3,7 @@
 #include "apps/simulation_output.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -27,9 +28,9 @@ std::filesystem::path OutputPlace::beside(const std::string& name) const {
 namespace {
 
 /// The folder in which frames are gathered.
-std::filesystem::path gathered_in(const OutputPlace& place) {
+std::filesystem::path gathered_in(const OutputPlace& place, const std::string& name) {
   return place.one_file ? std::filesystem::path(place.path.string() + ".frames")
-                        : place.path / "garment";
+                        : place.path / name;
 }
 
 }  // namespace
@@ -52,9 +53,9 @@ OutputPlace output_place(const std::string& out, const std::string& format) {
       throw UsageError("--out cannot be '" + out + "': that is a folder; name another file");
     }
     require_file_place(place.path);
-    if (std::filesystem::exists(gathered_in(place))) {
+    if (std::filesystem::exists(gathered_in(place, ""))) {
       throw UsageError("the frames of an earlier run that was stopped are in '" +
-                       gathered_in(place).string() +
+                       gathered_in(place, "").string() +
                        "': move or remove that folder, or name another file");
     }
     return place;
@@ -75,8 +76,9 @@ OutputPlace output_place(const std::string& out, const std::string& format) {
   return place;
 }
 
-FrameWriter::FrameWriter(OutputPlace place, double fps, Index count, const Triangles& faces)
-    : place_(std::move(place)) {
+FrameWriter::FrameWriter(OutputPlace place, std::string name, double fps, Index count,
+                         const Triangles& faces)
+    : place_(std::move(place)), name_(std::move(name)) {
   header_.fps = fps;
   for (Index i = 1; i <= count; ++i) {
     header_.frame_ids.push_back(static_cast<int>(i));
@@ -91,16 +93,16 @@ FrameWriter::FrameWriter(OutputPlace place, double fps, Index count, const Trian
 }
 
 std::filesystem::path FrameWriter::gathered() const {
-  return gathered_in(place_);
+  return gathered_in(place_, name_);
 }
 
 void FrameWriter::write(int frame, const Mesh& mesh) {
   if (in_archive()) {
     write_sequence_frame(gathered(), header_, frame, mesh);
   } else {
-    char name[40];
-    std::snprintf(name, sizeof name, "garment_%06d.%s", frame, place_.format.c_str());
-    write_mesh(place_.path / name, mesh);
+    char number[20];
+    std::snprintf(number, sizeof number, "_%06d.", frame);
+    write_mesh(place_.path / (name_ + number + place_.format), mesh);
   }
   ++written_;
 }
@@ -122,7 +124,7 @@ void FrameWriter::finish() {
     write_sequence_header(gathered(), header_);
   }
   if (place_.format == "usda") {
-    write_usd_sequence(place_.one_file ? place_.path : place_.path / "garment.usda",
+    write_usd_sequence(place_.one_file ? place_.path : place_.path / (name_ + ".usda"),
                        open_sequence(gathered()));
   } else if (place_.one_file) {
     write_one_file_sequence(place_.path, open_sequence(gathered()));
@@ -132,12 +134,17 @@ void FrameWriter::finish() {
   }
 }
 
-std::vector<RenderMesh> dressed(const Mesh& garment, const SimulationScene& scene,
+std::vector<RenderMesh> dressed(const std::vector<Mesh>& garments, const SimulationScene& scene,
                                 const Points& body) {
-  Look cloth = clay_look();
-  cloth.color = {0.16f, 0.24f, 0.42f};
+  constexpr std::array<std::array<float, 3>, 3> kColors = {
+      {{0.16F, 0.24F, 0.42F}, {0.45F, 0.16F, 0.14F}, {0.14F, 0.34F, 0.20F}}};
   std::vector<RenderMesh> meshes;
-  meshes.push_back({garment, cloth});
+  for (std::size_t g = 0; g < garments.size(); ++g) {
+    Look cloth = clay_look();
+    const auto& color = kColors[g % kColors.size()];
+    cloth.color = {color[0], color[1], color[2]};
+    meshes.push_back({garments[g], cloth});
+  }
   if (scene.body_faces.rows() > 0) {
     Mesh wearer;
     wearer.vertices = body;
@@ -158,8 +165,9 @@ bool in_sheet(Index frame, Index count) {
   return frame % std::max<Index>(1, count / 8) == 0 || frame == 1 || frame == count;
 }
 
-CaptionedImage sheet_picture(Index frame, const Mesh& garment, const SimulationScene& scene) {
-  return {picture_of(dressed(garment, scene, scene.body ? scene.body(frame) : Points(0, 3)),
+CaptionedImage sheet_picture(Index frame, const std::vector<Mesh>& garments,
+                             const SimulationScene& scene) {
+  return {picture_of(dressed(garments, scene, scene.body ? scene.body(frame) : Points(0, 3)),
                      kThreeQuarter, simulation_picture()),
           "frame " + std::to_string(frame)};
 }
@@ -181,15 +189,15 @@ Album::Album(OutputPlace place, Index count, double fps)
       count_(count),
       film_fps_(fps / static_cast<double>(film_every_)) {}
 
-void Album::add(Index frame, const Mesh& garment, const SimulationScene& scene) {
+void Album::add(Index frame, const std::vector<Mesh>& garments, const SimulationScene& scene) {
   const bool last = frame == count_;
   if (!in_sheet(frame, count_) && frame % film_every_ != 0) {
     return;
   }
   std::vector<RenderMesh> meshes =
-      dressed(garment, scene, scene.body ? scene.body(frame) : Points(0, 3));
+      dressed(garments, scene, scene.body ? scene.body(frame) : Points(0, 3));
   if (in_sheet(frame, count_)) {
-    pictures_.push_back(sheet_picture(frame, garment, scene));
+    pictures_.push_back(sheet_picture(frame, garments, scene));
   }
   // A run shorter than the first picture of the film has its last frame as one.
   if (frame % film_every_ == 0 || (last && film_.empty())) {

@@ -31,7 +31,8 @@ OutputPlace output_place(const std::string& out, const std::string& format);
 /// folder beside it, which is removed once the file is whole.
 class FrameWriter {
  public:
-  FrameWriter(OutputPlace place, double fps, Index count, const Triangles& faces);
+  /// `name`: of the garment's folder, or of each file of a frame.
+  FrameWriter(OutputPlace place, std::string name, double fps, Index count, const Triangles& faces);
   void write(int frame, const Mesh& mesh);
   /// Closes the sequence after the frames that were written, all of them or the first few; of none
   /// nothing is left.
@@ -42,25 +43,27 @@ class FrameWriter {
   bool in_archive() const { return place_.format == "h5" || place_.format == "usda"; }
 
   OutputPlace place_;
+  std::string name_;
   SequenceHeader header_;
   int written_ = 0;
 };
 
-/// The garment, and what wears it, as they are rendered.
-std::vector<RenderMesh> dressed(const Mesh& garment, const SimulationScene& scene,
+/// The garments, and what wears them, as they are rendered.
+std::vector<RenderMesh> dressed(const std::vector<Mesh>& garments, const SimulationScene& scene,
                                 const Points& body);
 PictureOptions simulation_picture();
 
 /// A contact sheet of a simulation: of some eight frames, the first and the last among them.
 bool in_sheet(Index frame, Index count);
-CaptionedImage sheet_picture(Index frame, const Mesh& garment, const SimulationScene& scene);
+CaptionedImage sheet_picture(Index frame, const std::vector<Mesh>& garments,
+                             const SimulationScene& scene);
 Image simulation_sheet(const std::vector<CaptionedImage>& pictures);
 
 /// Pictures along the way, and two videos: of the motion and once round the end.
 class Album {
  public:
   Album(OutputPlace place, Index count, double fps);
-  void add(Index frame, const Mesh& garment, const SimulationScene& scene);
+  void add(Index frame, const std::vector<Mesh>& garments, const SimulationScene& scene);
   /// sheet.png, of the frames so far.
   void write_sheet() const;
   /// turntable.mp4 and motion.mp4, once the last frame was added; neither where `stop`, asked

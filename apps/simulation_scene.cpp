@@ -359,6 +359,7 @@ ScenePaths scene_in(const std::filesystem::path& folder) {
   }
   std::sort(entries.begin(), entries.end());
   ScenePaths out;
+  std::filesystem::path garment;
   const auto take = [&](std::filesystem::path& to, const std::filesystem::path& from) {
     if (!to.empty()) {
       throw DataError(folder.string(), from.filename().string(),
@@ -375,16 +376,17 @@ ScenePaths scene_in(const std::filesystem::path& folder) {
                       small + entry.extension().string() + ", in small letters");
     }
     if (entry.stem() == "garment") {
-      take(out.garment, entry);
+      take(garment, entry);
     } else if (entry.stem() == "body") {
       take(out.body, entry);
     } else if (entry.stem() == "motion") {
       take(out.motion, entry);
     }
   }
-  if (out.garment.empty()) {
+  if (garment.empty()) {
     throw DataError(folder.string(), "garment", "none", "garment.obj, .ply or .glb");
   }
+  out.garments.push_back(garment);
   return out;
 }
 
@@ -399,9 +401,9 @@ ClothOptions cloth_options(const SimulateOptions& options) {
 }
 
 void relax_scene(SimulationScene& scene, const SimulateOptions& options, Device device) {
-  RelaxedGarment relaxed =
-      relax_gravity(scene.garment, {}, scene.body ? scene.body(0) : Points(0, 3), scene.body_faces,
-                    cloth_options(options), scene_solver(scene, options), options.relaxing, device);
+  RelaxedGarment relaxed = relax_gravity(
+      scene.garments[0], {}, scene.body ? scene.body(0) : Points(0, 3), scene.body_faces,
+      cloth_options(options), scene_solver(scene, options), options.relaxing, device);
   if (scene.body && options.xpbd.thickness < 0) {
     scene.thickness = relaxed.gap;
     char text[160];
@@ -412,8 +414,7 @@ void relax_scene(SimulationScene& scene, const SimulateOptions& options, Device 
     scene.notes.emplace_back(text);
   }
   scene.notes.push_back(relaxed_text(relaxed, options.relaxing.seconds));
-  scene.start = scene.garment.mesh.vertices;
-  scene.garment = std::move(relaxed.garment);
+  scene.garments[0] = std::move(relaxed.garment);
 }
 
 }  // namespace
@@ -423,9 +424,13 @@ namespace {
 /// What is smooth of the body meets the cloth's vertices alone: it keeps off by what its edges
 /// need, unless something else is said.
 void keep_off(SimulationScene& scene, const SimulateOptions& options) {
-  const double edge = mean_edge_length(scene.garment.mesh);
-  const double needed = contact_distance(scene.garment);
-  if (options.xpbd.thickness >= 0 || !(needed > scene.garment.material.thickness)) {
+  double edge = 0;
+  double needed = 0;
+  for (const Garment& garment : scene.garments) {
+    edge = std::max(edge, mean_edge_length(garment.mesh));
+    needed = std::max(needed, contact_distance(garment));
+  }
+  if (options.xpbd.thickness >= 0 || !(needed > scene.garments[0].material.thickness)) {
     return;
   }
   scene.thickness = needed;
@@ -460,31 +465,85 @@ SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& 
   return scene;
 }
 
+std::vector<std::filesystem::path> garment_paths(const std::string& text) {
+  if (std::filesystem::exists(text) || text.find('+') == std::string::npos) {
+    return {text};
+  }
+  std::vector<std::filesystem::path> paths;
+  std::size_t begin = 0;
+  while (begin <= text.size()) {
+    const std::size_t end = std::min(text.find('+', begin), text.size());
+    if (end == begin) {
+      throw UsageError("--garment '" + text.substr(0, 80) +
+                       "' has a garment without a name; it takes files joined by +");
+    }
+    paths.emplace_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return paths;
+}
+
+namespace {
+
+/// A garment as it is put on: scaled, moved, of the scene's material, with its seams closed.
+Garment placed_garment(const std::filesystem::path& file, const SimulateOptions& options,
+                       const Material& material) {
+  Garment garment = read_garment(file, options.flat_rest, options.scale);
+  garment.mesh.vertices.rowwise() +=
+      Eigen::RowVector3d(options.move_x, options.move_y, options.move_z);
+  if (options.flat_rest) {
+    require_flat_size(garment, file);
+  }
+  garment.material = material;
+  require_garment_options(garment, options);
+  return options.sewn && !garment.seams.empty() ? weld_seams(garment) : garment;
+}
+
+/// Stems of the garments' files, told apart by their place where two are alike.
+std::vector<std::string> short_names(const std::vector<std::filesystem::path>& files) {
+  std::vector<std::string> names;
+  for (const std::filesystem::path& file : files) {
+    std::string name = file.stem().string();
+    if (std::find(names.begin(), names.end(), name) != names.end()) {
+      name += "_" + std::to_string(names.size() + 1);
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+}  // namespace
+
 SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options, Device device) {
   require_scene_options(paths, options, device);
   check_device(device);
   const Material material = said_material(options.material);
-  Garment garment = read_garment(paths.garment, options.flat_rest, options.scale);
-  garment.mesh.vertices.rowwise() +=
-      Eigen::RowVector3d(options.move_x, options.move_y, options.move_z);
-  if (options.flat_rest) {
-    require_flat_size(garment, paths.garment);
-  }
-  garment.material = material;
-  require_garment_options(garment, options);
-  if (options.sewn && !garment.seams.empty()) {
-    garment = weld_seams(garment);
+  std::vector<Garment> garments;
+  for (const std::filesystem::path& file : paths.garments) {
+    garments.push_back(placed_garment(file, options, material));
   }
   SimulationScene scene = read_scene_body(paths, options);
-  scene.garment = std::move(garment);
+  scene.garments = std::move(garments);
+  scene.names = short_names(paths.garments);
+  scene.first.push_back(0);
+  for (const Garment& garment : scene.garments) {
+    scene.first.push_back(scene.first.back() + garment.mesh.vertices.rows());
+  }
+  scene.start.resize(scene.first.back(), 3);
+  for (std::size_t g = 0; g < scene.garments.size(); ++g) {
+    const Points& vertices = scene.garments[g].mesh.vertices;
+    scene.start.middleRows(scene.first[g], vertices.rows()) = vertices;
+  }
   if (scene.body) {
     if (!options.relax) {
       keep_off(scene, options);
     }
-    if (options.pin_top > 0) {
-      attach_top(scene.garment, scene.body(0), scene.body_faces, options.pin_top);
+    for (std::size_t g = 0; g < scene.garments.size(); ++g) {
+      if (options.pin_top > 0) {
+        attach_top(scene.garments[g], scene.body(0), scene.body_faces, options.pin_top);
+      }
+      require_held(scene.garments[g], scene.body_faces, paths.garments[g]);
     }
-    require_held(scene.garment, scene.body_faces, paths.garment);
   }
   if (options.relax) {
     relax_scene(scene, options, device);
@@ -496,14 +555,27 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
 }
 
 Cloth scene_cloth(const SimulationScene& scene, const SimulateOptions& options) {
-  return make_cloth(scene.garment, {}, cloth_options(options));
+  std::vector<Cloth> cloths;
+  for (const Garment& garment : scene.garments) {
+    cloths.push_back(make_cloth(garment, {}, cloth_options(options)));
+  }
+  return cloths.size() == 1 ? cloths.front() : join_cloths(cloths);
+}
+
+std::vector<Mesh> garment_meshes(const SimulationScene& scene, const Points& positions) {
+  std::vector<Mesh> meshes;
+  for (std::size_t g = 0; g < scene.garments.size(); ++g) {
+    Mesh mesh;
+    mesh.vertices = positions.middleRows(scene.first[g], scene.first[g + 1] - scene.first[g]);
+    mesh.faces = scene.garments[g].mesh.faces;
+    meshes.push_back(std::move(mesh));
+  }
+  return meshes;
 }
 
 ClothState scene_start(const SimulationScene& scene, const Cloth& cloth) {
   ClothState state = rest_state(cloth);
-  if (scene.start.rows() > 0) {
-    state.positions = scene.start;
-  }
+  state.positions = scene.start;
   return state;
 }
 
@@ -540,8 +612,11 @@ FrameReport advance_scene(ClothSolver& solver, const SimulationScene& scene,
     throw EnvironmentError(error.place, error.reason + before);
   } catch (const DataError& error) {
     const bool of_body = error.where.starts_with("body");
-    const std::filesystem::path& file = of_body ? paths.body : paths.garment;
-    throw DataError(error.file.empty() ? file.string() : error.file,
+    std::string file = of_body ? paths.body.string() : "";
+    for (std::size_t g = 0; g < paths.garments.size() && !of_body; ++g) {
+      file += (g == 0 ? "" : "+") + paths.garments[g].string();
+    }
+    throw DataError(error.file.empty() ? file : error.file,
                     of_body ? "frame " + std::to_string(frame) + ", " + error.where : error.where,
                     error.found, error.expected + before);
   }

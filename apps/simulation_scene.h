@@ -44,7 +44,7 @@ std::string relaxed_text(const RelaxedGarment& relaxed, double seconds);
 
 /// Files of a scene. Empty: none.
 struct ScenePaths {
-  std::filesystem::path garment;
+  std::vector<std::filesystem::path> garments;  ///< from the inside out
   std::filesystem::path body;    ///< mesh, folder of meshes, sequence, body model, "female", "male"
   std::filesystem::path motion;  ///< of a body model
 };
@@ -52,11 +52,13 @@ struct ScenePaths {
 /// The files of a scene in a folder: garment.*, body.* or body/, motion.*. Throws DataError.
 ScenePaths scene_in(const std::filesystem::path& folder);
 
-/// A garment and the body that it hangs on.
+/// Garments of one material and the body that they hang on.
 struct SimulationScene {
-  Garment garment;
-  Points start;          ///< where it begins if not as its mesh lies; or empty
-  Triangles body_faces;  ///< no rows: no body
+  std::vector<Garment> garments;   ///< from the inside out; each named by its file
+  std::vector<std::string> names;  ///< of each, short and different: "skirt"
+  std::vector<Index> first;        ///< first vertex of each in the cloth, and the end
+  Points start;                    ///< [V,3] m, where they begin
+  Triangles body_faces;            ///< no rows: no body
   Index frame_count = 0;
   std::function<Points(Index frame)> body;  ///< vertices at the end of a simulated frame; 0: start
   double thickness = -1;                    ///< m kept from the body; below 0: the material's
@@ -67,15 +69,23 @@ struct SimulationScene {
 /// for files that do not fit each other, UsageError where there is nothing to simulate.
 SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& options);
 
+/// Garments of a text: one file, or several joined by "+", the inner first. A file whose own name
+/// has a "+" is one. Throws UsageError for a garment without a name.
+std::vector<std::filesystem::path> garment_paths(const std::string& text);
+
 /// Reads a scene; a garment is a mesh or an archive (core/garment_archive.h). With
-/// SimulateOptions::relax the garment is the unloaded one that hangs as captured, on the body of
-/// the first frame, and `start` is the captured shape; that is simulated on `device`, as the scene
-/// will be. Throws DataError for files that do not fit each other, UsageError, as early as it is
-/// known, for options that contradict each other or would do nothing (scene_check.h), and
-/// EnvironmentError for a device that is not there.
+/// SimulateOptions::relax the garment (one alone) is the unloaded one that hangs as captured, on
+/// the body of the first frame, and `start` is the captured shape; that is simulated on `device`,
+/// as the scene will be. Throws DataError for files that do not fit each other, UsageError, as
+/// early as it is known, for options that contradict each other or would do nothing
+/// (scene_check.h), and EnvironmentError for a device that is not there.
 SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& options, Device device);
 
-/// The scene's cloth, the state that it begins in, and the options of its solver.
+/// The garments where `positions` [V,3] of the scene's cloth are.
+std::vector<Mesh> garment_meshes(const SimulationScene& scene, const Points& positions);
+
+/// The scene's cloth (of several garments one, in layers), the state that it begins in, and the
+/// options of its solver.
 Cloth scene_cloth(const SimulationScene& scene, const SimulateOptions& options);
 ClothState scene_start(const SimulationScene& scene, const Cloth& cloth);
 XpbdOptions scene_solver(const SimulationScene& scene, const SimulateOptions& options);

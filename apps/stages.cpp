@@ -221,7 +221,9 @@ constexpr std::array kStages = {
 
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
 constexpr std::array kSimulateFlags = {
-    StandAlone::Flag{"garment", "MESH", "Without a workspace: the garment, a mesh"},
+    StandAlone::Flag{"garment", "MESH",
+                     "Without a workspace: the garment, a mesh or garment.h5; several in layers "
+                     "joined by +, the inner first"},
     StandAlone::Flag{"body", "FILE",
                      "Mesh, folder of meshes one a frame, sequence, body model, female or male"},
     StandAlone::Flag{"motion", "FILE", "Moves a body model: .bvh, .amc, .npz, .trc, .c3d, .glb"},

@@ -240,6 +240,25 @@ TEST_F(Simulate, OptionsThatContradictEachOtherAreRefusedBeforeAnythingIsRead) {
   }
 }
 
+TEST_F(Simulate, RefusesOfSeveralGarmentsWhatIsOfOne) {
+  const std::string one = (scene() / "garment.obj").string();
+  const auto refused = [&](const std::string& garments, const std::vector<std::string>& more,
+                           int code, const char* words) {
+    std::vector<std::string> all{"simulate", "--garment", garments, "--settle", "1"};
+    all.insert(all.end(), more.begin(), more.end());
+    const ChildResult result = run(all);
+    EXPECT_EQ(result.exit_code, code) << words << "\n" << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+  };
+  const std::string body = (scene() / "body.obj").string();
+  refused(one + "+" + one, {"--out", (root_.path() / "T.h5").string()}, 2,
+          "name a folder for several");
+  refused(one + "+" + one, {"--out", out().string(), "--body", body, "--relax"}, 2,
+          "--relax takes one garment");
+  refused(one + "+", {"--out", out().string()}, 2, "a garment without a name");
+  refused(one + "+none.obj", {"--out", out().string()}, 3, "none.obj");
+}
+
 TEST_F(Simulate, AGarmentThatHangsOnAnotherBodyIsRefusedOrSpokenOf) {
   Garment garment;
   garment.mesh = read_mesh(scene() / "garment.obj");

@@ -15,6 +15,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
+#include "core/sequence_archive.h"
 #include "tests/apps/simulate_fixture.h"
 
 namespace atelier {
@@ -141,6 +142,80 @@ TEST_F(Simulate, ACapturedGarmentHangsAsCapturedOnceItsWeightIsTakenOut) {
   };
   EXPECT_GT(moved({}), 0.004);
   EXPECT_LT(moved({"--relax"}), 0.002);
+}
+
+// Of two sheets over a floor one begins through the other: which of them comes to lie on the floor
+// is the order in which they are named.
+TEST_F(Simulate, GarmentsInLayersComeApartInTheirOrder) {
+  std::ofstream(scene() / "floor.obj")
+      << "v -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nf 1 3 2\nf 1 4 3\n";
+  const auto write_sheet = [&](const char* name, int cells, double height, bool through) {
+    write_cloth(root_.path() / name, cells, 0.2 / cells);
+    Mesh sheet = read_mesh(root_.path() / name);
+    for (Index v = 0; v < sheet.vertices.rows(); ++v) {
+      sheet.vertices(v, 1) = through && sheet.vertices(v, 0) > 0.03 ? 0.005 : height;
+    }
+    write_mesh(root_.path() / name, sheet);
+    return (root_.path() / name).string();
+  };
+  const std::string coarse = write_sheet("coarse.obj", 10, 0.008, false);
+  const std::string fine = write_sheet("fine.obj", 13, 0.011, true);
+  const auto worn = [&](const std::string& garments) {
+    std::filesystem::remove_all(out());
+    const ChildResult result = run({"simulate",
+                                    "--garment",
+                                    garments,
+                                    "--body",
+                                    (scene() / "floor.obj").string(),
+                                    "--out",
+                                    out().string(),
+                                    "--settle",
+                                    "40",
+                                    "--no-pictures",
+                                    "--xpbd.substeps",
+                                    "10",
+                                    "--xpbd.thickness",
+                                    "0.002",
+                                    "--material.thickness",
+                                    "0.002",
+                                    "--material.density",
+                                    "0.2",
+                                    "--material.bending",
+                                    "2e-6"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("coarse: Young's modulus"));
+    const auto last = result.out.find("frame 40:");
+    EXPECT_NE(result.out.find("; 0 crossings with itself", last), std::string::npos) << result.out;
+  };
+  const auto height = [&](const char* name) {
+    return frame(open_sequence(out() / name), 39).vertices.col(1).mean();
+  };
+  worn(coarse + "+" + fine);
+  EXPECT_NEAR(height("coarse"), 0.002, 4e-4);
+  EXPECT_NEAR(height("fine"), 0.004, 8e-4);
+  worn(fine + "+" + coarse);
+  EXPECT_NEAR(height("fine"), 0.002, 4e-4);
+  EXPECT_NEAR(height("coarse"), 0.004, 8e-4);
+}
+
+TEST_F(Simulate, GarmentsAreNamedByTheirFiles) {
+  const std::string one = (scene() / "garment.obj").string();
+  const auto worn = [&](const std::string& garments) {
+    std::filesystem::remove_all(out());
+    const ChildResult result = run({"simulate", "--garment", garments, "--out", out().string(),
+                                    "--settle", "1", "--format", "ply", "--no-pictures"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+  };
+  const std::string with_plus = (scene() / "a+b.obj").string();  // one file, whatever its name
+  std::filesystem::copy_file(one, with_plus);
+  worn(with_plus);
+  EXPECT_TRUE(std::filesystem::exists(out() / "garment_000001.ply"));
+  write_cloth(scene() / "other.obj", 4, 0.07);
+  std::filesystem::create_directories(scene() / "more");
+  write_cloth(scene() / "more" / "other.obj", 5, 0.07);
+  worn((scene() / "other.obj").string() + "+" + (scene() / "more" / "other.obj").string());
+  EXPECT_EQ(read_mesh(out() / "other_000001.ply").vertices.rows(), 25);
+  EXPECT_EQ(read_mesh(out() / "other_2_000001.ply").vertices.rows(), 36);
 }
 
 TEST_F(Simulate, WritesUsdAndItsOwnSequences) {
