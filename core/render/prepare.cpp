@@ -14,6 +14,14 @@
 #include "core/render/gather_ground_shadows.h"
 #include "core/render/reflectance.h"
 
+#if defined(__SANITIZE_THREAD__)
+// Embree's and FFmpeg's threads wait for one another in ways that an uninstrumented library does
+// not show.
+extern "C" const char* __tsan_default_suppressions() {
+  return "race:libembree3.so\nrace:libavcodec.so\nrace:libavutil.so\n";
+}
+#endif
+
 namespace atelier {
 
 namespace {
