@@ -13,6 +13,7 @@ namespace {
 struct Agreement {
   std::size_t judged = 0;
   std::size_t agreed = 0;
+  std::size_t seen = 0;  // of its pixels, before any is left out
 };
 
 void require_size(const ByteImage& image, const Camera& camera, int channels, const char* what) {
@@ -48,6 +49,7 @@ AppearanceView view_of(const VisiblePixels& seen, const Camera& camera, const Ta
   require_size(taken.colors, camera, 3, "picture");
   require_size(taken.labels, camera, 1, "label image");
   const bool labelled = surface.label >= 0 && !taken.labels.data.empty();
+  agreement.seen += seen.pixel.size();
   AppearanceView view;
   for (std::size_t i = 0; i < seen.pixel.size(); ++i) {
     if (surface.trusted_only && seen.trusted[i] == 0) {
@@ -82,7 +84,14 @@ void require_agreement(const std::string& name, int fewest, std::size_t pixels,
                     "pictures, calibration and geometry of one capture");
   }
   if (pixels < static_cast<std::size_t>(fewest)) {
-    throw DataError("", "pictures of " + name, std::to_string(pixels) + " pixels show it",
+    const std::string count = std::to_string(pixels);
+    if (agreement.seen >= static_cast<std::size_t>(fewest)) {
+      throw DataError("", "pictures of " + name,
+                      count + " of " + std::to_string(agreement.seen) +
+                          " pixels that show it are left, away from outlines and other labels",
+                      "less --visible.erosion, larger pictures, or labels of this garment");
+    }
+    throw DataError("", "pictures of " + name, count + " pixels show it",
                     "cameras that see it, with the calibration that belongs to them");
   }
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "core/render/tone.h"
 
 namespace atelier {
@@ -37,14 +38,15 @@ const Camera& captured_camera(const std::vector<Camera>& captured, const std::st
     }
     names += (names.empty() ? "" : ", ") + camera.id;
   }
+  std::vector<std::string> known = animation_views();
+  for (const Camera& camera : captured) {
+    known.push_back(camera.id);
+  }
   throw DataError("", "camera", "'" + name.substr(0, 80) + "'",
                   "front, side, back, three-quarter, orbit" +
-                      (names.empty() ? std::string() : ", or one of the capture's: " + names));
+                      (names.empty() ? std::string() : ", or one of the capture's: " + names) +
+                      did_you_mean(name, known));
 }
-
-/// Views round the subject.
-constexpr std::array<std::string_view, 5> kViews = {"front", "side", "back", "three-quarter",
-                                                    "orbit"};
 
 }  // namespace
 
@@ -63,11 +65,12 @@ OptionTable describe(AnimationViewOptions& options) {
 }
 
 std::vector<std::string> animation_views() {
-  return {kViews.begin(), kViews.end()};
+  return {kAnimationViews.begin(), kAnimationViews.end()};
 }
 
 void require_view(const AnimationViewOptions& options, const std::vector<Camera>& captured) {
-  if (std::find(kViews.begin(), kViews.end(), options.camera) == kViews.end()) {
+  if (std::find(kAnimationViews.begin(), kAnimationViews.end(), options.camera) ==
+      kAnimationViews.end()) {
     captured_camera(captured, options.camera);
   }
 }

@@ -2,8 +2,10 @@
 
 #ifdef ATELIER_HAS_CORE_RENDER
 
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/camera.h"
@@ -13,6 +15,10 @@
 #include "core/render/studio.h"
 
 namespace atelier {
+
+/// Views round the subject, which are no camera of a capture.
+inline constexpr std::array<std::string_view, 5> kAnimationViews = {"front", "side", "back",
+                                                                    "three-quarter", "orbit"};
 
 /// Where a motion is seen from, and before what.
 struct AnimationViewOptions {
@@ -25,7 +31,7 @@ struct AnimationViewOptions {
 };
 OptionTable describe(AnimationViewOptions& options);
 
-/// Those that are no camera of a capture: "front" and so on.
+/// kAnimationViews as texts.
 std::vector<std::string> animation_views();
 
 /// How pictures of a motion are taken: one light and floor for all of them, so that nothing

@@ -286,13 +286,10 @@ bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPi
 
 void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
   const auto& options = run.options<AppearanceStageOptions>();
+  const TrainOptions known = resolved(options.train, run.device());
   const Seen seen = what_training_sees(dataset, run.input("capture"));
   tell_missing(run, dataset, seen);
   FrameReader reader(dataset);
-  const TrainOptions known = resolved(options.train, run.device());
-  if (const std::string problem = training_problem(known, run.device()); !problem.empty()) {
-    throw UsageError(problem);
-  }
   const NetworkOptions network = network_options(known);
   const ReadPicture picture = [&](std::size_t camera, int frame_id) {
     const Index idx = seen.camera_idx[camera];
@@ -385,16 +382,24 @@ OptionTable describe(AppearanceStageOptions& options) {
   return table;
 }
 
+void require_trainable(const AppearanceStageOptions& options, Device device) {
+  const std::string problem = training_problem(resolved(options.train, device), device);
+  if (!problem.empty()) {
+    throw UsageError(problem);
+  }
+  check_device(device);
+}
+
 void run_appearance(StageRun& run) {
   const auto& options = run.options<AppearanceStageOptions>();
-  check_device(run.device());  // not after minutes of preparing its data
+  require_trainable(options, run.device());  // not after minutes of preparing its data
   learn(run, open_dataset(run.input("capture"), options.capture),
         worn_in_workspace(run.input("registered"), run.input("bodies")));
 }
 
 void run_ceiling(StageRun& run) {
   const auto& options = run.options<AppearanceStageOptions>();
-  check_device(run.device());  // not after minutes of preparing its data
+  require_trainable(options, run.device());  // not after minutes of preparing its data
   const fs::path& capture = run.input("capture");
   const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
   learn(run, open_dataset(capture, options.capture), worn_in_truth(capture, truth));

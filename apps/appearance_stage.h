@@ -19,6 +19,9 @@ struct AppearanceStageOptions {
 };
 OptionTable describe(AppearanceStageOptions& options);
 
+/// Refuses what no network can have on that device. Throws UsageError.
+void require_trainable(const AppearanceStageOptions& options, Device device);
+
 inline constexpr std::array kAppearanceMetrics = {
     StageMetric{"surfaces", ""},        StageMetric{"frames", ""},
     StageMetric{"views", ""},           StageMetric{"pixels", ""},

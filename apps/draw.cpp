@@ -171,6 +171,14 @@ void fill_frames(Cast& cast) {
       cast.scene.vertices.push_back(std::move(vertices));
     }
   }
+  std::size_t most = 0;
+  for (const Sequence& sequence : cast.sequences) {
+    most = std::max(most, sequence.frame_ids.size());
+  }
+  if (const std::size_t all = cast.scene.frame_ids.size(); all > 0 && all < most) {
+    std::cout << "warning: " << all << " of " << most
+              << " frames are drawn: those that body and garments share" << std::endl;
+  }
   if (cast.scene.frame_ids.empty()) {
     throw DataError("", "frames", "none that body and garments share",
                     "sequences whose frames have the same numbers");

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "appearance/side_problem.h"
+#include "apps/animation_pictures.h"
 #include "capture/layouts/corrections.h"
 
 namespace atelier {
@@ -52,6 +53,10 @@ constexpr std::array<IdleRule::Value, 2> kFabricGiven = {
     {{"material.name", "fitted", true}, {"search.coarse", "", true}}};
 constexpr const char* kFitted = "--material.name fitted";
 
+/// Of `animate`, whose table alone says by false that there are none.
+constexpr std::array<IdleRule::Value, 2> kNoPictures = {{{"pictures", "false"}, {}}};
+constexpr const char* kPictures = "--pictures";
+
 constexpr std::array kIdleRules = {
     IdleRule{"search.", kFabricGiven, kFitted},
     IdleRule{"usual", kFabricGiven, kFitted},
@@ -71,6 +76,13 @@ constexpr std::array kIdleRules = {
              {{{"xpbd.drag", "0"}, {"xpbd.lift", "0"}}},
              "--xpbd.drag or --xpbd.lift"},
     IdleRule{"relaxing.", {{{"relax", "false"}, {}}}, "--relax", true},
+    IdleRule{"camera", kNoPictures, kPictures},
+    IdleRule{"background", kNoPictures, kPictures},
+    IdleRule{"drawn_by", kNoPictures, kPictures},
+    IdleRule{"width", kNoPictures, kPictures},
+    IdleRule{"height", kNoPictures, kPictures},
+    IdleRule{"samples", kNoPictures, kPictures},
+    IdleRule{"framing.", kNoPictures, kPictures},
     // Of `simulate`, whose table alone has seams: it takes the angles of the shape that was found.
     IdleRule{"rest_angles", {{{"relax", "true"}, {"sewn", "", true}}}, "--relax false"},
     IdleRule{"seam_stiffness", {{{"sewn", "true"}, {}}}, "--sewn false"},
@@ -191,6 +203,30 @@ std::string idle_with(const OptionTable& table, const OptionField& field, const 
   return with;
 }
 
+#ifdef ATELIER_HAS_CORE_RENDER
+/// What places the camera round the subject, of `animate`, beside a camera of the capture, which
+/// has a place and a size of its own.
+std::vector<std::string> idle_framing(const OptionTable& table) {
+  std::vector<std::string> problems;
+  for (const OptionField& field : table.fields) {
+    for (const std::string_view placing : {"width", "height", "framing."}) {
+      const auto start = start_of(field.name, placing);
+      if (!start || field.source == kUnsaid || !field_named(table, *start + "drawn_by")) {
+        continue;
+      }
+      const OptionField* camera = field_named(table, *start + "camera");
+      const std::string looks = camera != nullptr ? option_text(*camera) : "";
+      if (std::find(kAnimationViews.begin(), kAnimationViews.end(), looks) ==
+          kAnimationViews.end()) {
+        problems.push_back(field.name + " does nothing with camera " + looks +
+                           ", which is the capture's: leave one of them out");
+      }
+    }
+  }
+  return problems;
+}
+#endif
+
 /// Of a network's texture, whose sides only some numbers can be. 0 is the setting's own.
 std::vector<std::string> broken_sides(const OptionTable& table) {
   std::vector<std::string> problems;
@@ -220,6 +256,11 @@ std::vector<std::string> broken_rules(const OptionTable& table) {
   for (std::string& problem : broken_sides(table)) {
     problems.push_back(std::move(problem));
   }
+#ifdef ATELIER_HAS_CORE_RENDER
+  for (std::string& problem : idle_framing(table)) {
+    problems.push_back(std::move(problem));
+  }
+#endif
   for (const OptionRule& rule : kRules) {
     for (const OptionField& first : table.fields) {
       const auto start = before(first.name, rule.first);

@@ -265,6 +265,11 @@ std::span<const Stage> all_stages() {
 
 void require_startable([[maybe_unused]] const Stage& stage, const StageRequest& request) {
   check_device(request.device);
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE)
+  if (stage.name == "appearance" || stage.name == "ceiling") {
+    require_trainable(options_of<AppearanceStageOptions>(request.options), request.device);
+  }
+#endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
   if (stage.name == "template") {

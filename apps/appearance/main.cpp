@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <set>
 #include <sstream>
 #include <string>
 #include <system_error>
@@ -89,6 +90,7 @@ OptionTable options_of(const std::string& command, Arguments& arguments) {
 Arguments parsed(const std::vector<std::string>& words) {
   Arguments arguments;
   OptionTable table = options_of(words[0], arguments);
+  std::set<std::string> given;
   for (std::size_t i = 1; i < words.size(); ++i) {
     if (!words[i].starts_with("--")) {
       arguments.places.push_back(words[i]);
@@ -102,6 +104,9 @@ Arguments parsed(const std::vector<std::string>& words) {
     const std::string wrong = set_option(table, name, words[i]);
     if (!wrong.empty()) {
       throw UsageError(wrong);
+    }
+    if (!given.insert(name).second) {  // nobody has to guess which of the two counts
+      throw UsageError("--" + name + " is given twice; leave one of them out");
     }
   }
   return arguments;
@@ -199,6 +204,22 @@ void require_result_place(const fs::path& path) {
   require_file_place(path);
 }
 
+/// How a file of a kind begins.
+bool begins_with(const fs::path& path, std::string_view begin) {
+  std::string found(begin.size(), '\0');
+  std::ifstream(path, std::ios::binary)
+      .read(found.data(), static_cast<std::streamsize>(found.size()));
+  return found == begin;
+}
+
+/// Refuses to replace somebody's file: one that does not begin as those that are written there.
+void require_own_file(const fs::path& path, bool own, const char* kind) {
+  if (fs::exists(path) && !own) {
+    throw DataError(path.string(), "", std::string("no ") + kind + ", and it would be replaced",
+                    std::string("such a file, or none yet"));
+  }
+}
+
 /// The log that is there; "" where there is none. Throws DataError for a text that is no log, which
 /// a log would replace.
 std::string log_at(const fs::path& path) {
@@ -227,6 +248,7 @@ int run_training(const Arguments& arguments) {
                      {"--checkpoint", arguments.checkpoint},
                      {"--log", arguments.log}});
   require_result_place(arguments.places[1]);
+  require_own_file(arguments.places[1], begins_as_tensors(arguments.places[1]), "network");
   require_result_place(arguments.checkpoint);
   require_result_place(arguments.log);
   const std::string logged = log_at(arguments.log);
@@ -301,6 +323,8 @@ int run_prediction(const Arguments& arguments) {
                      {"DATA", arguments.places[1]},
                      {"COLORS", arguments.places[2]}});
   require_result_place(arguments.places[2]);
+  require_own_file(arguments.places[2], begins_with(arguments.places[2], "ATELIER-ARCHIVE"),
+                   "archive of colours");
   const Safetensors found = read_safetensors(arguments.places[0]);
   const AppearanceModel model =
       appearance_model_of(found.tensors, found.metadata, arguments.places[0]);

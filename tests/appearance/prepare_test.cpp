@@ -130,7 +130,20 @@ TEST(PrepareAppearanceRefused, LabelsOfWhichNoneStandsAmongItsLike) {
   ATELIER_EXPECT_REFUSED(studio.prepared([&](std::size_t, int) {
     return TakenPicture{studio.picture, labels};
   }),
-                         DataError, "0 pixels show it");
+                         DataError, "pixels that show it are left");
+}
+
+TEST(PrepareAppearanceRefused, ErosionThatLeavesNothing) {
+  const Studio studio;
+  PrepareAppearanceOptions options;
+  options.visible.erosion = 32;
+  ATELIER_EXPECT_REFUSED(prepare_appearance(
+                             studio.subject, studio.surface, studio.cameras, {3, 4},
+                             [&](std::size_t, int) {
+                               return TakenPicture{studio.picture, {}};
+                             },
+                             options),
+                         DataError, "less --visible.erosion");
 }
 
 TEST(PrepareAppearanceRefused, PicturesThatContradictTheGeometry) {

@@ -28,6 +28,31 @@ TEST(TrainOptions, TheSettingIsTheDevicesUnlessItIsSaid) {
   }
 }
 
+TEST(TrainOptions, SettingsHaveTheSizesThatFiguresAreOf) {
+  struct Sizes {
+    TrainSetting setting;
+    int resolution, channels, shading, iterations;
+    double learning_rate;
+  };
+  for (const Sizes& sizes : {Sizes{TrainSetting::Small, 256, 8, 2, 300, 1e-3},
+                             Sizes{TrainSetting::Standard, 512, 16, 2, 20'000, 5e-4},
+                             Sizes{TrainSetting::Full, 1024, 32, 4, 100'000, 1e-4}}) {
+    TrainOptions asked;
+    asked.setting = sizes.setting;
+    const TrainOptions known = resolved(asked);
+    EXPECT_EQ(known.resolution, sizes.resolution);
+    EXPECT_EQ(known.channels, sizes.channels);
+    EXPECT_EQ(known.shading, sizes.shading);
+    EXPECT_EQ(known.iterations, sizes.iterations);
+    EXPECT_EQ(known.learning_rate, sizes.learning_rate);
+    EXPECT_EQ(known.batch, 2);
+    EXPECT_EQ(training_problem(known, Device::Cpu), "");
+    // Down to 8 texels, where every texel has seen the whole garment.
+    const NetworkOptions network = network_options(known);
+    EXPECT_EQ(branch_resolution_of(network) >> branch_levels_of(network), 8);
+  }
+}
+
 TEST(TrainOptions, HalfPrecisionIsRefusedWithoutAGpu) {
   TrainOptions asked;
   asked.half = true;

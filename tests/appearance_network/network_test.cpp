@@ -206,6 +206,51 @@ TEST(Network, EachSwitchLeavesItsPartOut) {
   EXPECT_NE(texture_of_view(other, data, 0).data, texture_of_view(other, data, 1).data);
 }
 
+TEST(Train, StepsAreThoseOfAdamW) {
+  // Against the formulas (Loshchilov and Hutter 2019, algorithm 2), in double precision.
+  const AppearanceData data = small_data();
+  AppearanceModel model = initial_model(data, network_options(small_options()), 2);
+  awaken(model);
+  AppearanceNetwork network = learner(model, data);
+  AdamStep by;
+  by.learning_rate = 0.02;
+  by.weight_decay = 0.5;
+  std::map<std::string, std::vector<double>> first;
+  std::map<std::string, std::vector<double>> second;
+  for (int t = 1; t <= 3; ++t) {
+    const std::vector<int> batch = {t, 5 - t};
+    const auto before = network.parameters();
+    const auto gradient = network.loss_gradient(batch);
+    network.step(batch, by);
+    const auto after = network.parameters();
+    ASSERT_EQ(network.steps(), t);
+    for (const auto& [name, tensor] : before) {
+      const auto values = values_of<float>(tensor);
+      const auto slopes = values_of<float>(gradient.at(name));
+      const auto stepped = values_of<float>(after.at(name));
+      std::vector<double>& m = first[name];
+      std::vector<double>& v = second[name];
+      m.resize(values.size());
+      v.resize(values.size());
+      // A mean texture is not to fade, nor a gain.
+      const bool fixed = name == "texture.mean" || name == "gain.log";
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        m[i] = by.beta1 * m[i] + (1 - by.beta1) * slopes[i];
+        v[i] = by.beta2 * v[i] + (1 - by.beta2) * slopes[i] * slopes[i];
+        const double mean = m[i] / (1 - std::pow(by.beta1, t));
+        const double spread = v[i] / (1 - std::pow(by.beta2, t));
+        const double decayed = values[i] * (1 - (fixed ? 0 : by.learning_rate * by.weight_decay));
+        const double expected =
+            decayed - by.learning_rate * mean / (std::sqrt(spread) + by.epsilon);
+        // Of a slope that is next to nothing the rounding decides which way the step goes.
+        EXPECT_NEAR(stepped[i], expected,
+                    std::abs(slopes[i]) > 1e-6 ? 2e-5 : 2.1 * by.learning_rate)
+            << name << " " << i << " after " << t;
+      }
+    }
+  }
+}
+
 TEST(Train, LearnsMoreThanAStaticTexture) {
   const AppearanceData data = small_data();
   TrainOptions options = small_options(150);

@@ -354,6 +354,7 @@ TEST_F(Animate, ClothAndBodiesThatDoNotFitAreRefused) {
   expect_refused(animate({"--body", (root_ / "other.npz").string()}), "another topology");
   // Before anything is simulated: a frame that is done would be kept.
   expect_refused(stage("animate", {"--camera", "09"}), "one of the capture's: 00, 01, 02");
+  expect_refused(stage("animate", {"--camera", "fornt"}), "did you mean 'front'?");
   EXPECT_FALSE(fs::exists(workspace() / "animate"));
   expect_refused(animate({"--material.stretch-warp", "-0.5"}), "material.stretch_warp", 2);
   expect_refused(animate({"--garment", "cape"}), "cape");
@@ -372,7 +373,14 @@ TEST_F(Animate, OptionsThatDoNotGoTogetherAreRefusedAtTheStart) {
       {{"track", "--window", "3", "--overlap", "2"},
        "overlap cannot be 2 with window 3: it takes at most half"},
       {{"appearance", "--resolution", "100"}, "resolution cannot be 100"},
-      {{"appearance", "--shading", "3"}, "shading cannot be 3: it takes powers of 2"}};
+      {{"appearance", "--shading", "3"}, "shading cannot be 3: it takes powers of 2"},
+      {{"animate", "--camera", "01", "--width", "64"},
+       "width does nothing with camera 01, which is the capture's"},
+      {{"animate", "--camera", "01", "--framing.margin", "0.1"}, "framing.margin does nothing"},
+      {{"animate", "--pictures", "false", "--background", "white"},
+       "background does nothing with pictures false: leave it out, or say --pictures"},
+      {{"run", "--animate.pictures", "false", "--animate.camera", "orbit"},
+       "animate.camera does nothing with animate.pictures false"}};
   write_dressed_workspace(capture(), workspace());
   for (const auto& [arguments, words] : refused) {
     if (run({arguments[0], "--help"}).exit_code != 0) {

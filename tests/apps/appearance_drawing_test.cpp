@@ -170,6 +170,20 @@ TEST_F(AppearanceDrawing, AFilmIsPlayedAsFastAsItsMeshesSay) {
             "meshes of dress: 30 frames a second; expected 12");
 }
 
+TEST_F(AppearanceDrawing, FramesThatNotAllHaveAreLeftOutAndThatIsSaid) {
+  for (int f = 1; f < 3; ++f) {
+    Mesh mesh = waving_cloth();
+    mesh.vertices = cloth_at(mesh, f);
+    fs::create_directories(out("two"));
+    write_mesh(out("two") / (digits(f) + ".ply"), mesh);
+  }
+  const ChildResult two = drawn("pictures", {"--garment", "dress=" + out("two").string()});
+  ASSERT_EQ(two.exit_code, 0) << two.err;
+  EXPECT_THAT(two.out, HasSubstr("frame 000001\nframe 000002\n"));
+  EXPECT_THAT(two.out, HasSubstr("warning: 2 of 4 frames are drawn"));
+  EXPECT_FALSE(fs::exists(out("pictures") / "000000.png"));
+}
+
 TEST_F(AppearanceDrawing, BeforeNothingAndByACameraThatGoesRound) {
   ASSERT_EQ(drawn("own").exit_code, 0);
   ChildResult pictures = drawn("clear", {"--alpha", "true"});

@@ -216,6 +216,28 @@ TEST(AppearanceJudgement, WhatNothingDrawsIsNotComparedButCounted) {
   EXPECT_NEAR(figures.at("appearance.covered").value, 0.5, 0.06);
 }
 
+TEST(AppearanceJudgement, ShadowIsTheQuarterThatSeesLeastOfTheSky) {
+  JudgedSheet sheet;
+  // A wall along u = 0, which goes with the sheet and hides the sky from what is near to it.
+  sheet.truth.body = mesh_of({{-0.01, 1, -1}, {-0.01, 1, 2}, {-0.01, 1.4, 2}, {-0.01, 1.4, -1}},
+                             {{0, 1, 2}, {0, 2, 3}});
+  sheet.in_truth = worn_in_truth("", std::make_shared<const CaptureTruth>(sheet.truth));
+  for (TruthFrame& frame : sheet.motion.frames) {
+    frame.body = JudgedSheet::moved(sheet.truth.body.vertices, frame.frame_id);
+  }
+  const auto flat = [](double) { return 100.0; };
+  sheet.take_pictures(flat);
+  const JudgedScenes scenes =
+      simulated_scenes(sheet.motion, sheet.truth, sheet.in_truth, nullptr, {});
+  // Twenty steps off in the half beside the wall, and nowhere else.
+  const auto figures = sheet.figures(
+      scenes, 1, sheet.truth.garments[0].garment.mesh,
+      [](double u) { return u < 0.5 ? 80.0 : 100.0; }, flat);
+  const double off = 20 * std::log10(255 / 20.0);
+  EXPECT_NEAR(figures.at("appearance.shadow_psnr_db").value, off, 1e-4);
+  EXPECT_NEAR(figures.at("appearance.psnr_db").value, off + 10 * std::log10(2.0), 0.2);
+}
+
 TEST(AppearanceJudgement, GainsAreOverTheGeometricMeanOfThoseThatWereTrainedWith) {
   std::vector<Camera> all(3);
   all[0].id = "a";

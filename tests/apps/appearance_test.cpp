@@ -3,11 +3,13 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/device.h"
+#include "core/io/image_file.h"
 #include "tests/apps/appearance_fixture.h"
 
 namespace atelier::fixtures {
@@ -23,6 +25,11 @@ TEST_F(Appearance, LearnsWithoutWhatIsHeldOutAndIsMeasuredOnIt) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err, MatchesRegex("(.|\n)*ceiling  24/24 steps  [^\n]*/s  [^\n]* left  "
                                      "loss [0-9.e-]+  psnr_db [0-9.]+\n(.|\n)*"));
+  // Three pictures of the training, each beside what is drawn of it.
+  const ByteImage pairs = read_byte_image(folder_ / "ws" / "ceiling" / "current" / "pictures.png");
+  EXPECT_GE(pairs.width, 6 * 300);
+  EXPECT_GE(pairs.height, 300);
+  EXPECT_GT(std::set<std::uint8_t>(pairs.data.begin(), pairs.data.end()).size(), 50U);
   const ChildResult figures = run_child({program_path(), "evaluate", (folder_ / "ws").string(),
                                          "--truth", capture_.string(), "--stage", "appearance"});
   ASSERT_THAT(figures.exit_code, ::testing::AnyOf(0, 1)) << figures.err;
@@ -120,6 +127,15 @@ TEST_F(Appearance, OptionsThatNoNetworkCanHaveAreRefusedAtOnce) {
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
   EXPECT_THAT(refused.err,
               HasSubstr("shading cannot be 3: it takes powers of 2 from 1 to 16, as 2 or 4"));
+  for (const char* when : {"now", "--dry-run"}) {
+    std::vector<std::string> half = {"--half", "true"};
+    if (when != std::string("now")) {
+      half.emplace_back(when);
+    }
+    refused = ceiling("ws", half);
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr("--half works on a GPU alone")) << when;
+  }
   expect_nothing_of_ceiling("ws");
   if (!cuda_available()) {
     refused = ceiling("ws", {"--device", "cuda"});

@@ -38,7 +38,7 @@ TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
   EXPECT_EQ(bytes_of(folder_ / "half.safetensors.csv"),
             bytes_of(folder_ / "whole.safetensors.csv"));
   std::vector<std::string> diverging = train("diverged.safetensors", "diverged.checkpoint");
-  diverging.insert(diverging.end(), {"--learning-rate", "1", "--iterations", "24"});
+  diverging.insert(diverging.end(), {"--learning-rate", "1"});
   const ChildResult diverged = run_child(diverging);
   EXPECT_EQ(diverged.exit_code, 4) << diverged.err;
   EXPECT_THAT(diverged.err, HasSubstr("below the"));
@@ -132,6 +132,13 @@ TEST_F(Appearance, ATrainingReplacesNothingButItsOwnFiles) {
   ChildResult refused = train({data, model, "--log", notes});
   EXPECT_EQ(refused.exit_code, 3) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("no log of a training"));
+  // Somebody's file in the network's place, and in that of colours.
+  refused = train({data, notes});
+  EXPECT_EQ(refused.exit_code, 3) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("notes.txt: no network, and it would be replaced"));
+  refused = run_child({network_program().string(), "predict", model, data, notes});
+  EXPECT_EQ(refused.exit_code, 3) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("no archive of colours, and it would be replaced"));
   EXPECT_EQ(bytes_of(notes), "kept\n");
   // Before the data are read, which are none here.
   refused = train({data, (folder_ / "missing" / "m.safetensors").string()});
@@ -145,6 +152,10 @@ TEST_F(Appearance, CommandsOnFilesTakeTheirOwnOptionsAlone) {
   const ChildResult refused = run_child({program, "predict", "m", "d", "c", "--iterations", "3"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("iterations"));
+  const ChildResult twice =
+      run_child({program, "train", "d", "m", "--weight-decay", "1", "--weight_decay", "0.5"});
+  EXPECT_EQ(twice.exit_code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("--weight_decay is given twice"));
   const ChildResult help = run_child({program, "train", "--help"});
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_THAT(help.out, HasSubstr("--weight_decay <"));
