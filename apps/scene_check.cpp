@@ -83,14 +83,22 @@ void require_surface(const Points& body, const Triangles& faces,
 
 std::vector<std::string> scene_doubts(const SimulationScene& scene, double contact_reach) {
   std::vector<std::string> doubts;
+  const Points& garment = scene.start;
+  const Extent cloth = extent_of(garment);
+  char text[240];
   if (!scene.body || scene.body_faces.rows() == 0) {
+    const double size = cloth.diagonal().norm();
+    if (size < 0.02 || size > 20) {
+      std::snprintf(text, sizeof text,
+                    "warning: the garment is %.3g m across; another unit? --scale says how many "
+                    "metres one of its file is",
+                    size);
+      doubts.emplace_back(text);
+    }
     return doubts;
   }
   const Points body = scene.body(0);
-  const Points& garment = scene.start;
   const Extent about = extent_of(body);
-  const Extent cloth = extent_of(garment);
-  char text[240];
   if (about.sizes().maxCoeff() < 0.05 || about.sizes().y() > 5) {
     std::snprintf(text, sizeof text,
                   "warning: the body is %.3g m high and %.3g m across; another unit than metres? "
@@ -109,10 +117,11 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   }
   if (cloth.min().x() > about.max().x() || cloth.max().x() < about.min().x() ||
       cloth.min().z() > about.max().z() || cloth.max().z() < about.min().z() ||
-      cloth.max().y() < about.min().y()) {
+      cloth.max().y() < about.min().y() ||
+      cloth.min().y() > about.max().y() + std::max(1.0, about.sizes().y())) {
     doubts.emplace_back(
-        "warning: the garment lies beside the body or below it; --move-x, --move-y and --move-z "
-        "put it on");
+        "warning: the garment lies beside the body, below it or far above; --move-x, --move-y and "
+        "--move-z put it on");
   }
   if (enclosed_volume(body, scene.body_faces) < 0) {
     doubts.emplace_back(

@@ -102,6 +102,11 @@ TEST_F(Simulate, ScenesThatAreHardlyMeantAreSpokenOf) {
   EXPECT_THAT(said({"--settle", "1"}), ::testing::Not(HasSubstr("warning: ")));
   EXPECT_THAT(said({"--settle", "1", "--scale", "50"}), HasSubstr("--scale says how many"));
   EXPECT_THAT(said({"--settle", "1", "--move_x", "3"}), HasSubstr("--move-x"));
+  EXPECT_THAT(said({"--settle", "1", "--move_y", "0.5"}), ::testing::Not(HasSubstr("warning: ")));
+  EXPECT_THAT(said({"--settle", "1", "--move_y", "2"}), HasSubstr("far above"));
+  for (const char* scale : {"1000", "0.001"}) {
+    EXPECT_THAT(alone({"--settle", "1", "--scale", scale}).out, HasSubstr("another unit? --scale"));
+  }
   EXPECT_THAT(said({"--settle", "1", "--scale", "0.1", "--move_y", "0.1"}),
               HasSubstr("49 of 49 vertices begin inside the body deeper than"));
   // The same pyramid with its corners the other way round.
