@@ -25,6 +25,7 @@
 #include "capture/layouts/open_dataset.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/io/image_file.h"
 #include "core/render/contact_sheet.h"
 
@@ -284,6 +285,18 @@ bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPi
   return true;
 }
 
+/// What an interrupted run of the same request had prepared whole; nothing else is there.
+std::optional<AppearanceData> prepared_before(const fs::path& file) {
+  if (file_kind(file) == fs::file_type::not_found) {
+    return std::nullopt;
+  }
+  try {
+    return read_appearance_data(file);
+  } catch (const DataError&) {  // damaged meanwhile: prepared anew
+    return std::nullopt;
+  }
+}
+
 void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
   const auto& options = run.options<AppearanceStageOptions>();
   const TrainOptions known = resolved(options.train, run.device());
@@ -320,8 +333,20 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     surface.which = which;
     surface.label = worn.labels[which];
     surface.atlas = pack_atlas(worn.templates[which], {.resolution = network.resolution});
-    const AppearanceData data = prepare_appearance(worn.subject, surface, seen.cameras, frames,
-                                                   picture, options.prepare, run.device());
+    const fs::path scratch = run.scratch_folder() / name;
+    make_private_directory(scratch);
+    const fs::path data_file = scratch / "data.h5";
+    std::optional<AppearanceData> prepared = prepared_before(data_file);
+    if (prepared) {
+      run.say(name + ": goes on with the data that were prepared before");
+    } else {
+      write_archive(data_file,
+                    archive_of(prepare_appearance(worn.subject, surface, seen.cameras, frames,
+                                                  picture, options.prepare, run.device())));
+      // As the next run finds it: coordinates are rounded there.
+      prepared = read_appearance_data(data_file);
+    }
+    const AppearanceData& data = *prepared;
     views += static_cast<double>(data.views.size());
     for (const AppearanceView& view : data.views) {
       pixels += static_cast<double>(view.pixel.size());
@@ -330,10 +355,6 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
       return;
     }
     const StaticFit fixed = judged_pictures(run, data, network.resolution);
-    const fs::path scratch = run.scratch_folder() / name;
-    make_private_directory(scratch);
-    const fs::path data_file = scratch / "data.h5";
-    write_archive(data_file, archive_of(data));
     const Trained trained =
         train_network(run, name, known, static_cast<int>(data.views.size()), data_file,
                       scratch / "model.safetensors", scratch / "training.csv",

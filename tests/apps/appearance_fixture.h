@@ -270,13 +270,30 @@ class Appearance : public ::testing::Test, protected WavingCapture {
     }
     make_capture(capture_);
   }
-  /// `appearance` or `ceiling`.
-  static ChildResult learn(const std::string& stage, const std::filesystem::path& capture,
-                           const std::filesystem::path& workspace, std::vector<std::string> more) {
+  /// The call of `appearance` or `ceiling`.
+  static std::vector<std::string> learning(const std::string& stage,
+                                           const std::filesystem::path& capture,
+                                           const std::filesystem::path& workspace,
+                                           std::vector<std::string> more) {
     std::vector<std::string> words = {program_path(), stage, capture.string(), workspace.string()};
     more = with_usual(small_network(), more);
     words.insert(words.end(), more.begin(), more.end());
-    return run_child(words);
+    return words;
+  }
+  static ChildResult learn(const std::string& stage, const std::filesystem::path& capture,
+                           const std::filesystem::path& workspace,
+                           const std::vector<std::string>& more) {
+    return run_child(learning(stage, capture, workspace, more));
+  }
+  /// Below a folder that may not be there yet, as far as they stay while one looks.
+  static std::vector<std::filesystem::path> all_files(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    std::error_code gone;
+    auto walk = std::filesystem::recursive_directory_iterator(folder, gone);
+    for (; !gone && walk != std::filesystem::recursive_directory_iterator(); walk.increment(gone)) {
+      files.push_back(walk->path());
+    }
+    return files;
   }
   /// Makes a workspace in which `body` and `register` have found the truth.
   static void find(const std::filesystem::path& capture, const std::filesystem::path& workspace) {

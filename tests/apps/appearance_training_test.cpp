@@ -71,6 +71,37 @@ TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
   EXPECT_FALSE(fs::exists(folder_ / "x.safetensors"));
 }
 
+TEST_F(Appearance, AStageThatWasKilledGoesOnWithWhatItHadPrepared) {
+  const std::vector<std::string> longer = {"--iterations", "120"};
+  ASSERT_EQ(ceiling("whole", longer).exit_code, 0);
+  const fs::path stage = folder_ / "killed" / "ceiling";
+  const auto left = [&] {  // the file of a training that has begun
+    for (const fs::path& file : all_files(stage)) {
+      if (file.filename() == "checkpoint.safetensors") {
+        return file;
+      }
+    }
+    return fs::path();
+  };
+  {
+    const ChildProcess half(learning("ceiling", capture_, folder_ / "killed", longer));
+    while (left().empty() && !half.has_ended()) {
+      std::this_thread::yield();
+    }
+    half.kill(SIGKILL);
+  }
+  ASSERT_FALSE(left().empty());
+  const fs::path data = left().parent_path() / "data.h5";
+  const std::string prepared = bytes_of(data);
+  const ChildResult again = ceiling("killed", longer);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("goes on with the data that were prepared before"));
+  EXPECT_EQ(bytes_of(result("killed", "data.h5")), prepared);
+  for (const char* file : {"data.h5", "model.safetensors", "training.csv"}) {
+    EXPECT_EQ(bytes_of(result("killed", file)), bytes_of(result("whole", file))) << file;
+  }
+}
+
 TEST_F(Appearance, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
   ASSERT_EQ(ceiling("ws").exit_code, 0);
   {
