@@ -185,6 +185,46 @@ void fill_frames(Cast& cast) {
   }
 }
 
+/// What is said of the light has to be how the networks learnt: they know no other.
+void require_light(const Cast& cast, const DrawOptions& options) {
+  const OcclusionOptions& asked = options.paint.occlusion;
+  if (asked.strata <= 0 && asked.reach <= 0 && asked.offset < 0) {
+    return;
+  }
+  for (const SceneLayer& layer : cast.scene.layers) {
+    if (layer.model.empty()) {
+      continue;
+    }
+    const std::string problem = occlusion_problem(
+        asked, {layer.name, occlusion_at(read_safetensors(layer.model).metadata, layer.model)});
+    if (!problem.empty()) {
+      throw UsageError(problem + "; leave it out");
+    }
+  }
+}
+
+/// The cast with its frames. What is wrong with a file of a result is said with the stage that
+/// makes it anew.
+Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
+  try {
+    Cast cast = cast_of(arguments);
+    require_light(cast, options);
+    fill_frames(cast);
+    return cast;
+  } catch (const DataError& error) {
+    for (const Stage& stage : all_stages()) {
+      const std::string advice = "run 'atelier " + std::string(stage.name) + "'";
+      if (!error.file.empty() &&
+          is_inside(error.file, fs::path(arguments.workspace) / stage.name) &&
+          error.expected.find("run 'atelier") == std::string::npos) {
+        throw DataError(error.file, error.where, error.found,
+                        error.expected + "; " + advice + " again");
+      }
+    }
+    throw;
+  }
+}
+
 void place_cameras(Cast& cast, const DrawArguments& arguments, const DrawOptions& options) {
   if (!arguments.capture.empty()) {
     std::string ids;
@@ -281,24 +321,6 @@ void require_use(const DrawArguments& arguments, const OptionTable& table) {
   }
 }
 
-/// What is said of the light has to be how the networks learnt: they know no other.
-void require_light(const Cast& cast, const DrawOptions& options) {
-  const OcclusionOptions& asked = options.paint.occlusion;
-  if (asked.strata <= 0 && asked.reach <= 0 && asked.offset < 0) {
-    return;
-  }
-  for (const SceneLayer& layer : cast.scene.layers) {
-    if (layer.model.empty()) {
-      continue;
-    }
-    const std::string problem = occlusion_problem(
-        asked, {layer.name, occlusion_at(read_safetensors(layer.model).metadata, layer.model)});
-    if (!problem.empty()) {
-      throw UsageError(problem + "; leave it out");
-    }
-  }
-}
-
 int run(const DrawArguments& arguments, const OptionSet& set) {
   const auto& options = options_of<DrawOptions>(set);
   if (arguments.workspace.empty() || arguments.out.empty()) {
@@ -326,10 +348,8 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   require_new_place(arguments.out, "--out");
   require_outside_results(arguments.out, arguments.workspace, all_stages(), "--out");
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
-  Cast cast = cast_of(arguments);
-  require_light(cast, options);
+  Cast cast = whole_cast(arguments, options);
   const VideoOptions film_as = film_options(set, rate_of(cast));
-  fill_frames(cast);
   place_cameras(cast, arguments, options);
   const NewFolders made(arguments.out);
   if (!video) {

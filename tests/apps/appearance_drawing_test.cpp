@@ -5,10 +5,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "appearance/painted_scene.h"
+#include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
@@ -273,12 +276,64 @@ TEST_F(AppearanceDrawing, WithoutASoundNetworkAGarmentIsNotDrawn) {
     EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' again"));
     EXPECT_EQ(refused.err.find("expected"), refused.err.rfind("expected")) << refused.err;
   }
+  // So is a mesh of another stage's, with the stage.
+  const fs::path mesh = copy / "body" / "current" / "frames" / "000002.h5";
+  const std::string sound = bytes_of(mesh);
+  fs::remove(mesh);
+  expect_no(draw(copy, "none", {}), 3, "000002.h5");
+  expect_no(draw(copy, "none", {}), 3, "run 'atelier body' again");
+  write_file_atomically(mesh, sound);
   // Without its network a garment is not drawn grey, as a body is.
   fs::remove(network);
   expect_no(draw(copy, "none", {}), 3, "no network");
   // Nor is one left out whose folder is gone.
   fs::remove_all(network.parent_path());
   expect_no(draw(copy, "none", {}), 3, "no network");
+}
+
+/// A ball in six frames, for `atelier-appearance paint`.
+PaintedScene rolling_ball(const Mesh& ball, const Camera& camera) {
+  PaintedScene scene;
+  scene.layers = {{"ball", "", {0.5F, 0.2F, 0.1F}, ball.faces}};
+  scene.cameras = {camera};
+  for (int f = 0; f < 6; ++f) {
+    Points vertices = ball.vertices;
+    vertices.col(0).array() += 0.02 * f;
+    scene.frame_ids.push_back(f);
+    scene.vertices.push_back({vertices});
+  }
+  return scene;
+}
+
+TEST_F(Appearance, PicturesThatNobodyTakesAreWaitedFor) {
+  const fs::path scene = folder_ / "scene.h5";
+  write_archive(scene, archive_of(rolling_ball(ball(), camera_of(2))));
+  const auto paint = [&](const char* folder, const char* ahead) {
+    fs::create_directories(folder_ / folder);
+    return std::vector<std::string>{network_program().string(),  "paint",   scene.string(),
+                                    (folder_ / folder).string(), "--ahead", ahead};
+  };
+  ChildProcess two(paint("two", "2"));
+  const auto picture = [&](int f) { return folder_ / "two" / (digits(f) + ".h5"); };
+  for (int f = 0; f < 6; ++f) {
+    while (!fs::exists(picture(std::min(f + 1, 5))) && !two.has_ended()) {
+      std::this_thread::yield();
+    }
+    EXPECT_TRUE(fs::exists(picture(f)));
+    EXPECT_FALSE(fs::exists(picture(f + 2))) << "two lie there already";
+    fs::remove(picture(f));
+  }
+  EXPECT_EQ(two.wait().exit_code, 0);
+  // One that waits can be told to end; one that is not told to wait does not.
+  ChildProcess one(paint("one", "1"));
+  while (!fs::exists(folder_ / "one" / "000000.h5") && !one.has_ended()) {
+    std::this_thread::yield();
+  }
+  one.kill(SIGTERM);
+  EXPECT_EQ(one.wait().exit_code, 4);
+  EXPECT_EQ(run_child(paint("all", "0")).exit_code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "all" / "000000.h5"));
+  EXPECT_TRUE(fs::exists(folder_ / "all" / "000005.h5"));
 }
 
 TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
