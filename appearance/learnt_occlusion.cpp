@@ -76,8 +76,11 @@ std::string occlusion_problem(const OcclusionOptions& asked, const LearntOcclusi
     const std::string one = option_text(wanted_table.fields[i]);
     const std::string other = option_text(has_table.fields[i]);
     if (one != other) {
-      return kOcclusionText + has_table.fields[i].name + " cannot be " + one + ": " + learnt.name +
-             " learnt with " + other;
+      std::string problem = kOcclusionText + has_table.fields[i].name;
+      problem += " cannot be " + one;
+      problem += ": " + learnt.name;
+      problem += " learnt with " + other;
+      return problem;
     }
   }
   return "";
