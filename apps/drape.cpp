@@ -25,6 +25,7 @@
 #include "core/error.h"
 #include "core/garment_archive.h"
 #include "core/io/image_file.h"
+#include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
 #include "core/printable.h"
 #include "core/render/contact_sheet.h"
@@ -282,6 +283,12 @@ void write_pictures(const std::filesystem::path& out, const Draped& draped, bool
 int run(const std::filesystem::path& out, const DrapeOptions& options) {
   if (out.empty()) {
     throw UsageError("drape takes --out: atelier drape --garment dress --out FOLDER");
+  }
+  for (const char* file : {".obj", ".ply", ".glb", ".h5", ".usda", ".png", ".jpg", ".mp4"}) {
+    if (lower_extension(out) == file) {
+      throw UsageError("--out cannot be '" + out.string() +
+                       "': meshes, pictures and a video go into one new folder; name that");
+    }
   }
   require_new_place(out, "--out");
   require_folder_place(out);

@@ -40,6 +40,11 @@ class DrapeRefuses : public ::testing::Test {
 
 TEST_F(DrapeRefuses, PlacesThatAreMissingOrTaken) {
   EXPECT_EQ(run({"--garment", "tee"}).exit_code, 2);
+  for (const char* file : {"tee.png", "tee.obj", "tee.H5"}) {
+    const ChildResult named = run({"--garment", "tee", "--out", (root_.path() / file).string()});
+    EXPECT_EQ(named.exit_code, 2) << file;
+    EXPECT_THAT(named.err, HasSubstr("go into one new folder"));
+  }
   const ChildResult taken = run({"--out", root_.path().string()});
   EXPECT_EQ(taken.exit_code, 2);
   EXPECT_THAT(taken.err,
