@@ -228,8 +228,8 @@ void require_garment_options(const Garment& garment, const SimulateOptions& opti
   require_none({
       {said && !flat && garment.material.stretch_warp != garment.material.stretch_weft,
        "--material.stretch-warp and --material.stretch-weft cannot differ without a flat rest "
-       "shape to tell them by, and --relax has none: say both alike, or give garment.h5 of drape "
-       "or --flat-rest"},
+       "shape to tell them by: say both alike, or give garment.h5 of drape or --flat-rest, and no "
+       "--relax"},
       {!options.sewn && garment.seams.empty(),
        "--sewn false does nothing: the garment has no seams; leave it out"},
   });

@@ -1,6 +1,7 @@
 #if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_SIMULATION)
 
 #include <algorithm>
+#include <exception>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -30,15 +31,23 @@ class FrameSource {
 
   SimulatedFrame at(int frame) {
     const std::lock_guard lock(mutex_);
-    if (!started_) {
+    // Frames are asked for about in order: one whose place is behind begins there again.
+    if (!started_ || (frame <= done_ && !waiting_.contains(frame))) {
       start_before(frame);
     }
     while (done_ < frame) {
+      if (failure_) {  // nobody goes on past a frame that failed
+        std::rethrow_exception(failure_);
+      }
+      try {
+        waiting_[done_ + 1] = advanced(done_ + 1);
+      } catch (...) {
+        failure_ = std::current_exception();
+        throw;
+      }
       ++done_;
-      waiting_[done_] = advanced(done_);
     }
     const auto found = waiting_.find(frame);
-    ATELIER_CHECK(found != waiting_.end(), "a frame is asked for twice");
     SimulatedFrame simulated = std::move(found->second);
     waiting_.erase(found);
     return simulated;
@@ -50,14 +59,14 @@ class FrameSource {
  private:
   SimulatedFrame advanced(int frame) {
     const FrameReport report =
-        advance_scene(solver_, scene_, options_, frame, paths_,
-                      "; frames before it are kept, and a run that is put right goes on from them");
+        advance_scene(solver_, scene_, options_, frame, paths_, "; frames before it are kept");
     return {solver_.state(), report};
   }
 
   /// Goes on behind the last frame before `frame` that an earlier run has finished.
   void start_before(int frame) {
     started_ = true;
+    done_ = 0;
     solver_.set_state(scene_start(scene_, cloth_));
     for (int before = frame - 1; before > 0; --before) {
       const std::optional<std::filesystem::path> file = finished(before);
@@ -87,6 +96,7 @@ class FrameSource {
   bool started_ = false;
   int done_ = 0;
   std::map<int, SimulatedFrame> waiting_;
+  std::exception_ptr failure_;  ///< of the frame behind `done_`
 };
 
 /// The worst of all frames; what was counted in none has no metric.

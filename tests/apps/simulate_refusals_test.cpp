@@ -165,7 +165,7 @@ TEST_F(Simulate, RefusesWhatIsSaidAndWouldDoNothing) {
           "wind does nothing with xpbd.air_density 0");
   refused({"--pin_top", "0.5"}, "holds every vertex");
   refused({"--pin_top", "0.5", "--relax"}, "holds every vertex");
-  refused({"--relax", "--material.stretch_warp", "500"}, "and --relax has none");
+  refused({"--relax", "--material.stretch_warp", "500"}, "or --flat-rest, and no --relax");
   refused({"--relax", "--flat_rest"}, "--flat-rest does nothing with --relax");
   refused({"--relax", "--membrane", "strain"}, "--relax finds one in space");
   refused({"--sewn", "false"}, "the garment has no seams");

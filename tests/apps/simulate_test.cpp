@@ -459,6 +459,21 @@ TEST_F(Simulate, InAWorkspaceABodyThatTeleportsIsNamedWithItsFrame) {
   EXPECT_FALSE(bytes("ws", "states/000004.h5").empty());
 }
 
+TEST_F(Simulate, NoFrameIsMadePastOneThatFailed) {
+  std::filesystem::remove(scene() / "body.obj");
+  std::filesystem::create_directories(scene() / "body");
+  for (int i = 0; i < 10; ++i) {
+    write_body(scene() / "body" / ("b_" + std::to_string(i) + ".obj"), i < 2 ? 0 : 5);
+  }
+  const ChildResult result = stage("ws", {"--settle", "3", "--jobs", "8"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_FALSE(bytes("ws", "states/000004.h5").empty());
+  for (int frame = 5; frame <= 12; ++frame) {
+    const std::string digits = std::to_string(1000000 + frame).substr(1);
+    EXPECT_TRUE(bytes("ws", "states/" + digits + ".h5").empty()) << frame;
+  }
+}
+
 TEST_F(Simulate, SaysWhichModulusItIsSolvedWith) {
   ChildResult result = alone({"--material", "denim", "--settle", "1"});
   EXPECT_THAT(result.out, HasSubstr("Young's modulus 646 N/m (mean of warp and weft: no flat rest "
