@@ -22,8 +22,8 @@ bool is_inside(const std::filesystem::path& path, const std::filesystem::path& f
 void require_outside_inputs(const std::filesystem::path& place, std::span<const StageStatus> stages,
                             const std::string& argument);
 
-/// Refuses a place in a capture, whichever: what is written there would change it, or replace what it
-/// holds. Throws UsageError.
+/// Refuses a place in a capture, whichever: what is written there would change it, or replace what
+/// it holds. Throws UsageError.
 void require_outside_captures(const std::filesystem::path& place, const std::string& argument);
 
 /// Refuses a place among the results of a workspace's stages, which are what their manifests say

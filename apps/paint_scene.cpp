@@ -47,8 +47,9 @@ bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device 
   const TemporaryFolder between;
   const std::filesystem::path file = between.path / "scene.h5";
   write_archive(file, archive_of(tucked(scene)));
-  std::vector<std::string> words = {"paint", file.string(), between.path.string(), "--device",
-                                    device_name(device), "--ahead", "4"};
+  std::vector<std::string> words = {"paint",    file.string(),       between.path.string(),
+                                    "--device", device_name(device), "--ahead",
+                                    "4"};
   PaintOptions known = options;
   for (const OptionField& field : describe(known).fields) {
     words.push_back("--" + field.name);
