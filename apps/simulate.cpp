@@ -136,19 +136,23 @@ int simulate_grid(const OutputPlace& place, const SimulationScene& scene, const 
     sweep.set_state(i, scene_start(scene, cloth));
   }
   catch_interrupts();
-  for (Index frame = 1; frame <= scene.frame_count; ++frame) {
+  const auto stop_if_asked = [&](Index frames_done) {
     if (interrupted()) {
       (json ? standard_error() : std::cout)
-          << "stopped after frame " << frame - 1 << " of " << scene.frame_count
+          << "stopped after frame " << frames_done << " of " << scene.frame_count
           << "; a grid is drawn in the end, so nothing was written" << std::endl;
       end_by_signal();
     }
+  };
+  for (Index frame = 1; frame <= scene.frame_count; ++frame) {
+    stop_if_asked(frame - 1);
     sweep.advance(scene_control(scene, options, frame));
   }
   const Points body = scene.body ? scene.body(scene.frame_count) : Points(0, 3);
   const MembraneInUse membrane = membrane_in_use(scene.garments[0], options.cloth);
   std::vector<CaptionedImage> pictures;
   for (int i = 0; i < sweep.scene_count(); ++i) {
+    stop_if_asked(scene.frame_count);
     const ClothVariation& v = variations[static_cast<std::size_t>(i)];
     char caption[120];
     std::snprintf(caption, sizeof caption, "%s N/m, %.3g N m, strain %.2g%%",

@@ -10,6 +10,7 @@
 
 #include "capture/cameras_file.h"
 #include "capture/truth_archive.h"
+#include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "core/mesh_statistics.h"
 #include "core/sequence_archive.h"
