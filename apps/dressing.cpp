@@ -11,6 +11,7 @@
 #include <set>
 
 #include "apps/fitting.h"
+#include "apps/joined_names.h"
 #include "apps/tailor.h"
 #include "bodymodel/makehuman.h"
 #include "bodymodel/mhclo.h"
@@ -43,17 +44,6 @@ constexpr double kWaistband = 0.90;        // of the body's girth
 constexpr double kWaistbandStiffness = 3;  // times the cloth's
 constexpr double kMakeHumanRoom = 0.006;   // m that a MakeHuman garment is lifted before it hangs
 constexpr double kLayerRoom = 0.010;       // m between one garment's sewing and what is worn below
-
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts;
-  std::size_t begin = 0;
-  while (begin <= text.size()) {
-    const std::size_t end = std::min(text.find('+', begin), text.size());
-    parts.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return parts;
-}
 
 SewingPattern pattern_of(const std::string& name, const TailorMeasures& measures) {
   if (name == "tee") {
@@ -247,7 +237,7 @@ int search_interval(int substeps) {
 
 std::vector<std::pair<std::string, Label>> outfit_garments(const std::string& garment) {
   std::vector<std::pair<std::string, Label>> result;
-  for (const std::string& name : split(garment)) {
+  for (const std::string& name : joined_names(garment)) {
     Label label = Label::Unknown;  // of a file: known once it is on the body
     if (name == "tee") {
       label = Label::Upper;

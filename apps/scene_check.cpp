@@ -15,6 +15,7 @@
 #include "core/normals.h"
 #include "core/topology.h"
 #include "core/welded_faces.h"
+#include "simulation/attached_position.h"
 
 namespace atelier {
 namespace {
@@ -50,14 +51,7 @@ double farthest_pull(const SimulationScene& scene, const Points& body) {
   double farthest = 0;
   for (std::size_t g = 0; g < scene.garments.size(); ++g) {
     for (const Attachment& one : scene.garments[g].attachments) {
-      const auto corner = [&](int k) -> Eigen::Vector3d {
-        return body.row(scene.body_faces(one.triangle, k)).transpose();
-      };
-      const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
-      Eigen::Vector3d held = one.distance * normal.normalized();
-      for (int k = 0; k < 3; ++k) {
-        held += one.barycentric[k] * corner(k);
-      }
+      const Eigen::Vector3d held = attached_position(one, body, scene.body_faces);
       const Eigen::Vector3d begins = scene.start.row(scene.first[g] + one.vertex).transpose();
       farthest = std::max(farthest, (held - begins).norm());
     }

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "apps/joined_names.h"
 #include "apps/scene_check.h"
 #include "apps/usage_error.h"
 #include "core/device.h"
@@ -470,15 +471,12 @@ std::vector<std::filesystem::path> garment_paths(const std::string& text) {
     return {text};
   }
   std::vector<std::filesystem::path> paths;
-  std::size_t begin = 0;
-  while (begin <= text.size()) {
-    const std::size_t end = std::min(text.find('+', begin), text.size());
-    if (end == begin) {
+  for (const std::string& name : joined_names(text)) {
+    if (name.empty()) {
       throw UsageError("--garment '" + text.substr(0, 80) +
                        "' has a garment without a name; it takes files joined by +");
     }
-    paths.emplace_back(text.substr(begin, end - begin));
-    begin = end + 1;
+    paths.emplace_back(name);
   }
   return paths;
 }

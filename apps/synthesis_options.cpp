@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <set>
-#include <sstream>
 
+#include "apps/joined_names.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -143,8 +143,7 @@ std::vector<std::string> impossible_options(const SynthesisOptions& options) {
     say("--cloth-sequence needs --body-sequence: the body that wears the cloth");
   }
   std::set<std::string> worn;
-  std::istringstream garments(options.outfit.garment);
-  for (std::string garment; std::getline(garments, garment, '+');) {
+  for (const std::string& garment : joined_names(options.outfit.garment)) {
     if (!worn.insert(garment).second) {
       say("--garment names '" + garment + "' twice");
     }

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/topology.h"
 #include "core/welded_faces.h"
+#include "simulation/attached_position.h"
 #include "simulation/backend.h"
 #include "simulation/constraint_math.h"
 #include "simulation/crossings.h"
@@ -157,13 +158,7 @@ Points pin_targets_of(const Cloth& cloth, const Control& control, const Triangle
     for (const Attachment& a : cloth.attachments) {
       ATELIER_CHECK(a.triangle >= 0 && a.triangle < body_faces.rows(),
                     "attachment to triangle " + std::to_string(a.triangle) + " of the body");
-      const Eigen::Vector3d p0 = control.body_end.row(body_faces(a.triangle, 0)).transpose();
-      const Eigen::Vector3d p1 = control.body_end.row(body_faces(a.triangle, 1)).transpose();
-      const Eigen::Vector3d p2 = control.body_end.row(body_faces(a.triangle, 2)).transpose();
-      const Eigen::Vector3d normal = (p1 - p0).cross(p2 - p0).normalized();
-      out.row(a.vertex) = (a.barycentric[0] * p0 + a.barycentric[1] * p1 + a.barycentric[2] * p2 +
-                           a.distance * normal)
-                              .transpose();
+      out.row(a.vertex) = attached_position(a, control.body_end, body_faces).transpose();
     }
   }
   return out;
