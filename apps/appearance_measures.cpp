@@ -150,7 +150,7 @@ std::vector<TemplateRider> riders_of(const WornSubject& worn, const fs::path& re
   return riders;
 }
 
-/// What results are judged by, read and simulated once for all of them.
+/// What a result is judged by.
 struct Judging {
   fs::path capture;
   CaptureInfo info;
@@ -198,12 +198,11 @@ std::optional<JudgedNetworks> judge(const fs::path& workspace, const std::string
   return judged.compared.covered > 0 ? std::optional(judged) : std::nullopt;
 }
 
-}  // namespace
-
-std::vector<Measure> measure_appearance(const fs::path& workspace, const fs::path& capture) {
-  std::vector<Measure> all;
-  if (!current_name(workspace / "ceiling") && !current_name(workspace / "appearance")) {
-    return all;
+/// The figures of the result of one of the two stages.
+std::vector<Measure> measure_networks(const fs::path& workspace, const fs::path& capture,
+                                      const std::string& stage) {
+  if (!current_name(workspace / stage)) {
+    return {};
   }
   Judging by{capture, read_capture_info(capture), nullptr, {}, {}};
   by.truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
@@ -214,28 +213,44 @@ std::vector<Measure> measure_appearance(const fs::path& workspace, const fs::pat
     }
   }
   if (by.cameras.empty() || by.info.held_out_frames.empty()) {
-    return all;
+    return {};
   }
   by.motion = simulate_motion(capture, *by.truth, by.cameras);
-  const auto ceiling = judge(workspace, "ceiling", by);
-  const auto reached = judge(workspace, "appearance", by);
+  const auto judged = judge(workspace, stage, by);
+  if (!judged) {
+    return {};
+  }
   const auto options = synthesis_options_of(capture);
   const bool printed = options && options->fabric.kind == FabricKind::Print;
-  const std::string motion = by.motion ? by.motion->motion : "";
-  for (const auto& [stage, judged] : {std::pair("appearance", &reached), {"ceiling", &ceiling}}) {
-    if (*judged) {
-      const std::vector<Measure> more = measures_of(stage, **judged, printed, motion);
-      all.insert(all.end(), more.begin(), more.end());
-    }
+  return measures_of(stage, *judged, printed, by.motion ? by.motion->motion : "");
+}
+
+}  // namespace
+
+std::vector<Measure> measure_ceiling(const fs::path& workspace, const fs::path& capture) {
+  return measure_networks(workspace, capture, "ceiling");
+}
+
+std::vector<Measure> measure_appearance(const fs::path& workspace, const fs::path& capture) {
+  return measure_networks(workspace, capture, "appearance");
+}
+
+std::optional<Measure> below_ceiling(std::span<const Measure> measures) {
+  const auto find = [&](const char* key) {
+    return std::find_if(measures.begin(), measures.end(),
+                        [&](const Measure& one) { return one.key == key; });
+  };
+  const auto ceiling = find("ceiling.psnr_db");
+  const auto reached = find("appearance.psnr_db");
+  if (ceiling == measures.end() || reached == measures.end()) {
+    return std::nullopt;
   }
-  if (reached && ceiling) {
-    const auto db = [](const JudgedNetworks& judged) {
-      return psnr_of(judged.compared.drawn.squares / judged.compared.drawn.count);
-    };
-    all.push_back({"appearance.below_ceiling_db", db(*ceiling) - db(*reached), "dB", 2,
-                   Measure::Side::AtMost, "less than the same network on true geometry"});
-  }
-  return all;
+  return Measure{"appearance.below_ceiling_db",
+                 ceiling->value - reached->value,
+                 "dB",
+                 2,
+                 Measure::Side::AtMost,
+                 "less than the same network on true geometry"};
 }
 
 }  // namespace atelier

@@ -79,7 +79,10 @@ void print_table(const std::vector<Judged>& rows) {
             << " not measured or not judged\n";
 }
 
-int run(const EvaluateArguments& arguments) {
+int run(EvaluateArguments arguments) {
+  if (arguments.stage == "all") {
+    arguments.stage.clear();
+  }
   if (arguments.workspace.empty() || arguments.truth.empty()) {
     throw UsageError(
         "evaluate takes a WORKSPACE and --truth: atelier evaluate WORKSPACE --truth CAPTURE");

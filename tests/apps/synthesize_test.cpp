@@ -331,7 +331,7 @@ TEST_F(Synthesize, ItsSubjectIsSimulatedAnewAndNetworksAreJudgedByThat) {
   EXPECT_TRUE(fs::exists(root / "ws" / "ceiling" / "current" / "body" / "model.safetensors"));
   const auto figures = [&] {
     const ChildResult result = run_child({program_path(), "evaluate", (root / "ws").string(),
-                                          "--truth", held.string(), "--stage", "appearance"});
+                                          "--truth", held.string(), "--stage", "ceiling"});
     EXPECT_THAT(result.exit_code, ::testing::AnyOf(0, 1)) << result.err;
     return result.out;
   };
