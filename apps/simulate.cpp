@@ -5,18 +5,23 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
 #include "apps/json_text.h"
 #include "apps/membrane_in_use.h"
 #include "apps/said_material.h"
+#include "apps/scene_check.h"
 #include "apps/simulation_doubts.h"
+#include "apps/simulation_garments.h"
 #include "apps/simulation_output.h"
 #include "apps/simulation_table.h"
+#include "apps/simulation_words.h"
 #include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "core/atomic_file.h"
@@ -81,9 +86,9 @@ std::string line_of(const FrameReport& r, bool with_body) {
                   r.body_contacts, r.penetrating, 1e3 * r.penetration_depth);
     line += text;
   }
-  std::snprintf(text, sizeof text, "%d touch cloth; energy %.3g J; residual %.2g mm, %.2g rad",
-                r.self_contacts, r.kinetic_energy + r.elastic_energy, 1e3 * r.spring_residual,
-                r.hinge_residual);
+  std::snprintf(text, sizeof text, "%d touch cloth; energy %s J; residual %s, %.2g rad",
+                r.self_contacts, number_text(r.kinetic_energy + r.elastic_energy).c_str(),
+                length_text(r.spring_residual).c_str(), r.hinge_residual);
   line += text;
   if (r.strain_residual >= 0) {
     std::snprintf(text, sizeof text, ", %.2g%% of strain", 100 * r.strain_residual);
@@ -227,6 +232,14 @@ std::string stopped_text(Index done, Index count, const std::filesystem::path& o
          (done < count ? "it and the frames before it are in " : "all are in ") + out.string();
 }
 
+/// What is behind the words of a failure.
+std::string kept_text(Index done, const std::filesystem::path& place) {
+  return done == 0 ? ""
+         : done == 1
+             ? "; the frame before it is in " + place.string()
+             : "; the " + std::to_string(done) + " frames before it are in " + place.string();
+}
+
 /// Refuses beside --grid what is of frames, and what would make rows of it alike.
 void require_grid(const OutputPlace& place, const SimulateOptions& options, bool format) {
   if (format || place.one_file) {
@@ -283,6 +296,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     throw UsageError("--out '" + value("out").substr(0, 80) +
                      "' is one file of one garment; name a folder for several");
   }
+  require_scene_options(paths, options, device);
   std::vector<std::filesystem::path> inputs = paths.garments;
   inputs.insert(inputs.end(), {paths.body, paths.motion});
   for (const std::filesystem::path& input : inputs) {
@@ -292,6 +306,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
                        "': it is an input, which would be lost; name another file");
     }
   }
+  require_output_place(place);
   const SimulationScene scene = read_scene(paths, options, device);
   for (const std::string& note : scene.notes) {
     (json ? standard_error() : std::cout) << printable(note) << "\n";
@@ -315,43 +330,49 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   Album album(place, scene.frame_count, options.fps);
   const bool pictures = value("no-pictures") != "true";
   std::vector<FrameReport> reports;
-  const auto finish = [&] {
-    for (FrameWriter& writer : writers) {
-      writer.finish();
-    }
-    if (!reports.empty()) {
-      write_file_atomically(place.beside("frames.csv"), frames_csv(reports, options.fps));
-      if (pictures) {
-        album.write_sheet();
-      }
+  // Whatever fails, every other file is written, and it is said where the frames are.
+  std::exception_ptr failure;
+  const auto attempt = [&](const auto& work) {
+    try {
+      work();
+    } catch (const std::runtime_error&) {
+      failure = failure ? failure : std::current_exception();
     }
   };
-  for (Index frame = 1; frame <= scene.frame_count && !interrupted(); ++frame) {
-    const FrameReport report = [&] {
-      try {
-        return advance_scene(solver, scene, options, frame, paths,
-                             "; frames before it are in " + place.path.string());
-      } catch (const std::runtime_error&) {
-        finish();
-        throw;
+  attempt([&] {
+    for (Index frame = 1; frame <= scene.frame_count && !interrupted(); ++frame) {
+      const FrameReport report = advance_scene(solver, scene, options, frame, paths);
+      const std::vector<Mesh> meshes = garment_meshes(scene, solver.state().positions);
+      for (std::size_t g = 0; g < meshes.size(); ++g) {
+        writers[g].write(static_cast<int>(frame), meshes[g]);
       }
-    }();
-    const std::vector<Mesh> meshes = garment_meshes(scene, solver.state().positions);
-    for (std::size_t g = 0; g < meshes.size(); ++g) {
-      writers[g].write(static_cast<int>(frame), meshes[g]);
+      reports.push_back(report);
+      std::cout << (json ? json_text(json_of(report))
+                         : line_of(report, scene.body_faces.rows() > 0))
+                << std::endl;
+      if (pictures) {
+        album.add(frame, meshes, scene);
+      }
     }
-    reports.push_back(report);
-    std::cout << (json ? json_text(json_of(report)) : line_of(report, scene.body_faces.rows() > 0))
-              << std::endl;
-    if (pictures) {
-      album.add(frame, meshes, scene);
-    }
-  }
-  finish();
+  });
   const auto done = static_cast<Index>(reports.size());
-  if (pictures && done == scene.frame_count && !interrupted()) {
+  if (done > 0) {
+    attempt([&] {
+      write_file_atomically(place.beside("frames.csv"), frames_csv(reports, options.fps));
+    });
+  }
+  for (FrameWriter& writer : writers) {
+    attempt([&] { writer.finish(done); });
+  }
+  if (pictures && done > 0) {
+    attempt([&] { album.write_sheet(); });
+  }
+  if (pictures && done == scene.frame_count && !interrupted() && !failure) {
     (json ? standard_error() : std::cout) << "drawing a turntable and a film" << std::endl;
-    album.write_videos([] { return interrupted(); });
+    attempt([&] { album.write_videos([] { return interrupted(); }); });
+  }
+  if (failure) {
+    throw_with(failure, kept_text(done, writers.front().frames_place()));
   }
   std::ostream& words = json ? standard_error() : std::cout;
   for (const std::string& doubt : simulation_doubts(reports, options.xpbd.self_contact)) {

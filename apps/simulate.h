@@ -33,8 +33,9 @@ void check_simulate_input(const std::filesystem::path& input);
 
 /// The command alone: --garment, --body, --motion, --out (a folder, or a file T.h5 or T.usda),
 /// --format, --grid. Every frame is in the folder (T.h5.frames) as soon as it is done; frames.csv
-/// and pictures come at the end. SIGINT and SIGTERM end it after the frame that it is in, with
-/// frames.csv and sheet.png of what there is; then the signal ends the program.
+/// and pictures come at the end, each also where another of them or a frame cannot be written, and
+/// what is thrown then says where the frames are. SIGINT and SIGTERM end it after the frame that it
+/// is in, with frames.csv and sheet.png of what there is; then the signal ends the program.
 int simulate_alone(const std::map<std::string, std::string>& values, const OptionSet& options,
                    Device device, bool json);
 

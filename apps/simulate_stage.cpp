@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 
 #include "apps/membrane_in_use.h"
 #include "apps/simulate.h"
@@ -58,9 +59,12 @@ class FrameSource {
 
  private:
   SimulatedFrame advanced(int frame) {
-    const FrameReport report =
-        advance_scene(solver_, scene_, options_, frame, paths_, "; frames before it are kept");
-    return {solver_.state(), report};
+    try {
+      const FrameReport report = advance_scene(solver_, scene_, options_, frame, paths_);
+      return {solver_.state(), report};
+    } catch (const std::runtime_error&) {
+      throw_with(std::current_exception(), frame > 1 ? "; frames before it are kept" : "");
+    }
   }
 
   /// Goes on behind the last frame before `frame` that an earlier run has finished.
@@ -71,7 +75,7 @@ class FrameSource {
     for (int before = frame - 1; before > 0; --before) {
       const std::optional<std::filesystem::path> file = finished(before);
       if (file) {
-        solver_.set_state(read_simulated_frame(*file, vertices()).state);
+        solver_.set_state(read_simulated_frame(*file, before, vertices()).state);
         done_ = before;
         return;
       }
@@ -144,7 +148,7 @@ void run_simulate(StageRun& run) {
   const SimulationScene scene = read_scene(paths, options, run.device());
   run.say(text_of(membrane_in_use(scene.garments[0], options.cloth)));
   for (const std::string& note : scene.notes) {
-    run.say(note);
+    note.starts_with(kWarning) ? run.warn(note) : run.say(note);
   }
   std::vector<int> ids;
   for (Index i = 1; i <= scene.frame_count; ++i) {
@@ -181,7 +185,7 @@ void run_simulate(StageRun& run) {
     if (run.stop_requested()) {
       return;
     }
-    SimulatedFrame frame = read_simulated_frame(run.frame_file(id), source.vertices());
+    SimulatedFrame frame = read_simulated_frame(run.frame_file(id), id, source.vertices());
     reports.push_back(frame.report);
     Mesh mesh;
     mesh.vertices = std::move(frame.state.positions);

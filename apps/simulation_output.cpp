@@ -49,15 +49,6 @@ OutputPlace output_place(const std::string& out, const std::string& format) {
     }
     place.format = extension.substr(1);
     place.one_file = true;
-    if (std::filesystem::is_directory(place.path)) {
-      throw UsageError("--out cannot be '" + out + "': that is a folder; name another file");
-    }
-    require_file_place(place.path);
-    if (std::filesystem::exists(gathered_in(place, ""))) {
-      throw UsageError("the frames of an earlier run that was stopped are in '" +
-                       gathered_in(place, "").string() +
-                       "': move or remove that folder, or name another file");
-    }
     return place;
   }
   if (extension == ".obj" || extension == ".ply") {
@@ -71,9 +62,25 @@ OutputPlace output_place(const std::string& out, const std::string& format) {
       throw UsageError("--out cannot be '" + out + "': name a folder, or a file T.h5 or T.usda");
     }
   }
-  require_new_place(place.path, "--out");
-  require_folder_place(place.path);
   return place;
+}
+
+void require_output_place(const OutputPlace& place) {
+  if (!place.one_file) {
+    require_new_place(place.path, "--out");
+    require_folder_place(place.path);
+    return;
+  }
+  if (std::filesystem::is_directory(place.path)) {
+    throw UsageError("--out cannot be '" + place.path.string() +
+                     "': that is a folder; name another file");
+  }
+  require_file_place(place.path);
+  if (std::filesystem::exists(gathered_in(place, ""))) {
+    throw UsageError("the frames of an earlier run that was stopped are in '" +
+                     gathered_in(place, "").string() +
+                     "': move or remove that folder, or name another file");
+  }
 }
 
 FrameWriter::FrameWriter(OutputPlace place, std::string name, double fps, Index count,
@@ -104,11 +111,10 @@ void FrameWriter::write(int frame, const Mesh& mesh) {
     std::snprintf(number, sizeof number, "_%06d.", frame);
     write_mesh(place_.path / (name_ + number + place_.format), mesh);
   }
-  ++written_;
 }
 
-void FrameWriter::finish() {
-  if (written_ == 0) {  // so that the same command can be given again
+void FrameWriter::finish(Index frames) {
+  if (frames == 0) {  // so that the same command can be given again
     std::filesystem::remove_all(gathered());
     if (!place_.one_file) {
       std::error_code not_empty;
@@ -119,8 +125,8 @@ void FrameWriter::finish() {
   if (!in_archive()) {
     return;
   }
-  if (written_ < static_cast<int>(header_.frame_ids.size())) {
-    header_.frame_ids.resize(static_cast<std::size_t>(written_));
+  if (frames < static_cast<Index>(header_.frame_ids.size())) {
+    header_.frame_ids.resize(static_cast<std::size_t>(frames));
     write_sequence_header(gathered(), header_);
   }
   if (place_.format == "usda") {
@@ -130,6 +136,7 @@ void FrameWriter::finish() {
     write_one_file_sequence(place_.path, open_sequence(gathered()));
   }
   if (place_.one_file) {
+    finished_ = true;
     std::filesystem::remove_all(gathered());
   }
 }

@@ -24,8 +24,12 @@ struct OutputPlace {
 };
 
 /// Reads the place off --out and --format: a name that ends in .h5 or .usda is one file. Throws
-/// UsageError for formats that there are not or that contradict each other.
+/// UsageError for formats that there are not or that contradict each other. Looks at no disk.
 OutputPlace output_place(const std::string& out, const std::string& format);
+
+/// Refuses a place that is taken, or where frames of an earlier run wait (UsageError), and one that
+/// cannot be written to (EnvironmentError).
+void require_output_place(const OutputPlace& place);
 
 /// Writes frames as they come, in the format asked for; what is one file gathers them first in a
 /// folder beside it, which is removed once the file is whole.
@@ -34,18 +38,21 @@ class FrameWriter {
   /// `name`: of the garment's folder, or of each file of a frame.
   FrameWriter(OutputPlace place, std::string name, double fps, Index count, const Triangles& faces);
   void write(int frame, const Mesh& mesh);
-  /// Closes the sequence after the frames that were written, all of them or the first few; of none
-  /// nothing is left.
-  void finish();
+  /// Closes the sequence after its first `frames`, of those that were written; of none nothing is
+  /// left.
+  void finish(Index frames);
+  /// Where the frames are: what gathers them, until one file has them all.
+  std::filesystem::path frames_place() const { return finished_ ? place_.path : unfinished(); }
 
  private:
   std::filesystem::path gathered() const;
+  std::filesystem::path unfinished() const { return place_.one_file ? gathered() : place_.path; }
   bool in_archive() const { return place_.format == "h5" || place_.format == "usda"; }
 
   OutputPlace place_;
   std::string name_;
   SequenceHeader header_;
-  int written_ = 0;
+  bool finished_ = false;
 };
 
 /// The garments, and what wears them, as they are rendered.

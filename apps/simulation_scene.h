@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -23,8 +24,8 @@ struct SimulateOptions {
   double body_fps = 0;     ///< of body meshes, 0: what they say, else `fps`
   double fall_in = 1;      ///< s from the rest pose to a motion's first pose
   double pin_top = 0;      ///< m below the garment's highest vertex that ride on the body
-  double scale = 1;        ///< of the garment's file, to metres
-  double move_x = 0;       ///< m, of the scaled garment
+  double scale = 1;        ///< of the garment's file, to metres; of several the same
+  double move_x = 0;       ///< m, of the scaled garment; of several all of them
   double move_y = 0;       ///< m
   double move_z = 0;       ///< m
   bool flat_rest = false;  ///< texture coordinates are the flat rest shape, in metres
@@ -38,6 +39,9 @@ struct SimulateOptions {
   XpbdOptions xpbd{.substeps = 30, .self_contact = true, .intersection_interval = 10};
 };
 OptionTable describe(SimulateOptions& options);
+
+/// What notes of a scene begin with that are doubts about it.
+inline const std::string kWarning = "warning: ";
 
 /// How near a relaxed garment hangs to the captured one, as a sentence.
 std::string relaxed_text(const RelaxedGarment& relaxed, double seconds);
@@ -62,16 +66,12 @@ struct SimulationScene {
   Index frame_count = 0;
   std::function<Points(Index frame)> body;  ///< vertices at the end of a simulated frame; 0: start
   double thickness = -1;                    ///< m kept from the body; below 0: the material's
-  std::vector<std::string> notes;
+  std::vector<std::string> notes;           ///< doubts begin with kWarning
 };
 
 /// Reads who wears it alone: the body, as it moves, and how many frames there are. Throws DataError
 /// for files that do not fit each other, UsageError where there is nothing to simulate.
 SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& options);
-
-/// Garments of a text: one file, or several joined by "+", the inner first. A file whose own name
-/// has a "+" is one. Throws UsageError for a garment without a name.
-std::vector<std::filesystem::path> garment_paths(const std::string& text);
 
 /// Reads a scene; a garment is a mesh or an archive (core/garment_archive.h). With
 /// SimulateOptions::relax the garment (one alone) is the unloaded one that hangs as captured, on
@@ -94,10 +94,12 @@ XpbdOptions scene_solver(const SimulationScene& scene, const SimulateOptions& op
 Control scene_control(const SimulationScene& scene, const SimulateOptions& options, Index frame);
 
 /// Simulates that frame. What ends it (a body that teleports, a state that is no number, a device
-/// without memory) is thrown with the frame and the file it is about, and after the first frame
-/// with what has become of the frames before: "; frames before it are in out".
+/// without memory) is thrown with the frame and the file it is about.
 FrameReport advance_scene(ClothSolver& solver, const SimulationScene& scene,
-                          const SimulateOptions& options, Index frame, const ScenePaths& paths,
-                          const std::string& kept);
+                          const SimulateOptions& options, Index frame, const ScenePaths& paths);
+
+/// Throws again what ended a run, with what has become of the frames before behind what it says:
+/// "; frames before it are in out".
+[[noreturn]] void throw_with(const std::exception_ptr& failure, const std::string& kept);
 
 }  // namespace atelier

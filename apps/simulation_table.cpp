@@ -98,8 +98,14 @@ void write_simulated_frame(const std::filesystem::path& file, const SimulatedFra
   write_archive(file, archive_of(frame));
 }
 
-SimulatedFrame read_simulated_frame(const std::filesystem::path& file, Index vertices) {
-  return simulated_frame_of(read_archive(file, kSimulatedSchema, 1), vertices, file.string());
+SimulatedFrame read_simulated_frame(const std::filesystem::path& file, int frame, Index vertices) {
+  SimulatedFrame read =
+      simulated_frame_of(read_archive(file, kSimulatedSchema, 1), vertices, file.string());
+  if (read.state.frame != frame) {
+    throw DataError(file.string(), "frame", std::to_string(read.state.frame),
+                    std::to_string(frame) + ", as the file is named");
+  }
+  return read;
 }
 
 }  // namespace atelier

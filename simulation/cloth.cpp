@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <limits>
 #include <numbers>
@@ -14,6 +15,12 @@
 
 namespace atelier {
 namespace {
+
+std::string short_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
 
 /// Flat shape of one face: its corners in the plane of the pattern (y is warp), or of the template.
 struct FlatFace {
@@ -65,7 +72,7 @@ std::vector<FlatFace> flat_faces(const Garment& garment, double min_angle_deg) {
     const double sine = longest > 0 ? 2 * flat.area / (longest * longest) : 0;
     if (!(sine > std::sin(min_angle_deg * std::numbers::pi / 180) * 0.5)) {
       throw DataError(garment.name, face_name(f), "a degenerate triangle of the rest shape",
-                      "triangles with corners above " + std::to_string(min_angle_deg) +
+                      "triangles with corners above " + short_text(min_angle_deg) +
                           " degrees; remesh the garment");
     }
   }
@@ -271,7 +278,7 @@ void check_together(const Garment& garment, const ClothOptions& options) {
   }
   if (options.tether_stretch > 0 && options.tether_stretch < 1.01) {
     throw DataError(garment.name, "cloth options",
-                    "tether_stretch " + std::to_string(options.tether_stretch),
+                    "tether_stretch " + short_text(options.tether_stretch),
                     "0 for no tethers, or 1.01 to 2 times the way along the cloth");
   }
   const Material& material = garment.material;

@@ -211,6 +211,8 @@ TEST_F(Simulate, ABodyInMillimetresIsSpokenOf) {
   ChildResult result =
       alone({"--body", scaled("large.obj", 1000), "--scale", "1000", "--settle", "1"});
   EXPECT_THAT(result.out, HasSubstr("warning: the body is 300 m high"));
+  EXPECT_THAT(result.out, HasSubstr("the garment is 424 m across, as large as its body: files in "
+                                    "millimetres?"));
   result = alone({"--body", scaled("small.obj", 0.01), "--scale", "0.01", "--settle", "1"});
   EXPECT_THAT(result.out, HasSubstr("warning: the body is 0.003 m high"));
 }
@@ -243,6 +245,125 @@ TEST_F(Simulate, OptionsThatContradictEachOtherAreRefusedBeforeAnythingIsRead) {
                                     "--out", out().string(), "--device", "cuda"});
     EXPECT_EQ(result.exit_code, 5) << result.err;
   }
+}
+
+// The place is taken, too: what can never be is said before what is in the way.
+TEST_F(Simulate, OptionsThatContradictEachOtherAreRefusedBeforeAPlaceThatIsTaken) {
+  const auto refused = [&](const std::vector<std::string>& more, const char* words) {
+    std::vector<std::string> all{"simulate", "--garment", (scene() / "garment.obj").string(),
+                                 "--out", scene().string()};
+    all.insert(all.end(), more.begin(), more.end());
+    const ChildResult result = run(all);
+    EXPECT_EQ(result.exit_code, 2) << words << "\n" << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+  };
+  refused({"--relax"}, "give --body");
+  refused({"--motion", "walk.bvh"}, "--motion takes a --body");
+  refused({"--wind", "[0, 5]", "--xpbd.drag", "1"}, "three numbers");
+  refused({"--grid", "--format", "ply"}, "leave --format out");
+  refused({}, "is there already");
+}
+
+TEST_F(Simulate, ALengthThatEndsBeforeTheBodyMovesIsSpokenOf) {
+  std::filesystem::create_directories(scene() / "moves");
+  write_body(scene() / "moves" / "b_0.obj", 0);
+  write_body(scene() / "moves" / "b_1.obj", 0.01);
+  const auto said = [&](const std::string& body, const char* settle, const char* length) {
+    const ChildResult result =
+        alone({"--body", body, "--settle", settle, "--length", length, "--format", "ply"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out;
+  };
+  const std::string moving = (scene() / "moves").string();
+  const std::string still = (scene() / "body.obj").string();
+  EXPECT_THAT(said(moving, "3", "2"),
+              HasSubstr("warning: --length 2 ends before --settle 3 is over, so that the body does "
+                        "not move"));
+  EXPECT_THAT(said(moving, "2", "2"), HasSubstr("the body does not move"));
+  EXPECT_THAT(said(moving, "2", "3"), ::testing::Not(HasSubstr("warning: ")));
+  EXPECT_THAT(said(still, "3", "2"),
+              HasSubstr("warning: --length 2 ends before --settle 3 is over"));
+  EXPECT_THAT(said(still, "2", "2"), ::testing::Not(HasSubstr("warning: ")));
+  EXPECT_THAT(said(still, "60", "2"), ::testing::Not(HasSubstr("warning: "))) << "as it comes";
+}
+
+TEST_F(Simulate, AnUnloadedGarmentThatHangsElsewhereIsADoubt) {
+  write_hanging(scene() / "garment.obj");
+  const std::vector<std::string> few{"--relax", "--relaxing.rounds",    "1",   "--pin_top",
+                                     "0.01",    "--relaxing.tolerance", "1e-9"};
+  ChildResult result = on_body(few);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("warning: without its weight: after 2 s it hangs"));
+  EXPECT_THAT(result.out, HasSubstr("not as near as asked: more --relaxing.rounds"));
+  result = on_body({"--relax", "--pin_top", "0.01"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("without its weight: after 2 s it hangs"));
+  EXPECT_THAT(result.out, ::testing::Not(HasSubstr("warning: without")));
+  // In a workspace the manifest keeps it.
+  ASSERT_EQ(stage("work", few).exit_code, 0);
+  EXPECT_THAT(nlohmann::json::parse(bytes("work", "manifest.json"))["warnings"].dump(),
+              HasSubstr("warning: without its weight"));
+}
+
+TEST_F(Simulate, OfSeveralGarmentsTheOneThatIsMeantIsNamed) {
+  write_cloth(scene() / "small.obj", 6, 0.05);
+  write_cloth(scene() / "large.obj", 6, 50);
+  write_cloth(scene() / "other.obj", 6, 60);
+  const auto worn = [&](const std::string& one, const std::string& other,
+                        const std::vector<std::string>& more = {}) {
+    std::filesystem::remove_all(out());
+    std::vector<std::string> all{"simulate",
+                                 "--garment",
+                                 (scene() / one).string() + "+" + (scene() / other).string(),
+                                 "--body",
+                                 (scene() / "body.obj").string(),
+                                 "--out",
+                                 out().string(),
+                                 "--settle",
+                                 "1",
+                                 "--format",
+                                 "ply",
+                                 "--no-pictures"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  };
+  ChildResult result = worn("small.obj", "large.obj");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("as edges of 56.2 m of large need"));
+  EXPECT_THAT(result.out, HasSubstr("warning: large: the garment is 424 m across"));
+  EXPECT_THAT(result.out, ::testing::Not(HasSubstr("small: the garment")));
+  result = worn("large.obj", "other.obj", {"--move_x", "900"});
+  const std::string beside = "warning: the garment lies beside the body";
+  EXPECT_NE(result.out.find(beside), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find(beside), result.out.rfind(beside)) << "of both alike: once";
+  result = worn("small.obj", "other.obj", {"--pin_top", "0.5"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("small: the body holds every vertex"));
+  result = worn("small.obj", "other.obj", {"--sewn", "false"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("small: --sewn false does nothing"));
+  // Scale and way are those of all.
+  ASSERT_EQ(worn("small.obj", "large.obj", {"--scale", "2", "--move_x", "7"}).exit_code, 0);
+  EXPECT_NEAR(read_mesh(out() / "small_000001.ply").vertices.col(0).mean(), 7, 0.01);
+  EXPECT_NEAR(read_mesh(out() / "large_000001.ply").vertices.col(0).maxCoeff(), 7 + 300, 0.01);
+}
+
+// Of two garments one has seams: those left open are its own.
+TEST_F(Simulate, SeamsThatOneOfSeveralHasMayBeLeftOpen) {
+  Garment sewn;
+  sewn.mesh = read_mesh(scene() / "garment.obj");
+  sewn.seams.push_back({"side", {0, 7}, {6, 13}});
+  write_garment_archive(root_.path() / "sewn.h5", sewn);
+  const ChildResult result =
+      run({"simulate", "--garment",
+           (root_.path() / "sewn.h5").string() + "+" + (scene() / "garment.obj").string(), "--out",
+           out().string(), "--settle", "1", "--format", "ply", "--no-pictures", "--sewn", "false"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(Simulate, TheAngleOfADegenerateTriangleIsSaidInShort) {
+  std::ofstream(scene() / "garment.obj") << "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n";
+  EXPECT_THAT(on_body().err, HasSubstr("corners above 0.5 degrees"));
 }
 
 TEST_F(Simulate, RefusesOfSeveralGarmentsWhatIsOfOne) {

@@ -1,5 +1,6 @@
 #include <Eigen/Core>
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -263,6 +264,57 @@ TEST_F(Simulate, KeepsTheFramesBeforeAnErrorInOneFileToo) {
   EXPECT_THAT(result.err, HasSubstr("frames before it are in"));
   EXPECT_THAT(run({"inspect", (root_.path() / "T.h5").string()}).out,
               HasSubstr("float32 [3,49,3]"));
+}
+
+// Files may have 12 KB: each frame's has less, that of all has more.
+TEST_F(Simulate, OneFileThatCannotBeWrittenLeavesItsFramesAndFiguresAndSaysWhere) {
+  const std::string out = (root_.path() / "T.h5").string();
+  const ChildResult result =
+      run_child({"bash", "-c", "ulimit -f 24; exec \"$@\"", "bash", fixtures::program_path(),
+                 "simulate", "--garment", (scene() / "garment.obj").string(), "--out", out,
+                 "--settle", "40", "--no-pictures"});
+  EXPECT_EQ(result.exit_code, 5);
+  EXPECT_THAT(result.err, HasSubstr("; the 40 frames before it are in " + out + ".frames"));
+  EXPECT_FALSE(std::filesystem::exists(out));
+  EXPECT_EQ(frame_count(open_sequence(out + ".frames")), 40);
+  const std::string table = read_file_text(root_.path() / "T_frames.csv", 1 << 20);
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 41);
+}
+
+TEST_F(Simulate, AFrameThatCannotBeWrittenLeavesTheOnesBeforeItWithTheirFigures) {
+  for (const char* name : {"ended", "T.h5"}) {
+    const std::filesystem::path out = root_.path() / name;
+    const bool one_file = out.extension() == ".h5";
+    const std::filesystem::path frames =
+        (one_file ? std::filesystem::path(out.string() + ".frames") : out / "garment") / "frames";
+    const auto file = [&](int frame) {
+      return frames / (std::to_string(1000000 + frame).substr(1) + ".h5");
+    };
+    fixtures::ChildProcess child({fixtures::program_path(), "simulate", "--garment",
+                                  (scene() / "garment.obj").string(), "--out", out.string(),
+                                  "--settle", "100000", "--no-pictures"});
+    while (!std::filesystem::exists(file(3)) && !child.has_ended()) {
+      std::this_thread::yield();
+    }
+    child.kill(SIGSTOP);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until it stands
+    int next = 3;
+    while (std::filesystem::exists(file(next))) {
+      ++next;
+    }
+    ++next;  // the one before may be on its way
+    std::filesystem::create_directories(file(next) / "in the way");
+    child.kill(SIGCONT);
+    const ChildResult result = child.wait();
+    EXPECT_EQ(result.exit_code, 5) << result.out;
+    EXPECT_THAT(result.err, HasSubstr("; the " + std::to_string(next - 1) +
+                                      " frames before it are in " + out.string()));
+    const std::string table =
+        read_file_text(one_file ? root_.path() / "T_frames.csv" : out / "frames.csv", 1 << 20);
+    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), next);
+    EXPECT_EQ(run({"inspect", (one_file ? out : out / "garment").string()}).exit_code, 0);
+    EXPECT_EQ(std::filesystem::exists(frames), !one_file);
+  }
 }
 
 TEST_F(Simulate, ASignalLeavesTheFramesBeforeItWholeAndSaysWhereTheyAre) {
