@@ -138,6 +138,7 @@ TEST_P(Cantilever, ANarrowFreeStripIsSofterByANinth) {
     const double expected = tip_drop(strip('e', 20), gamma * 9 / 8, Across::Straight, device());
     EXPECT_GT(free, 0.94 * expected);
     EXPECT_LT(free, 1.01 * expected);
+    RecordProperty("off_at_" + std::to_string(gamma), std::to_string(free / expected - 1));
   }
 }
 
@@ -166,6 +167,7 @@ TEST_P(Cantilever, DroopsAlikeOnEveryIsotropicMesh) {
   const double fine = tip_drop(strip('e', 28, 4), 10, Across::Free, device());
   const double coarse = tip_drop(strip('e', 14, 4), 10, Across::Free, device());
   EXPECT_NEAR(coarse / fine, 1, 0.05);
+  RecordProperty("coarse", std::to_string(coarse / fine - 1));
   for (const unsigned seed : {1U, 2U}) {
     const double moved = tip_drop(jittered_strip(20, seed), 10, Across::Free, device());
     EXPECT_NEAR(moved / fine, 1, 0.05) << "seed " << seed;
