@@ -91,36 +91,28 @@ bool draw_plain(StageRun& run, const Animation& animation, const AnimationView& 
 }
 
 #ifdef ATELIER_HAS_APPEARANCE
-/// The networks of the workspace, by the layers that they draw; empty where there are none of what
-/// is animated.
-std::vector<SceneLayer> drawn_layers(StageRun& run, const Animation& animation) {
-  const auto& options = run.options<AnimateOptions>();
-  if (options.view.drawn_by != "networks" || !run.has_input("networks") ||
-      options.garment != "auto") {
-    return {};
-  }
+/// What is drawn, each by its network, or in one colour where it has none.
+std::vector<SceneLayer> drawn_layers(const Animation& animation) {
   std::vector<SceneLayer> layers;
-  bool any = false;
   const auto add = [&](const std::string& name, const Eigen::Vector3f& color,
                        const Triangles& faces) {
-    const fs::path model = run.input("networks") / name / "model.safetensors";
-    const bool learnt = fs::exists(model);
-    any = any || learnt;
-    layers.push_back({name, learnt ? model.string() : "", color, faces});
+    const auto found = animation.networks.find(name);
+    layers.push_back(
+        {name, found == animation.networks.end() ? "" : found->second.string(), color, faces});
   };
   add("body", skin_look().color, animation.body.model.mesh.faces);
   for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
     add(animation.worn.names[g], cloth_look(g).color, animation.worn.meshes[g].faces);
   }
-  return any ? layers : std::vector<SceneLayer>{};
+  return layers;
 }
 
 /// Draws all frames by networks.
 bool draw_by_networks(StageRun& run, const Animation& animation, const AnimationView& view,
-                      std::vector<SceneLayer> layers, const std::vector<Points>& bodies,
-                      const std::vector<Points>& cloths, const TakePicture& take) {
+                      const std::vector<Points>& bodies, const std::vector<Points>& cloths,
+                      const TakePicture& take) {
   PaintedScene scene;
-  scene.layers = std::move(layers);
+  scene.layers = drawn_layers(animation);
   scene.cameras = view.cameras;
   scene.frame_ids = animation.frame_ids;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -177,16 +169,12 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
     run.progress(film.frames(), frames, "pictures");
   };
   run.progress(0, frames, "pictures");
-  bool done = false;
 #ifdef ATELIER_HAS_APPEARANCE
-  std::vector<SceneLayer> layers = drawn_layers(run, animation);
-  done = layers.empty()
-             ? draw_plain(run, animation, view, bodies, cloths, take)
-             : draw_by_networks(run, animation, view, std::move(layers), bodies, cloths, take);
+  const auto draw = animation.networks.empty() ? draw_plain : draw_by_networks;
 #else
-  done = draw_plain(run, animation, view, bodies, cloths, take);
+  const auto draw = draw_plain;
 #endif
-  if (!done) {
+  if (!draw(run, animation, view, bodies, cloths, take)) {
     return false;
   }
   run.metric("picture_seconds", seconds_since(start) / static_cast<double>(frames));

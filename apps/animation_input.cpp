@@ -11,6 +11,7 @@
 #include "apps/dressing.h"
 #include "apps/mesh_sequence_file.h"
 #include "apps/synthetic_motion.h"
+#include "apps/usage_error.h"
 #include "bodymodel/body_file.h"
 #include "bodymodel/default_human.h"
 #include "bodymodel/motion_file.h"
@@ -63,6 +64,76 @@ AnimationSource read_source(StageRun& run, const AnimateOptions& options) {
     source.outfit = read_registered_outfit(run.input("template"), run.input("registered"));
   }
   return source;
+}
+
+constexpr const char* kLearnt = "networks are of registered garments and of the person under them";
+
+/// Whether `appearance` can have learnt how this looks.
+bool is_learnable(const AnimateOptions& options) {
+  return options.garment == "auto" ||
+         (options.garment == "none" && options.cloth_sequence.empty() && options.body.empty());
+}
+
+void require_learnable(const AnimateOptions& options) {
+  if (options.view.drawn_by == "networks" && !is_learnable(options)) {
+    throw UsageError(std::string("drawn_by networks is for what was captured: ") + kLearnt +
+                     "; leave it out");
+  }
+}
+
+/// The networks that draw the pictures; none where everything has one colour, and why is said. They
+/// are refused here, before minutes of simulation, where they were asked for and are not there.
+std::map<std::string, fs::path> drawing_networks(StageRun& run, const AnimationSource& source) {
+  const auto& options = run.options<AnimateOptions>();
+  std::map<std::string, fs::path> networks;
+  if (!options.pictures || options.view.drawn_by == "plain") {
+    return networks;
+  }
+  require_learnable(options);
+  std::string missing;
+  std::string why = kLearnt;
+#ifdef ATELIER_HAS_APPEARANCE
+  if (is_learnable(options)) {
+    const auto add = [&](const std::string& name) {
+      const fs::path model =
+          run.has_input("networks") ? run.input("networks") / name / "model.safetensors" : "";
+      if (!fs::exists(model)) {
+        return false;
+      }
+      networks[name] = model;
+      return true;
+    };
+    std::vector<std::string> shown;
+    for (const RegisteredGarmentSequence& garment : source.outfit) {
+      shown.push_back(garment.name);
+    }
+    if (shown.empty()) {
+      shown = {"body"};
+    }
+    for (const std::string& name : shown) {
+      if (!add(name)) {
+        missing += (missing.empty() ? "" : ", ") + name;
+      }
+    }
+    if (!networks.empty()) {
+      add("body");  // learnt on demand: without a network it is plain beside drawn clothes
+    }
+    why = networks.empty() ? "no network of " + missing + "; run 'atelier appearance' first" : "";
+  }
+#else
+  why = "this program is built without networks";
+#endif
+  if (why.empty()) {
+    if (!missing.empty()) {
+      run.warn("no network of " + missing +
+               ", drawn in one colour; run 'atelier appearance' again");
+    }
+  } else if (options.view.drawn_by == "networks") {
+    throw DataError("", "drawn_by networks", why, "networks of what is worn; or leave it out");
+  } else {
+    run.say("pictures have one colour each: " + why);
+  }
+  return networks;
 }
 
 BodyModel wearer_of(StageRun& run, const AnimationSource& source, const AnimateOptions& options) {
@@ -244,6 +315,7 @@ fs::path tracked_take(const fs::path& tracked, const fs::path& capture, const st
 void require_named(const AnimateOptions& options, const fs::path& capture) {
   if (options.pictures) {
     require_view(options.view, open_dataset(capture).cameras);
+    require_learnable(options);
   }
   const auto missing = [](const std::string& file) { return !file.empty() && !fs::exists(file); };
   if (missing(options.body) && options.body != "female" && options.body != "male") {
@@ -271,6 +343,7 @@ Animation read_animation(StageRun& run) {
   if (options.pictures) {  // refused now rather than behind minutes of simulation
     require_view(options.view, animation.cameras);
   }
+  animation.networks = drawing_networks(run, source);
   MovingBody& body = animation.body;
   body.model = wearer_of(run, source, options);
   body.shaped = shape_body(body.model);

@@ -4,6 +4,8 @@
     defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_BODYMODEL) && \
     defined(ATELIER_HAS_CORE_RENDER)
 
+#include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,12 +46,15 @@ struct Animation {
   int steps_before = 0;         ///< simulated frames before the first of the result
   int steps_per_frame = 1;      ///< from one to the next
   std::vector<Camera> cameras;  ///< of the capture
+  /// Files of networks by what they draw, "body" and garments; none: everything has one colour.
+  std::map<std::string, std::filesystem::path> networks;
   /// Where the clothes are to be, where that is known: the capture's own motion on its own person.
   std::vector<RegisteredGarmentSequence> registered;
 };
 
 /// Refuses files and cameras that the options name and that are not there, as `read_animation` does
-/// behind its inputs. Quick: what is there is not read. Throws DataError.
+/// behind its inputs. Quick: what is there is not read. Throws DataError, UsageError for networks
+/// of what none is learnt of.
 void require_named(const AnimateOptions& options, const std::filesystem::path& capture);
 
 /// Reads the workspace and what the options name; says what it assumes. Throws DataError for

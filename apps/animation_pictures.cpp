@@ -57,9 +57,9 @@ OptionTable describe(AnimationViewOptions& options) {
             "name, in that camera's own size");
   table.add("background", options.background, {"studio", "white", "black", "transparent"},
             "Behind the subject; transparent: pictures with alpha");
-  table.add("drawn_by", options.drawn_by, {"networks", "plain"},
-            "What was learnt of the capture's pictures (atelier appearance), where there is "
-            "something, or one colour each");
+  table.add("drawn_by", options.drawn_by, {"auto", "networks", "plain"},
+            "networks: what was learnt of the capture's pictures (atelier appearance); plain: one "
+            "colour each; auto: networks where there are some of what is worn, else plain");
   table.add(describe(options.picture));
   return table;
 }

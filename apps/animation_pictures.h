@@ -26,7 +26,7 @@ struct AnimationViewOptions {
   /// of one of the capture's cameras.
   std::string camera = "three-quarter";
   std::string background = "studio";  ///< "studio", "white", "black", "transparent"
-  std::string drawn_by = "networks";  ///< "networks", where the workspace has some, or "plain"
+  std::string drawn_by = "auto";  ///< "networks", "plain"; "auto": networks where there are some
   PictureOptions picture{.width = 480, .height = 640, .samples = 6, .framing = {}};
 };
 OptionTable describe(AnimationViewOptions& options);

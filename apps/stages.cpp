@@ -203,7 +203,7 @@ constexpr std::array kStages = {
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "animate",
-          .version = 5,
+          .version = 6,
           .summary = "the person and the simulated garments in a motion, as meshes and pictures",
           .inputs = {"capture", "person", "tracked"},
           .optional_inputs = {"bodies", "template", "registered", "fitted_material", "networks"},

@@ -3,11 +3,12 @@
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL)
 
 #include <algorithm>
-#include <array>
+#include <cstdlib>
 #include <numbers>
 
 #include "bodymodel/motion_file.h"
 #include "capture/layouts/open_dataset.h"
+#include "core/io/image_file.h"
 #include "core/io/npz.h"
 #include "tests/apps/animate_fixture.h"
 #include "tests/apps/browser.h"
@@ -210,20 +211,19 @@ TEST_F(AnimateVariants, CamerasAreExportedForColmapAndReadBack) {
   EXPECT_EQ(is.info.sequences.at(0).frame_ids.size(), 1u);
 }
 
-#if defined(ATELIER_HAS_APPEARANCE) && defined(ATELIER_HAS_ASSIMP)
+#ifdef ATELIER_HAS_APPEARANCE
 
-/// A network of the skirt that has learnt one texture: red on the left, green on the right.
-void write_skirt_network(const fs::path& file) {
+/// A network of a surface that has learnt one texture: red on the left, green on the right.
+void write_network(const fs::path& file, const std::string& name, const Mesh& mesh) {
   constexpr int kSide = 16;
-  const Mesh skirt = tube_skirt().mesh;
   AppearanceModel model;
-  model.name = "lower";
+  model.name = name;
   model.options.resolution = kSide;
   model.options.view_independent = model.options.view_dependent = model.options.shadow = false;
-  model.faces = model.uv_faces = skirt.faces;
-  model.uvs.resize(skirt.vertices.rows(), 2);
-  model.uvs.col(0) = 0.5 + skirt.vertices.col(0).array();
-  model.uvs.col(1) = skirt.vertices.col(1).array() - 0.5;
+  model.faces = model.uv_faces = mesh.faces;
+  model.uvs.resize(mesh.vertices.rows(), 2);
+  model.uvs.col(0) = 0.5 + mesh.vertices.col(0).array();
+  model.uvs.col(1) = (mesh.vertices.col(1).array() - 0.5).min(1.0);
   model.camera_ids = {"00"};
   model.static_texture = Image(kSide, kSide, 3);
   for (int y = 0; y < kSide; ++y) {
@@ -232,7 +232,7 @@ void write_skirt_network(const fs::path& file) {
     }
   }
   model.static_gain = {1, 1, 1};
-  model.mean_transfer = MeanTransfer::Ones(skirt.vertices.rows(), kTransferTerms);
+  model.mean_transfer = MeanTransfer::Ones(mesh.vertices.rows(), kTransferTerms);
   for (const ParameterShape& parameter : network_parameters(model.options, 1)) {
     std::int64_t count = 1;
     for (const std::int64_t side : parameter.shape) {
@@ -241,29 +241,161 @@ void write_skirt_network(const fs::path& file) {
     model.parameters[parameter.name] =
         tensor_of(std::vector<float>(static_cast<std::size_t>(count), 0.0F), parameter.shape);
   }
+  std::vector<float> planes;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t i = c; i < model.static_texture.data.size(); i += 3) {
+      planes.push_back(model.static_texture.data[i]);
+    }
+  }
+  model.parameters["texture.mean"] = tensor_of(planes, {3, kSide, kSide});
   Safetensors content;
   content.tensors = tensors_of(model);
   content.metadata = texts_of(model);
   write_safetensors(file, content);
 }
 
-TEST_F(AnimateVariants, AnotherProgramOpensTheAvatarWithItsTexture) {
-  std::array<Stage, kDressedStages.size() + 1> stages;
-  std::copy(kDressedStages.begin(), kDressedStages.end(), stages.begin());
-  const Stage& appearance = stages.back() = Stage{
-      .name = "appearance",
-      .summary = "one texture",
-      .inputs = {"capture"},
-      .outputs = {"networks"},
-      .options = option_set<NoOptions>,
-      .run = [](StageRun& run) {
-        run.output("lower/model.safetensors", [](const auto& file) { write_skirt_network(file); });
-      }};
-  StageRequest request;
-  request.input = capture();
-  request.workspace = workspace();
-  request.options = appearance.options();
-  run_stage(stages, appearance, request);
+void write_skirt_network(StageRun& run) {
+  run.output("lower/model.safetensors",
+             [](const auto& file) { write_network(file, "lower", tube_skirt().mesh); });
+}
+
+void write_trunk_network(StageRun& run) {
+  run.output("body/model.safetensors",
+             [](const auto& file) { write_network(file, "body", trunk_body().mesh); });
+}
+
+/// What `animate` draws by.
+class AnimateDrawn : public AnimateVariants {
+ protected:
+  /// Makes the result of a stage anew, which some function writes in a moment.
+  void make(const std::string& name, void (*write)(StageRun& run)) const {
+    std::vector<Stage> stages(kDressedStages.begin(), kDressedStages.end());
+    if (find_stage(stages, name) == nullptr) {
+      stages.push_back({.name = "appearance",
+                        .summary = "one texture",
+                        .inputs = {"capture"},
+                        .outputs = {"networks"},
+                        .options = option_set<NoOptions>});
+    }
+    for (Stage& stage : stages) {
+      if (stage.name == name) {
+        stage.run = write;
+        StageRequest request;
+        request.input = capture();
+        request.workspace = workspace();
+        request.options = stage.options();
+        request.force = true;
+        run_stage(stages, stage, request);
+      }
+    }
+  }
+  /// The first two frames in small.
+  ChildResult pictures(const std::vector<std::string>& more = {}) const {
+    return stage("animate",
+                 with_usual({"--width", "48", "--height", "64", "--samples", "1", "--seconds",
+                             "0.01", "--cloth.xpbd.substeps", "6", "--background", "black"},
+                            more));
+  }
+  static bool has_networks() {
+    return fs::exists(fs::path(program_path()).parent_path() / "atelier-appearance");
+  }
+  /// How many pixels of the first picture are of the networks' texture.
+  int textured_pixels() const {
+    const ByteImage picture = read_byte_image(result() / "pictures" / "000000.png");
+    int count = 0;
+    for (std::size_t i = 0; i < picture.data.size(); i += 3) {
+      const int red = picture.data[i];
+      const int green = picture.data[i + 1];
+      count += std::abs(red - green) > 100 && picture.data[i + 2] < 30 ? 1 : 0;
+    }
+    return count;
+  }
+};
+
+constexpr const char* kOneColour = "pictures have one colour each: ";
+
+TEST_F(AnimateDrawn, WithoutNetworksInOneColourWhichIsSaid) {
+  const auto refused = [&](const std::vector<std::string>& more, const std::string& words,
+                           int code) {
+    expect_refused(pictures(with_usual({"--drawn-by", "networks"}, more)), words, code);
+    EXPECT_FALSE(fs::exists(workspace() / "animate")) << "nothing is simulated first";
+  };
+  refused({}, "no network of lower; run 'atelier appearance' first", 3);
+  refused({"--garment", "none"}, "no network of body", 3);
+  refused({"--garment", "tee"}, "networks are of registered garments", 2);
+  refused({"--garment", "tee", "--dry-run"}, "networks are of registered garments", 2);
+  const ChildResult plain = pictures({"--drawn-by", "plain"});
+  ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  EXPECT_THAT(plain.out + plain.err, Not(HasSubstr(kOneColour)));
+  const ChildResult unsaid = pictures();
+  ASSERT_EQ(unsaid.exit_code, 0) << unsaid.err;
+  EXPECT_THAT(unsaid.out + unsaid.err, HasSubstr(kOneColour + std::string("no network of lower")));
+  const ChildResult none = animate();
+  EXPECT_THAT(none.out + none.err, Not(HasSubstr(kOneColour))) << "no pictures are made";
+}
+
+TEST_F(AnimateDrawn, ByTheNetworksOfWhatIsWorn) {
+  if (!has_networks()) {
+    GTEST_SKIP() << "built without libtorch";
+  }
+  make("appearance", write_skirt_network);
+  const ChildResult unsaid = pictures();
+  ASSERT_EQ(unsaid.exit_code, 0) << unsaid.err;
+  EXPECT_THAT(unsaid.out + unsaid.err, AllOf(Not(HasSubstr(kOneColour)), Not(HasSubstr("body, "))));
+  const int textured = textured_pixels();
+  EXPECT_GT(textured, 50);
+  ASSERT_EQ(pictures({"--drawn-by", "networks"}).exit_code, 0);
+  EXPECT_EQ(textured_pixels(), textured);
+  ASSERT_EQ(pictures({"--drawn-by", "plain"}).exit_code, 0);
+  EXPECT_EQ(textured_pixels(), 0);
+  // The body alone has no network, then one.
+  const ChildResult bare = pictures({"--garment", "none"});
+  ASSERT_EQ(bare.exit_code, 0) << bare.err;
+  EXPECT_THAT(bare.out + bare.err, HasSubstr("no network of body"));
+  make("appearance", write_trunk_network);
+  ASSERT_EQ(pictures({"--garment", "none", "--drawn-by", "networks"}).exit_code, 0);
+  EXPECT_GT(textured_pixels(), 50);
+  // Which is none of what is worn.
+  EXPECT_EQ(pictures({"--drawn-by", "networks"}).exit_code, 3);
+}
+
+TEST_F(AnimateDrawn, AGarmentWithoutItsNetworkIsNamed) {
+  if (!has_networks()) {
+    GTEST_SKIP() << "built without libtorch";
+  }
+  make("template", [](StageRun& run) {
+    for (const char* name : {"lower", "upper"}) {
+      run.output("garments/" + std::string(name) + ".h5", [name](const auto& file) {
+        Garment skirt = tube_skirt();
+        skirt.name = name;
+        write_garment_archive(file, skirt);
+      });
+    }
+    run.output_text("template.json", R"({"garments": [{"label": "lower", "frame": 0},
+                                                      {"label": "upper", "frame": 0}]})");
+  });
+  make("register", [](StageRun& run) {
+    for (const char* name : {"lower", "upper"}) {
+      std::vector<Points> skirts = walking_skirt();
+      for (Points& skirt : skirts) {
+        skirt.col(1).array() += std::string(name) == "upper" ? 0.4 : 0;
+      }
+      write_meshes(run, "registered/" + std::string(name), tube_skirt().mesh.faces, skirts);
+    }
+  });
+  make("appearance", write_skirt_network);
+  for (const char* drawn_by : {"auto", "networks"}) {
+    const ChildResult done = pictures({"--drawn-by", drawn_by});
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_THAT(done.out + done.err, HasSubstr("no network of upper, drawn in one colour"));
+    EXPECT_GT(textured_pixels(), 50);
+  }
+}
+
+#ifdef ATELIER_HAS_ASSIMP
+
+TEST_F(AnimateDrawn, AnotherProgramOpensTheAvatarWithItsTexture) {
+  make("appearance", write_skirt_network);
   ASSERT_EQ(animate().exit_code, 0);
   const ChildResult done =
       run({"export", workspace().string(), (root_ / "out").string(), "--stage", "animate"});
@@ -292,6 +424,7 @@ TEST_F(AnimateVariants, AnotherProgramOpensTheAvatarWithItsTexture) {
   EXPECT_NEAR(picture.at(13, 8, 0), 0, 0.01);
 }
 
+#endif
 #endif
 
 }  // namespace
