@@ -34,6 +34,7 @@
 #include "core/new_folders.h"
 #include "core/render/framing.h"
 #include "core/render/video.h"
+#include "core/sequence_archive.h"
 #include "core/store/result.h"
 
 namespace atelier {
@@ -156,6 +157,30 @@ Cast cast_of(const DrawArguments& arguments) {
   return cast;
 }
 
+/// Refuses a garment's meshes as the body's, and warns of meshes that are not as the workspace's:
+/// without its network a body is drawn whatever its faces are.
+void require_body(const Cast& cast, const DrawArguments& arguments) {
+  if (arguments.body.empty()) {
+    return;
+  }
+  const std::vector<SceneLayer>& layers = cast.scene.layers;
+  const Triangles& faces = layers[0].faces;
+  for (std::size_t i = 1; i < layers.size(); ++i) {
+    if (equal_arrays(layers[i].faces, faces)) {
+      throw DataError(arguments.body, "faces", "those of " + layers[i].name,
+                      "meshes of the body; --garment " + layers[i].name + "=MESHES takes these");
+    }
+  }
+  const fs::path stage = fs::path(arguments.workspace) / "body";
+  if (const auto current = current_name(stage)) {
+    const Index own = open_sequence(stage / *current).faces.rows();
+    if (own != faces.rows()) {
+      std::cout << "warning: --body has " << faces.rows() << " triangles, the workspace's body "
+                << own << ": is it a body?" << std::endl;
+    }
+  }
+}
+
 /// Frames in which every layer is there, with its vertices.
 void fill_frames(Cast& cast) {
   for (const int id : cast.sequences[0].frame_ids) {
@@ -208,6 +233,7 @@ void require_light(const Cast& cast, const DrawOptions& options) {
 Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
   try {
     Cast cast = cast_of(arguments);
+    require_body(cast, arguments);
     require_light(cast, options);
     fill_frames(cast);
     return cast;
@@ -225,20 +251,26 @@ Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
   }
 }
 
-void place_cameras(Cast& cast, const DrawArguments& arguments, const DrawOptions& options) {
-  if (!arguments.capture.empty()) {
-    std::string ids;
-    for (const Camera& camera : open_dataset(arguments.capture).cameras) {
-      if (camera.id == arguments.camera) {
-        cast.scene.cameras = {camera};
-        return;
-      }
-      ids += (ids.empty() ? "" : ", ") + camera.id;
-    }
-    throw UsageError("the capture has no camera '" + arguments.camera.substr(0, 80) + "'; it has " +
-                     ids);
+/// The camera of the capture that looks; nothing where it goes round the subject, whose pictures
+/// then have a size. Before any mesh is read: what is refused here has nothing to do with them.
+std::optional<Camera> captured_camera(const DrawArguments& arguments, const DrawOptions& options) {
+  if (arguments.capture.empty()) {
+    require_picture_size(options.picture);
+    return std::nullopt;
   }
-  require_picture_size(options.picture);
+  std::string ids;
+  for (const Camera& camera : open_dataset(arguments.capture).cameras) {
+    if (camera.id == arguments.camera) {
+      return camera;
+    }
+    ids += (ids.empty() ? "" : ", ") + camera.id;
+  }
+  throw UsageError("the capture has no camera '" + arguments.camera.substr(0, 80) + "'; it has " +
+                   ids);
+}
+
+/// Round the subject.
+std::vector<Camera> cameras_round(const Cast& cast, const DrawOptions& options) {
   Index count = 0;
   for (const std::vector<Points>& frame : cast.scene.vertices) {
     for (const Points& layer : frame) {
@@ -256,12 +288,11 @@ void place_cameras(Cast& cast, const DrawArguments& arguments, const DrawOptions
   const View view{options.azimuth * std::numbers::pi / 180,
                   options.elevation * std::numbers::pi / 180};
   const int frames = static_cast<int>(cast.scene.frame_ids.size());
-  cast.scene.cameras =
-      options.turn
-          ? turntable_cameras(all, view, frames, options.picture.width, options.picture.height,
-                              options.picture.framing)
-          : std::vector<Camera>{camera_around(all, view, options.picture.width,
-                                              options.picture.height, options.picture.framing)};
+  return options.turn
+             ? turntable_cameras(all, view, frames, options.picture.width, options.picture.height,
+                                 options.picture.framing)
+             : std::vector<Camera>{camera_around(all, view, options.picture.width,
+                                                 options.picture.height, options.picture.framing)};
 }
 
 /// Frames a second at which the sequences are played, 0 where none says it. Throws DataError where
@@ -348,9 +379,10 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   require_new_place(arguments.out, "--out");
   require_outside_results(arguments.out, arguments.workspace, all_stages(), "--out");
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
+  const std::optional<Camera> captured = captured_camera(arguments, options);
   Cast cast = whole_cast(arguments, options);
   const VideoOptions film_as = film_options(set, rate_of(cast));
-  place_cameras(cast, arguments, options);
+  cast.scene.cameras = captured ? std::vector{*captured} : cameras_round(cast, options);
   const NewFolders made(arguments.out);
   if (!video) {
     make_private_directory(arguments.out);

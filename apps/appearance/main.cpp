@@ -136,7 +136,9 @@ bool begins_as_tensors(const fs::path& path) {
 /// its end, or somebody's pictures.
 Training checkpoint_of(const fs::path& path, const AppearanceData& data,
                        const TrainOptions& options) {
-  constexpr const char* kAnother = "a checkpoint, or no file yet; name another --checkpoint";
+  constexpr const char* kAnother =
+      "a checkpoint, or no file yet; name another --checkpoint, or give --force to the stage that "
+      "trains it";
   if (!begins_as_tensors(path)) {
     throw DataError(path.string(), "", "no checkpoint of a training", kAnother);
   }
@@ -161,6 +163,23 @@ Training checkpoint_of(const fs::path& path, const AppearanceData& data,
                     error.expected +
                         "; to train from the beginning remove that file, or give --force to "
                         "the stage that trains it");
+  }
+}
+
+/// The network in a file of <workspace>/<stage>/<result>/<name>: what is wrong with it is said with
+/// the stage that makes it anew.
+AppearanceModel network_at(const fs::path& path) {
+  try {
+    const Safetensors found = read_safetensors(path);
+    return appearance_model_of(found.tensors, found.metadata, path.string());
+  } catch (const DataError& error) {
+    if (error.expected.find(" again") != std::string::npos) {
+      throw;
+    }
+    const fs::path stage = path.parent_path().parent_path().parent_path().filename();
+    throw DataError(error.file, error.where, error.found,
+                    error.expected + "; run 'atelier " +
+                        (stage == "ceiling" ? "ceiling" : "appearance") + "' again");
   }
 }
 
@@ -325,9 +344,7 @@ int run_prediction(const Arguments& arguments) {
   require_result_place(arguments.places[2]);
   require_own_file(arguments.places[2], begins_with(arguments.places[2], "ATELIER-ARCHIVE"),
                    "archive of colours");
-  const Safetensors found = read_safetensors(arguments.places[0]);
-  const AppearanceModel model =
-      appearance_model_of(found.tensors, found.metadata, arguments.places[0]);
+  const AppearanceModel model = network_at(arguments.places[0]);
   const AppearanceData data = read_appearance_data(arguments.places[1]);
   if (!equal_arrays(data.faces, model.faces) || !equal_arrays(data.uvs, model.uvs) ||
       data.frames.front().position.rows() != model.mean_transfer.rows()) {
@@ -377,9 +394,7 @@ int run_painting(const Arguments& arguments) {
   for (const SceneLayer& layer : scene.layers) {
     PaintedLayer painted{layer.faces, nullptr, layer.color};
     if (!layer.model.empty()) {
-      const Safetensors found = read_safetensors(layer.model);
-      painted.model = std::make_shared<const AppearanceModel>(
-          appearance_model_of(found.tensors, found.metadata, layer.model));
+      painted.model = std::make_shared<const AppearanceModel>(network_at(layer.model));
     }
     layers.push_back(std::move(painted));
   }

@@ -276,6 +276,17 @@ TEST_F(AppearanceDrawing, WithoutASoundNetworkAGarmentIsNotDrawn) {
     EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' again"));
     EXPECT_EQ(refused.err.find("expected"), refused.err.rfind("expected")) << refused.err;
   }
+  // Nor does one whose header is no text any more, or which was cut short.
+  const std::string whole = bytes_of(network);
+  std::string torn = whole;
+  torn[9] ^= 1;  // the first quote
+  for (const std::string& bytes : {torn, whole.substr(0, 100), whole.substr(0, whole.size() / 2)}) {
+    write_file_atomically(network, bytes);
+    const ChildResult refused = draw(copy, "none", {});
+    expect_no(refused, 3, "dress/model.safetensors");
+    EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' again"));
+  }
+  write_file_atomically(network, whole);
   // So is a mesh of another stage's, with the stage.
   const fs::path mesh = copy / "body" / "current" / "frames" / "000002.h5";
   const std::string sound = bytes_of(mesh);
@@ -289,6 +300,41 @@ TEST_F(AppearanceDrawing, WithoutASoundNetworkAGarmentIsNotDrawn) {
   // Nor is one left out whose folder is gone.
   fs::remove_all(network.parent_path());
   expect_no(draw(copy, "none", {}), 3, "no network");
+}
+
+TEST_F(AppearanceDrawing, MeshesOfAGarmentAreNoBody) {
+  // A body without its network is grey, whatever faces it has.
+  const fs::path copy = out("copy");
+  fs::copy(workspace(), copy, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  fs::remove(copy / "appearance" / "current" / "body" / "model.safetensors");
+  const fs::path dress = copy / "register" / "current" / "registered" / "dress";
+  expect_no(draw(copy, "none", {"--body", dress.string()}), 3,
+            "those of dress; expected meshes of the body");
+  fs::create_directories(out("other"));
+  write_mesh(out("other") / "000001.ply", grid(3, 3));
+  const ChildResult other = draw(copy, "other_body", {"--body", out("other").string()});
+  EXPECT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_THAT(other.out, HasSubstr("warning: --body has 18 triangles, the workspace's body 128"));
+}
+
+TEST_F(AppearanceDrawing, CamerasAndSizesAreRefusedBeforeMeshesAreRead) {
+  const std::vector<std::string> unread = {"--body", out("nowhere").string()};
+  const auto refused = [&](std::vector<std::string> more, const char* words) {
+    more.insert(more.end(), unread.begin(), unread.end());
+    expect_no(draw(workspace(), "none", more), 2, words);
+  };
+  refused({"--capture", capture().string(), "--camera", "77"}, "no camera '77'");
+  refused({"--width", "16384", "--height", "16384"}, "268435456 pixels: at most");
+}
+
+TEST_F(AppearanceDrawing, ANetworkInPlaceOfACheckpointIsRefusedWithWhatAStageTakesToo) {
+  const fs::path dress = workspace() / "appearance" / "current" / "dress";
+  const ChildResult refused = run_child(
+      {network_program().string(), "train", (dress / "data.h5").string(),
+       out("x.safetensors").string(), "--checkpoint", (dress / "model.safetensors").string()});
+  expect_no(refused, 3, "a finished network", "x.safetensors");
+  EXPECT_THAT(refused.err,
+              HasSubstr("name another --checkpoint, or give --force to the stage that trains it"));
 }
 
 /// A ball in six frames, for `atelier-appearance paint`.
