@@ -53,9 +53,9 @@ void add_unet(std::vector<ParameterShape>& all, const NetworkOptions& options,
 }
 
 void require_sizes(const NetworkOptions& options) {
-  ATELIER_CHECK(options.resolution >= 16 && options.resolution <= 4096 &&
+  ATELIER_CHECK(options.resolution >= 16 && options.resolution <= 2048 &&
                     std::has_single_bit(static_cast<unsigned>(options.resolution)),
-                "a network's texture has 16 to 4096 texels a side, a power of 2");
+                "a network's texture has 16 to 2048 texels a side, a power of 2");
   ATELIER_CHECK(options.channels >= 1 && options.channels <= 128,
                 "a network has 1 to 128 channels");
   ATELIER_CHECK(options.shading >= 1 && options.shading <= 16 &&
@@ -170,7 +170,7 @@ std::string maker_of(const std::filesystem::path& file) {
 
 OptionTable describe(NetworkOptions& options) {
   OptionTable table;
-  table.add("resolution", options.resolution, 16, 4096, "", "Texels a side, a power of 2");
+  table.add("resolution", options.resolution, 16, 2048, "", "Texels a side, a power of 2");
   table.add("channels", options.channels, 1, 128, "", "Width of the first level");
   table.add("view_independent", options.view_independent,
             "The branch that does not see the camera");

@@ -36,7 +36,7 @@ inline constexpr const char* kModelSchema = "atelier.appearance";
 /// branch (it tells inside from outside of folds), branches coarser than the texture (at the
 /// print's own scale they would learn each picture's misalignment by heart).
 struct NetworkOptions {
-  int resolution = 256;          ///< texels a side, a power of 2 from 16 to 4096
+  int resolution = 256;          ///< texels a side, a power of 2 from 16 to 2048
   int channels = 8;              ///< width of the first level, 1..128
   bool view_independent = true;  ///< false and no view_dependent: a mean texture alone
   bool view_dependent = true;

@@ -1,6 +1,7 @@
 #include "appearance/prepare.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/error.h"
 #include "core/raster.h"
@@ -8,13 +9,6 @@
 
 namespace atelier {
 namespace {
-
-/// How many pixels of a surface label images speak of, and how many they give to it.
-struct Agreement {
-  std::size_t judged = 0;
-  std::size_t agreed = 0;
-  std::size_t seen = 0;  // of its pixels, before any is left out
-};
 
 void require_size(const ByteImage& image, const Camera& camera, int channels, const char* what) {
   if (!image.data.empty() && (image.width != camera.width || image.height != camera.height ||
@@ -45,11 +39,10 @@ bool labelled_around(const ByteImage& labels, int pixel, int label) {
 }
 
 AppearanceView view_of(const VisiblePixels& seen, const Camera& camera, const TakenPicture& taken,
-                       const DrawnSurface& surface, Agreement& agreement) {
+                       const DrawnSurface& surface, LabelAgreement& agreement) {
   require_size(taken.colors, camera, 3, "picture");
   require_size(taken.labels, camera, 1, "label image");
   const bool labelled = surface.label >= 0 && !taken.labels.data.empty();
-  agreement.seen += seen.pixel.size();
   AppearanceView view;
   for (std::size_t i = 0; i < seen.pixel.size(); ++i) {
     if (surface.trusted_only && seen.trusted[i] == 0) {
@@ -75,19 +68,26 @@ AppearanceView view_of(const VisiblePixels& seen, const Camera& camera, const Ta
   return view;
 }
 
-void require_agreement(const std::string& name, int fewest, std::size_t pixels,
-                       const Agreement& agreement) {
-  if (agreement.judged > 0 && 2 * agreement.agreed < agreement.judged) {
+/// @param pixels  that are learnt from
+/// @param seen    pixels of the surface, before any is left out
+void require_agreement(const std::string& name, int fewest, std::size_t pixels, std::size_t seen,
+                       const std::vector<LabelAgreement>& agreement) {
+  LabelAgreement all;
+  for (const LabelAgreement& one : agreement) {
+    all.judged += one.judged;
+    all.agreed += one.agreed;
+  }
+  if (all.judged > 0 && 2 * all.agreed < all.judged) {
     throw DataError("", "pictures of " + name,
-                    "label images give it " + std::to_string(agreement.agreed) + " of the " +
-                        std::to_string(agreement.judged) + " pixels where the geometry has it",
+                    "label images give it " + std::to_string(all.agreed) + " of the " +
+                        std::to_string(all.judged) + " pixels where the geometry has it",
                     "pictures, calibration and geometry of one capture");
   }
   if (pixels < static_cast<std::size_t>(fewest)) {
     const std::string count = std::to_string(pixels);
-    if (agreement.seen >= static_cast<std::size_t>(fewest)) {
+    if (seen >= static_cast<std::size_t>(fewest)) {
       throw DataError("", "pictures of " + name,
-                      count + " of " + std::to_string(agreement.seen) +
+                      count + " of " + std::to_string(seen) +
                           " pixels that show it are left, away from outlines and other labels",
                       "less --visible.erosion, larger pictures, or labels of this garment");
     }
@@ -108,7 +108,8 @@ OptionTable describe(PrepareAppearanceOptions& options) {
 AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurface& surface,
                                   const std::vector<Camera>& cameras,
                                   const std::vector<int>& frame_ids, const ReadPicture& read,
-                                  const PrepareAppearanceOptions& options, Device device) {
+                                  const PrepareAppearanceOptions& options, Device device,
+                                  std::vector<LabelAgreement>* agreement) {
   ATELIER_CHECK(
       surface.which < subject.faces.size() && subject.faces.size() == subject.names.size(),
       "the surface to draw is one of the subject's");
@@ -126,7 +127,8 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
     data.heights.push_back(cameras[c].height);
   }
   std::size_t pixels = 0;
-  Agreement agreement;
+  std::size_t all_pixels = 0;
+  std::vector<LabelAgreement> agreements(cameras.size());
   for (const int frame_id : frame_ids) {
     const std::vector<Points> vertices = subject.load(frame_id);
     ATELIER_CHECK(vertices.size() == subject.faces.size(), "a frame has every surface");
@@ -154,9 +156,10 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
         continue;
       }
       const Raster raster = rasterize(all.vertices, all.faces, cameras[c], {}, device);
-      AppearanceView view = view_of(
-          visible_pixels(raster, all.first_face[which], data.uvs, data.uv_faces, options.visible),
-          cameras[c], taken, surface, agreement);
+      const VisiblePixels seen =
+          visible_pixels(raster, all.first_face[which], data.uvs, data.uv_faces, options.visible);
+      all_pixels += seen.pixel.size();
+      AppearanceView view = view_of(seen, cameras[c], taken, surface, agreements[c]);
       view.camera_idx = static_cast<int>(c);
       view.frame_idx = static_cast<int>(data.frames.size()) - 1;
       pixels += view.pixel.size();
@@ -165,7 +168,10 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
       }
     }
   }
-  require_agreement(data.name, surface.fewest_pixels, pixels, agreement);
+  require_agreement(data.name, surface.fewest_pixels, pixels, all_pixels, agreements);
+  if (agreement != nullptr) {
+    *agreement = std::move(agreements);
+  }
   return data;
 }
 

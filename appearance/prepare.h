@@ -43,6 +43,12 @@ struct TakenPicture {
 };
 using ReadPicture = std::function<TakenPicture(std::size_t camera_idx, int frame_id)>;
 
+/// What label images say of the pixels of one camera in which the geometry shows the surface.
+struct LabelAgreement {
+  std::size_t judged = 0;  ///< pixels that have a label
+  std::size_t agreed = 0;  ///< of them, those that it gives to the surface
+};
+
 /// The surface in every frame, with its light transfer, the pixels that each camera sees of it
 /// and their colours: what a network learns from. Pixels that a label image gives to something
 /// else, or next to which it has something else (at outlines it is a pixel off), are left out.
@@ -52,10 +58,12 @@ using ReadPicture = std::function<TakenPicture(std::size_t camera_idx, int frame
 /// a frame, where fewer than `fewest_pixels` of all pictures show it, and where label images say
 /// of more than half of its pixels that something else is there: pictures and geometry are then not
 /// of one capture.
+/// @param agreement  [C] if it is not null
 AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurface& surface,
                                   const std::vector<Camera>& cameras,
                                   const std::vector<int>& frame_ids, const ReadPicture& read = {},
                                   const PrepareAppearanceOptions& options = {},
-                                  Device device = Device::Cpu);
+                                  Device device = Device::Cpu,
+                                  std::vector<LabelAgreement>* agreement = nullptr);
 
 }  // namespace atelier

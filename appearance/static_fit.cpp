@@ -1,6 +1,7 @@
 #include "appearance/static_fit.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 
@@ -68,6 +69,17 @@ StaticFit static_fit(const AppearanceData& data, int resolution) {
   }
   fit.psnr = psnr_of(all_squares / all_count);
   return fit;
+}
+
+int judged_texels(const AppearanceData& data) {
+  constexpr double kPixels = 256;
+  constexpr int kFewest = 16;
+  double pixels = 0;
+  for (const AppearanceView& view : data.views) {
+    pixels += static_cast<double>(view.pixel.size());
+  }
+  const auto side = static_cast<unsigned>(std::sqrt(pixels / kPixels));
+  return std::clamp(static_cast<int>(std::bit_floor(side)), kFewest, kJudgedTexels);
 }
 
 std::vector<std::size_t> contradicting_cameras(const StaticFit& fit) {

@@ -22,6 +22,10 @@ struct StaticFit {
 /// coarse, so that cloth which is registered a little off is not taken for other pictures.
 inline constexpr int kJudgedTexels = 128;
 
+/// As many texels a side as leave each 256 pixels, a power of 2 from 16 to kJudgedTexels: a texel
+/// that one camera alone sees agrees with whatever that camera took.
+int judged_texels(const AppearanceData& data);
+
 /// Finds it. Throws LogicError for views without colours. O(pixels).
 StaticFit static_fit(const AppearanceData& data, int resolution);
 

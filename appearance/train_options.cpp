@@ -20,7 +20,7 @@ OptionTable describe(TrainOptions& options) {
              {"full", TrainSetting::Full}},
             "How much is trained: a minute on a CPU, minutes on a GPU; auto: small or, "
             "on a GPU, standard");
-  table.add("resolution", options.resolution, 0, 4096, "",
+  table.add("resolution", options.resolution, 0, 2048, "",
             "Texels a side, a power of 2 from 16; 0: as the setting");
   table.add("channels", options.channels, 0, 128, "",
             "Width of the networks' first level; 0: as the setting");
@@ -75,8 +75,24 @@ std::string training_problem(const TrainOptions& options, Device device) {
   if (options.half && device == Device::Cpu) {
     return "--half works on a GPU alone; say --device cuda, or leave it out";
   }
-  const std::string problem = resolution_problem("--resolution", options.resolution);
-  return problem.empty() ? shading_problem("--shading", options.shading) : problem;
+  if (std::string problem = resolution_problem("--resolution", options.resolution);
+      !problem.empty()) {
+    return problem;
+  }
+  if (std::string problem = shading_problem("--shading", options.shading); !problem.empty()) {
+    return problem;
+  }
+  constexpr int kFewest = 8;  // texels a side of a branch, whose coarsest level has a quarter
+  if (options.resolution < kFewest * options.shading) {
+    return "--resolution " + std::to_string(options.resolution) + " with --shading " +
+           std::to_string(options.shading) + " leaves branches of " +
+           std::to_string(options.resolution / options.shading) +
+           " texels a side; 8 are the fewest";
+  }
+  if (options.pixel_bias && !options.view_independent && !options.view_dependent) {
+    return "--pixel-bias is of the branches, and none is trained";
+  }
+  return "";
 }
 
 NetworkOptions network_options(const TrainOptions& options) {

@@ -15,7 +15,7 @@ enum class TrainSetting {
 
 struct TrainOptions {
   TrainSetting setting = TrainSetting::Auto;
-  int resolution = 0;        ///< texels a side, a power of 2 from 16 to 4096; 0: as the setting
+  int resolution = 0;        ///< texels a side, a power of 2 from 16 to 2048; 0: as the setting
   int channels = 0;          ///< of the first level, up to 128; 0: as the setting
   double learning_rate = 0;  ///< at its highest, up to 1; 0: as the setting
   int iterations = 0;        ///< up to 10,000,000; 0: as the setting

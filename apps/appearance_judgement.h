@@ -38,6 +38,8 @@ struct ComparedPictures {
   double covered = 0;              ///< of them, those that the model draws
 };
 
+ComparedPictures& operator+=(ComparedPictures& sum, const ComparedPictures& more);
+
 /// What a camera sees in a frame, [H,W,3] as 8-bit sRGB holds it, in [0,1].
 using TruePicture = std::function<Image(std::size_t camera_idx, int frame_id)>;
 
@@ -94,21 +96,27 @@ JudgedScenes simulated_scenes(const SimulatedMotion& motion, const CaptureTruth&
                               const WornSubject& in_truth, const WornSubject* worn,
                               const std::vector<TemplateRider>& riders);
 
-/// One result of `appearance` or `ceiling`, over all its garments.
-struct JudgedNetworks {
+struct JudgedGarment {
+  std::string name;
+  bool printed = false;  ///< its cloth has a print, which has a target of its own
   ComparedPictures compared;
+};
+
+/// One result of `appearance` or `ceiling`.
+struct JudgedNetworks {
+  std::vector<JudgedGarment> garments;
   ComparedPictures body;       ///< where it is in front, if it has a network
-  ComparedPictures simulated;  ///< in a motion that the capture does not show
+  ComparedPictures simulated;  ///< garments in a motion that the capture does not show
   std::string setting;
   int resolution = 0;
   int iterations = 0;
 };
 
-/// <stage>.* of a result.
-/// @param printed  whether the cloth has a print, which has a target of its own
-/// @param motion   the name of the simulated one; ""
+/// <stage>.* of a result: of all its garments together and, of several, <stage>.<garment>_psnr_db
+/// of each. Together they have the target of printed cloth where all of them are.
+/// @param motion  the name of the simulated one; ""
 std::vector<Measure> measures_of(const std::string& stage, const JudgedNetworks& judged,
-                                 bool printed, const std::string& motion);
+                                 const std::string& motion);
 
 }  // namespace atelier
 

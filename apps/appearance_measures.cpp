@@ -42,17 +42,48 @@ fs::path input_of(const fs::path& workspace, const Manifest& manifest, const std
                   "what the stage reads");
 }
 
-/// What a result's networks were trained with: "small", "standard" or "full".
-std::string setting_of(const Manifest& manifest) {
+/// What a result's networks were trained with; nothing is left to setting and device.
+TrainOptions trained_with(const Manifest& manifest) {
   TrainOptions options;
   OptionTable table = describe(options);
   for (const ManifestOption& option : manifest.options) {
-    if (option.name == "setting" && option.json.size() > 2) {
-      set_option(table, option.name, option.json.substr(1, option.json.size() - 2));
+    const bool quoted = option.json.size() > 1 && option.json.front() == '"';
+    // Names that are none of a training's change nothing.
+    set_option(table, option.name,
+               quoted ? option.json.substr(1, option.json.size() - 2) : option.json);
+  }
+  return resolved(options, manifest.device == "cuda" ? Device::Cuda : Device::Cpu);
+}
+
+std::string setting_of(const Manifest& manifest) {
+  TrainOptions options = trained_with(manifest);
+  return option_text(describe(options).fields.front());
+}
+
+/// The first option in which two results were not trained and prepared alike; "" if in none.
+std::string unlike_option(const Manifest& one, const Manifest& other) {
+  TrainOptions options = trained_with(one);
+  TrainOptions others = trained_with(other);
+  const OptionTable table = describe(options);
+  const OptionTable other_table = describe(others);
+  for (std::size_t i = 1; i < table.fields.size(); ++i) {  // the setting says nothing by itself
+    const OptionField& field = table.fields[i];
+    const std::string there = option_text(other_table.fields[i]);
+    if (field.keyed && option_text(field) != there) {
+      return field.name + " " + option_text(field) + " and " + there;
     }
   }
-  options = resolved(options, manifest.device == "cuda" ? Device::Cuda : Device::Cpu);
-  return option_text(table.fields.front());
+  for (const ManifestOption& option : one.options) {
+    const bool of_pixels =
+        option.name.starts_with("occlusion.") || option.name.starts_with("visible.");
+    const auto there =
+        std::find_if(other.options.begin(), other.options.end(),
+                     [&](const ManifestOption& two) { return two.name == option.name; });
+    if (of_pixels && there != other.options.end() && there->json != option.json) {
+      return option.name + " " + option.json + " and " + there->json;
+    }
+  }
+  return "";
 }
 
 /// Frames of the capture that nothing was learnt from.
@@ -78,6 +109,17 @@ struct Lookers {
   const std::vector<Camera>& judged;
   const std::vector<Camera>& all;
 };
+
+/// Which of a capture's garments are printed. Without its options none is known to be.
+std::vector<bool> printed_garments(const fs::path& capture, const CaptureTruth& truth) {
+  std::vector<bool> printed(truth.garments.size());
+  if (const auto options = synthesis_options_of(capture)) {
+    for (std::size_t g = 0; g < printed.size(); ++g) {
+      printed[g] = garment_fabric(*options, truth, g).kind == FabricKind::Print;
+    }
+  }
+  return printed;
+}
 
 fs::path network_of(const fs::path& result, const WornSubject& worn, std::size_t which) {
   return result / worn.subject.names[which] / "model.safetensors";
@@ -118,17 +160,22 @@ int compare_surface(ComparedPictures& sum, const fs::path& file, const JudgedSce
 }
 
 /// All garments of some frames.
-ComparedPictures compare_garments(const fs::path& result, const JudgedScenes& scenes,
-                                  bool own_is_truth, const Lookers& lookers, int& resolution) {
+std::vector<JudgedGarment> compare_garments(const fs::path& result, const JudgedScenes& scenes,
+                                            bool own_is_truth, const Lookers& lookers,
+                                            const std::vector<bool>& printed, int& resolution) {
   const WornSubject& worn = scenes.own;
-  ComparedPictures compared;
+  std::vector<JudgedGarment> garments;
   for (std::size_t s = worn.first_garment; s < worn.templates.size(); ++s) {
     const std::size_t g = own_is_truth ? s : same_garment(scenes.truth, worn.labels[s]);
     if (g < scenes.truth.templates.size()) {
-      resolution = compare_surface(compared, network_of(result, worn, s), scenes, s, g, lookers);
+      JudgedGarment& garment = garments.emplace_back();
+      garment.name = worn.subject.names[s];
+      garment.printed = printed[g - scenes.truth.first_garment];
+      resolution =
+          compare_surface(garment.compared, network_of(result, worn, s), scenes, s, g, lookers);
     }
   }
-  return compared;
+  return garments;
 }
 
 /// Templates of a workspace on the true garments that they are of.
@@ -181,21 +228,28 @@ std::optional<JudgedNetworks> judge(const fs::path& workspace, const std::string
       iterations == manifest.metrics.end() ? 0 : static_cast<int>(iterations->second);
   const Lookers lookers{by.cameras, by.truth->cameras};
   const auto compared = [&](const JudgedScenes& scenes) {
-    return compare_garments(result, scenes, own_is_truth, lookers, judged.resolution);
+    return compare_garments(result, scenes, own_is_truth, lookers,
+                            printed_garments(by.capture, *by.truth), judged.resolution);
   };
   const JudgedScenes held_out =
       held_out_scenes(in_truth, worn, by.cameras, by.info.held_out_frames, by.capture);
-  judged.compared = compared(held_out);
+  judged.garments = compared(held_out);
   if (const fs::path file = network_of(result, worn, kBody); fs::exists(file)) {
     compare_surface(judged.body, file, held_out, kBody, kBody, lookers);
   }
   if (by.motion) {
-    judged.simulated =
+    const auto simulated =
         compared(own_is_truth ? simulated_scenes(*by.motion, *by.truth, in_truth, nullptr, {})
                               : simulated_scenes(*by.motion, *by.truth, in_truth, &worn,
                                                  riders_of(worn, registered, in_truth)));
+    for (const JudgedGarment& garment : simulated) {
+      judged.simulated += garment.compared;
+    }
   }
-  return judged.compared.covered > 0 ? std::optional(judged) : std::nullopt;
+  // Of what nothing is seen, or drawn, there are no figures.
+  std::erase_if(judged.garments,
+                [](const JudgedGarment& garment) { return garment.compared.covered == 0; });
+  return judged.garments.empty() ? std::nullopt : std::optional(judged);
 }
 
 /// The figures of the result of one of the two stages.
@@ -220,9 +274,7 @@ std::vector<Measure> measure_networks(const fs::path& workspace, const fs::path&
   if (!judged) {
     return {};
   }
-  const auto options = synthesis_options_of(capture);
-  const bool printed = options && options->fabric.kind == FabricKind::Print;
-  return measures_of(stage, *judged, printed, by.motion ? by.motion->motion : "");
+  return measures_of(stage, *judged, by.motion ? by.motion->motion : "");
 }
 
 }  // namespace
@@ -235,7 +287,7 @@ std::vector<Measure> measure_appearance(const fs::path& workspace, const fs::pat
   return measure_networks(workspace, capture, "appearance");
 }
 
-std::optional<Measure> below_ceiling(std::span<const Measure> measures) {
+std::optional<Measure> below_ceiling(const fs::path& workspace, std::span<const Measure> measures) {
   const auto find = [&](const char* key) {
     return std::find_if(measures.begin(), measures.end(),
                         [&](const Measure& one) { return one.key == key; });
@@ -245,12 +297,21 @@ std::optional<Measure> below_ceiling(std::span<const Measure> measures) {
   if (ceiling == measures.end() || reached == measures.end()) {
     return std::nullopt;
   }
-  return Measure{"appearance.below_ceiling_db",
-                 ceiling->value - reached->value,
-                 "dB",
-                 2,
-                 Measure::Side::AtMost,
-                 "less than the same network on true geometry"};
+  const auto manifest = [&](const std::string& stage) {
+    return read_manifest(workspace / stage / current_name(workspace / stage).value(), stage);
+  };
+  const std::string unlike = unlike_option(manifest("appearance"), manifest("ceiling"));
+  Measure below{"appearance.below_ceiling_db",
+                ceiling->value - reached->value,
+                "dB",
+                2,
+                Measure::Side::AtMost,
+                "less than the same network on true geometry"};
+  if (!unlike.empty()) {
+    below.side = Measure::Side::None;
+    below.note = "less than another network on true geometry: " + unlike;
+  }
+  return below;
 }
 
 }  // namespace atelier

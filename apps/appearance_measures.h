@@ -26,8 +26,10 @@ std::vector<Measure> measure_appearance(const std::filesystem::path& workspace,
 std::vector<Measure> measure_ceiling(const std::filesystem::path& workspace,
                                      const std::filesystem::path& capture);
 
-/// appearance.below_ceiling_db: what registration costs, where both were measured.
-std::optional<Measure> below_ceiling(std::span<const Measure> measures);
+/// appearance.below_ceiling_db: what registration costs, where both were measured. It has a target
+/// where both were trained alike.
+std::optional<Measure> below_ceiling(const std::filesystem::path& workspace,
+                                     std::span<const Measure> measures);
 
 }  // namespace atelier
 

@@ -164,10 +164,28 @@ void tell_missing(StageRun& run, const Dataset& dataset, const Seen& seen) {
   }
 }
 
+/// Warns of cameras whose label images do not have the garment where the geometry has it.
+void tell_strange_labels(StageRun& run, const AppearanceData& data,
+                         const std::vector<LabelAgreement>& agreement) {
+  constexpr double kShare = 0.8;  // of what is registered as it should be labels have 0.95 and more
+  for (std::size_t c = 0; c < agreement.size(); ++c) {
+    const auto [judged, agreed] = agreement[c];
+    if (static_cast<double>(agreed) < kShare * static_cast<double>(judged)) {
+      char text[200];
+      std::snprintf(text, sizeof(text),
+                    "%s: label images of camera %s have it in %.0f%% of the pixels in which the "
+                    "geometry does; are they of this camera, and is it registered well?",
+                    data.name.c_str(), data.camera_ids[c].c_str(),
+                    100 * static_cast<double>(agreed) / static_cast<double>(judged));
+      run.warn(text);
+    }
+  }
+}
+
 /// Label images tell whether pictures and geometry belong together; this does where there are none.
 /// Throws DataError where most cameras contradict the geometry, warns of single ones.
-StaticFit judged_pictures(StageRun& run, const AppearanceData& data, int resolution) {
-  StaticFit fit = static_fit(data, std::min(resolution, kJudgedTexels));
+void judge_pictures(StageRun& run, const AppearanceData& data) {
+  const StaticFit fit = static_fit(data, judged_texels(data));
   if (most_contradict(fit)) {
     char found[120];
     std::snprintf(found, sizeof(found), "no texture shows them: the best one reaches %.1f dB",
@@ -176,15 +194,16 @@ StaticFit judged_pictures(StageRun& run, const AppearanceData& data, int resolut
                     "pictures, calibration and geometry of one capture");
   }
   for (const std::size_t c : contradicting_cameras(fit)) {
-    char text[160];
+    char text[240];
     std::snprintf(
         text, sizeof(text),
-        "%s: pictures of camera %s contradict the geometry (%.1f dB where all reach %.1f); "
-        "are they of this camera?",
-        data.name.c_str(), data.camera_ids[c].c_str(), fit.camera_psnr[c], fit.psnr);
+        "%s: pictures of camera %s contradict the geometry (one texture for all shows "
+        "them at %.1f dB and explains %.0f%% of what differs in them; all at %.1f dB); are "
+        "they of this camera, and is it registered well?",
+        data.name.c_str(), data.camera_ids[c].c_str(), fit.camera_psnr[c],
+        100 * std::max(fit.camera_explained[c], 0.0), fit.psnr);
     run.warn(text);
   }
-  return fit;
 }
 
 /// Warns of a network that has learnt little; one that diverged is no result, as
@@ -340,9 +359,12 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     if (prepared) {
       run.say(name + ": goes on with the data that were prepared before");
     } else {
-      write_archive(data_file,
-                    archive_of(prepare_appearance(worn.subject, surface, seen.cameras, frames,
-                                                  picture, options.prepare, run.device())));
+      std::vector<LabelAgreement> agreement;
+      const AppearanceData fresh =
+          prepare_appearance(worn.subject, surface, seen.cameras, frames, picture, options.prepare,
+                             run.device(), &agreement);
+      tell_strange_labels(run, fresh, agreement);
+      write_archive(data_file, archive_of(fresh));
       // As the next run finds it: coordinates are rounded there.
       prepared = read_appearance_data(data_file);
     }
@@ -354,7 +376,7 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     if (run.stop_requested()) {
       return;
     }
-    const StaticFit fixed = judged_pictures(run, data, network.resolution);
+    judge_pictures(run, data);
     const Trained trained =
         train_network(run, name, known, static_cast<int>(data.views.size()), data_file,
                       scratch / "model.safetensors", scratch / "training.csv",
@@ -362,7 +384,8 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     if (!trained.done) {
       return;
     }
-    require_learnt(run, name, trained.psnr, fixed.psnr);
+    require_learnt(run, name, trained.psnr,
+                   static_fit(data, std::min(network.resolution, kJudgedTexels)).psnr);
     models[which] = (scratch / "model.safetensors").string();
     for (const char* kept : {"model.safetensors", "training.csv", "data.h5"}) {
       run.output(name + "/" + kept, [&](const fs::path& file) {

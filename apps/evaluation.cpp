@@ -246,7 +246,7 @@ WorkspaceFigures workspace_figures(const fs::path& workspace, const fs::path& tr
   }
 #if defined(ATELIER_HAS_APPEARANCE) && defined(ATELIER_HAS_REGISTRATION) && \
     defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_BODYMODEL)
-  if (const std::optional<Measure> cost = below_ceiling(all.measures)) {
+  if (const std::optional<Measure> cost = below_ceiling(workspace, all.measures)) {
     all.measures.push_back(*cost);
   }
 #endif

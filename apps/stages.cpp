@@ -176,7 +176,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "appearance",
-          .version = 9,
+          .version = 10,
           .summary = "how each garment looks: networks that draw its texture",
           .inputs = {"capture", "registered", "bodies"},
           .outputs = {"networks"},
@@ -188,7 +188,7 @@ constexpr std::array kStages = {
           .device_keyed = true},
 #endif
     Stage{.name = "ceiling",
-          .version = 8,
+          .version = 9,
           .summary = "appearance on a synthetic capture's true garments, to compare with",
           .inputs = {"capture"},
           .outputs = {"true_networks"},

@@ -60,23 +60,6 @@ std::vector<Camera> written_cameras(const std::vector<Camera>& cameras,
   return written;
 }
 
-/// Each garment of an outfit has a hue of its own; of two, one is printed.
-FabricOptions fabric_of(const SynthesisOptions& options, const CaptureTruth& truth,
-                        std::size_t garment) {
-  FabricOptions fabric = options.fabric;
-  if (fabric.kind == FabricKind::Print && truth.garments.size() > 1 &&
-      truth.garments[garment].label == Label::Lower) {
-    fabric.kind = FabricKind::Woven;  // under a printed top people wear plain trousers
-    fabric.lightness *= 0.6;
-  }
-  fabric.hue = std::fmod(fabric.hue + 0.37 * static_cast<double>(garment), 1.0);
-  if (garment > 0) {
-    fabric.lightness = std::clamp(1.35 * fabric.lightness, 0.02, 0.9);
-    fabric.saturation *= 0.8;
-  }
-  return fabric;
-}
-
 /// Metres across the unit square of a garment's texture.
 double texture_metres(const Mesh& mesh) {
   double length = 0;
@@ -261,7 +244,7 @@ SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layer
       stage.cloths.push_back(plain);
       continue;
     }
-    const FabricOptions fabric = fabric_of(options, truth, g);
+    const FabricOptions fabric = garment_fabric(options, truth, g);
     const double metres = texture_metres(mesh);
     const Image cloth = fabric_image(metres, fabric, seed * 977 + kFabric + 7 * g);
     stage.cloths.push_back(cloth_look(with_stitching(cloth, mesh, metres), fabric.kind));

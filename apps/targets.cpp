@@ -63,6 +63,7 @@ constexpr std::array kTargets = {
     Target{"flatten.area_error", "", AtMost, 0.03, {}, "flatten", kNoSeams},
     Target{"material.error", "", AtMost, 0.3, {}, "material", kNoTruth},
     Target{"appearance.psnr_db", "dB", AtLeast, 34, 22, "appearance", kHeldOut},
+    Target{"appearance.covered", "", AtLeast, 0.95, 0.9, "appearance", kHeldOut},
     Target{"appearance.below_ceiling_db",
            "dB",
            AtMost,

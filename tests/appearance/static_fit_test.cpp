@@ -59,6 +59,19 @@ TEST(StaticFit, FindsThatMostContradict) {
   EXPECT_TRUE(most_contradict(static_fit(printed({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}), 16)));
 }
 
+TEST(StaticFit, ATexelIsJudgedByManyPixels) {
+  AppearanceData data = printed({0});
+  EXPECT_EQ(judged_texels(data), 16) << "as few as there are";
+  const auto pixels_of_a_view = [&](std::size_t count) {
+    data.views.resize(1);
+    data.views[0].pixel.assign(count, 0);
+    return judged_texels(data);
+  };
+  EXPECT_EQ(pixels_of_a_view(256 * 64 * 64), 64);
+  EXPECT_EQ(pixels_of_a_view(256 * 64 * 64 - 1), 32);
+  EXPECT_EQ(pixels_of_a_view(256 * 300 * 300), kJudgedTexels);
+}
+
 TEST(StaticFit, ACameraWithoutPicturesIsNotJudged) {
   AppearanceData data = printed({0, 0, 0});
   data.camera_ids.emplace_back("blind");

@@ -122,9 +122,9 @@ struct JudgedSheet {
       all.push_back(camera);
     }
     compare_pictures(judged.simulated, drawn, gains_of(cameras, all, names), scenes.picture);
-    judged.compared = judged.simulated;
+    judged.garments = {{"dress", false, judged.simulated}};
     std::map<std::string, Measure> measures;
-    for (const Measure& measure : measures_of("appearance", judged, false, motion.motion)) {
+    for (const Measure& measure : measures_of("appearance", judged, motion.motion)) {
       measures[measure.key] = measure;
     }
     return measures;
@@ -214,6 +214,42 @@ TEST(AppearanceJudgement, WhatNothingDrawsIsNotComparedButCounted) {
   const auto figures = sheet.figures(scenes, 1, own, byte, byte);
   EXPECT_EQ(figures.at("appearance.simulated_psnr_db").value, 90);
   EXPECT_NEAR(figures.at("appearance.covered").value, 0.5, 0.06);
+}
+
+TEST(AppearanceJudgement, EachGarmentHasTheTargetOfItsCloth) {
+  // Of as many pixels each, one is 0.01 off in each channel and one 0.03: 40 dB and 30.5.
+  const auto judged = [](const std::string& name, bool printed, double off, double covered) {
+    JudgedGarment garment{name, printed, {}};
+    garment.compared.drawn = {300 * off * off, 300, 0, 0, 100 * covered, 0};
+    garment.compared.fixed = garment.compared.drawn;
+    garment.compared.judged = 100;
+    garment.compared.covered = covered;
+    return garment;
+  };
+  JudgedNetworks networks;
+  networks.resolution = 512;
+  networks.garments = {judged("tee", true, 0.03, 90), judged("trousers", false, 0.01, 100)};
+  std::map<std::string, Measure> measures;
+  for (const Measure& measure : measures_of("appearance", networks, "")) {
+    measures[measure.key] = measure;
+  }
+  EXPECT_NEAR(measures.at("appearance.tee_psnr_db").value, -20 * std::log10(0.03), 1e-9);
+  EXPECT_EQ(measures.at("appearance.tee_psnr_db").target, 30);
+  EXPECT_EQ(measures.at("appearance.trousers_psnr_db").target, 34);
+  EXPECT_NEAR(measures.at("appearance.psnr_db").value, -10 * std::log10(0.0005), 1e-9);
+  EXPECT_EQ(measures.at("appearance.psnr_db").target, 34) << "one of them is not printed";
+  EXPECT_NEAR(measures.at("appearance.covered").value, 0.95, 1e-12);
+  EXPECT_TRUE(is_met(measures.at("appearance.covered")));
+  // A garment alone has no figure beside the whole one.
+  networks.garments = {judged("dress", true, 0.03, 90)};
+  const std::vector<Measure> alone = measures_of("appearance", networks, "");
+  EXPECT_EQ(alone[0].target, 30);
+  for (const Measure& measure : alone) {
+    EXPECT_THAT(measure.key, ::testing::Not(::testing::HasSubstr("dress")));
+    if (measure.key == "appearance.covered") {
+      EXPECT_FALSE(is_met(measure)) << "a tenth is in no figure";
+    }
+  }
 }
 
 TEST(AppearanceJudgement, ShadowIsTheQuarterThatSeesLeastOfTheSky) {

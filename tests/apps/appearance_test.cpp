@@ -75,6 +75,16 @@ TEST_F(Appearance, WhatRegistrationCostsIsTheCeilingLessWhatIsReached) {
   EXPECT_GT(reached_db, 10);
   EXPECT_NEAR(both.at("appearance.below_ceiling_db"), ceiling_db - reached_db, 1e-9);
   EXPECT_NEAR(ceiling_db, reached_db, 1.5) << "what was found is the truth";
+  // Another network than the ceiling's: what lies between them is not what registration costs.
+  const auto text = [&] {
+    return run_child({program_path(), "evaluate", workspace.string(), "--truth", capture_.string(),
+                      "--stage", "appearance"})
+        .out;
+  };
+  EXPECT_THAT(text(), HasSubstr("less than the same network on true geometry"));
+  ASSERT_EQ(ceiling("found", {"--channels", "3"}).exit_code, 0);
+  EXPECT_THAT(text(), HasSubstr("less than another network on true geometry: channels 2 and 3"));
+  EXPECT_FALSE(figures("appearance").at("appearance.psnr_db").is_null());
 }
 
 TEST_F(Appearance, PicturesThatContradictTheGeometryAreRefused) {
@@ -87,6 +97,26 @@ TEST_F(Appearance, PicturesThatContradictTheGeometryAreRefused) {
   const ChildResult refused = ceiling("ws");
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("of one capture"));
+}
+
+TEST_F(Appearance, ACameraWhoseLabelsAreElsewhereIsNamed) {
+  ChildResult done = ceiling("ws");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, Not(HasSubstr("label images of camera")));
+  // Labels of one camera that have a third of the garment.
+  for (const auto& entry : fs::directory_iterator(capture_ / "labels" / "02")) {
+    ByteImage labels = read_labels(entry.path());
+    for (int y = 0; y < labels.height; ++y) {
+      for (int x = labels.width / 3; x < labels.width; ++x) {
+        labels.at(x, y) = 0;
+      }
+    }
+    write_labels(entry.path(), labels);
+  }
+  done = ceiling("strange");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("label images of camera 02 have it in"));
+  EXPECT_THAT(done.err, Not(HasSubstr("label images of camera 01")));
 }
 
 TEST_F(Appearance, CamerasWhosePicturesContradictAreNamedWithoutLabelsToo) {
@@ -126,6 +156,16 @@ TEST_F(Appearance, OptionsThatNoNetworkCanHaveAreRefusedAtOnce) {
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("resolution cannot be 100: it takes powers of 2"));
   EXPECT_THAT(refused.err, HasSubstr("as 64 or 128"));
+  refused = ceiling("ws", {"--resolution", "4096"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("2048"));
+  refused = ceiling("ws", {"--resolution", "32", "--shading", "16"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("leaves branches of 2 texels a side; 8 are the fewest"));
+  refused = ceiling(
+      "ws", {"--view-independent", "false", "--view-dependent", "false", "--pixel-bias", "true"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("--pixel-bias is of the branches"));
   refused = ceiling("ws", {"--shading", "3"});
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
   EXPECT_THAT(refused.err,
