@@ -22,6 +22,7 @@
 #include "apps/stages.h"
 #include "apps/straight_alpha.h"
 #include "apps/usage_error.h"
+#include "apps/worn_subject.h"
 #include "apps/writable_place.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/truth_archive.h"
@@ -52,9 +53,10 @@ struct DrawArguments {
 };
 
 struct DrawOptions {
-  double azimuth = 34;   ///< degrees; as kThreeQuarter
-  double elevation = 9;  ///< degrees
-  bool turn = false;     ///< once round the subject over all frames
+  std::string networks = "appearance";  ///< whose: "appearance", "ceiling"
+  double azimuth = 34;                  ///< degrees; as kThreeQuarter
+  double elevation = 9;                 ///< degrees
+  bool turn = false;                    ///< once round the subject over all frames
   PictureOptions picture;
   VideoOptions video;
   PaintOptions paint;
@@ -63,6 +65,8 @@ struct DrawOptions {
 
 OptionTable describe(DrawOptions& options) {
   OptionTable table;
+  table.add("networks", options.networks, {"appearance", "ceiling"},
+            "Of which stage; ceiling: on the true garments and body of --capture");
   table.add("azimuth", options.azimuth, -360, 360, "degrees", "0 from the front, 90 from its left");
   table.add("elevation", options.elevation, -90, 90, "degrees", "0 level, 90 from above");
   table.add("turn", options.turn, "The camera goes once round the subject over all frames");
@@ -96,32 +100,66 @@ fs::path current_result(const fs::path& workspace, const std::string& stage) {
   return workspace / stage / *current;
 }
 
-void add_layer(Cast& cast, const std::string& name, const fs::path& sequence,
-               const fs::path& networks) {
+/// @param is_garment  has a network; a body is grey without its own, which is made on demand
+void add_layer(Cast& cast, const std::string& name, const fs::path& networks, bool is_garment,
+               Triangles faces, Sequence sequence) {
   SceneLayer layer;
   layer.name = name;
   const fs::path model = networks / name / "model.safetensors";
   layer.model = fs::exists(model) ? model.string() : "";
-  // A body is grey without its network, which is made on demand; a garment has one.
-  if (layer.model.empty() && name != "body") {
-    throw DataError(model.string(), "", "no network", "the one that 'atelier appearance' makes");
+  if (layer.model.empty() && is_garment) {
+    const std::string stage = networks.parent_path().filename().string();
+    throw DataError(model.string(), "", "no network", "the one that 'atelier " + stage + "' makes");
   }
-  const MeshSequenceFile read = read_mesh_sequence(sequence, false);
-  layer.faces = read.shared.faces;  // a folder of meshes has them in each, read.sequence none
-  cast.sequences.push_back(read.sequence);
+  layer.faces = std::move(faces);
+  cast.sequences.push_back(std::move(sequence));
   cast.scene.layers.push_back(std::move(layer));
+}
+
+void add_meshes(Cast& cast, const std::string& name, const fs::path& meshes,
+                const fs::path& networks) {
+  MeshSequenceFile read = read_mesh_sequence(meshes, false);
+  // A folder of meshes has faces in each; read.sequence then has none.
+  add_layer(cast, name, networks, name != "body", std::move(read.shared.faces),
+            std::move(read.sequence));
+}
+
+/// What was true in the first clothed sequence of a synthetic capture.
+Cast true_cast(const DrawArguments& arguments) {
+  const fs::path networks = current_result(arguments.workspace, "ceiling");
+  const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(arguments.capture));
+  const WornSubject worn = worn_in_truth(arguments.capture, truth);
+  const CaptureInfo info = open_dataset(arguments.capture).info;
+  const auto clothed = std::find_if(info.sequences.begin(), info.sequences.end(),
+                                    [](const auto& one) { return one.kind != "minimal"; });
+  if (clothed == info.sequences.end()) {
+    throw DataError(arguments.capture, "sequences", "none that is clothed", "a clothed one");
+  }
+  Cast cast;
+  for (std::size_t s = 0; s < worn.templates.size(); ++s) {
+    Sequence sequence;
+    sequence.fps = clothed->fps;
+    sequence.frame_ids = clothed->frame_ids;
+    sequence.load = [load = worn.subject.load, ids = clothed->frame_ids,
+                     faces = worn.subject.faces[s], s](Index i) {
+      Mesh mesh;
+      mesh.vertices = load(ids[static_cast<std::size_t>(i)])[s];
+      mesh.faces = faces;
+      return mesh;
+    };
+    add_layer(cast, worn.subject.names[s], networks, s >= worn.first_garment, worn.subject.faces[s],
+              std::move(sequence));
+  }
+  return cast;
 }
 
 Cast cast_of(const DrawArguments& arguments) {
   const fs::path workspace = arguments.workspace;
-  if (!fs::is_directory(workspace)) {
-    throw DataError(workspace.string(), "", "no folder", "a workspace");
-  }
   const fs::path networks = current_result(workspace, "appearance");
   Cast cast;
-  add_layer(cast, "body",
-            arguments.body.empty() ? current_result(workspace, "body") : fs::path(arguments.body),
-            networks);
+  add_meshes(cast, "body",
+             arguments.body.empty() ? current_result(workspace, "body") : fs::path(arguments.body),
+             networks);
   std::map<std::string, fs::path> given;
   for (const std::string& garment : arguments.garments) {
     const std::size_t at = garment.find('=');
@@ -141,10 +179,10 @@ Cast cast_of(const DrawArguments& arguments) {
   }
   for (const std::string& name : names) {
     const auto found = given.find(name);
-    add_layer(cast, name,
-              found != given.end() ? found->second
-                                   : current_result(workspace, "register") / "registered" / name,
-              networks);
+    add_meshes(cast, name,
+               found != given.end() ? found->second
+                                    : current_result(workspace, "register") / "registered" / name,
+               networks);
     if (found != given.end()) {
       given.erase(found);
     }
@@ -231,8 +269,11 @@ void require_light(const Cast& cast, const DrawOptions& options) {
 /// The cast with its frames. What is wrong with a file of a result is said with the stage that
 /// makes it anew.
 Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
+  if (!fs::is_directory(arguments.workspace)) {
+    throw DataError(arguments.workspace, "", "no folder", "a workspace");
+  }
   try {
-    Cast cast = cast_of(arguments);
+    Cast cast = options.networks == "ceiling" ? true_cast(arguments) : cast_of(arguments);
     require_body(cast, arguments);
     require_light(cast, options);
     fill_frames(cast);
@@ -359,6 +400,18 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   }
   if (arguments.camera.empty() != arguments.capture.empty()) {
     throw UsageError("--capture and --camera go together: the camera ID of the capture CAPTURE");
+  }
+  if (options.networks == "ceiling") {
+    if (arguments.capture.empty()) {
+      throw UsageError(
+          "--networks ceiling draws what was true in a synthetic capture: name --capture and "
+          "--camera");
+    }
+    if (!arguments.body.empty() || !arguments.garments.empty()) {
+      throw UsageError(
+          "--body and --garment do nothing: --networks ceiling draws the truth of "
+          "--capture; leave them out");
+    }
   }
   require_use(arguments, set.table);
   if (options.paint.background.size() != 3) {

@@ -337,6 +337,44 @@ TEST_F(AppearanceDrawing, ANetworkInPlaceOfACheckpointIsRefusedWithWhatAStageTak
               HasSubstr("name another --checkpoint, or give --force to the stage that trains it"));
 }
 
+TEST_F(Appearance, NetworksOfTheCeilingDrawTheTruth) {
+  ASSERT_EQ(ceiling("ws").exit_code, 0);
+  const auto draw = [&](const std::string& name, std::vector<std::string> more) {
+    more.insert(more.begin(), {program_path(), "draw", (folder_ / "ws").string(), "--networks",
+                               "ceiling", "--out", (folder_ / name).string()});
+    return run_child(more);
+  };
+  const std::vector<std::string> camera = {"--capture", capture_.string(), "--camera", "09"};
+  const ChildResult done = draw("drawn", camera);
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  // Near what the camera took of the cloth, which the grey ball under it is not.
+  const ByteImage drawn = read_byte_image(folder_ / "drawn" / "000002.png");
+  const ByteImage taken = read_byte_image(capture_ / "images" / "09" / "000002.png");
+  const ByteImage labels = read_labels(capture_ / "labels" / "09" / "000002.png");
+  double off = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < labels.data.size(); ++i) {
+    if (labels.data[i] == static_cast<std::uint8_t>(Label::Dress)) {
+      off += std::abs(drawn.data[3 * i] - taken.data[3 * i]);
+      count += 1;
+    }
+  }
+  EXPECT_LT(off / count, 30);
+  const ChildResult nowhere = draw("none", {});
+  EXPECT_EQ(nowhere.exit_code, 2);
+  EXPECT_THAT(nowhere.err, HasSubstr("name --capture and --camera"));
+  std::vector<std::string> other = camera;
+  other.insert(other.end(), {"--body", folder_.path().string()});
+  EXPECT_THAT(draw("none", other).err, HasSubstr("--body and --garment do nothing"));
+  fs::resize_file(result("ws", "model.safetensors"), 100);
+  const ChildResult torn = draw("none", camera);
+  EXPECT_EQ(torn.exit_code, 3);
+  EXPECT_THAT(torn.err, HasSubstr("run 'atelier ceiling' again"));
+  fs::remove_all(folder_ / "ws" / "ceiling");
+  EXPECT_THAT(draw("none", camera).err, HasSubstr("run 'atelier ceiling' first"));
+  EXPECT_FALSE(fs::exists(folder_ / "none"));
+}
+
 /// A ball in six frames, for `atelier-appearance paint`.
 PaintedScene rolling_ball(const Mesh& ball, const Camera& camera) {
   PaintedScene scene;
