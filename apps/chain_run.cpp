@@ -21,6 +21,7 @@
 #include "core/parallel.h"
 #include "core/printable.h"
 #include "core/store/digest_meter.h"
+#include "core/store/file_lock.h"
 #include "core/store/result.h"
 #include "core/store/run_stage.h"
 #include "core/store/utc_time.h"
@@ -395,6 +396,9 @@ void ChainRun::stage(std::size_t i) {
     console.clear_line();
     stopped_by_surroundings_ =
         failure.exit_code == kExitEnvironment && failure.file != kAppearanceProgram;
+    const std::filesystem::path folder = arguments_.places.workspace / one.stage;
+    yields_ = stopped_by_surroundings_ && failure.file == folder.string() &&
+              FileLock::is_held(folder / ".lock");
     standard_error() << "atelier: " << one.stage << ": " << printable(failure.text) << std::endl;
   }
 }

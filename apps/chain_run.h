@@ -54,6 +54,8 @@ class ChainRun {
   const CaptureFacts& facts() const { return facts_; }
   /// Of the first failure.
   int exit_code() const { return exit_code_; }
+  /// Whether it ended because another run works on one of its stages.
+  bool yields() const { return yields_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -95,6 +97,7 @@ class ChainRun {
   std::set<std::string> warnings_;
   int exit_code_ = kExitDone;
   bool stopped_by_surroundings_ = false;
+  bool yields_ = false;
   Clock::time_point begin_ = Clock::now();
 };
 

@@ -58,7 +58,7 @@ fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& sta
   return {};
 }
 
-/// @param page   the report; "" if it could not be written
+/// @param page   the report; "" if it was not written
 /// @param video  "" if there is none
 void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::path& page,
               const fs::path& video) {
@@ -121,7 +121,8 @@ void set_material(OptionSet& options, const std::string& fabric) {
 }
 
 /// Writes account and report, and says how the run ended. What failed before counts more than a
-/// report that cannot be written: a disk that is full is full for both.
+/// report that cannot be written: a disk that is full is full for both. Where another run is at
+/// work, what the workspace comes to is that one's to tell: this one's end is no failure of it.
 int report_on(const ChainRun& chain, const RunArguments& arguments, const ReportOptions& options) {
   const fs::path& workspace = arguments.places.workspace;
   const bool any = std::any_of(all_stages().begin(), all_stages().end(), [&](const Stage& stage) {
@@ -129,6 +130,10 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
   });
   if (!any && chain.exit_code() != kExitDone) {
     return chain.exit_code();  // there is nothing to report on
+  }
+  if (chain.yields()) {
+    show_end(arguments, chain, "", "");
+    return chain.exit_code();
   }
   chain.announce_report();
   fs::path page = report_folder(workspace) / "index.html";
