@@ -20,8 +20,10 @@
 #include "apps/targets.h"
 #include "apps/usage_error.h"
 #include "capture/capture_measures.h"
+#include "core/error.h"
 #include "core/printable.h"
 #include "core/store/result.h"
+#include "core/store/workspace_status.h"
 
 namespace atelier {
 namespace {
@@ -55,6 +57,31 @@ nlohmann::ordered_json json_of(const Judged& row) {
   json["verdict"] = row.verdict;
   json["why"] = row.why;
   return json;
+}
+
+/// Refuses a capture of a real person, which has no truth. What a synthetic one lacks is said where
+/// it is read.
+void require_synthetic(const fs::path& capture) {
+  if (fs::is_directory(capture) && !fs::exists(capture / "truth") &&
+      !fs::exists(capture / "synthesis.json")) {
+    throw DataError(capture.string(), "truth", "none: only what is synthesized has one",
+                    "a capture of 'atelier synthesize'");
+  }
+}
+
+/// A sentence on the first damaged result that a figure is of; "" if there is none. Its readers may
+/// not have opened the file that is damaged.
+std::string damage_in(const fs::path& workspace, const std::string& stage) {
+  const std::vector<std::string> measured = evaluated_stages();
+  for (const StageStatus& status : workspace_status(all_stages(), workspace)) {
+    if (status.state == StageStatus::State::Damaged &&
+        std::find(measured.begin(), measured.end(), status.stage) != measured.end() &&
+        (stage.empty() || status.stage == stage)) {
+      return "the result of '" + status.stage + "' is damaged" +
+             (status.findings.empty() ? "" : ": " + to_string(status.findings.front()));
+    }
+  }
+  return "";
 }
 
 void print_table(const std::vector<Judged>& rows) {
@@ -95,6 +122,7 @@ int run(EvaluateArguments arguments) {
   if (!of_capture) {
     require_workspace(all_stages(), arguments.workspace);
   }
+  require_synthetic(arguments.truth);
   WorkspaceFigures figures =
       workspace_figures(arguments.workspace, arguments.truth, arguments.stage);
   std::vector<Measure>& all = figures.measures;
@@ -156,6 +184,11 @@ int run(EvaluateArguments arguments) {
       standard_error() << "atelier: " << printable(one.why) << std::endl;
       return kExitBadData;
     }
+  }
+  if (const std::string damage = of_capture ? "" : damage_in(arguments.workspace, arguments.stage);
+      !damage.empty()) {
+    standard_error() << "atelier: " << printable(damage) << std::endl;
+    return kExitBadData;
   }
   if (!arguments.check) {
     return kExitDone;
