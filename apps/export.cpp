@@ -222,8 +222,15 @@ std::string consent_warnings(const StageStatus& status) {
 /// Motions as BVH too, and what `animate` made as one scene.
 void export_motions(const fs::path& result, const fs::path& networks, const fs::path& place,
                     ExportFormat format, const std::set<fs::path>& files) {
+  std::set<fs::path> tracked;  // `track` keeps each motion as an .npz, too: one BVH of both
   for (const fs::path& file : files) {
-    if (is_motion_result(result / file)) {
+    if (file.extension() == ".h5" && is_motion_result(result / file)) {
+      tracked.insert(file.stem());
+    }
+  }
+  for (const fs::path& file : files) {
+    if (is_motion_result(result / file) &&
+        (file.extension() == ".h5" || !tracked.contains(file.stem()))) {
       fs::path bvh = place / file;
       make_private_directory(bvh.parent_path());
       export_bvh(result / file, bvh.replace_extension(".bvh"));
