@@ -4,10 +4,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdio>
 #include <initializer_list>
 #include <set>
 
+#include "apps/material_file.h"
 #include "apps/usage_error.h"
 #include "core/depths_inside.h"
 #include "core/error.h"
@@ -79,35 +79,28 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   std::vector<std::string> doubts;
   const Points& garment = scene.start;
   const Extent cloth = extent_of(garment);
-  char text[240];
+  const auto metres = [](double length) { return number_text(length) + " m"; };
   if (!scene.body || scene.body_faces.rows() == 0) {
     const double size = cloth.diagonal().norm();
     if (size < 0.02 || size > 20) {
-      std::snprintf(text, sizeof text,
-                    "warning: the garment is %.3g m across; another unit? --scale says how many "
-                    "metres one of its file is",
-                    size);
-      doubts.emplace_back(text);
+      doubts.push_back("warning: the garment is " + metres(size) +
+                       " across; another unit? --scale says how many metres one of its file is");
     }
     return doubts;
   }
   const Points body = scene.body(0);
   const Extent about = extent_of(body);
   if (about.sizes().maxCoeff() < 0.05 || about.sizes().y() > 5) {
-    std::snprintf(text, sizeof text,
-                  "warning: the body is %.3g m high and %.3g m across; another unit than metres? "
-                  "Bodies are taken as they are: scale its file",
-                  about.sizes().y(), about.diagonal().norm());
-    doubts.emplace_back(text);
+    doubts.push_back("warning: the body is " + metres(about.sizes().y()) + " high and " +
+                     metres(about.diagonal().norm()) +
+                     " across; another unit than metres? Bodies are taken as they are: scale its "
+                     "file");
   }
   const double ratio = cloth.diagonal().norm() / about.diagonal().norm();
   if (ratio > 3 || ratio < 0.02) {
-    std::snprintf(
-        text, sizeof text,
-        "warning: the garment is %.3g m across and the body %.3g m; another unit? --scale "
-        "says how many metres one of the garment's file is",
-        cloth.diagonal().norm(), about.diagonal().norm());
-    doubts.emplace_back(text);
+    doubts.push_back("warning: the garment is " + metres(cloth.diagonal().norm()) +
+                     " across and the body " + metres(about.diagonal().norm()) +
+                     "; another unit? --scale says how many metres one of the garment's file is");
   }
   if (cloth.min().x() > about.max().x() || cloth.max().x() < about.min().x() ||
       cloth.min().z() > about.max().z() || cloth.max().z() < about.min().z() ||
@@ -123,20 +116,16 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
         "their corners round");
   }
   if (const double pull = farthest_pull(scene, body); pull > 0.05) {
-    std::snprintf(text, sizeof text,
-                  "warning: the body holds vertices of the garment %.3g m from where they begin: "
-                  "they were attached to another body, or --scale or --move has taken them away",
-                  pull);
-    doubts.emplace_back(text);
+    doubts.push_back("warning: the body holds vertices of the garment " + metres(pull) +
+                     " from where they begin: they were attached to another body, or --scale or "
+                     "--move has taken them away");
   }
   if (const Index deep = deeper_than(contact_reach, garment, body, scene.body_faces); deep > 0) {
-    std::snprintf(text, sizeof text,
-                  "warning: %lld of %lld vertices begin inside the body deeper than "
-                  "--xpbd.contact-reach (%.3g mm), so contact may not bring them out: a larger "
-                  "one (0.1), --scale, or --move-x, --move-y and --move-z",
-                  static_cast<long long>(deep), static_cast<long long>(garment.rows()),
-                  1e3 * contact_reach);
-    doubts.emplace_back(text);
+    doubts.push_back("warning: " + std::to_string(deep) + " of " + std::to_string(garment.rows()) +
+                     " vertices begin inside the body deeper than --xpbd.contact-reach (" +
+                     number_text(1e3 * contact_reach) +
+                     " mm), so contact may not bring them out: a larger one (0.1), --scale, or "
+                     "--move-x, --move-y and --move-z");
   }
   return doubts;
 }

@@ -90,8 +90,9 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std
     throw DataError(file, "skins", "none", "a skeleton that the animation moves");
   }
   if (index >= scene.animations.size()) {
-    throw DataError(file, "animations", std::to_string(scene.animations.size()),
-                    "animation " + std::to_string(index));
+    const std::size_t count = scene.animations.size();
+    throw DataError(file, "animations", count == 0 ? "none" : std::to_string(count),
+                    index == 0 ? "a motion" : "animation " + std::to_string(index));
   }
   int skin = 0;
   for (const GltfNode& node : scene.nodes) {
