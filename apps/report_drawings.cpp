@@ -96,17 +96,6 @@ std::optional<Dataset> dataset_of(const ReportPlaces& places) {
   return open_dataset(status->manifest->inputs.front().path, options);
 }
 
-/// First, last and some between, of what is there.
-template <class Value>
-std::vector<Value> spread(const std::vector<Value>& all, std::size_t most) {
-  std::vector<Value> some;
-  const std::size_t count = std::min(all.size(), most);
-  for (std::size_t i = 0; i < count; ++i) {
-    some.push_back(all[count == 1 ? 0 : i * (all.size() - 1) / (count - 1)]);
-  }
-  return some;
-}
-
 Image scaled(const Image& image) {
   const int width = std::max(1, image.width * kPictureHeight / std::max(1, image.height));
   return resized(image, width, kPictureHeight);
@@ -124,11 +113,11 @@ Image coloured(Image image) {
   return image;
 }
 
-/// The tracked sequence that is clothed, else the first; and the camera that sees the person's
-/// front best, of those that stages may open.
+/// The tracked sequence that is clothed, else the first; and the cameras that stages may open, who
+/// sees the person's front best first.
 struct Tracked {
   TrackedMotion motion;
-  Index camera = -1;
+  std::vector<Index> cameras;
 };
 
 std::optional<Tracked> tracked_of(const ReportPlaces& places, const Dataset& dataset) {
@@ -143,11 +132,11 @@ std::optional<Tracked> tracked_of(const ReportPlaces& places, const Dataset& dat
   if (file.empty()) {
     return std::nullopt;
   }
-  Tracked tracked{read_tracked_motion(file), -1};
+  Tracked tracked{read_tracked_motion(file), {}};
   const int left = find_joint(tracked.motion.skeleton, "left_hip");
   const int right = find_joint(tracked.motion.skeleton, "right_hip");
   const std::vector<std::string>& held = dataset.info.held_out_cameras;
-  double best = -1e9;
+  std::vector<std::pair<double, Index>> facing_away;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     const Camera& camera = dataset.cameras[c];
     if (std::find(held.begin(), held.end(), camera.id) != held.end() ||
@@ -161,10 +150,11 @@ std::optional<Tracked> tracked_of(const ReportPlaces& places, const Dataset& dat
       const auto b = project(camera, joints.row(right).transpose());
       facing = a && b ? (a->x() - b->x()) / camera.width : -1e6;
     }
-    if (facing > best) {
-      best = facing;
-      tracked.camera = static_cast<Index>(c);
-    }
+    facing_away.emplace_back(-facing, static_cast<Index>(c));
+  }
+  std::sort(facing_away.begin(), facing_away.end());
+  for (const auto& [away, camera] : facing_away) {
+    tracked.cameras.push_back(camera);
   }
   return tracked;
 }
@@ -236,32 +226,55 @@ std::string track_plots(const ReportPlaces& places) {
   return html;
 }
 
+std::string size_text(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
 /// Some frames' pictures of the front camera, each drawn over; a picture that `draw` has nothing
-/// for is left out.
+/// for is left out. Of cameras whose pictures are as large as their calibration says: nobody knows
+/// what of others was cut off. Where there are none, a sentence says so.
 std::string front_pictures(
-    const ReportPlaces& places, const std::string& caption,
+    const ReportPlaces& places, const std::string& what,
     const std::function<std::optional<Image>(const Camera&, const TrackedMotion&, int, Image)>&
         draw) {
   std::optional<Dataset> dataset = dataset_of(places);
   const std::optional<Tracked> tracked = dataset ? tracked_of(places, *dataset) : std::nullopt;
-  if (!tracked || tracked->camera < 0) {
+  if (!tracked) {
     return "";
   }
-  const Camera camera = dataset->cameras[static_cast<std::size_t>(tracked->camera)];
+  const std::vector<Camera> cameras = dataset->cameras;
   FrameReader reader(std::move(*dataset));
-  std::vector<CaptionedImage> cells;
-  for (const int id : spread(tracked->motion.motion.frame_ids, kPictures)) {
-    const auto image = reader.image(tracked->camera, id);
-    if (!image || image->width != camera.width || image->height != camera.height) {
-      continue;
+  std::string other_size;
+  for (const Index c : tracked->cameras) {
+    const Camera& camera = cameras[static_cast<std::size_t>(c)];
+    bool agree = true;
+    std::vector<CaptionedImage> cells;
+    for (const int id : spread(tracked->motion.motion.frame_ids, kPictures)) {
+      const auto image = reader.image(c, id);
+      if (!image) {
+        continue;
+      }
+      agree = image->width == camera.width && image->height == camera.height;
+      if (!agree) {
+        other_size += (other_size.empty() ? "" : "; ") + camera.id + ": " +
+                      size_text(image->width, image->height) + " pixels, calibrated for " +
+                      size_text(camera.width, camera.height);
+        break;
+      }
+      if (const auto drawn = draw(camera, tracked->motion, id, coloured(*image))) {
+        cells.push_back({scaled(*drawn), "frame " + std::to_string(id)});
+      }
     }
-    if (const auto drawn = draw(camera, tracked->motion, id, coloured(*image))) {
-      cells.push_back({scaled(*drawn), "frame " + std::to_string(id)});
+    if (agree && !cells.empty()) {
+      return figure(contact_sheet(cells, {.columns = static_cast<int>(kPictures)}),
+                    what + " over the pictures of camera " + camera.id);
     }
   }
-  return cells.empty() ? ""
-                       : figure(contact_sheet(cells, {.columns = static_cast<int>(kPictures)}),
-                                caption + camera.id);
+  return other_size.empty() ? ""
+                            : "<p class=\"warning\">" + what +
+                                  " over pictures is left out: no camera's are as large as its "
+                                  "calibration says (" +
+                                  html_text(other_size) + ")</p>\n";
 }
 
 /// Bones, red in frames that are not trusted.
@@ -287,7 +300,7 @@ Image with_bones(const Camera& camera, const TrackedMotion& motion, int id, cons
 }
 
 std::string skeleton_pictures(const ReportPlaces& places) {
-  return front_pictures(places, "The skeleton over the pictures of camera ", with_bones);
+  return front_pictures(places, "The skeleton", with_bones);
 }
 
 /// What a camera sees of meshes, with coverage.
@@ -318,7 +331,7 @@ Image over(const Image& picture, const Image& drawn, float opacity) {
 std::string body_pictures(const ReportPlaces& places) {
   const Sequence bodies = open_sequence(result_of(places, "body"));
   return front_pictures(
-      places, "The body under the clothes, over the pictures of camera ",
+      places, "The body under the clothes",
       [&](const Camera& camera, const TrackedMotion& /*motion*/, int id,
           const Image& picture) -> std::optional<Image> {
         const auto at = std::find(bodies.frame_ids.begin(), bodies.frame_ids.end(), id);
@@ -419,8 +432,15 @@ std::string strip_pictures(const ReportPlaces& places) {
     }
     cells.push_back({seen(scene, kThreeQuarter, kNarrow), "frame " + std::to_string(id)});
   }
+  // `simulate` reads no result of `material`.
+  const StageStatus* material = sound(places, "material");
+  const bool fitted = material != nullptr && material->manifest->metrics.contains("fitted") &&
+                      material->manifest->metrics.at("fitted") > 0;
   return figure(contact_sheet(cells, {.columns = static_cast<int>(kStrip)}),
-                "The simulated garment");
+                std::string("The simulated garment") +
+                    (fitted ? ", of the fabric that this stage's options say: animate takes the "
+                              "one that material fitted"
+                            : ""));
 }
 
 }  // namespace

@@ -194,18 +194,39 @@ bool is_plot(const std::string& path) {
   return path.ends_with("_frames.png") || path.ends_with("certificates.png");
 }
 
+/// Frames in their folder fill no page, and push out none of what shows all of them.
 std::string pictures_of(const StageStatus& status, const std::filesystem::path& folder,
                         const ReportOptions& options) {
-  std::string html;
-  int count = 0;
+  std::vector<std::string> top;     // strips, sheets and films
+  std::vector<std::string> single;  // one a frame, or a garment
   for (const ManifestOutput& output : status.manifest->outputs) {
-    const std::string type = is_plot(output.path) ? "" : media_type(output.path);
-    if (type.empty() || static_cast<double>(output.size) > options.picture_bytes ||
-        ++count > options.pictures) {
-      continue;
+    if (!is_plot(output.path) && !media_type(output.path).empty() &&
+        static_cast<double>(output.size) <= options.picture_bytes) {
+      (output.path.find('/') == std::string::npos ? top : single).push_back(output.path);
     }
-    html += picture(folder / output.path, output.path, type,
+  }
+  const auto most = static_cast<std::size_t>(options.pictures);
+  std::vector<std::string> shown = spread(top, most);
+  std::map<std::string, std::int64_t> more;
+  for (const std::vector<std::string>& all : {top, single}) {
+    for (const std::string& path : all) {
+      ++more[std::filesystem::path(path).parent_path().string()];
+    }
+  }
+  const std::vector<std::string> some = spread(single, most - shown.size());
+  shown.insert(shown.end(), some.begin(), some.end());
+  std::string html;
+  for (const std::string& path : shown) {
+    --more[std::filesystem::path(path).parent_path().string()];
+    html += picture(folder / path, path, media_type(path),
                     static_cast<std::int64_t>(options.picture_bytes));
+  }
+  for (const auto& [place, count] : more) {
+    if (count > 0) {
+      html += "<p class=\"quiet\">" + std::to_string(count) + " more in " +
+              html_text((std::filesystem::path(status.stage) / "current" / place).string()) +
+              "</p>\n";
+    }
   }
   return html;
 }
@@ -224,7 +245,7 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
   std::string facts = row("state", state_name(status.state));
   facts += row("consent", to_string(manifest.consent));
   facts += row("finished", manifest.finished);
-  facts += row("work, all threads and frames added", duration_text(manifest.work_seconds));
+  facts += row("elapsed time, frames side by side added up", duration_text(manifest.work_seconds));
   facts += row("peak memory", bytes_text(static_cast<double>(manifest.peak_memory_bytes)));
   if (!manifest.device.empty()) {
     facts += row("device", manifest.device);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -52,7 +53,8 @@ struct ReportFigures {
 /// says why there is no `run` where there should be one, first among what asks for attention;
 /// `subject`, who was captured, stands in the title.
 /// Pictures and videos of sound results are shown as far as the options allow, the others only
-/// named. Throws EnvironmentError or DataError if a picture cannot be read.
+/// named: what lies at the result's top first (strips, sheets), then some of each folder's,
+/// evenly. Throws EnvironmentError or DataError if a picture cannot be read.
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
                         const ReportOptions& options = {}, const ReportFigures& figures = {},
                         const std::optional<RunAccount>& run = std::nullopt,
@@ -61,6 +63,17 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
 
 /// The text as HTML shows it literally, in content and in quoted attributes.
 std::string html_text(std::string_view text);
+
+/// Some of `all` where they are more than `most`: the first, the last and as many between, evenly.
+template <class Value>
+std::vector<Value> spread(const std::vector<Value>& all, std::size_t most) {
+  std::vector<Value> some;
+  const std::size_t count = std::min(all.size(), most);
+  for (std::size_t i = 0; i < count; ++i) {
+    some.push_back(all[count == 1 ? 0 : i * (all.size() - 1) / (count - 1)]);
+  }
+  return some;
+}
 
 /// Bytes as base64, for "data:" addresses.
 std::string base64_text(std::span<const std::byte> bytes);

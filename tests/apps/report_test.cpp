@@ -138,6 +138,38 @@ TEST(ReportPage, HoldsPicturesItselfAndNamesLargeOnes) {
   EXPECT_THAT(page, Not(HasSubstr("<script")));
 }
 
+TEST(ReportPage, StripsStandBeforeFramesOfWhichSomeAreShownEvenly) {
+  const TemporaryDirectory root;
+  std::vector<ManifestOutput> outputs;
+  for (int i = 0; i < 9; ++i) {
+    outputs.push_back({"pictures/" + std::to_string(i) + ".png", 3, {}});
+  }
+  outputs.push_back({"strip.png", 3, {}});
+  StageStatus status = result_of(outputs);
+  const fs::path folder = root.path() / "statistics" / folder_name(status.manifest->key);
+  fs::create_directories(folder / "pictures");
+  for (const ManifestOutput& output : outputs) {
+    std::ofstream(folder / output.path) << "abc";
+  }
+  ReportOptions options;
+  const auto shown = [&](int most) {
+    options.pictures = most;
+    const std::string page = report_page(std::span(&status, 1), root.path(), options);
+    std::string names;
+    constexpr std::string_view kName = "<img alt=\"";
+    for (std::size_t at = page.find(kName); at != std::string::npos; at = page.find(kName, at)) {
+      at += kName.size();
+      names += page.substr(at, page.find('"', at) - at) + " ";
+    }
+    const std::size_t more = page.find(" more in statistics/current/pictures</p>");
+    return names + (more == std::string::npos ? "" : page.substr(more - 1, 1) + " more");
+  };
+  EXPECT_EQ(shown(4), "strip.png pictures/0.png pictures/4.png pictures/8.png 6 more");
+  EXPECT_EQ(shown(1), "strip.png 9 more");
+  EXPECT_EQ(shown(0), "9 more");
+  EXPECT_THAT(shown(10), AllOf(HasSubstr("pictures/7.png"), Not(HasSubstr("more"))));
+}
+
 TEST(ReportPage, WarningsComeFirstAndManyAreFolded) {
   StageStatus status = result_of({{"a.txt", 1, {}}});
   for (int i = 0; i < 7; ++i) {

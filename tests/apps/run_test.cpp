@@ -3,25 +3,31 @@
     defined(ATELIER_HAS_BODYMODEL)
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mount.h>
 
 #include "apps/run_account.h"
 #include "apps/targets.h"
 #include "core/device.h"
 #include "core/io/file_bytes.h"
+#include "core/io/image_file.h"
 #include "core/store/commit.h"
 #include "core/store/file_lock.h"
 #include "core/store/input_digest.h"
 #include "core/store/result.h"
 #include "tests/apps/browser.h"
+#include "tests/apps/dressed_workspace.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
@@ -240,6 +246,15 @@ TEST(RunOnARealTrial, DoesWhatThereAreDataForAndSaysWhyTheRestIsSkipped) {
     EXPECT_TRUE(current_name(root / "work" / stage).has_value()) << stage;
   }
   EXPECT_TRUE(fs::exists(root / "work/report/index.html"));
+  // `track` keeps each motion in two forms, which are one BVH.
+  const fs::path out = root / "out";
+  ASSERT_EQ(run_child({program_path(), "export", (root / "work").string(), out.string(), "--stage",
+                       "track"})
+                .exit_code,
+            0);
+  EXPECT_TRUE(fs::exists(out / "track/tracked/capture.bvh"));
+  EXPECT_TRUE(fs::exists(out / "track/motion/capture.npz"));
+  EXPECT_FALSE(fs::exists(out / "track/motion/capture.bvh"));
 }
 
 TEST(DemoRanges, TheDocumentHasThemAll) {
@@ -479,18 +494,15 @@ TEST_F(Run, DamagedInputsThatItMadeOfResultsAreMadeAnew) {
 
 TEST_F(Run, AnyErrorOfAStageLeavesAReport) {
   run({"--to", "validate"});  // so that there is something to report on
-  // A lock that another run holds: an error of the surroundings, not of the data.
-  const fs::path lock = workspace_ / "reconstruct" / ".lock";
-  fs::create_directories(lock.parent_path());
-  const auto held = FileLock::try_lock(lock, FileLock::Mode::Exclusive);
-  ASSERT_TRUE(held);
+  // What no file can be made of: an error of the surroundings, not of the data.
+  fs::create_directories(workspace_ / "reconstruct" / ".lock");
   const ChildResult result = run({"--from", "reconstruct", "--to", "track"});
   EXPECT_EQ(result.exit_code, 5) << result.err;
   EXPECT_THAT(result.out, AllOf(HasSubstr("reconstruct FAILED: "),
                                 HasSubstr("track was skipped: it reads the result of reconstruct"),
                                 HasSubstr("report: ")));
   EXPECT_THAT(read_file_text(workspace_ / "report/index.html", 1 << 26),
-              HasSubstr("another run is working"));
+              HasSubstr("<b>reconstruct</b> failed: "));
 }
 
 TEST_F(Run, AnErrorOfTheSurroundingsEndsTheRun) {
@@ -557,6 +569,141 @@ TEST_F(Run, ASecondOneInTheSameWorkspaceIsRefusedWhileTheFirstWorks) {
   ASSERT_TRUE(held);
   expect_refusal(run({"--from", "reconstruct", "--to", "reconstruct"}), 5,
                  "another run is working on 'reconstruct'");
+}
+
+TEST_F(Run, ASecondOneLeavesTheAccountAndTheReportOfTheFirst) {
+  run({"--to", "validate"});
+  const fs::path page = workspace_ / "report" / "index.html";
+  const fs::path account = workspace_ / "report" / "run.json";
+  const std::string page_before = read_file_text(page, 1 << 26);
+  const std::string account_before = read_file_text(account, 1 << 20);
+  fs::create_directories(workspace_ / "reconstruct");
+  const auto held =
+      FileLock::try_lock(workspace_ / "reconstruct" / ".lock", FileLock::Mode::Exclusive);
+  ASSERT_TRUE(held);
+  const ChildResult result = run({"--from", "reconstruct", "--to", "track"});
+  expect_refusal(result, 5, "another run is working on 'reconstruct'");
+  EXPECT_THAT(result.out, AllOf(HasSubstr("reconstruct FAILED: "), Not(HasSubstr("report: "))));
+  EXPECT_EQ(read_file_text(page, 1 << 26), page_before);
+  EXPECT_EQ(read_file_text(account, 1 << 20), account_before);
+}
+
+/// Pictures of one camera in another size than it is calibrated for.
+void crop_pictures(const fs::path& folder) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const ImageHeader header = read_image_header(entry.path());
+    write_image(entry.path(), Image(header.width - 8, header.height, 3, 0.5F));
+  }
+}
+
+TEST_F(Run, ItsReportDrawsOverTheCamerasWhosePicturesAreAsCalibrated) {
+  fs::remove_all(capture_);
+  SmallCapture small;
+  small.frames = {0, 1, 2};
+  write_small_capture(capture_, small);
+  fs::remove_all(capture_ / "labels");
+  write_dressed_workspace(capture_, workspace_, "track");
+  ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
+  const auto camera = [&] {
+    EXPECT_EQ(run_child({program_path(), "report", workspace_.string()}).exit_code, 0);
+    const std::string page = read_file_text(workspace_ / "report" / "index.html", 1 << 26);
+    constexpr std::string_view kCaption = "<figcaption>The skeleton over the pictures of camera ";
+    const std::size_t at = page.find(kCaption);
+    return at == std::string::npos
+               ? page
+               : page.substr(at + kCaption.size(),
+                             page.find('<', at + kCaption.size()) - at - kCaption.size());
+  };
+  const std::string first = camera();
+  ASSERT_TRUE(fs::exists(capture_ / "images" / first)) << first;
+  crop_pictures(capture_ / "images" / first);
+  const std::string second = camera();
+  ASSERT_TRUE(fs::exists(capture_ / "images" / second)) << second;
+  EXPECT_NE(second, first);
+  for (const auto& entry : fs::directory_iterator(capture_ / "images")) {
+    if (entry.path().filename() != first) {
+      crop_pictures(entry.path());
+    }
+  }
+  EXPECT_THAT(camera(),
+              AllOf(HasSubstr("The skeleton over pictures is left out: no camera's are as large"),
+                    HasSubstr(first + ": 56x80 pixels, calibrated for 64x80")));
+}
+
+TEST_F(Run, AFullDiskEndsItsExportWithASentenceAndTheNextOneMakesIt) {
+  const fs::path disk = root_ / "disk";
+  fs::create_directories(disk);
+  if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=100m") != 0) {
+    GTEST_SKIP() << "mounting is not allowed here: " << std::strerror(errno);
+  }
+  fs::remove_all(capture_);
+  workspace_ = disk / "work";
+  write_dressed_workspace(capture_, workspace_);
+  const std::vector<std::string> animate = {"--from",
+                                            "animate",
+                                            "--to",
+                                            "animate",
+                                            "--animate.pictures",
+                                            "false",
+                                            "--animate.cloth.xpbd.substeps",
+                                            "6"};
+  if (const ChildResult made = run(animate); made.exit_code == 0) {
+    const fs::path avatar = workspace_ / "export" / "avatar.glb";
+    const std::string sound = read_file_text(avatar, 1 << 26);
+    fs::remove_all(workspace_ / "export");
+    const auto ballast = fs::space(disk).available - sound.size() / 2;
+    run_child({"fallocate", "-l", std::to_string(ballast), (disk / "ballast").string()});
+    const ChildResult full = run(animate);
+    expect_refusal(full, 5, "export: ");
+    EXPECT_THAT(full.err, HasSubstr("No space left on device"));
+    EXPECT_THAT(full.out, HasSubstr("export FAILED: "));
+    EXPECT_FALSE(fs::exists(workspace_ / "export"));
+    fs::remove(disk / "ballast");
+    EXPECT_EQ(run(animate).exit_code, 0);
+    EXPECT_EQ(read_file_text(avatar, 1 << 26), sound);
+    EXPECT_FALSE(fs::exists(workspace_ / ".export-new"));
+  } else {
+    ADD_FAILURE() << made.err;
+  }
+  umount2(disk.c_str(), MNT_DETACH);
+}
+
+TEST_F(Run, DamageCountsMoreThanAMissedTargetAlsoInAFileThatNoFigureIsOf) {
+  fs::remove_all(capture_);
+  const std::string capture = capture_.string();
+  const std::string places = capture + " " + workspace_.string();
+  for (const std::string& command :
+       {"synthesize " + capture +
+            " --dome.cameras 8 --dome.width 90 --dome.height 120 --frames 0 --minimal-frames 1 "
+            "--held-out-cameras 0 --held-out-share 0 --samples 1 --light-samples 6 "
+            "--skin-resolution 128",
+        "reconstruct " + places + " --surface.octree-depth 6 --surface.edge-length 0.03",
+        "personalize " + places + " --samples 800 --shape-rounds 1 --surface-rounds 1"}) {
+    std::istringstream words(command);
+    std::vector<std::string> all = {program_path()};
+    all.insert(all.end(), std::istream_iterator<std::string>(words), {});
+    ASSERT_EQ(run_child(all).exit_code, 0) << command;
+  }
+  const auto evaluate = [&](std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {program_path(), "evaluate", workspace_.string(), "--truth", capture_.string()});
+    return run_child(more);
+  };
+  EXPECT_EQ(evaluate({"--check", "--targets", "accuracy"}).exit_code, 1);
+  const fs::path file = workspace_ / "personalize" / "current" / "shape.json";
+  fs::resize_file(file, fs::file_size(file) / 2);
+  for (const char* more : {"--check", "--json"}) {
+    expect_refusal(evaluate({more}), 3,
+                   "the result of 'personalize' is damaged: error output-size");
+  }
+  EXPECT_EQ(evaluate({"--stage", "reconstruct"}).exit_code, 0);
+}
+
+TEST_F(Run, ARealCaptureIsNoTruth) {
+  ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
+  expect_refusal(
+      run_child({program_path(), "evaluate", workspace_.string(), "--truth", capture_.string()}), 3,
+      "truth: none: only what is synthesized has one");
 }
 
 TEST_F(Run, IsKilledAndGoesOnToTheSameDigests) {
