@@ -17,7 +17,7 @@
 #include "appearance/training_log.h"
 #include "apps/child_program.h"
 #include "apps/not_converged.h"
-#include "apps/paint_scene.h"
+#include "apps/taken_and_drawn.h"
 #include "apps/usage_error.h"
 #include "apps/worn_subject.h"
 #include "capture/capture_info.h"
@@ -27,7 +27,6 @@
 #include "core/error.h"
 #include "core/file_kind.h"
 #include "core/io/image_file.h"
-#include "core/render/contact_sheet.h"
 
 namespace atelier {
 namespace {
@@ -253,16 +252,8 @@ ByteImage in_colors(ByteImage picture) {
 /// the run was told to stop.
 bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPicture& picture,
           const std::map<std::size_t, std::string>& models) {
-  PaintedScene scene;
-  for (std::size_t s = 0; s < worn.templates.size(); ++s) {
-    SceneLayer layer;
-    layer.name = worn.subject.names[s];
-    layer.faces = worn.subject.faces[s];
-    layer.model = models.contains(s) ? models.at(s) : "";
-    scene.layers.push_back(std::move(layer));
-  }
-  std::vector<Image> taken;
   constexpr std::size_t kShown = 3;
+  std::vector<TakenView> views;
   std::set<std::pair<std::size_t, int>> shown;
   for (std::size_t i = 0; i < kShown; ++i) {
     const std::size_t camera = i * seen.cameras.size() / kShown;
@@ -272,36 +263,18 @@ bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPi
     }
     const TakenPicture one = picture(camera, frame_id);
     if (!one.colors.data.empty()) {
-      taken.push_back(linear_from_srgb(one.colors));
-      scene.cameras.push_back(seen.cameras[camera]);
-      scene.frame_ids.push_back(static_cast<int>(scene.frame_ids.size()));
-      scene.vertices.push_back(worn.subject.load(frame_id));
+      views.push_back({seen.cameras[camera], frame_id, linear_from_srgb(one.colors)});
     }
   }
-  if (taken.empty()) {
+  if (views.empty()) {
     return true;
   }
-  std::vector<CaptionedImage> pairs;
-  PaintHooks hooks;
-  hooks.stop = [&] { return run.stop_requested(); };
-  hooks.picture = [&](Index i, const Image& drawn) {
-    Image colors(drawn.width, drawn.height, 3);
-    for (std::size_t p = 0; p < colors.data.size(); ++p) {
-      colors.data[p] = drawn.data[4 * (p / 3) + p % 3];
-    }
-    pairs.push_back({taken[static_cast<std::size_t>(i)], "taken"});
-    pairs.push_back({std::move(colors), "drawn"});
-  };
-  PaintOptions options;
-  options.background = {0.6, 0.6, 0.6};
-  if (!paint_scene(scene, options, run.device(), hooks)) {
-    return false;
+  const std::optional<Image> sheet =
+      taken_and_drawn(worn, models, views, run.device(), [&] { return run.stop_requested(); });
+  if (sheet) {
+    run.output_text("pictures.png", image_bytes(*sheet, ImageFormat::Png));
   }
-  ContactSheetOptions sheet;
-  sheet.columns = 2 * static_cast<int>(kShown);
-  sheet.cell_width = 300;
-  run.output_text("pictures.png", image_bytes(contact_sheet(pairs, sheet), ImageFormat::Png));
-  return true;
+  return sheet.has_value();
 }
 
 /// What an interrupted run of the same request had prepared whole; nothing else is there.

@@ -7,13 +7,17 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
+#include "apps/child_program.h"
 #include "apps/report_page.h"
 #include "apps/report_plots.h"
+#include "apps/taken_and_drawn.h"
 #include "apps/validate_drawings.h"
+#include "apps/worn_subject.h"
 #include "bodymodel/tracked_motion.h"
 #include "capture/capture_info.h"
 #include "capture/frame_reader.h"
@@ -78,8 +82,9 @@ fs::path result_of(const ReportPlaces& places, const std::string& stage) {
 }
 
 /// The capture that the keypoints and scans came from, opened as then.
-std::optional<Dataset> dataset_of(const ReportPlaces& places) {
-  const StageStatus* status = sound(places, "reconstruct");
+std::optional<Dataset> dataset_of(const ReportPlaces& places,
+                                  const std::string& stage = "reconstruct") {
+  const StageStatus* status = sound(places, stage);
   if (status == nullptr) {
     return std::nullopt;
   }
@@ -443,6 +448,54 @@ std::string strip_pictures(const ReportPlaces& places) {
                             : ""));
 }
 
+#ifdef ATELIER_HAS_APPEARANCE
+/// Cameras and frames that nothing was learnt from, as they were taken and as networks draw them.
+std::string held_out_pictures(const ReportPlaces& places) {
+  const StageStatus* status = sound(places, "appearance");
+  const std::optional<Dataset> dataset = dataset_of(places, "appearance");
+  if (status == nullptr || status->state != StageStatus::State::Done || !dataset ||
+      !has_child_program("atelier-appearance")) {
+    return "";
+  }
+  std::map<std::string, fs::path> inputs;
+  for (const ManifestInput& input : status->manifest->inputs) {
+    inputs[input.kind] = places.workspace / input.stage / fs::path(input.path).filename();
+  }
+  const WornSubject worn = worn_in_workspace(inputs.at("registered"), inputs.at("bodies"));
+  std::map<std::size_t, std::string> models;
+  for (std::size_t s = 0; s < worn.templates.size(); ++s) {
+    const fs::path model =
+        result_of(places, "appearance") / worn.subject.names[s] / "model.safetensors";
+    if (fs::exists(model)) {
+      models[s] = model.string();
+    }
+  }
+  constexpr std::size_t kShown = 3;
+  const std::vector<int> frame_ids = spread(dataset->info.held_out_frames, kShown);
+  const std::vector<std::string>& held = dataset->info.held_out_cameras;
+  FrameReader reader(*dataset);
+  std::vector<TakenView> views;
+  for (std::size_t i = 0; i < frame_ids.size() && !held.empty(); ++i) {
+    const auto camera =
+        std::find_if(dataset->cameras.begin(), dataset->cameras.end(),
+                     [&](const Camera& one) { return one.id == held[i % held.size()]; });
+    if (camera == dataset->cameras.end()) {
+      continue;
+    }
+    const auto picture = reader.image(camera - dataset->cameras.begin(), frame_ids[i]);
+    if (picture && picture->width == camera->width && picture->height == camera->height) {
+      views.push_back({*camera, frame_ids[i], coloured(*picture)});
+    }
+  }
+  if (views.empty()) {
+    return "";
+  }
+  return figure(*taken_and_drawn(worn, models, views, Device::Cpu),
+                "Held-out cameras in held-out frames, of which nothing was learnt: as they were "
+                "taken, and as the networks draw them");
+}
+#endif
+
 }  // namespace
 
 std::string drawings_of(const std::string& stage, const ReportPlaces& places) {
@@ -451,7 +504,10 @@ std::string drawings_of(const std::string& stage, const ReportPlaces& places) {
          : stage == "body"      ? body_pictures(places)
          : stage == "register"  ? register_pictures(places)
          : stage == "simulate"  ? strip_pictures(places)
-                                : "";
+#ifdef ATELIER_HAS_APPEARANCE
+         : stage == "appearance" ? held_out_pictures(places)
+#endif
+                                 : "";
 }
 
 }  // namespace atelier

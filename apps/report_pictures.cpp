@@ -260,18 +260,16 @@ std::string pictures_of(const StageStatus& status, const fs::path& workspace,
     return material_tables(status, result);
   }
 #endif
-  if (status.stage == "appearance") {
-    return training_plots(status, result);
-  }
   std::string html;
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_CORE_RENDER) && \
     defined(ATELIER_HAS_BODYMODEL)
   html = drawings_of(status.stage, ReportPlaces{workspace, stages});
 #endif
-  return status.stage == "register"   ? html + register_plots(result)
-         : status.stage == "body"     ? html + body_plots(result)
-         : status.stage == "simulate" ? html + simulation_plots(result)
-                                      : html;
+  return status.stage == "register"     ? html + register_plots(result)
+         : status.stage == "body"       ? html + body_plots(result)
+         : status.stage == "simulate"   ? html + simulation_plots(result)
+         : status.stage == "appearance" ? html + training_plots(status, result)
+                                        : html;
 }
 
 }  // namespace

@@ -55,6 +55,10 @@ constexpr const char* kHelp =
     "atelier-appearance paint SCENE FOLDER [--device cpu|cuda] [--OPTION VALUE ...]\n"
     "    Draws every frame of a scene: FOLDER/000012.h5. Prints 'frame ID' lines.\n";
 
+constexpr const char* kNoMemory =
+    "memory: there is not enough; a network takes less with a smaller --resolution or --batch, a "
+    "larger --shading, or fewer cameras and frames to learn from";
+
 volatile std::sig_atomic_t stopping = 0;
 
 /// What stands on the command line.
@@ -438,6 +442,13 @@ int run(const std::vector<std::string>& words) {
   return words[0] == "predict" ? run_prediction(parsed(words)) : run_painting(parsed(words));
 }
 
+/// Whether libtorch found no memory, in its words for a GPU and for a processor.
+bool lacks_memory(const std::exception& error) {
+  const std::string what = error.what();
+  return what.find("out of memory") != std::string::npos ||
+         what.find("can't allocate memory") != std::string::npos;
+}
+
 int fail(int code, const char* what) {
   std::cerr << "atelier-appearance: " << what << std::endl;
   return code;
@@ -459,8 +470,8 @@ int main(int argc, char** argv) {
   } catch (const EnvironmentError& error) {
     return fail(kExitEnvironment, (error.place + ": " + with_device_advice(error)).c_str());
   } catch (const std::bad_alloc&) {
-    return fail(kExitEnvironment, "memory: there is not enough");
+    return fail(kExitEnvironment, kNoMemory);
   } catch (const std::exception& error) {
-    return fail(kExitBug, error.what());
+    return lacks_memory(error) ? fail(kExitEnvironment, kNoMemory) : fail(kExitBug, error.what());
   }
 }

@@ -245,6 +245,25 @@ TEST_F(AppearanceDrawing, WhatIsMisspeltOrDoesNothingIsRefused) {
   EXPECT_THAT(figures.err, HasSubstr("did you mean 'appearance'?"));
 }
 
+TEST_F(AppearanceDrawing, AReportShowsWhatWasHeldOutBesideWhatNetworksDraw) {
+  const auto page = [&](const fs::path& workspace) {
+    const fs::path file = out("page.html");
+    const ChildResult done =
+        run_child({program_path(), "report", workspace.string(), "--out", file.string()});
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    return bytes_of(file);
+  };
+  const std::string caption = "Held-out cameras in held-out frames";
+  EXPECT_THAT(page(workspace()), HasSubstr(caption));
+  // Without them there is nothing to show, and nothing to complain of.
+  const fs::path images = capture() / "images" / "09";
+  fs::rename(images, out("images"));
+  const std::string without = page(workspace());
+  fs::rename(out("images"), images);
+  EXPECT_THAT(without, Not(HasSubstr(caption)));
+  EXPECT_THAT(without, Not(HasSubstr("could not be drawn")));
+}
+
 TEST_F(AppearanceDrawing, PlacesAmongResultsAndInTheCaptureAreRefused) {
   for (const char* place : {"appearance/current/pictures", "register/film.mp4", "body/new/deep"}) {
     const ChildResult refused = run_child(

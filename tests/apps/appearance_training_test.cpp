@@ -178,6 +178,22 @@ TEST_F(Appearance, ATrainingReplacesNothingButItsOwnFiles) {
   EXPECT_EQ(bytes_of(data), "not read yet");
 }
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they need the address space
+TEST_F(Appearance, ATrainingThatFindsNoMemorySaysWhatTakesLess) {
+  const ChildResult made = ceiling("ws", {"--iterations", "1"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string model = (folder_ / "m.safetensors").string();
+  const ChildResult refused =
+      run_child({"bash", "-c",
+                 "ulimit -v 1500000; exec '" + network_program().string() + "' train '" +
+                     (folder_ / "ws" / "ceiling" / "current" / "cloth" / "data.h5").string() +
+                     "' '" + model + "' --resolution 2048 --shading 1"});
+  EXPECT_EQ(refused.exit_code, 5) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("memory: there is not enough; a network takes less with"));
+  EXPECT_FALSE(fs::exists(model));
+}
+#endif
+
 TEST_F(Appearance, CommandsOnFilesTakeTheirOwnOptionsAlone) {
   const std::string program = network_program().string();
   const ChildResult refused = run_child({program, "predict", "m", "d", "c", "--iterations", "3"});
