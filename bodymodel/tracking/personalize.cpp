@@ -3,11 +3,17 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
+#include <optional>
 
 #include "bodymodel/bone_lengths.h"
+#include "bodymodel/default_human.h"
+#include "bodymodel/humanoid.h"
+#include "bodymodel/measure.h"
 #include "bodymodel/tracking/solve_shape.h"
 #include "bodymodel/tracking/start_pose.h"
+#include "bodymodel/tracking/thickness.h"
 #include "core/error.h"
 #include "core/laplacian.h"
 #include "core/normals.h"
@@ -17,13 +23,66 @@ namespace atelier {
 namespace {
 
 constexpr int kFewFrames = 3;
-constexpr double kUnseenWorth = 0.02;   // share of the surface that is worth a word
-constexpr double kMirrorReach = 0.01;   // m
-constexpr double kMirrorNoise = 0.006;  // m, by which the two sides of a body differ
-constexpr double kOutlier = 0.02;       // m off the surface that is another thing
-constexpr double kBoneRoom = 4.5;       // ranges beyond its own that a bone may differ by
+constexpr double kUnseenWorth = 0.02;      // share of the surface that is worth a word
+constexpr double kMirrorReach = 0.01;      // m
+constexpr double kMirrorNoise = 0.006;     // m, by which the two sides of a body differ
+constexpr double kOutlier = 0.02;          // m off the surface that is another thing
+constexpr double kBoneRoom = 4.5;          // ranges beyond its own that a bone may differ by
+constexpr double kThicknessSpread = 0.07;  // share by which girths of one stature differ
 constexpr int kKeypointIterations = 20;
 constexpr int kRoundIterations = 8;
+
+// A limb of 0.7 to 1.6 times the usual girth: what body mass indices of 12 and 60 about one of 23
+// make of it.
+constexpr double kThinnest = 0.7;
+constexpr double kThickest = 1.6;
+
+/// What a person measures, if the skin is one that can be measured.
+std::optional<BodyMeasurements> measures_of(BodyModel person) {
+  person.skeleton = with_smpl_names(person.skeleton, recognised_humanoid(person.skeleton));
+  if (find_joint(person.skeleton, "neck") < 0) {
+    return std::nullopt;
+  }
+  try {
+    return measure_body(person);
+  } catch (const DataError&) {
+    return std::nullopt;
+  }
+}
+
+std::string rounded(double value, int digits) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+/// Girths of limbs, and mass, that nobody of that stature has, beside those of the usual body.
+std::vector<Finding> implausible(const BodyMeasurements& found, const BodyMeasurements& usual) {
+  std::vector<Finding> findings;
+  const auto judge = [&](const std::string& name, double value, double least, double most,
+                         const std::string& unit, int digits) {
+    if (value < least || value > most) {
+      findings.push_back({Severity::Warning, "measure-implausible", "person",
+                          name + " of " + rounded(value, digits) + " " + unit + "; " +
+                              rounded(least, digits) + " to " + rounded(most, digits) +
+                              " are of people of that stature",
+                          "look at the person's picture before trusting its surface"});
+    }
+  };
+  const double size = std::sqrt(found.stature / usual.stature);
+  for (const NamedMeasurement& one : measurement_names()) {
+    if (one.name == "thigh_girth" || one.name == "calf_girth" || one.name == "upper_arm_girth" ||
+        one.name == "forearm_girth") {
+      const double expected = size * (usual.*one.value);
+      judge(one.name, found.*one.value, kThinnest * expected, kThickest * expected, one.unit, 3);
+    }
+  }
+  if (found.mass > 0) {
+    const double square = found.stature * found.stature;
+    judge("mass", found.mass, kLeastMassIndex * square, kMostMassIndex * square, "kg", 1);
+  }
+  return findings;
+}
 
 /// What scans say of every vertex: distances along its normal.
 struct Field {
@@ -110,28 +169,35 @@ class Personalizer {
     any_scan_ = std::any_of(scans_.begin(), scans_.end(),
                             [](const ScanPoints* scan) { return scan != nullptr; });
     if (!model_.shape.empty()) {
-      solve(rough, kKeypointIterations, 1);
+      if (!any_scan_) {
+        // Keypoints show lengths. Mass at given girths moves no joint and may be anything in its
+        // range; yet it moves a heel by a millimetre, where the detector is off by centimetres in
+        // all frames alike: that would make sticks of shins and forearms.
+        thickness_ = thickness_change(model_) / (kThicknessSpread * kThicknessSpread);
+      }
+      solve(rough, kKeypointIterations);
       FrameWeights fine = options_.weights;
       if (!any_scan_) {
         // Detectors are off by centimetres where joints truly are. With scans that does not matter;
-        // alone they would bend the shape until no calf is left of it: so they are as noisy as the
-        // rough fit leaves them.
+        // alone they would bend the lengths to it: so they are as noisy as the rough fit leaves
+        // them.
         fine.keypoint = std::max(fine.keypoint, keypoint_error(person_));
       }
-      solve(fine, kKeypointIterations, 1);
+      solve(fine, kKeypointIterations);
     }
     if (!any_scan_) {
       findings_.push_back({Severity::Warning, "no-scans", "person", "keypoints alone",
-                           "bone lengths are the person's; girths are the average's"});
+                           "bone lengths are the person's; girths and mass are those usual at "
+                           "the stature"});
     }
   }
 
-  void solve(const FrameWeights& weights, int iterations, double pull) {
+  void solve(const FrameWeights& weights, int iterations) {
     std::vector<const FrameTargets*> targets;
     for (const FrameTargets& one : targets_) {
       targets.push_back(&one);
     }
-    const ShapeSolution found = solve_shape(person_, targets, x_, weights, iterations, pull);
+    const ShapeSolution found = solve_shape(person_, targets, x_, weights, iterations, thickness_);
     x_ = found.x;
     shape_ = found.shape;
     for (Index s = 0; s < shape_.size(); ++s) {
@@ -165,7 +231,7 @@ class Personalizer {
       if (model_.shape.empty()) {
         pose_only(person_);
       } else {
-        solve(options_.weights, kRoundIterations, 1);
+        solve(options_.weights, kRoundIterations);
       }
     }
   }
@@ -348,6 +414,13 @@ class Personalizer {
                            "it follows its neighbours and the other side of the body"});
     }
     check_personal_body(person);
+    const std::optional<BodyMeasurements> usual = measures_of(model_);
+    const std::optional<BodyMeasurements> measured = measures_of(person.model);
+    if (usual && measured) {
+      for (Finding& finding : implausible(*measured, *usual)) {
+        findings_.push_back(std::move(finding));
+      }
+    }
     result.person = std::move(person);
     result.poses = x_;
     result.findings = findings_;
@@ -385,6 +458,7 @@ class Personalizer {
   std::vector<FrameTargets> targets_;
   std::vector<Eigen::VectorXd> x_;
   bool any_scan_ = false;
+  Eigen::MatrixXd thickness_;  // [S,S] that holds girths where no scan shows them; or empty
   Eigen::SparseMatrix<double> laplacian_;
   double patch_ = 0;  // m2 of a vertex, mean
   std::vector<int> mirror_;

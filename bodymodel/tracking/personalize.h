@@ -27,7 +27,8 @@ struct Personalization {
   double scan_rms = 0;                 ///< m, between scans and the person's surface
   double keypoint_rms = 0;             ///< m
   double unseen = 0;                   ///< share of the surface that no scan met
-  std::vector<Finding> findings;       ///< "frames-few", "surface-unseen", "no-scans", and track's
+  std::vector<Finding> findings;       ///< "frames-few", "surface-unseen", "no-scans",
+                                       ///< "measure-implausible", and track's
 };
 
 /// Fits a person to frames (Zhang et al. 2017, our choice of terms):
@@ -40,9 +41,10 @@ struct Personalization {
 ///    and towards the other side of the body where only that was seen; in turn with the poses.
 /// Three frames are enough; with fewer it warns. Only skin moves the surface: where a person was
 /// seen in loose clothing alone, the shape comes from skin and keypoints. Without scans the shape
-/// comes from keypoints alone, taken for as noisy as a rough fit leaves them. Works with every
-/// model of a person; one without shape parameters gets a size, bone lengths and the displacements.
-/// Throws as `track` does. O(frames x rounds x samples).
+/// comes from keypoints alone, taken for as noisy as a rough fit leaves them: they show lengths,
+/// and girths are held to what is usual at the stature (thickness.h). Works with every model of a
+/// person; one without shape parameters gets a size, bone lengths and the displacements. Throws as
+/// `track` does. O(frames x rounds x samples).
 Personalization personalize(const BodyModel& model, const TrackInput& input,
                             const PersonalizeOptions& options = {});
 

@@ -68,15 +68,23 @@ class FrameShapeCost : public ceres::CostFunction {
   Index shape_;
 };
 
-/// The pull of every value to neutral.
+/// The pull of all values to neutral: each with its range, and together as they are held.
 class NeutralCost : public ceres::CostFunction {
  public:
-  NeutralCost(const BodyModel& model, double pull)
-      : neutral_(neutral_shape(model)), weight_(neutral_.size()) {
+  NeutralCost(const BodyModel& model, const Eigen::MatrixXd& held)
+      : neutral_(neutral_shape(model)) {
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(neutral_.size(), neutral_.size());
     for (Index s = 0; s < neutral_.size(); ++s) {
       const ShapeParameter& parameter = model.shape[static_cast<std::size_t>(s)];
-      weight_[s] = pull * 2 / std::max(1e-9, parameter.max - parameter.min);
+      const double weight = 2 / std::max(1e-9, parameter.max - parameter.min);
+      all(s, s) = weight * weight;
     }
+    if (held.size() > 0) {
+      all += held;
+    }
+    const Eigen::LLT<Eigen::MatrixXd> factor(all);
+    ATELIER_CHECK(factor.info() == Eigen::Success, "values held by what is no less than 0");
+    root_ = factor.matrixU();
     mutable_parameter_block_sizes()->push_back(static_cast<int>(neutral_.size()));
     set_num_residuals(static_cast<int>(neutral_.size()));
   }
@@ -84,16 +92,16 @@ class NeutralCost : public ceres::CostFunction {
                 double** jacobians) const override {
     const Index size = neutral_.size();
     Eigen::Map<Eigen::VectorXd>(residuals, size) =
-        weight_.cwiseProduct(Eigen::Map<const Eigen::VectorXd>(parameters[0], size) - neutral_);
+        root_ * (Eigen::Map<const Eigen::VectorXd>(parameters[0], size) - neutral_);
     if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<RowMajor>(jacobians[0], size, size) = weight_.asDiagonal();
+      Eigen::Map<RowMajor>(jacobians[0], size, size) = root_;
     }
     return true;
   }
 
  private:
   Eigen::VectorXd neutral_;
-  Eigen::VectorXd weight_;
+  Eigen::MatrixXd root_;
 };
 
 }  // namespace
@@ -101,20 +109,22 @@ class NeutralCost : public ceres::CostFunction {
 ShapeSolution solve_shape(const FittedPerson& person,
                           const std::vector<const FrameTargets*>& frames,
                           const std::vector<Eigen::VectorXd>& start, const FrameWeights& weights,
-                          int iterations, double pull) {
+                          int iterations, const Eigen::MatrixXd& held) {
   ATELIER_CHECK(frames.size() == start.size() && !frames.empty(), "a start for each frame");
   ATELIER_CHECK(
       !person.model->shape.empty() && person.places_by_shape.size() == person.model->shape.size(),
       "a person with a shape that has been through with_shape");
+  const auto shapes = static_cast<Index>(person.model->shape.size());
+  ATELIER_CHECK(held.size() == 0 || (held.rows() == shapes && held.cols() == shapes),
+                "a row and a column for each value");
   ShapeSolution solution{person.shape, start, false};
   ceres::Problem problem;
-  const Index shape = solution.shape.size();
   for (std::size_t f = 0; f < frames.size(); ++f) {
     problem.AddResidualBlock(
-        new FrameShapeCost(person, *frames[f], weights, solution.x[f].size(), shape), nullptr,
+        new FrameShapeCost(person, *frames[f], weights, solution.x[f].size(), shapes), nullptr,
         solution.x[f].data(), solution.shape.data());
   }
-  problem.AddResidualBlock(new NeutralCost(*person.model, pull), nullptr, solution.shape.data());
+  problem.AddResidualBlock(new NeutralCost(*person.model, held), nullptr, solution.shape.data());
   ceres::Solver::Options options;
   options.num_threads = 1;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;

@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include "bodymodel/measure.h"
 #include "bodymodel/motion_trc.h"
 #include "capture/truth_archive.h"
 #include "tests/apps/person_fixture.h"
@@ -339,11 +340,19 @@ TEST(PersonOfARealTrial, IsFollowedByTheCommands) {
     step.insert(step.begin(), program_path());
     const ChildResult result = run_child(step);
     ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.err, Not(HasSubstr("measure-implausible")));
     if (last) {  // bodies that nothing but keypoints says are there, and not to be trusted
       EXPECT_THAT(result.err, HasSubstr("no-scan [frames 0, 1, 2, 3, 4, 5, 6, 7 and 92 others]"));
       EXPECT_THAT(result.out, HasSubstr("untrusted 100 frames"));
     }
   }
+  const BodyMeasurements person = measure_body(
+      read_personal_body(fs::path(workspace) / "personalize" / "current" / "person.npz").model);
+  std::printf("calf %.3f m, forearm %.3f m, %.1f kg\n", person.calf_girth, person.forearm_girth,
+              person.mass);
+  EXPECT_NEAR(person.calf_girth, 0.37, 0.06);
+  EXPECT_NEAR(person.forearm_girth, 0.24, 0.04);
+  EXPECT_NEAR(person.mass, 68, 12);
   const TrackedMotion found =
       read_tracked_motion(fs::path(workspace) / "track" / "current" / "tracked" / "capture.h5");
   const MarkerClip clip =

@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "bodymodel/default_human.h"
+#include "bodymodel/humanoid.h"
+#include "bodymodel/makehuman.h"
+#include "bodymodel/measure.h"
 #include "bodymodel/motion_trc.h"
 #include "bodymodel/tracking/personalize.h"
 #include "tests/bodymodel_tracking/posed_person.h"
@@ -26,16 +29,18 @@ std::string our_name(const std::string& name) {
   return name == "Nose" ? "nose" : name == "Neck" ? "neck" : name == "CHip" ? "mid_hip" : name;
 }
 
-TEST(RealTrial, AHundredFramesAreFollowedByKeypointsAlone) {
-  ATELIER_TEST_FILE(path,
-                    "pose2sim_demo/single/pose-3d_reference/S00_P00_T01_BalancingTrial_0-100.trc");
+constexpr const char* kTrial =
+    "pose2sim_demo/single/pose-3d_reference/S00_P00_T01_BalancingTrial_0-100.trc";
+
+/// Every so manieth frame.
+TrackInput trial(const std::filesystem::path& path, std::size_t step = 1) {
   const MarkerClip clip = read_trc(path);
   TrackInput input;
   input.fps = clip.fps;
   for (const std::string& name : clip.markers) {
     input.keypoint_names.push_back(our_name(name));
   }
-  for (std::size_t f = 0; f < clip.positions.size(); ++f) {
+  for (std::size_t f = 0; f < clip.positions.size(); f += step) {
     TrackFrame frame;
     frame.keypoints = clip.positions[f];
     frame.deviations = Eigen::VectorXd::Zero(frame.keypoints.rows());
@@ -45,18 +50,67 @@ TEST(RealTrial, AHundredFramesAreFollowedByKeypointsAlone) {
     input.frame_ids.push_back(clip.frame_ids[f]);
     input.frames.push_back(std::move(frame));
   }
+  return input;
+}
+
+/// Limbs as thick as the model's at its own stature, and a person's mass; keypoints alone say no
+/// more.
+void keeps_its_girths(const BodyModel& model, const TrackInput& few) {
+  const Personalization found = personalize(model, few);
+  for (const Finding& finding : found.findings) {
+    EXPECT_NE(finding.code, "measure-implausible") << finding.what;
+  }
+  const auto measured = [](BodyModel person) {
+    person.skeleton = with_smpl_names(person.skeleton, recognised_humanoid(person.skeleton));
+    return measure_body(person);
+  };
+  const BodyMeasurements usual = measured(model);
+  const BodyMeasurements ours = measured(found.person.model);
+  std::printf("%s: calf %.3f m (usual %.3f), forearm %.3f m (%.3f), %.1f kg (%.1f)\n",
+              model.name.c_str(), ours.calf_girth, usual.calf_girth, ours.forearm_girth,
+              usual.forearm_girth, ours.mass, usual.mass);
+  const double taller = ours.stature / usual.stature;
+  EXPECT_NEAR(ours.calf_girth / (usual.calf_girth * std::sqrt(taller)), 1, 0.1);
+  EXPECT_NEAR(ours.forearm_girth / (usual.forearm_girth * std::sqrt(taller)), 1, 0.1);
+  EXPECT_NEAR(ours.mass / (usual.mass * taller * taller), 1, 0.15);
+}
+
+TEST(RealTrial, KeypointsAloneLeaveLimbsTheirGirths) {
+  ATELIER_TEST_FILE(path, kTrial);
+  keeps_its_girths(default_human(), trial(path, 10));
+  keeps_its_girths(default_human(female_human()), trial(path, 10));
+}
+
+TEST(RealTrial, KeypointsAloneLeaveMakeHumansLimbsTheirGirths) {
+  ATELIER_TEST_FILE(path, kTrial);
+  ATELIER_TEST_FILE(root, "makehuman");
+  MakeHumanFiles files;
+  files.base = root / "base/base.obj";
+  files.rig = root / "base/default.mhskel";
+  files.weights = root / "base/default_weights.mhw";
+  files.macros = root / "targets/macrodetails";
+  for (const char* target :
+       {"macrodetails/universal-female-young-averagemuscle-minweight",
+        "macrodetails/universal-female-young-averagemuscle-maxweight",
+        "measure/measure-calf-circ-decr", "measure/measure-upperleg-height-incr",
+        "measure/measure-lowerleg-height-incr"}) {
+    files.targets.push_back(root / "targets" / (std::string(target) + ".target"));
+  }
+  MakeHumanOptions woman;
+  woman.macros.gender = 0;
+  const BodyModel model = read_makehuman(files, woman).model;
+  ASSERT_EQ(model.shape.size(), 5u);
+  keeps_its_girths(model, trial(path, 10));
+}
+
+TEST(RealTrial, AHundredFramesAreFollowedByKeypointsAlone) {
+  ATELIER_TEST_FILE(path, kTrial);
+  const TrackInput input = trial(path);
   ASSERT_EQ(input.frames.size(), 100u);
   for (const bool measured : {false, true}) {
     BodyModel model = plain_human();
     if (measured) {  // bone lengths from ten of the frames
-      TrackInput few = input;
-      few.frames.clear();
-      few.frame_ids.clear();
-      for (std::size_t f = 0; f < 100; f += 10) {
-        few.frames.push_back(input.frames[f]);
-        few.frame_ids.push_back(input.frame_ids[f]);
-      }
-      model = personalize(default_human(), few).person.model;
+      model = personalize(default_human(), trial(path, 10)).person.model;
     }
     const Tracking tracking = track(model, input);
     const FittedPerson person = fitted_person(model, input.keypoint_names);
