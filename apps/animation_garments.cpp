@@ -222,9 +222,11 @@ void wear_foreign(const AnimateOptions& options, const AnimationSource& source,
   WornCloth& worn = animation.worn;
   worn.first.push_back(0);
   Index faces = 0;
+  std::string names;
   for (const RegisteredGarmentSequence& garment : source.outfit) {
     Mesh mesh = garment.garment.mesh;
     mesh.normals.resize(0, 3);
+    names += (names.empty() ? "" : ", then ") + garment.name;
     worn.names.push_back(garment.name);
     worn.first.push_back(worn.first.back() + mesh.vertices.rows());
     faces += mesh.faces.rows();
@@ -238,11 +240,16 @@ void wear_foreign(const AnimateOptions& options, const AnimationSource& source,
     row += own.rows();
   }
   if (!source.outfit.empty() && !equal_arrays(joined, file.shared.faces)) {
-    throw DataError(options.cloth_sequence, "faces",
-                    std::to_string(file.shared.faces.rows()) + " of another topology",
-                    "the " + std::to_string(joined.rows()) +
-                        " faces of the workspace's garments, one behind the other (atelier export "
-                        "--stage register), or --garment none");
+    const bool alone = worn.names.size() == 1;
+    throw DataError(
+        options.cloth_sequence, "faces",
+        std::to_string(file.shared.faces.rows()) + " of another topology",
+        "the " + std::to_string(joined.rows()) + " faces of " + names +
+            (alone ? ", as 'atelier export --stage register' writes them to registered/" +
+                         worn.names[0] + " (--format ply or obj) or registered/" + worn.names[0] +
+                         ".h5 (--format h5); glTF splits vertices at seams"
+                   : ", one behind the other in one mesh") +
+            "; or --garment none");
   }
   if (source.outfit.empty()) {
     worn.names = {"cloth"};

@@ -103,6 +103,39 @@ std::vector<int> frame_ids_of(const std::map<std::string, Tensor>& arrays, std::
   return ids;
 }
 
+/// A folder of meshes, one a frame. One that `export` wrote of a registered garment ("000012.ply")
+/// has the garment's template beside them, which is no frame.
+Sequence read_frames(const fs::path& folder, const Limits& limits) {
+  constexpr MeshConvention kOurs{.metres_per_unit = 1, .up = 'y'};
+  std::map<int, fs::path> frames;
+  bool has_template = false;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    const std::string extension = lower_extension(entry.path());
+    if (extension != ".ply" && extension != ".obj") {
+      continue;
+    }
+    const std::string name = entry.path().stem().string();
+    if (name == "template") {
+      has_template = true;
+    } else if (name.size() != 6 || name.find_first_not_of("0123456789") != std::string::npos ||
+               !frames.emplace(std::stoi(name), entry.path()).second) {
+      return read_sequence_folder(folder, kOurs, limits);
+    }
+  }
+  if (!has_template || frames.empty()) {
+    return read_sequence_folder(folder, kOurs, limits);
+  }
+  auto files = std::make_shared<std::vector<Sequence>>();
+  Sequence sequence;
+  for (const auto& [frame_id, file] : frames) {
+    sequence.frame_ids.push_back(frame_id);
+    files->push_back(read_sequence_folder(file, kOurs, limits));
+  }
+  sequence.load = [files](Index i) { return frame((*files)[static_cast<std::size_t>(i)], 0); };
+  return sequence;
+}
+
 }  // namespace
 
 MeshSequenceFile mesh_sequence_of(const std::map<std::string, Tensor>& arrays,
@@ -188,9 +221,8 @@ MeshSequenceFile read_mesh_sequence(const fs::path& path, bool is_body, const Li
   if (extension == ".npz" || extension == ".h5" || extension == ".hdf5") {
     result = mesh_sequence_of(arrays_of(path, limits), path.string(), limits);
   } else {
-    result.sequence = fs::exists(path / "sequence.h5")
-                          ? open_sequence(path, limits)
-                          : read_sequence_folder(path, {.metres_per_unit = 1, .up = 'y'}, limits);
+    result.sequence =
+        fs::exists(path / "sequence.h5") ? open_sequence(path, limits) : read_frames(path, limits);
     result.shared = frame(result.sequence, 0);
     for (Index i = 1; i < frame_count(result.sequence) && result.sequence.faces.rows() == 0; ++i) {
       if (!equal_arrays(frame(result.sequence, i).faces, result.shared.faces)) {

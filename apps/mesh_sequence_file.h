@@ -20,7 +20,8 @@ struct MeshSequenceFile {
   std::vector<Points> joints;      ///< [F] of [J,3] metres, or empty
 };
 
-/// Reads a folder of meshes (.obj, .ply, ... one a frame, read_sequence_folder), a folder of ours
+/// Reads a folder of meshes (.obj, .ply, ... one a frame, read_sequence_folder; what `export` wrote
+/// of a registered garment with its template beside the frames, too), a folder of ours
 /// (sequence.h5), or a file (.npz, .h5, .hdf5) with `vertices` [F,V,3] metres Y up, `faces`, and
 /// optional `uv` [V,2], `fps`, `labels` [V], `joints` [F,J,3], `joint_names`, `joint_parents`.
 /// Throws DataError for frames of different topologies, arrays that are missing, of another shape,
