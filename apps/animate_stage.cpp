@@ -15,6 +15,7 @@
 #endif
 #include "apps/picture_size.h"
 #include "apps/scene_check.h"
+#include "apps/simulation_doubts.h"
 #include "apps/straight_alpha.h"
 #include "bodymodel/body_archive.h"
 #include "capture/truth_archive.h"
@@ -23,6 +24,7 @@
 #include "core/render/contact_sheet.h"
 #include "core/render/video.h"
 #include "core/sequence_archive.h"
+#include "core/store/digest_meter.h"
 
 namespace atelier {
 namespace {
@@ -147,8 +149,8 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
     corners.middleRows(row, 8) = box_corners(bodies[i]);
     corners.middleRows(row + 8, 8) = box_corners(cloths[i].rows() > 0 ? cloths[i] : bodies[i]);
   }
-  const AnimationView view =
-      animation_view(corners, static_cast<int>(frames), animation.cameras, options);
+  const AnimationView view = animation_view(corners, first_azimuth(animation),
+                                            static_cast<int>(frames), animation.cameras, options);
   const fs::path video = run.scratch_folder() / "animation.mp4";
   VideoWriter film(video, {.fps = std::max(kLeastVideoRate, animation.fps)});
   std::vector<CaptionedImage> strip;
@@ -236,6 +238,21 @@ void write_figures(StageRun& run, const Animation& animation,
   run.metric("self_intersections", most.crossings);
 }
 
+/// Says where the cloth is hardly to be trusted, as `simulate` does.
+void warn_of_doubts(StageRun& run, const Animation& animation,
+                    const std::vector<FrameFigures>& figures, const std::vector<Points>& cloths) {
+  std::vector<FrameReport> reports;
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    reports.push_back(frame_report(animation, animation.frame_ids[i], cloths[i], figures[i]));
+  }
+  // How another simulator treats cloth is not ours to say.
+  const bool self_contact = animation.foreign || animation.worn.solver.self_contact;
+  for (const std::string& doubt :
+       simulation_doubts(reports, self_contact, {"--cloth.xpbd.", "--cloth.contact"})) {
+    run.warn(doubt);
+  }
+}
+
 /// The poses as they were played, at the result's rate.
 MotionClip played_motion(const Animation& animation) {
   MotionClip clip;
@@ -264,12 +281,16 @@ void run_animate(StageRun& run) {
   const auto row_of = [&](int id) {
     return std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
   };
-  if (!run.each_frame("frames", ".h5", ids, [&](int id, const fs::path& file) {
-        const ClothState state = frames.at(row_of(id));
-        const Points body = body_after(animation, step_of(animation, row_of(id)));
-        write_animated_frame(file, {state, frame_figures(animation, state.positions, body)});
-      })) {
-    return;
+  try {
+    if (!run.each_frame("frames", ".h5", ids, [&](int id, const fs::path& file) {
+          const ClothState state = frames.at(row_of(id));
+          const Points body = body_after(animation, step_of(animation, row_of(id)));
+          write_animated_frame(file, {state, frame_figures(animation, state.positions, body)});
+        })) {
+      return;
+    }
+  } catch (const StopRequested&) {
+    return;  // in the midst of a frame or on the way to the first
   }
   const Index vertices = animation.worn.first.back();
   std::vector<Points> bodies;
@@ -297,6 +318,7 @@ void run_animate(StageRun& run) {
     return;
   }
   write_figures(run, animation, figures, vertices);
+  warn_of_doubts(run, animation, figures, cloths);
   if (!animation.registered.empty()) {
     run.metric("registered_distance", distance_to_registered(animation, cloths));
   }

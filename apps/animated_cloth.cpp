@@ -12,6 +12,7 @@
 
 #include "core/depths_inside.h"
 #include "core/error.h"
+#include "core/store/digest_meter.h"
 #include "simulation/crossings.h"
 
 namespace atelier {
@@ -22,18 +23,19 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kTorn = 0.5;  // of an edge's length: no cloth stretches like that
 
-double strain_p99(const Cloth& cloth, const Points& x) {
-  std::vector<double> strains;
+/// Of every edge, increasing.
+std::vector<double> strains(const Cloth& cloth, const Points& x) {
+  std::vector<double> all;
   for (int s = 0; s < cloth.fibre_count; ++s) {
     const ClothSpring& spring = cloth.springs[static_cast<std::size_t>(s)];
-    strains.push_back(std::abs((x.row(spring.a) - x.row(spring.b)).norm() / spring.rest - 1));
+    all.push_back(std::abs((x.row(spring.a) - x.row(spring.b)).norm() / spring.rest - 1));
   }
-  if (strains.empty()) {
-    return 0;
-  }
-  const auto at = strains.begin() + static_cast<std::ptrdiff_t>((strains.size() - 1) * 99 / 100);
-  std::nth_element(strains.begin(), at, strains.end());
-  return *at;
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+double at_percent(const std::vector<double>& increasing, std::size_t percent) {
+  return increasing.empty() ? 0 : increasing[(increasing.size() - 1) * percent / 100];
 }
 
 /// Faces of all garments in one cloth.
@@ -55,13 +57,26 @@ FrameFigures frame_figures(const Animation& animation, const Points& cloth, cons
   if (cloth.rows() == 0) {
     return figures;
   }
-  figures.strain_p99 = strain_p99(animation.worn.cloth, cloth);
+  figures.strain_p99 = at_percent(strains(animation.worn.cloth, cloth), 99);
   const Eigen::VectorXd depths =
       depths_inside(cloth, body, animation.body.model.mesh.faces, animation.worn.solver.thickness);
   figures.inside = static_cast<double>((depths.array() > 0).count());
   figures.depth = depths.maxCoeff();
   figures.crossings = count_crossings(cloth, joined_faces(animation.worn));
   return figures;
+}
+
+FrameReport frame_report(const Animation& animation, int frame_id, const Points& cloth,
+                         const FrameFigures& figures) {
+  const std::vector<double> increasing = strains(animation.worn.cloth, cloth);
+  FrameReport report;
+  report.frame = frame_id;
+  report.strain_p95 = at_percent(increasing, 95);
+  report.strain_max = at_percent(increasing, 100);
+  report.crossings = static_cast<int>(figures.crossings);
+  report.inside = static_cast<int>(figures.inside);
+  report.inside_depth = figures.depth;
+  return report;
 }
 
 ClothState AnimatedCloth::at(Index row) {
@@ -112,6 +127,9 @@ void AnimatedCloth::start_before(Index row) {
 
 void AnimatedCloth::advance_to(int step) {
   while (step_ < step) {
+    if (run_.stop_requested()) {  // asked here: before the first frame there are thousands of steps
+      throw StopRequested();
+    }
     const auto start = Clock::now();
     Control control;
     control.body_start = body_;

@@ -12,11 +12,18 @@
 #include "apps/animated_frame.h"
 #include "apps/animation_input.h"
 #include "core/store/stage.h"
+#include "simulation/frame_report.h"
 
 namespace atelier {
 
 /// What one frame says of the cloth on the body's surface; a body's own overlaps do not count.
 FrameFigures frame_figures(const Animation& animation, const Points& cloth, const Points& body);
+
+/// A frame of the result as `simulation_doubts` judges it. Edges of cloth and body that pierce one
+/// another are not counted: in an armpit or a bent knee, where the body overlaps itself, they have
+/// to. Cloth of another simulator has no strain, as its rest shape is not known.
+FrameReport frame_report(const Animation& animation, int frame_id, const Points& cloth,
+                         const FrameFigures& figures);
 
 /// The cloth in every frame of the result: simulated in order, whoever asks for which, on from what
 /// an earlier run has finished; or taken from another simulator. A frame is asked for once.
@@ -24,7 +31,7 @@ class AnimatedCloth {
  public:
   AnimatedCloth(StageRun& run, const Animation& animation) : run_(run), animation_(animation) {}
 
-  /// The state in the row-th frame. Throws DataError where cloth is torn.
+  /// The state in the row-th frame. Throws DataError where cloth is torn, StopRequested.
   ClothState at(Index row);
 
   double seconds_a_step() const { return steps_ > 0 ? seconds_ / steps_ : 0; }

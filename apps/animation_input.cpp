@@ -14,6 +14,8 @@
 #include "apps/usage_error.h"
 #include "bodymodel/body_file.h"
 #include "bodymodel/default_human.h"
+#include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
 #include "bodymodel/motion_file.h"
 #include "bodymodel/personal_body.h"
 #include "bodymodel/retarget.h"
@@ -396,6 +398,20 @@ Animation read_animation(StageRun& run) {
 
 int step_of(const Animation& animation, Index frame) {
   return animation.steps_before + static_cast<int>(frame) * animation.steps_per_frame;
+}
+
+double first_azimuth(const Animation& animation) {
+  const Skeleton& skeleton = animation.body.shaped.skeleton;
+  const std::optional<Humanoid> person = find_humanoid(skeleton);
+  if (!person) {
+    return 0;
+  }
+  const Pose pose = pose_at(animation.body, step_of(animation, 0) * animation.step_seconds);
+  const Points joints = forward_kinematics(skeleton, pose).positions;
+  const Eigen::RowVector3d left = joints.row(person->legs[0].hip) - joints.row(person->legs[1].hip);
+  // Lying on the side hips have no direction along the ground.
+  const bool lies = std::hypot(left.x(), left.z()) < 0.2 * left.norm();
+  return lies ? 0 : std::atan2(-left.z(), left.x());
 }
 
 Points body_after(const Animation& animation, int step) {

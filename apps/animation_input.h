@@ -64,6 +64,9 @@ Animation read_animation(StageRun& run);
 /// Step whose end is the i-th frame of the result.
 int step_of(const Animation& animation, Index frame);
 
+/// Azimuth, as of a View, to which the person's hips face in the first frame; 0 where they lie.
+double first_azimuth(const Animation& animation);
+
 /// The body's surface after a step, [V,3] m.
 Points body_after(const Animation& animation, int step);
 

@@ -87,13 +87,14 @@ Points box_corners(const Points& points) {
   return corners;
 }
 
-AnimationView animation_view(const Points& points, int frames, const std::vector<Camera>& captured,
+AnimationView animation_view(const Points& points, double facing, int frames,
+                             const std::vector<Camera>& captured,
                              const AnimationViewOptions& options) {
   const PictureOptions& picture = options.picture;
   AnimationView view;
-  double azimuth = 0;
-  const auto fixed = [&](const View& from) {
-    azimuth = from.azimuth;
+  double azimuth = facing;
+  const auto fixed = [&](View from) {
+    azimuth = from.azimuth += facing;
     view.cameras.assign(
         static_cast<std::size_t>(frames),
         camera_around(points, from, picture.width, picture.height, picture.framing));
@@ -107,8 +108,8 @@ AnimationView animation_view(const Points& points, int frames, const std::vector
   } else if (options.camera == "three-quarter") {
     fixed(kThreeQuarter);
   } else if (options.camera == "orbit") {
-    view.cameras =
-        turntable_cameras(points, kFront, frames, picture.width, picture.height, picture.framing);
+    view.cameras = turntable_cameras(points, {kFront.azimuth + facing, kFront.elevation}, frames,
+                                     picture.width, picture.height, picture.framing);
   } else {
     const Camera& camera = captured_camera(captured, options.camera);
     azimuth = azimuth_of(camera, points.colwise().mean().transpose());

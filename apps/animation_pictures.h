@@ -47,9 +47,11 @@ struct AnimationView {
 void require_view(const AnimationViewOptions& options, const std::vector<Camera>& captured);
 
 /// @param points  [P,3] m, where the subject is over all frames
+/// @param facing  azimuth to which the subject looks, which "front" is in front of
 /// @param captured  the capture's cameras, for one by its name
 /// Throws DataError for a name that is none of them.
-AnimationView animation_view(const Points& points, int frames, const std::vector<Camera>& captured,
+AnimationView animation_view(const Points& points, double facing, int frames,
+                             const std::vector<Camera>& captured,
                              const AnimationViewOptions& options);
 
 /// Corners of the boxes round the points of each frame: enough for animation_view.

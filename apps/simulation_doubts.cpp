@@ -8,7 +8,7 @@
 namespace atelier {
 
 std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& reports,
-                                           bool self_contact) {
+                                           bool self_contact, const HelpfulOptions& named) {
   std::vector<std::string> doubts;
   if (reports.empty()) {
     return doubts;
@@ -23,9 +23,10 @@ std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& repor
   if (const FrameReport& r = worst(&FrameReport::strain_p95); r.strain_p95 > kStretched) {
     std::snprintf(text, sizeof text,
                   "warning: the cloth is stretched by %.0f%% (p95, frame %lld), as no fabric is: "
-                  "its steps have not converged (more --xpbd.substeps, a slower motion), or it is "
-                  "held apart where the body pinches it (less --xpbd.thickness)",
-                  100 * r.strain_p95, static_cast<long long>(r.frame));
+                  "its steps have not converged (more %ssubsteps, a slower motion), or it is "
+                  "held apart where the body pinches it (less %s)",
+                  100 * r.strain_p95, static_cast<long long>(r.frame), named.solver.c_str(),
+                  named.thickness.c_str());
     doubts.emplace_back(text);
   }
   constexpr double kTorn = 1;  // twice as long
@@ -47,16 +48,16 @@ std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& repor
     std::snprintf(
         text, sizeof text,
         "warning: %d edges of cloth and body pierce the other (frame %lld), as the body "
-        "meets vertices alone: a finer garment, more --xpbd.thickness, or --xpbd.body-edges true "
-        "for what is sharp",
-        r.body_crossings, static_cast<long long>(r.frame));
+        "meets vertices alone: a finer garment, more %s, or %sbody-edges true for what is sharp",
+        r.body_crossings, static_cast<long long>(r.frame), named.thickness.c_str(),
+        named.solver.c_str());
     doubts.emplace_back(text);
   }
   if (const FrameReport& r = worst(&FrameReport::crossings); r.crossings > 0) {
-    std::snprintf(text, sizeof text, "warning: cloth goes through cloth at %d edges (frame %lld)%s",
-                  r.crossings, static_cast<long long>(r.frame),
-                  self_contact ? "" : ": --xpbd.self-contact true keeps it from that");
-    doubts.emplace_back(text);
+    std::snprintf(text, sizeof text, "warning: cloth goes through cloth at %d edges (frame %lld)",
+                  r.crossings, static_cast<long long>(r.frame));
+    doubts.emplace_back(
+        text + (self_contact ? "" : ": " + named.solver + "self-contact true keeps it from that"));
   }
   return doubts;
 }
