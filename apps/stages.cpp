@@ -68,7 +68,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
     Stage{.name = "personalize",
-          .version = 4,
+          .version = 5,
           .summary = "the person's own body: shape, bone lengths and surface",
           .inputs = {"capture", "scans", "keypoints3d"},
           .outputs = {"person"},
