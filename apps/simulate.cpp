@@ -376,7 +376,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   }
   std::ostream& words = json ? standard_error() : std::cout;
   for (const std::string& doubt : simulation_doubts(reports, options.xpbd.self_contact)) {
-    words << doubt << "\n";
+    words << kWarning << doubt << "\n";
   }
   if (interrupted()) {
     words << stopped_text(done, scene.frame_count, place.path) << std::endl;

@@ -148,7 +148,7 @@ void run_simulate(StageRun& run) {
   const SimulationScene scene = read_scene(paths, options, run.device());
   run.say(text_of(membrane_in_use(scene.garments[0], options.cloth)));
   for (const std::string& note : scene.notes) {
-    note.starts_with(kWarning) ? run.warn(note) : run.say(note);
+    note.starts_with(kWarning) ? run.warn(note.substr(kWarning.size())) : run.say(note);
   }
   std::vector<int> ids;
   for (Index i = 1; i <= scene.frame_count; ++i) {

@@ -302,7 +302,7 @@ TEST_F(Simulate, AnUnloadedGarmentThatHangsElsewhereIsADoubt) {
   // In a workspace the manifest keeps it.
   ASSERT_EQ(stage("work", few).exit_code, 0);
   EXPECT_THAT(nlohmann::json::parse(bytes("work", "manifest.json"))["warnings"].dump(),
-              HasSubstr("warning: without its weight"));
+              HasSubstr("\"without its weight"));
 }
 
 TEST_F(Simulate, OfSeveralGarmentsTheOneThatIsMeantIsNamed) {
