@@ -336,7 +336,9 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
       const AppearanceData fresh =
           prepare_appearance(worn.subject, surface, seen.cameras, frames, picture, options.prepare,
                              run.device(), &agreement);
-      tell_strange_labels(run, fresh, agreement);
+      if (which >= worn.first_garment) {  // hair and shoes hide a body, and no result has them
+        tell_strange_labels(run, fresh, agreement);
+      }
       write_archive(data_file, archive_of(fresh));
       // As the next run finds it: coordinates are rounded there.
       prepared = read_appearance_data(data_file);
