@@ -202,15 +202,17 @@ TEST(Incline, SticksAfterAnImpactWhereFrictionTakesAllOfItsSpeed) {
       solver.set_state(s.state);
       int landed = 0;
       double speed = 0;
-      for (int i = 0; i < 600 && landed < 3; ++i) {
+      for (int i = 0; i < 600 && landed < 2; ++i) {
         const FrameReport report = solver.advance(still(s.plane.vertices));
         if (report.body_contacts == 16) {
           ++landed;
           speed = solver.state().velocities.colwise().mean().dot(down);
         }
       }
-      // In the step of the impact itself friction has only the part of the fall that was stopped.
-      EXPECT_EQ(landed, 3);
+      // In the step of the impact itself friction has only the part of the fall that was stopped, in
+      // the next it has the rest. Later ones are the springs': rounding lets vertices land a hundredth
+      // of a step apart, and what that stretched comes back.
+      EXPECT_EQ(landed, 2);
       // A float holds half a metre to 3e-8 m: 3e-5 m/s of a step of a millisecond.
       EXPECT_NEAR(speed, 0, precision[0] == 'd' ? 1e-12 : 5e-5) << precision;
     }
