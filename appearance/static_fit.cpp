@@ -1,7 +1,6 @@
 #include "appearance/static_fit.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 
@@ -72,14 +71,14 @@ StaticFit static_fit(const AppearanceData& data, int resolution) {
 }
 
 int judged_texels(const AppearanceData& data) {
-  constexpr double kPixels = 256;
+  constexpr double kPixels = 64;
   constexpr int kFewest = 16;
   double pixels = 0;
   for (const AppearanceView& view : data.views) {
     pixels += static_cast<double>(view.pixel.size());
   }
-  const auto side = static_cast<unsigned>(std::sqrt(pixels / kPixels));
-  return std::clamp(static_cast<int>(std::bit_floor(side)), kFewest, kJudgedTexels);
+  const double side = std::sqrt(pixels / kPixels);
+  return static_cast<int>(std::clamp<double>(side, kFewest, kJudgedTexels));
 }
 
 std::vector<std::size_t> contradicting_cameras(const StaticFit& fit) {
