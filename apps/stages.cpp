@@ -111,7 +111,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "template",
-          .version = 5,
+          .version = 6,
           .summary = "each garment as a clean mesh with named openings, in one frame's pose",
           .inputs = {"capture", "scans", "person", "bodies"},
           .outputs = {"template"},

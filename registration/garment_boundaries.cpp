@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 
+#include "core/normals.h"
 #include "core/topology.h"
 #include "core/tree.h"
 
@@ -122,6 +124,40 @@ GarmentBoundaries garment_boundaries(const Points& vertices, const Triangles& fa
     boundaries.loops.push_back(std::move(opening.loop));
   }
   return boundaries;
+}
+
+std::vector<std::string> limbs_closed_over(const Points& vertices, const Triangles& faces,
+                                           const BodyAnatomy& anatomy, const Points& body,
+                                           const Triangles& body_faces) {
+  constexpr std::array<const char*, 5> kNames = {"head", "left hand", "right hand", "left foot",
+                                                 "right foot"};  // as kExtremities
+  const TriangleTree cloth = build_tree(vertices, faces);
+  const Points normals = face_normals(vertices, faces);
+  std::vector<std::string> closed;
+  for (const Extremity extremity : kExtremities) {
+    const Points axis = limb_axis(anatomy, extremity, body, body_faces);
+    int through = 0;
+    for (Index i = 0; i + 1 < axis.rows(); ++i) {
+      Ray ray;
+      ray.origin = axis.row(i).transpose();
+      ray.direction = (axis.row(i + 1) - axis.row(i)).transpose();
+      ray.t_max = 1;
+      if (ray.direction.isZero()) {
+        continue;
+      }
+      for (RayHit hit = first_hit(cloth, ray); hit.face >= 0; hit = first_hit(cloth, ray)) {
+        through += normals.row(hit.face).dot(ray.direction.transpose()) > 0 ? 1 : -1;
+        ray.t_min = std::nextafter(hit.t, 2.0);
+        if (ray.t_min > ray.t_max) {
+          break;
+        }
+      }
+    }
+    if (through != 0) {
+      closed.emplace_back(kNames[static_cast<std::size_t>(extremity)]);
+    }
+  }
+  return closed;
 }
 
 }  // namespace atelier

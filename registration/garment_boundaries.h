@@ -33,4 +33,12 @@ GarmentBoundaries garment_boundaries(const Points& vertices, const Triangles& fa
                                      const BodyAnatomy& anatomy, const Points& body,
                                      const Triangles& body_faces, double largest_hole = 1.0);
 
+/// Limbs that a garment closes over, as "left hand": the line through them (limb_axis) leaves it
+/// through cloth where it should through an opening. Nothing where it comes back in.
+///
+/// Throws LogicError as check_anatomy.
+std::vector<std::string> limbs_closed_over(const Points& vertices, const Triangles& faces,
+                                           const BodyAnatomy& anatomy, const Points& body,
+                                           const Triangles& body_faces);
+
 }  // namespace atelier

@@ -32,6 +32,14 @@ constexpr double kMuchUnseen = 0.2;    // from here on it is said
 constexpr double kFacingLimb = 0.05;   // m
 constexpr double kFacingWeight = 1.0;  // of the share that faces a limb, against that of the area
 constexpr int kPushRounds = 3;
+constexpr double kCoarsest = 0.03;  // m: coarser edges are made of a surface as fine as for these
+constexpr double kEdgesRound = 12;  // edges that an opening needs: remeshing draws rims in
+
+std::string of_area(const char* format, double value) {
+  char text[120];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
 
 /// Which of n frames are looked at: `most` of them, evenly.
 std::vector<Index> chosen_rows(Index count, int most) {
@@ -121,6 +129,14 @@ Overview overview_of(const ClothedFrames& frames, std::uint8_t label,
   return all;
 }
 
+/// Throws DataError where no frame shows enough of the label: nothing could follow the garment.
+void require_seen(const Overview& all, const std::string& name) {
+  if (all.area < kLeastArea) {
+    throw DataError("", name, of_area("%.0f cm2 of its label at most in a frame", 1e4 * all.area),
+                    "100 cm2: labels that cover the garment, or leave it out");
+  }
+}
+
 /// Moves what is inside of the body, or nearer than `clearance`, out along the body's normal.
 int push_out(Mesh& mesh, const Points& body, const Triangles& body_faces, double clearance) {
   const TriangleTree tree = build_tree(body, body_faces);
@@ -199,12 +215,6 @@ std::vector<char> dynamic_region(const GarmentTemplate& made, const ClothedFrame
   return region;
 }
 
-std::string of_area(const char* format, double value) {
-  char text[120];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
-
 /// What is the same for made and imported templates once the mesh stands.
 void dress(GarmentTemplate& made, const GarmentBoundaries& boundaries, const ClothedFrames& frames,
            const std::vector<Index>& rows, const Points& body, std::uint8_t label,
@@ -227,6 +237,25 @@ void dress(GarmentTemplate& made, const GarmentBoundaries& boundaries, const Clo
     }
   }
   check_garment(garment, garment.name);
+}
+
+/// Whether a garment's faces look inwards, to the body: it winds round what it is worn by the other
+/// way, however open it is.
+bool looks_inwards(const Mesh& mesh, const Points& body) {
+  double sum = 0;
+  for (const double winding :
+       winding_numbers(build_winding_tree(mesh.vertices, mesh.faces), body)) {
+    sum += winding;
+  }
+  return sum < 0;
+}
+
+/// Faces and texture the other way round.
+void turn_round(Mesh& mesh) {
+  mesh.faces.col(1).swap(mesh.faces.col(2));
+  if (mesh.uv_faces.rows() > 0) {
+    mesh.uv_faces.col(1).swap(mesh.uv_faces.col(2));
+  }
 }
 
 /// A warning where what the scan shows of a garment lies elsewhere than the mesh: an artist's
@@ -259,11 +288,45 @@ std::optional<Finding> far_from_scan(const Mesh& mesh, const Mesh& scan, std::ui
                  "a mesh of this garment, placed on its frame's body (--frame)"};
 }
 
+/// A warning where the surface had openings that the mesh has not, or the mesh closes over a limb:
+/// triangles are then about as large as openings.
+std::optional<Finding> lost_openings(const std::string& name, const Points& vertices,
+                                     const GarmentBoundaries& before,
+                                     const GarmentBoundaries& after,
+                                     const std::vector<std::string>& limbs, double edge_length) {
+  std::string lost;
+  double safe = std::min(edge_length / 1.5, kCoarsest);
+  for (std::size_t b = 0; b < before.loops.size(); ++b) {
+    if (std::find(after.names.begin(), after.names.end(), before.names[b]) == after.names.end()) {
+      const Points loop = vertices(before.loops[b], Eigen::all);
+      double round = 0;
+      for (Index i = 0; i < loop.rows(); ++i) {
+        round += (loop.row((i + 1) % loop.rows()) - loop.row(i)).norm();
+      }
+      safe = std::min(safe, round / kEdgesRound);
+      lost += (lost.empty() ? "" : ", ") + before.names[b];
+    }
+  }
+  std::string over;
+  for (const std::string& limb : limbs) {
+    over += (over.empty() ? "" : ", ") + limb;
+  }
+  if (lost.empty() && over.empty()) {
+    return std::nullopt;
+  }
+  return Finding{Severity::Warning, "opening-lost", name,
+                 (lost.empty() ? "it is closed over the " + over : "lost: " + lost) +
+                     of_area("; triangles with edges of %.3g m are about as large as its openings",
+                             edge_length),
+                 of_area("--edge-length %.3f or less", std::floor(1000 * safe) / 1000)};
+}
+
 }  // namespace
 
 OptionTable describe(GarmentTemplateOptions& options) {
   OptionTable table;
-  table.add("edge_length", options.edge_length, 0.003, 0.2, "m", "Edges of the triangles");
+  table.add("edge_length", options.edge_length, 0.003, 0.1, "m",
+            "Edges of the triangles; a twelfth of the way round an opening keeps it");
   table.add("frame", options.frame, -1, 1'000'000'000, "",
             "Frame in whose pose the template is; -1: the one that shows most");
   table.add("frames", options.frames, 1, 10000, "", "Frames looked at, evenly over all");
@@ -284,20 +347,19 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
     throw DataError("", name, "no frame", "one that has a scan and a body");
   }
   const Overview all = overview_of(frames, label, options);
-  if (all.area < kLeastArea) {
-    throw DataError("", name, of_area("%.0f cm2 of its label at most in a frame", 1e4 * all.area),
-                    "100 cm2: labels that cover the garment, or leave it out");
-  }
+  require_seen(all, name);
   GarmentTemplate made;
   made.garment.name = name;
   made.frame_id = frames.frame_ids[static_cast<std::size_t>(all.best)];
   const ClothedFrame frame = frames.load(all.best);
-  const double spacing = options.edge_length / 4;
+  // Where the garment ends is a matter of its openings, not of the mesh that is made of it.
+  const double fine = std::min(options.edge_length, kCoarsest);
+  const double spacing = fine / 4;
   const GarmentPoints points =
       garment_points(frame.scan, label, frame.body, frames.body_faces, all.cover, spacing);
   const Mesh through = surface_through_points(
       points.points, points.normals, points.weights,
-      {.cell = options.edge_length / 2, .reach = options.reach, .stiffness = options.stiffness});
+      {.cell = fine / 2, .reach = options.reach, .stiffness = options.stiffness});
   // A step of points and half a diagonal of their cubes lie between neighbours.
   const TrimmedSurface trimmed =
       trim_surface(through, points, 1.9 * spacing, frame.body, frames.body_faces, all.cover);
@@ -306,11 +368,11 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
                     "no surface through its label in frame " + std::to_string(made.frame_id),
                     "a frame that shows it; --template.frame takes another");
   }
-  GarmentBoundaries boundaries = garment_boundaries(trimmed.mesh.vertices, trimmed.mesh.faces,
+  const GarmentBoundaries seen = garment_boundaries(trimmed.mesh.vertices, trimmed.mesh.faces,
                                                     frames.anatomy, frame.body, frames.body_faces);
-  made.holes_closed = trimmed.holes_closed + static_cast<int>(boundaries.holes.size());
+  made.holes_closed = trimmed.holes_closed + static_cast<int>(seen.holes.size());
   made.garment.mesh =
-      even_mesh(trimmed.mesh, {.edge_length = options.edge_length, .holes = boundaries.holes});
+      even_mesh(trimmed.mesh, {.edge_length = options.edge_length, .holes = seen.holes});
   made.pushed_out = push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
   // Parting may bring a vertex back to the body, pushing it out may cross again: the last counts.
   // Corners are widened before: what that crosses is parted too.
@@ -335,8 +397,15 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
                                      100 * made.area_unseen / area),
                              "look at the template; more cameras, or an imported template"});
   }
-  boundaries = garment_boundaries(made.garment.mesh.vertices, made.garment.mesh.faces,
-                                  frames.anatomy, frame.body, frames.body_faces);
+  const Mesh& mesh = made.garment.mesh;
+  const GarmentBoundaries boundaries =
+      garment_boundaries(mesh.vertices, mesh.faces, frames.anatomy, frame.body, frames.body_faces);
+  if (auto lost = lost_openings(name, trimmed.mesh.vertices, seen, boundaries,
+                                limbs_closed_over(mesh.vertices, mesh.faces, frames.anatomy,
+                                                  frame.body, frames.body_faces),
+                                options.edge_length)) {
+    made.findings.push_back(std::move(*lost));
+  }
   dress(made, boundaries, frames, all.rows, frame.body, label, options);
   return made;
 }
@@ -382,6 +451,7 @@ GarmentTemplate imported_template(const Mesh& mesh, const ClothedFrames& frames,
                     "one, sewn together, without loose vertices");
   }
   const Overview all = overview_of(frames, label, options);
+  require_seen(all, name);
   const ClothedFrame frame = frames.load(all.best);
   const auto extent = [](const Points& points) {
     return (points.colwise().maxCoeff() - points.colwise().minCoeff()).norm();
@@ -411,9 +481,15 @@ GarmentTemplate imported_template(const Mesh& mesh, const ClothedFrames& frames,
   made.garment.mesh.colors.resize(0, 3);
   made.garment.mesh.labels.clear();
   made.garment.mesh.confidence.resize(0);
+  if (looks_inwards(mesh, frame.body)) {
+    turn_round(made.garment.mesh);
+    made.findings.push_back({Severity::Note, "import-turned", file,
+                             "its faces looked inwards, to the body: they were turned round",
+                             "a mesh whose faces are counter-clockwise from outside"});
+  }
   made.frame_id = frames.frame_ids[static_cast<std::size_t>(all.best)];
-  const GarmentBoundaries boundaries = garment_boundaries(mesh.vertices, mesh.faces, frames.anatomy,
-                                                          frame.body, frames.body_faces, 0);
+  const GarmentBoundaries boundaries = garment_boundaries(
+      mesh.vertices, made.garment.mesh.faces, frames.anatomy, frame.body, frames.body_faces, 0);
   dress(made, boundaries, frames, all.rows, frame.body, label, options);
   return made;
 }

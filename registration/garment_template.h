@@ -28,7 +28,7 @@ struct ClothedFrames {
 };
 
 struct GarmentTemplateOptions {
-  double edge_length = 0.018;  ///< m of the triangles' edges, 0.003 to 0.2
+  double edge_length = 0.018;  ///< m of the triangles' edges, 0.003 to 0.1; 12 keep an opening
   int frame = -1;              ///< the frame in whose pose the template is; -1: the best
   int frames = 16;             ///< looked at, evenly over all, 1 to 10000
   double reach = 0.05;         ///< m: unseen patches up to twice as wide are closed, 0.01 to 0.5
@@ -59,7 +59,8 @@ struct GarmentTemplate {
 /// Remaining loops that no limb passes through are closed (garment_boundaries), the mesh is made
 /// even (even_mesh), without slivers (blunt_corners.h), and pushed out of the body. Vertices ride
 /// on the body's nearest triangles (attach_to_body); where riding misses the scans of the frames by
-/// more than `dynamic` (median), or the body is twice as far away, the garment hangs free.
+/// more than `dynamic` (median), or the body is twice as far away, the garment hangs free. Warns
+/// (`opening-lost`) where the mesh is too coarse for an opening of the surface.
 ///
 /// Throws DataError where no frame shows 0.01 m2 of the label, where more than 0.6 of the surface
 /// was not seen, and where `frame` is none of the frames; LogicError as check_anatomy.
@@ -69,13 +70,14 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
                                  const GarmentTemplateOptions& options = {});
 
 /// A mesh that an artist made, as a template in the pose of a frame: boundaries named, attachments,
-/// an atlas where it has no texture coordinates. It must be placed on the frame's body.
+/// an atlas where it has no texture coordinates. It must be placed on the frame's body. One whose
+/// faces all look inwards, to the body, is turned round, with a note (`import-turned`).
 ///
-/// Throws DataError for edges of three faces or more, edges of opposite orientation and vertices
-/// where fans touch (with the place of the first), several pieces, a closed surface, a size that is
-/// not that of clothing for this body (a file in other units), and a mesh that is not on the body:
-/// half its vertices farther than 0.3 m. Warns (`import-far`) where half of what the scan shows of
-/// the garment is farther than 10 cm from it.
+/// Throws DataError where no frame shows 0.01 m2 of the label, and for edges of three faces or
+/// more, edges of opposite orientation and vertices where fans touch (with the place of the first),
+/// several pieces, a closed surface, a size that is not that of clothing for this body (a file in
+/// other units), and a mesh that is not on the body: half its vertices farther than 0.3 m. Warns
+/// (`import-far`) where half of what the scan shows of the garment is farther than 10 cm from it.
 GarmentTemplate imported_template(const Mesh& mesh, const ClothedFrames& frames, std::uint8_t label,
                                   const std::string& name,
                                   const GarmentTemplateOptions& options = {},

@@ -229,6 +229,13 @@ TEST_F(TemplateStage, RefusesLabelsThatCoverNothing) {
   EXPECT_THAT(done.err, HasSubstr("dress: 0 cm2 of its label"));
 }
 
+TEST_F(TemplateStage, RefusesAnArtistsMeshOfALabelThatCoversNothing) {
+  const std::string file = saved(cone(1.34, 0.17, 1.0, 0.17, 0.03));
+  const ChildResult done = made({"--labels", "dress", "--import", "dress=" + file});
+  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_THAT(done.err, HasSubstr("dress: 0 cm2 of its label"));
+}
+
 TEST_F(TemplateStage, RefusesListsOfNoGarmentAndOfOneTwiceAtOnce) {
   for (const char* flag : {"--force", "--dry-run"}) {
     const ChildResult twice = made({"--labels", "upper,upper", flag});

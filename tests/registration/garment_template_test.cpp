@@ -164,6 +164,21 @@ TEST(GarmentTemplate, OfTrousersHasAWaistAndTwoAnkles) {
       -1);  // a pair of trousers
 }
 
+TEST(GarmentTemplate, OpeningsThatTrianglesAreTooLargeForAreSpokenOf) {
+  GarmentTemplateOptions options;
+  options.edge_length = 0.05;
+  const GarmentTemplate kept = garment_template(standing(wears_tee), kClothLabel, "upper", options);
+  EXPECT_EQ(kept.garment.boundaries.size(), 4U);
+  EXPECT_THAT(kept.findings, Not(Contains(Field(&Finding::code, "opening-lost"))));
+  options.edge_length = 0.06;
+  const GarmentTemplate lost = garment_template(standing(wears_tee), kClothLabel, "upper", options);
+  ASSERT_LT(lost.garment.boundaries.size(), 4U);
+  EXPECT_THAT(lost.findings,
+              Contains(AllOf(Field(&Finding::code, "opening-lost"),
+                             Field(&Finding::what, HasSubstr("lost: cuff")),
+                             Field(&Finding::advice, HasSubstr("--edge-length 0.030 or less")))));
+}
+
 TEST(GarmentTemplate, ChoosesTheFrameWithArmsAwayFromTheTrunk) {
   const std::vector<std::vector<Capsule>> poses = {capsules(0.12), capsules(0.9), capsules(0.1)};
   const ClothedFrames frames = frames_of(
@@ -313,6 +328,48 @@ TEST(ImportedTemplate, KeepsTheMeshAndNamesItsOpenings) {
   EXPECT_EQ(made.garment.mesh.uv_faces.rows(), mesh.faces.rows());
   EXPECT_EQ(made.garment.attachments.size(), static_cast<std::size_t>(mesh.vertices.rows()));
   EXPECT_THAT(made.garment.boundary_names, UnorderedElementsAre("neck", "hem"));
+}
+
+TEST(ImportedTemplate, AMeshThatLooksInwardsIsTurnedRound) {
+  const Mesh mesh = artists_top();
+  Mesh inwards = mesh;
+  inwards.faces.col(1).swap(inwards.faces.col(2));
+  inwards.uvs = Points2::Random(3, 2);
+  inwards.uv_faces = Triangles(mesh.faces.rows(), 3);
+  inwards.uv_faces.rowwise() = Eigen::RowVector3i(0, 1, 2);
+  const GarmentTemplate made =
+      imported_template(inwards, standing(wears_tee), kClothLabel, "upper", quick(), "top.obj");
+  EXPECT_EQ(made.garment.mesh.faces, mesh.faces);
+  EXPECT_EQ(made.garment.mesh.uv_faces.row(0), Eigen::RowVector3i(0, 2, 1));
+  EXPECT_THAT(made.garment.boundary_names, UnorderedElementsAre("neck", "hem"));
+  EXPECT_THAT(made.findings, Contains(AllOf(Field(&Finding::code, "import-turned"),
+                                            Field(&Finding::severity, Severity::Note))));
+  EXPECT_THAT(imported_template(mesh, standing(wears_tee), kClothLabel, "upper", quick()).findings,
+              Not(Contains(Field(&Finding::code, "import-turned"))));
+}
+
+TEST(GarmentBoundaries, ALimbThatClothClosesOverIsNamed) {
+  const Mesh body = body_surface(capsules());
+  const BodyAnatomy anatomy = anatomy_of(body);
+  const auto closed_over = [&](const Mesh& cloth) {
+    return limbs_closed_over(cloth.vertices, cloth.faces, anatomy, body.vertices, body.faces);
+  };
+  Mesh top = artists_top();
+  EXPECT_THAT(closed_over(top), UnorderedElementsAre("left hand", "right hand"));  // no sleeves
+  const Mesh tee = capsule_surface(capsules(), kGap, 0.012, wears_tee);
+  EXPECT_THAT(closed_over(tee), ::testing::IsEmpty());
+  // A lid on the neck: a fan round its middle.
+  const Index count = top.vertices.rows();
+  const auto around = static_cast<int>(2 * M_PI * 0.17 / 0.03);
+  top.vertices.conservativeResize(count + 1, 3);
+  top.vertices.bottomRows(1) << 0, 1.34, 0;
+  const Index faces = top.faces.rows();
+  top.faces.conservativeResize(faces + around, 3);
+  for (int k = 0; k < around; ++k) {
+    const int ring = static_cast<int>(count) - around;
+    top.faces.row(faces + k) << ring + k, static_cast<int>(count), ring + (k + 1) % around;
+  }
+  EXPECT_THAT(closed_over(top), UnorderedElementsAre("head", "left hand", "right hand"));
 }
 
 TEST(ImportedTemplate, AMeshThatIsNotWhereTheGarmentIsIsSpokenOf) {
