@@ -49,6 +49,9 @@ constexpr std::array kTargets = {
     Target{"refine.outside_rate", "", AtMost, 0.03, 0.03, "refine", kNoTruth},
     Target{"refine.outside_depth_mm", "mm", AtMost, 1, 8, "refine", kNoTruth},
     Target{"refine.proximity_mm", "mm", AtMost, 1.5, 6, "refine", kNoTruth},
+    Target{"template.boundaries_wrong", "", AtMost, 0, {}, "template", kNoTruth},
+    Target{"template.garments_missed", "", AtMost, 0, {}, "template", kNoTruth},
+    Target{"template.not_manifold", "", AtMost, 0, {}, "template", kNoTruth},
     Target{"register.chamfer_mm", "mm", AtMost, 2, 5, "register", kNoTruth},
     Target{"register.point_mean_mm", "mm", AtMost, 3, 20, "register", kNoTruth},
     Target{"register.point_p95_mm", "mm", AtMost, 8, 90, "register", kNoTruth},
@@ -81,6 +84,15 @@ const Target* target_of(std::string_view key) {
   const auto found = std::find_if(kTargets.begin(), kTargets.end(),
                                   [&](const Target& target) { return target.key == key; });
   return found == kTargets.end() ? nullptr : &*found;
+}
+
+/// What a row says of a measure, by what that is judged by.
+void judge(Judged& row, const Measure& measure) {
+  row.value = measure.value;
+  row.target = target_text(measure.side, measure.target);
+  row.verdict = measure.side == None ? "not judged" : is_met(measure) ? "met" : "missed";
+  row.missed_by = row.verdict == "missed" ? std::abs(measure.value - measure.target) : 0;
+  row.why = measure.note;
 }
 
 }  // namespace
@@ -124,12 +136,7 @@ std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
     const auto found = std::find_if(measures.begin(), measures.end(),
                                     [&](const Measure& one) { return one.key == target.key; });
     if (found != measures.end()) {
-      const Measure measure = against(*found, targets);
-      row.value = measure.value;
-      row.target = target_text(measure.side, measure.target);
-      row.verdict = measure.side == None ? "not judged" : is_met(measure) ? "met" : "missed";
-      row.missed_by = row.verdict == "missed" ? std::abs(measure.value - measure.target) : 0;
-      row.why = measure.note;
+      judge(row, against(*found, targets));
     } else {
       const bool judged = targets == Targets::Accuracy || target.demo;
       row.target =
@@ -141,6 +148,18 @@ std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
                     : "there is no result of " + std::string(target.stage);
     }
     rows.push_back(std::move(row));
+  }
+  // What is judged and not in the table, as each garment's own figures, counts as well.
+  for (const Measure& own : measures) {
+    const Measure measure = against(own, targets);
+    if (measure.side != None && target_of(measure.key) == nullptr) {
+      Judged row;
+      row.key = measure.key;
+      row.stage = measure.key.substr(0, measure.key.find('.'));
+      row.unit = measure.unit;
+      judge(row, measure);
+      rows.push_back(std::move(row));
+    }
   }
   return rows;
 }

@@ -51,7 +51,8 @@ struct Judged {
 /// the capture itself keep theirs.
 Measure against(const Measure& measure, Targets targets);
 
-/// The table of targets for a workspace, given everything that was measured.
+/// The table of targets for a workspace, given everything that was measured; then every figure that
+/// is judged and not in it.
 std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
                            const std::filesystem::path& workspace);
 

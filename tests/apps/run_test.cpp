@@ -304,6 +304,22 @@ TEST(DemoRanges, JudgeOnDemoAloneAndSayWhyWhatIsAbsent) {
   EXPECT_NEAR(missed_by, (8 - 6) + (0.95 - 0.7), 1e-12);
 }
 
+TEST(Targets, EveryFigureThatIsJudgedHasARow) {
+  const TemporaryDirectory root;
+  const std::vector<Measure> measures = {
+      {"template.boundaries_wrong", 2, "", 0, Measure::Side::AtMost, "openings"},
+      {"template.mean_mm", 2, "mm", 0, Measure::Side::None, ""},
+      {"appearance.upper.covered", 0.9, "", 0.95, Measure::Side::AtLeast, ""}};
+  std::map<std::string, std::string> verdicts;
+  for (const Judged& row : judged(measures, Targets::Accuracy, root.path())) {
+    EXPECT_TRUE(verdicts.emplace(row.key, row.stage + " " + row.verdict).second) << row.key;
+  }
+  EXPECT_EQ(verdicts["template.boundaries_wrong"], "template missed");
+  EXPECT_EQ(verdicts["template.not_manifold"], "template not measured");
+  EXPECT_EQ(verdicts["appearance.upper.covered"], "appearance missed");
+  EXPECT_FALSE(verdicts.contains("template.mean_mm"));
+}
+
 TEST_F(Run, WhatAnErrorOfAStageTakesAlongIsSkippedAndTheReportIsMade) {
   // Two people who are no people: bodies cannot be measured on them.
   const ChildResult result = run({"--from", "reconstruct"});
