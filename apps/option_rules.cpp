@@ -58,6 +58,9 @@ constexpr std::array<IdleRule::Value, 2> kNoPictures = {{{"pictures", "false"}, 
 constexpr const char* kPictures = "--pictures";
 
 constexpr std::array kIdleRules = {
+constexpr std::array<IdleRule::Value, 2> kNoBody = {{{"relax.body", ""}, {}}};
+constexpr const char* kHungOnBody = "--relax.body";
+
     IdleRule{"search.", kFabricGiven, kFitted},
     IdleRule{"usual", kFabricGiven, kFitted},
     IdleRule{"leash", kFabricGiven, kFitted},
@@ -77,6 +80,12 @@ constexpr std::array kIdleRules = {
              "--xpbd.drag or --xpbd.lift"},
     IdleRule{"relaxing.", {{{"relax", "false"}, {}}}, "--relax", true},
     IdleRule{"camera", kNoPictures, kPictures},
+    // Of `flatten`, which relaxes where there is a body to hang on.
+    IdleRule{"relax.fabric", kNoBody, kHungOnBody},
+    IdleRule{"relax.registered", kNoBody, kHungOnBody},
+    IdleRule{"relax.gap", kNoBody, kHungOnBody},
+    IdleRule{"relax.substeps", kNoBody, kHungOnBody},
+    IdleRule{"relax.relaxing.", kNoBody, kHungOnBody},
     IdleRule{"background", kNoPictures, kPictures},
     IdleRule{"drawn_by", kNoPictures, kPictures},
     IdleRule{"width", kNoPictures, kPictures},
@@ -180,7 +189,8 @@ const OptionField* field_named(const OptionTable& table, const std::string& name
   return found == table.fields.end() ? nullptr : &*found;
 }
 
-/// "xpbd.sweep gauss-seidel" if the field does nothing by this rule, else "".
+/// "with xpbd.sweep gauss-seidel", "without relax.body" if the field does nothing by this rule,
+/// else "".
 std::string idle_with(const OptionTable& table, const OptionField& field, const IdleRule& rule) {
   const auto start = start_of(field.name, rule.option);
   if (!start || field.source == kUnsaid) {
@@ -196,8 +206,10 @@ std::string idle_with(const OptionTable& table, const OptionField& field, const 
         (rule.unless_said && other->source != kUnsaid)) {
       return "";
     }
-    if (!value.text.empty()) {  // an option that is there at all is no reason by itself
-      with += (with.empty() ? "" : " and ") + other->name + " " + option_text(*other);
+    const bool unsaid = value.text.empty() && !value.other;
+    if (unsaid || !value.text.empty()) {  // an option that is there at all is no reason by itself
+      with += (with.empty() ? (unsaid ? "without " : "with ") : " and ") + other->name +
+              (unsaid ? "" : " " + option_text(*other));
     }
   }
   return with;
@@ -283,7 +295,7 @@ std::vector<std::string> broken_rules(const OptionTable& table) {
   for (const IdleRule& rule : kIdleRules) {
     for (const OptionField& field : table.fields) {
       if (const std::string with = idle_with(table, field, rule); !with.empty()) {
-        problems.push_back(field.name + " does nothing with " + with + ": leave it out, or say " +
+        problems.push_back(field.name + " does nothing " + with + ": leave it out, or say " +
                            std::string(rule.wanted));
       }
     }

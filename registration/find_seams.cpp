@@ -124,16 +124,25 @@ class Search {
     return pieces;
   }
 
-  /// Share of the area that is stretched too far; more than 1 where a panel lies over itself.
-  double too_far(const std::vector<SeamPiece>& pieces) const {
+  /// Share of the area that is stretched too far.
+  double stretched(const std::vector<SeamPiece>& pieces) const {
     double sum = 0;
     for (const SeamPiece& piece : pieces) {
       for (Index f = 0; f < piece.faces.rows(); ++f) {
         sum += piece.strain[f] > options_.stretch ? piece.areas[f] : 0;
       }
-      sum += piece.overlaps ? area_ : 0;
     }
     return sum / area_;
+  }
+
+  /// The same, and 1 for each panel that lies over itself: what is to be cut away.
+  double too_far(const std::vector<SeamPiece>& pieces) const {
+    return stretched(pieces) + static_cast<double>(overlaps(pieces));
+  }
+
+  static std::ptrdiff_t overlaps(const std::vector<SeamPiece>& pieces) {
+    return std::count_if(pieces.begin(), pieces.end(),
+                         [](const SeamPiece& piece) { return piece.overlaps; });
   }
 
   /// The piece cut in the best way that was tried; empty where there is none.
@@ -456,8 +465,9 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
     if (watch) {
       char text[120];
       std::snprintf(text, sizeof text, "%s: %zu panels, %.1f%% stretched too far", what.c_str(),
-                    pieces.size(), 100 * search.too_far(pieces));
-      watch(text);
+                    pieces.size(), 100 * search.stretched(pieces));
+      const auto over = Search::overlaps(pieces);
+      watch(text + (over > 0 ? ", " + std::to_string(over) + " over themselves" : std::string()));
     }
   };
   say("opened");

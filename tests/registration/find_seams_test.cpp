@@ -1,5 +1,11 @@
 #include "registration/find_seams.h"
 
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/error.h"
@@ -69,6 +75,34 @@ TEST(FindSeams, AHalfSphereIsCutUntilTheStretchIsWithinBounds) {
   EXPECT_LT(measures.strain_p99, 0.066);
   EXPECT_EQ(measures.inverted, 0);
   EXPECT_EQ(measures.overlaps, 0);
+}
+
+TEST(FindSeams, APanelOverItselfIsNoStretch) {
+  // A ramp of a turn and a half, which lies flat twice over half a ring.
+  constexpr int kSteps = 60;
+  Mesh ramp;
+  ramp.vertices.resize(2 * (kSteps + 1), 3);
+  ramp.faces.resize(2 * kSteps, 3);
+  for (int i = 0; i <= kSteps; ++i) {
+    const double turn = 3 * std::numbers::pi * i / kSteps;
+    for (int side = 0; side < 2; ++side) {
+      const double radius = 0.2 + 0.1 * side;
+      ramp.vertices.row(2 * i + side) << radius * std::cos(turn), 0.01 * turn,
+          radius * std::sin(turn);
+    }
+    if (i < kSteps) {
+      ramp.faces.row(2 * i) << 2 * i, 2 * i + 2, 2 * i + 1;
+      ramp.faces.row(2 * i + 1) << 2 * i + 1, 2 * i + 2, 2 * i + 3;
+    }
+  }
+  FindSeamsOptions options;
+  options.front_and_back = false;
+  std::vector<std::string> said;
+  find_seams(ramp, no_cut(topology(ramp)), options,
+             [&](const std::string& line) { said.push_back(line); });
+  ASSERT_GE(said.size(), 2U);
+  EXPECT_EQ(said.front(), "opened: 1 panels, 0.0% stretched too far, 1 over themselves");
+  EXPECT_THAT(said.back(), ::testing::EndsWith("0.0% stretched too far"));
 }
 
 TEST(FindSeams, GivenSeamsStayAndNeedlessOnesAreSewnAgain) {
