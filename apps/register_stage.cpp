@@ -51,6 +51,9 @@ class RegisteredOutfit {
       truth_ = std::make_unique<CaptureTruth>(read_capture_truth(run.input("capture")));
     }
     find_frames();
+    if (options_.fit.fit.photometric) {
+      tell_missing_pictures();
+    }
     read_garments();
   }
 
@@ -95,6 +98,21 @@ class RegisteredOutfit {
                       "a body in every clothed frame of the capture; run body on this capture");
     }
     fps_ = fps_ > 0 ? fps_ : bodies_.fps;
+  }
+
+  /// Once for each camera: in every frame the same would be said again.
+  void tell_missing_pictures() {
+    for (std::size_t c = 0; c < dataset_.cameras.size(); ++c) {
+      const CameraFrames& files = dataset_.frames[c];
+      const auto without = std::count_if(ids_.begin(), ids_.end(), [&](int id) {
+        return !files.images.contains(id) ||
+               !(files.masks.contains(id) || files.labels.contains(id));
+      });
+      if (without > 0) {
+        run_.warn("camera " + dataset_.cameras[c].id + ": no picture with a mask in " +
+                  std::to_string(without) + " of " + std::to_string(ids_.size()) + " frames");
+      }
+    }
   }
 
   Index row_of(int id) const {
@@ -177,11 +195,6 @@ class RegisteredOutfit {
     }
     if (options_.fit.fit.photometric) {
       made->views = instant_of(dataset_, id);
-      if (made->views.size() < dataset_.cameras.size()) {
-        run_.warn("frame " + std::to_string(id) + ": pictures of " +
-                  std::to_string(made->views.size()) + " of " +
-                  std::to_string(dataset_.cameras.size()) + " cameras");
-      }
     }
     kept_ = std::move(made);
     kept_row_ = row;

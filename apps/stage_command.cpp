@@ -160,6 +160,17 @@ void require_folder_or_nothing(const std::filesystem::path& workspace) {
   if (kind == std::filesystem::file_type::not_found &&
       link_kind(workspace) == std::filesystem::file_type::symlink) {
     throw EnvironmentError("WORKSPACE " + workspace.string(),
+/// Says of a stage whose frames follow one another within a window that shards share none of that.
+std::string shard_help(const Stage& stage) {
+  const OptionSet options = stage.options();
+  const bool windows = std::any_of(options.table.fields.begin(), options.table.fields.end(),
+                                   [](const OptionField& field) { return field.name == "window"; });
+  return std::string("Only every n-th frame, for a cluster") +
+         (windows ? "; frames follow one another within --window, which each shard begins anew: "
+                    "say a short one (1), or split by --frames along windows"
+                  : "");
+}
+
                            "a symbolic link to nothing; make the folder that it names, or remove "
                            "the link");
   }
@@ -226,7 +237,7 @@ Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) 
         .type_name("a:b|a:|:b|a");
     add_option(
         parser, "--shard", [arguments](const std::string& text) { arguments->shard = text; },
-        "Only every n-th frame, for a cluster")
+        shard_help(stage))
         .type_name("i/n");
   }
   add_flag(parser, "--force", request.force, "Do it again although the result is there");

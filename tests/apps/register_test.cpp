@@ -273,7 +273,11 @@ TEST_F(Register, WithoutOneCamerasPicturesItSaysSoAndGoesOn) {
   fs::remove_all(capture() / "images" / "01");
   const ChildResult done = registered();
   EXPECT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out + done.err, HasSubstr("pictures of 2 of 3 cameras"));
+  const std::string said = "camera 01: no picture with a mask in 3 of 3 frames";
+  EXPECT_THAT(manifest()["warnings"].dump(), HasSubstr(said));
+  const std::size_t once = done.err.find(said);
+  ASSERT_NE(once, std::string::npos) << done.err;
+  EXPECT_EQ(done.err.find(said, once + 1), std::string::npos);
 }
 
 // As WholeRun of the stages before, and Appearance of the one that learns; body, template and those
@@ -328,6 +332,11 @@ TEST_F(Register, AFrameWithoutABodyIsLeftOutAndSaid) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, HasSubstr("1 of 3 clothed frames has no body"));
   EXPECT_EQ(manifest()["metrics"]["frames"], 2);
+}
+
+TEST_F(Register, SaysWhatItsShardsDoTwice) {
+  EXPECT_THAT(run({"register", "--help"}).out, HasSubstr("each shard begins anew"));
+  EXPECT_THAT(run({"reconstruct", "--help"}).out, Not(HasSubstr("each shard begins anew")));
 }
 
 TEST_F(Register, ShardsMakeWhatOneRunMakes) {
