@@ -57,10 +57,10 @@ constexpr const char* kFitted = "--material.name fitted";
 constexpr std::array<IdleRule::Value, 2> kNoPictures = {{{"pictures", "false"}, {}}};
 constexpr const char* kPictures = "--pictures";
 
-constexpr std::array kIdleRules = {
 constexpr std::array<IdleRule::Value, 2> kNoBody = {{{"relax.body", ""}, {}}};
 constexpr const char* kHungOnBody = "--relax.body";
 
+constexpr std::array kIdleRules = {
     IdleRule{"search.", kFabricGiven, kFitted},
     IdleRule{"usual", kFabricGiven, kFitted},
     IdleRule{"leash", kFabricGiven, kFitted},
@@ -79,13 +79,13 @@ constexpr const char* kHungOnBody = "--relax.body";
              {{{"xpbd.drag", "0"}, {"xpbd.lift", "0"}}},
              "--xpbd.drag or --xpbd.lift"},
     IdleRule{"relaxing.", {{{"relax", "false"}, {}}}, "--relax", true},
-    IdleRule{"camera", kNoPictures, kPictures},
     // Of `flatten`, which relaxes where there is a body to hang on.
     IdleRule{"relax.fabric", kNoBody, kHungOnBody},
     IdleRule{"relax.registered", kNoBody, kHungOnBody},
     IdleRule{"relax.gap", kNoBody, kHungOnBody},
     IdleRule{"relax.substeps", kNoBody, kHungOnBody},
     IdleRule{"relax.relaxing.", kNoBody, kHungOnBody},
+    IdleRule{"camera", kNoPictures, kPictures},
     IdleRule{"background", kNoPictures, kPictures},
     IdleRule{"drawn_by", kNoPictures, kPictures},
     IdleRule{"width", kNoPictures, kPictures},

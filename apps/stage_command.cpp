@@ -153,13 +153,6 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
   return work(stage, request, arguments.dry_run, console);
 }
 
-}  // namespace
-
-void require_folder_or_nothing(const std::filesystem::path& workspace) {
-  const std::filesystem::file_type kind = file_kind(workspace);
-  if (kind == std::filesystem::file_type::not_found &&
-      link_kind(workspace) == std::filesystem::file_type::symlink) {
-    throw EnvironmentError("WORKSPACE " + workspace.string(),
 /// Says of a stage whose frames follow one another within a window that shards share none of that.
 std::string shard_help(const Stage& stage) {
   const OptionSet options = stage.options();
@@ -171,6 +164,13 @@ std::string shard_help(const Stage& stage) {
                   : "");
 }
 
+}  // namespace
+
+void require_folder_or_nothing(const std::filesystem::path& workspace) {
+  const std::filesystem::file_type kind = file_kind(workspace);
+  if (kind == std::filesystem::file_type::not_found &&
+      link_kind(workspace) == std::filesystem::file_type::symlink) {
+    throw EnvironmentError("WORKSPACE " + workspace.string(),
                            "a symbolic link to nothing; make the folder that it names, or remove "
                            "the link");
   }
