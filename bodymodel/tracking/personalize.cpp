@@ -129,8 +129,11 @@ class Personalizer {
     rough.keypoint = std::max(rough.keypoint, 0.02);
     rough.keypoint_outlier = std::max(rough.keypoint_outlier, 0.15);
     const std::vector<StartPose> starts = start_poses(person_, seen, times_, rough);
+    const BodySurface rest = rest_surface(person_);
     std::vector<int> untrusted;
     std::vector<int> sized;
+    std::vector<int> far;
+    double farthest = 0;
     for (std::size_t f = 0; f < frames(); ++f) {
       if (!starts[f].trusted) {
         untrusted.push_back(input_.frame_ids[f]);
@@ -142,6 +145,16 @@ class Personalizer {
       if (scans_.back() != nullptr && !scan_size_problem(scan, person_.shaped.vertices).empty()) {
         scans_.back() = nullptr;
         sized.push_back(input_.frame_ids[f]);
+      }
+      if (scans_.back() != nullptr) {
+        const double off = foreign_share(person_, posed_surface(person_, rest, starts[f].x), scan);
+        if (off > kFarShare) {
+          far.push_back(input_.frame_ids[f]);
+          farthest = std::max(farthest, off);
+        }
+        if (off >= 1) {  // no evidence at all, and not one that leaves the shape to chance
+          scans_.back() = nullptr;
+        }
       }
       targets_.push_back(starts[f].targets);
       x_.push_back(starts[f].x);
@@ -156,6 +169,12 @@ class Personalizer {
       findings_.push_back({Severity::Warning, "scan-unit", "frames " + listed_frames(sized),
                            "scans of another size than a person has",
                            "left out; look whether they are in millimetres"});
+    }
+    if (!far.empty()) {
+      findings_.push_back({Severity::Warning, "scan-far", "frames " + listed_frames(far),
+                           "up to " + std::to_string(static_cast<int>(100 * farthest)) +
+                               "% of the scan is no part of the person",
+                           "it does not count; look for a second person or wrong calibration"});
     }
     if (used_.empty()) {
       throw DataError("", "keypoints", "no frame that shows a person",

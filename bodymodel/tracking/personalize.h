@@ -24,11 +24,11 @@ OptionTable describe(PersonalizeOptions& options);
 struct Personalization {
   PersonalBody person;
   std::vector<Eigen::VectorXd> poses;  ///< [F] variables of the frames, see pose_variables
-  double scan_rms = 0;                 ///< m, between scans and the person's surface
-  double keypoint_rms = 0;             ///< m
-  double unseen = 0;                   ///< share of the surface that no scan met
-  std::vector<Finding> findings;       ///< "frames-few", "surface-unseen", "no-scans",
-                                       ///< "measure-implausible", and track's
+  double scan_rms = 0;            ///< m, between scans and the person's surface; 0: no skin was met
+  double keypoint_rms = 0;        ///< m
+  double unseen = 0;              ///< share of the surface that no scan met
+  std::vector<Finding> findings;  ///< "frames-few", "surface-unseen", "no-scans",
+                                  ///< "scan-far", "measure-implausible", and track's
 };
 
 /// Fits a person to frames (Zhang et al. 2017, our choice of terms):

@@ -244,4 +244,17 @@ MatchError match_error(const Points& vertices, const std::vector<SurfaceMatch>& 
   return error;
 }
 
+double foreign_share(const FittedPerson& person, const BodySurface& surface,
+                     const ScanPoints& scan) {
+  const ScanPoints points = sampled(scan, 500);
+  double judged = 0;
+  for (Index i = 0; i < points.areas.size(); ++i) {
+    judged += points.parts[static_cast<std::size_t>(i)] == ScanPart::LeftOut ? 0 : points.areas[i];
+  }
+  judged /= points.areas.sum();
+  const double on =
+      match_error(surface.vertices, match_scan(person, surface, points, {}, {0.4, -1})).share;
+  return judged > 0 ? 1 - on / judged : 0;
+}
+
 }  // namespace atelier

@@ -86,4 +86,11 @@ struct MatchError {
 };
 MatchError match_error(const Points& vertices, const std::vector<SurfaceMatch>& matches);
 
+inline constexpr double kFarShare = 0.3;  ///< of a scan off the body, that is worth a word
+
+/// How much of a scan's area, of what the caller has not left out, is no part of a posed body: more
+/// than 40 cm off it, or ignored; [0, 1], by some hundred of its points.
+double foreign_share(const FittedPerson& person, const BodySurface& surface,
+                     const ScanPoints& scan);
+
 }  // namespace atelier

@@ -13,7 +13,6 @@
 namespace atelier {
 namespace {
 
-constexpr double kFarShare = 0.3;      // of a scan off the body that is worth a word
 constexpr double kCovered = 0.5;       // of a scan that must fit a frame without keypoints
 constexpr double kBridgePrior = 0.02;  // pull to rest where neighbours know better
 constexpr double kWideReach = 0.25;    // m, of first matches where no keypoints say where it is
@@ -51,10 +50,6 @@ double rms_of(const std::vector<double>& distances) {
     sum += one * one;
   }
   return distances.empty() ? 0 : std::sqrt(sum / static_cast<double>(distances.size()));
-}
-
-std::string frame_text(int id) {
-  return "frame " + std::to_string(id);
 }
 
 class Sequencer {
@@ -111,6 +106,8 @@ class Sequencer {
     starts_ = start_poses(person_, targets, times_, options_.weights);
     std::vector<int> missing;
     std::vector<int> mirrored;
+    std::vector<int> sized;
+    std::string size_problem;  // of the first of them
     bool unlabelled = false;
     for (std::size_t f = 0; f < starts_.size(); ++f) {
       x_.push_back(starts_[f].x);
@@ -128,8 +125,8 @@ class Sequencer {
       }
       const std::string problem = scan_size_problem(scan, person_.shaped.vertices);
       if (!problem.empty()) {
-        findings_.push_back({Severity::Warning, "scan-unit", frame_text(input_.frame_ids[f]),
-                             problem, "left out; look whether it is in millimetres"});
+        size_problem = sized.empty() ? problem : size_problem;
+        sized.push_back(input_.frame_ids[f]);
         continue;
       }
       unlabelled = unlabelled || std::none_of(scan.parts.begin(), scan.parts.end(),
@@ -146,6 +143,10 @@ class Sequencer {
       findings_.push_back({Severity::Note, "left-right", "frames " + listed_frames(mirrored),
                            "keypoints fit better with left and right exchanged",
                            "they were exchanged"});
+    }
+    if (!sized.empty()) {
+      findings_.push_back({Severity::Warning, "scan-unit", "frames " + listed_frames(sized),
+                           size_problem, "left out; look whether they are in millimetres"});
     }
     if (unlabelled) {
       findings_.push_back({Severity::Note, "labels-absent", "scans", "no point is labelled as skin",
@@ -350,7 +351,7 @@ class Sequencer {
           targets[i].matches = both_ways(i, surface, std::move(seen), 0);
           tracked.scan_rms[f] = error.rms;
           tracked.scan_share[f] = error.share;
-          off[i] = foreign_share(*scans_[i], surface);
+          off[i] = foreign_share(person_, surface, *scans_[i]);
         }
         tracked.keypoint_rms[f] = rms_of(keypoint_distances(i, x_[i]));
         unmet[i] = unmet_keypoints(i);
@@ -414,20 +415,6 @@ class Sequencer {
     check_tracked_motion(tracked);
     result.findings = findings_;
     return result;
-  }
-
-  /// How much of a scan lies off the body, of what the caller has not left out.
-  double foreign_share(const ScanPoints& scan, const BodySurface& surface) const {
-    const ScanPoints points = sampled(scan, 500);
-    double judged = 0;
-    for (Index i = 0; i < points.areas.size(); ++i) {
-      judged +=
-          points.parts[static_cast<std::size_t>(i)] == ScanPart::LeftOut ? 0 : points.areas[i];
-    }
-    judged /= points.areas.sum();
-    const double on =
-        match_error(surface.vertices, match_scan(person_, surface, points, {}, {0.4, -1})).share;
-    return judged > 0 ? 1 - on / judged : 0;
   }
 
   /// [seen] metres between the keypoints of a frame and where a pose has them.

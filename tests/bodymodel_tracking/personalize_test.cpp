@@ -290,6 +290,21 @@ TEST(Personalize, ScansInMillimetresAreLeftOut) {
   EXPECT_THAT(none.findings, Contains(Field(&Finding::code, "no-scans")));
 }
 
+TEST(Personalize, ScansOfAnotherPlaceAreLeftOut) {
+  TrackInput input = bare_frames(3, 0.003);
+  input.frames[1].scan.points.col(0).array() += 3;
+  const Personalization found = personalize(shaped_human(), input, quick());
+  EXPECT_THAT(found.findings, Contains(testing::AllOf(Field(&Finding::code, "scan-far"),
+                                                      Field(&Finding::place, "frames 1"))));
+  EXPECT_LT(surface_error(found.person.model, somebody()), 0.004);
+  for (const std::size_t f : {0, 2}) {
+    input.frames[f].scan.points.col(0).array() += 3;
+  }
+  const Personalization none = personalize(shaped_human(), input, quick());
+  EXPECT_THAT(none.findings, Contains(Field(&Finding::code, "no-scans")));
+  EXPECT_EQ(none.scan_rms, 0);
+}
+
 TEST(Personalize, ClothingAloneMovesNoSurface) {
   TrackInput input = bare_frames(3, 0.003);
   for (TrackFrame& frame : input.frames) {  // as scans of a clothed sequence without labels

@@ -194,7 +194,8 @@ TEST(Track, AScanInMillimetresIsLeftOut) {
   input.frames[1].scan.points *= 1000;
   input.frames[1].scan.areas *= 1e6;
   const Tracking tracking = track(plain_human(), input);
-  EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "scan-unit")));
+  EXPECT_THAT(tracking.findings, Contains(testing::AllOf(Field(&Finding::code, "scan-unit"),
+                                                         Field(&Finding::place, "frames 1"))));
   EXPECT_EQ(tracking.tracked.scan_share[1], 0);
   EXPECT_LT(error_of(tracking, 1, 1 / 30.0), 0.015);
 }
