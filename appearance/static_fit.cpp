@@ -71,7 +71,7 @@ StaticFit static_fit(const AppearanceData& data, int resolution) {
 }
 
 int judged_texels(const AppearanceData& data) {
-  constexpr double kPixels = 64;
+  constexpr double kPixels = 32;
   constexpr int kFewest = 16;
   double pixels = 0;
   for (const AppearanceView& view : data.views) {

@@ -22,7 +22,7 @@ struct StaticFit {
 /// coarse, so that cloth which is registered a little off is not taken for other pictures.
 inline constexpr int kJudgedTexels = 128;
 
-/// As many texels a side as leave each 64 pixels, from 16 to kJudgedTexels: a texel that one camera
+/// As many texels a side as leave each 32 pixels, from 16 to kJudgedTexels: a texel that one camera
 /// alone sees agrees with whatever that camera took, and coarser ones do not hold a print.
 int judged_texels(const AppearanceData& data);
 

@@ -67,9 +67,9 @@ TEST(StaticFit, ATexelIsJudgedByManyPixels) {
     data.views[0].pixel.assign(count, 0);
     return judged_texels(data);
   };
-  EXPECT_EQ(pixels_of_a_view(64 * 64 * 64), 64);
-  EXPECT_EQ(pixels_of_a_view(64 * 64 * 64 - 1), 63);
-  EXPECT_EQ(pixels_of_a_view(64 * 300 * 300), kJudgedTexels);
+  EXPECT_EQ(pixels_of_a_view(32 * 64 * 64), 64);
+  EXPECT_EQ(pixels_of_a_view(32 * 64 * 64 - 1), 63);
+  EXPECT_EQ(pixels_of_a_view(32 * 300 * 300), kJudgedTexels);
 }
 
 TEST(StaticFit, ACameraWithoutPicturesIsNotJudged) {
