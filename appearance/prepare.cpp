@@ -70,8 +70,9 @@ AppearanceView view_of(const VisiblePixels& seen, const Camera& camera, const Ta
 
 /// @param pixels  that are learnt from
 /// @param seen    pixels of the surface, before any is left out
+/// @param pictures  that there were to look at
 void require_agreement(const std::string& name, int fewest, std::size_t pixels, std::size_t seen,
-                       const std::vector<LabelAgreement>& agreement) {
+                       std::size_t pictures, const std::vector<LabelAgreement>& agreement) {
   LabelAgreement all;
   for (const LabelAgreement& one : agreement) {
     all.judged += one.judged;
@@ -84,6 +85,10 @@ void require_agreement(const std::string& name, int fewest, std::size_t pixels, 
                     "pictures, calibration and geometry of one capture");
   }
   if (pixels < static_cast<std::size_t>(fewest)) {
+    if (pictures == 0) {
+      throw DataError("", "pictures of " + name, "none at all",
+                      "pictures of the frames in which it is worn");
+    }
     const std::string count = std::to_string(pixels);
     if (seen >= static_cast<std::size_t>(fewest)) {
       throw DataError("", "pictures of " + name,
@@ -128,6 +133,7 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
   }
   std::size_t pixels = 0;
   std::size_t all_pixels = 0;
+  std::size_t pictures = 0;
   std::vector<LabelAgreement> agreements(cameras.size());
   for (const int frame_id : frame_ids) {
     const std::vector<Points> vertices = subject.load(frame_id);
@@ -155,6 +161,7 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
       if (read && taken.colors.data.empty()) {
         continue;
       }
+      ++pictures;
       const Raster raster = rasterize(all.vertices, all.faces, cameras[c], {}, device);
       const VisiblePixels seen =
           visible_pixels(raster, all.first_face[which], data.uvs, data.uv_faces, options.visible);
@@ -168,7 +175,7 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
       }
     }
   }
-  require_agreement(data.name, surface.fewest_pixels, pixels, all_pixels, agreements);
+  require_agreement(data.name, surface.fewest_pixels, pixels, all_pixels, pictures, agreements);
   if (agreement != nullptr) {
     *agreement = std::move(agreements);
   }

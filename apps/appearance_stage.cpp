@@ -409,6 +409,10 @@ void require_trainable(const AppearanceStageOptions& options, Device device) {
   check_device(device);
 }
 
+void require_cameras(const AppearanceStageOptions& options, const fs::path& capture) {
+  what_training_sees(open_dataset(capture, options.capture), capture);
+}
+
 void run_appearance(StageRun& run) {
   const auto& options = run.options<AppearanceStageOptions>();
   require_trainable(options, run.device());  // not after minutes of preparing its data

@@ -3,6 +3,7 @@
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE)
 
 #include <array>
+#include <filesystem>
 
 #include "appearance/prepare.h"
 #include "appearance/train_options.h"
@@ -21,6 +22,10 @@ OptionTable describe(AppearanceStageOptions& options);
 
 /// Refuses what no network can have on that device. Throws UsageError.
 void require_trainable(const AppearanceStageOptions& options, Device device);
+
+/// Refuses what the run would refuse of the capture as the options have it read: cameras that it
+/// has not, or none that is left. Throws DataError.
+void require_cameras(const AppearanceStageOptions& options, const std::filesystem::path& capture);
 
 inline constexpr std::array kAppearanceMetrics = {
     StageMetric{"surfaces", ""},        StageMetric{"frames", ""},

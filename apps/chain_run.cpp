@@ -11,6 +11,7 @@
 #include "apps/interrupt.h"
 #include "apps/json_text.h"
 #include "apps/option_flags.h"
+#include "apps/outdated_results.h"
 #include "apps/output_place.h"
 #include "apps/run_options.h"
 #include "apps/run_scene.h"
@@ -373,7 +374,15 @@ void ChainRun::stage(std::size_t i) {
   events.stop = interrupted;
   const Clock::time_point begin = Clock::now();
   try {
-    const StageReport report = run_stage(all_stages(), row, request_of(i, true), events);
+    const StageRequest request = request_of(i, true);
+    // Without --from, what is outdated was made anew before.
+    const std::vector<std::string> outdated =
+        arguments_.from.empty() ? std::vector<std::string>() : outdated_inputs(row, request);
+    for (const std::string& sentence : outdated) {
+      console.say("warning: " + sentence);
+    }
+    StageReport report = run_stage(all_stages(), row, request, events);
+    report.plan.warnings.insert(report.plan.warnings.end(), outdated.begin(), outdated.end());
     one.seconds = seconds_since(begin);
     if (report.end == StageReport::End::Stopped) {
       console.show_report(report);

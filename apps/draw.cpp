@@ -16,6 +16,7 @@
 #include "apps/interrupt.h"
 #include "apps/mesh_sequence_file.h"
 #include "apps/option_flags.h"
+#include "apps/outdated_results.h"
 #include "apps/output_place.h"
 #include "apps/paint_scene.h"
 #include "apps/picture_size.h"
@@ -33,6 +34,7 @@
 #include "core/io/safetensors.h"
 #include "core/nearest_name.h"
 #include "core/new_folders.h"
+#include "core/printable.h"
 #include "core/render/framing.h"
 #include "core/render/video.h"
 #include "core/sequence_archive.h"
@@ -266,6 +268,15 @@ void require_light(const Cast& cast, const DrawOptions& options) {
   }
 }
 
+/// Whether somebody named this very file or folder as meshes, whatever it holds.
+bool is_named(const DrawArguments& arguments, const fs::path& file) {
+  const auto is_value = [&](const std::string& value) {
+    return file == value.substr(value.find('=') + 1);
+  };
+  return file == arguments.body ||
+         std::any_of(arguments.garments.begin(), arguments.garments.end(), is_value);
+}
+
 /// The cast with its frames. What is wrong with a file of a result is said with the stage that
 /// makes it anew.
 Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
@@ -280,12 +291,15 @@ Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
     return cast;
   } catch (const DataError& error) {
     for (const Stage& stage : all_stages()) {
-      const std::string advice = "run 'atelier " + std::string(stage.name) + "'";
+      // Of a sound result that is no sequence, making it anew would change nothing.
+      const std::string advice =
+          is_named(arguments, error.file)
+              ? "one in every frame, as the results of 'body' and 'register' (registered/NAME) have"
+              : "run 'atelier " + std::string(stage.name) + "' again";
       if (!error.file.empty() &&
           is_inside(error.file, fs::path(arguments.workspace) / stage.name) &&
           error.expected.find("run 'atelier") == std::string::npos) {
-        throw DataError(error.file, error.where, error.found,
-                        error.expected + "; " + advice + " again");
+        throw DataError(error.file, error.where, error.found, error.expected + "; " + advice);
       }
     }
     throw;
@@ -431,9 +445,15 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   catch_interrupts();
   require_new_place(arguments.out, "--out");
   require_outside_results(arguments.out, arguments.workspace, all_stages(), "--out");
+  if (is_inside(arguments.out, arguments.workspace)) {
+    throw UsageError("--out lies in the WORKSPACE; name a place outside of it");
+  }
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
   const std::optional<Camera> captured = captured_camera(arguments, options);
   Cast cast = whole_cast(arguments, options);
+  for (const std::string& one : outdated_results(arguments.workspace, {options.networks})) {
+    std::cout << "warning: " << printable(one) << std::endl;
+  }
   const VideoOptions film_as = film_options(set, rate_of(cast));
   cast.scene.cameras = captured ? std::vector{*captured} : cameras_round(cast, options);
   const NewFolders made(arguments.out);

@@ -198,6 +198,15 @@ int run(EvaluateArguments arguments) {
     return measure.side != Measure::Side::None &&
            (of_capture || arguments.stage == "capture" || !measure.key.starts_with("capture."));
   });
+  // A stage without targets (`ceiling`) has no row that would be missing.
+  const bool nothing = std::any_of(
+      figures.unmeasured.begin(), figures.unmeasured.end(),
+      [&](const Unmeasured& one) { return one.stage == arguments.stage && rows.empty(); });
+  if (nothing) {
+    standard_error() << "atelier: not one figure of '" << arguments.stage << "' was measured"
+                     << std::endl;
+    return kExitCheckFailed;
+  }
   const auto absent = std::count_if(rows.begin(), rows.end(), is_missing);
   if (absent > 0 && (!any || arguments.complete)) {
     standard_error() << "atelier: "
@@ -245,7 +254,7 @@ Action add_evaluate(CLI::App& parser) {
   add_flag(parser, "--json", arguments->json, "One JSON object of figures");
   add_flag(parser, "--check", arguments->check,
            "A table of every target, met, missed or not measured and why; exit with 1 if one is "
-           "missed or none was measured");
+           "missed, none was measured or --stage has no result");
   add_flag(parser, "--complete", arguments->complete,
            "With --check: exit with 1 also if one that is judged was not measured");
   return [arguments] { return run(*arguments); };

@@ -11,18 +11,19 @@
 #include "apps/appearance_measures.h"
 #include "apps/body_measures.h"
 #include "apps/flatten_measures.h"
+#include "apps/outdated_results.h"
 #include "apps/output_place.h"
 #include "apps/person_measures.h"
 #include "apps/reconstruct_measures.h"
 #include "apps/register_measures.h"
-#include "apps/run_chain.h"
 #include "apps/stages.h"
 #include "apps/template_measures.h"
 #include "apps/usage_error.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/store/input_digest.h"
-#include "core/store/made_of.h"
+#include "core/store/result.h"
+#include "core/store/stage_plan.h"
 #include "core/store/workspace_status.h"
 
 namespace atelier {
@@ -83,39 +84,6 @@ std::vector<StageStatus> status_of(const fs::path& workspace) {
                                                                : std::vector<StageStatus>{};
 }
 
-/// The command that makes a stage's result anew, from the first stage behind it that is outdated.
-std::string mending_command(const std::vector<StageStatus>& all, const StageStatus& own,
-                            const fs::path& workspace, const fs::path& truth) {
-  std::vector<std::string> needed = {own.stage};  // and what that was made of
-  std::vector<const StageStatus*> outdated;       // the last first
-  for (auto one = all.rbegin(); one != all.rend(); ++one) {
-    if (one->manifest && std::find(needed.begin(), needed.end(), one->stage) != needed.end()) {
-      if (one->state == StageStatus::State::Outdated) {
-        outdated.push_back(&*one);
-      }
-      for (const ManifestInput& input : one->manifest->inputs) {
-        needed.push_back(input.stage);
-        for (const ResultName& made_of : results_behind(workspace, input.path)) {
-          needed.push_back(made_of.stage);
-        }
-      }
-    }
-  }
-  const std::string places = truth.string() + " " + workspace.string();
-  const auto steps = run_steps();
-  const auto step = std::find_if(steps.begin(), steps.end(),
-                                 [&](const RunStep& one) { return one.stage == own.stage; });
-  const std::string alone = "'atelier " + own.stage + " " + places + "'";
-  const auto chain = [&](const StageStatus& to) {
-    return "'atelier run " + places + " --from " + outdated.back()->stage + " --to " + to.stage +
-           "'";
-  };
-  if (step == steps.end()) {  // `run` leaves it out
-    return outdated.size() > 1 ? chain(*outdated[1]) + " and " + alone : alone;
-  }
-  return outdated.size() > 1 || step->input != nullptr ? chain(own) : alone;
-}
-
 /// Why a stage's figures would say nothing of the workspace as it is: what its result was made of
 /// has changed since, or another version of the stage made it or anything that it rests on. With
 /// the first such reason and the command that mends it.
@@ -173,14 +141,16 @@ void require_own_truth(const std::vector<StageStatus>& all, const fs::path& trut
   if (unknown.empty() || !fs::is_directory(truth)) {  // what is no capture its readers refuse
     return;
   }
-  contents.insert(digest_of_input(truth).digest);
+  const InputDigest found = digest_of_input(truth);
+  contents.insert(found.digest);
   take_known();
   if (!unknown.empty()) {
     const auto& [status, input] = unknown.front();
-    throw DataError(
-        truth.string(), "",
-        "another capture than the one that the result of '" + status->stage + "' was made from",
-        "--truth " + input->path + ", or the results of this one");
+    throw DataError(truth.string(), "",
+                    "another capture than the one that the result of '" + status->stage +
+                        "' was made from: " + amount_text(found.files, found.bytes) + " here, " +
+                        amount_text(input->files, input->bytes) + " there",
+                    "--truth " + input->path + ", or the results of this one");
   }
 }
 
@@ -230,6 +200,13 @@ WorkspaceFigures workspace_figures(const fs::path& workspace, const fs::path& tr
     if (wanted(evaluation.stage)) {
       known = true;
       try {
+        if (evaluation.stage == stage && evaluation.measure != of_capture &&
+            !current_name(workspace / stage)) {
+          all.unmeasured.push_back(
+              {stage, "there is no result of " + stage + "; run 'atelier " + stage + "' first",
+               false});
+          continue;
+        }
         if (std::string why = problem_of(evaluation, status, workspace, truth); !why.empty()) {
           all.unmeasured.push_back({evaluation.stage, std::move(why), false});
           continue;

@@ -14,7 +14,8 @@ namespace atelier {
 /// What has figures: "capture", then stages in the order of a run.
 std::vector<std::string> evaluated_stages();
 
-/// A stage whose result is there, but whose figures would say nothing or cannot be taken.
+/// A stage whose result is there, but whose figures would say nothing or cannot be taken; or which
+/// was asked for and has no result.
 struct Unmeasured {
   std::string stage;
   std::string why;       ///< and the command that mends it

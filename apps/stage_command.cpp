@@ -10,6 +10,7 @@
 #include "apps/exit_code.h"
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
+#include "apps/outdated_results.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
 #include "apps/usage_error.h"
@@ -83,9 +84,11 @@ int work(const Stage& stage, const StageRequest& request, bool dry_run, StageCon
   events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };
   events.say = [&](const std::string& line) { console.say(line); };
   events.stop = interrupted;
+  const std::vector<std::string> outdated = outdated_inputs(stage, request);
   if (dry_run) {
     try {
-      const StagePlan plan = plan_stage(all_stages(), stage, request, events);
+      StagePlan plan = plan_stage(all_stages(), stage, request, events);
+      plan.warnings.insert(plan.warnings.end(), outdated.begin(), outdated.end());
       if (plan.state != StagePlan::State::Done) {
         require_startable(stage, request);
       }
@@ -95,7 +98,11 @@ int work(const Stage& stage, const StageRequest& request, bool dry_run, StageCon
     }
     return kExitDone;
   }
-  const StageReport report = run_stage(all_stages(), stage, request, events);
+  for (const std::string& one : outdated) {  // before the work, which may be long, and after it
+    console.say("warning: " + one);
+  }
+  StageReport report = run_stage(all_stages(), stage, request, events);
+  report.plan.warnings.insert(report.plan.warnings.end(), outdated.begin(), outdated.end());
   console.show_report(report);
   if (report.end == StageReport::End::Stopped) {
     std::cout.flush();

@@ -267,7 +267,9 @@ void require_startable([[maybe_unused]] const Stage& stage, const StageRequest& 
   check_device(request.device);
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE)
   if (stage.name == "appearance" || stage.name == "ceiling") {
-    require_trainable(options_of<AppearanceStageOptions>(request.options), request.device);
+    const auto& options = options_of<AppearanceStageOptions>(request.options);
+    require_trainable(options, request.device);
+    require_cameras(options, request.input);
   }
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \

@@ -135,6 +135,13 @@ bool begins_as_tensors(const fs::path& path) {
          begin.back() == '{';
 }
 
+/// Whether a stage keeps this checkpoint among the work that it has not finished, of which no user
+/// knows: <workspace>/<stage>/.staging-<key>/...
+bool is_of_stage(const fs::path& checkpoint) {
+  return std::any_of(checkpoint.begin(), checkpoint.end(),
+                     [](const fs::path& part) { return part.string().starts_with(".staging-"); });
+}
+
 /// The training that a checkpoint holds. A checkpoint is worth some steps, no more: every refusal
 /// says how to do without it. Nobody is told to remove what is none: a network that was trained to
 /// its end, or somebody's pictures.
@@ -164,9 +171,11 @@ Training checkpoint_of(const fs::path& path, const AppearanceData& data,
       throw;
     }
     throw DataError(error.file, error.where, error.found,
-                    error.expected +
-                        "; to train from the beginning remove that file, or give --force to "
-                        "the stage that trains it");
+                    is_of_stage(path)
+                        ? "a sound checkpoint; give --force to train from the beginning"
+                        : error.expected +
+                              "; to train from the beginning remove that file, or "
+                              "give --force to the stage that trains it");
   }
 }
 

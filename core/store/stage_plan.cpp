@@ -57,7 +57,9 @@ void require_one_source(std::vector<ManifestInput>& seen, const Manifest& manife
     if (other != nullptr && !known) {
       throw DataError(input.path, "",
                       "the " + input.kind + " that the result of '" + stage +
-                          "' was made from, not " + other->path,
+                          "' was made from, not " + other->path + ": " +
+                          amount_text(input.files, input.bytes) + " there, " +
+                          amount_text(other->files, other->bytes) + " here",
                       "results of one " + input.kind + " in a workspace; run 'atelier " + stage +
                           "' with this one first, or take another workspace");
     }
@@ -188,11 +190,6 @@ std::string result_problem(const std::filesystem::path& folder, const Manifest& 
   }
 }
 
-std::string amount(const ManifestInput& input) {
-  return std::to_string(input.files) + (input.files == 1 ? " file, " : " files, ") +
-         std::to_string(input.bytes) + " bytes";
-}
-
 }  // namespace
 
 std::vector<int> frames_of(const Manifest& manifest) {
@@ -210,7 +207,13 @@ std::vector<int> frames_of(const Manifest& manifest) {
 }
 
 std::string input_change(const ManifestInput& before, const ManifestInput& now) {
-  return "input " + now.kind + " changed (" + amount(before) + " -> " + amount(now) + ")";
+  return "input " + now.kind + " changed (" + amount_text(before.files, before.bytes) + " -> " +
+         amount_text(now.files, now.bytes) + ")";
+}
+
+std::string amount_text(std::int64_t files, std::int64_t bytes) {
+  return std::to_string(files) + (files == 1 ? " file, " : " files, ") + std::to_string(bytes) +
+         " bytes";
 }
 
 bool is_inside_input(const StageRequest& request) {

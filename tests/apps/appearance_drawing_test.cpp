@@ -272,6 +272,13 @@ TEST_F(AppearanceDrawing, PlacesAmongResultsAndInTheCaptureAreRefused) {
     EXPECT_THAT(refused.err, HasSubstr("--out lies among the results of '")) << place;
     EXPECT_FALSE(fs::exists(workspace() / place));
   }
+  for (const char* place : {"pictures", "register.mp4", "report/pictures"}) {
+    const ChildResult refused = run_child(
+        {program_path(), "draw", workspace().string(), "--out", (workspace() / place).string()});
+    EXPECT_EQ(refused.exit_code, 2) << place;
+    EXPECT_THAT(refused.err, HasSubstr("--out lies in the WORKSPACE")) << place;
+    EXPECT_FALSE(fs::exists(workspace() / place));
+  }
   const ChildResult refused = run_child(
       {program_path(), "draw", workspace().string(), "--out", (capture() / "pictures").string()});
   EXPECT_EQ(refused.exit_code, 2);
@@ -313,6 +320,11 @@ TEST_F(AppearanceDrawing, WithoutASoundNetworkAGarmentIsNotDrawn) {
   expect_no(draw(copy, "none", {}), 3, "000002.h5");
   expect_no(draw(copy, "none", {}), 3, "run 'atelier body' again");
   write_file_atomically(mesh, sound);
+  // Of a sound result that is no sequence nobody is told to make it anew.
+  const ChildResult folder =
+      draw(copy, "none", {"--garment", "dress=" + (copy / "register" / "current").string()});
+  expect_no(folder, 3, "one in every frame, as the results of 'body' and 'register'");
+  EXPECT_THAT(folder.err, Not(HasSubstr("again")));
   // Without its network a garment is not drawn grey, as a body is.
   fs::remove(network);
   expect_no(draw(copy, "none", {}), 3, "no network");

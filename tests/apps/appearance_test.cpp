@@ -16,6 +16,7 @@ namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 using ::testing::Not;
@@ -149,6 +150,58 @@ TEST_F(Appearance, ACameraWithoutPicturesIsNamed) {
   EXPECT_THAT(done.err, HasSubstr("camera 01 has no picture of 3 of 3 frames"));
   EXPECT_THAT(done.err, HasSubstr("camera 03 has no picture of 1 of 3 frames"));
   EXPECT_THAT(done.err, Not(HasSubstr("camera 09")));  // it is held out
+}
+
+TEST_F(Appearance, OutdatedResultsAreNamedBeforeATrainingAndADrawingThatReadThem) {
+  const fs::path workspace = found();
+  EXPECT_THAT(appearance(workspace, {"--dry-run"}).out, Not(HasSubstr("outdated")));
+  fs::copy(capture_, folder_ / "other", fs::copy_options::recursive);
+  fs::remove(capture_ / "images" / "03" / "000002.png");
+  const std::string warning =
+      "warning: the result of 'register' is outdated: input capture changed";
+  const std::string command =
+      "run 'atelier register " + capture_.string() + " " + workspace.string() + "' to make it anew";
+  EXPECT_THAT(appearance(workspace, {"--dry-run"}).out,
+              AllOf(HasSubstr(warning), HasSubstr(command)));
+  const ChildResult done = appearance(workspace);
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr(warning));
+  EXPECT_LT(done.err.find(warning), done.err.find("camera 03 has no picture")) << done.err;
+  const ChildResult drawn =
+      run_child({program_path(), "draw", workspace.string(), "--out", (folder_ / "drawn").string(),
+                 "--width", "32", "--height", "32"});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_THAT(drawn.out, HasSubstr("warning: the result of 'appearance' is outdated: "));
+  // What changed at another place is another capture: by how much is said.
+  fs::remove(folder_ / "other" / "images" / "03" / "000002.png");
+  fs::remove(folder_ / "other" / "images" / "03" / "000001.png");
+  const ChildResult other = learn("appearance", folder_ / "other", workspace, {"--dry-run"});
+  EXPECT_EQ(other.exit_code, 3);
+  EXPECT_THAT(other.err, MatchesRegex("(.|\n)*was made from, not [^ ]*other: [0-9]+ files, [0-9]+ "
+                                      "bytes there, [0-9]+ files, [0-9]+ bytes here(.|\n)*"));
+}
+
+TEST_F(Appearance, AStageWithoutAResultHasNoFigures) {
+  const fs::path workspace = found();
+  const std::vector<std::string> words = {program_path(), "evaluate",        workspace.string(),
+                                          "--truth",      capture_.string(), "--stage",
+                                          "ceiling"};
+  const ChildResult plain = run_child(words);
+  EXPECT_EQ(plain.exit_code, 0) << plain.err;
+  EXPECT_THAT(plain.out, HasSubstr("there is no result of ceiling; run 'atelier ceiling' first"));
+  std::vector<std::string> checked = words;
+  checked.emplace_back("--check");
+  const ChildResult check = run_child(checked);
+  EXPECT_EQ(check.exit_code, 1);
+  EXPECT_THAT(check.err, HasSubstr("not one figure of 'ceiling' was measured"));
+}
+
+TEST_F(Appearance, CamerasThatAreNotThereAreRefusedByADryRunToo) {
+  for (const char* flag : {"--dry-run", "--force"}) {
+    const ChildResult refused = ceiling("ws", {"--capture.leave-out", "99", flag});
+    EXPECT_EQ(refused.exit_code, 3) << flag;
+    EXPECT_THAT(refused.err, HasSubstr("99")) << flag;
+  }
 }
 
 TEST_F(Appearance, OptionsThatNoNetworkCanHaveAreRefusedAtOnce) {

@@ -93,6 +93,14 @@ TEST_F(Appearance, AStageThatWasKilledGoesOnWithWhatItHadPrepared) {
   ASSERT_FALSE(left().empty());
   const fs::path data = left().parent_path() / "data.h5";
   const std::string prepared = bytes_of(data);
+  // A damaged checkpoint inside of a stage is nobody's to take away.
+  const fs::path checkpoint = left();
+  flip_last_bit(checkpoint);
+  const ChildResult damaged = ceiling("killed", longer);
+  EXPECT_EQ(damaged.exit_code, 3) << damaged.err;
+  EXPECT_THAT(damaged.err, HasSubstr("give --force to train from the beginning"));
+  EXPECT_THAT(damaged.err, Not(HasSubstr("remove that file")));
+  flip_last_bit(checkpoint);
   const ChildResult again = ceiling("killed", longer);
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_THAT(again.err, HasSubstr("goes on with the data that were prepared before"));

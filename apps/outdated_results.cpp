@@ -1,0 +1,135 @@
+#include "apps/outdated_results.h"
+
+#include <algorithm>
+
+#include "apps/run_chain.h"
+#include "apps/stages.h"
+#include "core/store/made_of.h"
+#include "core/store/result.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Whether `atelier run` can make it, and if so, whether out of other results.
+enum class InChain { No, OfCapture, OfResults };
+
+InChain in_chain([[maybe_unused]] const std::string& stage) {
+#ifdef ATELIER_HAS_CAPTURE
+  for (const RunStep& step : run_steps()) {
+    if (step.stage == stage) {
+      return step.input == nullptr ? InChain::OfCapture : InChain::OfResults;
+    }
+  }
+#endif
+  return InChain::No;
+}
+
+/// The capture that a workspace's results were made from; "CAPTURE" where none says it.
+fs::path capture_of(const std::vector<StageStatus>& all) {
+  for (const StageStatus& status : all) {
+    if (status.manifest) {
+      for (const ManifestInput& input : status.manifest->inputs) {
+        if (input.kind == "capture") {
+          return input.path;
+        }
+      }
+    }
+  }
+  return "CAPTURE";
+}
+
+/// The INPUT with which a stage's result is made anew: the capture, or what it was made of as it is
+/// now, where results were handed over (`refine`).
+fs::path own_input(const StageStatus& own, const fs::path& workspace, const fs::path& capture) {
+  for (const ManifestInput& input : own.manifest->inputs) {
+    if (input.kind == "capture" || input.kind != own.row->inputs.front()) {
+      continue;
+    }
+    const std::vector<ResultName> behind = results_behind(workspace, input.path);
+    const fs::path result = result_around(input.path);
+    if (behind.empty() || result.empty()) {
+      return input.path;
+    }
+    const fs::path current = workspace / behind.front().stage / "current";
+    return input.path == result ? current
+                                : current / fs::path(input.path).lexically_relative(result);
+  }
+  return capture;
+}
+
+}  // namespace
+
+std::string mending_command(const std::vector<StageStatus>& all, const StageStatus& own,
+                            const fs::path& workspace, const fs::path& capture) {
+  std::vector<std::string> needed = {own.stage};  // and what that was made of
+  std::vector<const StageStatus*> outdated;       // the last first
+  for (auto one = all.rbegin(); one != all.rend(); ++one) {
+    if (one->manifest && std::find(needed.begin(), needed.end(), one->stage) != needed.end()) {
+      if (one->state == StageStatus::State::Outdated) {
+        outdated.push_back(&*one);
+      }
+      for (const ManifestInput& input : one->manifest->inputs) {
+        needed.push_back(input.stage);
+        for (const ResultName& made_of : results_behind(workspace, input.path)) {
+          needed.push_back(made_of.stage);
+        }
+      }
+    }
+  }
+  const std::string places = capture.string() + " " + workspace.string();
+  const fs::path input = own_input(own, workspace, capture);
+  const std::string alone =
+      "'atelier " + own.stage + " " + input.string() + " " + workspace.string() + "'";
+  const auto chain = [&](const StageStatus& to) {
+    return "'atelier run " + places + " --from " + outdated.back()->stage + " --to " + to.stage +
+           "'";
+  };
+  const InChain how = in_chain(own.stage);
+  if (how == InChain::No) {  // `run` leaves it out
+    return outdated.size() > 1 ? chain(*outdated[1]) + " and " + alone : alone;
+  }
+  return outdated.size() > 1 || how == InChain::OfResults ? chain(own) : alone;
+}
+
+std::vector<std::string> outdated_results(const fs::path& workspace,
+                                          const std::vector<std::string_view>& names) {
+  const bool any = std::any_of(names.begin(), names.end(), [&](const std::string_view name) {
+    return current_name(workspace / name).has_value();
+  });
+  std::vector<std::string> sentences;
+  if (!any) {
+    return sentences;
+  }
+  const std::vector<StageStatus> all = workspace_status(all_stages(), workspace);
+  for (const StageStatus& status : all) {
+    if (status.state == StageStatus::State::Outdated &&
+        std::find(names.begin(), names.end(), status.stage) != names.end()) {
+      sentences.push_back(
+          "the result of '" + status.stage + "' is outdated: " + status.reasons.front() + "; run " +
+          mending_command(all, status, workspace, capture_of(all)) + " to make it anew");
+    }
+  }
+  return sentences;
+}
+
+std::vector<std::string> outdated_inputs(const Stage& stage, const StageRequest& request) {
+  std::vector<std::string_view> makers;
+  for (const auto* kinds : {&stage.inputs, &stage.optional_inputs}) {
+    for (const std::string_view kind : *kinds) {
+      const Stage* maker = kind.empty() ? nullptr : stage_that_makes(all_stages(), kind);
+      if (maker != nullptr) {
+        makers.push_back(maker->name);
+      }
+    }
+  }
+  const std::vector<ResultName> behind = results_behind(request.workspace, request.input);
+  makers.reserve(makers.size() + behind.size());
+  for (const ResultName& made_of : behind) {
+    makers.push_back(made_of.stage);
+  }
+  return outdated_results(request.workspace, makers);
+}
+
+}  // namespace atelier
