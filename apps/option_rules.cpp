@@ -7,6 +7,7 @@
 
 #include "appearance/side_problem.h"
 #include "apps/animation_pictures.h"
+#include "apps/worn_labels.h"
 #include "capture/layouts/corrections.h"
 
 namespace atelier {
@@ -101,6 +102,10 @@ constexpr std::array kIdleRules = {
     IdleRule{"region", {{{"exclude", "auto"}, {}}}, "--exclude region"},
     IdleRule{"region", {{{"exclude", "labels"}, {}}}, "--exclude region"},
     IdleRule{"region", {{{"exclude", "none"}, {}}}, "--exclude region"},
+    IdleRule{"dynamic.", {{{"exclude", "labels"}, {}}}, "--exclude auto"},
+    IdleRule{"dynamic.", {{{"exclude", "region"}, {}}}, "--exclude auto"},
+    IdleRule{"dynamic.", {{{"exclude", "none"}, {}}}, "--exclude auto"},
+    IdleRule{"compare", {{{"exclude", "none"}, {}}}, "another --exclude"},
     IdleRule{"xpbd.self_interval", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
 };
 
@@ -115,6 +120,9 @@ constexpr std::array kNeededRules = {
     NeededRule{"region",
                {"exclude", "region"},
                "--region: a vertex group of the body, or a JSON list of its vertices"},
+    NeededRule{"input.excluded",
+               {"exclude", "labels"},
+               "--input.excluded: labels of what is worn, with commas between"},
 };
 
 /// Corrections of a capture that a section takes with the others and nothing behind it reads: a
@@ -173,6 +181,22 @@ std::vector<std::string> broken_corrections(const OptionTable& table) {
   }
   return problems;
 }
+
+#ifdef ATELIER_HAS_CAPTURE
+/// What is wrong in lists of labels of the person's stages.
+std::vector<std::string> broken_labels(const OptionTable& table) {
+  std::vector<std::string> problems;
+  for (const OptionField& field : table.fields) {
+    if (before(field.name, "input.excluded")) {
+      if (const std::string problem = excluded_problem(option_text(field)); !problem.empty()) {
+        problems.push_back((field.source == "flag" ? "" : field.source + ": ") + field.name +
+                           " cannot be " + problem);
+      }
+    }
+  }
+  return problems;
+}
+#endif
 
 /// The start of the name, as `before` has it, also of an option in a section.
 std::optional<std::string> start_of(const std::string& name, std::string_view option) {
@@ -268,6 +292,11 @@ std::vector<std::string> broken_rules(const OptionTable& table) {
   for (std::string& problem : broken_sides(table)) {
     problems.push_back(std::move(problem));
   }
+#ifdef ATELIER_HAS_CAPTURE
+  for (std::string& problem : broken_labels(table)) {
+    problems.push_back(std::move(problem));
+  }
+#endif
 #ifdef ATELIER_HAS_CORE_RENDER
   for (std::string& problem : idle_framing(table)) {
     problems.push_back(std::move(problem));

@@ -13,7 +13,8 @@ namespace atelier {
 /// nothing with xpbd.sweep gauss-seidel: leave it out, or say --xpbd.sweep jacobi"; corrections of
 /// cameras that are said to the person's stages, which read none; what another asks for and was not
 /// said: "exclude region takes --region: ..."; and what corrections of a capture have that no
-/// capture can take (correction_problem), behind the file and line that they come from. Every value
+/// capture can take (correction_problem), or lists of labels that are none of what is worn
+/// (excluded_problem), behind the file and line that they come from. Every value
 /// is in its own range; the functions behind would take the first for a defect of the program.
 std::vector<std::string> broken_rules(const OptionTable& table);
 

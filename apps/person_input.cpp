@@ -112,8 +112,14 @@ void check_person(const std::filesystem::path& folder, int person) {
       "--input.person with a number that keypoints have; they show " + count + ": " + list);
 }
 
-/// A warning where labels are to be left out, but no point of labelled scans has one of them.
-std::vector<Finding> absent_labels(const std::vector<Label>& excluded,
+/// Whether a label says anything: what is all background is a scan whose labels nobody filled in.
+bool is_known(std::uint8_t label) {
+  return static_cast<Label>(label) != Label::Background &&
+         static_cast<Label>(label) != Label::Unknown;
+}
+
+/// A warning where labels are to be left out, but there is no scan or no point with one of them.
+std::vector<Finding> absent_labels(const std::vector<Label>& excluded, bool scanned,
                                    const std::array<std::atomic<bool>, 256>& met) {
   std::string names;
   for (const Label label : excluded) {
@@ -122,9 +128,12 @@ std::vector<Finding> absent_labels(const std::vector<Label>& excluded,
     }
     names += (names.empty() ? "" : ", ") + label_name(label);
   }
-  if (names.empty() ||
-      std::none_of(met.begin(), met.end(), [](const auto& one) { return one.load(); })) {
+  if (names.empty()) {
     return {};
+  }
+  if (!scanned) {
+    return {{Severity::Warning, "no-scans", "scans", "keypoints alone",
+             "nothing is left out: --exclude labels takes scans"}};
   }
   return {{Severity::Warning, "label-nowhere", "scans", "no point is labelled " + names,
            "nothing is left out; --input.excluded names what is worn"}};
@@ -181,28 +190,6 @@ ScanPart part_of(Label label, const std::vector<Label>& excluded) {
   return ScanPart::Cloth;
 }
 
-std::vector<Label> labels_of(const std::string& list) {
-  // Skin says where the body is, and hair counts for nothing anyway.
-  constexpr std::array kWorn = {Label::Upper, Label::Lower, Label::Dress,
-                                Label::Outer, Label::Shoes, Label::Other};
-  std::vector<Label> labels;
-  std::string rest = list;
-  while (!rest.empty()) {
-    const std::size_t comma = std::min(rest.find(','), rest.size());
-    const std::size_t begin = std::min(rest.find_first_not_of(' '), comma);
-    std::string name = rest.substr(begin, comma - begin);
-    name.erase(name.find_last_not_of(' ') + 1);
-    rest = comma < rest.size() ? rest.substr(comma + 1) : "";
-    const std::optional<Label> label = label_of(name);
-    if (!label || std::find(kWorn.begin(), kWorn.end(), *label) == kWorn.end()) {
-      throw DataError("", "excluded", "'" + name.substr(0, 40) + "'",
-                      "names of labels of what is worn: upper, lower, dress, outer, shoes, other");
-    }
-    labels.push_back(*label);
-  }
-  return labels;
-}
-
 PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
                             const CaptureSequence& sequence, const PersonInputOptions& options,
                             const std::vector<Label>& excluded) {
@@ -221,6 +208,7 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
   std::vector<std::size_t> people(input.frames.size(), 0);
   std::array<std::atomic<bool>, 256> met{};
   std::atomic<bool> unlabelled = false;
+  std::atomic<bool> scanned = false;
   parallel_for(static_cast<Index>(input.frames.size()), 1, [&](Index begin, Index end) {
     for (Index f = begin; f < end; ++f) {
       const int id = sequence.frame_ids[static_cast<std::size_t>(f)];
@@ -238,6 +226,10 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
       }
       if (scan.vertices.rows() == 0 || scan.faces.rows() == 0) {
         continue;
+      }
+      scanned = true;
+      if (std::none_of(scan.labels.begin(), scan.labels.end(), is_known)) {
+        scan.labels.clear();
       }
       std::vector<ScanPart> parts;
       for (const std::uint8_t label : scan.labels) {
@@ -284,7 +276,8 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
     evidence.findings.push_back({Severity::Note, "labels-absent", "scans", "no point has a label",
                                  "all is taken as skin, hair and what is carried too"});
   }
-  for (const Finding& finding : minimal ? std::vector<Finding>{} : absent_labels(excluded, met)) {
+  for (const Finding& finding :
+       minimal ? std::vector<Finding>{} : absent_labels(excluded, scanned, met)) {
     evidence.findings.push_back(finding);
   }
   return evidence;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/worn_labels.h"
 #include "bodymodel/tracking/track.h"
 #include "capture/capture_info.h"
 #include "capture/label_taxonomy.h"
@@ -45,19 +46,17 @@ CaptureInfo person_capture(const PersonFiles& files, const PersonInputOptions& o
 /// What a label tells of the body under it. Hair, what is carried and background tell nothing.
 ScanPart part_of(Label label, const std::vector<Label>& excluded = {});
 
-/// The labels of a comma-separated list, spaces aside. Throws DataError for a name that is none of
-/// what is worn.
-std::vector<Label> labels_of(const std::string& list);
-
 /// A person's evidence, and what is doubtful about it.
 struct PersonEvidence {
   TrackInput input;
-  std::vector<Finding> findings;  ///< "keypoints-bridged", "labels-absent", "label-nowhere"
+  std::vector<Finding> findings;  ///< "keypoints-bridged", "people-several", "labels-absent",
+                                  ///< "label-nowhere", and "no-scans" where labels are left out
 };
 
 /// Keypoints and scans of a sequence, as the workspace's `reconstruct` or the truth has them;
 /// frames without a file have neither. Keypoints that no camera saw, which `reconstruct` bridges by
-/// straight lines, count as missing. `minimal`: every surface but hair counts as skin.
+/// straight lines, count as missing. A scan that is all background has no labels. `minimal`: every
+/// surface but hair counts as skin.
 PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
                             const CaptureSequence& sequence, const PersonInputOptions& options,
                             const std::vector<Label>& excluded = {});

@@ -90,14 +90,12 @@ void run_personalize(StageRun& run) {
   const Eigen::VectorXd areas = vertex_areas(person.model.mesh.vertices, person.model.mesh.faces);
   run.metric("frames", static_cast<double>(sequence.frame_ids.size()));
   run.metric("minimal", minimal ? 1 : 0);
-  const bool scanned =
-      std::none_of(found.findings.begin(), found.findings.end(),
-                   [](const Finding& finding) { return finding.code == "no-scans"; });
-  if (scanned) {
+  const bool met = found.scan_rms > 0;  // else nothing was measured, which is no 0
+  if (met) {
     run.metric("scan_rms", found.scan_rms);
   }
   run.metric("keypoint_rms", found.keypoint_rms);
-  if (scanned) {
+  if (met) {
     run.metric("displacement_rms",
                std::sqrt(areas.dot(person.displacements.rowwise().squaredNorm()) / areas.sum()));
   }

@@ -68,7 +68,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
     Stage{.name = "personalize",
-          .version = 5,
+          .version = 6,
           .summary = "the person's own body: shape, bone lengths and surface",
           .inputs = {"capture", "scans", "keypoints3d"},
           .outputs = {"person"},
@@ -78,7 +78,7 @@ constexpr std::array kStages = {
           .run = run_personalize,
           .check_input = require_no_folder_above},
     Stage{.name = "track",
-          .version = 5,
+          .version = 6,
           .summary = "the person's pose in every frame",
           .inputs = {"capture", "scans", "keypoints3d", "person"},
           .outputs = {"tracked"},

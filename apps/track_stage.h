@@ -27,9 +27,9 @@ inline constexpr std::array kTrackMetrics = {
     StageMetric{"scan_rms", "m"},
     StageMetric{"deviation_mean", "m"},
     StageMetric{"region_share", "of the body's vertices"},
-    StageMetric{"keypoint_rms_none", "m"},
-    StageMetric{"scan_rms_none", "m"},
-    StageMetric{"legs_moved_none", "m"},
+    StageMetric{"keypoint_rms_none", "m, with nothing left out"},
+    StageMetric{"scan_rms_none", "m, with nothing left out"},
+    StageMetric{"legs_moved_none", "m, from where nothing is left out"},
 };
 
 /// Keypoints, scans and the person -> tracked/<sequence>.h5 (bodymodel/tracked_motion.h) and

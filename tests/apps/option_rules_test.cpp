@@ -74,6 +74,44 @@ TEST(OptionRules, WhatAnotherAsksForIsSaid) {
   EXPECT_THAT(broken_rules(table), ElementsAre(HasSubstr("track.exclude region takes --region")));
 }
 
+TEST(OptionRulesRefused, WhatFindsClothingThatSwingsWhereNothingIsSought) {
+  std::string exclude = "auto";
+  double swing = 0.01;
+  bool compare = true;
+  OptionTable table;
+  table.add("exclude", exclude, {"auto", "labels", "none"}, "Exclude");
+  table.add("dynamic.swing", swing, 0, 1, "m", "Swing");
+  table.add("compare", compare, "Compare");
+  EXPECT_EQ(set_option(table, "dynamic.swing", "0.02"), "");
+  EXPECT_EQ(set_option(table, "compare", "false"), "");
+  EXPECT_THAT(broken_rules(table), IsEmpty());
+  EXPECT_EQ(set_option(table, "exclude", "labels"), "");
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(HasSubstr("dynamic.swing does nothing with exclude labels")));
+  EXPECT_EQ(set_option(table, "exclude", "none"), "");
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(HasSubstr("dynamic.swing does nothing with exclude none"),
+                          HasSubstr("compare does nothing with exclude none")));
+}
+
+#ifdef ATELIER_HAS_CAPTURE
+TEST(OptionRulesRefused, LabelsOfWhatIsNotWorn) {
+  std::string exclude = "labels";
+  std::string excluded = "dress";
+  OptionTable table;
+  table.add("track.exclude", exclude, {"auto", "labels"}, "Exclude");
+  table.add("track.input.excluded", excluded, std::vector<std::string>{}, "Excluded");
+  EXPECT_THAT(broken_rules(table), IsEmpty());
+  EXPECT_EQ(set_option(table, "track.input.excluded", "dress, hat"), "");
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(HasSubstr("track.input.excluded cannot be 'hat'; it takes names of "
+                                    "labels of what is worn")));
+  excluded.clear();
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(HasSubstr("track.exclude labels takes --input.excluded")));
+}
+#endif
+
 TEST(OptionRulesRefused, CorrectionsOfCamerasWhereNoneAreRead) {
   std::string extrinsics;
   std::string sync;

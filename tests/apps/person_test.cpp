@@ -97,7 +97,8 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   const std::string page = read_text(workspace_ / "report" / "index.html");
   for (const char* words :
        {"clothed: the part of the body whose clothing does not count", "clothed_region.png",
-        "track.legs_none_mm", "keypoint_rms_none", "legs_moved_none"}) {
+        "track.legs_none_mm", "keypoint_rms_none", "legs_moved_none", "m, with nothing left out",
+        "m, from where nothing is left out"}) {
     EXPECT_THAT(page, HasSubstr(words));
   }
 }
@@ -230,10 +231,12 @@ TEST_F(Person, AWrongFrameRateIsSaidAndNotTrusted) {
 }
 
 TEST_F(Person, AScanInMillimetresIsLeftOutAndThenRefused) {
-  change_scan(clothed_frame(0), [](Mesh& scan) { scan.vertices *= 1000; });
+  for (std::size_t f = 0; f < 2; ++f) {
+    change_scan(clothed_frame(f), [](Mesh& scan) { scan.vertices *= 1000; });
+  }
   const ChildResult result = run_stage("track");
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("scan-unit"));
+  EXPECT_THAT(result.err, HasSubstr("scan-unit [frames 0, 1]: a scan of "));
   EXPECT_THAT(result.err, HasSubstr("millimetres"));
   const ChildResult body = run_stage("body");
   EXPECT_EQ(body.exit_code, 3);
@@ -278,6 +281,51 @@ TEST_F(Person, ScansWithoutLabelsAreClothing) {
   EXPECT_THAT(result.err, HasSubstr("labels-absent"));
   ASSERT_EQ(run_stage("body").exit_code, 0);
   EXPECT_THAT(certificates().at(clothed_frame(0)).at("findings").dump(), HasSubstr("no-skin"));
+}
+
+TEST_F(Person, ScansWhoseLabelsNobodyFilledInAreAsWithoutLabels) {
+  for (std::size_t f = 0; f < 6; ++f) {
+    change_scan(clothed_frame(f),
+                [](Mesh& scan) { std::fill(scan.labels.begin(), scan.labels.end(), 0); });
+  }
+  const ChildResult tracked = run_stage("track");
+  ASSERT_EQ(tracked.exit_code, 0) << tracked.err;
+  EXPECT_THAT(tracked.err, HasSubstr("all is taken as clothing"));
+  EXPECT_THAT(tracked.err,
+              HasSubstr("minimal: note labels-absent [scans]: no point has a label; all is "
+                        "taken as skin"));
+  EXPECT_THAT(tracked.err, Not(HasSubstr("scan-far")));
+  const ChildResult person = run_stage(
+      "personalize", {"--samples", "800", "--shape-rounds", "1", "--surface-rounds", "1"});
+  ASSERT_EQ(person.exit_code, 0) << person.err;
+  EXPECT_THAT(person.err, HasSubstr("labels-absent"));
+  EXPECT_THAT(person.err, Not(HasSubstr("100% of the surface")));
+  const auto metrics =
+      read_manifest(fs::canonical(workspace_ / "personalize" / "current"), "personalize").metrics;
+  EXPECT_GT(metrics.at("scan_rms"), 0);
+  EXPECT_GT(metrics.at("displacement_rms"), 0);
+}
+
+TEST_F(Person, ScansOfAnotherPlaceAreSaidAndMeasureNobody) {
+  for (std::size_t f = 0; f < 6; ++f) {
+    change_scan(clothed_frame(f), [](Mesh& scan) { scan.vertices.col(0).array() += 3; });
+  }
+  const ChildResult person = run_stage("personalize", {"--shape-rounds", "1"});
+  ASSERT_EQ(person.exit_code, 0) << person.err;
+  EXPECT_THAT(person.err, HasSubstr("scan-far [frames 3, 4, 5]: up to 100%"));
+  EXPECT_THAT(person.err, HasSubstr("no-scans"));
+  const auto metrics =
+      read_manifest(fs::canonical(workspace_ / "personalize" / "current"), "personalize").metrics;
+  EXPECT_FALSE(metrics.contains("scan_rms"));
+  EXPECT_FALSE(metrics.contains("displacement_rms"));
+}
+
+TEST_F(Person, LabelsToLeaveOutWithoutScansLeaveNothingOut) {
+  const ChildResult result = run_stage("track", {"--exclude", "labels", "--input.scans", "none"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err,
+              HasSubstr("clothed: warning no-scans [scans]: keypoints alone; nothing is left "
+                        "out"));
 }
 
 TEST_F(Person, TwoPeopleAreToldApart) {
@@ -422,15 +470,23 @@ TEST_F(Person, WrongCallsAreRefused) {
   EXPECT_THAT(empty.err, HasSubstr("region: no vertex"));
   for (const char* name : {"hat", "skin", "dress, hair"}) {
     const ChildResult label = run_stage("track", {"--exclude", "labels", "--input.excluded", name});
-    EXPECT_EQ(label.exit_code, 3) << name;
+    EXPECT_EQ(label.exit_code, 2) << name;
     EXPECT_THAT(label.err, HasSubstr("names of labels"));
   }
+  const ChildResult nothing = run_stage("track", {"--exclude", "labels", "--input.excluded", ""});
+  EXPECT_EQ(nothing.exit_code, 2);
+  EXPECT_THAT(nothing.err, HasSubstr("exclude labels takes --input.excluded"));
   const ChildResult unsaid = run_stage("track", {"--exclude", "region"});
   EXPECT_EQ(unsaid.exit_code, 2);
   EXPECT_THAT(unsaid.err, HasSubstr("exclude region takes --region"));
   const ChildResult idle = run_stage("track", {"--region", "tail"});
   EXPECT_EQ(idle.exit_code, 2);
   EXPECT_THAT(idle.err, HasSubstr("region does nothing with exclude auto"));
+  const ChildResult idler =
+      run_stage("track", {"--exclude", "none", "--dynamic.swing", "0.02", "--compare", "false"});
+  EXPECT_EQ(idler.exit_code, 2);
+  EXPECT_THAT(idler.err, HasSubstr("dynamic.swing does nothing with exclude none"));
+  EXPECT_THAT(idler.err, HasSubstr("compare does nothing with exclude none"));
 }
 
 }  // namespace
