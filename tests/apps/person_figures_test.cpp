@@ -165,6 +165,51 @@ TEST_F(Person, WhatRestsOnAResultOfAnotherVersionIsNotMeasured) {
   }
 }
 
+/// A result of `register`, of the capture's true garment in its first frame.
+void register_true_garment(const fs::path& workspace, const fs::path& capture) {
+  const CaptureTruth truth = read_capture_truth(capture);
+  const fs::path staging = workspace / "register" / ".staging-true";
+  fs::create_directories(staging / "frames");
+  SequenceHeader header;
+  header.fps = 12;
+  header.shared.faces = truth.garments[0].garment.mesh.faces;
+  header.frame_ids = {0};
+  Mesh mesh;
+  mesh.vertices = read_truth_frame(capture, truth, 0).garments[0];
+  write_mesh_archive(staging / sequence_frame_path("", 0), mesh);
+  write_archive(staging / "sequence.h5", archive_of(header));
+  Manifest manifest = read_manifest(fs::canonical(workspace / "body" / "current"), "body");
+  manifest.stage = "register";
+  manifest.key = stage_key(manifest.stage, manifest.stage_version, manifest.device,
+                           manifest.canonical_options, manifest.inputs);
+  manifest.outputs.clear();
+  for (const std::string& path :
+       {sequence_frame_path("", 0).string(), std::string("sequence.h5")}) {
+    const std::string bytes = read_text(staging / path);
+    manifest.outputs.push_back({path, static_cast<std::int64_t>(bytes.size()), sha256(bytes)});
+  }
+  commit_result(staging, staging.parent_path() / folder_name(manifest.key), manifest);
+}
+
+TEST_F(Person, OfAnOutdatedBodyRefineWarnsAndIsMadeAnewFromTheGarment) {
+  ASSERT_EQ(run_stage("body").exit_code, 0);
+  register_true_garment(workspace_, capture());
+  const std::string garment = (workspace_ / "register" / "current").string();
+  const std::vector<std::string> refine = {program_path(), "refine", garment, workspace_.string()};
+  const ChildResult fresh = run_child(refine);
+  ASSERT_EQ(fresh.exit_code, 0) << fresh.err;
+  EXPECT_THAT(fresh.err, Not(HasSubstr("outdated")));
+  age(workspace_, "body");
+  const std::string mended = evaluate({"--stage", "refine"}).out;
+  EXPECT_THAT(mended,
+              HasSubstr("run 'atelier run " + capture().string() + " " + workspace_.string() +
+                        " --from body --to body' and 'atelier refine " + garment + " " +
+                        workspace_.string() + "'"));
+  const ChildResult old = run_child(refine);
+  ASSERT_EQ(old.exit_code, 0) << old.err;
+  EXPECT_THAT(old.err + old.out, HasSubstr("the result of 'body' is outdated: made by version"));
+}
+
 }  // namespace
 }  // namespace atelier::fixtures
 
