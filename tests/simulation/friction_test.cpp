@@ -209,9 +209,9 @@ TEST(Incline, SticksAfterAnImpactWhereFrictionTakesAllOfItsSpeed) {
           speed = solver.state().velocities.colwise().mean().dot(down);
         }
       }
-      // In the step of the impact itself friction has only the part of the fall that was stopped, in
-      // the next it has the rest. Later ones are the springs': rounding lets vertices land a hundredth
-      // of a step apart, and what that stretched comes back.
+      // In the step of the impact itself friction has only the part of the fall that was stopped,
+      // in the next it has the rest. Later ones are the springs': rounding lets vertices land a
+      // hundredth of a step apart, and what that stretched comes back.
       EXPECT_EQ(landed, 2);
       // A float holds half a metre to 3e-8 m: 3e-5 m/s of a step of a millisecond.
       EXPECT_NEAR(speed, 0, precision[0] == 'd' ? 1e-12 : 5e-5) << precision;
