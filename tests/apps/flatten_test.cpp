@@ -93,7 +93,7 @@ TEST_F(Flatten, APictureShowsItsStretch) {
 
 TEST_F(Flatten, OtherProgramsDrawItsPatternAtTrueSize) {
   if (std::system("command -v rsvg-convert >/dev/null") != 0) {
-    GTEST_SKIP() << "no rsvg-convert";
+    GTEST_SKIP() << "no rsvg-convert (package librsvg2-bin)";
   }
   ASSERT_EQ(alone().exit_code, 0);
   const std::string picture = (out() / "pattern.png").string();
@@ -107,7 +107,7 @@ TEST_F(Flatten, OtherProgramsDrawItsPatternAtTrueSize) {
 
 TEST_F(Flatten, OtherProgramsOpenItsFiles) {
   if (std::system("/usr/bin/python3 -c 'import ezdxf' 2>/dev/null") != 0) {
-    GTEST_SKIP() << "no ezdxf: scripts/setup --judges";
+    GTEST_SKIP() << "no ezdxf (package python3-ezdxf)";
   }
   ASSERT_EQ(alone().exit_code, 0);
   std::ofstream(root_.path() / "audit.py") << R"(import sys, ezdxf
