@@ -39,6 +39,7 @@
 #include "registration/loose_vertices.h"
 #include "registration/open_to_discs.h"
 #include "registration/orient_faces.h"
+#include "registration/part_overlaps.h"
 #include "registration/smooth_surface.h"
 #ifdef ATELIER_HAS_SIMULATION
 #include "simulation/fabric.h"
@@ -205,19 +206,13 @@ void blunt_mesh(Mesh& mesh, bool seams_given, const Watcher& watcher) {
 }
 
 /// The pattern of a cut; panels that lie over themselves are parted.
-void lay_out(Flattened& flat, std::vector<char> cut, const FlattenStageOptions& options,
+void lay_out(Flattened& flat, const std::vector<char>& cut, const FlattenStageOptions& options,
              const Watcher& watcher) {
-  flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
-  // Any stretch will do, but a panel cannot be cut out of cloth that it needs twice.
-  FindSeamsOptions apart = options.find;
-  apart.stretch = 1;
-  apart.front_and_back = false;
-  constexpr int kTries = 4;
-  for (int i = 0; i < kTries && !flat.pattern.overlapping.empty(); ++i) {
-    watcher.say("panels that lie over themselves are parted");
-    cut = find_seams(flat.mesh, cut, apart).cut;
-    flat.pattern = flatten_surface(flat.mesh, cut, options.flatten);
-  }
+  flat.pattern = flatten_apart(flat.mesh, cut, options.flatten, [&](std::size_t panels) {
+    watcher.say(std::to_string(panels) + (panels == 1
+                                              ? " panel that lies over itself is parted"
+                                              : " panels that lie over themselves are parted"));
+  });
   flat.measures = measure_flat(flat.mesh, flat.pattern);
 }
 

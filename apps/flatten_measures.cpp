@@ -14,6 +14,7 @@
 #include "core/io/mesh_file.h"
 #include "core/normals.h"
 #include "core/topology.h"
+#include "registration/flat_overlaps.h"
 #include "registration/flat_pattern.h"
 #include "registration/flat_seams.h"
 

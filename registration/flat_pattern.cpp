@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "registration/flat_overlaps.h"
 #include "registration/flat_seams.h"
 
 namespace atelier {
@@ -290,7 +291,8 @@ FlatPattern flatten_surface(const Mesh& mesh, const std::vector<char>& cut,
       pattern.vertices.row(panels[p].of_cut[i]) = turned.row(static_cast<Index>(i));
     }
     pattern.panel_names.push_back("panel" + std::to_string(p + 1));
-    if (flat[p].overlaps) {
+    // Judged last, of the places that are returned: whatever moved them.
+    if (lies_over_itself(turned, panels[p].faces)) {
       pattern.overlapping.push_back(static_cast<int>(p));
     }
     if (!flat[p].converged) {
@@ -315,13 +317,13 @@ FlatMeasures measure_flat(const Mesh& mesh, const FlatPattern& pattern) {
     const Eigen::Vector2d ac = pattern.vertices.row(pattern.cut.faces(f, 2)).transpose() - a;
     const double area = (ab.x() * ac.y() - ab.y() * ac.x()) / 2;
     flat_area += area;
-    measures.inverted += area > 0 ? 0 : 1;
     const Eigen::JacobiSVD<Eigen::Matrix<double, 3, 2>> svd(
         deformation(mesh.vertices, mesh.faces, pattern.vertices, pattern.cut.faces, f));
     measures.stretches.row(f) = svd.singularValues().transpose();
     measures.strain[f] = (measures.stretches.row(f).array() - 1).abs().maxCoeff();
     strain_areas.emplace_back(measures.strain[f], areas[f]);
   }
+  measures.inverted = turned_faces(pattern.vertices, pattern.cut.faces);
   measures.strain_p50 = quantile(strain_areas, 0.5);
   measures.strain_p95 = quantile(strain_areas, 0.95);
   measures.strain_p99 = quantile(strain_areas, 0.99);

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <unordered_map>
 
 #include "core/cross.h"
 #include "core/error.h"
 #include "core/topology.h"
+#include "registration/flat_overlaps.h"
 #include "registration/panel_energy.h"
 
 namespace atelier {
@@ -304,51 +304,6 @@ OptionTable describe(FlattenPanelOptions& options) {
   table.add("length_weight", options.length_weight, 0, 1e9, "",
             "How firmly edges of seams keep the length they are to have");
   return table;
-}
-
-bool crosses_itself(const Points2& loop) {
-  const Index count = loop.rows();
-  if (count < 3) {
-    return true;
-  }
-  double mean = 0;
-  for (Index i = 0; i < count; ++i) {
-    mean += (loop.row((i + 1) % count) - loop.row(i)).norm();
-  }
-  mean = std::max(mean / static_cast<double>(count), 1e-12);
-  // Segments by the cells of a grid that they may pass through.
-  std::unordered_map<std::int64_t, std::vector<Index>> cells;
-  const Eigen::RowVector2d low = loop.colwise().minCoeff();
-  const auto cell = [&](double value, double from) {
-    return static_cast<std::int64_t>((value - from) / (2 * mean));
-  };
-  const auto part = [&](Index i, Index j) {
-    const Eigen::Vector2d a = loop.row(i);
-    const Eigen::Vector2d b = loop.row((i + 1) % count);
-    const Eigen::Vector2d c = loop.row(j);
-    const Eigen::Vector2d d = loop.row((j + 1) % count);
-    return cross(b - a, c - a) * cross(b - a, d - a) <= 0 &&
-           cross(d - c, a - c) * cross(d - c, b - c) <= 0;
-  };
-  for (Index i = 0; i < count; ++i) {
-    const Eigen::RowVector2d a = loop.row(i);
-    const Eigen::RowVector2d b = loop.row((i + 1) % count);
-    const Eigen::RowVector2d from = a.cwiseMin(b);
-    const Eigen::RowVector2d to = a.cwiseMax(b);
-    for (std::int64_t x = cell(from.x(), low.x()); x <= cell(to.x(), low.x()); ++x) {
-      for (std::int64_t y = cell(from.y(), low.y()); y <= cell(to.y(), low.y()); ++y) {
-        std::vector<Index>& here = cells[(x << 32) ^ y];
-        for (const Index j : here) {
-          const Index apart = i - j;
-          if (apart > 1 && apart < count - 1 && part(i, j)) {
-            return true;
-          }
-        }
-        here.push_back(i);
-      }
-    }
-  }
-  return false;
 }
 
 FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,

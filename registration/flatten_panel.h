@@ -59,7 +59,4 @@ FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,
                         const FlattenPanelOptions& options = {},
                         const std::vector<EdgeLength>& lengths = {}, const Points2& start = {});
 
-/// True if a closed polygon crosses or touches itself. About O(n) where points are evenly spaced.
-bool crosses_itself(const Points2& loop);
-
 }  // namespace atelier

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "registration/flat_overlaps.h"
 #include "registration/flat_pattern.h"
 #include "registration/panel_energy.h"
 #include "tests/support/shapes.h"

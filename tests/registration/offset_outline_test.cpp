@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "registration/flatten_panel.h"
+#include "registration/flat_overlaps.h"
 
 namespace atelier {
 namespace {

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "registration/flat_overlaps.h"
 #include "registration/flat_pattern.h"
 #include "registration/flatten_panel.h"
 #include "registration/offset_outline.h"
