@@ -4,8 +4,8 @@
 
 #include "core/depths_inside.h"
 #include "core/intersection.h"
-#include "registration/register_garment.h"
 #include "registration/ride_on_body.h"
+#include "registration/unfolded.h"
 
 namespace atelier {
 
@@ -38,28 +38,32 @@ BodyContact body_contact(const Points& x, const Triangles& faces, const BodyObst
 }
 
 Points clear_of_body(ShapeSolver& solver, const ClothModel& model, Points x,
-                     const BodyObstacle& body, double gap) {
+                     const BodyObstacle& body, double gap, const std::vector<Points>& shapes) {
   constexpr int kRounds = 4;
   constexpr int kSteps = 3;
   constexpr double kRigid =
       0.02;  // m, length over which cloth that is pushed takes its surroundings along
   constexpr double kWeight = 300;  // of the body against the place and shape that cloth has
   const Edges& edges = model.topology.edges;
-  x = turned_back(model.topology, std::move(x));
+  x = unfolded(model.topology, std::move(x), shapes).vertices;
   for (int round = 0; round < kRounds; ++round) {
     ClothTerms terms;
     terms.anchor_weights = model.areas;
     terms.anchors = x;
     terms.edge_weights = rigid_weights(model, kRigid);
     terms.edge_vectors = x(edges.col(0), Eigen::all) - x(edges.col(1), Eigen::all);
-    for (int step = 0; step < kSteps; ++step) {
+    int steps = 0;
+    for (; steps < kSteps; ++steps) {
       terms.rows = body_rows(model, x, body, {.gap = gap, .weight = kWeight, .centres = true});
       if (terms.rows.empty()) {
-        return x;
+        break;
       }
       x = solver.lower(terms, x);
     }
-    x = turned_back(model.topology, std::move(x));
+    if (steps == 0) {
+      break;
+    }
+    x = unfolded(model.topology, std::move(x), shapes).vertices;
   }
   return x;
 }

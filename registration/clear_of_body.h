@@ -18,9 +18,10 @@ BodyContact body_contact(const Points& x, const Triangles& faces, const BodyObst
 /// Cloth at x, [V,3] m, moved no farther than it must to lie outside of the body, `gap` metres off
 /// it, with no triangle turned over. Vertices keep their places and edges their vectors against
 /// rows for the vertices and centres of triangles that are nearer than the gap; then comes
-/// turned_back, which knows no body, and both again, four times. What lies between two parts of the
+/// unfolded, which knows no body, and both again, four times. What lies between two parts of the
 /// body that overlap (thighs, an armpit) has nowhere to go and may stay inside. Our choice.
+/// @param shapes  as of unfolded
 Points clear_of_body(ShapeSolver& solver, const ClothModel& model, Points x,
-                     const BodyObstacle& body, double gap);
+                     const BodyObstacle& body, double gap, const std::vector<Points>& shapes = {});
 
 }  // namespace atelier

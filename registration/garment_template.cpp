@@ -19,9 +19,11 @@
 #include "registration/garment_boundaries.h"
 #include "registration/garment_cover.h"
 #include "registration/part_crossings.h"
+#include "registration/register_garment.h"
 #include "registration/surface_through_points.h"
 #include "registration/template_points.h"
 #include "registration/trim_surface.h"
+#include "registration/without_handles.h"
 
 namespace atelier {
 namespace {
@@ -33,6 +35,7 @@ constexpr double kFacingLimb = 0.05;   // m
 constexpr double kFacingWeight = 1.0;  // of the share that faces a limb, against that of the area
 constexpr int kPushRounds = 3;
 constexpr double kCoarsest = 0.03;  // m: coarser edges are made of a surface as fine as for these
+constexpr double kBridge = 0.15;    // m round it: longer ones carry even triangles, or are none
 constexpr double kEdgesRound = 12;  // edges that an opening needs: remeshing draws rims in
 
 std::string of_area(const char* format, double value) {
@@ -361,13 +364,15 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
       points.points, points.normals, points.weights,
       {.cell = fine / 2, .reach = options.reach, .stiffness = options.stiffness});
   // A step of points and half a diagonal of their cubes lie between neighbours.
-  const TrimmedSurface trimmed =
+  TrimmedSurface trimmed =
       trim_surface(through, points, 1.9 * spacing, frame.body, frames.body_faces, all.cover);
   if (trimmed.mesh.faces.rows() == 0) {
     throw DataError("", name,
                     "no surface through its label in frame " + std::to_string(made.frame_id),
                     "a frame that shows it; --template.frame takes another");
   }
+  // What the cut leaves open is closed with the holes.
+  trimmed.mesh = without_handles(std::move(trimmed.mesh), kBridge).mesh;
   const GarmentBoundaries seen = garment_boundaries(trimmed.mesh.vertices, trimmed.mesh.faces,
                                                     frames.anatomy, frame.body, frames.body_faces);
   made.holes_closed = trimmed.holes_closed + static_cast<int>(seen.holes.size());
@@ -379,6 +384,8 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
     made.garment.mesh = cut_rim_folds(part_crossings(with_blunt_corners(made.garment.mesh)).mesh);
+    Mesh& mesh = made.garment.mesh;
+    mesh.vertices = turned_back(topology_of(mesh.faces, mesh.vertices.rows()), mesh.vertices);
     push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
   }
   const double area = face_areas(made.garment.mesh.vertices, made.garment.mesh.faces).sum();

@@ -55,11 +55,12 @@ struct GarmentTemplate {
 /// The frame is the one that shows most of the garment's area and has fewest covered places of the
 /// body face another limb within 5 cm (arms away, legs apart). Its points, and where it shows
 /// nothing the cover of the body by all frames (garment_points), get a surface that goes on
-/// smoothly (surface_through_points), which is cut off where the garment ends (trim_surface).
-/// Remaining loops that no limb passes through are closed (garment_boundaries), the mesh is made
-/// even (even_mesh), without slivers (blunt_corners.h), and pushed out of the body. Vertices ride
-/// on the body's nearest triangles (attach_to_body); where riding misses the scans of the frames by
-/// more than `dynamic` (median), or the body is twice as far away, the garment hangs free. Warns
+/// smoothly (surface_through_points), which is cut off where the garment ends (trim_surface) and
+/// where parts of it are bridged (without_handles, loops up to 15 cm). Remaining loops that no limb
+/// passes through are closed (garment_boundaries), the mesh is made even (even_mesh), without
+/// slivers (blunt_corners.h), and pushed out of the body. Vertices ride on the body's nearest
+/// triangles (attach_to_body); where riding misses the scans of the frames by more than `dynamic`
+/// (median), or the body is twice as far away, the garment hangs free. Warns
 /// (`opening-lost`) where the mesh is too coarse for an opening of the surface.
 ///
 /// Throws DataError where no frame shows 0.01 m2 of the label, where more than 0.6 of the surface

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "registration/rim_vertices.h"
+#include "registration/unfolded.h"
 
 namespace atelier {
 namespace {
@@ -314,8 +315,10 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
       }
     }
   }
-  x = options.collision ? clear_of_body(solver, model.cloth, std::move(x), frame.body, options.gap)
-                        : turned_back(model.cloth.topology, std::move(x));
+  const std::vector<Points> shapes = {start, model.vertices};
+  x = options.collision
+          ? clear_of_body(solver, model.cloth, std::move(x), frame.body, options.gap, shapes)
+          : unfolded(model.cloth.topology, std::move(x), shapes).vertices;
   result.contact = body_contact(x, faces, frame.body);
   result.inverted = static_cast<int>(inverted_faces(model.cloth.topology, x).size());
   result.vertices = std::move(x);
