@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/kept_frames.h"
 #include "apps/reconstruct_stage.h"
 #include "apps/truth_scan.h"
 #include "capture/frame_reader.h"
@@ -15,6 +17,7 @@
 #include "core/garment_archive.h"
 #include "core/normals.h"
 #include "core/sequence_archive.h"
+#include "core/store/digest_meter.h"
 #include "registration/not_followed.h"
 
 namespace atelier {
@@ -53,6 +56,9 @@ class RegisteredOutfit {
     find_frames();
     if (options_.fit.fit.photometric) {
       tell_missing_pictures();
+    }
+    if (!truth_) {
+      tell_missing_scans();
     }
     read_garments();
   }
@@ -115,6 +121,19 @@ class RegisteredOutfit {
     }
   }
 
+  fs::path scan_file(int id) const {
+    return run_.input("scans") / "scans" / (frame_name(id) + ".h5");
+  }
+
+  /// Before there are frames: a run that goes on does not open those that were followed before.
+  void tell_missing_scans() {
+    for (const int id : ids_) {
+      if (!fs::exists(scan_file(id))) {
+        run_.warn("frame " + std::to_string(id) + ": no scan: body and pictures alone");
+      }
+    }
+  }
+
   Index row_of(int id) const {
     return std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin();
   }
@@ -155,6 +174,12 @@ class RegisteredOutfit {
       source.body_faces = bodies_.faces;
       source.body = [this](Index row) { return body(row); };
       source.load = [this, label](Index row) { return frame_of(*instant(row), *label); };
+      source.keeping = kept_frames(run_, worn.name, ids_);
+      source.before_frame = [this] {
+        if (run_.stop_requested()) {
+          throw StopRequested();
+        }
+      };
       for (const int id : takes_) {
         const Index row = row_of(id);
         if (row < source.rows && (source.starts.empty() || source.starts.back() < row)) {
@@ -185,13 +210,10 @@ class RegisteredOutfit {
     const int id = ids_[static_cast<std::size_t>(row)];
     auto made = std::make_shared<Instant>();
     made->body = body(row);
-    const fs::path scan = run_.input("scans") / "scans" / (frame_name(id) + ".h5");
     if (truth_) {
       made->scan = truth_scan(*truth_, read_truth_frame(run_.input("capture"), *truth_, id));
-    } else if (fs::exists(scan)) {
-      made->scan = read_mesh_archive(scan);
-    } else {
-      run_.warn("frame " + std::to_string(id) + ": no scan: body and pictures alone");
+    } else if (fs::exists(scan_file(id))) {
+      made->scan = read_mesh_archive(scan_file(id));
     }
     if (options_.fit.fit.photometric) {
       made->views = instant_of(dataset_, id);
@@ -434,14 +456,15 @@ OptionTable describe(RegisterStageOptions& options) {
 void run_register(StageRun& run) {
   RegisteredOutfit outfit(run);
   const std::vector<int>& ids = outfit.frame_ids();
-  if (!run.each_frame("frames", ".h5", ids, [&](int id, const fs::path& file) {
-        const Index row = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
-        for (const Worn& worn : outfit.garments()) {
-          tell(run, worn.sequence->at(row).findings,
-               "frame " + std::to_string(id) + ": " + worn.name + ": ");
-        }
-        write_archive(file, frame_archive(outfit.garments(), row));
-      })) {
+  const auto write = [&](int id, const fs::path& file) {
+    const Index row = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
+    write_archive(file, frame_archive(outfit.garments(), row));
+  };
+  try {
+    if (!run.each_frame("frames", ".h5", ids, write)) {
+      return;
+    }
+  } catch (const StopRequested&) {  // within a frame's chain: what was followed is kept
     return;
   }
   SequenceHeader header;

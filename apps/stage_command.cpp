@@ -160,17 +160,6 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
   return work(stage, request, arguments.dry_run, console);
 }
 
-/// Says of a stage whose frames follow one another within a window that shards share none of that.
-std::string shard_help(const Stage& stage) {
-  const OptionSet options = stage.options();
-  const bool windows = std::any_of(options.table.fields.begin(), options.table.fields.end(),
-                                   [](const OptionField& field) { return field.name == "window"; });
-  return std::string("Only every n-th frame, for a cluster") +
-         (windows ? "; frames follow one another within --window, which each shard begins anew: "
-                    "say a short one (1), or split by --frames along windows"
-                  : "");
-}
-
 }  // namespace
 
 void require_folder_or_nothing(const std::filesystem::path& workspace) {
@@ -244,7 +233,7 @@ Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) 
         .type_name("a:b|a:|:b|a");
     add_option(
         parser, "--shard", [arguments](const std::string& text) { arguments->shard = text; },
-        shard_help(stage))
+        "Only every n-th frame, for a cluster")
         .type_name("i/n");
   }
   add_flag(parser, "--force", request.force, "Do it again although the result is there");

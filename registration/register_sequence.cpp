@@ -2,7 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <chrono>
 #include <limits>
+#include <map>
+#include <mutex>
+#include <thread>
 
 #include "core/error.h"
 
@@ -10,13 +14,20 @@ namespace atelier {
 namespace {
 
 /// What a chain of frames knows at its end.
-struct Chain {
+struct ChainEnd {
   GarmentTexture texture;
   Index last = -1;       ///< row that was registered last
-  Points drift;          ///< of that row
-  Points body;           ///< of that row
+  Points vertices;       ///< of that row
+  Points drift;          ///< of that row; no rows: unknown
   Eigen::VectorXd told;  ///< correlation of that row's pictures at each vertex, 0 where none sees
                          ///< it; empty before any were compared
+};
+
+/// Frames that follow one from the other, from a window's anchor on.
+struct Chain {
+  std::mutex mutex;
+  bool begun = false;  ///< the anchor is in it
+  ChainEnd end;
 };
 
 /// How much firmer each vertex is held on the body by how badly pictures agreed around it, 4 cm
@@ -47,10 +58,7 @@ Eigen::VectorXd firmness(const ClothModel& model, Eigen::VectorXd told) {
 
 /// A window's frames, both ways from its anchor.
 struct Window {
-  std::mutex mutex;
-  std::map<Index, RegisteredGarment> done;
   Chain forward, backward;
-  bool begun = false;
 };
 
 }  // namespace
@@ -76,11 +84,12 @@ struct RegisteredSequence::State {
   RegistrationModel model;
   RegistrationSource source;
   RegisterSequenceOptions options;
-  std::mutex mutex;  // of what follows
+  std::mutex beginning;  // of what follows
   bool begun = false;
   RegisteredGarment origin;  ///< the template in its own frame
-  Points origin_body;
   GarmentTexture texture;
+  std::mutex mutex;  // of what follows
+  std::map<Index, FollowedFrame> done;
   std::map<Index, std::unique_ptr<Window>> windows;  // by first row
 
   /// First row of the window of a row.
@@ -89,33 +98,60 @@ struct RegisteredSequence::State {
     const Index take = after == source.starts.begin() ? 0 : *(after - 1);
     return take + (row - take) / options.window * options.window;
   }
-
-  Index anchor(Index row) const {
-    const Index first = first_row(row);
+  /// One behind the last.
+  Index end_row(Index row) const {
     const auto after = std::upper_bound(source.starts.begin(), source.starts.end(), row);
-    const Index end = after == source.starts.end() ? source.rows : *after;
-    return std::clamp(source.template_row, first, std::min(end, first + options.window) - 1);
+    const Index take = after == source.starts.end() ? source.rows : *after;
+    return std::min(take, first_row(row) + options.window);
+  }
+  Index anchor(Index row) const {
+    return std::clamp(source.template_row, first_row(row), end_row(row) - 1);
+  }
+
+  /// A frame that was followed, here or elsewhere; or null.
+  const FollowedFrame* finished(Index row) {
+    const std::lock_guard lock(mutex);
+    const auto found = done.find(row);
+    if (found != done.end()) {
+      return &found->second;
+    }
+    std::optional<FollowedFrame> kept;
+    if (source.keeping.read) {
+      kept = source.keeping.read(row, model);
+    }
+    return kept ? &done.emplace(row, std::move(*kept)).first->second : nullptr;
+  }
+  const FollowedFrame& finish(Index row, FollowedFrame frame) {
+    if (source.keeping.write) {
+      source.keeping.write(row, frame);
+    }
+    const std::lock_guard lock(mutex);
+    return done.insert_or_assign(row, std::move(frame)).first->second;
   }
 
   /// Registers the template's own frame, once. It has the shape already; the pictures say nothing,
   /// since they are what the texture is made of.
   void begin() {
-    const std::lock_guard lock(mutex);
+    const std::lock_guard lock(beginning);
     if (begun) {
       return;
     }
     RegistrationFrame frame = source.load(source.template_row);
     model.cloth.goes_on = covered_rim(model.cloth.topology, model.vertices, frame.scan);
-    frame.hold = Eigen::VectorXd::Constant(model.vertices.rows(), 10);
-    RegisterOptions fine = options.fit;
-    fine.photometric = false;
-    fine.rounds = 3;
-    fine.reach = fine.final_reach;
-    fine.rigid = fine.final_rigid;
-    fine.bend = fine.final_bend;
-    ShapeSolver solver(model.cloth);
-    origin = register_garment(solver, model, model.vertices, frame, {}, fine);
-    origin_body = frame.body.vertices;
+    const FollowedFrame* kept = finished(source.template_row);
+    if (kept == nullptr) {
+      frame.hold = Eigen::VectorXd::Constant(model.vertices.rows(), 10);
+      RegisterOptions fine = options.fit;
+      fine.photometric = false;
+      fine.rounds = 3;
+      fine.reach = fine.final_reach;
+      fine.rigid = fine.final_rigid;
+      fine.bend = fine.final_bend;
+      ShapeSolver solver(model.cloth);
+      kept = &finish(source.template_row,
+                     {register_garment(solver, model, model.vertices, frame, {}, fine), {}, {}});
+    }
+    origin = kept->garment;
     // A template is smoother than cloth, so that its edges are too short. One that came out much
     // shorter is crumpled, and says nothing of how long the cloth is.
     constexpr double kCrumpled = 0.5;
@@ -146,31 +182,121 @@ struct RegisteredSequence::State {
     return *window;
   }
 
-  /// Registers `row` from the end of a chain, which then ends there.
-  RegisteredGarment follow(Chain& chain, const Points& before, Index row) const {
-    RegistrationFrame frame = source.load(row);
+  /// The template in its own frame, from which every window begins.
+  ChainEnd origin_end() const {
+    ChainEnd end;
+    end.texture = texture;
+    end.last = source.template_row;
+    end.vertices = origin.vertices;
+    return end;
+  }
+
+  /// A frame as it is registered from the end of a chain, without what it adds to the texture.
+  FollowedFrame registered(const ChainEnd& end, RegistrationFrame& frame) const {
     ShapeSolver solver(model.cloth);
     const RiddenCloth ridden =
-        ride_on_body(before, source.body_faces, chain.body, frame.body.vertices);
-    const RiddenCloth home =
-        ride_on_body(origin.vertices, source.body_faces, origin_body, frame.body.vertices);
-    const Points start =
-        predicted_cloth(solver, model.cloth, before, ridden, home, chain.drift, options.predict);
+        ride_on_body(end.vertices, source.body_faces, source.body(end.last), frame.body.vertices);
+    const RiddenCloth home = ride_on_body(origin.vertices, source.body_faces,
+                                          source.body(source.template_row), frame.body.vertices);
+    const Points start = predicted_cloth(solver, model.cloth, end.vertices, ridden, home, end.drift,
+                                         options.predict);
     frame.hold = options.predict.hold * closeness(ridden, options.predict.near / 2);
-    if (chain.told.size() > 0) {
-      frame.hold = frame.hold.cwiseProduct(firmness(model.cloth, chain.told));
+    if (end.told.size() > 0) {
+      frame.hold = frame.hold.cwiseProduct(firmness(model.cloth, end.told));
     }
-    RegisteredGarment result =
-        register_garment(solver, model, start, frame, chain.texture, options.fit);
-    chain.drift = result.vertices - ridden.vertices;
-    chain.body = frame.body.vertices;
-    chain.last = row;
-    chain.told = result.told;
+    FollowedFrame result;
+    result.garment = register_garment(solver, model, start, frame, end.texture, options.fit);
+    result.drift = result.garment.vertices - ridden.vertices;
+    return result;
+  }
+  RegisteredGarment registered(const ChainEnd& end, Index row) const {
+    RegistrationFrame frame = source.load(row);
+    return registered(end, frame).garment;
+  }
+
+  /// Registers `row` from the end of a chain.
+  FollowedFrame follow(const ChainEnd& end, Index row) const {
+    RegistrationFrame frame = source.load(row);
+    FollowedFrame result = registered(end, frame);
+    if (row == anchor(row)) {
+      result.drift.resize(0, 3);  // nothing is known of its speed
+    }
     if (options.fit.photometric && !frame.views.empty()) {
-      add_texture(chain.texture, model.samples, result.vertices, model.cloth.topology.faces,
-                  frame.views, garment_views(model, result.vertices, frame));
+      const Points& x = result.garment.vertices;
+      GarmentTexture texture_now = end.texture;
+      add_texture(texture_now, model.samples, x, model.cloth.topology.faces, frame.views,
+                  garment_views(model, x, frame));
+      result.gain = texture_gain(end.texture, texture_now);
     }
     return result;
+  }
+
+  /// A chain ends at the frame that was followed from its end.
+  void append(Chain& chain, Index row, const FollowedFrame& frame) const {
+    chain.begun = true;
+    chain.end.last = row;
+    chain.end.vertices = frame.garment.vertices;
+    chain.end.drift = frame.drift;
+    chain.end.told = frame.garment.told;
+    add_gain(chain.end.texture, frame.gain, model.samples.areas.size());
+  }
+
+  /// Follows the next frame of a chain towards `goal`. False where there is nothing to do, or
+  /// another one is at it.
+  bool advance(Chain& chain, Index goal) {
+    const std::unique_lock lock(chain.mutex, std::try_to_lock);
+    if (!lock || finished(goal) != nullptr) {  // it may be beyond the goal meanwhile
+      return false;
+    }
+    if (!chain.begun) {
+      chain.end = origin_end();
+    }
+    while (!chain.begun || chain.end.last != goal) {
+      const Index next =
+          chain.begun ? chain.end.last + (goal > chain.end.last ? 1 : -1) : anchor(goal);
+      const FollowedFrame* frame = finished(next);
+      std::shared_ptr<void> reserved;
+      if (frame == nullptr && source.keeping.reserve) {
+        reserved = source.keeping.reserve(next);
+        if (!reserved) {
+          return false;
+        }
+        frame = finished(next);  // by whom it was reserved until now
+      }
+      if (frame == nullptr) {
+        if (source.before_frame) {
+          source.before_frame();
+        }
+        append(chain, next, finish(next, follow(chain.end, next)));
+        return true;
+      }
+      append(chain, next, *frame);
+    }
+    return false;
+  }
+
+  /// The same of the chain that leads to a row. Both begin with the anchor, which the forward one
+  /// follows.
+  bool advance_to(Index row) {
+    Window& window = window_of(row);
+    const Index from = anchor(row);
+    if (row < from && finished(from) != nullptr) {
+      return advance(window.backward, row);
+    }
+    return advance(window.forward, std::max(row, from));
+  }
+
+  /// The same of any chain, those of the row's window first.
+  bool advance_any(Index row) {
+    Index first = first_row(row);
+    do {
+      const Index end = end_row(first);
+      if (advance_to(end - 1) || advance_to(first)) {
+        return true;
+      }
+      first = end % source.rows;
+    } while (first != first_row(row));
+    return false;
   }
 };
 
@@ -197,50 +323,34 @@ Index RegisteredSequence::anchor(Index row) const {
 }
 
 const RegisteredGarment& RegisteredSequence::at(Index row) {
+  constexpr std::chrono::milliseconds kPause(50);
   State& state = *state_;
   ATELIER_CHECK(row >= 0 && row < state.source.rows, "no such frame");
-  state.begin();
-  Window& window = state.window_of(row);
-  const std::lock_guard lock(window.mutex);
-  const Index anchor = state.anchor(row);
-  if (!window.begun) {
-    Chain chain;
-    chain.texture = state.texture;
-    chain.last = state.source.template_row;
-    chain.body = state.origin_body;
-    if (anchor == state.source.template_row) {
-      window.done[anchor] = state.origin;
-    } else {
-      window.done[anchor] = state.follow(chain, state.origin.vertices, anchor);
-      chain.drift.resize(0, 3);  // nothing is known of its speed
+  for (;;) {
+    if (const FollowedFrame* frame = state.finished(row)) {
+      return frame->garment;
     }
-    window.forward = chain;
-    window.backward = std::move(chain);
-    window.begun = true;
+    state.begin();
+    if (!state.advance_to(row) && !state.finished(row) && !state.advance_any(row)) {
+      if (state.source.before_frame) {
+        state.source.before_frame();
+      }
+      std::this_thread::sleep_for(kPause);  // other processes tell nobody when they are done
+    }
   }
-  Chain& chain = row > anchor ? window.forward : window.backward;
-  const Index step = row > anchor ? 1 : -1;
-  while (!window.done.contains(row)) {
-    const Index next = chain.last + step;
-    window.done[next] = state.follow(chain, window.done.at(chain.last).vertices, next);
-  }
-  return window.done.at(row);
 }
 
 RegisteredGarment RegisteredSequence::again(Index row, Index from, const Points& result) const {
   state_->begin();
-  Chain chain;
-  chain.body = state_->source.body(from);
-  chain.texture = state_->texture;
-  return state_->follow(chain, result, row);
+  ChainEnd end = state_->origin_end();
+  end.last = from;
+  end.vertices = result;
+  return state_->registered(end, row);
 }
 
 RegisteredGarment RegisteredSequence::from_template(Index row) const {
   state_->begin();
-  Chain chain;
-  chain.body = state_->origin_body;
-  chain.texture = state_->texture;
-  return state_->follow(chain, state_->origin.vertices, row);
+  return state_->registered(state_->origin_end(), row);
 }
 
 Index template_row_of(const Garment& garment, const RegistrationSource& source,

@@ -1,12 +1,11 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <memory>
-#include <mutex>
+#include <string>
 #include <vector>
 
-#include "registration/register_garment.h"
+#include "registration/followed_frame.h"
 
 namespace atelier {
 
@@ -25,14 +24,19 @@ struct RegistrationSource {
   Triangles body_faces;                   ///< [.,3]
   std::function<Points(Index row)> body;  ///< [B,3] m, of one topology
   std::function<RegistrationFrame(Index row)> load;  ///< all of a frame
+  FrameKeeping keeping;
+  std::function<void()> before_frame;  ///< before each is followed, and while one is waited for;
+                                       ///< may throw, which stops; or empty
 };
 
 /// A garment registered to frame after frame. Takes are cut into windows of equal length; in each,
-/// the frame nearest to the template's starts from the template as it rides on the body, and every
-/// other from its neighbour, outwards. So a window needs no other, any machine finds the same
-/// frames, and a stop costs a window at most. What it looks like is taken from the template's
-/// frame; what that does not show, from the first frames of the window that do. Safe on several
-/// threads.
+/// the frame nearest to the template's (its anchor) starts from the template as it rides on the
+/// body, and every other from its neighbour, outwards, in two chains. So a window needs no other,
+/// and any machine finds the same frames. Each is kept as soon as it is followed, so that a stop
+/// costs one frame a thread. What cloth looks like is taken from the template's frame; what that
+/// does not show, from the first frames of the chain that do. Safe on several threads, and beside
+/// other processes with the same keeping: whoever waits for a frame that another one is at follows
+/// one of another chain meanwhile.
 class RegisteredSequence {
  public:
   /// Throws DataError as registration_model does, LogicError where the source contradicts itself.
@@ -40,7 +44,7 @@ class RegisteredSequence {
                      const RegisterSequenceOptions& options = {}, const std::string& file = "");
   ~RegisteredSequence();
 
-  /// One frame; those of its window before it are registered first.
+  /// One frame; those of its chain before it are registered first.
   const RegisteredGarment& at(Index row);
 
   /// A frame registered again from another's result, [V,3] m, or straight from the template: what

@@ -3,8 +3,11 @@
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL)
 
 #include <cmath>
+#include <csignal>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +15,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_obj.h"
 #include "core/store/write_text.h"
+#include "registration/followed_frame.h"
 #include "tests/apps/dressed_workspace.h"
 #include "tests/apps/program_versions.h"
 #include "tests/support/child_process.h"
@@ -334,20 +338,112 @@ TEST_F(Register, AFrameWithoutABodyIsLeftOutAndSaid) {
   EXPECT_EQ(manifest()["metrics"]["frames"], 2);
 }
 
-TEST_F(Register, SaysWhatItsShardsDoTwice) {
-  EXPECT_THAT(run({"register", "--help"}).out, HasSubstr("each shard begins anew"));
-  EXPECT_THAT(run({"reconstruct", "--help"}).out, Not(HasSubstr("each shard begins anew")));
+TEST_F(Register, ShardsMakeWhatOneRunMakes) {
+  for (const std::string window : {"48", "1"}) {
+    ASSERT_EQ(registered({"--window", window}, "one" + window).exit_code, 0);
+    for (const char* shard : {"0/2", "1/2"}) {
+      const ChildResult part =
+          registered({"--window", window, "--shard", shard}, "shards" + window);
+      ASSERT_EQ(part.exit_code, 0) << part.err;
+    }
+    EXPECT_GT(manifest("one" + window)["outputs"].size(), 6U);
+    EXPECT_EQ(manifest("shards" + window)["outputs"], manifest("one" + window)["outputs"]);
+  }
 }
 
-TEST_F(Register, ShardsMakeWhatOneRunMakes) {
-  const std::vector<std::string> windows{"--window", "1"};
-  ASSERT_EQ(registered(windows).exit_code, 0);
-  for (const char* shard : {"0/2", "1/2"}) {
-    const ChildResult part = registered({"--window", "1", "--shard", shard}, "shards");
-    ASSERT_EQ(part.exit_code, 0) << part.err;
+TEST_F(Register, ShardsSideBySideMakeWhatOneRunMakes) {
+  ASSERT_EQ(registered().exit_code, 0);
+  make(kBeforeRegister, root_ / "shards");
+  const auto shard = [&](const std::string& which) {
+    return std::vector<std::string>{
+        program_path(), "register", capture().string(), (root_ / "shards").string(),
+        "--rounds",     "3",        "--shard",          which};
+  };
+  ChildProcess first(shard("0/2"));
+  ChildProcess second(shard("1/2"));
+  for (ChildProcess* child : {&first, &second}) {
+    const ChildResult done = child->wait();
+    EXPECT_EQ(done.exit_code, 0) << done.err;
   }
-  EXPECT_GT(manifest()["outputs"].size(), 6U);
   EXPECT_EQ(manifest("shards")["outputs"], manifest()["outputs"]);
+}
+
+/// Where unfinished work has what was followed of a frame.
+fs::path kept_frame(const fs::path& workspace, int id) {
+  const fs::path folder = workspace / "register";
+  if (fs::exists(folder)) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      if (entry.path().filename().string().starts_with(".staging-")) {
+        return entry.path() / ".scratch" / "lower" / (frame_name(id) + ".h5");
+      }
+    }
+  }
+  return {};
+}
+
+TEST_F(Register, WhatItFollowedForALaterFrameIsFoundAgain) {
+  ASSERT_EQ(registered().exit_code, 0);
+  ASSERT_EQ(registered({"--frames", "2"}, "parts").exit_code, 0);
+  const fs::path file = kept_frame(root_ / "parts", 1);
+  ASSERT_TRUE(fs::exists(file));
+  // Read, not followed once more: a mark in it comes through.
+  Archive kept = read_archive(file, kFollowedFrameSchema, 1);
+  kept.numbers["strain_p95"] = 0.123;
+  write_archive(file, kept);
+  ASSERT_EQ(registered({}, "parts").exit_code, 0);
+  const auto strain = [&](const std::string& workspace, int id) {
+    return read_archive(
+               root_ / workspace / "register" / "current" / "frames" / (frame_name(id) + ".h5"),
+               "atelier.mesh", 1)
+        .numbers.at("lower.strain_p95");
+  };
+  EXPECT_EQ(strain("parts", 1), 0.123);
+  for (const int id : {0, 2}) {
+    EXPECT_EQ(strain("parts", id), strain("work", id));
+  }
+}
+
+TEST_F(Register, AKeptFrameThatIsDamagedOrAnothersIsSaidAndFollowedAgain) {
+  ASSERT_EQ(registered().exit_code, 0);
+  const std::array<std::function<void(const fs::path& file)>, 4> spoils = {
+      [](const fs::path& file) { fs::resize_file(file, fs::file_size(file) / 2); },
+      [](const fs::path& file) {
+        std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);
+        bytes.seekp(static_cast<std::streamoff>(fs::file_size(file)) - 9);
+        bytes.put('!');
+      },
+      [](const fs::path& file) {
+        fs::copy_file(file.parent_path() / "000002.h5", file, fs::copy_options::overwrite_existing);
+      },
+      [](const fs::path& file) { std::ofstream(file) << "no archive"; },
+  };
+  for (std::size_t i = 0; i < spoils.size(); ++i) {
+    const std::string workspace = "spoilt" + std::to_string(i);
+    ASSERT_EQ(registered({"--frames", "2"}, workspace).exit_code, 0);
+    spoils[i](kept_frame(root_ / workspace, 1));
+    const ChildResult done = registered({}, workspace);
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_THAT(done.out + done.err, HasSubstr("lower: frame 1 as it was kept is no good")) << i;
+    EXPECT_EQ(manifest(workspace)["outputs"], manifest()["outputs"]) << i;
+  }
+}
+
+TEST_F(Register, KilledWithinItsWindowItGoesOnToTheSameDigests) {
+  ASSERT_EQ(registered().exit_code, 0);
+  for (const int signal : {SIGKILL, SIGINT}) {
+    const std::string workspace = "killed" + std::to_string(signal);
+    make(kBeforeRegister, root_ / workspace);
+    ChildProcess child({program_path(), "register", capture().string(),
+                        (root_ / workspace).string(), "--rounds", "3", "--jobs", "1"});
+    while (!fs::exists(kept_frame(root_ / workspace, 1)) && !child.has_ended()) {
+      std::this_thread::yield();
+    }
+    child.kill(signal);
+    child.wait();
+    const ChildResult done = registered({}, workspace);
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_EQ(manifest(workspace)["outputs"], manifest()["outputs"]);
+  }
 }
 
 TEST_F(Register, NoTemplateIsMadeOfScansWithoutClothing) {
