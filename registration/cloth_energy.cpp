@@ -247,6 +247,7 @@ struct ShapeSolver::State {
   std::vector<std::array<int, 3>> apex_places;    // [H] of the two apexes
   std::vector<std::array<int, 3>> vertex_places;  // [V] the diagonal entries
   std::vector<std::array<int, 5>> hinge_edges;    // [H] edges a-b, a-c, b-c, a-d, b-d
+  Eigen::Matrix<double, 4, Eigen::Dynamic> work;  // of precondition: x, y, z and 0
 
   void add_diagonal(int v, const Matrix3& block) {
     double* values = matrix.valuePtr();
@@ -257,32 +258,88 @@ struct ShapeSolver::State {
       }
     }
   }
+  /// matrix * x, block by block: the three columns of a vertex have the same rows.
+  void multiply(const Points& x, Points& product) const {
+    product.setZero();
+    const int* outer = matrix.outerIndexPtr();
+    for (Index v = 0; v < x.rows(); ++v) {
+      const int first = outer[3 * v];
+      const double* a = matrix.valuePtr() + first;
+      const double* b = matrix.valuePtr() + outer[3 * v + 1];
+      const double* c = matrix.valuePtr() + outer[3 * v + 2];
+      const Vector3 own = at(x, static_cast<int>(v));
+      Vector3 sum(a[0] * own[0] + a[1] * own[1] + a[2] * own[2],
+                  a[1] * own[0] + b[0] * own[1] + b[1] * own[2],
+                  a[2] * own[0] + b[1] * own[1] + c[0] * own[2]);
+      a += 3;
+      b += 2;
+      c += 1;
+      const int* row = matrix.innerIndexPtr() + first + 3;
+      const int* end = matrix.innerIndexPtr() + outer[3 * v + 1];
+      for (; row < end; row += 3, a += 3, b += 3, c += 3) {
+        const double* other = x.data() + *row;
+        double* to = product.data() + *row;
+        for (int k = 0; k < 3; ++k) {
+          to[k] += a[k] * own[0] + b[k] * own[1] + c[k] * own[2];
+        }
+        sum[0] += a[0] * other[0] + a[1] * other[1] + a[2] * other[2];
+        sum[1] += b[0] * other[0] + b[1] * other[1] + b[2] * other[2];
+        sum[2] += c[0] * other[0] + c[1] * other[1] + c[2] * other[2];
+      }
+      product.row(v) += sum.transpose();
+    }
+  }
+  /// The preconditioner's inverse times `points`: both triangular solves take the three coordinates
+  /// at once, so that the factor is read once where Eigen reads it three times.
+  void precondition(const Points& points, Points& scaled) {
+    const auto& lower = factor.matrixL().nestedExpression();
+    const auto& diagonal = factor.vectorD();
+    const auto& order = factor.permutationP().indices();
+    const int* outer = lower.outerIndexPtr();
+    const int* rows = lower.innerIndexPtr();
+    const double* values = lower.valuePtr();
+    const Index count = points.rows();
+    work.resize(4, count);
+    const auto place = [&](Index v) { return order.size() > 0 ? order[v] : static_cast<int>(v); };
+    for (Index v = 0; v < count; ++v) {
+      work.col(place(v)) << points(v, 0), points(v, 1), points(v, 2), 0;
+    }
+    for (Index j = 0; j < count; ++j) {
+      const Eigen::Vector4d own = work.col(j);
+      for (int k = outer[j]; k < outer[j + 1]; ++k) {
+        work.col(rows[k]) -= values[k] * own;
+      }
+    }
+    for (Index j = count - 1; j >= 0; --j) {
+      Eigen::Vector4d own = work.col(j) / diagonal[j];
+      for (int k = outer[j]; k < outer[j + 1]; ++k) {
+        own -= values[k] * work.col(rows[k]);
+      }
+      work.col(j) = own;
+    }
+    for (Index v = 0; v < count; ++v) {
+      scaled.row(v) = work.col(place(v)).head<3>().transpose();
+    }
+  }
   /// Conjugate gradients.
-  Points solve(Points left) const {
+  Points solve(Points left) {
     constexpr int kMost = 200;
     constexpr double kTolerance = 1e-3;  // of the first residual's norm
-    using Block = Eigen::MatrixXd;
-    const auto scaled_of = [&](const Points& points) -> Points {
-      return factor.solve(Block(points));
-    };
-    const auto flat = [](const Points& points) {
-      return Eigen::Map<const Eigen::VectorXd>(points.data(), points.size());
-    };
+    const auto dot = [](const Points& a, const Points& b) { return a.cwiseProduct(b).sum(); };
     Points move = Points::Zero(left.rows(), 3);
-    Points scaled = scaled_of(left);
+    Points scaled(left.rows(), 3);
+    precondition(left, scaled);
     Points direction = scaled;
     Points pushed(left.rows(), 3);
-    double product = left.cwiseProduct(scaled).sum();
+    double product = dot(left, scaled);
     const double first = product;
-    int count = 0;
-    for (; count < kMost && product > 0; ++count) {
-      Eigen::Map<Eigen::VectorXd>(pushed.data(), pushed.size()) =
-          matrix.selfadjointView<Eigen::Lower>() * flat(direction);
-      const double length = product / direction.cwiseProduct(pushed).sum();
+    for (int count = 0; count < kMost && product > 0; ++count) {
+      multiply(direction, pushed);
+      const double length = product / dot(direction, pushed);
       move += length * direction;
       left -= length * pushed;
-      scaled = scaled_of(left);
-      const double next = left.cwiseProduct(scaled).sum();
+      precondition(left, scaled);
+      const double next = dot(left, scaled);
       if (!(next > kTolerance * kTolerance * first)) {
         break;
       }

@@ -263,26 +263,36 @@ struct Candidate {
 
 /// What a site's word says within reach, or no place.
 Candidate looked_up(const PrintedCode& code, int site, const Eigen::VectorXf& word) {
-  std::vector<Eigen::VectorXf> turns;
+  constexpr std::size_t kAtOnce = 64;  // words, so that their products with all turns stay cached
+  Eigen::MatrixXf turns(word.size(), 2 * kTurns + 1);
   for (int steps = -kTurns; steps <= kTurns; ++steps) {
-    turns.push_back(turned_word(word, steps));
+    turns.col(steps + kTurns) = turned_word(word, steps);
+  }
+  std::vector<int> near;
+  for (Index i = 0; i < code.rest.rows(); ++i) {
+    if ((code.rest.row(i) - code.rest.row(site)).squaredNorm() <
+        code.options.reach * code.options.reach) {
+      near.push_back(static_cast<int>(i));
+    }
   }
   Candidate best;
   best.site = site;
   std::vector<std::pair<int, float>> all;
-  for (Index i = 0; i < code.rest.rows(); ++i) {
-    if (!((code.rest.row(i) - code.rest.row(site)).squaredNorm() <
-          code.options.reach * code.options.reach)) {
-      continue;
+  Eigen::MatrixXf words = Eigen::MatrixXf::Zero(word.size(), static_cast<Index>(kAtOnce));
+  Eigen::MatrixXf products(static_cast<Index>(kAtOnce), turns.cols());
+  for (std::size_t begin = 0; begin < near.size(); begin += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, near.size() - begin);
+    for (std::size_t i = 0; i < count; ++i) {
+      words.col(static_cast<Index>(i)) = code.words.col(near[begin + i]);
     }
-    float most = -1;
-    for (const Eigen::VectorXf& turn : turns) {
-      most = std::max(most, turn.dot(code.words.col(i)));
-    }
-    all.emplace_back(static_cast<int>(i), most);
-    if (most > best.correlation) {
-      best.correlation = most;
-      best.place = static_cast<int>(i);
+    products.noalias() = words.transpose() * turns;
+    for (std::size_t i = 0; i < count; ++i) {
+      const float most = products.row(static_cast<Index>(i)).maxCoeff();
+      all.emplace_back(near[begin + i], most);
+      if (most > best.correlation) {
+        best.correlation = most;
+        best.place = near[begin + i];
+      }
     }
   }
   if (best.place < 0 || best.correlation < code.options.least) {
