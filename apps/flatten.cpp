@@ -249,8 +249,11 @@ std::vector<char> read_garment(Flattened& flat, const fs::path& file,
   const Triangles oriented = consistently_oriented(flat.mesh.faces, flat.mesh.vertices.rows());
   if (oriented != flat.mesh.faces) {
     watcher.say("triangles of opposite orientation were turned round");
-    flat.mesh.uv_faces.resize(0, 3);  // whose corners are those of the faces before
-    flat.mesh.uvs.resize(0, 2);
+    for (Index f = 0; f < flat.mesh.uv_faces.rows(); ++f) {
+      if (oriented.row(f) != flat.mesh.faces.row(f)) {
+        std::swap(flat.mesh.uv_faces(f, 1), flat.mesh.uv_faces(f, 2));
+      }
+    }
     flat.mesh.faces = oriented;
   }
   check_flattenable(flat.mesh, file.string());

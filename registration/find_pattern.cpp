@@ -99,10 +99,12 @@ class PatternTrial {
   }
 
   /// Sews seams of the best again that are not needed once the surface gives way to what they join,
-  /// the one first that saves most. Each is tried once.
+  /// the one first that saves most. Each is tried once, until so many in a row are needed that few
+  /// others will not be.
   void sew() {
+    constexpr int kNeeded = 24;
     std::set<std::vector<int>> tried;
-    for (;;) {
+    for (int needed = 0; needed < kNeeded;) {
       const std::vector<std::vector<int>> runs = seams_to_sew();
       const auto next = std::find_if(runs.begin(), runs.end(),
                                      [&](const auto& run) { return !tried.contains(run); });
@@ -116,7 +118,9 @@ class PatternTrial {
       }
       ++seams.joined;
       return_to(best_places_);
+      const double before = cost_;
       keeps_bound(seams, "sewn");
+      needed = cost_ < before ? 0 : needed + 1;
     }
   }
 

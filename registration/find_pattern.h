@@ -36,7 +36,8 @@ struct FoundPattern {
 /// 5. Where none of these keeps the bound: seams along edges, on the surface as it is given.
 /// 6. Of the best pattern seams are sewn again, the longest first, if the surface gives way so far
 ///    that the bound holds without: the search sews on a surface that stays as it is. A front and
-///    its back stay two, but for what is small, as a sleeve; with `find.join` only.
+///    its back stay two, but for what is small, as a sleeve; with `find.join` only. It ends where
+///    24 in a row are needed.
 ///
 /// Corners are kept above 10 degrees where they are in `mesh` (blunt_corners.h), so that a
 /// simulation takes the panels as a rest shape.

@@ -13,7 +13,7 @@ namespace atelier {
 /// When a surface is cut enough.
 struct FindSeamsOptions {
   double stretch = 0.03;  ///< stretch that 99 hundredths of the area shall keep below, 0.001 to 1
-  int cuts = 40;          ///< seams and darts added at most, 0 to 1000
+  int cuts = 400;         ///< seams and darts added at most, 0 to 1000
   bool front_and_back = true;  ///< begin with a front and a back (front_and_back.h)
   double sides = 1;  ///< how much dearer seams are in front and at the back than at the sides
   bool join = true;  ///< seams that turn out not to be needed are sewn again

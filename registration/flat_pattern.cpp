@@ -20,6 +20,8 @@ namespace {
 
 // Softly at first, so that the cloth beside a seam finds its place before lengths are held.
 constexpr std::array kSeamWeights = {0.5, 20.0, 1e3};
+constexpr double kMostSeamWeight = 1e6;
+constexpr double kEqual = 0.002;     // of a seam's length: what its two sides may differ by
 constexpr double kSeamReach = 0.15;  // m
 
 /// One panel as a surface of its own.
@@ -186,6 +188,17 @@ std::vector<std::vector<EdgeLength>> equal_lengths(const FlatPattern& pattern,
   return lengths;
 }
 
+/// The largest difference of the two sides of a seam, share of their mean length.
+double worst_mismatch(const FlatPattern& pattern) {
+  double worst = 0;
+  for (const FlatSeam& seam : pattern.seams) {
+    const double a = length_of_run(pattern.vertices, seam.a);
+    const double b = length_of_run(pattern.vertices, seam.b);
+    worst = std::max(worst, 2 * std::abs(a - b) / (a + b));
+  }
+  return worst;
+}
+
 /// Value below which `share` of the area lies.
 double quantile(std::vector<std::pair<double, double>> values_areas, double share) {
   std::sort(values_areas.begin(), values_areas.end());
@@ -284,6 +297,11 @@ FlatPattern flatten_surface(const Mesh& mesh, const std::vector<char>& cut,
       held.length_weight = weight;
       lay(held, equal_lengths(pattern, local));
     }
+    // Where much is stretched, it takes more to hold a length.
+    while (worst_mismatch(pattern) > kEqual && held.length_weight < kMostSeamWeight) {
+      held.length_weight *= 10;
+      lay(held, equal_lengths(pattern, local));
+    }
   }
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const Points2 turned = along_grain(panels[p], flat[p].vertices);
@@ -329,11 +347,10 @@ FlatMeasures measure_flat(const Mesh& mesh, const FlatPattern& pattern) {
   measures.strain_p99 = quantile(strain_areas, 0.99);
   measures.strain_max = measures.strain.maxCoeff();
   measures.area_ratio = flat_area / areas.sum();
+  measures.seam_mismatch = worst_mismatch(pattern);
   for (const FlatSeam& seam : pattern.seams) {
-    const double a = length_of_run(pattern.vertices, seam.a);
-    const double b = length_of_run(pattern.vertices, seam.b);
-    measures.seam_mismatch = std::max(measures.seam_mismatch, 2 * std::abs(a - b) / (a + b));
-    measures.seam_length += (a + b) / 2;
+    measures.seam_length +=
+        (length_of_run(pattern.vertices, seam.a) + length_of_run(pattern.vertices, seam.b)) / 2;
   }
   measures.overlaps = static_cast<int>(pattern.overlapping.size());
   return measures;

@@ -26,7 +26,8 @@ struct FlatPattern {
   Points2 vertices;                      ///< [C,2] m
   std::vector<std::string> panel_names;  ///< [P]
   std::vector<FlatSeam> seams;
-  std::vector<int> overlapping;    ///< panels that lie over themselves
+  std::vector<int>
+      overlapping;  ///< panels that lie over themselves (lies_over_itself), as they are here
   std::vector<int> not_converged;  ///< panels that ran out of iterations
 };
 
@@ -39,7 +40,8 @@ OptionTable describe(FlattenOptions& options);
 
 /// Lays the panels of a cut surface flat (flatten_panel). With `equal_seams` both sides of a seam
 /// are pulled to the mean of their lengths, in all and over 15 cm to either side of every place,
-/// which takes three further rounds. The grain is
+/// which takes three further rounds, and up to three more, held firmer, while some seam differs by
+/// more than 0.2%. The grain is
 /// where the world's up lies on most of the panel; along its longest direction where up is nowhere.
 ///
 /// `cut` has one flag for each edge of the topology of `mesh.faces`; panels must be discs

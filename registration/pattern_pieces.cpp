@@ -8,6 +8,7 @@
 #include "core/cross.h"
 #include "core/error.h"
 #include "core/topology.h"
+#include "registration/flat_overlaps.h"
 #include "registration/offset_outline.h"
 
 namespace atelier {
@@ -125,10 +126,12 @@ double mismatch_of(const Run& a, const Run& b) {
   return 2 * std::abs(length_of(a) - length_of(b)) / std::max(length_of(a) + length_of(b), 1e-12);
 }
 
-/// Smoothed positions of the outline's vertices, and the largest mismatch of seams.
+/// Smoothed positions of the outline's vertices, and the largest mismatch of seams. What is sewn or
+/// open at a panel with `as_is` stays.
 std::pair<Points2, double> smooth_outlines(const FlatPattern& pattern,
-                                           const std::vector<std::vector<int>>& loops,
-                                           double reach) {
+                                           const std::vector<std::vector<int>>& loops, double reach,
+                                           const std::vector<char>& as_is,
+                                           const std::vector<int>& panel_of) {
   constexpr double kMismatch = 0.002;
   Points2 flat = pattern.vertices;
   std::vector<char> sewn(static_cast<std::size_t>(flat.rows()), 0);
@@ -137,7 +140,8 @@ std::pair<Points2, double> smooth_outlines(const FlatPattern& pattern,
   for (const FlatSeam& seam : pattern.seams) {
     Run a = points_of(pattern.vertices, seam.a);
     Run b = points_of(pattern.vertices, seam.b);
-    if (reach > 0 && a.size() > 2) {
+    if (reach > 0 && a.size() > 2 && as_is[static_cast<std::size_t>(seam.panel_a)] == 0 &&
+        as_is[static_cast<std::size_t>(seam.panel_b)] == 0) {
       // Corners of either side are kept on both.
       std::vector<std::size_t> held = corners_of(a, reach);
       for (const std::size_t corner : corners_of(b, reach)) {
@@ -172,6 +176,9 @@ std::pair<Points2, double> smooth_outlines(const FlatPattern& pattern,
   }
   // What is not sewn: runs from seam end to seam end, or whole loops.
   for (const std::vector<int>& loop : loops) {
+    if (as_is[static_cast<std::size_t>(panel_of[static_cast<std::size_t>(loop.front())])] != 0) {
+      continue;
+    }
     const std::size_t count = loop.size();
     const auto first = std::find_if(loop.begin(), loop.end(), [&](int v) {
       return seam_end[static_cast<std::size_t>(v)] != 0;
@@ -199,6 +206,28 @@ std::pair<Points2, double> smooth_outlines(const FlatPattern& pattern,
     }
   }
   return {flat, worst};
+}
+
+/// The same, but panels whose smoothed outline would cross itself stay as they are.
+std::pair<Points2, double> smooth_apart(const FlatPattern& pattern,
+                                        const std::vector<std::vector<int>>& loops, double reach,
+                                        const std::vector<int>& panel_of) {
+  std::vector<char> as_is(static_cast<std::size_t>(pattern.cut.panel_count), 0);
+  for (;;) {
+    std::pair<Points2, double> smooth = smooth_outlines(pattern, loops, reach, as_is, panel_of);
+    bool more = false;
+    for (const std::vector<int>& loop : loops) {
+      char& stays =
+          as_is[static_cast<std::size_t>(panel_of[static_cast<std::size_t>(loop.front())])];
+      if (stays == 0 && crosses_itself(smooth.first(loop, Eigen::all))) {
+        stays = 1;
+        more = true;
+      }
+    }
+    if (!more) {
+      return smooth;
+    }
+  }
 }
 
 void turn_half(PatternPiece& piece) {
@@ -382,7 +411,7 @@ PatternLayout lay_out_pattern(const FlatPattern& pattern, const PatternPieceOpti
   }
   PatternLayout layout;
   layout.width = options.fabric_width;
-  const auto [flat, mismatch] = smooth_outlines(pattern, loops, options.smoothing);
+  const auto [flat, mismatch] = smooth_apart(pattern, loops, options.smoothing, panel_of);
   layout.seam_mismatch = mismatch;
   layout.pieces.resize(static_cast<std::size_t>(pattern.cut.panel_count));
   for (const std::vector<int>& loop : loops) {

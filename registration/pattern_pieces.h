@@ -19,7 +19,7 @@ struct Notch {
 /// A panel as a pattern maker draws it. Metres, grain along +y.
 struct PatternPiece {
   std::string name;
-  Points2 sew_line;  ///< closed, counter-clockwise, smoothed
+  Points2 sew_line;  ///< closed, counter-clockwise, smoothed where it does not cross itself then
   Points2 cut_line;  ///< with seam allowance
   std::vector<Notch> notches;
   Eigen::Vector2d grain_from, grain_to;  ///< a line inside the piece
@@ -45,8 +45,8 @@ OptionTable describe(PatternPieceOptions& options);
 /// Outlines, seam allowance, notches and grain of every panel, packed onto fabric of a given width
 /// in order of their heights, each as low as it goes (skyline, bottom left), turned by at most half
 /// a turn, so that the grain stays along the warp. Both sides of a seam are smoothed alike, and as
-/// far only as they stay equal in length; ends of seams and corners stay where they are. Our choice
-/// of all.
+/// far only as they stay equal in length; ends of seams and corners stay where they are. A panel
+/// whose outline would cross itself then is drawn as it is. Our choice of all.
 PatternLayout lay_out_pattern(const FlatPattern& pattern, const PatternPieceOptions& options = {});
 
 /// The layout as SVG at true scale: user units are millimetres; layers (Inkscape's) cut, sew,
