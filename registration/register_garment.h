@@ -28,7 +28,6 @@ struct RegisterOptions {
   double stretch = 0.10;       ///< m: stretch of 1% weighs as much as a distance of 1% of this
   double compress = 0.06;      ///< the same of cloth that is shorter than at rest
   double border_weight = 1;    ///< of openings against surfaces
-  bool limbs = true;           ///< what lies on one limb does not go by the scan of another
   bool collision = true;       ///< keep cloth out of the body
   double gap = 0.002;          ///< m, between cloth and body
   bool photometric = true;     ///< let pictures say what slides along the surface
@@ -46,8 +45,7 @@ OptionTable describe(RegisterOptions& options);
 /// A template made ready: nothing in it depends on the frame.
 struct RegistrationModel {
   ClothModel cloth;
-  Points vertices;                      ///< [V,3] m, in its own frame
-  std::vector<Attachment> attachments;  ///< to the body's triangles; or empty
+  Points vertices;  ///< [V,3] m, in its own frame
   ClothSamples samples;
   PrintedCode code;  ///< what its print says in the frame where it is known; or empty
 };
