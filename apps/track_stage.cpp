@@ -100,6 +100,7 @@ struct TrackSums {
   double scans = 0;
   double scanned = 0;
   double deviation = 0;
+  bool found = false;  // some frame has keypoints that agree, or a scan that says as much
 };
 
 void add(TrackSums& sums, const TrackedMotion& tracked) {
@@ -111,6 +112,8 @@ void add(TrackSums& sums, const TrackedMotion& tracked) {
   sums.scans += tracked.scan_rms.sum();
   sums.scanned += static_cast<double>((tracked.scan_share.array() > 0).count());
   sums.deviation += tracked.deviations.mean() * count;
+  sums.found = sums.found || tracked.keypoint_rms.maxCoeff() > 0 ||
+               std::count(tracked.trusted.begin(), tracked.trusted.end(), 1) > 0;
 }
 
 /// Sum over frames of the mean distance of hips, knees and ankles between two trackings.
@@ -197,6 +200,11 @@ void run_track(StageRun& run) {
   }
   if (sums.frames == 0) {
     throw DataError(run.input("capture").string(), "sequences", "no frame", "at least one");
+  }
+  if (!sums.found) {
+    throw DataError(run.input("keypoints3d").string(), "keypoints3d",
+                    "no frame that shows a person, and no scan that says where one is",
+                    "at least one frame with hips, shoulders and limbs");
   }
   run.metric("frames", sums.frames);
   run.metric("trusted_share", sums.trusted / sums.frames);

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "bodymodel/rotation.h"
+#include "bodymodel/tracking/scan_agreement.h"
 #include "bodymodel/tracking/start_pose.h"
 #include "core/error.h"
 #include "core/normals.h"
@@ -13,7 +14,6 @@
 namespace atelier {
 namespace {
 
-constexpr double kCovered = 0.5;       // of a scan that must fit a frame without keypoints
 constexpr double kBridgePrior = 0.02;  // pull to rest where neighbours know better
 constexpr double kWideReach = 0.25;    // m, of first matches where no keypoints say where it is
 constexpr int kTrackingIterations = 30;
@@ -340,6 +340,7 @@ class Sequencer {
     std::vector<FrameTargets> targets(count);
     std::vector<double> off(count, 0);
     std::vector<double> unmet(count, 0);
+    std::vector<ScanAgreement> agreements(count);  // of frames without keypoints
     parallel_for(rows, 1, [&](Index begin, Index end) {
       for (Index f = begin; f < end; ++f) {
         const auto i = static_cast<std::size_t>(f);
@@ -352,10 +353,13 @@ class Sequencer {
           tracked.scan_rms[f] = error.rms;
           tracked.scan_share[f] = error.share;
           off[i] = foreign_share(person_, surface, *scans_[i]);
+          if (!starts_[i].trusted) {
+            agreements[i] = scan_agreement(person_, surface, areas_, *scans_[i], region_);
+          }
         }
         tracked.keypoint_rms[f] = rms_of(keypoint_distances(i, x_[i]));
         unmet[i] = unmet_keypoints(i);
-        const bool held = starts_[i].trusted || tracked.scan_share[f] > kCovered;
+        const bool held = starts_[i].trusted || agreements[i].holds;
         tracked.trusted[i] = held && unmet[i] < kUntrustedError ? 1 : 0;
       }
     });
@@ -399,11 +403,20 @@ class Sequencer {
                                "this size"});
     }
     deviations(targets, tracked.deviations);
-    for (std::size_t f = 0; f < count; ++f) {  // the spread of a wrong minimum says nothing
-      if (unmet[f] >= kUntrustedError) {
+    const Eigen::ArrayXd standing = standing_errors().array();
+    for (std::size_t f = 0; f < count; ++f) {
+      if (scans_[f] == nullptr) {
         const auto row = static_cast<Index>(f);
-        tracked.deviations.row(row) = tracked.deviations.row(row).cwiseMax(unmet[f]);
+        tracked.deviations.row(row) =
+            (tracked.deviations.row(row).array().square() + standing.transpose().square()).sqrt();
       }
+    }
+    for (std::size_t f = 0; f < count; ++f) {  // the spread of a wrong minimum says nothing
+      const double off_by = unmet[f] >= kUntrustedError ? unmet[f]
+                            : agreements[f].holds       ? 0
+                                                        : agreements[f].apart;
+      const auto row = static_cast<Index>(f);
+      tracked.deviations.row(row) = tracked.deviations.row(row).cwiseMax(off_by);
     }
     const std::vector<char> region =
         options_.exclude == Exclude::Labels ? under_left_out() : region_;
@@ -430,6 +443,53 @@ class Sequencer {
       }
     }
     return distances;
+  }
+
+  /// [J] m, by how much the keypoints of a joint are off the pose alike in all frames, seen from
+  /// the joint: no number of frames averages it away, so that without a scan it is part of what the
+  /// pose is off by. Noise that was averaged is taken from it. Joints without keypoints have the
+  /// rms of the others. Our choice.
+  Eigen::VectorXd standing_errors() const {
+    constexpr double kLeastFrames = 3;
+    const RidingMarkers& riding = person_.places.riding;
+    Points sums = Points::Zero(riding.offsets.rows(), 3);
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(sums.rows());
+    Eigen::VectorXd counts = Eigen::VectorXd::Zero(sums.rows());
+    for (std::size_t f = 0; f < x_.size(); ++f) {
+      const FrameTargets& targets = starts_[f].targets;
+      const JointFrames frames =
+          forward_kinematics(person_.shaped.skeleton, pose_of_variables(person_, x_[f]));
+      const Points at = marker_positions(seen_only(), frames);
+      for (Index k = 0; k < targets.keypoints.rows(); ++k) {
+        const int joint = riding.joints[static_cast<std::size_t>(k)];
+        if (targets.deviations[k] > 0 && joint >= 0) {
+          const Eigen::Vector3d off = (targets.keypoints.row(k) - at.row(k)).transpose();
+          sums.row(k) +=
+              (frames.rotations[static_cast<std::size_t>(joint)].transpose() * off).transpose();
+          squares[k] += off.squaredNorm();
+          counts[k] += 1;
+        }
+      }
+    }
+    const auto joints = static_cast<Index>(person_.slots.size());
+    Eigen::VectorXd errors = Eigen::VectorXd::Zero(joints);  // m2
+    Eigen::VectorXd keypoints = Eigen::VectorXd::Zero(joints);
+    for (Index k = 0; k < counts.size(); ++k) {
+      if (counts[k] < kLeastFrames) {
+        continue;
+      }
+      const double mean = sums.row(k).squaredNorm() / (counts[k] * counts[k]);
+      const double noise = (squares[k] / counts[k] - mean) / (counts[k] - 1);
+      const int joint = riding.joints[static_cast<std::size_t>(k)];
+      errors[joint] += std::max(0.0, mean - noise);
+      keypoints[joint] += 1;
+    }
+    const double most = std::max(1.0, keypoints.sum());
+    const double usual = errors.sum() / most;
+    for (Index j = 0; j < joints; ++j) {
+      errors[j] = std::sqrt(keypoints[j] > 0 ? errors[j] / keypoints[j] : usual);
+    }
+    return errors;
   }
 
   /// How far, m rms, a frame's pose is from the keypoints that its start met. Those that the start

@@ -72,7 +72,8 @@ std::string listed_frames(const std::vector<int>& ids);
 ///    found (dynamic_region.h) and left out of the rounds that follow; it is found again once.
 /// Stated behaviour for bad input, each with a finding: a frame without (or with contradictory)
 /// keypoints starts between its neighbours, is fitted to its scan if it has one, and is trusted
-/// only if that covers the body; a frame whose pose ends 6 cm (rms) or more from the keypoints that
+/// only if that bears out every limb (scan_agreement.h), else its deviations are at least as far as
+/// limbs and scan are apart; a frame whose pose ends 6 cm (rms) or more from the keypoints that
 /// its start met is not trusted, and its deviations are at least that; scans more than 3 times as
 /// large or small as the person (millimetres) are left out; points further than 8 cm from the body
 /// (a second person) are not of it. Results do not depend on the number of threads. Throws

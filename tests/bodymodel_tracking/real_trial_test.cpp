@@ -144,7 +144,11 @@ TEST(RealTrial, AHundredFramesAreFollowedByKeypointsAlone) {
     const double median = errors[errors.size() / 2];
     std::printf("%s body: median %.1f mm over %zu joints, largest step %.1f mm a frame, %d flips\n",
                 measured ? "measured" : "default", 1e3 * median, errors.size(), 1e3 * jump, flips);
+    const double stated = tracking.tracked.deviations.mean();
+    std::printf("deviation that it states: %.1f mm in the mean\n", 1e3 * stated);
     EXPECT_LT(median, 0.035);
+    EXPECT_GT(stated, 0.5 * median);
+    EXPECT_LT(stated, 1.5 * median);
     // Keypoints of a hip jump by 121 mm in one frame; who has the person's bones follows them more.
     EXPECT_LT(jump, measured ? 0.09 : 0.06);
     EXPECT_EQ(flips, 0);

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/tracking/scan_agreement.h"
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
@@ -33,13 +34,16 @@ TrackInput walk(int frames, double noise, double fps = 30) {
 }
 
 /// The body itself as a scan.
-ScanPoints body_scan(double seconds) {
+ScanPoints scan_of(const Eigen::VectorXd& x) {
   Mesh scan;
-  scan.vertices = skin_vertices(
-      plain_human(), pose_of_variables(fitted_human(), walking(fitted_human(), seconds)));
+  scan.vertices = skin_vertices(plain_human(), pose_of_variables(fitted_human(), x));
   scan.faces = plain_human().mesh.faces;
   return scan_points(
       scan, std::vector<ScanPart>(static_cast<std::size_t>(scan.vertices.rows()), ScanPart::Skin));
+}
+
+ScanPoints body_scan(double seconds) {
+  return scan_of(walking(fitted_human(), seconds));
 }
 
 double error_of(const Tracking& tracking, std::size_t f, double seconds) {
@@ -61,6 +65,32 @@ TEST(Track, FollowsKeypoints) {
   EXPECT_GT(tracking.tracked.deviations.mean(), 0.002);
   EXPECT_LT(tracking.tracked.deviations.mean(), 0.012);
   EXPECT_TRUE(tracking.findings.empty());
+}
+
+// Detectors put a hip where no joint is, in every frame.
+TEST(Track, WhatKeypointsAreOffByInEveryFrameIsPartOfTheDeviation) {
+  const auto deviation = [](double beside, bool scanned) {
+    TrackInput input = walk(12, 0.004);
+    for (std::size_t f = 0; f < 12; ++f) {
+      for (Index k = 0; k < input.frames[f].keypoints.rows(); ++k) {
+        const std::string& name = input.keypoint_names[static_cast<std::size_t>(k)];
+        if (name == "left_hip" || name == "right_hip") {
+          input.frames[f].keypoints(k, 1) += beside;
+        }
+      }
+      if (scanned) {
+        input.frames[f].scan = body_scan(static_cast<double>(f) / 30);
+      }
+    }
+    const TrackedMotion tracked = track(plain_human(), input).tracked;
+    return tracked.deviations(6, find_joint(tracked.skeleton, "left_hip"));
+  };
+  const double right = deviation(0, false);
+  const double wrong = deviation(0.05, false);
+  EXPECT_LT(right, 0.01);
+  EXPECT_GT(wrong, 2 * right);
+  EXPECT_LT(wrong, 0.06);
+  EXPECT_LT(deviation(0.05, true), right) << "a scan says where it is";
 }
 
 TEST(Track, ScansMakeItExact) {
@@ -135,6 +165,112 @@ TEST(Track, AScanIsEnoughWhereKeypointsAreMissing) {
   const Tracking tracking = track(plain_human(), input);
   EXPECT_EQ(tracking.tracked.trusted[2], 1);
   EXPECT_LT(error_of(tracking, 2, 2 / 12.0), 0.012);
+}
+
+/// A pose with a joint turned about z.
+Eigen::VectorXd turned(Eigen::VectorXd x, const std::string& name, double angle) {
+  const int joint = find_joint(plain_human().skeleton, name);
+  x[3 + 3 * static_cast<Index>(fitted_human().slots[static_cast<std::size_t>(joint)]) + 2] += angle;
+  return x;
+}
+
+// Frames a second apart: between the poses before and behind, arms are where nobody holds them.
+TEST(Track, AScanThatAnArmIsOffHoldsNoFrame) {
+  TrackInput input = walk(3, 0.004, 1);
+  input.frames[1].keypoints.resize(0, 3);
+  input.frames[1].deviations.resize(0);
+  input.frames[1].scan = scan_of(
+      turned(turned(walking(fitted_human(), 1), "left_shoulder", 2.4), "right_shoulder", -2.4));
+  const Tracking tracking = track(plain_human(), input);
+  EXPECT_GT(tracking.tracked.scan_share[1], 0.5) << "trunk and legs agree";
+  EXPECT_EQ(tracking.tracked.trusted, (std::vector<char>{1, 0, 1}));
+  EXPECT_GT(tracking.tracked.deviations.row(1).minCoeff(), 0.05);
+  EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "frame-untrusted")));
+}
+
+ScanAgreement agreement_of(const Eigen::VectorXd& pose, const ScanPoints& scan,
+                           const std::vector<char>& region = {}) {
+  const BodySurface rest = rest_surface(fitted_human());
+  return scan_agreement(fitted_human(), posed_surface(fitted_human(), rest, pose),
+                        vertex_areas(rest.vertices, plain_human().mesh.faces), scan, region);
+}
+
+TEST(ScanAgreement, EachLimbCounts) {
+  const Eigen::VectorXd x = walking(fitted_human(), 0.3);
+  const ScanPoints scan = scan_of(x);
+  EXPECT_TRUE(agreement_of(x, scan).holds);
+  EXPECT_LT(agreement_of(x, scan).off, 0.001);
+  EXPECT_EQ(agreement_of(x, scan).apart, 0);
+  for (const char* name : {"left_shoulder", "right_elbow", "left_hip", "right_knee", "head"}) {
+    SCOPED_TRACE(name);
+    const ScanAgreement off = agreement_of(turned(x, name, 0.8), scan);
+    EXPECT_FALSE(off.holds);
+    EXPECT_GT(off.apart, 0.03);
+    EXPECT_LT(off.apart, 0.8);
+  }
+  const ScanAgreement elbow = agreement_of(turned(x, "right_elbow", 0.8), scan);
+  EXPECT_THAT(elbow.loose, Contains(find_joint(plain_human().skeleton, "right_wrist")));
+  EXPECT_THAT(elbow.loose, Not(Contains(find_joint(plain_human().skeleton, "left_wrist"))));
+}
+
+TEST(ScanAgreement, NoiseOfAScanCostsNothing) {
+  const Eigen::VectorXd x = walking(fitted_human(), 0.3);
+  ScanPoints scan = scan_of(x);
+  Random random{4};
+  for (Index i = 0; i < scan.points.rows(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      scan.points(i, c) += 0.008 * normal(random);
+    }
+  }
+  EXPECT_TRUE(agreement_of(x, scan).holds);
+}
+
+/// The vertices that hang on a leg.
+std::vector<char> leg_region() {
+  std::vector<char> region;
+  const Points& vertices = plain_human().mesh.vertices;
+  for (Index v = 0; v < vertices.rows(); ++v) {
+    const bool leg = std::abs(vertices(v, 0)) < 0.25;  // and no hand
+    region.push_back(leg && vertices(v, 1) > 0.4 && vertices(v, 1) < 1.0 ? 1 : 0);
+  }
+  return region;
+}
+
+TEST(ScanAgreement, ClothingThatIsLeftOutSaysNothingEitherWay) {
+  const Eigen::VectorXd x = walking(fitted_human(), 0.3);
+  const std::vector<char> region = leg_region();
+  ScanPoints scan = scan_of(x);
+  for (Index i = 0; i < scan.points.rows(); ++i) {  // a wide skirt
+    if (region[static_cast<std::size_t>(i)] != 0) {
+      scan.points.row(i) += 0.15 * scan.normals.row(i);
+      scan.parts[static_cast<std::size_t>(i)] = ScanPart::Cloth;
+    }
+  }
+  EXPECT_FALSE(agreement_of(x, scan).holds);
+  EXPECT_TRUE(agreement_of(x, scan, region).holds);
+  EXPECT_FALSE(agreement_of(turned(x, "left_knee", 0.8), scan, region).holds) << "its foot is off";
+}
+
+TEST(ScanAgreement, LimbsThatNothingShowsAreLoose) {
+  const Eigen::VectorXd x = walking(fitted_human(), 0.3);
+  const ScanPoints scan = scan_of(x);
+  std::vector<char> low;
+  ScanPoints left_out = scan;
+  for (Index i = 0; i < scan.points.rows(); ++i) {
+    low.push_back(plain_human().mesh.vertices(i, 1) < 1.0 ? 1 : 0);
+    left_out.parts[static_cast<std::size_t>(i)] =
+        low.back() != 0 ? ScanPart::LeftOut : ScanPart::Skin;
+  }
+  const ScanAgreement below = agreement_of(x, left_out);
+  EXPECT_FALSE(below.holds) << "a dress to the ground";
+  EXPECT_THAT(below.loose, Contains(find_joint(plain_human().skeleton, "left_ankle")));
+  EXPECT_EQ(below.off, 0);
+  EXPECT_FALSE(agreement_of(x, ScanPoints{}).holds);
+  ScanPoints ignored = scan;
+  std::fill(ignored.parts.begin(), ignored.parts.end(), ScanPart::Ignored);
+  EXPECT_FALSE(agreement_of(x, ignored).holds);
+  EXPECT_EQ(agreement_of(x, ignored).off, 1);
+  EXPECT_THROW(agreement_of(x, scan, {1, 0}), LogicError);
 }
 
 TEST(Track, KeypointsThatContradictEachOtherAreNotTrusted) {
