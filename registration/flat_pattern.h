@@ -26,8 +26,7 @@ struct FlatPattern {
   Points2 vertices;                      ///< [C,2] m
   std::vector<std::string> panel_names;  ///< [P]
   std::vector<FlatSeam> seams;
-  std::vector<int>
-      overlapping;  ///< panels that lie over themselves (lies_over_itself), as they are here
+  std::vector<int> overlapping;    ///< panels that lie over themselves, see flat_overlaps.h
   std::vector<int> not_converged;  ///< panels that ran out of iterations
 };
 
