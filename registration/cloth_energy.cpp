@@ -8,6 +8,8 @@
 
 #include "core/error.h"
 #include "core/normals.h"
+#include "registration/factor_solve.h"
+#include "registration/wide_numbers.h"
 
 namespace atelier {
 namespace {
@@ -247,7 +249,9 @@ struct ShapeSolver::State {
   std::vector<std::array<int, 3>> apex_places;    // [H] of the two apexes
   std::vector<std::array<int, 3>> vertex_places;  // [V] the diagonal entries
   std::vector<std::array<int, 5>> hinge_edges;    // [H] edges a-b, a-c, b-c, a-d, b-d
-  Eigen::Matrix<double, 4, Eigen::Dynamic> work;  // of precondition: x, y, z and 0
+  Eigen::Matrix<double, 4, Eigen::Dynamic> work;  // [4,V] of precondition: x, y, z and 0
+  int fresh_iterations = 0;                       // that were needed when the factor was new
+  int last_iterations = 0;                        // and the last time; 0: there is no factor
 
   void add_diagonal(int v, const Matrix3& block) {
     double* values = matrix.valuePtr();
@@ -289,56 +293,64 @@ struct ShapeSolver::State {
       product.row(v) += sum.transpose();
     }
   }
-  /// The preconditioner's inverse times `points`: both triangular solves take the three coordinates
-  /// at once, so that the factor is read once where Eigen reads it three times.
+  /// The preconditioner's inverse times `points`.
   void precondition(const Points& points, Points& scaled) {
     const auto& lower = factor.matrixL().nestedExpression();
-    const auto& diagonal = factor.vectorD();
     const auto& order = factor.permutationP().indices();
-    const int* outer = lower.outerIndexPtr();
-    const int* rows = lower.innerIndexPtr();
-    const double* values = lower.valuePtr();
-    const Index count = points.rows();
-    work.resize(4, count);
     const auto place = [&](Index v) { return order.size() > 0 ? order[v] : static_cast<int>(v); };
-    for (Index v = 0; v < count; ++v) {
+    for (Index v = 0; v < points.rows(); ++v) {
       work.col(place(v)) << points(v, 0), points(v, 1), points(v, 2), 0;
     }
-    for (Index j = 0; j < count; ++j) {
-      const Eigen::Vector4d own = work.col(j);
-      for (int k = outer[j]; k < outer[j + 1]; ++k) {
-        work.col(rows[k]) -= values[k] * own;
-      }
-    }
-    for (Index j = count - 1; j >= 0; --j) {
-      Eigen::Vector4d own = work.col(j) / diagonal[j];
-      for (int k = outer[j]; k < outer[j + 1]; ++k) {
-        own -= values[k] * work.col(rows[k]);
-      }
-      work.col(j) = own;
-    }
-    for (Index v = 0; v < count; ++v) {
+    solve_factor(
+        {lower.outerIndexPtr(), lower.innerIndexPtr(), lower.valuePtr(), factor.vectorD().data()},
+        work, has_avx2());
+    for (Index v = 0; v < points.rows(); ++v) {
       scaled.row(v) = work.col(place(v)).head<3>().transpose();
     }
   }
-  /// Conjugate gradients.
-  Points solve(Points left) {
+  /// Conjugate gradients. A factor of an earlier step serves as long as it is good enough: it does
+  /// where it needs no more iterations than about twice as many as when it was fresh, which cost
+  /// less than a new one. False where the matrix has no factor.
+  bool solve(Points left, Points& move) {
     constexpr int kMost = 200;
-    constexpr double kTolerance = 1e-3;  // of the first residual's norm
+    // Of the first residual's norm: what is left over the next step has again.
+    constexpr double kTolerance = 1e-2;
+    constexpr double kWorse = 1.5;  // from one step to the next
+    constexpr double kWorst = 2;    // within one
     const auto dot = [](const Points& a, const Points& b) { return a.cwiseProduct(b).sum(); };
-    Points move = Points::Zero(left.rows(), 3);
+    const auto make_factor = [&] {
+      factor.factorize(scalar);
+      return factor.info() == Eigen::Success;
+    };
+    bool fresh = !(last_iterations > 0 && last_iterations <= kWorse * fresh_iterations);
+    if (fresh && !make_factor()) {
+      return false;
+    }
+    move = Points::Zero(left.rows(), 3);
     Points scaled(left.rows(), 3);
     precondition(left, scaled);
     Points direction = scaled;
     Points pushed(left.rows(), 3);
     double product = dot(left, scaled);
-    const double first = product;
-    for (int count = 0; count < kMost && product > 0; ++count) {
+    double first = product;
+    int count = 0;
+    for (int all = 0; all < kMost && product > 0; ++all) {
+      if (!fresh && count > kWorst * fresh_iterations + 3) {
+        if (!make_factor()) {
+          return false;
+        }
+        fresh = true;
+        count = 0;
+        precondition(left, scaled);
+        direction = scaled;
+        product = dot(left, scaled);
+      }
       multiply(direction, pushed);
       const double length = product / dot(direction, pushed);
       move += length * direction;
       left -= length * pushed;
       precondition(left, scaled);
+      ++count;
       const double next = dot(left, scaled);
       if (!(next > kTolerance * kTolerance * first)) {
         break;
@@ -346,7 +358,11 @@ struct ShapeSolver::State {
       direction = scaled + next / product * direction;
       product = next;
     }
-    return move;
+    last_iterations = count;
+    if (fresh) {
+      fresh_iterations = count;
+    }
+    return true;
   }
   /// `block` relates vertex i (rows) to j (columns), whose block begins at `places`.
   void add_block(const std::array<int, 3>& places, int i, int j, const Matrix3& block) {
@@ -443,6 +459,7 @@ ShapeSolver::ShapeSolver(const ClothModel& model) : state_(std::make_unique<Stat
     }
   }
   state.factor.analyzePattern(state.scalar);
+  state.work.resize(4, vertices);
 }
 
 ShapeSolver::~ShapeSolver() = default;
@@ -567,12 +584,10 @@ Points ShapeSolver::lower(const ClothTerms& terms, const Points& x) {
     }
     state.scalar.valuePtr()[i] = sum / 3;
   }
-  state.factor.factorize(state.scalar);
-  if (state.factor.info() != Eigen::Success) {
+  Points moves;
+  if (!state.solve(-0.5 * cloth_energy_gradient(state.model, terms, x), moves)) {
     return x;
   }
-  const Points gradient = cloth_energy_gradient(state.model, terms, x);
-  const Points moves = state.solve(-0.5 * gradient);
   const double before = cloth_energy(state.model, terms, x);
   ATELIER_CHECK(std::isfinite(before), "an energy that is a number");
   double share = 1;

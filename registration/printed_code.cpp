@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "registration/wide_numbers.h"
 
 namespace atelier {
 namespace {
@@ -261,38 +262,59 @@ struct Candidate {
   float correlation = 0;
 };
 
+/// The most of what a word has in common with one that is turned by several steps.
+/// @param turned  [2 kTurns + 1, kHues kPoints]
+[[gnu::always_inline]] inline float most_product(const float* word, const float* turned) {
+  constexpr int kWords = 2 * kTurns + 1;
+  constexpr int kLanes = 8;
+  constexpr int kLength = kHues * kPoints;
+  static_assert(kLength % kLanes == 0);
+  EightFloats sums[kWords] = {};
+  for (int i = 0; i < kLength; i += kLanes) {
+    const EightFloats part = *reinterpret_cast<const EightFloats*>(word + i);
+    for (int k = 0; k < kWords; ++k) {
+      sums[k] += part * *reinterpret_cast<const EightFloats*>(turned + k * kLength + i);
+    }
+  }
+  float most = -1;
+  for (const EightFloats& lanes : sums) {
+    float sum = 0;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      sum += lanes[lane];
+    }
+    most = std::max(most, sum);
+  }
+  return most;
+}
+
+ATELIER_AVX2 float most_product_avx2(const float* word, const float* turned) {
+  return most_product(word, turned);
+}
+
+float most_product_plain(const float* word, const float* turned) {
+  return most_product(word, turned);
+}
+
 /// What a site's word says within reach, or no place.
 Candidate looked_up(const PrintedCode& code, int site, const Eigen::VectorXf& word) {
-  constexpr std::size_t kAtOnce = 64;  // words, so that their products with all turns stay cached
   Eigen::MatrixXf turns(word.size(), 2 * kTurns + 1);
   for (int steps = -kTurns; steps <= kTurns; ++steps) {
     turns.col(steps + kTurns) = turned_word(word, steps);
   }
-  std::vector<int> near;
-  for (Index i = 0; i < code.rest.rows(); ++i) {
-    if ((code.rest.row(i) - code.rest.row(site)).squaredNorm() <
-        code.options.reach * code.options.reach) {
-      near.push_back(static_cast<int>(i));
-    }
-  }
+  const auto product = has_avx2() ? most_product_avx2 : most_product_plain;
   Candidate best;
   best.site = site;
   std::vector<std::pair<int, float>> all;
-  Eigen::MatrixXf words = Eigen::MatrixXf::Zero(word.size(), static_cast<Index>(kAtOnce));
-  Eigen::MatrixXf products(static_cast<Index>(kAtOnce), turns.cols());
-  for (std::size_t begin = 0; begin < near.size(); begin += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, near.size() - begin);
-    for (std::size_t i = 0; i < count; ++i) {
-      words.col(static_cast<Index>(i)) = code.words.col(near[begin + i]);
+  for (Index i = 0; i < code.rest.rows(); ++i) {
+    if (!((code.rest.row(i) - code.rest.row(site)).squaredNorm() <
+          code.options.reach * code.options.reach)) {
+      continue;
     }
-    products.noalias() = words.transpose() * turns;
-    for (std::size_t i = 0; i < count; ++i) {
-      const float most = products.row(static_cast<Index>(i)).maxCoeff();
-      all.emplace_back(near[begin + i], most);
-      if (most > best.correlation) {
-        best.correlation = most;
-        best.place = near[begin + i];
-      }
+    const float most = product(code.words.col(i).data(), turns.data());
+    all.emplace_back(static_cast<int>(i), most);
+    if (most > best.correlation) {
+      best.correlation = most;
+      best.place = static_cast<int>(i);
     }
   }
   if (best.place < 0 || best.correlation < code.options.least) {
