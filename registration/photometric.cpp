@@ -504,9 +504,10 @@ PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
             const Vector3 slope =
                 align.scale / moments.deviation_I *
                 (sampled.dx[k] * jacobian->row(0) + sampled.dy[k] * jacobian->row(1)).transpose();
-            // Huber: a highlight or a wrong neighbour counts no more than one deviation.
-            const double robust = std::min(1.0, 1 / std::max(std::abs(residual), 1e-12));
-            const double share = weight * samples.areas[at] * robust;
+            // Geman and McClure: a highlight, a wrong neighbour or the edge of a shadow that was
+            // cast elsewhere in the template's frame pulls the less the more it differs.
+            const double fall = 1 + residual * residual;
+            const double share = weight * samples.areas[at] / (fall * fall);
             outer += share * slope * slope.transpose();
             pull += share * residual * slope;
             energy += share * residual * residual;
