@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -15,6 +16,8 @@
 #include "bodymodel/personal_body.h"
 #include "bodymodel/tracked_motion.h"
 #include "capture/truth_archive.h"
+#include "core/error.h"
+#include "core/io/json.h"
 #include "core/normals.h"
 #include "core/store/result.h"
 #include "core/tree.h"
@@ -116,16 +119,17 @@ JointErrors joint_errors(const TrackedMotion& tracked, const fs::path& capture,
   return errors;
 }
 
-/// The options that a result was made with.
+/// The options that a result was made with. Throws DataError where one is none of the stage.
 template <class Options>
 Options options_of_result(const Manifest& manifest) {
   OptionSet set = option_set<Options>();
   for (const ManifestOption& option : manifest.options) {
-    std::string text = option.json;
-    if (text.size() >= 2 && text.front() == '"' && text.back() == '"') {
-      text = text.substr(1, text.size() - 2);
+    const nlohmann::json value = parse_json(option.json, "manifest.json");
+    const std::string text = value.is_string() ? value.get<std::string>() : option.json;
+    const std::string problem = set_option(set.table, option.name, text, option.source);
+    if (!problem.empty()) {
+      throw DataError("manifest.json", option.name, option.json.substr(0, 80), problem);
     }
-    set_option(set.table, option.name, text, option.source);
   }
   return options_of<Options>(set);
 }
@@ -287,7 +291,10 @@ std::vector<Measure> measure_track(const fs::path& workspace, const fs::path& ca
     return measures;
   }
   const CaptureTruth truth = read_capture_truth(capture);
-  const CaptureInfo info = read_capture_info(capture);
+  const auto options = options_of_result<TrackStageOptions>(current_manifest(workspace, "track"));
+  const fs::path reconstructed = workspace / "reconstruct" / "current";
+  const PersonFiles files{capture, reconstructed, reconstructed};
+  const CaptureInfo info = person_capture(files, options.input);  // as `track` corrects it
   for (const CaptureSequence& sequence : info.sequences) {
     const fs::path file = result / "tracked" / (sequence.name + ".h5");
     if (!fs::exists(file) || sequence.kind == "minimal") {
@@ -308,11 +315,7 @@ std::vector<Measure> measure_track(const fs::path& workspace, const fs::path& ca
                         Measure::Side::None, "uncertainty that it states"});
     const PersonalBody person =
         read_personal_body(workspace / "personalize" / "current" / "person.npz");
-    const fs::path reconstructed = workspace / "reconstruct" / "current";
-    const Retrack retrack{
-        person.model, {capture, reconstructed, reconstructed},
-        truth,        info,
-        sequence,     options_of_result<TrackStageOptions>(current_manifest(workspace, "track"))};
+    const Retrack retrack{person.model, files, truth, info, sequence, options};
     const Exclude exclude = retrack.options.fit.exclude;
     const double dynamic =
         true_dynamic_share(capture, truth, sequence, retrack.options.fit.dynamic);
