@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -200,7 +201,17 @@ void write_body_frame(const fs::path& file, const Points& vertices) {
 struct Certified {
   BodyCertificate certificate;
   std::vector<Finding> findings;
+  double off_body = 0;  ///< share of the scan that is no part of the person
 };
+
+Certified certified(const Triangles& faces, const Points& body, const ScanSurface& scan,
+                    const BodyCover& cover) {
+  Certified frame;
+  frame.certificate = body_certificate(faces, body, scan, cover);
+  frame.findings = underlying_findings(scan, frame.certificate);
+  frame.off_body = share_off_body(scan, faces, body);
+  return frame;
+}
 
 nlohmann::json json_of(const Certified& frame, bool tracked_well) {
   const BodyCertificate& c = frame.certificate;
@@ -236,7 +247,7 @@ void tell_of_frame(StageRun& run, std::vector<Finding> findings, int id) {
 
 /// certificates.json, its picture and the metrics, from the bodies as they were written.
 void certify(StageRun& run, const BodySource& source,
-             const std::function<Certified(int id, const Points& body)>& certified) {
+             const std::function<Certified(int id, const Points& body)>& of_frame) {
   nlohmann::json all = nlohmann::json::object();
   double untrusted = 0;
   double covered = 0;
@@ -249,6 +260,9 @@ void certify(StageRun& run, const BodySource& source,
   double seen = 0;
   std::vector<int> ids;
   std::vector<int> unscanned;
+  std::vector<int> untracked;
+  std::vector<int> far;
+  double farthest = 0;
   std::vector<char> trusted;
   std::vector<FrameSeries> series = {{"covered skin outside of the clothes, %", {}},
                                      {"depth of it, mm", {}},
@@ -256,7 +270,7 @@ void certify(StageRun& run, const BodySource& source,
                                      {"seen skin, mm off", {}},
                                      {"seen, % of the body", {}}};
   for (const auto& [id, place] : source.places) {
-    const Certified frame = certified(id, read_mesh_archive(run.frame_file(id)).vertices);
+    const Certified frame = of_frame(id, read_mesh_archive(run.frame_file(id)).vertices);
     const nlohmann::json json = json_of(frame, source.tracked_well(id));
     untrusted += json["trusted"].get<bool>() ? 0 : 1;
     const BodyCertificate& c = frame.certificate;
@@ -273,6 +287,13 @@ void certify(StageRun& run, const BodySource& source,
     if (std::any_of(frame.findings.begin(), frame.findings.end(), is_no_scan)) {
       unscanned.push_back(id);
     }
+    if (!source.tracked_well(id)) {
+      untracked.push_back(id);
+    }
+    if (frame.off_body > kFarShare) {
+      far.push_back(id);
+      farthest = std::max(farthest, frame.off_body);
+    }
     trusted.push_back(json["trusted"].get<bool>() ? 1 : 0);
     const std::array values = {100 * c.outside_rate, 1e3 * c.outside_depth, 1e3 * c.proximity,
                                1e3 * c.skin_distance, 100 * c.seen_rate};
@@ -284,6 +305,16 @@ void certify(StageRun& run, const BodySource& source,
   if (!unscanned.empty()) {
     run.warn("no-scan [frames " + listed_frames(unscanned) +
              "]: there is no scan: the body is the tracked one alone");
+  }
+  if (!untracked.empty()) {
+    run.warn("tracking [frames " + listed_frames(untracked) +
+             "]: tracking does not trust the pose: the body is fitted, and not trusted either");
+  }
+  if (!far.empty()) {
+    run.warn("scan-far [frames " + listed_frames(far) + "]: up to " +
+             std::to_string(std::lround(100 * farthest)) +
+             "% of the scan is no part of the person; it does not count; look for a second person "
+             "or wrong calibration");
   }
   const auto mean = [&](const char* name, double sum, double count) {
     if (count > 0) {  // nothing measured is no 0
@@ -414,10 +445,7 @@ void run_body(StageRun& run) {
   certify(run, source, [&](int id, const Points& body) {
     const BodyCover& cover = fits.of_take(source.places.at(id).take).cover();
     const ScanSurface scan = scan_surface(source.scan(id, body));
-    Certified frame;
-    frame.certificate = body_certificate(source.person.model.mesh.faces, body, scan, cover);
-    frame.findings = underlying_findings(scan, frame.certificate);
-    return frame;
+    return certified(source.person.model.mesh.faces, body, scan, cover);
   });
 }
 
@@ -487,10 +515,7 @@ void run_refine(StageRun& run) {
     const ScanSurface scan =
         garments.contains(id) ? scan_of(id, body) : scan_surface(source.scan(id, body));
     const BodyCover cover = body_cover(faces, cover_votes(faces, body, scan));
-    Certified certified;
-    certified.certificate = body_certificate(faces, body, scan, cover);
-    certified.findings = underlying_findings(scan, certified.certificate);
-    return certified;
+    return certified(faces, body, scan, cover);
   });
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <cstdio>
 #include <map>
 #include <numeric>
 #include <set>
@@ -110,6 +111,60 @@ void check_person(const std::filesystem::path& folder, int person) {
   throw DataError(
       folder.string(), "person", "no number " + std::to_string(person),
       "--input.person with a number that keypoints have; they show " + count + ": " + list);
+}
+
+/// How far, m, half of the keypoints that are seen lie from their middle: of a person 0.2 to 1 m,
+/// whatever single ones are. 0 where fewer than three are seen.
+double keypoint_spread(const TrackFrame& frame) {
+  constexpr std::size_t kFewest = 3;
+  const auto median = [](std::vector<double> values) {
+    const auto middle = values.begin() + std::ssize(values) / 2;
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  std::array<std::vector<double>, 3> seen;
+  for (Index k = 0; k < frame.deviations.size(); ++k) {
+    for (int axis = 0; axis < 3 && frame.deviations[k] > 0; ++axis) {
+      seen[static_cast<std::size_t>(axis)].push_back(frame.keypoints(k, axis));
+    }
+  }
+  if (seen[0].size() < kFewest) {
+    return 0;
+  }
+  const Eigen::Vector3d middle(median(seen[0]), median(seen[1]), median(seen[2]));
+  std::vector<double> distances;
+  for (std::size_t k = 0; k < seen[0].size(); ++k) {
+    distances.push_back((Eigen::Vector3d(seen[0][k], seen[1][k], seen[2][k]) - middle).norm());
+  }
+  return median(std::move(distances));
+}
+
+/// Takes away the keypoints of frames in which they are no person's in metres: a hand is larger
+/// than the least, somebody with arms stretched out smaller than the most. A finding on all of
+/// them.
+std::vector<Finding> without_other_units(TrackInput& input) {
+  constexpr double kLeast = 0.01;  // m
+  constexpr double kMost = 3;      // m
+  std::vector<int> frames;
+  double spread = 0;
+  for (std::size_t f = 0; f < input.frames.size(); ++f) {
+    TrackFrame& frame = input.frames[f];
+    const double own = keypoint_spread(frame);
+    if (own > kMost || (own > 0 && own < kLeast)) {
+      frame.keypoints.resize(0, 3);
+      frame.deviations.resize(0);
+      frames.push_back(input.frame_ids[f]);
+      spread = own;
+    }
+  }
+  if (frames.empty()) {
+    return {};
+  }
+  char metres[32];
+  std::snprintf(metres, sizeof metres, "%.3g", spread);
+  return {{Severity::Warning, "keypoint-unit", "frames " + listed_frames(frames),
+           "half of the keypoints are " + std::string(metres) + " m and more from their middle",
+           "left out; a person's are 0.2 to 1 m: look whether they are in millimetres"}};
 }
 
 /// Whether a label says anything: what is all background is a scan whose labels nobody filled in.
@@ -247,6 +302,7 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
       frame.scan = scan_points(scan, parts);
     }
   });
+  evidence.findings = without_other_units(input);
   std::vector<int> guessed;
   for (std::size_t f = 0; f < bridged.size(); ++f) {
     if (bridged[f] > 0) {

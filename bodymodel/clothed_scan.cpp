@@ -172,6 +172,18 @@ std::optional<CoverGap> cover_gap(const ScanSurface& scan, const Eigen::Vector3d
   return found;
 }
 
+double share_off_body(const ScanSurface& scan, const Triangles& faces, const Points& body,
+                      double reach) {
+  const TriangleTree tree = build_tree(body, faces);
+  double off = 0;
+  for (Index v = 0; v < scan.vertices.rows(); ++v) {
+    const Eigen::Vector3d at = scan.vertices.row(v).transpose();
+    off += closest_point(tree, at, reach).face < 0 ? scan.areas[v] : 0;
+  }
+  const double all = scan.areas.sum();
+  return all > 0 ? off / all : 0;
+}
+
 void check_scan_of_body(const ClothedScan& scan, const Points& body, const std::string& file) {
   if (scan.mesh.vertices.rows() == 0 || body.rows() == 0) {
     return;

@@ -85,6 +85,11 @@ struct CoverGap {
 std::optional<CoverGap> cover_gap(const ScanSurface& scan, const Eigen::Vector3d& skin,
                                   const Eigen::Vector3d& normal, double reach, CoverSign sign);
 
+/// Share of the scan's area that is farther than `reach` metres from the body: somebody else's, or
+/// of another place. 0 of a scan without area. O(V log F).
+double share_off_body(const ScanSurface& scan, const Triangles& faces, const Points& body,
+                      double reach = 0.4);
+
 /// Throws DataError if the scan cannot be of this body: more than three times as tall, less than a
 /// tenth, or its middle farther off than the body is tall, which tells millimetres, inches and
 /// other origins. Scans without vertices pass.

@@ -2,10 +2,13 @@
 // real ones.
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
 
+#include <map>
+
 #include <gmock/gmock.h>
 
 #include "bodymodel/measure.h"
 #include "bodymodel/motion_trc.h"
+#include "bodymodel/personal_body.h"
 #include "capture/truth_archive.h"
 #include "tests/apps/person_fixture.h"
 #include "tests/support/test_data.h"
@@ -16,6 +19,51 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
+
+/// The scan once more, that far to the side.
+void double_scan(Mesh& scan, double metres) {
+  const Index count = scan.vertices.rows();
+  Mesh both = scan;
+  both.vertices.resize(2 * count, 3);
+  both.vertices << scan.vertices, scan.vertices.rowwise() + Eigen::RowVector3d(metres, 0, 0);
+  both.faces.resize(2 * scan.faces.rows(), 3);
+  both.faces << scan.faces, scan.faces.array() + static_cast<int>(count);
+  both.labels.insert(both.labels.end(), scan.labels.begin(), scan.labels.end());
+  both.normals.resize(0, 3);
+  both.colors.resize(0, 3);
+  both.confidence.resize(0);
+  scan = both;
+}
+
+/// What lies above the middle of the scan's height.
+void keep_upper_half(Mesh& scan) {
+  const double middle = scan.vertices.col(1).mean();
+  std::vector<Index> kept;
+  for (Index f = 0; f < scan.faces.rows(); ++f) {
+    if (scan.vertices(scan.faces(f, 0), 1) > middle) {
+      kept.push_back(f);
+    }
+  }
+  scan.faces = Triangles(scan.faces(kept, Eigen::all));
+}
+
+/// Keypoints of a file, changed.
+void change_keypoints(const fs::path& file, const std::function<void(nlohmann::json&)>& change) {
+  nlohmann::json people = nlohmann::json::parse(read_text(file));
+  for (nlohmann::json& person : people) {
+    for (nlohmann::json& point : person["keypoints3d"]) {
+      change(point);
+    }
+  }
+  fs::remove(file);
+  std::ofstream(file) << people;
+}
+
+void to_millimetres(nlohmann::json& point) {
+  for (int axis = 0; axis < 3; ++axis) {
+    point[axis] = 1000 * point[axis].get<double>();
+  }
+}
 
 TEST_F(Person, IsFollowedMeasuredAndReported) {
   for (const char* stage : {"track", "body"}) {
@@ -213,6 +261,34 @@ TEST_F(Person, AFrameWithoutKeypointsIsSaid) {
   EXPECT_GT(tracked().keypoint_rms[0], 0);
 }
 
+// Frames of a minimal sequence are a second apart, so that those around say little of a pose, and
+// half of a scan is trunk and legs.
+TEST_F(Person, AMinimalFrameWithoutKeypointsIsNotTrustedForItsTrunk) {
+  const TrackedMotion before =
+      read_tracked_motion(workspace_ / "track" / "current" / "tracked" / "minimal.h5");
+  fs::remove(reconstructed("keypoints3d/" + clothed_frame(4) + ".json"));
+  const ChildResult result = run_stage("track");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const TrackedMotion after =
+      read_tracked_motion(workspace_ / "track" / "current" / "tracked" / "minimal.h5");
+  ASSERT_EQ(after.motion.frame_ids[1], 4);
+  const double moved = (after.joints[1] - before.joints[1]).rowwise().norm().maxCoeff();
+  EXPECT_EQ(after.trusted[1], moved < 0.1 ? 1 : 0) << moved;
+  if (after.trusted[1] == 0) {
+    EXPECT_THAT(result.err, HasSubstr("minimal: warning frame-untrusted [frames 4]"));
+    EXPECT_GT(after.deviations.row(1).maxCoeff(), 0.1);
+  }
+}
+
+TEST_F(Person, NoKeypointsAtAllAreRefused) {
+  for (std::size_t f = 0; f < 6; ++f) {
+    fs::remove(reconstructed("keypoints3d/" + clothed_frame(f) + ".json"));
+  }
+  const ChildResult result = run_stage("track");
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("no frame that shows a person, and no scan that says"));
+}
+
 // A thousand frames a second make of every motion one that no motion prior lets through.
 TEST_F(Person, AWrongFrameRateIsSaidAndNotTrusted) {
   const ChildResult result =
@@ -248,16 +324,7 @@ TEST_F(Person, HalfAScanIsSaidAndNotTrusted) {
   const TrackedMotion whole = tracked();
   const double whole_ankle = whole.deviations(2, find_joint(whole.skeleton, "left_ankle"));
   const double whole_head = whole.deviations(2, find_joint(whole.skeleton, "head"));
-  change_scan(clothed_frame(2), [](Mesh& scan) {
-    const double middle = scan.vertices.col(1).mean();
-    std::vector<Index> kept;
-    for (Index f = 0; f < scan.faces.rows(); ++f) {
-      if (scan.vertices(scan.faces(f, 0), 1) > middle) {
-        kept.push_back(f);
-      }
-    }
-    scan.faces = Triangles(scan.faces(kept, Eigen::all));
-  });
+  change_scan(clothed_frame(2), keep_upper_half);
   ASSERT_EQ(run_stage("track").exit_code, 0);
   EXPECT_EQ(tracked().trusted[2], 1);
   const auto uncertainty = [&](const char* name) {
@@ -266,7 +333,9 @@ TEST_F(Person, HalfAScanIsSaidAndNotTrusted) {
   };
   EXPECT_GT(uncertainty("left_ankle"), 1.1 * whole_ankle) << "its deviations grow";
   EXPECT_NEAR(uncertainty("head"), whole_head, 0.2 * whole_head);
-  ASSERT_EQ(run_stage("body").exit_code, 0);
+  const ChildResult body = run_stage("body");
+  ASSERT_EQ(body.exit_code, 0) << body.err;
+  EXPECT_THAT(body.err, HasSubstr("frame 2: warning little-seen"));
   const nlohmann::json certificate = certificates().at(clothed_frame(2));
   EXPECT_EQ(certificate.at("trusted"), false);
   EXPECT_THAT(certificate.at("findings").dump(), HasSubstr("little-seen"));
@@ -279,7 +348,9 @@ TEST_F(Person, ScansWithoutLabelsAreClothing) {
   const ChildResult result = run_stage("track");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("labels-absent"));
-  ASSERT_EQ(run_stage("body").exit_code, 0);
+  const ChildResult body = run_stage("body");
+  ASSERT_EQ(body.exit_code, 0) << body.err;
+  EXPECT_THAT(body.err, HasSubstr("no-skin"));
   EXPECT_THAT(certificates().at(clothed_frame(0)).at("findings").dump(), HasSubstr("no-skin"));
 }
 
@@ -320,6 +391,152 @@ TEST_F(Person, ScansOfAnotherPlaceAreSaidAndMeasureNobody) {
   EXPECT_FALSE(metrics.contains("displacement_rms"));
 }
 
+/// `personalize` on what is wrong with the minimal sequence, frames 3 to 5.
+class MeasuredPerson : public Person {
+ protected:
+  ChildResult personalize(std::vector<std::string> more = {}) const {
+    return run_stage(
+        "personalize",
+        with_usual({"--samples", "800", "--shape-rounds", "1", "--surface-rounds", "1"}, more));
+  }
+  std::map<std::string, double> metrics() const {
+    return read_manifest(fs::canonical(workspace_ / "personalize" / "current"), "personalize")
+        .metrics;
+  }
+  /// Mean distance of the person's vertices, m, from those of the person that all tests share.
+  double moved() const {
+    const auto vertices = [](const fs::path& workspace) {
+      return read_personal_body(workspace / "personalize" / "current" / "person.npz")
+          .model.mesh.vertices;
+    };
+    return (vertices(workspace_) - vertices(folder_->path() / "made")).rowwise().norm().mean();
+  }
+};
+
+TEST_F(MeasuredPerson, AScanInMillimetresIsLeftOut) {
+  const auto to_millimetres = [](Mesh& scan) { scan.vertices *= 1000; };
+  change_scan(frame_name(3), to_millimetres);
+  const ChildResult one = personalize();
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_THAT(one.err, HasSubstr("scan-unit [frames 3]: scans of another size than a person has; "
+                                 "left out; look whether they are in millimetres"));
+  EXPECT_THAT(one.err, Not(HasSubstr("no-scans")));
+  change_scan(frame_name(4), to_millimetres);
+  change_scan(frame_name(5), to_millimetres);
+  const ChildResult all = personalize();
+  ASSERT_EQ(all.exit_code, 0) << all.err;
+  EXPECT_THAT(all.err, HasSubstr("scan-unit [frames 3, 4, 5]"));
+  EXPECT_THAT(all.err, HasSubstr("no-scans"));
+  EXPECT_FALSE(metrics().contains("scan_rms"));
+}
+
+TEST_F(MeasuredPerson, HalfOfTheBodyIsSaidToBeUnseen) {
+  for (int id = 3; id < 6; ++id) {
+    change_scan(frame_name(id), keep_upper_half);
+  }
+  const ChildResult result = personalize();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("surface-unseen"));
+  EXPECT_GT(metrics().at("unseen_share"), 0.25);
+  EXPECT_LT(moved(), 0.03);
+}
+
+TEST_F(MeasuredPerson, ASecondPersonInTheScansDoesNotCount) {
+  for (int id = 3; id < 6; ++id) {
+    change_scan(frame_name(id), [](Mesh& scan) { double_scan(scan, 1); });
+  }
+  const ChildResult result = personalize();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("scan-far [frames 3, 4, 5]: up to "));
+  EXPECT_LT(moved(), 0.02);
+}
+
+TEST_F(MeasuredPerson, ClothingWithoutLabelsShowsNoSurface) {
+  for (std::size_t f = 0; f < 3; ++f) {
+    change_scan(clothed_frame(f), [](Mesh& scan) { scan.labels.clear(); });
+  }
+  const ChildResult result = personalize({"--sequence", "clothed"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("surface-unseen"));
+  EXPECT_NEAR(metrics().at("unseen_share"), 1, 1e-9);
+}
+
+TEST_F(MeasuredPerson, AFrameWithoutKeypointsIsLeftOut) {
+  fs::remove(reconstructed("keypoints3d/" + frame_name(4) + ".json"));
+  const ChildResult one = personalize();
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_THAT(one.err, HasSubstr("frame-untrusted [frames 4]: too few keypoints, or they "
+                                 "contradict each other; left out of the person's measures"));
+  fs::remove(reconstructed("keypoints3d/" + frame_name(3) + ".json"));
+  fs::remove(reconstructed("keypoints3d/" + frame_name(5) + ".json"));
+  const ChildResult none = personalize();
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_THAT(none.err, HasSubstr("keypoints"));
+}
+
+TEST_F(MeasuredPerson, KeypointsInMillimetresAreNamedAndLeftOut) {
+  const auto keypoints = [&](int id) {
+    return reconstructed("keypoints3d/" + frame_name(id) + ".json");
+  };
+  change_keypoints(keypoints(4), to_millimetres);
+  const ChildResult one = personalize();
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_THAT(one.err, HasSubstr("keypoint-unit [frames 4]: half of the keypoints are "));
+  EXPECT_THAT(one.err, HasSubstr("look whether they are in millimetres"));
+  EXPECT_THAT(one.err, HasSubstr("frame-untrusted [frames 4]"));
+  EXPECT_LT(moved(), 0.02);
+  change_keypoints(keypoints(3), to_millimetres);
+  change_keypoints(keypoints(5), to_millimetres);
+  const ChildResult all = personalize();
+  EXPECT_EQ(all.exit_code, 3);
+  EXPECT_THAT(all.err, HasSubstr("keypoint-unit [frames 3, 4, 5]"));
+}
+
+TEST_F(Person, KeypointsInMillimetresAreNamedAndTrackedByTheScan) {
+  change_keypoints(reconstructed("keypoints3d/" + clothed_frame(1) + ".json"), to_millimetres);
+  const ChildResult one = run_stage("track");
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_THAT(one.err, HasSubstr("clothed: warning keypoint-unit [frames 1]: half of the "));
+  EXPECT_THAT(one.err, HasSubstr("keypoints-missing [frames 1]"));
+  EXPECT_EQ(tracked().keypoint_rms[1], 0);
+  EXPECT_GT(tracked().keypoint_rms[0], 0);
+  const Points joints = tracked().joints[1];
+  EXPECT_LT((joints - tracked().joints[0]).rowwise().norm().mean(), 0.5) << "no kilometre off";
+}
+
+TEST_F(Person, TheBodyUnderASecondPersonsScanIsTheSame) {
+  ASSERT_EQ(run_stage("body").exit_code, 0);
+  const auto body = [&](int id) {
+    return read_mesh_archive(workspace_ / "body" / "current" / sequence_frame_path("", id))
+        .vertices;
+  };
+  const Points alone = body(1);
+  change_scan(clothed_frame(1), [](Mesh& scan) { double_scan(scan, 1.5); });
+  const ChildResult result = run_stage("body");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("scan-far [frames 1]: up to "));
+  EXPECT_THAT(result.err, HasSubstr("no part of the person; it does not count"));
+  EXPECT_LT((body(1) - alone).rowwise().norm().maxCoeff(), 1e-3);
+  EXPECT_EQ(certificates().at(clothed_frame(1)).at("trusted"),
+            certificates().at(clothed_frame(0)).at("trusted"));
+}
+
+TEST_F(Person, ABodyOfAFrameThatNothingShowsIsSaidNotToBeTrusted) {
+  fs::remove(reconstructed("keypoints3d/" + clothed_frame(1) + ".json"));
+  fs::remove(reconstructed("scans/" + clothed_frame(1) + ".h5"));
+  const ChildResult followed = run_stage("track");
+  ASSERT_EQ(followed.exit_code, 0) << followed.err;
+  EXPECT_THAT(followed.err, HasSubstr("keypoints-missing [frames 1]"));
+  EXPECT_THAT(followed.err, HasSubstr("frame-untrusted [frames 1]"));
+  const ChildResult result = run_stage("body");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("no-scan [frames 1]: there is no scan"));
+  EXPECT_THAT(result.err, HasSubstr("tracking [frames 1]: tracking does not trust the pose"));
+  const nlohmann::json certificate = certificates().at(clothed_frame(1));
+  EXPECT_EQ(certificate.at("trusted"), false);
+  EXPECT_THAT(certificate.at("findings").dump(), HasSubstr("\"tracking\""));
+}
+
 TEST_F(Person, LabelsToLeaveOutWithoutScansLeaveNothingOut) {
   const ChildResult result = run_stage("track", {"--exclude", "labels", "--input.scans", "none"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -343,19 +560,7 @@ TEST_F(Person, TwoPeopleAreToldApart) {
     std::ofstream(entry.path()) << people;
   }
   for (std::size_t f = 0; f < 3; ++f) {  // and in the scans, a metre beside
-    change_scan(clothed_frame(f), [](Mesh& scan) {
-      const Index count = scan.vertices.rows();
-      Mesh both = scan;
-      both.vertices.resize(2 * count, 3);
-      both.vertices << scan.vertices, scan.vertices.rowwise() + Eigen::RowVector3d(1, 0, 0);
-      both.faces.resize(2 * scan.faces.rows(), 3);
-      both.faces << scan.faces, scan.faces.array() + static_cast<int>(count);
-      both.labels.insert(both.labels.end(), scan.labels.begin(), scan.labels.end());
-      both.normals.resize(0, 3);
-      both.colors.resize(0, 3);
-      both.confidence.resize(0);
-      scan = both;
-    });
+    change_scan(clothed_frame(f), [](Mesh& scan) { double_scan(scan, 1); });
   }
   const ChildResult result = run_stage("track");
   ASSERT_EQ(result.exit_code, 0) << result.err;
