@@ -123,7 +123,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "register",
-          .version = 6,
+          .version = 7,
           .summary = "where every garment is in every frame, from its template",
           .inputs = {"capture", "template", "scans", "bodies"},
           .outputs = {"registered"},
