@@ -1,6 +1,7 @@
 #include "apps/outdated_results.h"
 
 #include <algorithm>
+#include <system_error>
 
 #include "apps/run_chain.h"
 #include "apps/stages.h"
@@ -48,13 +49,18 @@ fs::path own_input(const StageStatus& own, const fs::path& workspace, const fs::
       continue;
     }
     const std::vector<ResultName> behind = results_behind(workspace, input.path);
-    const fs::path result = result_around(input.path);
-    if (behind.empty() || result.empty()) {
+    if (behind.empty()) {
       return input.path;
     }
-    const fs::path current = workspace / behind.front().stage / "current";
-    return input.path == result ? current
-                                : current / fs::path(input.path).lexically_relative(result);
+    const ResultName& made_of = behind.front();
+    std::error_code ignored;
+    const fs::path result =
+        fs::weakly_canonical(workspace, ignored) / made_of.stage / made_of.key16;
+    const fs::path within = fs::path(input.path).lexically_relative(result);
+    const fs::path current = workspace / made_of.stage / "current";
+    return within == "."             ? current
+           : *within.begin() == ".." ? fs::path(input.path)  // a folder made of results
+                                     : current / within;
   }
   return capture;
 }

@@ -14,6 +14,7 @@
 #include "apps/interrupt.h"
 #include "apps/option_flags.h"
 #include "apps/option_rules.h"
+#include "apps/outdated_results.h"
 #include "apps/report_file.h"
 #include "apps/report_folder.h"
 #include "apps/run_options.h"
@@ -58,17 +59,32 @@ fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& sta
   return {};
 }
 
+/// A sentence on each outdated result that the chain leaves out and does not make anew (`refine`).
+std::vector<std::string> outdated_beside_chain(const fs::path& workspace) {
+  std::vector<std::string_view> beside;
+  for (const Stage& stage : all_stages()) {
+    const std::span<const RunStep> steps = run_steps();
+    if (std::none_of(steps.begin(), steps.end(),
+                     [&](const RunStep& step) { return step.stage == stage.name; })) {
+      beside.push_back(stage.name);
+    }
+  }
+  return outdated_results(workspace, beside);
+}
+
 /// @param page   the report; "" if it was not written
 /// @param video  "" if there is none
 void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::path& page,
               const fs::path& video) {
   const RunAccount& account = chain.account();
   const double seconds = chain.seconds();  // with the report
+  const std::vector<std::string> outdated = outdated_beside_chain(arguments.places.workspace);
   if (arguments.json) {
     nlohmann::json json = {{"event", "run_end"},
                            {"seconds", seconds},
                            {"report", page.string()},
-                           {"video", video.string()}};
+                           {"video", video.string()},
+                           {"outdated", outdated}};
     json["stages"] = nlohmann::json::array();
     for (const RunStageAccount& one : account.stages) {
       json["stages"].push_back({{"stage", one.stage},
@@ -89,6 +105,9 @@ void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::pa
                                            : "is " + one.end)
                 << ": " << printable(one.why) << "\n";
     }
+  }
+  for (const std::string& sentence : outdated) {
+    std::cout << "  warning: " << printable(sentence) << "\n";
   }
   if (!page.empty()) {
     std::cout << "report: " << printable(page.string()) << "\n";

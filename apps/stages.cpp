@@ -97,16 +97,6 @@ constexpr std::array kStages = {
           .run = run_body,
           .check_input = require_no_folder_above,
           .frame_wise = true},
-    Stage{.name = "refine",
-          .version = 1,
-          .summary = "the body once more, under a registered garment instead of scans",
-          .inputs = {"registered_garment", "scans", "person", "tracked", "bodies"},
-          .outputs = {"refined_bodies"},
-          .metrics = kBodyMetrics,
-          .options = option_set<RefineStageOptions>,
-          .run = run_refine,
-          .check_input = check_refine_input,
-          .frame_wise = true},
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
@@ -131,6 +121,18 @@ constexpr std::array kStages = {
           .options = option_set<RegisterStageOptions>,
           .run = run_register,
           .check_input = require_no_folder_above,
+          .frame_wise = true},
+#endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+    Stage{.name = "refine",
+          .version = 1,
+          .summary = "the body once more, under a registered garment instead of scans",
+          .inputs = {"registered_garment", "scans", "person", "tracked", "bodies"},
+          .outputs = {"refined_bodies"},
+          .metrics = kBodyMetrics,
+          .options = option_set<RefineStageOptions>,
+          .run = run_refine,
+          .check_input = check_refine_input,
           .frame_wise = true},
 #endif
 #ifdef ATELIER_HAS_REGISTRATION

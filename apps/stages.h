@@ -8,7 +8,8 @@
 
 namespace atelier {
 
-/// Every stage that exists, in the order of the pipeline.
+/// Every stage that exists, in the order of the pipeline: each behind those whose results it reads,
+/// also those that are handed over as its INPUT (`refine` behind `register`).
 std::span<const Stage> all_stages();
 
 /// Refuses at once, in the stage's own words, what it would refuse once it has its inputs: files

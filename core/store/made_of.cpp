@@ -1,5 +1,6 @@
 #include "core/store/made_of.h"
 
+#include <iterator>
 #include <sstream>
 #include <system_error>
 
@@ -45,6 +46,11 @@ std::vector<ResultName> results_behind(const std::filesystem::path& workspace,
       return stage.parent_path() == root
                  ? std::vector<ResultName>{{stage.filename().string(), result.filename().string()}}
                  : std::vector<ResultName>{};
+    }
+    if (const std::filesystem::path inside = input.lexically_relative(root);
+        std::distance(inside.begin(), inside.end()) >= 2 &&
+        is_folder_name(std::next(inside.begin())->string())) {  // removed since
+      return {{inside.begin()->string(), std::next(inside.begin())->string()}};
     }
     const std::filesystem::path note = input / kMadeOfFile;
     if (input.parent_path() == root && link_kind(note) == std::filesystem::file_type::regular) {

@@ -2,11 +2,15 @@
 // say nothing.
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
 
+#include <array>
+
 #include <gmock/gmock.h>
 
 #include "bodymodel/personal_body.h"
 #include "core/store/commit.h"
+#include "core/store/stage.h"
 #include "tests/apps/person_fixture.h"
+#include "tests/apps/program_versions.h"
 
 namespace atelier::fixtures {
 namespace {
@@ -38,6 +42,28 @@ TEST_F(Person, TheDetectorDoesNotGoUnjudgedWhereNothingIsExcluded) {
   EXPECT_EQ(values.at("track.legs_none_mm"), values.at("track.legs_mm"));
   EXPECT_GT(values.at("track.legs_ratio"), 0);
   EXPECT_GT(values.at("track.auto_ratio"), 0);
+}
+
+TEST_F(Person, WhatItIsComparedWithIsTrackedByTheSameOptions) {
+  const std::vector<std::string> same = {"--input.capture.fps",     "40",    //
+                                         "--input.keypoint-noise",  "0.01",  //
+                                         "--motion.acceleration",   "35",    //
+                                         "--weights.cloth-outlier", "0.05"};
+  const std::vector<std::string> none = with_usual(same, {"--exclude", "none"});
+  const auto figures = [&](const std::vector<std::string>& options) {
+    const ChildResult tracked = run_stage("track", options);
+    EXPECT_EQ(tracked.exit_code, 0) << tracked.err;
+    return nlohmann::json::parse(evaluate({"--stage", "track", "--json"}).out);
+  };
+  const nlohmann::json automatic =
+      figures(with_usual(same, {"--dynamic.swing", "0.012", "--dynamic.gap", "0.05"}));
+  const nlohmann::json usual = figures(same);
+  EXPECT_NE(automatic.at("track.legs_mm"), usual.at("track.legs_mm"));
+  const nlohmann::json nothing = figures(none);
+  EXPECT_EQ(automatic.at("track.legs_none_mm"), nothing.at("track.legs_mm"));
+  EXPECT_EQ(nothing.at("track.legs_none_mm"), nothing.at("track.legs_mm"));
+  EXPECT_DOUBLE_EQ(nothing.at("track.legs_ratio"), usual.at("track.legs_ratio"));
+  EXPECT_DOUBLE_EQ(nothing.at("track.auto_ratio"), usual.at("track.auto_ratio"));
 }
 
 TEST_F(Person, AReferenceThatExcludesNothingIsNone) {
@@ -166,7 +192,9 @@ TEST_F(Person, WhatRestsOnAResultOfAnotherVersionIsNotMeasured) {
 }
 
 /// A result of `register`, of the capture's true garment in its first frame.
-void register_true_garment(const fs::path& workspace, const fs::path& capture) {
+/// @param device  that it says it was made on: another one is another result
+void register_true_garment(const fs::path& workspace, const fs::path& capture,
+                           const std::string& device = "cpu") {
   const CaptureTruth truth = read_capture_truth(capture);
   const fs::path staging = workspace / "register" / ".staging-true";
   fs::create_directories(staging / "frames");
@@ -180,6 +208,10 @@ void register_true_garment(const fs::path& workspace, const fs::path& capture) {
   write_archive(staging / "sequence.h5", archive_of(header));
   Manifest manifest = read_manifest(fs::canonical(workspace / "body" / "current"), "body");
   manifest.stage = "register";
+  std::array<Stage, 1> stages;
+  stages.front().name = manifest.stage;
+  manifest.stage_version = with_program_versions(stages).front().version;
+  manifest.device = device;
   manifest.key = stage_key(manifest.stage, manifest.stage_version, manifest.device,
                            manifest.canonical_options, manifest.inputs);
   manifest.outputs.clear();
@@ -189,6 +221,63 @@ void register_true_garment(const fs::path& workspace, const fs::path& capture) {
     manifest.outputs.push_back({path, static_cast<std::int64_t>(bytes.size()), sha256(bytes)});
   }
   commit_result(staging, staging.parent_path() / folder_name(manifest.key), manifest);
+}
+
+TEST_F(Person, OnceTheGarmentIsRegisteredAnewRefineIsOutdatedToEveryCommand) {
+  ASSERT_EQ(run_stage("body").exit_code, 0);
+  register_true_garment(workspace_, capture());
+  const std::string places = capture().string() + " " + workspace_.string();
+  const std::string garment = (workspace_ / "register" / "current").string();
+  const std::vector<std::string> refine = {program_path(), "refine", garment, workspace_.string()};
+  ASSERT_EQ(run_child(refine).exit_code, 0);
+  const auto said = [&](const std::string& command) -> std::string {
+    std::vector<std::string> words = {program_path(), command};
+    if (command == "run") {
+      words.insert(words.end(), {capture().string(), workspace_.string(), "--to", "validate"});
+    } else {
+      words.push_back(workspace_.string());
+    }
+    if (command == "evaluate") {
+      words.insert(words.end(), {"--truth", capture().string(), "--stage", "refine"});
+    }
+    const ChildResult result = run_child(words);
+    EXPECT_EQ(result.exit_code, 0) << command << result.err;
+    std::string text = result.out;
+    if (command == "report") {
+      const std::string page = read_text(workspace_ / "report" / "index.html");
+      text = page.substr(0, page.find("</ul>"));  // what it says first
+      for (std::size_t at = 0; (at = text.find("&#39;", at)) != std::string::npos; ++at) {
+        text.replace(at, 5, "'");
+      }
+    }
+    return text;
+  };
+  const std::vector<std::string> commands = {"status", "evaluate", "report", "run"};
+  for (const std::string& command : commands) {
+    EXPECT_THAT(said(command), Not(HasSubstr("outdated"))) << command;
+  }
+  const auto outdated = [&] {
+    for (const std::string& command : commands) {
+      EXPECT_THAT(said(command), AllOf(HasSubstr("outdated"),
+                                       HasSubstr("is made of a result of 'register' that is no "
+                                                 "longer the current one")))
+          << command;
+    }
+  };
+  register_true_garment(workspace_, capture(), "cuda");
+  outdated();
+  const std::string alone = "run 'atelier refine " + garment + " " + workspace_.string() + "'";
+  EXPECT_THAT(said("evaluate"), HasSubstr(alone));
+  EXPECT_THAT(said("run"), HasSubstr("warning: the result of 'refine' is outdated: "));
+  ASSERT_EQ(run_child(refine).exit_code, 0);
+  for (const std::string& command : commands) {
+    EXPECT_THAT(said(command), Not(HasSubstr("outdated"))) << command;
+  }
+  age(workspace_, "register");  // and the one that it was made of is gone
+  outdated();
+  EXPECT_THAT(said("evaluate"), HasSubstr("run 'atelier run " + places +
+                                          " --from register --to register' and 'atelier refine " +
+                                          garment + " " + workspace_.string() + "'"));
 }
 
 TEST_F(Person, OfAnOutdatedBodyRefineWarnsAndIsMadeAnewFromTheGarment) {
