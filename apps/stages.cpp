@@ -88,7 +88,7 @@ constexpr std::array kStages = {
           .run = run_track,
           .check_input = require_no_folder_above},
     Stage{.name = "body",
-          .version = 2,
+          .version = 3,
           .summary = "the body under the clothes in every frame",
           .inputs = {"capture", "scans", "person", "tracked"},
           .outputs = {"bodies"},
@@ -101,7 +101,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "template",
-          .version = 6,
+          .version = 7,
           .summary = "each garment as a clean mesh with named openings, in one frame's pose",
           .inputs = {"capture", "scans", "person", "bodies"},
           .outputs = {"template"},
@@ -137,7 +137,7 @@ constexpr std::array kStages = {
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     Stage{.name = "flatten",
-          .version = 9,
+          .version = 10,
           .summary = "a garment's surface as a flat sewing pattern",
           .inputs = {"surface"},
           .outputs = {"pattern"},
