@@ -33,7 +33,7 @@ constexpr double kMostUnseen = 0.6;    // of the surface
 constexpr double kMuchUnseen = 0.2;    // from here on it is said
 constexpr double kFacingLimb = 0.05;   // m
 constexpr double kFacingWeight = 1.0;  // of the share that faces a limb, against that of the area
-constexpr double kOffMiddleWeight = 0.2;  // of the first and last frame: what slides adds up from
+constexpr double kOffMiddleWeight = 0.1;  // of the first and last frame: what slides adds up from
                                           // frame to frame, and most where most follow one another
 constexpr int kPushRounds = 3;
 constexpr double kCoarsest = 0.03;  // m: coarser edges are made of a surface as fine as for these
