@@ -33,8 +33,8 @@ constexpr double kMostUnseen = 0.6;    // of the surface
 constexpr double kMuchUnseen = 0.2;    // from here on it is said
 constexpr double kFacingLimb = 0.05;   // m
 constexpr double kFacingWeight = 1.0;  // of the share that faces a limb, against that of the area
-constexpr double kOffMiddleWeight = 0.1;  // of the first and last frame: what slides adds up from
-                                          // frame to frame, and most where most follow one another
+constexpr double kSlideWeight = 0.02;  // of a frame that follows: what slides adds up
+constexpr Index kMostFollow = 24;      // frames, as in a window
 constexpr int kPushRounds = 3;
 constexpr double kCoarsest = 0.03;  // m: coarser edges are made of a surface as fine as for these
 constexpr double kBridge = 0.15;    // m round it: longer ones carry even triangles, or are none
@@ -125,10 +125,10 @@ Overview overview_of(const ClothedFrames& frames, std::uint8_t label,
   all.cover = garment_cover(votes, frames.load(all.rows.front()).body, frames.body_faces);
   double best = -1e300;
   for (std::size_t i = 0; i < areas.size() && options.frame < 0; ++i) {
-    const double middle = static_cast<double>(areas.size() - 1) / 2;
-    const double off = middle > 0 ? std::abs(static_cast<double>(i) / middle - 1) : 0;
-    const double score =
-        areas[i] / std::max(all.area, 1e-9) - kFacingWeight * facing[i] - kOffMiddleWeight * off;
+    const Index last = static_cast<Index>(frames.frame_ids.size()) - 1;
+    const Index follow = std::min(kMostFollow, std::max(all.rows[i], last - all.rows[i]));
+    const double score = areas[i] / std::max(all.area, 1e-9) - kFacingWeight * facing[i] -
+                         kSlideWeight * static_cast<double>(follow);
     if (score > best) {
       best = score;
       all.best = all.rows[i];
