@@ -29,13 +29,15 @@ class FaceParts {
 
   int of(int face) const { return parts_[static_cast<std::size_t>(face)]; }
 
-  /// What of their part is nearer to `b` than to `a` becomes a part of its own.
+  /// What of their part is nearer to `b` than to `a`, and `b` in any case, becomes a part of its
+  /// own.
   void split(int a, int b, const std::vector<char>& cut) {
+    ATELIER_CHECK(a != b, "two triangles of a panel that lies over itself");
     const std::vector<double> to_a = ways_from(a, cut);
     const std::vector<double> to_b = ways_from(b, cut);
     const int part = of(a);
     for (std::size_t f = 0; f < parts_.size(); ++f) {
-      if (parts_[f] == part && to_b[f] < to_a[f]) {
+      if (parts_[f] == part && (to_b[f] < to_a[f] || static_cast<int>(f) == b)) {
         parts_[f] = count_;
       }
     }
