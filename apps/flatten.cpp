@@ -37,6 +37,7 @@
 #include "registration/edge_paths.h"
 #include "registration/find_pattern.h"
 #include "registration/loose_vertices.h"
+#include "registration/needless_triangles.h"
 #include "registration/open_to_discs.h"
 #include "registration/orient_faces.h"
 #include "registration/part_overlaps.h"
@@ -58,6 +59,7 @@ struct Flattened {
   PatternLayout layout;
   bool reached = true;  ///< what was asked of found seams
   bool relaxed = true;  ///< hangs as captured, where that was asked for
+  bool equal = true;    ///< both sides of every seam are equally long, where that was asked for
 };
 
 /// Who watches the work on one mesh.
@@ -240,12 +242,60 @@ void lay_out_found(Flattened& flat, const FlattenStageOptions& options, const Wa
   }
 }
 
+/// Refuses what has no area, or is so small that the pattern's files, in micrometres, would not
+/// hold it.
+void require_extent(const Mesh& mesh, const std::string& file) {
+  constexpr double kSmallest = 0.001;  // m
+  const Mesh used = without_loose_vertices(mesh);
+  if (used.faces.rows() == 0) {
+    return;  // said by check_flattenable
+  }
+  const double extent =
+      (used.vertices.colwise().maxCoeff() - used.vertices.colwise().minCoeff()).maxCoeff();
+  if (extent < kSmallest) {
+    char text[80];
+    std::snprintf(text, sizeof text, "a mesh of %.4g m", extent);
+    throw DataError(file, "size", text,
+                    "1 mm at least, a garment's size: --input.unit says the file's unit");
+  }
+  for (Index f = 0; f < used.faces.rows(); ++f) {
+    const auto corner = [&](int k) { return used.vertices.row(used.faces(f, k)).transpose(); };
+    if (!is_without_area(corner(0), corner(1), corner(2))) {
+      return;
+    }
+  }
+  throw DataError(file, "mesh", "no triangle with an area", "a garment's surface");
+}
+
+/// Flags of edges as those of another mesh of the same vertices, which has no edge that is not in
+/// the first; edges of one triangle are no seam.
+std::vector<char> flags_of(const Topology& topology, const Topology& whole,
+                           const std::vector<char>& flags) {
+  std::vector<char> result(static_cast<std::size_t>(topology.edges.rows()), 0);
+  Index at = 0;
+  for (Index e = 0; e < topology.edges.rows(); ++e) {  // both in lexicographic order
+    while (whole.edges.row(at) != topology.edges.row(e)) {
+      ++at;
+    }
+    if (corners_of_edge(topology, e).size() == 2) {
+      result[static_cast<std::size_t>(e)] = flags[static_cast<std::size_t>(at)];
+    }
+  }
+  return result;
+}
+
 /// The mesh as it can be flattened, and its seams where they are given: read before the long work,
 /// which changes no edge of a mesh whose seams are given.
 std::vector<char> read_garment(Flattened& flat, const fs::path& file,
                                const FlattenStageOptions& options, const Watcher& watcher) {
   MeshFile read = read_mesh_file(file, options.input);
-  flat.mesh = read.mesh;
+  require_extent(read.mesh, file.string());
+  flat.mesh = without_needless_triangles(read.mesh);
+  if (const Index needless = read.mesh.faces.rows() - flat.mesh.faces.rows(); needless > 0) {
+    watcher.warn({Severity::Warning, "triangles-left-out", file.string(),
+                  counted(needless, "triangle") + " without area, or there already",
+                  "left out; the surface is the same"});
+  }
   const Triangles oriented = consistently_oriented(flat.mesh.faces, flat.mesh.vertices.rows());
   if (oriented != flat.mesh.faces) {
     watcher.say("triangles of opposite orientation were turned round");
@@ -257,10 +307,13 @@ std::vector<char> read_garment(Flattened& flat, const fs::path& file,
     flat.mesh.faces = oriented;
   }
   check_flattenable(flat.mesh, file.string());
-  std::vector<char> given = seam_input(
-      options.seams, flat.mesh, topology_of(flat.mesh.faces, flat.mesh.vertices.rows()), file);
-  if ((options.seams == "uvs" || options.seams == "labels") &&
-      std::find(given.begin(), given.end(), 1) == given.end()) {
+  const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
+  const bool words = options.seams == "uvs" || options.seams == "labels";
+  // A file counts all triangles.
+  const Topology whole = words ? topology : topology_of(read.mesh.faces, read.mesh.vertices.rows());
+  std::vector<char> given = flags_of(
+      topology, whole, seam_input(options.seams, words ? flat.mesh : read.mesh, whole, file));
+  if (words && std::find(given.begin(), given.end(), 1) == given.end()) {
     watcher.say((options.seams == "uvs" ? "texture coordinates" : "labels") +
                 std::string(" part nowhere: no seam is given"));
   }
@@ -276,6 +329,11 @@ std::vector<char> read_garment(Flattened& flat, const fs::path& file,
     watcher.warn(*doubt);
   }
   return given;
+}
+
+/// The largest difference of a seam's two sides, on the surface's pattern and as it is drawn.
+double mismatch_of(const Flattened& flat) {
+  return std::max(flat.measures.seam_mismatch, flat.layout.seam_mismatch);
 }
 
 Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
@@ -313,6 +371,13 @@ Flattened flatten_mesh(const fs::path& file, const FlattenStageOptions& options,
   if (const auto doubt = fabric_doubt(flat.layout, options.pattern.fabric_width, file.string())) {
     watcher.warn(*doubt);
   }
+  if (options.flatten.equal_seams) {
+    const auto doubt = seam_doubt(mismatch_of(flat), file.string());
+    flat.equal = !doubt;
+    if (doubt) {
+      watcher.warn(*doubt);
+    }
+  }
   return flat;
 }
 
@@ -332,8 +397,8 @@ std::string summary_of(const Flattened& flat) {
       "%.2f x %.2f m",
       flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length, 100 * m.strain_p50,
       100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max, 100 * m.area_ratio,
-      100 * std::max(m.seam_mismatch, flat.layout.seam_mismatch), m.inverted, m.overlaps,
-      flat_corner(flat), flat.layout.width, flat.layout.length);
+      100 * mismatch_of(flat), m.inverted, m.overlaps, flat_corner(flat), flat.layout.width,
+      flat.layout.length);
   return text;
 }
 
@@ -346,7 +411,7 @@ nlohmann::ordered_json json_of(const Flattened& flat) {
           {"stretch_p99", m.strain_p99},
           {"stretch_max", m.strain_max},
           {"area_ratio", m.area_ratio},
-          {"seam_mismatch", std::max(m.seam_mismatch, flat.layout.seam_mismatch)},
+          {"seam_mismatch", mismatch_of(flat)},
           {"seam_length", m.seam_length},
           {"inverted", m.inverted},
           {"overlaps", m.overlaps},
@@ -483,8 +548,8 @@ int flatten_alone(const std::map<std::string, std::string>& values, const Option
   } else {
     std::cout << summary_of(flat) << "\n" << out.string() << "\n";
   }
-  return flat.reached && flat.relaxed && flat.measures.overlaps == 0 ? kExitDone
-                                                                     : kExitNotConverged;
+  const bool as_asked = flat.reached && flat.relaxed && flat.equal && flat.measures.overlaps == 0;
+  return as_asked ? kExitDone : kExitNotConverged;
 }
 
 void require_named(const FlattenStageOptions& options) {
@@ -533,8 +598,7 @@ void run_flatten(StageRun& run) {
     worst.strain_p50 = std::max(worst.strain_p50, m.strain_p50);
     worst.strain_p95 = std::max(worst.strain_p95, m.strain_p95);
     worst.strain_p99 = std::max(worst.strain_p99, m.strain_p99);
-    worst.seam_mismatch =
-        std::max({worst.seam_mismatch, m.seam_mismatch, flat.layout.seam_mismatch});
+    worst.seam_mismatch = std::max(worst.seam_mismatch, mismatch_of(flat));
     if (std::abs(m.area_ratio - 1) > std::abs(worst.area_ratio - 1)) {
       worst.area_ratio = m.area_ratio;
     }

@@ -43,6 +43,18 @@ std::optional<Finding> open_body_doubt(const Mesh& body, const std::string& name
                  "a closed body, if the garment lies there"};
 }
 
+std::optional<Finding> seam_doubt(double mismatch, const std::string& name) {
+  constexpr double kMost = 0.003;
+  if (mismatch <= kMost) {
+    return std::nullopt;
+  }
+  char text[100];
+  std::snprintf(text, sizeof text, "the two sides of a seam differ by %.2f%% of their length",
+                100 * mismatch);
+  return Finding{Severity::Warning, "seams-unequal", name, text,
+                 "0.3% at most: more --flatten.panel.iterations, or other seams"};
+}
+
 std::optional<Finding> fabric_doubt(const PatternLayout& layout, double fabric_width,
                                     const std::string& name) {
   if (layout.width <= fabric_width) {

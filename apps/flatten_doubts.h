@@ -19,6 +19,10 @@ std::optional<Finding> garment_size_doubt(const MeshFile& file, const std::strin
 /// lie on there. Vertices in one place count as one. @param name  the file
 std::optional<Finding> open_body_doubt(const Mesh& body, const std::string& name);
 
+/// The warning "seams-unequal" where the two sides of a seam differ by more than 0.3%, the target
+/// of `flatten.seam_mismatch`. @param mismatch  the largest, share; @param name  of the garment
+std::optional<Finding> seam_doubt(double mismatch, const std::string& name);
+
 /// The warning "fabric-narrow" where a piece is wider than the fabric, so that the layout is, too.
 /// @param fabric_width  m, as asked for; @param name  of the garment
 std::optional<Finding> fabric_doubt(const PatternLayout& layout, double fabric_width,

@@ -137,7 +137,7 @@ constexpr std::array kStages = {
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     Stage{.name = "flatten",
-          .version = 10,
+          .version = 11,
           .summary = "a garment's surface as a flat sewing pattern",
           .inputs = {"surface"},
           .outputs = {"pattern"},

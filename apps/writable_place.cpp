@@ -1,6 +1,8 @@
 #include "apps/writable_place.h"
 
 #include <cerrno>
+#include <cstdlib>
+#include <string>
 #include <system_error>
 
 #include <unistd.h>
@@ -20,9 +22,12 @@ void require_writable(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder, error) && !error) {
     throw EnvironmentError(folder.string(), "no folder: name a place in a folder");
   }
-  if (access(folder.c_str(), W_OK | X_OK) != 0) {
+  // Tried, since permissions do not tell of it: /proc, a disk that is full.
+  std::string trial = (folder / ".atelier-XXXXXX").string();
+  if (mkdtemp(trial.data()) == nullptr) {
     throw EnvironmentError(folder.string(), system_reason(errno));
   }
+  rmdir(trial.c_str());
 }
 
 }  // namespace

@@ -102,10 +102,18 @@ bool crosses_itself(const Points2& loop) {
   const auto cell = [&](double value, double from) {
     return static_cast<std::int64_t>((value - from) / (2 * mean));
   };
-  const auto segment = [&](Index i) {
-    const Index next = (i + 1) % count;
-    return OverlapKernel::Segment_2({loop(i, 0), loop(i, 1)}, {loop(next, 0), loop(next, 1)});
+  const auto corner = [&](Index i) {
+    return OverlapKernel::Point_2(loop(i % count, 0), loop(i % count, 1));
   };
+  const auto segment = [&](Index i) { return OverlapKernel::Segment_2(corner(i), corner(i + 1)); };
+  for (Index i = 0; i < count; ++i) {
+    // Beside each other, segments meet in more than their common corner where one goes back.
+    if (corner(i) == corner(i + 1) ||
+        (CGAL::collinear(corner(i), corner(i + 1), corner(i + 2)) &&
+         CGAL::angle(corner(i), corner(i + 1), corner(i + 2)) == CGAL::ACUTE)) {
+      return true;
+    }
+  }
   for (Index i = 0; i < count; ++i) {
     const Eigen::RowVector2d a = loop.row(i);
     const Eigen::RowVector2d b = loop.row((i + 1) % count);

@@ -14,8 +14,9 @@ namespace atelier {
 /// are even.
 std::vector<std::array<int, 2>> overlapping_faces(const Points2& flat, const Triangles& faces);
 
-/// True if a closed polygon crosses or touches itself; decided exactly. About O(n) where points are
-/// evenly spaced.
+/// True if a closed polygon crosses or touches itself, also where it goes back along the segment
+/// before (a spike) or a point is there twice in a row; decided exactly. About O(n) where points
+/// are evenly spaced.
 bool crosses_itself(const Points2& loop);
 
 /// True if a flat panel lies over itself: two of its triangles over each other, or an outline that

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/topology.h"
 #include "registration/flat_overlaps.h"
+#include "registration/needless_triangles.h"
 #include "registration/panel_energy.h"
 
 namespace atelier {
@@ -27,9 +28,7 @@ void check_face_shapes(const Points& vertices, const Triangles& faces) {
     const Eigen::Vector3d a = vertices.row(faces(f, 0));
     const Eigen::Vector3d b = vertices.row(faces(f, 1));
     const Eigen::Vector3d c = vertices.row(faces(f, 2));
-    const double longest =
-        std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
-    if (!((b - a).cross(c - a).norm() > 1e-7 * longest)) {
+    if (is_without_area(a, b, c)) {
       throw DataError("", "triangle " + std::to_string(f), "no area",
                       "triangles with an area; a remesher removes those without");
     }

@@ -252,23 +252,26 @@ void move_piece(PatternPiece& piece, const Vector2& by) {
   piece.grain_to += by;
 }
 
-constexpr double kColumn = 0.005;  // m, of the skyline
+/// Of the skyline, m. Wide fabric, as of a mesh in another unit, has no more columns than 10 m.
+double column_of(double fabric_width) {
+  return std::max(0.005, fabric_width / 2000);
+}
 
 /// Lowest and highest of a piece's cut line over columns of the fabric.
 struct Profile {
   std::vector<double> low, high;
 };
 
-Profile profile_of(const PatternPiece& piece, double gap) {
+Profile profile_of(const PatternPiece& piece, double gap, double column) {
   const double left = piece.cut_line.col(0).minCoeff();
   const double right = piece.cut_line.col(0).maxCoeff();
-  const auto columns = static_cast<std::size_t>((right - left + gap) / kColumn) + 2;
+  const auto columns = static_cast<std::size_t>((right - left + gap) / column) + 2;
   Profile profile{std::vector<double>(columns, 1e9), std::vector<double>(columns, -1e9)};
   for (Index i = 0; i < piece.cut_line.rows(); ++i) {
     const Vector2 a = piece.cut_line.row(i);
     const Vector2 b = piece.cut_line.row((i + 1) % piece.cut_line.rows());
-    const double from = (std::min(a.x(), b.x()) - left) / kColumn;
-    const double to = (std::max(a.x(), b.x()) - left + gap) / kColumn;
+    const double from = (std::min(a.x(), b.x()) - left) / column;
+    const double to = (std::max(a.x(), b.x()) - left + gap) / column;
     for (auto c = static_cast<std::size_t>(std::max(0.0, from));
          c < columns && static_cast<double>(c) <= to + 1; ++c) {
       profile.low[c] = std::min({profile.low[c], a.y(), b.y()});
@@ -289,9 +292,10 @@ void pack(PatternLayout& layout, double gap) {
                    [&](std::size_t a, std::size_t b) { return height(a) > height(b); });
   for (const PatternPiece& piece : layout.pieces) {
     const double wide = piece.cut_line.col(0).maxCoeff() - piece.cut_line.col(0).minCoeff();
-    layout.width = std::max(layout.width, wide + gap + 3 * kColumn);
+    layout.width = std::max(layout.width, wide + gap + 3 * column_of(wide));
   }
-  const auto columns = static_cast<std::size_t>(layout.width / kColumn);
+  const double column = column_of(layout.width);
+  const auto columns = static_cast<std::size_t>(layout.width / column);
   std::vector<double> skyline(columns, 0);
   for (const std::size_t i : order) {
     PatternPiece& piece = layout.pieces[i];
@@ -305,7 +309,7 @@ void pack(PatternLayout& layout, double gap) {
       if (turned) {
         turn_half(tried);
       }
-      const Profile profile = profile_of(tried, gap);
+      const Profile profile = profile_of(tried, gap, column);
       const std::size_t across = std::min(profile.low.size(), columns);
       for (std::size_t c = 0; c + across <= columns; ++c) {
         double base = -1e18;
@@ -321,10 +325,9 @@ void pack(PatternLayout& layout, double gap) {
     if (best.turned) {
       turn_half(piece);
     }
-    const Profile profile = profile_of(piece, gap);
-    move_piece(
-        piece,
-        {static_cast<double>(best.column) * kColumn - piece.cut_line.col(0).minCoeff(), best.base});
+    const Profile profile = profile_of(piece, gap, column);
+    move_piece(piece, {static_cast<double>(best.column) * column - piece.cut_line.col(0).minCoeff(),
+                       best.base});
     for (std::size_t k = 0; k < profile.high.size() && best.column + k < columns; ++k) {
       double& line = skyline[best.column + k];
       line = std::max(line, best.base + profile.high[k] + gap);

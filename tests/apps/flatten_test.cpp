@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -247,6 +248,113 @@ TEST_F(Flatten, SeamsOfAFileCountVerticesThatNoTriangleUses) {
   }
   loose.close();
   EXPECT_EQ(seam(1).out, plain.out);
+}
+
+TEST_F(Flatten, TrianglesThatAreNothingOfTheSurfaceAreLeftOut) {
+  const nlohmann::json plain = nlohmann::json::parse(alone({"--json"}).out);
+  const std::string text = read_file_text(mesh(), 1 << 20);
+  const std::string seams = (root_.path() / "seams.json").string();
+  std::ofstream(seams) << "{\"seams\": [[0, 16, 32, 48, 64]]}";
+  const ChildResult cut = alone({"--json", "--seams", seams});
+  ASSERT_EQ(cut.exit_code, 0) << cut.err;
+  for (const char* needless : {"f 3 3 4\n", "f 1 2 18\n", "v 5 5 5\nv 5 5 5\nf 81 82 81\n",
+                               "v 5 5 5\nv 5 5 5\nv 5 5 5\nf 81 82 83\n"}) {
+    SCOPED_TRACE(needless);
+    std::ofstream(mesh()) << text << needless;
+    const ChildResult told = alone({"--json"});
+    EXPECT_EQ(told.exit_code, 0) << told.err;
+    EXPECT_EQ(nlohmann::json::parse(told.out), plain);
+    EXPECT_THAT(told.err, HasSubstr("warning triangles-left-out [" + mesh().string() +
+                                    "]: 1 triangle without area, or there already"));
+    EXPECT_EQ(alone({"--json", "--seams", seams}).out, cut.out);
+  }
+}
+
+TEST_F(Flatten, RefusesWhatHasNoAreaOrIsSmallerThanItsFilesCanSay) {
+  const std::string faces = "f 1 2 3\nf 2 4 3\n";
+  std::ofstream(mesh()) << "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\n" << faces;
+  const ChildResult line = alone();
+  EXPECT_EQ(line.exit_code, 3);
+  EXPECT_THAT(line.err, HasSubstr("tube.obj: mesh: no triangle with an area"));
+  EXPECT_THAT(line.out + line.err, Not(HasSubstr("nan")));
+  for (const char* side : {"5e-4", "1e-6", "1e-20", "1e-100"}) {
+    std::ofstream(mesh()) << "v 0 0 0\nv " << side << " 0 0\nv 0 " << side << " 0\nv " << side
+                          << " " << side << " 0\n"
+                          << faces;
+    const ChildResult small = alone();
+    EXPECT_EQ(small.exit_code, 3) << side;
+    EXPECT_THAT(small.err, HasSubstr("expected 1 mm at least")) << side;
+    EXPECT_FALSE(std::filesystem::exists(out()));
+  }
+}
+
+TEST_F(Flatten, SaysWhereSidesOfASeamStayUnequalAndEndsWith4) {
+  std::istringstream lines(read_file_text(mesh(), 1 << 20));
+  std::ofstream wide(mesh());  // one side goes out by metres: nothing that lies flat in one step
+  for (std::string line; std::getline(lines, line);) {
+    double x = 0, y = 0, z = 0;
+    if (std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z) == 3) {
+      const double wider = 1 + 200 * std::max(0.0, x) * std::sin(8 * y);
+      wide << "v " << wider * x << " " << y << " " << wider * z << "\n";
+    } else {
+      wide << line << "\n";
+    }
+  }
+  wide.close();
+  const std::string seams = (root_.path() / "seams.json").string();
+  std::ofstream(seams) << "{\"seams\": [[0, 17, 34, 51, 68]]}";
+  const auto steps = [&](const char* count) {
+    return alone({"--seams", seams, "--smooth", "0", "--flatten.panel.iterations", count});
+  };
+  const ChildResult few = steps("1");
+  EXPECT_EQ(few.exit_code, 4) << few.out;
+  EXPECT_THAT(few.out, HasSubstr("warning seams-unequal [" + mesh().string() + "]"));
+  EXPECT_TRUE(std::filesystem::exists(out() / "pattern.svg"));
+  const ChildResult all = steps("200");
+  EXPECT_EQ(all.exit_code, 0) << all.out;
+  EXPECT_THAT(all.out, Not(HasSubstr("seams-unequal")));
+}
+
+TEST_F(Flatten, RefusesFilesOfOtherKindsWithThoseThatItReads) {
+  const std::filesystem::path usd = root_.path() / "shirt.usd";
+  std::ofstream(usd) << "PXR-USDC";
+  const ChildResult result = run({"--mesh", usd.string(), "--out", out().string()});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("extension '.usd'; expected .obj, .ply, .glb"));
+  EXPECT_THAT(alone({"--seams", "uvs"}).err, HasSubstr("texture coordinates: none"));
+}
+
+TEST_F(Flatten, TrianglesOfMixedOrientationAreTurnedRound) {
+  const std::string plain = alone({"--json"}).out;
+  std::string text = read_file_text(mesh(), 1 << 20);
+  const std::string last = text.substr(text.rfind("f "));
+  int a = 0, b = 0, c = 0;
+  ASSERT_EQ(std::sscanf(last.c_str(), "f %d %d %d", &a, &b, &c), 3);
+  text.resize(text.rfind("f "));
+  std::ofstream(mesh()) << text << "f " << a << " " << c << " " << b << "\n";
+  const ChildResult turned = alone({"--json"});
+  EXPECT_EQ(turned.exit_code, 0) << turned.err;
+  EXPECT_EQ(turned.out, plain);
+  EXPECT_THAT(turned.err, HasSubstr("triangles of opposite orientation were turned round"));
+}
+
+TEST_F(Flatten, AMeshInMillimetresThatIsTakenForMetresEnds) {
+  std::ofstream(mesh()) << "v 0 0 0\nv 1e6 0 0\nv 0 1e6 0\nv 3e5 1e6 0\nf 1 2 3\nf 3 2 4\n";
+  EXPECT_EQ(alone({"--seams", "none"}).exit_code, 0);
+}
+
+TEST_F(Flatten, APlaceThatCannotBeMadeIsFoundBeforeTheWork) {
+  std::ofstream(root_.path() / "file") << "x";
+  for (const std::string& place :
+       {std::string("/proc/pattern"), (root_.path() / "file/out").string(),
+        (root_.path() / std::string(300, 'x')).string()}) {
+    const ChildResult result = run({"--mesh", mesh().string(), "--out", place});
+    EXPECT_EQ(result.exit_code, 5) << place;
+    EXPECT_THAT(result.out, Not(HasSubstr("smoothed"))) << place;
+  }
+  EXPECT_EQ(run({"--mesh", "/nothing.obj", "--out", (root_.path() / "new/out").string()}).exit_code,
+            3);
+  EXPECT_FALSE(std::filesystem::exists(root_.path() / "new"));
 }
 
 TEST_F(Flatten, AnOpenBodyIsSpokenOfAndEveryRoundTold) {

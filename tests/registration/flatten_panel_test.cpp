@@ -1,11 +1,14 @@
 #include "registration/flatten_panel.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -217,6 +220,71 @@ TEST(CrossesItself, KnowsBowsAndSquares) {
   Points2 bow(4, 2);
   bow << 0, 0, 1, 1, 1, 0, 0, 1;
   EXPECT_TRUE(crosses_itself(bow));
+}
+
+TEST(CrossesItself, KnowsSpikes) {
+  Points2 spike(5, 2);  // up from the square's side and back along itself
+  spike << 0, 0, 1, 0, 1, 1, 1, 2, 0, 1;
+  EXPECT_FALSE(crosses_itself(spike));
+  spike << 0, 0, 1, 0, 1, 2, 1, 1, 0, 1;
+  EXPECT_TRUE(crosses_itself(spike));
+  Points2 there_and_back(3, 2);
+  there_and_back << 0, 0, 2, 0, 1, 0;
+  EXPECT_TRUE(crosses_itself(there_and_back));
+}
+
+/// Which side of the line through a and b is c on: exact for small whole numbers.
+int side_of(const std::array<int, 2>& a, const std::array<int, 2>& b, const std::array<int, 2>& c) {
+  const int twice_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+  return (twice_area > 0) - (twice_area < 0);
+}
+
+bool is_between(const std::array<int, 2>& a, const std::array<int, 2>& b,
+                const std::array<int, 2>& c) {
+  return side_of(a, b, c) == 0 && std::min(a[0], b[0]) <= c[0] && c[0] <= std::max(a[0], b[0]) &&
+         std::min(a[1], b[1]) <= c[1] && c[1] <= std::max(a[1], b[1]);
+}
+
+/// Every pair of segments of a closed polygon, looked at by itself.
+bool crosses_by_pairs(const std::vector<std::array<int, 2>>& loop) {
+  const std::size_t count = loop.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = i + 1; j < count; ++j) {
+      const auto& a = loop[i];
+      const auto& b = loop[(i + 1) % count];
+      const auto& c = loop[j];
+      const auto& d = loop[(j + 1) % count];
+      const bool behind = j == i + 1;            // b is c
+      const bool before = (j + 1) % count == i;  // d is a
+      const bool through =
+          side_of(a, b, c) * side_of(a, b, d) < 0 && side_of(c, d, a) * side_of(c, d, b) < 0;
+      if (through || (!before && is_between(c, d, a)) || (!behind && is_between(c, d, b)) ||
+          (!behind && is_between(a, b, c)) || (!before && is_between(a, b, d))) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+TEST(CrossesItself, AgreesWithEveryPairOfSegments) {
+  std::mt19937 random(7);
+  int crossing = 0;
+  int apart = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    const std::size_t count = 3 + random() % 6;
+    std::vector<std::array<int, 2>> loop(count);
+    Points2 points(static_cast<Index>(count), 2);
+    for (std::size_t i = 0; i < count; ++i) {
+      loop[i] = {static_cast<int>(random() % 6), static_cast<int>(random() % 6)};
+      points.row(static_cast<Index>(i)) << loop[i][0], loop[i][1];
+    }
+    const bool expected = crosses_by_pairs(loop);
+    ++(expected ? crossing : apart);
+    ASSERT_EQ(crosses_itself(points), expected) << points;
+  }
+  EXPECT_GT(crossing, 1000);
+  EXPECT_GT(apart, 1000);
 }
 
 template <class Act>
