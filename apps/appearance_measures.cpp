@@ -15,6 +15,7 @@
 #include "appearance/train_options.h"
 #include "apps/appearance_judgement.h"
 #include "apps/child_program.h"
+#include "apps/garment_fabric.h"
 #include "apps/register_measures.h"
 #include "apps/synthesis.h"
 #include "apps/temporary_folder.h"
@@ -115,7 +116,7 @@ std::vector<bool> printed_garments(const fs::path& capture, const CaptureTruth& 
   std::vector<bool> printed(truth.garments.size());
   if (const auto options = synthesis_options_of(capture)) {
     for (std::size_t g = 0; g < printed.size(); ++g) {
-      printed[g] = garment_fabric(*options, truth, g).kind == FabricKind::Print;
+      printed[g] = garment_fabric(options->fabric, truth.garments, g).kind == FabricKind::Print;
     }
   }
   return printed;

@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// What the cloth of a synthetic capture looks like ("plain", "woven", "print", "coded"), as its
+/// What the cloth of a synthetic capture looks like ("plain", "woven", "print", "all-print", "coded"), as its
 /// synthesis.json says; empty where nothing says it. Throws DataError for a file that is no JSON.
 std::string capture_fabric(const std::filesystem::path& capture);
 

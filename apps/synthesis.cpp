@@ -317,22 +317,6 @@ std::optional<SynthesisOptions> synthesis_options_of(const fs::path& capture) {
   return key_of(options) == text ? std::optional(options) : std::nullopt;
 }
 
-FabricOptions garment_fabric(const SynthesisOptions& options, const CaptureTruth& truth,
-                             std::size_t garment) {
-  FabricOptions fabric = options.fabric;
-  if (fabric.kind == FabricKind::Print && truth.garments.size() > 1 &&
-      truth.garments[garment].label == Label::Lower) {
-    fabric.kind = FabricKind::Woven;  // under a printed top people wear plain trousers
-    fabric.lightness *= 0.6;
-  }
-  fabric.hue = std::fmod(fabric.hue + 0.37 * static_cast<double>(garment), 1.0);
-  if (garment > 0) {
-    fabric.lightness = std::clamp(1.35 * fabric.lightness, 0.02, 0.9);
-    fabric.saturation *= 0.8;
-  }
-  return fabric;
-}
-
 }  // namespace atelier
 
 #endif

@@ -30,9 +30,4 @@ bool synthesize_capture(const std::filesystem::path& folder, const SynthesisOpti
 /// version from which the same options give another capture.
 std::optional<SynthesisOptions> synthesis_options_of(const std::filesystem::path& capture);
 
-/// The cloth of one garment of a capture. Each of an outfit has a hue of its own; of two, the upper
-/// one alone is printed.
-FabricOptions garment_fabric(const SynthesisOptions& options, const CaptureTruth& truth,
-                             std::size_t garment);
-
 }  // namespace atelier

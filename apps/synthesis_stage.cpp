@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/garment_fabric.h"
 #include "apps/synthetic_studio.h"
 #include "capture/stitching.h"
 #include "core/archive.h"
@@ -244,7 +245,7 @@ SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layer
       stage.cloths.push_back(plain);
       continue;
     }
-    const FabricOptions fabric = garment_fabric(options, truth, g);
+    const FabricOptions fabric = garment_fabric(options.fabric, truth.garments, g);
     const double metres = texture_metres(mesh);
     const Image cloth = fabric_image(metres, fabric, seed * 977 + kFabric + 7 * g);
     stage.cloths.push_back(cloth_look(with_stitching(cloth, mesh, metres), fabric.kind));

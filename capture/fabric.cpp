@@ -141,8 +141,11 @@ OptionTable describe(FabricOptions& options) {
            {{"plain", FabricKind::Plain},
             {"woven", FabricKind::Woven},
             {"print", FabricKind::Print},
+            {"all-print", FabricKind::AllPrint},
             {"coded", FabricKind::Coded}},
-           "What the cloth shows; plain is the hard case, coded the easy one.")
+           "What the cloth shows; plain is the hard case, coded the easy one. A print leaves "
+           "trousers "
+           "under a top woven, all-print prints them too.")
       .add("resolution", options.resolution, 16, 16384, "", "Texels a side of the albedo.")
       .add("hue", options.hue, 0, 1, "", "Hue of the base colour in turns: 0 red, 0.33 green.")
       .add("saturation", options.saturation, 0, 1, "", "Of the base colour.")
@@ -196,6 +199,7 @@ Image fabric_image(double size, const FabricOptions& options, std::uint64_t seed
             texture = weave(x, y, 0.22, seed);
             break;
           case FabricKind::Print:
+          case FabricKind::AllPrint:
             color = print.over(base, x, y);
             texture = weave(x, y, 0.14, seed);
             break;

@@ -9,11 +9,13 @@ namespace atelier {
 
 /// What a cloth looks like up close.
 enum class FabricKind {
-  Plain,  ///< one colour with the faintest mottle: the hard case for stereo and registration
-  Woven,  ///< slubby yarns both ways, a few per cent lighter and darker, as of linen or chambray
-  Print,  ///< flowers and leaves, 3 to 6 cm, printed on the woven cloth
-  Coded,  ///< a dense print of coloured cells of which no two 3 x 3 neighbourhoods agree, after
-          ///< Halimi et al., "Pattern-based cloth registration and sparse-view animation" (2022)
+  Plain,     ///< one colour with the faintest mottle: the hard case for stereo and registration
+  Woven,     ///< slubby yarns both ways, a few per cent lighter and darker, as of linen or chambray
+  Print,     ///< flowers and leaves, 3 to 6 cm, printed on the woven cloth; below a printed top the
+             ///< legs of an outfit are woven
+  AllPrint,  ///< the same on every garment of an outfit
+  Coded,     ///< a dense print of coloured cells of which no two 3 x 3 neighbourhoods agree, after
+             ///< Halimi et al., "Pattern-based cloth registration and sparse-view animation" (2022)
 };
 
 struct FabricOptions {

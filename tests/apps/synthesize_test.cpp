@@ -11,6 +11,7 @@
 #include <sys/mount.h>
 #include <sys/stat.h>
 
+#include "apps/garment_fabric.h"
 #include "capture/cameras_file.h"
 #include "capture/capture_info.h"
 #include "capture/capture_measures.h"
@@ -505,6 +506,20 @@ TEST_F(Synthesize, AnInterruptedCaptureIsNoCapture) {
   const ChildResult opened = run_child({program_path(), "validate", half.string()});
   EXPECT_EQ(opened.exit_code, 3);
   EXPECT_THAT(opened.err, HasSubstr("interrupted"));
+}
+
+TEST(GarmentFabric, TrousersUnderAPrintAreWovenUnlessAllIsPrinted) {
+  std::vector<TruthGarment> worn(2);
+  worn[0].label = Label::Upper;
+  worn[1].label = Label::Lower;
+  const auto kind = [&](FabricKind outfit, std::size_t garment) {
+    return garment_fabric({.kind = outfit}, worn, garment).kind;
+  };
+  EXPECT_EQ(kind(FabricKind::Print, 0), FabricKind::Print);
+  EXPECT_EQ(kind(FabricKind::Print, 1), FabricKind::Woven);
+  EXPECT_EQ(kind(FabricKind::AllPrint, 0), FabricKind::Print);
+  EXPECT_EQ(kind(FabricKind::AllPrint, 1), FabricKind::Print);
+  EXPECT_NE(garment_fabric({}, worn, 0).hue, garment_fabric({}, worn, 1).hue);
 }
 
 TEST(SynthesizeRefuses, ImpossibleOptions) {

@@ -206,6 +206,12 @@ TEST(Fabric, CodedCellsAreUniqueByTheirNeighbourhoods) {
   EXPECT_LE(repeats, 2);
 }
 
+TEST(Fabric, APrintIsTheSameOnAllGarments) {
+  const Image print = fabric_image(0.2, {.kind = FabricKind::Print, .resolution = 64}, 3);
+  const Image all = fabric_image(0.2, {.kind = FabricKind::AllPrint, .resolution = 64}, 3);
+  EXPECT_EQ(print.data, all.data);
+}
+
 TEST(Fabric, KindsDifferInContrast) {
   const auto contrast = [](FabricKind kind) {
     const Image cloth = fabric_image(0.4, {.kind = kind, .resolution = 256}, 1);

@@ -1,0 +1,20 @@
+#pragma once
+
+#ifdef ATELIER_HAS_CAPTURE
+
+#include <cstddef>
+#include <vector>
+
+#include "capture/fabric.h"
+#include "capture/truth_archive.h"
+
+namespace atelier {
+
+/// The cloth of one garment of a synthetic outfit. Each has a hue of its own; under a printed top
+/// what is worn on the legs is woven, unless all is printed.
+FabricOptions garment_fabric(FabricOptions outfit, const std::vector<TruthGarment>& worn,
+                             std::size_t garment);
+
+}  // namespace atelier
+
+#endif
