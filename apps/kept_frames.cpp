@@ -76,6 +76,15 @@ FrameKeeping kept_frames(StageRun& run, const std::string& garment,
   return keeping;
 }
 
+int kept_count(StageRun& run, const std::string& garment, const std::vector<int>& frame_ids) {
+  const KeptGarment kept{run, garment, frame_ids};
+  int count = 0;
+  for (Index row = 0; row < std::ssize(frame_ids); ++row) {
+    count += file_kind(kept.file(row)) != fs::file_type::not_found ? 1 : 0;
+  }
+  return count;
+}
+
 }  // namespace atelier
 
 #endif

@@ -18,6 +18,9 @@ namespace atelier {
 FrameKeeping kept_frames(StageRun& run, const std::string& garment,
                          const std::vector<int>& frame_ids);
 
+/// How many frames of a garment are kept so.
+int kept_count(StageRun& run, const std::string& garment, const std::vector<int>& frame_ids);
+
 }  // namespace atelier
 
 #endif

@@ -442,6 +442,15 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit,
   run.metric("closure", most.closure);
 }
 
+/// What a stop leaves for the next run: more than the frames that are finished, of which each needs
+/// all garments, and those of its window on the way to it.
+void tell_followed(StageRun& run, RegisteredOutfit& outfit) {
+  for (const Worn& worn : outfit.garments()) {
+    run.say(worn.name + ": " + std::to_string(kept_count(run, worn.name, outfit.frame_ids())) +
+            " of " + std::to_string(outfit.frame_ids().size()) + " frames are followed and kept");
+  }
+}
+
 }  // namespace
 
 OptionTable describe(RegisterStageOptions& options) {
@@ -460,11 +469,15 @@ void run_register(StageRun& run) {
     const Index row = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
     write_archive(file, frame_archive(outfit.garments(), row));
   };
+  bool all = false;
   try {
-    if (!run.each_frame("frames", ".h5", ids, write)) {
-      return;
-    }
+    all = run.each_frame("frames", ".h5", ids, write);
   } catch (const StopRequested&) {  // within a frame's chain: what was followed is kept
+  }
+  if (!all) {
+    if (run.stop_requested()) {
+      tell_followed(run, outfit);
+    }
     return;
   }
   SequenceHeader header;

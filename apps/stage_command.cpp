@@ -157,6 +157,7 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
     require(set_shard(request.selection, *arguments.shard));
   }
   StageConsole console(stage, arguments.json);
+  console.set_forced(request.force);
   return work(stage, request, arguments.dry_run, console);
 }
 

@@ -10,6 +10,7 @@
 
 #include "apps/json_text.h"
 #include "apps/standard_streams.h"
+#include "core/file_kind.h"
 #include "core/printable.h"
 #include "core/store/digest_meter.h"
 #include "core/store/file_lock.h"
@@ -229,6 +230,18 @@ void StageConsole::show_plan(const StagePlan& plan, const FrameSelection& select
   show_consent(plan);
 }
 
+/// How to go on after a stop.
+std::string StageConsole::goes_on(const StageReport& report) const {
+  if (!forced_) {
+    return "the same command goes on from there";
+  }
+  if (link_kind(report.plan.result_folder) == std::filesystem::file_type::not_found) {
+    return "the same command without --force goes on from there";
+  }
+  return std::string("the older result stays; --force begins anew") +
+         (report.frames_total > 0 ? ", and with --frames of the others goes on from there" : "");
+}
+
 void StageConsole::show_report(const StageReport& report) {
   const bool finished =
       report.end == StageReport::End::Done || report.end == StageReport::End::AlreadyDone;
@@ -281,8 +294,8 @@ void StageConsole::show_report(const StageReport& report) {
       break;
     case StageReport::End::Stopped:
       if (report.frames_total == 0 && std::filesystem::exists(report.plan.staging_folder)) {
-        std::cout << stage_.name << " stopped: what it had saved is kept; the same command goes on "
-                  << "from there\n";
+        std::cout << stage_.name << " stopped: what it had saved is kept; " << goes_on(report)
+                  << "\n";
         return;
       }
       if (report.frames_total == 0) {
@@ -290,7 +303,8 @@ void StageConsole::show_report(const StageReport& report) {
         return;
       }
       std::cout << stage_.name << " stopped: " << frames_kept(report) << " of "
-                << report.frames_total << " frames are kept; the same command goes on from there\n";
+                << report.frames_total << " frames are finished and kept; " << goes_on(report)
+                << "\n";
       break;
   }
   if (finished) {

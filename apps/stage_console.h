@@ -23,6 +23,9 @@ class StageConsole {
   /// Seconds that stages after this one are expected to take: progress then also says how long all
   /// is going to take.
   void set_rest(double seconds) { rest_ = seconds; }
+  /// The run is one with --force, which begins anew each time: what goes on after a stop is another
+  /// command.
+  void set_forced(bool forced) { forced_ = forced; }
   void say(const std::string& line);
   void show_progress(const StageProgress& progress);
   /// @param selection  of frames, which alone would be worked on
@@ -34,10 +37,13 @@ class StageConsole {
   void clear_line();
 
  private:
+  std::string goes_on(const StageReport& report) const;
+
   const Stage& stage_;
   bool json_;
   bool terminal_;
   bool line_shown_ = false;
+  bool forced_ = false;
   double rest_ = -1;                ///< s; below 0: not known
   std::int64_t first_frames_ = -1;  ///< done when they were first told of
   std::chrono::steady_clock::time_point last_shown_{};

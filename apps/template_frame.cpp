@@ -35,14 +35,16 @@ void require_template_frame(const TemplateStageOptions& options,
   std::vector<int> ids;
   try {
     for (const CaptureSequence& sequence : open_dataset(capture).info.sequences) {
-      ids.insert(ids.end(), sequence.frame_ids.begin(), sequence.frame_ids.end());
+      if (sequence.kind != "minimal") {  // of little clothing: no garment is made of it
+        ids.insert(ids.end(), sequence.frame_ids.begin(), sequence.frame_ids.end());
+      }
     }
   } catch (const DataError&) {  // one that opens by options alone, which this stage does not take
   }
   std::sort(ids.begin(), ids.end());
   if (!ids.empty() && !std::binary_search(ids.begin(), ids.end(), options.fit.frame)) {
     throw DataError(capture.string(), "template.frame", std::to_string(options.fit.frame),
-                    "one of the capture's frames, " + ranges_text(ids) + "; or -1");
+                    "one of the capture's clothed frames, " + ranges_text(ids) + "; or -1");
   }
 }
 

@@ -81,9 +81,11 @@ void add_gain(GarmentTexture& texture, const TextureGain& gain, std::size_t samp
     texture.levels.assign(levels, std::vector<float>(samples * channels));
     texture.known.assign(samples, 0);
   }
-  ATELIER_CHECK(texture.levels.size() == levels && texture.channels == gain.channels &&
-                    texture.known.size() == samples,
-                "a gain of another texture");
+  if (texture.levels.size() != levels || texture.channels != gain.channels ||
+      texture.known.size() != samples) {
+    throw DataError("", "gain", "a texture of other sizes or channels than the frames before it",
+                    "frames that were followed together: remove the kept ones (--force)");
+  }
   auto value = gain.values.begin();
   for (const int sample : gain.samples) {
     const auto s = static_cast<std::size_t>(sample);

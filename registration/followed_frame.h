@@ -22,7 +22,8 @@ struct TextureGain {
 /// What is known in `after` and not in `before`, of which add_texture made it.
 TextureGain texture_gain(const GarmentTexture& before, const GarmentTexture& after);
 
-/// The same texture again. @param samples  of the whole garment
+/// The same texture again. Throws DataError for a gain of other sizes or channels than what is
+/// known. @param samples  of the whole garment
 void add_gain(GarmentTexture& texture, const TextureGain& gain, std::size_t samples);
 
 /// A frame of a window as registration leaves it: with those of all frames from the window's anchor

@@ -266,26 +266,59 @@ void turn_round(Mesh& mesh) {
   }
 }
 
-/// A warning where what the scan shows of a garment lies elsewhere than the mesh: an artist's
-/// mesh of another garment, or of another pose.
-std::optional<Finding> far_from_scan(const Mesh& mesh, const Mesh& scan, std::uint8_t label,
-                                     const std::string& file) {
-  constexpr double kFar = 0.1;  // m
+/// What a scan shows of a garment: its faces, whose first corner has the label, and their size.
+struct ShownGarment {
+  Triangles faces;
+  Points corners;     ///< the first of each face
+  double extent = 0;  ///< m, diagonal
+};
+
+ShownGarment shown_of(const Mesh& scan, std::uint8_t label) {
   std::vector<Index> rows;
   for (Index f = 0; f < (scan.labels.empty() ? 0 : scan.faces.rows()); ++f) {
     if (scan.labels[static_cast<std::size_t>(scan.faces(f, 0))] == label) {
-      rows.push_back(scan.faces(f, 0));
+      rows.push_back(f);
     }
   }
-  if (rows.empty()) {
-    return std::nullopt;
+  ShownGarment shown;
+  if (!rows.empty()) {
+    shown.faces = scan.faces(rows, Eigen::all);
+    shown.corners = scan.vertices(Eigen::VectorXi(shown.faces.col(0)), Eigen::all);
+    shown.extent = (shown.corners.colwise().maxCoeff() - shown.corners.colwise().minCoeff()).norm();
   }
+  return shown;
+}
+
+double median_distance(const TriangleTree& surface, const Points& points) {
   std::vector<double> distances;
-  for (const ClosestPoint& nearest : closest_points(build_tree(mesh.vertices, mesh.faces),
-                                                    Points(scan.vertices(rows, Eigen::all)))) {
+  for (const ClosestPoint& nearest : closest_points(surface, points)) {
     distances.push_back(std::sqrt(nearest.squared_distance));
   }
-  const double middle = median(distances);
+  return median(distances);
+}
+
+/// Refuses an artist's mesh of something else: half of it farther from what the scan shows of the
+/// garment than a tenth of that one's size, our choice, is not how a garment is worn. A warning
+/// where what the scan shows lies elsewhere: another garment, or another pose.
+std::optional<Finding> far_from_scan(const Mesh& mesh, const Mesh& scan, std::uint8_t label,
+                                     int frame_id, const std::string& file) {
+  constexpr double kFar = 0.1;       // m
+  constexpr double kFarthest = 0.1;  // of the garment's size
+  const ShownGarment shown = shown_of(scan, label);
+  if (shown.faces.rows() == 0) {
+    return std::nullopt;
+  }
+  const double most = kFarthest * shown.extent;
+  if (const double off = median_distance(build_tree(scan.vertices, shown.faces), mesh.vertices);
+      off > most) {
+    throw DataError(
+        file, "place",
+        of_area("half its vertices farther than %.2f m from what the scan shows of this garment",
+                off),
+        "a mesh of this garment, placed on the body of frame " + std::to_string(frame_id) +
+            of_area(" (--frame): within %.2f m, a tenth of the garment's size", most));
+  }
+  const double middle = median_distance(build_tree(mesh.vertices, mesh.faces), shown.corners);
   if (middle < kFar) {
     return std::nullopt;
   }
@@ -473,19 +506,17 @@ GarmentTemplate imported_template(const Mesh& mesh, const ClothedFrames& frames,
     throw DataError(file, "size", of_area("%.3g times the body's", ratio),
                     "a garment in metres (--imported.unit says another unit)");
   }
-  std::vector<double> distances;
-  for (const ClosestPoint& nearest :
-       closest_points(build_tree(frame.body, frames.body_faces), mesh.vertices)) {
-    distances.push_back(std::sqrt(nearest.squared_distance));
-  }
-  if (const double middle = median(distances); middle > 0.3) {
+  if (const double middle =
+          median_distance(build_tree(frame.body, frames.body_faces), mesh.vertices);
+      middle > 0.3) {
     throw DataError(file, "place",
                     of_area("half its vertices farther than %.2f m from the body", middle),
                     "a garment placed on the body of frame " +
                         std::to_string(frames.frame_ids[static_cast<std::size_t>(all.best)]));
   }
   GarmentTemplate made;
-  if (auto far = far_from_scan(mesh, frame.scan, label, file)) {
+  made.frame_id = frames.frame_ids[static_cast<std::size_t>(all.best)];
+  if (auto far = far_from_scan(mesh, frame.scan, label, made.frame_id, file)) {
     made.findings.push_back(std::move(*far));
   }
   made.garment.name = name;
@@ -499,7 +530,6 @@ GarmentTemplate imported_template(const Mesh& mesh, const ClothedFrames& frames,
                              "its faces looked inwards, to the body: they were turned round",
                              "a mesh whose faces are counter-clockwise from outside"});
   }
-  made.frame_id = frames.frame_ids[static_cast<std::size_t>(all.best)];
   const GarmentBoundaries boundaries = garment_boundaries(
       mesh.vertices, made.garment.mesh.faces, frames.anatomy, frame.body, frames.body_faces, 0);
   dress(made, boundaries, frames, all.rows, frame.body, label, options);

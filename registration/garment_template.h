@@ -77,8 +77,10 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
 /// Throws DataError where no frame shows 0.01 m2 of the label, and for edges of three faces or
 /// more, edges of opposite orientation and vertices where fans touch (with the place of the first),
 /// several pieces, a closed surface, a size that is not that of clothing for this body (a file in
-/// other units), and a mesh that is not on the body: half its vertices farther than 0.3 m. Warns
-/// (`import-far`) where half of what the scan shows of the garment is farther than 10 cm from it.
+/// other units), and a mesh that is not on the body: half its vertices farther than 0.3 m, or not
+/// the garment's: half farther from what the scan shows of that than a tenth of its size
+/// (diagonal). Warns (`import-far`) where half of what the scan shows of the garment is farther
+/// than 10 cm from it.
 GarmentTemplate imported_template(const Mesh& mesh, const ClothedFrames& frames, std::uint8_t label,
                                   const std::string& name,
                                   const GarmentTemplateOptions& options = {},

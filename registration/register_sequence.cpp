@@ -108,7 +108,18 @@ struct RegisteredSequence::State {
     return std::clamp(source.template_row, first_row(row), end_row(row) - 1);
   }
 
-  /// A frame that was followed, here or elsewhere; or null.
+  /// Whether a kept frame can be of this sequence: pictures have one number of sizes, and what the
+  /// template's frame showed says how many channels. That one itself shows nothing new.
+  bool may_be_of(Index row, const TextureGain& gain) const {
+    if (gain.levels == 0 || row == source.template_row) {
+      return gain.levels == 0;
+    }
+    return options.fit.photometric && gain.levels == options.fit.photometric_levels &&
+           (texture.levels.empty() || gain.channels == texture.channels);
+  }
+
+  /// A frame that was followed, here or elsewhere; or null. Of others than the template's, once
+  /// that has been registered.
   const FollowedFrame* finished(Index row) {
     const std::lock_guard lock(mutex);
     const auto found = done.find(row);
@@ -118,6 +129,9 @@ struct RegisteredSequence::State {
     std::optional<FollowedFrame> kept;
     if (source.keeping.read) {
       kept = source.keeping.read(row, model);
+    }
+    if (kept && !may_be_of(row, kept->gain)) {
+      kept.reset();  // followed again
     }
     return kept ? &done.emplace(row, std::move(*kept)).first->second : nullptr;
   }
@@ -326,11 +340,11 @@ const RegisteredGarment& RegisteredSequence::at(Index row) {
   constexpr std::chrono::milliseconds kPause(50);
   State& state = *state_;
   ATELIER_CHECK(row >= 0 && row < state.source.rows, "no such frame");
+  state.begin();
   for (;;) {
     if (const FollowedFrame* frame = state.finished(row)) {
       return frame->garment;
     }
-    state.begin();
     if (!state.advance_to(row) && !state.finished(row) && !state.advance_any(row)) {
       if (state.source.before_frame) {
         state.source.before_frame();

@@ -279,7 +279,29 @@ TEST_F(Crash, ASignalToEndSaysHowManyFramesAreKept) {
   child.kill(SIGINT);
   const ChildResult result = child.wait();
   if (result.exit_code != 0) {  // else it was quicker
-    EXPECT_THAT(result.out, ::testing::ContainsRegex("stopped: [0-9]+ of 150 frames are kept"));
+    EXPECT_THAT(result.out, ::testing::ContainsRegex("stopped: [0-9]+ of 150 frames are finished "
+                                                     "and kept; the same command goes on"));
+  }
+}
+
+TEST_F(Crash, AStoppedRunWithForceSaysWhatGoesOn) {
+  write_boxes(input(), 150);
+  const auto stopped = [&] {
+    const std::filesystem::path second = file_of_frame(staging_folder(), 1);
+    ChildProcess child(statistics({"--jobs", "1", "--force"}));
+    EXPECT_TRUE(reaches(child, second));
+    child.kill(SIGINT);
+    return child.wait();
+  };
+  const ChildResult first = stopped();
+  if (first.exit_code != 0) {  // else it was quicker
+    EXPECT_THAT(first.out, HasSubstr("kept; the same command without --force goes on from there"));
+  }
+  ASSERT_EQ(run_child(statistics()).exit_code, 0);
+  const ChildResult again = stopped();
+  if (again.exit_code != 0) {
+    EXPECT_THAT(again.out, HasSubstr("kept; the older result stays; --force begins anew, and with "
+                                     "--frames of the others goes on from there"));
   }
 }
 

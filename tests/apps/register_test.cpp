@@ -439,7 +439,12 @@ TEST_F(Register, KilledWithinItsWindowItGoesOnToTheSameDigests) {
       std::this_thread::yield();
     }
     child.kill(signal);
-    child.wait();
+    const ChildResult stopped = child.wait();
+    if (stopped.signal == SIGINT) {  // else it was quicker, or had no time to say it
+      EXPECT_THAT(stopped.err,
+                  ::testing::ContainsRegex("lower: [23] of 3 frames are followed and kept"));
+      EXPECT_THAT(stopped.out, HasSubstr(" of 3 frames are finished and kept; "));
+    }
     const ChildResult done = registered({}, workspace);
     ASSERT_EQ(done.exit_code, 0) << done.err;
     EXPECT_EQ(manifest(workspace)["outputs"], manifest()["outputs"]);

@@ -557,9 +557,28 @@ TEST_F(Run, RefusesATemplateFrameThatTheCaptureDoesNotHaveAndNamesThem) {
   for (const std::vector<std::string>& more :
        {std::vector<std::string>{"--template.frame", "99", "--dry-run"},
         std::vector<std::string>{"--template.frame", "99"}}) {
-    expect_refusal(run(more), 3, "expected one of the capture's frames, 3 to 4; or -1");
+    expect_refusal(run(more), 3, "expected one of the capture's clothed frames, 3 to 4; or -1");
   }
   EXPECT_FALSE(fs::exists(workspace_));
+  EXPECT_EQ(run({"--template.frame", "3", "--dry-run"}).exit_code, 0);
+}
+
+TEST_F(Run, RefusesATemplateFrameOfLittleClothing) {
+  write_small_capture(capture_, SmallCapture());
+  const fs::path file = capture_ / "capture.toml";
+  std::string text = read_file_text(file, 1 << 20);
+  const std::size_t ids = text.find("frame_ids = [3");
+  ASSERT_NE(ids, std::string::npos);
+  const std::size_t line = text.find('\n', ids);
+  text.replace(ids, line - ids,
+               "frame_ids = [3]\n\n[[sequence]]\nname = \"minimal\"\nkind = \"minimal\"\nfps = "
+               "1.0\nframe_ids = [4]");
+  std::ofstream(file) << text;
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--template.frame", "4", "--dry-run"},
+        std::vector<std::string>{"--template.frame", "4"}}) {
+    expect_refusal(run(more), 3, "4; expected one of the capture's clothed frames, 3; or -1");
+  }
   EXPECT_EQ(run({"--template.frame", "3", "--dry-run"}).exit_code, 0);
 }
 

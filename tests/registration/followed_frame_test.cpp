@@ -186,6 +186,39 @@ TEST(FollowedFrame, OneThatIsLostIsTheOnlyOneThatIsFollowedAgain) {
   }
 }
 
+// A file may have been tampered with: nothing that it says is an error of the program.
+TEST(FollowedFrame, OneWithAnotherTextureIsFollowedAgain) {
+  for (const Index tampered : {Index{1}, kTemplateRow, Index{5}}) {
+    for (const TextureGain& gain :
+         {TextureGain{3, 3, {0}, std::vector<float>(9, 0.5F)},
+          TextureGain{2, 3, {0}, std::vector<float>(6, 0.5F)}, TextureGain{1, 3, {}, {}}}) {
+      Shelf shelf;
+      Turning turning;
+      turning.source.keeping = shelf.keeping();
+      for (const bool again : {false, true}) {
+        RegisteredSequence sequence(turning.garment, turning.source, turning.options);
+        for (Index row = 0; row < kRows; ++row) {
+          expect_same(sequence.at(row), uninterrupted()[static_cast<std::size_t>(row)], row);
+        }
+        EXPECT_EQ(shelf.followed, again ? kRows + 1 : kRows);
+        FollowedFrame other =
+            followed_frame_of(shelf.frames.at(tampered), "tube", sequence.model().vertices.rows(),
+                              static_cast<Index>(sequence.model().samples.areas.size()));
+        other.gain = gain;
+        shelf.frames[tampered] = archive_of(other, "tube");
+      }
+    }
+  }
+}
+
+TEST(FollowedFrame, AGainOfAnotherTextureIsRefused) {
+  GarmentTexture texture;
+  add_gain(texture, {2, 1, {1}, {0.1F, 0.2F}}, 3);
+  EXPECT_EQ(texture.levels.size(), 2U);
+  ATELIER_EXPECT_REFUSED(add_gain(texture, {1, 1, {1}, {0.1F}}, 3), DataError, "gain");
+  ATELIER_EXPECT_REFUSED(add_gain(texture, {2, 3, {}, {}}, 3), DataError, "gain");
+}
+
 // As two processes would: each with a sequence of its own, and every other frame.
 TEST(FollowedFrame, ShardsShareWhatTheyFollow) {
   for (const int window : {48, 2}) {

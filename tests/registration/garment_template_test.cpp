@@ -372,21 +372,40 @@ TEST(GarmentBoundaries, ALimbThatClothClosesOverIsNamed) {
   EXPECT_THAT(closed_over(top), UnorderedElementsAre("head", "left hand", "right hand"));
 }
 
+/// A square sheet, so large and so far in front of the middle of the trunk, m.
+Mesh sheet_before_the_chest(double side, double forwards) {
+  Mesh sheet = fixtures::grid(6, 6);
+  const Points flat = sheet.vertices;
+  for (Index v = 0; v < flat.rows(); ++v) {
+    sheet.vertices.row(v) << side * (flat(v, 0) - 0.5), 1.1 + side * (0.5 - flat(v, 2)), forwards;
+  }
+  return sheet;
+}
+
 TEST(ImportedTemplate, AMeshThatIsNotWhereTheGarmentIsIsSpokenOf) {
   const ClothedFrames frames = standing(wears_tee);
   EXPECT_THAT(
       imported_template(artists_top(), frames, kClothLabel, "upper", quick(), "top.obj").findings,
       Not(Contains(Field(&Finding::code, "import-far"))));
-  // A sheet of 0.3 m in front of the chest.
-  Mesh sheet = fixtures::grid(6, 6);
-  const Points flat = sheet.vertices;
-  for (Index v = 0; v < flat.rows(); ++v) {
-    sheet.vertices.row(v) << 0.3 * (flat(v, 0) - 0.5), 1.25 - 0.3 * flat(v, 2), 0.35;
-  }
-  const GarmentTemplate made =
-      imported_template(sheet, frames, kClothLabel, "upper", quick(), "sheet.obj");
+  // A patch on the chest.
+  const GarmentTemplate made = imported_template(sheet_before_the_chest(0.17, 0.17), frames,
+                                                 kClothLabel, "upper", quick(), "patch.obj");
   ASSERT_THAT(made.findings, Contains(AllOf(Field(&Finding::code, "import-far"),
-                                            Field(&Finding::place, "sheet.obj"))));
+                                            Field(&Finding::place, "patch.obj"))));
+}
+
+TEST(ImportedTemplateRefused, ASheetThatIsNotTheGarment) {
+  const ClothedFrames frames = standing(wears_tee);
+  for (const auto& [side, forwards] : {std::pair(0.3, 0.35), std::pair(1.0, 0.0)}) {
+    EXPECT_THAT(refusal([&, side = side, forwards = forwards] {
+                  imported_template(sheet_before_the_chest(side, forwards), frames, kClothLabel,
+                                    "upper", quick(), "sheet.obj");
+                }),
+                AllOf(HasSubstr("sheet.obj: place: half its vertices farther than 0."),
+                      HasSubstr("from what the scan shows of this garment"),
+                      HasSubstr("placed on the body of frame 0 (--frame): within 0."),
+                      HasSubstr("a tenth of the garment's size")));
+  }
 }
 
 TEST(ImportedTemplateRefused, WhatIsNoSingleLayerOnTheBody) {
