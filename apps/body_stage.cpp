@@ -133,17 +133,19 @@ struct BodySource {
   }
 };
 
-BodySource body_source(const StageRun& run) {
+/// @param person, tracked, scans  results of `personalize`, `track` and `reconstruct`
+BodySource body_source(const fs::path& person, const fs::path& tracked_result,
+                       const fs::path& scans) {
   BodySource source;
-  source.person = read_personal_body(run.input("person") / "person.npz");
+  source.person = read_personal_body(person / "person.npz");
   source.shaped = shape_body(source.person.model);
-  source.takes = read_takes(run.input("tracked"));
-  source.scans = run.input("scans") / "scans";
+  source.takes = read_takes(tracked_result);
+  source.scans = scans / "scans";
   const Index joints = joint_count(source.person.model);
   for (std::size_t t = 0; t < source.takes.size(); ++t) {
     const TrackedMotion& tracked = source.takes[t].tracked;
     if (static_cast<Index>(tracked.skeleton.parents.size()) != joints) {
-      throw DataError((run.input("tracked") / source.takes[t].name).string(), "skeleton",
+      throw DataError((tracked_result / source.takes[t].name).string(), "skeleton",
                       std::to_string(tracked.skeleton.parents.size()) + " joints",
                       std::to_string(joints) + ", as the person has; track the person again");
     }
@@ -152,9 +154,13 @@ BodySource body_source(const StageRun& run) {
     }
   }
   if (source.places.empty()) {
-    throw DataError(run.input("tracked").string(), "tracked", "no frame", "at least one");
+    throw DataError(tracked_result.string(), "tracked", "no frame", "at least one");
   }
   return source;
+}
+
+BodySource body_source(const StageRun& run) {
+  return body_source(run.input("person"), run.input("tracked"), run.input("scans"));
 }
 
 /// Poses fit the bones of the person that they were found with: another one is not where they say.
@@ -381,6 +387,33 @@ class Fits {
   std::vector<std::unique_ptr<Lazy>> fits_;
 };
 
+/// A registered garment, and which of its meshes is of which tracked frame.
+struct FrameGarments {
+  Sequence meshes;
+  std::map<int, Index> rows;  // by frame id
+};
+
+FrameGarments frame_garments(const fs::path& input, const BodySource& source) {
+  FrameGarments garment;
+  const MeshSequenceFile file = read_mesh_sequence(input, false);
+  if (equal_arrays(file.shared.faces, source.person.model.mesh.faces)) {
+    throw DataError(input.string(), "faces", "those of the body itself",
+                    "a sequence of the garment's meshes, as register makes them");
+  }
+  garment.meshes = file.sequence;
+  for (std::size_t i = 0; i < garment.meshes.frame_ids.size(); ++i) {
+    if (source.places.contains(garment.meshes.frame_ids[i])) {
+      garment.rows[garment.meshes.frame_ids[i]] = static_cast<Index>(i);
+    }
+  }
+  if (garment.rows.empty()) {
+    throw DataError(input.string(), "frames", "none of the capture's",
+                    "meshes whose numbers are those of the tracked frames, from " +
+                        std::to_string(source.places.begin()->first));
+  }
+  return garment;
+}
+
 /// A registered garment over the skin of a scan.
 ClothedScan with_garment(const ClothedScan& scan, const Mesh& garment) {
   ClothedScan joined;
@@ -461,31 +494,22 @@ void check_refine_input(const fs::path& input) {
   }
 }
 
+void require_garment(const fs::path& input, const fs::path& workspace) {
+  const auto current = [&](const char* stage) { return workspace / stage / "current"; };
+  frame_garments(input,
+                 body_source(current("personalize"), current("track"), current("reconstruct")));
+}
+
 void run_refine(StageRun& run) {
   const auto& options = run.options<RefineStageOptions>();
   warn_of_another_person(run);
   const BodySource source = body_source(run);
   const Sequence bodies = open_sequence(run.input("bodies"));
-  const MeshSequenceFile garment = read_mesh_sequence(run.input("registered_garment"), false);
+  const FrameGarments garment = frame_garments(run.input("registered_garment"), source);
   const Triangles& faces = source.person.model.mesh.faces;
-  if (garment.shared.faces.rows() == faces.rows() && garment.shared.faces == faces) {
-    throw DataError(run.input("registered_garment").string(), "faces", "those of the body itself",
-                    "a sequence of the garment's meshes, as register makes them");
-  }
-  std::map<int, Index> garments;
-  for (std::size_t i = 0; i < garment.sequence.frame_ids.size(); ++i) {
-    if (source.places.contains(garment.sequence.frame_ids[i])) {
-      garments[garment.sequence.frame_ids[i]] = static_cast<Index>(i);
-    }
-  }
-  if (garments.empty()) {
-    throw DataError(run.input("registered_garment").string(), "frames", "none of the capture's",
-                    "meshes whose numbers are those of the tracked frames, from " +
-                        std::to_string(source.places.begin()->first));
-  }
   const auto scan_of = [&](int id, const Points& body) {
     const ClothedScan scan = source.scan(id, body);
-    return scan_surface(with_garment(scan, frame(garment.sequence, garments.at(id))));
+    return scan_surface(with_garment(scan, frame(garment.meshes, garment.rows.at(id))));
   };
   const auto body_of = [&](int id) {
     const auto at = std::lower_bound(bodies.frame_ids.begin(), bodies.frame_ids.end(), id);
@@ -497,7 +521,7 @@ void run_refine(StageRun& run) {
   };
   if (!run.each_frame("frames", ".h5", frame_ids_of(source), [&](int id, const fs::path& file) {
         const Points first = body_of(id);
-        if (!garments.contains(id)) {
+        if (!garment.rows.contains(id)) {
           write_body_frame(file, first);
           return;
         }
@@ -513,7 +537,7 @@ void run_refine(StageRun& run) {
   write_header(run, source);
   certify(run, source, [&](int id, const Points& body) {
     const ScanSurface scan =
-        garments.contains(id) ? scan_of(id, body) : scan_surface(source.scan(id, body));
+        garment.rows.contains(id) ? scan_of(id, body) : scan_surface(source.scan(id, body));
     const BodyCover cover = body_cover(faces, cover_votes(faces, body, scan));
     return certified(faces, body, scan, cover);
   });

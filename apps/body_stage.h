@@ -41,6 +41,10 @@ void run_refine(StageRun& run);
 /// Throws DataError, with what to do, unless the garment is a folder or file of meshes.
 void check_refine_input(const std::filesystem::path& input);
 
+/// Refuses a garment that is no sequence of meshes, or of none of the frames that the workspace's
+/// `track` has. Throws DataError.
+void require_garment(const std::filesystem::path& input, const std::filesystem::path& workspace);
+
 }  // namespace atelier
 
 #endif

@@ -265,6 +265,7 @@ bool ChainRun::works(std::string_view stage) const {
 /// What there is to do for every stage that is to run. What is wrong with data is told by the stage
 /// when its turn comes, of a dry run now.
 void ChainRun::foresee() {
+  bool anew = false;  // something that the next stage may read
   for (std::size_t i = 0; i < account_.stages.size(); ++i) {
     Foreseen one;
     if (account_.stages[i].end.empty()) {
@@ -280,7 +281,12 @@ void ChainRun::foresee() {
       }
     }
     if (one.works) {  // told now rather than behind hours of other stages
-      require_startable(*find_stage(all_stages(), account_.stages[i].stage), request_of(i, false));
+      StageRequest request = request_of(i, false);
+      if (anew) {
+        request.workspace.clear();
+      }
+      require_startable(*find_stage(all_stages(), account_.stages[i].stage), request);
+      anew = true;
     }
     foreseen_.push_back(std::move(one));
   }

@@ -6,9 +6,9 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <cstdio>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "apps/truth_scan.h"
@@ -19,6 +19,7 @@
 #include "core/io/file_bytes.h"
 #include "core/parallel.h"
 #include "core/sequence_archive.h"
+#include "core/store/result.h"
 
 namespace atelier {
 namespace {
@@ -113,60 +114,6 @@ void check_person(const std::filesystem::path& folder, int person) {
       "--input.person with a number that keypoints have; they show " + count + ": " + list);
 }
 
-/// How far, m, half of the keypoints that are seen lie from their middle: of a person 0.2 to 1 m,
-/// whatever single ones are. 0 where fewer than three are seen.
-double keypoint_spread(const TrackFrame& frame) {
-  constexpr std::size_t kFewest = 3;
-  const auto median = [](std::vector<double> values) {
-    const auto middle = values.begin() + std::ssize(values) / 2;
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
-  std::array<std::vector<double>, 3> seen;
-  for (Index k = 0; k < frame.deviations.size(); ++k) {
-    for (int axis = 0; axis < 3 && frame.deviations[k] > 0; ++axis) {
-      seen[static_cast<std::size_t>(axis)].push_back(frame.keypoints(k, axis));
-    }
-  }
-  if (seen[0].size() < kFewest) {
-    return 0;
-  }
-  const Eigen::Vector3d middle(median(seen[0]), median(seen[1]), median(seen[2]));
-  std::vector<double> distances;
-  for (std::size_t k = 0; k < seen[0].size(); ++k) {
-    distances.push_back((Eigen::Vector3d(seen[0][k], seen[1][k], seen[2][k]) - middle).norm());
-  }
-  return median(std::move(distances));
-}
-
-/// Takes away the keypoints of frames in which they are no person's in metres: a hand is larger
-/// than the least, somebody with arms stretched out smaller than the most. A finding on all of
-/// them.
-std::vector<Finding> without_other_units(TrackInput& input) {
-  constexpr double kLeast = 0.01;  // m
-  constexpr double kMost = 3;      // m
-  std::vector<int> frames;
-  double spread = 0;
-  for (std::size_t f = 0; f < input.frames.size(); ++f) {
-    TrackFrame& frame = input.frames[f];
-    const double own = keypoint_spread(frame);
-    if (own > kMost || (own > 0 && own < kLeast)) {
-      frame.keypoints.resize(0, 3);
-      frame.deviations.resize(0);
-      frames.push_back(input.frame_ids[f]);
-      spread = own;
-    }
-  }
-  if (frames.empty()) {
-    return {};
-  }
-  char metres[32];
-  std::snprintf(metres, sizeof metres, "%.3g", spread);
-  return {{Severity::Warning, "keypoint-unit", "frames " + listed_frames(frames),
-           "half of the keypoints are " + std::string(metres) + " m and more from their middle",
-           "left out; a person's are 0.2 to 1 m: look whether they are in millimetres"}};
-}
-
 /// Whether a label says anything: what is all background is a scan whose labels nobody filled in.
 bool is_known(std::uint8_t label) {
   return static_cast<Label>(label) != Label::Background &&
@@ -221,6 +168,14 @@ CaptureInfo person_capture(const PersonFiles& files, const PersonInputOptions& o
   CaptureInfo info = open_dataset(files.capture, options.capture).info;
   check_person(files.keypoints / "keypoints3d", options.person);
   return info;
+}
+
+void require_person(const std::filesystem::path& workspace, const PersonInputOptions& options) {
+  const std::filesystem::path stage = workspace / "reconstruct";
+  const auto current = workspace.empty() ? std::nullopt : current_name(stage);
+  if (current) {
+    check_person(stage / *current / "keypoints3d", options.person);
+  }
 }
 
 ScanPart part_of(Label label, const std::vector<Label>& excluded) {
@@ -302,7 +257,6 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
       frame.scan = scan_points(scan, parts);
     }
   });
-  evidence.findings = without_other_units(input);
   std::vector<int> guessed;
   for (std::size_t f = 0; f < bridged.size(); ++f) {
     if (bridged[f] > 0) {

@@ -42,6 +42,8 @@ PersonFiles person_files(const StageRun& run);
 /// What the capture says of its sequences and keypoints. Throws DataError where keypoints show
 /// people, but never the one of that number.
 CaptureInfo person_capture(const PersonFiles& files, const PersonInputOptions& options);
+/// The same refusal of a workspace's keypoints, before a stage runs; "": of none.
+void require_person(const std::filesystem::path& workspace, const PersonInputOptions& options);
 
 /// What a label tells of the body under it. Hair, what is carried and background tell nothing.
 ScanPart part_of(Label label, const std::vector<Label>& excluded = {});
@@ -49,15 +51,14 @@ ScanPart part_of(Label label, const std::vector<Label>& excluded = {});
 /// A person's evidence, and what is doubtful about it.
 struct PersonEvidence {
   TrackInput input;
-  std::vector<Finding> findings;  ///< "keypoint-unit", "keypoints-bridged", "people-several",
-                                  ///< "labels-absent", "label-nowhere", and "no-scans" where labels
-                                  ///< are left out
+  std::vector<Finding> findings;  ///< "keypoints-bridged", "people-several", "labels-absent",
+                                  ///< "label-nowhere", and "no-scans" where labels are left out
 };
 
 /// Keypoints and scans of a sequence, as the workspace's `reconstruct` or the truth has them;
 /// frames without a file have neither. Keypoints that no camera saw, which `reconstruct` bridges by
-/// straight lines, count as missing, and so do those of a frame that are no person's in metres. A
-/// scan that is all background has no labels. `minimal`: every surface but hair counts as skin.
+/// straight lines, count as missing. A scan that is all background has no labels. `minimal`: every
+/// surface but hair counts as skin.
 PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
                             const CaptureSequence& sequence, const PersonInputOptions& options,
                             const std::vector<Label>& excluded = {});

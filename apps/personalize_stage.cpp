@@ -61,6 +61,19 @@ OptionTable describe(PersonalizeStageOptions& options) {
   return table;
 }
 
+void require_measurable(const PersonalizeStageOptions& options,
+                        const std::filesystem::path& capture,
+                        const std::filesystem::path& workspace) {
+  const CaptureInfo info = open_dataset(capture, options.input.capture).info;
+  if (!info.sequences.empty()) {
+    measured_sequence(info, options.sequence);
+  }
+  require_person(workspace, options.input);
+  if (options.body != PersonalizeStageOptions{}.body) {  // which is made, not read
+    read_body_file(options.body);
+  }
+}
+
 void run_personalize(StageRun& run) {
   const auto& options = run.options<PersonalizeStageOptions>();
   const CaptureInfo info = person_capture(person_files(run), options.input);

@@ -3,6 +3,7 @@
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
 
 #include <array>
+#include <filesystem>
 #include <string>
 
 #include "apps/person_input.h"
@@ -29,6 +30,12 @@ inline constexpr std::array kPersonalizeMetrics = {
     StageMetric{"displacement_rms", "m"},
     StageMetric{"unseen_share", "of the surface"},
 };
+
+/// Refuses a sequence that the capture does not have, a body that is none, and a person that the
+/// keypoints of the workspace, where there are any, do not show; "": of none. Throws DataError.
+void require_measurable(const PersonalizeStageOptions& options,
+                        const std::filesystem::path& capture,
+                        const std::filesystem::path& workspace);
 
 /// Keypoints and scans -> person.npz (a body that reads as any other) and shape.json (the values
 /// found, with names). From the minimally clothed sequence; without

@@ -68,7 +68,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
     Stage{.name = "personalize",
-          .version = 6,
+          .version = 7,
           .summary = "the person's own body: shape, bone lengths and surface",
           .inputs = {"capture", "scans", "keypoints3d"},
           .outputs = {"person"},
@@ -78,7 +78,7 @@ constexpr std::array kStages = {
           .run = run_personalize,
           .check_input = require_no_folder_above},
     Stage{.name = "track",
-          .version = 7,
+          .version = 8,
           .summary = "the person's pose in every frame",
           .inputs = {"capture", "scans", "keypoints3d", "person"},
           .outputs = {"tracked"},
@@ -272,6 +272,18 @@ void require_startable([[maybe_unused]] const Stage& stage, const StageRequest& 
     const auto& options = options_of<AppearanceStageOptions>(request.options);
     require_trainable(options, request.device);
     require_cameras(options, request.input);
+  }
+#endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+  if (stage.name == "personalize") {
+    require_measurable(options_of<PersonalizeStageOptions>(request.options), request.input,
+                       request.workspace);
+  }
+  if (stage.name == "track") {
+    require_trackable(options_of<TrackStageOptions>(request.options), request.workspace);
+  }
+  if (stage.name == "refine" && !request.workspace.empty()) {
+    require_garment(request.input, request.workspace);
   }
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \

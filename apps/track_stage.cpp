@@ -143,6 +143,15 @@ OptionTable describe(TrackStageOptions& options) {
   return table;
 }
 
+void require_trackable(const TrackStageOptions& options, const std::filesystem::path& workspace) {
+  require_person(workspace, options.input);
+  const std::filesystem::path person = workspace / "personalize" / "current" / "person.npz";
+  if (options.fit.exclude == Exclude::Region && !workspace.empty() &&
+      std::filesystem::exists(person)) {
+    painted_region(read_personal_body(person).model, options.region);
+  }
+}
+
 void run_track(StageRun& run) {
   const auto& options = run.options<TrackStageOptions>();
   const CaptureInfo info = person_capture(person_files(run), options.input);

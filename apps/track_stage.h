@@ -3,6 +3,7 @@
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
 
 #include <array>
+#include <filesystem>
 #include <string>
 
 #include "apps/person_input.h"
@@ -31,6 +32,10 @@ inline constexpr std::array kTrackMetrics = {
     StageMetric{"scan_rms_none", "m, with nothing left out"},
     StageMetric{"legs_moved_none", "m, from where nothing is left out"},
 };
+
+/// Refuses a person that the keypoints of the workspace, where there are any, do not show, and a
+/// region that its person does not have; "": of none. Throws DataError.
+void require_trackable(const TrackStageOptions& options, const std::filesystem::path& workspace);
 
 /// Keypoints, scans and the person -> tracked/<sequence>.h5 (bodymodel/tracked_motion.h) and
 /// motion/<sequence>.npz (a motion that reads as any other), one of each for every sequence, and

@@ -11,6 +11,7 @@
 #include "bodymodel/default_human.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/measure.h"
+#include "bodymodel/tracking/keypoint_unit.h"
 #include "bodymodel/tracking/solve_shape.h"
 #include "bodymodel/tracking/start_pose.h"
 #include "bodymodel/tracking/thickness.h"
@@ -128,6 +129,7 @@ class Personalizer {
     FrameWeights rough = options_.weights;  // bones may be a tenth longer
     rough.keypoint = std::max(rough.keypoint, 0.02);
     rough.keypoint_outlier = std::max(rough.keypoint_outlier, 0.15);
+    const OtherUnits others = without_other_units(seen);
     const std::vector<StartPose> starts = start_poses(person_, seen, times_, rough);
     const BodySurface rest = rest_surface(person_);
     std::vector<int> untrusted;
@@ -136,7 +138,9 @@ class Personalizer {
     double farthest = 0;
     for (std::size_t f = 0; f < frames(); ++f) {
       if (!starts[f].trusted) {
-        untrusted.push_back(input_.frame_ids[f]);
+        if (!others.is_one(f)) {  // which has a finding of its own
+          untrusted.push_back(input_.frame_ids[f]);
+        }
         continue;
       }
       used_.push_back(f);
@@ -159,6 +163,11 @@ class Personalizer {
       targets_.push_back(starts[f].targets);
       x_.push_back(starts[f].x);
     }
+    Finding unit;
+    if (!others.frames.empty()) {
+      unit = keypoint_unit(others, input_.frame_ids, "their frames say nothing of the person");
+      findings_.push_back(unit);
+    }
     if (!untrusted.empty()) {
       findings_.push_back({Severity::Warning, "frame-untrusted",
                            "frames " + listed_frames(untrusted),
@@ -177,8 +186,10 @@ class Personalizer {
                            "it does not count; look for a second person or wrong calibration"});
     }
     if (used_.empty()) {
-      throw DataError("", "keypoints", "no frame that shows a person",
-                      "at least one frame with hips, shoulders and limbs");
+      throw DataError(
+          "", "keypoints",
+          "no frame that shows a person" + (unit.code.empty() ? "" : "; " + to_string(unit)),
+          "at least one frame with hips, shoulders and limbs");
     }
     if (static_cast<int>(used_.size()) < kFewFrames) {
       findings_.push_back({Severity::Warning, "frames-few", "person",

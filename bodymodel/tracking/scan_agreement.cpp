@@ -112,24 +112,66 @@ Nearness of_scan(const BodySurface& surface, const ScanPoints& points,
   return result;
 }
 
-/// [J] the parts of the body about the scan.
+/// Clothing that is left out.
+struct LeftOut {
+  Points points;
+  Points normals;
+  TriangleTree tree;  // without nodes where there is none
+};
+
+LeftOut left_out_of(const ScanPoints& scan) {
+  std::vector<Index> rows;
+  for (Index i = 0; i < scan.points.rows(); ++i) {
+    if (scan.parts[static_cast<std::size_t>(i)] == ScanPart::LeftOut) {
+      rows.push_back(i);
+    }
+  }
+  LeftOut result;
+  if (!rows.empty()) {
+    result.points = scan.points(rows, Eigen::all);
+    result.normals = scan.normals(rows, Eigen::all);
+    result.tree = build_point_tree(result.points);
+  }
+  return result;
+}
+
+/// Whether a place lies behind it: its nearest point looks the other way. Past a hem that lies
+/// sideways.
+bool is_under(const LeftOut& cloth, const Eigen::Vector3d& place) {
+  constexpr double kLeastCosine = 0.7;
+  if (cloth.tree.nodes.empty()) {
+    return false;
+  }
+  const int nearest = closest_point(cloth.tree, place).face;
+  const Eigen::Vector3d outwards = cloth.points.row(nearest).transpose() - place;
+  return outwards.dot(cloth.normals.row(nearest)) > kLeastCosine * outwards.norm();
+}
+
+/// [J] the parts of the body about the scan. What is under clothing left out is not judged unless
+/// it is near something that counts: of a thigh under a skirt the nearest skin, the other hand's
+/// or a calf's, says nothing.
 std::vector<Nearness> of_parts(const FittedPerson& person, const BodySurface& surface,
                                const Eigen::VectorXd& areas, const ScanPoints& points,
                                const std::vector<char>& region) {
   const std::vector<ClosestPoint> nearest =
       closest_points(build_point_tree(points.points), surface.vertices);
   const std::vector<int> part_of = parts_of(person, areas);
+  const LeftOut left_out = left_out_of(points);
   std::vector<Nearness> parts(person.slots.size());
   for (Index v = 0; v < areas.size(); ++v) {
     const auto i = static_cast<std::size_t>(v);
     Nearness& part = parts[static_cast<std::size_t>(part_of[i])];
     const ScanPart what = points.parts[static_cast<std::size_t>(nearest[i].face)];
     part.area += areas[v];
-    const bool covered = !region.empty() && region[i] != 0;
-    const bool bare = what == ScanPart::Skin &&  // a hand beside the skirt that is left out
-                      nearest[i].squared_distance <= kSkinReach * kSkinReach;
-    if (counts(what) && (!covered || bare)) {
-      part.judge(areas[v], nearest[i].squared_distance, reach_of(what));
+    if (!counts(what)) {
+      continue;
+    }
+    const double squared = nearest[i].squared_distance;
+    const bool near = squared <= reach_of(what) * reach_of(what);
+    const bool over = !region.empty() && region[i] != 0;
+    const bool bare = near && what == ScanPart::Skin;  // a hand beside the skirt that is left out
+    if (bare || (!over && (near || !is_under(left_out, surface.vertices.row(v))))) {
+      part.judge(areas[v], squared, reach_of(what));
     }
   }
   return parts;

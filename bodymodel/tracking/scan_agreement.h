@@ -19,9 +19,11 @@ struct ScanAgreement {
 
 /// Judges a frame's pose by its scan. Skin lies within 3 cm of the body, clothing within 10 cm;
 /// clothing over `region` ([V] or none) and what is ignored or left out does not count, nor does
-/// the body under it. Parts are those of sought joints, with at least 1% of the surface; of
-/// each half must be near the scan: cameras do not see all. `areas` [V] m2, of the body
-/// at rest. Throws LogicError on sizes that do not agree. O(V log N), of some thousand points.
+/// the body under it: in `region`, or behind points that are left out, unless it is near what
+/// counts. Parts are those of sought joints, with at least 1% of the surface; of each half of what
+/// is judged must be near the scan, for cameras do not see all. A part of which less than a quarter
+/// is judged is where it must be if one further out is: a thigh by its foot. `areas` [V] m2, of the
+/// body at rest. Throws LogicError on sizes that do not agree. O(V log N), of some thousand points.
 ScanAgreement scan_agreement(const FittedPerson& person, const BodySurface& surface,
                              const Eigen::VectorXd& areas, const ScanPoints& scan,
                              const std::vector<char>& region);

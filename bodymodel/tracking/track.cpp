@@ -5,7 +5,9 @@
 #include <cstdio>
 
 #include "bodymodel/rotation.h"
+#include "bodymodel/tracking/keypoint_unit.h"
 #include "bodymodel/tracking/scan_agreement.h"
+#include "bodymodel/tracking/standing_errors.h"
 #include "bodymodel/tracking/start_pose.h"
 #include "core/error.h"
 #include "core/normals.h"
@@ -103,6 +105,7 @@ class Sequencer {
       one.deviations = frame.deviations;
       targets.push_back(std::move(one));
     }
+    const OtherUnits others = without_other_units(targets);
     starts_ = start_poses(person_, targets, times_, options_.weights);
     std::vector<int> missing;
     std::vector<int> mirrored;
@@ -113,7 +116,9 @@ class Sequencer {
       x_.push_back(starts_[f].x);
       if (!starts_[f].trusted) {
         starts_[f].targets.prior = kBridgePrior;
-        missing.push_back(input_.frame_ids[f]);
+        if (!others.is_one(f)) {  // which has a finding of its own
+          missing.push_back(input_.frame_ids[f]);
+        }
       }
       if (starts_[f].reading != SideReading::AsNamed) {
         mirrored.push_back(input_.frame_ids[f]);
@@ -132,6 +137,10 @@ class Sequencer {
       unlabelled = unlabelled || std::none_of(scan.parts.begin(), scan.parts.end(),
                                               [](ScanPart p) { return p == ScanPart::Skin; });
       scans_.back() = &scan;
+    }
+    if (!others.frames.empty()) {
+      findings_.push_back(keypoint_unit(others, input_.frame_ids,
+                                        "poses come from the frames around and from scans"));
     }
     if (!missing.empty()) {
       findings_.push_back({Severity::Warning, "keypoints-missing",
@@ -403,7 +412,7 @@ class Sequencer {
                                "this size"});
     }
     deviations(targets, tracked.deviations);
-    const Eigen::ArrayXd standing = standing_errors().array();
+    const Eigen::ArrayXd standing = standing_errors(person_, targets, x_).array();
     for (std::size_t f = 0; f < count; ++f) {
       if (scans_[f] == nullptr) {
         const auto row = static_cast<Index>(f);
@@ -443,53 +452,6 @@ class Sequencer {
       }
     }
     return distances;
-  }
-
-  /// [J] m, by how much the keypoints of a joint are off the pose alike in all frames, seen from
-  /// the joint: no number of frames averages it away, so that without a scan it is part of what the
-  /// pose is off by. Noise that was averaged is taken from it. Joints without keypoints have the
-  /// rms of the others. Our choice.
-  Eigen::VectorXd standing_errors() const {
-    constexpr double kLeastFrames = 3;
-    const RidingMarkers& riding = person_.places.riding;
-    Points sums = Points::Zero(riding.offsets.rows(), 3);
-    Eigen::VectorXd squares = Eigen::VectorXd::Zero(sums.rows());
-    Eigen::VectorXd counts = Eigen::VectorXd::Zero(sums.rows());
-    for (std::size_t f = 0; f < x_.size(); ++f) {
-      const FrameTargets& targets = starts_[f].targets;
-      const JointFrames frames =
-          forward_kinematics(person_.shaped.skeleton, pose_of_variables(person_, x_[f]));
-      const Points at = marker_positions(seen_only(), frames);
-      for (Index k = 0; k < targets.keypoints.rows(); ++k) {
-        const int joint = riding.joints[static_cast<std::size_t>(k)];
-        if (targets.deviations[k] > 0 && joint >= 0) {
-          const Eigen::Vector3d off = (targets.keypoints.row(k) - at.row(k)).transpose();
-          sums.row(k) +=
-              (frames.rotations[static_cast<std::size_t>(joint)].transpose() * off).transpose();
-          squares[k] += off.squaredNorm();
-          counts[k] += 1;
-        }
-      }
-    }
-    const auto joints = static_cast<Index>(person_.slots.size());
-    Eigen::VectorXd errors = Eigen::VectorXd::Zero(joints);  // m2
-    Eigen::VectorXd keypoints = Eigen::VectorXd::Zero(joints);
-    for (Index k = 0; k < counts.size(); ++k) {
-      if (counts[k] < kLeastFrames) {
-        continue;
-      }
-      const double mean = sums.row(k).squaredNorm() / (counts[k] * counts[k]);
-      const double noise = (squares[k] / counts[k] - mean) / (counts[k] - 1);
-      const int joint = riding.joints[static_cast<std::size_t>(k)];
-      errors[joint] += std::max(0.0, mean - noise);
-      keypoints[joint] += 1;
-    }
-    const double most = std::max(1.0, keypoints.sum());
-    const double usual = errors.sum() / most;
-    for (Index j = 0; j < joints; ++j) {
-      errors[j] = std::sqrt(keypoints[j] > 0 ? errors[j] / keypoints[j] : usual);
-    }
-    return errors;
   }
 
   /// How far, m rms, a frame's pose is from the keypoints that its start met. Those that the start

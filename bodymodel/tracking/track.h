@@ -53,8 +53,9 @@ struct TrackInput {
 
 struct Tracking {
   TrackedMotion tracked;
-  std::vector<Finding> findings;  ///< "keypoints-missing", "frame-untrusted", "left-right",
-                                  ///< "keypoints-unmet", "scan-unit", "scan-far", "labels-absent"
+  std::vector<Finding> findings;  ///< "keypoints-missing", "keypoint-unit", "frame-untrusted",
+                                  ///< "left-right", "keypoints-unmet", "scan-unit", "scan-far",
+                                  ///< "labels-absent"
 };
 
 /// "3, 5, 8": the numbers of frames that a finding is about, the ninth and later counted alone.
@@ -73,7 +74,9 @@ std::string listed_frames(const std::vector<int>& ids);
 /// Stated behaviour for bad input, each with a finding: a frame without (or with contradictory)
 /// keypoints starts between its neighbours, is fitted to its scan if it has one, and is trusted
 /// only if that bears out every limb (scan_agreement.h), else its deviations are at least as far as
-/// limbs and scan are apart; a frame whose pose ends 6 cm (rms) or more from the keypoints that
+/// limbs and scan are apart; so does one whose keypoints are no person's in metres
+/// (keypoint_unit.h); without a scan deviations hold what keypoints may be off by in all frames
+/// alike (standing_errors.h); a frame whose pose ends 6 cm (rms) or more from the keypoints that
 /// its start met is not trusted, and its deviations are at least that; scans more than 3 times as
 /// large or small as the person (millimetres) are left out; points further than 8 cm from the body
 /// (a second person) are not of it. Results do not depend on the number of threads. Throws

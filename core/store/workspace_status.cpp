@@ -1,6 +1,7 @@
 #include "core/store/workspace_status.h"
 
 #include <algorithm>
+#include <map>
 
 #include "core/error.h"
 #include "core/file_kind.h"
@@ -66,6 +67,53 @@ const StageStatus* status_of(const std::vector<StageStatus>& all, const std::str
   return found == all.end() ? nullptr : &*found;
 }
 
+/// The files of a kind in a result: what lies in the folder of that name.
+std::map<std::string, Digest> files_of(const Manifest& manifest, std::string_view kind) {
+  std::map<std::string, Digest> files;
+  for (const ManifestOutput& output : manifest.outputs) {
+    if (output.path.starts_with(std::string(kind) + "/")) {
+      files[output.path] = output.digest;
+    }
+  }
+  return files;
+}
+
+/// Whether an input of a result that has changed is the same all the same: where the older result
+/// is still there, and has a folder of the input's kind.
+bool is_the_same(const ManifestInput& input, const StageStatus& maker) {
+  try {
+    const Manifest before = read_manifest(input.path, input.stage);
+    const std::map<std::string, Digest> files = files_of(before, input.kind);
+    return outputs_digest(before) == input.digest && !files.empty() && maker.manifest &&
+           files == files_of(*maker.manifest, input.kind);
+  } catch (const DataError&) {
+    return false;
+  } catch (const EnvironmentError&) {
+    return false;
+  }
+}
+
+/// One sentence on the inputs of a result that has changed, those that are not the same. Where that
+/// cannot be told of several, all are of it.
+std::string changed_inputs(const Manifest& manifest, const StageStatus& maker) {
+  std::vector<std::string> kinds;
+  std::vector<std::string> others;
+  for (const ManifestInput& input : manifest.inputs) {
+    if (input.stage == maker.stage) {
+      (is_the_same(input, maker) ? others : kinds).push_back(input.kind);
+    }
+  }
+  if (kinds.size() == 1) {
+    return "its input " + kinds.front() + " of '" + maker.stage + "' has changed since";
+  }
+  std::string names;
+  for (const std::string& kind : kinds.empty() ? others : kinds) {
+    names += (names.empty() ? "" : ", ") + kind;
+  }
+  return "the result of '" + maker.stage + "', which its inputs " + names +
+         " are of, has changed since";
+}
+
 /// What has changed under a sound result.
 void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageStatus>& earlier,
                const std::filesystem::path& workspace, Check check) {
@@ -111,8 +159,7 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
     }
     if (!maker->manifest || outputs_digest(*maker->manifest) != input.digest) {
       status.inputs_changed = true;
-      status.reasons.push_back("its input " + input.kind + " of '" + input.stage +
-                               "' has changed since");
+      outdated_by(changed_inputs(*status.manifest, *maker));
     } else {
       follow(*maker);
     }

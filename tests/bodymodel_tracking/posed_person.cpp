@@ -63,6 +63,20 @@ Eigen::VectorXd walking(const FittedPerson& person, double seconds) {
   return pose_variables(person, pose);
 }
 
+Eigen::VectorXd turned(Eigen::VectorXd x, const std::string& name, double angle) {
+  const int joint = find_joint(plain_human().skeleton, name);
+  x[3 + 3 * static_cast<Index>(fitted_human().slots[static_cast<std::size_t>(joint)]) + 2] += angle;
+  return x;
+}
+
+ScanPoints scan_of(const Eigen::VectorXd& x) {
+  Mesh scan;
+  scan.vertices = skin_vertices(plain_human(), pose_of_variables(fitted_human(), x));
+  scan.faces = plain_human().mesh.faces;
+  return scan_points(
+      scan, std::vector<ScanPart>(static_cast<std::size_t>(scan.vertices.rows()), ScanPart::Skin));
+}
+
 double joint_error(const FittedPerson& person, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   const Eigen::VectorXd gap = sought_joints(person, a) - sought_joints(person, b);
   double sum = 0;

@@ -25,6 +25,12 @@ FrameTargets keypoints_of(const FittedPerson& person, const Eigen::VectorXd& x, 
 /// Someone who walks round in a circle and swings arms and legs.
 Eigen::VectorXd walking(const FittedPerson& person, double seconds);
 
+/// A pose with a joint turned about z, rad.
+Eigen::VectorXd turned(Eigen::VectorXd x, const std::string& name, double angle);
+
+/// The body of a pose itself as a scan of skin.
+ScanPoints scan_of(const Eigen::VectorXd& x);
+
 /// Mean distance of joints, metres.
 double joint_error(const FittedPerson& person, const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 

@@ -197,6 +197,41 @@ TEST_F(RunStage, AStageOfWhichSeveralInputsAreIsNamedOnceWhereItIsOutdated) {
   EXPECT_FALSE(second.inputs_changed) << "there is a new version, of the same files";
 }
 
+// Two folders of one result, of which one changes.
+TEST_F(RunStage, OfSeveralInputsOfAResultThoseThatHaveChangedAreNamed) {
+  std::array<Stage, 2> stages = {kTestStages[0], kTestStages[1]};
+  stages[0].outputs = {"left", "right"};
+  stages[0].run = [](StageRun& run) {
+    const std::string& word = run.options<CountOptions>().word;
+    run.output_text("left/a.txt", word.substr(0, 1));
+    run.output_text("right/b.txt", word.substr(1));
+  };
+  stages[1].inputs = {"left", "right"};
+  stages[1].run = [](StageRun& run) { run.output_text("made.txt", "it"); };
+  const auto make = [&](const Stage& stage, const char* word) {
+    StageRequest what = request(std::string(stage.name));
+    set_option(what.options.table, "word", word, "a test");
+    run_stage(stages, stage, what);
+  };
+  const auto reasons = [&] { return workspace_status(stages, root_ / "work")[1].reasons; };
+  make(stages[0], "ab");
+  make(stages[1], "ab");
+  EXPECT_THAT(reasons(), ElementsAre());
+  make(stages[0], "ac");
+  EXPECT_THAT(reasons(), ElementsAre("its input right of 'count' has changed since"));
+  make(stages[0], "dc");
+  EXPECT_THAT(reasons(), ElementsAre("the result of 'count', which its inputs left, right are of, "
+                                     "has changed since"));
+  std::filesystem::path older;  // of which nothing can be told once it is gone
+  for (const ManifestInput& input : read_manifest(current("double"), "double").inputs) {
+    older = input.path;
+  }
+  make(stages[0], "ac");
+  std::filesystem::remove_all(older);
+  EXPECT_THAT(reasons(), ElementsAre("the result of 'count', which its inputs left, right are of, "
+                                     "has changed since"));
+}
+
 TEST_F(RunStage, StatusSeesThatAnInputHasChanged) {
   run("count");
   const auto first = [&](Check check = Check::Sizes) {
