@@ -298,12 +298,12 @@ double median_distance(const TriangleTree& surface, const Points& points) {
 }
 
 /// Refuses an artist's mesh of something else: half of it farther from what the scan shows of the
-/// garment than a tenth of that one's size, our choice, is not how a garment is worn. A warning
+/// garment than a twentieth of that one's size, our choice, is not how a garment is worn. A warning
 /// where what the scan shows lies elsewhere: another garment, or another pose.
 std::optional<Finding> far_from_scan(const Mesh& mesh, const Mesh& scan, std::uint8_t label,
                                      int frame_id, const std::string& file) {
-  constexpr double kFar = 0.1;       // m
-  constexpr double kFarthest = 0.1;  // of the garment's size
+  constexpr double kFar = 0.1;        // m
+  constexpr double kFarthest = 0.05;  // of the garment's size
   const ShownGarment shown = shown_of(scan, label);
   if (shown.faces.rows() == 0) {
     return std::nullopt;
@@ -316,7 +316,7 @@ std::optional<Finding> far_from_scan(const Mesh& mesh, const Mesh& scan, std::ui
         of_area("half its vertices farther than %.2f m from what the scan shows of this garment",
                 off),
         "a mesh of this garment, placed on the body of frame " + std::to_string(frame_id) +
-            of_area(" (--frame): within %.2f m, a tenth of the garment's size", most));
+            of_area(" (--frame): within %.2f m, a twentieth of the garment's size", most));
   }
   const double middle = median_distance(build_tree(mesh.vertices, mesh.faces), shown.corners);
   if (middle < kFar) {

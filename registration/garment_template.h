@@ -78,7 +78,7 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
 /// more, edges of opposite orientation and vertices where fans touch (with the place of the first),
 /// several pieces, a closed surface, a size that is not that of clothing for this body (a file in
 /// other units), and a mesh that is not on the body: half its vertices farther than 0.3 m, or not
-/// the garment's: half farther from what the scan shows of that than a tenth of its size
+/// the garment's: half farther from what the scan shows of that than a twentieth of its size
 /// (diagonal). Warns (`import-far`) where half of what the scan shows of the garment is farther
 /// than 10 cm from it.
 GarmentTemplate imported_template(const Mesh& mesh, const ClothedFrames& frames, std::uint8_t label,

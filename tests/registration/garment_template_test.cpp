@@ -404,7 +404,7 @@ TEST(ImportedTemplateRefused, ASheetThatIsNotTheGarment) {
                 AllOf(HasSubstr("sheet.obj: place: half its vertices farther than 0."),
                       HasSubstr("from what the scan shows of this garment"),
                       HasSubstr("placed on the body of frame 0 (--frame): within 0."),
-                      HasSubstr("a tenth of the garment's size")));
+                      HasSubstr("a twentieth of the garment's size")));
   }
 }
 
