@@ -7,8 +7,9 @@
 
 namespace atelier {
 
-/// What the cloth of a synthetic capture looks like ("plain", "woven", "print", "all-print", "coded"), as its
-/// synthesis.json says; empty where nothing says it. Throws DataError for a file that is no JSON.
+/// What the cloth of a synthetic capture looks like ("plain", "woven", "print", "all-print",
+/// "coded"), as its synthesis.json says; empty where nothing says it. Throws DataError for a file
+/// that is no JSON.
 std::string capture_fabric(const std::filesystem::path& capture);
 
 }  // namespace atelier

@@ -113,7 +113,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "register",
-          .version = 7,
+          .version = 8,
           .summary = "where every garment is in every frame, from its template",
           .inputs = {"capture", "template", "scans", "bodies"},
           .outputs = {"registered"},

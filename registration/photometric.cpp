@@ -18,6 +18,8 @@ using Jacobian = Eigen::Matrix<double, 2, 3>;
 
 constexpr int kMaxChannels = 3;
 constexpr double kLeastCosine = 0.25;  // flatter views see too little
+constexpr double kSaturated =
+    0.5;  // standard deviations of a patch: the scale of Geman and McClure
 constexpr float kInside = 0.2F;
 
 /// Half the size, rounded down: every pixel the mean of its four, after a mild blur of neighbours.
@@ -506,7 +508,7 @@ PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
                 (sampled.dx[k] * jacobian->row(0) + sampled.dy[k] * jacobian->row(1)).transpose();
             // Geman and McClure: a highlight, a wrong neighbour or the edge of a shadow that was
             // cast elsewhere in the template's frame pulls the less the more it differs.
-            const double fall = 1 + residual * residual;
+            const double fall = 1 + residual * residual / (kSaturated * kSaturated);
             const double share = weight * samples.areas[at] / (fall * fall);
             outer += share * slope * slope.transpose();
             pull += share * residual * slope;

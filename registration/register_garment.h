@@ -22,11 +22,11 @@ struct RegisterOptions {
   double reach = 0.10;         ///< m, of nearest points in the first round
   double final_reach = 0.02;   ///< m, in the last
   double rigid = 0.10;         ///< m, length over which the predicted shape is kept at first
-  double final_rigid = 0.005;  ///< m, at last
+  double final_rigid = 0.02;   ///< m, at last
   double bend = 0.026;         ///< m, below which folds are smoothed at first
   double final_bend = 0.005;   ///< m, at last
-  double stretch = 0.10;       ///< m: stretch of 1% weighs as much as a distance of 1% of this
-  double compress = 0.06;      ///< the same of cloth that is shorter than at rest
+  double stretch = 0.03;       ///< m: stretch of 1% weighs as much as a distance of 1% of this
+  double compress = 0.02;      ///< the same of cloth that is shorter than at rest
   double border_weight = 1;    ///< of openings against surfaces
   bool collision = true;       ///< keep cloth out of the body
   double gap = 0.002;          ///< m, between cloth and body
@@ -34,7 +34,7 @@ struct RegisterOptions {
   int photometric_levels = 4;  ///< sizes of pictures, each half of the one before
   int photometric_steps = 8;   ///< steps at each size, fewer where it settles
   double settled = 5e-5;       ///< m: it has settled where a step moves cloth less (mean); 0: never
-  double photometric_weight = 1e-4;  ///< m2
+  double photometric_weight = 3e-4;  ///< m2
   double sample_spacing = 0.005;     ///< m between points whose colours are compared
   bool code = true;                  ///< read prints that are nowhere alike
   double code_reach = 0.15;          ///< m, how far such a print may have slid
