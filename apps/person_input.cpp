@@ -171,6 +171,9 @@ CaptureInfo person_capture(const PersonFiles& files, const PersonInputOptions& o
 }
 
 void require_person(const std::filesystem::path& workspace, const PersonInputOptions& options) {
+  if (options.person == PersonInputOptions{}.person) {
+    return;  // whoever there is: nothing was asked for that may be missing
+  }
   const std::filesystem::path stage = workspace / "reconstruct";
   const auto current = workspace.empty() ? std::nullopt : current_name(stage);
   if (current) {
