@@ -39,6 +39,13 @@ std::string no_evidence(const CaptureFacts& facts) {
              : "";
 }
 
+std::string no_keypoints(const CaptureFacts& facts) {
+  const std::string evidence = no_evidence(facts);
+  return !evidence.empty()   ? evidence
+         : !facts.detections ? "no 2D keypoints; atelier detect makes them"
+                             : "";
+}
+
 std::string no_masks(const CaptureFacts& facts) {
   return facts.masked_frames == 0 ? kNoMasks : "";
 }
@@ -84,8 +91,8 @@ Names of_worn(const CaptureFacts& facts) {
 constexpr std::array kSteps = {
     RunStep{"validate", nothing, nullptr, nullptr, {.seconds = 2, .per_picture = 0.04}},
     RunStep{"reconstruct", no_evidence, nullptr, nullptr, {.per_picture = 7, .parallel = true}},
-    RunStep{"personalize", no_evidence, nullptr, nullptr, {.seconds = 8}},
-    RunStep{"track", no_evidence, nullptr, nullptr, {.seconds = 1, .per_frame = 0.25}},
+    RunStep{"personalize", no_keypoints, nullptr, nullptr, {.seconds = 8}},
+    RunStep{"track", no_keypoints, nullptr, nullptr, {.seconds = 1, .per_frame = 0.25}},
     RunStep{"body", no_masks, nullptr, nullptr, {.per_frame = 2.6, .parallel = true}},
     RunStep{"template", no_clothes, nullptr, nullptr, {.seconds = 60, .per_clothed = 2}},
     RunStep{"register", no_clothes, nullptr, nullptr, {.seconds = 10, .per_clothed = 3}},

@@ -106,6 +106,22 @@ void write_network(const fs::path& file, const SmallNetwork& network) {
              static_cast<std::streamsize>(bytes.size()));
 }
 
+TEST(Run, MasksWithoutKeypointsGiveSurfacesAndSayWhatIsMissing) {
+  const TemporaryDirectory folder;
+  write_walker(folder / "capture");
+  const std::string capture = (folder / "capture").string();
+  ASSERT_EQ(atelier({"masks", capture}).exit_code, 0);
+  const ChildResult plan =
+      atelier({"run", capture, (folder / "work").string(), "--to", "body", "--dry-run"});
+  EXPECT_EQ(plan.exit_code, 0) << plan.err;
+  EXPECT_THAT(plan.out, HasSubstr("reconstruct  would run"));
+  for (const char* stage : {"personalize", "track"}) {
+    EXPECT_THAT(plan.out, HasSubstr(std::string("run: ") + stage +
+                                    " is skipped: no 2D keypoints; atelier detect makes them"));
+  }
+  EXPECT_THAT(plan.out, HasSubstr("body is skipped: it reads the result of personalize"));
+}
+
 TEST(DetectCommand, ANetworkOfOnesOwnFillsTheCapture) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
