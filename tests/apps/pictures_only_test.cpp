@@ -106,7 +106,7 @@ void write_network(const fs::path& file, const SmallNetwork& network) {
              static_cast<std::streamsize>(bytes.size()));
 }
 
-TEST(Run, MasksWithoutKeypointsGiveSurfacesAndSayWhatIsMissing) {
+TEST(PicturesOnly, MasksWithoutKeypointsGiveSurfacesAndSayWhatIsMissing) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
   const std::string capture = (folder / "capture").string();
