@@ -61,6 +61,14 @@ constexpr const char* kPictures = "--pictures";
 constexpr std::array<IdleRule::Value, 2> kNoBody = {{{"relax.body", ""}, {}}};
 constexpr const char* kHungOnBody = "--relax.body";
 
+/// Of the person's stages: what is asked of scans where none are read or matched.
+constexpr std::array<IdleRule::Value, 2> kNoScans = {{{"input.scans", "none"}, {}}};
+constexpr const char* kScans = "--input.scans reconstructed";
+constexpr std::array<IdleRule::Value, 2> kNoRounds = {{{"rounds", "0"}, {}}};
+constexpr const char* kRounds = "more --rounds";
+constexpr std::array<IdleRule::Value, 2> kNoSurface = {{{"surface_rounds", "0"}, {}}};
+constexpr const char* kSurface = "more --surface-rounds";
+
 constexpr std::array kIdleRules = {
     IdleRule{"search.", kFabricGiven, kFitted},
     IdleRule{"usual", kFabricGiven, kFitted},
@@ -106,6 +114,27 @@ constexpr std::array kIdleRules = {
     IdleRule{"dynamic.", {{{"exclude", "region"}, {}}}, "--exclude auto"},
     IdleRule{"dynamic.", {{{"exclude", "none"}, {}}}, "--exclude auto"},
     IdleRule{"compare", {{{"exclude", "none"}, {}}}, "another --exclude"},
+    IdleRule{"input.excluded", {{{"exclude", "auto"}, {}}}, "--exclude labels"},
+    IdleRule{"input.excluded", {{{"exclude", "region"}, {}}}, "--exclude labels"},
+    IdleRule{"input.excluded", {{{"exclude", "none"}, {}}}, "--exclude labels"},
+    IdleRule{"samples", kNoScans, kScans},
+    IdleRule{"rounds", kNoScans, kScans},
+    IdleRule{"surface_rounds", kNoScans, kScans},
+    IdleRule{"model_to_scan", kNoScans, kScans},
+    IdleRule{"exclude", kNoScans, kScans},
+    IdleRule{"compare", kNoScans, kScans},
+    IdleRule{"samples", kNoRounds, kRounds},
+    IdleRule{"model_to_scan", kNoRounds, kRounds},
+    IdleRule{"exclude", kNoRounds, kRounds},
+    IdleRule{"compare", kNoRounds, kRounds},
+    IdleRule{"surface_noise", kNoSurface, kSurface},
+    IdleRule{"smoothness", kNoSurface, kSurface},
+    IdleRule{"displacement", kNoSurface, kSurface},
+    // Of `body` and `refine`.
+    IdleRule{"coupling_length", {{{"coupling", "false"}, {}}}, "--coupling true"},
+    IdleRule{"temporal_weight", {{{"temporal", "false"}, {}}}, "--temporal true"},
+    IdleRule{"outside_weight", {{{"sign", "unsigned"}, {}}}, "another --sign"},
+    IdleRule{"gap_frames", {{{"gap", "0", true}, {}}}, "--gap 0"},
     IdleRule{"xpbd.self_interval", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
 };
 

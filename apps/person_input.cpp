@@ -155,8 +155,6 @@ OptionTable describe(PersonInputOptions& options) {
             "number of the person where keypoints have several");
   table.add("keypoint_noise", options.keypoint_noise, 0, 1, "m",
             "of a keypoint, on top of what the fit expects");
-  table.add("excluded", options.excluded, std::vector<std::string>{},
-            "labels whose clothing exclude = labels leaves out, with commas between");
   return table;
 }
 

@@ -88,7 +88,7 @@ constexpr std::array kStages = {
           .run = run_track,
           .check_input = require_no_folder_above},
     Stage{.name = "body",
-          .version = 3,
+          .version = 4,
           .summary = "the body under the clothes in every frame",
           .inputs = {"capture", "scans", "person", "tracked"},
           .outputs = {"bodies"},
@@ -125,7 +125,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
     Stage{.name = "refine",
-          .version = 1,
+          .version = 2,
           .summary = "the body once more, under a registered garment instead of scans",
           .inputs = {"registered_garment", "scans", "person", "tracked", "bodies"},
           .outputs = {"refined_bodies"},

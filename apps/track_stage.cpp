@@ -134,6 +134,8 @@ double legs_moved(const TrackedMotion& a, const TrackedMotion& b) {
 OptionTable describe(TrackStageOptions& options) {
   OptionTable table;
   table.add("input", describe(options.input));
+  table.add("input.excluded", options.input.excluded, std::vector<std::string>{},
+            "labels whose clothing exclude = labels leaves out, with commas between");
   table.add(describe(options.fit));
   table.add("region", options.region, std::vector<std::string>{},
             "vertex group of the body, or JSON list of vertices, for exclude = region");

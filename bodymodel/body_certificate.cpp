@@ -28,7 +28,7 @@ BodyCertificate body_certificate(const Triangles& faces, const Points& vertices,
       const Eigen::Vector3d x = vertices.row(v).transpose();
       const Eigen::Vector3d normal = normals.row(v).transpose();
       if (cover.covered[v] > 0.5) {
-        if (const auto over = cover_gap(scan, x, normal, kReach, CoverSign::Normal)) {
+        if (const auto over = cover_gap(scan, x, normal, kReach, CoverSign::Winding)) {
           gaps[static_cast<std::size_t>(v)] = over->gap;
         }
       } else if (const auto seen = nearest_point(scan, scan.skin, x, kReach);

@@ -85,6 +85,71 @@ bool on_border(std::uint8_t border, const Eigen::Vector3d& barycentric) {
   return false;
 }
 
+/// Of a region: where it is nearest, without its normal, which damaged faces may not have.
+struct Nearest {
+  ClosestPoint closest;
+  bool border = false;
+  ScanRole role = ScanRole::Ignored;
+};
+
+std::optional<Nearest> nearest_of(const ScanRegion& region, const Eigen::Vector3d& query,
+                                  double reach) {
+  if (region.faces.rows() == 0) {
+    return std::nullopt;
+  }
+  const ClosestPoint closest = closest_point(region.tree, query, reach);
+  if (closest.face < 0) {
+    return std::nullopt;
+  }
+  const auto face = static_cast<std::size_t>(closest.face);
+  return Nearest{closest, on_border(region.border[face], closest.barycentric),
+                 region.face_roles[face]};
+}
+
+/// Inside is where the winding number says so; no normal of the scan is asked. From a point inside,
+/// cloth that is over the skin lies where the skin looks, from one outside it lies behind.
+std::optional<CoverGap> gap_by_winding(const ScanSurface& scan, const Eigen::Vector3d& skin,
+                                       const Eigen::Vector3d& normal, double reach) {
+  const auto at = nearest_of(scan.cover, skin, reach);
+  if (!at || at->border) {
+    return std::nullopt;
+  }
+  const double distance = std::sqrt(at->closest.squared_distance);
+  const double side = winding_number(scan.winding, skin, {kWindingAccuracy}) > kInside ? 1 : -1;
+  CoverGap found{at->closest.point, normal, side * distance, at->role};
+  if (distance > kOnSurface) {
+    found.outward = side / distance * (at->closest.point - skin);
+    if (found.outward.dot(normal) < kClothAlongSkin) {
+      return std::nullopt;
+    }
+  }
+  return found;
+}
+
+std::optional<CoverGap> gap_by_normals(const ScanSurface& scan, const Eigen::Vector3d& skin,
+                                       const Eigen::Vector3d& normal, double reach,
+                                       CoverSign sign) {
+  const auto at = nearest_point(scan, scan.cover, skin, reach);
+  if (!at || at->border || at->normal.dot(normal) < kClothAlongSkin) {
+    return std::nullopt;
+  }
+  CoverGap found{at->point, at->normal, 0, at->role};
+  const Eigen::Vector3d to_cover = at->point - skin;
+  const double along = to_cover.dot(at->normal);
+  if (at->distance > kOnSurface) {
+    if (std::abs(along) < kAlong * at->distance) {
+      return std::nullopt;
+    }
+    found.outward = (along > 0 ? 1 : -1) / at->distance * to_cover;
+  }
+  found.gap = along > 0 ? at->distance : -at->distance;
+  if (sign == CoverSign::Unsigned && found.gap < 0) {
+    found.gap = -found.gap;
+    found.outward = -found.outward;
+  }
+  return found;
+}
+
 }  // namespace
 
 ScanSurface scan_surface(const ClothedScan& scan, const std::string& file) {
@@ -119,57 +184,27 @@ ScanSurface scan_surface(const ClothedScan& scan, const std::string& file) {
 
 std::optional<ScanPoint> nearest_point(const ScanSurface& scan, const ScanRegion& region,
                                        const Eigen::Vector3d& query, double reach) {
-  if (region.faces.rows() == 0) {
+  const auto at = nearest_of(region, query, reach);
+  if (!at) {
     return std::nullopt;
   }
-  const ClosestPoint closest = closest_point(region.tree, query, reach);
-  if (closest.face < 0) {
-    return std::nullopt;
-  }
-  ScanPoint found;
-  found.point = closest.point;
-  found.normal.setZero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   for (int k = 0; k < 3; ++k) {
-    found.normal +=
-        closest.barycentric[k] * scan.normals.row(region.faces(closest.face, k)).transpose();
+    normal += at->closest.barycentric[k] *
+              scan.normals.row(region.faces(at->closest.face, k)).transpose();
   }
-  const double length = found.normal.norm();
+  const double length = normal.norm();
   if (!(length > 1e-6)) {
     return std::nullopt;
   }
-  found.normal /= length;
-  found.distance = std::sqrt(closest.squared_distance);
-  const auto face = static_cast<std::size_t>(closest.face);
-  found.border = on_border(region.border[face], closest.barycentric);
-  found.role = region.face_roles[face];
-  return found;
+  return ScanPoint{at->closest.point, normal / length, std::sqrt(at->closest.squared_distance),
+                   at->border, at->role};
 }
 
 std::optional<CoverGap> cover_gap(const ScanSurface& scan, const Eigen::Vector3d& skin,
                                   const Eigen::Vector3d& normal, double reach, CoverSign sign) {
-  const auto at = nearest_point(scan, scan.cover, skin, reach);
-  if (!at || at->border || at->normal.dot(normal) < kClothAlongSkin) {
-    return std::nullopt;
-  }
-  CoverGap found{at->point, at->normal, 0, at->role};
-  const Eigen::Vector3d to_cover = at->point - skin;
-  const double along = to_cover.dot(at->normal);
-  if (at->distance > kOnSurface) {
-    if (std::abs(along) < kAlong * at->distance) {
-      return std::nullopt;
-    }
-    if (sign == CoverSign::Winding &&
-        (winding_number(scan.winding, skin, {kWindingAccuracy}) > kInside) != (along > 0)) {
-      return std::nullopt;
-    }
-    found.outward = (along > 0 ? 1 : -1) / at->distance * to_cover;
-  }
-  found.gap = along > 0 ? at->distance : -at->distance;
-  if (sign == CoverSign::Unsigned && found.gap < 0) {
-    found.gap = -found.gap;
-    found.outward = -found.outward;
-  }
-  return found;
+  return sign == CoverSign::Winding ? gap_by_winding(scan, skin, normal, reach)
+                                    : gap_by_normals(scan, skin, normal, reach, sign);
 }
 
 double share_off_body(const ScanSurface& scan, const Triangles& faces, const Points& body,

@@ -65,8 +65,8 @@ std::optional<ScanPoint> nearest_point(const ScanSurface& scan, const ScanRegion
 
 /// How inside is told from outside.
 enum class CoverSign {
-  Winding,   ///< generalised winding number of the whole scan, where its normals agree
-  Normal,    ///< normals of the scan alone
+  Winding,   ///< generalised winding number of the whole scan (Jacobson et al. 2013)
+  Normal,    ///< normals of the cloth (for comparison: turned faces and folds mislead it)
   Unsigned,  ///< not at all (for comparison: skin then stays outside where it once is)
 };
 
@@ -79,9 +79,13 @@ struct CoverGap {
 };
 
 /// The gap between a point of skin with an outward normal and what covers it within `reach` metres.
-/// Nothing where the nearest cloth looks another way (it belongs to another limb), where it is a
-/// rim or a sharp fold (the nearest point does not lie along its normal), and with
-/// CoverSign::Winding where the winding number says otherwise than the normal.
+///
+/// CoverSign::Winding takes the point for inside where the scan's winding number is above a half,
+/// and asks no normal of the scan, so that turned faces and holes do not turn the sign. Cloth over
+/// skin lies where the skin looks if the point is inside, and behind it if not; what lies elsewhere
+/// belongs to another limb or is the skin's own far side, and is nothing. CoverSign::Normal and
+/// CoverSign::Unsigned tell another limb's cloth by where the cloth looks. Nothing either at a rim.
+/// O(log F).
 std::optional<CoverGap> cover_gap(const ScanSurface& scan, const Eigen::Vector3d& skin,
                                   const Eigen::Vector3d& normal, double reach, CoverSign sign);
 

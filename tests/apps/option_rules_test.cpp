@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/body_stage.h"
+#include "apps/personalize_stage.h"
+#include "apps/track_stage.h"
 #include "core/options.h"
 
 namespace atelier {
@@ -93,6 +96,48 @@ TEST(OptionRulesRefused, WhatFindsClothingThatSwingsWhereNothingIsSought) {
               ElementsAre(HasSubstr("dynamic.swing does nothing with exclude none"),
                           HasSubstr("compare does nothing with exclude none")));
 }
+
+#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+/// The one problem of a stage's own table, which says with what an option does nothing.
+template <typename Options>
+void expect_idle(const std::string& option, const std::string& text, const std::string& other,
+                 const std::string& other_text) {
+  Options options;
+  OptionTable table = describe(options);
+  ASSERT_EQ(set_option(table, option, text), "");
+  EXPECT_THAT(broken_rules(table), IsEmpty()) << option;
+  ASSERT_EQ(set_option(table, other, other_text), "");
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(HasSubstr(option + " does nothing with " + other + " " + other_text)));
+}
+
+TEST(OptionRulesRefused, WhatThePersonsStagesDoNotReadBesideOthers) {
+  expect_idle<BodyStageOptions>("coupling_length", "0.1", "coupling", "false");
+  expect_idle<BodyStageOptions>("temporal_weight", "0.5", "temporal", "false");
+  expect_idle<BodyStageOptions>("outside_weight", "5", "sign", "unsigned");
+  expect_idle<BodyStageOptions>("gap_frames", "5", "gap", "0.003");
+  expect_idle<RefineStageOptions>("coupling_length", "0.1", "coupling", "false");
+#ifdef ATELIER_HAS_CAPTURE_SURFACE
+  for (const char* option : {"samples", "model_to_scan", "rounds"}) {
+    expect_idle<TrackStageOptions>(option, "1", "input.scans", "none");
+  }
+  expect_idle<TrackStageOptions>("samples", "100", "rounds", "0");
+  expect_idle<TrackStageOptions>("exclude", "none", "rounds", "0");
+  expect_idle<TrackStageOptions>("compare", "false", "rounds", "0");
+  expect_idle<PersonalizeStageOptions>("samples", "100", "input.scans", "none");
+  for (const char* option : {"displacement", "smoothness", "surface_noise"}) {
+    expect_idle<PersonalizeStageOptions>(option, "0.05", "surface_rounds", "0");
+  }
+  TrackStageOptions options;
+  OptionTable table = describe(options);
+  ASSERT_EQ(set_option(table, "input.excluded", "outer"), "");
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(HasSubstr("input.excluded does nothing with exclude auto")));
+  ASSERT_EQ(set_option(table, "exclude", "labels"), "");
+  EXPECT_THAT(broken_rules(table), IsEmpty());
+#endif
+}
+#endif
 
 #ifdef ATELIER_HAS_CAPTURE
 TEST(OptionRulesRefused, LabelsOfWhatIsNotWorn) {

@@ -7,6 +7,7 @@
 #include "bodymodel/body_certificate.h"
 #include "bodymodel/body_cover.h"
 #include "core/error.h"
+#include "core/random.h"
 #include "tests/bodymodel/clothed_body.h"
 #include "tests/support/refusals.h"
 
@@ -15,6 +16,7 @@ namespace {
 
 using fixtures::ball;
 using fixtures::part_of;
+using fixtures::sphere;
 using fixtures::worn_on;
 
 bool is_top(const Eigen::RowVector3d& p) {
@@ -65,13 +67,115 @@ TEST(ClothedScan, ClothThatLooksAnotherWayIsNotOverIt) {
   EXPECT_FALSE(cover_gap(scan, {0, 0.1, 0}, {0, 1, 0}, 0.05, CoverSign::Normal));
 }
 
-// A sheet whose faces look inwards: its normals say inside where the winding number says outside.
-TEST(ClothedScan, WindingNumberOverrulesNormals) {
+/// Points of skin all around a ball, at `radius`: how many have a gap, and how many of them one of
+/// the wrong sign or direction.
+struct Signs {
+  Index told = 0;
+  Index wrong = 0;
+};
+
+Signs signs_at(const ScanSurface& scan, double radius, double scan_radius, CoverSign sign) {
+  const Points directions = sphere(3).vertices;
+  Signs signs;
+  for (Index i = 0; i < directions.rows(); ++i) {
+    const Eigen::Vector3d normal = directions.row(i).transpose().normalized();
+    if (const auto over = cover_gap(scan, radius * normal, normal, 0.05, sign)) {
+      ++signs.told;
+      signs.wrong += (over->gap > 0) != (radius < scan_radius) || over->outward.dot(normal) < 0;
+    }
+  }
+  return signs;
+}
+
+/// One face in `every`, at random.
+std::vector<Index> some_faces(const Mesh& mesh, int every, std::uint64_t seed) {
+  Random random{seed};
+  std::vector<Index> faces;
+  for (Index f = 0; f < mesh.faces.rows(); ++f) {
+    if (uniform(random) * every < 1) {
+      faces.push_back(f);
+    }
+  }
+  return faces;
+}
+
+// Patches that look the wrong way, as merged scans have them: over them normals say the opposite or
+// nothing, while the winding number, to which all of the scan adds, is hardly changed.
+TEST(ClothedScan, TurnedPatchesDoNotTurnTheWindingNumber) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    ClothedScan scan{ball(0.3), {}};
+    Random random{seed};
+    std::vector<char> turned(static_cast<std::size_t>(scan.mesh.vertices.rows()), 0);
+    for (char& one : turned) {
+      one = uniform(random) < 0.04 ? 1 : 0;
+    }
+    for (Index f = 0; f < scan.mesh.faces.rows(); ++f) {
+      if ((turned[scan.mesh.faces(f, 0)] | turned[scan.mesh.faces(f, 1)] |
+           turned[scan.mesh.faces(f, 2)]) != 0) {
+        std::swap(scan.mesh.faces(f, 1), scan.mesh.faces(f, 2));
+      }
+    }
+    const ScanSurface surface = scan_surface(scan);
+    const double all = static_cast<double>(sphere(3).vertices.rows());
+    for (const double radius : {0.26, 0.34}) {
+      const Signs winding = signs_at(surface, radius, 0.3, CoverSign::Winding);
+      EXPECT_GT(winding.told, 0.95 * all);
+      EXPECT_EQ(winding.wrong, 0);
+      const Signs normals = signs_at(surface, radius, 0.3, CoverSign::Normal);
+      EXPECT_LT(normals.told - normals.wrong, winding.told - 2);
+    }
+  }
+}
+
+// A scan that looks inwards altogether: skin outside of it is still pushed in, and skin inside,
+// which the winding number does not see there, is left alone rather than pushed out.
+TEST(ClothedScan, SkinOutsideOfAnInsideOutScanIsPushedIn) {
   ClothedScan scan{ball(0.3), {}};
   scan.mesh.faces.col(1).swap(scan.mesh.faces.col(2));
   const ScanSurface surface = scan_surface(scan);
+  const auto outside = cover_gap(surface, {0, 0.32, 0}, {0, 1, 0}, 0.05, CoverSign::Winding);
+  ASSERT_TRUE(outside);
+  EXPECT_NEAR(outside->gap, -0.02, 1e-3);
+  EXPECT_GT(outside->outward.y(), 0.99);
+  EXPECT_FALSE(cover_gap(surface, {0, 0.28, 0}, {0, 1, 0}, 0.05, CoverSign::Winding));
+  EXPECT_FALSE(cover_gap(surface, {0, 0.32, 0}, {0, 1, 0}, 0.05, CoverSign::Normal));
+  // Their normals take skin that looks the other way, of another limb, for covered.
   EXPECT_TRUE(cover_gap(surface, {0, 0.32, 0}, {0, -1, 0}, 0.05, CoverSign::Normal));
   EXPECT_FALSE(cover_gap(surface, {0, 0.32, 0}, {0, -1, 0}, 0.05, CoverSign::Winding));
+}
+
+// Holes of what no camera saw, and one side missing: what is told has the right sign.
+TEST(ClothedScan, HolesDoNotTurnTheWindingNumber) {
+  for (const int every : {4, 10}) {
+    const Mesh whole = ball(0.3);
+    ClothedScan scan{whole, {}};
+    const std::vector<Index> gone = some_faces(whole, every, 7);
+    std::vector<char> kept(static_cast<std::size_t>(whole.faces.rows()), 1);
+    for (const Index f : gone) {
+      kept[static_cast<std::size_t>(f)] = 0;
+    }
+    Index count = 0;
+    for (Index f = 0; f < whole.faces.rows(); ++f) {
+      if (kept[static_cast<std::size_t>(f)] != 0) {
+        scan.mesh.faces.row(count++) = whole.faces.row(f);
+      }
+    }
+    scan.mesh.faces.conservativeResize(count, 3);
+    const ScanSurface surface = scan_surface(scan);
+    for (const double radius : {0.27, 0.29, 0.31, 0.33}) {
+      const Signs signs = signs_at(surface, radius, 0.3, CoverSign::Winding);
+      EXPECT_GT(signs.told, 50) << radius;  // the rest is nearest to a rim
+      EXPECT_EQ(signs.wrong, 0) << radius;
+    }
+  }
+  const ClothedScan half =
+      part_of({ball(0.3), {}}, [](const Eigen::RowVector3d& p) { return p.z() > 0; });
+  const ScanSurface surface = scan_surface(half);
+  for (const double radius : {0.28, 0.32}) {
+    const Signs signs = signs_at(surface, radius, 0.3, CoverSign::Winding);
+    EXPECT_GT(signs.told, 0.4 * static_cast<double>(sphere(3).vertices.rows()));
+    EXPECT_EQ(signs.wrong, 0);
+  }
 }
 
 TEST(ClothedScan, RefusesBadScans) {

@@ -88,6 +88,29 @@ TEST(UnderlyingBody, SkinThatPokesOutIsPushedBackOnlyWithASign) {
   EXPECT_GT(scene.error(scene.fit(options).vertices).outside_rate, 0.1);
 }
 
+// Cloth whose faces look inwards: by its normals it is nobody's, and the skin outside of it stays
+// there; the winding number of the whole scan pushes it in.
+TEST(UnderlyingBody, SkinOutsideOfTurnedClothIsPushedIn) {
+  Scene scene(0.004, 0.001);
+  for (Index v = 0; v < scene.posed.rows(); ++v) {
+    if (scene.truth.vertices(v, 1) > 0.2) {
+      scene.posed.row(v) *= 1.05;  // 15 mm
+    }
+  }
+  scene.cover = body_cover(scene.truth.faces,
+                           cover_votes(scene.truth.faces, scene.posed, scan_surface(scene.scan)));
+  Triangles& faces = scene.scan.mesh.faces;
+  for (Index f = 0; f < faces.rows(); ++f) {
+    if (scene.scan.roles[static_cast<std::size_t>(faces(f, 0))] == ScanRole::Cloth) {
+      std::swap(faces(f, 1), faces(f, 2));
+    }
+  }
+  UnderlyingBodyOptions options;
+  EXPECT_LT(scene.error(scene.fit(options).vertices).outside_rate, 0.01);
+  options.sign = CoverSign::Normal;
+  EXPECT_GT(scene.error(scene.fit(options).vertices).outside_rate, 0.1);
+}
+
 TEST(UnderlyingBody, CouplingCarriesWhatSkinSaysUnderCloth) {
   Scene scene(0.03, 0);
   scene.posed = scene.truth.vertices;
