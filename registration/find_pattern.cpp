@@ -13,6 +13,7 @@
 #include "core/tree.h"
 #include "registration/blunt_corners.h"
 #include "registration/edge_paths.h"
+#include "registration/front_and_back.h"
 #include "registration/straight_seams.h"
 #include "registration/unstretched_surface.h"
 
@@ -207,6 +208,9 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
   const std::vector<char> none(
       static_cast<std::size_t>(topology_of(mesh.faces, mesh.vertices.rows()).edges.rows()), 0);
   FindSeamsOptions find = options.find;
+  if (find.facing.isZero()) {
+    find.facing = facing_of(mesh);  // of all that the surface becomes
+  }
   find.stretch *= kForEqualSeams;
   FindSeamsOptions first = find;
   first.cuts = 0;

@@ -72,14 +72,12 @@ std::vector<double> curvature_of(const Mesh& mesh, const Topology& topology) {
 
 /// 1 at the sides, under the arms and on the shoulders, up to 1 + `dearer` in front and at the
 /// back.
-std::vector<double> side_costs(const Mesh& mesh, const Topology& topology, double dearer) {
-  const Points normals = vertex_normals(mesh.vertices, mesh.faces);
+std::vector<double> side_costs(const Mesh& mesh, const Topology& topology,
+                               const Eigen::Vector3d& facing, double dearer) {
+  const Eigen::VectorXd ahead = (vertex_normals(mesh.vertices, mesh.faces) * facing).cwiseAbs();
   std::vector<double> costs;
   for (Index e = 0; e < topology.edges.rows(); ++e) {
-    const double facing =
-        (std::abs(normals(topology.edges(e, 0), 2)) + std::abs(normals(topology.edges(e, 1), 2))) /
-        2;
-    costs.push_back(1 + dearer * facing);
+    costs.push_back(1 + dearer * (ahead[topology.edges(e, 0)] + ahead[topology.edges(e, 1)]) / 2);
   }
   return costs;
 }
@@ -88,11 +86,11 @@ constexpr double kOwnLength = 0.15;  // m: what a seam costs however short it is
 
 class Search {
  public:
-  Search(const Mesh& mesh, const FindSeamsOptions& options)
+  Search(const Mesh& mesh, const Eigen::Vector3d& facing, const FindSeamsOptions& options)
       : mesh_(mesh),
         options_(options),
         topology_(topology_of(mesh.faces, mesh.vertices.rows())),
-        sides_(side_costs(mesh, topology_, options.sides)),
+        sides_(side_costs(mesh, topology_, facing, options.sides)),
         lengths_(edge_lengths(topology_, mesh.vertices)) {
     whole_.vertices = mesh.vertices;
     whole_.faces = mesh.faces;
@@ -440,7 +438,8 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
                       const FindSeamsOptions& options, const SeamWatch& watch,
                       const FoundSeams& from) {
   check_flattenable(mesh);
-  const Search search(mesh, options);
+  const Eigen::Vector3d facing = options.facing.isZero() ? facing_of(mesh) : options.facing;
+  const Search search(mesh, facing, options);
   const bool goes_on = !from.cut.empty();
   ATELIER_CHECK(
       static_cast<Index>(given.size()) == search.topology().edges.rows() &&
@@ -451,7 +450,7 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
     found.sides = from.sides;
   } else {
     found.sides =
-        options.front_and_back ? front_and_back(mesh) : std::vector<char>(given.size(), 0);
+        options.front_and_back ? front_and_back(mesh, facing) : std::vector<char>(given.size(), 0);
   }
   const std::vector<char>& sides = found.sides;
   const std::vector<char>& begun = goes_on ? from.cut : sides;

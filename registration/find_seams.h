@@ -16,6 +16,8 @@ struct FindSeamsOptions {
   int cuts = 400;         ///< seams and darts added at most, 0 to 1000
   bool front_and_back = true;  ///< begin with a front and a back (front_and_back.h)
   double sides = 1;  ///< how much dearer seams are in front and at the back than at the sides
+  /// Where the front looks, horizontal, of length 1; zero: as far as the shape says (facing_of).
+  Eigen::Vector3d facing = Eigen::Vector3d::Zero();
   bool join = true;  ///< seams that turn out not to be needed are sewn again
 };
 OptionTable describe(FindSeamsOptions& options);

@@ -1,5 +1,6 @@
 #include "registration/find_seams.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "core/error.h"
 #include "registration/flat_pattern.h"
+#include "registration/front_and_back.h"
 #include "tests/registration/cut_fixtures.h"
 #include "tests/support/refusals.h"
 #include "tests/support/shapes.h"
@@ -49,6 +51,41 @@ TEST(FindSeams, FrontAndBackOfATubeAreItsHalves) {
   const FlatPattern pattern = flatten_surface(mesh, found.cut);
   EXPECT_EQ(pattern.cut.panel_count, 2);
   EXPECT_NEAR(measure_flat(mesh, pattern).seam_length, 1.2, 0.05);
+}
+
+TEST(FindSeams, FrontAndBackTurnWithTheShape) {
+  // A tube a third as deep as it is wide: its sides are where it is narrow, however it is turned.
+  Mesh mesh = fixtures::tube(48, 10, 0.6);
+  mesh.vertices.col(0) *= 0.3;
+  mesh.vertices.col(2) *= 0.1;
+  EXPECT_EQ(facing_of(mesh), Eigen::Vector3d::UnitZ());
+  const Mesh ahead = mesh;
+  for (const double degrees : {7.0, 30.0, 90.0, 137.0, 180.0}) {
+    const double turn = degrees * std::numbers::pi / 180;
+    const Eigen::Matrix3d by = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    mesh.vertices = ahead.vertices * by.transpose();
+    const Eigen::Vector3d facing = facing_of(mesh);
+    EXPECT_NEAR(std::abs(facing.dot(by.col(2))), 1, degrees < 10 ? 0.02 : 1e-9) << degrees;
+    EXPECT_EQ(facing == Eigen::Vector3d::UnitZ(), degrees < 10 || degrees == 180) << degrees;
+    EXPECT_EQ(front_and_back(mesh, degrees < 10 ? by.col(2) : facing),
+              front_and_back(ahead, Eigen::Vector3d::UnitZ()))
+        << degrees;
+  }
+  FindSeamsOptions said;  // by whoever knows better
+  said.facing = Eigen::Vector3d::UnitX();
+  EXPECT_EQ(find_seams(ahead, no_cut(topology(ahead)), said).sides,
+            front_and_back(ahead, Eigen::Vector3d::UnitX()));
+}
+
+TEST(FindSeams, WhatIsRoundKeepsTheWorldsFront) {
+  Mesh mesh = fixtures::tube(32, 10, 0.6);
+  mesh.vertices.col(0) *= 0.2;
+  mesh.vertices.col(2) *= 0.19;
+  EXPECT_EQ(facing_of(mesh), Eigen::Vector3d::UnitZ());
+  mesh.vertices.col(0) *= 0.93;
+  EXPECT_EQ(facing_of(mesh), Eigen::Vector3d::UnitZ());
+  EXPECT_THROW(facing_of(mesh, 0), LogicError);
+  EXPECT_THROW(front_and_back(mesh, Eigen::Vector3d::Zero()), LogicError);
 }
 
 TEST(FindSeams, AHalfSphereIsCutUntilTheStretchIsWithinBounds) {
