@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "apps/kept_frames.h"
@@ -18,6 +19,7 @@
 #include "core/normals.h"
 #include "core/sequence_archive.h"
 #include "core/store/digest_meter.h"
+#include "core/store/result.h"
 #include "registration/not_followed.h"
 
 namespace atelier {
@@ -41,6 +43,25 @@ struct Worn {
   std::unique_ptr<RegisteredSequence> sequence;
   Index first_vertex = 0;  ///< in the mesh of all
 };
+
+/// Frames of every sequence with clothes, increasing.
+std::vector<int> clothed_frames(const CaptureInfo& info) {
+  std::vector<int> ids;
+  for (const CaptureSequence& sequence : info.sequences) {
+    if (sequence.kind != "minimal") {
+      ids.insert(ids.end(), sequence.frame_ids.begin(), sequence.frame_ids.end());
+    }
+  }
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+std::vector<int> those_with_body(std::vector<int> ids, const Sequence& bodies) {
+  std::erase_if(ids, [&](int id) {
+    return !std::binary_search(bodies.frame_ids.begin(), bodies.frame_ids.end(), id);
+  });
+  return ids;
+}
 
 /// Every frame of an outfit, as the stage reads it. Instants are opened once for all garments.
 class RegisteredOutfit {
@@ -83,18 +104,14 @@ class RegisteredOutfit {
  private:
   void find_frames() {
     for (const CaptureSequence& sequence : dataset_.info.sequences) {
-      if (sequence.kind == "minimal" || sequence.frame_ids.empty()) {
-        continue;
+      if (sequence.kind != "minimal" && !sequence.frame_ids.empty()) {
+        fps_ = fps_ > 0 ? fps_ : sequence.fps;
+        takes_.push_back(sequence.frame_ids.front());
       }
-      fps_ = fps_ > 0 ? fps_ : sequence.fps;
-      takes_.push_back(sequence.frame_ids.front());
-      ids_.insert(ids_.end(), sequence.frame_ids.begin(), sequence.frame_ids.end());
     }
-    std::sort(ids_.begin(), ids_.end());
+    ids_ = clothed_frames(dataset_.info);
     const std::size_t clothed = ids_.size();
-    std::erase_if(ids_, [&](int id) {
-      return !std::binary_search(bodies_.frame_ids.begin(), bodies_.frame_ids.end(), id);
-    });
+    ids_ = those_with_body(std::move(ids_), bodies_);
     if (const std::size_t without = clothed - ids_.size(); without > 0 && !ids_.empty()) {
       run_.warn(std::to_string(without) + " of " + std::to_string(clothed) + " clothed frames " +
                 (without > 1 ? "have no body and are" : "has no body and is") + " left out");
@@ -132,6 +149,16 @@ class RegisteredOutfit {
         run_.warn("frame " + std::to_string(id) + ": no scan: body and pictures alone");
       }
     }
+  }
+
+  /// Of what this run and others side by side have followed: the first frame that is finished may
+  /// need all of its window.
+  void tell_progress() {
+    std::int64_t followed = 0;
+    for (const Worn& worn : garments_) {
+      followed += kept_count(run_, worn.name, ids_);
+    }
+    run_.progress(followed, std::ssize(garments_) * std::ssize(ids_), "frames followed");
   }
 
   Index row_of(int id) const {
@@ -175,6 +202,11 @@ class RegisteredOutfit {
       source.body = [this](Index row) { return body(row); };
       source.load = [this, label](Index row) { return frame_of(*instant(row), *label); };
       source.keeping = kept_frames(run_, worn.name, ids_);
+      source.keeping.write = [this, keep = source.keeping.write](Index row,
+                                                                 const FollowedFrame& frame) {
+        keep(row, frame);
+        tell_progress();
+      };
       source.before_frame = [this] {
         if (run_.stop_requested()) {
           throw StopRequested();
@@ -460,6 +492,18 @@ OptionTable describe(RegisterStageOptions& options) {
   table.add("truth_scans", options.truth_scans,
             "Take a synthetic capture's true surfaces instead of the scans, for comparison");
   return table;
+}
+
+void require_registered_frames(const RegisterStageOptions& options, const FrameSelection& selection,
+                               const fs::path& capture, const fs::path& workspace) {
+  const std::optional<std::string> bodies = current_name(workspace / "body");
+  if (selection.everything() || !bodies) {
+    return;
+  }
+  some_selected_frames(selection,
+                       those_with_body(clothed_frames(stage_dataset(capture, options.capture).info),
+                                       open_sequence(workspace / "body" / *bodies)),
+                       capture.string());
 }
 
 void run_register(StageRun& run) {

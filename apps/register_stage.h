@@ -3,8 +3,10 @@
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
 
 #include <array>
+#include <filesystem>
 
 #include "capture/layouts/open_dataset.h"
+#include "core/store/frame_selection.h"
 #include "core/store/stage.h"
 #include "registration/register_sequence.h"
 
@@ -39,6 +41,12 @@ inline constexpr std::array kRegisterMetrics = {
 /// sequence.h5 and frames/ (all garments as one mesh, which `refine` reads) and figures.json: what
 /// each frame says of itself, and drift. Held-out cameras are not opened.
 void run_register(StageRun& run);
+
+/// Refuses a choice of frames that holds none that the stage would follow, as its run would. Throws
+/// DataError.
+void require_registered_frames(const RegisterStageOptions& options, const FrameSelection& selection,
+                               const std::filesystem::path& capture,
+                               const std::filesystem::path& workspace);
 
 }  // namespace atelier
 

@@ -236,8 +236,8 @@ void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine, const std:
         one_frame(todo[at], frame_path(folder, todo[at], extension), write);
         const std::lock_guard lock(mutex_);
         ++frames_now_;
-        const double rate = static_cast<double>(frames_now_ - frames_before_) /
-                            std::max(seconds_since(frames_start_), 1e-9);
+        const double rate =
+            static_cast<double>(frames_now_) / std::max(seconds_since(frames_start_), 1e-9);
         const auto left = static_cast<double>(static_cast<std::int64_t>(todo.size()) - frames_now_);
         report_progress({"frames", before + frames_now_, mine, rate, left / rate});
       } catch (...) {  // carried to the thread that called; the rest is not begun
@@ -389,8 +389,9 @@ void ActiveRun::progress(std::int64_t done, std::int64_t total, const std::strin
   }
   const auto since = static_cast<double>(done - count_.first);
   const double rate = since / std::max(seconds_since(count_.start), 1e-9);
-  frames_start_ = Clock::now();  // what a stage counts in front of its frames is not their time
-  frames_before_ = frames_now_;
+  if (frames_now_ == 0) {
+    frames_start_ = Clock::now();  // what a stage counts in front of its frames is not their time
+  }
   report_progress({unit, done, total, rate,
                    since > 0 ? static_cast<double>(total - done) / rate : 0.0, figures});
 }

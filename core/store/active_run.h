@@ -106,7 +106,6 @@ class ActiveRun : public StageRun {
   Count count_;
   /// When the frames of this run began to be counted, and how many were done then.
   std::chrono::steady_clock::time_point frames_start_;
-  std::int64_t frames_before_ = 0;
   std::int64_t frames_now_ = 0;        ///< finished by this run
   std::vector<std::string> warnings_;  ///< of no frame
   std::int64_t earlier_children_;      ///< bytes, the most that a child needed before this run

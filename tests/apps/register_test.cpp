@@ -338,6 +338,39 @@ TEST_F(Register, AFrameWithoutABodyIsLeftOutAndSaid) {
   EXPECT_EQ(manifest()["metrics"]["frames"], 2);
 }
 
+TEST_F(Register, EveryFrameThatIsFollowedIsProgress) {
+  const ChildResult result = registered({"--jobs", "1", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::istringstream lines(result.out);
+  std::vector<std::pair<std::string, std::int64_t>> told;
+  for (std::string line; std::getline(lines, line);) {
+    const nlohmann::json event = nlohmann::json::parse(line);
+    if (event.value("event", "") == "progress" && event.value("unit", "") == "frames followed") {
+      EXPECT_EQ(event.at("total"), 3);
+      told.emplace_back("frames followed", event.at("done"));
+    }
+  }
+  ASSERT_FALSE(told.empty());  // no two within half a second, but the last one
+  EXPECT_EQ(told.back().second, 3);
+}
+
+TEST_F(Register, FramesThatItWouldRefuseAreRefusedWhereItIsPlanned) {
+  for (const std::string choice : {"99", "3:"}) {
+    for (const bool planned : {true, false}) {
+      std::vector<std::string> more = {"--frames", choice};
+      if (planned) {
+        more.emplace_back("--dry-run");
+      }
+      const ChildResult result = registered(more);
+      EXPECT_EQ(result.exit_code, 3) << choice;
+      EXPECT_THAT(result.err, HasSubstr("there are 3 frames, from 0 to 2"));
+    }
+  }
+  EXPECT_EQ(registered({"--frames", "2", "--dry-run"}).exit_code, 0);
+  missing.last_body = true;
+  EXPECT_EQ(registered({"--frames", "2", "--dry-run"}, "other").exit_code, 3) << "it has no body";
+}
+
 TEST_F(Register, ShardsMakeWhatOneRunMakes) {
   for (const std::string window : {"48", "1"}) {
     ASSERT_EQ(registered({"--window", window}, "one" + window).exit_code, 0);
@@ -560,6 +593,21 @@ TEST_F(Register, PatternsAreHeldAgainstTheTrueGarmentOfTheirLabel) {
   EXPECT_EQ(all.at("flatten.panels"), 2);
   EXPECT_EQ(verdict(all, "flatten.panels"), "met");
   EXPECT_NEAR(all.at("flatten.seam_ratio").get<double>(), (0.62 + 0.7) / (0.5 + 0.7), 1e-6);
+}
+
+TEST_F(Register, APatternThatTheTruthDoesNotHaveWidensNoBound) {
+  write_truth({sewn_tube("skirt", Label::Lower, 0.5)});
+  make(kMeasured, root_ / "work");
+  const ChildResult result =
+      run({"evaluate", (root_ / "work").string(), "--truth", capture().string(), "--stage",
+           "flatten", "--check", "--targets", "accuracy", "--json"});
+  const nlohmann::json all = nlohmann::json::parse(result.out);
+  EXPECT_EQ(all.at("flatten.panels"), 1);  // of the skirt: the other pattern is nobody's
+  for (const nlohmann::json& row : all.at("check")) {
+    if (row.at("key") == "flatten.panels") {
+      EXPECT_EQ(row.at("target"), "at most 3");
+    }
+  }
 }
 
 }  // namespace
