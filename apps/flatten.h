@@ -20,10 +20,12 @@ namespace atelier {
 
 /// The weight that has stretched a captured garment, to be taken out before it is flattened.
 struct FlattenRelaxOptions {
-  std::string body;    ///< mesh of the body that the garment hangs on; empty: not relaxed
+  /// Mesh of the body that the garment hangs on, or folder of a sequence of bodies, of which the
+  /// one of its frame is taken; empty: not relaxed.
+  std::string body;
   std::string fabric;  ///< of the garment; empty: the default material
-  /// Folder of the garment's registered sequence (registered/LABEL of `register`), which says
-  /// whether it hung still; empty: nobody says.
+  /// Folder of the garment's registered sequence (registered/LABEL of `register`), or of those of
+  /// all garments (registered), which says whether it hung still; empty: nobody says.
   std::string registered;
   double gap = 0;     ///< m kept from the body, 0 to 0.02; 0: as where the garment rests on it
   int substeps = 30;  ///< per simulated frame, 1 to 1000
@@ -53,9 +55,9 @@ inline constexpr std::array kFlattenMetrics = {
     StageMetric{"overlaps", ""},
 };
 
-/// Refuses files and words that options name and that are not there, as the stage would later.
-/// Throws DataError.
-void require_named(const FlattenStageOptions& options);
+/// Refuses files and words that options name and that are not there, or are not of the garments of
+/// the INPUT, as the stage would later. Throws DataError.
+void require_named(const FlattenStageOptions& options, const std::filesystem::path& input);
 
 /// Throws DataError for a folder without a mesh.
 void check_flatten_input(const std::filesystem::path& input);

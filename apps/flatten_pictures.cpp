@@ -6,24 +6,26 @@
 #include <cmath>
 #include <cstdio>
 
+#include "apps/named_views.h"
 #include "core/render/color_map.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/drawing.h"
 #include "core/render/studio.h"
 #include "core/topology.h"
+#include "registration/front_and_back.h"
 
 namespace atelier {
 namespace {
 
 constexpr double kMostShown = 0.06;  // strain at the end of the colour map
-constexpr int kHeight = 640;
+constexpr int kSheetHeight = 640;
 
 /// The panels side by side, filled with the colours of their triangles, seams drawn over them.
 Image flat_picture(const Garment& garment, const Colors& colors) {
   constexpr int kMargin = 12;
   const Eigen::RowVector2d low = garment.rest.colwise().minCoeff();
   const Eigen::RowVector2d high = garment.rest.colwise().maxCoeff();
-  const double scale = std::min((kHeight - 2.0 * kMargin) / (high.y() - low.y()),
+  const double scale = std::min((kSheetHeight - 2.0 * kMargin) / (high.y() - low.y()),
                                 (1000 - 2.0 * kMargin) / (high.x() - low.x()));
   const int width =
       std::max(64, static_cast<int>(std::ceil((high.x() - low.x()) * scale)) + 2 * kMargin);
@@ -72,7 +74,8 @@ Image flat_picture(const Garment& garment, const Colors& colors) {
 
 }  // namespace
 
-Image stretch_picture(const Mesh& mesh, const FlatPattern& pattern, const FlatMeasures& measures) {
+Image stretch_picture(const Mesh& mesh, const FlatPattern& pattern, const FlatMeasures& measures,
+                      const Eigen::Vector3d& facing) {
   const Colors colors = map_colors(ColorMap::Viridis, measures.strain, 0, kMostShown);
   // A vertex for each panel's corner, so that colours and seams do not blur into each other.
   Mesh shown;
@@ -88,17 +91,18 @@ Image stretch_picture(const Mesh& mesh, const FlatPattern& pattern, const FlatMe
   }
   PictureOptions options;
   options.width = 360;
-  options.height = kHeight;
+  options.height = kSheetHeight;
   options.samples = 4;
   char caption[120];
   std::snprintf(caption, sizeof caption, "stretch p50 %.2f%%, p99 %.2f%%",
                 100 * measures.strain_p50, 100 * measures.strain_p99);
+  const auto [front, back] = two_sides(facing, facing_of(mesh));
   // One row each, so that narrow pictures do not stand in cells as wide as the widest.
   const Image flat = flat_picture(garment_of(mesh, pattern), colors);
   const Image views =
-      contact_sheet({{picture_of(shown, kFront, options), "front"},
-                     {picture_of(shown, kBack, options), "back"},
-                     {color_bar(ColorMap::Viridis, 0, kMostShown, "stretch", kHeight), ""}},
+      contact_sheet({{picture_of(shown, front.view, options), front.name},
+                     {picture_of(shown, back.view, options), back.name},
+                     {color_bar(ColorMap::Viridis, 0, kMostShown, "stretch", kSheetHeight), ""}},
                     {.columns = 3});
   return contact_sheet({{views, ""}, {flat, caption}},
                        {.columns = 1, .title = "Stretch of the flat panels"});

@@ -8,9 +8,12 @@
 
 namespace atelier {
 
-/// The surface from four sides and its flat panels, each triangle in the colour of its stretch.
+/// The surface from two sides and its flat panels, each triangle in the colour of its stretch.
 /// Linear RGB.
-Image stretch_picture(const Mesh& mesh, const FlatPattern& pattern, const FlatMeasures& measures);
+/// @param facing  where its wearer looks, horizontal; zero: nobody knows, and sides are called
+///                after where they are seen from
+Image stretch_picture(const Mesh& mesh, const FlatPattern& pattern, const FlatMeasures& measures,
+                      const Eigen::Vector3d& facing);
 
 }  // namespace atelier
 

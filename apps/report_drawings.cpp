@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "apps/child_program.h"
+#include "apps/named_views.h"
 #include "apps/report_page.h"
 #include "apps/report_plots.h"
 #include "apps/taken_and_drawn.h"
@@ -164,6 +166,25 @@ std::optional<Tracked> tracked_of(const ReportPlaces& places, const Dataset& dat
   return tracked;
 }
 
+/// Where the person looks in a frame: across the hips as they were tracked; zero where nobody
+/// knows.
+Eigen::Vector3d tracked_facing(const std::optional<Tracked>& tracked, int frame_id) {
+  if (!tracked) {
+    return Eigen::Vector3d::Zero();
+  }
+  const TrackedMotion& motion = tracked->motion;
+  const std::vector<int>& ids = motion.motion.frame_ids;
+  const auto at = std::find(ids.begin(), ids.end(), frame_id);
+  const int left = find_joint(motion.skeleton, "left_hip");
+  const int right = find_joint(motion.skeleton, "right_hip");
+  if (at == ids.end() || left < 0 || right < 0) {
+    return Eigen::Vector3d::Zero();
+  }
+  const Points& joints = motion.joints[static_cast<std::size_t>(at - ids.begin())];
+  return Eigen::Vector3d((joints.row(left) - joints.row(right)).transpose())
+      .cross(Eigen::Vector3d::UnitY());
+}
+
 std::string scan_pictures(const ReportPlaces& places) {
   std::string html;
   const std::optional<Dataset> dataset = dataset_of(places);
@@ -188,8 +209,11 @@ std::string scan_pictures(const ReportPlaces& places) {
   Look plain;
   plain.roughness = 0.9F;
   plain.color = {0.9F, 0.9F, 0.9F};
-  std::vector<CaptionedImage> cells = {{seen({{scan, plain}}, kFront, kWide), "front"},
-                                       {seen({{scan, plain}}, kBack, kWide), "back"}};
+  const std::optional<Tracked> tracked =
+      dataset ? tracked_of(places, *dataset) : std::optional<Tracked>();
+  const auto [front, back] = two_sides(tracked_facing(tracked, std::atoi(file.stem().c_str())));
+  std::vector<CaptionedImage> cells = {{seen({{scan, plain}}, front.view, kWide), front.name},
+                                       {seen({{scan, plain}}, back.view, kWide), back.name}};
   if (!scan.labels.empty()) {
     Mesh labelled = scan;
     labelled.colors.resize(scan.vertices.rows(), 3);
@@ -199,8 +223,8 @@ std::string scan_pictures(const ReportPlaces& places) {
           map_color(ColorMap::Turbo, scan.labels[static_cast<std::size_t>(v)] / kLabels)
               .transpose();
     }
-    cells.push_back({seen({{labelled, plain}}, kFront, kWide), "labels"});
-    cells.push_back({seen({{labelled, plain}}, kBack, kWide), "labels"});
+    cells.push_back({seen({{labelled, plain}}, front.view, kWide), "labels"});
+    cells.push_back({seen({{labelled, plain}}, back.view, kWide), "labels"});
   }
   return html + figure(contact_sheet(cells, {.columns = 4}),
                        "The surface of frame " + file.stem().string());

@@ -37,7 +37,7 @@ fs::path result_of(const fs::path& workspace, const std::string& stage) {
 
 /// Which results, by the keys that their folders are named after, and what their people agreed to.
 struct MadeOf {
-  std::string text = "2\n";  // the version of this file: what it makes of the same results
+  std::string text = "3\n";  // the version of this file: what it makes of the same results
   std::vector<Consent> consent;
 };
 
@@ -137,6 +137,9 @@ fs::path template_surfaces(const fs::path& workspace) {
       if (entry.path().extension() == ".obj") {
         fs::copy_file(entry.path(), folder / entry.path().filename());
       }
+    }
+    if (fs::exists(made / "template.json")) {  // where wearers look
+      fs::copy_file(made / "template.json", folder / "template.json");
     }
   });
 }

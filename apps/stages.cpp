@@ -101,7 +101,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "template",
-          .version = 7,
+          .version = 8,
           .summary = "each garment as a clean mesh with named openings, in one frame's pose",
           .inputs = {"capture", "scans", "person", "bodies"},
           .outputs = {"template"},
@@ -137,7 +137,7 @@ constexpr std::array kStages = {
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     Stage{.name = "flatten",
-          .version = 11,
+          .version = 12,
           .summary = "a garment's surface as a flat sewing pattern",
           .inputs = {"surface"},
           .outputs = {"pattern"},
@@ -274,6 +274,12 @@ void require_startable([[maybe_unused]] const Stage& stage, const StageRequest& 
     require_cameras(options, request.input);
   }
 #endif
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
+  if (stage.name == "register" && !request.workspace.empty()) {
+    require_registered_frames(options_of<RegisterStageOptions>(request.options), request.selection,
+                              request.input, request.workspace);
+  }
+#endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
   if (stage.name == "personalize") {
     require_measurable(options_of<PersonalizeStageOptions>(request.options), request.input,
@@ -295,7 +301,7 @@ void require_startable([[maybe_unused]] const Stage& stage, const StageRequest& 
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
   if (stage.name == "flatten") {
-    require_named(options_of<FlattenStageOptions>(request.options));
+    require_named(options_of<FlattenStageOptions>(request.options), request.input);
   }
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 
+#include "apps/named_views.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/drawing.h"
 #include "core/render/studio.h"
@@ -105,11 +106,14 @@ Image template_picture(const std::vector<GarmentTemplate>& made, const ClothedFr
     options.width = 400;
     options.height = kPicture;
     options.samples = 6;
-    rows.push_back(contact_sheet({{picture_of(scene, kFront, options), "front"},
-                                  {picture_of(scene, kSide, options), "left"},
-                                  {picture_of(scene, kBack, options), "back"},
-                                  {charts_picture(one.garment.mesh), "charts"}},
-                                 {.columns = 4}));
+    const auto [front, back] = two_sides(one.facing);
+    const bool known = !one.facing.isZero();
+    rows.push_back(contact_sheet(
+        {{picture_of(scene, front.view, options), front.name},
+         {picture_of(scene, turned(kSide, one.facing), options), known ? "left" : "from +X"},
+         {picture_of(scene, back.view, options), back.name},
+         {charts_picture(one.garment.mesh), "charts"}},
+        {.columns = 4}));
     captions.push_back(caption);
   }
   std::vector<CaptionedImage> sheet;

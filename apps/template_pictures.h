@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// Every template on the body of its frame from the front, the side and behind, its triangles
+/// Every template on the body of its frame from its front, its left and behind, its triangles
 /// drawn, what hangs free darker, each opening in a colour of its own; and its charts. Linear RGB.
 Image template_picture(const std::vector<GarmentTemplate>& made, const ClothedFrames& frames);
 

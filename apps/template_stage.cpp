@@ -298,6 +298,7 @@ nlohmann::ordered_json json_of(const GarmentTemplate& made, const std::string& l
   return {{"label", label},
           {"file", "garments/" + label + ".h5"},
           {"frame", made.frame_id},
+          {"facing", {made.facing.x(), made.facing.y(), made.facing.z()}},
           {"vertices", made.garment.mesh.vertices.rows()},
           {"boundaries", std::move(boundaries)},
           {"holes_closed", made.holes_closed},

@@ -37,7 +37,7 @@ void require_named(const TemplateStageOptions& options);
 
 /// Scans, person and bodies -> for each label of clothing garments/<label>.h5 (schema
 /// "atelier.garment") and garments/<label>.obj; template.json: of each the frame in whose pose it
-/// is, and the vertices that hang free; template.png.
+/// is, where the body looks in it, and the vertices that hang free; template.png.
 void run_template(StageRun& run);
 
 /// Refuses a frame that the capture does not have, naming those that it has: at once, not behind

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "core/error.h"
 
@@ -38,6 +39,37 @@ void check_anatomy(const BodyAnatomy& anatomy, Index vertices) {
           "lump " + std::to_string(lump) + " has no vertex");
     }
   }
+}
+
+Eigen::Vector3d body_facing(const BodyAnatomy& anatomy, const Points& body) {
+  constexpr double kLies = 0.2;  // of the way that goes along the ground
+  check_anatomy(anatomy, body.rows());
+  const auto middle = [&](int lump) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double count = 0;
+    for (Index v = 0; v < body.rows(); ++v) {
+      if (anatomy.lumps[static_cast<std::size_t>(v)] == lump) {
+        sum += body.row(v).transpose();
+        count += 1;
+      }
+    }
+    return Eigen::Vector3d(sum / count);
+  };
+  const auto limb = [&](Extremity extremity) -> const std::vector<int>& {
+    return anatomy.limbs[static_cast<std::size_t>(extremity)];
+  };
+  Eigen::Vector3d left = Eigen::Vector3d::Zero();
+  for (const auto& [l, r] : {std::pair{Extremity::LeftHand, Extremity::RightHand},
+                             std::pair{Extremity::LeftFoot, Extremity::RightFoot}}) {
+    const auto [at, other] =
+        std::mismatch(limb(l).begin(), limb(l).end(), limb(r).begin(), limb(r).end());
+    if (at != limb(l).end() && other != limb(r).end()) {
+      left += middle(*at) - middle(*other);
+    }
+  }
+  const Eigen::Vector3d facing = left.cross(Eigen::Vector3d::UnitY());
+  return facing.norm() > kLies * left.norm() ? Eigen::Vector3d(facing.normalized())
+                                             : Eigen::Vector3d::Zero();
 }
 
 Points limb_axis(const BodyAnatomy& anatomy, Extremity extremity, const Points& body,

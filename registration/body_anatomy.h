@@ -24,6 +24,10 @@ struct BodyAnatomy {
 /// more, each with a vertex.
 void check_anatomy(const BodyAnatomy& anatomy, Index vertices);
 
+/// Where the body looks: horizontal, of length 1, across the way from right hip and shoulder to the
+/// left ones. Zero where that way has no direction along the ground, as of one who lies on a side.
+Eigen::Vector3d body_facing(const BodyAnatomy& anatomy, const Points& body);
+
 /// A line through the inside of the body, [N,3] m: from the pelvis through the middle of each lump,
 /// and of the ring of edges between each two, to the tip of the limb.
 Points limb_axis(const BodyAnatomy& anatomy, Extremity extremity, const Points& body,

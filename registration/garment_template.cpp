@@ -228,6 +228,7 @@ void dress(GarmentTemplate& made, const GarmentBoundaries& boundaries, const Clo
            const std::vector<Index>& rows, const Points& body, std::uint8_t label,
            const GarmentTemplateOptions& options) {
   Garment& garment = made.garment;
+  made.facing = body_facing(frames.anatomy, body);
   garment.boundaries = boundaries.loops;
   garment.boundary_names = boundaries.names;
   garment.attachments = attach_to_body(garment.mesh.vertices, body, frames.body_faces);

@@ -41,8 +41,10 @@ OptionTable describe(GarmentTemplateOptions& options);
 
 /// A garment as registration needs it.
 struct GarmentTemplate {
-  Garment garment;            ///< mesh in the pose of the frame, boundaries, attachments, uvs
-  int frame_id = 0;           ///< whose pose it has
+  Garment garment;   ///< mesh in the pose of the frame, boundaries, attachments, uvs
+  int frame_id = 0;  ///< whose pose it has
+  /// Where the body looks in it, horizontal, of length 1; zero where it lies (body_facing).
+  Eigen::Vector3d facing = Eigen::Vector3d::Zero();
   std::vector<char> dynamic;  ///< [V] 1: hangs free from the body
   int holes_closed = 0;       ///< where nothing was seen
   double area_unseen = 0;     ///< m2 of the surface that this frame's scan does not show

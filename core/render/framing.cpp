@@ -69,6 +69,10 @@ void place(Camera& camera, const Eigen::Matrix3d& rows, const Eigen::Vector3d& t
 
 }  // namespace
 
+View turned(const View& view, const Eigen::Vector3d& facing) {
+  return {view.azimuth + std::atan2(facing.x(), facing.z()), view.elevation};
+}
+
 Camera camera_around(const Points& points, const View& view, int width, int height,
                      const FramingOptions& options) {
   Camera camera = lens(width, height, options);

@@ -20,6 +20,10 @@ inline constexpr View kThreeQuarter{0.6, 0.15};
 inline constexpr View kSide{1.5707963267948966, 0.08};
 inline constexpr View kBack{3.141592653589793, 0.08};
 
+/// The same view of a subject that looks to `facing`, of which only its direction along the ground
+/// counts; to +Z where it has none.
+View turned(const View& view, const Eigen::Vector3d& facing);
+
 struct FramingOptions {
   double field_of_view =
       0.49;  ///< of the picture's longer side, radians, in (0, 3); 0.49: a portrait lens

@@ -433,6 +433,108 @@ TEST_F(Flatten, AGarmentThatItsMotionHeldUpIsNotRelaxed) {
   EXPECT_THAT(foreign.err, HasSubstr("another topology than the mesh's"));
 }
 
+/// Two tubes as `template` leaves them, in frames of their own, and the body and both of them in
+/// every frame.
+class FlattenOutfit : public Flatten {
+ protected:
+  static constexpr double kFps = 10;
+
+  void SetUp() override {
+    Flatten::SetUp();
+    std::ofstream(root_.path() / "body.obj")
+        << "v 0 0.3 0\nv 0.05 0.1 0\nv -0.03 0.1 0.04\nv -0.03 0.1 -0.04\n"
+           "f 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n";
+    std::filesystem::create_directory(surfaces());
+    const Mesh tube = read_mesh(mesh());
+    for (const char* label : {"lower", "upper"}) {
+      std::vector<Mesh> meshes(3, tube);
+      const double thrown = label == std::string("upper") ? 8 : 0.2;  // m/s2 along x, about frame 1
+      for (const int i : {0, 2}) {
+        meshes[static_cast<std::size_t>(i)].vertices.rowwise() +=
+            Eigen::RowVector3d(0.5 * thrown / kFps / kFps, 0, 0);
+      }
+      write_mesh(surfaces() / (std::string(label) + ".obj"), meshes[1]);
+      write_sequence(registered() / label, sequence_of(meshes, kFps));
+    }
+    Mesh body = read_mesh(root_.path() / "body.obj");
+    std::vector<Mesh> bodies(3, body);
+    bodies[0].vertices.array() += 5;  // nowhere near
+    write_sequence(root_.path() / "bodies", sequence_of(bodies, kFps));
+    write_note(1, 1);
+  }
+
+  std::filesystem::path surfaces() const { return root_.path() / "surfaces"; }
+  std::filesystem::path registered() const { return root_.path() / "registered"; }
+  void write_note(int lower, int upper) const {
+    const auto garment = [](const char* label, int frame) {
+      return nlohmann::json{{"label", label}, {"frame", frame}, {"facing", {1, 0, 0}}};
+    };
+    std::ofstream(surfaces() / "template.json")
+        << nlohmann::json{{"garments", {garment("lower", lower), garment("upper", upper)}}};
+  }
+  ChildResult relaxed(const std::string& body, const std::string& sequences,
+                      std::vector<std::string> more = {}) const {
+    std::vector<std::string> all = {surfaces().string(),
+                                    (root_.path() / "workspace").string(),
+                                    "--relax.body",
+                                    (root_.path() / body).string(),
+                                    "--relax.relaxing.rounds",
+                                    "1",
+                                    "--relax.relaxing.seconds",
+                                    "0.1"};
+    if (!sequences.empty()) {
+      all.insert(all.end(), {"--relax.registered", (root_.path() / sequences).string()});
+    }
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  }
+};
+
+TEST_F(FlattenOutfit, EveryGarmentIsJudgedByItsOwnSequenceOnTheBodyOfItsFrame) {
+  if (relaxed("body.obj", "", {"--dry-run"}).err.find("unknown") != std::string::npos) {
+    GTEST_SKIP() << "built without simulation";
+  }
+  const ChildResult result = relaxed("bodies", "registered");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err,
+              HasSubstr("upper: warning in-motion [" + (registered() / "upper").string() + "]"));
+  EXPECT_THAT(result.err, HasSubstr("by 8.0 m/s2 in frame 1"));
+  EXPECT_THAT(result.err, HasSubstr("lower: warning not-relaxed"));  // it was tried
+  EXPECT_THAT(result.err, Not(HasSubstr("lower: warning in-motion")));
+  for (const char* label : {"lower", "upper"}) {
+    EXPECT_TRUE(std::filesystem::exists(root_.path() / "workspace/flatten/current" / label /
+                                        "pattern.svg"));
+  }
+}
+
+TEST_F(FlattenOutfit, WhatCannotBeOfAllGarmentsIsRefusedBeforeTheWork) {
+  const auto refused = [&](const std::string& body, const std::string& sequences,
+                           const std::string& words) {
+    SCOPED_TRACE(words);
+    for (const bool planned : {true, false}) {
+      const ChildResult result =
+          relaxed(body, sequences,
+                  planned ? std::vector<std::string>{"--dry-run"} : std::vector<std::string>{});
+      EXPECT_EQ(result.exit_code, 3);
+      EXPECT_THAT(result.err, HasSubstr(words));
+      EXPECT_THAT(result.out, Not(HasSubstr("smoothed")));
+    }
+  };
+  if (relaxed("body.obj", "", {"--dry-run"}).err.find("unknown") != std::string::npos) {
+    GTEST_SKIP() << "built without simulation";
+  }
+  refused("bodies", "registered/lower",
+          "registered/lower: one garment's sequence, of 2 garments that are flattened");
+  write_note(0, 1);
+  refused("body.obj", "", "one body, of garments in frames 0 and 1");
+  std::filesystem::remove(surfaces() / "template.json");
+  refused("bodies", "", "nobody says in whose frame lower.obj is");
+  EXPECT_EQ(relaxed("bodies", "registered", {"--dry-run"}).exit_code, 0);
+  EXPECT_EQ(relaxed("body.obj", "", {"--dry-run"}).exit_code, 0);
+  std::filesystem::remove_all(registered() / "upper");
+  refused("bodies", "registered", "registered/upper");
+}
+
 TEST_F(Flatten, RefusesWhatIsNoGarment) {
   std::ofstream(mesh()) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\n"
                            "f 1 2 3\nf 1 2 4\nf 1 2 5\n";
@@ -440,6 +542,32 @@ TEST_F(Flatten, RefusesWhatIsNoGarment) {
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.err, HasSubstr("tube.obj"));
   EXPECT_FALSE(std::filesystem::exists(out()));
+}
+
+TEST_F(Flatten, SaysThatASurfaceHasOneSideAlone) {
+  constexpr int kSteps = 24;  // a Moebius strip
+  std::ofstream strip(mesh());
+  for (int i = 0; i < kSteps; ++i) {
+    const double turn = 2 * std::numbers::pi * i / kSteps;
+    for (const double side : {-0.04, 0.04}) {
+      const double radius = 0.15 + side * std::cos(turn / 2);
+      strip << "v " << radius * std::sin(turn) << " " << side * std::sin(turn / 2) << " "
+            << radius * std::cos(turn) << "\n";
+    }
+  }
+  for (int i = 0; i < kSteps; ++i) {
+    const bool last = i + 1 == kSteps;
+    const int a = 2 * i + 1;
+    const int b = last ? 2 : a + 2;
+    const int c = last ? 1 : a + 3;
+    strip << "f " << a << " " << b << " " << a + 1 << "\nf " << a + 1 << " " << b << " " << c
+          << "\n";
+  }
+  strip.close();
+  const ChildResult result = alone();
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("a surface with one side alone, as a Moebius strip"));
+  EXPECT_THAT(result.err, HasSubstr("tube.obj: edge of vertices "));
 }
 
 TEST_F(Flatten, RefusesWordsThatAreNoSeamsWhereTheWorkIsPlanned) {

@@ -191,6 +191,7 @@ TEST_F(TemplateStage, MakesOneCleanMeshOfEachGarmentThatIsWorn) {
     EXPECT_EQ(garment.attachments.size(), static_cast<std::size_t>(garment.mesh.vertices.rows()));
     EXPECT_EQ(garment.mesh.uv_faces.rows(), garment.mesh.faces.rows());
     EXPECT_EQ(read_mesh(result() / "garments" / (label + ".obj")).faces, garment.mesh.faces);
+    EXPECT_NEAR(one.at("facing").at(2).get<double>(), 1, 0.01);
     if (label == "upper") {
       EXPECT_EQ(one.at("frame"), 2);  // arms highest
     }

@@ -1,6 +1,7 @@
 #include "registration/garment_template.h"
 
 #include <Eigen/Geometry>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -624,6 +625,23 @@ TEST(PartCrossings, SmoothsWhatMeetsAndNothingElse) {
   EXPECT_LT((parted.mesh.vertices - good.vertices).rowwise().norm().maxCoeff(), 0.15);
   EXPECT_EQ(part_crossings(tube, 0).mesh.vertices, tube.vertices);
   EXPECT_GT(part_crossings(tube, 0).crossings, 0);
+}
+
+TEST(BodyFacing, IsWhereItLooksHoweverItIsTurned) {
+  const Mesh body = body_surface(capsules());
+  const BodyAnatomy anatomy = anatomy_of(body);
+  for (const double degrees : {0.0, 40.0, 90.0, 180.0, 250.0}) {
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d::UnitY())
+            .toRotationMatrix();
+    const Eigen::Vector3d facing = body_facing(anatomy, body.vertices * turn.transpose());
+    EXPECT_LT((facing - turn.col(2)).norm(), 0.01) << degrees;
+  }
+  // On its side it looks nowhere along the ground that hips could tell.
+  const Eigen::Matrix3d lying =
+      Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  EXPECT_EQ(body_facing(anatomy, body.vertices * lying.transpose()), Eigen::Vector3d::Zero());
+  EXPECT_THROW(body_facing(anatomy, body.vertices.topRows(4)), LogicError);
 }
 
 TEST(LimbAxisRefused, AnatomyThatDoesNotFitTheBody) {

@@ -1,0 +1,51 @@
+#pragma once
+
+#ifdef ATELIER_HAS_REGISTRATION
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/flatten_watcher.h"
+#include "core/io/polygon_mesh.h"
+#include "core/mesh.h"
+
+namespace atelier {
+
+/// A garment's surface as it can be flattened.
+struct FlattenSurface {
+  Mesh mesh;                ///< oriented, without needless triangles and loose vertices
+  std::vector<char> seams;  ///< [E] given ones, a flag for each edge; none for "auto" and "none"
+};
+
+/// Reads it: before the long work, which changes no edge of a mesh whose seams are given. Says what
+/// was turned or left out, warns `triangles-left-out`, `unit-unknown` and `size-unlikely`.
+/// @param seams  as FlattenStageOptions has them
+///
+/// Throws DataError for a file that is no mesh, as check_flattenable and seam_input, for a mesh
+/// without area or below 1 mm (the pattern's files hold micrometres), and for one with one side
+/// alone, a Moebius strip.
+FlattenSurface read_flatten_surface(const std::filesystem::path& file, const std::string& seams,
+                                    const MeshConvention& convention,
+                                    const FlattenWatcher& watcher);
+
+/// What `template` says of the mesh that it made, in the template.json beside it.
+struct TemplateNote {
+  Eigen::Vector3d facing = Eigen::Vector3d::Zero();  ///< where its wearer looks; zero: not known
+  std::optional<int> frame;                          ///< in whose pose it is
+};
+
+/// A garment to be flattened.
+struct FlattenGarment {
+  std::filesystem::path file;
+  TemplateNote note;
+};
+
+/// The note on a mesh <label>.obj; an empty one where none lies beside it. Throws DataError where
+/// that cannot be read.
+TemplateNote template_note(const std::filesystem::path& mesh);
+
+}  // namespace atelier
+
+#endif
