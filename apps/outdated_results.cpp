@@ -65,6 +65,20 @@ fs::path own_input(const StageStatus& own, const fs::path& workspace, const fs::
   return capture;
 }
 
+/// What to do about an INPUT that is made of a result that another one has replaced.
+std::string replaced_input(const Stage& stage, const StageRequest& request,
+                           const ResultName& made_of) {
+  const std::string name(stage.name);
+  const std::string what = "INPUT " + request.input.string() + " is made of a result of '" +
+                           made_of.stage + "' that is no longer the current one; ";
+  if (in_chain(name) != InChain::OfResults) {
+    return what + "give " + (request.workspace / made_of.stage / "current").string();
+  }
+  const fs::path capture = capture_of(workspace_status(all_stages(), request.workspace));
+  return what + "run 'atelier run " + capture.string() + " " + request.workspace.string() +
+         " --from " + name + " --to " + name + "' to make it anew";
+}
+
 }  // namespace
 
 std::string mending_command(const std::vector<StageStatus>& all, const StageStatus& own,
@@ -135,7 +149,13 @@ std::vector<std::string> outdated_inputs(const Stage& stage, const StageRequest&
   for (const ResultName& made_of : behind) {
     makers.push_back(made_of.stage);
   }
-  return outdated_results(request.workspace, makers);
+  std::vector<std::string> sentences = outdated_results(request.workspace, makers);
+  for (const ResultName& made_of : behind) {
+    if (current_name(request.workspace / made_of.stage) != made_of.key16) {
+      sentences.push_back(replaced_input(stage, request, made_of));
+    }
+  }
+  return sentences;
 }
 
 }  // namespace atelier

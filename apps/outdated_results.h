@@ -23,8 +23,9 @@ std::string mending_command(const std::vector<StageStatus>& all, const StageStat
 std::vector<std::string> outdated_results(const std::filesystem::path& workspace,
                                           const std::vector<std::string_view>& names);
 
-/// The same of the results that a stage is about to read, as inputs and behind its INPUT: what is
-/// made of them is outdated as soon as it is there.
+/// The same of the results that a stage is about to read, as inputs and behind its INPUT, and one
+/// on each of those behind its INPUT that another result has replaced: what is made of them is
+/// outdated as soon as it is there.
 std::vector<std::string> outdated_inputs(const Stage& stage, const StageRequest& request);
 
 }  // namespace atelier

@@ -486,6 +486,32 @@ TEST_F(Run, StatusFollowsWhatWasMadeOfResultsBackToThem) {
   EXPECT_THAT(status(), AllOf(HasSubstr("input surface changed"), Not(HasSubstr("is made of"))));
 }
 
+TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOf) {
+  write_small_capture(capture_, SmallCapture());
+  make_template(workspace_);
+  ASSERT_EQ(run({"--from", "flatten", "--to", "flatten"}).exit_code, 0);
+  const auto flatten = [&](std::vector<std::string> more) {
+    std::vector<std::string> all = {program_path(), "flatten", (workspace_ / "surfaces").string(),
+                                    workspace_.string()};
+    all.insert(all.end(), more.begin(), more.end());
+    const ChildResult result = run_child(all);
+    return result.out + result.err;
+  };
+  EXPECT_THAT(flatten({"--dry-run"}), Not(HasSubstr("no longer the current one")));
+  // Another result takes its place, as where a template is made anew.
+  const std::string other = std::string(16, '0');
+  const fs::path made = workspace_ / "template" / fs::read_symlink(workspace_ / "template/current");
+  fs::copy(made, workspace_ / "template" / other, fs::copy_options::recursive);
+  fs::remove(workspace_ / "template" / "current");
+  fs::create_directory_symlink(other, workspace_ / "template" / "current");
+  for (const std::string& said : {flatten({"--dry-run"}), flatten({})}) {
+    EXPECT_THAT(said,
+                HasSubstr("surfaces is made of a result of 'template' that is no longer the "
+                          "current one; run 'atelier run CAPTURE " +
+                          workspace_.string() + " --from flatten --to flatten' to make it anew"));
+  }
+}
+
 TEST_F(Run, DamagedInputsThatItMadeOfResultsAreMadeAnew) {
   write_small_capture(capture_, SmallCapture());
   make_template(workspace_);
