@@ -170,19 +170,27 @@ TEST(FollowedFrame, StoppedAfterAnyFrameItGoesOnToTheSameBits) {
   }
 }
 
+/// Follows all frames of a shelf, which comes to the uninterrupted ones, and again after `lose` has
+/// taken one of them away or spoilt it: that one alone is followed again.
+template <class Lose>
+void expect_one_followed_again(const Lose& lose) {
+  Shelf shelf;
+  Turning turning;
+  turning.source.keeping = shelf.keeping();
+  for (const bool again : {false, true}) {
+    RegisteredSequence sequence(turning.garment, turning.source, turning.options);
+    for (Index row = 0; row < kRows; ++row) {
+      expect_same(sequence.at(row), uninterrupted()[static_cast<std::size_t>(row)], row);
+    }
+    EXPECT_EQ(shelf.followed, again ? kRows + 1 : kRows);
+    lose(shelf, sequence.model());
+  }
+}
+
 TEST(FollowedFrame, OneThatIsLostIsTheOnlyOneThatIsFollowedAgain) {
   for (const Index lost : {Index{1}, kTemplateRow, Index{5}}) {
-    Shelf shelf;
-    Turning turning;
-    turning.source.keeping = shelf.keeping();
-    for (const bool again : {false, true}) {
-      RegisteredSequence sequence(turning.garment, turning.source, turning.options);
-      for (Index row = 0; row < kRows; ++row) {
-        expect_same(sequence.at(row), uninterrupted()[static_cast<std::size_t>(row)], row);
-      }
-      EXPECT_EQ(shelf.followed, again ? kRows + 1 : kRows);
-      shelf.frames.erase(lost);
-    }
+    expect_one_followed_again(
+        [&](Shelf& shelf, const RegistrationModel& /*model*/) { shelf.frames.erase(lost); });
   }
 }
 
@@ -192,21 +200,13 @@ TEST(FollowedFrame, OneWithAnotherTextureIsFollowedAgain) {
     for (const TextureGain& gain :
          {TextureGain{3, 3, {0}, std::vector<float>(9, 0.5F)},
           TextureGain{2, 3, {0}, std::vector<float>(6, 0.5F)}, TextureGain{1, 3, {}, {}}}) {
-      Shelf shelf;
-      Turning turning;
-      turning.source.keeping = shelf.keeping();
-      for (const bool again : {false, true}) {
-        RegisteredSequence sequence(turning.garment, turning.source, turning.options);
-        for (Index row = 0; row < kRows; ++row) {
-          expect_same(sequence.at(row), uninterrupted()[static_cast<std::size_t>(row)], row);
-        }
-        EXPECT_EQ(shelf.followed, again ? kRows + 1 : kRows);
+      expect_one_followed_again([&](Shelf& shelf, const RegistrationModel& model) {
         FollowedFrame other =
-            followed_frame_of(shelf.frames.at(tampered), "tube", sequence.model().vertices.rows(),
-                              static_cast<Index>(sequence.model().samples.areas.size()));
+            followed_frame_of(shelf.frames.at(tampered), "tube", model.vertices.rows(),
+                              static_cast<Index>(model.samples.areas.size()));
         other.gain = gain;
         shelf.frames[tampered] = archive_of(other, "tube");
-      }
+      });
     }
   }
 }
