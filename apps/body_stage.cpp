@@ -21,9 +21,11 @@
 #include "capture/label_taxonomy.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
+#include "core/normals.h"
 #include "core/sequence_archive.h"
 #include "core/store/manifest.h"
 #include "core/store/result.h"
+#include "core/tree.h"
 
 namespace atelier {
 namespace {
@@ -414,6 +416,20 @@ FrameGarments frame_garments(const fs::path& input, const BodySource& source) {
   return garment;
 }
 
+/// True if more of a garment looks towards the body than away from it.
+bool looks_inwards(const Mesh& garment, const Triangles& faces, const Points& body) {
+  const Points outward = vertex_normals(garment.vertices, garment.faces);
+  const Eigen::VectorXd areas = vertex_areas(garment.vertices, garment.faces);
+  const Points skin = face_normals(body, faces);
+  const std::vector<ClosestPoint> nearest =
+      closest_points(build_tree(body, faces), garment.vertices);
+  double along = 0;
+  for (Index v = 0; v < outward.rows(); ++v) {
+    along += areas[v] * outward.row(v).dot(skin.row(nearest[static_cast<std::size_t>(v)].face));
+  }
+  return along < 0;
+}
+
 /// A registered garment over the skin of a scan.
 ClothedScan with_garment(const ClothedScan& scan, const Mesh& garment) {
   ClothedScan joined;
@@ -454,7 +470,11 @@ OptionTable describe(BodyStageOptions& options) {
 }
 
 OptionTable describe(RefineStageOptions& options) {
-  return describe(options.fit);
+  OptionTable table = describe(options.fit);
+  std::erase_if(table.fields, [](const OptionField& field) {  // it knows no frames around
+    return field.name == "temporal" || field.name == "temporal_weight";
+  });
+  return table;
 }
 
 void run_body(StageRun& run) {
@@ -507,10 +527,6 @@ void run_refine(StageRun& run) {
   const Sequence bodies = open_sequence(run.input("bodies"));
   const FrameGarments garment = frame_garments(run.input("registered_garment"), source);
   const Triangles& faces = source.person.model.mesh.faces;
-  const auto scan_of = [&](int id, const Points& body) {
-    const ClothedScan scan = source.scan(id, body);
-    return scan_surface(with_garment(scan, frame(garment.meshes, garment.rows.at(id))));
-  };
   const auto body_of = [&](int id) {
     const auto at = std::lower_bound(bodies.frame_ids.begin(), bodies.frame_ids.end(), id);
     if (at == bodies.frame_ids.end() || *at != id) {
@@ -518,6 +534,19 @@ void run_refine(StageRun& run) {
                       "every tracked frame; run body again");
     }
     return frame(bodies, at - bodies.frame_ids.begin()).vertices;
+  };
+  const auto& [shown, row] = *garment.rows.begin();
+  const bool turned = looks_inwards(frame(garment.meshes, row), faces, body_of(shown));
+  if (turned) {
+    run.warn("garment-turned: the faces of " + run.input("registered_garment").string() +
+             " look inwards; they are turned round");
+  }
+  const auto scan_of = [&](int id, const Points& body) {
+    Mesh worn = frame(garment.meshes, garment.rows.at(id));
+    if (turned) {
+      worn.faces.col(1).swap(worn.faces.col(2));
+    }
+    return scan_surface(with_garment(source.scan(id, body), worn));
   };
   if (!run.each_frame("frames", ".h5", frame_ids_of(source), [&](int id, const fs::path& file) {
         const Points first = body_of(id);

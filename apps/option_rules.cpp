@@ -7,6 +7,7 @@
 
 #include "appearance/side_problem.h"
 #include "apps/animation_pictures.h"
+#include "apps/option_flags.h"
 #include "apps/worn_labels.h"
 #include "capture/layouts/corrections.h"
 
@@ -64,8 +65,6 @@ constexpr const char* kHungOnBody = "--relax.body";
 /// Of the person's stages: what is asked of scans where none are read or matched.
 constexpr std::array<IdleRule::Value, 2> kNoScans = {{{"input.scans", "none"}, {}}};
 constexpr const char* kScans = "--input.scans reconstructed";
-constexpr std::array<IdleRule::Value, 2> kNoRounds = {{{"rounds", "0"}, {}}};
-constexpr const char* kRounds = "more --rounds";
 constexpr std::array<IdleRule::Value, 2> kNoSurface = {{{"surface_rounds", "0"}, {}}};
 constexpr const char* kSurface = "more --surface-rounds";
 
@@ -114,25 +113,25 @@ constexpr std::array kIdleRules = {
     IdleRule{"dynamic.", {{{"exclude", "region"}, {}}}, "--exclude auto"},
     IdleRule{"dynamic.", {{{"exclude", "none"}, {}}}, "--exclude auto"},
     IdleRule{"compare", {{{"exclude", "none"}, {}}}, "another --exclude"},
-    IdleRule{"input.excluded", {{{"exclude", "auto"}, {}}}, "--exclude labels"},
-    IdleRule{"input.excluded", {{{"exclude", "region"}, {}}}, "--exclude labels"},
-    IdleRule{"input.excluded", {{{"exclude", "none"}, {}}}, "--exclude labels"},
+    // Of `track` and `personalize`.
     IdleRule{"samples", kNoScans, kScans},
-    IdleRule{"rounds", kNoScans, kScans},
-    IdleRule{"surface_rounds", kNoScans, kScans},
     IdleRule{"model_to_scan", kNoScans, kScans},
-    IdleRule{"exclude", kNoScans, kScans},
-    IdleRule{"compare", kNoScans, kScans},
-    IdleRule{"samples", kNoRounds, kRounds},
-    IdleRule{"model_to_scan", kNoRounds, kRounds},
-    IdleRule{"exclude", kNoRounds, kRounds},
-    IdleRule{"compare", kNoRounds, kRounds},
+    IdleRule{"dynamic.", kNoScans, kScans},
+    IdleRule{"surface_noise", kNoScans, kScans},
+    IdleRule{"smoothness", kNoScans, kScans},
+    IdleRule{"displacement", kNoScans, kScans},
+    IdleRule{"model_to_scan", {{{"rounds", "0"}, {}}}, "more --rounds"},
+    IdleRule{"dynamic.", {{{"rounds", "0"}, {}}}, "more --rounds"},
     IdleRule{"surface_noise", kNoSurface, kSurface},
     IdleRule{"smoothness", kNoSurface, kSurface},
     IdleRule{"displacement", kNoSurface, kSurface},
     // Of `body` and `refine`.
     IdleRule{"coupling_length", {{{"coupling", "false"}, {}}}, "--coupling true"},
     IdleRule{"temporal_weight", {{{"temporal", "false"}, {}}}, "--temporal true"},
+    IdleRule{"around", {{{"temporal", "false"}, {}}}, "--temporal true"},
+    IdleRule{"tight_scale", {{{"tight_weight", "0"}, {}}}, "more --tight-weight"},
+    IdleRule{"skin_reach", {{{"skin_weight", "0"}, {}}}, "more --skin-weight"},
+    IdleRule{"skin_scale", {{{"skin_weight", "0"}, {}}}, "more --skin-weight"},
     IdleRule{"outside_weight", {{{"sign", "unsigned"}, {}}}, "another --sign"},
     IdleRule{"gap_frames", {{{"gap", "0", true}, {}}}, "--gap 0"},
     IdleRule{"xpbd.self_interval", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
@@ -234,6 +233,19 @@ std::optional<std::string> start_of(const std::string& name, std::string_view op
   }
   const std::size_t dot = name.rfind('.');
   return dot == std::string::npos ? std::nullopt : before(name.substr(0, dot + 1), option);
+}
+
+/// The flags of an advice as the table's section has them: "--region" in "track." is
+/// "--track.region".
+std::string in_section(const std::string& start, std::string_view advice) {
+  std::string flags;
+  for (std::size_t i = 0; i < advice.size(); ++i) {
+    flags += advice[i];
+    if (flags.ends_with("--")) {
+      flags += flag_of(start).substr(2);
+    }
+  }
+  return flags;
 }
 
 const OptionField* field_named(const OptionTable& table, const std::string& name) {
@@ -354,7 +366,7 @@ std::vector<std::string> broken_rules(const OptionTable& table) {
     for (const OptionField& field : table.fields) {
       if (const std::string with = idle_with(table, field, rule); !with.empty()) {
         problems.push_back(field.name + " does nothing " + with + ": leave it out, or say " +
-                           std::string(rule.wanted));
+                           in_section(*start_of(field.name, rule.option), rule.wanted));
       }
     }
   }
@@ -375,7 +387,7 @@ std::vector<std::string> broken_rules(const OptionTable& table) {
       if (asking != nullptr && option_text(*asking) == rule.asked_by.text &&
           option_text(field).empty()) {
         problems.push_back(asking->name + " " + std::string(rule.asked_by.text) + " takes " +
-                           std::string(rule.wanted));
+                           in_section(*start, rule.wanted));
       }
     }
   }

@@ -11,10 +11,9 @@
 namespace atelier {
 namespace {
 
-constexpr double kSameWay = 0.5;       // cosine between skin and scan
-constexpr double kSameWayCloth = 0.3;  // folds turn away more
-constexpr double kVoteReach = 0.02;    // m, at which a vote counts 1/e
-constexpr double kFarVote = 0.2;       // of cloth that is looked at from afar
+constexpr double kSameWay = 0.5;    // cosine between skin and scan
+constexpr double kVoteReach = 0.02; // m, at which a vote counts 1/e
+constexpr double kFarVote = 0.2;    // of cloth that is looked at from afar
 
 /// Mean of each vertex and its neighbours, so often.
 Eigen::VectorXd smoothed(const Adjacency& neighbors, Eigen::VectorXd values, int rounds) {
@@ -50,32 +49,21 @@ CoverVotes cover_votes(const Triangles& faces, const Points& posed, const ScanSu
       const Eigen::Vector3d x = posed.row(v).transpose();
       const Eigen::Vector3d n = normals.row(v).transpose();
       auto skin = nearest_point(scan, scan.skin, x, options.reach);
-      auto cover = nearest_point(scan, scan.cover, x, options.reach);
+      const auto cover = cover_gap(scan, x, n, options.reach, CoverSign::Winding);
       if (skin && (skin->border || skin->normal.dot(n) < kSameWay)) {
         skin.reset();
       }
-      if (cover && (cover->border || cover->normal.dot(n) < kSameWayCloth)) {
-        cover.reset();
-      }
-      if (skin && (!cover || skin->distance < cover->distance)) {
+      if (skin && (!cover || skin->distance < std::abs(cover->gap))) {
         votes.bare[v] = faded(skin->distance, kVoteReach);
       } else if (cover) {
-        votes.covered[v] = std::max(faded(cover->distance, kVoteReach), kFarVote);
+        votes.covered[v] = std::max(faded(cover->gap, kVoteReach), kFarVote);
         if (cover->role == ScanRole::Cloth) {
           votes.close[v] = votes.covered[v];
-          votes.tightness[v] = votes.close[v] * faded(cover->distance, options.tight_gap);
-          const double gap = (cover->point - x).dot(cover->normal);
-          cells[v] = static_cast<int>(std::floor((gap - kFirstGap) / kGapCell));
+          votes.tightness[v] = votes.close[v] * faded(cover->gap, options.tight_gap);
+          cells[v] = static_cast<int>(std::floor((cover->gap - kFirstGap) / kGapCell));
         }
-      } else if (scan.cover.faces.rows() > 0 && n.squaredNorm() > 0.5) {
-        const RayHit hit = first_hit(scan.winding.tree, {x, n, 0, options.loose});
-        if (hit.face >= 0) {
-          // Which region the face is in: the nearest point of the cover to the hit is the hit.
-          const auto at = nearest_point(scan, scan.cover, x + hit.t * n, 1e-6);
-          if (at && at->normal.dot(n) > kSameWayCloth) {
-            votes.covered[v] = kFarVote;
-          }
-        }
+      } else if (looks_at_cover(scan, x, n, options.loose)) {
+        votes.covered[v] = kFarVote;
       }
     }
   });

@@ -11,10 +11,12 @@
 namespace atelier {
 namespace {
 
-constexpr double kClothAlongSkin = 0.3;  // cosine between skin and cloth; folds turn away
+constexpr double kClothAlongSkin = 0.3;  // cosine between skin and what is over it; folds turn away
+constexpr double kBeside = 0.01;         // m from cloth, where inside is asked for; our choice
+constexpr double kLeastBehind = 0.002;   // m
+constexpr double kFall = 0.25;           // of the winding number; 1 of a whole surface
 constexpr double kAlong = 0.5;           // cosine between a gap and the cloth's normal
 constexpr double kOnSurface = 1e-3;      // m, nearer than this directions say nothing
-constexpr double kInside = 0.5;          // winding number
 constexpr double kWindingAccuracy = 2;   // an error of 1e-2 does not matter here
 
 ScanRole role_of_face(const std::vector<ScanRole>& roles, const Eigen::Vector3i& face) {
@@ -106,8 +108,19 @@ std::optional<Nearest> nearest_of(const ScanRegion& region, const Eigen::Vector3
                  region.face_roles[face]};
 }
 
-/// Inside is where the winding number says so; no normal of the scan is asked. From a point inside,
-/// cloth that is over the skin lies where the skin looks, from one outside it lies behind.
+/// Positive on the inside of the scan's surface at a point of it, seen from `way` behind it: the
+/// winding number falls by 1 from inside to outside, whatever an open scan adds to both.
+double fall_across(const ScanSurface& scan, const Eigen::Vector3d& surface,
+                   const Eigen::Vector3d& direction, double way) {
+  const double before = std::min(way, kBeside);
+  const double behind = std::clamp(way, kLeastBehind, kBeside);
+  const WindingOptions quick{kWindingAccuracy};
+  return winding_number(scan.winding, surface - before * direction, quick) -
+         winding_number(scan.winding, surface + behind * direction, quick);
+}
+
+/// The side of the cloth that the skin is on, by the winding number; no normal of the scan is asked.
+/// From inside, cloth that is over the skin lies where the skin looks, from outside behind it.
 std::optional<CoverGap> gap_by_winding(const ScanSurface& scan, const Eigen::Vector3d& skin,
                                        const Eigen::Vector3d& normal, double reach) {
   const auto at = nearest_of(scan.cover, skin, reach);
@@ -115,13 +128,17 @@ std::optional<CoverGap> gap_by_winding(const ScanSurface& scan, const Eigen::Vec
     return std::nullopt;
   }
   const double distance = std::sqrt(at->closest.squared_distance);
-  const double side = winding_number(scan.winding, skin, {kWindingAccuracy}) > kInside ? 1 : -1;
-  CoverGap found{at->closest.point, normal, side * distance, at->role};
-  if (distance > kOnSurface) {
-    found.outward = side / distance * (at->closest.point - skin);
-    if (found.outward.dot(normal) < kClothAlongSkin) {
-      return std::nullopt;
-    }
+  CoverGap found{at->closest.point, normal, 0, at->role};
+  if (distance <= kOnSurface) {
+    found.gap = fall_across(scan, found.point, normal, distance) > 0 ? distance : -distance;
+    return found;
+  }
+  const Eigen::Vector3d direction = (at->closest.point - skin) / distance;
+  const double fall = fall_across(scan, found.point, direction, distance);
+  found.gap = fall > 0 ? distance : -distance;
+  found.outward = (fall > 0 ? 1 : -1) * direction;
+  if (std::abs(fall) < kFall || found.outward.dot(normal) < kClothAlongSkin) {
+    return std::nullopt;
   }
   return found;
 }
@@ -205,6 +222,21 @@ std::optional<CoverGap> cover_gap(const ScanSurface& scan, const Eigen::Vector3d
                                   const Eigen::Vector3d& normal, double reach, CoverSign sign) {
   return sign == CoverSign::Winding ? gap_by_winding(scan, skin, normal, reach)
                                     : gap_by_normals(scan, skin, normal, reach, sign);
+}
+
+bool looks_at_cover(const ScanSurface& scan, const Eigen::Vector3d& skin,
+                    const Eigen::Vector3d& normal, double reach) {
+  if (scan.cover.faces.rows() == 0 || normal.squaredNorm() < 0.5) {
+    return false;
+  }
+  const RayHit hit = first_hit(scan.winding.tree, {skin, normal, 0, reach});
+  if (hit.face < 0) {
+    return false;
+  }
+  // Which region the face is in: the nearest point of the cover to the hit is the hit.
+  const auto at = nearest_point(scan, scan.cover, skin + hit.t * normal, 1e-6);
+  return at && std::abs(at->normal.dot(normal)) > kClothAlongSkin &&
+         fall_across(scan, at->point, normal, hit.t) > kFall;
 }
 
 double share_off_body(const ScanSurface& scan, const Triangles& faces, const Points& body,

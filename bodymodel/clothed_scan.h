@@ -73,21 +73,31 @@ enum class CoverSign {
 /// What is over a point of skin.
 struct CoverGap {
   Eigen::Vector3d point;    ///< nearest, metres
-  Eigen::Vector3d outward;  ///< from skin to cloth, unit length
+  Eigen::Vector3d outward;  ///< along the way between skin and cloth, out of the body, unit length
   double gap = 0;           ///< m; negative where the skin is outside
   ScanRole role = ScanRole::Cloth;
 };
 
 /// The gap between a point of skin with an outward normal and what covers it within `reach` metres.
 ///
-/// CoverSign::Winding takes the point for inside where the scan's winding number is above a half,
-/// and asks no normal of the scan, so that turned faces and holes do not turn the sign. Cloth over
-/// skin lies where the skin looks if the point is inside, and behind it if not; what lies elsewhere
-/// belongs to another limb or is the skin's own far side, and is nothing. CoverSign::Normal and
-/// CoverSign::Unsigned tell another limb's cloth by where the cloth looks. Nothing either at a rim.
+/// CoverSign::Winding takes the skin for inside if the scan's winding number falls across the
+/// cloth, from the skin's side to the other, each a centimetre from it or as far as the skin is,
+/// and for outside if it rises. It asks no normal of the scan, so that spikes, folds and patches of
+/// turned faces of less than that do not turn the sign, nor do holes, which add to both sides: of a
+/// shoe without a sole no more than 0.2 to 0.4 is inside, but -0.6 outside (a half, as closed
+/// surfaces have it, is no bound of open ones).
+/// Cloth over skin lies where the skin looks if it is inside, and behind it if not; what lies
+/// elsewhere belongs to another limb or is the skin's own far side, and is nothing. Nearer than a
+/// millimetre the skin's normal stands for the way to the cloth. CoverSign::Normal and
+/// CoverSign::Unsigned tell another limb's cloth by where the cloth looks. Nothing at a rim.
 /// O(log F).
 std::optional<CoverGap> cover_gap(const ScanSurface& scan, const Eigen::Vector3d& skin,
                                   const Eigen::Vector3d& normal, double reach, CoverSign sign);
+
+/// True where skin looks from inside at a cover within `reach` metres: a leg at its skirt.
+/// O(log F).
+bool looks_at_cover(const ScanSurface& scan, const Eigen::Vector3d& skin,
+                    const Eigen::Vector3d& normal, double reach);
 
 /// Share of the scan's area that is farther than `reach` metres from the body: somebody else's, or
 /// of another place. 0 of a scan without area. O(V log F).

@@ -1,20 +1,25 @@
 #include "apps/option_rules.h"
 
+#include <array>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/body_stage.h"
-#include "apps/personalize_stage.h"
-#include "apps/track_stage.h"
 #include "core/options.h"
+#include "tests/support/child_process.h"
+#include "tests/support/places.h"
 
 namespace atelier {
 namespace {
 
+using fixtures::ChildResult;
+using fixtures::program_path;
+using fixtures::run_child;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 /// Some options of a simulation, in a section or at the root.
 struct Some {
@@ -74,7 +79,7 @@ TEST(OptionRules, WhatAnotherAsksForIsSaid) {
   EXPECT_EQ(set_option(table, "track.exclude", "region"), "");
   EXPECT_THAT(broken_rules(table), IsEmpty());
   region.clear();
-  EXPECT_THAT(broken_rules(table), ElementsAre(HasSubstr("track.exclude region takes --region")));
+  EXPECT_THAT(broken_rules(table), ElementsAre(HasSubstr("track.exclude region takes --track.region")));
 }
 
 TEST(OptionRulesRefused, WhatFindsClothingThatSwingsWhereNothingIsSought) {
@@ -97,45 +102,60 @@ TEST(OptionRulesRefused, WhatFindsClothingThatSwingsWhereNothingIsSought) {
                           HasSubstr("compare does nothing with exclude none")));
 }
 
-#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
-/// The one problem of a stage's own table, which says with what an option does nothing.
-template <typename Options>
-void expect_idle(const std::string& option, const std::string& text, const std::string& other,
-                 const std::string& other_text) {
-  Options options;
-  OptionTable table = describe(options);
-  ASSERT_EQ(set_option(table, option, text), "");
-  EXPECT_THAT(broken_rules(table), IsEmpty()) << option;
-  ASSERT_EQ(set_option(table, other, other_text), "");
-  EXPECT_THAT(broken_rules(table),
-              ElementsAre(HasSubstr(option + " does nothing with " + other + " " + other_text)));
+#if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
+/// What a stage says of options before it looks at its input, which is not there.
+ChildResult said_of(const std::string& stage, const std::vector<std::string>& options) {
+  std::vector<std::string> command = {program_path(), stage, "no_capture", "no_workspace"};
+  command.insert(command.end(), options.begin(), options.end());
+  return run_child(command);
 }
 
+struct IdleOption {
+  const char* stage;
+  const char* option;
+  const char* text;
+  const char* other;
+  const char* other_text;
+};
+
 TEST(OptionRulesRefused, WhatThePersonsStagesDoNotReadBesideOthers) {
-  expect_idle<BodyStageOptions>("coupling_length", "0.1", "coupling", "false");
-  expect_idle<BodyStageOptions>("temporal_weight", "0.5", "temporal", "false");
-  expect_idle<BodyStageOptions>("outside_weight", "5", "sign", "unsigned");
-  expect_idle<BodyStageOptions>("gap_frames", "5", "gap", "0.003");
-  expect_idle<RefineStageOptions>("coupling_length", "0.1", "coupling", "false");
-#ifdef ATELIER_HAS_CAPTURE_SURFACE
-  for (const char* option : {"samples", "model_to_scan", "rounds"}) {
-    expect_idle<TrackStageOptions>(option, "1", "input.scans", "none");
+  constexpr std::array kIdle = {
+      IdleOption{"body", "coupling-length", "0.1", "coupling", "false"},
+      IdleOption{"body", "temporal-weight", "0.5", "temporal", "false"},
+      IdleOption{"body", "around", "4", "temporal", "false"},
+      IdleOption{"body", "outside-weight", "5", "sign", "unsigned"},
+      IdleOption{"body", "gap-frames", "5", "gap", "0.003"},
+      IdleOption{"body", "tight-scale", "0.01", "tight-weight", "0"},
+      IdleOption{"body", "skin-reach", "0.01", "skin-weight", "0"},
+      IdleOption{"refine", "coupling-length", "0.1", "coupling", "false"},
+      IdleOption{"track", "samples", "100", "input.scans", "none"},
+      IdleOption{"track", "model-to-scan", "1", "input.scans", "none"},
+      IdleOption{"track", "dynamic.swing", "0.1", "input.scans", "none"},
+      IdleOption{"track", "model-to-scan", "1", "rounds", "0"},
+      IdleOption{"personalize", "samples", "100", "input.scans", "none"},
+      IdleOption{"personalize", "displacement", "0.05", "input.scans", "none"},
+      IdleOption{"personalize", "smoothness", "0.05", "surface-rounds", "0"},
+  };
+  for (const IdleOption& idle : kIdle) {
+    const std::string option = std::string("--") + idle.option;
+    const std::string other = std::string("--") + idle.other;
+    const ChildResult both =
+        said_of(idle.stage, {option, idle.text, other, idle.other_text});
+    EXPECT_EQ(both.exit_code, 2) << idle.stage << " " << option;
+    EXPECT_THAT(both.err, HasSubstr(" does nothing with ")) << idle.stage << " " << option;
+    EXPECT_THAT(said_of(idle.stage, {option, idle.text}).err, Not(HasSubstr("does nothing")));
+    EXPECT_THAT(said_of(idle.stage, {other, idle.other_text}).err, Not(HasSubstr("does nothing")));
   }
-  expect_idle<TrackStageOptions>("samples", "100", "rounds", "0");
-  expect_idle<TrackStageOptions>("exclude", "none", "rounds", "0");
-  expect_idle<TrackStageOptions>("compare", "false", "rounds", "0");
-  expect_idle<PersonalizeStageOptions>("samples", "100", "input.scans", "none");
-  for (const char* option : {"displacement", "smoothness", "surface_noise"}) {
-    expect_idle<PersonalizeStageOptions>(option, "0.05", "surface_rounds", "0");
-  }
-  TrackStageOptions options;
-  OptionTable table = describe(options);
-  ASSERT_EQ(set_option(table, "input.excluded", "outer"), "");
-  EXPECT_THAT(broken_rules(table),
-              ElementsAre(HasSubstr("input.excluded does nothing with exclude auto")));
-  ASSERT_EQ(set_option(table, "exclude", "labels"), "");
-  EXPECT_THAT(broken_rules(table), IsEmpty());
-#endif
+}
+
+// `evaluate` judges every exclusion by labels, and what is left out without scans is said.
+TEST(OptionRules, WhatThePersonsStagesTakeBesideOthers) {
+  EXPECT_THAT(said_of("track", {"--input.excluded", "lower"}).err, Not(HasSubstr("does nothing")));
+  EXPECT_THAT(said_of("track", {"--exclude", "labels", "--input.scans", "none", "--rounds", "0",
+                                "--compare", "false"})
+                  .err,
+              Not(HasSubstr("does nothing")));
+  EXPECT_EQ(said_of("refine", {"--temporal", "false"}).exit_code, 2);
 }
 #endif
 
@@ -153,7 +173,7 @@ TEST(OptionRulesRefused, LabelsOfWhatIsNotWorn) {
                                     "labels of what is worn")));
   excluded.clear();
   EXPECT_THAT(broken_rules(table),
-              ElementsAre(HasSubstr("track.exclude labels takes --input.excluded")));
+              ElementsAre(HasSubstr("track.exclude labels takes --track.input.excluded")));
 }
 #endif
 

@@ -103,7 +103,7 @@ std::vector<Index> some_faces(const Mesh& mesh, int every, std::uint64_t seed) {
 // nothing, while the winding number, to which all of the scan adds, is hardly changed.
 TEST(ClothedScan, TurnedPatchesDoNotTurnTheWindingNumber) {
   for (const std::uint64_t seed : {1, 2, 3}) {
-    ClothedScan scan{ball(0.3), {}};
+    ClothedScan scan{ball(0.3, 6), {}};  // patches of 7 mm about a vertex
     Random random{seed};
     std::vector<char> turned(static_cast<std::size_t>(scan.mesh.vertices.rows()), 0);
     for (char& one : turned) {
@@ -122,26 +122,21 @@ TEST(ClothedScan, TurnedPatchesDoNotTurnTheWindingNumber) {
       EXPECT_GT(winding.told, 0.95 * all);
       EXPECT_EQ(winding.wrong, 0);
       const Signs normals = signs_at(surface, radius, 0.3, CoverSign::Normal);
-      EXPECT_LT(normals.told - normals.wrong, winding.told - 2);
+      EXPECT_LT(normals.told - normals.wrong, 0.97 * all);
     }
   }
 }
 
-// A scan that looks inwards altogether: skin outside of it is still pushed in, and skin inside,
-// which the winding number does not see there, is left alone rather than pushed out.
-TEST(ClothedScan, SkinOutsideOfAnInsideOutScanIsPushedIn) {
+// Of a scan that looks inwards altogether sides are exchanged: skin and cloth contradict each other
+// wherever the skin is, and nothing is said, where its normals take another limb's skin for covered.
+TEST(ClothedScan, AnInsideOutScanSaysNothing) {
   ClothedScan scan{ball(0.3), {}};
   scan.mesh.faces.col(1).swap(scan.mesh.faces.col(2));
   const ScanSurface surface = scan_surface(scan);
-  const auto outside = cover_gap(surface, {0, 0.32, 0}, {0, 1, 0}, 0.05, CoverSign::Winding);
-  ASSERT_TRUE(outside);
-  EXPECT_NEAR(outside->gap, -0.02, 1e-3);
-  EXPECT_GT(outside->outward.y(), 0.99);
-  EXPECT_FALSE(cover_gap(surface, {0, 0.28, 0}, {0, 1, 0}, 0.05, CoverSign::Winding));
-  EXPECT_FALSE(cover_gap(surface, {0, 0.32, 0}, {0, 1, 0}, 0.05, CoverSign::Normal));
-  // Their normals take skin that looks the other way, of another limb, for covered.
+  for (const double radius : {0.26, 0.29, 0.31, 0.34}) {
+    EXPECT_EQ(signs_at(surface, radius, 0.3, CoverSign::Winding).told, 0);
+  }
   EXPECT_TRUE(cover_gap(surface, {0, 0.32, 0}, {0, -1, 0}, 0.05, CoverSign::Normal));
-  EXPECT_FALSE(cover_gap(surface, {0, 0.32, 0}, {0, -1, 0}, 0.05, CoverSign::Winding));
 }
 
 // Holes of what no camera saw, and one side missing: what is told has the right sign.
@@ -175,6 +170,26 @@ TEST(ClothedScan, HolesDoNotTurnTheWindingNumber) {
     const Signs signs = signs_at(surface, radius, 0.3, CoverSign::Winding);
     EXPECT_GT(signs.told, 0.4 * static_cast<double>(sphere(3).vertices.rows()));
     EXPECT_EQ(signs.wrong, 0);
+  }
+}
+
+// A foot in a shoe whose sole no camera sees: under the instep a winding number is a half and less,
+// and the sole is not outside of what lies over it.
+TEST(ClothedScan, WhatIsOpenBelowDoesNotPushItsFloorUp) {
+  Mesh shoe = ball(0.12);
+  shoe.vertices.col(1) *= 0.3;  // 7 cm high
+  for (const double opening : {-0.02, -0.01, 0.0}) {
+    const ScanSurface surface = scan_surface(part_of(
+        {shoe, {}}, [&](const Eigen::RowVector3d& p) { return p.y() > opening; }));
+    for (double x = -0.08; x < 0.081; x += 0.02) {
+      for (const double y : {-0.03, -0.02, -0.01, 0.0, 0.01}) {
+        EXPECT_FALSE(cover_gap(surface, {x, y, 0.01}, {0, -1, 0}, 0.05, CoverSign::Winding))
+            << opening << " " << x << " " << y;
+      }
+      const auto instep = cover_gap(surface, {x, 0.012, 0.01}, {0, 1, 0}, 0.05, CoverSign::Winding);
+      ASSERT_TRUE(instep);
+      EXPECT_GT(instep->gap, 0);
+    }
   }
 }
 
