@@ -159,10 +159,14 @@ TEST_F(Person, RefinesUnderARegisteredGarment) {
   ASSERT_EQ(evaluate({"--check", "--json"}).out.find("refine."), std::string::npos)
       << "nobody asked for it";
   const CaptureTruth truth = read_capture_truth(capture());
-  const auto write_garment = [&](const std::string& name, const std::vector<int>& ids, int shift) {
+  const auto write_garment = [&](const std::string& name, const std::vector<int>& ids, int shift,
+                                 bool turned = false) {
     SequenceHeader header;
     header.fps = 12;
     header.shared.faces = truth.garments[0].garment.mesh.faces;
+    if (turned) {
+      header.shared.faces.col(1).swap(header.shared.faces.col(2));
+    }
     fs::create_directories(own_ / name / "frames");
     for (const int id : ids) {
       header.frame_ids.push_back(id + shift);
@@ -190,6 +194,11 @@ TEST_F(Person, RefinesUnderARegisteredGarment) {
   EXPECT_LE(figures.at("refine.outside_rate").get<double>(),
             1.01 * figures.at("body.outside_rate").get<double>());
   EXPECT_THAT(figures.at("check").dump(), HasSubstr("\"refine.outside_depth_mm\""));
+  const Points upright = body("refine", 0);
+  const ChildResult turned = refine(write_garment("turned", {0, 1}, 0, true));
+  ASSERT_EQ(turned.exit_code, 0) << turned.err;
+  EXPECT_THAT(turned.err + turned.out, HasSubstr("garment-turned"));
+  EXPECT_EQ(body("refine", 0), upright);
   const ChildResult itself = refine((workspace_ / "body" / "current").string());
   EXPECT_EQ(itself.exit_code, 3);
   EXPECT_THAT(itself.err, HasSubstr("the body itself, a result of body"));
