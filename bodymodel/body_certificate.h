@@ -17,8 +17,8 @@ struct BodyCertificate {
   double seen_rate = 0;       ///< share of the body's area that the scan says anything of
 };
 
-/// Measured against the scan, with the sign of its winding number. Throws LogicError for the cover of
-/// another body. O(V log F).
+/// Measured against the scan, with the sign of its winding number. Throws LogicError for the cover
+/// of another body. O(V log F).
 BodyCertificate body_certificate(const Triangles& faces, const Points& vertices,
                                  const ScanSurface& scan, const BodyCover& cover);
 

@@ -11,9 +11,9 @@
 namespace atelier {
 namespace {
 
-constexpr double kSameWay = 0.5;    // cosine between skin and scan
-constexpr double kVoteReach = 0.02; // m, at which a vote counts 1/e
-constexpr double kFarVote = 0.2;    // of cloth that is looked at from afar
+constexpr double kSameWay = 0.5;     // cosine between skin and scan
+constexpr double kVoteReach = 0.02;  // m, at which a vote counts 1/e
+constexpr double kFarVote = 0.2;     // of cloth that is looked at from afar
 
 /// Mean of each vertex and its neighbours, so often.
 Eigen::VectorXd smoothed(const Adjacency& neighbors, Eigen::VectorXd values, int rounds) {

@@ -119,8 +119,9 @@ double fall_across(const ScanSurface& scan, const Eigen::Vector3d& surface,
          winding_number(scan.winding, surface + behind * direction, quick);
 }
 
-/// The side of the cloth that the skin is on, by the winding number; no normal of the scan is asked.
-/// From inside, cloth that is over the skin lies where the skin looks, from outside behind it.
+/// The side of the cloth that the skin is on, by the winding number; no normal of the scan is
+/// asked. From inside, cloth that is over the skin lies where the skin looks, from outside behind
+/// it.
 std::optional<CoverGap> gap_by_winding(const ScanSurface& scan, const Eigen::Vector3d& skin,
                                        const Eigen::Vector3d& normal, double reach) {
   const auto at = nearest_of(scan.cover, skin, reach);

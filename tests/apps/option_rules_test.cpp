@@ -79,7 +79,8 @@ TEST(OptionRules, WhatAnotherAsksForIsSaid) {
   EXPECT_EQ(set_option(table, "track.exclude", "region"), "");
   EXPECT_THAT(broken_rules(table), IsEmpty());
   region.clear();
-  EXPECT_THAT(broken_rules(table), ElementsAre(HasSubstr("track.exclude region takes --track.region")));
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre(HasSubstr("track.exclude region takes --track.region")));
 }
 
 TEST(OptionRulesRefused, WhatFindsClothingThatSwingsWhereNothingIsSought) {
@@ -139,8 +140,7 @@ TEST(OptionRulesRefused, WhatThePersonsStagesDoNotReadBesideOthers) {
   for (const IdleOption& idle : kIdle) {
     const std::string option = std::string("--") + idle.option;
     const std::string other = std::string("--") + idle.other;
-    const ChildResult both =
-        said_of(idle.stage, {option, idle.text, other, idle.other_text});
+    const ChildResult both = said_of(idle.stage, {option, idle.text, other, idle.other_text});
     EXPECT_EQ(both.exit_code, 2) << idle.stage << " " << option;
     EXPECT_THAT(both.err, HasSubstr(" does nothing with ")) << idle.stage << " " << option;
     EXPECT_THAT(said_of(idle.stage, {option, idle.text}).err, Not(HasSubstr("does nothing")));

@@ -128,7 +128,8 @@ TEST(ClothedScan, TurnedPatchesDoNotTurnTheWindingNumber) {
 }
 
 // Of a scan that looks inwards altogether sides are exchanged: skin and cloth contradict each other
-// wherever the skin is, and nothing is said, where its normals take another limb's skin for covered.
+// wherever the skin is, and nothing is said, where its normals take another limb's skin for
+// covered.
 TEST(ClothedScan, AnInsideOutScanSaysNothing) {
   ClothedScan scan{ball(0.3), {}};
   scan.mesh.faces.col(1).swap(scan.mesh.faces.col(2));
@@ -179,8 +180,8 @@ TEST(ClothedScan, WhatIsOpenBelowDoesNotPushItsFloorUp) {
   Mesh shoe = ball(0.12);
   shoe.vertices.col(1) *= 0.3;  // 7 cm high
   for (const double opening : {-0.02, -0.01, 0.0}) {
-    const ScanSurface surface = scan_surface(part_of(
-        {shoe, {}}, [&](const Eigen::RowVector3d& p) { return p.y() > opening; }));
+    const ScanSurface surface = scan_surface(
+        part_of({shoe, {}}, [&](const Eigen::RowVector3d& p) { return p.y() > opening; }));
     for (double x = -0.08; x < 0.081; x += 0.02) {
       for (const double y : {-0.03, -0.02, -0.01, 0.0, 0.01}) {
         EXPECT_FALSE(cover_gap(surface, {x, y, 0.01}, {0, -1, 0}, 0.05, CoverSign::Winding))
