@@ -16,11 +16,13 @@
 #include "capture/label_taxonomy.h"
 #include "core/error.h"
 #include "core/garment_archive.h"
+#include "core/io/mesh_file.h"
 #include "core/normals.h"
 #include "core/sequence_archive.h"
 #include "core/store/digest_meter.h"
 #include "core/store/result.h"
 #include "registration/not_followed.h"
+#include "registration/taut_surface.h"
 
 namespace atelier {
 namespace {
@@ -392,11 +394,17 @@ void write_garments(StageRun& run, const RegisteredOutfit& outfit,
                [&](const fs::path& file) { write_archive(file, archive_of(header)); });
     run.output(folder + "/template.h5",
                [&](const fs::path& file) { write_mesh_archive(file, worn.garment.mesh); });
+    std::vector<Points> frames;
     for (const int id : header.frame_ids) {
       const Mesh part = part_of(read_mesh_archive(run.frame_file(id)), worn);
       run.output(folder + "/frames/" + frame_name(id) + ".h5",
                  [&](const fs::path& file) { write_mesh_archive(file, part); });
+      frames.push_back(part.vertices);
     }
+    Mesh taut = worn.garment.mesh;
+    taut.vertices = taut_surface(taut, frames);
+    taut.normals.resize(0, 3);
+    run.output(folder + "/taut.obj", [&](const fs::path& file) { write_mesh(file, taut); });
   }
 }
 

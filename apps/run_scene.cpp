@@ -130,12 +130,23 @@ std::vector<fs::path> garment_folders(const fs::path& registered) {
 
 }  // namespace
 
-fs::path template_surfaces(const fs::path& workspace) {
+fs::path flat_surfaces(const fs::path& workspace) {
   const fs::path made = result_of(workspace, "template");
-  return renewed(workspace, "surfaces", made_of({made}), [&](const fs::path& folder) {
-    for (const auto& entry : fs::directory_iterator(made / "garments")) {
-      if (entry.path().extension() == ".obj") {
-        fs::copy_file(entry.path(), folder / entry.path().filename());
+  const bool followed = current_name(workspace / "register").has_value();
+  std::vector<fs::path> results = {made};
+  if (followed) {
+    results.push_back(result_of(workspace, "register"));
+  }
+  return renewed(workspace, "surfaces", made_of(results), [&](const fs::path& folder) {
+    if (followed) {
+      for (const fs::path& garment : garment_folders(results.back())) {
+        fs::copy_file(garment / "taut.obj", folder / (garment.filename().string() + ".obj"));
+      }
+    } else {
+      for (const auto& entry : fs::directory_iterator(made / "garments")) {
+        if (entry.path().extension() == ".obj") {
+          fs::copy_file(entry.path(), folder / entry.path().filename());
+        }
       }
     }
     if (fs::exists(made / "template.json")) {  // where wearers look

@@ -10,8 +10,10 @@ namespace atelier {
 /// when these results have changed, and then whole, with their consent. Throws DataError where a
 /// result is missing or damaged, and EnvironmentError.
 
-/// What `flatten` reads: the template's meshes, in the folder `surfaces`.
-std::filesystem::path template_surfaces(const std::filesystem::path& workspace);
+/// What `flatten` reads, in the folder `surfaces`: each garment without what folds take of it
+/// (taut.obj of `register`, registration/taut_surface.h); the template's meshes where nothing is
+/// registered.
+std::filesystem::path flat_surfaces(const std::filesystem::path& workspace);
 
 /// What `simulate` reads (scene_in, simulation_scene.h), in the folder `scene`.
 

@@ -512,6 +512,33 @@ TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOf) {
   }
 }
 
+TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOfHoweverTheirPathIsWritten) {
+  const fs::path made = make_template(workspace_);
+  const fs::path surfaces = workspace_ / "surfaces";
+  fs::create_directory(surfaces);
+  for (const char* name : {"upper.obj", "mine.obj"}) {
+    fs::copy_file(made / "garments" / "upper.obj", surfaces / name);
+  }
+  std::ofstream(surfaces / "made_of.txt") << "3\ntemplate 0000000000000000\nupper.obj 01\n";
+  const auto planned = [&](const std::string& input) {
+    const ChildResult result =
+        run_child({program_path(), "flatten", input, workspace_.string(), "--dry-run"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out + result.err;
+  };
+  const std::string place = workspace_.string();
+  for (const std::string& input :
+       {place + "/surfaces", place + "/surfaces/", place + "/surfaces/.",
+        place + "/template/../surfaces", fs::relative(surfaces).string(),
+        fs::relative(surfaces).string() + "/", place + "/surfaces/upper.obj",
+        fs::relative(surfaces / "upper.obj").string()}) {
+    EXPECT_THAT(planned(input), HasSubstr("is made of a result of 'template' that is no longer"))
+        << input;
+  }
+  EXPECT_THAT(planned(place + "/surfaces/mine.obj"), Not(HasSubstr("no longer the current")))
+      << "somebody put it there";
+}
+
 TEST_F(Run, DamagedInputsThatItMadeOfResultsAreMadeAnew) {
   write_small_capture(capture_, SmallCapture());
   make_template(workspace_);
@@ -801,7 +828,7 @@ TEST_F(Run, RefusesOptionsAndStagesThatThereAreNot) {
   expect_refusal(run({"--material", "denim", "--material.search.coarse", "4"}), 2,
                  "material.search.coarse does nothing with material.material.name denim");
   expect_refusal(run({"--material.material.name", "denim", "--material.frames", "4"}), 2,
-                 "--material.name fitted");
+                 "--material.material.name fitted");
   EXPECT_FALSE(fs::exists(workspace_));
 }
 

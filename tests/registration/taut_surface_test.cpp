@@ -1,0 +1,112 @@
+#include "registration/taut_surface.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/normals.h"
+#include "core/random.h"
+#include "tests/support/refusals.h"
+#include "tests/support/shapes.h"
+
+namespace atelier {
+namespace {
+
+using fixtures::tube;
+
+constexpr double kRadius = 0.15;
+constexpr double kLength = 0.6;
+
+/// A tube of cloth, `kLength` long.
+Mesh cloth() {
+  Mesh mesh = tube(63, 40, kLength / kRadius);
+  mesh.vertices *= kRadius;
+  return mesh;
+}
+
+/// The tube in folds along it, of six centimetres and a depth that goes round with the frame: as
+/// long around as before, so that chords are shorter and the tube narrower where it folds.
+Points folded(const Mesh& mesh, int frame, double depth, double noise) {
+  Random random{static_cast<std::uint64_t>(frame)};
+  Points points = mesh.vertices;
+  for (Index v = 0; v < points.rows(); ++v) {
+    const double angle = std::atan2(points(v, 2), points(v, 0));
+    const double here = 0.5 + 0.5 * std::cos(angle - 0.7 * frame);
+    const double wave = std::cos(16 * angle + frame);
+    const double radius = kRadius * (1 - 8 * depth * here) + 0.5 * depth * here * wave;
+    points(v, 0) = radius * std::cos(angle);
+    points(v, 2) = radius * std::sin(angle);
+    for (int k = 0; k < 3; ++k) {
+      points(v, k) += noise * normal(random);
+    }
+  }
+  return points;
+}
+
+double area_of(const Mesh& mesh, const Points& vertices) {
+  return face_areas(vertices, mesh.faces).sum();
+}
+
+// Each frame lacks 4% of the area, all of them together next to nothing.
+TEST(TautSurface, FoldsThatWanderTakeNothing) {
+  const Mesh truth = cloth();
+  std::vector<Points> frames;
+  for (int frame = 0; frame < 24; ++frame) {
+    frames.push_back(folded(truth, frame, 0.01, 0));
+  }
+  Mesh given = truth;
+  given.vertices = truth.vertices;
+  given.vertices.col(0) *= 0.95;
+  given.vertices.col(2) *= 0.95;
+  const Points taut = taut_surface(given, frames);
+  const double area = area_of(truth, truth.vertices);
+  for (const Points& frame : frames) {
+    EXPECT_LT(area_of(truth, frame), 0.985 * area);
+  }
+  EXPECT_LT(area_of(truth, given.vertices), 0.955 * area);
+  EXPECT_NEAR(area_of(truth, taut), area, 0.02 * area);
+  EXPECT_LT((taut - given.vertices).rowwise().norm().maxCoeff(), 0.03);
+}
+
+TEST(TautSurface, WhatNeverFoldsStaysAsItIs) {
+  const Mesh truth = cloth();
+  const std::vector<Points> frames(6, truth.vertices);
+  const Points taut = taut_surface(truth, frames);
+  EXPECT_LT((taut - truth.vertices).rowwise().norm().maxCoeff(), 1e-6);
+}
+
+// Noise lengthens the long quantile of every edge: registered frames, which are smooth, have little
+// (0.3 mm of each vertex by itself is 4% of the area).
+TEST(TautSurface, NoiseAddsLittle) {
+  const Mesh truth = cloth();
+  std::vector<Points> frames;
+  for (int frame = 0; frame < 24; ++frame) {
+    frames.push_back(folded(truth, frame, 0, 0.0003));
+  }
+  const double area = area_of(truth, truth.vertices);
+  EXPECT_NEAR(area_of(truth, taut_surface(truth, frames)), area, 0.05 * area);
+}
+
+TEST(TautSurface, OfFewFramesNothingIsKnown) {
+  const Mesh truth = cloth();
+  const std::vector<Points> frames(4, Points(0.9 * truth.vertices));
+  EXPECT_EQ(taut_surface(truth, frames), truth.vertices);
+  EXPECT_EQ(taut_surface(truth, {}), truth.vertices);
+}
+
+TEST(TautSurfaceRefused, FramesOfAnotherMeshAndNumbersThatAreNone) {
+  const Mesh truth = cloth();
+  ATELIER_EXPECT_REFUSED(taut_surface(truth, {Points(truth.vertices.topRows(5))}), LogicError,
+                         "in each frame");
+  Points broken = truth.vertices;
+  broken(3, 1) = std::numeric_limits<double>::quiet_NaN();
+  ATELIER_EXPECT_REFUSED(taut_surface(truth, {broken}), LogicError, "finite");
+  ATELIER_EXPECT_REFUSED(taut_surface(truth, {}, {.quantile = 1.5}), LogicError, "quantile");
+  ATELIER_EXPECT_REFUSED(taut_surface(truth, {}, {.reach = 0}), LogicError, "reach");
+}
+
+}  // namespace
+}  // namespace atelier
