@@ -14,6 +14,17 @@
 namespace atelier {
 namespace {
 
+namespace fs = std::filesystem;
+
+/// A path as its file system has it, without links, dots and a slash at its end; the end of it may
+/// be gone.
+fs::path resolved(const fs::path& path) {
+  std::error_code error;
+  const fs::path whole = fs::weakly_canonical(path, error);
+  const fs::path known = error ? path.lexically_normal() : whole;
+  return known.has_filename() ? known : known.parent_path();
+}
+
 /// Of a note, whose other lines say nothing of results.
 std::vector<ResultName> named_in(const std::string& note) {
   std::vector<ResultName> names;
@@ -33,28 +44,31 @@ std::vector<ResultName> named_in(const std::string& note) {
 
 }  // namespace
 
-std::vector<ResultName> results_behind(const std::filesystem::path& workspace,
-                                       const std::filesystem::path& input) {
+std::vector<ResultName> results_behind(const fs::path& workspace, const fs::path& input) {
   std::error_code error;
-  const std::filesystem::path root = std::filesystem::canonical(workspace, error);
+  const fs::path root = fs::canonical(workspace, error);
   if (error) {
     return {};
   }
   try {
-    if (const std::filesystem::path result = result_around(input); !result.empty()) {
-      const std::filesystem::path stage = result.parent_path();
+    const fs::path place = resolved(input);
+    if (const fs::path result = result_around(place); !result.empty()) {
+      const fs::path stage = result.parent_path();
       return stage.parent_path() == root
                  ? std::vector<ResultName>{{stage.filename().string(), result.filename().string()}}
                  : std::vector<ResultName>{};
     }
-    if (const std::filesystem::path inside = input.lexically_relative(root);
-        std::distance(inside.begin(), inside.end()) >= 2 &&
-        is_folder_name(std::next(inside.begin())->string())) {  // removed since
+    const fs::path inside = place.lexically_relative(root);
+    const std::ptrdiff_t depth = std::distance(inside.begin(), inside.end());
+    if (depth >= 2 && is_folder_name(std::next(inside.begin())->string())) {  // removed since
       return {{inside.begin()->string(), std::next(inside.begin())->string()}};
     }
-    const std::filesystem::path note = input / kMadeOfFile;
-    if (input.parent_path() == root && link_kind(note) == std::filesystem::file_type::regular) {
-      return named_in(read_file_text(note, Limits{}.text_file_bytes));
+    const fs::path note = (depth == 2 ? place.parent_path() : place) / kMadeOfFile;
+    if (depth >= 1 && depth <= 2 && link_kind(note) == fs::file_type::regular) {
+      const std::string text = read_file_text(note, Limits{}.text_file_bytes);
+      const bool made =
+          depth == 1 || text.find("\n" + place.filename().string() + " ") != text.npos;
+      return made ? named_in(text) : std::vector<ResultName>{};
     }
   } catch (const DataError&) {  // what cannot be read says nothing
   } catch (const EnvironmentError&) {

@@ -17,9 +17,10 @@ struct ResultName {
   std::string key16;
 };
 
-/// The results of a workspace that an INPUT inside of it is made of: those that the folder's note
-/// names, or the one that it is or lies in, or was before it was removed, as where a result is
-/// handed over (`refine`). None of any other INPUT, and where the note cannot be read.
+/// The results of a workspace that an INPUT inside of it, however its path is written, is made of:
+/// those that the folder's note names, also for one file that the note has, or the one that it is
+/// or lies in, or was before it was removed, as where a result is handed over (`refine`). None of
+/// any other INPUT, and where the note cannot be read.
 std::vector<ResultName> results_behind(const std::filesystem::path& workspace,
                                        const std::filesystem::path& input);
 
