@@ -104,7 +104,7 @@ class ActiveRun : public StageRun {
   std::map<std::string, ManifestOutput> outputs_;
   std::map<std::string, double> metrics_;
   Count count_;
-  /// When the frames of this run began to be counted, and how many were done then.
+  /// When the frames of this run began to be counted.
   std::chrono::steady_clock::time_point frames_start_;
   std::int64_t frames_now_ = 0;        ///< finished by this run
   std::vector<std::string> warnings_;  ///< of no frame
