@@ -175,9 +175,6 @@ std::vector<Import> imports_in(const std::string& text) {
       throw DataError("", "import", "'" + part + "', a second mesh of one garment",
                       "one for each: upper=tee.obj,lower=trousers.obj");
     }
-    if (file_kind(import.file) == fs::file_type::not_found) {
-      read_mesh(import.file);  // says what it would have read
-    }
     imports.push_back(std::move(import));
   }
   return imports;
@@ -322,7 +319,9 @@ OptionTable describe(TemplateStageOptions& options) {
 }
 
 void require_named(const TemplateStageOptions& options) {
-  imports_in(options.import);
+  for (const Import& import : imports_in(options.import)) {
+    read_mesh(import.file, options.imported);  // refused as the run would
+  }
   if (options.labels != "auto") {
     labels_in(options.labels);
   }

@@ -265,6 +265,29 @@ TEST_F(TemplateStage, RefusesMeshesThatAreNotThereOrOfNoGarmentThatIsMade) {
   EXPECT_THAT(other.err, HasSubstr("of a garment that is not made; expected one of those that"));
 }
 
+TEST_F(TemplateStage, RefusesMeshesThatCannotBeReadWhereItIsPlanned) {
+  fs::create_directory(root_ / "artists");
+  const auto refused = [&](const std::string& name, const std::string& content,
+                           const std::string& words) {
+    const std::string file = (root_ / name).string();
+    std::ofstream(file) << content;
+    for (const char* flag : {"--dry-run", "--force"}) {
+      const ChildResult done = made({"--labels", "upper", "--import", "upper=" + file, flag});
+      EXPECT_EQ(done.exit_code, 3) << name;
+      EXPECT_THAT(done.err, HasSubstr(words));
+    }
+  };
+  refused("artist.usd", "#usda 1.0\n", "extension '.usd'; expected .obj, .ply, .glb");
+  refused("artist", "v 0 0 0\n", "a name without an extension");
+  refused("artist.ply", "#usda 1.0\n", "artist.ply");
+  refused("artist.obj", "v 0 0 0\nf 1 2 3\n", "artist.obj");
+  write_text(root_ / "artists" / "tee.obj", "v 0 0 0\n");
+  const ChildResult folder =
+      made({"--labels", "upper", "--import", "upper=" + (root_ / "artists").string(), "--dry-run"});
+  EXPECT_EQ(folder.exit_code, 3);
+  EXPECT_THAT(folder.err, HasSubstr("a folder; expected a mesh file"));
+}
+
 TEST_F(TemplateStage, RefusesTheFolderAboveACapture) {
   fs::create_directory(root_ / "link");
   fs::create_symlink("nowhere", root_ / "link" / "current");  // as workspaces beside have
