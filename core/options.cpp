@@ -172,9 +172,16 @@ std::string bounds(const OptionField& field) {
   return low ? " >= " + bound_text(field.min) : high ? " <= " + bound_text(field.max) : "";
 }
 
+/// What is written for a choice: none of them is no word.
+std::vector<std::string> words_of(const std::vector<std::string>& choices) {
+  std::vector<std::string> words = choices;
+  std::erase(words, "");
+  return words;
+}
+
 std::string choice_problem(const OptionField& field, const std::string& text) {
-  return field.name + " cannot be " + quoted(text) + ": it takes " + join(field.choices, ", ") +
-         did_you_mean(text, field.choices);
+  return field.name + " cannot be " + quoted(text) + ": it takes " +
+         join(words_of(field.choices), ", ") + did_you_mean(text, field.choices);
 }
 
 std::string range_problem(const OptionField& field, const std::string& text) {
@@ -418,7 +425,7 @@ std::string option_range(const OptionField& field) {
                  [&](const std::int64_t*) { return "integer" + bounds(field); },
                  [&](const double*) { return "number" + bounds(field); },
                  [&](const std::string*) {
-                   return field.choices.empty() ? "text" : join(field.choices, "|");
+                   return field.choices.empty() ? "text" : join(words_of(field.choices), "|");
                  },
                  [&](const std::vector<double>*) { return "list of numbers" + bounds(field); },
                  [&](const OptionEnum&) { return join(field.choices, "|"); }},

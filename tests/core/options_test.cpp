@@ -119,6 +119,15 @@ TEST_F(OptionsTest, ARefusedTextChangesNeitherValueNorSource) {
   EXPECT_EQ(field("solver.substeps").source, "default");
 }
 
+TEST(OptionChoices, NoneOfThemIsNoWord) {
+  std::string fabric;
+  OptionTable table;
+  table.add("fabric", fabric, {"", "wool", "silk"}, "What the cloth is made of");
+  EXPECT_EQ(option_range(table.fields[0]), "wool|silk");
+  EXPECT_EQ(set_option(table, "fabric", "", "flag"), "");
+  EXPECT_THAT(set_option(table, "fabric", "tweed", "flag"), HasSubstr("it takes wool, silk"));
+}
+
 TEST_F(OptionsTest, RefusesAnUnknownNameAndSuggests) {
   EXPECT_EQ(set("solver.substep", "3"),
             "there is no option 'solver.substep', did you mean 'solver.substeps'?");
