@@ -105,7 +105,7 @@ Image stretch_picture(const Mesh& mesh, const FlatPattern& pattern, const FlatMe
                      {color_bar(ColorMap::Viridis, 0, kMostShown, "stretch", kSheetHeight), ""}},
                     {.columns = 3});
   return contact_sheet({{views, ""}, {flat, caption}},
-                       {.columns = 1, .title = "Stretch of the flat panels"});
+                       {.columns = 1, .even_rows = false, .title = "Stretch of the flat panels"});
 }
 
 }  // namespace atelier

@@ -65,7 +65,6 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
   std::vector<Image> cells;
   int cell_width = 1;
   int cell_height = 1;
-  std::size_t caption_lines = 0;
   for (const CaptionedImage& picture : pictures) {
     ATELIER_CHECK(picture.image.channels == 1 || picture.image.channels == 3,
                   "a contact sheet takes pictures of 1 or 3 channels");
@@ -81,7 +80,6 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
     }
     cell_width = std::max(cell_width, cells.back().width);
     cell_height = std::max(cell_height, cells.back().height);
-    caption_lines = std::max(caption_lines, lines_of(picture.caption).size());
   }
   const int count = static_cast<int>(cells.size());
   const int columns = options.columns > 0
@@ -91,11 +89,36 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
   const int used = std::clamp(columns, 1, count);
   const int rows = (count + used - 1) / used;
   const int line = static_cast<int>(std::ceil(2.2 * options.text_height));
-  const int caption = static_cast<int>(caption_lines) * line;
   const int title =
       options.title.empty() ? 0 : static_cast<int>(std::ceil(3.2 * options.text_height));
-  Image sheet(options.gap + used * (cell_width + options.gap),
-              options.gap + title + rows * (cell_height + caption + options.gap), 3);
+  struct Row {
+    int top = 0;
+    int picture = 1;  // the tallest one's height
+    int caption = 0;
+  };
+  std::vector<Row> all(static_cast<std::size_t>(rows));
+  for (int i = 0; i < count; ++i) {
+    Row& row = all[static_cast<std::size_t>(i / used)];
+    const auto at = static_cast<std::size_t>(i);
+    row.picture = std::max(row.picture, cells[at].height);
+    row.caption =
+        std::max(row.caption, static_cast<int>(lines_of(pictures[at].caption).size()) * line);
+  }
+  if (options.even_rows) {
+    const auto most = [&](int Row::*of) {
+      return (*std::max_element(all.begin(), all.end(),
+                                [&](const Row& a, const Row& b) { return a.*of < b.*of; })).*
+             of;
+    };
+    const Row even{0, most(&Row::picture), most(&Row::caption)};
+    std::fill(all.begin(), all.end(), even);
+  }
+  int below_rows = options.gap + title;
+  for (Row& row : all) {
+    row.top = below_rows;
+    below_rows += row.picture + row.caption + options.gap;
+  }
+  Image sheet(options.gap + used * (cell_width + options.gap), below_rows, 3);
   for (std::size_t i = 0; i < sheet.data.size(); ++i) {
     sheet.data[i] = options.paper[static_cast<int>(i % 3)];
   }
@@ -112,9 +135,10 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
   for (int i = 0; i < count; ++i) {
     const Image& cell = cells[static_cast<std::size_t>(i)];
     const int x = options.gap + (i % used) * (cell_width + options.gap);
-    const int y = options.gap + title + (i / used) * (cell_height + caption + options.gap);
-    paste(sheet, cell, x + (cell_width - cell.width) / 2, y + (cell_height - cell.height) / 2);
-    double below = y + cell_height + 1.6 * options.text_height;
+    const Row& row = all[static_cast<std::size_t>(i / used)];
+    paste(sheet, cell, x + (cell_width - cell.width) / 2,
+          row.top + (row.picture - cell.height) / 2);
+    double below = row.top + row.picture + 1.6 * options.text_height;
     for (const std::string& text : lines_of(pictures[static_cast<std::size_t>(i)].caption)) {
       marks.push_back(Text{{x + 0.5 * cell_width, below},
                            fitted(text, options.text_height, cell_width),

@@ -17,6 +17,7 @@ struct CaptionedImage {
 struct ContactSheetOptions {
   int columns = 0;          ///< 0: as square as it gets
   int cell_width = 0;       ///< pixels; pictures are scaled to it; 0: as they are
+  bool even_rows = true;    ///< false: each as tall as what is in it
   int gap = 12;             ///< pixels between cells and around them, [0, 1000]
   double text_height = 11;  ///< of a capital letter, pixels, (0, 200]
   std::string title = {};   ///< above the grid, "" for none
@@ -24,9 +25,9 @@ struct ContactSheetOptions {
   Eigen::Vector3f ink{0.02f, 0.02f, 0.02f};
 };
 
-/// The pictures in a grid, row by row, each centred in a cell of the largest one's size. Linear
-/// RGB. Throws LogicError if there is none, or for pictures of other channels or without pixels, or
-/// options out of range.
+/// The pictures in a grid, row by row, each centred in a cell of the largest one's size, or of its
+/// row's largest height. Linear RGB. Throws LogicError if there is none, or for pictures of other
+/// channels or without pixels, or options out of range.
 Image contact_sheet(const std::vector<CaptionedImage>& pictures,
                     const ContactSheetOptions& options = {});
 

@@ -238,6 +238,20 @@ TEST(ContactSheet, SmallPicturesAreCentredAndGreyOnesShown) {
   EXPECT_NEAR(sheet.at(24 + 2, 2 + 10), 0.93, 1e-6);
 }
 
+TEST(ContactSheet, RowsAreAsTallAsWhatIsInThem) {
+  const ContactSheetOptions options{.columns = 1, .even_rows = false, .gap = 2};
+  const Image tall(20, 50, 3, 0.5f);
+  const Image flat(20, 10, 3, 0.25f);
+  const Image sheet = contact_sheet({{tall, ""}, {flat, ""}, {flat, ""}}, options);
+  EXPECT_EQ(sheet.height, 2 + 52 + 12 + 12);
+  EXPECT_NEAR(sheet.at(12, 2 + 52 + 5), 0.25, 1e-6);
+  EXPECT_NEAR(sheet.at(12, 2 + 52 + 12 + 5), 0.25, 1e-6);
+  const int line = contact_sheet({{tall, ""}, {flat, "x"}}, options).height - (2 + 52 + 12);
+  EXPECT_GT(line, 0) << "under the row alone that has a caption";
+  EXPECT_EQ(contact_sheet({{tall, "x"}, {flat, "x"}}, options).height, 2 + 52 + 12 + 2 * line);
+  EXPECT_EQ(contact_sheet({{tall, ""}, {flat, ""}}, {.columns = 1, .gap = 2}).height, 2 + 2 * 52);
+}
+
 TEST(ContactSheet, CellsAreScaledAndCaptionsCut) {
   const Image sheet = contact_sheet(
       {{Image(100, 50, 3, 0.5f), "a caption that is much too long for so narrow a cell"},
