@@ -167,7 +167,7 @@ std::optional<Tracked> tracked_of(const ReportPlaces& places, const Dataset& dat
 }
 
 /// Where the person looks in a frame: across the hips as they were tracked; zero where nobody
-/// knows.
+/// knows, and of somebody who lies, as body_facing has it.
 Eigen::Vector3d tracked_facing(const std::optional<Tracked>& tracked, int frame_id) {
   if (!tracked) {
     return Eigen::Vector3d::Zero();
@@ -180,9 +180,11 @@ Eigen::Vector3d tracked_facing(const std::optional<Tracked>& tracked, int frame_
   if (at == ids.end() || left < 0 || right < 0) {
     return Eigen::Vector3d::Zero();
   }
+  constexpr double kLies = 0.2;  // of the hips' distance that goes along the ground
   const Points& joints = motion.joints[static_cast<std::size_t>(at - ids.begin())];
-  return Eigen::Vector3d((joints.row(left) - joints.row(right)).transpose())
-      .cross(Eigen::Vector3d::UnitY());
+  const Eigen::Vector3d across = (joints.row(left) - joints.row(right)).transpose();
+  const Eigen::Vector3d facing = across.cross(Eigen::Vector3d::UnitY());
+  return facing.norm() > kLies * across.norm() ? facing : Eigen::Vector3d::Zero().eval();
 }
 
 std::string scan_pictures(const ReportPlaces& places) {
