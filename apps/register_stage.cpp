@@ -16,7 +16,7 @@
 #include "capture/label_taxonomy.h"
 #include "core/error.h"
 #include "core/garment_archive.h"
-#include "core/io/mesh_file.h"
+#include "core/io/mesh_obj.h"
 #include "core/normals.h"
 #include "core/sequence_archive.h"
 #include "core/store/digest_meter.h"
@@ -404,7 +404,7 @@ void write_garments(StageRun& run, const RegisteredOutfit& outfit,
     Mesh taut = worn.garment.mesh;
     taut.vertices = taut_surface(taut, frames);
     taut.normals.resize(0, 3);
-    run.output(folder + "/taut.obj", [&](const fs::path& file) { write_mesh(file, taut); });
+    run.output(folder + "/taut.obj", [&](const fs::path& file) { write_obj(file, taut); });
   }
 }
 
