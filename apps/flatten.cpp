@@ -8,6 +8,7 @@
 #include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/exit_code.h"
 #include "apps/flatten_doubts.h"
@@ -228,25 +229,53 @@ Mesh with_flat_uvs(const Flattened& flat) {
   return mesh;
 }
 
-/// The mesh itself, or every mesh of a folder by its name, with what `template` says of it there;
-/// none of any other folder. What lies beside one file is no part of the INPUT, nor of the
-/// result's key.
-std::vector<FlattenGarment> garments_in(const fs::path& input) {
-  if (!fs::is_directory(input)) {
-    return {{input, {}}};
-  }
+/// The meshes of a folder, by name.
+std::vector<fs::path> meshes_in(const fs::path& folder) {
   std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(input)) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() == ".obj" || entry.path().extension() == ".ply") {
       files.push_back(entry.path());
     }
   }
   std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// The mesh itself, or every mesh of a folder or of a result of `template`, with what that says of
+/// it there; none of any other folder. What lies beside the INPUT is no part of it, nor of the
+/// result's key.
+std::vector<FlattenGarment> garments_in(const fs::path& input) {
+  if (!fs::is_directory(input)) {
+    return {{input, {}}};
+  }
+  std::vector<fs::path> files = meshes_in(input);
+  if (files.empty() && fs::exists(input / kTemplateFile) &&
+      fs::is_directory(input / kTemplateGarments)) {
+    files = meshes_in(input / kTemplateGarments);
+  }
   std::vector<FlattenGarment> garments;
+  garments.reserve(files.size());
   for (const fs::path& file : files) {
-    garments.push_back({file, template_note(file)});
+    garments.push_back({file, template_note(input / kTemplateFile, file.stem().string())});
   }
   return garments;
+}
+
+/// The warning "template-unread" of a garment beside whose INPUT lies where its wearer looks.
+std::optional<Finding> unread_doubt(const FlattenGarment& garment) {
+  const fs::path file = template_file(garment.file);
+  try {
+    if (!garment.note.facing.isZero() ||
+        template_note(file, garment.file.stem().string()).facing.isZero()) {
+      return std::nullopt;
+    }
+  } catch (const DataError&) {  // nothing that this run reads
+    return std::nullopt;
+  }
+  return Finding{
+      Severity::Warning, "template-unread", garment.file.string(),
+      file.string() + " says where its wearer looks, and is no part of this INPUT",
+      "seams are found by the shape; INPUT " + file.parent_path().string() + " has it read"};
 }
 
 void write_flat(StageRun& run, const Flattened& flat, const std::string& title,
@@ -334,7 +363,8 @@ int flatten_alone(const std::map<std::string, std::string>& values, const Option
     watcher.say(text);
   };
   watcher.stopped = [] { return false; };
-  const FlattenGarment garment{value("mesh"), template_note(value("mesh"))};
+  const fs::path mesh = value("mesh");
+  const FlattenGarment garment{mesh, template_note(template_file(mesh), mesh.stem().string())};
 #ifdef ATELIER_HAS_SIMULATION
   require_relaxable(options, {garment});
 #endif
@@ -386,6 +416,14 @@ void run_flatten(StageRun& run) {
 #ifdef ATELIER_HAS_SIMULATION
   require_relaxable(options, garments);
 #endif
+  if (options.seams == "auto") {
+    for (const FlattenGarment& garment : garments) {
+      if (const auto doubt = unread_doubt(garment)) {
+        tell(run, {*doubt});
+        break;  // of one INPUT
+      }
+    }
+  }
   run.progress(0, std::ssize(garments), "garments");
   for (const FlattenGarment& garment : garments) {
     if (run.stop_requested()) {

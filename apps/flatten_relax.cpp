@@ -93,6 +93,17 @@ std::optional<Finding> motion_doubt(const Sequence& sequence, int frame_id, cons
       "captured"};
 }
 
+/// The row of a frame among bodies. Throws DataError where there is none.
+Index row_of(const Sequence& bodies, int frame_id, const std::string& place) {
+  const std::vector<int>& ids = bodies.frame_ids;
+  const auto at = std::find(ids.begin(), ids.end(), frame_id);
+  if (at == ids.end()) {
+    throw DataError(place, "frames", "no body of frame " + std::to_string(frame_id),
+                    "the bodies of the capture that the garment is of: WORKSPACE/body/current");
+  }
+  return at - ids.begin();
+}
+
 /// The body that a garment hangs on: the mesh, or of a sequence of bodies the one of its frame.
 Mesh body_of(const FlattenStageOptions& all, const std::optional<int>& frame_id) {
   const std::string& place = all.relax.body;
@@ -100,13 +111,7 @@ Mesh body_of(const FlattenStageOptions& all, const std::optional<int>& frame_id)
     return read_mesh(place, all.input);
   }
   const Sequence bodies = open_sequence(place);
-  const std::vector<int>& ids = bodies.frame_ids;
-  const auto at = std::find(ids.begin(), ids.end(), frame_id.value_or(-1));
-  if (at == ids.end()) {
-    throw DataError(place, "frames", "no body of frame " + std::to_string(frame_id.value_or(-1)),
-                    "the bodies of the capture that the garment is of: WORKSPACE/body/current");
-  }
-  return frame(bodies, at - ids.begin());
+  return frame(bodies, row_of(bodies, frame_id.value_or(-1), place));
 }
 
 }  // namespace
@@ -117,9 +122,9 @@ void require_relaxable(const FlattenStageOptions& options,
   if (relax.body.empty()) {
     return;
   }
-  const bool bodies = fs::is_directory(relax.body);
-  if (bodies) {
-    open_sequence(relax.body);  // says what it would have read
+  std::optional<Sequence> bodies;
+  if (fs::is_directory(relax.body)) {
+    bodies = open_sequence(relax.body);  // says what it would have read
   }
   const bool one =
       !relax.registered.empty() && fs::exists(fs::path(relax.registered) / "sequence.h5");
@@ -142,6 +147,9 @@ void require_relaxable(const FlattenStageOptions& options,
               " is",
           "WORKSPACE/surfaces, which says it, --relax.registered, or a mesh of the body "
           "in that frame");
+    }
+    if (bodies && frame) {
+      row_of(*bodies, *frame, relax.body);
     }
     if (!bodies && frame && first && *frame != *first) {
       throw DataError(relax.body, "",

@@ -12,8 +12,9 @@ namespace atelier {
 
 /// Refuses, before the work, a body or registered sequences that cannot be all of these garments':
 /// a mesh as the body of garments that `template` made in several frames, bodies of a sequence for
-/// a garment of which nobody says the frame, one garment's registered sequence for several, a
-/// folder of sequences that lacks one. Nothing where nothing is to be relaxed. Throws DataError.
+/// a garment of which nobody says the frame or that have none of it, one garment's registered
+/// sequence for several, a folder of sequences that lacks one. Nothing where nothing is to be
+/// relaxed. Throws DataError.
 void require_relaxable(const FlattenStageOptions& options,
                        const std::vector<FlattenGarment>& garments);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "core/error.h"
 #include "core/file_kind.h"
 #include "core/io/json.h"
+#include "core/io/json_place.h"
 #include "core/io/mesh_file.h"
 #include "core/printable.h"
 #include "core/topology.h"
@@ -133,9 +135,17 @@ FlattenSurface read_flatten_surface(const fs::path& file, const std::string& sea
   return surface;
 }
 
-TemplateNote template_note(const fs::path& mesh) {
+fs::path template_file(const fs::path& mesh) {
+  const fs::path beside = mesh.parent_path() / kTemplateFile;
+  std::error_code ignored;
+  const fs::path folder = fs::weakly_canonical(fs::absolute(mesh, ignored).parent_path(), ignored);
+  return file_kind(beside) == fs::file_type::not_found && folder.filename() == kTemplateGarments
+             ? folder.parent_path() / kTemplateFile
+             : beside;
+}
+
+TemplateNote template_note(const fs::path& file, const std::string& label) {
   TemplateNote note;
-  const fs::path file = mesh.parent_path() / "template.json";
   if (file_kind(file) == fs::file_type::not_found) {
     return note;
   }
@@ -143,19 +153,20 @@ TemplateNote template_note(const fs::path& mesh) {
   if (!all.is_object() || !all.contains("garments") || !all["garments"].is_array()) {
     return note;  // another file of that name
   }
-  const auto is_number = [](const nlohmann::json& value) { return value.is_number(); };
-  for (const nlohmann::json& one : all["garments"]) {
-    if (!one.is_object() || one.value("label", nlohmann::json()) != mesh.stem().string()) {
+  for (const JsonPlace& one : JsonPlace(all, file.string()).items("garments")) {
+    if (!one.value().is_object() || !one.has("label") || one.at("label").value() != label) {
       continue;
     }
-    const nlohmann::json facing = one.value("facing", nlohmann::json::array());
-    if (facing.size() == 3 && std::all_of(facing.begin(), facing.end(), is_number)) {
-      const Eigen::Vector3d along(facing[0], 0, facing[2]);
-      note.facing = along.norm() > 1e-6 ? Eigen::Vector3d(along.normalized()) : note.facing;
+    if (const std::optional<JsonPlace> facing = one.find("facing")) {
+      const std::vector<double> along = facing->numbers();
+      if (along.size() != 3) {
+        facing->fail(std::to_string(along.size()) + " numbers", "3: x, y and z");
+      }
+      const Eigen::Vector3d level(along[0], 0, along[2]);
+      note.facing = level.norm() > 1e-6 ? Eigen::Vector3d(level.normalized()) : note.facing;
     }
-    if (const nlohmann::json frame = one.value("frame", nlohmann::json());
-        frame.is_number_integer()) {
-      note.frame = frame.get<int>();
+    if (const std::optional<JsonPlace> frame = one.find("frame")) {
+      note.frame = static_cast<int>(frame->integer(0, std::numeric_limits<int>::max()));
     }
   }
   return note;

@@ -30,7 +30,11 @@ FlattenSurface read_flatten_surface(const std::filesystem::path& file, const std
                                     const MeshConvention& convention,
                                     const FlattenWatcher& watcher);
 
-/// What `template` says of the mesh that it made, in the template.json beside it.
+/// What `template` leaves: meshes in a folder, and beside that folder a file on all of them.
+inline constexpr const char* kTemplateFile = "template.json";
+inline constexpr const char* kTemplateGarments = "garments";
+
+/// What `template` says of the mesh that it made.
 struct TemplateNote {
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();  ///< where its wearer looks; zero: not known
   std::optional<int> frame;                          ///< in whose pose it is
@@ -42,9 +46,14 @@ struct FlattenGarment {
   TemplateNote note;
 };
 
-/// The note on a mesh <label>.obj; an empty one where none lies beside it. Throws DataError where
-/// that cannot be read.
-TemplateNote template_note(const std::filesystem::path& mesh);
+/// Where the note on a mesh would be: beside it, as in WORKSPACE/surfaces, else, of one in a folder
+/// of the name, beside that folder, as in a result of `template`.
+std::filesystem::path template_file(const std::filesystem::path& mesh);
+
+/// What a template.json says of a label; an empty note where it is not there, says nothing of it,
+/// or is another file of that name. Throws DataError where it cannot be read, or says of the label
+/// what is no frame or no direction.
+TemplateNote template_note(const std::filesystem::path& file, const std::string& label);
 
 }  // namespace atelier
 

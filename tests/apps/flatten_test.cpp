@@ -89,7 +89,9 @@ TEST_F(Flatten, APictureShowsItsStretch) {
   EXPECT_FALSE(std::filesystem::exists(out() / "stretch.png"));
   std::filesystem::remove_all(out());
   ASSERT_EQ(run({"--mesh", mesh().string(), "--out", out().string()}).exit_code, 0);
-  EXPECT_GT(read_image_header(out() / "stretch.png").height, 400);
+  const int height = read_image_header(out() / "stretch.png").height;
+  EXPECT_GT(height, 400);
+  EXPECT_LT(height, 1300) << "the flat panels, wider than tall, in a row as tall as the views";
 }
 
 TEST_F(Flatten, OtherProgramsDrawItsPatternAtTrueSize) {
@@ -527,12 +529,70 @@ TEST_F(FlattenOutfit, WhatCannotBeOfAllGarmentsIsRefusedBeforeTheWork) {
           "registered/lower: one garment's sequence, of 2 garments that are flattened");
   write_note(0, 1);
   refused("body.obj", "", "one body, of garments in frames 0 and 1");
+  write_note(1, 7);
+  refused("bodies", "", "no body of frame 7");
   std::filesystem::remove(surfaces() / "template.json");
   refused("bodies", "", "nobody says in whose frame lower.obj is");
   EXPECT_EQ(relaxed("bodies", "registered", {"--dry-run"}).exit_code, 0);
   EXPECT_EQ(relaxed("body.obj", "", {"--dry-run"}).exit_code, 0);
   std::filesystem::remove_all(registered() / "upper");
   refused("bodies", "registered", "registered/upper");
+}
+
+TEST_F(FlattenOutfit, AResultOfTemplateSaysWhereTheyLookFromOneFolderUp) {
+  const std::filesystem::path result = root_.path() / "made";
+  std::filesystem::create_directory(result);
+  std::filesystem::rename(surfaces(), result / "garments");
+  std::filesystem::rename(result / "garments" / "template.json", result / "template.json");
+  const auto picture = [&](const std::string& workspace, const std::string& garment) {
+    return read_file_text(root_.path() / workspace / "flatten/current" / garment / "stretch.png",
+                          1 << 24);
+  };
+  const auto flattened = [&](const std::filesystem::path& input, const std::string& workspace) {
+    return run({input.string(), (root_.path() / workspace).string()});
+  };
+  const ChildResult whole = flattened(result, "whole");
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  EXPECT_THAT(whole.err, Not(HasSubstr("template-unread")));
+  // What lies beside an INPUT is no part of its key: it is not read, and that is said.
+  const ChildResult below = flattened(result / "garments", "below");
+  ASSERT_EQ(below.exit_code, 0) << below.err;
+  EXPECT_THAT(below.err, HasSubstr("template-unread"));
+  EXPECT_THAT(below.err, HasSubstr("INPUT " + result.string() + " has it read"));
+  EXPECT_THAT(flattened(result / "garments" / "upper.obj", "one").err,
+              HasSubstr("template-unread"));
+  // Alone there is no key: the sides are named as they are in the whole result.
+  std::filesystem::remove_all(out());
+  ASSERT_EQ(run({"--mesh", (result / "garments" / "upper.obj").string(), "--out", out().string()})
+                .exit_code,
+            0);
+  if (std::filesystem::exists(out() / "stretch.png")) {
+    EXPECT_NE(picture("whole", "upper"), picture("below", "upper"));
+    EXPECT_EQ(read_file_text(out() / "stretch.png", 1 << 24), picture("whole", "upper"));
+  }
+}
+
+TEST_F(FlattenOutfit, ANoteOfATemplateThatSaysNothingOfTheKindIsRefused) {
+  const auto refused = [&](const char* note, const char* words) {
+    std::ofstream(surfaces() / "template.json")
+        << R"({"garments": [{"label": "upper", )" << note << "}]}";
+    for (const std::vector<std::string>& how :
+         {std::vector<std::string>{surfaces().string(), (root_.path() / "workspace").string(),
+                                   "--dry-run"},
+          {surfaces().string(), (root_.path() / "workspace").string()},
+          {"--mesh", (surfaces() / "upper.obj").string(), "--out", out().string()}}) {
+      const ChildResult result = run(how);
+      EXPECT_EQ(result.exit_code, 3) << note;
+      EXPECT_THAT(result.err, HasSubstr("template.json: garments[0]"));
+      EXPECT_THAT(result.err, HasSubstr(words));
+    }
+  };
+  refused(R"("facing": {"x": 1, "y": 0, "z": 0})", "facing");
+  refused(R"("facing": [1, 0])", "facing: 2 numbers; expected 3");
+  refused(R"("facing": ["1", 0, 0])", "facing");
+  refused(R"("frame": 4294967303)", "frame");
+  refused(R"("frame": -1)", "frame");
+  refused(R"("frame": 1.5)", "frame");
 }
 
 TEST_F(Flatten, RefusesWhatIsNoGarment) {
