@@ -62,9 +62,7 @@ constexpr const char* kPictures = "--pictures";
 constexpr std::array<IdleRule::Value, 2> kNoBody = {{{"relax.body", ""}, {}}};
 constexpr const char* kHungOnBody = "--relax.body";
 
-/// Of the person's stages: what is asked of scans where none are read or matched.
-constexpr std::array<IdleRule::Value, 2> kNoScans = {{{"input.scans", "none"}, {}}};
-constexpr const char* kScans = "--input.scans reconstructed";
+/// Of `personalize`: the surface is not displaced.
 constexpr std::array<IdleRule::Value, 2> kNoSurface = {{{"surface_rounds", "0"}, {}}};
 constexpr const char* kSurface = "more --surface-rounds";
 
@@ -114,12 +112,6 @@ constexpr std::array kIdleRules = {
     IdleRule{"dynamic.", {{{"exclude", "none"}, {}}}, "--exclude auto"},
     IdleRule{"compare", {{{"exclude", "none"}, {}}}, "another --exclude"},
     // Of `track` and `personalize`.
-    IdleRule{"samples", kNoScans, kScans},
-    IdleRule{"model_to_scan", kNoScans, kScans},
-    IdleRule{"dynamic.", kNoScans, kScans},
-    IdleRule{"surface_noise", kNoScans, kScans},
-    IdleRule{"smoothness", kNoScans, kScans},
-    IdleRule{"displacement", kNoScans, kScans},
     IdleRule{"model_to_scan", {{{"rounds", "0"}, {}}}, "more --rounds"},
     IdleRule{"dynamic.", {{{"rounds", "0"}, {}}}, "more --rounds"},
     IdleRule{"surface_noise", kNoSurface, kSurface},
