@@ -12,9 +12,12 @@
 #include "apps/flatten_pictures.h"
 #include "apps/template_pictures.h"
 #include "tests/support/shapes.h"
+#include "tests/support/turned.h"
 
 namespace atelier {
 namespace {
+
+using fixtures::turned;
 
 Eigen::Vector3d direction(double degrees) {
   const double turn = degrees * std::numbers::pi / 180;
@@ -44,14 +47,6 @@ TEST(NamedViews, OfNobodyKnowsWhichFrontSidesAreCalledAfterTheirViewers) {
   EXPECT_EQ(names(42), "from 42 deg, from 222 deg");
   EXPECT_EQ(names(-30), "from 330 deg, from 150 deg");
   EXPECT_EQ(names(359.9), "from +Z, from -Z");
-}
-
-Mesh turned(Mesh mesh, double degrees) {
-  const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d::UnitY())
-          .toRotationMatrix();
-  mesh.vertices = mesh.vertices * turn.transpose();
-  return mesh;
 }
 
 /// The mean difference of two pictures.

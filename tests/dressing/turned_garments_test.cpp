@@ -10,10 +10,12 @@
 #include "registration/find_pattern.h"
 #include "registration/front_and_back.h"
 #include "tests/dressing/human_fixture.h"
+#include "tests/support/turned.h"
 
 namespace atelier {
 namespace {
 
+using fixtures::turned;
 using fixtures::woman;
 
 /// A drafted garment as it hangs on the default woman, who looks to +Z.
@@ -24,14 +26,6 @@ Mesh worn(const std::string& garment) {
   const Outfit outfit = dress_body(woman(), options);
   Mesh mesh = outfit.garments.front().garment.mesh;
   mesh.vertices = outfit.state.positions;
-  return mesh;
-}
-
-Mesh turned(Mesh mesh, double degrees) {
-  const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d::UnitY())
-          .toRotationMatrix();
-  mesh.vertices = mesh.vertices * turn.transpose();
   return mesh;
 }
 
