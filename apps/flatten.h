@@ -38,7 +38,7 @@ OptionTable describe(FlattenRelaxOptions& options);
 struct FlattenStageOptions {
   std::string seams = "auto";  ///< auto, uvs, labels, or a file
   double smooth = 0.01;  ///< m: reach over which noise and creases are smoothed before, 0 to 0.1
-  double give = 0.002;   ///< m: how far surfaces move where seams are found, 0 to 0.02
+  double give = 0.005;   ///< m: how far surfaces move where seams are found, 0 to 0.02
   FindSeamsOptions find;
   FlattenOptions flatten;
   PatternPieceOptions pattern;

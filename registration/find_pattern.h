@@ -9,7 +9,7 @@ namespace atelier {
 struct FindPatternOptions {
   FindSeamsOptions find;
   FlattenOptions flatten;  ///< its panels stiffen at stiffening_of(find.stretch) whatever it says
-  double give = 0.002;     ///< m: what the surface is in doubt by, 0 to 0.02; 0: it stays
+  double give = 0.005;     ///< m: what the surface is in doubt by, 0 to 0.02; 0: it stays
 };
 
 /// A surface with its seams and panels.

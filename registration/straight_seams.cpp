@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/normals.h"
 #include "core/topology.h"
 #include "core/tree.h"
 #include "registration/blunt_corners.h"
@@ -13,6 +14,21 @@ namespace atelier {
 namespace {
 
 constexpr int kBesideSeam = 4;  // of vertices beside a seam that give way
+
+/// A point of the surface as it curves between its vertices (Boubekeur and Alexa, "Phong
+/// tessellation", 2008): on the triangles themselves each slide would cut through what bulges.
+Eigen::RowVector3d curved_point(const Mesh& mesh, const Points& normals,
+                                const ClosestPoint& place) {
+  constexpr double kCurved = 0.75;  // the paper's
+  Eigen::RowVector3d curved = Eigen::RowVector3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const int v = mesh.faces(place.face, k);
+    const Eigen::RowVector3d normal = normals.row(v);
+    const Eigen::RowVector3d off = mesh.vertices.row(v) - place.point.transpose();
+    curved += place.barycentric[k] * (place.point.transpose() + off.dot(normal) * normal);
+  }
+  return (1 - kCurved) * place.point.transpose() + kCurved * curved;
+}
 
 /// Area over what an equilateral triangle of the same sum of squared edges has: 1 at most.
 double triangle_evenness(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
@@ -77,6 +93,7 @@ Points straightened_seams(const Mesh& mesh, const std::vector<char>& cut, int ro
   const Adjacency drawn = drawn_in_seams(topology, cut);
   const Adjacency around = vertex_faces(topology);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
+  const Points smooth = vertex_normals(mesh.vertices, mesh.faces);
   Points points = mesh.vertices;
   const auto corner = [&](int face, int k) {
     return Eigen::Vector3d(points.row(mesh.faces(face, k)));
@@ -121,7 +138,8 @@ Points straightened_seams(const Mesh& mesh, const std::vector<char>& cut, int ro
       for (const int w : drawn[v]) {
         middle += points.row(w) / static_cast<double>(drawn[v].size());
       }
-      points.row(v) = closest_point(tree, (before + middle).transpose() / 2).point;
+      points.row(v) =
+          curved_point(mesh, smooth, closest_point(tree, (before + middle).transpose() / 2));
       constexpr double kSliver = 1.0 / 3;     // a corner of 11 degrees or more
       constexpr double kSmallestCorner = 10;  // deg
       if (turned(v) || worst_around(v) < std::min(even, kSliver) ||

@@ -22,14 +22,38 @@ constexpr double kMoveTogether = 0.02;  // m: vertices move together over 2 pi t
 using FlatCorners =
     Eigen::Matrix<double, 3, 2>;  // of a face, or what x and y of the flat one become
 
-/// How the flat face's x and y follow from its corners: each corner's share.
-FlatCorners flat_gradients(const FlatPattern& pattern, Index face) {
+/// Two sides of the flat face, as columns.
+Eigen::Matrix2d flat_edges(const FlatPattern& pattern, Index face) {
   Eigen::Matrix2d edges;
   for (const int k : {1, 2}) {
     edges.col(k - 1) = (pattern.vertices.row(pattern.cut.faces(face, k)) -
                         pattern.vertices.row(pattern.cut.faces(face, 0)))
                            .transpose();
   }
+  return edges;
+}
+
+/// By how much each panel is to be larger to have the area that the surface had in the beginning.
+std::vector<double> panel_scales(const FlatPattern& pattern, const Eigen::VectorXd& face_area) {
+  const auto panels = static_cast<std::size_t>(pattern.cut.panel_count);
+  std::vector<double> surface(panels, 0), flat(panels, 0);
+  for (Index f = 0; f < face_area.size(); ++f) {
+    const auto panel = static_cast<std::size_t>(pattern.cut.panels[static_cast<std::size_t>(f)]);
+    surface[panel] += face_area[f];
+    flat[panel] += std::abs(flat_edges(pattern, f).determinant()) / 2;
+  }
+  std::vector<double> scales(panels, 1);
+  for (std::size_t p = 0; p < panels; ++p) {
+    if (surface[p] > 0 && flat[p] > 0) {
+      scales[p] = std::sqrt(surface[p] / flat[p]);
+    }
+  }
+  return scales;
+}
+
+/// How the flat face's x and y follow from its corners: each corner's share.
+FlatCorners flat_gradients(const FlatPattern& pattern, Index face, double scale) {
+  const Eigen::Matrix2d edges = scale * flat_edges(pattern, face);
   const Eigen::Matrix2d inverse = edges.inverse();
   FlatCorners shares;
   shares << -inverse.colwise().sum(), inverse;
@@ -74,10 +98,13 @@ Points unstretched_surface(const Mesh& mesh, const FlatPattern& pattern, double 
   const Index count = mesh.vertices.rows();
   const Eigen::VectorXd face_area = face_areas(mesh.vertices, mesh.faces);
   const Eigen::VectorXd areas = voronoi_areas(mesh.vertices, mesh.faces).cwiseMax(1e-12);
+  // Cloth that gives way on and on would shrink: creases are ironed out, and the pattern follows.
+  const std::vector<double> scales = panel_scales(pattern, face_area);
   std::vector<FlatCorners> gradients;
   std::vector<Eigen::Triplet<double>> entries;
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
-    gradients.push_back(flat_gradients(pattern, f));
+    const auto panel = static_cast<std::size_t>(pattern.cut.panels[static_cast<std::size_t>(f)]);
+    gradients.push_back(flat_gradients(pattern, f, scales[panel]));
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         entries.emplace_back(mesh.faces(f, i), mesh.faces(f, j),

@@ -1,5 +1,6 @@
 #include "registration/taut_surface.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -69,6 +70,56 @@ TEST(TautSurface, FoldsThatWanderTakeNothing) {
   EXPECT_LT(area_of(truth, given.vertices), 0.955 * area);
   EXPECT_NEAR(area_of(truth, taut), area, 0.02 * area);
   EXPECT_LT((taut - given.vertices).rowwise().norm().maxCoeff(), 0.03);
+}
+
+// A limb that bends: what its inside folds away lies along the limb, and comes back along it alone.
+TEST(TautSurface, AFoldTakesOfTheLengthAcrossItAlone) {
+  const Mesh truth = cloth();
+  const auto squeezed = [&](double share) {  // along the tube, by so much
+    Points points = truth.vertices;
+    points.col(1) *= share;
+    return points;
+  };
+  std::vector<Points> frames(24, squeezed(0.85));
+  for (int frame = 0; frame < 8; ++frame) {
+    frames[static_cast<std::size_t>(frame)] = truth.vertices;
+  }
+  Mesh given = truth;
+  given.vertices = frames.back();
+  const Points taut = taut_surface(given, frames);
+  const Eigen::Vector3d large = taut.colwise().maxCoeff() - taut.colwise().minCoeff();
+  EXPECT_NEAR(large.x(), 2 * kRadius, 0.002);
+  EXPECT_NEAR(large.y(), kLength, 0.006);
+  EXPECT_NEAR(large.z(), 2 * kRadius, 0.002);
+
+  // None of these has all of it: one end is squeezed in some, the other in the rest.
+  for (int frame = 0; frame < 24; ++frame) {
+    Points& points = frames[static_cast<std::size_t>(frame)];
+    points = truth.vertices;
+    for (Index v = 0; v < points.rows(); ++v) {
+      double& y = points(v, 1);
+      const double off = y - kLength / 2;
+      y = (off > 0) == (frame % 2 == 0) ? kLength / 2 + 0.85 * off : y;
+    }
+  }
+  const Points both = taut_surface(given, frames);
+  const Eigen::Vector3d whole = both.colwise().maxCoeff() - both.colwise().minCoeff();
+  EXPECT_NEAR(whole.x(), 2 * kRadius, 0.004);
+  EXPECT_NEAR(whole.y(), kLength, 0.012);
+}
+
+// Whoever wears it turns and walks on: it comes back where the mesh is.
+TEST(TautSurface, LooksWhereTheMeshDoes) {
+  const Mesh truth = cloth();
+  std::vector<Points> frames;
+  for (int frame = 0; frame < 8; ++frame) {
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(0.8 + 0.1 * frame, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    frames.push_back((truth.vertices * turn.transpose()).rowwise() +
+                     Eigen::RowVector3d(1, 0.1, -2));
+  }
+  const Points taut = taut_surface(truth, frames);
+  EXPECT_LT((taut - truth.vertices).rowwise().norm().maxCoeff(), 1e-6);
 }
 
 TEST(TautSurface, WhatNeverFoldsStaysAsItIs) {
